@@ -1,0 +1,47 @@
+// A method is a value: what it is called, what it claims, how it is set, and how it runs.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "protocol/sample.hpp"
+#include "scene/scene.hpp"
+
+namespace atwood {
+
+using SettingValue = std::variant<bool, std::int64_t, double, std::string>;
+using Settings = std::map<std::string, SettingValue>;  // every setting of the engine behind a method; sorted, printable
+
+// <engine>/<scheme>[:rtol[,atol]][+<response>][@<scalar>][{setting=value,...}]
+struct MethodId {
+  std::string engine, scheme;
+  std::optional<double> rtol, atol;  // atol = rtol / 100 unless given
+  std::string response;              // "", "impulse", "event", "penalty"
+  std::string scalar;                // "" (the engine's own, double), "float", "double", "long-double", "quad"
+  Settings overrides;
+};
+MethodId parse_method_id(const std::string& text);  // throws std::invalid_argument with what was expected
+std::string to_string(const MethodId& id);          // canonical: parse(to_string(id)) == id
+
+struct MethodInfo {
+  std::string id;                      // base id, without tolerance or suffixes: "atwood/rk4", "bullet64/default"
+  std::string doc, source;             // one paragraph; the paper or manual it follows
+  std::map<std::string, double> claimed_order;  // class of motion -> order: "point-mass", "velocity-dependent",
+                                                // "rotation", "contact"; absent: no claim
+  bool adaptive = false;               // takes a tolerance
+  Settings settings;                   // the defaults, all of them
+};
+
+// What one engine is. `run` never throws on what a scene may contain: it answers unsupported with a reason that names
+// the engine and the thing. `repeats` > 0 asks for the timed pass: no observation, that many entries in busy_ns.
+struct Engine {
+  std::string name, version, scalar;   // "bullet64", "3.24", "double"
+  std::vector<MethodInfo> methods;
+  std::function<Outcome(const MethodId&, const Scene&, const Plan&, const Observer&, int repeats)> run;
+};
+
+}  // namespace atwood

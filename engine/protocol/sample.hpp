@@ -1,0 +1,70 @@
+// The currency of every room: what a run is asked for and what it answers. Compute narrow, record wide: samples widen
+// without loss from float up to quad, so nothing downstream is a template over the scalar.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace atwood {
+
+using Wide = __float128;  // arithmetic works natively; functions come from <quadmath.h> inside .cpp files
+
+// h is derived: t_end_s / steps. Sample k is taken at t = t_end_s k / samples, k = 0..samples.
+struct Plan {
+  double t_end_s = 0;
+  std::int64_t steps = 0;
+  std::int64_t samples = 0;  // divides steps
+};
+
+struct BodySample {
+  std::array<Wide, 3> p_m{};              // world
+  std::array<Wide, 4> q_wxyz{1, 0, 0, 0}; // body to world
+  std::array<Wide, 3> v_m_per_s{};        // world
+  std::array<Wide, 3> w_rad_per_s{};      // body axes
+};
+
+struct Sample {
+  Wide t_s = 0;
+  std::vector<BodySample> bodies;  // in the order of Scene::bodies, fixed ones included
+};
+
+enum class EventKind { impact, rest, slip, stick, roll, separate };
+
+struct Event {
+  Wide t_s = 0;
+  EventKind kind = EventKind::impact;
+  int body_a = 0, body_b = 0;
+  std::array<Wide, 3> x_m{}, normal{};  // contact point; unit normal from a to b
+  Wide impulse_n_N_s = 0, impulse_t_N_s = 0, vn_before_m_per_s = 0, vn_after_m_per_s = 0;
+};
+
+enum class Status { ok, unsupported, diverged, not_finite, timeout, crashed, not_built };
+
+struct Outcome {
+  Status status = Status::ok;
+  std::string reason;                     // empty when ok
+  std::int64_t steps_taken = 0;
+  std::int64_t rate_evaluations = 0;
+  std::vector<std::int64_t> busy_ns;      // timing pass: one per repeat, the stepping alone (no start-up, no sampling)
+};
+
+// Where samples and events go. Both empty in the timed pass.
+struct Observer {
+  std::function<void(const Sample&)> sample;
+  std::function<void(const Event&)> event;
+};
+
+std::string to_string(Status status);        // "ok", "unsupported", "diverged", "not finite", "timeout", "crashed", "not built"
+Status status_from_string(const std::string& text);      // throws std::invalid_argument
+std::string to_string(EventKind kind);
+EventKind event_kind_from_string(const std::string& text);
+
+// Text of numbers, exact both ways. digits 17: shortest round-trip double; 21: long double; 36: quad.
+std::string format_number(Wide value, int digits);
+std::string format_double(double value);     // shortest round-trip; "nan", "inf", "-inf"
+Wide parse_wide(const std::string& text);    // throws std::invalid_argument
+
+}  // namespace atwood

@@ -1,0 +1,80 @@
+// plan -> cells -> workers -> rows -> store. Knows no physics and no engine: it speaks the worker protocol.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "protocol/method.hpp"
+#include "protocol/truth.hpp"
+#include "scene/scene.hpp"
+#include "validation/metrics/metrics.hpp"
+#include "validation/row.hpp"
+
+namespace atwood {
+
+// ---- a study file -------------------------------------------------------------------------------------------
+struct StudyCells {
+  std::vector<std::string> scenarios;            // globs over ids, "tag:smooth"
+  std::vector<std::string> methods;              // ids and globs over what the engines list
+  std::vector<std::int64_t> steps;               // empty: the scenario's own ladder
+  int repeats = 5;
+  std::map<std::string, std::vector<SettingValue>> sweep;
+};
+struct Study { std::string id; std::vector<StudyCells> cells; };
+Study read_study(const std::string& path);       // InputError
+
+// ---- the engines at the table ---------------------------------------------------------------------------------
+struct Worker {                                  // an executable that answered hello, or why it did not
+  std::string path;
+  std::vector<std::string> command;
+  Engine engine;                                 // `run` is empty here; name, version, scalar, methods
+  std::string build_id;                          // hash of the executable's bytes
+  Status status = Status::ok;                    // not_built, crashed, timeout: with the reason
+  std::string reason;
+};
+// Starts each worker, says hello, reads the answer (limit 10 s each).
+std::vector<Worker> find_workers(const std::vector<std::string>& paths);
+
+// ---- one cell ---------------------------------------------------------------------------------------------------
+struct Cell {
+  Scenario scenario;
+  std::string method;                            // full id
+  Plan plan;
+  int worker = -1;                               // index; -1: no engine offers the method (not built)
+  int repeats = 5;
+  std::string accuracy_hash, timing_hash, settings_hash;
+};
+std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& catalogue, const std::vector<Worker>& workers,
+                             const std::string& cpu);
+
+// Runs one request in a worker process of its own, for `trace` and tests. time limit in seconds.
+Recording run_once(const Worker& worker, const std::string& method, const Scene& scene, const Plan& plan, double limit_s);
+Truth truth_once(const std::string& truth_worker, const Scenario& scenario, std::int64_t samples, double limit_s);
+
+// ---- running -----------------------------------------------------------------------------------------------------
+struct StudyOptions {
+  std::string store_path;                        // atwood-out/store.db
+  std::string truth_worker;
+  int jobs = 2;
+  double cell_limit_s = 20;
+  bool timing = true;
+  Provenance provenance;                         // engine_version is filled per cell
+  std::function<void(const std::string&)> progress;  // a line with an estimate, for stderr
+};
+struct StudyResult {
+  std::vector<Row> rows;                         // of this study's cells, cell by cell, then ladders
+  int cells = 0, skipped = 0;                    // skipped: found in the store
+  bool interrupted = false;                      // SIGINT or SIGTERM: what was done is kept
+  int signal = 0;
+  int failed_cells = 0;                          // crashed, hung, garbage
+};
+StudyResult run_study(const std::vector<Cell>& cells, const std::vector<Worker>& workers, const StudyOptions& options);
+
+// What the store holds for these cells (for `report`, `gate`, `bless`): rows, and series for plots.
+struct StoredSeries { std::string scenario, method; std::int64_t steps; Series series; };
+StudyResult load_rows(const std::string& store_path, const std::vector<Cell>& cells);
+std::vector<StoredSeries> load_series(const std::string& store_path, const std::vector<Cell>& cells);
+
+}  // namespace atwood
