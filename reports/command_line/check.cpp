@@ -1,0 +1,233 @@
+// check: judge a trace that any program recorded.
+#include <unistd.h>
+
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include <fmt/format.h>
+
+#include "reports/command_line/command_line.hpp"
+#include "scene/files.hpp"
+
+namespace atwood {
+
+namespace {
+
+// A CSV line's fields; quotes as in RFC 4180, no line breaks inside fields.
+std::vector<std::string> fields_of(const std::string& line) {
+  std::vector<std::string> fields(1);
+  bool quoted = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const char c = line[i];
+    if (c == '"' && quoted && i + 1 < line.size() && line[i + 1] == '"') fields.back() += line[++i];
+    else if (c == '"') quoted = !quoted;
+    else if (c == ',' && !quoted) fields.emplace_back();
+    else if (c != '\r') fields.back() += c;
+  }
+  return fields;
+}
+
+struct Columns {
+  std::map<std::string, std::size_t> at;
+  bool has(const char* name) const { return at.contains(name); }
+};
+
+template <std::size_t n>
+void read_group(const std::array<const char*, n>& names, const Columns& columns, const std::vector<std::string>& fields,
+                const std::string& where, std::array<Wide, n>& out) {
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t column = columns.at.at(names[i]);
+    try {
+      out[i] = parse_wide(fields.at(column));
+    } catch (const std::exception&) {
+      throw InputError(fmt::format("{}:{}: {}: found `{}`; expected a number", where, column + 1, names[i],
+                                   column < fields.size() ? fields[column] : "nothing"));
+    }
+  }
+}
+
+constexpr std::array<const char*, 3> p_names{"px_m", "py_m", "pz_m"};
+constexpr std::array<const char*, 4> q_names{"qw", "qx", "qy", "qz"};
+constexpr std::array<const char*, 3> v_names{"vx_m_per_s", "vy_m_per_s", "vz_m_per_s"};
+constexpr std::array<const char*, 3> w_names{"wx_rad_per_s", "wy_rad_per_s", "wz_rad_per_s"};
+
+Columns read_header(const std::string& line, const std::string& path, bool rotation) {
+  Columns columns;
+  const auto names = fields_of(line);
+  for (std::size_t i = 0; i < names.size(); ++i) columns.at[names[i]] = i;
+  auto require = [&](const char* name) {
+    if (!columns.has(name)) throw InputError(fmt::format("{}:1:1: found no column `{}`; expected the columns of `atwood trace`", path, name));
+  };
+  require("t_s");
+  require("body");
+  for (const char* name : p_names) require(name);
+  for (const char* name : v_names) require(name);
+  if (rotation && columns.has("qw")) for (const char* name : q_names) require(name);
+  return columns;
+}
+
+// Rows may come in any order within one instant; instants must rise and be the same for every body.
+Recording read_trace(const std::string& path, const Scene& scene) {
+  std::ifstream file(path);
+  if (!file) throw InputError(fmt::format("{}: cannot be read: {}", path, std::strerror(errno)));
+  std::string line;
+  if (!std::getline(file, line)) throw InputError(fmt::format("{}:1:1: found an empty file; expected a header line", path));
+  const Columns columns = read_header(line, path, true);
+  std::map<std::string, std::size_t> index;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) index[scene.bodies[i].name] = i;
+
+  Recording run;
+  std::vector<bool> seen;
+  auto complete = [&](int number) {
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      if (!seen[i] && !scene.bodies[i].fixed) {
+        throw InputError(fmt::format("{}:{}: found no row for body `{}` at the instant before this line", path, number, scene.bodies[i].name));
+      }
+    }
+  };
+  int number = 1;
+  while (std::getline(file, line)) {
+    ++number;
+    if (line.empty() || line == "\r") continue;
+    const auto fields = fields_of(line);
+    const std::string where = fmt::format("{}:{}", path, number);
+    std::array<Wide, 1> t{};
+    read_group<1>({"t_s"}, columns, fields, where, t);
+    const std::string& name = fields.at(columns.at.at("body"));
+    if (!index.contains(name)) throw InputError(fmt::format("{}: found body `{}`, which the scene does not have", where, name));
+    if (run.values.empty() || t[0] != run.values.back().t_s) {
+      if (!run.values.empty()) {
+        complete(number);
+        if (!(t[0] > run.values.back().t_s)) throw InputError(fmt::format("{}: t_s does not rise", where));
+      }
+      run.values.push_back({t[0], std::vector<BodySample>(scene.bodies.size())});
+      for (std::size_t i = 0; i < scene.bodies.size(); ++i) {  // fixed bodies need no rows
+        for (std::size_t k = 0; k < 3; ++k) run.values.back().bodies[i].p_m[k] = scene.bodies[i].position_m[k];
+        for (std::size_t k = 0; k < 4; ++k) run.values.back().bodies[i].q_wxyz[k] = scene.bodies[i].orientation_wxyz[k];
+      }
+      seen.assign(scene.bodies.size(), false);
+    }
+    BodySample& body = run.values.back().bodies[index[name]];
+    if (seen[index[name]]) throw InputError(fmt::format("{}: body `{}` appears twice at this instant", where, name));
+    seen[index[name]] = true;
+    read_group(p_names, columns, fields, where, body.p_m);
+    read_group(v_names, columns, fields, where, body.v_m_per_s);
+    if (columns.has("qw")) read_group(q_names, columns, fields, where, body.q_wxyz);
+    if (columns.has("wx_rad_per_s")) read_group(w_names, columns, fields, where, body.w_rad_per_s);
+  }
+  if (run.values.size() < 2) throw InputError(fmt::format("{}: found {} instants; expected at least two", path, run.values.size()));
+  complete(number + 1);
+  return run;
+}
+
+// The truth is solved at equal intervals: the trace must be sampled so, from 0 on.
+void require_even(const Recording& run, const std::string& path) {
+  const double t_end = static_cast<double>(run.values.back().t_s);
+  const auto samples = static_cast<double>(run.values.size() - 1);
+  for (std::size_t k = 0; k < run.values.size(); ++k) {
+    const double expected = t_end * static_cast<double>(k) / samples;
+    if (std::abs(static_cast<double>(run.values[k].t_s) - expected) > 1e-12 * t_end) {
+      throw InputError(fmt::format("{}: found instant {} at t = {} s; expected {} s (equal intervals from 0)", path, k,
+                                   format_double(static_cast<double>(run.values[k].t_s)), format_double(expected)));
+    }
+  }
+}
+
+std::vector<Gate> limits_as_gates(const Options& options, const Scenario& scenario) {
+  std::vector<Gate> gates;
+  for (const auto& limit : options.limits) {
+    const auto equals = limit.find('=');
+    Gate gate;
+    gate.scenario = scenario.id;
+    gate.method = options.as_method;
+    gate.metric = limit.substr(0, equals);
+    gate.kind = Gate::Kind::max;
+    gate.reason = "--max " + limit;
+    gate.origin = "command line";
+    try {
+      gate.high = static_cast<double>(parse_wide(equals == std::string::npos ? "" : limit.substr(equals + 1)));
+    } catch (const std::invalid_argument&) {
+      throw InputError(fmt::format("--max {}: expected METRIC=VALUE", limit));
+    }
+    gates.push_back(gate);
+  }
+  return gates;
+}
+
+}  // namespace
+
+int command_check(const Place& place, const Options& options) {
+  Scenario scenario = read_scene_argument(place, options.scenarios.front());
+  std::ifstream probe(options.input);
+  std::string header;
+  std::getline(probe, header);
+  Recording run = read_trace(options.input, scenario.scene);
+  require_even(run, options.input);
+  const double t_end = static_cast<double>(run.values.back().t_s);
+  if (std::abs(t_end - scenario.t_end_s) > 1e-12 * scenario.t_end_s) scenario.t_end_s = t_end;
+  const auto samples = static_cast<std::int64_t>(run.values.size() - 1);
+  Truth truth = truth_once(place.truth_worker, scenario, samples, 120);
+  if (truth.outcome.status != Status::ok) {
+    fmt::print(stderr, "atwood: no truth for `{}`: {}\n", scenario.id, truth.outcome.reason);
+    return exit_gate;
+  }
+
+  auto rows = measure(scenario, truth, run);
+  const auto columns = fields_of(header);
+  auto lacks = [&](const char* name) { return std::find(columns.begin(), columns.end(), name) == columns.end(); };
+  std::erase_if(rows, [&](const Row& row) {  // what was not recorded is not judged
+    const bool of_attitude = row.metric.find("attitude") != std::string::npos;
+    const bool of_rate = row.metric.find("body-rate") != std::string::npos || row.metric.find("energy") == 0 ||
+                         row.metric.find("angular-momentum") == 0;
+    return (of_attitude && lacks("qw")) || (of_rate && lacks("wx_rad_per_s") &&
+           std::any_of(scenario.scene.bodies.begin(), scenario.scene.bodies.end(), [](const Body& b) { return rotates(b); }));
+  });
+  for (auto& row : rows) {
+    row.scenario = scenario.id;
+    row.method = options.as_method;
+    row.steps = samples;
+    row.h_s = t_end / static_cast<double>(samples);
+    row.provenance = place.provenance;
+  }
+  Selection selection;
+  selection.scenarios = {scenario};
+  selection.narrowed = true;
+  Cell cell;
+  cell.scenario = scenario;
+  cell.method = options.as_method;
+  cell.plan = {t_end, samples, samples};
+  selection.cells = {cell};
+  auto verdicts = judge_selection(place, options, selection, rows);
+  // One run has no ladder: gates on orders and growth, and gates bound to a step count, are not about it.
+  std::erase_if(verdicts, [](const Verdict& verdict) {
+    return verdict.judgement == Judgement::not_run &&
+           (verdict.gate.metric.rfind("order-", 0) == 0 || verdict.gate.metric.rfind("growth-", 0) == 0 ||
+            verdict.gate.metric == "step-time" || verdict.gate.metric == "rate-evaluations");
+  });
+  const auto own = judge(limits_as_gates(options, scenario), rows);
+  verdicts.insert(verdicts.end(), own.begin(), own.end());
+
+  if (options.json) {
+    ReportData data;
+    data.title = "check " + options.input;
+    data.command = options.program;
+    data.provenance = place.provenance;
+    data.scenarios = {scenario};
+    data.rows = rows;
+    data.verdicts = verdicts;
+    fmt::print("{}\n", render_json(data));
+  } else {
+    for (const auto& row : rows) {
+      fmt::print("{:<28} {:>24} {:<8} bar {}\n", row.metric, format_double(row.value), row.unit, fmt::format("{:.2g}", row.truth_bar));
+    }
+    fmt::print("\n");
+    if (verdicts.empty()) fmt::print("no gate applies: nothing was judged (--max METRIC=VALUE, --tolerances FILE or --as METHOD)\n");
+    else fmt::print("{}", render_verdict_table(verdicts, rows, use_colour(STDOUT_FILENO), terminal_width()));
+  }
+  if (!options.junit.empty()) write_file(options.junit, render_junit(verdicts));
+  return gate_exit(verdicts);
+}
+
+}  // namespace atwood

@@ -1,0 +1,85 @@
+// The commands. Each takes parsed options and returns an exit code:
+// 0 pass; 1 a gate is fail, unverifiable or not_run; 2 input or usage; 3 a cell crashed, hung or sent garbage;
+// 4 no baseline; 5 input/output or internal; 130 and 143 interrupted. Data goes to stdout, everything else to stderr.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocol/truth.hpp"
+#include "reports/report.hpp"
+#include "scene/scene.hpp"
+#include "validation/study/study.hpp"
+
+namespace atwood {
+
+enum ExitCode { exit_pass = 0, exit_gate = 1, exit_input = 2, exit_cell = 3, exit_no_baseline = 4, exit_internal = 5 };
+
+struct Options {
+  std::string program;                    // the words of this call, for the report
+  std::string study;                      // a file; empty: the default study
+  std::vector<std::string> scenarios;     // ids, globs or files
+  std::vector<std::string> methods;
+  std::vector<std::int64_t> steps;
+  std::vector<std::string> engines;       // executables that speak the worker protocol
+  std::vector<std::string> outputs;       // "csv:rows.csv"
+  std::string out_dir = "atwood-out";
+  std::string tolerances, baseline, junit, reason, as_method = "check";
+  std::vector<std::string> limits;        // check: METRIC=VALUE
+  std::string input;                      // the positional argument of trace, describe, check, list, schema, bench
+  std::optional<std::int64_t> samples;
+  int jobs = 0;                           // 0: one a core
+  double cell_limit_s = 20;
+  bool no_timing = false, json = false, events = false;
+};
+
+// Where the catalogue, the gates and the workers are, found once.
+struct Place {
+  std::string source_dir, bin_dir, truth_worker;
+  Provenance provenance;
+};
+Place find_place();
+
+std::vector<Scenario> read_catalogue(const Place& place);
+Scenario read_scene_argument(const Place& place, const std::string& id_or_file);  // InputError
+std::vector<Worker> start_workers(const Place& place, const std::vector<std::string>& extra);
+std::vector<Worker> require_workers(const Place& place, const Options& options);  // an --engine that fails is an InputError
+bool is_terminal(int fd);
+int terminal_width();
+bool use_colour(int fd);
+
+// The cells an invocation is about: the study, narrowed by its options.
+struct Selection {
+  std::vector<Scenario> scenarios;
+  std::vector<Worker> workers;
+  std::vector<Cell> cells;
+  bool narrowed = false;   // gates left without cells are dropped
+};
+Selection select_cells(const Place& place, const Options& options);
+std::vector<Verdict> judge_selection(const Place& place, const Options& options, const Selection& selection,
+                                     const std::vector<Row>& rows);
+ReportData assemble_report(const Place& place, const Options& options, const Selection& selection, const StudyResult& result,
+                           const std::vector<Verdict>& verdicts);
+void write_outputs(const Options& options, const ReportData& data);
+int gate_exit(const std::vector<Verdict>& verdicts);
+
+// Figures that a law predicts, beside the law (reports/command_line/laws.cpp).
+std::vector<Law> find_laws(const std::vector<Scenario>& scenarios, const std::vector<Row>& rows);
+std::vector<BenchFigure> read_bench(const std::string& path);
+
+int command_list(const Place&, const Options&);
+int command_describe(const Place&, const Options&);
+int command_doctor(const Place&, const Options&);
+int command_schema(const Place&, const Options&);
+int command_run(const Place&, const Options&);
+int command_trace(const Place&, const Options&);
+int command_compare(const Place&, const Options&);
+int command_check(const Place&, const Options&);
+int command_gate(const Place&, const Options&);
+int command_bless(const Place&, const Options&);
+int command_bench(const Place&, const Options&);
+int command_report(const Place&, const Options&);
+
+}  // namespace atwood

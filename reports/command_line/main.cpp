@@ -1,0 +1,156 @@
+// The command line: words in, an Options, one command, an exit code.
+#include <cstdio>
+#include <exception>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "reports/command_line/command_line.hpp"
+#include "scene/files.hpp"
+
+namespace {
+
+using namespace atwood;
+using Command = int (*)(const Place&, const Options&);
+
+struct Parser {
+  CLI::App app{"Atwood holds physics engines to account: convergence, conservation, collision and cost, against truths with "
+               "error bars.",
+               "atwood"};
+  Options options;
+  Command chosen = nullptr;
+
+  CLI::App* add(const std::string& name, const std::string& doc, Command command) {
+    auto* sub = app.add_subcommand(name, doc);
+    sub->callback([this, command] { chosen = command; });
+    sub->add_flag("--json", options.json, "Print JSON on standard output");
+    return sub;
+  }
+  void narrowing(CLI::App* sub) {
+    sub->add_option("--scenario,--filter", options.scenarios, "Only these scenarios: ids, globs or files")->expected(1)->take_all();
+    sub->add_option("--method", options.methods, "Only these methods: ids or globs")->expected(1)->take_all();
+    sub->add_option("--steps", options.steps, "Only these step counts")->expected(1)->take_all();
+    sub->add_option("--engine", options.engines, "Also this executable, which speaks the worker protocol")->expected(1)->take_all();
+    sub->add_option("--out", options.out_dir, "Where the store and the report go")->capture_default_str();
+  }
+  void running(CLI::App* sub) {
+    narrowing(sub);
+    sub->add_option("-j,--jobs", options.jobs, "Workers at once (one a core unless given)")->check(CLI::Range(1, 1024));
+    sub->add_option("--limit", options.cell_limit_s, "Seconds a cell may take")->capture_default_str()->check(CLI::Range(0.01, 1e6));
+    sub->add_flag("--no-timing", options.no_timing, "Leave out the timed pass");
+    sub->add_option("-o,--output", options.outputs, "FORMAT:FILE, format csv, json, markdown, junit or html")->expected(1)->take_all();
+    sub->add_option("--junit", options.junit, "Write verdicts as JUnit XML");
+    sub->add_option("--tolerances", options.tolerances, "Gates from this file instead of the catalogue's own");
+  }
+};
+
+void declare_commands(Parser& p) {
+  Options& o = p.options;
+  auto* list = p.add("list", "Scenarios, methods, metrics and gates", command_list);
+  list->add_option("what", o.input, "scenarios, methods, metrics or gates (all unless given)");
+  list->add_option("--engine", o.engines, "Also this executable")->expected(1)->take_all();
+
+  auto* describe = p.add("describe", "A scene as it was understood: defaults filled, inertia computed, pairs tabulated", command_describe);
+  describe->add_option("SCENE", o.input, "A file or a catalogue id")->required();
+
+  auto* run = p.add("run", "Run a study: measure, judge, report", command_run);
+  run->add_option("STUDY", o.study, "A study file (the default study unless given)");
+  p.running(run);
+
+  auto* trace = p.add("trace", "The motion as CSV; --method truth prints the truth and its bars", command_trace);
+  trace->add_option("SCENE", o.input, "A file or a catalogue id")->required();
+  trace->add_option("--method", o.methods, "A method id, or truth")->required()->expected(1);
+  trace->add_option("--steps", o.steps, "Step count (the scenario's last rung unless given)")->expected(1);
+  trace->add_option("--samples", o.samples, "Samples (the scenario's unless given)");
+  trace->add_option("--engine", o.engines, "Also this executable")->expected(1)->take_all();
+  trace->add_option("--limit", o.cell_limit_s, "Seconds it may take")->capture_default_str();
+  trace->add_flag("--events", o.events, "Contacts instead of the motion");
+
+  auto* compare = p.add("compare", "Methods side by side: error, order and cost on each scenario", command_compare);
+  compare->add_option("METHODS", o.methods, "Two or more method ids")->required()->expected(1, 64);
+  compare->add_option("--scenario,--filter", o.scenarios, "Scenarios: ids, globs or files")->expected(1)->take_all();
+  compare->add_option("--steps", o.steps, "Only these step counts")->expected(1)->take_all();
+  compare->add_option("--engine", o.engines, "Also this executable")->expected(1)->take_all();
+  compare->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
+  compare->add_option("-j,--jobs", o.jobs, "Workers at once");
+  compare->add_option("--limit", o.cell_limit_s, "Seconds a cell may take")->capture_default_str();
+  compare->add_flag("--no-timing", o.no_timing, "Leave out the timed pass");
+
+  auto* check = p.add("check", "Judge a trace that any program recorded", command_check);
+  check->add_option("RUN.CSV", o.input, "Columns as `atwood trace` prints them; q and w may be missing")->required();
+  check->add_option("--scenario", o.scenarios, "The scenario it ran: an id or a file")->required()->expected(1);
+  check->add_option("--as", o.as_method, "Judge it by the gates of this method")->capture_default_str();
+  check->add_option("--max", o.limits, "METRIC=VALUE: fail above it")->expected(1)->take_all();
+  check->add_option("--tolerances", o.tolerances, "Gates from this file");
+  check->add_option("--junit", o.junit, "Write verdicts as JUnit XML");
+
+  auto* gate = p.add("gate", "Judge the rows in the store, by tolerances or against a baseline", command_gate);
+  gate->add_option("STUDY", o.study, "The study whose rows are judged");
+  p.narrowing(gate);
+  gate->add_option("--tolerances", o.tolerances, "Gates from this file instead of the catalogue's own");
+  gate->add_option("--baseline", o.baseline, "Judge against this baseline: regressions and improvements");
+  gate->add_option("--junit", o.junit, "Write verdicts as JUnit XML");
+
+  auto* bless = p.add("bless", "Write the rows in the store as the baseline", command_bless);
+  bless->add_option("STUDY", o.study, "The study whose rows become the baseline");
+  p.narrowing(bless);
+  bless->add_option("--reason", o.reason, "Why this is the new baseline")->required();
+  bless->add_option("--baseline", o.baseline, "The file (atwood-baseline.tsv unless given)");
+
+  auto* bench = p.add("bench", "Time kernels and steps with Google Benchmark; the figures join the report", command_bench);
+  bench->add_option("FILTER", o.input, "A regular expression over benchmark names");
+  bench->add_option("--out", o.out_dir, "Where the figures go")->capture_default_str();
+
+  auto* report = p.add("report", "Make the report again from the store", command_report);
+  report->add_option("STUDY", o.study, "The study to report");
+  p.narrowing(report);
+  report->add_option("-o,--output", o.outputs, "FORMAT:FILE")->expected(1)->take_all();
+  report->add_option("--tolerances", o.tolerances, "Gates from this file");
+
+  auto* doctor = p.add("doctor", "What is here: engines, versions, precisions, the machine", command_doctor);
+  doctor->add_option("--engine", o.engines, "Also this executable")->expected(1)->take_all();
+  doctor->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
+
+  auto* schema = p.add("schema", "The JSON Schema of scenario files and of rows", command_schema);
+  schema->add_option("what", o.input, "scenario (unless given) or rows");
+}
+
+int run(int argc, char** argv) {
+  Parser parser;
+  parser.app.require_subcommand(1);
+  parser.app.set_version_flag("--version", "atwood 0.1.0");
+  parser.app.footer("Exit codes: 0 pass; 1 a gate failed, is unverifiable or was not run; 2 input or usage; 3 a cell crashed, hung\n"
+                    "or sent garbage; 4 no baseline; 5 input/output or internal; 130, 143 interrupted.");
+  declare_commands(parser);
+  try {
+    parser.app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    const int code = parser.app.exit(error, std::cout, std::cerr);
+    return code == 0 ? exit_pass : exit_input;
+  }
+  parser.options.program = "./atwood";
+  for (int i = 1; i < argc; ++i) parser.options.program += fmt::format(" {}", argv[i]);
+  return parser.chosen(find_place(), parser.options);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  int code = exit_internal;
+  try {
+    code = run(argc, argv);
+  } catch (const InputError& error) {
+    std::fflush(stdout);
+    fmt::print(stderr, "atwood: {}\n", error.what());
+    return exit_input;
+  } catch (const std::exception& error) {
+    std::fflush(stdout);
+    fmt::print(stderr, "atwood: {}\n", error.what());
+    return exit_internal;
+  }
+  if (std::fflush(stdout) != 0 || std::ferror(stdout)) {
+    std::perror("atwood: standard output");
+    return exit_internal;
+  }
+  return code;
+}

@@ -1,0 +1,114 @@
+// run: plan, cells, rows, gates, report. report: the same from the store alone.
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include "reports/command_line/command_line.hpp"
+#include "scene/files.hpp"
+
+namespace atwood {
+namespace fs = std::filesystem;
+
+namespace {
+
+// One line that rewrites itself on a terminal, plain lines elsewhere.
+std::function<void(const std::string&)> progress_printer() {
+  if (!is_terminal(STDERR_FILENO)) return [](const std::string& line) { fmt::print(stderr, "{}\n", line); };
+  return [](const std::string& line) { fmt::print(stderr, "\r\x1b[2K{}", line.substr(0, static_cast<std::size_t>(terminal_width() - 1))); };
+}
+
+void end_progress() {
+  if (is_terminal(STDERR_FILENO)) fmt::print(stderr, "\r\x1b[2K");
+}
+
+std::string count_statuses(const std::vector<Row>& rows) {
+  std::map<Status, int> counts;
+  for (const auto& row : rows) {
+    if (row.metric == "status" && row.status != Status::ok) ++counts[row.status];
+  }
+  std::string text;
+  for (const auto& [status, count] : counts) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, to_string(status));
+  return text;
+}
+
+int exit_code(const StudyResult& result, const std::vector<Verdict>& verdicts) {
+  if (result.interrupted) return 128 + result.signal;
+  if (result.failed_cells > 0) return exit_cell;
+  return gate_exit(verdicts);
+}
+
+void print_result(const Options& options, const ReportData& data, const StudyResult& result) {
+  if (options.json) {
+    fmt::print("{}\n", render_json(data));
+    return;
+  }
+  fmt::print("{}", render_verdict_table(data.verdicts, data.rows, use_colour(STDOUT_FILENO), terminal_width()));
+  fmt::print("\n{} cells, {} of them found in the store, {} rows", result.cells, result.skipped, data.rows.size());
+  const auto statuses = count_statuses(data.rows);
+  fmt::print("{}{}\nreport: {}/report.html\n", statuses.empty() ? "" : "; ", statuses, options.out_dir);
+}
+
+void require_outputs_make_sense(const Options& options) {
+  for (const auto& output : options.outputs) {
+    const auto colon = output.find(':');
+    const auto format = output.substr(0, colon);
+    const bool known = format == "csv" || format == "json" || format == "markdown" || format == "md" || format == "junit" || format == "html";
+    if (!known || colon == std::string::npos || colon + 1 == output.size()) {
+      throw InputError(fmt::format("-o {}: expected FORMAT:FILE, format one of csv, json, markdown, junit, html", output));
+    }
+  }
+}
+
+void make_out_dir(const std::string& path) {
+  std::error_code error;
+  fs::create_directories(path, error);
+  if (error) throw std::runtime_error(fmt::format("{}: cannot make this folder: {}", path, error.message()));
+}
+
+}  // namespace
+
+int command_run(const Place& place, const Options& options) {
+  require_outputs_make_sense(options);
+  const Selection selection = select_cells(place, options);
+  make_out_dir(options.out_dir);
+
+  StudyOptions how;
+  how.store_path = options.out_dir + "/store.db";
+  how.truth_worker = place.truth_worker;
+  how.jobs = options.jobs > 0 ? options.jobs : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  how.cell_limit_s = options.cell_limit_s;
+  how.timing = !options.no_timing;
+  how.provenance = place.provenance;
+  how.progress = progress_printer();
+  const StudyResult result = run_study(selection.cells, selection.workers, how);
+  end_progress();
+  if (result.cells > 0 && result.skipped == result.cells) {
+    fmt::print(stderr, "atwood: nothing to do: all {} cells are in the store already\n", result.cells);
+  }
+  if (result.interrupted) {
+    fmt::print(stderr, "atwood: interrupted; what was done is in {}, and the same command goes on from there\n", how.store_path);
+    return exit_code(result, {});
+  }
+  const auto verdicts = judge_selection(place, options, selection, result.rows);
+  const ReportData data = assemble_report(place, options, selection, result, verdicts);
+  write_outputs(options, data);
+  print_result(options, data, result);
+  return exit_code(result, verdicts);
+}
+
+int command_report(const Place& place, const Options& options) {
+  require_outputs_make_sense(options);
+  const Selection selection = select_cells(place, options);
+  const StudyResult result = load_rows(options.out_dir + "/store.db", selection.cells);
+  const auto verdicts = judge_selection(place, options, selection, result.rows);
+  const ReportData data = assemble_report(place, options, selection, result, verdicts);
+  write_outputs(options, data);
+  print_result(options, data, result);
+  return exit_pass;
+}
+
+}  // namespace atwood

@@ -1,0 +1,210 @@
+// Which cells an invocation is about, what its gates say, and the report of it.
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "reports/command_line/command_line.hpp"
+#include "scene/files.hpp"
+
+namespace atwood {
+namespace fs = std::filesystem;
+
+namespace {
+
+bool matches_any(const std::vector<std::string>& patterns, const std::string& id) {
+  return std::any_of(patterns.begin(), patterns.end(), [&](const auto& pattern) { return glob_match(pattern, id); });
+}
+
+// The scenarios named on the command line: globs over the catalogue, ids, or files of the user's own.
+std::vector<Scenario> choose_scenarios(const Place& place, const std::vector<std::string>& wanted) {
+  const std::vector<Scenario> catalogue = read_catalogue(place);
+  if (wanted.empty()) return catalogue;
+  std::vector<Scenario> chosen;
+  for (const auto& name : wanted) {
+    const auto before = chosen.size();
+    for (const auto& scenario : catalogue) {
+      if (glob_match(name, scenario.id)) chosen.push_back(scenario);
+    }
+    if (chosen.size() == before) {
+      if (name.find_first_of("*?") != std::string::npos) throw InputError(fmt::format("no scenario matches `{}`", name));
+      chosen.push_back(read_scene_argument(place, name));
+    }
+  }
+  std::set<std::string> seen;
+  std::erase_if(chosen, [&](const Scenario& scenario) { return !seen.insert(scenario.id).second; });
+  return chosen;
+}
+
+void check_steps(const Scenario& scenario, const std::vector<std::int64_t>& steps) {
+  for (const auto n : steps) {
+    if (n <= 0 || n % scenario.samples != 0) {
+      throw InputError(fmt::format("--steps {}: found a count that {} samples of `{}` do not divide; expected a multiple of {}",
+                                   n, scenario.samples, scenario.id, scenario.samples));
+    }
+  }
+}
+
+// Every method that a study names must be one that some engine offers, or an engine that is known and not built.
+void check_methods(const std::vector<std::string>& methods, const std::vector<Worker>& workers) {
+  for (const auto& text : methods) {
+    if (text.find_first_of("*?") != std::string::npos) continue;
+    MethodId id;
+    try {
+      id = parse_method_id(text);
+    } catch (const std::invalid_argument& error) {
+      throw InputError(fmt::format("--method {}: {}", text, error.what()));
+    }
+    for (const auto& worker : workers) {
+      if (worker.status != Status::ok || worker.engine.name != id.engine) continue;
+      const auto& known = worker.engine.methods;
+      if (std::none_of(known.begin(), known.end(),
+                       [&](const MethodInfo& info) { return info.id == id.engine + "/" + id.scheme; })) {
+        std::string names;
+        for (const auto& info : known) names += (names.empty() ? "" : ", ") + info.id;
+        throw InputError(fmt::format("--method {}: {} has no `{}`; expected one of {}", text, id.engine, id.scheme, names));
+      }
+    }
+  }
+}
+
+std::vector<std::string> engine_methods(const Worker& worker) {
+  std::vector<std::string> ids;
+  for (const auto& info : worker.engine.methods) ids.push_back(info.id);
+  return ids;
+}
+
+}  // namespace
+
+Selection select_cells(const Place& place, const Options& options) {
+  Selection selection;
+  selection.workers = require_workers(place, options);
+  for (std::size_t i = selection.workers.size() - options.engines.size(); i < selection.workers.size(); ++i) {
+    const Worker& worker = selection.workers[i];
+    if (worker.status != Status::ok) {
+      throw InputError(fmt::format("--engine {}: {}: {}", worker.path, to_string(worker.status), worker.reason));
+    }
+  }
+  const std::string default_study = place.source_dir + "/validation/study/default.toml";
+  Study study = read_study(options.study.empty() ? default_study : options.study);
+  selection.narrowed = !options.scenarios.empty() || !options.methods.empty() || !options.steps.empty() || !options.study.empty();
+  check_methods(options.methods, selection.workers);
+  selection.scenarios = choose_scenarios(place, options.scenarios);
+
+  const bool own_choice = !options.methods.empty();
+  if (own_choice) {  // the command line's methods on the command line's scenarios, whatever the study pairs
+    StudyCells cells{.scenarios = {"*"}, .methods = options.methods, .steps = {}, .repeats = 5, .sweep = {}};
+    study.cells = {cells};
+  } else {
+    const std::set<std::string> in_study = [&] {
+      std::set<std::string> ids;
+      for (const auto& cells : study.cells) ids.insert(cells.scenarios.begin(), cells.scenarios.end());
+      return ids;
+    }();
+    // A scene of the user's own is in no study: give it what the smooth scenes get.
+    for (const auto& name : options.scenarios) {
+      if (fs::exists(name) && fs::is_regular_file(name)) {
+        const std::string id = read_scenario(name).id;
+        if (in_study.contains(id)) continue;
+        std::vector<std::string> methods;
+        for (const auto& cells : study.cells) methods.insert(methods.end(), cells.methods.begin(), cells.methods.end());
+        std::set<std::string> seen;
+        std::erase_if(methods, [&](const auto& method) { return !seen.insert(method).second; });
+        study.cells.push_back({.scenarios = {id}, .methods = methods, .steps = {}, .repeats = 5, .sweep = {}});
+      }
+    }
+    for (std::size_t i = selection.workers.size() - options.engines.size(); i < selection.workers.size(); ++i) {
+      study.cells.push_back(
+          {.scenarios = {"*"}, .methods = engine_methods(selection.workers[i]), .steps = {}, .repeats = 5, .sweep = {}});
+    }
+  }
+  if (!options.steps.empty()) {
+    for (const auto& scenario : selection.scenarios) check_steps(scenario, options.steps);
+    for (auto& cells : study.cells) cells.steps = options.steps;
+  }
+  selection.cells = plan_cells(study, selection.scenarios, selection.workers, place.provenance.cpu);
+  if (selection.cells.empty()) throw InputError("nothing to run: no cell is left of this study; `atwood list` shows ids and methods");
+  // Keep only scenarios that have cells.
+  std::set<std::string> used;
+  for (const auto& cell : selection.cells) used.insert(cell.scenario.id);
+  std::erase_if(selection.scenarios, [&](const Scenario& scenario) { return !used.contains(scenario.id); });
+  return selection;
+}
+
+std::vector<Verdict> judge_selection(const Place& place, const Options& options, const Selection& selection,
+                                     const std::vector<Row>& rows) {
+  std::vector<Gate> gates;
+  if (!options.tolerances.empty()) {
+    gates = read_gates(options.tolerances);
+  } else {
+    std::vector<std::string> files;
+    for (const auto& entry : fs::directory_iterator(place.source_dir + "/validation/gates")) {
+      if (entry.path().extension() == ".toml") files.push_back(entry.path().string());
+    }
+    std::sort(files.begin(), files.end());
+    for (const auto& file : files) {
+      const auto read = read_gates(file);
+      gates.insert(gates.end(), read.begin(), read.end());
+    }
+  }
+  if (selection.narrowed) {
+    // A narrowed run drops the gates that it leaves without cells, and with --steps those of a whole ladder.
+    std::erase_if(gates, [&](const Gate& gate) {
+      const bool of_ladder = gate.metric.rfind("order-", 0) == 0 || gate.metric.rfind("growth-", 0) == 0;
+      if (of_ladder && !options.steps.empty()) return true;
+      return std::none_of(selection.cells.begin(), selection.cells.end(), [&](const Cell& cell) {
+        return glob_match(gate.scenario, cell.scenario.id) && glob_match(gate.method, cell.method) &&
+               (!gate.steps || *gate.steps == cell.plan.steps);
+      });
+    });
+  }
+  return judge(gates, rows);
+}
+
+int gate_exit(const std::vector<Verdict>& verdicts) {
+  const bool all_pass = std::all_of(verdicts.begin(), verdicts.end(),
+                                    [](const Verdict& verdict) { return verdict.judgement == Judgement::pass; });
+  return all_pass ? exit_pass : exit_gate;
+}
+
+ReportData assemble_report(const Place& place, const Options& options, const Selection& selection, const StudyResult& result,
+                           const std::vector<Verdict>& verdicts) {
+  ReportData data;
+  data.title = options.study.empty() ? "Atwood: the default study" : "Atwood: " + options.study;
+  data.command = options.program;
+  data.provenance = place.provenance;
+  data.scenarios = selection.scenarios;
+  for (const auto& worker : selection.workers) {
+    if (worker.status == Status::ok) data.engines.push_back(worker.engine);
+    else data.missing_engines.emplace_back(fs::path(worker.path).filename().string(),
+                                           to_string(worker.status) + ": " + worker.reason);
+  }
+  data.metrics = all_metrics();
+  data.rows = result.rows;
+  data.verdicts = verdicts;
+  data.series = load_series(options.out_dir + "/store.db", selection.cells);
+  data.laws = find_laws(data.scenarios, data.rows);
+  data.bench = read_bench(options.out_dir + "/bench.json");
+  return data;
+}
+
+void write_outputs(const Options& options, const ReportData& data) {
+  write_file(options.out_dir + "/report.html", render_html(data));
+  for (const auto& output : options.outputs) {
+    const auto colon = output.find(':');
+    const std::string format = output.substr(0, colon);
+    const std::string path = colon == std::string::npos ? "" : output.substr(colon + 1);
+    if (path.empty()) throw InputError(fmt::format("-o {}: expected FORMAT:FILE", output));
+    if (format == "csv") write_file(path, render_csv(data.rows));
+    else if (format == "json") write_file(path, render_json(data));
+    else if (format == "markdown" || format == "md") write_file(path, render_markdown(data));
+    else if (format == "junit") write_file(path, render_junit(data.verdicts));
+    else if (format == "html") write_file(path, render_html(data));
+    else throw InputError(fmt::format("-o {}: found format `{}`; expected csv, json, markdown, junit or html", output, format));
+  }
+  if (!options.junit.empty()) write_file(options.junit, render_junit(data.verdicts));
+}
+
+}  // namespace atwood

@@ -1,0 +1,138 @@
+// trace: one run's motion or contacts as CSV, in the precision it was computed in.
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "reports/command_line/command_line.hpp"
+#include "scene/files.hpp"
+
+namespace atwood {
+
+namespace {
+
+constexpr const char* motion_columns =
+    "t_s,body,px_m,py_m,pz_m,qw,qx,qy,qz,vx_m_per_s,vy_m_per_s,vz_m_per_s,wx_rad_per_s,wy_rad_per_s,wz_rad_per_s";
+constexpr const char* bar_columns =
+    ",px_m_bar,py_m_bar,pz_m_bar,qw_bar,qx_bar,qy_bar,qz_bar,vx_m_per_s_bar,vy_m_per_s_bar,vz_m_per_s_bar,wx_rad_per_s_bar,"
+    "wy_rad_per_s_bar,wz_rad_per_s_bar,source";
+constexpr const char* event_columns =
+    "t_s,kind,body_a,body_b,x_m,y_m,z_m,nx,ny,nz,impulse_n_N_s,impulse_t_N_s,vn_before_m_per_s,vn_after_m_per_s";
+
+std::string quoted(const std::string& text) {
+  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+  std::string out = "\"";
+  for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return out + "\"";
+}
+
+template <std::size_t n>
+void append(std::string& line, const std::array<Wide, n>& values, int digits) {
+  for (const auto& value : values) line += "," + format_number(value, digits);
+}
+
+void append_body(std::string& line, const BodySample& body, int digits) {
+  append(line, body.p_m, digits);
+  append(line, body.q_wxyz, digits);
+  append(line, body.v_m_per_s, digits);
+  append(line, body.w_rad_per_s, digits);
+}
+
+std::string body_name(const Scene& scene, std::size_t i) {
+  return i < scene.bodies.size() ? quoted(scene.bodies[i].name) : quoted(scene.problem);
+}
+
+void print_motion(const Scene& scene, const std::vector<Sample>& values, const Truth* truth, int digits) {
+  fmt::print("{}{}\n", motion_columns, truth ? bar_columns : "");
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    for (std::size_t i = 0; i < values[k].bodies.size(); ++i) {
+      std::string line = format_number(values[k].t_s, digits) + "," + body_name(scene, i);
+      append_body(line, values[k].bodies[i], digits);
+      if (truth) {
+        append_body(line, truth->bars[k].bodies[i], 17);
+        line += "," + quoted(truth->source);
+      }
+      fmt::print("{}\n", line);
+    }
+  }
+}
+
+void print_events(const Scene& scene, const std::vector<Event>& events, const Truth* truth, int digits) {
+  fmt::print("{}{}\n", event_columns, truth ? ",t_s_bar" : "");
+  for (std::size_t k = 0; k < events.size(); ++k) {
+    const Event& e = events[k];
+    std::string line = fmt::format("{},{},{},{}", format_number(e.t_s, digits), to_string(e.kind),
+                                   body_name(scene, static_cast<std::size_t>(e.body_a)),
+                                   body_name(scene, static_cast<std::size_t>(e.body_b)));
+    append(line, e.x_m, digits);
+    append(line, e.normal, digits);
+    append(line, std::array<Wide, 4>{e.impulse_n_N_s, e.impulse_t_N_s, e.vn_before_m_per_s, e.vn_after_m_per_s}, digits);
+    if (truth) line += "," + format_double(k < truth->event_bar_s.size() ? truth->event_bar_s[k] : 0);
+    fmt::print("{}\n", line);
+  }
+}
+
+int digits_of(const std::string& scalar) {
+  if (scalar == "quad") return 36;
+  if (scalar == "long-double") return 21;
+  return 17;
+}
+
+int status_exit(const Outcome& outcome) {
+  if (outcome.status == Status::ok) return exit_pass;
+  fmt::print(stderr, "atwood: {}: {}\n", to_string(outcome.status), outcome.reason);
+  return outcome.status == Status::crashed || outcome.status == Status::timeout ? exit_cell : exit_pass;
+}
+
+const Worker& worker_of(const std::vector<Worker>& workers, const std::string& method) {
+  MethodId id;
+  try {
+    id = parse_method_id(method);
+  } catch (const std::invalid_argument& error) {
+    throw InputError(fmt::format("--method {}: {}", method, error.what()));
+  }
+  std::string names;
+  for (const auto& worker : workers) {
+    if (worker.status != Status::ok) continue;
+    for (const auto& info : worker.engine.methods) {
+      if (info.id == id.engine + "/" + id.scheme) return worker;
+      names += (names.empty() ? "" : ", ") + info.id;
+    }
+  }
+  throw InputError(fmt::format("--method {}: no engine offers it; expected truth or one of {}", method, names));
+}
+
+}  // namespace
+
+int command_trace(const Place& place, const Options& options) {
+  Scenario scenario = read_scene_argument(place, options.input);
+  const std::string& method = options.methods.front();
+  const std::int64_t samples = options.samples.value_or(scenario.samples);
+  if (samples <= 0) throw InputError(fmt::format("--samples {}: expected a positive count", samples));
+
+  if (method == "truth") {
+    const Truth truth = truth_once(place.truth_worker, scenario, samples, std::max(options.cell_limit_s, 120.0));
+    if (truth.outcome.status != Status::ok) return status_exit(truth.outcome);
+    if (options.events) print_events(scenario.scene, truth.events, &truth, 36);
+    else print_motion(scenario.scene, truth.values, &truth, 36);
+    if (!truth.note.empty()) fmt::print(stderr, "atwood: {}\n", truth.note);
+    return exit_pass;
+  }
+
+  const std::int64_t steps = options.steps.empty() ? scenario.steps.back() : options.steps.front();
+  if (steps <= 0 || steps % samples != 0) {
+    throw InputError(fmt::format("--steps {}: found a count that {} samples do not divide; expected a multiple of {}", steps,
+                                 samples, samples));
+  }
+  const auto workers = require_workers(place, options);
+  const Worker& worker = worker_of(workers, method);
+  const MethodId id = parse_method_id(method);
+  const Recording run = run_once(worker, method, scenario.scene, {scenario.t_end_s, steps, samples}, options.cell_limit_s);
+  const int digits = digits_of(id.scalar.empty() ? worker.engine.scalar : id.scalar);
+  if (run.outcome.status != Status::unsupported) {
+    if (options.events) print_events(scenario.scene, run.events, nullptr, digits);
+    else print_motion(scenario.scene, run.values, nullptr, digits);
+  }
+  return status_exit(run.outcome);
+}
+
+}  // namespace atwood
