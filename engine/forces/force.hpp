@@ -1,0 +1,69 @@
+// What a force is: a term that reads the motion of the bodies and adds to their loads.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "math/quat.hpp"
+#include "scene/scene.hpp"
+
+namespace atwood {
+
+// Where a body's twelve or six scalars are: in the state, or (fixed or held) in an array of its own.
+template <class S> struct Slot {
+  int offset = -1;            // of p_WB in the state; -1: fixed
+  bool rotates = false;
+  const S* resting = nullptr; // not null: the body does not move now, and stands here
+};
+
+template <class S> struct Motion {
+  S t_s;
+  const S* y;
+  const Slot<S>* slots;
+
+  const S* of(int body) const { return slots[body].resting ? slots[body].resting : y + slots[body].offset; }
+  Vec3<S> p_WB(int body) const { return load3(of(body)); }
+  Vec3<S> v_WB(int body) const { return load3(of(body) + 3); }
+  Quat<S> q_WB(int body) const { return slots[body].rotates ? load4(of(body) + 6) : Quat<S>{}; }
+  Vec3<S> w_WB_B(int body) const { return slots[body].rotates ? load3(of(body) + 10) : Vec3<S>{}; }
+};
+
+template <class S> struct Load {
+  Vec3<S> acceleration_W;  // of forces proportional to mass: never multiplied and divided by it
+  Vec3<S> force_W;         // through the centre of mass
+  Vec3<S> torque_B;        // about the centre of mass, body axes
+};
+
+template <class S> class ForceTerm {
+ public:
+  virtual ~ForceTerm() = default;
+  virtual void add_loads(const Motion<S>& motion, Load<S>* loads) const = 0;  // loads: one a body
+  virtual bool velocity_dependent() const { return false; }
+  std::vector<Interval> on_s;  // empty: always
+};
+
+// One file a force. A factory throws Unsupported for what the engine has no law for.
+struct Unsupported { std::string reason; };
+
+template <class S> using TermPointer = std::unique_ptr<ForceTerm<S>>;
+template <class S> TermPointer<S> make_term(const MutualGravity&, const Scene&);
+template <class S> TermPointer<S> make_term(const Attractor&, const Scene&);
+template <class S> TermPointer<S> make_term(const LinearDrag&, const Scene&);
+template <class S> TermPointer<S> make_term(const QuadraticDrag&, const Scene&);
+template <class S> TermPointer<S> make_term(const Spring&, const Scene&);
+template <class S> TermPointer<S> make_term(const Drive&, const Scene&);
+template <class S> TermPointer<S> make_term(const Lorentz&, const Scene&);
+template <class S> TermPointer<S> make_term(const Coulomb&, const Scene&);
+template <class S> TermPointer<S> make_term(const Thruster&, const Scene&);
+template <class S> TermPointer<S> make_term(const PointForce&, const Scene&);
+template <class S> TermPointer<S> make_term(const RotatingFrame&, const Scene&);
+template <class S> TermPointer<S> make_term(const Potential&, const Scene&);
+
+// A force at a point of a body: the load through the centre of mass, and its moment.
+template <class S> void add_force_at(Load<S>& load, const Quat<S>& q_WB, const Vec3<S>& point_B, const Vec3<S>& force_W) {
+  load.force_W += force_W;
+  load.torque_B += cross(point_B, rotate_back(q_WB, force_W));
+}
+
+}  // namespace atwood

@@ -1,0 +1,113 @@
+#include "integrators/implicit_solver.hpp"
+
+#include <algorithm>
+
+namespace atwood {
+
+template <class S>
+ImplicitSolver<S>::ImplicitSolver(int size)
+    : size_(size), g_(size), change_(size), shifted_(size), lu_(static_cast<std::size_t>(size) * size), pivot_(size) {}
+
+// Largest change of a component, relative to it or to a thousandth of the largest component.
+template <class S> S ImplicitSolver<S>::relative_size(const S* change, const S* z) const {
+  S bulk = S(0);
+  for (int i = 0; i < size_; ++i) bulk = real::max(bulk, real::abs(z[i]));
+  if (bulk == S(0)) bulk = S(1);
+  S largest = S(0);
+  for (int i = 0; i < size_; ++i) {
+    const S ratio = real::abs(change[i]) / (real::abs(z[i]) + bulk * S(1e-3));
+    if (!(ratio <= largest)) largest = ratio;  // keeps NaN
+  }
+  return largest;
+}
+
+template <class S>
+bool ImplicitSolver<S>::solve(Function g, void* context, S t_s, S c_s, const S* y0, S* z) {
+  return sweep(g, context, t_s, c_s, y0, z) == Progress::solved || newton(g, context, t_s, c_s, y0, z);
+}
+
+// z <- y0 + c g(z). Solved when a sweep changes nothing but the last digits, or can no longer improve on them.
+template <class S>
+auto ImplicitSolver<S>::sweep(Function g, void* context, S t_s, S c_s, const S* y0, S* z) -> Progress {
+  constexpr int most = 40;
+  S before = S(1e30f);
+  for (int k = 0; k < most; ++k) {
+    g(context, t_s, z, g_.data());
+    for (int i = 0; i < size_; ++i) {
+      const S next = y0[i] + c_s * g_[i];
+      change_[i] = next - z[i];
+      z[i] = next;
+    }
+    const S now = relative_size(change_.data(), z);
+    if (!(now < S(1e30f))) return Progress::slow;
+    if (now <= real::epsilon<S>() || (now <= S(64) * real::epsilon<S>() && now >= before / S(2))) return Progress::solved;
+    if (k > 2 && now > before / S(4)) return Progress::slow;
+    before = now;
+  }
+  return Progress::slow;
+}
+
+template <class S>
+void ImplicitSolver<S>::factor_jacobian(Function g, void* context, S t_s, S c_s, S* z) {
+  const S root = real::sqrt(real::epsilon<S>());
+  S bulk = S(0);
+  for (int i = 0; i < size_; ++i) bulk = real::max(bulk, real::abs(z[i]));
+  g(context, t_s, z, g_.data());
+  for (int j = 0; j < size_; ++j) {
+    const S here = z[j];
+    z[j] = here + root * real::max(real::abs(here), real::max(bulk * S(1e-3), S(1e-6)));
+    const S step = z[j] - here;
+    g(context, t_s, z, shifted_.data());
+    z[j] = here;
+    for (int i = 0; i < size_; ++i)
+      lu_[i * size_ + j] = (i == j ? S(1) : S(0)) - c_s * (shifted_[i] - g_[i]) / step;
+  }
+  for (int k = 0; k < size_; ++k) {  // Gaussian elimination, row pivots
+    int p = k;
+    for (int i = k + 1; i < size_; ++i)
+      if (real::abs(lu_[i * size_ + k]) > real::abs(lu_[p * size_ + k])) p = i;
+    pivot_[k] = p;
+    for (int j = 0; j < size_; ++j) std::swap(lu_[k * size_ + j], lu_[p * size_ + j]);
+    for (int i = k + 1; i < size_; ++i) {
+      const S factor = lu_[i * size_ + k] /= lu_[k * size_ + k];
+      for (int j = k + 1; j < size_; ++j) lu_[i * size_ + j] -= factor * lu_[k * size_ + j];
+    }
+  }
+}
+
+template <class S> void ImplicitSolver<S>::solve_factored(S* x) const {
+  for (int k = 0; k < size_; ++k) std::swap(x[k], x[pivot_[k]]);
+  for (int i = 0; i < size_; ++i)
+    for (int j = 0; j < i; ++j) x[i] -= lu_[i * size_ + j] * x[j];
+  for (int i = size_ - 1; i >= 0; --i) {
+    for (int j = i + 1; j < size_; ++j) x[i] -= lu_[i * size_ + j] * x[j];
+    x[i] /= lu_[i * size_ + i];
+  }
+}
+
+// Simplified Newton from y0: the Jacobian is formed again whenever the last one contracts too slowly.
+template <class S>
+bool ImplicitSolver<S>::newton(Function g, void* context, S t_s, S c_s, const S* y0, S* z) {
+  std::copy(y0, y0 + size_, z);
+  factor_jacobian(g, context, t_s, c_s, z);
+  S before = S(1e30f);
+  for (int k = 0; k < 60; ++k) {
+    g(context, t_s, z, g_.data());
+    for (int i = 0; i < size_; ++i) change_[i] = y0[i] + c_s * g_[i] - z[i];
+    solve_factored(change_.data());
+    for (int i = 0; i < size_; ++i) z[i] += change_[i];
+    const S now = relative_size(change_.data(), z);
+    if (!(now < S(1e30f))) return false;
+    if (now <= S(2) * real::epsilon<S>() || (now <= S(1024) * real::epsilon<S>() && now >= before / S(2))) return true;
+    if (now > before / S(10)) factor_jacobian(g, context, t_s, c_s, z);
+    before = now;
+  }
+  return false;
+}
+
+template class ImplicitSolver<float>;
+template class ImplicitSolver<double>;
+template class ImplicitSolver<long double>;
+template class ImplicitSolver<Quad>;
+
+}  // namespace atwood

@@ -1,0 +1,43 @@
+// The scalars the engine computes in: float, double, long double, and __float128 ("quad").
+//
+// std:: has no overloads for quad, and argument-dependent lookup finds nothing for built-in types, so the few functions
+// that physics needs are named here, once, for all four.
+#pragma once
+
+#include <cmath>
+
+namespace atwood {
+
+using Quad = __float128;
+
+namespace real {
+
+inline float sqrt(float x) { return std::sqrt(x); }
+inline double sqrt(double x) { return std::sqrt(x); }
+inline long double sqrt(long double x) { return std::sqrt(x); }
+Quad sqrt(Quad x);
+
+inline float sin(float x) { return std::sin(x); }
+inline double sin(double x) { return std::sin(x); }
+inline long double sin(long double x) { return std::sin(x); }
+Quad sin(Quad x);
+
+inline float cos(float x) { return std::cos(x); }
+inline double cos(double x) { return std::cos(x); }
+inline long double cos(long double x) { return std::cos(x); }
+Quad cos(Quad x);
+
+template <class S> S abs(S x) { return x < S(0) ? -x : x; }
+template <class S> S max(S a, S b) { return a < b ? b : a; }
+template <class S> S min(S a, S b) { return b < a ? b : a; }
+template <class S> bool is_finite(S x) { return x - x == S(0); }
+
+// Distance from 1 to the next scalar.
+template <class S> constexpr S epsilon();
+template <> constexpr float epsilon<float>() { return 0x1p-23f; }
+template <> constexpr double epsilon<double>() { return 0x1p-52; }
+template <> constexpr long double epsilon<long double>() { return 0x1p-63L; }
+template <> constexpr Quad epsilon<Quad>() { return 0x1p-112; }
+
+}  // namespace real
+}  // namespace atwood

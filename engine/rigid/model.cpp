@@ -1,0 +1,206 @@
+#include "rigid/model.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "rigid/bare_problems.hpp"
+
+namespace atwood {
+namespace {
+
+constexpr int point_size = 6, rotating_size = 13;
+
+template <class S> Vec3<S> times(const Vec3<S> (&row)[3], const Vec3<S>& v) {
+  return {dot(row[0], v), dot(row[1], v), dot(row[2], v)};
+}
+
+// I^-1 by cofactors over the determinant: row i is the cross product of the other two columns (I is symmetric).
+template <class S> MassProperties<S> mass_properties(const Body& body) {
+  MassProperties<S> m;
+  if (body.fixed) return m;
+  m.mass_kg = S(body.mass_kg);
+  m.inverse_mass_per_kg = S(1) / m.mass_kg;
+  if (!rotates(body)) return m;
+  const auto& I = body.inertia_kg_m2;
+  for (int i = 0; i < 3; ++i) m.I_row[i] = {S(I[3 * i]), S(I[3 * i + 1]), S(I[3 * i + 2])};
+  m.diagonal = I[1] == 0 && I[2] == 0 && I[3] == 0 && I[5] == 0 && I[6] == 0 && I[7] == 0;
+  if (m.diagonal) {
+    m.I_inverse_row[0].x = S(1) / m.I_row[0].x;
+    m.I_inverse_row[1].y = S(1) / m.I_row[1].y;
+    m.I_inverse_row[2].z = S(1) / m.I_row[2].z;
+  } else {
+    const S determinant = dot(m.I_row[0], cross(m.I_row[1], m.I_row[2]));
+    for (int i = 0; i < 3; ++i)
+      m.I_inverse_row[i] = (S(1) / determinant) * cross(m.I_row[(i + 1) % 3], m.I_row[(i + 2) % 3]);
+  }
+  m.principal = principal_axes<S>(I);
+  return m;
+}
+
+bool is_on(const std::vector<Interval>& on_s, double t_s) {
+  return on_s.empty() ||
+         std::any_of(on_s.begin(), on_s.end(), [&](const Interval& i) { return i.from_s <= t_s && t_s < i.to_s; });
+}
+
+}  // namespace
+
+template <class S> Vec3<S> MassProperties<S>::times_inertia(const Vec3<S>& w_B) const {
+  if (diagonal) return {I_row[0].x * w_B.x, I_row[1].y * w_B.y, I_row[2].z * w_B.z};
+  return times(I_row, w_B);
+}
+template <class S> Vec3<S> MassProperties<S>::times_inverse_inertia(const Vec3<S>& L_B) const {
+  if (diagonal) return {I_inverse_row[0].x * L_B.x, I_inverse_row[1].y * L_B.y, I_inverse_row[2].z * L_B.z};
+  return times(I_inverse_row, L_B);
+}
+
+template <class S> RigidModel<S>::RigidModel(const Scene& scene) : gravity_(narrow3<S>(scene.gravity_m_per_s2)) {
+  system_.context = this;
+  build_bodies(scene);
+  if (!scene.problem.empty()) {
+    bare_problem_ = true;
+    system_.rate_of = bare_problem_rate<S>(scene.problem);
+    if (system_.rate_of == nullptr) unsupported_ = "atwood has no equations for problem `" + scene.problem + "`";
+    system_.size = state_size_ = 3;
+    moving_.push_back(0);
+    return;
+  }
+  try {
+    build_forces(scene);
+  } catch (const Unsupported& u) {
+    unsupported_ = u.reason;
+  }
+  system_.size = state_size_;
+  system_.rate_of = &RigidModel::rate_of;
+  if (std::any_of(slots_.begin(), slots_.end(), [](const Slot<S>& s) { return s.rotates && s.offset >= 0; }))
+    system_.project_of = &RigidModel::project_of;
+  select_interval(S(0), S(0));
+}
+
+template <class S> void RigidModel<S>::build_bodies(const Scene& scene) {
+  const std::size_t count = scene.bodies.size();
+  resting_.resize(count * rotating_size);
+  loads_.resize(count);
+  moving_.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Body& body = scene.bodies[i];
+    Slot<S> slot;
+    slot.rotates = atwood::rotates(body) || body.fixed;  // a fixed body has an attitude too
+    if (!body.fixed) {
+      slot.offset = state_size_;
+      state_size_ += slot.rotates ? rotating_size : point_size;
+    }
+    BodyState<S> start{narrow3<S>(body.position_m), narrow3<S>(body.velocity_m_per_s), {},
+                       narrow3<S>(body.angular_velocity_body_rad_per_s)};
+    for (int k = 0; k < 4; ++k) (&start.q_WB.w)[k] = S(body.orientation_wxyz[k]);
+    S* rest = resting_.data() + i * rotating_size;
+    store3(start.p_WB, rest + at_position);
+    store4(start.q_WB, rest + at_attitude);
+    initial_.push_back(start);
+    slots_.push_back(slot);
+    mass_.push_back(mass_properties<S>(body));
+    release_s_.push_back(body.release_s);
+    if (!body.fixed && body.release_s > 0) switch_times_s_.push_back(body.release_s);
+  }
+}
+
+template <class S> void RigidModel<S>::build_forces(const Scene& scene) {
+  for (const Force& force : scene.forces) {
+    terms_.push_back(std::visit([&](const auto& f) { return make_term<S>(f, scene); }, force));
+    velocity_dependent_ = velocity_dependent_ || terms_.back()->velocity_dependent();
+    for (const Interval& on : terms_.back()->on_s)
+      for (double t : {on.from_s, on.to_s})
+        if (t > 0 && std::isfinite(t)) switch_times_s_.push_back(t);
+  }
+  active_.reserve(terms_.size());
+  std::sort(switch_times_s_.begin(), switch_times_s_.end());
+  switch_times_s_.erase(std::unique(switch_times_s_.begin(), switch_times_s_.end()), switch_times_s_.end());
+}
+
+// The law between two neighbouring switch times is one law, so only a change of interval rebuilds the lists.
+template <class S> void RigidModel<S>::select_interval(S from_s, S to_s) {
+  if (interval_ >= 0 && switch_times_s_.empty()) return;
+  const double middle_s = static_cast<double>((from_s + to_s) / S(2));
+  const int interval = static_cast<int>(
+      std::upper_bound(switch_times_s_.begin(), switch_times_s_.end(), middle_s) - switch_times_s_.begin());
+  if (interval == interval_) return;
+  interval_ = interval;
+  ++system_.epoch;
+  active_.clear();
+  for (const auto& term : terms_)
+    if (is_on(term->on_s, middle_s)) active_.push_back(term.get());
+  moving_.clear();
+  for (std::size_t i = 0; i < slots_.size(); ++i) {
+    const bool stands = slots_[i].offset < 0 || middle_s < release_s_[i];
+    slots_[i].resting = stands ? resting_.data() + i * rotating_size : nullptr;
+    if (!stands) moving_.push_back(static_cast<int>(i));
+  }
+}
+
+template <class S> void RigidModel<S>::initial_state(S* y) const {
+  if (bare_problem_) return store3(initial_[0].p_WB, y);
+  for (int i = 0; i < body_count(); ++i) set_body(i, initial_[i], y);
+}
+
+template <class S> BodyState<S> RigidModel<S>::body(int body, const S* y) const {
+  const Slot<S>& slot = slots_[body];
+  if (slot.offset < 0) return {initial_[body].p_WB, {}, initial_[body].q_WB, {}};
+  const S* at = y + slot.offset;
+  BodyState<S> state{load3(at + at_position), load3(at + at_velocity), initial_[body].q_WB, {}};
+  if (slot.rotates) {
+    state.q_WB = load4(at + at_attitude);
+    state.w_WB_B = load3(at + at_body_rate);
+  }
+  return state;
+}
+
+template <class S> void RigidModel<S>::set_body(int body, const BodyState<S>& state, S* y) const {
+  const Slot<S>& slot = slots_[body];
+  if (slot.offset < 0) return;
+  S* at = y + slot.offset;
+  store3(state.p_WB, at + at_position);
+  store3(state.v_WB, at + at_velocity);
+  if (!slot.rotates) return;
+  store4(state.q_WB, at + at_attitude);
+  store3(state.w_WB_B, at + at_body_rate);
+}
+
+template <class S> void RigidModel<S>::write(S t_s, const S* y, Sample& sample) {
+  sample.bodies.resize(slots_.size());
+  for (int i = 0; i < body_count(); ++i) {
+    BodyState<S> state;
+    if (bare_problem_) {  // the unknowns are the position, their rates the velocity
+      S dydt[3];
+      system_.rate_of(this, t_s, y, dydt);
+      state.p_WB = load3(y);
+      state.v_WB = load3(dydt);
+    } else {
+      state = body(i, y);
+    }
+    BodySample& out = sample.bodies[i];
+    out.p_m = {state.p_WB.x, state.p_WB.y, state.p_WB.z};
+    out.q_wxyz = {state.q_WB.w, state.q_WB.x, state.q_WB.y, state.q_WB.z};
+    out.v_m_per_s = {state.v_WB.x, state.v_WB.y, state.v_WB.z};
+    out.w_rad_per_s = {state.w_WB_B.x, state.w_WB_B.y, state.w_WB_B.z};
+  }
+}
+
+template <class S> void RigidModel<S>::normalise(S* y) const {
+  for (const Slot<S>& slot : slots_)
+    if (slot.rotates && slot.offset >= 0 && slot.resting == nullptr) {
+      S* q = y + slot.offset + at_attitude;
+      store4(normalised(load4(q)), q);
+    }
+}
+
+template <class S> void RigidModel<S>::project_of(void* context, S* y) { static_cast<RigidModel*>(context)->normalise(y); }
+
+template struct MassProperties<float>;
+template struct MassProperties<double>;
+template struct MassProperties<long double>;
+template struct MassProperties<Quad>;
+template class RigidModel<float>;
+template class RigidModel<double>;
+template class RigidModel<long double>;
+template class RigidModel<Quad>;
+
+}  // namespace atwood

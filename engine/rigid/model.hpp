@@ -1,0 +1,102 @@
+// A scene in motion: which scalars of the state belong to which body, and their rates.
+//
+// State: for each body that is not fixed, one after another,
+//   p_WB(3) v_WB(3)                      a point mass
+//   p_WB(3) v_WB(3) q_WB(4) w_WB_B(3)    a body that rotates
+// A bare problem (lorenz) is three scalars. Mass, inertia, charge stay in the model.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "forces/force.hpp"
+#include "integrators/system.hpp"
+#include "math/principal_axes.hpp"
+#include "protocol/sample.hpp"
+#include "scene/scene.hpp"
+
+namespace atwood {
+
+template <class S> struct BodyState {
+  Vec3<S> p_WB, v_WB;
+  Quat<S> q_WB;
+  Vec3<S> w_WB_B;
+};
+
+// Offsets inside one body's part of the state.
+inline constexpr int at_position = 0, at_velocity = 3, at_attitude = 6, at_body_rate = 10;
+
+template <class S> struct MassProperties {
+  S mass_kg{}, inverse_mass_per_kg{};  // both 0: fixed (and its inverse inertia is 0 too)
+  Vec3<S> I_row[3];          // inertia about the centre of mass, body axes
+  Vec3<S> I_inverse_row[3];
+  bool diagonal = true;      // body axes are principal
+  PrincipalAxes<S> principal;
+
+  Vec3<S> times_inertia(const Vec3<S>& w_B) const;
+  Vec3<S> times_inverse_inertia(const Vec3<S>& L_B) const;
+};
+
+template <class S> class RigidModel {
+ public:
+  explicit RigidModel(const Scene& scene);
+  RigidModel(const RigidModel&) = delete;
+  RigidModel& operator=(const RigidModel&) = delete;
+
+  // Why the engine cannot run this scene at all ("" if it can).
+  const std::string& unsupported() const { return unsupported_; }
+  bool bare_problem() const { return bare_problem_; }
+  // Some force depends on velocities or body rates.
+  bool velocity_dependent() const { return velocity_dependent_; }
+
+  // ---- layout
+  int body_count() const { return static_cast<int>(slots_.size()); }
+  int state_size() const { return state_size_; }
+  int offset(int body) const { return slots_[body].offset; }  // -1: fixed, not in the state
+  bool rotates(int body) const { return slots_[body].rotates; }
+  const MassProperties<S>& mass(int body) const { return mass_[body]; }
+  void initial_state(S* y) const;
+  BodyState<S> body(int body, const S* y) const;                       // fixed ones included
+  void set_body(int body, const BodyState<S>& state, S* y) const;      // no effect on a fixed one
+  void write(S t_s, const S* y, Sample& sample);                       // sample.bodies is resized once; t_s is not set
+
+  // ---- switches and releases: the law that holds in [from_s, to_s] (as at its midpoint) holds until the next call
+  const std::vector<double>& switch_times_s() const { return switch_times_s_; }  // sorted, unique, > 0
+  void select_interval(S from_s, S to_s);                              // cheap when nothing switches
+  std::span<const int> moving() const { return moving_; }              // neither fixed nor held at present
+
+  // ---- rates
+  System<S>& system() { return system_; }  // y' = f(t, y) with embedded quaternions; lives as long as the model
+  // The kick of partitioned methods: velocity entries get force / mass, body-rate entries I^-1 torque without the
+  // gyroscopic term; every other entry is left as it is.
+  void accelerations(S t_s, const S* y, S* dydt);
+  void normalise(S* y) const;              // unit quaternions
+
+ private:
+  static void rate_of(void* context, S t_s, const S* y, S* dydt);
+  static void project_of(void* context, S* y);
+  void add_loads(S t_s, const S* y);
+  void build_bodies(const Scene& scene);
+  void build_forces(const Scene& scene);
+
+  std::string unsupported_;
+  bool bare_problem_ = false, velocity_dependent_ = false;
+  int state_size_ = 0;
+  std::vector<Slot<S>> slots_;
+  std::vector<S> resting_;                 // p, v = 0, q, w = 0 of every body: what forces see of fixed and held ones
+  std::vector<BodyState<S>> initial_;
+  std::vector<double> release_s_;
+  std::vector<MassProperties<S>> mass_;
+  std::vector<Load<S>> loads_;
+  std::vector<std::unique_ptr<ForceTerm<S>>> terms_;
+  std::vector<const ForceTerm<S>*> active_;
+  std::vector<double> switch_times_s_;
+  std::vector<int> moving_;
+  int interval_ = -1;                      // how many switch times lie behind
+  Vec3<S> gravity_;
+  System<S> system_;
+};
+
+}  // namespace atwood

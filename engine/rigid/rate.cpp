@@ -1,0 +1,54 @@
+// The rates of a rigid scene: where a run spends its time.
+#include "rigid/model.hpp"
+
+namespace atwood {
+
+template <class S> void RigidModel<S>::add_loads(S t_s, const S* y) {
+  for (const int i : moving_) loads_[i] = Load<S>{gravity_, {}, {}};
+  const Motion<S> motion{t_s, y, slots_.data()};
+  for (const ForceTerm<S>* term : active_) term->add_loads(motion, loads_.data());
+}
+
+// Newton and Euler, attitude embedded in R^4:
+//   p' = v    v' = g + F / m    q' = 1/2 q (0, w)    I w' = tau - w x (I w)      (w, tau in body axes)
+template <class S> void RigidModel<S>::rate_of(void* context, S t_s, const S* y, S* dydt) {
+  RigidModel& model = *static_cast<RigidModel*>(context);
+  if (model.moving_.size() < model.slots_.size())
+    for (int i = 0; i < model.state_size_; ++i) dydt[i] = S(0);  // held bodies do not move
+  model.add_loads(t_s, y);
+  for (const int i : model.moving_) {
+    const Slot<S>& slot = model.slots_[i];
+    const MassProperties<S>& mass = model.mass_[i];
+    const Load<S>& load = model.loads_[i];
+    const S* at = y + slot.offset;
+    S* rate = dydt + slot.offset;
+    for (int k = 0; k < 3; ++k) rate[at_position + k] = at[at_velocity + k];
+    store3(load.acceleration_W + mass.inverse_mass_per_kg * load.force_W, rate + at_velocity);
+    if (!slot.rotates) continue;
+    const Vec3<S> w = load3(at + at_body_rate);
+    store4(quaternion_rate(load4(at + at_attitude), w), rate + at_attitude);
+    store3(mass.times_inverse_inertia(load.torque_B - cross(w, mass.times_inertia(w))), rate + at_body_rate);
+  }
+}
+
+template <class S> void RigidModel<S>::accelerations(S t_s, const S* y, S* dydt) {
+  ++system_.evaluations;
+  add_loads(t_s, y);
+  for (const int i : moving_) {
+    S* rate = dydt + slots_[i].offset;
+    store3(loads_[i].acceleration_W + mass_[i].inverse_mass_per_kg * loads_[i].force_W, rate + at_velocity);
+    if (slots_[i].rotates) store3(mass_[i].times_inverse_inertia(loads_[i].torque_B), rate + at_body_rate);
+  }
+}
+
+// add_loads is inlined into both; the class itself is instantiated in model.cpp.
+template void RigidModel<float>::rate_of(void*, float, const float*, float*);
+template void RigidModel<double>::rate_of(void*, double, const double*, double*);
+template void RigidModel<long double>::rate_of(void*, long double, const long double*, long double*);
+template void RigidModel<Quad>::rate_of(void*, Quad, const Quad*, Quad*);
+template void RigidModel<float>::accelerations(float, const float*, float*);
+template void RigidModel<double>::accelerations(double, const double*, double*);
+template void RigidModel<long double>::accelerations(long double, const long double*, long double*);
+template void RigidModel<Quad>::accelerations(Quad, const Quad*, Quad*);
+
+}  // namespace atwood
