@@ -1,0 +1,45 @@
+# The in-house engine, and its worker.
+add_library(atwood_engine STATIC
+  simulation.cpp
+  smooth.cpp
+  math/principal_axes.cpp
+  math/scalar.cpp
+  rigid/bare_problems.cpp
+  rigid/free_top.cpp
+  rigid/model.cpp
+  rigid/rate.cpp
+  forces/attractor.cpp
+  forces/coulomb.cpp
+  forces/drive.cpp
+  forces/linear_drag.cpp
+  forces/lorentz.cpp
+  forces/mutual_gravity.cpp
+  forces/point_force.cpp
+  forces/potential.cpp
+  forces/quadratic_drag.cpp
+  forces/rotating_frame.cpp
+  forces/spring.cpp
+  forces/thruster.cpp
+  integrators/adaptive.cpp
+  integrators/catalogue.cpp
+  integrators/implicit_euler.cpp
+  integrators/implicit_solver.cpp
+  integrators/kick_drift.cpp
+  integrators/leapfrog.cpp
+  integrators/runge_kutta.cpp
+  integrators/stepper.cpp
+  integrators/symplectic_euler.cpp
+  integrators/tableaux.cpp
+  integrators/velocity_verlet.cpp)
+target_include_directories(atwood_engine PUBLIC ${CMAKE_CURRENT_LIST_DIR})
+target_link_libraries(atwood_engine PUBLIC atwood_scene atwood_protocol PRIVATE quadmath)
+
+# collision/ and contact/ list their own sources there: target_sources(atwood_engine PRIVATE contact/....cpp)
+if(EXISTS ${CMAKE_CURRENT_LIST_DIR}/contact/contact.cmake)
+  include(${CMAKE_CURRENT_LIST_DIR}/contact/contact.cmake)
+  target_compile_definitions(atwood_engine PRIVATE ATWOOD_CONTACT_BUILT)
+endif()
+
+add_executable(atwood-engine worker_main.cpp)
+target_link_libraries(atwood-engine PRIVATE atwood_engine)
+set_target_properties(atwood-engine PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)

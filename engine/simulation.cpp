@@ -1,0 +1,134 @@
+#include "simulation.hpp"
+
+#include <cmath>
+#include <type_traits>
+
+#ifdef ATWOOD_CONTACT_BUILT
+#include "contact/contact.hpp"
+#endif
+
+namespace atwood {
+namespace {
+
+Outcome refuse(const std::string& reason) { return {Status::unsupported, reason, 0, 0, {}}; }
+
+std::string method_fault(const MethodId& id) {
+  const MethodInfo* info = find_integrator(id.scheme);
+  if (info == nullptr) return "atwood has no method `" + id.scheme + "`";
+  if (id.rtol && !info->adaptive) return info->id + " takes equal steps, no tolerance";
+  for (const auto& [name, value] : id.overrides) return info->id + " has no setting `" + name + "` to change";
+  if (!id.response.empty() && id.response != "impulse" && id.response != "event")
+    return "atwood has no contact response `" + id.response + "`";
+  return "";
+}
+
+Outcome run_in_contact(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
+  if (id.response.empty()) return refuse("atwood/" + id.scheme + " has no contact response; use +impulse or +event");
+#ifdef ATWOOD_CONTACT_BUILT
+  return run_with_contacts(id, scene, plan, observer, repeats);
+#else
+  (void)scene, (void)plan, (void)observer, (void)repeats;
+  return refuse("contact response not built");
+#endif
+}
+
+Outcome run(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
+  if (const std::string fault = method_fault(id); !fault.empty()) return refuse(fault);
+  if (contacts_possible(scene)) return run_in_contact(id, scene, plan, observer, repeats);
+  if (id.scalar.empty() || id.scalar == "double") return run_smooth<double>(id, scene, plan, observer, repeats);
+  if (id.scalar == "float") return run_smooth<float>(id, scene, plan, observer, repeats);
+  if (id.scalar == "long-double") return run_smooth<long double>(id, scene, plan, observer, repeats);
+  if (id.scalar == "quad") return run_smooth<Quad>(id, scene, plan, observer, repeats);
+  return refuse("atwood does not compute in `" + id.scalar + "`; use float, double, long-double or quad");
+}
+
+}  // namespace
+
+Engine atwood_engine() { return {"atwood", "0.1.0", "double", integrator_catalogue(), run}; }
+
+bool contacts_possible(const Scene& scene) {
+  int shaped = 0, moving = 0;
+  for (const Body& body : scene.bodies) {
+    if (std::holds_alternative<std::monostate>(body.shape)) continue;
+    ++shaped;
+    if (!body.fixed) ++moving;
+  }
+  return shaped >= 2 && moving >= 1;
+}
+
+template <class S> Simulation<S> prepare(const MethodId& id, const Scene& scene) {
+  Simulation<S> simulation;
+  simulation.model = std::make_unique<RigidModel<S>>(scene);
+  RigidModel<S>& model = *simulation.model;
+  if (!model.unsupported().empty()) {
+    simulation.outcome = refuse(model.unsupported());
+    return simulation;
+  }
+  std::string why;
+  simulation.stepper = make_stepper<S>(id.scheme, model, why);
+  if (simulation.stepper == nullptr) {
+    simulation.outcome = refuse(why);
+    return simulation;
+  }
+  simulation.y.resize(model.state_size());
+  simulation.y_new.resize(model.state_size());
+  model.initial_state(simulation.y.data());
+  return simulation;
+}
+
+// In the wider of double and S, then narrowed.
+template <class S> S time_at(const Plan& plan, std::int64_t n) {
+  using Clock = std::conditional_t<std::is_same_v<S, float>, double, S>;
+  return S(Clock(plan.t_end_s) * Clock(n) / Clock(plan.steps));
+}
+
+template <class S>
+void observe(RigidModel<S>& model, const Plan& plan, std::int64_t k, const S* y, Sample& sample, const Observer& observer) {
+  if (!observer.sample) return;
+  using Clock = std::conditional_t<std::is_same_v<S, float>, double, S>;
+  const Clock t_s = Clock(plan.t_end_s) * Clock(k) / Clock(plan.samples);
+  sample.t_s = t_s;
+  model.write(S(t_s), y, sample);
+  observer.sample(sample);
+}
+
+template <class S> bool healthy(const S* y, int size, S scale, S t_s, Outcome& outcome) {
+  for (int i = 0; i < size; ++i) {
+    if (real::is_finite(y[i]) && real::abs(y[i]) <= S(1e12) * scale) continue;
+    outcome.status = real::is_finite(y[i]) ? Status::diverged : Status::not_finite;
+    outcome.reason = (real::is_finite(y[i]) ? "the state is 1e12 times its first size at t = " : "not finite at t = ") +
+                     format_double(static_cast<double>(t_s)) + " s";
+    return false;
+  }
+  return true;
+}
+
+template <class S> S state_scale(const S* y, int size) {
+  S scale = S(1);
+  for (int i = 0; i < size; ++i) scale = real::max(scale, real::abs(y[i]));
+  return scale;
+}
+
+template Simulation<float> prepare<float>(const MethodId&, const Scene&);
+template Simulation<double> prepare<double>(const MethodId&, const Scene&);
+template Simulation<long double> prepare<long double>(const MethodId&, const Scene&);
+template Simulation<Quad> prepare<Quad>(const MethodId&, const Scene&);
+template float time_at<float>(const Plan&, std::int64_t);
+template double time_at<double>(const Plan&, std::int64_t);
+template long double time_at<long double>(const Plan&, std::int64_t);
+template Quad time_at<Quad>(const Plan&, std::int64_t);
+template void observe<float>(RigidModel<float>&, const Plan&, std::int64_t, const float*, Sample&, const Observer&);
+template void observe<double>(RigidModel<double>&, const Plan&, std::int64_t, const double*, Sample&, const Observer&);
+template void observe<long double>(RigidModel<long double>&, const Plan&, std::int64_t, const long double*, Sample&,
+                                   const Observer&);
+template void observe<Quad>(RigidModel<Quad>&, const Plan&, std::int64_t, const Quad*, Sample&, const Observer&);
+template bool healthy<float>(const float*, int, float, float, Outcome&);
+template bool healthy<double>(const double*, int, double, double, Outcome&);
+template bool healthy<long double>(const long double*, int, long double, long double, Outcome&);
+template bool healthy<Quad>(const Quad*, int, Quad, Quad, Outcome&);
+template float state_scale<float>(const float*, int);
+template double state_scale<double>(const double*, int);
+template long double state_scale<long double>(const long double*, int);
+template Quad state_scale<Quad>(const Quad*, int);
+
+}  // namespace atwood

@@ -1,0 +1,173 @@
+// Runs of smooth motion: equal steps and adaptive ones.
+#include <chrono>
+#include <cmath>
+#include <type_traits>
+
+#include "integrators/adaptive.hpp"
+#include "simulation.hpp"
+
+namespace atwood {
+namespace {
+
+template <class S> std::string at_time(S t_s) { return " at t = " + format_double(static_cast<double>(t_s)) + " s"; }
+
+template <class S> struct Run {
+  Simulation<S>& simulation;
+  const Plan& plan;
+  const Observer* observer;  // null: the timed pass
+  Sample sample;
+  S scale{};
+
+  bool see(std::int64_t k, const S* y) {
+    Outcome& outcome = simulation.outcome;
+    const S t_s = S(static_cast<double>(plan.t_end_s)) * S(k) / S(plan.samples);
+    if (!healthy(y, simulation.model->state_size(), scale, t_s, outcome)) return false;
+    if (observer != nullptr) observe(*simulation.model, plan, k, y, sample, *observer);
+    return true;
+  }
+};
+
+template <class S> void restart(Run<S>& run) {
+  Simulation<S>& s = run.simulation;
+  s.outcome = {};
+  s.model->system().evaluations = 0;
+  ++s.model->system().epoch;
+  s.model->initial_state(s.y.data());
+  run.scale = state_scale(s.y.data(), s.model->state_size());
+}
+
+template <class S> bool refuse_step(Outcome& outcome, S t_s) {
+  outcome.status = Status::diverged;
+  outcome.reason = "the implicit equations of the step" + at_time(t_s) + " were not solved";
+  return false;
+}
+
+// ---- equal steps ------------------------------------------------------------------------------------------------
+template <class S> bool one_step(Simulation<S>& s, const Plan& plan, std::int64_t n, S h_s) {
+  const S t_s = time_at<S>(plan, n);
+  s.model->select_interval(t_s, t_s + h_s);
+  if (!s.stepper->step(t_s, h_s, s.y.data(), s.y_new.data())) return refuse_step(s.outcome, t_s);
+  s.y.swap(s.y_new);
+  return true;
+}
+
+template <class S> void march_equal_steps(Run<S>& run) {
+  Simulation<S>& s = run.simulation;
+  const Plan& plan = run.plan;
+  const S h_s = time_at<S>(plan, 1);
+  const std::int64_t stride = plan.steps / plan.samples;
+  restart(run);
+  if (!run.see(0, s.y.data())) return;
+  for (std::int64_t k = 0; k < plan.samples; ++k) {
+    for (std::int64_t n = k * stride; n < (k + 1) * stride; ++n) {
+      if (!one_step(s, plan, n, h_s)) return;
+      ++s.outcome.steps_taken;
+    }
+    if (!run.see(k + 1, s.y.data())) return;
+  }
+}
+
+// ---- adaptive steps ---------------------------------------------------------------------------------------------
+template <class S> struct Tolerance { S rtol, atol; };
+
+template <class S> bool sample_inside(Run<S>& run, std::int64_t& k, S t_s, S h_s, S end_s, std::vector<S>& inside) {
+  Simulation<S>& s = run.simulation;
+  for (; k < run.plan.samples; ++k) {
+    const S sample_s = S(run.plan.t_end_s) * S(k) / S(run.plan.samples);
+    if (sample_s > end_s) return true;
+    if (s.stepper->dense_is_accurate()) s.stepper->dense((sample_s - t_s) / h_s, inside.data());
+    else s.stepper->step(t_s, sample_s - t_s, s.y.data(), inside.data());
+    if (!run.see(k, inside.data())) return false;
+  }
+  return true;
+}
+
+// From begin_s to end_s under one law; h_s is the guess, and what the next piece starts from.
+template <class S>
+bool march_piece(Run<S>& run, const Tolerance<S>& tolerance, S begin_s, S end_s, S& h_s, std::int64_t& k,
+                 std::vector<S>& inside) {
+  Simulation<S>& s = run.simulation;
+  StepControl<S> control(4);
+  S t_s = begin_s;
+  while (t_s < end_s) {
+    const bool last = t_s + h_s * S(1.0000001) >= end_s;
+    const S step_s = last ? end_s - t_s : h_s;
+    if (!(step_s > S(4) * real::epsilon<S>() * t_s)) {
+      s.outcome = {Status::diverged, "the step size fell to nothing" + at_time(t_s), s.outcome.steps_taken, 0, {}};
+      return false;
+    }
+    if (!s.stepper->step(t_s, step_s, s.y.data(), s.y_new.data())) return refuse_step(s.outcome, t_s);
+    const S next_s = control.next_step(step_s, s.stepper->error_norm(tolerance.rtol, tolerance.atol));
+    if (!control.accepted()) {
+      h_s = next_s;
+      continue;
+    }
+    if (!last || next_s < h_s) h_s = next_s;
+    const S reached_s = last ? end_s : t_s + step_s;
+    if (run.observer != nullptr && !sample_inside(run, k, t_s, step_s, reached_s, inside)) return false;
+    s.y.swap(s.y_new);
+    t_s = reached_s;
+    ++s.outcome.steps_taken;
+  }
+  return true;
+}
+
+template <class S> void march_adaptively(Run<S>& run, const Tolerance<S>& tolerance, std::vector<S>& inside) {
+  Simulation<S>& s = run.simulation;
+  const S end_s = S(run.plan.t_end_s);
+  restart(run);
+  if (!run.see(0, s.y.data())) return;
+  std::int64_t k = 1;
+  S begin_s = S(0), h_s = time_at<S>(run.plan, 1);
+  const std::vector<double>& switches = s.model->switch_times_s();
+  for (std::size_t piece = 0; piece <= switches.size() && begin_s < end_s; ++piece) {
+    const S until_s = piece < switches.size() ? real::min(S(switches[piece]), end_s) : end_s;
+    if (!(begin_s < until_s)) continue;
+    s.model->select_interval(begin_s, until_s);
+    if (!march_piece(run, tolerance, begin_s, until_s, h_s, k, inside)) return;
+    begin_s = until_s;
+  }
+  if (run.observer == nullptr) run.see(run.plan.samples, s.y.data());
+}
+
+Outcome refuse(const std::string& reason) { return {Status::unsupported, reason, 0, 0, {}}; }
+
+std::string plan_fault(const MethodId& id, const Plan& plan) {
+  if (!(plan.t_end_s > 0) || plan.steps < 1 || plan.samples < 1) return "a run needs t_end_s, steps and samples above 0";
+  if (!id.rtol && plan.steps % plan.samples != 0) return "samples must divide the number of equal steps";
+  if (id.rtol && !(*id.rtol > 0)) return "a tolerance must be above 0";
+  return "";
+}
+
+}  // namespace
+
+template <class S>
+Outcome run_smooth(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
+  if (const std::string fault = plan_fault(id, plan); !fault.empty()) return refuse(fault);
+  Simulation<S> simulation = prepare<S>(id, scene);
+  if (simulation.outcome.status != Status::ok) return simulation.outcome;
+  std::vector<S> inside(simulation.y.size());
+  Run<S> run{simulation, plan, repeats > 0 ? nullptr : &observer, {}, {}};
+  const double rtol = id.rtol.value_or(0);
+  const Tolerance<S> tolerance{S(rtol), S(id.atol.value_or(rtol / 100))};
+  std::vector<std::int64_t> busy_ns;
+  for (int pass = 0; pass <= repeats; ++pass) {  // pass 0 is the accuracy pass, or the warm-up of the timed one
+    const auto start = std::chrono::steady_clock::now();
+    if (id.rtol) march_adaptively(run, tolerance, inside);
+    else march_equal_steps(run);
+    const auto stop = std::chrono::steady_clock::now();
+    if (simulation.outcome.status != Status::ok) break;
+    if (pass > 0) busy_ns.push_back(std::chrono::duration_cast<std::chrono::nanoseconds>(stop - start).count());
+  }
+  Outcome outcome = simulation.outcome;
+  outcome.rate_evaluations = simulation.model->system().evaluations;
+  outcome.busy_ns = busy_ns;
+  return outcome;
+}
+
+template Outcome run_smooth<float>(const MethodId&, const Scene&, const Plan&, const Observer&, int);
+template Outcome run_smooth<double>(const MethodId&, const Scene&, const Plan&, const Observer&, int);
+template Outcome run_smooth<long double>(const MethodId&, const Scene&, const Plan&, const Observer&, int);
+template Outcome run_smooth<Quad>(const MethodId&, const Scene&, const Plan&, const Observer&, int);
+
+}  // namespace atwood
