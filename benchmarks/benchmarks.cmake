@@ -1,0 +1,21 @@
+# One executable an engine: two of them never share a process. Nothing here judges accuracy.
+find_package(benchmark REQUIRED)
+
+# atwood_bench(name factory-header factory target)
+function(atwood_bench name header factory target)
+  add_executable(atwood-bench-${name} EXCLUDE_FROM_ALL ${PROJECT_SOURCE_DIR}/benchmarks/steps.cpp ${ARGN})
+  target_compile_definitions(atwood-bench-${name} PRIVATE
+    ATWOOD_ENGINE_HEADER="${header}" ATWOOD_ENGINE_FACTORY=${factory} ATWOOD_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  target_link_libraries(atwood-bench-${name} PRIVATE ${target} atwood_protocol atwood_scene benchmark::benchmark)
+  target_include_directories(atwood-bench-${name} PRIVATE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/reference)
+  set_target_properties(atwood-bench-${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+endfunction()
+
+atwood_bench(engine simulation.hpp atwood_engine atwood_engine ${PROJECT_SOURCE_DIR}/benchmarks/kernels.cpp)
+target_link_libraries(atwood-bench-engine PRIVATE atwood_metrics)
+atwood_bench(cvode cvode/cvode.hpp cvode_engine atwood_cvode)
+atwood_bench(bullet64 bullet/bullet.hpp bullet_engine atwood_bullet64)
+atwood_bench(bullet32 bullet/bullet.hpp bullet_engine atwood_bullet32)
+atwood_bench(ode ode/ode.hpp ode_engine atwood_ode)
+add_custom_target(benches DEPENDS atwood-bench-engine atwood-bench-cvode atwood-bench-bullet64 atwood-bench-bullet32
+                  atwood-bench-ode)

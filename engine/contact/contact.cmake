@@ -1,0 +1,7 @@
+target_sources(atwood_engine PRIVATE
+  collision/gap.cpp
+  contact/contact.cpp
+  contact/impulse.cpp
+  contact/located.cpp
+  contact/response.cpp
+  contact/time_stepping.cpp)
