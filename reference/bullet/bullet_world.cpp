@@ -1,0 +1,319 @@
+#include "bullet/bullet_world.hpp"
+
+#include <btBulletDynamicsCommon.h>
+
+#include <stdexcept>
+#include <vector>
+
+#include "rivals/vector.hpp"
+
+#ifdef BT_USE_DOUBLE_PRECISION
+static_assert(sizeof(btScalar) == 8, "the double build of Bullet must see btScalar as double");
+#else
+static_assert(sizeof(btScalar) == 4, "the float build of Bullet must see btScalar as float");
+#endif
+
+namespace atwood::bullet {
+namespace {
+
+using rivals::operator*;
+using rivals::Motion;
+using rivals::Wrench;
+
+btScalar narrow(double x) { return static_cast<btScalar>(x); }
+btVector3 narrow(const Real3& v) { return {narrow(v[0]), narrow(v[1]), narrow(v[2])}; }
+btQuaternion narrow(const Real4& q) { return {narrow(q[1]), narrow(q[2]), narrow(q[3]), narrow(q[0])}; }
+Real3 widen(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
+Real33 widen(const btMatrix3x3& m) {
+  return {m[0].x(), m[0].y(), m[0].z(), m[1].x(), m[1].y(), m[1].z(), m[2].x(), m[2].y(), m[2].z()};
+}
+
+// Bullet asks for a pair's coefficients through plain function pointers; the scene hangs on each collision object.
+const PairLaw& law_of(const btCollisionObject* a, const btCollisionObject* b) {
+  return pair_law(*static_cast<const Scene*>(a->getUserPointer()), a->getUserIndex(), b->getUserIndex());
+}
+btScalar restitution_of(const btCollisionObject* a, const btCollisionObject* b) { return narrow(law_of(a, b).restitution); }
+btScalar friction_of(const btCollisionObject* a, const btCollisionObject* b) { return narrow(law_of(a, b).friction); }
+
+int gyroscopic_flag(const Settings& settings) {
+  const auto word = rivals::choice(settings, "gyroscopic", {"implicit-body", "implicit-world", "explicit", "off"});
+  if (word == "implicit-body") return BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY;
+  if (word == "implicit-world") return BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_WORLD;
+  return word == "explicit" ? BT_ENABLE_GYROSCOPIC_FORCE_EXPLICIT : 0;
+}
+
+class BulletWorld : public rivals::World {
+ public:
+  BulletWorld(const Scene& scene, const Settings& settings)
+      : scene_(scene), settings_(settings), dispatcher_(&configuration_),
+        world_(&dispatcher_, &broadphase_, &solver_, &configuration_) {
+    gContactBreakingThreshold = narrow(rivals::number(settings, "contact_breaking_threshold_m"));
+    gCalculateCombinedRestitutionCallback = restitution_of;
+    gCalculateCombinedFrictionCallback = friction_of;
+    world_.setGravity(narrow(scene.gravity_m_per_s2));
+    set_solver();
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) add(static_cast<int>(i));
+  }
+  ~BulletWorld() override {
+    for (auto& body : bodies_) if (body) world_.removeRigidBody(body.get());
+  }
+  BulletWorld(const BulletWorld&) = delete;
+  BulletWorld& operator=(const BulletWorld&) = delete;
+
+  void step(double h_s, const std::vector<Wrench>& wrenches) override {
+    for (std::size_t i = 0; i < wrenches.size(); ++i) {
+      if (!bodies_[i] || bodies_[i]->isStaticObject()) continue;
+      bodies_[i]->applyCentralForce(narrow(wrenches[i].force_N));
+      bodies_[i]->applyTorque(narrow(wrenches[i].torque_N_m));
+    }
+    world_.stepSimulation(narrow(h_s), 0);
+  }
+
+  Motion motion(int i) const override {
+    const btRigidBody& body = *bodies_[i];
+    const btTransform& pose = body.getWorldTransform();
+    const Real4 q_WP = rivals::quaternion_of(widen(pose.getBasis()));
+    const Real3 w_WB = widen(body.getAngularVelocity());
+    Motion m;
+    m.p_WB = widen(pose.getOrigin());
+    m.v_WB = widen(body.getLinearVelocity());
+    const Real3 w_WB_P = rivals::transposed_times(widen(pose.getBasis()), w_WB);
+    m.q_WB = turned_[i] ? rivals::product(q_WP, rivals::conjugate(q_BP_[i])) : q_WP;
+    m.w_WB_B = turned_[i] ? rivals::to_world(q_BP_[i], w_WB_P) : w_WB_P;
+    return m;
+  }
+
+  void release(int i) override {
+    btRigidBody& body = *bodies_[i];
+    world_.removeRigidBody(&body);
+    set_mass(i);
+    body.setCollisionFlags(body.getCollisionFlags() & ~btCollisionObject::CF_STATIC_OBJECT);
+    set_velocity(i);
+    insert(i);
+  }
+
+  std::vector<Touch> touches() const override {
+    std::vector<Touch> all;
+    for (int m = 0; m < dispatcher_.getNumManifolds(); ++m) {
+      const btPersistentManifold* manifold = const_cast<btCollisionDispatcher&>(dispatcher_).getManifoldByIndexInternal(m);
+      const int first = manifold->getBody0()->getUserIndex(), second = manifold->getBody1()->getUserIndex();
+      Touch touch{std::min(first, second), std::max(first, second), {}, {}, 0, 0};
+      for (int k = 0; k < manifold->getNumContacts(); ++k) {
+        const btManifoldPoint& point = manifold->getContactPoint(k);
+        if (!(point.getAppliedImpulse() > 0)) continue;
+        const btScalar t1 = point.m_appliedImpulseLateral1, t2 = point.m_appliedImpulseLateral2;
+        touch.impulse_n_N_s += point.getAppliedImpulse();
+        touch.impulse_t_N_s += std::sqrt(double(t1) * t1 + double(t2) * t2);
+        touch.x_m = widen(point.getPositionWorldOnB());
+        // m_normalWorldOnB points from the manifold's second body to its first.
+        touch.normal = (first < second ? -1.0 : 1.0) * widen(point.m_normalWorldOnB);
+      }
+      if (touch.impulse_n_N_s > 0) all.push_back(touch);
+    }
+    return all;
+  }
+
+ private:
+  void set_solver() {
+    using namespace rivals;
+    const auto value = [this](const char* name) { return narrow(number(settings_, name)); };
+    btContactSolverInfo& info = world_.getSolverInfo();
+    info.m_numIterations = static_cast<int>(count(settings_, "iterations", 1));
+    info.m_erp = info.m_erp2 = value("erp");
+    info.m_globalCfm = value("cfm");
+    info.m_frictionERP = value("friction_erp");
+    info.m_frictionCFM = value("friction_cfm");
+    info.m_splitImpulse = flag(settings_, "split_impulse");
+    info.m_splitImpulsePenetrationThreshold = value("split_impulse_penetration_threshold_m");
+    info.m_splitImpulseTurnErp = value("split_impulse_turn_erp");
+    info.m_linearSlop = value("linear_slop_m");
+    info.m_sor = value("sor");
+    info.m_maxErrorReduction = value("max_error_reduction");
+    info.m_warmstartingFactor = value("warm_starting_factor");
+    info.m_restitutionVelocityThreshold = value("restitution_velocity_threshold_m_per_s");
+    info.m_leastSquaresResidualThreshold = value("least_squares_residual_threshold");
+    const auto bit = [this](const char* name, int mask) { return flag(settings_, name) ? mask : 0; };
+    info.m_solverMode = bit("simd", SOLVER_SIMD) | bit("warm_starting", SOLVER_USE_WARMSTARTING) |
+                        bit("randomized_order", SOLVER_RANDMIZE_ORDER) |
+                        (count(settings_, "friction_directions", 1) == 2 ? SOLVER_USE_2_FRICTION_DIRECTIONS : 0) |
+                        (flag(settings_, "friction_along_slip") ? 0 : SOLVER_DISABLE_VELOCITY_DEPENDENT_FRICTION_DIRECTION);
+  }
+
+  void add(int i) {
+    const Body& body = scene_.bodies[i];
+    bodies_.emplace_back();
+    q_BP_.push_back({1, 0, 0, 0});
+    turned_.push_back(false);
+    if (rotates(body)) {
+      q_BP_[i] = rivals::principal_axes(body.inertia_kg_m2).q_BP;
+      turned_[i] = q_BP_[i] != Real4{1, 0, 0, 0};
+    }
+    btCollisionShape* shape = shape_of(i);
+    if (!shape) return;  // a fixed body without a shape takes no part
+    const bool held = body.release_s > 0;
+    btRigidBody::btRigidBodyConstructionInfo info(0, nullptr, shape);
+    const bool plane = std::holds_alternative<Plane>(body.shape);
+    if (!plane) {
+      info.m_startWorldTransform = btTransform(narrow(rivals::product(body.orientation_wxyz, q_BP_[i])).normalized(),
+                                               narrow(body.position_m));
+    }
+    bodies_[i] = std::make_unique<btRigidBody>(info);
+    btRigidBody& made = *bodies_[i];
+    made.setUserPointer(const_cast<Scene*>(&scene_));
+    made.setUserIndex(i);
+    made.setContactProcessingThreshold(narrow(rivals::number(settings_, "contact_processing_threshold_m")));
+    made.setDamping(narrow(rivals::number(settings_, "linear_damping")),
+                    narrow(rivals::number(settings_, "angular_damping")));
+    if (!rivals::flag(settings_, "sleeping")) made.setActivationState(DISABLE_DEACTIVATION);
+    const int gyroscopic = BT_ENABLE_GYROSCOPIC_FORCE_EXPLICIT | BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_WORLD |
+                           BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY;
+    made.setFlags((made.getFlags() & ~gyroscopic) | gyroscopic_flag(settings_));
+    if (!body.fixed && !held) {
+      set_mass(i);
+      set_velocity(i);
+    }
+    insert(i);
+  }
+
+  // A body without a shape collides with nothing: filters keep it out, the small sphere is never asked.
+  void insert(int i) {
+    btRigidBody& body = *bodies_[i];
+    if (rivals::has_shape(scene_.bodies[i])) {
+      world_.addRigidBody(&body);
+    } else {
+      world_.addRigidBody(&body, 0, 0);
+    }
+    if (!body.isStaticObject()) body.setGravity(world_.getGravity());
+  }
+
+  void set_mass(int i) {
+    const Body& body = scene_.bodies[i];
+    const Real3 moments = rotates(body) ? rivals::principal_axes(body.inertia_kg_m2).moments_kg_m2 : Real3{};
+    bodies_[i]->setMassProps(narrow(body.mass_kg), narrow(moments));
+    bodies_[i]->updateInertiaTensor();
+  }
+
+  void set_velocity(int i) {
+    const Body& body = scene_.bodies[i];
+    bodies_[i]->setLinearVelocity(narrow(body.velocity_m_per_s));
+    if (rotates(body)) {
+      bodies_[i]->setAngularVelocity(
+          narrow(rivals::to_world(body.orientation_wxyz, body.angular_velocity_body_rad_per_s)));
+    }
+  }
+
+  btCollisionShape* keep(std::unique_ptr<btCollisionShape> shape) {
+    shapes_.push_back(std::move(shape));
+    return shapes_.back().get();
+  }
+
+  btCollisionShape* shape_of(int i) {
+    const Body& body = scene_.bodies[i];
+    const btScalar margin = narrow(rivals::number(settings_, "collision_margin_m"));
+    std::unique_ptr<btCollisionShape> made;
+    bool spherical = false;
+    if (const auto* sphere = std::get_if<Sphere>(&body.shape)) {
+      made = std::make_unique<btSphereShape>(narrow(sphere->radius_m));
+      spherical = true;
+    } else if (const auto* plane = std::get_if<Plane>(&body.shape)) {
+      const double norm = rivals::length(plane->normal);
+      return keep(std::make_unique<btStaticPlaneShape>(narrow((1 / norm) * plane->normal), narrow(plane->offset_m / norm)));
+    } else if (const auto* box = std::get_if<Box>(&body.shape)) {
+      made = std::make_unique<btBoxShape>(narrow(box->half_extents_m));
+      static_cast<btBoxShape&>(*made).setSafeMargin(narrow(box->half_extents_m), margin);
+    } else if (const auto* capsule = std::get_if<Capsule>(&body.shape)) {
+      made = std::make_unique<btCapsuleShapeZ>(narrow(capsule->radius_m), narrow(2 * capsule->half_length_m));
+    } else if (const auto* cylinder = std::get_if<Cylinder>(&body.shape)) {
+      const Real3 half{cylinder->radius_m, cylinder->radius_m, cylinder->half_length_m};
+      made = std::make_unique<btCylinderShapeZ>(narrow(half));
+      static_cast<btCylinderShapeZ&>(*made).setSafeMargin(narrow(half), margin);
+    } else if (!body.fixed) {
+      made = std::make_unique<btSphereShape>(narrow(1e-3));
+      spherical = true;
+    }
+    if (!made || spherical || !turned_[i]) return made ? keep(std::move(made)) : nullptr;
+    auto turned = std::make_unique<btCompoundShape>();
+    turned->addChildShape(btTransform(narrow(rivals::conjugate(q_BP_[i]))), keep(std::move(made)));
+    return keep(std::move(turned));
+  }
+
+  const Scene& scene_;
+  const Settings& settings_;
+  btDefaultCollisionConfiguration configuration_;
+  btCollisionDispatcher dispatcher_;
+  btDbvtBroadphase broadphase_;
+  btSequentialImpulseConstraintSolver solver_;
+  std::vector<std::unique_ptr<btCollisionShape>> shapes_;
+  btDiscreteDynamicsWorld world_;
+  std::vector<std::unique_ptr<btRigidBody>> bodies_;
+  std::vector<Real4> q_BP_;  // principal frame in body frame
+  std::vector<bool> turned_;
+};
+
+}  // namespace
+
+// What btContactSolverInfo and btRigidBodyConstructionInfo hold when nothing is set, but for sleeping, which fairness
+// turns off (damping is 0 in Bullet anyway).
+Settings default_settings() {
+  return {{"scalar", std::string(sizeof(btScalar) == 8 ? "double" : "float")},
+          {"step", std::string("stepSimulation(h, 0)")},
+          {"solver", std::string("sequential-impulse")},
+          {"pair_law", std::string("the scene's, by combined-coefficient callbacks")},
+          {"forces", std::string("all but uniform gravity: evaluated by the adapter once a step, at its beginning")},
+          {"continuous_collision", false},
+          {"substeps", std::int64_t{1}},
+          {"iterations", std::int64_t{10}},
+          {"erp", 0.2},
+          {"cfm", 0.0},
+          {"friction_erp", 0.2},
+          {"friction_cfm", 0.0},
+          {"sor", 1.0},
+          {"max_error_reduction", 20.0},
+          {"split_impulse", true},
+          {"split_impulse_penetration_threshold_m", -0.04},
+          {"split_impulse_turn_erp", 0.1},
+          {"linear_slop_m", 0.0},
+          {"restitution_velocity_threshold_m_per_s", 0.2},
+          {"least_squares_residual_threshold", 0.0},
+          {"contact_processing_threshold_m", 1e18},
+          {"contact_breaking_threshold_m", 0.02},
+          {"collision_margin_m", 0.04},
+          {"gyroscopic", std::string("implicit-body")},
+          {"linear_damping", 0.0},
+          {"angular_damping", 0.0},
+          {"sleeping", false},
+          {"warm_starting", true},
+          {"warm_starting_factor", 0.85},
+          {"friction_directions", std::int64_t{1}},
+          {"friction_along_slip", true},
+          {"randomized_order", false},
+          {"simd", true}};
+}
+
+Settings tuned_settings() {
+  Settings tuned = default_settings();
+  tuned["contact_processing_threshold_m"] = 0.0;  // no speculative contact: it would stop a ball above the floor
+  tuned["restitution_velocity_threshold_m_per_s"] = 1e-6;
+  tuned["split_impulse_penetration_threshold_m"] = 0.0;  // never push apart by velocity: that adds energy
+  tuned["iterations"] = std::int64_t{50};
+  return tuned;
+}
+
+std::set<std::string> fixed_settings() {
+  return {"scalar", "step", "solver", "pair_law", "forces", "continuous_collision"};
+}
+
+void check_settings(const Settings& settings) {
+  gyroscopic_flag(settings);
+  rivals::count(settings, "iterations", 1);
+  rivals::count(settings, "substeps", 1);
+  if (rivals::count(settings, "friction_directions", 1) > 2) {
+    throw std::invalid_argument("setting `friction_directions` is 1 or 2");
+  }
+}
+
+std::unique_ptr<rivals::World> make_world(const Scene& scene, const Settings& settings, bool) {
+  return std::make_unique<BulletWorld>(scene, settings);
+}
+
+}  // namespace atwood::bullet

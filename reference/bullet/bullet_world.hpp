@@ -1,0 +1,26 @@
+// One scene in one btDiscreteDynamicsWorld. Conventions met on the way:
+//   - angular velocity is in world axes, attitude is kept as a matrix; samples turn both into ours;
+//   - inertia is diagonal: a body frame that isn't principal is turned into one (q_BP), and back in samples;
+//   - extents are half extents; a capsule's or cylinder's axis is z by the ...Z classes;
+//   - restitution and friction of a pair would be products of the bodies' coefficients: callbacks give the pair's law;
+//   - stepSimulation(h, 0) is one step of exactly h: symplectic Euler, v += h F/m, then x += h v.
+#pragma once
+
+#include <memory>
+#include <set>
+#include <string>
+
+#include "protocol/method.hpp"
+#include "rivals/world.hpp"
+
+namespace atwood::bullet {
+
+Settings default_settings();
+Settings tuned_settings();
+std::set<std::string> fixed_settings();
+// Throws std::invalid_argument on a value out of range.
+void check_settings(const Settings& settings);
+
+std::unique_ptr<rivals::World> make_world(const Scene& scene, const Settings& settings, bool observe);
+
+}  // namespace atwood::bullet

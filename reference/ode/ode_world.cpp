@@ -1,0 +1,356 @@
+#include "ode/ode_world.hpp"
+
+#include <ode/ode.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdarg>
+#include <cstdint>
+#include <cstdio>
+#include <stdexcept>
+#include <vector>
+
+#include "rivals/vector.hpp"
+
+static_assert(sizeof(dReal) == 8, "the adapter is for ODE in double precision");
+
+namespace atwood::ode {
+namespace {
+
+using rivals::operator*;
+using rivals::operator-;
+using rivals::operator+;
+using rivals::Motion;
+using rivals::Wrench;
+
+constexpr int kMostContacts = 64;  // a pair; the setting max_contacts stays within
+
+// ODE prints a line for every doubt of its solver, thousands a run. They are counted instead; the run's outcome tells.
+std::int64_t messages_heard = 0;
+std::string first_message;
+void hear(int, const char* format, va_list arguments) {
+  if (++messages_heard > 1) return;
+  char text[256];
+  std::vsnprintf(text, sizeof text, format, arguments);
+  first_message = text;
+}
+
+// dInitODE2 is process-wide; worlds come and go under it.
+void start_library() {
+  static const bool started = [] {
+    dSetMessageHandler(hear);
+    if (!dInitODE2(0)) throw std::runtime_error("ODE did not start");
+    dAllocateODEDataForThread(dAllocateMaskAll);
+    return true;
+  }();
+  (void)started;
+}
+
+Real3 real3(const dReal* v) { return {v[0], v[1], v[2]}; }
+
+dMass mass_of(const Body& body) {
+  dMass mass;
+  dMassSetZero(&mass);
+  if (rotates(body)) {
+    const Real33& inertia = body.inertia_kg_m2;
+    dMassSetParameters(&mass, body.mass_kg, 0, 0, 0, inertia[0], inertia[4], inertia[8], inertia[1], inertia[2], inertia[5]);
+  } else {
+    dMassSetSphereTotal(&mass, body.mass_kg, 1);  // never turned: no torque is applied to a point mass
+  }
+  return mass;
+}
+
+class OdeWorld : public rivals::World {
+ public:
+  OdeWorld(const Scene& scene, const Settings& settings, bool observe) : scene_(scene), observe_(observe) {
+    start_library();
+    quick_ = rivals::choice(settings, "step", {"dWorldStep", "dWorldQuickStep"}) == "dWorldQuickStep";
+    along_slip_ = rivals::choice(settings, "friction_direction", {"engine", "slip"}) == "slip";
+    bounce_velocity_m_per_s_ = rivals::number(settings, "bounce_velocity_m_per_s");
+    most_contacts_ = static_cast<int>(rivals::count(settings, "max_contacts", 1));
+    world_ = dWorldCreate();
+    space_ = dHashSpaceCreate(nullptr);
+    contacts_ = dJointGroupCreate(0);
+    const Real3& g = scene.gravity_m_per_s2;
+    dWorldSetGravity(world_, g[0], g[1], g[2]);
+    dWorldSetERP(world_, rivals::number(settings, "erp"));
+    dWorldSetCFM(world_, rivals::number(settings, "cfm"));
+    dWorldSetQuickStepNumIterations(world_, static_cast<int>(rivals::count(settings, "iterations", 1)));
+    dWorldSetQuickStepW(world_, rivals::number(settings, "sor"));
+    dWorldSetContactMaxCorrectingVel(world_, rivals::number(settings, "contact_max_correcting_velocity_m_per_s"));
+    dWorldSetContactSurfaceLayer(world_, rivals::number(settings, "contact_surface_layer_m"));
+    dWorldSetAutoDisableFlag(world_, rivals::flag(settings, "auto_disable"));
+    dWorldSetLinearDamping(world_, rivals::number(settings, "linear_damping"));
+    dWorldSetAngularDamping(world_, rivals::number(settings, "angular_damping"));
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) add(static_cast<int>(i), settings);
+  }
+  ~OdeWorld() override {
+    dJointGroupDestroy(contacts_);
+    dSpaceDestroy(space_);
+    dWorldDestroy(world_);
+  }
+  OdeWorld(const OdeWorld&) = delete;
+  OdeWorld& operator=(const OdeWorld&) = delete;
+
+  void step(double h_s, const std::vector<Wrench>& wrenches) override {
+    for (std::size_t i = 0; i < wrenches.size(); ++i) {
+      if (!bodies_[i] || dBodyIsKinematic(bodies_[i])) continue;
+      const Real3 &f = wrenches[i].force_N, &t = wrenches[i].torque_N_m;
+      dBodyAddForce(bodies_[i], f[0], f[1], f[2]);
+      if (rotates(scene_.bodies[i])) dBodyAddTorque(bodies_[i], t[0], t[1], t[2]);
+    }
+    met_.clear();
+    h_s_ = h_s;
+    dSpaceCollide(space_, this, &OdeWorld::near);
+    feedback_.resize(met_.size());  // all contacts are known: addresses stay until the next step
+    if (observe_) {
+      for (std::size_t k = 0; k < met_.size(); ++k) dJointSetFeedback(met_[k].joint, &feedback_[k]);
+    }
+    if (quick_) {
+      dWorldQuickStep(world_, h_s);
+    } else {
+      dWorldStep(world_, h_s);
+    }
+    dJointGroupEmpty(contacts_);
+  }
+
+  Motion motion(int i) const override {
+    const dBodyID body = bodies_[i];
+    Motion m;
+    m.p_WB = real3(dBodyGetPosition(body));
+    const dReal* q = dBodyGetQuaternion(body);
+    m.q_WB = {q[0], q[1], q[2], q[3]};
+    m.v_WB = real3(dBodyGetLinearVel(body));
+    m.w_WB_B = rivals::to_body(m.q_WB, real3(dBodyGetAngularVel(body)));
+    return m;
+  }
+
+  void release(int i) override {
+    dBodySetDynamic(bodies_[i]);
+    set_velocity(i);
+  }
+
+  std::vector<Touch> touches() const override {
+    std::vector<Touch> all;
+    for (std::size_t k = 0; k < met_.size(); ++k) {
+      const Met& met = met_[k];
+      const int a = std::min(met.first, met.second), b = std::max(met.first, met.second);
+      const Real3 force = real3(feedback_[k].f1);  // on the joint's first body; only its size is used
+      const double normal = std::abs(rivals::dot(force, met.normal));
+      if (!(normal > 0)) continue;
+      const double tangential = std::sqrt(std::max(0.0, rivals::dot(force, force) - normal * normal));
+      auto same = std::find_if(all.begin(), all.end(), [&](const Touch& t) { return t.body_a == a && t.body_b == b; });
+      if (same == all.end()) same = all.insert(all.end(), Touch{a, b, met.x_m, {}, 0, 0});
+      same->normal = (met.first < met.second ? -1.0 : 1.0) * met.normal;
+      same->impulse_n_N_s += normal * h_s_;
+      same->impulse_t_N_s += tangential * h_s_;
+    }
+    return all;
+  }
+
+ private:
+  struct Met {
+    int first = 0, second = 0;  // the normal points into `first`
+    Real3 x_m{}, normal{};
+    dJointID joint = nullptr;
+  };
+
+  void add(int i, const Settings& settings) {
+    const Body& body = scene_.bodies[i];
+    bodies_.push_back(nullptr);
+    const dGeomID geom = geom_of(body);
+    if (geom) {
+      dGeomSetData(geom, reinterpret_cast<void*>(static_cast<std::intptr_t>(i)));
+      // Two fixed geoms, or parts of one body, never meet.
+      dGeomSetCategoryBits(geom, body.fixed ? 1ul : 2ul);
+      dGeomSetCollideBits(geom, body.fixed ? 2ul : 3ul);
+    }
+    const Real3& p = body.position_m;
+    const dQuaternion q{body.orientation_wxyz[0], body.orientation_wxyz[1], body.orientation_wxyz[2],
+                        body.orientation_wxyz[3]};
+    if (body.fixed) {
+      if (geom && dGeomGetClass(geom) != dPlaneClass) {
+        dGeomSetPosition(geom, p[0], p[1], p[2]);
+        dGeomSetQuaternion(geom, q);
+      }
+      return;
+    }
+    const dBodyID made = bodies_[i] = dBodyCreate(world_);
+    const dMass mass = mass_of(body);
+    dBodySetMass(made, &mass);
+    dBodySetPosition(made, p[0], p[1], p[2]);
+    dBodySetQuaternion(made, q);
+    dBodySetGyroscopicMode(made, rivals::flag(settings, "gyroscopic"));
+    dBodySetFiniteRotationMode(made, rivals::flag(settings, "finite_rotation"));
+    if (geom) dGeomSetBody(geom, made);
+    if (body.release_s > 0) {
+      dBodySetKinematic(made);
+    } else {
+      set_velocity(i);
+    }
+  }
+
+  void set_velocity(int i) {
+    const Body& body = scene_.bodies[i];
+    const Real3& v = body.velocity_m_per_s;
+    dBodySetLinearVel(bodies_[i], v[0], v[1], v[2]);
+    if (!rotates(body)) return;
+    const Real3 w = rivals::to_world(body.orientation_wxyz, body.angular_velocity_body_rad_per_s);
+    dBodySetAngularVel(bodies_[i], w[0], w[1], w[2]);
+  }
+
+  dGeomID geom_of(const Body& body) {
+    if (const auto* sphere = std::get_if<Sphere>(&body.shape)) return dCreateSphere(space_, sphere->radius_m);
+    if (const auto* plane = std::get_if<Plane>(&body.shape)) {
+      const double norm = rivals::length(plane->normal);
+      const Real3 n = (1 / norm) * plane->normal;
+      return dCreatePlane(space_, n[0], n[1], n[2], plane->offset_m / norm);
+    }
+    if (const auto* box = std::get_if<Box>(&body.shape)) {
+      const Real3 full = 2.0 * box->half_extents_m;
+      return dCreateBox(space_, full[0], full[1], full[2]);
+    }
+    if (const auto* capsule = std::get_if<Capsule>(&body.shape)) {
+      return dCreateCapsule(space_, capsule->radius_m, 2 * capsule->half_length_m);
+    }
+    if (const auto* cylinder = std::get_if<Cylinder>(&body.shape)) {
+      return dCreateCylinder(space_, cylinder->radius_m, 2 * cylinder->half_length_m);
+    }
+    return nullptr;
+  }
+
+  static void near(void* self, dGeomID a, dGeomID b) { static_cast<OdeWorld*>(self)->meet(a, b); }
+
+  void meet(dGeomID a, dGeomID b) {
+    const int first = static_cast<int>(reinterpret_cast<std::intptr_t>(dGeomGetData(a)));
+    const int second = static_cast<int>(reinterpret_cast<std::intptr_t>(dGeomGetData(b)));
+    const auto still = [&](int i) { return !bodies_[i] || dBodyIsKinematic(bodies_[i]); };
+    if (still(first) && still(second)) return;
+    dContactGeom found[kMostContacts];
+    const int n = dCollide(a, b, most_contacts_, found, sizeof(dContactGeom));
+    if (n == 0) return;
+    const PairLaw& law = pair_law(scene_, first, second);
+    for (int k = 0; k < n; ++k) {
+      dContact contact{};
+      contact.geom = found[k];
+      contact.surface.mode = dContactBounce | dContactApprox1;
+      contact.surface.mu = law.friction;
+      contact.surface.bounce = law.restitution;
+      contact.surface.bounce_vel = bounce_velocity_m_per_s_;
+      if (along_slip_) align(contact, first, second);
+      const dJointID joint = dJointCreateContact(world_, contacts_, &contact);
+      dJointAttach(joint, bodies_[first], bodies_[second]);
+      met_.push_back({first, second, real3(found[k].pos), real3(found[k].normal), joint});
+    }
+  }
+
+  // The friction pyramid's first axis along the slip: exact Coulomb friction while the slip keeps its direction.
+  void align(dContact& contact, int first, int second) const {
+    const Real3 x = real3(contact.geom.pos), n = real3(contact.geom.normal);
+    const auto velocity = [&](int i) -> Real3 {
+      if (!bodies_[i]) return {};
+      dVector3 v;
+      dBodyGetPointVel(bodies_[i], x[0], x[1], x[2], v);
+      return real3(v);
+    };
+    const Real3 u = velocity(first) - velocity(second);
+    const Real3 slip = u - rivals::dot(u, n) * n;
+    const double speed = rivals::length(slip);
+    if (!(speed > 1e-9)) return;
+    contact.surface.mode |= dContactFDir1;
+    for (int k = 0; k < 3; ++k) contact.fdir1[k] = slip[k] / speed;
+  }
+
+  const Scene& scene_;
+  bool observe_ = false, quick_ = false, along_slip_ = false;
+  double bounce_velocity_m_per_s_ = 0, h_s_ = 0;
+  int most_contacts_ = 1;
+  dWorldID world_ = nullptr;
+  dSpaceID space_ = nullptr;
+  dJointGroupID contacts_ = nullptr;
+  std::vector<dBodyID> bodies_;
+  std::vector<Met> met_;
+  std::vector<dJointFeedback> feedback_;
+};
+
+}  // namespace
+
+// dWorldCreate's own values, with what fairness asks for: no auto-disable and no damping (ODE's own), and friction as a
+// coefficient (mu would be a force). ODE has no default for a contact's bounce_vel: 0 is given.
+Settings default_settings() {
+  return {{"scalar", std::string("double")},
+          {"pair_law", std::string("the scene's, in every contact's surface")},
+          {"friction_model", std::string("pyramid, mu times the normal force (dContactApprox1)")},
+          {"forces", std::string("all but uniform gravity: evaluated by the adapter once a step, at its beginning")},
+          {"space", std::string("dHashSpace")},
+          {"substeps", std::int64_t{1}},
+          {"step", std::string("dWorldStep")},
+          {"iterations", std::int64_t{20}},
+          {"sor", 1.3},
+          {"erp", 0.2},
+          {"cfm", 1e-10},
+          {"contact_max_correcting_velocity_m_per_s", dInfinity},
+          {"contact_surface_layer_m", 0.0},
+          {"bounce_velocity_m_per_s", 0.0},
+          {"friction_direction", std::string("engine")},
+          {"max_contacts", std::int64_t{8}},
+          {"gyroscopic", true},
+          {"finite_rotation", false},
+          {"auto_disable", false},
+          {"linear_damping", 0.0},
+          {"angular_damping", 0.0}};
+}
+
+Settings tuned_settings() {
+  Settings tuned = default_settings();
+  tuned["erp"] = 0.0;                               // penetration recovery by velocity adds energy to a bounce
+  tuned["friction_direction"] = std::string("slip");
+  tuned["finite_rotation"] = true;
+  return tuned;
+}
+
+std::set<std::string> fixed_settings() { return {"scalar", "pair_law", "friction_model", "forces", "space"}; }
+
+void check_settings(const Settings& settings) {
+  rivals::choice(settings, "step", {"dWorldStep", "dWorldQuickStep"});
+  rivals::choice(settings, "friction_direction", {"engine", "slip"});
+  rivals::count(settings, "iterations", 1);
+  rivals::count(settings, "substeps", 1);
+  if (rivals::count(settings, "max_contacts", 1) > kMostContacts) {
+    throw std::invalid_argument("setting `max_contacts` is at most " + std::to_string(kMostContacts));
+  }
+}
+
+std::string refusal(const Scene& scene) {
+  if (!dCheckConfiguration("ODE_double_precision")) return "the installed ODE is not the double precision build";
+  const auto shaped = std::count_if(scene.bodies.begin(), scene.bodies.end(), rivals::has_shape);
+  int cylinders = 0, capsules = 0;
+  for (const auto& body : scene.bodies) {
+    if (!body.fixed && rotates(body)) {
+      const dMass mass = mass_of(body);
+      if (!dMassCheck(&mass)) return "ODE needs an inertia that is positive definite: `" + body.name + "`";
+    }
+    if (!body.fixed && !rotates(body) && rivals::has_shape(body) && shaped > 1) {
+      return "ODE would turn `" + body.name + "`, which has a shape and no inertia";
+    }
+    cylinders += std::holds_alternative<Cylinder>(body.shape);
+    capsules += std::holds_alternative<Capsule>(body.shape);
+  }
+  if (cylinders > 1 || (cylinders > 0 && capsules > 0)) {
+    if (!dCheckConfiguration("ODE_EXT_libccd")) return "this ODE has no collision of a cylinder with a cylinder or capsule";
+  }
+  return "";
+}
+
+std::string doubts_since_last_asked() {
+  std::string text;
+  if (messages_heard > 0) text = "ODE complained " + std::to_string(messages_heard) + " times, first: " + first_message;
+  messages_heard = 0;
+  return text;
+}
+
+std::unique_ptr<rivals::World> make_world(const Scene& scene, const Settings& settings, bool observe) {
+  return std::make_unique<OdeWorld>(scene, settings, observe);
+}
+
+}  // namespace atwood::ode

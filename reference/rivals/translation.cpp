@@ -1,0 +1,147 @@
+// What an adapter checks and turns before its engine sees a scene: settings, refusals, principal axes.
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "rivals/vector.hpp"
+#include "rivals/world.hpp"
+
+namespace atwood::rivals {
+namespace {
+
+constexpr const char* kShapeNames[] = {"none",     "sphere", "plane", "rectangle", "box", "capsule",
+                                       "cylinder", "convex", "mesh",  "compound"};
+static_assert(std::size(kShapeNames) == std::variant_size_v<Shape>);
+
+bool translated(const Shape& shape) {
+  return std::holds_alternative<std::monostate>(shape) || std::holds_alternative<Sphere>(shape) ||
+         std::holds_alternative<Plane>(shape) || std::holds_alternative<Box>(shape) ||
+         std::holds_alternative<Capsule>(shape) || std::holds_alternative<Cylinder>(shape);
+}
+
+const char* type_name(const SettingValue& value) {
+  static constexpr const char* kNames[] = {"true or false", "a whole number", "a number", "a word"};
+  return kNames[value.index()];
+}
+
+std::string listing(const Settings& settings, const std::set<std::string>& fixed) {
+  std::string text;
+  for (const auto& [name, value] : settings) {
+    if (!fixed.count(name)) text += (text.empty() ? "" : ", ") + name;
+  }
+  return text;
+}
+
+}  // namespace
+
+const char* shape_name(const Shape& shape) { return kShapeNames[shape.index()]; }
+bool has_shape(const Body& body) { return !std::holds_alternative<std::monostate>(body.shape); }
+
+std::string refusal(const std::string& engine, const MethodId& id, const std::string& scalar, const Scene& scene) {
+  if (id.rtol || id.atol) return engine + " has no error control: a tolerance means nothing to it";
+  if (!id.response.empty()) return engine + " has its own contact response: +" + id.response + " is not offered";
+  if (!id.scalar.empty() && id.scalar != scalar) return engine + " computes in " + scalar + ", not " + id.scalar;
+  if (!scene.problem.empty()) return engine + " moves bodies: it can't integrate the bare equations `" + scene.problem + "`";
+  if (const auto reason = uncovered_force(scene); !reason.empty()) return engine + "'s adapter has " + reason;
+
+  const auto shaped = std::count_if(scene.bodies.begin(), scene.bodies.end(), has_shape);
+  for (const auto& body : scene.bodies) {
+    if (!body.fixed && !(body.mass_kg > 0)) return engine + " can't move `" + body.name + "`, which has no mass";
+    if (!has_shape(body) || shaped < 2) continue;
+    if (!translated(body.shape)) {
+      return engine + "'s adapter has no translation of the shape " + shape_name(body.shape) + " of `" + body.name + "`";
+    }
+    if (!body.fixed && std::holds_alternative<Plane>(body.shape)) return engine + " has no moving plane (`" + body.name + "`)";
+  }
+  for (const auto& law : scene.pairs) {
+    if (law.rolling_friction_m != 0 && shaped > 1) return engine + "'s adapter has no rolling friction";
+  }
+  return "";
+}
+
+Settings with_overrides(const Settings& preset, const Settings& overrides, const std::set<std::string>& fixed) {
+  Settings merged = preset;
+  for (const auto& [name, value] : overrides) {
+    const auto known = merged.find(name);
+    if (known == merged.end() || fixed.count(name)) {
+      throw std::invalid_argument((known == merged.end() ? "no setting `" : "the setting can't be changed: `") + name +
+                                  "`; known: " + listing(preset, fixed));
+    }
+    SettingValue given = value;
+    if (std::holds_alternative<double>(known->second) && std::holds_alternative<std::int64_t>(given)) {
+      given = static_cast<double>(std::get<std::int64_t>(given));
+    }
+    if (given.index() != known->second.index()) {
+      throw std::invalid_argument("setting `" + name + "` takes " + type_name(known->second) + ", not " + type_name(given));
+    }
+    known->second = given;
+  }
+  return merged;
+}
+
+bool flag(const Settings& settings, const std::string& name) { return std::get<bool>(settings.at(name)); }
+double number(const Settings& settings, const std::string& name) { return std::get<double>(settings.at(name)); }
+
+std::int64_t count(const Settings& settings, const std::string& name, std::int64_t at_least) {
+  const auto value = std::get<std::int64_t>(settings.at(name));
+  if (value < at_least) throw std::invalid_argument("setting `" + name + "` is at least " + std::to_string(at_least));
+  return value;
+}
+
+std::string choice(const Settings& settings, const std::string& name, const std::vector<std::string>& allowed) {
+  const auto& value = std::get<std::string>(settings.at(name));
+  if (std::find(allowed.begin(), allowed.end(), value) != allowed.end()) return value;
+  std::string text;
+  for (const auto& word : allowed) text += (text.empty() ? "" : ", ") + word;
+  throw std::invalid_argument("setting `" + name + "` is one of " + text + ", not `" + value + "`");
+}
+
+Real4 quaternion_of(const Real33& m) {
+  const double squares[4] = {1 + m[0] + m[4] + m[8], 1 + m[0] - m[4] - m[8], 1 - m[0] + m[4] - m[8],
+                             1 - m[0] - m[4] + m[8]};
+  const auto largest = std::max_element(squares, squares + 4) - squares;
+  const double wx = m[7] - m[5], wy = m[2] - m[6], wz = m[3] - m[1];
+  const double xy = m[1] + m[3], xz = m[2] + m[6], yz = m[5] + m[7];
+  Real4 q{};
+  if (largest == 0) q = {squares[0], wx, wy, wz};
+  if (largest == 1) q = {wx, squares[1], xy, xz};
+  if (largest == 2) q = {wy, xy, squares[2], yz};
+  if (largest == 3) q = {wz, xz, yz, squares[3]};
+  const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  for (double& x : q) x /= norm;
+  return q;
+}
+
+// Jacobi's method of cyclic rotations (Golub and Van Loan, Matrix Computations, 8.5).
+PrincipalAxes principal_axes(const Real33& inertia_kg_m2) {
+  Real33 a = inertia_kg_m2, r{1, 0, 0, 0, 1, 0, 0, 0, 1};
+  const auto off = [&] { return std::abs(a[1]) + std::abs(a[2]) + std::abs(a[5]); };
+  for (int sweep = 0; sweep < 50 && off() > 0; ++sweep) {
+    for (const auto& [p, q] : {std::pair(0, 1), std::pair(0, 2), std::pair(1, 2)}) {
+      const double apq = a[3 * p + q];
+      if (apq == 0) continue;
+      const double theta = (a[4 * q] - a[4 * p]) / (2 * apq);
+      const double t = (theta >= 0 ? 1 : -1) / (std::abs(theta) + std::sqrt(theta * theta + 1));
+      const double c = 1 / std::sqrt(t * t + 1), s = t * c;
+      for (int k = 0; k < 3; ++k) {  // a := a J, r := r J
+        const double akp = a[3 * k + p], akq = a[3 * k + q], rkp = r[3 * k + p], rkq = r[3 * k + q];
+        a[3 * k + p] = c * akp - s * akq;
+        a[3 * k + q] = s * akp + c * akq;
+        r[3 * k + p] = c * rkp - s * rkq;
+        r[3 * k + q] = s * rkp + c * rkq;
+      }
+      for (int k = 0; k < 3; ++k) {  // a := J^T a
+        const double apk = a[3 * p + k], aqk = a[3 * q + k];
+        a[3 * p + k] = c * apk - s * aqk;
+        a[3 * q + k] = s * apk + c * aqk;
+      }
+      a[3 * p + q] = a[3 * q + p] = 0;
+    }
+  }
+  PrincipalAxes axes;
+  axes.moments_kg_m2 = {a[0], a[4], a[8]};
+  axes.q_BP = quaternion_of(r);
+  return axes;
+}
+
+}  // namespace atwood::rivals

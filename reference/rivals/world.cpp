@@ -1,0 +1,221 @@
+#include "rivals/world.hpp"
+
+#include <chrono>
+#include <cmath>
+#include <optional>
+
+#include "rivals/vector.hpp"
+
+namespace atwood::rivals {
+namespace {
+
+// The scene's clock and the forces that go with it, around a world.
+class Stepper {
+ public:
+  Stepper(const Scene& scene, const Plan& plan, std::int64_t substeps, World& world)
+      : scene_(scene), world_(world), substeps_(substeps) {
+    inner_h_s_ = plan.t_end_s / static_cast<double>(plan.steps) / static_cast<double>(substeps);
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+      if (!scene.bodies[i].fixed && scene.bodies[i].release_s > 0) held_.push_back(static_cast<int>(i));
+    }
+    motions_.resize(scene.bodies.size());
+    if (!scene.forces.empty()) wrenches_.resize(scene.bodies.size());
+  }
+
+  // Step n of the plan; `before` runs ahead of every inner step, `after` behind it, with the inner step's start time.
+  template <class Before, class After>
+  void step(std::int64_t n, const Before& before, const After& after) {
+    for (std::int64_t k = 0; k < substeps_; ++k) {
+      const double t_s = inner_h_s_ * static_cast<double>(n * substeps_ + k);
+      const double middle_s = t_s + 0.5 * inner_h_s_;
+      release_due(middle_s);
+      before();
+      if (!wrenches_.empty()) {
+        for (std::size_t i = 0; i < motions_.size(); ++i) motions_[i] = motion(static_cast<int>(i));
+        applied_wrenches(scene_, t_s, middle_s, motions_, wrenches_);
+      }
+      world_.step(inner_h_s_, wrenches_);
+      after(t_s);
+    }
+  }
+
+  // Fixed and held bodies stand as the scene says, whatever an engine stores for them.
+  Motion motion(int i) const {
+    const Body& body = scene_.bodies[i];
+    bool stands = body.fixed;
+    for (int held : held_) stands = stands || held == i;
+    if (!stands) return world_.motion(i);
+    return {body.position_m, body.orientation_wxyz, body.velocity_m_per_s, body.angular_velocity_body_rad_per_s};
+  }
+
+ private:
+  void release_due(double middle_s) {
+    for (auto it = held_.begin(); it != held_.end();) {
+      if (scene_.bodies[*it].release_s <= middle_s) {
+        world_.release(*it);
+        it = held_.erase(it);
+      } else {
+        ++it;
+      }
+    }
+  }
+
+  const Scene& scene_;
+  World& world_;
+  std::int64_t substeps_;
+  double inner_h_s_ = 0;
+  std::vector<int> held_;
+  std::vector<Motion> motions_;
+  std::vector<Wrench> wrenches_;
+};
+
+bool finite(const Motion& m) {
+  for (double x : m.p_WB) if (!std::isfinite(x)) return false;
+  for (double x : m.q_WB) if (!std::isfinite(x)) return false;
+  for (double x : m.v_WB) if (!std::isfinite(x)) return false;
+  for (double x : m.w_WB_B) if (!std::isfinite(x)) return false;
+  return true;
+}
+
+// The first body whose state is not a number, in words.
+std::optional<std::string> not_finite(const Scene& scene, const Stepper& stepper, std::int64_t steps) {
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    if (!finite(stepper.motion(static_cast<int>(i)))) {
+      return "the state of `" + scene.bodies[i].name + "` is not finite after " + std::to_string(steps) + " steps";
+    }
+  }
+  return std::nullopt;
+}
+
+Sample sample_of(const Scene& scene, const Stepper& stepper, Wide t_s) {
+  Sample sample;
+  sample.t_s = t_s;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const Motion m = stepper.motion(static_cast<int>(i));
+    BodySample body;
+    for (int k = 0; k < 3; ++k) {
+      body.p_m[k] = m.p_WB[k];
+      body.v_m_per_s[k] = m.v_WB[k];
+      body.w_rad_per_s[k] = m.w_WB_B[k];
+    }
+    for (int k = 0; k < 4; ++k) body.q_wxyz[k] = m.q_WB[k];
+    sample.bodies.push_back(body);
+  }
+  return sample;
+}
+
+// Turns touches into impacts: a pair that carries an impulse now and did not in the step before. Bullet and ODE act on
+// the contacts found at a step's beginning, so that instant is the impact's time.
+class ImpactLog {
+ public:
+  ImpactLog(const Scene& scene, const Observer& observer) : scene_(scene), observer_(observer) {}
+  bool wanted() const { return static_cast<bool>(observer_.event); }
+  void before(const Stepper& stepper) { before_ = motions(stepper); }
+  void after(double t_s, const World& world, const Stepper& stepper) {
+    const auto touches = world.touches();
+    std::set<std::pair<int, int>> touching;
+    for (const auto& touch : touches) {
+      const auto pair = std::pair(touch.body_a, touch.body_b);
+      touching.insert(pair);
+      if (last_.count(pair)) continue;
+      Event event;
+      event.t_s = t_s;
+      event.body_a = touch.body_a;
+      event.body_b = touch.body_b;
+      for (int k = 0; k < 3; ++k) {
+        event.x_m[k] = touch.x_m[k];
+        event.normal[k] = touch.normal[k];
+      }
+      event.impulse_n_N_s = touch.impulse_n_N_s;
+      event.impulse_t_N_s = touch.impulse_t_N_s;
+      event.vn_before_m_per_s = normal_speed(touch, before_);
+      event.vn_after_m_per_s = normal_speed(touch, motions(stepper));
+      observer_.event(event);
+    }
+    last_ = touching;
+  }
+
+ private:
+  std::vector<Motion> motions(const Stepper& stepper) const {
+    std::vector<Motion> all;
+    for (std::size_t i = 0; i < scene_.bodies.size(); ++i) all.push_back(stepper.motion(static_cast<int>(i)));
+    return all;
+  }
+  static double normal_speed(const World::Touch& touch, const std::vector<Motion>& motions) {
+    const auto velocity = [&](int i) {
+      const Motion& m = motions[i];
+      return m.v_WB + cross(to_world(m.q_WB, m.w_WB_B), touch.x_m - m.p_WB);
+    };
+    return dot(velocity(touch.body_b) - velocity(touch.body_a), touch.normal);
+  }
+
+  const Scene& scene_;
+  const Observer& observer_;
+  std::vector<Motion> before_;
+  std::set<std::pair<int, int>> last_;
+};
+
+Outcome accuracy_pass(const WorldMaker& make, const Scene& scene, const Plan& plan, const Observer& observer,
+                      std::int64_t substeps) {
+  Outcome outcome;
+  const auto world = make(scene, true);
+  Stepper stepper(scene, plan, substeps, *world);
+  ImpactLog impacts(scene, observer);
+  const bool log = impacts.wanted();
+  const std::int64_t samples = plan.samples > 0 ? plan.samples : 1;
+  const std::int64_t stride = plan.steps / samples;
+  if (observer.sample) observer.sample(sample_of(scene, stepper, 0));
+  for (std::int64_t n = 0; n < plan.steps; ++n) {
+    stepper.step(
+        n, [&] { if (log) impacts.before(stepper); },
+        [&](double t_s) { if (log) impacts.after(t_s, *world, stepper); });
+    outcome.steps_taken = n + 1;
+    if ((n + 1) % stride != 0) continue;
+    if (const auto reason = not_finite(scene, stepper, n + 1)) {
+      outcome.status = Status::not_finite;
+      outcome.reason = *reason;
+      return outcome;
+    }
+    const Wide t_s = Wide(plan.t_end_s) * Wide((n + 1) / stride) / Wide(samples);
+    if (observer.sample) observer.sample(sample_of(scene, stepper, t_s));
+  }
+  return outcome;
+}
+
+// Worlds are built outside of the clock; one run to warm caches and allocators comes first.
+Outcome timed_pass(const WorldMaker& make, const Scene& scene, const Plan& plan, int repeats, std::int64_t substeps) {
+  Outcome outcome;
+  outcome.steps_taken = plan.steps;
+  for (int repeat = -1; repeat < repeats; ++repeat) {
+    const auto world = make(scene, false);
+    Stepper stepper(scene, plan, substeps, *world);
+    const auto start = std::chrono::steady_clock::now();
+    for (std::int64_t n = 0; n < plan.steps; ++n) stepper.step(n, [] {}, [](double) {});
+    const auto stop = std::chrono::steady_clock::now();
+    if (const auto reason = not_finite(scene, stepper, plan.steps)) {
+      outcome.status = Status::not_finite;
+      outcome.reason = *reason;
+      return outcome;
+    }
+    if (repeat < 0) continue;
+    outcome.busy_ns.push_back(std::chrono::duration_cast<std::chrono::nanoseconds>(stop - start).count());
+  }
+  return outcome;
+}
+
+}  // namespace
+
+Outcome run_world(const WorldMaker& make, const Scene& scene, const Plan& plan, const Observer& observer, int repeats,
+                  std::int64_t substeps) {
+  Outcome outcome = repeats > 0 ? timed_pass(make, scene, plan, repeats, substeps)
+                                : accuracy_pass(make, scene, plan, observer, substeps);
+  if (!scene.forces.empty()) {
+    outcome.rate_evaluations = outcome.steps_taken * substeps;
+    if (outcome.status == Status::ok) {
+      outcome.reason = "forces evaluated by the adapter once a step: " + names_of_forces(scene);
+    }
+  }
+  return outcome;
+}
+
+}  // namespace atwood::rivals
