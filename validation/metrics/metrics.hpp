@@ -1,4 +1,7 @@
 // Every metric has one definition, one unit, one sign. Physics-free: energies come from reference/dynamics.
+//
+// A row without a body is the worst body's figure. `truth_bar` is the bar of the value in its own unit: the truth's for
+// errors, the 95 % half-width for what is fitted (orders, growth exponents, drift).
 #pragma once
 
 #include <span>
@@ -45,7 +48,35 @@ GrowthFit fit_growth(std::span<const double> t_s, std::span<const double> error,
 struct DriftFit { double slope_per_s = 0, half_width_95 = 0, oscillation = 0, largest = 0; };
 DriftFit fit_drift(std::span<const double> t_s, std::span<const double> value);
 
-// Rows of a whole ladder, from rows alone: order-*, growth-exponent-*. `cells` are all rows of one scenario x method.
+// Growth of a relative perturbation of the initial state over the run, largest of a few directions, in units of the
+// trajectory's size: the reference's own equations, classical RK4 in double, states a part in 1e-7 apart. What
+// truth.condition holds when the truth's solver computed it; a study fills it once a truth with this otherwise. Scenes
+// with contacts, or too long for the ladder's finest step: 1 + t_end v / size, the growth of free flight.
+double perturbation_growth(const Scenario& scenario, const Truth& truth);
+
+// What round-off alone leaves in a result after `steps` steps, estimated before any run and so independent of what the
+// error does: u sqrt(steps) size amplification. u is the unit round-off of the scalar (2^-53 in double), `size` the
+// largest value of the quantity along the true motion, `amplification` how much a relative perturbation grows over the
+// run. Unbiased rounding makes each step's error an independent draw of about u x size; their sum walks as sqrt(steps)
+// (Henrici 1962, ch. 1; for orbits: Brouwer 1937).
+double round_off_floor(double unit_round_off, double steps, double size, double amplification);
+// Unit round-off of the scalar that a method id names or its engine uses: "@float" and engines that end in 32: 2^-24;
+// "@long-double": 2^-64; "@quad": 2^-113; else 2^-53.
+double unit_round_off(const std::string& method);
+
+// Rows of a whole ladder, from rows alone: order-{position,velocity,attitude,body-rate} from error-*-max, and
+// order-impact-time from impact-time-error. `cells` are all rows of one scenario x method. In an order row
+//   value      the order; NaN where it is inconclusive (a gate on it is then unverifiable)
+//   truth_bar  the 95 % half-width
+//   reason     the window in steps, the interval, what was left out and why; or "inconclusive: ..."
+// The floor of a rung is the larger of the truth's bar and round_off_floor. Methods with a tolerance have no order in h:
+// no rows for them. (Growth laws need a series: `measure` fits them, one row a cell.)
 std::vector<Row> fit_ladder(std::span<const Row> cells);
+
+// step-time (median) and step-time-p95 over the timed pass's repeats [s]; none when nothing was timed.
+std::vector<Row> timing_rows(const Outcome& outcome, std::int64_t steps);
+
+// A measured value beside its bar, as reports print it: under three bars it is only an upper limit, "<= v + b".
+std::string format_measure(double value, double bar);
 
 }  // namespace atwood

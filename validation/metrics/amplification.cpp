@@ -1,0 +1,138 @@
+// What round-off alone leaves, known before the run: how much the motion amplifies a perturbation, and how much rounding
+// perturbs it.
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/contacts.hpp"
+#include "dynamics/rates.hpp"
+#include "validation/metrics/measurements.hpp"
+
+namespace atwood {
+namespace {
+
+using dynamics::Kind;
+constexpr double kPerturbation = 1e-7;
+constexpr int kTwins = 3;
+
+using State = std::vector<double>;
+
+// Classical RK4 over the reference's own rates; a step uses the force of its own interval.
+void step(const dynamics::Dynamics<double>& f, double t, double h, State& y, std::array<State, 5>& work) {
+  const int interval = f.interval_at(t + h / 2);
+  auto& [k1, k2, k3, k4, z] = work;
+  const auto stage = [&](double c, const State& k) {
+    for (std::size_t i = 0; i < y.size(); ++i) z[i] = y[i] + c * h * k[i];
+  };
+  f.rate(t, y.data(), k1.data(), interval);
+  stage(0.5, k1);
+  f.rate(t + h / 2, z.data(), k2.data(), interval);
+  stage(0.5, k2);
+  f.rate(t + h / 2, z.data(), k3.data(), interval);
+  stage(1, k3);
+  f.rate(t + h, z.data(), k4.data(), interval);
+  for (std::size_t i = 0; i < y.size(); ++i) y[i] += h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]);
+}
+
+double norm_of(Kind kind, const dynamics::Layout& layout, const State& y) {
+  double sum = 0;
+  for (int i = 0; i < layout.size; ++i)
+    if (layout.kinds[i] == kind) sum += y[i] * y[i];
+  return std::sqrt(sum);
+}
+
+// Every component by a part in 1e-7 of its own vector, signs from SplitMix64 (Steele, Lea, Flood 2014).
+State perturbed(const dynamics::Layout& layout, const State& y, std::uint64_t seed) {
+  State z = y;
+  for (int i = 0; i < layout.size;) {
+    const int width = layout.kinds[i] == Kind::attitude ? 4 : 3;
+    double size = 0;
+    for (int j = i; j < i + width && j < layout.size; ++j) size += y[j] * y[j];
+    for (int j = i; j < i + width && j < layout.size; ++j) {
+      std::uint64_t bits = seed += 0x9e3779b97f4a7c15u;
+      bits = (bits ^ (bits >> 30)) * 0xbf58476d1ce4e5b9u;
+      bits = (bits ^ (bits >> 27)) * 0x94d049bb133111ebu;
+      z[j] += (bits >> 63 ? 1 : -1) * kPerturbation * std::sqrt(size / width);
+    }
+    i += width;
+  }
+  return z;
+}
+
+struct Sizes { double position = 0, velocity = 0, rate = 0; };
+Sizes sizes(const Scenario& scenario, const Truth& truth) {
+  std::vector<Row> rows;
+  metrics::append_sizes(scenario, truth, rows);
+  Sizes s;
+  for (const Row& r : rows) {
+    if (r.metric == "size-position") s.position = r.value;
+    if (r.metric == "size-velocity") s.velocity = r.value;
+    if (r.metric == "size-body-rate") s.rate = r.value;
+  }
+  return s;
+}
+
+double free_flight_growth(const Sizes& s, double t_end_s) {
+  const double shear = s.position > 0 ? s.velocity / s.position : 0;
+  return 1 + t_end_s * std::max(shear, s.rate);
+}
+
+}  // namespace
+
+double perturbation_growth(const Scenario& scenario, const Truth& truth) {
+  if (!metrics::has_truth(truth)) return 0;
+  const Scene& scene = scenario.scene;
+  const double simple = free_flight_growth(sizes(scenario, truth), scenario.t_end_s);
+  if (!dynamics::unsupported(scene).empty() || !dynamics::contact_pairs(scene).pairs.empty()) return simple;
+
+  const dynamics::Dynamics<double> f(scene, scenario.t_end_s);
+  const dynamics::Layout& layout = f.layout();
+  std::int64_t steps = 1000;
+  for (std::int64_t n : scenario.steps) steps = std::max(steps, std::min<std::int64_t>(n, 4000));
+  const double h = scenario.t_end_s / static_cast<double>(steps);
+
+  std::vector<State> twins{dynamics::pack<double>(scene)};
+  for (int i = 0; i < kTwins; ++i) twins.push_back(perturbed(layout, twins[0], static_cast<std::uint64_t>(i)));
+  std::array<State, 5> work;
+  for (State& w : work) w.assign(twins[0].size(), 0.0);
+  std::array<double, 4> size{}, apart{};
+  const std::array<Kind, 4> kinds{Kind::position, Kind::velocity, Kind::attitude, Kind::rate};
+  for (std::int64_t n = 0; n < steps; ++n) {
+    for (State& y : twins) step(f, h * static_cast<double>(n), h, y, work);
+    for (std::size_t k = 0; k < kinds.size(); ++k) {
+      size[k] = std::max(size[k], norm_of(kinds[k], layout, twins[0]));
+      for (int i = 1; i <= kTwins; ++i) {
+        State d = twins[i];
+        for (std::size_t j = 0; j < d.size(); ++j) d[j] -= twins[0][j];
+        apart[k] = std::max(apart[k], norm_of(kinds[k], layout, d));
+      }
+    }
+  }
+  // A step too long for this motion measures itself: compare with the truth before believing it.
+  const Sample end = dynamics::unpack<double>(scene, scenario.t_end_s, twins[0].data());
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    const BodySample& t = truth.values.back().bodies[b];
+    if (!(position_error_m(end.bodies[b], t) <= 0.01 * size[0]) || !(attitude_error_rad(end.bodies[b], t) <= 0.02))
+      return simple;
+  }
+  double growth = 1;
+  for (std::size_t k = 0; k < kinds.size(); ++k)
+    if (size[k] > 0) growth = std::max(growth, apart[k] / size[k] / kPerturbation);
+  return growth;
+}
+
+double round_off_floor(double unit, double steps, double size, double amplification) {
+  return unit * std::sqrt(steps) * size * amplification;
+}
+
+double unit_round_off(const std::string& method) {
+  const std::size_t at = method.find('@');
+  const std::string engine = method.substr(0, method.find('/'));
+  const std::string scalar = at == std::string::npos ? "" : method.substr(at + 1, method.find('{', at) - at - 1);
+  if (scalar == "float") return 0x1p-24;
+  if (scalar == "long-double") return 0x1p-64;
+  if (scalar == "quad") return 0x1p-113;
+  if (scalar.empty() && engine.size() > 2 && engine.ends_with("32")) return 0x1p-24;
+  return 0x1p-53;
+}
+
+}  // namespace atwood

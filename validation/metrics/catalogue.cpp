@@ -1,0 +1,77 @@
+// Every metric's name, unit and definition, once.
+#include <algorithm>
+#include <stdexcept>
+
+#include "validation/metrics/measurements.hpp"
+
+namespace atwood {
+
+const std::vector<MetricInfo>& all_metrics() {
+  static const std::vector<MetricInfo> metrics = {
+      {"status", "", "How the cell ended when it could not be measured; the reason says why."},
+      {"error-position-end", "m", "Distance from the true position at the last sample; the worst body."},
+      {"error-position-max", "m", "Largest distance from the true position over the samples, t = 0 left out; the worst body."},
+      {"error-position-rms", "m", "Root mean square over the samples (t = 0 left out) of the distance from the true position; the worst body."},
+      {"error-velocity-end", "m/s", "Norm of the velocity's error at the last sample; the worst body."},
+      {"error-velocity-max", "m/s", "Largest norm of the velocity's error over the samples, t = 0 left out; the worst body."},
+      {"error-velocity-rms", "m/s", "Root mean square over the samples (t = 0 left out) of the velocity's error; the worst body."},
+      {"error-attitude-end", "rad", "Geodesic angle to the true attitude at the last sample, the same for q and -q; the worst body."},
+      {"error-attitude-max", "rad", "Largest geodesic angle to the true attitude over the samples, t = 0 left out; the worst body."},
+      {"error-attitude-rms", "rad", "Root mean square over the samples (t = 0 left out) of the geodesic angle to the true attitude; the worst body."},
+      {"error-body-rate-end", "rad/s", "Norm of the error of the body-axes angular velocity at the last sample; the worst body."},
+      {"error-body-rate-max", "rad/s", "Largest norm of the error of the body-axes angular velocity over the samples, t = 0 left out; the worst body."},
+      {"error-body-rate-rms", "rad/s", "Root mean square over the samples (t = 0 left out) of the body-axes angular velocity's error; the worst body."},
+      {"size-position", "m", "Largest distance from the origin along the true motion: what relative errors and round-off floors are scaled by."},
+      {"size-velocity", "m/s", "Largest speed along the true motion."},
+      {"size-body-rate", "rad/s", "Largest angular speed along the true motion."},
+      {"condition", "1", "Growth of a relative perturbation of the initial state over the run: what amplifies round-off."},
+      {"energy-max", "1", "Largest |E - E0| / E_scale; E_scale = max over the run of kinetic + |V - V0|."},
+      {"energy-drift", "1/s", "Slope of (E - E0) / E_scale: median over pairs of samples (whole periods apart where it oscillates), bar = 95 % corrected for autocorrelation; positive: gains."},
+      {"energy-oscillation", "1", "Half the range of (E - E0) / E_scale about its drift."},
+      {"momentum-error", "kg m/s", "Largest |P(t) - P(0) - M g t|: linear momentum, uniform gravity's impulse accounted for."},
+      {"momentum-error-relative", "1", "momentum-error over the largest sum of m |v|."},
+      {"angular-momentum-error", "kg m^2/s", "Largest change of angular momentum: about the attractor or anchor where there is one, about the centre of mass under uniform gravity, else the larger of origin and centre of mass."},
+      {"angular-momentum-error-relative", "1", "angular-momentum-error over the largest |L| about the same point."},
+      {"center-of-mass-error", "m", "Largest |X(t) - X(0) - V(0) t - g t^2 / 2| of the centre of mass."},
+      {"jacobi-constant-error", "1", "Largest change of the Jacobi constant, over E_scale."},
+      {"laplace-runge-lenz-error", "1", "Largest change of the Laplace-Runge-Lenz vector over mu: of the eccentricity vector."},
+      {"magnetic-moment-error", "1", "Largest change of m v_perp^2 / 2B in the drift frame, over its value at the start."},
+      {"growth-exponent-position", "1", "Exponent of the law the position error grows by (reason: its name); bar = 95 %; NaN: inconclusive."},
+      {"growth-exponent-attitude", "1", "Exponent of the law the attitude error grows by (reason: its name); bar = 95 %; NaN: inconclusive."},
+      {"growth-exponent-energy", "1", "Exponent of the law |E - E0| grows by (reason: its name); bar = 95 %; NaN: inconclusive."},
+      {"order-position", "1", "Slope of log error-position-max on log h over the asymptotic window; bar = 95 % half-width; NaN: inconclusive."},
+      {"order-velocity", "1", "Slope of log error-velocity-max on log h over the asymptotic window; bar = 95 % half-width; NaN: inconclusive."},
+      {"order-attitude", "1", "Slope of log error-attitude-max on log h over the asymptotic window; bar = 95 % half-width; NaN: inconclusive."},
+      {"order-body-rate", "1", "Slope of log error-body-rate-max on log h over the asymptotic window; bar = 95 % half-width; NaN: inconclusive."},
+      {"order-impact-time", "1", "Slope of log impact-time-error on log h over the asymptotic window; bar = 95 % half-width; NaN: inconclusive."},
+      {"landing-range-error", "m", "Horizontal distance flown to z = 0 less the true one; landing by the parabola through three samples, on run and truth alike; positive: too far."},
+      {"impact-time-error", "s", "Largest |t_k - true t_k| over the impacts, the k-th of a pair against the k-th, of those that fell from a clearance of at least 1e-3 m; NaN: impacts are missing."},
+      {"impact-count-error", "1", "Reported impacts less true ones, of those that fell from a clearance of at least 1e-3 m."},
+      {"apex-error", "1", "Largest |apex - true apex| / true apex over the first five apexes after an impact; an apex is the clearance at the vertex of the parabola through three samples of one flight, the same samples of run and truth."},
+      {"restitution-error", "1", "Largest |-vn_after / vn_before - e| over the reported impacts that fell from a clearance of at least 1e-3 m."},
+      {"contact-energy-gain", "J", "Largest work of a reported normal impulse, J (vn_before + vn_after) / 2; zero or less where no contact gains energy."},
+      {"penetration-max", "m", "Deepest overlap of two shapes over the samples; 0 when none."},
+      {"step-time", "s", "Time of one step: median over the repeats of the timed pass, which observes nothing."},
+      {"step-time-p95", "s", "Time of one step: 95th percentile over the repeats of the timed pass."},
+      {"rate-evaluations", "1", "Evaluations of the equations of motion over the run, as the engine counts them."},
+  };
+  return metrics;
+}
+
+namespace metrics {
+
+Row row(const std::string& metric, double value, double bar, std::string reason) {
+  const auto& known = all_metrics();
+  const auto found = std::find_if(known.begin(), known.end(), [&](const MetricInfo& m) { return m.name == metric; });
+  if (found == known.end()) throw std::logic_error("metric `" + metric + "` is not in the catalogue");
+  Row r;
+  r.metric = metric;
+  r.unit = found->unit;
+  r.value = value;
+  r.truth_bar = bar;
+  r.reason = std::move(reason);
+  return r;
+}
+
+}  // namespace metrics
+}  // namespace atwood

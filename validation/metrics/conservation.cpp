@@ -1,0 +1,168 @@
+// What the motion should keep, from states by the reference's formulas; only what the scenario declares.
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/arithmetic.hpp"
+#include "dynamics/invariants.hpp"
+#include "validation/metrics/measurements.hpp"
+
+namespace atwood::metrics {
+namespace {
+
+using dynamics::Wide3;
+using dynamics::operator+;
+using dynamics::operator-;
+using dynamics::operator*;
+
+bool declares(const Scenario& scenario, const std::string& quantity) {
+  return std::any_of(scenario.invariants.begin(), scenario.invariants.end(),
+                     [&](const Invariant& i) { return i.quantity == quantity; });
+}
+
+struct Change { double largest = 0, size = 0; };
+void keep(Change& change, const Wide3& now, const Wide3& expected) {
+  change.largest = std::max(change.largest, distance(now, expected));
+  change.size = std::max(change.size, norm(now));
+}
+
+// The fixed point that an attractor or an anchored spring turns the bodies about, if there is one.
+bool pivot(const Scene& scene, Wide3& point) {
+  for (const Force& force : scene.forces) {
+    if (const auto* a = std::get_if<Attractor>(&force)) { point = dynamics::widen<Wide>(a->center_m); return true; }
+    if (const auto* s = std::get_if<Spring>(&force); s && s->bodies.size() == 1) {
+      point = dynamics::widen<Wide>(s->anchor_m);
+      return true;
+    }
+  }
+  return false;
+}
+
+void append_momentum(const Scenario& scenario, const Recording& run, std::vector<Row>& rows) {
+  const Scene& scene = scenario.scene;
+  const Wide3 weight = dynamics::total_mass_kg(scene) * dynamics::widen<Wide>(scene.gravity_m_per_s2);
+  const Wide3 start = dynamics::momentum(scene, run.values.front());
+  Change change;
+  double size = 0;
+  for (const Sample& s : run.values) {
+    keep(change, dynamics::momentum(scene, s), start + Wide(s.t_s - run.values.front().t_s) * weight);
+    double sum = 0;
+    for (std::size_t b = 0; b < s.bodies.size(); ++b)
+      if (!scene.bodies[b].fixed) sum += scene.bodies[b].mass_kg * norm(s.bodies[b].v_m_per_s);
+    size = std::max(size, sum);
+  }
+  rows.push_back(row("momentum-error", change.largest));
+  if (size > 0) rows.push_back(row("momentum-error-relative", change.largest / size));
+}
+
+void append_angular_momentum(const Scenario& scenario, const Recording& run, std::vector<Row>& rows) {
+  const Scene& scene = scenario.scene;
+  Wide3 point{};
+  const bool pivoted = pivot(scene, point);
+  const bool origin = pivoted || dynamics::conserves(scene, "angular-momentum") ||
+                      !dynamics::conserves(scene, "angular-momentum-center");
+  const bool center = !pivoted && dynamics::conserves(scene, "angular-momentum-center");
+  const auto about = [&](const Sample& s) {
+    return dynamics::angular_momentum(scene, s) - dynamics::cross(point, dynamics::momentum(scene, s));
+  };
+  Change at_point, at_center;
+  for (const Sample& s : run.values) {
+    if (origin) keep(at_point, about(s), about(run.values.front()));
+    if (center) keep(at_center, dynamics::angular_momentum_about_center(scene, s),
+                     dynamics::angular_momentum_about_center(scene, run.values.front()));
+  }
+  const Change& worst = at_point.largest >= at_center.largest ? at_point : at_center;
+  rows.push_back(row("angular-momentum-error", worst.largest));
+  const double size = std::max(at_point.size, at_center.size);
+  if (size > 0) rows.push_back(row("angular-momentum-error-relative", worst.largest / size));
+}
+
+void append_center_of_mass(const Scenario& scenario, const Recording& run, std::vector<Row>& rows) {
+  const Scene& scene = scenario.scene;
+  const Sample& first = run.values.front();
+  const Wide3 x0 = dynamics::center_of_mass(scene, first), g = dynamics::widen<Wide>(scene.gravity_m_per_s2);
+  const Wide3 v0 = (1 / dynamics::total_mass_kg(scene)) * dynamics::momentum(scene, first);
+  double largest = 0;
+  for (const Sample& s : run.values) {
+    const Wide t = s.t_s - first.t_s;
+    largest = std::max(largest, distance(dynamics::center_of_mass(scene, s), x0 + t * v0 + Wide(t * t / 2) * g));
+  }
+  rows.push_back(row("center-of-mass-error", largest));
+}
+
+// mu of the orbit whose Laplace-Runge-Lenz vector the reference computes.
+double orbit_mu(const Scene& scene, int body) {
+  for (const Force& force : scene.forces)
+    if (const auto* a = std::get_if<Attractor>(&force); a && std::ranges::count(a->bodies, body)) return a->mu_m3_per_s2;
+  for (const Force& force : scene.forces)
+    if (const auto* g = std::get_if<MutualGravity>(&force); g && scene.bodies.size() > 1)
+      return g->constant_m3_per_kg_s2 * (scene.bodies[0].mass_kg + scene.bodies[1].mass_kg);
+  return 0;
+}
+
+void append_orbit_vector(const Scenario& scenario, const Recording& run, std::vector<Row>& rows) {
+  double worst = -1;
+  for (int b = 0; b < static_cast<int>(scenario.scene.bodies.size()); ++b) {
+    const double mu = orbit_mu(scenario.scene, b);
+    Change change;
+    for (const Sample& s : run.values)
+      keep(change, dynamics::laplace_runge_lenz(scenario.scene, s, b),
+           dynamics::laplace_runge_lenz(scenario.scene, run.values.front(), b));
+    if (mu > 0 && !scenario.scene.bodies[b].fixed) worst = std::max(worst, change.largest / mu);
+  }
+  if (worst >= 0) rows.push_back(row("laplace-runge-lenz-error", worst));
+}
+
+void append_magnetic_moment(const Scenario& scenario, const Recording& run, std::vector<Row>& rows) {
+  double worst = -1;
+  for (int b = 0; b < static_cast<int>(scenario.scene.bodies.size()); ++b) {
+    const Wide start = dynamics::magnetic_moment(scenario.scene, run.values.front(), b);
+    if (!(start > 0)) continue;
+    for (const Sample& s : run.values)
+      worst = std::max(worst, std::fabs(static_cast<double>((dynamics::magnetic_moment(scenario.scene, s, b) - start) / start)));
+  }
+  if (worst >= 0) rows.push_back(row("magnetic-moment-error", worst));
+}
+
+}  // namespace
+
+std::vector<double> relative_energy(const Scenario& scenario, const Recording& run) {
+  if (!scenario.scene.problem.empty()) return {};
+  if (!declares(scenario, "energy") && !declares(scenario, "jacobi-constant")) return {};
+  std::vector<Wide> change;
+  Wide scale = 0, start = 0, start_potential = 0;
+  for (const Sample& s : run.values) {
+    const dynamics::Energy e = dynamics::energy(scenario.scene, s);
+    if (change.empty()) {
+      start = e.kinetic_J + e.potential_J;
+      start_potential = e.potential_J;
+    }
+    change.push_back(e.kinetic_J + e.potential_J - start);
+    scale = std::max(scale, e.kinetic_J + dynamics::magnitude(Wide(e.potential_J - start_potential)));
+  }
+  if (!(scale > 0)) return {};
+  std::vector<double> relative;
+  for (const Wide& c : change) relative.push_back(static_cast<double>(c / scale));
+  return relative;
+}
+
+void append_conservation(const Scenario& scenario, const Recording& run, std::vector<Row>& rows) {
+  if (!scenario.scene.problem.empty() || run.values.size() < 2) return;
+  const std::vector<double> energy = relative_energy(scenario, run);
+  if (!energy.empty()) {
+    std::vector<double> t;
+    for (const Sample& s : run.values) t.push_back(static_cast<double>(s.t_s));
+    const DriftFit drift = fit_drift(t, energy);
+    rows.push_back(row("energy-max", drift.largest));
+    rows.push_back(row("energy-drift", drift.slope_per_s, drift.half_width_95));
+    rows.push_back(row("energy-oscillation", drift.oscillation));
+    if (declares(scenario, "jacobi-constant")) rows.push_back(row("jacobi-constant-error", drift.largest));
+  }
+  if (declares(scenario, "momentum")) append_momentum(scenario, run, rows);
+  if (declares(scenario, "angular-momentum") || declares(scenario, "angular-momentum-center"))
+    append_angular_momentum(scenario, run, rows);
+  if (declares(scenario, "center-of-mass")) append_center_of_mass(scenario, run, rows);
+  if (declares(scenario, "laplace-runge-lenz")) append_orbit_vector(scenario, run, rows);
+  if (declares(scenario, "magnetic-moment")) append_magnetic_moment(scenario, run, rows);
+}
+
+}  // namespace atwood::metrics

@@ -1,0 +1,196 @@
+// Agreement of contacts: when things touch, how high they rise after, how deep they sank.
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "dynamics/contacts.hpp"
+#include "validation/metrics/measurements.hpp"
+
+namespace atwood::metrics {
+namespace {
+
+constexpr double kClearance_m = 1e-3;  // impacts and apexes below it are a ball coming to rest
+constexpr int kApexes = 5;
+
+using Pair = std::pair<int, int>;
+
+bool fixed_pair(const Scene& scene, const Event& e) {
+  return scene.bodies[e.body_a].fixed || scene.bodies[e.body_b].fixed;
+}
+
+// From how high the impact fell: vn^2 / 2 g_n with gravity's part along the normal. Two free bodies fall alike: no
+// gravity between them, no limit.
+bool fell_far_enough(const Scene& scene, const Event& e) {
+  if (!fixed_pair(scene, e)) return true;
+  Wide along = 0;
+  for (int i = 0; i < 3; ++i) along += e.normal[i] * scene.gravity_m_per_s2[i];
+  if (along < 0) along = -along;
+  return e.vn_before_m_per_s * e.vn_before_m_per_s >= 2 * along * Wide(kClearance_m);
+}
+
+struct Impact { Event event; double bar_s = 0; };
+std::map<Pair, std::vector<Impact>> impacts(const std::vector<Event>& events, const std::vector<double>& bars) {
+  std::map<Pair, std::vector<Impact>> by_pair;
+  for (std::size_t i = 0; i < events.size(); ++i)
+    if (events[i].kind == EventKind::impact)
+      by_pair[{events[i].body_a, events[i].body_b}].push_back({events[i], i < bars.size() ? bars[i] : 0});
+  return by_pair;
+}
+
+// Impact k of a pair in the run against impact k of that pair in the truth. A missing impact makes the time NaN (a gate
+// then fails): a maximum over those that did happen would praise the run for what it missed.
+void append_impacts(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows) {
+  const auto expected = impacts(truth.events, truth.event_bar_s);
+  auto reported = impacts(run.events, {});
+  if (expected.empty() || (reported.empty() && run.events.empty())) return;
+  double worst = 0, bar = 0;
+  std::int64_t wanted = 0, found = 0, extra = 0;
+  for (const auto& [pair, list] : expected) {
+    const auto& mine = reported[pair];
+    std::size_t k = 0;
+    for (; k < list.size() && fell_far_enough(scenario.scene, list[k].event); ++k) {
+      ++wanted;
+      if (k >= mine.size()) continue;
+      ++found;
+      const double off = std::fabs(static_cast<double>(mine[k].event.t_s - list[k].event.t_s));
+      if (off > worst || (off == worst && list[k].bar_s > bar)) { worst = off; bar = list[k].bar_s; }
+    }
+    for (; k < mine.size(); ++k) extra += k >= list.size() && fell_far_enough(scenario.scene, mine[k].event);
+  }
+  for (const auto& [pair, mine] : reported)
+    if (!expected.contains(pair)) extra += static_cast<std::int64_t>(mine.size());
+  if (wanted == 0) return;
+  const std::string count = std::to_string(found) + " of " + std::to_string(wanted) + " impacts";
+  rows.push_back(row("impact-time-error", found < wanted ? std::nan("") : worst, bar, found < wanted ? count + " reported" : ""));
+  rows.push_back(row("impact-count-error", static_cast<double>(found + extra - wanted), 0, count));
+}
+
+void append_restitution(const Scenario& scenario, const Recording& run, std::vector<Row>& rows) {
+  double worst = -1, gain = 0;
+  bool any = false;
+  for (const Event& e : run.events) {
+    if (e.kind != EventKind::impact || !(e.vn_before_m_per_s < 0)) continue;
+    const double work = static_cast<double>(e.impulse_n_N_s * (e.vn_before_m_per_s + e.vn_after_m_per_s) / 2);
+    gain = any ? std::max(gain, work) : work;
+    any = true;
+    if (!fell_far_enough(scenario.scene, e)) continue;
+    const double asked = pair_law(scenario.scene, e.body_a, e.body_b).restitution;
+    worst = std::max(worst, std::fabs(static_cast<double>(-e.vn_after_m_per_s / e.vn_before_m_per_s - asked)));
+  }
+  if (worst >= 0) rows.push_back(row("restitution-error", worst));
+  if (any) rows.push_back(row("contact-energy-gain", gain));
+}
+
+dynamics::Gap<Wide> gap_at(const Scene& scene, const dynamics::Layout& layout, const dynamics::ContactPair& pair,
+                           const Sample& sample) {
+  const std::vector<Wide> y = dynamics::pack<Wide>(scene, sample);
+  return dynamics::gap(scene, layout, pair, y.data());
+}
+
+// Height of the vertex of the parabola through three equally spaced values.
+Wide vertex(Wide a, Wide b, Wide c) {
+  const Wide curvature = a - 2 * b + c, rise = c - a;
+  return curvature < 0 ? b - rise * rise / (8 * curvature) : std::max({a, b, c});
+}
+
+// The flights of a pair after its impacts: from one to the next, at least three samples strictly inside, true apex at
+// least kClearance_m. The three samples are the middle ones; the run's apex is taken from the same three.
+void append_apexes(const Scenario& scenario, const Truth& truth, const Recording& run,
+                   const std::vector<dynamics::ContactPair>& pairs, std::vector<Row>& rows) {
+  const Scene& scene = scenario.scene;
+  const dynamics::Layout layout = dynamics::layout(scene);
+  const auto expected = impacts(truth.events, {});
+  double worst = 0, bar = 0;
+  int apexes = 0;
+  for (const dynamics::ContactPair& pair : pairs) {
+    const auto found = expected.find({pair.a, pair.b});
+    if (found == expected.end() || !fixed_pair(scene, found->second.front().event)) continue;
+    const std::vector<Impact>& list = found->second;
+    for (std::size_t k = 0; k + 1 < list.size() && k < kApexes; ++k) {
+      std::vector<std::size_t> inside;
+      for (std::size_t s = 0; s < truth.values.size(); ++s)
+        if (truth.values[s].t_s > list[k].event.t_s && truth.values[s].t_s < list[k + 1].event.t_s) inside.push_back(s);
+      if (inside.size() < 3) continue;
+      const std::size_t m = inside[inside.size() / 2];
+      const auto apex = [&](const std::vector<Sample>& values) {
+        return vertex(gap_at(scene, layout, pair, values[m - 1]).gap_m, gap_at(scene, layout, pair, values[m]).gap_m,
+                      gap_at(scene, layout, pair, values[m + 1]).gap_m);
+      };
+      const Wide right = apex(truth.values);
+      if (right < Wide(kClearance_m)) continue;
+      ++apexes;
+      const double off = std::fabs(static_cast<double>((apex(run.values) - right) / right));
+      double b = 0;  // the three samples' bars, as they enter the vertex near its middle
+      if (m < truth.bars.size())
+        b = (norm(truth.bars[m].bodies[pair.a].p_m) + norm(truth.bars[m].bodies[pair.b].p_m)) / static_cast<double>(right);
+      if (off > worst || (off == worst && b > bar)) { worst = off; bar = b; }
+    }
+  }
+  if (apexes > 0) rows.push_back(row("apex-error", worst, bar, std::to_string(apexes) + " apexes"));
+}
+
+void append_penetration(const Scene& scene, const Recording& run, const std::vector<dynamics::ContactPair>& pairs,
+                        std::vector<Row>& rows) {
+  const dynamics::Layout layout = dynamics::layout(scene);
+  double deepest = 0;
+  for (const Sample& s : run.values)
+    for (const dynamics::ContactPair& pair : pairs)
+      deepest = std::max(deepest, -static_cast<double>(gap_at(scene, layout, pair, s).gap_m));
+  rows.push_back(row("penetration-max", deepest));
+}
+
+// Where a falling body crosses z = 0: x, y by the parabola through three samples (one before the crossing's interval,
+// and its two ends; at the start of a run the one after instead), at the parabola's own zero of z.
+std::optional<std::array<Wide, 2>> landing(const std::vector<Sample>& values, int body) {
+  for (std::size_t k = 1; k + 1 < values.size(); ++k) {
+    const auto z = [&](std::size_t i) { return values[i].bodies[body].p_m[2]; };
+    if (!(z(k) > 0 && z(k + 1) <= 0)) continue;
+    // Newton's form over s = 0, 1, 2 at samples k - 1, k, k + 1; the zero lies in (1, 2]: bisection in Wide.
+    const auto at = [&](int axis, Wide s) {
+      const Wide a = values[k - 1].bodies[body].p_m[axis], b = values[k].bodies[body].p_m[axis],
+                 c = values[k + 1].bodies[body].p_m[axis];
+      return a + s * (b - a) + s * (s - 1) / 2 * (c - 2 * b + a);
+    };
+    Wide low = 1, high = 2;
+    for (int i = 0; i < 113; ++i) {
+      const Wide middle = (low + high) / 2;
+      (at(2, middle) > 0 ? low : high) = middle;
+    }
+    return std::array<Wide, 2>{at(0, high), at(1, high)};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+void append_landing(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows) {
+  const bool asked = scenario.id.starts_with("ballistic") || std::ranges::count(scenario.tags, "landing") > 0;
+  if (!asked) return;
+  for (std::size_t b = 0; b < scenario.scene.bodies.size(); ++b) {
+    if (scenario.scene.bodies[b].fixed) continue;
+    const auto right = landing(truth.values, static_cast<int>(b));
+    if (!right) continue;
+    const auto mine = landing(run.values, static_cast<int>(b));
+    const auto& start = truth.values.front().bodies[b].p_m;
+    const auto range = [&](const std::array<Wide, 2>& p) { return norm({p[0] - start[0], p[1] - start[1], 0}); };
+    double bar = 0;
+    for (const Sample& s : truth.bars) bar = std::max(bar, norm(s.bodies[b].p_m));
+    rows.push_back(row("landing-range-error", mine ? range(*mine) - range(*right) : std::nan(""), bar,
+                       mine ? "" : "the run does not land"));
+    return;
+  }
+}
+
+void append_contact(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows) {
+  const dynamics::ContactPairs contacts = dynamics::contact_pairs(scenario.scene);
+  if (contacts.pairs.empty()) return;
+  if (has_truth(truth)) {
+    append_impacts(scenario, truth, run, rows);
+    append_apexes(scenario, truth, run, contacts.pairs, rows);
+  }
+  append_restitution(scenario, run, rows);
+  append_penetration(scenario.scene, run, contacts.pairs, rows);
+}
+
+}  // namespace atwood::metrics

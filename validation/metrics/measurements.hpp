@@ -1,0 +1,35 @@
+// The families of metrics behind `measure`, one .cpp each. Private to this room.
+#pragma once
+
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "validation/metrics/metrics.hpp"
+
+namespace atwood::metrics {
+
+// A whole-run row; the unit comes from the catalogue of metrics (throws std::logic_error on a name that is not there).
+Row row(const std::string& metric, double value, double bar = 0, std::string reason = "");
+
+// Euclidean norm of a - b, subtracted wide, then narrowed.
+double distance(const std::array<Wide, 3>& a, const std::array<Wide, 3>& b);
+double norm(const std::array<Wide, 3>& a);
+
+// Why the recording can't be measured (not as many samples as the truth, a number that is not finite, ...) as a
+// "status" row; no row when it can.
+std::vector<Row> status_rows(const Scenario& scenario, const Truth& truth, const Recording& run);
+
+bool has_truth(const Truth& truth);
+void append_state_errors(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows);
+void append_sizes(const Scenario& scenario, const Truth& truth, std::vector<Row>& rows);
+void append_conservation(const Scenario& scenario, const Recording& run, std::vector<Row>& rows);
+void append_contact(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows);
+void append_landing(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows);
+void append_growth(const Series& series, double truth_bar_m, std::vector<Row>& rows);
+
+// (E - E0) / max over the run of (kinetic + |V - V0|), one entry a sample; empty for a bare problem.
+std::vector<double> relative_energy(const Scenario& scenario, const Recording& run);
+
+}  // namespace atwood::metrics

@@ -1,0 +1,202 @@
+// How far a run's states are from the true ones at the same instants.
+#include <quadmath.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "validation/metrics/measurements.hpp"
+
+namespace atwood {
+namespace metrics {
+
+double norm(const std::array<Wide, 3>& a) { return static_cast<double>(sqrtq(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])); }
+
+double distance(const std::array<Wide, 3>& a, const std::array<Wide, 3>& b) {
+  return norm({a[0] - b[0], a[1] - b[1], a[2] - b[2]});
+}
+
+bool has_truth(const Truth& truth) { return truth.outcome.status == Status::ok && !truth.values.empty(); }
+
+namespace {
+
+bool finite(Wide x) { return std::isfinite(static_cast<double>(x)); }
+
+bool finite(const BodySample& b) {
+  for (int i = 0; i < 3; ++i)
+    if (!finite(b.p_m[i]) || !finite(b.v_m_per_s[i]) || !finite(b.w_rad_per_s[i])) return false;
+  for (const Wide& c : b.q_wxyz)
+    if (!finite(c)) return false;
+  return true;
+}
+
+std::vector<Row> status_row(Status status, std::string reason) {
+  Row r = row("status", 0, 0, std::move(reason));
+  r.status = status;
+  return {r};
+}
+
+enum class Quantity { position, velocity, attitude, body_rate };
+
+double error_of(Quantity q, const BodySample& a, const BodySample& b) {
+  switch (q) {
+    case Quantity::position: return distance(a.p_m, b.p_m);
+    case Quantity::velocity: return distance(a.v_m_per_s, b.v_m_per_s);
+    case Quantity::attitude: return attitude_error_rad(a, b);
+    case Quantity::body_rate: return distance(a.w_rad_per_s, b.w_rad_per_s);
+  }
+  return 0;
+}
+
+// The bar of an error: the norm of the components' bars; a quaternion off by d turns by 2 |d|.
+double bar_of(Quantity q, const BodySample& bar) {
+  switch (q) {
+    case Quantity::position: return norm(bar.p_m);
+    case Quantity::velocity: return norm(bar.v_m_per_s);
+    case Quantity::attitude: {
+      Wide sum = 0;
+      for (const Wide& c : bar.q_wxyz) sum += c * c;
+      return 2 * static_cast<double>(sqrtq(sum));
+    }
+    case Quantity::body_rate: return norm(bar.w_rad_per_s);
+  }
+  return 0;
+}
+
+bool applies(Quantity q, const Body& body) {
+  if (body.fixed) return false;
+  return q == Quantity::position || q == Quantity::velocity || rotates(body);
+}
+
+std::vector<int> measured_bodies(Quantity q, const Scene& scene) {
+  std::vector<int> bodies;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i)
+    if (applies(q, scene.bodies[i])) bodies.push_back(static_cast<int>(i));
+  return bodies;
+}
+
+double bar_at(Quantity q, const Truth& truth, std::size_t k, int body) {
+  return k < truth.bars.size() ? bar_of(q, truth.bars[k].bodies[body]) : 0;
+}
+
+std::vector<double> worst_series(Quantity q, const Scenario& scenario, const Truth& truth, const Recording& run) {
+  const std::vector<int> bodies = measured_bodies(q, scenario.scene);
+  std::vector<double> series;
+  if (bodies.empty()) return series;
+  for (std::size_t k = 0; k < run.values.size() && k < truth.values.size(); ++k) {
+    double worst = 0;
+    for (int b : bodies) worst = std::max(worst, error_of(q, run.values[k].bodies[b], truth.values[k].bodies[b]));
+    series.push_back(worst);
+  }
+  return series;
+}
+
+struct Figure { double value = 0, bar = 0; };
+void keep_worst(Figure& worst, double value, double bar) {
+  if (value > worst.value || (value == worst.value && bar > worst.bar)) worst = {value, bar};
+}
+
+void append_quantity(Quantity q, const std::string& name, const Scenario& scenario, const Truth& truth,
+                     const Recording& run, std::vector<Row>& rows) {
+  const std::vector<int> bodies = measured_bodies(q, scenario.scene);
+  const std::size_t n = run.values.size();
+  if (bodies.empty() || n < 2) return;
+  Figure end, largest, rms;
+  for (int b : bodies) {
+    double squares = 0, bar_squares = 0;
+    for (std::size_t k = 1; k < n; ++k) {
+      const double e = error_of(q, run.values[k].bodies[b], truth.values[k].bodies[b]);
+      const double bar = bar_at(q, truth, k, b);
+      squares += e * e;
+      bar_squares += bar * bar;
+      keep_worst(largest, e, bar);
+      if (k + 1 == n) keep_worst(end, e, bar);
+    }
+    keep_worst(rms, std::sqrt(squares / static_cast<double>(n - 1)), std::sqrt(bar_squares / static_cast<double>(n - 1)));
+  }
+  rows.push_back(row("error-" + name + "-end", end.value, end.bar));
+  rows.push_back(row("error-" + name + "-max", largest.value, largest.bar));
+  rows.push_back(row("error-" + name + "-rms", rms.value, rms.bar));
+}
+
+}  // namespace
+
+std::vector<Row> status_rows(const Scenario& scenario, const Truth& truth, const Recording& run) {
+  if (run.outcome.status != Status::ok) return status_row(run.outcome.status, run.outcome.reason);
+  for (std::size_t k = 0; k < run.values.size(); ++k) {
+    const Sample& s = run.values[k];
+    if (s.bodies.size() != scenario.scene.bodies.size())
+      return status_row(Status::crashed, "sample " + std::to_string(k) + " has " + std::to_string(s.bodies.size()) +
+                                             " bodies, the scene has " + std::to_string(scenario.scene.bodies.size()));
+    for (std::size_t b = 0; b < s.bodies.size(); ++b)
+      if (!finite(s.bodies[b]))
+        return status_row(Status::not_finite, "body `" + scenario.scene.bodies[b].name + "` is not finite at t = " +
+                                                  format_double(static_cast<double>(s.t_s)) + " s");
+  }
+  if (run.values.size() < 2) return status_row(Status::crashed, "no samples after t = 0");
+  if (!has_truth(truth)) return {};
+  if (run.values.size() != truth.values.size())
+    return status_row(Status::crashed, std::to_string(run.values.size()) + " samples, expected " +
+                                           std::to_string(truth.values.size()));
+  // Samples are compared at the same instant or not at all. A float clock may be off by round-off, not by more.
+  for (std::size_t k = 0; k < run.values.size(); ++k)
+    if (fabsq(run.values[k].t_s - truth.values[k].t_s) > Wide(1e-4) * scenario.t_end_s / Wide(truth.values.size() - 1))
+      return status_row(Status::crashed, "sample " + std::to_string(k) + " is at t = " +
+                                             format_double(static_cast<double>(run.values[k].t_s)) + " s, expected " +
+                                             format_double(static_cast<double>(truth.values[k].t_s)) + " s");
+  return {};
+}
+
+void append_state_errors(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows) {
+  append_quantity(Quantity::position, "position", scenario, truth, run, rows);
+  append_quantity(Quantity::velocity, "velocity", scenario, truth, run, rows);
+  append_quantity(Quantity::attitude, "attitude", scenario, truth, run, rows);
+  append_quantity(Quantity::body_rate, "body-rate", scenario, truth, run, rows);
+}
+
+void append_sizes(const Scenario& scenario, const Truth& truth, std::vector<Row>& rows) {
+  double p = 0, v = 0, w = 0;
+  for (const Sample& s : truth.values)
+    for (std::size_t b = 0; b < s.bodies.size(); ++b) {
+      if (scenario.scene.bodies[b].fixed) continue;
+      p = std::max(p, norm(s.bodies[b].p_m));
+      v = std::max(v, norm(s.bodies[b].v_m_per_s));
+      if (rotates(scenario.scene.bodies[b])) w = std::max(w, norm(s.bodies[b].w_rad_per_s));
+    }
+  rows.push_back(row("size-position", p));
+  rows.push_back(row("size-velocity", v));
+  if (!measured_bodies(Quantity::body_rate, scenario.scene).empty()) rows.push_back(row("size-body-rate", w));
+}
+
+}  // namespace metrics
+
+double position_error_m(const BodySample& a, const BodySample& truth) { return metrics::distance(a.p_m, truth.p_m); }
+
+// The relative rotation conj(truth) * a = (c, s): its angle is 2 atan2(|s|, |c|), accurate near 0 where acos(|c|)
+// loses half the digits, blind to the sign of either quaternion and to their lengths.
+double attitude_error_rad(const BodySample& a, const BodySample& truth) {
+  const auto& [aw, ax, ay, az] = a.q_wxyz;
+  const auto& [tw, tx, ty, tz] = truth.q_wxyz;
+  const Wide c = tw * aw + tx * ax + ty * ay + tz * az;
+  const Wide x = tw * ax - tx * aw - ty * az + tz * ay;
+  const Wide y = tw * ay - ty * aw - tz * ax + tx * az;
+  const Wide z = tw * az - tz * aw - tx * ay + ty * ax;
+  const double s = static_cast<double>(sqrtq(x * x + y * y + z * z));
+  return 2 * std::atan2(s, static_cast<double>(fabsq(c)));
+}
+
+Series error_series(const Scenario& scenario, const Truth& truth, const Recording& run) {
+  using namespace metrics;
+  Series series;
+  if (!status_rows(scenario, truth, run).empty()) return series;
+  for (const Sample& s : run.values) series.t_s.push_back(static_cast<double>(s.t_s));
+  if (has_truth(truth)) {
+    series.position_m = worst_series(Quantity::position, scenario, truth, run);
+    series.velocity_m_per_s = worst_series(Quantity::velocity, scenario, truth, run);
+    series.attitude_rad = worst_series(Quantity::attitude, scenario, truth, run);
+    series.body_rate_rad_per_s = worst_series(Quantity::body_rate, scenario, truth, run);
+  }
+  series.energy = relative_energy(scenario, run);
+  return series;
+}
+
+}  // namespace atwood
