@@ -1,0 +1,247 @@
+#include "extended/collocation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace atwood::extended {
+
+namespace {
+
+// P_0 ... P_10 on [-1, 1] and the derivative of P_10.
+struct Legendre { std::array<Wide, stages + 1> P; Wide derivative; };
+
+Legendre legendre(Wide x) {
+  Legendre made;
+  made.P[0] = 1;
+  made.P[1] = x;
+  for (int n = 1; n < stages; ++n) made.P[n + 1] = ((2 * n + 1) * x * made.P[n] - n * made.P[n - 1]) / (n + 1);
+  made.derivative = stages * (x * made.P[stages] - made.P[stages - 1]) / (x * x - 1);
+  return made;
+}
+
+// With p_n(s) = P_n(2 s - 1) the j-th Lagrange polynomial is sum_n (2 n + 1) b_j p_n(c_j) p_n(s), and
+// integral_0^c p_n = (p_{n+1}(c) - p_{n-1}(c)) / (2 (2 n + 1)) for n >= 1, c for n = 0.
+GaussTableau make_tableau() {
+  GaussTableau made;
+  std::array<Legendre, stages> at;
+  for (int i = 0; i < stages; ++i) {
+    Wide x = -std::cos(std::numbers::pi * (i + 0.75) / (stages + 0.5));
+    for (int k = 0; k < 8; ++k) {
+      const Legendre now = legendre(x);
+      x -= now.P[stages] / now.derivative;
+    }
+    at[i] = legendre(x);
+    made.c[i] = (1 + x) / 2;
+    made.b[i] = 1 / ((1 - x * x) * at[i].derivative * at[i].derivative);
+  }
+  for (int i = 0; i < stages; ++i)
+    for (int j = 0; j < stages; ++j) {
+      Wide sum = made.c[i];
+      for (int n = 1; n < stages; ++n) sum += at[j].P[n] * (at[i].P[n + 1] - at[i].P[n - 1]) / 2;
+      made.A[i][j] = made.b[j] * sum;
+    }
+  for (int j = 0; j < stages; ++j) {
+    made.degree8[j] = static_cast<double>(17 * made.b[j] * at[j].P[8]);
+    made.degree9[j] = static_cast<double>(19 * made.b[j] * at[j].P[9]);
+  }
+  return made;
+}
+
+struct NarrowTableau { double c[stages], A[stages][stages]; };
+
+const NarrowTableau& narrow_tableau() {
+  static const NarrowTableau made = [] {
+    NarrowTableau n;
+    const GaussTableau& wide = gauss_tableau();
+    for (int i = 0; i < stages; ++i) {
+      n.c[i] = static_cast<double>(wide.c[i]);
+      for (int j = 0; j < stages; ++j) n.A[i][j] = static_cast<double>(wide.A[i][j]);
+    }
+    return n;
+  }();
+  return made;
+}
+
+double magnitude(double x) { return std::fabs(x); }
+
+}  // namespace
+
+const GaussTableau& gauss_tableau() {
+  static const GaussTableau made = make_tableau();
+  return made;
+}
+
+Collocation::Collocation(const Problem& problem, Wide tolerance)
+    : problem_(problem), tolerance_(tolerance), scale_(problem.size, problem.group) {
+  const int n = problem_.size, all = stages * n;
+  Y_.resize(all);
+  F_.resize(all);
+  fresh_.resize(n);
+  start_.resize(n);
+  span_.resize(n);
+  for (auto* narrow : {&y_, &f_, &d_, &base_, &shift_}) narrow->resize(all);
+}
+
+// f_ holds a guess of the stage rates: F <- f(y + h A F) in double until it stands still.
+bool Collocation::solve_narrow(double t, double h) {
+  const NarrowTableau& tableau = narrow_tableau();
+  const int n = problem_.size;
+  double last = HUGE_VAL;
+  for (int round = 0; round < 60; ++round) {
+    double change = 0;
+    for (int i = 0; i < stages; ++i)
+      for (int k = 0; k < n; ++k) {
+        double sum = 0;
+        for (int j = 0; j < stages; ++j) sum += tableau.A[i][j] * f_[j * n + k];
+        const double next = start_[k] + h * sum;
+        change = std::max(change, magnitude(next - y_[i * n + k]) / span_[k]);
+        y_[i * n + k] = next;
+      }
+    for (int i = 0; i < stages; ++i) problem_.narrow_rate(t + tableau.c[i] * h, &y_[i * n], &f_[i * n]);
+    if (!std::isfinite(change)) return false;
+    if (change < 1e-14 || (round > 20 && change < 1e-11)) return true;
+    if (round > 12 && change > last && change > 1e-10) return false;
+    last = change;
+  }
+  return false;
+}
+
+// d <- residual + J h A d, J the derivative of f along d at each stage, by a difference quotient in double. What it
+// finds is the correction of F to first order; d_ keeps it.
+void Collocation::correct(double t, double h, const std::vector<double>& residual) {
+  const NarrowTableau& tableau = narrow_tableau();
+  const int n = problem_.size;
+  std::vector<double> probe(n), rate(n);
+  d_ = residual;
+  for (int round = 0; round < 40; ++round) {
+    double change = 0, size = 0;
+    for (int i = 0; i < stages; ++i) {
+      double reach = 0;
+      for (int k = 0; k < n; ++k) {
+        double sum = 0;
+        for (int j = 0; j < stages; ++j) sum += tableau.A[i][j] * d_[j * n + k];
+        shift_[i * n + k] = h * sum;
+        reach = std::max(reach, magnitude(shift_[i * n + k]) / span_[k]);
+      }
+      const double zoom = reach > 0 ? 1e-7 / reach : 0;
+      for (int k = 0; k < n; ++k) probe[k] = y_[i * n + k] + zoom * shift_[i * n + k];
+      problem_.narrow_rate(t + tableau.c[i] * h, probe.data(), rate.data());
+      for (int k = 0; k < n; ++k) {
+        const double along = zoom > 0 ? (rate[k] - base_[i * n + k]) / zoom : 0;
+        const double next = residual[i * n + k] + along;
+        change = std::max(change, magnitude(h * (next - f_[i * n + k])) / span_[k]);
+        size = std::max(size, magnitude(h * next) / span_[k]);
+        f_[i * n + k] = next;
+      }
+    }
+    d_ = f_;
+    if (!(change > 1e-8 * size)) break;
+  }
+}
+
+bool Collocation::solve_stages(Wide t, const Wide* y, Wide h) {
+  const GaussTableau& tableau = gauss_tableau();
+  const int n = problem_.size;
+  const double narrow_t = static_cast<double>(t), narrow_h = static_cast<double>(h);
+  for (int k = 0; k < n; ++k) {
+    start_[k] = static_cast<double>(y[k]);
+    span_[k] = static_cast<double>(scale_.of(k));
+  }
+  problem_.narrow_rate(narrow_t, start_.data(), f_.data());
+  for (int i = 1; i < stages; ++i) std::copy_n(f_.begin(), n, f_.begin() + i * n);
+  std::fill(y_.begin(), y_.end(), 0.0);
+  if (!solve_narrow(narrow_t, narrow_h)) return false;
+  for (int i = 0; i < stages * n; ++i) F_[i] = f_[i];
+  base_ = f_;
+  for (int i = 0; i < stages; ++i)
+    for (int k = 0; k < n; ++k) {
+      Wide sum = 0;
+      for (int j = 0; j < stages; ++j) sum += tableau.A[i][j] * F_[j * n + k];
+      Y_[i * n + k] = y[k] + h * sum;
+    }
+  std::vector<double> residual(stages * n);
+  double last = HUGE_VAL;
+  for (int pass = 0; pass < 12; ++pass) {
+    double size = 0;
+    for (int i = 0; i < stages; ++i) {
+      problem_.rate(t + tableau.c[i] * h, &Y_[i * n], fresh_.data());
+      ++evaluations;
+      for (int k = 0; k < n; ++k) {
+        residual[i * n + k] = static_cast<double>(fresh_[k] - F_[i * n + k]);
+        size = std::max(size, magnitude(narrow_h * residual[i * n + k]) / span_[k]);
+      }
+    }
+    if (!std::isfinite(size)) return false;
+    // Close to round-off of the 10 x 10 sums: nothing is left to gain.
+    if (size < 1e-31 || (size < 1e-28 && size > 0.1 * last)) return true;
+    last = size;
+    correct(narrow_t, narrow_h, residual);
+    for (int i = 0; i < stages; ++i)
+      for (int k = 0; k < n; ++k) {
+        F_[i * n + k] += Wide(d_[i * n + k]);
+        double sum = 0;  // the correction is small: double carries all of its digits that matter
+        for (int j = 0; j < stages; ++j) sum += narrow_tableau().A[i][j] * d_[j * n + k];
+        Y_[i * n + k] += h * Wide(sum);
+      }
+  }
+  return false;
+}
+
+// What the polynomial of degree 9 through the stage rates misses shrinks as its last coefficients do; the error of the
+// step is of the square of that (order 20 from 10 stages: the residual times the adjoint's, both of order 10).
+double Collocation::error(double h) const {
+  const GaussTableau& tableau = gauss_tableau();
+  const int n = problem_.size;
+  double largest = 0;
+  for (int k = 0; k < n; ++k) {
+    double high = 0, low = 0;
+    for (int j = 0; j < stages; ++j) {
+      const double rate = static_cast<double>(F_[j * n + k]);
+      high += tableau.degree9[j] * rate;
+      low += tableau.degree8[j] * rate;
+    }
+    largest = std::max(largest, h * std::max(magnitude(high), 0.1 * magnitude(low)) / span_[k]);
+  }
+  return largest * largest;
+}
+
+Wide Collocation::step(Wide t, Wide* y, Wide limit) {
+  const int n = problem_.size;
+  scale_.see(y);
+  if (!(proposal_ > 0)) {
+    problem_.rate(t, y, fresh_.data());
+    ++evaluations;
+    Wide fastest = 0;
+    for (int k = 0; k < n; ++k)
+      fastest = std::max(fastest, (fresh_[k] < 0 ? -fresh_[k] : fresh_[k]) / scale_.of(k));
+    proposal_ = fastest > 0 ? Wide(0.1) / fastest : limit;
+  }
+  const double allowed = static_cast<double>(tolerance_);
+  for (int tries = 0; tries < 60; ++tries) {
+    const Wide h = proposal_ >= limit ? limit : (2 * proposal_ > limit ? limit / 2 : proposal_);
+    const bool solved = solve_stages(t, y, h);
+    // Coefficients below the round-off of double rates say nothing: 1e-32 is their square.
+    const double found = solved ? std::max(error(static_cast<double>(h)), 1e-36) : HUGE_VAL;
+    const double factor = solved ? 0.9 * std::pow(found / allowed, -1.0 / 20) : 0.4;
+    if (!solved || found > 4 * allowed) {
+      proposal_ = h * Wide(std::clamp(factor, 0.1, 0.8));
+      if (!(t + proposal_ > t)) return 0;
+      continue;
+    }
+    const Wide next = h * Wide(std::clamp(factor, 0.3, 4.0));
+    proposal_ = h < proposal_ ? std::max(proposal_, next) : next;
+    const GaussTableau& tableau = gauss_tableau();
+    for (int k = 0; k < n; ++k) {
+      Wide sum = 0;
+      for (int j = 0; j < stages; ++j) sum += tableau.b[j] * F_[j * n + k];
+      y[k] += h * sum;
+    }
+    scale_.see(y);
+    ++steps;
+    return h;
+  }
+  return 0;
+}
+
+}  // namespace atwood::extended

@@ -1,0 +1,45 @@
+// Gauss-Legendre collocation with 10 stages, order 20 (Butcher 1964; Hairer, Norsett and Wanner I, section II.7;
+// Hairer, Lubich and Wanner, Geometric Numerical Integration, section II.1.3).
+#pragma once
+
+#include <array>
+
+#include "extended/problem.hpp"
+
+namespace atwood::extended {
+
+inline constexpr int stages = 10;
+
+// On [0, 1]: nodes c, weights b, A[i][j] = integral from 0 to c_i of the j-th Lagrange polynomial. Computed in quad.
+struct GaussTableau {
+  std::array<Wide, stages> c, b;
+  std::array<std::array<Wide, stages>, stages> A;
+  // Rows that give the Legendre coefficients of degree 8 and 9 of the polynomial through values at the nodes.
+  std::array<double, stages> degree8, degree9;
+};
+const GaussTableau& gauss_tableau();
+
+// The stage equations F_i = f(y + h sum_j A_ij F_j) are solved to round-off in quad: a fixed point in double first, then
+// residuals in quad, each answered by the linearised equations solved in double (a Newton iteration whose derivative
+// is a difference quotient). Every pass gains about eight digits.
+class Collocation : public Stepper<Wide> {
+ public:
+  Collocation(const Problem& problem, Wide tolerance);
+  Wide step(Wide t, Wide* y, Wide limit) override;
+
+ private:
+  bool solve_narrow(double t, double h);
+  bool solve_stages(Wide t, const Wide* y, Wide h);
+  void correct(double t, double h, const std::vector<double>& residual);
+  double error(double h) const;
+
+  Problem problem_;
+  Wide tolerance_;
+  Wide proposal_ = 0;
+  Scale<Wide> scale_;
+  std::vector<Wide> Y_, F_, fresh_;                    // stages x size
+  std::vector<double> start_, y_, f_, d_, base_, shift_;  // the same in double
+  std::vector<double> span_;                           // scale of each component
+};
+
+}  // namespace atwood::extended

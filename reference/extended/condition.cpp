@@ -1,0 +1,92 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "dynamics/rates.hpp"
+#include "extended/extended.hpp"
+#include "extended/extrapolation.hpp"
+#include "extended/path.hpp"
+
+namespace atwood {
+
+namespace {
+
+using namespace extended;
+
+constexpr double nudge = 1e-7, narrow_tolerance = 1e-12;
+constexpr double most_work = 5e7;  // rate evaluations x components of the state, over all nudged runs
+constexpr int sign_trials = 8;
+
+std::size_t events_until(const Path<double>& path, double t_s) {
+  return static_cast<std::size_t>(
+      std::count_if(path.events.begin(), path.events.end(), [&](const Event& e) { return e.t_s <= t_s; }));
+}
+
+// |nudged - base| / (nudge x scale) of each sample and component is added to (or, for whole directions, compared with)
+// `growth`. Samples between one run's impact and the other's are no measure of growth and are left out.
+void grow(std::vector<std::vector<double>>& growth, const Path<double>& base, const Path<double>& nudged,
+          const std::vector<double>& scale, double t_end_s, bool columns) {
+  const std::size_t samples = base.states.size() - 1;
+  for (std::size_t k = 1; k <= samples && k < nudged.states.size(); ++k) {
+    const double t = t_end_s * static_cast<double>(k) / static_cast<double>(samples);
+    if (events_until(base, t) != events_until(nudged, t)) continue;
+    for (std::size_t i = 0; i < scale.size(); ++i) {
+      if (scale[i] == 0) continue;
+      const double moved = std::fabs(nudged.states[k][i] - base.states[k][i]) / (nudge * scale[i]);
+      growth[k][i] = columns ? growth[k][i] + moved : std::max(growth[k][i], moved);
+    }
+  }
+}
+
+// One bit of SplitMix64 (Steele, Lea and Flood 2014).
+double random_sign(std::uint64_t& state) {
+  std::uint64_t z = (state += 0x9e3779b97f4a7c15u);
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+  return ((z ^ (z >> 31)) >> 63) != 0 ? 1 : -1;
+}
+
+}  // namespace
+
+double flow_condition(const Scene& scene, double t_end_s, std::int64_t samples) {
+  const dynamics::Layout layout = dynamics::layout(scene);
+  std::vector<int> groups;
+  for (const dynamics::Kind kind : layout.kinds) groups.push_back(static_cast<int>(kind));
+  const MakeStepper<double> make = [&](Rate<double> rate, Rate<double>) {
+    return std::make_unique<Extrapolation<double>>(layout.size, groups, std::move(rate), narrow_tolerance);
+  };
+  const std::vector<double> initial = dynamics::pack<double>(scene);
+  const auto run = [&](const std::vector<double>& from) { return walk<double>(scene, t_end_s, samples, from, make); };
+  const Path<double> base = run(initial);
+  if (!base.failure.empty()) return 0;
+
+  const int n = layout.size;
+  std::vector<double> of_kind(4, 0.0), scale(n);
+  for (const auto& state : base.states)
+    for (int i = 0; i < n; ++i) of_kind[groups[i]] = std::max(of_kind[groups[i]], std::fabs(state[i]));
+  for (int i = 0; i < n; ++i) scale[i] = of_kind[groups[i]];
+
+  std::vector<std::vector<double>> growth(base.states.size(), std::vector<double>(n, 0.0));
+  const double work = static_cast<double>(base.evaluations) * n;
+  if (work * n <= most_work) {
+    for (int j = 0; j < n; ++j) {
+      if (scale[j] == 0) continue;
+      std::vector<double> from = initial;
+      from[j] += nudge * scale[j];
+      grow(growth, base, run(from), scale, t_end_s, true);
+    }
+  } else {
+    std::uint64_t seed = 1784;
+    for (int trial = 0; trial < sign_trials; ++trial) {
+      std::vector<double> from = initial;
+      for (int j = 0; j < n; ++j) from[j] += random_sign(seed) * nudge * scale[j];
+      grow(growth, base, run(from), scale, t_end_s, false);
+    }
+  }
+  double largest = 0;
+  for (const auto& row : growth)
+    for (const double value : row) largest = std::max(largest, value);
+  return largest;
+}
+
+}  // namespace atwood

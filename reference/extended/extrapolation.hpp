@@ -1,0 +1,34 @@
+// Gragg's explicit midpoint rule, extrapolated (Gragg 1965; Bulirsch and Stoer 1966; Hairer, Norsett and Wanner,
+// Solving Ordinary Differential Equations I, section II.9).
+#pragma once
+
+#include "extended/problem.hpp"
+
+namespace atwood::extended {
+
+// Over a step H the midpoint rule with n = 2, 4, 6, ... substeps has an error with even powers of H/n only; each
+// column of the tableau removes one: column k has order 2 k, at most 24. The step ends at the first column whose
+// difference from its neighbour is below `tolerance` of the scale.
+template <class S>
+class Extrapolation : public Stepper<S> {
+ public:
+  Extrapolation(int size, std::vector<int> group, Rate<S> rate, S tolerance);
+  S step(S t, S* y, S limit) override;
+
+ private:
+  void midpoint(S t, const S* y, S H, int substeps, std::vector<S>& result);
+  int columns(S t, const S* y, S H, S& error);  // fills row_; the column that met the tolerance, or 0
+
+  int size_;
+  Rate<S> rate_;
+  S tolerance_;
+  S proposal_ = 0;
+  Scale<S> scale_;
+  std::vector<S> slope_, before_, now_, after_, dydt_;
+  std::vector<std::vector<S>> row_;
+};
+
+extern template class Extrapolation<double>;
+extern template class Extrapolation<Wide>;
+
+}  // namespace atwood::extended

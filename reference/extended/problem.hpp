@@ -1,0 +1,77 @@
+// A system of equations y' = f(t, y) as the two certified methods see it: smooth on the whole stretch it is stepped over.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "protocol/sample.hpp"
+
+namespace atwood::extended {
+
+template <class S>
+using Rate = std::function<void(S t, const S* y, S* dydt)>;
+
+struct Problem {
+  int size = 0;
+  std::vector<int> group;    // components that share a scale, one entry a component; empty: all share one
+  Rate<Wide> rate;
+  Rate<double> narrow_rate;  // the same equations in double: collocation starts its iteration there
+};
+
+// From one generic function f(t, const auto* y, auto* dydt), for systems that are no scene.
+template <class F>
+Problem problem_of(int size, F f) {
+  return {size, {}, [f](Wide t, const Wide* y, Wide* dydt) { f(t, y, dydt); },
+          [f](double t, const double* y, double* dydt) { f(t, y, dydt); }};
+}
+
+// The largest magnitude seen so far in each group: errors are measured against it, so that a component that passes
+// through zero asks for no more than its neighbours.
+template <class S>
+class Scale {
+ public:
+  Scale(int size, std::vector<int> group) : group_(std::move(group)) {
+    if (group_.empty()) group_.assign(size, 0);
+    int groups = 0;
+    for (const int g : group_) groups = g >= groups ? g + 1 : groups;
+    largest_.assign(groups, S(0));
+  }
+  void see(const S* y) {
+    for (std::size_t i = 0; i < group_.size(); ++i) {
+      const S size = y[i] < 0 ? -y[i] : y[i];
+      if (size > largest_[group_[i]]) largest_[group_[i]] = size;
+    }
+  }
+  S of(std::size_t i) const { return largest_[group_[i]] > 0 ? largest_[group_[i]] : S(1); }
+
+ private:
+  std::vector<int> group_;
+  std::vector<S> largest_;
+};
+
+// One method in flight. It keeps its step size between calls and may be handed another state at any time.
+template <class S>
+class Stepper {
+ public:
+  virtual ~Stepper() = default;
+  // One accepted step from (t, y) of at most `limit` > 0: y becomes the state after it, the step taken is returned.
+  // 0: no step could be accepted (the motion is singular or not finite).
+  virtual S step(S t, S* y, S limit) = 0;
+  std::int64_t evaluations = 0, steps = 0;
+};
+
+// Steps to t + span exactly, in as many steps as it takes. False: singular.
+template <class S>
+bool advance(Stepper<S>& stepper, S t, S* y, S span) {
+  S done = 0;
+  while (done < span) {
+    const S left = span - done;
+    const S taken = stepper.step(t + done, y, left);
+    if (!(taken > 0)) return false;
+    done = taken == left ? span : done + taken;
+  }
+  return true;
+}
+
+}  // namespace atwood::extended
