@@ -1,0 +1,219 @@
+// Gates meet rows. A value is an interval [v - b, v + b]: inside what is allowed passes, wholly outside fails, and what
+// lies across the edge is unverifiable.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "validation/gates/gates.hpp"
+
+namespace atwood {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+bool is_order(const std::string& metric) { return metric.starts_with("order-"); }
+
+// Figures that say `inconclusive` instead of a number: nothing was proved, so a gate on them is unverifiable. Any other
+// NaN fails.
+bool inconclusive(const Row& row) { return std::isnan(row.value) && row.reason.starts_with("inconclusive"); }
+
+std::string number(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", x);
+  return text;
+}
+
+std::string quoted(const std::string& text) {
+  const bool plain = std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isalnum(c) || std::string("/.:,+-_@=%").find(static_cast<char>(c)) != std::string::npos; });
+  return plain && !text.empty() ? text : "'" + text + "'";
+}
+
+std::string rerun_command(const std::string& scenario, const std::string& method, std::int64_t steps) {
+  std::string text = "./atwood run --scenario " + quoted(scenario) + " --method " + quoted(method);
+  return steps > 0 ? text + " --steps " + std::to_string(steps) : text;
+}
+
+bool matches_cell(const Gate& gate, const Row& row) {
+  return row.body.empty() && !row.t_s && glob_match(gate.scenario, row.scenario) && glob_match(gate.method, row.method) &&
+         (!gate.steps || row.steps == *gate.steps);
+}
+
+Verdict verdict_of(const Gate& gate, const Row& row) {
+  Verdict v;
+  v.gate = gate;
+  v.scenario = row.scenario;
+  v.method = row.method;
+  v.metric = row.metric;
+  v.unit = row.unit;
+  v.steps = row.steps;
+  v.value = row.value;
+  v.bar = row.truth_bar;
+  v.allowed_low = gate.kind == Gate::Kind::within || gate.kind == Gate::Kind::min ? gate.low : -kInfinity;
+  v.allowed_high = gate.kind == Gate::Kind::min ? kInfinity : gate.high;
+  v.rerun = rerun_command(row.scenario, row.method, row.steps);
+  return v;
+}
+
+std::string allowed_text(const Verdict& v) {
+  if (v.gate.kind == Gate::Kind::within) return "[" + number(v.allowed_low) + ", " + number(v.allowed_high) + "]";
+  return v.gate.kind == Gate::Kind::min ? ">= " + number(v.allowed_low) : "<= " + number(v.allowed_high);
+}
+
+// Sets the judgement, margin (distance of the value from the nearest edge, negative outside) and words.
+void conclude(Verdict& v, double low, double high, const std::string& measured, const std::string& note) {
+  v.margin = std::min(v.value - v.allowed_low, v.allowed_high - v.value);
+  if (low >= v.allowed_low && high <= v.allowed_high) v.judgement = Judgement::pass;
+  else if (high < v.allowed_low || low > v.allowed_high) v.judgement = Judgement::fail;
+  else v.judgement = Judgement::unverifiable;
+  std::string text = "measured " + measured;
+  if (v.judgement == Judgement::unverifiable && note.empty())
+    text += ", allowed " + allowed_text(v) + ": the bar reaches across the edge, margin " + number(v.margin);
+  else text += ", allowed " + allowed_text(v) + ", margin " + number(v.margin);
+  v.text = note.empty() ? text : text + " (" + note + ")";
+}
+
+std::string measured_text(const Verdict& v) {
+  std::string text = number(v.value);
+  if (v.bar > 0) text += " +/- " + number(v.bar);
+  return v.unit.empty() || v.unit == "1" ? text : text + " " + v.unit;
+}
+
+// An order's bar is the 95 % half-width of its fit. It passes when it lies inside the band and the half-width is at most
+// half the band; it fails when its whole interval lies outside; otherwise the ladder has not shown it.
+void judge_order(Verdict& v, const std::string& window) {
+  conclude(v, v.value - v.bar, v.value + v.bar, measured_text(v), window);
+  if (v.judgement == Judgement::fail) return;
+  const bool inside = v.value >= v.allowed_low && v.value <= v.allowed_high;
+  const bool narrow = v.bar <= (v.allowed_high - v.allowed_low) / 2;
+  v.judgement = inside && narrow ? Judgement::pass : Judgement::unverifiable;
+  if (!narrow) v.text += ": the half-width is more than half the band";
+}
+
+void judge_ratio(Verdict& v, const Row& row, std::span<const Row> rows) {
+  const auto other = std::find_if(rows.begin(), rows.end(), [&](const Row& r) {
+    return r.scenario == row.scenario && r.method == v.gate.ratio_to && r.steps == row.steps && r.metric == row.metric &&
+           r.body.empty() && !r.t_s && r.status == Status::ok;
+  });
+  if (other == rows.end()) {
+    v.judgement = Judgement::not_run;
+    v.text = "no row of " + v.gate.ratio_to + " to compare with";
+    return;
+  }
+  const double mine = std::fabs(row.value), theirs = std::fabs(other->value);
+  const std::string measured = measured_text(v) + " against " + number(other->value) + " of " + v.gate.ratio_to;
+  if (!(theirs > 3 * other->truth_bar)) {  // also NaN and 0: no ratio is made of a value within three bars of nothing
+    v.judgement = std::isnan(theirs) ? Judgement::fail : Judgement::unverifiable;
+    v.text = "measured " + measured + ": no ratio is made of a value under three bars";
+    return;
+  }
+  // Under three bars the value itself is only an upper limit: its lower end is zero.
+  const double low = mine < 3 * row.truth_bar ? 0 : (mine - row.truth_bar) / (theirs + other->truth_bar);
+  const double high = (mine + row.truth_bar) / (theirs - other->truth_bar);
+  v.value = mine / theirs;
+  v.bar = (high - low) / 2;
+  v.unit = "1";
+  conclude(v, low, high, "ratio " + number(v.value) + " (" + measured + ")", "");
+}
+
+Verdict judge_row(const Gate& gate, const Row& row, std::span<const Row> rows) {
+  Verdict v = verdict_of(gate, row);
+  if (row.status != Status::ok || (std::isnan(row.value) && !inconclusive(row))) {
+    v.judgement = Judgement::fail;
+    v.margin = -kInfinity;
+    v.metric = row.metric == "status" ? gate.metric : row.metric;
+    v.value = std::nan("");
+    v.text = (row.status != Status::ok ? to_string(row.status) : "not a number") + (row.reason.empty() ? "" : ": " + row.reason);
+    if (gate.kind != Gate::Kind::max_ratio) v.text += ", allowed " + allowed_text(v);
+    return v;
+  }
+  if (inconclusive(row)) {
+    v.judgement = Judgement::unverifiable;
+    v.margin = -kInfinity;
+    v.text = row.reason + ", allowed " + allowed_text(v);
+    return v;
+  }
+  if (gate.kind == Gate::Kind::max_ratio) judge_ratio(v, row, rows);
+  else if (is_order(row.metric)) judge_order(v, row.reason);
+  else conclude(v, v.value - v.bar, v.value + v.bar, measured_text(v), "");
+  return v;
+}
+
+// A cell that blew up fails every gate on its own figures. A figure of the whole ladder is judged by the ladder's row;
+// rungs that blew up are left out there by name.
+bool failed_cell(const Gate& gate, const Row& row) {
+  return row.metric == "status" && row.status != Status::ok && row.status != Status::unsupported &&
+         row.status != Status::not_built && !is_order(gate.metric) && gate.metric != "status";
+}
+
+bool answers_nothing(const Row& row) {
+  return row.metric == "status" && (row.status == Status::unsupported || row.status == Status::not_built);
+}
+
+}  // namespace
+
+std::vector<Verdict> judge(std::span<const Gate> gates, std::span<const Row> rows) {
+  std::vector<Verdict> verdicts;
+  for (const Gate& gate : gates) {
+    const std::size_t before = verdicts.size();
+    bool unsupported = false, other = false;
+    std::string ended;
+    for (const Row& row : rows) {
+      if (!matches_cell(gate, row)) continue;
+      if (answers_nothing(row)) { unsupported = true; continue; }
+      other = true;
+      if (row.metric == "status" && row.status != Status::ok && ended.empty())
+        ended = ": " + to_string(row.status) + (row.reason.empty() ? "" : ", " + row.reason);
+      if (failed_cell(gate, row) || (row.metric != "status" && glob_match(gate.metric, row.metric)))
+        verdicts.push_back(judge_row(gate, row, rows));
+    }
+    if (verdicts.size() != before) continue;
+    if (unsupported && !other) continue;  // what an engine can't do, or was not built, changes nothing
+    Verdict v;
+    v.gate = gate;
+    v.scenario = gate.scenario;
+    v.method = gate.method;
+    v.metric = gate.metric;
+    v.steps = gate.steps.value_or(0);
+    v.judgement = Judgement::not_run;
+    v.value = std::nan("");
+    v.margin = -kInfinity;
+    v.text = "no rows match" + ended;
+    v.rerun = rerun_command(gate.scenario, gate.method, v.steps);
+    verdicts.push_back(v);
+  }
+  return verdicts;
+}
+
+std::string to_string(Judgement judgement) {
+  switch (judgement) {
+    case Judgement::pass: return "pass";
+    case Judgement::fail: return "fail";
+    case Judgement::unverifiable: return "unverifiable";
+    case Judgement::not_run: return "not_run";
+  }
+  return "";
+}
+
+// The classic two-pointer match: on a mismatch, go back to the last star and let it take one character more.
+bool glob_match(const std::string& pattern, const std::string& text) {
+  std::size_t p = 0, t = 0, star = std::string::npos, taken = 0;
+  while (t < text.size()) {
+    if (p < pattern.size() && pattern[p] == '*') {
+      star = p++;
+      taken = t;
+    } else if (p < pattern.size() && (pattern[p] == '?' || pattern[p] == text[t])) {
+      ++p;
+      ++t;
+    } else if (star != std::string::npos) {
+      p = star + 1;
+      t = ++taken;
+    } else {
+      return false;
+    }
+  }
+  while (p < pattern.size() && pattern[p] == '*') ++p;
+  return p == pattern.size();
+}
+
+}  // namespace atwood
