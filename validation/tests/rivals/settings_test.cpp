@@ -1,0 +1,130 @@
+// What an engine says of itself, what it takes, what it refuses.
+#include <catch2/catch.hpp>
+
+#include "under_test.hpp"
+
+namespace atwood::test {
+namespace {
+
+const MethodInfo& method_info(const Engine& engine, const std::string& scheme) {
+  for (const auto& info : engine.methods) {
+    if (info.id == engine.name + "/" + scheme) return info;
+  }
+  FAIL("no method " << scheme);
+  return engine.methods.front();
+}
+
+std::string refusal_of(const MethodId& id, const Scene& scene) {
+  const Run result = run(engine_under_test(), id, scene, Plan{1, 10, 10});
+  CHECK(to_string(result.outcome.status) == "unsupported");
+  CHECK(result.samples.empty());
+  return result.outcome.reason;
+}
+
+}  // namespace
+
+TEST_CASE("both presets print what decides accuracy") {
+  const Engine engine = engine_under_test();
+  REQUIRE(engine.methods.size() == 2);
+  std::vector<std::string> names{"scalar", "iterations", "erp", "cfm", "substeps", "gyroscopic", "linear_damping",
+                                 "angular_damping", "forces", "pair_law", "step"};
+  const std::vector<std::string> of_bullet{"split_impulse", "restitution_velocity_threshold_m_per_s", "sleeping",
+                                           "contact_processing_threshold_m", "collision_margin_m", "solver",
+                                           "friction_directions"};
+  const std::vector<std::string> of_ode{"auto_disable", "bounce_velocity_m_per_s", "friction_model", "max_contacts"};
+  const auto& own = is_bullet(engine) ? of_bullet : of_ode;
+  names.insert(names.end(), own.begin(), own.end());
+  for (const auto& info : engine.methods) {
+    CHECK_FALSE(info.doc.empty());
+    for (const auto& name : names) CHECK((info.settings.count(name) ? "" : name) == "");
+    CHECK(std::get<std::string>(info.settings.at("scalar")) == engine.scalar);
+    CHECK(std::get<double>(info.settings.at("linear_damping")) == 0);
+    CHECK(std::get<double>(info.settings.at("angular_damping")) == 0);
+    CHECK_FALSE(std::get<bool>(info.settings.at(is_bullet(engine) ? "sleeping" : "auto_disable")));
+  }
+  CHECK(method_info(engine, "default").settings != method_info(engine, "tuned").settings);
+}
+
+TEST_CASE("an override reaches the engine") {
+  const Engine engine = engine_under_test();
+  const Plan plan{1, 240, 24};
+  const Run plain = run(engine, method(engine, "default"), free_box_complex(), plan);
+  const Run same = run(engine, method(engine, "default"), free_box_complex(), plan);
+  const Run finer = run(engine, method(engine, "default", {{"substeps", std::int64_t{4}}}), free_box_complex(), plan);
+  REQUIRE(finer.outcome.status == Status::ok);
+  CHECK(plain.p(0, 2) == same.p(0, 2));
+  // Four inner steps leave a quarter of the height g t h / 2 that the engine falls short of.
+  const double exact = 8 * 1 - 0.5 * 9.8;
+  CHECK((exact - finer.p(0, 2)) / (exact - plain.p(0, 2)) == Approx(0.25).epsilon(0.01));
+  const Run damped = run(engine, method(engine, "default", {{"linear_damping", 0.5}}), free_box_complex(), plan);
+  CHECK(std::abs(damped.v(0, 0)) < 1.9);
+}
+
+TEST_CASE("what it doesn't know it refuses by name") {
+  const Engine engine = engine_under_test();
+  const MethodId plain = method(engine, "default");
+  CHECK_THAT(refusal_of(method(engine, "default", {{"erpp", 0.1}}), free_box_complex()),
+             Catch::Contains("erpp") && Catch::Contains("known") && Catch::Contains("iterations"));
+  CHECK_THAT(refusal_of(method(engine, "default", {{"erp", std::string("much")}}), free_box_complex()),
+             Catch::Contains("erp"));
+  CHECK_THAT(refusal_of(method(engine, "default", {{"scalar", std::string("quad")}}), free_box_complex()),
+             Catch::Contains("scalar"));
+  CHECK_THAT(refusal_of(method(engine, "default", {{"iterations", std::int64_t{0}}}), free_box_complex()),
+             Catch::Contains("iterations"));
+  CHECK_THAT(refusal_of(method(engine, "fast"), free_box_complex()), Catch::Contains("fast"));
+
+  MethodId adaptive = plain;
+  adaptive.rtol = 1e-6;
+  CHECK_THAT(refusal_of(adaptive, free_box_complex()), Catch::Contains("tolerance"));
+  MethodId wide = plain;
+  wide.scalar = "quad";
+  CHECK_THAT(refusal_of(wide, free_box_complex()), Catch::Contains("quad"));
+
+  Scene lorenz = free_box_complex();
+  lorenz.problem = "lorenz";
+  CHECK_THAT(refusal_of(plain, lorenz), Catch::Contains("lorenz"));
+  Scene convex = bounce(0.5, 1);
+  convex.bodies[1].shape = Convex{};
+  CHECK_THAT(refusal_of(plain, convex), Catch::Contains("convex") && Catch::Contains("ball"));
+  Scene rolling = bounce(0.5, 1);
+  rolling.pairs[0].rolling_friction_m = 0.01;
+  CHECK_THAT(refusal_of(plain, rolling), Catch::Contains("rolling"));
+  Scene potential = free_box_complex();
+  potential.forces.push_back(Potential{{0}, "moon", {}});
+  CHECK_THAT(refusal_of(plain, potential), Catch::Contains("moon"));
+}
+
+TEST_CASE("a state that is not a number ends the run as such") {
+  Scene scene = free_box_complex();
+  scene.forces.push_back(Attractor{{0}, {0, 0, 0}, 1});  // the box starts in its centre: 0 / 0
+  const Engine engine = engine_under_test();
+  const Run result = run(engine, method(engine, "default"), scene, Plan{1, 10, 10});
+  CHECK(to_string(result.outcome.status) == "not finite");
+  CHECK_THAT(result.outcome.reason, Catch::Contains("box"));
+  CHECK(result.samples.size() < 11);
+}
+
+TEST_CASE("the timed pass observes nothing and times every repeat") {
+  const Engine engine = engine_under_test();
+  Observer observer;
+  int seen = 0;
+  observer.sample = [&](const Sample&) { ++seen; };
+  observer.event = [&](const Event&) { ++seen; };
+  const Outcome outcome = engine.run(method(engine, "tuned"), bounce(0.8, 0.2), Plan{1, 240, 240}, observer, 3);
+  CHECK(outcome.status == Status::ok);
+  CHECK(outcome.busy_ns.size() == 3);
+  for (auto ns : outcome.busy_ns) CHECK(ns > 0);
+  CHECK(outcome.steps_taken == 240);
+  CHECK(seen == 0);
+}
+
+TEST_CASE("forces that the engine lacks are owned up to") {
+  Scene scene = free_box_complex();
+  scene.forces.push_back(LinearDrag{{0}, 0.1, {}, 0});
+  const Engine engine = engine_under_test();
+  CHECK_THAT(run(engine, method(engine, "default"), scene, Plan{1, 10, 10}).outcome.reason,
+             Catch::Contains("once a step") && Catch::Contains("drag"));
+  CHECK(run(engine, method(engine, "default"), free_box_complex(), Plan{1, 10, 10}).outcome.reason.empty());
+}
+
+}  // namespace atwood::test
