@@ -1,0 +1,14 @@
+#!/usr/bin/env python3
+"""Floods standard error while it runs well: a pipe that nobody reads would block it."""
+import sys
+
+from talk import serve
+
+
+def fault(request, k, line):
+    sys.stderr.write("debug: step\n" * 20000)
+    sys.stderr.flush()
+    return line
+
+
+serve("chatty", fault)
