@@ -13,7 +13,7 @@ namespace {
 
 using namespace extended;
 
-constexpr double nudge = 1e-7, narrow_tolerance = 1e-12;
+constexpr double nudge = 1e-9, narrow_tolerance = 1e-12;
 constexpr double most_work = 5e7;  // rate evaluations x components of the state, over all nudged runs
 constexpr int sign_trials = 8;
 

@@ -1,10 +1,73 @@
 #include "extended/path.hpp"
 
+#include <optional>
+
+#include "dynamics/arithmetic.hpp"
 #include "extended/impacts.hpp"
 
 namespace atwood::extended {
 
 namespace {
+
+using dynamics::operator-;
+using dynamics::Triple;
+
+// Quadratic drag |u| u has a kink where the wind stands still, u = 0: a ball thrown straight up meets it at its apex.
+// Steps are cut there, or no method of order 20 would see a smooth motion.
+template <class S>
+class Calms {
+ public:
+  Calms(const Scene& scene, const dynamics::Layout& layout) {
+    for (const Force& force : scene.forces)
+      if (const auto* drag = std::get_if<QuadraticDrag>(&force))
+        for (const int body : drag->bodies)
+          if (layout.slots[body].velocity >= 0)
+            winds_.push_back({layout.slots[body].velocity, dynamics::widen<S>(drag->wind_m_per_s)});
+  }
+  bool any() const { return !winds_.empty(); }
+
+  // First instant inside (0, taken) where a relative velocity has turned square to what it was at the start.
+  template <class Again>
+  std::optional<S> first(const S* before, const S* after, S taken, const Again& again) const {
+    std::optional<S> found;
+    for (const Wind& wind : winds_) {
+      const Triple<S> u0 = relative(wind, before), u1 = relative(wind, after);
+      const S start = dynamics::dot(u0, u0), end = dynamics::dot(u0, u1);
+      if (!(end < 0) || start < S(1e-30) * dynamics::dot(u1, u1)) continue;
+      const S tau = locate(wind, u0, taken, again);
+      if (tau < taken && (!found || tau < *found)) found = tau;
+    }
+    return found;
+  }
+
+ private:
+  struct Wind { int velocity; Triple<S> wind; };
+
+  static Triple<S> relative(const Wind& wind, const S* y) { return dynamics::read3(y + wind.velocity) - wind.wind; }
+
+  // Root of u . u0 by secants. A braking body brakes less and less, so they come from the left: across the kink the
+  // stepper would have to crawl.
+  template <class Again>
+  static S locate(const Wind& wind, const Triple<S>& u0, S taken, const Again& again) {
+    const auto turned = [&](S tau) { return dynamics::dot(u0, relative(wind, again(tau).data())); };
+    const S size = dynamics::dot(u0, u0);
+    S low = 0, high = taken, low_value = size, tau = taken / 1024, value = turned(tau);
+    S last = 0, last_value = low_value;
+    for (int tries = 0; tries < 80; ++tries) {
+      if (dynamics::magnitude(value) <= S(1e-32) * size || high - low <= S(1e-32) * taken) break;
+      if (value > 0) low = tau; else high = tau;
+      S next = tau - value * (tau - last) / (value - last_value);
+      if (!(next > low && next < high)) next = low + (high - low) / 2;
+      last = tau;
+      last_value = value;
+      tau = next;
+      value = turned(tau);
+    }
+    return tau;
+  }
+
+  std::vector<Wind> winds_;
+};
 
 // The walk's moving parts; `interval` is read by the rate functions that the stepper holds.
 template <class S>
@@ -12,6 +75,7 @@ struct Walk {
   dynamics::Dynamics<S> dynamics;
   dynamics::Dynamics<double> narrow;
   Impacts<S> impacts;
+  Calms<S> calms;
   int interval = 0;
   std::unique_ptr<Stepper<S>> stepper;
   S t = 0;
@@ -19,7 +83,8 @@ struct Walk {
   Path<S> path;
 
   Walk(const Scene& scene, double t_end_s, const std::vector<S>& initial, const MakeStepper<S>& make)
-      : dynamics(scene, t_end_s), narrow(scene, t_end_s), impacts(scene, dynamics, narrow, t_end_s), y(initial) {
+      : dynamics(scene, t_end_s), narrow(scene, t_end_s), impacts(scene, dynamics, narrow, t_end_s),
+        calms(scene, dynamics.layout()), y(initial) {
     stepper = make([this](S at, const S* state, S* dydt) { dynamics.rate(at, state, dydt, interval); },
                    [this](double at, const double* state, double* dydt) { narrow.rate(at, state, dydt, interval); });
   }
@@ -40,15 +105,21 @@ struct Walk {
   bool step_to(S target) {
     const S left = target - t;
     std::vector<S> before;
-    if (impacts.any()) before = y;
-    const S taken = stepper->step(t, y.data(), left);
+    if (impacts.any() || calms.any()) before = y;
+    S taken = stepper->step(t, y.data(), left);
     if (!(taken > 0)) return singular();
+    const auto again = [&](S tau) {
+      std::vector<S> state = before;
+      if (!advance(*stepper, t, state.data(), tau)) singular();
+      return state;
+    };
+    if (calms.any())
+      if (const auto tau = calms.first(before.data(), y.data(), taken, again)) {
+        y = again(*tau);
+        taken = *tau;
+        if (failed()) return false;
+      }
     if (impacts.any()) {
-      const auto again = [&](S tau) {
-        std::vector<S> state = before;
-        if (!advance(*stepper, t, state.data(), tau)) singular();
-        return state;
-      };
       if (const auto tau = impacts.first_touch(before.data(), y.data(), taken, again)) {
         y = again(*tau);
         t += *tau;
