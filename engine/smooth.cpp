@@ -93,7 +93,10 @@ bool march_piece(Run<S>& run, const Tolerance<S>& tolerance, S begin_s, S end_s,
     const bool last = t_s + h_s * S(1.0000001) >= end_s;
     const S step_s = last ? end_s - t_s : h_s;
     if (!(step_s > S(4) * real::epsilon<S>() * t_s)) {
-      s.outcome = {Status::diverged, "the step size fell to nothing" + at_time(t_s), s.outcome.steps_taken, 0, {}};
+      if (healthy(s.y_new.data(), s.model->state_size(), run.scale, t_s, s.outcome)) {
+        s.outcome.status = Status::diverged;
+        s.outcome.reason = "the step size fell to nothing" + at_time(t_s);
+      }
       return false;
     }
     if (!s.stepper->step(t_s, step_s, s.y.data(), s.y_new.data())) return refuse_step(s.outcome, t_s);
@@ -127,7 +130,7 @@ template <class S> void march_adaptively(Run<S>& run, const Tolerance<S>& tolera
     if (!march_piece(run, tolerance, begin_s, until_s, h_s, k, inside)) return;
     begin_s = until_s;
   }
-  if (run.observer == nullptr) run.see(run.plan.samples, s.y.data());
+  run.see(run.plan.samples, s.y.data());
 }
 
 Outcome refuse(const std::string& reason) { return {Status::unsupported, reason, 0, 0, {}}; }

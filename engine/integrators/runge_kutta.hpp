@@ -16,11 +16,12 @@ template <class S> class ExplicitRungeKutta final : public Stepper<S> {
   bool dense_is_accurate() const override { return dense_; }
 
  private:
-  struct Term { int stage; S weight; };  // zeros of the tableau are left out
-  struct Combination { Term term[max_stages]; int terms = 0; };
+  struct Combination { int stage[max_stages]; S weight[max_stages]; int terms = 0; };  // zeros of the tableau left out
 
   static Combination combine(const TableauRow& row);
-  void add(const S* y, S h_s, const Combination& combination, S* out) const;
+  S sum(const Combination& combination, int i) const;                                  // of weight * k, component i
+  void add(const S* y, S h_s, const Combination& combination, S* out) const;           // out = y + h sum
+  template <int terms> void add_terms(const S* y, S h_s, const Combination& combination, S* out) const;
   void first_stage(S t_s, const S* y);
 
   int stages_, size_;

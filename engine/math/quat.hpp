@@ -15,8 +15,8 @@ template <class S> Quat<S> operator*(const Quat<S>& a, const Quat<S>& b) {
 }
 template <class S> Quat<S> conjugate(const Quat<S>& q) { return {q.w, -q.x, -q.y, -q.z}; }
 template <class S> Quat<S> normalised(const Quat<S>& q) {
-  const S n = real::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
-  return {q.w / n, q.x / n, q.y / n, q.z / n};
+  const S scale = S(1) / real::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
+  return {scale * q.w, scale * q.x, scale * q.y, scale * q.z};
 }
 
 // v + 2 w (u x v) + 2 u x (u x v), with q = (w, u): the rotation for a unit q, without forming its matrix.
@@ -31,7 +31,8 @@ template <class S> Vec3<S> rotate_back(const Quat<S>& q, const Vec3<S>& v) { ret
 // q' = 1/2 q (0, w) for a body rate w in body axes.
 template <class S> Quat<S> quaternion_rate(const Quat<S>& q, const Vec3<S>& w_WB_B) {
   const Vec3<S> half = S(0.5) * w_WB_B;
-  return q * Quat<S>{S(0), half.x, half.y, half.z};
+  return {-(q.x * half.x + q.y * half.y + q.z * half.z), q.w * half.x + q.y * half.z - q.z * half.y,
+          q.w * half.y + q.z * half.x - q.x * half.z, q.w * half.z + q.x * half.y - q.y * half.x};
 }
 
 template <class S> Quat<S> load4(const S* from) { return {from[0], from[1], from[2], from[3]}; }

@@ -10,10 +10,6 @@ namespace {
 
 constexpr int point_size = 6, rotating_size = 13;
 
-template <class S> Vec3<S> times(const Vec3<S> (&row)[3], const Vec3<S>& v) {
-  return {dot(row[0], v), dot(row[1], v), dot(row[2], v)};
-}
-
 // I^-1 by cofactors over the determinant: row i is the cross product of the other two columns (I is symmetric).
 template <class S> MassProperties<S> mass_properties(const Body& body) {
   MassProperties<S> m;
@@ -43,15 +39,6 @@ bool is_on(const std::vector<Interval>& on_s, double t_s) {
 }
 
 }  // namespace
-
-template <class S> Vec3<S> MassProperties<S>::times_inertia(const Vec3<S>& w_B) const {
-  if (diagonal) return {I_row[0].x * w_B.x, I_row[1].y * w_B.y, I_row[2].z * w_B.z};
-  return times(I_row, w_B);
-}
-template <class S> Vec3<S> MassProperties<S>::times_inverse_inertia(const Vec3<S>& L_B) const {
-  if (diagonal) return {I_inverse_row[0].x * L_B.x, I_inverse_row[1].y * L_B.y, I_inverse_row[2].z * L_B.z};
-  return times(I_inverse_row, L_B);
-}
 
 template <class S> RigidModel<S>::RigidModel(const Scene& scene) : gravity_(narrow3<S>(scene.gravity_m_per_s2)) {
   system_.context = this;
@@ -85,6 +72,8 @@ template <class S> void RigidModel<S>::build_bodies(const Scene& scene) {
     const Body& body = scene.bodies[i];
     Slot<S> slot;
     slot.rotates = atwood::rotates(body) || body.fixed;  // a fixed body has an attitude too
+    if (!body.fixed && !(body.mass_kg > 0) && scene.problem.empty())
+      unsupported_ = "atwood moves no body without mass; `" + body.name + "` has none";
     if (!body.fixed) {
       slot.offset = state_size_;
       state_size_ += slot.rotates ? rotating_size : point_size;
@@ -194,10 +183,6 @@ template <class S> void RigidModel<S>::normalise(S* y) const {
 
 template <class S> void RigidModel<S>::project_of(void* context, S* y) { static_cast<RigidModel*>(context)->normalise(y); }
 
-template struct MassProperties<float>;
-template struct MassProperties<double>;
-template struct MassProperties<long double>;
-template struct MassProperties<Quad>;
 template class RigidModel<float>;
 template class RigidModel<double>;
 template class RigidModel<long double>;

@@ -35,8 +35,14 @@ template <class S> struct MassProperties {
   bool diagonal = true;      // body axes are principal
   PrincipalAxes<S> principal;
 
-  Vec3<S> times_inertia(const Vec3<S>& w_B) const;
-  Vec3<S> times_inverse_inertia(const Vec3<S>& L_B) const;
+  Vec3<S> times_inertia(const Vec3<S>& w_B) const { return times(I_row, w_B); }
+  Vec3<S> times_inverse_inertia(const Vec3<S>& L_B) const { return times(I_inverse_row, L_B); }
+
+ private:
+  Vec3<S> times(const Vec3<S> (&row)[3], const Vec3<S>& v) const {
+    if (diagonal) return {row[0].x * v.x, row[1].y * v.y, row[2].z * v.z};
+    return {dot(row[0], v), dot(row[1], v), dot(row[2], v)};
+  }
 };
 
 template <class S> class RigidModel {
