@@ -1,6 +1,7 @@
 // What round-off alone leaves, known before the run: how much the motion amplifies a perturbation, and how much rounding
 // perturbs it.
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "dynamics/contacts.hpp"
@@ -12,7 +13,7 @@ namespace {
 
 using dynamics::Kind;
 constexpr double kPerturbation = 1e-7;
-constexpr int kTwins = 3;
+constexpr std::array<unsigned, 4> kTwins = {0, 1, 2, 4};  // rows of the Walsh matrix
 
 using State = std::vector<double>;
 
@@ -40,19 +41,16 @@ double norm_of(Kind kind, const dynamics::Layout& layout, const State& y) {
   return std::sqrt(sum);
 }
 
-// Every component by a part in 1e-7 of its own vector, signs from SplitMix64 (Steele, Lea, Flood 2014).
-State perturbed(const dynamics::Layout& layout, const State& y, std::uint64_t seed) {
+// Every component by a part in 1e-7 of its own vector. The signs are rows of a Walsh matrix: any two neighbouring
+// components (bits of their indices differ) are moved together by one twin and apart by another.
+State perturbed(const dynamics::Layout& layout, const State& y, unsigned row) {
   State z = y;
   for (int i = 0; i < layout.size;) {
     const int width = layout.kinds[i] == Kind::attitude ? 4 : 3;
     double size = 0;
     for (int j = i; j < i + width && j < layout.size; ++j) size += y[j] * y[j];
-    for (int j = i; j < i + width && j < layout.size; ++j) {
-      std::uint64_t bits = seed += 0x9e3779b97f4a7c15u;
-      bits = (bits ^ (bits >> 30)) * 0xbf58476d1ce4e5b9u;
-      bits = (bits ^ (bits >> 27)) * 0x94d049bb133111ebu;
-      z[j] += (bits >> 63 ? 1 : -1) * kPerturbation * std::sqrt(size / width);
-    }
+    for (int j = i; j < i + width && j < layout.size; ++j)
+      z[j] += (std::popcount(static_cast<unsigned>(j) & row) % 2 ? -1 : 1) * kPerturbation * std::sqrt(size / width);
     i += width;
   }
   return z;
@@ -91,7 +89,7 @@ double perturbation_growth(const Scenario& scenario, const Truth& truth) {
   const double h = scenario.t_end_s / static_cast<double>(steps);
 
   std::vector<State> twins{dynamics::pack<double>(scene)};
-  for (int i = 0; i < kTwins; ++i) twins.push_back(perturbed(layout, twins[0], static_cast<std::uint64_t>(i)));
+  for (unsigned row : kTwins) twins.push_back(perturbed(layout, State(twins[0]), row));
   std::array<State, 5> work;
   for (State& w : work) w.assign(twins[0].size(), 0.0);
   std::array<double, 4> size{}, apart{};
@@ -100,7 +98,7 @@ double perturbation_growth(const Scenario& scenario, const Truth& truth) {
     for (State& y : twins) step(f, h * static_cast<double>(n), h, y, work);
     for (std::size_t k = 0; k < kinds.size(); ++k) {
       size[k] = std::max(size[k], norm_of(kinds[k], layout, twins[0]));
-      for (int i = 1; i <= kTwins; ++i) {
+      for (std::size_t i = 1; i < twins.size(); ++i) {
         State d = twins[i];
         for (std::size_t j = 0; j < d.size(); ++j) d[j] -= twins[0][j];
         apart[k] = std::max(apart[k], norm_of(kinds[k], layout, d));

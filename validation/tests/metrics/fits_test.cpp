@@ -1,0 +1,106 @@
+// Drift and growth fits on series of known law.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <random>
+
+#include "validation/metrics/metrics.hpp"
+
+using namespace atwood;
+
+namespace {
+
+std::vector<double> times(int n, double t_end) {
+  std::vector<double> t;
+  for (int i = 0; i <= n; ++i) t.push_back(t_end * i / n);
+  return t;
+}
+
+template <class F>
+std::vector<double> series(const std::vector<double>& t, F f) {
+  std::vector<double> v;
+  for (double x : t) v.push_back(f(x));
+  return v;
+}
+
+}  // namespace
+
+TEST_CASE("drift: a line has its slope and no oscillation") {
+  const auto t = times(100, 50);
+  const DriftFit fit = fit_drift(t, series(t, [](double x) { return 2e-6 * x - 1e-5; }));
+  CHECK(fit.slope_per_s == Approx(2e-6));
+  CHECK(fit.oscillation < 1e-18);
+  CHECK(fit.largest == Approx(9e-5));
+}
+
+TEST_CASE("drift: hidden under an oscillation a thousand times larger") {
+  const auto t = times(800, 200);
+  for (const double slope : {1e-8, -1e-8, 0.0}) {
+    // Spikes, as at an orbit's pericentres: the mean is far from the middle.
+    const DriftFit fit = fit_drift(t, series(t, [&](double x) { return 1e-3 * std::exp(-8 + 8 * std::cos(x)) + slope * x; }));
+    CHECK(std::fabs(fit.slope_per_s - slope) < 3e-10);
+    CHECK(std::fabs(fit.slope_per_s - slope) <= fit.half_width_95);
+    CHECK(fit.oscillation == Approx(5e-4).epsilon(0.02));
+  }
+}
+
+TEST_CASE("drift: few periods do not pass for a slope") {
+  const auto t = times(60, 3.3);
+  const DriftFit fit = fit_drift(t, series(t, [](double x) { return std::sin(6.2831853 * x); }));
+  CHECK(std::fabs(fit.slope_per_s) <= fit.half_width_95);
+}
+
+TEST_CASE("drift: outliers do not turn the slope") {
+  const auto t = times(100, 1);
+  auto v = series(t, [](double x) { return x; });
+  for (int i = 90; i < 100; ++i) v[i] = -50;
+  CHECK(fit_drift(t, v).slope_per_s == Approx(1).epsilon(0.05));
+}
+
+TEST_CASE("drift: intervals hold on correlated noise, where independent samples would claim five times too much") {
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> noise(0, 1);
+  const auto t = times(200, 200);
+  int covered = 0;
+  const int runs = 400;
+  for (int run = 0; run < runs; ++run) {
+    double x = noise(random) / std::sqrt(1 - 0.81);
+    std::vector<double> v;
+    for (double s : t) {
+      v.push_back(0.01 * s + x);
+      x = 0.9 * x + noise(random);
+    }
+    const DriftFit fit = fit_drift(t, v);
+    covered += std::fabs(fit.slope_per_s - 0.01) <= fit.half_width_95;
+  }
+  CAPTURE(covered);
+  CHECK(covered >= 0.90 * runs);
+  CHECK(covered <= 0.99 * runs);
+}
+
+TEST_CASE("growth: powers and exponentials are told apart under an oscillation") {
+  const auto t = times(240, 100);
+  const auto wave = [](double x) { return 0.2 + std::fabs(std::sin(5 * x)); };
+  struct Case { const char* law; double exponent; std::function<double(double)> f; };
+  const std::vector<Case> cases = {{"bounded", 0, [](double) { return 1.0; }},
+                                   {"t^1/2", 0.5, [](double x) { return std::sqrt(x); }},
+                                   {"t", 1, [](double x) { return x; }},
+                                   {"t^3/2", 1.5, [](double x) { return std::pow(x, 1.5); }},
+                                   {"t^2", 2, [](double x) { return x * x; }}};
+  for (const Case& c : cases) {
+    const GrowthFit fit = fit_growth(t, series(t, [&](double x) { return 1e-9 * c.f(x) * wave(x); }), 0);
+    CAPTURE(c.law, fit.exponent, fit.half_width_95, fit.reason);
+    CHECK(fit.law == c.law);
+    CHECK(fit.exponent == Approx(c.exponent).margin(0.1));
+  }
+  const GrowthFit fast = fit_growth(t, series(t, [&](double x) { return 1e-9 * std::exp(0.2 * x) * wave(x); }), 0);
+  CHECK(fast.law == "exponential");
+  CHECK(fast.exponent > 2.2);
+}
+
+TEST_CASE("growth: too few samples, the floor, and no law at all are inconclusive") {
+  const auto few = times(40, 1), t = times(100, 1);
+  CHECK(fit_growth(few, series(few, [](double x) { return x; }), 0).law == "inconclusive");
+  CHECK(fit_growth(t, series(t, [](double x) { return 1e-15 * x; }), 1e-15).law == "inconclusive");
+  CHECK(fit_growth(t, series(t, [](double x) { return x + 50 * std::exp(-300 * (x - 0.6) * (x - 0.6)); }), 0).law == "inconclusive");
+  CHECK(fit_growth(t, series(t, [](double x) { return x > 0.5 ? std::nan("") : x; }), 0).law == "inconclusive");
+}

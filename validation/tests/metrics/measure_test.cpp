@@ -1,0 +1,199 @@
+// What `measure` makes of whole recordings: rows, statuses, conservation by the reference's formulas, timing.
+#include <catch2/catch.hpp>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "validation/metrics/metrics.hpp"
+
+using namespace atwood;
+
+namespace {
+
+const Row* find(const std::vector<Row>& rows, const std::string& metric) {
+  const auto found = std::find_if(rows.begin(), rows.end(), [&](const Row& r) { return r.metric == metric; });
+  return found == rows.end() ? nullptr : &*found;
+}
+double value_of(const std::vector<Row>& rows, const std::string& metric) {
+  const Row* row = find(rows, metric);
+  REQUIRE(row != nullptr);
+  return row->value;
+}
+
+// A circular orbit about mu = 1 at radius 1, exact in double; a second body at rest far from it is fixed.
+Scenario circle() {
+  Scenario s;
+  s.id = "circle";
+  s.t_end_s = 6;
+  s.samples = 120;
+  s.steps = {1200};
+  s.scene.materials = {{"all", 0, 0, 0}};
+  s.scene.pairs = {{0, 0, 0, 0, 0}};
+  Body moon, rock;
+  moon.name = "moon";
+  moon.mass_kg = 2;
+  moon.position_m = {1, 0, 0};
+  moon.velocity_m_per_s = {0, 1, 0};
+  rock.name = "rock";
+  rock.fixed = true;
+  rock.position_m = {9, 9, 9};
+  s.scene.bodies = {moon, rock};
+  s.scene.forces = {Attractor{{0}, {0, 0, 0}, 1.0}};
+  s.invariants = {{"energy"}, {"angular-momentum"}, {"laplace-runge-lenz"}};
+  return s;
+}
+
+// Radius r, speed v, at the angle of time t.
+Recording orbit(const Scenario& s, double r, double v, double lag = 0) {
+  Recording run;
+  for (int k = 0; k <= s.samples; ++k) {
+    Sample sample;
+    sample.t_s = Wide(s.t_end_s) * k / Wide(s.samples);
+    const double a = static_cast<double>(sample.t_s) * (1 - lag);
+    sample.bodies.resize(2);
+    sample.bodies[0].p_m = {r * std::cos(a), r * std::sin(a), 0};
+    sample.bodies[0].v_m_per_s = {-v * std::sin(a), v * std::cos(a), 0};
+    sample.bodies[1].p_m = {9, 9, 9};
+    run.values.push_back(sample);
+  }
+  run.outcome.rate_evaluations = 480;
+  return run;
+}
+
+Truth truth_of(const Recording& run, double bar = 1e-15) {
+  Truth truth;
+  truth.values = run.values;
+  truth.bars = run.values;
+  for (Sample& s : truth.bars)
+    for (BodySample& b : s.bodies) b = BodySample{{bar, bar, bar}, {0, 0, 0, 0}, {bar, bar, bar}, {0, 0, 0}};
+  return truth;
+}
+
+}  // namespace
+
+TEST_CASE("measure: a lag in phase is an error in position and conserves everything") {
+  const Scenario s = circle();
+  const Truth truth = truth_of(orbit(s, 1, 1));
+  const std::vector<Row> rows = measure(s, truth, orbit(s, 1, 1, 1e-3));
+  const double end = 2 * std::sin(6e-3 / 2);
+  CHECK(value_of(rows, "error-position-end") == Approx(end));
+  CHECK(value_of(rows, "error-position-max") == Approx(end));
+  CHECK(value_of(rows, "error-velocity-end") == Approx(end));
+  // The mean of t^2 over k/120, k = 1..120, is T^2 (1/3 + 1/240 + ...).
+  CHECK(value_of(rows, "error-position-rms") == Approx(6e-3 * std::sqrt(121.0 * 241 / (6.0 * 120 * 120))).epsilon(1e-5));
+  CHECK(find(rows, "error-position-end")->truth_bar == Approx(std::sqrt(3.0) * 1e-15));
+  CHECK(find(rows, "error-attitude-end") == nullptr);
+  CHECK(value_of(rows, "energy-max") < 1e-14);
+  CHECK(value_of(rows, "angular-momentum-error-relative") < 1e-14);
+  CHECK(value_of(rows, "laplace-runge-lenz-error") < 1e-14);
+  CHECK(value_of(rows, "rate-evaluations") == 480);
+  CHECK(value_of(rows, "size-position") == Approx(1));
+  CHECK(find(rows, "growth-exponent-position")->reason == "t");
+  CHECK(find(rows, "momentum-error") == nullptr);  // not declared
+}
+
+TEST_CASE("measure: energy kept by rescaling still moves the orbit's vector and its angular momentum") {
+  const Scenario s = circle();
+  const Truth truth = truth_of(orbit(s, 1, 1));
+  Recording run = orbit(s, 1, 1);
+  // Radius grows, speed is rescaled so that v^2/2 - 1/r = -1/2 holds exactly.
+  for (Sample& sample : run.values) {
+    const double grow = 1 + 1e-3 * static_cast<double>(sample.t_s) / 6, v = std::sqrt(2 / grow - 1);
+    for (Wide& x : sample.bodies[0].p_m) x *= grow;
+    for (Wide& x : sample.bodies[0].v_m_per_s) x *= v;
+  }
+  const std::vector<Row> rows = measure(s, truth, run);
+  CHECK(value_of(rows, "energy-max") < 1e-14);
+  CHECK(value_of(rows, "laplace-runge-lenz-error") == Approx(1e-3).epsilon(0.1));
+  CHECK(value_of(rows, "error-position-end") == Approx(1e-3).epsilon(1e-6));
+}
+
+TEST_CASE("measure: energy drift and scale by hand") {
+  const Scenario s = circle();
+  Recording run = orbit(s, 1, 1);
+  for (Sample& sample : run.values)  // v^2 grows as 1 + 2e-4 t: E - E0 = m 1e-4 t
+    for (Wide& x : sample.bodies[0].v_m_per_s) x *= std::sqrt(1 + 2e-4 * static_cast<double>(sample.t_s));
+  const std::vector<Row> rows = measure(s, truth_of(orbit(s, 1, 1)), run);
+  const double scale = 1 * (1 + 2e-4 * 6);  // kinetic at the end, m = 2; the potential does not change
+  CHECK(value_of(rows, "energy-drift") == Approx(2e-4 / scale).epsilon(1e-6));
+  CHECK(value_of(rows, "energy-max") == Approx(2e-4 * 6 / scale).epsilon(1e-6));
+  CHECK(value_of(rows, "energy-oscillation") < 1e-10);
+}
+
+TEST_CASE("measure: gravity's impulse is accounted for, a lost push is not") {
+  Scenario s = circle();
+  s.scene.forces.clear();
+  s.scene.gravity_m_per_s2 = {0, 0, -10};
+  s.invariants = {{"momentum"}, {"center-of-mass"}};
+  Recording run;
+  for (int k = 0; k <= s.samples; ++k) {
+    Sample sample;
+    sample.t_s = Wide(s.t_end_s) * k / Wide(s.samples);
+    sample.bodies.resize(2);
+    const Wide t = sample.t_s;
+    sample.bodies[0].p_m = {1, t, -5 * t * t};
+    sample.bodies[0].v_m_per_s = {0, 1, -10 * t};
+    run.values.push_back(sample);
+  }
+  const Truth truth = truth_of(run);
+  CHECK(value_of(measure(s, truth, run), "momentum-error") < 1e-15);
+  CHECK(value_of(measure(s, truth, run), "center-of-mass-error") < 1e-15);
+  run.values.back().bodies[0].v_m_per_s[0] += Wide(0.25);
+  CHECK(value_of(measure(s, truth, run), "momentum-error") == Approx(0.5));
+}
+
+TEST_CASE("measure: one status row when a run did not end well") {
+  const Scenario s = circle();
+  const Truth truth = truth_of(orbit(s, 1, 1));
+  const auto status_of = [&](const Recording& run) {
+    const std::vector<Row> rows = measure(s, truth, run);
+    REQUIRE(rows.size() == 1);
+    CHECK(rows[0].metric == "status");
+    CHECK_FALSE(rows[0].reason.empty());
+    return rows[0].status;
+  };
+  Recording late_nan = orbit(s, 1, 1);
+  late_nan.values[118].bodies[0].v_m_per_s[1] = std::numeric_limits<double>::quiet_NaN();
+  CHECK(status_of(late_nan) == Status::not_finite);
+  Recording infinite = orbit(s, 1, 1);
+  infinite.values.back().bodies[0].p_m[1] = std::numeric_limits<double>::infinity();
+  CHECK(status_of(infinite) == Status::not_finite);
+  Recording refused;
+  refused.outcome = {Status::unsupported, "no attractor", 0, 0, {}};
+  CHECK(status_of(refused) == Status::unsupported);
+  Recording early = orbit(s, 1, 1);
+  early.values.resize(50);
+  CHECK(status_of(early) == Status::crashed);
+  Recording shifted = orbit(s, 1, 1);
+  for (Sample& sample : shifted.values) sample.t_s += Wide(0.02);
+  CHECK(status_of(shifted) == Status::crashed);
+  CHECK(error_series(s, truth, late_nan).t_s.empty());
+}
+
+TEST_CASE("measure: the condition of a circular orbit is the along-track shear of Kepler's third law") {
+  const Scenario s = circle();
+  const std::vector<Row> rows = measure(s, truth_of(orbit(s, 1, 1)), orbit(s, 1, 1));
+  // dv/v = d changes a by 2 d, the phase by 3 d t = 18 d at t = 6; dr/r adds as much again.
+  CHECK(value_of(rows, "condition") > 5);
+  CHECK(value_of(rows, "condition") < 50);
+}
+
+TEST_CASE("measure: every metric is defined once, with words") {
+  std::set<std::string> names;
+  for (const MetricInfo& m : all_metrics()) {
+    CHECK(names.insert(m.name).second);
+    CHECK(m.definition.size() > 20);
+  }
+}
+
+TEST_CASE("timing: median and nearest-rank 95th percentile, a step") {
+  Outcome outcome;
+  CHECK(timing_rows(outcome, 100).empty());
+  outcome.busy_ns = {5000, 1000, 3000, 2000, 100000};
+  const std::vector<Row> rows = timing_rows(outcome, 100);
+  CHECK(value_of(rows, "step-time") == Approx(30e-9));
+  CHECK(value_of(rows, "step-time-p95") == Approx(1000e-9));
+  outcome.busy_ns = {1000, 3000};
+  CHECK(value_of(timing_rows(outcome, 10), "step-time") == Approx(200e-9));
+}
