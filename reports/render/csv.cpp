@@ -1,0 +1,44 @@
+// Rows as CSV: the columns are a published contract. Quoting as in RFC 4180, lines end in LF.
+#include <string_view>
+
+#include "protocol/sample.hpp"
+#include "reports/report.hpp"
+
+namespace atwood {
+namespace {
+
+std::string field(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"') quoted += '"';
+    quoted += c;
+  }
+  return quoted + '"';
+}
+
+}  // namespace
+
+std::string render_csv(const std::vector<Row>& rows) {
+  std::string text =
+      "scenario,method,steps,h_s,body,t_s,metric,unit,value,truth_bar,status,reason,settings_hash,engine_version,"
+      "commit,compiler,flags,cpu,run_id\n";
+  text.reserve(rows.size() * 240);
+  for (const Row& row : rows) {
+    const Provenance& from = row.provenance;
+    for (const std::string& column :
+         {field(row.scenario), field(row.method), std::to_string(row.steps), format_double(row.h_s), field(row.body),
+          row.t_s ? format_double(*row.t_s) : std::string(), field(row.metric), field(row.unit),
+          format_double(row.value), format_double(row.truth_bar), to_string(row.status), field(row.reason),
+          field(row.settings_hash), field(from.engine_version), field(from.commit), field(from.compiler),
+          field(from.flags), field(from.cpu)}) {
+      text += column;
+      text += ',';
+    }
+    text += field(from.run_id);
+    text += '\n';
+  }
+  return text;
+}
+
+}  // namespace atwood

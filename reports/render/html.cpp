@@ -1,0 +1,61 @@
+// One file that opens from disk without a network. The verdict is plain HTML, so it shows even where scripts are off;
+// everything else is drawn from the embedded data, which is base64 and therefore cannot close its own element.
+#include <fmt/format.h>
+
+#include "assets.hpp"
+#include "embedded_data.hpp"
+#include "reports/report.hpp"
+#include "text.hpp"
+
+namespace atwood {
+namespace {
+
+constexpr std::size_t kFileLimit = 3'000'000;  // bytes
+constexpr const char* kPolicy =
+    "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
+
+std::string tile(const char* kind, const char* name, std::int64_t number) {
+  return fmt::format("<li class=\"tile {}{}\"><b>{}</b> <span>{}</span></li>", kind, number == 0 ? " none" : "", number,
+                     name);
+}
+
+std::string header(const ReportData& data) {
+  const JudgementCounts counts = count(data.verdicts);
+  const std::int64_t bad = counts.fail + counts.unverifiable + counts.not_run;
+  const char* state = data.verdicts.empty() ? "empty" : bad == 0 ? "pass" : counts.fail == 0 ? "warn" : "fail";
+  const std::string sentence =
+      data.verdicts.empty() ? "Nothing was judged: the report holds no gates."
+      : bad == 0            ? fmt::format("All {} gates pass.", counts.pass)
+                 : fmt::format("{} of {} gates did not pass.", bad, data.verdicts.size());
+  const char* word = data.verdicts.empty() ? "No gates" : bad == 0 ? "Pass" : "Fail";
+  return fmt::format(
+             "<header id=\"top\"><div class=\"masthead\"><h1>{}</h1><div id=\"tools\"></div></div>"
+             "<section id=\"verdict\" class=\"{}\" aria-label=\"Verdict\"><p class=\"word\">{}</p><p>{}</p>"
+             "<ul class=\"tiles\">",
+             escape_html(data.title), state, word, sentence) +
+         tile("pass", "pass", counts.pass) + tile("fail", "fail", counts.fail) +
+         tile("unverifiable", "unverifiable", counts.unverifiable) + tile("not-run", "not run", counts.not_run) +
+         "</ul></section></header>";
+}
+
+}  // namespace
+
+std::string render_html(const ReportData& data) {
+  std::string page = fmt::format(
+      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
+      "<meta http-equiv=\"Content-Security-Policy\" content=\"{}\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      "<meta name=\"color-scheme\" content=\"light dark\">\n<title>{}</title>\n<style>",
+      kPolicy, escape_html(one_line(data.title)));
+  page += report_style;
+  page += "</style></head>\n<body>\n" + header(data) +
+          "\n<main id=\"app\"><noscript><p>Tables and plots need JavaScript; the verdict above does not.</p></noscript>"
+          "</main>\n<script type=\"text/plain\" id=\"data\">";
+  const std::string end = "</script>\n<script>" + std::string(report_script) + "</script>\n</body></html>\n";
+  const std::size_t used = page.size() + end.size();
+  page += embedded_data(data, kFileLimit > used ? kFileLimit - used : 0);
+  page += end;
+  return page;
+}
+
+}  // namespace atwood

@@ -1,0 +1,19 @@
+// The parts that the JSON report and the data inside the HTML report have in common.
+#pragma once
+
+#include "json_text.hpp"
+#include "reports/report.hpp"
+
+namespace atwood {
+
+void append_provenance(JsonText& json, const Provenance& provenance);
+void append_scenarios(JsonText& json, const std::vector<Scenario>& scenarios);
+void append_engines(JsonText& json, const std::vector<Engine>& engines);
+void append_missing(JsonText& json, const std::vector<std::pair<std::string, std::string>>& missing);
+void append_metrics(JsonText& json, const std::vector<MetricInfo>& metrics);
+void append_verdicts(JsonText& json, const std::vector<Verdict>& verdicts);
+void append_laws(JsonText& json, const std::vector<Law>& laws);
+void append_bench(JsonText& json, const std::vector<BenchFigure>& bench);
+std::string truth_words(const TruthSpec& truth);
+
+}  // namespace atwood

@@ -1,0 +1,137 @@
+// A summary for people who read in a terminal or on the page of a pull request.
+#include <fmt/format.h>
+
+#include <map>
+#include <set>
+
+#include "reports/report.hpp"
+#include "text.hpp"
+
+namespace atwood {
+namespace {
+
+std::string cell(const std::string& text) { return escape_markdown_cell(text); }
+
+// Inline code may hold anything but its own fence: the fence is one backtick longer than the longest run inside.
+std::string code(const std::string& text) {
+  const std::string line = one_line(text);
+  std::size_t longest = 0, run = 0;
+  for (const char c : line) {
+    run = c == '`' ? run + 1 : 0;
+    longest = std::max(longest, run);
+  }
+  const std::string fence(longest + 1, '`');
+  return longest == 0 ? fence + line + fence : fence + " " + line + " " + fence;
+}
+
+// In a table a bar ends the cell even inside code.
+std::string table_code(const std::string& text) {
+  std::string out;
+  for (const char c : code(text)) out += c == '|' ? std::string("\\|") : std::string(1, c);
+  return out;
+}
+
+std::string steps_word(std::int64_t steps) { return steps > 0 ? std::to_string(steps) : "-"; }
+
+std::string failing_section(const std::vector<Verdict>& verdicts) {
+  std::string out;
+  for (const Verdict* verdict : failing_first(verdicts)) {
+    if (verdict->judgement == Judgement::pass) continue;
+    if (out.empty()) {
+      out = "## What did not pass\n\n| verdict | scenario | method | steps | metric | measured | allowed | rerun |\n"
+            "| --- | --- | --- | ---: | --- | ---: | --- | --- |\n";
+    }
+    out += fmt::format("| {} | {} | {} | {} | {} | {} {} | {} | {} |\n", to_string(verdict->judgement),
+                       cell(verdict->scenario), cell(verdict->method), steps_word(verdict->steps),
+                       cell(verdict->metric), cell(measured_words(*verdict)), cell(verdict->unit),
+                       cell(allowed_words(*verdict)), table_code(verdict->rerun));
+  }
+  return out.empty() ? out : out + "\n";
+}
+
+std::string laws_section(const std::vector<Law>& laws) {
+  if (laws.empty()) return "";
+  std::string out = "## Laws: predicted beside measured\n\n| scenario | method | steps | law | predicted | measured |\n"
+                    "| --- | --- | ---: | --- | ---: | ---: |\n";
+  for (const Law& law : laws) {
+    out += fmt::format("| {} | {} | {} | {} | {} {} | {} {} |\n", cell(law.scenario), cell(law.method),
+                       steps_word(law.steps), cell(law.statement), figure(law.predicted), cell(law.unit),
+                       figure(law.measured), cell(law.unit));
+  }
+  return out + "\n";
+}
+
+// Scenario x method for one metric of a whole ladder.
+std::string matrix_section(const std::vector<Row>& rows, const std::string& metric, const std::string& heading) {
+  std::vector<std::string> methods, scenarios;
+  std::set<std::string> seen_methods, seen_scenarios;
+  std::map<std::pair<std::string, std::string>, std::string> figures;
+  for (const Row& row : rows) {
+    if (row.metric != metric || !row.body.empty()) continue;
+    if (seen_methods.insert(row.method).second) methods.push_back(row.method);
+    if (seen_scenarios.insert(row.scenario).second) scenarios.push_back(row.scenario);
+    figures[{row.scenario, row.method}] = row.status == Status::ok ? fmt::format("{:.2f}", row.value) : "-";
+  }
+  if (figures.empty()) return "";
+  std::string out = "## " + heading + "\n\n| scenario |", rule = "| --- |";
+  for (const std::string& method : methods) {
+    out += " " + cell(method) + " |";
+    rule += " ---: |";
+  }
+  out += "\n" + rule + "\n";
+  for (const std::string& scenario : scenarios) {
+    out += "| " + cell(scenario) + " |";
+    for (const std::string& method : methods) {
+      const auto found = figures.find({scenario, method});
+      out += " " + (found == figures.end() ? std::string() : found->second) + " |";
+    }
+    out += "\n";
+  }
+  return out + "\n";
+}
+
+std::string engines_section(const ReportData& data) {
+  std::string out = "## Engines\n\n| engine | version | scalar | methods |\n| --- | --- | --- | --- |\n";
+  for (const Engine& engine : data.engines) {
+    std::string methods;
+    for (const MethodInfo& method : engine.methods) methods += (methods.empty() ? "" : ", ") + method.id;
+    out += fmt::format("| {} | {} | {} | {} |\n", cell(engine.name), cell(engine.version), cell(engine.scalar),
+                       cell(methods));
+  }
+  for (const auto& [name, reason] : data.missing_engines) {
+    out += fmt::format("| {} | - | - | missing: {} |\n", cell(name), cell(reason));
+  }
+  return out + "\n";
+}
+
+std::string provenance_section(const ReportData& data) {
+  const Provenance& from = data.provenance;
+  std::string out = "## Provenance\n\n";
+  for (const auto& [name, value] :
+       std::initializer_list<std::pair<const char*, const std::string&>>{{"command", data.command},
+                                                                         {"version", from.engine_version},
+                                                                         {"commit", from.commit},
+                                                                         {"compiler", from.compiler},
+                                                                         {"flags", from.flags},
+                                                                         {"CPU", from.cpu},
+                                                                         {"run", from.run_id}}) {
+    if (!value.empty()) out += fmt::format("- {}: {}\n", name, code(value));
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string render_markdown(const ReportData& data) {
+  const JudgementCounts counts = count(data.verdicts);
+  const bool all_pass = counts.fail + counts.unverifiable + counts.not_run == 0;
+  const char* verdict = data.verdicts.empty() ? "No gates" : all_pass ? "Pass" : "Fail";
+  return fmt::format("# {}\n\n**{}.** {}; {} rows, {} scenarios.\n\n", cell(data.title), verdict, words(counts),
+                     data.rows.size(), data.scenarios.size()) +
+         failing_section(data.verdicts) + laws_section(data.laws) +
+         matrix_section(data.rows, "order-position", "Observed order of position") +
+         matrix_section(data.rows, "order-attitude", "Observed order of attitude") + engines_section(data) +
+         provenance_section(data);
+}
+
+}  // namespace atwood

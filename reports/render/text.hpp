@@ -1,0 +1,34 @@
+// Text that may come from anywhere (a scene's title, an engine's last words) made safe for each kind of document.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "validation/gates/gates.hpp"
+
+namespace atwood {
+
+// Valid UTF-8: every broken byte becomes U+FFFD. Control characters other than tab and newline become U+FFFD too, so
+// that neither a terminal nor an XML reader meets one.
+std::string clean_text(std::string_view text);
+std::string one_line(std::string_view text);              // clean, and line breaks and tabs become spaces
+std::string escape_html(std::string_view text);           // clean, for element content and quoted attributes
+std::string escape_markdown_cell(std::string_view text);  // one line of a table
+
+std::size_t display_width(std::string_view text);         // code points
+std::string fit(std::string_view text, std::size_t width);  // cut with "..." to at most `width` code points
+
+std::string figure(double value, int digits = 5);  // general format; "nan", "inf", "-inf"
+std::string allowed_words(const Verdict& verdict);  // "[3.9, 4.2]", "<= 1e-12", ">= 2"
+std::string measured_words(const Verdict& verdict);  // value, with its bar where that matters; "-" when not run
+
+struct JudgementCounts { std::int64_t pass = 0, fail = 0, unverifiable = 0, not_run = 0; };
+JudgementCounts count(const std::vector<Verdict>& verdicts);
+std::string words(const JudgementCounts& counts);  // "12 gates: 10 pass, 1 fail, 0 unverifiable, 1 not run"
+
+// Failing first (fail, unverifiable, not run), then pass; each group in its given order.
+std::vector<const Verdict*> failing_first(const std::vector<Verdict>& verdicts);
+
+}  // namespace atwood

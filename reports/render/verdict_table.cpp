@@ -1,0 +1,163 @@
+// What the terminal shows: every gate that did not pass, with its command; then a line a scenario; then the counts.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <tuple>
+
+#include "protocol/sample.hpp"
+#include "reports/report.hpp"
+#include "text.hpp"
+
+namespace atwood {
+namespace {
+
+struct Palette {
+  const char *red, *green, *yellow, *dim, *bold, *off;
+};
+constexpr Palette kColours{"\x1b[31m", "\x1b[32m", "\x1b[33m", "\x1b[2m", "\x1b[1m", "\x1b[0m"};
+constexpr Palette kPlain{"", "", "", "", "", ""};
+
+const char* colour_of(Judgement judgement, const Palette& palette) {
+  switch (judgement) {
+    case Judgement::pass: return palette.green;
+    case Judgement::fail: return palette.red;
+    case Judgement::unverifiable: case Judgement::not_run: return palette.yellow;
+  }
+  return "";
+}
+
+std::string padded(const std::string& text, std::size_t width) {
+  return text + std::string(width - std::min(width, display_width(text)), ' ');
+}
+std::string right(const std::string& text, std::size_t width) {
+  return std::string(width - std::min(width, display_width(text)), ' ') + text;
+}
+
+// A long sentence over several lines, each indented.
+std::string wrapped(const std::string& text, std::size_t indent, std::size_t width) {
+  const std::size_t room = std::max<std::size_t>(width > indent ? width - indent : 1, 8);
+  std::string out, line;
+  const auto flush = [&] {
+    if (!line.empty()) out += std::string(indent, ' ') + line + '\n';
+    line.clear();
+  };
+  std::string_view rest = text;
+  while (!rest.empty()) {
+    const std::size_t space = std::min(rest.find(' '), rest.size());
+    std::string word(rest.substr(0, space));
+    rest.remove_prefix(std::min(space + 1, rest.size()));
+    if (!line.empty() && display_width(line) + 1 + display_width(word) > room) flush();
+    line += (line.empty() ? "" : " ") + word;
+    if (display_width(line) > room) line = fit(line, room);
+  }
+  flush();
+  return out;
+}
+
+std::string failing_gate(const Verdict& verdict, const Palette& palette, std::size_t width) {
+  constexpr std::size_t kWord = 12;  // "unverifiable"
+  const std::string steps = verdict.steps > 0 ? fmt::format(" at {} steps", verdict.steps) : "";
+  const std::string what = one_line(verdict.scenario + "  " + verdict.method + "  " + verdict.metric + steps);
+  std::string out = colour_of(verdict.judgement, palette) + padded(to_string(verdict.judgement), kWord) +
+                    std::string(palette.off) + "  " + fit(what, width > kWord + 2 ? width - kWord - 2 : 1) + '\n';
+  out += wrapped(one_line(verdict.text), kWord + 2, width);
+  // The command is there to be copied: it is never cut.
+  if (!verdict.rerun.empty()) {
+    out += std::string(kWord + 2, ' ') + palette.dim + one_line(verdict.rerun) + palette.off + '\n';
+  }
+  return out;
+}
+
+struct Line { JudgementCounts gates; std::int64_t cells = 0, not_ok = 0; };
+struct ScenarioLines { std::vector<std::string> order; std::map<std::string, Line> lines; };
+
+ScenarioLines lines_of(const std::vector<Verdict>& verdicts, const std::vector<Row>& rows) {
+  ScenarioLines result;
+  const auto line = [&](const std::string& scenario) -> Line& {
+    const auto [where, is_new] = result.lines.try_emplace(scenario);
+    if (is_new) result.order.push_back(scenario);
+    return where->second;
+  };
+  std::set<std::tuple<std::string, std::string, std::int64_t>> cells, bad;
+  for (const Row& row : rows) {
+    if (row.steps == 0) continue;  // a figure of a whole ladder is no cell
+    const auto cell = std::make_tuple(row.scenario, row.method, row.steps);
+    Line& where = line(row.scenario);
+    if (cells.insert(cell).second) ++where.cells;
+    if (row.status != Status::ok && bad.insert(cell).second) ++where.not_ok;
+  }
+  for (const Verdict& verdict : verdicts) {
+    JudgementCounts& gates = line(verdict.scenario).gates;
+    switch (verdict.judgement) {
+      case Judgement::pass: ++gates.pass; break;
+      case Judgement::fail: ++gates.fail; break;
+      case Judgement::unverifiable: ++gates.unverifiable; break;
+      case Judgement::not_run: ++gates.not_run; break;
+    }
+  }
+  return result;
+}
+
+std::string status_words(const std::vector<Row>& rows) {
+  std::map<Status, std::set<std::tuple<std::string, std::string, std::int64_t>>> cells;
+  std::set<std::tuple<std::string, std::string, std::int64_t>> all;
+  for (const Row& row : rows) {
+    if (row.steps == 0) continue;
+    const auto cell = std::make_tuple(row.scenario, row.method, row.steps);
+    all.insert(cell);
+    if (row.status != Status::ok) cells[row.status].insert(cell);
+  }
+  std::string text = fmt::format("{} {}", all.size(), all.size() == 1 ? "cell" : "cells");
+  const char* separator = ": ";
+  for (const auto& [status, group] : cells) {
+    text += fmt::format("{}{} {}", separator, group.size(), to_string(status));
+    separator = ", ";
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string render_verdict_table(const std::vector<Verdict>& verdicts, const std::vector<Row>& rows, bool colour,
+                                 int width) {
+  const Palette& palette = colour ? kColours : kPlain;
+  const std::size_t room = static_cast<std::size_t>(width > 0 ? std::clamp(width, 40, 160) : 100);
+  std::string out;
+  for (const Verdict* verdict : failing_first(verdicts)) {
+    if (verdict->judgement != Judgement::pass) out += failing_gate(*verdict, palette, room);
+  }
+  if (!out.empty()) out += '\n';
+
+  const ScenarioLines table = lines_of(verdicts, rows);
+  constexpr std::array<const char*, 6> heads{"pass", "fail", "unver.", "not run", "cells", "not ok"};
+  std::size_t name_width = 8;
+  for (const std::string& scenario : table.order) name_width = std::max(name_width, display_width(one_line(scenario)));
+  std::size_t columns_width = 0;
+  for (const char* head : heads) columns_width += 2 + std::string_view(head).size();
+  name_width = std::min(name_width, room > columns_width + 8 ? room - columns_width : 8);
+  const auto cell = [&](std::int64_t number, std::size_t column, const char* ink) {
+    const std::string text = right(number == 0 ? "." : std::to_string(number), std::string_view(heads[column]).size());
+    return "  " + (number == 0 ? palette.dim + text : ink + text) + palette.off;
+  };
+  out += palette.bold + padded("scenario", name_width);
+  for (const char* head : heads) out += std::string("  ") + head;
+  out += std::string(palette.off) + '\n';
+  for (const std::string& scenario : table.order) {
+    const Line& line = table.lines.at(scenario);
+    out += padded(fit(one_line(scenario), name_width), name_width) + cell(line.gates.pass, 0, palette.green) +
+           cell(line.gates.fail, 1, palette.red) + cell(line.gates.unverifiable, 2, palette.yellow) +
+           cell(line.gates.not_run, 3, palette.yellow) + cell(line.cells, 4, "") + cell(line.not_ok, 5, palette.yellow) +
+           '\n';
+  }
+  const JudgementCounts counts = count(verdicts);
+  const bool all_pass = counts.pass == static_cast<std::int64_t>(verdicts.size()) && !verdicts.empty();
+  const char* verdict_word = verdicts.empty() ? "NO GATES" : all_pass ? "PASS" : "FAIL";
+  const char* ink = verdicts.empty() ? palette.yellow : all_pass ? palette.green : palette.red;
+  out += "\n" + status_words(rows) + '\n';
+  out += fmt::format("{}{}{}{}  {}\n", palette.bold, ink, verdict_word, palette.off, words(counts));
+  return out;
+}
+
+}  // namespace atwood

@@ -1,0 +1,83 @@
+// The embedded data: base64 of raw deflate of JSON, in columns with a string table.
+type Strings = string[];
+
+export interface Verdict {
+  judgement: string; scenario: string; method: string; steps: number; metric: string; unit: string;
+  value: Loose; bar: Loose; kind: string; allowed: string; margin: Loose; text: string; reason: string; origin: string;
+  rerun: string;
+}
+export interface Law {
+  scenario: string; method: string; steps: number; metric: string; statement: string; predicted: Loose; measured: Loose;
+  unit: string;
+}
+export interface Scenario {
+  id: string; title: string; claim: string; source: string; truth: string; t_end_s: Loose; samples: number;
+  steps: number[]; tags: string[]; invariants: string[];
+}
+export interface Method {
+  id: string; doc: string; source: string; claimed_order: Record<string, number>; adaptive: boolean;
+  settings: Record<string, Setting>;
+}
+export interface Engine { name: string; version: string; scalar: string; methods: Method[] }
+export interface Bench {
+  name: string; scenario: string; method: string; steps: number; ns_per_step_median: Loose; ns_per_step_p95: Loose;
+}
+export interface Run {
+  s: number; m: number; n: number; t: number;
+  position?: Loose[]; velocity?: Loose[]; attitude?: Loose[]; 'body-rate'?: Loose[]; energy?: Loose[];
+}
+export type Setting = string | number | boolean;
+export type Loose = number | string;  // non-finite numbers come as "nan", "inf", "-inf"
+
+export interface Rows {
+  scenario: number[]; method: number[]; steps: number[]; h_s: Loose[]; body: number[]; t_s: (Loose | null)[];
+  metric: number[]; unit: number[]; value: Loose[]; truth_bar: Loose[]; status: number[]; reason: number[];
+  settings_hash: number[]; engine_version: number[];
+}
+export interface Report {
+  title: string; command: string; left_out: string; provenance: Record<string, string>;
+  verdicts: Verdict[]; laws: Law[]; scenarios: Scenario[]; engines: Engine[];
+  missing_engines: { name: string; reason: string }[];
+  metrics: { name: string; unit: string; definition: string }[];
+  bench: Bench[]; rows: Rows; series: { instants: Loose[][]; runs: Run[] }; strings: Strings;
+}
+
+export async function readReport(): Promise<Report> {
+  const coded = document.getElementById('data')!.textContent!;
+  const bytes = Uint8Array.from(atob(coded), (c) => c.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('deflate-raw'));
+  return JSON.parse(await new Response(stream).text()) as Report;
+}
+
+export function real(value: Loose | null | undefined): number {
+  if (typeof value === 'number') return value;
+  return value === 'inf' ? Infinity : value === '-inf' ? -Infinity : NaN;
+}
+
+// 4 or 5 digits: plain near 1, powers of ten elsewhere.
+export function figure(value: number, digits = 5): string {
+  if (!Number.isFinite(value)) return Number.isNaN(value) ? 'nan' : value > 0 ? 'inf' : '-inf';
+  if (value === 0) return '0';
+  const size = Math.abs(value);
+  const text = size >= 1e-3 && size < 1e6 ? value.toPrecision(digits) : value.toExponential(digits - 1);
+  return text.includes('e') ? text.replace(/\.?0+e/, 'e').replace('e+', 'e') : text.replace(/(\.\d*?)0+$/, '$1').replace(/\.$/, '');
+}
+
+// The bar's rule of METRICS: a figure below three bars is only an upper bound.
+export function withBar(value: number, bar: number): string {
+  if (bar > 0 && value >= 0 && value < 3 * bar) return `\u2264 ${figure(value + bar, 3)}`;
+  return figure(value);
+}
+
+// The ladder of an adaptive method is its tolerance: one family, many ids.
+export function family(method: string): string { return method.replace(/:[^+@{]*/, ''); }
+export function isAdaptive(method: string): boolean { return /:[^+@{]/.test(method); }
+export function engineOf(method: string): string { return method.split('/')[0]; }
+
+function quoted(text: string): string {
+  return /^[\w@%+=:,./-]+$/.test(text) ? text : `'${text.replace(/'/g, `'\\''`)}'`;
+}
+export function rerunCommand(scenario: string, method: string, steps: number): string {
+  const at = steps > 0 ? ` --steps ${steps}` : '';
+  return `atwood run --filter ${quoted(scenario)} --method ${quoted(method)}${at}`;
+}

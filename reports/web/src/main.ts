@@ -1,0 +1,75 @@
+import { readReport } from './data';
+import { h, section } from './dom';
+import { matrix } from './matrix';
+import { Plots } from './plots';
+import { RowIndex } from './rows';
+import * as sections from './sections';
+import { isDark, setPaper } from './style';
+import { RowTable } from './table';
+
+function themeSwitch(changed: () => void): HTMLElement {
+  const root = document.documentElement;
+  const button = h('button', { type: 'button', id: 'theme' });
+  const name = () => {
+    button.textContent = isDark() ? 'light' : 'dark';
+    button.setAttribute('aria-label', `Switch to ${button.textContent} colours`);
+  };
+  try {
+    const kept = localStorage.getItem('atwood-theme');
+    if (kept === 'dark' || kept === 'light') root.dataset.theme = kept;
+  } catch { /* a page opened from disk may have no storage: the switch then lasts until it is closed */ }
+  button.addEventListener('click', () => {
+    root.dataset.theme = isDark() ? 'light' : 'dark';
+    try { localStorage.setItem('atwood-theme', root.dataset.theme); } catch { /* as above */ }
+    name();
+    changed();
+  });
+  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => { name(); changed(); });
+  name();
+  return button;
+}
+
+function navigation(parts: HTMLElement[]): HTMLElement {
+  return h('nav', { 'aria-label': 'Sections' }, ...parts.map((part) => h('a', { href: `#${part.id}` }, part.querySelector('h2')!.textContent)));
+}
+
+function preparePrinting(plots: Plots | null, table: RowTable | null): void {
+  const opened: HTMLDetailsElement[] = [];
+  addEventListener('beforeprint', () => {
+    setPaper(true);
+    for (const details of document.querySelectorAll('details')) if (!details.open && !details.closest('#gates')) { details.open = true; opened.push(details); }
+    plots?.drawNow();
+    table?.draw(true);
+  });
+  addEventListener('afterprint', () => {
+    setPaper(false);
+    opened.splice(0).forEach((details) => { details.open = false; });
+    plots?.restyle();
+    table?.draw();
+  });
+}
+
+async function start(): Promise<void> {
+  const report = await readReport();
+  const index = new RowIndex(report);
+  const plots = index.count ? new Plots(report, index) : null;
+  const table = index.count ? new RowTable(index) : null;
+  const rows = table && section('rows', 'Rows', table.element);
+  const open = (scenario: string, method: string) => {
+    plots!.select(scenario);
+    table!.filter({ scenario, method, metric: '', status: '' });
+    plots!.element.scrollIntoView();
+  };
+  const parts = [sections.failing(report), sections.laws(report), index.count ? matrix(report, index, open) : null, plots?.element, rows, sections.gates(report),
+    sections.bench(report), sections.engines(report), sections.scenarios(report), sections.definitions(report), sections.provenance(report)].filter((part) => part) as HTMLElement[];
+  document.getElementById('app')!.replaceChildren(...parts);
+  document.getElementById('top')!.after(navigation(parts));
+  document.getElementById('tools')!.append(themeSwitch(() => plots?.restyle()), h('button', { type: 'button', onclick: () => print() }, 'print'));
+  preparePrinting(plots, table);
+  document.documentElement.dataset.ready = 'true';
+}
+
+start().catch((error: unknown) => {
+  document.getElementById('app')!.append(h('p', { class: 'broken' }, `The report's data cannot be read: ${String(error)}. A browser from 2023 or later is needed (DecompressionStream).`));
+  throw error;
+});

@@ -1,0 +1,69 @@
+// Scenario x method: one figure a cell at one rung, coloured by its power of ten, with the gates' verdict as a sign.
+import { Report, figure, withBar } from './data';
+import { h, labelledSelect, option, section } from './dom';
+import { RowIndex } from './rows';
+
+const short: Record<string, string> = { unsupported: 'n/s', diverged: 'div', 'not finite': 'nan', timeout: 'time', crashed: 'crash', 'not built': 'n/b' };
+
+export function matrix(report: Report, index: RowIndex, chosen: (scenario: string, method: string) => void): HTMLElement {
+  const table = h('table', { class: 'matrix' });
+  const scenarios = index.names('scenario');
+  const methods = index.names('method');
+  const wanted = index.names('metric').filter((name) => !/^status$/.test(name));
+  const preferred = ['error-position-max', 'error-position-end'].find((name) => wanted.includes(name)) ?? wanted[0];
+  const verdicts = new Map<string, { bad: number; good: number }>();
+  for (const verdict of report.verdicts) {
+    const key = `${verdict.scenario}\n${verdict.method}`;
+    const sum = verdicts.get(key) ?? { bad: 0, good: 0 };
+    if (verdict.judgement === 'pass') sum.good += 1;
+    else sum.bad += 1;
+    verdicts.set(key, sum);
+  }
+  const ladderOf = new Map(report.scenarios.map((s) => [s.id, s.steps]));
+
+  // The rung: the middle of the scenario's ladder, the same for each method; the finest is another choice.
+  const figureAt = (cells: { steps: number; value: number; bar: number }[] | undefined, scenario: string, rung: string) => {
+    if (!cells?.length) return null;
+    if (cells[0].steps === 0) return cells[0];
+    if (rung === 'finest') return cells[cells.length - 1];
+    const ladder = ladderOf.get(scenario) ?? cells.map((c) => c.steps);
+    const steps = rung === 'coarsest' ? ladder[0] : ladder[Math.floor(ladder.length / 2)];
+    return cells.find((c) => c.steps === steps) ?? cells[Math.floor(cells.length / 2)];
+  };
+
+  const draw = () => {
+    const metric = metricSelect.select.value, rung = rungSelect.select.value;
+    const found = scenarios.map((scenario) => {
+      const ladders = index.ladders(scenario, metric, '');
+      return methods.map((method) => figureAt(ladders.get(method), scenario, rung));
+    });
+    const isLadder = /^(order|growth)/.test(metric);
+    rungSelect.box.hidden = isLadder;
+    const logs = found.flat().filter((cell) => cell && cell.value !== 0 && Number.isFinite(cell.value)).map((cell) => Math.log10(Math.abs(cell!.value)));
+    const low = Math.min(...logs), high = Math.max(...logs);
+    const head = h('thead', {}, h('tr', {}, h('th', { scope: 'col' }, 'scenario'), ...methods.map((method) => h('th', { scope: 'col', class: 'tilted' }, h('span', {}, method)))));
+    const body = h('tbody', {}, ...scenarios.map((scenario, s) => h('tr', {}, h('th', { scope: 'row', title: scenario }, scenario), ...methods.map((method, m) => {
+      const cell = found[s][m];
+      const gates = verdicts.get(`${scenario}\n${method}`);
+      const sign = gates ? (gates.bad ? h('i', { class: 'bad', title: `${gates.bad} gates did not pass` }, '\u2717') : h('i', { class: 'good', title: `${gates.good} gates pass` }, '\u2713')) : null;
+      if (!cell) {
+        const trouble = index.trouble(scenario, method);
+        return h('td', { class: trouble ? 'trouble' : 'absent', title: trouble ? `${scenario}, ${method}: ${trouble.status}. ${trouble.reason}` : 'not in this study' }, trouble ? short[trouble.status] ?? trouble.status : '\u00b7', sign);
+      }
+      const size = cell.value === 0 || !Number.isFinite(cell.value) ? 0 : (Math.log10(Math.abs(cell.value)) - low) / (high - low || 1);
+      const words = isLadder ? cell.value.toFixed(2) : cell.value === 0 ? '0' : figure(cell.value, 2);
+      const td = h('td', { class: 'figure', style: isLadder ? undefined : `--part:${(size * 100).toFixed(0)}%`, title: `${scenario}, ${method}${cell.steps ? `, ${cell.steps} steps` : ''}: ${withBar(cell.value, cell.bar)}` },
+        h('button', { type: 'button', onclick: () => chosen(scenario, method) }, words), sign);
+      return td;
+    }))));
+    table.replaceChildren(head, body);
+  };
+  const metricSelect = labelledSelect('figure', 'matrix-metric', draw);
+  metricSelect.select.append(...wanted.map((name) => option(name, name, name === preferred)));
+  const rungSelect = labelledSelect('rung of the ladder', 'matrix-rung', draw);
+  rungSelect.select.append(option('middle', 'middle, the same steps for all'), option('finest', 'finest each has'), option('coarsest', 'coarsest'));
+  draw();
+  const legend = h('p', { class: 'hint' }, 'Blue is small, orange is large, by powers of ten. \u2713 all gates of the cell pass, \u2717 one does not. n/s unsupported, div diverged, nan not finite, n/b not built: the reason is in the tooltip and in the rows. A click opens plots and rows.');
+  return section('matrix', 'Scenario by method', h('div', { class: 'bar' }, metricSelect.box, rungSelect.box), legend,
+    h('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Scenario by method' }, table));
+}

@@ -1,0 +1,197 @@
+// The plots of one scenario and one metric, their shared legend, and the orders that the rows hold.
+import { Chart, ChartSpec, Curve, Point } from './chart';
+import { Loose, Report, Run, engineOf, family, figure, isAdaptive, real, withBar } from './data';
+import { h, labelledSelect, option, section } from './dom';
+import { Cell, RowIndex } from './rows';
+import { Look, look, swatch } from './style';
+
+const seriesKinds = ['position', 'velocity', 'attitude', 'body-rate'] as const;
+const seriesUnits: Record<string, string> = { position: 'm', velocity: 'm/s', attitude: 'rad', 'body-rate': 'rad/s' };
+
+export class Plots {
+  readonly element: HTMLElement;
+  private readonly charts = { step: new Chart('plot-step'), time: new Chart('plot-cpu'), evaluations: new Chart('plot-evaluations'), error: new Chart('plot-error'), energy: new Chart('plot-energy') };
+  private readonly hidden = new Set<string>();
+  private readonly looks = new Map<string, Look>();
+  private readonly legend = h('div', { class: 'legend', role: 'group', 'aria-label': 'Methods shown' });
+  private readonly about = h('p', { class: 'about' });
+  private readonly orders = h('div', { class: 'orders' });
+  private readonly scenario; private readonly metric; private readonly body; private readonly steps;
+  private methods: string[] = [];
+
+  constructor(private readonly report: Report, private readonly index: RowIndex) {
+    // A family of tolerances shares one look; the order of first appearance decides it, the same in each scenario.
+    const families = [...new Set(index.names('method').map(family))];
+    families.forEach((name, i) => this.looks.set(name, look(i)));
+    this.scenario = labelledSelect('scenario', 'plot-scenario', () => this.showScenario());
+    this.metric = labelledSelect('metric', 'plot-metric', () => this.draw());
+    this.body = labelledSelect('body', 'plot-body', () => this.draw());
+    this.steps = labelledSelect('steps of the curves over time', 'plot-steps', () => this.draw());
+    const known = new Map(report.scenarios.map((s) => [s.id, s.title]));
+    const ids = index.names('scenario');
+    this.scenario.select.append(...ids.map((id) => option(id, known.get(id) ? `${id} \u2014 ${known.get(id)}` : id)));
+    const step = (by: number) => () => {
+      const { select } = this.scenario;
+      select.selectedIndex = (select.selectedIndex + by + select.options.length) % select.options.length;
+      this.showScenario();
+    };
+    const quick = (name: string, keep: (method: string) => boolean) => h('button', { type: 'button', onclick: () => {
+      this.methods.forEach((m) => (keep(m) ? this.hidden.delete(m) : this.hidden.add(m)));
+      this.fillLegend();
+      this.draw();
+    } }, name);
+    this.element = section('plots', 'Plots',
+      h('div', { class: 'bar' }, this.scenario.box,
+        h('span', { class: 'pair' }, h('button', { type: 'button', 'aria-label': 'Previous scenario', onclick: step(-1) }, '\u2039'),
+          h('button', { type: 'button', 'aria-label': 'Next scenario', onclick: step(1) }, '\u203a')),
+        this.metric.box, this.body.box, this.steps.box),
+      this.about,
+      h('div', { class: 'legend-row' }, h('span', { class: 'pair' }, quick('all', () => true), quick('none', () => false),
+        quick('ours', (m) => engineOf(m) === 'atwood'), quick('others', (m) => engineOf(m) !== 'atwood')), this.legend),
+      h('p', { class: 'hint' }, 'Drag to zoom, double-click to reset; hover or use the arrow keys to read a point. Click a method to hide it, double-click to see it alone.'),
+      h('div', { class: 'grid' }, this.charts.step.element, this.charts.time.element, this.charts.evaluations.element, this.charts.error.element, this.charts.energy.element, this.orders));
+    if (ids.length) this.showScenario();
+  }
+
+  select(scenario: string): void {
+    this.scenario.select.value = scenario;
+    this.showScenario();
+  }
+  restyle(): void { this.fillLegend(); Object.values(this.charts).forEach((chart) => chart.restyle()); }
+  drawNow(): void { this.fillLegend(); Object.values(this.charts).forEach((chart) => chart.drawNow()); }
+
+  private showScenario(): void {
+    const id = this.scenario.select.value;
+    const rows = this.index.of(id);
+    const metrics = this.index.names('metric', rows).filter((name) => !/^(order|growth|status$|step-time$|rate-evaluations$)/.test(name));
+    const before = this.metric.select.value;
+    const rank = (name: string) => (name.startsWith('error-') ? 0 : /error/.test(name) ? 1 : 2);
+    metrics.sort((a, b) => rank(a) - rank(b));
+    const preferred = metrics.includes(before) ? before : metrics.find((m) => m === 'error-position-max') ?? metrics.find((m) => m === 'error-position-end') ?? metrics[0];
+    this.metric.select.replaceChildren(...metrics.map((name) => option(name, name, name === preferred)));
+    const bodies = this.index.names('body', rows).filter(Boolean);
+    this.body.select.replaceChildren(option('', bodies.length ? 'whole run (largest)' : 'whole run'), ...bodies.map((name) => option(name, name)));
+    this.body.box.hidden = bodies.length < 2;
+    const runs = this.runs(id);
+    const counts = new Map<number, number>();
+    runs.forEach((run) => counts.set(run.n, (counts.get(run.n) ?? 0) + 1));
+    const sorted = [...counts.keys()].sort((a, b) => a - b);
+    const common = sorted.reduce((best, n) => (counts.get(n)! > (counts.get(best) ?? 0) ? n : best), sorted[0]);
+    this.steps.select.replaceChildren(...sorted.map((n) => option(String(n), `${n} (${counts.get(n)} methods)`, n === common)));
+    this.steps.box.hidden = sorted.length < 2;
+    this.methods = [...new Set(this.index.names('method', rows).map(family))];
+    const scenario = this.report.scenarios.find((s) => s.id === id);
+    this.about.replaceChildren(...(scenario ? [h('b', {}, scenario.title), ` ${scenario.claim} `, h('span', { class: 'soft' }, `Truth: ${scenario.truth}. t_end ${figure(real(scenario.t_end_s))} s, ${scenario.samples} samples. Source: ${scenario.source}`)] : []));
+    this.fillLegend();
+    this.draw();
+  }
+
+  private runs(scenario: string): Run[] { return this.report.series.runs.filter((run) => this.report.strings[run.s] === scenario); }
+
+  private fillLegend(): void {
+    this.legend.replaceChildren(...this.methods.map((name) => {
+      const button = h('button', { type: 'button', 'aria-pressed': String(!this.hidden.has(name)), 'data-method': name }, swatch(this.looks.get(name)!) as unknown as Node, name);
+      button.addEventListener('click', () => this.toggle(name, button));
+      button.addEventListener('dblclick', () => this.alone(name));
+      button.addEventListener('mouseenter', () => this.light(name));
+      button.addEventListener('mouseleave', () => this.light(null));
+      return button;
+    }));
+  }
+  private toggle(name: string, button: HTMLElement): void {
+    if (this.hidden.has(name)) this.hidden.delete(name);
+    else this.hidden.add(name);
+    button.setAttribute('aria-pressed', String(!this.hidden.has(name)));
+    this.draw();
+  }
+  private alone(name: string): void {
+    this.methods.forEach((other) => this.hidden.add(other));
+    this.hidden.delete(name);
+    for (const button of this.legend.querySelectorAll<HTMLElement>('button')) button.setAttribute('aria-pressed', String(button.dataset.method === name));
+    this.draw();
+  }
+  private light(name: string | null): void { Object.values(this.charts).forEach((chart) => chart.highlight(name)); }
+
+  // ---- what goes into each plot ----------------------------------------------------------------------------------
+  private draw(): void {
+    const id = this.scenario.select.value, metric = this.metric.select.value;
+    if (!metric) return;
+    const ladders = this.index.ladders(id, metric, this.body.select.value);
+    const times = this.index.ladders(id, 'step-time', '');
+    const evaluations = this.index.ladders(id, 'rate-evaluations', '');
+    const all = [...ladders.values()].flat();
+    const unit = all.length ? this.index.text(this.index.rows.unit[all[0].row]) : '';
+    const timeCell = [...times.values()].flat()[0];
+    const toSeconds = timeCell ? secondsPer(this.index.text(this.index.rows.unit[timeCell.row])) : 1e-9;
+    const floor = Math.max(0, ...all.map((cell) => cell.bar).filter(Number.isFinite));
+    const yLabel = `|${metric}|${unit ? ` [${unit}]` : ''}`;
+    const shared = { yLabel, floor: floor || null, xLog: true, empty: 'No figure of this metric here.' };
+    this.charts.step.show({ ...shared, id: 'step', title: 'Error against step', xLabel: 'step h [s]', guides: [1, 2, 4, 5],
+      curves: this.curves(ladders, unit, (method, cell) => (isAdaptive(method) ? null : cell.h), (x) => `h = ${figure(x, 4)} s`) }, this.hidden);
+    const cost = (from: Map<string, Cell[]>) => (method: string, cell: Cell) => from.get(method)?.find((other) => other.steps === cell.steps)?.value ?? null;
+    const seconds = (method: string, cell: Cell) => {
+      const nanoseconds = cost(times)(method, cell);
+      return nanoseconds === null ? null : nanoseconds * toSeconds * cell.steps;
+    };
+    this.charts.time.show({ ...shared, id: 'cpu', title: 'Work against precision: CPU time', xLabel: 'CPU time [s] = time a step \u00d7 steps', guides: [-1, -2, -4, -5],
+      curves: this.curves(ladders, unit, seconds, (x) => `${figure(x, 3)} s`), empty: 'No timings of this scenario.' }, this.hidden);
+    this.charts.evaluations.show({ ...shared, id: 'evaluations', title: 'Work against precision: evaluations', xLabel: 'rate evaluations', guides: [-1, -2, -4, -5],
+      curves: this.curves(ladders, unit, cost(evaluations), (x) => `${figure(x, 6)} evaluations`), empty: 'No evaluation counts of this scenario (rivals do not report theirs).' }, this.hidden);
+    const kind = seriesKinds.find((name) => metric.includes(name)) ?? 'position';
+    const steps = Number(this.steps.select.value);
+    this.charts.error.show(this.overTime('error', `Error over time: ${kind}, ${steps} steps`, `|${kind} error| [${seriesUnits[kind]}]`, kind, steps), this.hidden);
+    this.charts.energy.show(this.overTime('energy', `Energy over time, ${steps} steps`, '|E \u2212 E\u2080| / E scale', 'energy', steps), this.hidden);
+    this.showOrders(id);
+  }
+
+  private curves(ladders: Map<string, Cell[]>, unit: string, xOf: (method: string, cell: Cell) => number | null, xWords: (x: number) => string): Curve[] {
+    const groups = new Map<string, { point: Point; tolerance: boolean; order: number }[]>();
+    for (const [method, cells] of ladders) {
+      for (const cell of cells) {
+        const x = xOf(method, cell);
+        if (x === null || !(x > 0) || !Number.isFinite(cell.value)) continue;
+        const y = Math.abs(cell.value);
+        const name = family(method);
+        const note = [isAdaptive(method) ? `${method}, ${cell.steps} steps` : `${cell.steps} steps`, xWords(x), `${withBar(cell.value, cell.bar)} ${unit}`];
+        if (!groups.has(name)) groups.set(name, []);
+        groups.get(name)!.push({ point: { x, y, note }, tolerance: isAdaptive(method), order: isAdaptive(method) ? -y : cell.steps });
+      }
+    }
+    return [...groups].map(([name, entries]) => ({ name, look: this.looks.get(name)!,
+      points: entries.sort((a, b) => a.order - b.order).map((entry) => entry.point) }));
+  }
+
+  private overTime(id: string, title: string, yLabel: string, kind: keyof Run, steps: number): ChartSpec {
+    const curves: Curve[] = [];
+    for (const run of this.runs(this.scenario.select.value)) {
+      const values = run[kind] as Loose[] | undefined;
+      if (run.n !== steps || !values) continue;
+      const method = this.report.strings[run.m];
+      const instants = this.report.series.instants[run.t];
+      const points: Point[] = [];
+      values.forEach((value, i) => {
+        const x = real(instants[i]), y = Math.abs(real(value));
+        if (i > 0 && Number.isFinite(y)) points.push({ x, y, note: [method, `t = ${figure(x, 4)} s`, `${figure(real(value), 3)} ${seriesUnits[kind] ?? ''}`] });
+      });
+      if (points.length) curves.push({ name: family(method), look: this.looks.get(family(method)) ?? look(0), points });
+    }
+    return { id, title, xLabel: 't [s]', yLabel, xLog: false, curves, floor: null, guides: [], empty: 'No curve of this kind was kept for this scenario.' };
+  }
+
+  private showOrders(id: string): void {
+    const rows = this.index.of(id);
+    const metrics = this.index.names('metric', rows).filter((name) => /^(order|growth)/.test(name));
+    const lines = this.index.names('method', rows).map((method) => {
+      const cells = metrics.map((metric) => this.index.ladders(id, metric, '').get(method)?.[0]);
+      return cells.some(Boolean) ? h('tr', {}, h('th', { scope: 'row' }, method), ...cells.map((cell) => h('td', { class: 'number', title: cell ? this.index.text(this.index.rows.reason[cell.row]) : '' },
+        cell ? `${cell.value.toFixed(2)}${cell.bar ? ` \u00b1 ${cell.bar.toFixed(2)}` : ''}` : '\u2013'))) : null;
+    });
+    this.orders.replaceChildren(h('h3', {}, 'Observed orders, fitted over the asymptotic window'),
+      lines.some(Boolean) ? h('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Observed orders' }, h('table', {}, h('thead', {}, h('tr', {}, h('th', { scope: 'col' }, 'method'), ...metrics.map((m) => h('th', { scope: 'col', class: 'number' }, m)))), h('tbody', {}, ...lines)))
+        : h('p', { class: 'nothing' }, 'No order was fitted on this scenario.'));
+  }
+}
+
+function secondsPer(unit: string): number {
+  return unit.startsWith('us') || unit.startsWith('\u00b5s') ? 1e-6 : unit.startsWith('ms') ? 1e-3 : unit === 's' || unit.startsWith('s/') ? 1 : 1e-9;
+}

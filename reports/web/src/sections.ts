@@ -1,0 +1,118 @@
+// The parts of the report that are words and small tables.
+import { Engine, Law, Report, Setting, Verdict, figure, real } from './data';
+import { Child, copyButton, h, section } from './dom';
+import { smallTable } from './table';
+
+function badge(judgement: string): HTMLElement {
+  const sign: Record<string, string> = { pass: '\u2713', fail: '\u2717', unverifiable: '?', 'not run': '\u2013', not_run: '\u2013' };
+  return h('span', { class: `badge ${judgement.replace(/[ _]/g, '-')}` }, `${sign[judgement] ?? ''} ${judgement.replace('_', ' ')}`);
+}
+function command(text: string): HTMLElement { return h('div', { class: 'command' }, h('code', {}, text), copyButton(text)); }
+function measured(verdict: Verdict): string {
+  if (/^not.run$/.test(verdict.judgement)) return '\u2013';
+  const value = real(verdict.value), bar = real(verdict.bar);
+  return `${figure(value)}${Math.abs(value) < 1000 * bar ? ` \u00b1 ${figure(bar, 2)}` : ''} ${verdict.unit}`;
+}
+
+export function failing(report: Report): HTMLElement | null {
+  const rank = ['fail', 'unverifiable'];
+  const bad = report.verdicts.filter((v) => v.judgement !== 'pass')
+    .sort((a, b) => (rank.indexOf(a.judgement) >>> 0) - (rank.indexOf(b.judgement) >>> 0));
+  if (!bad.length) return null;
+  const card = (verdict: Verdict) => h('li', { class: `card ${verdict.judgement.replace(/[ _]/g, '-')}` },
+    h('h3', {}, badge(verdict.judgement), ` ${verdict.scenario} `, h('span', { class: 'soft' }, `${verdict.method}${verdict.steps ? `, ${verdict.steps} steps` : ''}`)),
+    h('dl', { class: 'facts' }, h('dt', {}, verdict.metric), h('dd', {}, measured(verdict)), h('dt', {}, 'allowed'), h('dd', {}, `${verdict.allowed} ${verdict.unit}`)),
+    h('p', {}, verdict.text), h('p', { class: 'soft' }, `${verdict.reason}${verdict.origin ? ` (${verdict.origin})` : ''}`),
+    verdict.rerun ? command(verdict.rerun) : null);
+  const shown = bad.slice(0, 24).map(card);
+  const rest = bad.slice(24);
+  return section('failing', 'What did not pass', h('ul', { class: 'cards' }, ...shown),
+    rest.length ? h('details', {}, h('summary', {}, `${rest.length} more`), h('ul', { class: 'cards' }, ...rest.map(card))) : null);
+}
+
+export function gates(report: Report): HTMLElement | null {
+  if (!report.verdicts.length) return null;
+  return section('gates', 'All gates', h('details', {}, h('summary', {}, `${report.verdicts.length} gates`), smallTable<Verdict>([
+    { name: 'verdict', value: (v) => v.judgement, cell: (v) => badge(v.judgement) },
+    { name: 'scenario', value: (v) => v.scenario }, { name: 'method', value: (v) => v.method },
+    { name: 'steps', number: true, value: (v) => v.steps, cell: (v) => (v.steps ? String(v.steps) : 'ladder') },
+    { name: 'metric', value: (v) => v.metric },
+    { name: 'measured', number: true, value: (v) => real(v.value), cell: measured },
+    { name: 'allowed', value: (v) => v.allowed }, { name: 'reason', value: (v) => v.reason, wide: true },
+  ], report.verdicts, 'All gates')));
+}
+
+export function laws(report: Report): HTMLElement | null {
+  if (!report.laws.length) return null;
+  const off = (law: Law) => Math.abs(real(law.measured) / real(law.predicted) - 1);
+  return section('laws', 'Laws: predicted beside measured', h('p', { class: 'hint' }, 'Each error below has a cause that can be worked out with pencil and paper.'), smallTable<Law>([
+    { name: 'scenario', value: (l) => l.scenario }, { name: 'method', value: (l) => l.method },
+    { name: 'steps', number: true, value: (l) => l.steps, cell: (l) => (l.steps ? String(l.steps) : 'ladder') },
+    { name: 'law', value: (l) => l.statement, wide: true },
+    { name: 'predicted', number: true, value: (l) => real(l.predicted), cell: (l) => h('b', {}, `${figure(real(l.predicted))} ${l.unit}`) },
+    { name: 'measured', number: true, value: (l) => real(l.measured), cell: (l) => h('b', {}, `${figure(real(l.measured))} ${l.unit}`) },
+    { name: 'apart', number: true, value: off, cell: (l) => (Number.isFinite(off(l)) ? `${figure(off(l) * 100, 2)} %` : '\u2013') },
+  ], report.laws, 'Laws'));
+}
+
+function word(value: Setting | undefined): string { return value === undefined ? '' : typeof value === 'number' ? figure(value, 6) : String(value); }
+
+function settingsTable(engine: Engine): Child {
+  const names = [...new Set(engine.methods.flatMap((m) => Object.keys(m.settings)))].sort();
+  if (!names.length) return null;
+  return h('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': `Settings of ${engine.name}` }, h('table', { class: 'settings' },
+    h('thead', {}, h('tr', {}, h('th', { scope: 'col' }, 'setting'), ...engine.methods.map((m) => h('th', { scope: 'col' }, m.id)))),
+    h('tbody', {}, ...names.map((name) => {
+      const values = engine.methods.map((m) => word(m.settings[name]));
+      const differs = new Set(values).size > 1;
+      return h('tr', { class: differs ? 'differs' : undefined }, h('th', { scope: 'row' }, name), ...values.map((v) => h('td', {}, v)));
+    }))));
+}
+
+export function engines(report: Report): HTMLElement {
+  const one = (engine: Engine) => h('article', { class: 'engine' },
+    h('h3', {}, engine.name, h('span', { class: 'soft' }, ` ${engine.version} \u00b7 ${engine.scalar}`)),
+    settingsTable(engine),
+    h('details', {}, h('summary', {}, `${engine.methods.length} ${engine.methods.length === 1 ? 'method' : 'methods'}: what they are and claim`),
+      h('dl', { class: 'docs' }, ...engine.methods.flatMap((m) => {
+        const claims = Object.entries(m.claimed_order).map(([motion, order]) => `${motion} ${order}`).join(', ');
+        return [h('dt', {}, m.id), h('dd', {}, m.doc, h('span', { class: 'soft' }, ` ${claims ? `Claimed order: ${claims}. ` : ''}${m.source}`))];
+      }))));
+  const missing = report.missing_engines.length
+    ? h('ul', { class: 'missing' }, ...report.missing_engines.map((m) => h('li', {}, h('b', {}, m.name), ` is missing: ${m.reason}`))) : null;
+  return section('engines', 'Engines and their settings', h('p', { class: 'hint' }, 'Shaded settings differ between an engine\u2019s methods.'), missing, ...report.engines.map(one));
+}
+
+export function bench(report: Report): HTMLElement | null {
+  if (!report.bench.length) return null;
+  return section('bench', 'Time a step', smallTable([
+    { name: 'scenario', value: (b) => b.scenario }, { name: 'method', value: (b) => b.method },
+    { name: 'steps', number: true, value: (b) => b.steps },
+    { name: 'median [ns]', number: true, value: (b) => real(b.ns_per_step_median), cell: (b) => figure(real(b.ns_per_step_median), 4) },
+    { name: 'p95 [ns]', number: true, value: (b) => real(b.ns_per_step_p95), cell: (b) => figure(real(b.ns_per_step_p95), 4) },
+    { name: 'benchmark', value: (b) => b.name },
+  ], report.bench, 'Time a step'));
+}
+
+export function definitions(report: Report): HTMLElement | null {
+  if (!report.metrics.length) return null;
+  return section('metrics', 'What each metric means', h('details', {}, h('summary', {}, `${report.metrics.length} metrics`),
+    h('dl', { class: 'docs' }, ...report.metrics.flatMap((m) => [h('dt', {}, m.name, h('span', { class: 'soft' }, m.unit ? ` [${m.unit}]` : '')), h('dd', {}, m.definition)]))));
+}
+
+export function scenarios(report: Report): HTMLElement | null {
+  if (!report.scenarios.length) return null;
+  return section('scenarios', 'Scenarios and their claims', h('details', {}, h('summary', {}, `${report.scenarios.length} scenarios`), smallTable([
+    { name: 'id', value: (s) => s.id }, { name: 'title', value: (s) => s.title, wide: true }, { name: 'claim', value: (s) => s.claim, wide: true },
+    { name: 'truth', value: (s) => s.truth }, { name: 't_end [s]', number: true, value: (s) => real(s.t_end_s), cell: (s) => figure(real(s.t_end_s)) },
+    { name: 'steps', value: (s) => s.steps.length, cell: (s) => s.steps.join(', '), wide: true }, { name: 'source', value: (s) => s.source, wide: true },
+  ], report.scenarios, 'Scenarios')));
+}
+
+export function provenance(report: Report): HTMLElement {
+  const names: Record<string, string> = { engine_version: 'version', commit: 'commit', compiler: 'compiler', flags: 'flags', cpu: 'CPU', run_id: 'run' };
+  return section('provenance', 'Where these figures come from',
+    h('dl', { class: 'facts tall' }, ...Object.entries(report.provenance).filter(([, value]) => value).flatMap(([name, value]) => [h('dt', {}, names[name] ?? name), h('dd', {}, h('code', {}, value))]),
+      ...report.engines.flatMap((e) => [h('dt', {}, e.name), h('dd', {}, h('code', {}, `${e.version} ${e.scalar}`))])),
+    report.command ? command(report.command) : null, h('p', { class: 'hint' }, report.left_out));
+}
