@@ -1,0 +1,58 @@
+// What a scene is made of, declared once: the keys of materials, contacts, bodies, shapes and forces.
+#pragma once
+
+#include <optional>
+
+#include "scene/keys.hpp"
+
+namespace atwood {
+
+// One member of a variant: the shapes by their key, the forces by `kind` (and `model`).
+struct Tag {
+  std::string key, value;
+};
+template <class V>
+struct Alternative {
+  std::string name, doc;
+  std::vector<Tag> tags;
+  std::function<void(Reading&, const Value&, V&)> read;
+  std::function<bool(const V&)> holds;
+  std::function<void(const Scene&, const V&, Value& table)> write;
+  std::function<Value(Form)> schema;
+};
+
+// A body as it is written: what follows from other keys is told apart from what was given.
+struct BodyDraft : Body {
+  std::optional<double> density_kg_per_m3;
+  std::optional<Real33> inertia;
+};
+
+// Coefficients left out follow from the combination rule.
+struct ContactDraft {
+  Value between_at;
+  int a = 0, b = 0;
+  std::optional<double> restitution, friction, rolling_friction_m;
+};
+
+const Keys<Material>& material_keys();
+const Keys<ContactDraft>& contact_keys();
+const Keys<PairLaw>& pair_keys();
+const Keys<BodyDraft>& body_keys();
+const std::vector<Alternative<Shape>>& shapes();
+const std::vector<Alternative<Force>>& forces();
+
+// Checks of a body that span keys; mass and inertia from density and shape when a file leaves them out.
+void finish_body(Reading& r, const Value& table, BodyDraft& body);
+
+Shape read_shape(Reading& r, const Value& v);
+Force read_force(Reading& r, const Value& v);
+Value write_force(const Scene& scene, const Force& force);
+Value shape_schema(Form form);
+Value force_schema(Form form);
+
+// Fills points and triangles from an OBJ file inside the scene's folder.
+void load_mesh(Reading& r, const Value& file, Mesh& mesh);
+// The full path of a `file` key: it exists and lies inside the scene's folder, links followed.
+std::string path_in_folder(Reading& r, const Value& file);
+
+}  // namespace atwood

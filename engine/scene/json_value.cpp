@@ -1,0 +1,43 @@
+// JSON text to a Value, through nlohmann-json.
+#include <nlohmann/json.hpp>
+
+#include "scene/files.hpp"
+#include "scene/value.hpp"
+
+namespace atwood {
+namespace {
+
+Value convert(const nlohmann::ordered_json& node, const std::string& name, int depth) {
+  if (depth > kDeepest)
+    throw InputError(name + ": found nesting deeper than " + std::to_string(kDeepest) + " levels; expected a scene");
+  if (node.is_object()) {
+    Value::Table members;
+    for (const auto& item : node.items()) members.push_back({item.key(), convert(item.value(), name, depth + 1), {}});
+    return members;
+  }
+  if (node.is_array()) {
+    Value::List items;
+    items.reserve(node.size());
+    for (const auto& child : node) items.push_back(convert(child, name, depth + 1));
+    return items;
+  }
+  if (node.is_string()) return node.get<std::string>();
+  if (node.is_boolean()) return node.get<bool>();
+  if (node.is_number_unsigned() && node.get<std::uint64_t>() > static_cast<std::uint64_t>(INT64_MAX))
+    return node.get<double>();
+  if (node.is_number_integer()) return node.get<std::int64_t>();
+  if (node.is_number()) return node.get<double>();
+  return {};
+}
+
+}  // namespace
+
+Value parse_json(std::string_view text, const std::string& name) {
+  try {
+    return convert(nlohmann::ordered_json::parse(text), name, 0);
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(name + ": found what is no JSON (" + error.what() + "); expected a scene as one JSON object");
+  }
+}
+
+}  // namespace atwood

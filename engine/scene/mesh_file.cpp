@@ -1,0 +1,83 @@
+// OBJ files: the lines `v x y z` and `f a b c ...`; normals, textures, groups and materials are passed over.
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "scene/declarations.hpp"
+
+namespace atwood {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail_line(const std::string& path, int line, const std::string& found, const std::string& expected) {
+  throw InputError(path + ":" + std::to_string(line) + ":1: found `" + found.substr(0, 80) + "`; expected " + expected);
+}
+
+bool read_double(const std::string& word, double& out) {
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), out);
+  return error == std::errc() && end == word.data() + word.size() && std::isfinite(out);
+}
+
+// `7`, `7/1`, `7//3`, `-1` (from the end): the index of a point, from 0; negative when it is none.
+int corner_index(const std::string& word, std::size_t points) {
+  long long index = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), index);
+  if (error != std::errc() || (end != word.data() + word.size() && *end != '/')) return -1;
+  const auto count = static_cast<long long>(points);
+  if (index < 0) index += count + 1;
+  return index < 1 || index > count ? -1 : static_cast<int>(index - 1);
+}
+
+}  // namespace
+
+std::string path_in_folder(Reading& r, const Value& file) {
+  const std::string* given = file.text();
+  if (!given || given->empty()) fail_value(r, file, "the name of a file in the scene's folder");
+  std::error_code error;
+  const fs::path folder = fs::weakly_canonical(r.folder.empty() ? fs::path(".") : fs::path(r.folder), error);
+  const fs::path full = fs::weakly_canonical(folder / *given, error);
+  const fs::path inside = full.lexically_relative(folder);
+  if (error || fs::path(*given).is_absolute() || inside.empty() || *inside.begin() == "..")
+    fail_value(r, file, "a file inside the scene's folder " + folder.string());
+  if (!fs::is_regular_file(full, error)) fail_value(r, file, "a file that exists in " + folder.string());
+  return full.string();
+}
+
+void load_mesh(Reading& r, const Value& file, Mesh& mesh) {
+  constexpr std::size_t kMost = 1 << 20;
+  r.key = "file";
+  const std::string path = path_in_folder(r, file);
+  std::ifstream in(path);
+  std::string text;
+  for (int line = 1; std::getline(in, text); ++line) {
+    std::istringstream words(text);
+    std::string kind;
+    words >> kind;
+    if (kind == "v") {
+      Real3 point{};
+      for (double& x : point) {
+        std::string word;
+        if (!(words >> word) || !read_double(word, x)) fail_line(path, line, text, "`v x y z` with finite numbers");
+      }
+      mesh.points_m.push_back(point);
+    } else if (kind == "f") {
+      std::vector<int> corners;
+      for (std::string word; words >> word;) {
+        corners.push_back(corner_index(word, mesh.points_m.size()));
+        if (corners.back() < 0)
+          fail_line(path, line, text, "indices of the " + std::to_string(mesh.points_m.size()) + " points above");
+      }
+      if (corners.size() < 3) fail_line(path, line, text, "at least three corners");
+      for (std::size_t i = 2; i < corners.size(); ++i) mesh.triangles.push_back({corners[0], corners[i - 1], corners[i]});
+    }
+    if (mesh.points_m.size() > kMost || mesh.triangles.size() > kMost)
+      fail_line(path, line, text, "at most " + std::to_string(kMost) + " points and triangles");
+  }
+  if (mesh.triangles.empty()) fail_value(r, file, "an OBJ file with at least one face");
+}
+
+}  // namespace atwood

@@ -1,0 +1,188 @@
+// From what a file says to a resolved scene: pair laws tabulated, grids expanded, names turned into indices.
+#include <cmath>
+
+#include "scene/scenario_keys.hpp"
+#include "scene/split_mix.hpp"
+
+namespace atwood {
+namespace {
+
+template <class F>
+void each_table(Reading& r, const Value* list, const std::string& where, F f) {
+  if (!list) return;
+  r.where = where;
+  r.key.clear();
+  const auto* items = list->list();
+  if (!items) fail_value(r, *list, "tables under " + where);
+  for (const Value& item : *items) {
+    r.where = where;
+    f(item);
+  }
+}
+
+void resolve_materials(Reading& r, const FileDraft& draft) {
+  const Value::Table none;
+  const Value::Table* tables = &none;
+  if (draft.material) {
+    r.where = "[material]";
+    tables = draft.material->table();
+    if (!tables) fail_value(r, *draft.material, "tables [material.NAME]");
+  }
+  // Index 0 is what bodies without a material are made of.
+  Material otherwise{"default", 0, 0, 0};
+  bool declared = false;
+  for (const Member& member : *tables) declared = declared || member.key == otherwise.name;
+  if (!declared) add_material(r, {}, otherwise);
+  for (const bool first : {true, false})
+    for (const Member& member : *tables) {
+      if ((member.key == otherwise.name) != first) continue;
+      r.where = "[material." + member.key + "]";
+      r.key.clear();
+      Material material;
+      read_table(r, member.value, material_keys(), {}, material);
+      r.key = "name";
+      Value name(member.key);
+      name.place = member.place;
+      name_text().read(r, name, material.name);
+      add_material(r, member.place, std::move(material));
+    }
+}
+
+// Exact for equal values, also where the product would overflow or underflow.
+double geometric_mean(double a, double b) { return a == b ? a : std::sqrt(a) * std::sqrt(b); }
+
+void resolve_pairs(Reading& r, const FileDraft& draft) {
+  Scene& scene = *r.scene;
+  for (std::size_t a = 0; a < scene.materials.size(); ++a)
+    for (std::size_t b = a; b < scene.materials.size(); ++b) {
+      const Material &m = scene.materials[a], &n = scene.materials[b];
+      scene.pairs.push_back({static_cast<int>(a), static_cast<int>(b), geometric_mean(m.restitution, n.restitution),
+                             geometric_mean(m.friction, n.friction),
+                             geometric_mean(m.rolling_friction_m, n.rolling_friction_m)});
+    }
+  std::vector<bool> given(scene.pairs.size());
+  each_table(r, draft.contact, "[[contact]]", [&](const Value& table) {
+    ContactDraft contact;
+    read_table(r, table, contact_keys(), {}, contact);
+    for (std::size_t i = 0; i < scene.pairs.size(); ++i) {
+      PairLaw& law = scene.pairs[i];
+      if (law.a != contact.a || law.b != contact.b) continue;
+      if (given[i]) fail(r, table.find("between")->place, "found a pair of materials a second time in [[contact]]; expected each pair once");
+      given[i] = true;
+      law.restitution = contact.restitution.value_or(law.restitution);
+      law.friction = contact.friction.value_or(law.friction);
+      law.rolling_friction_m = contact.rolling_friction_m.value_or(law.rolling_friction_m);
+    }
+  });
+}
+
+struct WrittenGrid {
+  GridDraft grid;
+  const Value* table;
+};
+
+std::vector<WrittenGrid> read_grids(Reading& r, const FileDraft& draft) {
+  std::vector<WrittenGrid> grids;
+  std::size_t copies = 0;
+  each_table(r, draft.grid, "[[grid]]", [&](const Value& table) {
+    GridDraft grid;
+    read_table(r, table, grid_keys(), {}, grid);
+    const Value& counts = *table.find("counts");
+    r.key = "counts";
+    if (grid.counts.size() != 3) fail_value(r, counts, "a list of 3 whole numbers");
+    std::size_t product = 1;  // each factor is at most kMostBodies, so no step overflows
+    for (const std::int64_t n : grid.counts) {
+      product *= static_cast<std::size_t>(n);
+      if (product > kMostBodies || copies + product > kMostBodies)
+        fail(r, counts.place, "`counts` in [[grid]] makes more than " + std::to_string(kMostBodies) + " bodies; expected fewer");
+    }
+    copies += product;
+    for (const WrittenGrid& earlier : grids)
+      if (earlier.grid.body == grid.body)
+        fail(r, table.find("body")->place, "found a second [[grid]] of the body `" + grid.body + "`; expected one");
+    grids.push_back({std::move(grid), &table});
+  });
+  return grids;
+}
+
+// Copies stand in place of the body, x slowest; three numbers of the sequence each, in the order x, y, z.
+void expand(Reading& r, const WrittenGrid& written, const Body& body) {
+  const GridDraft& grid = written.grid;
+  SplitMix64 random{static_cast<std::uint64_t>(grid.seed)};
+  for (std::int64_t i = 0; i < grid.counts[0]; ++i)
+    for (std::int64_t j = 0; j < grid.counts[1]; ++j)
+      for (std::int64_t k = 0; k < grid.counts[2]; ++k) {
+        Body copy = body;
+        copy.name += "." + std::to_string(i) + "." + std::to_string(j) + "." + std::to_string(k);
+        const std::array<std::int64_t, 3> at{i, j, k};
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          copy.position_m[axis] += static_cast<double>(at[axis]) * grid.spacing_m[axis];
+          copy.position_m[axis] += grid.jitter_m * (2 * random.next_unit() - 1);
+          if (!std::isfinite(copy.position_m[axis]))
+            fail(r, written.table->place, "found a [[grid]] whose positions are not finite; expected ordinary spacing and jitter");
+        }
+        add_body(r, written.table->place, std::move(copy));
+      }
+}
+
+void resolve_bodies(Reading& r, const Value& document, const FileDraft& draft) {
+  const std::vector<WrittenGrid> grids = read_grids(r, draft);
+  std::vector<bool> used(grids.size());
+  std::vector<std::string> names;
+  each_table(r, draft.body, "[[body]]", [&](const Value& table) {
+    if (const Value* name = table.find("name"); name && name->text()) r.where += " `" + *name->text() + "`";
+    BodyDraft body;
+    read_table(r, table, body_keys(), {}, body);
+    finish_body(r, table, body);
+    names.push_back(body.name);
+    bool copied = false;
+    for (std::size_t g = 0; g < grids.size(); ++g)
+      if (grids[g].grid.body == body.name) {
+        if (used[g]) fail(r, table.find("name")->place, "found the name `" + body.name + "` a second time; expected each name once");
+        copied = used[g] = true;
+        expand(r, grids[g], body);
+      }
+    if (!copied) add_body(r, table.find("name")->place, std::move(body));
+  });
+  for (std::size_t g = 0; g < grids.size(); ++g)
+    if (!used[g]) {
+      const Value& at = *grids[g].table->find("body");
+      fail(r, at.place, "`body` in [[grid]] is " + describe(at) + "; expected the name of a [[body]]" + did_you_mean(grids[g].grid.body, names));
+    }
+  if (r.scene->bodies.empty()) fail(r, document.place, "found no [[body]]; expected at least one, or `problem`");
+}
+
+// Position: the three unknowns. Velocity: their rates, Lorenz 1963 with sigma = 10, rho = 28, beta = 8/3.
+void resolve_problem(Reading& r, const Value& document, const FileDraft& draft) {
+  for (const char* other : {"world", "material", "contact", "body", "grid", "force"})
+    if (const Value* value = document.find(other))
+      fail(r, value->place, std::string("found `") + other + "` beside `problem`; expected neither world nor bodies nor forces");
+  Body body;
+  body.name = r.scene->problem;
+  body.mass_kg = 1;
+  body.position_m = draft.initial_state.value_or(Real3{1, 0, 0});
+  const auto [x, y, z] = body.position_m;
+  body.velocity_m_per_s = {10 * (y - x), x * (28 - z) - y, x * y - 8 * z / 3};
+  for (const double rate : body.velocity_m_per_s)
+    if (!std::isfinite(rate)) fail(r, document.find("initial_state")->place, "`initial_state` has rates that are not finite; expected a state of ordinary size");
+  add_body(r, document.place, std::move(body));
+}
+
+}  // namespace
+
+void resolve(Reading& r, const Value& document, FileDraft& draft) {
+  r.scene = &draft.scenario.scene;
+  r.where = "[run]";
+  r.key.clear();
+  read_table(r, *draft.run, run_keys(), {}, draft.scenario);
+  check_run(r, *draft.run, draft.scenario);
+  resolve_materials(r, draft);
+  resolve_pairs(r, draft);
+  if (!draft.scenario.scene.problem.empty()) return resolve_problem(r, document, draft);
+  if (const Value* state = document.find("initial_state"))
+    fail(r, state->place, "found `initial_state` without `problem`; expected it with a bare problem only");
+  resolve_bodies(r, document, draft);
+  each_table(r, draft.force, "[[force]]", [&](const Value& table) { draft.scenario.scene.forces.push_back(read_force(r, table)); });
+}
+
+}  // namespace atwood

@@ -1,0 +1,427 @@
+#include "scene/scenario_keys.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace atwood {
+namespace {
+
+const std::vector<std::string> kTruthKinds = {"closed-form", "extended", "cvode", "values", "none"};  // as in TruthKind
+const std::vector<std::string> kQuantities = {"energy", "momentum", "angular-momentum", "angular-momentum-center",
+                                              "center-of-mass", "jacobi-constant", "laplace-runge-lenz",
+                                              "magnetic-moment"};
+
+// Reads into another type of draft, with its own words for where it is.
+template <class F>
+void within(Reading& r, const std::string& where, F read) {
+  const std::string outer_where = r.where, outer_key = r.key;
+  r.where = where, r.key.clear();
+  read();
+  r.where = outer_where, r.key = outer_key;
+}
+
+// ---- [run] ----------------------------------------------------------------------------------------------------
+std::int64_t whole(Reading& r, const Value& table, const char* name, std::int64_t low, std::int64_t high) {
+  const Value* v = table.find(name);
+  if (!v) fail(r, table.place, std::string("missing key `") + name + "` in `steps` of " + r.where + "; expected { from, rungs, ratio }");
+  std::int64_t out = 0;
+  r.key = name;
+  integer(low, high).read(r, *v, out);
+  r.key = "steps";
+  return out;
+}
+
+// { from, rungs, ratio }: from ratio^k; whether samples divide each rung is checked with the rest of [run].
+std::vector<std::int64_t> geometric_ladder(Reading& r, const Value& v) {
+  const std::vector<std::string> names = {"from", "rungs", "ratio"};
+  for (const Member& member : *v.table())
+    if (std::find(names.begin(), names.end(), member.key) == names.end())
+      fail(r, member.place, "unknown key `" + member.key + "` in `steps` of " + r.where + "; expected one of " + listed(names) + did_you_mean(member.key, names));
+  const std::int64_t from = whole(r, v, "from", 1, kMostSteps), rungs = whole(r, v, "rungs", 1, kMostRungs);
+  double ratio = 2;
+  if (const Value* given = v.find("ratio")) {
+    r.key = "ratio";
+    Range above_one = positive();
+    above_one.low = 1, above_one.expected = "a number above 1";
+    ratio = read_number(r, *given, above_one);
+    r.key = "steps";
+  }
+  std::vector<std::int64_t> steps;
+  for (std::int64_t k = 0; k < rungs; ++k) {
+    const double rung = std::round(static_cast<double>(from) * std::pow(ratio, static_cast<double>(k)));
+    if (!(rung <= static_cast<double>(kMostSteps)))
+      fail(r, v.place, "`steps` in " + r.where + " grows past " + std::to_string(kMostSteps) + "; expected fewer rungs or a smaller ratio");
+    steps.push_back(static_cast<std::int64_t>(rung));
+  }
+  return steps;
+}
+
+Key<Scenario> steps_key() {
+  const auto rung = integer(1, kMostSteps);
+  const auto list = list_of(rung, kMostRungs);
+  auto k = required(key<Scenario>("steps", &Scenario::steps, list, "the ladder: a list of step counts, or { from, rungs, ratio }"));
+  Value ladder = object_schema(table_of({{"from", rung.schema}, {"rungs", integer(1, kMostRungs).schema},
+                                         {"ratio", table_of({{"type", "number"}, {"exclusiveMinimum", 1}})}}),
+                               {Value("from"), Value("rungs")});
+  k.schema = table_of({{"oneOf", Value::List{list.schema, std::move(ladder)}}});
+  k.read = [list](Reading& r, const Value& v, Scenario& out) {
+    if (v.table() && r.form == Form::file)
+      out.steps = geometric_ladder(r, v);
+    else
+      list.read(r, v, out.steps);
+  };
+  return k;
+}
+
+// ---- parts of the file ------------------------------------------------------------------------------------------
+Value array_of(Value item) { return table_of({{"type", "array"}, {"items", std::move(item)}}); }
+Value reference(const char* name) { return table_of({{"$ref", name}}); }
+
+Key<FileDraft> later(std::string name, const Value* FileDraft::* member, Value schema, std::string doc) {
+  Key<FileDraft> k;
+  k.name = std::move(name);
+  k.doc = std::move(doc);
+  k.schema = std::move(schema);
+  k.read = [member](Reading&, const Value& v, FileDraft& out) { out.*member = &v; };
+  return k;
+}
+
+template <class T>
+Key<T> words(std::string name, std::string Scenario::* member, Codec<std::string> codec, std::string doc,
+             Scenario& (*scenario_of)(T&)) {
+  Key<T> k;
+  k.name = std::move(name);
+  k.doc = std::move(doc);
+  k.schema = codec.schema;
+  k.read = [=](Reading& r, const Value& v, T& out) { codec.read(r, v, scenario_of(out).*member); };
+  k.write = [=](const Scene&, const T& from) { return Value(scenario_of(const_cast<T&>(from)).*member); };
+  return k;
+}
+
+// ---- truth and invariants ---------------------------------------------------------------------------------------
+const Keys<TruthSpec>& truth_keys() {
+  static const Keys<TruthSpec> keys = [] {
+    Key<TruthSpec> kind;
+    kind.name = "kind";
+    kind.doc = "where the truth comes from";
+    kind.required = true;
+    const auto codec = one_of(kTruthKinds);
+    kind.schema = codec.schema;
+    kind.read = [codec](Reading& r, const Value& v, TruthSpec& out) {
+      std::string word;
+      codec.read(r, v, word);
+      out.kind = static_cast<TruthKind>(std::find(kTruthKinds.begin(), kTruthKinds.end(), word) - kTruthKinds.begin());
+    };
+    kind.write = [](const Scene&, const TruthSpec& from) { return Value(kTruthKinds[static_cast<std::size_t>(from.kind)]); };
+    auto solution = key<TruthSpec>("solution", &TruthSpec::solution, text(), "closed-form: the id of the solution");
+    auto file = key<TruthSpec>("file", &TruthSpec::file, text(), "values: a CSV file in the scene's folder");
+    for (auto* each : {&solution, &file})
+      each->write = [write = each->write](const Scene& s, const TruthSpec& from) {
+        Value v = write(s, from);
+        return v.text()->empty() ? Value() : v;
+      };
+    return Keys<TruthSpec>{kind, solution, file};
+  }();
+  return keys;
+}
+
+void read_truth(Reading& r, const Value& v, TruthSpec& out) {
+  within(r, "[truth]", [&] {
+    read_table(r, v, truth_keys(), {}, out);
+    const Value &kind = *v.find("kind"), *solution = v.find("solution"), *file = v.find("file");
+    const bool closed = out.kind == TruthKind::closed_form, values = out.kind == TruthKind::values;
+    if (closed && out.solution.empty()) fail(r, kind.place, "missing key `solution` in [truth]; expected the id of a closed form");
+    if (values && out.file.empty()) fail(r, kind.place, "missing key `file` in [truth]; expected a CSV file in the scene's folder");
+    if (solution && !closed) fail(r, solution->place, "`solution` in [truth] is given beside kind " + describe(kind) + "; expected it with \"closed-form\" only");
+    if (file && !values) fail(r, file->place, "`file` in [truth] is given beside kind " + describe(kind) + "; expected it with \"values\" only");
+    if (file && r.form == Form::file) {
+      r.key = "file";
+      out.file = path_in_folder(r, *file);
+    }
+  });
+}
+
+const Keys<Invariant>& invariant_keys() {
+  static const Keys<Invariant> keys = {
+      required(key<Invariant>("quantity", &Invariant::quantity, one_of(kQuantities), "what the motion keeps"))};
+  return keys;
+}
+
+void read_invariants(Reading& r, const Value& v, std::vector<Invariant>& out) {
+  const auto* items = v.list();
+  if (!items) fail_value(r, v, "a list of tables ([[invariant]])");
+  for (const Value& item : *items)
+    within(r, "[[invariant]]", [&] {
+      Invariant invariant;
+      read_table(r, item, invariant_keys(), {}, invariant);
+      for (const Invariant& earlier : out)
+        if (earlier.quantity == invariant.quantity)
+          fail(r, item.place, "found the quantity `" + invariant.quantity + "` a second time in [[invariant]]; expected it once");
+      out.push_back(std::move(invariant));
+    });
+}
+
+// The keys that file and resolved form share; `scenario_of` finds the scenario in either draft.
+template <class T>
+Keys<T> shared_keys(Scenario& (*scenario_of)(T&)) {
+  Keys<T> keys = {
+      required(words<T>("id", &Scenario::id, kebab_text(), "unique, kebab-case", scenario_of)),
+      words<T>("title", &Scenario::title, text(), "one line", scenario_of),
+      words<T>("claim", &Scenario::claim, text(), "what should hold", scenario_of),
+      words<T>("source", &Scenario::source, text(), "where it comes from", scenario_of),
+  };
+  Key<T> tags, truth, invariants;
+  const auto tag_list = list_of(kebab_text(), 100);
+  tags.name = "tags", tags.doc = "kebab-case words to select by", tags.schema = tag_list.schema;
+  tags.read = [=](Reading& r, const Value& v, T& out) { tag_list.read(r, v, scenario_of(out).tags); };
+  tags.write = [=](const Scene& s, const T& from) { return tag_list.write(s, scenario_of(const_cast<T&>(from)).tags); };
+  truth.name = "truth", truth.doc = "what the motion is judged by; none unless given";
+  truth.schema = object_schema(truth_keys(), Form::file);
+  truth.read = [=](Reading& r, const Value& v, T& out) { read_truth(r, v, scenario_of(out).truth); };
+  truth.write = [=](const Scene& s, const T& from) {
+    Value table{Value::Table{}};
+    write_table(s, scenario_of(const_cast<T&>(from)).truth, truth_keys(), table);
+    return table;
+  };
+  invariants.name = std::is_same_v<T, Scenario> ? "invariants" : "invariant";
+  invariants.doc = "what the motion keeps";
+  invariants.schema = array_of(object_schema(invariant_keys(), Form::file));
+  invariants.read = [=](Reading& r, const Value& v, T& out) { read_invariants(r, v, scenario_of(out).invariants); };
+  invariants.write = [=](const Scene& s, const T& from) {
+    Value::List items;
+    for (const Invariant& each : scenario_of(const_cast<T&>(from)).invariants) {
+      Value table{Value::Table{}};
+      write_table(s, each, invariant_keys(), table);
+      items.push_back(std::move(table));
+    }
+    return Value(std::move(items));
+  };
+  keys.push_back(std::move(tags));
+  keys.push_back(std::move(truth));
+  keys.push_back(std::move(invariants));
+  return keys;
+}
+
+struct World {
+  Real3 gravity_m_per_s2{};
+};
+Key<World> gravity_key() {
+  return key<World>("gravity_m_per_s2", &World::gravity_m_per_s2, vector3(), "uniform gravity [m/s^2]; 0 unless given");
+}
+
+Value material_schema(Form form) { return object_schema(material_keys(), form); }
+
+std::vector<Key<FileDraft>> parts() {
+  Key<FileDraft> world;
+  world.name = "world";
+  world.doc = "what acts everywhere";
+  world.schema = object_schema(Keys<World>{gravity_key()}, Form::file);
+  world.read = [](Reading& r, const Value& v, FileDraft& out) {
+    World read;
+    within(r, "[world]", [&] { read_table(r, v, Keys<World>{gravity_key()}, {}, read); });
+    out.scenario.scene.gravity_m_per_s2 = read.gravity_m_per_s2;
+    out.has_world = true;
+  };
+  Key<FileDraft> problem;
+  problem.name = "problem";
+  problem.doc = "a bare system of equations in place of [world] and bodies";
+  problem.schema = one_of({"lorenz"}).schema;
+  problem.read = [](Reading& r, const Value& v, FileDraft& out) { one_of({"lorenz"}).read(r, v, out.scenario.scene.problem); };
+  Key<FileDraft> initial;
+  initial.name = "initial_state";
+  initial.doc = "where a bare problem starts; [1, 0, 0] unless given";
+  initial.schema = vector3().schema;
+  initial.read = [](Reading& r, const Value& v, FileDraft& out) { vector3().read(r, v, out.initial_state.emplace()); };
+  return {
+      required(later("run", &FileDraft::run, object_schema(run_keys(), Form::file), "a table [run] with t_end_s, steps and samples")),
+      problem,
+      initial,
+      world,
+      later("material", &FileDraft::material,
+            table_of({{"type", "object"}, {"additionalProperties", material_schema(Form::file)}}), "[material.NAME] tables"),
+      later("contact", &FileDraft::contact, array_of(object_schema(contact_keys(), Form::file)), "laws of pairs of materials"),
+      later("body", &FileDraft::body, array_of(object_schema(body_keys(), Form::file)), "the bodies"),
+      later("grid", &FileDraft::grid, array_of(object_schema(grid_keys(), Form::file)), "copies of a body in a grid, in its place"),
+      later("force", &FileDraft::force, array_of(reference("#/$defs/force")), "the forces"),
+  };
+}
+
+template <class T>
+void read_list(Reading& r, const Value& v, const std::string& what, T each) {
+  const auto* items = v.list();
+  if (!items) fail_value(r, v, "a list");
+  for (std::size_t i = 0; i < items->size(); ++i) within(r, what + "[" + std::to_string(i) + "]", [&] { each((*items)[i]); });
+}
+
+void read_pair(Reading& r, const Value& v, Scene& scene) {
+  PairLaw law;
+  read_table(r, v, pair_keys(), {}, law);
+  for (const PairLaw& earlier : scene.pairs)
+    if (earlier.a == law.a && earlier.b == law.b) fail(r, v.place, "found a pair of materials a second time in " + r.where + "; expected it once");
+  scene.pairs.push_back(law);
+}
+
+template <class Item, class Write>
+Value list_value(const std::vector<Item>& items, Write write) {
+  Value::List out;
+  out.reserve(items.size());
+  for (const Item& item : items) out.push_back(write(item));
+  return out;
+}
+
+template <class Write>
+Key<Scene> part_of_scene(std::string name, std::string doc, Value schema, std::function<void(Reading&, const Value&, Scene&)> read, Write write) {
+  Key<Scene> k;
+  k.name = std::move(name), k.doc = std::move(doc), k.schema = std::move(schema), k.read = std::move(read);
+  k.write = [write](const Scene& s, const Scene&) { return write(s); };
+  return k;
+}
+
+BodyDraft draft_of(const Body& body) {
+  BodyDraft draft;
+  static_cast<Body&>(draft) = body;
+  draft.inertia = body.inertia_kg_m2;
+  return draft;
+}
+
+template <class T>
+Value written(const Scene& scene, const T& from, const Keys<T>& keys) {
+  Value table{Value::Table{}};
+  write_table(scene, from, keys, table);
+  return table;
+}
+
+}  // namespace
+
+void add_material(Reading& r, Place place, Material material) {
+  if (r.scene->materials.size() >= kMostMaterials) fail(r, place, "found more than " + std::to_string(kMostMaterials) + " materials; expected fewer");
+  const auto index = static_cast<int>(r.scene->materials.size());
+  if (!r.materials.emplace(material.name, index).second)
+    fail(r, place, "found the material `" + material.name + "` a second time; expected each name once");
+  r.scene->materials.push_back(std::move(material));
+}
+
+void add_body(Reading& r, Place place, Body body) {
+  if (r.scene->bodies.size() >= kMostBodies) fail(r, place, "found more than " + std::to_string(kMostBodies) + " bodies; expected fewer");
+  const auto index = static_cast<int>(r.scene->bodies.size());
+  if (!r.bodies.emplace(body.name, index).second)
+    fail(r, place, "found the name `" + body.name + "` a second time in " + r.where + "; expected each name once");
+  r.scene->bodies.push_back(std::move(body));
+}
+
+const Keys<Scenario>& run_keys() {
+  static const Keys<Scenario> keys = {
+      required(key<Scenario>("t_end_s", &Scenario::t_end_s, number(positive()), "end of the run [s]")),
+      steps_key(),
+      required(key<Scenario>("samples", &Scenario::samples, integer(1, 1'000'000), "samples at t_end_s k / samples; divides every step count")),
+  };
+  return keys;
+}
+
+void check_run(Reading& r, const Value& run, const Scenario& scenario) {
+  const Place steps = run.find("steps")->place;
+  if (scenario.steps.empty()) fail(r, steps, "`steps` in [run] is an empty list; expected at least one step count");
+  for (std::size_t i = 0; i < scenario.steps.size(); ++i) {
+    if (i > 0 && scenario.steps[i] <= scenario.steps[i - 1])
+      fail(r, steps, "`steps` in [run] has " + std::to_string(scenario.steps[i]) + " after " + std::to_string(scenario.steps[i - 1]) + "; expected growing step counts");
+    if (scenario.steps[i] % scenario.samples != 0)
+      fail(r, run.find("samples")->place, "`samples` in [run] is " + std::to_string(scenario.samples) + ", which does not divide the step count " +
+                                              std::to_string(scenario.steps[i]) + "; expected a divisor of every step count");
+  }
+}
+
+const Keys<GridDraft>& grid_keys() {
+  static const Keys<GridDraft> keys = {
+      required(key<GridDraft>("body", &GridDraft::body, text(), "the [[body]] to copy")),
+      required(key<GridDraft>("counts", &GridDraft::counts, list_of(integer(1, kMostBodies), 3), "how many along x, y, z")),
+      required(key<GridDraft>("spacing_m", &GridDraft::spacing_m, vector3(), "distance of neighbours along x, y, z [m]")),
+      key<GridDraft>("jitter_m", &GridDraft::jitter_m, number(non_negative()), "largest random offset along each axis [m]; 0 unless given"),
+      key<GridDraft>("seed", &GridDraft::seed, integer(0, INT64_MAX), "of SplitMix64; 0 unless given"),
+  };
+  return keys;
+}
+
+const Keys<FileDraft>& file_keys() {
+  static const Keys<FileDraft> keys = [] {
+    Keys<FileDraft> all = shared_keys<FileDraft>([](FileDraft& d) -> Scenario& { return d.scenario; });
+    for (auto& part : parts()) all.push_back(std::move(part));
+    return all;
+  }();
+  return keys;
+}
+
+const Keys<Scene>& scene_keys() {
+  static const Keys<Scene> keys = {
+      key<Scene>("problem", &Scene::problem, text(), "name of a bare system of equations, or empty"),
+      key<Scene>("gravity_m_per_s2", &Scene::gravity_m_per_s2, vector3(), "uniform gravity [m/s^2]"),
+      required(part_of_scene("materials", "the materials", array_of(material_schema(Form::resolved)),
+          [](Reading& r, const Value& v, Scene&) {
+            read_list(r, v, "materials", [&](const Value& item) {
+              Material material;
+              read_table(r, item, material_keys(), {}, material);
+              add_material(r, item.place, std::move(material));
+            });
+          },
+          [](const Scene& s) { return list_value(s.materials, [&](const Material& m) { return written(s, m, material_keys()); }); })),
+      required(part_of_scene("pairs", "the law of every pair of materials", array_of(object_schema(pair_keys(), Form::resolved)),
+          [](Reading& r, const Value& v, Scene& out) {
+            read_list(r, v, "pairs", [&](const Value& item) { read_pair(r, item, out); });
+          },
+          [](const Scene& s) { return list_value(s.pairs, [&](const PairLaw& p) { return written(s, p, pair_keys()); }); })),
+      required(part_of_scene("bodies", "the bodies", array_of(object_schema(body_keys(), Form::resolved)),
+          [](Reading& r, const Value& v, Scene&) {
+            read_list(r, v, "bodies", [&](const Value& item) {
+              BodyDraft body;
+              read_table(r, item, body_keys(), {}, body);
+              finish_body(r, item, body);
+              add_body(r, item.place, std::move(body));
+            });
+          },
+          [](const Scene& s) { return list_value(s.bodies, [&](const Body& b) { return written(s, draft_of(b), body_keys()); }); })),
+      part_of_scene("forces", "the forces", array_of(force_schema(Form::resolved)),
+          [](Reading& r, const Value& v, Scene& out) {
+            read_list(r, v, "forces", [&](const Value& item) { out.forces.push_back(read_force(r, item)); });
+          },
+          [](const Scene& s) { return list_value(s.forces, [&](const Force& f) { return write_force(s, f); }); }),
+  };
+  return keys;
+}
+
+Scene read_resolved_scene(Reading& r, const Value& v) {
+  Scene scene;
+  r.scene = &scene;
+  within(r, "the scene", [&] { read_table(r, v, scene_keys(), {}, scene); });
+  if (scene.materials.empty()) fail(r, v.place, "found no material in the scene; expected at least one");
+  const std::size_t n = scene.materials.size();
+  if (scene.pairs.size() != n * (n + 1) / 2)
+    fail(r, v.place, "found " + std::to_string(scene.pairs.size()) + " pairs of " + std::to_string(n) + " materials; expected " + std::to_string(n * (n + 1) / 2));
+  return scene;
+}
+
+Value write_scene(const Scene& scene) { return written(scene, scene, scene_keys()); }
+
+const Keys<Scenario>& scenario_keys() {
+  static const Keys<Scenario> keys = [] {
+    Keys<Scenario> all = shared_keys<Scenario>([](Scenario& s) -> Scenario& { return s; });
+    Key<Scenario> run, scene;
+    run.name = "run", run.doc = "end, ladder and samples", run.required = true;
+    run.schema = object_schema(run_keys(), Form::resolved);
+    run.read = [](Reading& r, const Value& v, Scenario& out) {
+      within(r, "[run]", [&] {
+        read_table(r, v, run_keys(), {}, out);
+        check_run(r, v, out);
+      });
+    };
+    run.write = [](const Scene& s, const Scenario& from) { return written(s, from, run_keys()); };
+    scene.name = "scene", scene.doc = "the resolved scene", scene.required = true;
+    scene.schema = reference("#/$defs/resolved_scene");
+    scene.read = [](Reading& r, const Value& v, Scenario& out) { out.scene = read_resolved_scene(r, v); };
+    scene.write = [](const Scene& s, const Scenario&) { return write_scene(s); };
+    all.push_back(std::move(run));
+    all.push_back(std::move(scene));
+    return all;
+  }();
+  return keys;
+}
+
+}  // namespace atwood

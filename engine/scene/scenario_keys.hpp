@@ -1,0 +1,48 @@
+// The keys of a scenario and of its scene, in the two forms: as people write it (TOML) and resolved (JSON).
+#pragma once
+
+#include "scene/declarations.hpp"
+
+namespace atwood {
+
+// Parts of a file that are resolved once all keys are read: names refer to things declared further down.
+struct FileDraft {
+  Scenario scenario;
+  const Value *run = nullptr, *material = nullptr, *contact = nullptr, *body = nullptr, *grid = nullptr,
+              *force = nullptr;
+  bool has_world = false;
+  std::optional<Real3> initial_state;
+};
+
+struct GridDraft {
+  std::string body;
+  std::vector<std::int64_t> counts;
+  Real3 spacing_m{};
+  double jitter_m = 0;
+  std::int64_t seed = 0;
+};
+
+inline constexpr std::size_t kMostBodies = 200'000;
+inline constexpr std::size_t kMostMaterials = 256;
+inline constexpr std::int64_t kMostSteps = 1'000'000'000'000;
+inline constexpr std::size_t kMostRungs = 64;
+
+const Keys<FileDraft>& file_keys();
+const Keys<Scenario>& scenario_keys();  // the resolved form
+const Keys<Scene>& scene_keys();        // the resolved form
+const Keys<Scenario>& run_keys();
+const Keys<GridDraft>& grid_keys();
+
+Scene read_resolved_scene(Reading& r, const Value& v);
+Value write_scene(const Scene& scene);
+
+// Turns what was written into a scene: materials and pair laws, bodies and grids, forces.
+void resolve(Reading& r, const Value& document, FileDraft& draft);
+// Checks of [run] that span keys.
+void check_run(Reading& r, const Value& run, const Scenario& scenario);
+
+// Names of the bodies, for forces; a name used twice fails at its second use.
+void add_body(Reading& r, Place place, Body body);
+void add_material(Reading& r, Place place, Material material);
+
+}  // namespace atwood

@@ -1,0 +1,67 @@
+// The tree that TOML and JSON texts have in common, with the place each part was written at. Reading, checking and
+// writing work on it, so a key is declared once for both formats.
+#pragma once
+
+#include <cstdint>
+#include <initializer_list>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace atwood {
+
+struct Place {
+  int line = 0, column = 0;  // from 1; 0: unknown (JSON)
+};
+
+struct Member;
+
+struct Value {
+  using List = std::vector<Value>;
+  using Table = std::vector<Member>;  // in the order written
+  std::variant<std::monostate, bool, std::int64_t, double, std::string, List, Table> data;
+  Place place;
+
+  Value() = default;
+  Value(bool v) : data(v) {}
+  Value(int v) : data(static_cast<std::int64_t>(v)) {}
+  Value(std::int64_t v) : data(v) {}
+  Value(double v) : data(v) {}
+  Value(const char* v) : data(std::string(v)) {}
+  Value(std::string v) : data(std::move(v)) {}
+  Value(List v) : data(std::move(v)) {}
+  Value(Table v);
+
+  const std::string* text() const { return std::get_if<std::string>(&data); }
+  const List* list() const { return std::get_if<List>(&data); }
+  const Table* table() const { return std::get_if<Table>(&data); }
+  bool empty() const { return std::holds_alternative<std::monostate>(data); }
+  const Value* find(std::string_view key) const;  // null when this is no table or has no such key
+};
+
+struct Member {
+  std::string key;
+  Value value;
+  Place place;  // of the key
+};
+
+// A table from pairs, in order.
+Value table_of(std::initializer_list<std::pair<const char*, Value>> members);
+void add(Value& table, std::string key, Value value);
+
+// What was found, in words short enough for a message: `-1`, `"wood"`, `a table`, `a list of 2`.
+std::string describe(const Value& value);
+
+// JSON text: one line, or indented. Doubles in shortest round-trip form.
+std::string to_json_text(const Value& value, bool pretty);
+
+// Both throw InputError with the place; `name` stands for the file.
+Value parse_toml(std::string_view text, const std::string& name);
+Value parse_json(std::string_view text, const std::string& name);
+
+// Deeper nesting than any scene has is refused before it can exhaust the stack.
+inline constexpr int kDeepest = 32;
+
+}  // namespace atwood
