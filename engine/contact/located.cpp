@@ -2,6 +2,8 @@
 //
 // A step that ends (or dips) into overlap is cut at the touch: theta in (0, 1] with gap(step(y, theta h)) = 0. Probing
 // is done by shorter steps from the same state, not by interpolation, so a touch is as accurate as the method.
+#include <cmath>
+
 #include "contact/response.hpp"
 
 namespace atwood {
@@ -114,7 +116,8 @@ template <class S> void settle_all(ContactRun<S>& run, S* y) {
   for (const Resting& resting : run.resting) settle(run, resting, y);
 }
 
-// Does this impact end a Zeno series? A bounce that would rise by less than round-off sees of the ball's own size.
+// Does this impact end a Zeno series? Each touch is located to about eps r / v, so late bounces cost more than they tell:
+// the series is summed once a bounce rises by less than eps^(2/3) r.
 //   flight T_k = 2 v / a,  rise a T^2 / 8,  rest of the series T_k / (1 - e)
 template <class S> bool ends_bouncing(ContactRun<S>& run, const ContactPair<S>& pair, S t_s, S vn_after, S& tail_s) {
   const bool ball_on_plane = pair.plane_a || pair.plane_b;
@@ -123,7 +126,8 @@ template <class S> bool ends_bouncing(ContactRun<S>& run, const ContactPair<S>& 
   if (!ball_on_plane || !(pressing > S(0))) return false;
   const S radius = pair.plane_a ? pair.radius_b : pair.radius_a;
   const S flight = S(2) * vn_after / pressing;
-  if (pressing * flight * flight / S(8) > S(16) * real::epsilon<S>() * radius) return false;
+  const S root = std::cbrt(real::epsilon<S>());
+  if (pressing * flight * flight / S(8) > root * root * radius) return false;
   if (pair.restitution >= S(1)) return false;  // never comes to rest
   tail_s = flight / (S(1) - pair.restitution);
   return true;

@@ -86,7 +86,7 @@ TEST_CASE("a bouncing ball comes to rest when its series ends, and stays") {
   REQUIRE(!r.events.empty());
   const Event& last = r.events.back();
   CHECK(last.kind == EventKind::rest);
-  CHECK(static_cast<double>(last.t_s) == Approx(std::sqrt(2 * h / g) * (1 + e) / (1 - e)).epsilon(1e-12));
+  CHECK(static_cast<double>(last.t_s) == Approx(std::sqrt(2 * h / g) * (1 + e) / (1 - e)).epsilon(1e-11));  // eps r / v at the last bounce
   for (std::size_t k = 0; k < r.samples.size(); ++k) {
     CHECK(std::abs(static_cast<double>(r.samples[k].bodies[1].p_m[2]) - radius - height_at(h, e, 4.0 * static_cast<double>(k) / 60)) < 1e-12);
   }

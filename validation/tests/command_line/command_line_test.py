@@ -1,0 +1,288 @@
+"""The commands as a user meets them: words, exit codes, files, bad input, bad luck."""
+import csv
+import io
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+import xml.etree.ElementTree as xml
+
+ATWOOD, ROOT = sys.argv[1], sys.argv[2]
+SMALL = ["--scenario", "kepler-e0.6", "--method", "atwood/rk4", "--steps", "960", "--no-timing"]
+
+SCENE = """id = "mine"
+title = "A thrown stone"
+claim = "It falls."
+tags = ["smooth"]
+[run]
+t_end_s = 1.0
+steps = [64, 128]
+samples = 64
+[world]
+gravity_m_per_s2 = [0, 0, -9.8]
+[[body]]
+name = "stone"
+mass_kg = 2.0
+position_m = [0, 0, 1]
+velocity_m_per_s = [1, 0, 2]
+[truth]
+kind = "extended"
+[[invariant]]
+quantity = "energy"
+"""
+
+
+def atwood(*words, cwd=None, **more):
+    return subprocess.run([ATWOOD, *words], cwd=cwd, text=True, capture_output=True, timeout=300, **more)
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.here = self.folder.name
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def path(self, name, text=None, mode=0o644):
+        path = os.path.join(self.here, name)
+        if text is not None:
+            with open(path, "w") as file:
+                file.write(text)
+            os.chmod(path, mode)
+        return path
+
+    def run_in(self, *words, **more):
+        return atwood(*words, cwd=self.here, **more)
+
+    def expect(self, result, code, *words):
+        self.assertEqual(result.returncode, code, result.stdout + result.stderr)
+        for word in words:
+            self.assertIn(word, result.stdout + result.stderr)
+        return result
+
+
+class Inspecting(Case):
+    def test_list_describe_schema_doctor(self):
+        listed = json.loads(self.expect(self.run_in("list", "--json"), 0).stdout)
+        ids = {s["id"] for s in listed["scenarios"]}
+        self.assertIn("kepler-e0.6", ids)
+        for method in listed["methods"]:
+            self.assertTrue(method["doc"], method["id"])
+        described = json.loads(self.expect(self.run_in("describe", "free-box-complex", "--json"), 0).stdout)
+        self.assertIn("scene", json.dumps(described))
+        schema = json.loads(self.expect(self.run_in("schema"), 0).stdout)
+        self.assertIn("$schema", schema)
+        json.loads(self.expect(self.run_in("schema", "rows"), 0).stdout)
+        self.expect(self.run_in("doctor"), 0, "bullet64", "ode", "cvode")
+
+    def test_no_ansi_off_a_terminal(self):
+        for words in (["list"], ["doctor"], ["run", *SMALL]):
+            result = self.run_in(*words)
+            self.assertNotIn("\x1b", result.stdout + result.stderr)
+
+    def test_usage_errors_exit_2(self):
+        for words in ([], ["frobnicate"], ["run", "--frobnicate"], ["trace"], ["list", "everything"], ["describe", "no-such-scene"],
+                      ["run", "--scenario", "no-such-*"], ["run", "--method", "atwood/rk5"], ["run", "--method", "atwood"],
+                      ["run", *SMALL[:-3], "--steps", "7"], ["run", *SMALL, "-o", "pdf:x"], ["run", "no-such-study.toml"],
+                      ["run", "--engine", "/no/such/engine"], ["trace", "kepler-e0.6", "--method", "nobody/rk4"]):
+            self.expect(self.run_in(*words), 2)
+
+
+class BadScenes(Case):
+    def error(self, text, *words):
+        path = self.path("bad.toml", text)
+        for command in (["describe", path], ["run", "--scenario", path], ["trace", path, "--method", "truth"]):
+            result = self.expect(self.run_in(*command), 2, "bad.toml", *words)
+            self.assertEqual(result.stdout, "")
+
+    def test_each_is_named_with_its_line(self):
+        self.error(SCENE.replace("mass_kg", "mas_kg"), "mas_kg", ":13:")
+        self.error(SCENE.replace("mass_kg = 2.0", "mass_kg = -2.0"), ":13:", "-2")
+        self.error(SCENE.replace("[1, 0, 2]", "[1, nan, 2]"), ":15:", "nan")
+        self.error(SCENE.replace("[1, 0, 2]", "[1, inf, 2]"), ":15:", "inf")
+        self.error(SCENE[:SCENE.index("kind = ") + 9])  # truncated inside a string
+        self.error(SCENE.replace("samples = 64", "samples = 60"), "samples")
+        self.error("")
+
+    def test_missing_files(self):
+        self.expect(self.run_in("describe", "nowhere.toml"), 2, "nowhere.toml")
+        self.expect(self.run_in("describe", self.here + "/"), 2)
+        self.expect(self.run_in("check", "nowhere.csv", "--scenario", "kepler-e0.6"), 2, "nowhere.csv")
+
+
+class Tracing(Case):
+    def test_truth_and_a_method(self):
+        truth = list(csv.DictReader(io.StringIO(self.expect(self.run_in("trace", "kepler-e0.6", "--method", "truth"), 0).stdout)))
+        self.assertGreater(len(truth[-1]["px_m"]), 30)
+        self.assertLess(float(truth[-1]["px_m_bar"]), 1e-20)
+        run = list(csv.DictReader(io.StringIO(
+            self.expect(self.run_in("trace", "kepler-e0.6", "--method", "atwood/rk4", "--steps", "7680"), 0).stdout)))
+        self.assertEqual(len(run), len(truth))
+        self.assertLess(abs(float(run[-1]["px_m"]) - float(truth[-1]["px_m"])), 1e-7)
+        self.assertNotEqual(run[-1]["px_m"], truth[-1]["px_m"])
+
+    def test_events(self):
+        events = list(csv.DictReader(io.StringIO(
+            self.expect(self.run_in("trace", "bounce-e0.5", "--method", "truth", "--events"), 0).stdout)))
+        self.assertEqual(events[0]["kind"], "impact")
+        self.assertTrue(events[0]["t_s_bar"])
+
+    def test_a_scene_of_ones_own(self):
+        for kind in ("extended", "cvode"):
+            path = self.path("mine.toml", SCENE.replace("extended", kind))
+            rows = list(csv.DictReader(io.StringIO(self.expect(self.run_in("trace", path, "--method", "truth"), 0).stdout)))
+            z = 1 + 2 * 1.0 - 9.8 / 2
+            self.assertLess(abs(float(rows[-1]["pz_m"]) - z), 1e-15 * 10 + 3 * float(rows[-1]["pz_m_bar"]))
+
+
+class Running(Case):
+    def test_a_run_writes_what_it_says(self):
+        result = self.expect(self.run_in("run", "--scenario", "kepler-e0.6", "--method", "atwood/rk4", "-o", "csv:rows.csv", "-o",
+                                         "json:rows.json", "-o", "junit:v.xml", "-o", "markdown:r.md"), 0, "report.html")
+        self.assertIn("order-position", result.stdout)
+        with open(self.path("rows.csv"), newline="") as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual(list(rows[0])[:10], ["scenario", "method", "steps", "h_s", "body", "t_s", "metric", "unit", "value", "truth_bar"])
+        order = [row for row in rows if row["metric"] == "order-position"]
+        self.assertEqual(len(order), 1)
+        self.assertTrue(3.9 < float(order[0]["value"]) < 4.2)
+        json.load(open(self.path("rows.json")))
+        self.assertEqual(xml.parse(self.path("v.xml")).getroot().tag, "testsuites")
+        self.assertNotIn("http-equiv=\"refresh", open(self.path("atwood-out/report.html")).read())
+
+    def test_the_second_run_does_nothing(self):
+        self.expect(self.run_in("run", *SMALL), 0)
+        self.expect(self.run_in("run", *SMALL), 0, "in the store already")
+
+    def test_a_scene_of_ones_own(self):
+        path = self.path("mine.toml", SCENE)
+        self.expect(self.run_in("run", "--scenario", path, "--no-timing"), 0, "cells")
+
+    def test_gate_bless_baseline(self):
+        self.expect(self.run_in("run", *SMALL), 0)
+        self.expect(self.run_in("gate", *SMALL[:-1], "--baseline", "none.tsv"), 4, "no baseline")
+        self.expect(self.run_in("bless", *SMALL[:-1], "--reason", ""), 2)
+        self.expect(self.run_in("bless", *SMALL[:-1], "--reason", "first", "--baseline", "b.tsv"), 0, "b.tsv")
+        self.expect(self.run_in("gate", *SMALL[:-1], "--baseline", "b.tsv"), 0, "0 regressions")
+        with open(self.path("b.tsv")) as file:
+            lines = file.read().splitlines()
+        worse = []
+        for line in lines:
+            if "error-position-end" in line and not line.startswith("#"):
+                words = line.split("\t")
+                words = [repr(float(w) * 0.5) if i == 4 else w for i, w in enumerate(words)]
+                line = "\t".join(words)
+            worse.append(line)
+        self.path("b.tsv", "\n".join(worse) + "\n")
+        self.expect(self.run_in("gate", *SMALL[:-1], "--baseline", "b.tsv"), 1, "regression", "./atwood run")
+
+    def test_own_tolerances(self):
+        gate = '[[gate]]\nscenario = "kepler-e0.6"\nmethod = "atwood/rk4"\nmetric = "error-position-end"\nmax = 1e-30\nreason = "too tight"\n'
+        path = self.path("tight.toml", gate)
+        self.expect(self.run_in("run", *SMALL, "--tolerances", path, "--junit", "v.xml"), 1, "too tight", "./atwood run --scenario kepler-e0.6")
+        self.assertIn("<failure", open(self.path("v.xml")).read())
+        self.expect(self.run_in("run", *SMALL, "--tolerances", self.path("odd.toml", gate.replace("max", "maxx"))), 2, "maxx")
+
+    def test_check(self):
+        trace = self.expect(self.run_in("trace", "kepler-e0.6", "--method", "atwood/rk4", "--steps", "7680"), 0).stdout
+        self.path("run.csv", trace)
+        self.expect(self.run_in("check", "run.csv", "--scenario", "kepler-e0.6", "--max", "error-position-end=1e-6"), 0)
+        self.expect(self.run_in("check", "run.csv", "--scenario", "kepler-e0.6", "--max", "error-position-end=1e-16"), 1)
+        self.path("bad.csv", trace.replace("px_m", "qx_m"))
+        self.expect(self.run_in("check", "bad.csv", "--scenario", "kepler-e0.6"), 2, "px_m")
+
+
+WORKER = """#!/usr/bin/env python3
+import json, sys, time, os
+for line in sys.stdin:
+    request = json.loads(line)
+    if request["request"] == "hello":
+        print(json.dumps({"engine": "odd", "version": "1", "scalar": "double", "methods": [{"id": "odd/one", "doc": "odd"}]}), flush=True)
+        continue
+    %s
+"""
+
+
+class OddEngines(Case):
+    def odd(self, body, *words, code=3, limit="2"):
+        path = self.path("odd.py", WORKER % body, 0o755)
+        result = self.run_in("run", "--engine", path, "--method", "odd/one", "--scenario", "ballistic", "--steps", "120",
+                             "--limit", limit, "-o", "csv:rows.csv")
+        self.expect(result, code)
+        text = open(self.path("rows.csv")).read()
+        for word in words:
+            self.assertIn(word, text)
+
+    def test_dies(self):
+        self.odd("sys.stderr.write('out of luck'); sys.stderr.flush(); os._exit(9)", "crashed", "out of luck")
+
+    def test_hangs(self):
+        self.odd("time.sleep(1000)", "timeout")
+
+    def test_talks_garbage(self):
+        self.odd("print('%% what?', flush=True)" .replace("%%", "%%%%"), "crashed")
+
+    def test_says_unsupported(self):
+        self.odd("print(json.dumps({'cell': request['cell'], 'done': {'status': 'unsupported', 'reason': 'no stones'}}), flush=True)",
+                 "unsupported", "no stones", code=0)
+
+    def test_will_not_start(self):
+        path = self.path("dead.py", "#!/usr/bin/env python3\nraise SystemExit(1)\n", 0o755)
+        self.expect(self.run_in("run", "--engine", path, "--scenario", "ballistic"), 2, "dead.py")
+
+    def test_python_example_equals_symplectic_euler(self):
+        worker = os.path.join(ROOT, "reference/your_engine/worker.py")
+        for scenario, steps in (("ballistic", "120"), ("kepler-e0.6", "960")):
+            rows = []
+            for words in (["--method", "atwood/symplectic-euler"], ["--engine", worker, "--method", "python/symplectic-euler"]):
+                result = self.run_in("run", "--scenario", scenario, "--steps", steps, "--no-timing", "-o", "csv:rows.csv", *words)
+                self.expect(result, 0)
+                with open(self.path("rows.csv"), newline="") as file:
+                    rows.append({r["metric"]: r["value"] for r in csv.DictReader(file) if r["metric"].startswith("error-")})
+            self.assertEqual(set(rows[0]), set(rows[1]))
+            self.assertIn("error-position-end", rows[0])
+            for metric in rows[0]:
+                self.assertLess(abs(float(rows[0][metric]) - float(rows[1][metric])), 1e-12, metric)
+
+
+class BadLuck(Case):
+    def test_interrupt_keeps_what_is_done_and_resumes(self):
+        words = ["run", "--scenario", "kepler-*", "--method", "atwood/rk4", "--method", "atwood/heun", "--no-timing", "-o", "csv:rows.csv"]
+        for stop, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGKILL, -9)):
+            process = subprocess.Popen([ATWOOD, *words], cwd=self.here, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+            time.sleep(0.8)
+            process.send_signal(stop)
+            process.communicate(timeout=30)
+            self.assertIn(process.returncode, (code, 0, 1))
+        self.run_in(*words)
+        resumed = sorted(line.rsplit(",", 1)[0] for line in open(self.path("rows.csv")))
+        os.rename(self.path("atwood-out"), self.path("old"))
+        self.run_in(*words)
+        fresh = sorted(line.rsplit(",", 1)[0] for line in open(self.path("rows.csv")))
+        self.assertEqual(resumed, fresh)
+
+    def test_full_disk(self):
+        def small_files():
+            resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
+        result = self.run_in("run", *SMALL, preexec_fn=small_files)
+        self.expect(result, 5)
+        self.assertTrue(result.stderr.strip())
+        self.assertFalse(os.path.exists(self.path("atwood-out/report.html")))
+        self.expect(self.run_in("run", *SMALL), 0)
+
+    def test_store_that_is_no_store(self):
+        os.mkdir(self.path("atwood-out"))
+        self.path("atwood-out/store.db", "this is no database, it is a letter to a friend\n" * 100)
+        self.expect(self.run_in("run", *SMALL), 5, "store.db")
+        self.path("file", "x")
+        self.expect(self.run_in("run", *SMALL, "--out", "file/below"), 5, "file/below")
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1], verbosity=1)

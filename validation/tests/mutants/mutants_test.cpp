@@ -1,0 +1,118 @@
+// A gate must be able to fail: every planted fault is caught by the gate that names it, and the engine without the fault
+// passes that same gate.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
+
+#include "scene/files.hpp"
+#include "validation/gates/gates.hpp"
+#include "validation/metrics/metrics.hpp"
+#include "validation/study/study.hpp"
+
+using namespace atwood;
+namespace fs = std::filesystem;
+
+namespace {
+
+struct Mutant { std::string name, fault, scenario, method, metric; };
+
+// The head of a patch: lines "# key: value" before the difference itself.
+Mutant read_head(const fs::path& path) {
+  std::map<std::string, std::string> head;
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line) && line.rfind("# ", 0) == 0;) {
+    const auto colon = line.find(": ");
+    if (colon != std::string::npos) head[line.substr(2, colon - 2)] = line.substr(colon + 2);
+  }
+  return {path.stem().string(), head.at("fault"), head.at("scenario"), head.at("method"), head.at("metric")};
+}
+
+std::vector<Mutant> all_mutants() {
+  std::vector<fs::path> paths;
+  for (const auto& entry : fs::directory_iterator(ATWOOD_PATCH_DIR)) {
+    if (entry.path().extension() == ".patch") paths.push_back(entry.path());
+  }
+  std::sort(paths.begin(), paths.end());
+  std::vector<Mutant> mutants;
+  for (const auto& path : paths) mutants.push_back(read_head(path));
+  return mutants;
+}
+
+std::vector<Gate> gates_naming(const Mutant& mutant) {
+  std::vector<Gate> named;
+  for (const auto& entry : fs::directory_iterator(ATWOOD_SOURCE_DIR "/validation/gates")) {
+    if (entry.path().extension() != ".toml") continue;
+    for (const auto& gate : read_gates(entry.path().string())) {
+      if (gate.metric == mutant.metric && glob_match(gate.scenario, mutant.scenario) && glob_match(gate.method, mutant.method) &&
+          gate.kind != Gate::Kind::max_ratio) {
+        named.push_back(gate);
+      }
+    }
+  }
+  return named;
+}
+
+const Truth& truth_of(const Scenario& scenario) {
+  static std::map<std::string, Truth> solved;
+  auto found = solved.find(scenario.id);
+  if (found == solved.end()) {
+    found = solved.emplace(scenario.id, truth_once(ATWOOD_BIN_DIR "/atwood-truth", scenario, scenario.samples, 60)).first;
+  }
+  REQUIRE(found->second.outcome.status == Status::ok);
+  return found->second;
+}
+
+// The rows of one scenario and method, whole ladder, by the engine at `path`.
+std::vector<Row> rows_of(const std::string& path, const Mutant& mutant) {
+  const auto workers = find_workers({path});
+  REQUIRE(workers.size() == 1);
+  REQUIRE(workers[0].status == Status::ok);
+  const Scenario scenario = read_scenario(ATWOOD_SOURCE_DIR "/validation/scenarios/" + mutant.scenario + ".toml");
+  const Truth& truth = truth_of(scenario);
+  std::vector<Row> rows;
+  for (const auto steps : scenario.steps) {
+    const Recording run = run_once(workers[0], mutant.method, scenario.scene, {scenario.t_end_s, steps, scenario.samples}, 30);
+    for (auto row : measure(scenario, truth, run)) {
+      row.scenario = scenario.id;
+      row.method = mutant.method;
+      row.steps = steps;
+      row.h_s = scenario.t_end_s / static_cast<double>(steps);
+      rows.push_back(row);
+    }
+  }
+  const auto ladder = fit_ladder(rows);
+  rows.insert(rows.end(), ladder.begin(), ladder.end());
+  return rows;
+}
+
+std::string words_of(const std::vector<Verdict>& verdicts) {
+  std::string words;
+  for (const auto& verdict : verdicts) words += "\n  " + to_string(verdict.judgement) + ": " + verdict.text;
+  return words;
+}
+
+}  // namespace
+
+TEST_CASE("every mutant is caught by the gate that names its fault") {
+  const auto mutants = all_mutants();
+  REQUIRE(mutants.size() >= 12);
+  std::map<std::string, std::vector<Row>> sound;  // the unmutated engine's rows, by scenario and method
+  for (const auto& mutant : mutants) {
+    INFO(mutant.name << ": " << mutant.fault);
+    const auto gates = gates_naming(mutant);
+    REQUIRE(!gates.empty());
+
+    auto [known, fresh] = sound.try_emplace(mutant.scenario + " " + mutant.method);
+    if (fresh) known->second = rows_of(ATWOOD_BIN_DIR "/atwood-engine", mutant);
+    const auto without = judge(gates, known->second);
+    INFO("without the fault:" << words_of(without));
+    CHECK(std::all_of(without.begin(), without.end(), [](const Verdict& v) { return v.judgement == Judgement::pass; }));
+
+    const auto with = judge(gates, rows_of(std::string(ATWOOD_MUTANT_DIR) + "/mutant-" + mutant.name, mutant));
+    INFO("with the fault:" << words_of(with));
+    CHECK(std::any_of(with.begin(), with.end(), [](const Verdict& v) { return v.judgement == Judgement::fail; }));
+  }
+}
