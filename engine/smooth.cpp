@@ -105,7 +105,7 @@ bool march_piece(Run<S>& run, const Tolerance<S>& tolerance, S begin_s, S end_s,
       h_s = next_s;
       continue;
     }
-    if (!last || next_s < h_s) h_s = next_s;
+    h_s = last ? real::max(h_s, next_s) : next_s;  // a step cut short says nothing against the guess
     const S reached_s = last ? end_s : t_s + step_s;
     if (run.observer != nullptr && !sample_inside(run, k, t_s, step_s, reached_s, inside)) return false;
     s.y.swap(s.y_new);

@@ -80,7 +80,8 @@ template <class S> void RigidModel<S>::build_bodies(const Scene& scene) {
     }
     BodyState<S> start{narrow3<S>(body.position_m), narrow3<S>(body.velocity_m_per_s), {},
                        narrow3<S>(body.angular_velocity_body_rad_per_s)};
-    for (int k = 0; k < 4; ++k) (&start.q_WB.w)[k] = S(body.orientation_wxyz[k]);
+    const Real4& q = body.orientation_wxyz;  // of unit length to a double's round-off: to S's own from here on
+    start.q_WB = normalised(Quat<S>{S(q[0]), S(q[1]), S(q[2]), S(q[3])});
     S* rest = resting_.data() + i * rotating_size;
     store3(start.p_WB, rest + at_position);
     store4(start.q_WB, rest + at_attitude);

@@ -42,6 +42,21 @@ Sample e_cross_b_truth(const Scene& scene, long double t) {
   return sample;
 }
 
+// x'' = -w^2 x + f cos(u t + phase): a particular solution a cos(u t + phase), a = f / (w^2 - u^2), and a free one.
+Sample driven_truth(const Scene& scene, long double t) {
+  const auto& spring = std::get<Spring>(scene.forces[0]);
+  const auto& drive = std::get<Drive>(scene.forces[1]);
+  const Body& bob = scene.bodies[0];
+  const long double w2 = spring.stiffness_N_per_m / bob.mass_kg, w = std::sqrt(w2), u = drive.angular_frequency_rad_per_s;
+  const long double a = drive.force_N[0] / bob.mass_kg / (w2 - u * u), phase = drive.phase_rad;
+  const long double x0 = bob.position_m[0] - a * std::cos(phase), v0 = bob.velocity_m_per_s[0] + a * u * std::sin(phase);
+  Sample sample;
+  sample.bodies.resize(1);
+  sample.bodies[0].p_m[0] = x0 * std::cos(w * t) + v0 / w * std::sin(w * t) + a * std::cos(u * t + phase);
+  sample.bodies[0].v_m_per_s[0] = v0 * std::cos(w * t) - x0 * w * std::sin(w * t) - a * u * std::sin(u * t + phase);
+  return sample;
+}
+
 Sample fine_run(const Scene& scene, double t_end_s, std::int64_t steps) {
   return run("dopri5", scene, {t_end_s, steps, 1}, "quad").samples.at(1);
 }
@@ -51,6 +66,7 @@ std::vector<Problem> problems() {
   all.push_back({"kepler-e0.6", "point-mass", kepler(0.6), 10, 15360, kepler_truth(0.6L, 10)});
   // The problem is its scene's doubles: e = 0.6 and the root of (1 + e) / (1 - e) are rounded, 1e-16 of the orbit.
   all.push_back({"charge-in-e-cross-b", "velocity-dependent", e_cross_b(), 10, 960, e_cross_b_truth(e_cross_b(), 10)});
+  all.push_back({"driven-oscillator", "point-mass", driven_oscillator(), 3, 960, driven_truth(driven_oscillator(), 3)});
   all.push_back({"quadratic-drag", "velocity-dependent", quadratic_drag(), 2, 480, fine_run(quadratic_drag(), 2, 4096)});
   all.push_back({"free-box", "rotation", free_box(false), 10, 3840, fine_run(free_box(false), 10, 16384)});
   all.push_back({"thrust-and-drag", "rotation", thrust_and_drag(), 4, 320, fine_run(thrust_and_drag(), 4, 4096)});

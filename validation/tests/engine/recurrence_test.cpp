@@ -59,6 +59,20 @@ TEST_CASE("on the oscillator each scheme is its recurrence, to round-off") {
   }
 }
 
+// h omega = 70: fixed-point sweeps grow 5000-fold each, so this is Newton's work.
+TEST_CASE("implicit Euler solves a stiff step to round-off") {
+  Scene stiff = oscillator();
+  std::get<Spring>(stiff.forces[0]).stiffness_N_per_m = 1e6;
+  const Recorded r = run("implicit-euler", stiff, {0.4, 4, 4});
+  REQUIRE(r.outcome.status == Status::ok);
+  double x = 1, v = 0;
+  for (int n = 1; n <= 4; ++n) {
+    v = (v - 0.1 * 5e5 * x) / (1 + 0.01 * 5e5);
+    x += 0.1 * v;
+    CHECK(static_cast<double>(r.samples.at(n).bodies[0].v_m_per_s[0]) == Approx(v).epsilon(1e-11));
+  }
+}
+
 // A falling body with quadratic drag, v' = f(v): tells midpoint from Heun, and uses v_n in symplectic Euler.
 TEST_CASE("on a nonlinear velocity-dependent force each scheme is its recurrence") {
   Scene scene = quadratic_drag();

@@ -49,6 +49,13 @@ inline Scene oscillator(double damping = 0) {
   return scene;
 }
 
+// Not autonomous: a method that evaluates a stage at the wrong instant loses its order here.
+inline Scene driven_oscillator() {
+  Scene scene = oscillator();
+  scene.forces.push_back(Drive{{0}, {3, 0, 0}, 2.7, 0.4});
+  return scene;
+}
+
 inline Scene kepler(double e) {
   Scene scene = empty_scene();
   scene.bodies.push_back(point("planet", 1, {1 - e, 0, 0}, {0, std::sqrt((1 + e) / (1 - e)), 0}));
