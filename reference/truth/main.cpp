@@ -1,0 +1,4 @@
+#include "protocol/worker.hpp"
+#include "truth/truth.hpp"
+
+int main() { return atwood::serve_truth(&atwood::solve_truth, ATWOOD_VERSION); }
