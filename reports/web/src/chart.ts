@@ -3,7 +3,7 @@
 import uPlot from 'uplot';
 import { h } from './dom';
 import { figure } from './data';
-import { Look, markerPath, token } from './style';
+import { Look, markerPath, onPaper, token } from './style';
 
 export interface Point { x: number; y: number; note: string[] }
 export interface Curve { name: string; look: Look; points: Point[] }
@@ -35,7 +35,7 @@ const superscripts = '\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u20
 function powerWord(log: number): string {
   const value = 10 ** log;
   if (Math.abs(log - Math.round(log)) > 1e-9) return figure(value, 2);
-  if (log >= -2 && log <= 3) return figure(value, 3);
+  if (log >= -2 && log <= 3) return String(Number(value.toPrecision(3)));
   const digits = String(Math.abs(Math.round(log))).split('').map((d) => superscripts[Number(d)]).join('');
   return `10${log < 0 ? '\u207b' : ''}${digits}`;
 }
@@ -67,7 +67,7 @@ export class Chart {
       if (this.visible) this.drawIfStale();
     }, { rootMargin: '200px' }).observe(this.element);
     new ResizeObserver(() => {
-      if (this.plot && this.place.clientWidth > 0 && Math.abs(this.plot.width - this.place.clientWidth) > 1) {
+      if (this.plot && !onPaper() && this.place.clientWidth > 0 && Math.abs(this.plot.width - this.place.clientWidth) > 1) {
         this.plot.setSize({ width: this.place.clientWidth, height: this.height() });
       }
     }).observe(this.place);
@@ -84,7 +84,9 @@ export class Chart {
   highlight(name: string | null): void { this.lit = name; this.plot?.redraw(false); }
   restyle(): void { this.stale = true; if (this.visible) this.drawIfStale(); }
   drawNow(): void { this.stale = true; this.drawIfStale(); }
-  private height(): number { return Math.round(Math.min(380, Math.max(270, this.place.clientWidth * 0.62))); }
+  // Half of a sheet of A4 between its margins; a screen gives what it has.
+  private width(): number { return onPaper() ? 336 : this.place.clientWidth; }
+  private height(): number { return onPaper() ? 250 : Math.round(Math.min(380, Math.max(270, this.place.clientWidth * 0.62))); }
 
   private curves(): Curve[] { return this.spec.curves.filter((curve) => !this.hidden.has(curve.name)); }
 
@@ -145,7 +147,7 @@ export class Chart {
     const xAxis = axis(this.spec.xLog, this.spec.xLabel);
     xAxis.size = 34;
     return {
-      mode: 2, width: this.place.clientWidth, height: this.height(), legend: { show: false }, padding: [10, 12, 0, 0],
+      mode: 2, width: this.width(), height: this.height(), legend: { show: false }, padding: [10, 12, 0, 0],
       scales: {
         x: { time: false, range: () => this.full.x },
         y: { range: () => this.full.y },
@@ -267,9 +269,9 @@ export class Chart {
       ctx.stroke();
       ctx.setLineDash([]);
       ctx.font = `${11 * dpr()}px system-ui, sans-serif`;
-      ctx.textAlign = 'right';
+      ctx.textAlign = 'center';
       ctx.textBaseline = 'top';
-      ctx.fillText(words, left + width - 6 * dpr(), y + 3 * dpr());
+      ctx.fillText(words, left + width * 0.42, y + 3 * dpr());
     };
     if (this.spec.floor && this.spec.floor > 0) line(Math.log10(this.spec.floor), `truth's bar ${figure(this.spec.floor, 2)}`, true);
     if (this.zeroLine !== null) line(this.zeroLine, 'exactly 0', false);

@@ -59,6 +59,7 @@ export function figure(value: number, digits = 5): string {
   if (!Number.isFinite(value)) return Number.isNaN(value) ? 'nan' : value > 0 ? 'inf' : '-inf';
   if (value === 0) return '0';
   const size = Math.abs(value);
+  if (Number.isInteger(value) && size < 1e6) return String(value);
   const text = size >= 1e-3 && size < 1e6 ? value.toPrecision(digits) : value.toExponential(digits - 1);
   return text.includes('e') ? text.replace(/\.?0+e/, 'e').replace('e+', 'e') : text.replace(/(\.\d*?)0+$/, '$1').replace(/\.$/, '');
 }
@@ -70,7 +71,8 @@ export function withBar(value: number, bar: number): string {
 }
 
 // The ladder of an adaptive method is its tolerance: one family, many ids.
-export function family(method: string): string { return method.replace(/:[^+@{]*/, ''); }
+export function family(method: string): string { return method.replace(/:[^+@{]*/, ':tol'); }
+export function unitWord(unit: string): string { return unit === '1' ? '' : unit; }
 export function isAdaptive(method: string): boolean { return /:[^+@{]/.test(method); }
 export function engineOf(method: string): string { return method.split('/')[0]; }
 

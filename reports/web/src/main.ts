@@ -29,23 +29,22 @@ function themeSwitch(changed: () => void): HTMLElement {
   return button;
 }
 
+const shortNames: Record<string, string> = { failing: 'Not passed', laws: 'Laws', matrix: 'Matrix', plots: 'Plots', rows: 'Rows', gates: 'Gates', bench: 'Time a step', engines: 'Engines', scenarios: 'Scenarios', metrics: 'Metrics', provenance: 'Provenance' };
 function navigation(parts: HTMLElement[]): HTMLElement {
-  return h('nav', { 'aria-label': 'Sections' }, ...parts.map((part) => h('a', { href: `#${part.id}` }, part.querySelector('h2')!.textContent)));
+  return h('nav', { 'aria-label': 'Sections' }, ...parts.map((part) => h('a', { href: `#${part.id}` }, shortNames[part.id] ?? part.id)));
 }
 
-function preparePrinting(plots: Plots | null, table: RowTable | null): void {
+function preparePrinting(plots: Plots | null): void {
   const opened: HTMLDetailsElement[] = [];
   addEventListener('beforeprint', () => {
     setPaper(true);
     for (const details of document.querySelectorAll('details')) if (!details.open && !details.closest('#gates')) { details.open = true; opened.push(details); }
     plots?.drawNow();
-    table?.draw(true);
   });
   addEventListener('afterprint', () => {
     setPaper(false);
     opened.splice(0).forEach((details) => { details.open = false; });
     plots?.restyle();
-    table?.draw();
   });
 }
 
@@ -54,7 +53,7 @@ async function start(): Promise<void> {
   const index = new RowIndex(report);
   const plots = index.count ? new Plots(report, index) : null;
   const table = index.count ? new RowTable(index) : null;
-  const rows = table && section('rows', 'Rows', table.element);
+  const rows = table && section('rows', 'Rows', table.element, h('p', { class: 'paper-only' }, `${index.count} rows: on screen, and in the CSV and JSON reports.`));
   const open = (scenario: string, method: string) => {
     plots!.select(scenario);
     table!.filter({ scenario, method, metric: '', status: '' });
@@ -65,7 +64,7 @@ async function start(): Promise<void> {
   document.getElementById('app')!.replaceChildren(...parts);
   document.getElementById('top')!.after(navigation(parts));
   document.getElementById('tools')!.append(themeSwitch(() => plots?.restyle()), h('button', { type: 'button', onclick: () => print() }, 'print'));
-  preparePrinting(plots, table);
+  preparePrinting(plots);
   document.documentElement.dataset.ready = 'true';
 }
 

@@ -1,6 +1,6 @@
 // The plots of one scenario and one metric, their shared legend, and the orders that the rows hold.
 import { Chart, ChartSpec, Curve, Point } from './chart';
-import { Loose, Report, Run, engineOf, family, figure, isAdaptive, real, withBar } from './data';
+import { Loose, Report, Run, engineOf, family, figure, isAdaptive, real, unitWord, withBar } from './data';
 import { h, labelledSelect, option, section } from './dom';
 import { Cell, RowIndex } from './rows';
 import { Look, look, swatch } from './style';
@@ -63,7 +63,7 @@ export class Plots {
   private showScenario(): void {
     const id = this.scenario.select.value;
     const rows = this.index.of(id);
-    const metrics = this.index.names('metric', rows).filter((name) => !/^(order|growth|status$|step-time$|rate-evaluations$)/.test(name));
+    const metrics = this.index.names('metric', rows).filter((name) => !/^(order|growth|size|status$|condition$|step-time|rate-evaluations$)/.test(name));
     const before = this.metric.select.value;
     const rank = (name: string) => (name.startsWith('error-') ? 0 : /error/.test(name) ? 1 : 2);
     metrics.sort((a, b) => rank(a) - rank(b));
@@ -120,7 +120,7 @@ export class Plots {
     const times = this.index.ladders(id, 'step-time', '');
     const evaluations = this.index.ladders(id, 'rate-evaluations', '');
     const all = [...ladders.values()].flat();
-    const unit = all.length ? this.index.text(this.index.rows.unit[all[0].row]) : '';
+    const unit = all.length ? unitWord(this.index.text(this.index.rows.unit[all[0].row])) : '';
     const timeCell = [...times.values()].flat()[0];
     const toSeconds = timeCell ? secondsPer(this.index.text(this.index.rows.unit[timeCell.row])) : 1e-9;
     const floor = Math.max(0, ...all.map((cell) => cell.bar).filter(Number.isFinite));

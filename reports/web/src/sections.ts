@@ -1,5 +1,5 @@
 // The parts of the report that are words and small tables.
-import { Engine, Law, Report, Setting, Verdict, figure, real } from './data';
+import { Engine, Law, Report, Setting, Verdict, figure, real, unitWord } from './data';
 import { Child, copyButton, h, section } from './dom';
 import { smallTable } from './table';
 
@@ -11,7 +11,7 @@ function command(text: string): HTMLElement { return h('div', { class: 'command'
 function measured(verdict: Verdict): string {
   if (/^not.run$/.test(verdict.judgement)) return '\u2013';
   const value = real(verdict.value), bar = real(verdict.bar);
-  return `${figure(value)}${Math.abs(value) < 1000 * bar ? ` \u00b1 ${figure(bar, 2)}` : ''} ${verdict.unit}`;
+  return `${figure(value)}${Math.abs(value) < 1000 * bar ? ` \u00b1 ${figure(bar, 2)}` : ''} ${unitWord(verdict.unit)}`;
 }
 
 export function failing(report: Report): HTMLElement | null {
@@ -21,7 +21,7 @@ export function failing(report: Report): HTMLElement | null {
   if (!bad.length) return null;
   const card = (verdict: Verdict) => h('li', { class: `card ${verdict.judgement.replace(/[ _]/g, '-')}` },
     h('h3', {}, badge(verdict.judgement), ` ${verdict.scenario} `, h('span', { class: 'soft' }, `${verdict.method}${verdict.steps ? `, ${verdict.steps} steps` : ''}`)),
-    h('dl', { class: 'facts' }, h('dt', {}, verdict.metric), h('dd', {}, measured(verdict)), h('dt', {}, 'allowed'), h('dd', {}, `${verdict.allowed} ${verdict.unit}`)),
+    h('dl', { class: 'facts' }, h('dt', {}, verdict.metric), h('dd', {}, measured(verdict)), h('dt', {}, 'allowed'), h('dd', {}, `${verdict.allowed} ${unitWord(verdict.unit)}`)),
     h('p', {}, verdict.text), h('p', { class: 'soft' }, `${verdict.reason}${verdict.origin ? ` (${verdict.origin})` : ''}`),
     verdict.rerun ? command(verdict.rerun) : null);
   const shown = bad.slice(0, 24).map(card);
@@ -49,8 +49,8 @@ export function laws(report: Report): HTMLElement | null {
     { name: 'scenario', value: (l) => l.scenario }, { name: 'method', value: (l) => l.method },
     { name: 'steps', number: true, value: (l) => l.steps, cell: (l) => (l.steps ? String(l.steps) : 'ladder') },
     { name: 'law', value: (l) => l.statement, wide: true },
-    { name: 'predicted', number: true, value: (l) => real(l.predicted), cell: (l) => h('b', {}, `${figure(real(l.predicted))} ${l.unit}`) },
-    { name: 'measured', number: true, value: (l) => real(l.measured), cell: (l) => h('b', {}, `${figure(real(l.measured))} ${l.unit}`) },
+    { name: 'predicted', number: true, value: (l) => real(l.predicted), cell: (l) => h('b', {}, `${figure(real(l.predicted))} ${unitWord(l.unit)}`) },
+    { name: 'measured', number: true, value: (l) => real(l.measured), cell: (l) => h('b', {}, `${figure(real(l.measured))} ${unitWord(l.unit)}`) },
     { name: 'apart', number: true, value: off, cell: (l) => (Number.isFinite(off(l)) ? `${figure(off(l) * 100, 2)} %` : '\u2013') },
   ], report.laws, 'Laws'));
 }

@@ -72,7 +72,7 @@ export class RowTable {
       number('truth\u2019s bar', rows.truth_bar, (i) => (real(rows.truth_bar[i]) ? figure(real(rows.truth_bar[i]), 2) : '')),
       text('status', rows.status), text('reason', rows.reason),
     ];
-    this.table.append(h('thead', {}, sortHeads([...this.columns, { name: 'rerun' }].slice(0, this.columns.length), (column, up) => {
+    this.table.append(h('thead', {}, sortHeads(this.columns, (column, up) => {
       this.sort = { column, up };
       this.update();
     })), this.body);
@@ -145,16 +145,15 @@ export class RowTable {
     this.draw();
   }
 
-  // On paper there is no scrolling: the first rows, and where the rest are.
-  draw(onPaper = false): void {
-    const first = onPaper ? 0 : Math.max(0, Math.floor(this.view.scrollTop / rowHeight) - 8);
-    const last = Math.min(this.order.length, onPaper ? 40 : first + Math.ceil((this.view.clientHeight || 560) / rowHeight) + 18);
-    const key = `${first} ${last} ${this.order.length} ${onPaper}`;
+  private draw(): void {
+    const first = Math.max(0, Math.floor(this.view.scrollTop / rowHeight) - 8);
+    const last = Math.min(this.order.length, first + Math.ceil((this.view.clientHeight || 560) / rowHeight) + 18);
+    const key = `${first} ${last} ${this.order.length}`;
     if (key === this.drawn) return;
     this.drawn = key;
     const spacer = (rows: number) => h('tr', { 'aria-hidden': 'true', class: 'spacer' }, h('td', { colspan: this.columns.length + 1, style: `height:${rows * rowHeight}px` }));
     const lines = this.order.slice(first, last).map((i, k) => this.line(i, first + k));
-    this.body.replaceChildren(...(first && !onPaper ? [spacer(first)] : []), ...lines, ...(last < this.order.length && !onPaper ? [spacer(this.order.length - last)] : []));
+    this.body.replaceChildren(...(first ? [spacer(first)] : []), ...lines, ...(last < this.order.length ? [spacer(this.order.length - last)] : []));
     if (!this.order.length) this.body.append(h('tr', {}, h('td', { colspan: this.columns.length + 1, class: 'nothing' }, 'No row matches.')));
   }
 

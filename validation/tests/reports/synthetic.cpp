@@ -174,8 +174,8 @@ class Builder {
     }
     row.truth_bar = 0;
     row.metric = "step-time";
-    row.unit = "ns";
-    row.value = curve.ns_per_step * (1 + 0.1 * random_.uniform());
+    row.unit = "s";
+    row.value = 1e-9 * curve.ns_per_step * (1 + 0.1 * random_.uniform());
     data_.rows.push_back(row);
     if (curve.evaluations > 0) {
       row.metric = "rate-evaluations";
