@@ -24,7 +24,7 @@ const std::vector<MetricInfo>& all_metrics() {
       {"size-position", "m", "Largest distance from the origin along the true motion: what relative errors and round-off floors are scaled by."},
       {"size-velocity", "m/s", "Largest speed along the true motion."},
       {"size-body-rate", "rad/s", "Largest angular speed along the true motion."},
-      {"condition", "1", "Growth of a relative perturbation of the initial state over the run: what amplifies round-off."},
+      {"condition", "1", "Growth over the run of a perturbation relative to each initial vector's own size: what amplifies round-off."},
       {"energy-max", "1", "Largest |E - E0| / E_scale; E_scale = max over the run of kinetic + |V - V0|."},
       {"energy-drift", "1/s", "Slope of (E - E0) / E_scale: median over pairs of samples (whole periods apart where it oscillates), bar = 95 % corrected for autocorrelation; positive: gains."},
       {"energy-oscillation", "1", "Half the range of (E - E0) / E_scale about its drift."},

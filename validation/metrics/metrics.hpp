@@ -48,10 +48,11 @@ GrowthFit fit_growth(std::span<const double> t_s, std::span<const double> error,
 struct DriftFit { double slope_per_s = 0, half_width_95 = 0, oscillation = 0, largest = 0; };
 DriftFit fit_drift(std::span<const double> t_s, std::span<const double> value);
 
-// Growth of a relative perturbation of the initial state over the run, largest of a few directions, in units of the
-// trajectory's size: the reference's own equations, classical RK4 in double, states a part in 1e-7 apart. What
-// truth.condition holds when the truth's solver computed it; a study fills it once a truth with this otherwise. Scenes
-// with contacts, or too long for the ladder's finest step: 1 + t_end v / size, the growth of free flight.
+// What amplifies round-off: growth of a perturbation of the initial state over the run, the perturbation relative to each
+// vector's own size there (as rounding is), the growth in units of the trajectory's size; the largest of four directions.
+// The reference's own equations, classical RK4 in double, states a part in 1e-7 apart. (truth.condition, which scales
+// perturbations by the trajectory's size instead, says how well the problem is posed; it is larger.) Scenes with
+// contacts, or too long for 4000 steps: 1 + t_end v / size, the growth of free flight.
 double perturbation_growth(const Scenario& scenario, const Truth& truth);
 
 // What round-off alone leaves in a result after `steps` steps, estimated before any run and so independent of what the
@@ -77,6 +78,6 @@ std::vector<Row> fit_ladder(std::span<const Row> cells);
 std::vector<Row> timing_rows(const Outcome& outcome, std::int64_t steps);
 
 // A measured value beside its bar, as reports print it: under three bars it is only an upper limit, "<= v + b".
-std::string format_measure(double value, double bar);
+std::string format_measure(double value, double bar, int digits = 3);
 
 }  // namespace atwood

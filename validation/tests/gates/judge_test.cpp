@@ -1,0 +1,171 @@
+// Verdicts by the interval rule, orders, ratios, and what can't be judged.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+
+#include "validation/gates/gates.hpp"
+
+using namespace atwood;
+
+namespace {
+
+Row row_of(const std::string& metric, double value, double bar = 0, const std::string& method = "atwood/rk4",
+           std::int64_t steps = 960) {
+  Row r;
+  r.scenario = "kepler-e0.6";
+  r.method = method;
+  r.steps = steps;
+  r.metric = metric;
+  r.unit = "m";
+  r.value = value;
+  r.truth_bar = bar;
+  return r;
+}
+
+Gate gate_of(Gate::Kind kind, double low, double high, const std::string& metric = "error-position-end") {
+  Gate g;
+  g.scenario = "kepler-*";
+  g.method = "atwood/rk4";
+  g.metric = metric;
+  g.kind = kind;
+  g.low = low;
+  g.high = high;
+  g.reason = "a test";
+  return g;
+}
+
+Verdict only(const Gate& gate, const std::vector<Row>& rows) {
+  const std::vector<Verdict> verdicts = judge(std::vector<Gate>{gate}, rows);
+  REQUIRE(verdicts.size() == 1);
+  return verdicts[0];
+}
+Judgement judged(const Gate& gate, const std::vector<Row>& rows) { return only(gate, rows).judgement; }
+
+}  // namespace
+
+TEST_CASE("judge: the interval inside passes, wholly outside fails, across the edge is unverifiable") {
+  using Kind = Gate::Kind;
+  const Gate within = gate_of(Kind::within, 1, 2), max = gate_of(Kind::max, 0, 2), min = gate_of(Kind::min, 1, 0);
+  const auto row = [](double v, double b) { return std::vector<Row>{row_of("error-position-end", v, b)}; };
+  CHECK(judged(within, row(1.5, 0.5)) == Judgement::pass);
+  CHECK(judged(within, row(1.5, 0.6)) == Judgement::unverifiable);
+  CHECK(judged(within, row(0.5, 0.4)) == Judgement::fail);
+  CHECK(judged(within, row(2.5, 0.4)) == Judgement::fail);
+  CHECK(judged(within, row(2.5, 0.6)) == Judgement::unverifiable);
+  CHECK(judged(max, row(2, 0)) == Judgement::pass);
+  CHECK(judged(max, row(1.9, 0.2)) == Judgement::unverifiable);
+  CHECK(judged(max, row(2.1, 0.05)) == Judgement::fail);
+  CHECK(judged(max, row(1e-9, 10)) == Judgement::unverifiable);  // a gate tighter than its bar
+  CHECK(judged(min, row(1, 0)) == Judgement::pass);
+  CHECK(judged(min, row(0.9, 0)) == Judgement::fail);
+  CHECK(judged(min, row(1.1, 0.2)) == Judgement::unverifiable);
+}
+
+TEST_CASE("judge: a failure says what was measured, allowed, by what margin, and how to run it again") {
+  const Verdict v = only(gate_of(Gate::Kind::max, 0, 2e-6), {row_of("error-position-end", 3e-6)});
+  CHECK(v.judgement == Judgement::fail);
+  CHECK(v.text == "measured 3e-06 m, allowed <= 2e-06, margin -1e-06");
+  CHECK(v.margin == Approx(-1e-6));
+  CHECK(v.rerun == "./atwood run --scenario kepler-e0.6 --method atwood/rk4 --steps 960");
+  Row odd = row_of("error-position-end", 1, 0, "ode/default{erp=0.1}");
+  Gate any = gate_of(Gate::Kind::max, 0, 2);
+  any.method = "ode/*";
+  CHECK(only(any, {odd}).rerun == "./atwood run --scenario kepler-e0.6 --method 'ode/default{erp=0.1}' --steps 960");
+}
+
+TEST_CASE("judge: orders on both sides, with a half-width of at most half the band") {
+  const Gate gate = gate_of(Gate::Kind::within, 3.9, 4.2, "order-position");
+  const auto order = [](double v, double half) { return std::vector<Row>{row_of("order-position", v, half, "atwood/rk4", 0)}; };
+  CHECK(judged(gate, order(4.05, 0.03)) == Judgement::pass);
+  CHECK(judged(gate, order(4.05, 0.14)) == Judgement::pass);
+  CHECK(judged(gate, order(4.05, 0.16)) == Judgement::unverifiable);
+  CHECK(judged(gate, order(3.0, 0.05)) == Judgement::fail);
+  CHECK(judged(gate, order(6.0, 0.05)) == Judgement::fail);
+  CHECK(judged(gate, order(4.25, 0.1)) == Judgement::unverifiable);
+  CHECK(only(gate, order(3.0, 0.05)).rerun == "./atwood run --scenario kepler-e0.6 --method atwood/rk4");
+  std::vector<Row> nothing = order(std::nan(""), 0);
+  nothing[0].reason = "inconclusive: 2 of 5 rungs lie above 30 x the floor";
+  CHECK(judged(gate, nothing) == Judgement::unverifiable);
+}
+
+TEST_CASE("judge: NaN fails, cells that blew up fail, no rows are not_run") {
+  const Gate gate = gate_of(Gate::Kind::max, 0, 2);
+  CHECK(judged(gate, {row_of("error-position-end", std::nan(""))}) == Judgement::fail);
+  CHECK(judged(gate, {row_of("error-position-end", std::numeric_limits<double>::infinity())}) == Judgement::fail);
+  for (const Status status : {Status::diverged, Status::not_finite, Status::timeout, Status::crashed}) {
+    Row row = row_of("status", 0);
+    row.status = status;
+    row.reason = "late in the run";
+    const Verdict v = only(gate, {row});
+    CHECK(v.judgement == Judgement::fail);
+    CHECK(v.metric == "error-position-end");
+    CHECK(v.text.find("late in the run") != std::string::npos);
+  }
+  CHECK(judged(gate, {}) == Judgement::not_run);
+  CHECK(judged(gate, {row_of("error-velocity-end", 1)}) == Judgement::not_run);
+  Gate other_steps = gate;
+  other_steps.steps = 1920;
+  CHECK(judged(other_steps, {row_of("error-position-end", 1)}) == Judgement::not_run);
+  // A ladder whose cells all blew up has no order: not a pass.
+  Row blown = row_of("status", 0);
+  blown.status = Status::diverged;
+  CHECK(judged(gate_of(Gate::Kind::within, 3.9, 4.2, "order-position"), {blown}) == Judgement::not_run);
+}
+
+TEST_CASE("judge: unsupported and not built change nothing, unless another cell was run") {
+  Row refused = row_of("status", 0);
+  refused.status = Status::unsupported;
+  const Gate gate = gate_of(Gate::Kind::max, 0, 2);
+  CHECK(judge(std::vector<Gate>{gate}, std::vector<Row>{refused}).empty());
+  refused.status = Status::not_built;
+  CHECK(judge(std::vector<Gate>{gate}, std::vector<Row>{refused}).empty());
+  CHECK(judged(gate, {refused, row_of("error-position-end", 3)}) == Judgement::fail);
+  CHECK(judged(gate, {refused, row_of("error-velocity-end", 3)}) == Judgement::not_run);
+}
+
+TEST_CASE("judge: one verdict a matching row; rows of single bodies and instants are not judged") {
+  Gate gate = gate_of(Gate::Kind::max, 0, 2);
+  gate.method = "*";
+  std::vector<Row> rows = {row_of("error-position-end", 1), row_of("error-position-end", 3, 0, "ode/default")};
+  Row body = row_of("error-position-end", 9);
+  body.body = "moon";
+  Row instant = row_of("error-position-end", 9);
+  instant.t_s = 0.5;
+  rows.push_back(body);
+  rows.push_back(instant);
+  const std::vector<Verdict> verdicts = judge(std::vector<Gate>{gate}, rows);
+  REQUIRE(verdicts.size() == 2);
+  CHECK(verdicts[0].judgement == Judgement::pass);
+  CHECK(verdicts[1].judgement == Judgement::fail);
+}
+
+TEST_CASE("judge: ratios against another method's row of the same cell; none of what lies under three bars") {
+  Gate gate = gate_of(Gate::Kind::max_ratio, 0, 0.1);
+  gate.ratio_to = "ode/default";
+  const auto rows = [](double mine, double bar, double theirs, double their_bar) {
+    return std::vector<Row>{row_of("error-position-end", mine, bar), row_of("error-position-end", theirs, their_bar, "ode/default")};
+  };
+  CHECK(judged(gate, rows(1, 0, 20, 0)) == Judgement::pass);
+  CHECK(judged(gate, rows(3, 0, 20, 0)) == Judgement::fail);
+  CHECK(judged(gate, rows(1.9, 0.2, 20, 0)) == Judgement::unverifiable);
+  CHECK(judged(gate, rows(1, 0, 20, 10)) == Judgement::unverifiable);
+  CHECK(judged(gate, rows(1, 0, 0, 0)) == Judgement::unverifiable);
+  CHECK(judged(gate, rows(1, 0.5, 20, 0)) == Judgement::pass);          // 1.5 / 20 at most
+  CHECK(judged(gate, rows(2.5, 1, 20, 0)) == Judgement::unverifiable);  // at most 3.5 / 20, at least nothing
+  CHECK(judged(gate, {row_of("error-position-end", 1)}) == Judgement::not_run);
+  std::vector<Row> coarser = rows(1, 0, 20, 0);
+  coarser[1].steps = 480;
+  CHECK(judged(gate, coarser) == Judgement::not_run);
+}
+
+TEST_CASE("globs") {
+  CHECK(glob_match("kepler-*", "kepler-e0.6"));
+  CHECK(glob_match("*", ""));
+  CHECK(glob_match("a*b*c", "axxbyybzc"));
+  CHECK_FALSE(glob_match("a*b*c", "axxbyybz"));
+  CHECK(glob_match("kepler-e0.?", "kepler-e0.6"));
+  CHECK_FALSE(glob_match("kepler-e0.?", "kepler-e0.66"));
+  CHECK_FALSE(glob_match("atwood/rk4", "atwood/rk4+event"));
+  CHECK_FALSE(glob_match("", "x"));
+  CHECK(glob_match("ode/default{erp=0.[12]}", "ode/default{erp=0.[12]}"));
+}
