@@ -45,6 +45,8 @@ struct Cell {
   int worker = -1;                               // index; -1: no engine offers the method (not built)
   int repeats = 5;
   std::string accuracy_hash, timing_hash, settings_hash;
+  Status absent = Status::not_built;             // worker -1: why there is none
+  std::string absent_reason;
 };
 std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& catalogue, const std::vector<Worker>& workers,
                              const std::string& cpu);

@@ -1,0 +1,140 @@
+#include "validation/study/load_rows.hpp"
+
+#include <algorithm>
+
+#include "scene/files.hpp"
+#include "validation/study/content_hash.hpp"
+
+namespace atwood {
+namespace {
+
+bool failed(Status status) { return status == Status::crashed || status == Status::timeout; }
+
+Row plain_row(const std::string& metric, const std::string& unit, double value) {
+  Row row;
+  row.metric = metric;
+  row.unit = unit;
+  row.value = value;
+  return row;
+}
+
+void append(std::vector<Row>& rows, Row row, const Cell& cell, const Provenance& provenance) {
+  row.scenario = cell.scenario.id;
+  row.method = cell.method;
+  row.steps = cell.plan.steps;
+  row.h_s = cell.plan.t_end_s / static_cast<double>(cell.plan.steps);
+  row.settings_hash = cell.settings_hash;
+  row.provenance = provenance;
+  rows.push_back(std::move(row));
+}
+
+Row failure_row(const std::string& metric, Status status, const std::string& reason) {
+  Row row = plain_row(metric, "", 0);
+  row.status = status;
+  row.reason = reason;
+  return row;
+}
+
+void append_timing(Store& store, const Cell& cell, std::int64_t accuracy_steps, StudyResult& result) {
+  const auto timing = store.timing(cell.timing_hash);
+  if (!timing) return;
+  const Outcome& outcome = timing->outcome;
+  if (outcome.status != Status::ok) {
+    append(result.rows, failure_row("step-time", outcome.status, outcome.reason), cell, timing->provenance);
+    if (failed(outcome.status)) ++result.failed_cells;
+    return;
+  }
+  // An adaptive method takes other steps than the plan's.
+  const bool adaptive = parse_method_id(cell.method).rtol.has_value() && accuracy_steps > 0;
+  for (Row& row : timing_rows(outcome, adaptive ? accuracy_steps : cell.plan.steps)) {
+    append(result.rows, std::move(row), cell, timing->provenance);
+  }
+  std::vector<std::int64_t> ns = outcome.busy_ns;
+  std::nth_element(ns.begin(), ns.begin() + static_cast<std::ptrdiff_t>(ns.size() / 2), ns.end());
+  append(result.rows, plain_row("run-time", "s", 1e-9 * static_cast<double>(ns[ns.size() / 2])), cell, timing->provenance);
+}
+
+void append_cell(Store& store, const Cell& cell, StudyResult& result) {
+  if (cell.worker < 0) {
+    append(result.rows, failure_row("status", cell.absent, cell.absent_reason), cell, {});
+    if (failed(cell.absent)) ++result.failed_cells;
+    ++result.skipped;
+    return;
+  }
+  const auto run = store.run(cell.accuracy_hash);
+  if (!run) return;
+  const auto measured = store.measured(measured_key(cell), true, false);
+  if (!measured) return;
+  ++result.skipped;
+  for (const Row& row : measured->rows) append(result.rows, row, cell, run->provenance);
+  if (parse_method_id(cell.method).rtol && run->outcome.status == Status::ok && run->outcome.steps_taken > 0) {
+    append(result.rows, plain_row("steps-taken", "1", static_cast<double>(run->outcome.steps_taken)), cell, run->provenance);
+  }
+  if (failed(run->outcome.status)) ++result.failed_cells;
+  append_timing(store, cell, run->outcome.steps_taken, result);
+}
+
+void append_ladders(StudyResult& result) {
+  std::vector<std::pair<std::string, std::string>> order;
+  std::map<std::pair<std::string, std::string>, std::vector<Row>> ladders;
+  for (const Row& row : result.rows) {
+    auto& ladder = ladders[{row.scenario, row.method}];
+    if (ladder.empty()) order.emplace_back(row.scenario, row.method);
+    ladder.push_back(row);
+  }
+  for (const auto& key : order) {
+    const std::vector<Row>& ladder = ladders[key];
+    for (Row& row : fit_ladder(ladder)) {
+      row.scenario = key.first;
+      row.method = key.second;
+      row.settings_hash = ladder.front().settings_hash;
+      row.provenance = ladder.front().provenance;
+      result.rows.push_back(std::move(row));
+    }
+  }
+}
+
+}  // namespace
+
+std::string measured_key(const Cell& cell) {
+  const Scenario& scenario = cell.scenario;
+  std::string judged;
+  for (const std::string& tag : scenario.tags) judged += tag + "\n";
+  judged += "\n";
+  for (const Invariant& invariant : scenario.invariants) judged += invariant.quantity + "\n";
+  return content_hash({"measured 1", cell.accuracy_hash, scenario.id, judged,
+                       std::to_string(static_cast<int>(scenario.truth.kind)), scenario.truth.solution, scenario.truth.file});
+}
+
+StudyResult collect_rows(Store& store, const std::vector<Cell>& cells) {
+  StudyResult result;
+  result.cells = static_cast<int>(cells.size());
+  for (const Cell& cell : cells) append_cell(store, cell, result);
+  append_ladders(result);
+  return result;
+}
+
+StudyResult load_rows(const std::string& store_path, const std::vector<Cell>& cells) {
+  if (!store_exists(store_path)) {
+    StudyResult nothing;
+    nothing.cells = static_cast<int>(cells.size());
+    return nothing;
+  }
+  Store store(store_path, Store::Mode::read);
+  return collect_rows(store, cells);
+}
+
+std::vector<StoredSeries> load_series(const std::string& store_path, const std::vector<Cell>& cells) {
+  std::vector<StoredSeries> all;
+  if (!store_exists(store_path)) return all;
+  Store store(store_path, Store::Mode::read);
+  for (const Cell& cell : cells) {
+    if (cell.worker < 0) continue;
+    auto measured = store.measured(measured_key(cell), false, true);
+    if (!measured || measured->series.t_s.empty()) continue;
+    all.push_back({cell.scenario.id, cell.method, cell.plan.steps, std::move(measured->series)});
+  }
+  return all;
+}
+
+}  // namespace atwood

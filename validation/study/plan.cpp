@@ -1,0 +1,179 @@
+// Study x catalogue x workers -> cells, each with a hash of all that decides it.
+#include <algorithm>
+#include <filesystem>
+#include <set>
+
+#include "protocol/wire.hpp"
+#include "scene/files.hpp"
+#include "validation/gates/gates.hpp"
+#include "validation/study/content_hash.hpp"
+#include "validation/study/study.hpp"
+
+namespace atwood {
+namespace {
+
+bool has_glob(const std::string& text) { return text.find_first_of("*?") != std::string::npos; }
+
+std::string base_id(const MethodId& id) { return id.scheme.empty() ? id.engine : id.engine + "/" + id.scheme; }
+
+bool scenario_matches(const std::vector<std::string>& patterns, const Scenario& scenario) {
+  return std::any_of(patterns.begin(), patterns.end(), [&](const std::string& pattern) {
+    if (pattern.rfind("tag:", 0) != 0) return glob_match(pattern, scenario.id);
+    return std::any_of(scenario.tags.begin(), scenario.tags.end(),
+                       [&](const std::string& tag) { return glob_match(pattern.substr(4), tag); });
+  });
+}
+
+// A method of the plan and who answers it.
+struct Offer {
+  std::string text;                 // as it will stand in rows
+  int worker = -1;
+  const MethodInfo* info = nullptr;
+};
+
+struct Found { int worker = -1; const MethodInfo* info = nullptr; };
+
+Found find_method(const std::string& base, const std::vector<Worker>& workers) {
+  for (std::size_t i = 0; i < workers.size(); ++i) {
+    if (workers[i].status != Status::ok) continue;
+    for (const MethodInfo& info : workers[i].engine.methods) {
+      if (info.id == base) return {static_cast<int>(i), &info};
+    }
+  }
+  return {};
+}
+
+// "bullet64/*", "atwood/*+event@float": the glob is over base ids, what follows it is kept as it is.
+std::vector<Offer> expand(const std::string& pattern, const std::vector<Worker>& workers) {
+  try {  // with something in place of the glob
+    std::string sample = pattern;
+    std::replace_if(sample.begin(), sample.end(), [](char c) { return c == '*' || c == '?'; }, 'x');
+    if (sample.find('/') != std::string::npos || !has_glob(pattern)) parse_method_id(sample);
+  } catch (const std::invalid_argument& error) {
+    throw InputError(error.what());
+  }
+  if (!has_glob(pattern)) {
+    const Found found = find_method(base_id(parse_method_id(pattern)), workers);
+    return {{pattern, found.worker, found.info}};
+  }
+  const std::size_t cut = std::min(pattern.find_first_of(":+@{"), pattern.size());
+  std::vector<Offer> offers;
+  for (std::size_t i = 0; i < workers.size(); ++i) {
+    if (workers[i].status != Status::ok) continue;
+    for (const MethodInfo& info : workers[i].engine.methods) {
+      if (glob_match(pattern.substr(0, cut), info.id) && find_method(info.id, workers).info == &info) {
+        offers.push_back({info.id + pattern.substr(cut), static_cast<int>(i), &info});
+      }
+    }
+  }
+  if (offers.empty()) offers.push_back({pattern, -1, nullptr});
+  return offers;
+}
+
+// Every combination of the swept settings that this method has; one of none when it has none of them.
+std::vector<Settings> combinations(const StudyCells& cells, const MethodInfo* info) {
+  std::vector<Settings> all{{}};
+  for (const auto& [key, values] : cells.sweep) {
+    if (info && !info->settings.empty() && !info->settings.contains(key)) continue;
+    std::vector<Settings> next;
+    for (const Settings& before : all) {
+      for (const SettingValue& value : values) {
+        next.push_back(before);
+        next.back()[key] = value;
+      }
+    }
+    all = std::move(next);
+  }
+  return all;
+}
+
+std::string with_settings(const std::string& method, const Settings& settings) {
+  if (settings.empty()) return method;
+  MethodId id = parse_method_id(method);
+  for (const auto& [key, value] : settings) id.overrides[key] = value;
+  return to_string(id);
+}
+
+// Why there is no worker: the engine's own executable may have said so.
+void explain_absence(Cell& cell, const std::vector<Worker>& workers) {
+  const std::string engine = cell.method.substr(0, cell.method.find('/'));
+  cell.absent_reason = "no engine at the table offers " + cell.method;
+  for (const Worker& worker : workers) {
+    if (worker.status == Status::ok) continue;
+    const std::string name = std::filesystem::path(worker.path).filename().string();
+    if (name != engine && name != "atwood-" + engine && !(engine == "atwood" && name == "atwood-engine")) continue;
+    cell.absent = worker.status;
+    cell.absent_reason = worker.reason;
+    return;
+  }
+}
+
+void hash_cell(Cell& cell, const Offer& offer, const std::vector<Worker>& workers, const std::string& scene_hash,
+               const std::string& cpu) {
+  const Worker& worker = workers[static_cast<std::size_t>(offer.worker)];
+  MethodId id = parse_method_id(cell.method);
+  const std::string canonical = to_string(id);
+  Settings all = offer.info->settings;
+  for (const auto& [key, value] : id.overrides) all[key] = value;
+  id.overrides = all;
+  const std::string version = worker.engine.name + " " + worker.engine.version + " " + worker.engine.scalar;
+  cell.settings_hash = content_hash({to_string(id), version}).substr(0, 16);
+  cell.accuracy_hash = content_hash({"cell 1", scene_hash, format_double(cell.plan.t_end_s), std::to_string(cell.plan.steps),
+                                     std::to_string(cell.plan.samples), canonical, to_string(id),
+                                     std::to_string(wire::kProtocol), worker.build_id, version});
+  cell.timing_hash = content_hash({"timing 1", cell.accuracy_hash, cpu, std::to_string(cell.repeats)});
+}
+
+void check_steps(const std::vector<std::int64_t>& steps, const Scenario& scenario, const Study& study) {
+  for (const std::int64_t n : steps) {
+    if (scenario.samples > 0 && n % scenario.samples == 0) continue;
+    throw InputError("study `" + study.id + "`: steps = " + std::to_string(n) + " on `" + scenario.id +
+                     "`; expected a multiple of its " + std::to_string(scenario.samples) + " samples");
+  }
+}
+
+}  // namespace
+
+std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& catalogue, const std::vector<Worker>& workers,
+                             const std::string& cpu) {
+  std::vector<Cell> planned;
+  std::map<std::string, std::size_t> index;  // a cell named twice is planned once, with the larger number of repeats
+  for (const StudyCells& cells : study.cells) {
+    std::vector<Offer> offers;
+    for (const std::string& pattern : cells.methods) {
+      for (Offer& offer : expand(pattern, workers)) offers.push_back(std::move(offer));
+    }
+    for (const Scenario& scenario : catalogue) {
+      if (!scenario_matches(cells.scenarios, scenario)) continue;
+      const std::string scene_hash = content_hash(std::string_view(scene_to_json(scenario.scene)));
+      std::vector<std::int64_t> ladder = cells.steps.empty() ? scenario.steps : cells.steps;
+      check_steps(ladder, scenario, study);
+      std::sort(ladder.begin(), ladder.end());
+      for (const Offer& offer : offers) {
+        const std::vector<Settings> sweep = has_glob(offer.text) ? std::vector<Settings>{{}} : combinations(cells, offer.info);
+        for (const Settings& settings : sweep) {
+          const std::string method = with_settings(offer.text, settings);
+          const bool adaptive = offer.worker >= 0 && parse_method_id(method).rtol.has_value();
+          for (const std::int64_t steps : ladder) {
+            const std::string key = scenario.id + "\n" + method + "\n" + std::to_string(steps);
+            const auto [place, fresh] = index.emplace(key, planned.size());
+            if (!fresh && planned[place->second].repeats >= cells.repeats) {
+              if (adaptive) break;
+              continue;
+            }
+            Cell cell{scenario, method, {scenario.t_end_s, steps, scenario.samples}, offer.worker, cells.repeats, {}, {}, {},
+                      Status::not_built, {}};
+            if (offer.worker >= 0) hash_cell(cell, offer, workers, scene_hash, cpu);
+            else explain_absence(cell, workers);
+            if (fresh) planned.push_back(std::move(cell));
+            else planned[place->second] = std::move(cell);
+            if (adaptive) break;  // the ladder is the tolerance; N is the first step's guess
+          }
+        }
+      }
+    }
+  }
+  return planned;
+}
+
+}  // namespace atwood

@@ -1,0 +1,166 @@
+#include "validation/study/recording_blob.hpp"
+
+#include <cstring>
+
+namespace atwood {
+namespace {
+
+static_assert(sizeof(Wide) == 16 && sizeof(double) == 8);
+
+struct Writer {
+  std::string bytes;
+  template <class T>
+  void put(const T& value) {
+    char raw[sizeof(T)];
+    std::memcpy(raw, &value, sizeof(T));
+    bytes.append(raw, sizeof(T));
+  }
+};
+
+struct Reader {
+  std::string_view bytes;
+  std::size_t at = 0;
+  template <class T>
+  T get() {
+    if (bytes.size() - at < sizeof(T)) throw BadBlob("a stored recording ends too early");
+    T value;
+    std::memcpy(&value, bytes.data() + at, sizeof(T));
+    at += sizeof(T);
+    return value;
+  }
+  // A count of things of at least `size` bytes each: never more than the bytes that are left.
+  std::size_t count(std::size_t size) {
+    const auto n = get<std::uint64_t>();
+    if (n > (bytes.size() - at) / size) throw BadBlob("a stored recording has an impossible count");
+    return static_cast<std::size_t>(n);
+  }
+  void end() const {
+    if (at != bytes.size()) throw BadBlob("a stored recording has bytes left over");
+  }
+};
+
+template <class Body, class Visit>
+void each_value(Body& body, Visit visit) {
+  for (auto& value : body.p_m) visit(value);
+  for (auto& value : body.q_wxyz) visit(value);
+  for (auto& value : body.v_m_per_s) visit(value);
+  for (auto& value : body.w_rad_per_s) visit(value);
+}
+
+bool is_double(Wide value) { return static_cast<Wide>(static_cast<double>(value)) == value || value != value; }
+
+bool all_doubles(const std::vector<Sample>& samples) {
+  bool all = true;
+  for (const Sample& sample : samples) {
+    for (const BodySample& body : sample.bodies) each_value(body, [&](Wide value) { all = all && is_double(value); });
+  }
+  return all;
+}
+
+}  // namespace
+
+std::string pack_samples(const std::vector<Sample>& samples) {
+  Writer writer;
+  const bool narrow = all_doubles(samples);
+  writer.put(static_cast<std::uint8_t>(narrow ? 8 : 16));
+  writer.put(static_cast<std::uint64_t>(samples.size()));
+  for (const Sample& sample : samples) {
+    writer.put(sample.t_s);
+    writer.put(static_cast<std::uint64_t>(sample.bodies.size()));
+    for (const BodySample& body : sample.bodies) {
+      each_value(body, [&](Wide value) {
+        if (narrow) writer.put(static_cast<double>(value));
+        else writer.put(value);
+      });
+    }
+  }
+  return std::move(writer.bytes);
+}
+
+std::vector<Sample> unpack_samples(std::string_view bytes) {
+  Reader reader{bytes};
+  const bool narrow = reader.get<std::uint8_t>() == 8;
+  std::vector<Sample> samples(reader.count(24));
+  for (Sample& sample : samples) {
+    sample.t_s = reader.get<Wide>();
+    sample.bodies.resize(reader.count(13 * (narrow ? 8 : 16)));
+    for (BodySample& body : sample.bodies) {
+      each_value(body, [&](Wide& value) { value = narrow ? static_cast<Wide>(reader.get<double>()) : reader.get<Wide>(); });
+    }
+  }
+  reader.end();
+  return samples;
+}
+
+std::string pack_events(const std::vector<Event>& events) {
+  Writer writer;
+  writer.put(static_cast<std::uint64_t>(events.size()));
+  for (const Event& event : events) {
+    writer.put(event.t_s);
+    writer.put(static_cast<std::int32_t>(event.kind));
+    writer.put(static_cast<std::int32_t>(event.body_a));
+    writer.put(static_cast<std::int32_t>(event.body_b));
+    for (const Wide value : event.x_m) writer.put(value);
+    for (const Wide value : event.normal) writer.put(value);
+    for (const Wide value : {event.impulse_n_N_s, event.impulse_t_N_s, event.vn_before_m_per_s, event.vn_after_m_per_s}) {
+      writer.put(value);
+    }
+  }
+  return std::move(writer.bytes);
+}
+
+std::vector<Event> unpack_events(std::string_view bytes) {
+  Reader reader{bytes};
+  std::vector<Event> events(reader.count(12 + 11 * 16));
+  for (Event& event : events) {
+    event.t_s = reader.get<Wide>();
+    event.kind = static_cast<EventKind>(reader.get<std::int32_t>());
+    event.body_a = reader.get<std::int32_t>();
+    event.body_b = reader.get<std::int32_t>();
+    for (Wide& value : event.x_m) value = reader.get<Wide>();
+    for (Wide& value : event.normal) value = reader.get<Wide>();
+    for (Wide* value : {&event.impulse_n_N_s, &event.impulse_t_N_s, &event.vn_before_m_per_s, &event.vn_after_m_per_s}) {
+      *value = reader.get<Wide>();
+    }
+  }
+  reader.end();
+  return events;
+}
+
+std::string pack_reals(const std::vector<double>& values) {
+  Writer writer;
+  writer.put(static_cast<std::uint64_t>(values.size()));
+  for (const double value : values) writer.put(value);
+  return std::move(writer.bytes);
+}
+
+std::vector<double> unpack_reals(std::string_view bytes) {
+  Reader reader{bytes};
+  std::vector<double> values(reader.count(8));
+  for (double& value : values) value = reader.get<double>();
+  reader.end();
+  return values;
+}
+
+std::string pack_series(const Series& series) {
+  std::string bytes;
+  for (const auto* values : {&series.t_s, &series.position_m, &series.velocity_m_per_s, &series.attitude_rad,
+                             &series.body_rate_rad_per_s, &series.energy}) {
+    bytes += pack_reals(*values);
+  }
+  return bytes;
+}
+
+Series unpack_series(std::string_view bytes) {
+  Reader reader{bytes};
+  Series series;
+  for (auto* values : {&series.t_s, &series.position_m, &series.velocity_m_per_s, &series.attitude_rad,
+                       &series.body_rate_rad_per_s, &series.energy}) {
+    values->resize(reader.count(8));
+    for (double& value : *values) value = reader.get<double>();
+  }
+  reader.end();
+  return series;
+}
+
+}  // namespace atwood

@@ -1,0 +1,27 @@
+// Recordings, truths and series as bytes for the store. Bit for bit: 8 bytes a value where every value is a double,
+// 16 (quad) otherwise. Little-endian, as the machines this runs on.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include "protocol/truth.hpp"
+#include "validation/metrics/metrics.hpp"
+#include "validation/row.hpp"
+
+namespace atwood {
+
+// Bytes that are not what was written.
+struct BadBlob : std::runtime_error { using std::runtime_error::runtime_error; };
+
+std::string pack_samples(const std::vector<Sample>& samples);
+std::vector<Sample> unpack_samples(std::string_view bytes);
+std::string pack_events(const std::vector<Event>& events);
+std::vector<Event> unpack_events(std::string_view bytes);
+std::string pack_reals(const std::vector<double>& values);
+std::vector<double> unpack_reals(std::string_view bytes);
+std::string pack_series(const Series& series);
+Series unpack_series(std::string_view bytes);
+
+}  // namespace atwood

@@ -1,0 +1,356 @@
+// Cells to workers to rows.
+//
+// First the truths and the accuracy cells, several processes at once: a thread owns one process an engine and takes one
+// ladder (a scenario x a method) after another, coarse rungs first. Then the timed pass, one process at a time, alone.
+#include <condition_variable>
+#include <map>
+#include <memory>
+#include <set>
+#include <thread>
+
+#include "metrics_version.hpp"
+#include "protocol/wire.hpp"
+#include "scene/files.hpp"
+#include "validation/study/content_hash.hpp"
+#include "validation/study/load_rows.hpp"
+#include "validation/study/progress.hpp"
+#include "validation/study/worker_client.hpp"
+
+namespace atwood {
+namespace {
+
+// The timed pass of one cell takes about this long: long runs are repeated less often.
+constexpr double kTimedBudgetNs = 50e6;
+// A run longer than this is not timed when a coarser rung of its ladder was: that has told the time of a step already.
+constexpr std::int64_t kLongRunNs = 250'000'000;
+// Truths are solved in quad, several times over.
+double truth_limit_s(const StudyOptions& options) { return std::max(120.0, 6 * options.cell_limit_s); }
+
+std::string truth_hash(const Scenario& scenario, const std::string& truth_build) {
+  const std::string values = scenario.truth.file.empty() ? "" : file_hash(scenario.truth.file);
+  return content_hash({"truth 1", scene_to_json(scenario.scene), format_double(scenario.t_end_s),
+                       std::to_string(scenario.samples), std::to_string(static_cast<int>(scenario.truth.kind)),
+                       scenario.truth.solution, values, truth_build, std::to_string(wire::kProtocol)});
+}
+
+Outcome outcome_of(Status status, const std::string& reason) {
+  Outcome outcome;
+  outcome.status = status;
+  outcome.reason = reason;
+  return outcome;
+}
+
+bool settled(const RunRecord& run, const StudyOptions& options) {
+  if (run.killed_from_outside) return false;
+  return run.outcome.status != Status::timeout || run.limit_s >= options.cell_limit_s;
+}
+
+struct TruthWork {
+  enum class State { pending, running, ready };
+  std::string hash;
+  const Scenario* scenario = nullptr;
+  State state = State::pending;
+  std::shared_ptr<const Truth> truth;  // null while it lies in the store
+};
+
+struct Todo {
+  const Cell* cell = nullptr;
+  std::optional<RunRecord> stored;     // then only the measuring is to be done
+};
+
+struct Ladder {
+  std::vector<Todo> todo;
+  std::size_t truth = 0;
+};
+
+// One run of a study. Threads take work under `mutex_`; everything below "the plan" is theirs.
+class StudyRun {
+ public:
+  StudyRun(const std::vector<Cell>& cells, const std::vector<Worker>& workers, const StudyOptions& options, Store& store)
+      : cells_(cells), workers_(workers), options_(options), store_(store), progress_(0, options.progress) {}
+
+  void accuracy_pass();
+  void timed_pass();
+  int touched() const { return static_cast<int>(touched_.size()); }  // cells that there was work on
+  int failed_truths() const { return failed_truths_; }
+
+ private:
+  struct Task { enum class Kind { none, truth, ladder } kind = Kind::none; std::size_t index = 0; };
+
+  void plan_work();
+  void plan_cell(const Cell& cell);
+  std::size_t truth_index(const Scenario& scenario);
+  Task next();
+  void work();
+  void solve_truth(TruthWork& work, WorkerClient& client);
+  void run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& clients);
+  std::shared_ptr<const Truth> truth_of(TruthWork& work);
+  MeasuredRecord measured(const Cell& cell, const Truth& truth, const std::string& hash, const Recording& recording) const;
+  std::vector<const Cell*> cells_to_time();
+
+  const std::vector<Cell>& cells_;
+  const std::vector<Worker>& workers_;
+  const StudyOptions& options_;
+  Store& store_;
+  Progress progress_;
+
+  // the plan
+  std::vector<TruthWork> truths_;
+  std::map<std::string, std::size_t> truth_by_scenario_, truth_by_hash_;
+  std::vector<Ladder> ladders_;
+  std::map<std::string, std::size_t> ladder_index_;
+  std::string truth_build_;
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<bool> taken_;            // of ladders_
+  std::exception_ptr failure_;
+  bool stop_ = false;
+  int failed_truths_ = 0;
+  std::set<const Cell*> touched_;
+};
+
+// ---- the plan -----------------------------------------------------------------------------------------------------
+std::size_t StudyRun::truth_index(const Scenario& scenario) {
+  if (const auto known = truth_by_scenario_.find(scenario.id); known != truth_by_scenario_.end()) return known->second;
+  const std::string hash = truth_hash(scenario, truth_build_);
+  const auto [place, fresh] = truth_by_hash_.emplace(hash, truths_.size());
+  truth_by_scenario_[scenario.id] = place->second;
+  if (fresh) {
+    truths_.push_back({hash, &scenario, TruthWork::State::pending, nullptr});
+    if (scenario.truth.kind == TruthKind::none) {
+      auto none = std::make_shared<Truth>();
+      none->outcome = outcome_of(Status::unsupported, "the scene names no truth");
+      truths_.back().truth = none;
+      truths_.back().state = TruthWork::State::ready;
+    }
+  }
+  return place->second;
+}
+
+void StudyRun::plan_cell(const Cell& cell) {
+  if (cell.worker < 0) return;
+  const std::size_t truth = truth_index(cell.scenario);
+  std::optional<RunRecord> run = store_.run(cell.accuracy_hash);
+  if (run && !settled(*run, options_)) run.reset();
+  const std::string basis = content_hash({truths_[truth].hash, kMetricsVersion});
+  if (run && store_.measured_basis(measured_key(cell)) == basis) return;
+  const auto [place, fresh] = ladder_index_.emplace(cell.scenario.id + "\n" + cell.method, ladders_.size());
+  if (fresh) ladders_.push_back({{}, truth});
+  touched_.insert(&cell);
+  ladders_[place->second].todo.push_back({&cell, std::move(run)});
+}
+
+void StudyRun::plan_work() {
+  truth_build_ = file_hash(options_.truth_worker);
+  for (const Cell& cell : cells_) plan_cell(cell);
+  std::set<std::size_t> needed;
+  for (const Ladder& ladder : ladders_) needed.insert(ladder.truth);
+  for (std::size_t i = 0; i < truths_.size(); ++i) {
+    if (truths_[i].state == TruthWork::State::ready) continue;
+    if (!needed.contains(i) || store_.has_truth(truths_[i].hash)) truths_[i].state = TruthWork::State::ready;
+  }
+  taken_.assign(ladders_.size(), false);
+}
+
+// ---- the accuracy pass --------------------------------------------------------------------------------------------
+StudyRun::Task StudyRun::next() {
+  std::unique_lock<std::mutex> held(mutex_);
+  for (;;) {
+    if (stop_ || interrupt_signal() != 0) return {};
+    for (std::size_t i = 0; i < truths_.size(); ++i) {
+      if (truths_[i].state != TruthWork::State::pending) continue;
+      truths_[i].state = TruthWork::State::running;
+      return {Task::Kind::truth, i};
+    }
+    bool left = false;
+    for (std::size_t i = 0; i < ladders_.size(); ++i) {
+      if (taken_[i]) continue;
+      left = true;
+      if (truths_[ladders_[i].truth].state != TruthWork::State::ready) continue;
+      taken_[i] = true;
+      return {Task::Kind::ladder, i};
+    }
+    if (!left) return {};
+    changed_.wait_for(held, std::chrono::milliseconds(50));
+  }
+}
+
+void StudyRun::solve_truth(TruthWork& work, WorkerClient& client) {
+  const Scenario& scenario = *work.scenario;
+  auto truth = std::make_shared<Truth>(client.truth(scenario_to_json(scenario), sampled_bodies(scenario.scene),
+                                                    scenario.t_end_s, scenario.samples, truth_limit_s(options_)));
+  const Status status = truth->outcome.status;
+  const bool failed = status == Status::crashed || status == Status::timeout || status == Status::not_built;
+  if (!failed) store_.put_truth(work.hash, *truth);
+  {
+    const std::lock_guard<std::mutex> held(mutex_);
+    if (failed) {  // rows measured without it must not pass for rows measured with it
+      work.hash += " failed";
+      ++failed_truths_;
+    }
+    work.truth = truth;
+    work.state = TruthWork::State::ready;
+  }
+  changed_.notify_all();
+  progress_.done("truth");
+}
+
+std::shared_ptr<const Truth> StudyRun::truth_of(TruthWork& work) {
+  const std::lock_guard<std::mutex> held(mutex_);
+  if (!work.truth) {
+    auto stored = store_.truth(work.hash);
+    if (!stored) throw std::runtime_error("store " + options_.store_path + ": a truth has vanished from it");
+    work.truth = std::make_shared<Truth>(std::move(*stored));
+  }
+  return work.truth;
+}
+
+MeasuredRecord StudyRun::measured(const Cell& cell, const Truth& truth, const std::string& hash,
+                                  const Recording& recording) const {
+  MeasuredRecord record;
+  record.basis = content_hash({hash, kMetricsVersion});
+  record.rows = measure(cell.scenario, truth, recording);
+  if (recording.outcome.status == Status::ok && truth.outcome.status == Status::ok) {
+    record.series = error_series(cell.scenario, truth, recording);
+  }
+  return record;
+}
+
+void StudyRun::run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& clients) {
+  TruthWork& work = truths_[ladder.truth];
+  const std::shared_ptr<const Truth> truth = truth_of(work);
+  const std::string scene_json = scene_to_json(ladder.todo.front().cell->scenario.scene);
+  std::int64_t hung_at = 0;
+  for (const Todo& todo : ladder.todo) {
+    const Cell& cell = *todo.cell;
+    if (todo.stored) {
+      const Recording recording = store_.recording(cell.accuracy_hash, todo.stored->outcome);
+      store_.put_measured(measured_key(cell), measured(cell, *truth, work.hash, recording));
+      progress_.done("measuring");
+      continue;
+    }
+    RunRecord run;
+    Recording recording;
+    run.provenance = options_.provenance;
+    run.provenance.engine_version = workers_[static_cast<std::size_t>(cell.worker)].engine.version;
+    run.limit_s = options_.cell_limit_s;
+    if (hung_at > 0) {
+      recording.outcome = outcome_of(Status::timeout, "not tried: " + std::to_string(hung_at) +
+                                                          " steps of the same ladder already reached the time limit");
+    } else {
+      WorkerClient& client =
+          clients.try_emplace(cell.worker, workers_[static_cast<std::size_t>(cell.worker)].command).first->second;
+      const auto start = Clock::now();
+      recording = client.run(cell.method, scene_json, sampled_bodies(cell.scenario.scene), cell.plan, 0, run.limit_s);
+      run.wall_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - start).count();
+      run.killed_from_outside = client.killed_from_outside() || recording.outcome.status == Status::not_built;
+      if (recording.outcome.status == Status::timeout) hung_at = cell.plan.steps;
+    }
+    run.outcome = recording.outcome;
+    store_.put_run(cell.accuracy_hash, run, recording, measured_key(cell), measured(cell, *truth, work.hash, recording));
+    progress_.done("accuracy");
+  }
+}
+
+void StudyRun::work() {
+  try {
+    std::map<int, WorkerClient> clients;
+    WorkerClient truth_client({options_.truth_worker});
+    for (Task task = next(); task.kind != Task::Kind::none; task = next()) {
+      if (task.kind == Task::Kind::truth) solve_truth(truths_[task.index], truth_client);
+      else run_ladder(ladders_[task.index], clients);
+    }
+  } catch (const Interrupted&) {
+    // What was committed stays; the others see the signal themselves.
+  } catch (...) {
+    const std::lock_guard<std::mutex> held(mutex_);
+    if (!failure_) failure_ = std::current_exception();
+    stop_ = true;
+  }
+  changed_.notify_all();
+}
+
+void StudyRun::accuracy_pass() {
+  plan_work();
+  std::size_t cells = 0, truths = 0;
+  for (const Ladder& ladder : ladders_) cells += ladder.todo.size();
+  for (const TruthWork& truth : truths_) truths += truth.state == TruthWork::State::pending ? 1 : 0;
+  progress_.expect(truths + cells + (options_.timing ? cells : 0));
+  if (cells > 0) {
+    std::vector<std::thread> threads;
+    for (int i = 0; i < std::max(1, options_.jobs); ++i) threads.emplace_back([this] { work(); });
+    for (std::thread& thread : threads) thread.join();
+  }
+  if (failure_) std::rethrow_exception(failure_);
+}
+
+// ---- the timed pass -----------------------------------------------------------------------------------------------
+std::vector<const Cell*> StudyRun::cells_to_time() {
+  std::map<int, std::vector<const Cell*>> by_worker;  // one process after another
+  std::set<std::string> timed_ladders;
+  for (const Cell& cell : cells_) {
+    if (cell.worker < 0) continue;
+    const auto run = store_.run(cell.accuracy_hash);
+    if (!run || run->outcome.status != Status::ok) continue;
+    const bool first = timed_ladders.insert(cell.scenario.id + "\n" + cell.method).second;
+    if (run->wall_ns > kLongRunNs && !first) continue;
+    if (!store_.timing(cell.timing_hash)) by_worker[cell.worker].push_back(&cell);
+  }
+  std::vector<const Cell*> cells;
+  for (const auto& [worker, some] : by_worker) cells.insert(cells.end(), some.begin(), some.end());
+  return cells;
+}
+
+void StudyRun::timed_pass() {
+  const std::vector<const Cell*> cells = cells_to_time();
+  touched_.insert(cells.begin(), cells.end());
+  std::optional<WorkerClient> client;
+  int worker = -1;
+  std::string scene_id, scene_json;
+  for (const Cell* cell : cells) {
+    if (interrupt_signal() != 0) break;
+    if (cell->worker != worker) {
+      worker = cell->worker;
+      client.reset();
+      client.emplace(workers_[static_cast<std::size_t>(worker)].command, true);
+    }
+    if (scene_id != cell->scenario.id) {
+      scene_id = cell->scenario.id;
+      scene_json = scene_to_json(cell->scenario.scene);
+    }
+    const auto run = store_.run(cell->accuracy_hash);
+    const double expected_ns = std::max(1.0, static_cast<double>(run->wall_ns));
+    const int repeats = static_cast<int>(std::clamp(kTimedBudgetNs / expected_ns, 1.0, static_cast<double>(cell->repeats)));
+    TimingRecord timing;
+    timing.provenance = options_.provenance;
+    timing.provenance.engine_version = workers_[static_cast<std::size_t>(worker)].engine.version;
+    try {
+      timing.outcome = client->run(cell->method, scene_json, sampled_bodies(cell->scenario.scene), cell->plan, repeats,
+                                   options_.cell_limit_s * repeats).outcome;
+    } catch (const Interrupted&) {
+      break;
+    }
+    if (!client->killed_from_outside()) store_.put_timing(cell->timing_hash, timing);
+    progress_.done("timing");
+  }
+}
+
+}  // namespace
+
+StudyResult run_study(const std::vector<Cell>& cells, const std::vector<Worker>& workers, const StudyOptions& options) {
+  const InterruptGuard guard;
+  Store store(options.store_path, Store::Mode::write);
+  StudyRun run(cells, workers, options, store);
+  run.accuracy_pass();
+  if (options.timing && interrupt_signal() == 0) run.timed_pass();
+  const int signal = interrupt_signal();
+  StudyResult result = collect_rows(store, cells);
+  result.skipped = result.cells - run.touched();
+  result.signal = signal;
+  result.interrupted = signal != 0;
+  result.failed_cells += run.failed_truths();
+  return result;
+}
+
+}  // namespace atwood

@@ -1,0 +1,53 @@
+// Asking a worker: requests out, recordings and truths in, whatever it does in between.
+//
+// Every way to fail becomes an Outcome: `timeout` (it hung), `crashed` (it died, or sent what is not the protocol; the
+// reason says which and ends with its standard error), `not built` (it cannot be started). After any of these the
+// process is gone, and the next request starts a new one.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "protocol/wire.hpp"
+#include "validation/study/process.hpp"
+#include "validation/study/study.hpp"
+
+namespace atwood {
+
+// The request was given up because of SIGINT or SIGTERM.
+struct Interrupted {};
+
+class WorkerClient {
+ public:
+  explicit WorkerClient(std::vector<std::string> command, bool pinned = false)
+      : command_(std::move(command)), pinned_(pinned) {}
+
+  // All three throw Interrupted. `limit_s` counts from the request; starting has a limit of its own.
+  Engine hello(Outcome& outcome);
+  Recording run(const std::string& method, const std::string& scene_json, std::size_t bodies, const Plan& plan, int repeats,
+                double limit_s);
+  Truth truth(const std::string& scenario_json, std::size_t bodies, double t_end_s, std::int64_t samples, double limit_s);
+
+  // The last failure was a kill from outside: the machine's doing, not the engine's.
+  bool killed_from_outside() const { return killed_from_outside_; }
+
+ private:
+  // Feeds each answer to `take` until it says done; `take` throws wire::Garbage. ok: what `take` read stands.
+  Outcome ask(wire::Request request, double limit_s, const std::function<void(const wire::Answer&)>& take);
+  Outcome start();
+  Outcome give_up(Status status, const std::string& reason);
+  Outcome explain(Wait wait, double limit_s);
+
+  std::vector<std::string> command_;
+  bool pinned_;
+  std::unique_ptr<Process> process_;
+  Engine engine_;
+  std::int64_t cell_ = 0;
+  bool killed_from_outside_ = false;
+};
+
+// Bodies that a sample of this scene has.
+std::size_t sampled_bodies(const Scene& scene);
+
+}  // namespace atwood
