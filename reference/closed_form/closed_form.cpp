@@ -1,0 +1,151 @@
+#include "closed_form/closed_form.hpp"
+
+#include <algorithm>
+
+#include "closed_form/solution.hpp"
+
+namespace atwood {
+
+using namespace closed_form;
+
+namespace {
+
+const std::vector<Solution>& catalogue() {
+  static const std::vector<Solution> all{ballistic(), linear_drag(), vertical_quadratic_drag(), oscillator(), kepler(),
+                                         coulomb_two_body(), closed_form::lorentz(), free_rigid_body(), axis_torque(),
+                                         bounce(), sphere_impact()};
+  return all;
+}
+
+// Round-off of long double is 2^49 times that of quad: the same formulas' difference between the two is, scaled, what
+// quad's own round-off does to the value, through whatever conditioning the formulas and the motion have. One
+// realisation of round-off may be lucky: hence the largest over the run so far and over the components of a kind, a
+// factor of 32, and 32 units in the last place of the scale as the least.
+constexpr double safety = 32;
+const Wide round_off = unit_round_off<Wide>();
+const Wide ratio = unit_round_off<Wide>() / unit_round_off<Narrow>();
+
+struct Spread {  // one kind of value of one body, over the run so far
+  Wide difference = 0, scale = 0;
+  template <class A, class B>
+  Wide bar(const A& wide, const B& narrow) {
+    for (std::size_t i = 0; i < wide.size(); ++i) {
+      difference = larger(difference, magnitude(wide[i] - Wide(narrow[i])));
+      if (!is_finite(wide[i]) || !is_finite(narrow[i])) difference = std::numeric_limits<double>::infinity();
+      scale = larger(scale, magnitude(wide[i]));
+    }
+    return safety * (ratio * difference + round_off * scale);
+  }
+};
+
+struct BodySpread { Spread p, q, v, w; };
+
+template <class S>
+std::vector<S> instants(const Scenario& scenario, std::int64_t samples) {
+  std::vector<S> t_s;
+  for (std::int64_t k = 0; k <= samples; ++k) t_s.push_back(S(scenario.t_end_s) * S(k) / S(samples));
+  return t_s;
+}
+
+Event event_of(const Happening<Wide>& from) {
+  Event made;
+  made.t_s = from.t_s;
+  made.kind = from.kind;
+  made.body_a = from.body_a;
+  made.body_b = from.body_b;
+  made.x_m = from.x_W;
+  made.normal = from.normal_W;
+  made.impulse_n_N_s = from.impulse_n_N_s;
+  made.vn_before_m_per_s = from.vn_before_m_per_s;
+  made.vn_after_m_per_s = from.vn_after_m_per_s;
+  return made;
+}
+
+void add_samples(Truth& truth, const std::vector<Wide>& t_s, const Motion<Wide>& wide, const Motion<Narrow>& narrow) {
+  std::vector<BodySpread> spreads(wide.poses.front().size());
+  for (std::size_t k = 0; k < t_s.size(); ++k) {
+    Sample &value = truth.values.emplace_back(), &bar = truth.bars.emplace_back();
+    value.t_s = bar.t_s = t_s[k];
+    for (std::size_t i = 0; i < spreads.size(); ++i) {
+      const Pose<Wide>& w = wide.poses[k][i];
+      const Pose<Narrow>& n = narrow.poses[k][i];
+      value.bodies.push_back({w.p_WB, w.q_WB, w.v_WB, w.w_WB_B});
+      BodySample& half_width = bar.bodies.emplace_back();
+      half_width.q_wxyz = {};
+      if (k == 0) continue;
+      half_width.p_m.fill(spreads[i].p.bar(w.p_WB, n.p_WB));
+      half_width.q_wxyz.fill(spreads[i].q.bar(w.q_WB, n.q_WB));
+      half_width.v_m_per_s.fill(spreads[i].v.bar(w.v_WB, n.v_WB));
+      half_width.w_rad_per_s.fill(spreads[i].w.bar(w.w_WB_B, n.w_WB_B));
+    }
+  }
+}
+
+void add_events(Truth& truth, const Motion<Wide>& wide, const Motion<Narrow>& narrow) {
+  for (std::size_t k = 0; k < wide.happenings.size(); ++k) {
+    const Happening<Wide>& at = wide.happenings[k];
+    truth.events.push_back(event_of(at));
+    const Wide difference =
+        k < narrow.happenings.size() ? magnitude(at.t_s - Wide(narrow.happenings[k].t_s)) : magnitude(at.t_s);
+    const Wide half_width = safety * (ratio * difference + round_off * magnitude(at.t_s));
+    truth.event_bar_s.push_back(static_cast<double>(half_width));
+    // A sample at the very instant of an impact may show the velocity before or after it.
+    for (std::size_t s = 1; s < truth.values.size(); ++s) {
+      if (magnitude(truth.values[s].t_s - at.t_s) > half_width) continue;
+      for (const int body : {at.body_a, at.body_b})
+        for (Wide& v : truth.bars[s].bodies[body].v_m_per_s)
+          v += magnitude(at.vn_after_m_per_s - at.vn_before_m_per_s);
+      if (at.vn_after_m_per_s != at.vn_before_m_per_s)
+        truth.note = "a sample falls on the instant of an impact: its velocity's bar holds the jump";
+    }
+  }
+}
+
+Truth unsupported(const Scenario& scenario, const std::string& why) {
+  Truth truth;
+  truth.outcome.status = Status::unsupported;
+  truth.outcome.reason = "closed form `" + scenario.truth.solution + "`: " + why;
+  return truth;
+}
+
+}  // namespace
+
+std::vector<std::string> closed_form_ids() {
+  std::vector<std::string> ids;
+  for (const Solution& solution : catalogue()) ids.push_back(solution.id);
+  return ids;
+}
+
+Truth closed_form_truth(const Scenario& scenario, std::int64_t samples) {
+  const auto found = std::find_if(catalogue().begin(), catalogue().end(),
+                                  [&](const Solution& s) { return s.id == scenario.truth.solution; });
+  if (found == catalogue().end()) {
+    std::string known;
+    for (const std::string& id : closed_form_ids()) known += (known.empty() ? "" : ", ") + id;
+    return unsupported(scenario, "no such solution; known are " + known);
+  }
+  if (samples < 1) return unsupported(scenario, "no samples asked for");
+  if (!scenario.scene.problem.empty()) return unsupported(scenario, "a bare problem has none");
+  const std::vector<Wide> t_s = instants<Wide>(scenario, samples);
+  const Motion<Wide> wide = found->wide(scenario, t_s);
+  if (!wide.misfit.empty()) return unsupported(scenario, wide.misfit);
+  const Motion<Narrow> narrow = found->narrow(scenario, instants<Narrow>(scenario, samples));
+  if (!narrow.misfit.empty()) return unsupported(scenario, "too near a limit of validity: " + narrow.misfit);
+  Truth truth;
+  truth.source = std::string("closed form: ") + found->citation;
+  add_samples(truth, t_s, wide, narrow);
+  add_events(truth, wide, narrow);
+  for (const Sample& bar : truth.bars)
+    for (const BodySample& body : bar.bodies)
+      for (const auto* values : {&body.p_m, &body.v_m_per_s, &body.w_rad_per_s})
+        for (const Wide& v : *values)
+          if (!is_finite(v)) {
+            Truth failed;
+            failed.outcome.status = Status::not_finite;
+            failed.outcome.reason = "closed form `" + scenario.truth.solution + "` is not finite on this scene";
+            return failed;
+          }
+  return truth;
+}
+
+}  // namespace atwood

@@ -1,0 +1,164 @@
+// The linear oscillator, damped and driven, m x'' = -k (x - a) - c x' + m g + F cos(w t + phi).
+// Landau and Lifshitz, Mechanics, sections 21, 22, 25, 26.
+#include "closed_form/solution.hpp"
+
+namespace atwood::closed_form {
+
+namespace {
+
+// cosh(sqrt y) and sinh(sqrt y) / sqrt y, entire in y: y < 0 under-, y > 0 overcritically damped.
+template <class S>
+S cosh_root(S y) { return y < 0 ? cosine(root(-y)) : hyperbolic_cosine(root(y)); }
+template <class S>
+S sinhc_root(S y) {
+  if (magnitude(y) > 1) return y < 0 ? sine(root(-y)) / root(-y) : hyperbolic_sine(root(y)) / root(y);
+  S term = 1, sum = 0;
+  for (int k = 1; magnitude(term) > unit_round_off<S>() / 8; ++k) {
+    sum += term;
+    term *= y / (2 * k) / (2 * k + 1);
+  }
+  return sum;
+}
+
+template <class S>
+struct Oscillator {
+  S gamma{}, omega2{};                     // x'' + 2 gamma x' + omega2 x = ...
+  Vec<S> anchor{}, rest{};                 // where the spring would rest
+  Vec<S> x0{}, v0{};                       // about rest
+  struct Driven { Vec<S> push{}; S w{}, phase{}; };
+  std::vector<Driven> drives;              // push cos(w t + phase), an acceleration
+
+  // Fundamental solutions: C(0) = 1, C'(0) = 0; s(0) = 0, s'(0) = 1.
+  Flight<S> homogeneous(const Vec<S>& x, const Vec<S>& v, S t) const {
+    const S frequency = root(omega2), y = (gamma - frequency) * (gamma + frequency) * t * t;
+    S ch, sh;
+    if (y > 1) {  // overdamped: slow and fast exponential, the slow rate without cancellation
+      const S beta = root(y) / t, slow = omega2 / (gamma + beta), fast = gamma + beta;
+      ch = (exponential(-slow * t) + exponential(-fast * t)) / 2;
+      sh = (exponential(-slow * t) - exponential(-fast * t)) / (2 * beta);
+    } else {
+      const S decay = exponential(-gamma * t);
+      ch = decay * cosh_root(y);
+      sh = decay * t * sinhc_root(y);
+    }
+    return {(ch + gamma * sh) * x + sh * v, (ch - gamma * sh) * v - (omega2 * sh) * x};
+  }
+
+  // x_p = Re[push exp(i (w t + phase)) / (omega2 - w^2 + 2 i gamma w)]; at undamped resonance push t sin(.) / (2 w).
+  Flight<S> particular(const Driven& drive, S t) const {
+    const S frequency = root(omega2), re = (frequency - drive.w) * (frequency + drive.w), im = 2 * gamma * drive.w;
+    const S square = re * re + im * im, c = cosine(drive.w * t + drive.phase), s = sine(drive.w * t + drive.phase);
+    if (square == 0) {
+      const S half = 1 / (2 * drive.w);
+      return {(half * t * s) * drive.push, (half * (s + drive.w * t * c)) * drive.push};
+    }
+    return {((re * c + im * s) / square) * drive.push, (drive.w * (im * c - re * s) / square) * drive.push};
+  }
+
+  Flight<S> at(S t) const {
+    Vec<S> x = x0, v = v0, xp{}, vp{};
+    for (const Driven& drive : drives) {
+      const Flight<S> first = particular(drive, S(0)), now = particular(drive, t);
+      x = x - first.p;
+      v = v - first.v;
+      xp = xp + now.p;
+      vp = vp + now.v;
+    }
+    const Flight<S> free = homogeneous(x, v, t);
+    return {rest + free.p + xp, free.v + vp};
+  }
+
+  // No excursion from rest exceeds this: |x| <= the envelope of the free part plus the driven amplitudes.
+  S reach() const {
+    Vec<S> x = x0, v = v0;
+    S driven = 0;
+    for (const Driven& drive : drives) {
+      const Flight<S> first = particular(drive, S(0));
+      x = x - first.p;
+      v = v - first.v;
+      const S re = omega2 - drive.w * drive.w, im = 2 * gamma * drive.w, size = root(re * re + im * im);
+      driven += size == 0 ? S(std::numeric_limits<double>::infinity()) : norm(drive.push) / size;
+    }
+    return root(dot(x, x) + dot(v, v) / omega2) + driven;
+  }
+};
+
+template <class S>
+bool along(const Vec<S>& line, const Vec<S>& v) { return is_zero(cross(line, v)); }
+
+template <class S>
+std::string gather(const Scene& scene, int body, Oscillator<S>& made, const Spring*& spring) {
+  const Body& bob = scene.bodies[body];
+  const S mass = bob.mass_kg;
+  S linear = 0;
+  Vec<S> constant = vec<S>(scene.gravity_m_per_s2);
+  for (const Force& force : scene.forces) {
+    if (!acts_on(force, body)) continue;
+    if (const auto* s = std::get_if<Spring>(&force); s && spring == nullptr && s->bodies.size() == 1) {
+      spring = s;
+      for (const Real3& point : s->points_body_m)
+        if (point != Real3{}) return named(scene, force, body) + " is fixed to a point beside its centre";
+    } else if (const auto* drag = std::get_if<LinearDrag>(&force)) {
+      linear += S(drag->coefficient_kg_per_s);
+      constant = constant + (S(drag->coefficient_kg_per_s) / mass) * vec<S>(drag->wind_m_per_s);
+    } else if (const auto* drive = std::get_if<Drive>(&force)) {
+      made.drives.push_back(
+          {(1 / mass) * vec<S>(drive->force_N), S(drive->angular_frequency_rad_per_s), S(drive->phase_rad)});
+    } else {
+      return named(scene, force, body) + " is not covered";
+    }
+  }
+  if (spring == nullptr) return "no spring to an anchor holds `" + bob.name + "`";
+  if (!(spring->stiffness_N_per_m > 0)) return "the spring of `" + bob.name + "` has no stiffness";
+  if (!made.drives.empty() && bob.release_s > 0) return "`" + bob.name + "` is driven and released late";
+  made.omega2 = S(spring->stiffness_N_per_m) / mass;
+  made.gamma = (S(spring->damping_N_s_per_m) + linear) / (2 * mass);
+  made.anchor = vec<S>(spring->anchor_m);
+  made.rest = made.anchor + (1 / made.omega2) * constant;
+  return "";
+}
+
+// Along a line through the anchor the spring is linear whatever its rest length and damping; off it only an undamped
+// spring without rest length is (drag is, in every direction).
+template <class S>
+Translation<S> translation(const Scene& scene, int body) {
+  const Body& bob = scene.bodies[body];
+  Oscillator<S> made;
+  const Spring* spring = nullptr;
+  if (const std::string misfit = gather(scene, body, made, spring); !misfit.empty()) return {misfit, {}};
+  const Vec<S> start = vec<S>(bob.position_m), v = vec<S>(bob.velocity_m_per_s), out = start - made.anchor;
+  const S length0 = spring->rest_length_m;
+  if (length0 != 0 || spring->damping_N_s_per_m != 0) {
+    Vec<S> line = is_zero(out) ? v : out;
+    if (is_zero(line)) line = made.rest - made.anchor;
+    for (const auto& drive : made.drives)
+      if (is_zero(line)) line = drive.push;
+    bool straight = along(line, out) && along(line, v) && along(line, made.rest - made.anchor);
+    for (const auto& drive : made.drives) straight &= along(line, drive.push);
+    if (!straight)
+      return {"`" + bob.name + "` leaves its line, and its spring has a rest length or damping", {}};
+    if (length0 != 0) {
+      if (is_zero(out)) return {"`" + bob.name + "` starts on the anchor of a spring with a rest length", {}};
+      made.rest = made.rest + (length0 / norm(out)) * out;
+    }
+  }
+  made.x0 = start - made.rest;
+  made.v0 = v;
+  if (length0 != 0 && !(dot(made.rest - made.anchor, out) > made.reach() * norm(out)))
+    return {"`" + bob.name + "` may reach the anchor of a spring with a rest length", {}};
+  return {"", [=](S t) { return made.at(t); }};
+}
+
+template <class S>
+Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+  return move_each<S>(scenario, t_s, translation<S>);
+}
+
+}  // namespace
+
+Solution oscillator() {
+  return {"oscillator", "linear oscillator, damped and driven, Landau and Lifshitz, Mechanics, sections 21-26",
+          solve<Narrow>, solve<Wide>};
+}
+
+}  // namespace atwood::closed_form

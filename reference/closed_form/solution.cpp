@@ -1,0 +1,92 @@
+#include "closed_form/solution.hpp"
+
+#include <algorithm>
+
+namespace atwood::closed_form {
+
+namespace {
+const char* const force_names[] = {"gravity", "attractor", "drag",     "drag",        "spring",         "drive",
+                                   "lorentz", "coulomb",   "thruster", "point-force", "rotating-frame", "potential"};
+}
+
+std::string force_name(const Force& force) { return force_names[force.index()]; }
+
+bool acts_on(const Force& force, int body) {
+  return std::visit(
+      [&](const auto& f) {
+        using F = std::decay_t<decltype(f)>;
+        if constexpr (std::is_same_v<F, RotatingFrame>) return true;
+        else if constexpr (std::is_same_v<F, Thruster> || std::is_same_v<F, PointForce>) return f.body == body;
+        else return std::find(f.bodies.begin(), f.bodies.end(), body) != f.bodies.end();
+      },
+      force);
+}
+
+std::string named(const Scene& scene, const Force& force, int body) {
+  return "the force `" + force_name(force) + "` on `" + scene.bodies[body].name + "`";
+}
+
+std::string could_touch(const Scene& scene) {
+  const Body* first = nullptr;
+  for (const Body& body : scene.bodies) {
+    if (body.shape.index() == 0) continue;
+    if (first != nullptr && !(first->fixed && body.fixed))
+      return "`" + first->name + "` and `" + body.name + "` have shapes and could touch";
+    if (first == nullptr || !body.fixed) first = &body;
+  }
+  return "";
+}
+
+template <class S>
+Pose<S> initial_pose(const Body& body) {
+  Pose<S> pose;
+  pose.p_WB = vec<S>(body.position_m);
+  pose.q_WB = quat<S>(body.orientation_wxyz);
+  if (body.fixed) return pose;
+  pose.v_WB = vec<S>(body.velocity_m_per_s);
+  if (rotates(body)) pose.w_WB_B = vec<S>(body.angular_velocity_body_rad_per_s);
+  return pose;
+}
+
+template <class S>
+Motion<S> move_each(const Scenario& scenario, const std::vector<S>& t_s,
+                    const std::function<Translation<S>(const Scene&, int body)>& translation) {
+  Motion<S> motion;
+  const Scene& scene = scenario.scene;
+  motion.misfit = could_touch(scene);
+  if (!motion.misfit.empty()) return motion;
+  motion.poses.assign(t_s.size(), std::vector<Pose<S>>(scene.bodies.size()));
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const Body& body = scene.bodies[i];
+    const Pose<S> start = initial_pose<S>(body);
+    for (auto& poses : motion.poses) poses[i] = start;
+    if (body.fixed) continue;
+    const Translation<S> flies = translation(scene, static_cast<int>(i));
+    S angular_drag = 0;
+    for (const Force& force : scene.forces) {
+      if (!acts_on(force, static_cast<int>(i))) continue;
+      if (const auto* drag = std::get_if<LinearDrag>(&force)) angular_drag += S(drag->angular_coefficient_N_m_s);
+      if (const auto* drag = std::get_if<QuadraticDrag>(&force)) angular_drag += S(drag->angular_coefficient_N_m_s);
+    }
+    const Turning<S> turns = turning<S>(body, angular_drag);
+    motion.misfit = !flies.misfit.empty() ? flies.misfit : turns.misfit;
+    if (!motion.misfit.empty()) return motion;
+    for (std::size_t k = 0; k < t_s.size(); ++k) {
+      const S since = t_s[k] - S(body.release_s);
+      if (!(since > 0)) continue;
+      const Flight<S> flight = flies.at(since);
+      const Spin<S> spin = turns.at(since);
+      motion.poses[k][i] = {flight.p, flight.v, spin.w, spin.q};
+    }
+  }
+  return motion;
+}
+
+template Pose<Narrow> initial_pose(const Body&);
+template Pose<Wide> initial_pose(const Body&);
+template Motion<Narrow> move_each(const Scenario&, const std::vector<Narrow>&,
+                                  const std::function<Translation<Narrow>(const Scene&, int)>&);
+template Motion<Wide> move_each(const Scenario&, const std::vector<Wide>&,
+                                const std::function<Translation<Wide>(const Scene&, int)>&);
+
+}  // namespace atwood::closed_form

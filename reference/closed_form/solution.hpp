@@ -1,0 +1,91 @@
+// What a closed form answers, and the walk over bodies that move independently of each other.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "closed_form/number.hpp"
+#include "scene/scene.hpp"
+
+namespace atwood::closed_form {
+
+template <class S>
+struct Pose {
+  Vec<S> p_WB{}, v_WB{}, w_WB_B{};
+  Quat<S> q_WB{1, 0, 0, 0};
+};
+
+template <class S>
+struct Happening {  // an Event over S
+  S t_s{};
+  EventKind kind = EventKind::impact;
+  int body_a = 0, body_b = 0;
+  Vec<S> x_W{}, normal_W{};
+  S impulse_n_N_s{}, vn_before_m_per_s{}, vn_after_m_per_s{};
+};
+
+template <class S>
+struct Motion {
+  std::string misfit;                         // why the scene is not one that the solution solves; empty: it is
+  std::vector<std::vector<Pose<S>>> poses;    // [instant][body]
+  std::vector<Happening<S>> happenings;
+};
+
+// One solution: its id, its citation, and the same formulas over both scalars. `t_s` are the instants.
+struct Solution {
+  const char* id;
+  const char* citation;
+  Motion<Narrow> (*narrow)(const Scenario&, const std::vector<Narrow>& t_s);
+  Motion<Wide> (*wide)(const Scenario&, const std::vector<Wide>& t_s);
+};
+
+template <class S>
+struct Flight { Vec<S> p{}, v{}; };
+template <class S>
+struct Spin { Quat<S> q{1, 0, 0, 0}; Vec<S> w{}; };
+template <class S>
+using FlightAt = std::function<Flight<S>(S)>;  // of the time since release
+template <class S>
+using SpinAt = std::function<Spin<S>(S)>;
+
+// Motion of one body's centre, from its forces; a misfit's words when they are not covered.
+template <class S>
+struct Translation { std::string misfit; FlightAt<S> at; };
+
+// Bodies that don't touch, attract or hold each other: each flies by `translation` of it, and turns by its spin.
+template <class S>
+Motion<S> move_each(const Scenario& scenario, const std::vector<S>& t_s,
+                    const std::function<Translation<S>(const Scene&, int body)>& translation);
+
+// How a body without torque turns (or with torque -c w about a principal axis). Principal moments are found first.
+template <class S>
+struct Turning { std::string misfit; SpinAt<S> at; };
+template <class S>
+Turning<S> turning(const Body& body, S angular_drag_N_m_s);
+
+// The pose at t = 0.
+template <class S>
+Pose<S> initial_pose(const Body& body);
+
+std::string force_name(const Force& force);
+bool acts_on(const Force& force, int body);
+// "the force `spring` on `ball`": a misfit's words.
+std::string named(const Scene& scene, const Force& force, int body);
+// Empty, or which two bodies have shapes that could touch.
+std::string could_touch(const Scene& scene);
+
+// ---- the catalogue ----------------------------------------------------------------------------------------------
+Solution ballistic();
+Solution linear_drag();
+Solution vertical_quadratic_drag();
+Solution oscillator();
+Solution kepler();
+Solution coulomb_two_body();
+Solution lorentz();
+Solution free_rigid_body();
+Solution axis_torque();
+Solution bounce();
+Solution sphere_impact();
+
+}  // namespace atwood::closed_form

@@ -1,0 +1,151 @@
+// How a free body turns: body rates by Jacobi's elliptic functions (Jacobi 1849), attitude by an elliptic integral of the
+// third kind; the form of R. van Zon and J. Schofield, J. Comput. Phys. 225 (2007) 145, with Carlson's integrals in place
+// of theta functions. Principal axes are ordered so that axis 3, of largest or smallest moment, is the one that the
+// angular momentum circles in the body:
+//   w1 = a1 cn u, w2 = a2 sn u, w3 = a3 dn u,   u = lambda t + u0
+#include <algorithm>
+
+#include "closed_form/elliptic.hpp"
+#include "closed_form/principal_axes.hpp"
+#include "closed_form/solution.hpp"
+
+namespace atwood::closed_form {
+
+namespace {
+
+// Spin about an axis on which the torque-free rate stays: q = q0 exp(w t / 2).
+template <class S>
+SpinAt<S> steady(const Quat<S>& q0, const Vec<S>& w) {
+  const S rate = norm(w);
+  if (rate == 0) return [=](S) { return Spin<S>{q0, w}; };
+  return [=](S t) { return Spin<S>{q0 * turn((1 / rate) * w, rate * t), w}; };
+}
+
+template <class S>
+struct Top {
+  Quat<S> q_BP{1, 0, 0, 0};      // principal axes to body axes, in Jacobi's order
+  std::array<S, 3> I{};
+  Quat<S> q0_WP{1, 0, 0, 0};
+  S a1{}, a2{}, a3{}, lambda{}, u0{}, phi0{}, kc{};
+  S L{}, azimuth0{}, spin0{};
+  Vec<S> axis_W{};               // of the angular momentum
+  bool degenerate = false;       // on the separatrix or the axis: u does not turn over
+
+  // sin^3 phi R_J(cos^2, 1 - k^2 sin^2, 1, 1 - n sin^2), continued over quarter periods: (3/n) (Pi(n; phi) - F(phi)).
+  S third_kind(S phi) const {
+    const S turns = floor_of(phi / pi<S>() + S(0.5)), left = phi - turns * pi<S>();
+    const S s = sine(left), c = cosine(left);
+    const S part = s * s * s * carlson_rj(c * c, c * c + kc * kc * s * s, S(1), 1 - excess() * s * s);
+    if (turns == 0) return part;
+    return part + 2 * turns * carlson_rj(S(0), kc * kc, S(1), 1 - excess());
+  }
+  // n = I3 (I2 - I1) / (I1 (I2 - I3)) <= 0
+  S excess() const { return I[2] * (I[1] - I[0]) / (I[0] * (I[1] - I[2])); }
+
+  // The direction of L in principal axes is Rz(azimuth) Ry(polar) z; the azimuth follows the amplitude without a jump.
+  Quat<S> to_momentum(S phi) const {
+    const S turns = floor_of(phi / (2 * pi<S>()) + S(0.5)), left = phi - 2 * turns * pi<S>();
+    const S l1 = I[0] * a1, l2 = I[1] * a2, side = l2 < 0 ? -1 : 1;
+    const S x = l1 * cosine(left), y = l2 * sine(left);
+    const S azimuth = arc_tangent(y, x) + side * 2 * turns * pi<S>();
+    const S dn = root(cosine(left) * cosine(left) + kc * kc * sine(left) * sine(left));
+    const S polar = arc_tangent(root(x * x + y * y), I[2] * a3 * dn);
+    return turn(Vec<S>{0, 0, 1}, azimuth) * turn(Vec<S>{0, 1, 0}, polar);
+  }
+
+  // psi' = L (I1 w1^2 + I2 w2^2) / (I1^2 w1^2 + I2^2 w2^2) = L / I3 + L (I3 - I1) / (I1 I3) / (1 - n sn^2); with
+  // Pi = F + (n/3) sin^3 R_J and F = u the first kind drops out:
+  //   psi = L t / I1 + L (I3 - I1)(I2 - I1) / (3 I1^2 (I2 - I3) lambda) [third_kind]
+  Spin<S> at(S t) const {
+    const S phi = lambda == 0 ? phi0 : amplitude(lambda * t + u0, kc);
+    const S sn = sine(phi), cn = cosine(phi), dn = root(cn * cn + kc * kc * sn * sn);
+    S psi = L * t / I[0];
+    if (I[1] != I[0])
+      psi += L * (I[2] - I[0]) * (I[1] - I[0]) / (3 * I[0] * I[0] * (I[1] - I[2]) * lambda) *
+             (third_kind(phi) - third_kind(phi0));
+    const Quat<S> q_WP = turn(axis_W, psi) * q0_WP * to_momentum(phi0) * conjugate(to_momentum(phi));
+    return {q_WP * conjugate(q_BP), rotate(q_BP, Vec<S>{a1 * cn, a2 * sn, a3 * dn})};
+  }
+};
+
+// Amplitudes from the invariants, none of whose differences cancels (D, 2T: as products of moments' differences):
+//   X = L^2 - 2 T I3 = I1 (I1 - I3) w1^2 + I2 (I2 - I3) w2^2,  Y = L^2 - 2 T I1 = I2 (I2 - I1) w2^2 + I3 (I3 - I1) w3^2
+//   a1^2 = X / (I1 (I1 - I3)), a2^2 = X / (I2 (I2 - I3)), a3^2 = Y / (I3 (I3 - I1))
+//   lambda^2 = (I3 - I2) Y / (I1 I2 I3),  kc^2 = (I3 - I1) (I3 (I3 - I2) w3^2 - I1 (I2 - I1) w1^2) / ((I3 - I2) Y)
+template <class S>
+Top<S> make_top(Quat<S> q_BP, std::array<S, 3> I, Vec<S> w, const Quat<S>& q0_WB) {
+  Top<S> top;
+  // I1 < I2 < I3 here. If L circles axis 1 instead, turn by 90 degrees about axis 2: (1, 2, 3) -> (-3, 2, 1).
+  if (I[2] * (I[2] - I[1]) * w[2] * w[2] < I[0] * (I[1] - I[0]) * w[0] * w[0]) {
+    q_BP = q_BP * turn(Vec<S>{0, 1, 0}, pi<S>() / 2);
+    w = {-w[2], w[1], w[0]};
+    std::swap(I[0], I[2]);
+  }
+  const S d31 = I[2] - I[0], d32 = I[2] - I[1], d21 = I[1] - I[0];
+  const S X = -I[0] * d31 * w[0] * w[0] - I[1] * d32 * w[1] * w[1], Y = I[1] * d21 * w[1] * w[1] + I[2] * d31 * w[2] * w[2];
+  top.q_BP = q_BP;
+  top.I = I;
+  top.q0_WP = q0_WB * q_BP;
+  const S sign3 = w[2] < 0 ? -1 : 1;
+  top.a1 = root(X / (-I[0] * d31));
+  top.a2 = (d31 * sign3 < 0 ? -1 : 1) * root(X / (-I[1] * d32));
+  top.a3 = sign3 * root(Y / (I[2] * d31));
+  top.lambda = root(d32 * Y / (I[0] * I[1] * I[2]));
+  const S kc2 = d31 * (I[2] * d32 * w[2] * w[2] - I[0] * d21 * w[0] * w[0]) / (d32 * Y);
+  top.kc = kc2 > 0 ? root(kc2) : S(0);
+  top.phi0 = arc_tangent(w[1] / top.a2, w[0] / top.a1);
+  // F(phi0) = sin R_F(cos^2, 1 - k^2 sin^2, 1), and half periods beyond a quarter turn.
+  const S s = sine(top.phi0), c = cosine(top.phi0);
+  const S first = s * carlson_rf(c * c, c * c + top.kc * top.kc * s * s, S(1));
+  top.u0 = c >= 0 ? first : (s < 0 ? -1 : 1) * 2 * carlson_rf(S(0), top.kc * top.kc, S(1)) - first;
+  const Vec<S> momentum_P{I[0] * w[0], I[1] * w[1], I[2] * w[2]};
+  top.L = norm(momentum_P);
+  top.axis_W = (1 / top.L) * rotate(top.q0_WP, momentum_P);
+  return top;
+}
+
+// Is w x (I w) = 0? Of a diagonal matrix exactly, from the scene's own numbers; else to the round-off of its axes.
+template <class S>
+bool keeps_its_axis(const Body& body, const std::array<S, 3>& moment, const Vec<S>& w_P) {
+  const Real33& m = body.inertia_kg_m2;
+  const Real3& w = body.angular_velocity_body_rad_per_s;
+  const bool diagonal = m[1] == 0 && m[2] == 0 && m[3] == 0 && m[5] == 0 && m[6] == 0 && m[7] == 0;
+  const S least = 4 * unit_round_off<S>() * moment[2] * dot(w_P, w_P);
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3;
+    if (diagonal && m[4 * i] != m[4 * j] && w[i] != 0 && w[j] != 0) return false;
+    if (!diagonal && magnitude((moment[i] - moment[j]) * w_P[i] * w_P[j]) > least) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+template <class S>
+Turning<S> turning(const Body& body, S angular_drag_N_m_s) {
+  const Pose<S> start = initial_pose<S>(body);
+  if (!rotates(body) || is_zero(start.w_WB_B)) return {"", steady(start.q_WB, start.w_WB_B)};
+  PrincipalAxes<S> axes = principal_axes<S>(body.inertia_kg_m2);
+  const std::array<S, 3>& I = axes.moment;
+  const Vec<S> w = rotate(conjugate(axes.q_BP), start.w_WB_B);
+  const bool straight = keeps_its_axis(body, I, w);
+  if (angular_drag_N_m_s != 0) {
+    // I w' = -c w along a principal axis: w = w0 exp(-c t / I), turned by (w0 I / c) (1 - exp(-c t / I)).
+    if (!straight) return {"`" + body.name + "` has angular drag and does not spin about a principal axis", {}};
+    const S rate = norm(w), moment = (I[0] * w[0] * w[0] + I[1] * w[1] * w[1] + I[2] * w[2] * w[2]) / (rate * rate);
+    const S decay = angular_drag_N_m_s / moment;
+    const Vec<S> w0 = start.w_WB_B;
+    return {"", [=](S t) {
+              const S angle = -rate * exponential_minus_1(-decay * t) / decay;
+              return Spin<S>{start.q_WB * turn((1 / rate) * w0, angle), exponential(-decay * t) * w0};
+            }};
+  }
+  if (straight) return {"", steady(start.q_WB, start.w_WB_B)};
+  const Top<S> top = make_top(axes.q_BP, I, w, start.q_WB);
+  return {"", [=](S t) { return top.at(t); }};
+}
+
+template Turning<Narrow> turning(const Body&, Narrow);
+template Turning<Wide> turning(const Body&, Wide);
+
+}  // namespace atwood::closed_form

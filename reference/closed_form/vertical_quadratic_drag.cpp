@@ -1,0 +1,82 @@
+// Drag quadratic in the air speed along one line, u' = g - kappa |u| u. Lamb, Dynamics (1914), art. 39.
+#include "closed_form/solution.hpp"
+
+namespace atwood::closed_form {
+
+namespace {
+
+template <class S>
+struct Fall { S u{}, path{}; };  // air speed downwards, way through the air downwards
+
+// Down, u >= 0, with the terminal speed V = sqrt(g / kappa), tau = g t / V, r = u0 / V:
+//   u = V (r + tanh tau) / (1 + r tanh tau),      path = (V^2 / g) log(cosh tau + r sinh tau)
+template <class S>
+Fall<S> down(S u0, S V, S g, S t) {
+  const S tau = g * t / V, r = u0 / V, th = hyperbolic_tangent(tau);
+  const S half = hyperbolic_sine(tau < 1 ? tau / 2 : S(0));
+  const S log_part = tau < 1 ? log_of_1_plus(2 * half * half + r * hyperbolic_sine(tau))
+                             : tau + log_of_1_plus((r - 1) * (-exponential_minus_1(-2 * tau)) / 2);
+  return {V * (r + th) / (1 + r * th), V * V / g * log_part};
+}
+
+// Up, u < 0: u = V tan(tau - theta0), theta0 = atan(-u0 / V), until tau = theta0; from there it falls from rest.
+//   path = (V^2 / g) log(cos theta0 / cos(tau - theta0))
+// cos a / cos b - 1 = 2 sin((a + b) / 2) sin((b - a) / 2) / cos b, here a = theta0, b = tau - theta0.
+template <class S>
+Fall<S> fall(S u0, S V, S g, S t) {
+  if (u0 >= 0) return down(u0, V, g, t);
+  const S theta0 = arc_tangent(-u0 / V), tau = g * t / V;
+  const S b = tau < theta0 ? tau - theta0 : S(0);
+  const S up = V * V / g * log_of_1_plus(2 * sine((theta0 + b) / 2) * sine((b - theta0) / 2) / cosine(b));
+  if (tau < theta0) return {V * tangent(b), up};
+  const Fall<S> after = down(S(0), V, g, t - theta0 * V / g);
+  return {after.u, up + after.path};
+}
+
+template <class S>
+Translation<S> translation(const Scene& scene, int body) {
+  const Body& ball = scene.bodies[body];
+  const QuadraticDrag* drag = nullptr;
+  for (const Force& force : scene.forces) {
+    if (!acts_on(force, body)) continue;
+    if (!std::holds_alternative<QuadraticDrag>(force) || drag != nullptr)
+      return {named(scene, force, body) + " is not covered (one quadratic drag is)", {}};
+    drag = &std::get<QuadraticDrag>(force);
+  }
+  if (drag == nullptr) return {"no quadratic drag acts on `" + ball.name + "`", {}};
+  const S kappa = S(drag->density_kg_per_m3) * S(drag->drag_coefficient) * S(drag->area_m2) / (2 * S(ball.mass_kg));
+  const Vec<S> p = vec<S>(ball.position_m), wind = vec<S>(drag->wind_m_per_s), g = vec<S>(scene.gravity_m_per_s2);
+  const Vec<S> u = vec<S>(ball.velocity_m_per_s) - wind;
+  if (!(kappa > 0)) return {"the drag on `" + ball.name + "` is zero", {}};
+  if (is_zero(g)) {  // u = u0 / (1 + kappa |u0| t) along itself
+    const S speed = norm(u);
+    return {"", [=](S t) {
+              const S x = kappa * speed * t;
+              const S way = speed == 0 ? S(0) : log_of_1_plus(x) / (kappa * speed);
+              return Flight<S>{p + t * wind + way * u, wind + (1 / (1 + x)) * u};
+            }};
+  }
+  if (!is_zero(cross(u, g))) return {"`" + ball.name + "` does not move through the air along gravity's line", {}};
+  const S pull = norm(g);
+  const Vec<S> along = (1 / pull) * g;
+  const S u0 = dot(u, along), V = root(pull / kappa);
+  return {"", [=](S t) {
+            const Fall<S> now = fall(u0, V, pull, t);
+            return Flight<S>{p + t * wind + now.path * along, wind + now.u * along};
+          }};
+}
+
+template <class S>
+Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+  return move_each<S>(scenario, t_s, translation<S>);
+}
+
+}  // namespace
+
+Solution vertical_quadratic_drag() {
+  return {"vertical-quadratic-drag",
+          "drag quadratic in the air speed along gravity: tanh and log cosh, Lamb, Dynamics (1914)", solve<Narrow>,
+          solve<Wide>};
+}
+
+}  // namespace atwood::closed_form
