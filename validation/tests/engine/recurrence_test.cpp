@@ -59,18 +59,41 @@ TEST_CASE("on the oscillator each scheme is its recurrence, to round-off") {
   }
 }
 
-// h omega = 70: fixed-point sweeps grow 5000-fold each, so this is Newton's work.
+// (h omega)^2 = 2 and 5000: fixed-point sweeps grow, so this is Newton's work.
 TEST_CASE("implicit Euler solves a stiff step to round-off") {
-  Scene stiff = oscillator();
-  std::get<Spring>(stiff.forces[0]).stiffness_N_per_m = 1e6;
-  const Recorded r = run("implicit-euler", stiff, {0.4, 4, 4});
-  REQUIRE(r.outcome.status == Status::ok);
-  double x = 1, v = 0;
-  for (int n = 1; n <= 4; ++n) {
-    v = (v - 0.1 * 5e5 * x) / (1 + 0.01 * 5e5);
-    x += 0.1 * v;
-    CHECK(static_cast<double>(r.samples.at(n).bodies[0].v_m_per_s[0]) == Approx(v).epsilon(1e-11));
+  for (const double stiffness : {400.0, 1e6}) {
+    Scene stiff = oscillator();
+    std::get<Spring>(stiff.forces[0]).stiffness_N_per_m = stiffness;
+    const Recorded r = run("implicit-euler", stiff, {0.4, 4, 4});
+    REQUIRE(r.outcome.status == Status::ok);
+    CHECK(r.outcome.rate_evaluations < 4 * 60);
+    double x = 1, v = 0;
+    for (int n = 1; n <= 4; ++n) {
+      v = (v - 0.1 * stiffness / 2 * x) / (1 + 0.01 * stiffness / 2);
+      x += 0.1 * v;
+      CHECK(static_cast<double>(r.samples.at(n).bodies[0].v_m_per_s[0]) == Approx(v).epsilon(1e-11));
+    }
   }
+}
+
+// An order-1 method keeps its order with its force at the wrong end of the step; the recurrence tells.
+TEST_CASE("the Euler methods see a driving force at their own instants") {
+  const double h = 3.0 / 64;
+  const auto drive = [](double t) { return 3.0 / 2 * std::cos(2.7 * t + 0.4); };
+  Line implicit{1, 0}, symplectic{1, 0}, forward{1, 0};
+  for (int n = 0; n < 64; ++n) {
+    implicit.v = (implicit.v - h * omega2 * implicit.x + h * drive((n + 1) * h)) / (1 + h * h * omega2);
+    implicit.x += h * implicit.v;
+    symplectic.v += h * (drive(n * h) - omega2 * symplectic.x);
+    symplectic.x += h * symplectic.v;
+    forward = {forward.x + h * forward.v, forward.v + h * (drive(n * h) - omega2 * forward.x)};
+  }
+  const auto end = [](const char* scheme) {
+    return static_cast<double>(run(scheme, driven_oscillator(), {3, 64, 1}).samples.at(1).bodies[0].p_m[0]);
+  };
+  CHECK(end("implicit-euler") == Approx(implicit.x).epsilon(1e-12));
+  CHECK(end("symplectic-euler") == Approx(symplectic.x).epsilon(1e-12));
+  CHECK(end("explicit-euler") == Approx(forward.x).epsilon(1e-12));
 }
 
 // A falling body with quadratic drag, v' = f(v): tells midpoint from Heun, and uses v_n in symplectic Euler.
