@@ -50,7 +50,7 @@ inline Scenario pleiades() {
 
 inline Scenario kepler(double e, double t_end_s) {
   Scene scene = empty_scene();
-  scene.bodies.push_back(point("planet", 1, {1 - e, 0, 0}, {0, e == 0.6 ? 2 : 1, 0}));
+  scene.bodies.push_back(point("planet", 1, {1 - e, 0, 0}, {0, e == 0.6 ? 2.0 : 1.0, 0}));
   scene.forces.push_back(Attractor{{0}, {0, 0, 0}, 1});
   return scenario(scene, t_end_s);
 }
