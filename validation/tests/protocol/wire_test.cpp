@@ -1,0 +1,163 @@
+// Lines out and in again: nothing is lost, and what is not the protocol is called so.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <limits>
+
+#include "protocol/wire.hpp"
+
+using namespace atwood;
+
+namespace {
+
+const Wide third = static_cast<Wide>(1) / 3;
+
+Sample wide_sample() {
+  Sample sample;
+  sample.t_s = 0.1;
+  sample.bodies.resize(2);
+  sample.bodies[0].p_m = {0.1, third, static_cast<Wide>(0.1L)};
+  sample.bodies[0].v_m_per_s = {std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(), -0.0};
+  sample.bodies[1].q_wxyz = {0.5, 0.5, -0.5, 0.5};
+  sample.bodies[1].w_rad_per_s = {1e-320, 1e300, 3};
+  return sample;
+}
+
+void check_equal(const Sample& a, const Sample& b) {
+  CHECK(a.t_s == b.t_s);
+  REQUIRE(a.bodies.size() == b.bodies.size());
+  for (std::size_t i = 0; i < a.bodies.size(); ++i) {
+    CHECK(a.bodies[i].p_m == b.bodies[i].p_m);
+    CHECK(a.bodies[i].q_wxyz == b.bodies[i].q_wxyz);
+    CHECK(a.bodies[i].v_m_per_s == b.bodies[i].v_m_per_s);
+    CHECK(a.bodies[i].w_rad_per_s == b.bodies[i].w_rad_per_s);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a sample crosses the pipe to the last bit, events with it") {
+  Event event;
+  event.t_s = third;
+  event.kind = EventKind::rest;
+  event.body_b = 1;
+  event.normal = {0, 0, -1};
+  event.impulse_n_N_s = third * 2;
+  const wire::Answer answer = wire::read_answer(wire::sample_line(7, wide_sample(), {event}));
+  CHECK(answer.cell == 7);
+  CHECK_FALSE(answer.done);
+  check_equal(answer.sample, wide_sample());
+  REQUIRE(answer.events.size() == 1);
+  CHECK(answer.events[0].t_s == third);
+  CHECK(answer.events[0].kind == EventKind::rest);
+  CHECK(answer.events[0].impulse_n_N_s == third * 2);
+  CHECK(answer.events[0].normal == event.normal);
+}
+
+TEST_CASE("doubles are numbers, wider and non-finite values strings") {
+  Sample sample;
+  sample.bodies.resize(1);
+  sample.bodies[0].p_m = {0.1, third, std::nan("")};
+  const std::string line = wire::sample_line(0, sample, {});
+  CHECK(line.find("[[0.1,\"") != std::string::npos);
+  CHECK(line.find("\"nan\"") != std::string::npos);
+  CHECK(std::isnan(static_cast<double>(wire::read_answer(line).sample.bodies[0].p_m[2])));
+}
+
+TEST_CASE("a truth crosses with its bars, source and condition") {
+  Truth truth;
+  truth.source = "closed form: \"quoted\"";
+  truth.note = "note";
+  truth.condition = std::numeric_limits<double>::infinity();
+  truth.events.resize(2);
+  truth.event_bar_s = {1e-20, 2e-20};
+  const wire::Answer sample = wire::read_answer(wire::truth_line(3, wide_sample(), wide_sample()));
+  CHECK(sample.has_bar);
+  check_equal({wide_sample().t_s, sample.bar.bodies}, wide_sample());
+  const wire::Answer done = wire::read_answer(wire::truth_done_line(3, truth));
+  CHECK(done.done);
+  CHECK(done.source == truth.source);
+  CHECK(done.note == "note");
+  CHECK(std::isinf(done.condition));
+  CHECK(done.event_bar_s == truth.event_bar_s);
+}
+
+TEST_CASE("an outcome crosses whole, whatever bytes its reason has") {
+  Outcome outcome;
+  outcome.status = Status::diverged;
+  outcome.reason = "line\nbreak \"quote\" \xff not UTF-8";
+  outcome.steps_taken = 12;
+  outcome.rate_evaluations = 48;
+  outcome.busy_ns = {5, 6, 7};
+  const std::string line = wire::done_line(1, outcome, {});
+  CHECK(line.find('\n') == std::string::npos);
+  const Outcome back = wire::read_answer(line).outcome;
+  CHECK(back.status == Status::diverged);
+  CHECK(back.reason.rfind("line\nbreak \"quote\"", 0) == 0);
+  CHECK(back.steps_taken == 12);
+  CHECK(back.rate_evaluations == 48);
+  CHECK(back.busy_ns == outcome.busy_ns);
+}
+
+TEST_CASE("hello carries every setting with its type") {
+  Engine engine;
+  engine.name = "demo";
+  engine.version = "1.2";
+  engine.scalar = "float";
+  engine.methods.push_back({"demo/a", "doc", "source", {{"rotation", 4.0}}, true,
+                            {{"flag", true}, {"n", std::int64_t{3}}, {"x", 1.0}, {"name", std::string("v")}}});
+  const Engine back = wire::read_hello(wire::hello_line(engine));
+  CHECK(back.name == "demo");
+  CHECK(back.version == "1.2");
+  CHECK(back.scalar == "float");
+  REQUIRE(back.methods.size() == 1);
+  CHECK(back.methods[0].adaptive);
+  CHECK(back.methods[0].source == "source");
+  CHECK(back.methods[0].claimed_order == engine.methods[0].claimed_order);
+  CHECK(back.methods[0].settings == engine.methods[0].settings);
+}
+
+TEST_CASE("requests read back, and bad ones are refused with their cell") {
+  wire::Request request;
+  request.kind = wire::Request::Kind::run;
+  request.cell = 9;
+  request.method = "atwood/rk4";
+  request.plan = {0.1, 64, 16};
+  request.repeats = 3;
+  request.json = "{\"bodies\":[]}";
+  std::int64_t cell = -1;
+  const wire::Request back = wire::read_request(wire::to_line(request), cell);
+  CHECK(cell == 9);
+  CHECK(back.method == request.method);
+  CHECK(back.plan.t_end_s == 0.1);
+  CHECK(back.plan.steps == 64);
+  CHECK(back.repeats == 3);
+  CHECK(back.json == request.json);
+  for (const char* line :
+       {"", "{", "[]", "7", "{}", R"({"request":"dance","cell":5})", R"({"request":"run","cell":5})",
+        R"({"request":"run","cell":5,"method":"a/b","t_end_s":1,"steps":10,"samples":3,"scene":{}})",
+        R"({"request":"run","cell":5,"method":"a/b","t_end_s":-1,"steps":10,"samples":5,"scene":{}})",
+        R"({"request":"run","cell":5,"method":"a/b","t_end_s":"nan","steps":10,"samples":5,"scene":{}})",
+        R"({"request":"run","cell":5,"method":"a/b","t_end_s":1,"steps":0,"samples":5,"scene":{}})",
+        R"({"protocol":2,"request":"hello"})"}) {
+    CAPTURE(line);
+    CHECK_THROWS_AS(wire::read_request(line, cell), wire::Garbage);
+  }
+}
+
+TEST_CASE("answers that are not the protocol are garbage, not a crash") {
+  for (const char* line :
+       {"", "hello", "{\"cell\":1", "null", R"({"cell":"x"})", R"({"cell":1})", R"({"cell":1,"t_s":0})",
+        R"({"cell":1,"t_s":0,"bodies":[[1,2,3]]})", R"({"cell":1,"t_s":0,"bodies":[[0,0,0,1,0,0,0,0,0,0,0,0,null]]})",
+        R"({"cell":1,"t_s":0,"bodies":[[0,0,0,1,0,0,0,0,0,0,0,0,"x"]]})", R"({"cell":1,"done":{"status":"fine"}})",
+        R"({"cell":1,"done":7})", R"({"cell":1,"done":{"status":"ok","busy_ns":"x"}})",
+        R"({"cell":1.5,"done":{"status":"ok"}})", R"({"cell":1,"t_s":0,"bodies":[],"events":[7]})",
+        R"({"cell":1,"t_s":0,"bodies":[],"events":[{"t_s":0,"kind":"boom","body_a":0,"body_b":1}]})"}) {
+    CAPTURE(line);
+    CHECK_THROWS_AS(wire::read_answer(line), wire::Garbage);
+  }
+  for (const char* line : {"{}", R"({"engine":"x"})", R"({"engine":"x","methods":[1]})", R"({"engine":1,"methods":[]})"}) {
+    CAPTURE(line);
+    CHECK_THROWS_AS(wire::read_hello(line), wire::Garbage);
+  }
+}
