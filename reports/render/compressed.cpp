@@ -9,7 +9,7 @@ namespace atwood {
 std::string deflated(std::string_view bytes) {
   z_stream stream{};
   // Window bits below zero: no zlib header, the "deflate-raw" of DecompressionStream.
-  if (deflateInit2(&stream, 9, Z_DEFLATED, -15, 9, Z_DEFAULT_STRATEGY) != Z_OK) {
+  if (deflateInit2(&stream, 6, Z_DEFLATED, -15, 9, Z_DEFAULT_STRATEGY) != Z_OK) {
     throw std::runtime_error("cannot compress the report's data: out of memory");
   }
   std::string out(deflateBound(&stream, static_cast<uLong>(bytes.size())), '\0');

@@ -1,13 +1,16 @@
-// Rows as CSV: the columns are a published contract. Quoting as in RFC 4180, lines end in LF.
+// Rows as CSV: the columns are a published contract. Quoting as in RFC 4180, lines end in LF, text is valid UTF-8
+// without control characters (an engine's last words may hold anything).
 #include <string_view>
 
 #include "protocol/sample.hpp"
 #include "reports/report.hpp"
+#include "text.hpp"
 
 namespace atwood {
 namespace {
 
-std::string field(const std::string& text) {
+std::string field(const std::string& raw) {
+  const std::string text = clean_text(raw);
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
   std::string quoted = "\"";
   for (const char c : text) {

@@ -31,6 +31,9 @@ std::string table_code(const std::string& text) {
   return out;
 }
 
+// Of a figure that has one.
+std::string unit(const std::string& text) { return text.empty() || text == "1" ? "" : " " + cell(text); }
+
 std::string steps_word(std::int64_t steps) { return steps > 0 ? std::to_string(steps) : "-"; }
 
 std::string failing_section(const std::vector<Verdict>& verdicts) {
@@ -41,9 +44,9 @@ std::string failing_section(const std::vector<Verdict>& verdicts) {
       out = "## What did not pass\n\n| verdict | scenario | method | steps | metric | measured | allowed | rerun |\n"
             "| --- | --- | --- | ---: | --- | ---: | --- | --- |\n";
     }
-    out += fmt::format("| {} | {} | {} | {} | {} | {} {} | {} | {} |\n", to_string(verdict->judgement),
+    out += fmt::format("| {} | {} | {} | {} | {} | {}{} | {} | {} |\n", to_string(verdict->judgement),
                        cell(verdict->scenario), cell(verdict->method), steps_word(verdict->steps),
-                       cell(verdict->metric), cell(measured_words(*verdict)), cell(verdict->unit),
+                       cell(verdict->metric), cell(measured_words(*verdict)), unit(verdict->unit),
                        cell(allowed_words(*verdict)), table_code(verdict->rerun));
   }
   return out.empty() ? out : out + "\n";
@@ -54,9 +57,9 @@ std::string laws_section(const std::vector<Law>& laws) {
   std::string out = "## Laws: predicted beside measured\n\n| scenario | method | steps | law | predicted | measured |\n"
                     "| --- | --- | ---: | --- | ---: | ---: |\n";
   for (const Law& law : laws) {
-    out += fmt::format("| {} | {} | {} | {} | {} {} | {} {} |\n", cell(law.scenario), cell(law.method),
-                       steps_word(law.steps), cell(law.statement), figure(law.predicted), cell(law.unit),
-                       figure(law.measured), cell(law.unit));
+    out += fmt::format("| {} | {} | {} | {} | {}{} | {}{} |\n", cell(law.scenario), cell(law.method),
+                       steps_word(law.steps), cell(law.statement), figure(law.predicted), unit(law.unit),
+                       figure(law.measured), unit(law.unit));
   }
   return out + "\n";
 }
@@ -126,8 +129,8 @@ std::string render_markdown(const ReportData& data) {
   const JudgementCounts counts = count(data.verdicts);
   const bool all_pass = counts.fail + counts.unverifiable + counts.not_run == 0;
   const char* verdict = data.verdicts.empty() ? "No gates" : all_pass ? "Pass" : "Fail";
-  return fmt::format("# {}\n\n**{}.** {}; {} rows, {} scenarios.\n\n", cell(data.title), verdict, words(counts),
-                     data.rows.size(), data.scenarios.size()) +
+  return fmt::format("# {}\n\n**{}.** {}; scenarios: {}, rows: {}.\n\n", cell(data.title), verdict, words(counts),
+                     data.scenarios.size(), data.rows.size()) +
          failing_section(data.verdicts) + laws_section(data.laws) +
          matrix_section(data.rows, "order-position", "Observed order of position") +
          matrix_section(data.rows, "order-attitude", "Observed order of attitude") + engines_section(data) +

@@ -123,7 +123,7 @@ std::string status_words(const std::vector<Row>& rows) {
 std::string render_verdict_table(const std::vector<Verdict>& verdicts, const std::vector<Row>& rows, bool colour,
                                  int width) {
   const Palette& palette = colour ? kColours : kPlain;
-  const std::size_t room = static_cast<std::size_t>(width > 0 ? std::clamp(width, 40, 160) : 100);
+  const std::size_t room = static_cast<std::size_t>(width > 0 ? std::clamp(width, 60, 160) : 100);
   std::string out;
   for (const Verdict* verdict : failing_first(verdicts)) {
     if (verdict->judgement != Judgement::pass) out += failing_gate(*verdict, palette, room);

@@ -1,0 +1,289 @@
+#!/usr/bin/env python3
+"""Opens a report from disk in headless Chromium and uses it as a reader would: sorts, filters, zooms, hovers, switches
+to dark, prints. No error may reach the console, no request the network. browser_test.py WRITE_SYNTHETIC_REPORT
+Speaks WebDriver (JSON over HTTP) to chromedriver; standard library only. Answers 77 (skipped) with a word where Chromium
+or chromedriver is missing."""
+import base64
+import json
+import os
+import pathlib
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import urllib.error
+import urllib.request
+
+SKIPPED = 77
+LIMIT = 3_000_000
+HOSTILE = "</script><img src=x onerror=alert(1)>"
+ELEMENT = "element-6066-11e4-a52e-4f735466cecf"
+
+
+class Browser:
+    def __init__(self, driver_path, browser_path):
+        with socket.socket() as probe:  # a free port
+            probe.bind(("127.0.0.1", 0))
+            self.port = probe.getsockname()[1]
+        self.driver = subprocess.Popen([driver_path, f"--port={self.port}"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.session = ""
+        try:
+            self.start(browser_path)
+        except BaseException:
+            self.driver.terminate()
+            raise
+
+    def start(self, browser_path):
+        for _ in range(100):
+            try:
+                self.call("GET", "/status")
+                break
+            except (OSError, urllib.error.URLError):
+                time.sleep(0.1)
+        options = {"args": ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--window-size=1280,900",
+                            "--disable-background-networking", "--no-first-run"], "binary": browser_path}
+        wanted = {"browserName": "chrome", "goog:chromeOptions": options, "goog:loggingPrefs": {"browser": "ALL", "performance": "ALL"}}
+        answer = self.call("POST", "/session", {"capabilities": {"alwaysMatch": wanted}})
+        self.session = "/session/" + answer["sessionId"]
+
+    def call(self, method, path, body=None):
+        request = urllib.request.Request(f"http://127.0.0.1:{self.port}{path}", method=method, headers={"Content-Type": "application/json"},
+                                         data=None if body is None else json.dumps(body).encode())
+        try:
+            with urllib.request.urlopen(request, timeout=90) as response:
+                return json.load(response)["value"]
+        except urllib.error.HTTPError as error:
+            raise AssertionError(f"{method} {path}: {error.read().decode()[:600]}") from None
+
+    def post(self, path, body):
+        return self.call("POST", self.session + path, body)
+
+    def run(self, script, *arguments):
+        return self.post("/execute/sync", {"script": script, "args": list(arguments)})
+
+    def devtools(self, command, **parameters):
+        return self.post("/goog/cdp/execute", {"cmd": command, "params": parameters})
+
+    def mouse(self, *actions):
+        self.post("/actions", {"actions": [{"type": "pointer", "id": "mouse", "parameters": {"pointerType": "mouse"}, "actions": list(actions)}]})
+
+    def find(self, selector):
+        return self.post("/element", {"using": "css selector", "value": selector})[ELEMENT]
+
+    def click(self, selector):
+        self.run("document.querySelector(arguments[0]).scrollIntoView({block: 'center'})", selector)
+        self.post(f"/element/{self.find(selector)}/click", {})
+
+    def type(self, selector, text):
+        self.post(f"/element/{self.find(selector)}/value", {"text": text})
+
+    def log(self, kind):
+        return self.post("/se/log", {"type": kind})
+
+    def close(self):
+        try:
+            if self.session:
+                self.call("DELETE", self.session)
+        finally:
+            self.driver.terminate()
+            self.driver.wait()
+
+
+def move(x, y, duration=60):
+    return {"type": "pointerMove", "duration": duration, "x": int(x), "y": int(y)}
+
+
+DOWN, UP = {"type": "pointerDown", "button": 0}, {"type": "pointerUp", "button": 0}
+
+
+def until(words, condition, seconds=15):
+    end = time.time() + seconds
+    while time.time() < end:
+        value = condition()
+        if value:
+            return value
+        time.sleep(0.05)
+    raise AssertionError("not within %d s: %s" % (seconds, words))
+
+
+def check(condition, words):
+    if not condition:
+        raise AssertionError(words)
+
+
+def column(browser, number):
+    return browser.run("""return [...document.querySelectorAll('#rows tbody tr:not(.spacer)')]
+        .map(row => row.children[arguments[0]]?.textContent)""", number)
+
+
+def opens(browser, path):
+    browser.post("/url", {"url": pathlib.Path(path).as_uri()})
+    until("the report is drawn", lambda: browser.run("return document.documentElement.dataset.ready === 'true'"), 40)
+    check(browser.run("return document.querySelector('#verdict .word').textContent") == "Fail", "the verdict is not shown")
+    order = browser.run("return [...document.querySelectorAll('main > section')].map(s => s.id)")
+    check(order[0] == "failing" and order[1] == "laws", f"failing cells do not stand on top: {order}")
+    cards = browser.run("return [...document.querySelectorAll('#failing .badge')].map(b => b.className)")
+    check(cards == ["badge fail", "badge fail", "badge unverifiable", "badge not-run"], f"failing cards: {cards}")
+    check("0.125 m" in browser.run("return document.querySelector('#laws').textContent"), "the law of 0.125 m is missing")
+    check(browser.run("return document.body.textContent.includes(arguments[0])", HOSTILE), "the hostile name is not shown as text")
+    check(browser.run("return document.querySelectorAll('img, iframe, [onerror], [onmouseover]').length") == 0, "hostile text became an element")
+
+
+def sorts(browser):
+    heads = browser.run("return [...document.querySelectorAll('#rows thead th')].map(t => t.textContent)")
+    at = heads.index("value")
+    button = f"#rows thead th:nth-child({at + 1}) button"
+    browser.type("#row-search", "kepler-e0.6 error-position-max")
+    until("the search leaves 20 ladders", lambda: browser.run("return document.querySelector('#row-count').textContent").startswith("200 of "))
+    browser.click(button)
+    check(browser.run("return document.querySelector(arguments[0]).parentElement.ariaSort", button) == "ascending", "aria-sort is not ascending")
+    rising = [float(text.lstrip("\u2264 ")) for text in column(browser, at)]
+    check(len(rising) > 15 and rising == sorted(rising), f"not ascending: {rising}")
+    browser.click(button)
+    falling = [float(text) for text in column(browser, at)]
+    check(falling == sorted(falling, reverse=True) and falling[0] > rising[0], f"not descending: {falling}")
+
+
+def filters(browser):
+    browser.run("""const s = document.querySelector('#row-search'); s.value = ''; s.dispatchEvent(new Event('input'));
+        const t = document.querySelector('#row-status'); t.value = 'diverged'; t.dispatchEvent(new Event('change'));""")
+    heads = browser.run("return [...document.querySelectorAll('#rows thead th')].map(t => t.textContent)")
+    until("only diverged rows", lambda: set(column(browser, heads.index("status"))) == {"diverged"})
+    check(any(HOSTILE in text for text in column(browser, heads.index("reason"))), "the hostile reason is not in the table")
+    browser.run("[...document.querySelectorAll('#rows .bar button')].find(b => b.textContent === 'clear').click()")
+    total = browser.run("return document.querySelector('#row-count').textContent")
+    check(total.split()[0] == total.split()[2], f"clear does not clear: {total}")
+    view = "document.querySelector('#rows .rows')"
+    first = column(browser, 0)[0]
+    browser.run(f"{view}.scrollTop = {view}.scrollHeight / 2")
+    until("other rows after scrolling", lambda: column(browser, 0)[0] != first)
+    count = browser.run("return document.querySelectorAll('#rows tbody tr').length")
+    check(count < 120, f"{count} rows are in the page: the table is not virtual")
+
+
+def plots(browser):
+    browser.run("""const s = document.querySelector('#plot-scenario'); s.value = 'kepler-e0.6'; s.dispatchEvent(new Event('change'));
+        document.querySelector('#plot-step').scrollIntoView({block: 'center'});""")
+    until("the plot is drawn", lambda: browser.run("return document.querySelector('#plot-step canvas') !== null"))
+    ink = browser.run("""const c = document.querySelector('#plot-step canvas');
+        const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; const seen = new Set();
+        for (let i = 0; i < d.length; i += 4) if (d[i + 3] > 200) seen.add(d[i] << 16 | d[i + 1] << 8 | d[i + 2]); return seen.size;""")
+    check(ink > 20, f"the plot has only {ink} colours: no curves?")
+    time.sleep(0.3)
+    box = browser.run("const r = document.querySelector('#plot-step .u-over').getBoundingClientRect(); return [r.left, r.top, r.width, r.height]")
+    left, top, width, height = box
+    # Hover: along a grid of places until one is near a point.
+    for part in range(2, 30):
+        browser.mouse(move(left + width * 0.96, top + height * part / 32, 10))
+        if not browser.run("return document.querySelector('#plot-step .tip').hidden"):
+            break
+    words = browser.run("return document.querySelector('#plot-step .readout').textContent")
+    check("steps" in words and "h = " in words and "/" in words, f"the readout does not speak: {words!r}")
+    # Zoom: drag a box, look at the range, take it back.
+    browser.mouse(move(left + width * 0.3, top + height * 0.2), DOWN, move(left + width * 0.6, top + height * 0.5), move(left + width * 0.7, top + height * 0.6), UP)
+    until("zoomed", lambda: browser.run("return document.querySelector('#plot-step').dataset.zoomed === 'true'"))
+    low, high = (float(x) for x in browser.run("return document.querySelector('#plot-step').dataset.x").split())
+    browser.click("#plot-step .reset")
+    until("reset", lambda: browser.run("return document.querySelector('#plot-step').dataset.zoomed === 'false'"))
+    full_low, full_high = (float(x) for x in browser.run("return document.querySelector('#plot-step').dataset.x").split())
+    check(abs((high - low) / (full_high - full_low) - 0.4) < 0.03, f"a drag over 40 % of the width shows {(high - low) / (full_high - full_low):.0%}")
+    browser.click("#plots .legend button[data-method='atwood/rk4']")
+    check(browser.run("return document.querySelector(\"#plots .legend button[data-method='atwood/rk4']\").ariaPressed") == "false", "a method does not switch off")
+    browser.click("#plots .legend button[data-method='atwood/rk4']")
+    browser.run("document.querySelector('#plot-cpu .plot').focus()")
+    browser.post("/actions", {"actions": [{"type": "key", "id": "keys", "actions": [{"type": "keyDown", "value": "\ue014"}, {"type": "keyUp", "value": "\ue014"}]}]})
+    until("the keyboard reads a point", lambda: "/" in browser.run("return document.querySelector('#plot-cpu .readout').textContent"))
+    # Other scenarios (the hostile one among them) and every metric draw.
+    browser.run("""for (const o of [...document.querySelector('#plot-scenario').options].filter((_, i) => i % 5 === 3)) {
+        const s = document.querySelector('#plot-scenario'); s.value = o.value; s.dispatchEvent(new Event('change'));
+        const m = document.querySelector('#plot-metric');
+        for (const p of [...m.options]) { m.value = p.value; m.dispatchEvent(new Event('change')); } }""")
+
+
+def luminance(colour):
+    parts = [int(p) / 255 for p in colour[colour.index("(") + 1:-1].split(",")[:3]]
+    return sum(w * (p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4) for w, p in zip((0.2126, 0.7152, 0.0722), parts))
+
+
+def contrast(browser):
+    script = """return [...document.querySelectorAll('h1, h2, h3, p, td, th, a, dt, dd, button:not(:disabled), .soft, .badge, .word, .tile span')]
+        .filter(e => e.offsetParent && e.closest('.legend') === null && e.closest('.figure') === null).map(e => { let b = e; let back;
+        do { back = getComputedStyle(b).backgroundColor; b = b.parentElement; } while (b && back === 'rgba(0, 0, 0, 0)');
+        return [getComputedStyle(e).color, back, e.textContent.slice(0, 30)]; })"""
+    for ink, back, text in {tuple(entry) for entry in browser.run(script)}:
+        if not back.startswith("rgb(") or not ink.startswith("rgb("):
+            continue
+        light, dark = sorted((luminance(ink), luminance(back)), reverse=True)
+        check((light + 0.05) / (dark + 0.05) >= 4.5, f"contrast {(light + 0.05) / (dark + 0.05):.2f} of {text!r}: {ink} on {back}")
+
+
+def dark(browser):
+    page = "return getComputedStyle(document.body).backgroundColor"
+    contrast(browser)
+    light = browser.run(page)
+    browser.click("#theme")
+    until("dark", lambda: browser.run(page) != light)
+    check(luminance(browser.run(page)) < 0.02 < 0.8 < luminance(light), "the switch does not lead from light to dark")
+    contrast(browser)
+    browser.click("#theme")
+    check(browser.run(page) == light, "the switch does not lead back")
+
+
+def narrow(browser):
+    browser.devtools("Emulation.setDeviceMetricsOverride", width=390, height=844, deviceScaleFactor=2, mobile=False)
+    time.sleep(0.3)
+    width = browser.run("return document.documentElement.scrollWidth")
+    check(width <= 390, f"at 390 px the page is {width} px wide")
+    browser.devtools("Emulation.clearDeviceMetricsOverride")
+
+
+def prints(browser):
+    browser.post("/refresh", {})  # plots that nobody scrolled to are not drawn yet
+    until("the report is drawn again", lambda: browser.run("return document.documentElement.dataset.ready === 'true'"), 40)
+    drawn = "return document.querySelectorAll('#plots canvas').length"
+    check(browser.run(drawn) < 5, "the plots are not lazy")
+    paper = base64.b64decode(browser.post("/print", {"background": True}))
+    check(paper.startswith(b"%PDF") and len(paper) > 40_000, "printing gives no document")
+    check(browser.run(drawn) == 5, "the plots are not on paper")
+
+
+def silence(browser, path):
+    errors = [entry["message"] for entry in browser.log("browser") if entry["level"] in ("SEVERE", "WARNING")]
+    check(not errors, f"the console says: {errors}")
+    own = pathlib.Path(path).as_uri()
+    for entry in browser.log("performance"):
+        message = json.loads(entry["message"])["message"]
+        if message["method"] == "Network.requestWillBeSent":
+            url = message["params"]["request"]["url"]
+            check(url == own or url.startswith("data:"), f"a request left the page: {url}")
+
+
+def main():
+    browser_path, driver_path = shutil.which("chromium") or shutil.which("google-chrome"), shutil.which("chromedriver")
+    if not browser_path or not driver_path:
+        print("skipped: Chromium and chromedriver are not installed (apt-get install chromium chromium-driver)")
+        return SKIPPED
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "report.html")
+        print(subprocess.run([sys.argv[1], path], check=True, capture_output=True, text=True).stdout.strip())
+        check(os.path.getsize(path) < LIMIT, f"the report has {os.path.getsize(path)} bytes")
+        browser = Browser(driver_path, browser_path)
+        try:
+            opens(browser, path)
+            for use in (sorts, filters, plots, dark, narrow, prints):
+                use(browser)
+                print("ok:", use.__name__)
+            silence(browser, path)
+            print("ok: no console error, no request")
+        except AssertionError as error:
+            print("FAILED:", error)
+            return 1
+        finally:
+            browser.close()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

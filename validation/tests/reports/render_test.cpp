@@ -1,0 +1,163 @@
+// Documents against golden files, and what golden files cannot say: that other programs can read them back.
+// ATWOOD_WRITE_GOLDEN=1 writes the golden files anew; read the difference before you commit it.
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <pugixml.hpp>
+#include <sstream>
+
+#include "synthetic.hpp"
+
+namespace {
+
+using namespace atwood;
+
+void check_golden(const std::string& name, const std::string& text) {
+  const std::string path = std::string(ATWOOD_SOURCE_DIR) + "/validation/tests/reports/golden/" + name;
+  if (std::getenv("ATWOOD_WRITE_GOLDEN") != nullptr) write_file(path, text);
+  std::ifstream file(path, std::ios::binary);
+  REQUIRE(file);
+  const std::string golden((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  CHECK(text == golden);
+}
+
+// RFC 4180, written from the specification: records of fields.
+std::vector<std::vector<std::string>> parse_csv(const std::string& text) {
+  std::vector<std::vector<std::string>> records{{""}};
+  bool quoted = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (quoted) {
+      if (c != '"') records.back().back() += c;
+      else if (i + 1 < text.size() && text[i + 1] == '"') records.back().back() += text[++i];
+      else quoted = false;
+    } else if (c == '"') {
+      quoted = true;
+    } else if (c == ',') {
+      records.back().emplace_back();
+    } else if (c == '\n') {
+      records.push_back({""});
+    } else {
+      records.back().back() += c;
+    }
+  }
+  records.pop_back();  // after the last line break
+  return records;
+}
+
+std::size_t points(const std::string& line) {
+  std::size_t count = 0;
+  for (const char c : line) count += (static_cast<unsigned char>(c) & 0xC0) != 0x80;
+  return count;
+}
+
+}  // namespace
+
+TEST_CASE("golden documents") {
+  const ReportData data = small_report();
+  check_golden("rows.csv", render_csv(data.rows));
+  check_golden("report.json", render_json(data));
+  check_golden("report.md", render_markdown(data));
+  check_golden("junit.xml", render_junit(data.verdicts));
+  check_golden("verdicts.txt", render_verdict_table(data.verdicts, data.rows, false, 80));
+  check_golden("verdicts_colour.txt", render_verdict_table(data.verdicts, data.rows, true, 120));
+}
+
+TEST_CASE("CSV has the contract's columns and reads back exactly") {
+  const ReportData data = small_report();
+  const auto records = parse_csv(render_csv(data.rows));
+  REQUIRE(records.size() == data.rows.size() + 1);
+  CHECK(records[0] == std::vector<std::string>{"scenario", "method", "steps", "h_s", "body", "t_s", "metric", "unit",
+                                               "value", "truth_bar", "status", "reason", "settings_hash",
+                                               "engine_version", "commit", "compiler", "flags", "cpu", "run_id"});
+  for (std::size_t i = 0; i < data.rows.size(); ++i) {
+    const Row& row = data.rows[i];
+    const auto& record = records[i + 1];
+    REQUIRE(record.size() == 19);
+    CHECK(record[1] == row.method);
+    CHECK(record[4] == row.body);
+    CHECK(record[5].empty() == !row.t_s.has_value());
+    CHECK((std::stod(record[8]) == row.value || std::isnan(row.value)));
+    CHECK(std::stod(record[3]) == row.h_s);
+    if (row.status != Status::crashed) CHECK(record[11] == row.reason);
+    CHECK(record[17] == row.provenance.cpu);
+  }
+  CHECK(records[3][11] == "line one\nline \xEF\xBF\xBD[31m two, \"quoted\" \xEF\xBF\xBD");
+}
+
+TEST_CASE("JSON parses, keeps every digit, and spells non-finite numbers as strings") {
+  const ReportData data = small_report();
+  const auto json = nlohmann::json::parse(render_json(data));
+  REQUIRE(json["rows"].size() == data.rows.size());
+  CHECK(json["rows"][0]["value"].get<double>() == data.rows[0].value);
+  CHECK(json["rows"][0]["t_s"].is_null());
+  CHECK(json["rows"][1]["t_s"].get<double>() == 0.1);
+  CHECK(json["rows"][3]["value"] == "nan");
+  CHECK(json["rows"][3]["status"] == "not finite");
+  CHECK(json["verdict"] == nlohmann::json{{"pass", 1}, {"fail", 1}, {"unverifiable", 1}, {"not_run", 1}});
+  CHECK(json["engines"][0]["methods"][0]["settings"]["iterations"] == 10);
+  CHECK(json["series"][0]["energy"].size() == 3);
+}
+
+TEST_CASE("JUnit counts all that did not pass as failures and carries the command") {
+  const ReportData data = small_report();
+  pugi::xml_document document;
+  REQUIRE(document.load_string(render_junit(data.verdicts).c_str()));
+  const pugi::xml_node root = document.child("testsuites");
+  CHECK(root.attribute("tests").as_int() == 4);
+  CHECK(root.attribute("failures").as_int() == 3);
+  const auto failures = root.select_nodes("//failure");
+  REQUIRE(failures.size() == 3);
+  std::size_t next = 0;
+  for (const Verdict& verdict : data.verdicts) {
+    if (verdict.judgement == Judgement::pass) continue;
+    // XPath answers in document order, suites stand in the order of their first verdict: the fail shares a suite.
+    CHECK(std::string(failures[next].node().text().get()).find("rerun: " + verdict.rerun) != std::string::npos);
+    ++next;
+  }
+  CHECK(std::string(root.child("testsuite").next_sibling().attribute("name").value()) == "a <b> & \"c\" | d");
+}
+
+TEST_CASE("the verdict table fits, hides no failing gate, and lets no control character through") {
+  const ReportData data = small_report();
+  for (const int width : {60, 80, 120}) {
+    std::istringstream plain(render_verdict_table(data.verdicts, data.rows, false, width));
+    std::string line, all;
+    while (std::getline(plain, line)) {
+      all += line + '\n';
+      CHECK(line.find('\x1b') == std::string::npos);
+      if (line.find("atwood run") == std::string::npos) CHECK(points(line) <= static_cast<std::size_t>(width));
+    }
+    for (const Verdict& verdict : data.verdicts) {
+      if (verdict.judgement != Judgement::pass) CHECK(all.find(verdict.rerun) != std::string::npos);
+    }
+    CHECK(all.find("FAIL") < all.find("4 gates: 1 pass, 1 fail, 1 unverifiable, 1 not run"));
+    CHECK(all.find("fail ") < all.find("unverifiable"));
+  }
+  CHECK(render_verdict_table(data.verdicts, data.rows, true, 80).find("\x1b[31m") != std::string::npos);
+  CHECK(render_verdict_table({}, {}, false, 80).find("NO GATES") != std::string::npos);
+  const std::vector<Verdict> passing{data.verdicts[0]};
+  CHECK(render_verdict_table(passing, {}, false, 80).find("PASS  1 gate:") != std::string::npos);
+}
+
+TEST_CASE("HTML is one small file in which hostile text stays text") {
+  const ReportData data = synthetic_report({40, 20, 10, 128});
+  REQUIRE(data.rows.size() > 60000);
+  const std::string html = render_html(data);
+  CHECK(html.size() < 3'000'000);
+  CHECK(html.find("default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:") !=
+        std::string::npos);
+  CHECK(html.find("<img src=x") == std::string::npos);
+  CHECK(html.find("src=\"http") == std::string::npos);
+  std::size_t closed = 0;
+  for (std::size_t at = html.find("</script"); at != std::string::npos; at = html.find("</script", at + 1)) ++closed;
+  CHECK(closed == 2);  // the data's and the program's
+  const std::string title = render_html([] {
+    ReportData hostile;
+    hostile.title = "</title><script>alert(1)</script>";
+    return hostile;
+  }());
+  CHECK(title.find("<script>alert") == std::string::npos);
+  CHECK(title.find("No gates") != std::string::npos);
+}

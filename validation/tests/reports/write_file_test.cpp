@@ -1,0 +1,88 @@
+// A file is there whole or not at all.
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+
+#include "reports/report.hpp"
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Folder {
+  fs::path path;
+  Folder() {
+    std::string name = (fs::temp_directory_path() / "atwood-write-XXXXXX").string();
+    REQUIRE(::mkdtemp(name.data()) != nullptr);
+    path = name;
+  }
+  ~Folder() { fs::remove_all(path); }
+  std::string operator/(const char* name) const { return (path / name).string(); }
+  std::size_t entries() const {
+    return static_cast<std::size_t>(std::distance(fs::directory_iterator(path), fs::directory_iterator()));
+  }
+};
+
+std::string content(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+}  // namespace
+
+TEST_CASE("a new file and a replaced one hold exactly what was given") {
+  const Folder folder;
+  const std::string path = folder / "report.html";
+  atwood::write_file(path, std::string("a\0b\n", 4));
+  CHECK(content(path) == std::string("a\0b\n", 4));
+  ::chmod(path.c_str(), 0640);
+  atwood::write_file(path, "second");
+  CHECK(content(path) == "second");
+  struct stat info{};
+  REQUIRE(::stat(path.c_str(), &info) == 0);
+  CHECK((info.st_mode & 07777) == 0640);
+  CHECK(folder.entries() == 1);
+}
+
+TEST_CASE("a link stays a link") {
+  const Folder folder;
+  atwood::write_file(folder / "real", "old");
+  fs::create_symlink("real", folder / "link");
+  atwood::write_file(folder / "link", "new");
+  CHECK(fs::is_symlink(folder / "link"));
+  CHECK(content(folder / "real") == "new");
+}
+
+TEST_CASE("a file that grows past the limit leaves the old one and no other") {
+  const Folder folder;
+  const std::string path = folder / "report.html";
+  atwood::write_file(path, "old");
+  rlimit before{};
+  REQUIRE(::getrlimit(RLIMIT_FSIZE, &before) == 0);
+  rlimit small = before;
+  small.rlim_cur = 4096;
+  REQUIRE(::setrlimit(RLIMIT_FSIZE, &small) == 0);
+  std::string words;
+  try {
+    atwood::write_file(path, std::string(100000, 'x'));
+  } catch (const std::runtime_error& error) {
+    words = error.what();
+  }
+  ::setrlimit(RLIMIT_FSIZE, &before);
+  CHECK(words == "cannot write " + path + ": File too large");
+  CHECK(content(path) == "old");
+  CHECK(folder.entries() == 1);
+}
+
+TEST_CASE("errors carry the system's words") {
+  const Folder folder;
+  CHECK_THROWS_WITH(atwood::write_file(folder / "no/such/report.html", "x"), Catch::EndsWith("No such file or directory"));
+  CHECK_THROWS_WITH(atwood::write_file(folder.path.string(), "x"), Catch::EndsWith("Is a directory"));
+  if (fs::exists("/dev/full")) {
+    CHECK_THROWS_WITH(atwood::write_file("/dev/full", "x"), "cannot write /dev/full: No space left on device");
+  }
+}
