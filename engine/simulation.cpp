@@ -22,7 +22,8 @@ std::string method_fault(const MethodId& id) {
   return "";
 }
 
-Outcome run_in_contact(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
+Outcome run_in_contact(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer,
+                       int repeats) {
   if (id.response.empty()) return refuse("atwood/" + id.scheme + " has no contact response; use +impulse or +event");
 #ifdef ATWOOD_CONTACT_BUILT
   return run_with_contacts(id, scene, plan, observer, repeats);
@@ -83,7 +84,8 @@ template <class S> S time_at(const Plan& plan, std::int64_t n) {
 }
 
 template <class S>
-void observe(RigidModel<S>& model, const Plan& plan, std::int64_t k, const S* y, Sample& sample, const Observer& observer) {
+void observe(RigidModel<S>& model, const Plan& plan, std::int64_t k, const S* y, Sample& sample,
+             const Observer& observer) {
   if (!observer.sample) return;
   using Clock = std::conditional_t<std::is_same_v<S, float>, double, S>;
   const Clock t_s = Clock(plan.t_end_s) * Clock(k) / Clock(plan.samples);

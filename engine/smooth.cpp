@@ -136,7 +136,8 @@ template <class S> void march_adaptively(Run<S>& run, const Tolerance<S>& tolera
 Outcome refuse(const std::string& reason) { return {Status::unsupported, reason, 0, 0, {}}; }
 
 std::string plan_fault(const MethodId& id, const Plan& plan) {
-  if (!(plan.t_end_s > 0) || plan.steps < 1 || plan.samples < 1) return "a run needs t_end_s, steps and samples above 0";
+  if (!(plan.t_end_s > 0) || plan.steps < 1 || plan.samples < 1)
+    return "a run needs t_end_s, steps and samples above 0";
   if (!id.rtol && plan.steps % plan.samples != 0) return "samples must divide the number of equal steps";
   if (id.rtol && !(*id.rtol > 0)) return "a tolerance must be above 0";
   return "";

@@ -61,7 +61,8 @@ template <class S> TermPointer<S> make_term(const RotatingFrame&, const Scene&);
 template <class S> TermPointer<S> make_term(const Potential&, const Scene&);
 
 // A force at a point of a body: the load through the centre of mass, and its moment.
-template <class S> void add_force_at(Load<S>& load, const Quat<S>& q_WB, const Vec3<S>& point_B, const Vec3<S>& force_W) {
+template <class S>
+void add_force_at(Load<S>& load, const Quat<S>& q_WB, const Vec3<S>& point_B, const Vec3<S>& force_W) {
   load.force_W += force_W;
   load.torque_B += cross(point_B, rotate_back(q_WB, force_W));
 }

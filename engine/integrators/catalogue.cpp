@@ -14,7 +14,8 @@ std::map<std::string, double> claims(double order) {
 }
 
 const std::string embedded =
-    " A rotating body's quaternion is integrated as four numbers, q' = 1/2 q (0, w), beside Euler's equations in body axes, "
+    " A rotating body's quaternion is integrated as four numbers, q' = 1/2 q (0, w), beside Euler's equations in body "
+    "axes, "
     "and normalised after each step, so that attitude keeps the order.";
 
 MethodInfo fixed_step(const std::string& scheme, double order, const std::string& doc, const std::string& source) {
@@ -30,58 +31,69 @@ MethodInfo pair_of_orders(const std::string& scheme, double order, const std::st
 
 std::vector<MethodInfo> euler_methods() {
   return {
-      fixed_step("explicit-euler", 1, "y_new = y + h f(t, y): p_new = p + h v, v_new = v + h a(t, p, v)." + embedded,
-                 "Euler, Institutionum calculi integralis I (1768), section 650; Hairer, Norsett, Wanner, Solving ODEs I, "
-                 "eq. I.7.3"),
-      fixed_step("symplectic-euler", 1,
-                 "Velocities first, from forces at the old state; then positions with the new velocities: "
-                 "v_new = v + h a(t, p, v), p_new = p + h v_new. A rotating body: w += h I^-1 torque (without w x I w), "
-                 "then the free top by rotations about its principal axes 1, 2, 3, each by h L_i / I_i.",
-                 "Hairer, Lubich, Wanner, Geometric Numerical Integration (2nd ed.), eq. I.1.9 (the variant that updates "
-                 "velocities first)"),
+      fixed_step(
+          "explicit-euler", 1, "y_new = y + h f(t, y): p_new = p + h v, v_new = v + h a(t, p, v)." + embedded,
+          "Euler, Institutionum calculi integralis I (1768), section 650; Hairer, Norsett, Wanner, Solving ODEs I, "
+          "eq. I.7.3"),
+      fixed_step(
+          "symplectic-euler", 1,
+          "Velocities first, from forces at the old state; then positions with the new velocities: "
+          "v_new = v + h a(t, p, v), p_new = p + h v_new. A rotating body: w += h I^-1 torque (without w x I w), "
+          "then the free top by rotations about its principal axes 1, 2, 3, each by h L_i / I_i.",
+          "Hairer, Lubich, Wanner, Geometric Numerical Integration (2nd ed.), eq. I.1.9 (the variant that updates "
+          "velocities first)"),
       fixed_step("implicit-euler", 1,
                  "y_new = y + h f(t + h, y_new), solved to round-off by fixed-point sweeps, or by simplified Newton "
-                 "iteration where they contract slowly." + embedded,
+                 "iteration where they contract slowly." +
+                     embedded,
                  "Hairer, Wanner, Solving ODEs II (2nd ed.), eq. IV.1.8")};
 }
 
 std::vector<MethodInfo> runge_kutta_methods() {
-  return {fixed_step("midpoint", 2, "Explicit midpoint: k1 = f(t, y), y_new = y + h f(t + h/2, y + h/2 k1)." + embedded,
-                     "Runge, Math. Ann. 46 (1895) 167; Hairer, Norsett, Wanner I, eq. II.1.4"),
-          fixed_step("heun", 2,
-                     "Trapezoidal Heun: k1 = f(t, y), k2 = f(t + h, y + h k1), y_new = y + h (k1 + k2) / 2." + embedded,
-                     "Heun, Z. Math. Phys. 45 (1900) 23; Hairer, Norsett, Wanner I, table II.1.1"),
-          fixed_step("rk4", 4, "The classical Runge-Kutta method, weights 1/6 1/3 1/3 1/6." + embedded,
-                     "Kutta, Z. Math. Phys. 46 (1901) 435; Hairer, Norsett, Wanner I, table II.1.2"),
-          pair_of_orders("rkf45", 4,
-                         "Fehlberg's pair: the order-4 result advances, the order-5 one judges the step. Without a "
-                         "tolerance: equal steps. With one: PI step control; samples by a shorter step of the same "
-                         "method." + embedded,
-                         "Fehlberg, NASA TR R-315 (1969), table III; Hairer, Norsett, Wanner I, table II.5.1"),
-          pair_of_orders("dopri5", 5,
-                         "Dormand and Prince's pair of orders 5 and 4, seven stages, the last shared with the next step; "
-                         "the order-5 result advances. Without a tolerance: equal steps. With one: PI step control, "
-                         "samples by its own interpolant of order 4." + embedded,
-                         "Dormand, Prince, J. Comput. Appl. Math. 6 (1980) 19, table 2; Hairer, Norsett, Wanner I, table "
-                         "II.5.2 and eq. II.6.12")};
+  return {
+      fixed_step("midpoint", 2, "Explicit midpoint: k1 = f(t, y), y_new = y + h f(t + h/2, y + h/2 k1)." + embedded,
+                 "Runge, Math. Ann. 46 (1895) 167; Hairer, Norsett, Wanner I, eq. II.1.4"),
+      fixed_step("heun", 2,
+                 "Trapezoidal Heun: k1 = f(t, y), k2 = f(t + h, y + h k1), y_new = y + h (k1 + k2) / 2." + embedded,
+                 "Heun, Z. Math. Phys. 45 (1900) 23; Hairer, Norsett, Wanner I, table II.1.1"),
+      fixed_step("rk4", 4, "The classical Runge-Kutta method, weights 1/6 1/3 1/3 1/6." + embedded,
+                 "Kutta, Z. Math. Phys. 46 (1901) 435; Hairer, Norsett, Wanner I, table II.1.2"),
+      pair_of_orders("rkf45", 4,
+                     "Fehlberg's pair: the order-4 result advances, the order-5 one judges the step. Without a "
+                     "tolerance: equal steps. With one: PI step control; samples by a shorter step of the same "
+                     "method." +
+                         embedded,
+                     "Fehlberg, NASA TR R-315 (1969), table III; Hairer, Norsett, Wanner I, table II.5.1"),
+      pair_of_orders("dopri5", 5,
+                     "Dormand and Prince's pair of orders 5 and 4, seven stages, the last shared with the next step; "
+                     "the order-5 result advances. Without a tolerance: equal steps. With one: PI step control, "
+                     "samples by its own interpolant of order 4." +
+                         embedded,
+                     "Dormand, Prince, J. Comput. Appl. Math. 6 (1980) 19, table 2; Hairer, Norsett, Wanner I, table "
+                     "II.5.2 and eq. II.6.12")};
 }
 
 std::vector<MethodInfo> verlet_methods() {
   const std::string rest =
-      " A rotating body's drift is the symmetric splitting of the free top, rotations about its principal axes 1 2 3 2 1 by "
+      " A rotating body's drift is the symmetric splitting of the free top, rotations about its principal axes 1 2 3 2 "
+      "1 by "
       "h/2 h/2 h h/2 h/2 of L_i / I_i. Where a force depends on velocities, a kick is the implicit midpoint rule in "
       "the velocities, solved to round-off (Boris's rotation for a magnetic field), which keeps order 2.";
-  return {fixed_step("velocity-verlet", 2,
-                     "Kick, drift, kick: v_half = v + h/2 a(t, p), p_new = p + h v_half, v_new = v_half + h/2 a(t + h, p_new)." +
-                         rest,
-                     "Swope, Andersen, Berens, Wilson, J. Chem. Phys. 76 (1982) 637, eq. 4-5; Hairer, Lubich, Wanner, "
-                     "Geometric Numerical Integration (2nd ed.), eq. I.1.17; rotation: Dullweber, Leimkuhler, McLachlan, J. "
-                     "Chem. Phys. 107 (1997) 5840"),
-          fixed_step("leapfrog", 2,
-                     "Drift, kick, drift (position Verlet): p_half = p + h/2 v, v_new = v + h a(t + h/2, p_half), p_new = p_half "
-                     "+ h/2 v_new." + rest,
-                     "Tuckerman, Berne, Martyna, J. Chem. Phys. 97 (1992) 1990, eq. 2.22; Boris, Proc. 4th Conf. Numer. Simul. "
-                     "Plasmas (1970) 3")};
+  return {
+      fixed_step(
+          "velocity-verlet", 2,
+          "Kick, drift, kick: v_half = v + h/2 a(t, p), p_new = p + h v_half, v_new = v_half + h/2 a(t + h, p_new)." +
+              rest,
+          "Swope, Andersen, Berens, Wilson, J. Chem. Phys. 76 (1982) 637, eq. 4-5; Hairer, Lubich, Wanner, "
+          "Geometric Numerical Integration (2nd ed.), eq. I.1.17; rotation: Dullweber, Leimkuhler, McLachlan, J. "
+          "Chem. Phys. 107 (1997) 5840"),
+      fixed_step(
+          "leapfrog", 2,
+          "Drift, kick, drift (position Verlet): p_half = p + h/2 v, v_new = v + h a(t + h/2, p_half), p_new = p_half "
+          "+ h/2 v_new." +
+              rest,
+          "Tuckerman, Berne, Martyna, J. Chem. Phys. 97 (1992) 1990, eq. 2.22; Boris, Proc. 4th Conf. Numer. Simul. "
+          "Plasmas (1970) 3")};
 }
 
 std::vector<MethodInfo> build_catalogue() {

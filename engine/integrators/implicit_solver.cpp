@@ -40,7 +40,8 @@ auto ImplicitSolver<S>::sweep(Function g, void* context, S t_s, S c_s, const S* 
     }
     const S now = relative_size(change_.data(), z);
     if (!(now < S(1e30f))) return Progress::slow;
-    if (now <= real::epsilon<S>() || (now <= S(64) * real::epsilon<S>() && now >= before / S(2))) return Progress::solved;
+    if (now <= real::epsilon<S>() || (now <= S(64) * real::epsilon<S>() && now >= before / S(2)))
+      return Progress::solved;
     if (k > 2 && now > before / S(4)) return Progress::slow;
     before = now;
   }

@@ -20,8 +20,8 @@ template <class S> class Kicker {
   // v += h a(t, y), body rates likewise by I^-1 torque: forces at the state as it stands.
   void explicit_kick(S t_s, S h_s, S* y);
   // The same by the implicit midpoint rule in the velocities, at fixed positions: symmetric, so Verlet and leapfrog
-  // keep order 2 under drag, damping, Coriolis and Lorentz forces (for the Lorentz force it is Boris's rotation). Explicit
-  // where no force depends on velocities. False: not solved.
+  // keep order 2 under drag, damping, Coriolis and Lorentz forces (for the Lorentz force it is Boris's rotation).
+  // Explicit where no force depends on velocities. False: not solved.
   bool symmetric_kick(S t_s, S h_s, S* y);
 
  private:

@@ -74,7 +74,8 @@ template <class S> void ExplicitRungeKutta<S>::add(const S* y, S h_s, const Comb
   }
 }
 
-// The last rate of the step before is the first of this one, if this one starts where that one ended, under the same law.
+// The last rate of the step before is the first of this one, if this one starts where that one ended, under the same
+// law.
 template <class S> void ExplicitRungeKutta<S>::first_stage(S t_s, const S* y) {
   const S same_instant_s = S(8) * real::epsilon<S>() * real::max(real::abs(t_s), real::abs(last_end_s_));
   if (first_same_as_last_ && last_epoch_ == this->system_.epoch && real::abs(last_end_s_ - t_s) <= same_instant_s &&
@@ -115,7 +116,8 @@ template <class S> S ExplicitRungeKutta<S>::error_norm(S rtol, S atol) const {
   return real::sqrt(squares / S(size_));
 }
 
-// y + th (dy + (1-th) (h k1 - dy + th (2 dy - h (k1 + k7) + (1-th) h sum d_i k_i)))       (HNW I, II.6; DOPRI5's CONTD5)
+// y + th (dy + (1-th) (h k1 - dy + th (2 dy - h (k1 + k7) + (1-th) h sum d_i k_i)))       (HNW I, II.6; DOPRI5's
+// CONTD5)
 template <class S> void ExplicitRungeKutta<S>::dense(S theta, S* y_at) {
   if (!dense_) return Stepper<S>::dense(theta, y_at);
   const S rest = S(1) - theta, h = this->h_s_;

@@ -182,7 +182,10 @@ template <class S> void RigidModel<S>::normalise(S* y) const {
     }
 }
 
-template <class S> void RigidModel<S>::project_of(void* context, S* y) { static_cast<RigidModel*>(context)->normalise(y); }
+template <class S>
+void RigidModel<S>::project_of(void* context, S* y) {
+  static_cast<RigidModel*>(context)->normalise(y);
+}
 
 template class RigidModel<float>;
 template class RigidModel<double>;

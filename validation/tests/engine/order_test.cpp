@@ -47,9 +47,11 @@ Sample driven_truth(const Scene& scene, long double t) {
   const auto& spring = std::get<Spring>(scene.forces[0]);
   const auto& drive = std::get<Drive>(scene.forces[1]);
   const Body& bob = scene.bodies[0];
-  const long double w2 = spring.stiffness_N_per_m / bob.mass_kg, w = std::sqrt(w2), u = drive.angular_frequency_rad_per_s;
+  const long double w2 = spring.stiffness_N_per_m / bob.mass_kg, w = std::sqrt(w2),
+                    u = drive.angular_frequency_rad_per_s;
   const long double a = drive.force_N[0] / bob.mass_kg / (w2 - u * u), phase = drive.phase_rad;
-  const long double x0 = bob.position_m[0] - a * std::cos(phase), v0 = bob.velocity_m_per_s[0] + a * u * std::sin(phase);
+  const long double x0 = bob.position_m[0] - a * std::cos(phase),
+                    v0 = bob.velocity_m_per_s[0] + a * u * std::sin(phase);
   Sample sample;
   sample.bodies.resize(1);
   sample.bodies[0].p_m[0] = x0 * std::cos(w * t) + v0 / w * std::sin(w * t) + a * std::cos(u * t + phase);
@@ -67,7 +69,8 @@ std::vector<Problem> problems() {
   // The problem is its scene's doubles: e = 0.6 and the root of (1 + e) / (1 - e) are rounded, 1e-16 of the orbit.
   all.push_back({"charge-in-e-cross-b", "velocity-dependent", e_cross_b(), 10, 960, e_cross_b_truth(e_cross_b(), 10)});
   all.push_back({"driven-oscillator", "point-mass", driven_oscillator(), 3, 960, driven_truth(driven_oscillator(), 3)});
-  all.push_back({"quadratic-drag", "velocity-dependent", quadratic_drag(), 2, 480, fine_run(quadratic_drag(), 2, 4096)});
+  all.push_back(
+      {"quadratic-drag", "velocity-dependent", quadratic_drag(), 2, 480, fine_run(quadratic_drag(), 2, 4096)});
   all.push_back({"free-box", "rotation", free_box(false), 10, 3840, fine_run(free_box(false), 10, 16384)});
   all.push_back({"thrust-and-drag", "rotation", thrust_and_drag(), 4, 320, fine_run(thrust_and_drag(), 4, 4096)});
   return all;
@@ -113,7 +116,8 @@ TEST_CASE("executed order is the claimed order, per class of motion") {
 TEST_CASE("free-box-complex ends where the elliptic functions say") {
   const BodySample box = fine_run(free_box(), 10, 32768).bodies[0];
   CHECK(distance(box.w_rad_per_s, {2.75584040514685, -3.73596351921622, -3.16180900346752}) < 1e-13);
-  CHECK(attitude_distance(box.q_wxyz, {0.225164563413958, -0.619927562499452, -0.277029150687195, 0.69874572364031}) < 1e-13);
+  CHECK(attitude_distance(box.q_wxyz, {0.225164563413958, -0.619927562499452, -0.277029150687195, 0.69874572364031}) <
+        1e-13);
 }
 
 TEST_CASE("lorenz: position is the unknowns, velocity their rates") {

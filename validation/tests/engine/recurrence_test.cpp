@@ -152,7 +152,8 @@ TEST_CASE("energy is what the recurrence makes it") {
   const Recorded verlet = run("velocity-verlet", oscillator(), {8, 256, 256});
   double oscillation = 0;
   for (int n = 1; n <= 256; ++n) {
-    // Explicit Euler multiplies the energy by 1 + h^2 omega^2 a step; Verlet keeps v^2 + omega^2 (1 - h^2 omega^2 / 4) x^2.
+    // Explicit Euler multiplies the energy by 1 + h^2 omega^2 a step; Verlet keeps v^2 + omega^2 (1 - h^2 omega^2 / 4)
+    // x^2.
     CHECK(invariant(euler.samples[n].bodies[0], omega2) == Approx(4 * std::pow(1 + h * h * omega2, n)).epsilon(1e-11));
     const double kept = omega2 * (1 - h * h * omega2 / 4);
     CHECK(invariant(verlet.samples[n].bodies[0], kept) == Approx(kept).epsilon(1e-12));
@@ -188,7 +189,9 @@ TEST_CASE("Verlet and leapfrog are reversible, on velocity-dependent forces and 
 }
 
 TEST_CASE("leapfrog and velocity Verlet are different schemes") {
-  const auto end = [](const char* scheme) { return run(scheme, kepler(0.6), {10, 2000, 1}).samples.at(1).bodies[0].p_m; };
+  const auto end = [](const char* scheme) {
+    return run(scheme, kepler(0.6), {10, 2000, 1}).samples.at(1).bodies[0].p_m;
+  };
   CHECK(distance(end("leapfrog"), end("velocity-verlet")) > 1e-5);
 }
 
@@ -202,7 +205,8 @@ TEST_CASE("partitioned methods keep a free body's angular momentum") {
     const auto momentum = [&](const BodySample& s) {
       const MassProperties<double>& mass = model.mass(0);
       const Quat<double> q{double(s.q_wxyz[0]), double(s.q_wxyz[1]), double(s.q_wxyz[2]), double(s.q_wxyz[3])};
-      return rotate(q, mass.times_inertia({double(s.w_rad_per_s[0]), double(s.w_rad_per_s[1]), double(s.w_rad_per_s[2])}));
+      return rotate(q,
+                    mass.times_inertia({double(s.w_rad_per_s[0]), double(s.w_rad_per_s[1]), double(s.w_rad_per_s[2])}));
     };
     const Vec3<double> before = momentum(r.samples.at(0).bodies[0]), after = momentum(r.samples.at(1).bodies[0]);
     CHECK(norm(after - before) < 1e-12 * norm(before));

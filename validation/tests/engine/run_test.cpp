@@ -24,7 +24,8 @@ TEST_CASE("every method has a doc, a source and a claim per class of motion") {
     REQUIRE(info != nullptr);
     CHECK(info->doc.size() > 60);
     CHECK(info->source.size() > 20);
-    for (const char* motion : {"point-mass", "velocity-dependent", "rotation"}) CHECK(info->claimed_order.count(motion) == 1);
+    for (const char* motion : {"point-mass", "velocity-dependent", "rotation"})
+      CHECK(info->claimed_order.count(motion) == 1);
     CHECK(info->adaptive == (std::string(scheme) == "rkf45" || std::string(scheme) == "dopri5"));
     CHECK(info->settings.count("scalar") == 1);
   }
@@ -106,14 +107,17 @@ TEST_CASE("a step uses the force of its own interval") {
   scene.forces.push_back(Thruster{0, {0, 0, 0}, {1, 0, 0}, 3, {{0.5, 1}, {1.5, 1.75}}});
   for (const char* scheme : schemes) {
     INFO(scheme);
-    CHECK(static_cast<double>(run(scheme, scene, {2, 16, 1}).samples.at(1).bodies[0].v_m_per_s[0]) == Approx(1.125).epsilon(1e-14));
+    CHECK(static_cast<double>(run(scheme, scene, {2, 16, 1}).samples.at(1).bodies[0].v_m_per_s[0]) ==
+          Approx(1.125).epsilon(1e-14));
   }
   // p = 1/2 a t^2 on the pieces: exact for order 2.
   const double p = 1.5 * (0.125 + 0.5 * 1) + 1.5 * (0.25 * 0.25 / 2 + 0.25 * 0.25);
   for (const char* scheme : {"midpoint", "heun", "rk4", "velocity-verlet", "leapfrog", "rkf45", "dopri5"})
-    CHECK(static_cast<double>(run(scheme, scene, {2, 16, 1}).samples.at(1).bodies[0].p_m[0]) == Approx(p).epsilon(1e-14));
+    CHECK(static_cast<double>(run(scheme, scene, {2, 16, 1}).samples.at(1).bodies[0].p_m[0]) ==
+          Approx(p).epsilon(1e-14));
   for (const char* scheme : {"rkf45", "dopri5"})
-    CHECK(static_cast<double>(run(scheme, scene, {2, 3, 1}, "", 1e-6).samples.at(1).bodies[0].p_m[0]) == Approx(p).epsilon(1e-13));
+    CHECK(static_cast<double>(run(scheme, scene, {2, 3, 1}, "", 1e-6).samples.at(1).bodies[0].p_m[0]) ==
+          Approx(p).epsilon(1e-13));
 }
 
 TEST_CASE("a held body waits for its release; a fixed one never moves") {

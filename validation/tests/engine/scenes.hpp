@@ -66,7 +66,8 @@ inline Scene kepler(double e) {
 inline Scene free_box(bool gravity = true) {
   Scene scene = empty_scene();
   if (gravity) scene.gravity_m_per_s2 = {0, 0, -9.8};
-  scene.bodies.push_back(box({10.0 / 12 * (0.16 + 0.81), 10.0 / 12 * (0.01 + 0.81), 10.0 / 12 * (0.01 + 0.16)}, {0.1, 5, 0.1}));
+  scene.bodies.push_back(
+      box({10.0 / 12 * (0.16 + 0.81), 10.0 / 12 * (0.01 + 0.81), 10.0 / 12 * (0.01 + 0.16)}, {0.1, 5, 0.1}));
   return scene;
 }
 

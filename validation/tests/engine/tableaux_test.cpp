@@ -41,7 +41,8 @@ Row stage_sums(const std::vector<Row>& a, const Row& x) {
   return z;
 }
 
-// A rooted tree: its elementary weight at every stage, its order, its density (HNW I, theorem II.2.13: sum b phi = 1/gamma).
+// A rooted tree: its elementary weight at every stage, its order, its density (HNW I, theorem II.2.13: sum b phi =
+// 1/gamma).
 struct Tree { Row phi; int order, gamma; };
 
 std::vector<Tree> trees_up_to_5(const Coefficients& t) {
