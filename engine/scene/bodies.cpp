@@ -45,11 +45,18 @@ Codec<Real33> inertia() {
   return c;
 }
 
+Range mass() {
+  Range r = non_negative();
+  r.expected = "a number above 0 (only a fixed body needs no mass)";
+  return r;
+}
+
 Key<BodyDraft> shape_key() {
   Key<BodyDraft> k;
   k.name = "shape";
   k.doc = "what touches, and what inertia follows from; none: a point";
   k.schema = table_of({{"$ref", "#/$defs/shape"}});
+  k.resolved_schema = table_of({{"$ref", "#/$defs/resolved_shape"}});
   k.read = [](Reading& r, const Value& v, BodyDraft& out) { out.shape = read_shape(r, v); };
   k.write = [](const Scene& s, const BodyDraft& from) {
     Value table{Value::Table{}};
@@ -108,11 +115,13 @@ void fail_body(Reading& r, const Value& table, const char* at, const std::string
 void check_plane(Reading& r, const Value& table, BodyDraft& body) {
   if (!std::holds_alternative<Plane>(body.shape) || r.form != Form::file) return;
   if (table.find("fixed") && !body.fixed)
-    fail(r, table.find("fixed")->place, "`fixed` in " + r.where + " is false for a plane; expected true (a plane never moves)");
+    fail(r, table.find("fixed")->place,
+         "`fixed` in " + r.where + " is false for a plane; expected true (a plane never moves)");
   for (const char* unused : {"position_m", "orientation_wxyz"})
     if (const Value* value = table.find(unused))
-      fail(r, value->place, std::string("`") + unused + "` in " + r.where +
-                                " is given for a plane, which lies in world axes; expected `normal` and `offset_m` alone");
+      fail(r, value->place,
+           std::string("`") + unused + "` in " + r.where +
+               " is given for a plane, which lies in world axes; expected `normal` and `offset_m` alone");
   body.fixed = true;
 }
 
@@ -120,8 +129,8 @@ void check_fixed(Reading& r, const Value& table, BodyDraft& body) {
   if (body.velocity_m_per_s != Real3{} || body.angular_velocity_body_rad_per_s != Real3{}) {
     const bool linear = body.velocity_m_per_s != Real3{};
     const char* which = linear ? "velocity_m_per_s" : "angular_velocity_body_rad_per_s";
-    fail(r, table.find(which)->place, std::string("`") + which + "` in " + r.where +
-                                          " is not 0 for a fixed body; expected 0 (it never moves)");
+    fail(r, table.find(which)->place,
+         std::string("`") + which + "` in " + r.where + " is not 0 for a fixed body; expected 0 (it never moves)");
   }
   if (r.form == Form::file) body.mass_kg = 0, body.inertia_kg_m2 = {};
 }
@@ -133,7 +142,8 @@ void resolve_mass(Reading& r, const Value& table, BodyDraft& body) {
     fail(r, table.find("density_kg_per_m3")->place,
          "`density_kg_per_m3` in " + r.where + " is given beside `mass_kg`; expected one of the two");
   if (!mass && !body.density_kg_per_m3)
-    fail(r, table.place, "missing key `mass_kg` in " + r.where + "; expected a mass above 0, `density_kg_per_m3`, or `fixed = true`");
+    fail(r, table.place,
+         "missing key `mass_kg` in " + r.where + "; expected a mass above 0, `density_kg_per_m3`, or `fixed = true`");
   if (mass && !(body.mass_kg > 0)) {
     r.key = "mass_kg";
     fail_value(r, *mass, "a number above 0 (only a fixed body needs no mass)");
@@ -144,8 +154,11 @@ void resolve_mass(Reading& r, const Value& table, BodyDraft& body) {
   if (shape) problem = mass_properties(body.shape, unit);
   const Place shape_at = shape ? shape->place : table.place;
   if (body.density_kg_per_m3) {
-    if (problem.empty() && !(unit.volume_m3 > 0)) problem = "has no volume, so a density gives no mass; expected `mass_kg`";
-    if (!shape) fail(r, table.find("density_kg_per_m3")->place, "`density_kg_per_m3` in " + r.where + " is given without a shape; expected `mass_kg`");
+    if (problem.empty() && !(unit.volume_m3 > 0))
+      problem = "has no volume, so a density gives no mass; expected `mass_kg`";
+    if (!shape)
+      fail(r, table.find("density_kg_per_m3")->place,
+           "`density_kg_per_m3` in " + r.where + " is given without a shape; expected `mass_kg`");
     if (!problem.empty()) fail(r, shape_at, "the shape in " + r.where + " " + problem);
     body.mass_kg = *body.density_kg_per_m3 * unit.volume_m3;
   }
@@ -156,7 +169,9 @@ void resolve_mass(Reading& r, const Value& table, BodyDraft& body) {
     for (std::size_t i = 0; i < 9; ++i) body.inertia_kg_m2[i] = body.mass_kg * unit.inertia_per_kg_m2[i];
   }
   if (!std::isfinite(body.mass_kg) || !(body.mass_kg > 0))
-    fail(r, table.place, "the mass of " + r.where + " comes out as " + describe(Value(body.mass_kg)) + "; expected a finite number above 0");
+    fail(r, table.place,
+         "the mass of " + r.where + " comes out as " + describe(Value(body.mass_kg)) +
+             "; expected a finite number above 0");
 }
 
 }  // namespace
@@ -199,17 +214,19 @@ const Keys<PairLaw>& pair_keys() {
 const Keys<BodyDraft>& body_keys() {
   static const Keys<BodyDraft> keys = {
       required(key<BodyDraft>("name", &Body::name, name_text(), "a name, used once")),
-      key<BodyDraft>("mass_kg", &Body::mass_kg, number(non_negative()), "mass [kg]; above 0 unless fixed"),
+      key<BodyDraft>("mass_kg", &Body::mass_kg, number(mass()), "mass [kg]; above 0 unless fixed"),
       only(In::file, key<BodyDraft>("density_kg_per_m3", &BodyDraft::density_kg_per_m3, optional(number(positive())),
                                     "in place of a mass: times the volume of the shape [kg/m^3]")),
-      key<BodyDraft>("inertia_kg_m2", &BodyDraft::inertia, optional(inertia()),
-                     "about the centre of mass in body axes [kg m^2]; from the shape unless given, a point mass without both"),
+      key<BodyDraft>(
+          "inertia_kg_m2", &BodyDraft::inertia, optional(inertia()),
+          "about the centre of mass in body axes [kg m^2]; from the shape unless given, a point mass without both"),
       key<BodyDraft>("material", &Body::material, material_name(), "name of a material; `default` unless given"),
       shape_key(),
       key<BodyDraft>("position_m", &Body::position_m, vector3(), "of the centre of mass [m]; 0 unless given"),
       key<BodyDraft>("orientation_wxyz", &Body::orientation_wxyz, unit_quaternion(),
                      "unit quaternion, body to world; identity unless given"),
-      key<BodyDraft>("velocity_m_per_s", &Body::velocity_m_per_s, vector3(), "of the centre of mass [m/s]; 0 unless given"),
+      key<BodyDraft>("velocity_m_per_s", &Body::velocity_m_per_s, vector3(),
+                     "of the centre of mass [m/s]; 0 unless given"),
       key<BodyDraft>("angular_velocity_body_rad_per_s", &Body::angular_velocity_body_rad_per_s, vector3(),
                      "in body axes [rad/s]; 0 unless given"),
       key<BodyDraft>("charge_C", &Body::charge_C, number(), "charge [C]; 0 unless given"),
@@ -224,19 +241,22 @@ void finish_body(Reading& r, const Value& table, BodyDraft& body) {
   if (body.fixed) return check_fixed(r, table, body);
   if (r.form == Form::resolved) {
     body.inertia_kg_m2 = body.inertia.value_or(Real33{});
-    if (!(body.mass_kg > 0)) fail_body(r, table, "mass_kg", "found a mass of " + describe(Value(body.mass_kg)) + "; expected one above 0,");
+    if (!(body.mass_kg > 0))
+      fail_body(r, table, "mass_kg", "found a mass of " + describe(Value(body.mass_kg)) + "; expected one above 0,");
   } else {
     resolve_mass(r, table, body);
   }
   const Value* given = table.find("inertia_kg_m2");
   if (!given && !rotates(body) && table.find("shape") && r.form == Form::file)
-    fail(r, table.find("shape")->place, "the inertia of " + r.where + " comes out as 0; expected a body of ordinary size");
+    fail(r, table.find("shape")->place,
+         "the inertia of " + r.where + " comes out as 0; expected a body of ordinary size");
   if (rotates(body))
     if (const std::string problem = inertia_problem(body.inertia_kg_m2); !problem.empty())
       fail(r, given ? given->place : table.place, "`inertia_kg_m2` in " + r.where + " " + problem);
   if (!rotates(body) && body.angular_velocity_body_rad_per_s != Real3{})
     fail(r, table.find("angular_velocity_body_rad_per_s")->place,
-         "`angular_velocity_body_rad_per_s` in " + r.where + " is not 0 for a point mass; expected a shape or `inertia_kg_m2`");
+         "`angular_velocity_body_rad_per_s` in " + r.where +
+             " is not 0 for a point mass; expected a shape or `inertia_kg_m2`");
 }
 
 }  // namespace atwood

@@ -80,14 +80,17 @@ std::string scenario_schema() {
   Value schema = table_of({{"$schema", "https://json-schema.org/draft/2020-12/schema"},
                            {"$id", "https://atwood.invalid/scenario.schema.json"},
                            {"title", "Atwood scenario"},
-                           {"description", "A scenario file (TOML). $defs.resolved_scenario and $defs.resolved_scene "
-                                           "describe the JSON that workers read."}});
+                           {"description",
+                            "A scenario file (TOML). $defs.resolved_scenario and $defs.resolved_scene "
+                            "describe the JSON that workers read."}});
   Value body = object_schema(file_keys(), Form::file);
   for (Member& member : std::get<Value::Table>(body.data)) add(schema, member.key, std::move(member.value));
-  add(schema, "$defs", table_of({{"shape", shape_schema(Form::file)},
-                                 {"force", force_schema(Form::file)},
-                                 {"resolved_scenario", object_schema(scenario_keys(), Form::resolved)},
-                                 {"resolved_scene", object_schema(scene_keys(), Form::resolved)}}));
+  add(schema, "$defs",
+      table_of({{"shape", shape_schema(Form::file)},
+                {"resolved_shape", shape_schema(Form::resolved)},
+                {"force", force_schema(Form::file)},
+                {"resolved_scenario", object_schema(scenario_keys(), Form::resolved)},
+                {"resolved_scene", object_schema(scene_keys(), Form::resolved)}}));
   return to_json_text(schema, true);
 }
 

@@ -55,48 +55,58 @@ Key<T> angular_drag() {
 }
 template <class T>
 Key<T> on_times() {
-  return key<T>("on_s", &T::on_s, list_of(interval(), 4096), "when it acts: [from, to) pairs [s], in order; always unless given");
+  return key<T>("on_s", &T::on_s, list_of(interval(), 4096),
+                "when it acts: [from, to) pairs [s], in order; always unless given");
 }
 template <class T>
 Key<T> point() {
-  return key<T>("point_body_m", &T::point_body_m, vector3(), "where it acts, in body axes [m]; the centre of mass unless given");
+  return key<T>("point_body_m", &T::point_body_m, vector3(),
+                "where it acts, in body axes [m]; the centre of mass unless given");
 }
 
 template <class T>
 void check_on_times(Reading& r, const Value& v, T& f) {
   for (std::size_t i = 1; i < f.on_s.size(); ++i)
     if (f.on_s[i].from_s < f.on_s[i - 1].to_s)
-      fail(r, v.find("on_s")->place, "`on_s` in " + r.where + " has an interval that starts at " +
-                                         describe(Value(f.on_s[i].from_s)) + ", before the one ahead ends at " +
-                                         describe(Value(f.on_s[i - 1].to_s)) + "; expected intervals in order, apart");
+      fail(r, v.find("on_s")->place,
+           "`on_s` in " + r.where + " has an interval that starts at " + describe(Value(f.on_s[i].from_s)) +
+               ", before the one ahead ends at " + describe(Value(f.on_s[i - 1].to_s)) +
+               "; expected intervals in order, apart");
 }
 
 void check_spring(Reading& r, const Value& v, Spring& spring) {
   const Value& names = *v.find("bodies");
   const std::size_t count = spring.bodies.size();
-  if (count > 2) fail(r, names.place, "`bodies` in " + r.where + " names " + std::to_string(count) + " bodies; expected one and `anchor_m`, or two");
+  if (count > 2)
+    fail(r, names.place,
+         "`bodies` in " + r.where + " names " + std::to_string(count) + " bodies; expected one and `anchor_m`, or two");
   const Value* anchor = v.find("anchor_m");
-  if (count == 1 && !anchor) fail(r, v.place, "missing key `anchor_m` in " + r.where + "; expected the other end of the spring, as there is one body");
+  if (count == 1 && !anchor)
+    fail(r, v.place,
+         "missing key `anchor_m` in " + r.where + "; expected the other end of the spring, as there is one body");
   if (count == 2 && anchor && r.form == Form::file)
     fail(r, anchor->place, "`anchor_m` in " + r.where + " is given beside two bodies; expected it with one body only");
   if (spring.points_body_m.empty()) spring.points_body_m.resize(count);
   if (spring.points_body_m.size() != count)
-    fail(r, v.find("points_body_m")->place, "`points_body_m` in " + r.where + " is a list of " + std::to_string(spring.points_body_m.size()) +
-                                                "; expected one point for each of " + std::to_string(count) + " bodies");
+    fail(r, v.find("points_body_m")->place,
+         "`points_body_m` in " + r.where + " is a list of " + std::to_string(spring.points_body_m.size()) +
+             "; expected one point for each of " + std::to_string(count) + " bodies");
 }
 
 void check_mutual_gravity(Reading& r, const Value& v, MutualGravity& gravity) {
   for (const int body : gravity.bodies)
     if (const Body& b = r.scene->bodies[static_cast<std::size_t>(body)]; b.fixed)
-      fail(r, v.find("bodies")->place, "`bodies` in " + r.where + " names the fixed body `" + b.name +
-                                           "`, which has no mass; expected free bodies (a fixed centre is an attractor)");
+      fail(r, v.find("bodies")->place,
+           "`bodies` in " + r.where + " names the fixed body `" + b.name +
+               "`, which has no mass; expected free bodies (a fixed centre is an attractor)");
 }
 
 void check_frame(Reading& r, const Value& v, RotatingFrame&) {
   for (const Body& body : r.scene->bodies)
     if (!body.fixed && rotates(body))
-      fail(r, v.place, "found the body `" + body.name + "`, which rotates, in a scene with " + r.where +
-                           "; expected point masses only (no shape, no inertia)");
+      fail(r, v.place,
+           "found the body `" + body.name + "`, which rotates, in a scene with " + r.where +
+               "; expected point masses only (no shape, no inertia)");
 }
 
 // The potentials of the catalogue. henon-heiles: V = (x^2 + y^2) / 2 + x^2 y - y^3 / 3, no parameters.
@@ -110,7 +120,8 @@ Key<Potential> parameters() {
     if (!members) fail_value(r, v, "a table of numbers");
     for (const Member& member : *members) {
       if (r.form == Form::file)
-        fail(r, member.place, "unknown parameter `" + member.key + "` in " + r.where + "; expected none for " + out.name);
+        fail(r, member.place,
+             "unknown parameter `" + member.key + "` in " + r.where + "; expected none for " + out.name);
       out.parameters[member.key] = read_number(r, member.value, any_number());
     }
   };
@@ -127,16 +138,17 @@ std::vector<Alternative<Force>> fields() {
   return {
       force<MutualGravity>({{"kind", "gravity"}}, "mutual gravity",
                            {bodies<MutualGravity>(),
-                            key<MutualGravity>("constant_m3_per_kg_s2", &MutualGravity::constant_m3_per_kg_s2, number(positive()),
-                                               "G [m^3/(kg s^2)]; 6.6743e-11 unless given"),
+                            key<MutualGravity>("constant_m3_per_kg_s2", &MutualGravity::constant_m3_per_kg_s2,
+                                               number(positive()), "G [m^3/(kg s^2)]; 6.6743e-11 unless given"),
                             key<MutualGravity>("softening_m", &MutualGravity::softening_m, number(non_negative()),
                                                "Plummer softening [m]; 0 unless given")},
                            check_mutual_gravity),
-      force<Attractor>({{"kind", "attractor"}}, "gravity of a fixed centre",
-                       {bodies<Attractor>(),
-                        key<Attractor>("center_m", &Attractor::center_m, vector3(), "where [m]; the origin unless given"),
-                        required(key<Attractor>("mu_m3_per_s2", &Attractor::mu_m3_per_s2, number(non_negative()),
-                                                "G M [m^3/s^2]"))}),
+      force<Attractor>(
+          {{"kind", "attractor"}}, "gravity of a fixed centre",
+          {bodies<Attractor>(),
+           key<Attractor>("center_m", &Attractor::center_m, vector3(), "where [m]; the origin unless given"),
+           required(
+               key<Attractor>("mu_m3_per_s2", &Attractor::mu_m3_per_s2, number(non_negative()), "G M [m^3/s^2]"))}),
       force<LinearDrag>({{"kind", "drag"}, {"model", "linear"}}, "F = -coefficient (v - wind)",
                         {bodies<LinearDrag>(),
                          required(key<LinearDrag>("coefficient_kg_per_s", &LinearDrag::coefficient_kg_per_s,
@@ -151,56 +163,59 @@ std::vector<Alternative<Force>> fields() {
                             required(key<QuadraticDrag>("area_m2", &QuadraticDrag::area_m2, number(non_negative()),
                                                         "cross section [m^2]")),
                             wind<QuadraticDrag>(), angular_drag<QuadraticDrag>()}),
-      force<Lorentz>({{"kind", "lorentz"}}, "F = q (E + v x B)",
-                     {bodies<Lorentz>(),
-                      key<Lorentz>("electric_V_per_m", &Lorentz::electric_V_per_m, vector3(), "E [V/m]; 0 unless given"),
-                      key<Lorentz>("magnetic_T", &Lorentz::magnetic_T, vector3(), "B [T]; 0 unless given")}),
-      force<Coulomb>({{"kind", "coulomb"}}, "mutual force of charges",
-                     {bodies<Coulomb>(true),
-                      required(key<Coulomb>("constant_N_m2_per_C2", &Coulomb::constant_N_m2_per_C2, number(non_negative()),
-                                            "k [N m^2/C^2]"))}),
-      force<RotatingFrame>({{"kind", "rotating-frame"}}, "Coriolis and centrifugal terms on every point mass",
-                           {required(key<RotatingFrame>("angular_velocity_rad_per_s",
-                                                        &RotatingFrame::angular_velocity_rad_per_s, vector3(),
-                                                        "of the frame [rad/s]"))},
-                           check_frame),
-      force<Potential>({{"kind", "potential"}}, "F = -grad V of a named potential",
-                       {bodies<Potential>(),
-                        required(key<Potential>("name", &Potential::name, one_of({"henon-heiles"}), "which")), parameters()}),
+      force<Lorentz>(
+          {{"kind", "lorentz"}}, "F = q (E + v x B)",
+          {bodies<Lorentz>(),
+           key<Lorentz>("electric_V_per_m", &Lorentz::electric_V_per_m, vector3(), "E [V/m]; 0 unless given"),
+           key<Lorentz>("magnetic_T", &Lorentz::magnetic_T, vector3(), "B [T]; 0 unless given")}),
+      force<Coulomb>(
+          {{"kind", "coulomb"}}, "mutual force of charges",
+          {bodies<Coulomb>(true), required(key<Coulomb>("constant_N_m2_per_C2", &Coulomb::constant_N_m2_per_C2,
+                                                        number(non_negative()), "k [N m^2/C^2]"))}),
+      force<RotatingFrame>(
+          {{"kind", "rotating-frame"}}, "Coriolis and centrifugal terms on every point mass",
+          {required(key<RotatingFrame>("angular_velocity_rad_per_s", &RotatingFrame::angular_velocity_rad_per_s,
+                                       vector3(), "of the frame [rad/s]"))},
+          check_frame),
+      force<Potential>(
+          {{"kind", "potential"}}, "F = -grad V of a named potential",
+          {bodies<Potential>(), required(key<Potential>("name", &Potential::name, one_of({"henon-heiles"}), "which")),
+           parameters()}),
   };
 }
 
 std::vector<Alternative<Force>> loads() {
   return {
-      force<Spring>({{"kind", "spring"}}, "between a body and an anchor, or two bodies",
-                    {bodies<Spring>(),
-                     key<Spring>("anchor_m", &Spring::anchor_m, vector3(), "the fixed end [m], with one body"),
-                     required(key<Spring>("stiffness_N_per_m", &Spring::stiffness_N_per_m, number(non_negative()), "k [N/m]")),
-                     key<Spring>("damping_N_s_per_m", &Spring::damping_N_s_per_m, number(non_negative()),
-                                 "along the spring [N s/m]; 0 unless given"),
-                     key<Spring>("rest_length_m", &Spring::rest_length_m, number(non_negative()),
-                                 "length without force [m]; 0 unless given"),
-                     key<Spring>("points_body_m", &Spring::points_body_m, list_of(vector3(), 2),
-                                 "where it holds each body, in body axes [m]; centres of mass unless given")},
-                    check_spring),
+      force<Spring>(
+          {{"kind", "spring"}}, "between a body and an anchor, or two bodies",
+          {bodies<Spring>(), key<Spring>("anchor_m", &Spring::anchor_m, vector3(), "the fixed end [m], with one body"),
+           required(key<Spring>("stiffness_N_per_m", &Spring::stiffness_N_per_m, number(non_negative()), "k [N/m]")),
+           key<Spring>("damping_N_s_per_m", &Spring::damping_N_s_per_m, number(non_negative()),
+                       "along the spring [N s/m]; 0 unless given"),
+           key<Spring>("rest_length_m", &Spring::rest_length_m, number(non_negative()),
+                       "length without force [m]; 0 unless given"),
+           key<Spring>("points_body_m", &Spring::points_body_m, list_of(vector3(), 2),
+                       "where it holds each body, in body axes [m]; centres of mass unless given")},
+          check_spring),
       force<Drive>({{"kind", "drive"}}, "force_N cos(w t + phase)",
                    {bodies<Drive>(), required(key<Drive>("force_N", &Drive::force_N, vector3(), "amplitude [N]")),
                     required(key<Drive>("angular_frequency_rad_per_s", &Drive::angular_frequency_rad_per_s, number(),
                                         "w [rad/s]")),
                     key<Drive>("phase_rad", &Drive::phase_rad, number(), "phase [rad]; 0 unless given")}),
-      force<Thruster>({{"kind", "thruster"}}, "a force that turns with the body",
-                      {required(key<Thruster>("body", &Thruster::body, body_name(), "name of the body")), point<Thruster>(),
-                       required(key<Thruster>("direction_body", &Thruster::direction_body, unit_vector3(),
-                                              "unit vector of the force in body axes")),
-                       required(key<Thruster>("thrust_N", &Thruster::thrust_N, number(non_negative()), "its size [N]")),
-                       on_times<Thruster>()},
-                      check_on_times<Thruster>),
-      force<PointForce>({{"kind", "point-force"}}, "a force of fixed world direction at a point of the body",
-                        {required(key<PointForce>("body", &PointForce::body, body_name(), "name of the body")),
-                         point<PointForce>(),
-                         required(key<PointForce>("force_N", &PointForce::force_N, vector3(), "in world axes [N]")),
-                         on_times<PointForce>()},
-                        check_on_times<PointForce>),
+      force<Thruster>(
+          {{"kind", "thruster"}}, "a force that turns with the body",
+          {required(key<Thruster>("body", &Thruster::body, body_name(), "name of the body")), point<Thruster>(),
+           required(key<Thruster>("direction_body", &Thruster::direction_body, unit_vector3(),
+                                  "unit vector of the force in body axes")),
+           required(key<Thruster>("thrust_N", &Thruster::thrust_N, number(non_negative()), "its size [N]")),
+           on_times<Thruster>()},
+          check_on_times<Thruster>),
+      force<PointForce>(
+          {{"kind", "point-force"}}, "a force of fixed world direction at a point of the body",
+          {required(key<PointForce>("body", &PointForce::body, body_name(), "name of the body")), point<PointForce>(),
+           required(key<PointForce>("force_N", &PointForce::force_N, vector3(), "in world axes [N]")),
+           on_times<PointForce>()},
+          check_on_times<PointForce>),
   };
 }
 
@@ -234,7 +249,8 @@ Force read_force(Reading& r, const Value& v) {
   for (std::size_t level = 0; left.size() > 1 || level == 0; ++level) {
     std::vector<std::string> words;
     for (const auto* each : left)
-      if (std::find(words.begin(), words.end(), each->tags[level].value) == words.end()) words.push_back(each->tags[level].value);
+      if (std::find(words.begin(), words.end(), each->tags[level].value) == words.end())
+        words.push_back(each->tags[level].value);
     const std::string word = read_tag(r, v, left.front()->tags[level].key, words);
     std::erase_if(left, [&](const auto* each) { return each->tags[level].value != word; });
     if (level == 0) r.where += " of kind " + word;

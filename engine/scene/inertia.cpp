@@ -50,9 +50,7 @@ std::string off_centre(const Real3& centroid) {
          number_text(centroid[2]) + "] m in body axes; expected it at the origin, the centre of mass";
 }
 
-bool is_off_centre(const Real3& centroid, double size) {
-  return !(std::sqrt(dot(centroid, centroid)) <= 1e-9 * size);
-}
+bool is_off_centre(const Real3& centroid, double size) { return !(std::sqrt(dot(centroid, centroid)) <= 1e-9 * size); }
 
 // Second moments C = int x x^T dV give I = tr(C) 1 - C.
 Real33 inertia_of_moments(const Real33& c) {
@@ -168,7 +166,8 @@ struct Properties {
     return polyhedron(s.points_m, faces, out);
   }
   std::string operator()(const Mesh& s) const {
-    if (!closed(s.triangles)) return "is a mesh that is not closed; expected each edge in two triangles, or `fixed = true`";
+    if (!closed(s.triangles))
+      return "is a mesh that is not closed; expected each edge in two triangles, or `fixed = true`";
     return polyhedron(s.points_m, s.triangles, out);
   }
   std::string operator()(const Compound& s) const { return compound(s, out); }
@@ -208,7 +207,8 @@ std::string inertia_problem(const Real33& m) {
   }
   for (const auto& [i, j] : {std::pair<std::size_t, std::size_t>{1, 3}, {2, 6}, {5, 7}})
     if (std::abs(m[i] - m[j]) > 1e-12 * largest)
-      return "is not symmetric (" + number_text(m[i]) + " against " + number_text(m[j]) + "); expected a symmetric matrix";
+      return "is not symmetric (" + number_text(m[i]) + " against " + number_text(m[j]) +
+             "); expected a symmetric matrix";
   Real33 scaled = m;
   for (double& x : scaled) x /= largest;
   const Real3 moment = principal_moments(scaled);

@@ -87,8 +87,8 @@ double read_number(Reading& r, const Value& v, const Range& range) {
     number = *real;
   else
     fail_value(r, v, range.expected);
-  const bool inside = std::isfinite(number) && number <= range.high &&
-                      (range.low_open ? number > range.low : number >= range.low);
+  const bool inside =
+      std::isfinite(number) && number <= range.high && (range.low_open ? number > range.low : number >= range.low);
   if (!inside) fail_value(r, v, range.expected);
   return number;
 }
@@ -208,8 +208,9 @@ static Codec<std::array<double, N>> unit(const char* what) {
     double length = 0;
     for (const double x : out) length = std::hypot(length, x);
     if (!(std::abs(length - 1) <= 1e-9))
-      fail(r, v.place, "`" + r.key + "` in " + r.where + " has length " + describe(Value(length)) + "; expected " + what +
-                           " of length 1 (within 1e-9)");
+      fail(r, v.place,
+           "`" + r.key + "` in " + r.where + " has length " + describe(Value(length)) + "; expected " + what +
+               " of length 1 (within 1e-9)");
     if (r.form == Form::file)
       for (double& x : out) x /= length;
   };
@@ -227,8 +228,9 @@ Codec<Interval> interval() {
     Real2 ends{};
     pair.read(r, v, ends);
     if (!(ends[0] < ends[1]))
-      fail(r, v.place, "`" + r.key + "` in " + r.where + " has the interval [" + describe(Value(ends[0])) + ", " +
-                           describe(Value(ends[1])) + "]; expected [from, to] with from < to");
+      fail(r, v.place,
+           "`" + r.key + "` in " + r.where + " has the interval [" + describe(Value(ends[0])) + ", " +
+               describe(Value(ends[1])) + "]; expected [from, to] with from < to");
     out = {ends[0], ends[1]};
   };
   c.write = [](const Scene&, const Interval& v) { return Value(Value::List{Value(v.from_s), Value(v.to_s)}); };

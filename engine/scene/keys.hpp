@@ -22,8 +22,8 @@ enum class Form { file, resolved };
 struct Reading {
   std::string name, folder;  // the file in messages; where `file` keys are looked up
   Form form = Form::file;
-  std::string where, key;    // what is being read: "[[body]] `bat`", "mass_kg"
-  Scene* scene = nullptr;    // as far as it is read
+  std::string where, key;                                  // what is being read: "[[body]] `bat`", "mass_kg"
+  Scene* scene = nullptr;                                  // as far as it is read
   std::unordered_map<std::string, int> materials, bodies;  // name -> index
 };
 
@@ -48,6 +48,7 @@ template <class T>
 struct Key {
   std::string name, doc;
   Value schema;
+  Value resolved_schema;  // where the resolved form differs; else empty
   bool required = false;
   In in = In::both;
   std::function<void(Reading&, const Value&, T&)> read;
@@ -59,7 +60,7 @@ using Keys = std::vector<Key<T>>;
 inline bool belongs(In in, Form form) { return in == In::both || (in == In::file) == (form == Form::file); }
 
 template <class T, class B, class M>
-Key<T> key(std::string name, M B::* member, Codec<M> codec, std::string doc) {
+Key<T> key(std::string name, M B::*member, Codec<M> codec, std::string doc) {
   Key<T> k;
   k.name = std::move(name);
   k.doc = std::move(doc);
@@ -121,7 +122,7 @@ template <class T>
 void schema_of(const Keys<T>& keys, Form form, Value& properties, Value::List& required_keys) {
   for (const auto& k : keys) {
     if (!belongs(k.in, form)) continue;
-    Value schema = k.schema;
+    Value schema = form == Form::resolved && !k.resolved_schema.empty() ? k.resolved_schema : k.schema;
     add(schema, "description", k.doc);
     add(properties, k.name, std::move(schema));
     if (k.required) required_keys.push_back(k.name);
@@ -153,13 +154,13 @@ Codec<double> number(Range range = any_number());
 Codec<bool> boolean();
 Codec<std::string> text();
 Codec<std::string> one_of(std::vector<std::string> words);
-Codec<std::string> name_text();    // of a body or material
-Codec<std::string> kebab_text();   // an id
+Codec<std::string> name_text();   // of a body or material
+Codec<std::string> kebab_text();  // an id
 Codec<std::int64_t> integer(std::int64_t low, std::int64_t high);
 Codec<Real2> vector2(Range range = any_number());
 Codec<Real3> vector3(Range range = any_number());
-Codec<Real3> unit_vector3();       // unit to 1e-9; in files normalised
-Codec<Real4> unit_quaternion();    // the same
+Codec<Real3> unit_vector3();     // unit to 1e-9; in files normalised
+Codec<Real4> unit_quaternion();  // the same
 Codec<Interval> interval();
 Codec<int> material_name();
 Codec<int> body_name();

@@ -72,7 +72,8 @@ void load_mesh(Reading& r, const Value& file, Mesh& mesh) {
           fail_line(path, line, text, "indices of the " + std::to_string(mesh.points_m.size()) + " points above");
       }
       if (corners.size() < 3) fail_line(path, line, text, "at least three corners");
-      for (std::size_t i = 2; i < corners.size(); ++i) mesh.triangles.push_back({corners[0], corners[i - 1], corners[i]});
+      for (std::size_t i = 2; i < corners.size(); ++i)
+        mesh.triangles.push_back({corners[0], corners[i - 1], corners[i]});
     }
     if (mesh.points_m.size() > kMost || mesh.triangles.size() > kMost)
       fail_line(path, line, text, "at most " + std::to_string(kMost) + " points and triangles");

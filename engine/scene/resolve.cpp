@@ -67,7 +67,9 @@ void resolve_pairs(Reading& r, const FileDraft& draft) {
     for (std::size_t i = 0; i < scene.pairs.size(); ++i) {
       PairLaw& law = scene.pairs[i];
       if (law.a != contact.a || law.b != contact.b) continue;
-      if (given[i]) fail(r, table.find("between")->place, "found a pair of materials a second time in [[contact]]; expected each pair once");
+      if (given[i])
+        fail(r, table.find("between")->place,
+             "found a pair of materials a second time in [[contact]]; expected each pair once");
       given[i] = true;
       law.restitution = contact.restitution.value_or(law.restitution);
       law.friction = contact.friction.value_or(law.friction);
@@ -94,7 +96,8 @@ std::vector<WrittenGrid> read_grids(Reading& r, const FileDraft& draft) {
     for (const std::int64_t n : grid.counts) {
       product *= static_cast<std::size_t>(n);
       if (product > kMostBodies || copies + product > kMostBodies)
-        fail(r, counts.place, "`counts` in [[grid]] makes more than " + std::to_string(kMostBodies) + " bodies; expected fewer");
+        fail(r, counts.place,
+             "`counts` in [[grid]] makes more than " + std::to_string(kMostBodies) + " bodies; expected fewer");
     }
     copies += product;
     for (const WrittenGrid& earlier : grids)
@@ -119,7 +122,8 @@ void expand(Reading& r, const WrittenGrid& written, const Body& body) {
           copy.position_m[axis] += static_cast<double>(at[axis]) * grid.spacing_m[axis];
           copy.position_m[axis] += grid.jitter_m * (2 * random.next_unit() - 1);
           if (!std::isfinite(copy.position_m[axis]))
-            fail(r, written.table->place, "found a [[grid]] whose positions are not finite; expected ordinary spacing and jitter");
+            fail(r, written.table->place,
+                 "found a [[grid]] whose positions are not finite; expected ordinary spacing and jitter");
         }
         add_body(r, written.table->place, std::move(copy));
       }
@@ -138,7 +142,9 @@ void resolve_bodies(Reading& r, const Value& document, const FileDraft& draft) {
     bool copied = false;
     for (std::size_t g = 0; g < grids.size(); ++g)
       if (grids[g].grid.body == body.name) {
-        if (used[g]) fail(r, table.find("name")->place, "found the name `" + body.name + "` a second time; expected each name once");
+        if (used[g])
+          fail(r, table.find("name")->place,
+               "found the name `" + body.name + "` a second time; expected each name once");
         copied = used[g] = true;
         expand(r, grids[g], body);
       }
@@ -147,7 +153,9 @@ void resolve_bodies(Reading& r, const Value& document, const FileDraft& draft) {
   for (std::size_t g = 0; g < grids.size(); ++g)
     if (!used[g]) {
       const Value& at = *grids[g].table->find("body");
-      fail(r, at.place, "`body` in [[grid]] is " + describe(at) + "; expected the name of a [[body]]" + did_you_mean(grids[g].grid.body, names));
+      fail(r, at.place,
+           "`body` in [[grid]] is " + describe(at) + "; expected the name of a [[body]]" +
+               did_you_mean(grids[g].grid.body, names));
     }
   if (r.scene->bodies.empty()) fail(r, document.place, "found no [[body]]; expected at least one, or `problem`");
 }
@@ -156,7 +164,8 @@ void resolve_bodies(Reading& r, const Value& document, const FileDraft& draft) {
 void resolve_problem(Reading& r, const Value& document, const FileDraft& draft) {
   for (const char* other : {"world", "material", "contact", "body", "grid", "force"})
     if (const Value* value = document.find(other))
-      fail(r, value->place, std::string("found `") + other + "` beside `problem`; expected neither world nor bodies nor forces");
+      fail(r, value->place,
+           std::string("found `") + other + "` beside `problem`; expected neither world nor bodies nor forces");
   Body body;
   body.name = r.scene->problem;
   body.mass_kg = 1;
@@ -164,7 +173,9 @@ void resolve_problem(Reading& r, const Value& document, const FileDraft& draft) 
   const auto [x, y, z] = body.position_m;
   body.velocity_m_per_s = {10 * (y - x), x * (28 - z) - y, x * y - 8 * z / 3};
   for (const double rate : body.velocity_m_per_s)
-    if (!std::isfinite(rate)) fail(r, document.find("initial_state")->place, "`initial_state` has rates that are not finite; expected a state of ordinary size");
+    if (!std::isfinite(rate))
+      fail(r, document.find("initial_state")->place,
+           "`initial_state` has rates that are not finite; expected a state of ordinary size");
   add_body(r, document.place, std::move(body));
 }
 
@@ -182,7 +193,8 @@ void resolve(Reading& r, const Value& document, FileDraft& draft) {
   if (const Value* state = document.find("initial_state"))
     fail(r, state->place, "found `initial_state` without `problem`; expected it with a bare problem only");
   resolve_bodies(r, document, draft);
-  each_table(r, draft.force, "[[force]]", [&](const Value& table) { draft.scenario.scene.forces.push_back(read_force(r, table)); });
+  each_table(r, draft.force, "[[force]]",
+             [&](const Value& table) { draft.scenario.scene.forces.push_back(read_force(r, table)); });
 }
 
 }  // namespace atwood

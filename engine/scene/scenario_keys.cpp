@@ -7,9 +7,9 @@ namespace atwood {
 namespace {
 
 const std::vector<std::string> kTruthKinds = {"closed-form", "extended", "cvode", "values", "none"};  // as in TruthKind
-const std::vector<std::string> kQuantities = {"energy", "momentum", "angular-momentum", "angular-momentum-center",
-                                              "center-of-mass", "jacobi-constant", "laplace-runge-lenz",
-                                              "magnetic-moment"};
+const std::vector<std::string> kQuantities = {
+    "energy",         "momentum",        "angular-momentum",   "angular-momentum-center",
+    "center-of-mass", "jacobi-constant", "laplace-runge-lenz", "magnetic-moment"};
 
 // Reads into another type of draft, with its own words for where it is.
 template <class F>
@@ -23,7 +23,9 @@ void within(Reading& r, const std::string& where, F read) {
 // ---- [run] ----------------------------------------------------------------------------------------------------
 std::int64_t whole(Reading& r, const Value& table, const char* name, std::int64_t low, std::int64_t high) {
   const Value* v = table.find(name);
-  if (!v) fail(r, table.place, std::string("missing key `") + name + "` in `steps` of " + r.where + "; expected { from, rungs, ratio }");
+  if (!v)
+    fail(r, table.place,
+         std::string("missing key `") + name + "` in `steps` of " + r.where + "; expected { from, rungs, ratio }");
   std::int64_t out = 0;
   r.key = name;
   integer(low, high).read(r, *v, out);
@@ -36,7 +38,9 @@ std::vector<std::int64_t> geometric_ladder(Reading& r, const Value& v) {
   const std::vector<std::string> names = {"from", "rungs", "ratio"};
   for (const Member& member : *v.table())
     if (std::find(names.begin(), names.end(), member.key) == names.end())
-      fail(r, member.place, "unknown key `" + member.key + "` in `steps` of " + r.where + "; expected one of " + listed(names) + did_you_mean(member.key, names));
+      fail(r, member.place,
+           "unknown key `" + member.key + "` in `steps` of " + r.where + "; expected one of " + listed(names) +
+               did_you_mean(member.key, names));
   const std::int64_t from = whole(r, v, "from", 1, kMostSteps), rungs = whole(r, v, "rungs", 1, kMostRungs);
   double ratio = 2;
   if (const Value* given = v.find("ratio")) {
@@ -50,7 +54,9 @@ std::vector<std::int64_t> geometric_ladder(Reading& r, const Value& v) {
   for (std::int64_t k = 0; k < rungs; ++k) {
     const double rung = std::round(static_cast<double>(from) * std::pow(ratio, static_cast<double>(k)));
     if (!(rung <= static_cast<double>(kMostSteps)))
-      fail(r, v.place, "`steps` in " + r.where + " grows past " + std::to_string(kMostSteps) + "; expected fewer rungs or a smaller ratio");
+      fail(r, v.place,
+           "`steps` in " + r.where + " grows past " + std::to_string(kMostSteps) +
+               "; expected fewer rungs or a smaller ratio");
     steps.push_back(static_cast<std::int64_t>(rung));
   }
   return steps;
@@ -59,10 +65,13 @@ std::vector<std::int64_t> geometric_ladder(Reading& r, const Value& v) {
 Key<Scenario> steps_key() {
   const auto rung = integer(1, kMostSteps);
   const auto list = list_of(rung, kMostRungs);
-  auto k = required(key<Scenario>("steps", &Scenario::steps, list, "the ladder: a list of step counts, or { from, rungs, ratio }"));
-  Value ladder = object_schema(table_of({{"from", rung.schema}, {"rungs", integer(1, kMostRungs).schema},
+  auto k = required(
+      key<Scenario>("steps", &Scenario::steps, list, "the ladder: a list of step counts, or { from, rungs, ratio }"));
+  Value ladder = object_schema(table_of({{"from", rung.schema},
+                                         {"rungs", integer(1, kMostRungs).schema},
                                          {"ratio", table_of({{"type", "number"}, {"exclusiveMinimum", 1}})}}),
                                {Value("from"), Value("rungs")});
+  k.resolved_schema = list.schema;
   k.schema = table_of({{"oneOf", Value::List{list.schema, std::move(ladder)}}});
   k.read = [list](Reading& r, const Value& v, Scenario& out) {
     if (v.table() && r.form == Form::file)
@@ -77,7 +86,7 @@ Key<Scenario> steps_key() {
 Value array_of(Value item) { return table_of({{"type", "array"}, {"items", std::move(item)}}); }
 Value reference(const char* name) { return table_of({{"$ref", name}}); }
 
-Key<FileDraft> later(std::string name, const Value* FileDraft::* member, Value schema, std::string doc) {
+Key<FileDraft> later(std::string name, const Value* FileDraft::*member, Value schema, std::string doc) {
   Key<FileDraft> k;
   k.name = std::move(name);
   k.doc = std::move(doc);
@@ -87,7 +96,7 @@ Key<FileDraft> later(std::string name, const Value* FileDraft::* member, Value s
 }
 
 template <class T>
-Key<T> words(std::string name, std::string Scenario::* member, Codec<std::string> codec, std::string doc,
+Key<T> words(std::string name, std::string Scenario::*member, Codec<std::string> codec, std::string doc,
              Scenario& (*scenario_of)(T&)) {
   Key<T> k;
   k.name = std::move(name);
@@ -112,7 +121,9 @@ const Keys<TruthSpec>& truth_keys() {
       codec.read(r, v, word);
       out.kind = static_cast<TruthKind>(std::find(kTruthKinds.begin(), kTruthKinds.end(), word) - kTruthKinds.begin());
     };
-    kind.write = [](const Scene&, const TruthSpec& from) { return Value(kTruthKinds[static_cast<std::size_t>(from.kind)]); };
+    kind.write = [](const Scene&, const TruthSpec& from) {
+      return Value(kTruthKinds[static_cast<std::size_t>(from.kind)]);
+    };
     auto solution = key<TruthSpec>("solution", &TruthSpec::solution, text(), "closed-form: the id of the solution");
     auto file = key<TruthSpec>("file", &TruthSpec::file, text(), "values: a CSV file in the scene's folder");
     for (auto* each : {&solution, &file})
@@ -130,10 +141,16 @@ void read_truth(Reading& r, const Value& v, TruthSpec& out) {
     read_table(r, v, truth_keys(), {}, out);
     const Value &kind = *v.find("kind"), *solution = v.find("solution"), *file = v.find("file");
     const bool closed = out.kind == TruthKind::closed_form, values = out.kind == TruthKind::values;
-    if (closed && out.solution.empty()) fail(r, kind.place, "missing key `solution` in [truth]; expected the id of a closed form");
-    if (values && out.file.empty()) fail(r, kind.place, "missing key `file` in [truth]; expected a CSV file in the scene's folder");
-    if (solution && !closed) fail(r, solution->place, "`solution` in [truth] is given beside kind " + describe(kind) + "; expected it with \"closed-form\" only");
-    if (file && !values) fail(r, file->place, "`file` in [truth] is given beside kind " + describe(kind) + "; expected it with \"values\" only");
+    if (closed && out.solution.empty())
+      fail(r, kind.place, "missing key `solution` in [truth]; expected the id of a closed form");
+    if (values && out.file.empty())
+      fail(r, kind.place, "missing key `file` in [truth]; expected a CSV file in the scene's folder");
+    if (solution && !closed)
+      fail(r, solution->place,
+           "`solution` in [truth] is given beside kind " + describe(kind) + "; expected it with \"closed-form\" only");
+    if (file && !values)
+      fail(r, file->place,
+           "`file` in [truth] is given beside kind " + describe(kind) + "; expected it with \"values\" only");
     if (file && r.form == Form::file) {
       r.key = "file";
       out.file = path_in_folder(r, *file);
@@ -156,7 +173,8 @@ void read_invariants(Reading& r, const Value& v, std::vector<Invariant>& out) {
       read_table(r, item, invariant_keys(), {}, invariant);
       for (const Invariant& earlier : out)
         if (earlier.quantity == invariant.quantity)
-          fail(r, item.place, "found the quantity `" + invariant.quantity + "` a second time in [[invariant]]; expected it once");
+          fail(r, item.place,
+               "found the quantity `" + invariant.quantity + "` a second time in [[invariant]]; expected it once");
       out.push_back(std::move(invariant));
     });
 }
@@ -226,22 +244,28 @@ std::vector<Key<FileDraft>> parts() {
   problem.name = "problem";
   problem.doc = "a bare system of equations in place of [world] and bodies";
   problem.schema = one_of({"lorenz"}).schema;
-  problem.read = [](Reading& r, const Value& v, FileDraft& out) { one_of({"lorenz"}).read(r, v, out.scenario.scene.problem); };
+  problem.read = [](Reading& r, const Value& v, FileDraft& out) {
+    one_of({"lorenz"}).read(r, v, out.scenario.scene.problem);
+  };
   Key<FileDraft> initial;
   initial.name = "initial_state";
   initial.doc = "where a bare problem starts; [1, 0, 0] unless given";
   initial.schema = vector3().schema;
   initial.read = [](Reading& r, const Value& v, FileDraft& out) { vector3().read(r, v, out.initial_state.emplace()); };
   return {
-      required(later("run", &FileDraft::run, object_schema(run_keys(), Form::file), "a table [run] with t_end_s, steps and samples")),
+      required(later("run", &FileDraft::run, object_schema(run_keys(), Form::file),
+                     "a table [run] with t_end_s, steps and samples")),
       problem,
       initial,
       world,
       later("material", &FileDraft::material,
-            table_of({{"type", "object"}, {"additionalProperties", material_schema(Form::file)}}), "[material.NAME] tables"),
-      later("contact", &FileDraft::contact, array_of(object_schema(contact_keys(), Form::file)), "laws of pairs of materials"),
+            table_of({{"type", "object"}, {"additionalProperties", material_schema(Form::file)}}),
+            "[material.NAME] tables"),
+      later("contact", &FileDraft::contact, array_of(object_schema(contact_keys(), Form::file)),
+            "laws of pairs of materials"),
       later("body", &FileDraft::body, array_of(object_schema(body_keys(), Form::file)), "the bodies"),
-      later("grid", &FileDraft::grid, array_of(object_schema(grid_keys(), Form::file)), "copies of a body in a grid, in its place"),
+      later("grid", &FileDraft::grid, array_of(object_schema(grid_keys(), Form::file)),
+            "copies of a body in a grid, in its place"),
       later("force", &FileDraft::force, array_of(reference("#/$defs/force")), "the forces"),
   };
 }
@@ -250,14 +274,16 @@ template <class T>
 void read_list(Reading& r, const Value& v, const std::string& what, T each) {
   const auto* items = v.list();
   if (!items) fail_value(r, v, "a list");
-  for (std::size_t i = 0; i < items->size(); ++i) within(r, what + "[" + std::to_string(i) + "]", [&] { each((*items)[i]); });
+  for (std::size_t i = 0; i < items->size(); ++i)
+    within(r, what + "[" + std::to_string(i) + "]", [&] { each((*items)[i]); });
 }
 
 void read_pair(Reading& r, const Value& v, Scene& scene) {
   PairLaw law;
   read_table(r, v, pair_keys(), {}, law);
   for (const PairLaw& earlier : scene.pairs)
-    if (earlier.a == law.a && earlier.b == law.b) fail(r, v.place, "found a pair of materials a second time in " + r.where + "; expected it once");
+    if (earlier.a == law.a && earlier.b == law.b)
+      fail(r, v.place, "found a pair of materials a second time in " + r.where + "; expected it once");
   scene.pairs.push_back(law);
 }
 
@@ -270,7 +296,8 @@ Value list_value(const std::vector<Item>& items, Write write) {
 }
 
 template <class Write>
-Key<Scene> part_of_scene(std::string name, std::string doc, Value schema, std::function<void(Reading&, const Value&, Scene&)> read, Write write) {
+Key<Scene> part_of_scene(std::string name, std::string doc, Value schema,
+                         std::function<void(Reading&, const Value&, Scene&)> read, Write write) {
   Key<Scene> k;
   k.name = std::move(name), k.doc = std::move(doc), k.schema = std::move(schema), k.read = std::move(read);
   k.write = [write](const Scene& s, const Scene&) { return write(s); };
@@ -294,7 +321,8 @@ Value written(const Scene& scene, const T& from, const Keys<T>& keys) {
 }  // namespace
 
 void add_material(Reading& r, Place place, Material material) {
-  if (r.scene->materials.size() >= kMostMaterials) fail(r, place, "found more than " + std::to_string(kMostMaterials) + " materials; expected fewer");
+  if (r.scene->materials.size() >= kMostMaterials)
+    fail(r, place, "found more than " + std::to_string(kMostMaterials) + " materials; expected fewer");
   const auto index = static_cast<int>(r.scene->materials.size());
   if (!r.materials.emplace(material.name, index).second)
     fail(r, place, "found the material `" + material.name + "` a second time; expected each name once");
@@ -302,7 +330,8 @@ void add_material(Reading& r, Place place, Material material) {
 }
 
 void add_body(Reading& r, Place place, Body body) {
-  if (r.scene->bodies.size() >= kMostBodies) fail(r, place, "found more than " + std::to_string(kMostBodies) + " bodies; expected fewer");
+  if (r.scene->bodies.size() >= kMostBodies)
+    fail(r, place, "found more than " + std::to_string(kMostBodies) + " bodies; expected fewer");
   const auto index = static_cast<int>(r.scene->bodies.size());
   if (!r.bodies.emplace(body.name, index).second)
     fail(r, place, "found the name `" + body.name + "` a second time in " + r.where + "; expected each name once");
@@ -313,7 +342,8 @@ const Keys<Scenario>& run_keys() {
   static const Keys<Scenario> keys = {
       required(key<Scenario>("t_end_s", &Scenario::t_end_s, number(positive()), "end of the run [s]")),
       steps_key(),
-      required(key<Scenario>("samples", &Scenario::samples, integer(1, 1'000'000), "samples at t_end_s k / samples; divides every step count")),
+      required(key<Scenario>("samples", &Scenario::samples, integer(1, 1'000'000),
+                             "samples at t_end_s k / samples; divides every step count")),
   };
   return keys;
 }
@@ -323,19 +353,25 @@ void check_run(Reading& r, const Value& run, const Scenario& scenario) {
   if (scenario.steps.empty()) fail(r, steps, "`steps` in [run] is an empty list; expected at least one step count");
   for (std::size_t i = 0; i < scenario.steps.size(); ++i) {
     if (i > 0 && scenario.steps[i] <= scenario.steps[i - 1])
-      fail(r, steps, "`steps` in [run] has " + std::to_string(scenario.steps[i]) + " after " + std::to_string(scenario.steps[i - 1]) + "; expected growing step counts");
+      fail(r, steps,
+           "`steps` in [run] has " + std::to_string(scenario.steps[i]) + " after " +
+               std::to_string(scenario.steps[i - 1]) + "; expected growing step counts");
     if (scenario.steps[i] % scenario.samples != 0)
-      fail(r, run.find("samples")->place, "`samples` in [run] is " + std::to_string(scenario.samples) + ", which does not divide the step count " +
-                                              std::to_string(scenario.steps[i]) + "; expected a divisor of every step count");
+      fail(r, run.find("samples")->place,
+           "`samples` in [run] is " + std::to_string(scenario.samples) + ", which does not divide the step count " +
+               std::to_string(scenario.steps[i]) + "; expected a divisor of every step count");
   }
 }
 
 const Keys<GridDraft>& grid_keys() {
   static const Keys<GridDraft> keys = {
       required(key<GridDraft>("body", &GridDraft::body, text(), "the [[body]] to copy")),
-      required(key<GridDraft>("counts", &GridDraft::counts, list_of(integer(1, kMostBodies), 3), "how many along x, y, z")),
-      required(key<GridDraft>("spacing_m", &GridDraft::spacing_m, vector3(), "distance of neighbours along x, y, z [m]")),
-      key<GridDraft>("jitter_m", &GridDraft::jitter_m, number(non_negative()), "largest random offset along each axis [m]; 0 unless given"),
+      required(
+          key<GridDraft>("counts", &GridDraft::counts, list_of(integer(1, kMostBodies), 3), "how many along x, y, z")),
+      required(
+          key<GridDraft>("spacing_m", &GridDraft::spacing_m, vector3(), "distance of neighbours along x, y, z [m]")),
+      key<GridDraft>("jitter_m", &GridDraft::jitter_m, number(non_negative()),
+                     "largest random offset along each axis [m]; 0 unless given"),
       key<GridDraft>("seed", &GridDraft::seed, integer(0, INT64_MAX), "of SplitMix64; 0 unless given"),
   };
   return keys;
@@ -354,7 +390,8 @@ const Keys<Scene>& scene_keys() {
   static const Keys<Scene> keys = {
       key<Scene>("problem", &Scene::problem, text(), "name of a bare system of equations, or empty"),
       key<Scene>("gravity_m_per_s2", &Scene::gravity_m_per_s2, vector3(), "uniform gravity [m/s^2]"),
-      required(part_of_scene("materials", "the materials", array_of(material_schema(Form::resolved)),
+      required(part_of_scene(
+          "materials", "the materials", array_of(material_schema(Form::resolved)),
           [](Reading& r, const Value& v, Scene&) {
             read_list(r, v, "materials", [&](const Value& item) {
               Material material;
@@ -362,13 +399,19 @@ const Keys<Scene>& scene_keys() {
               add_material(r, item.place, std::move(material));
             });
           },
-          [](const Scene& s) { return list_value(s.materials, [&](const Material& m) { return written(s, m, material_keys()); }); })),
-      required(part_of_scene("pairs", "the law of every pair of materials", array_of(object_schema(pair_keys(), Form::resolved)),
+          [](const Scene& s) {
+            return list_value(s.materials, [&](const Material& m) { return written(s, m, material_keys()); });
+          })),
+      required(part_of_scene(
+          "pairs", "the law of every pair of materials", array_of(object_schema(pair_keys(), Form::resolved)),
           [](Reading& r, const Value& v, Scene& out) {
             read_list(r, v, "pairs", [&](const Value& item) { read_pair(r, item, out); });
           },
-          [](const Scene& s) { return list_value(s.pairs, [&](const PairLaw& p) { return written(s, p, pair_keys()); }); })),
-      required(part_of_scene("bodies", "the bodies", array_of(object_schema(body_keys(), Form::resolved)),
+          [](const Scene& s) {
+            return list_value(s.pairs, [&](const PairLaw& p) { return written(s, p, pair_keys()); });
+          })),
+      required(part_of_scene(
+          "bodies", "the bodies", array_of(object_schema(body_keys(), Form::resolved)),
           [](Reading& r, const Value& v, Scene&) {
             read_list(r, v, "bodies", [&](const Value& item) {
               BodyDraft body;
@@ -377,8 +420,11 @@ const Keys<Scene>& scene_keys() {
               add_body(r, item.place, std::move(body));
             });
           },
-          [](const Scene& s) { return list_value(s.bodies, [&](const Body& b) { return written(s, draft_of(b), body_keys()); }); })),
-      part_of_scene("forces", "the forces", array_of(force_schema(Form::resolved)),
+          [](const Scene& s) {
+            return list_value(s.bodies, [&](const Body& b) { return written(s, draft_of(b), body_keys()); });
+          })),
+      part_of_scene(
+          "forces", "the forces", array_of(force_schema(Form::resolved)),
           [](Reading& r, const Value& v, Scene& out) {
             read_list(r, v, "forces", [&](const Value& item) { out.forces.push_back(read_force(r, item)); });
           },
@@ -394,7 +440,9 @@ Scene read_resolved_scene(Reading& r, const Value& v) {
   if (scene.materials.empty()) fail(r, v.place, "found no material in the scene; expected at least one");
   const std::size_t n = scene.materials.size();
   if (scene.pairs.size() != n * (n + 1) / 2)
-    fail(r, v.place, "found " + std::to_string(scene.pairs.size()) + " pairs of " + std::to_string(n) + " materials; expected " + std::to_string(n * (n + 1) / 2));
+    fail(r, v.place,
+         "found " + std::to_string(scene.pairs.size()) + " pairs of " + std::to_string(n) + " materials; expected " +
+             std::to_string(n * (n + 1) / 2));
   return scene;
 }
 

@@ -44,8 +44,10 @@ Codec<std::array<int, 3>> triangle() {
 const Keys<Compound::Part>& part_keys() {
   using Part = Compound::Part;
   static const Keys<Part> keys = {
-      required(key<Part>("half_extents_m", &Part::half_extents_m, vector3(positive()), "half the lengths of the sides [m]")),
-      key<Part>("position_body_m", &Part::position_body_m, vector3(), "centre of the box in body axes [m]; 0 unless given"),
+      required(
+          key<Part>("half_extents_m", &Part::half_extents_m, vector3(positive()), "half the lengths of the sides [m]")),
+      key<Part>("position_body_m", &Part::position_body_m, vector3(),
+                "centre of the box in body axes [m]; 0 unless given"),
       key<Part>("orientation_wxyz", &Part::orientation_wxyz, unit_quaternion(),
                 "unit quaternion, box to body; identity unless given"),
   };
@@ -78,8 +80,9 @@ Alternative<Shape> mesh_shape() {
         for (const auto& corners : mesh.triangles)
           for (const int corner : corners)
             if (static_cast<std::size_t>(corner) >= mesh.points_m.size())
-              fail(r, v.place, "`triangles` in " + r.where + " names point " + std::to_string(corner) +
-                                   "; expected an index below " + std::to_string(mesh.points_m.size()));
+              fail(r, v.place,
+                   "`triangles` in " + r.where + " names point " + std::to_string(corner) +
+                       "; expected an index below " + std::to_string(mesh.points_m.size()));
       });
 }
 
@@ -134,8 +137,9 @@ Shape read_shape(Reading& r, const Value& v) {
     r.where = outer_where, r.key = outer_key;
     return out;
   }
-  fail(r, members->front().place, "unknown shape `" + members->front().key + "` in " + r.where + "; expected one of " +
-                                      listed(names) + did_you_mean(members->front().key, names));
+  fail(r, members->front().place,
+       "unknown shape `" + members->front().key + "` in " + r.where + "; expected one of " + listed(names) +
+           did_you_mean(members->front().key, names));
 }
 
 Value shape_schema(Form form) {

@@ -52,9 +52,40 @@ Value convert(const toml::node& node, const std::string& name, int depth) {
   return value;
 }
 
+// The length of the UTF-8 sequence at the front of `text`; 0 when it is none (Unicode 15, table 3-7).
+std::size_t sequence_length(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u; };
+  const auto continues = [&](std::size_t i) { return (byte(i) & 0xc0u) == 0x80u; };
+  const unsigned lead = byte(0), second = byte(1);
+  if (lead < 0x80) return 1;
+  if (lead >= 0xc2 && lead <= 0xdf) return continues(1) ? 2 : 0;
+  if (lead >= 0xe0 && lead <= 0xef) {
+    const bool shortest = lead != 0xe0 || second >= 0xa0, no_surrogate = lead != 0xed || second < 0xa0;
+    return shortest && no_surrogate && continues(1) && continues(2) ? 3 : 0;
+  }
+  if (lead >= 0xf0 && lead <= 0xf4) {
+    const bool in_range = (lead != 0xf0 || second >= 0x90) && (lead != 0xf4 || second < 0x90);
+    return in_range && continues(1) && continues(2) && continues(3) ? 4 : 0;
+  }
+  return 0;
+}
+
+// toml++ points one character early at bytes that are no UTF-8.
+void require_utf8(std::string_view text, const std::string& name) {
+  Place place{1, 1};
+  while (!text.empty()) {
+    const std::size_t length = sequence_length(text);
+    if (length == 0)
+      throw InputError(at(name, place) + "found bytes that are no UTF-8; expected a scenario in TOML, UTF-8");
+    place = text.front() == '\n' ? Place{place.line + 1, 1} : Place{place.line, place.column + 1};
+    text.remove_prefix(length);
+  }
+}
+
 }  // namespace
 
 Value parse_toml(std::string_view text, const std::string& name) {
+  require_utf8(text, name);
   try {
     return convert(toml::parse(text, name), name, 0);
   } catch (const toml::parse_error& error) {

@@ -101,7 +101,8 @@ std::string describe(const Value& value) {
   if (value.empty()) return "nothing";
   if (const auto* v = value.list()) return "a list of " + std::to_string(v->size());
   if (value.table()) return "a table";
-  if (const auto* v = value.text(); v && v->size() > 60) return "a text of " + std::to_string(v->size()) + " characters";
+  if (const auto* v = value.text(); v && v->size() > 60)
+    return "a text of " + std::to_string(v->size()) + " characters";
   if (const auto* v = std::get_if<double>(&value.data); v && !std::isfinite(*v))
     return std::isnan(*v) ? "nan" : *v < 0 ? "-inf" : "inf";
   return to_json_text(value, false);

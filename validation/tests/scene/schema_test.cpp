@@ -1,0 +1,99 @@
+// The schema knows every key of every file in the catalogue, and the keys of the contract.
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "scene/files.hpp"
+
+using nlohmann::json;
+
+namespace {
+
+bool keyword(const json& schema, const std::string& at, const char* key) {
+  return schema.at(json::json_pointer(at)).contains(key);
+}
+
+const json* option(const json& options, const char* tag, const std::string& value) {
+  for (const json& each : options.at("oneOf"))
+    if (each.at("properties").contains(tag) && (value.empty() || each["properties"][tag].value("const", "") == value))
+      return &each;
+  return nullptr;
+}
+
+// The part of draft 2020-12 that the schema uses.
+bool valid(const json& root, const json& schema, const json& value) {
+  if (schema.contains("$ref"))
+    return valid(root, root.at(json::json_pointer(schema["$ref"].get<std::string>().substr(1))), value);
+  if (schema.contains("const")) return value == schema["const"];
+  if (schema.contains("enum"))
+    return std::find(schema["enum"].begin(), schema["enum"].end(), value) != schema["enum"].end();
+  if (schema.contains("oneOf")) {
+    int fits = 0;
+    for (const json& each : schema["oneOf"]) fits += valid(root, each, value);
+    return fits == 1;
+  }
+  const std::string type = schema.value("type", "");
+  if (type == "string") return value.is_string();
+  if (type == "boolean") return value.is_boolean();
+  if (type == "integer" || type == "number") {
+    if (type == "integer" ? !value.is_number_integer() : !value.is_number()) return false;
+    const double x = value.get<double>();
+    return !(schema.contains("minimum") && x < schema["minimum"].get<double>()) &&
+           !(schema.contains("maximum") && x > schema["maximum"].get<double>()) &&
+           !(schema.contains("exclusiveMinimum") && x <= schema["exclusiveMinimum"].get<double>());
+  }
+  if (type == "array") {
+    if (!value.is_array() || value.size() < schema.value("minItems", 0u) ||
+        value.size() > schema.value("maxItems", 1u << 30))
+      return false;
+    for (const json& item : value)
+      if (!valid(root, schema["items"], item)) return false;
+    return true;
+  }
+  if (!value.is_object()) return false;
+  for (const json& key : schema.value("required", json::array()))
+    if (!value.contains(key.get<std::string>())) return false;
+  for (const auto& [key, item] : value.items()) {
+    const json properties = schema.value("properties", json::object());
+    const json rest = schema.value("additionalProperties", json(true));
+    if (properties.contains(key) ? !valid(root, properties[key], item)
+        : rest.is_object()       ? !valid(root, rest, item)
+                                 : rest == false)
+      return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+TEST_CASE("the schema has the keys of the contract") {
+  const json schema = json::parse(atwood::scenario_schema());
+  for (const char* key : {"id", "title", "claim", "source", "tags", "run", "world", "material", "contact", "body",
+                          "grid", "force", "truth", "invariant", "problem"})
+    REQUIRE(keyword(schema, "/properties", key));
+  for (const char* key :
+       {"name", "mass_kg", "density_kg_per_m3", "inertia_kg_m2", "material", "shape", "position_m", "orientation_wxyz",
+        "velocity_m_per_s", "angular_velocity_body_rad_per_s", "charge_C", "fixed", "release_s"})
+    REQUIRE(keyword(schema, "/properties/body/items/properties", key));
+  for (const char* shape : {"sphere", "plane", "rectangle", "box", "capsule", "cylinder", "convex", "mesh", "compound"})
+    REQUIRE(option(schema["$defs"]["shape"], shape, "") != nullptr);
+  for (const char* kind : {"gravity", "attractor", "drag", "spring", "drive", "lorentz", "coulomb", "thruster",
+                           "point-force", "rotating-frame", "potential"})
+    REQUIRE(option(schema["$defs"]["force"], "kind", kind) != nullptr);
+  const json& thruster = *option(schema["$defs"]["force"], "kind", "thruster");
+  for (const char* key : {"body", "point_body_m", "direction_body", "thrust_N", "on_s"})
+    REQUIRE(thruster["properties"].contains(key));
+}
+
+TEST_CASE("resolved scenes fit the schema; a wrong one does not") {
+  const json schema = json::parse(atwood::scenario_schema());
+  for (const char* id :
+       {"thrusters", "bounce-e0.8", "oscillator-driven", "arenstorf", "lorenz", "projectile-quadratic-drag"}) {
+    INFO(id);
+    const auto scenario =
+        atwood::read_scenario(std::string(ATWOOD_SOURCE_DIR) + "/validation/scenarios/" + id + ".toml");
+    json value = json::parse(atwood::scenario_to_json(scenario));
+    REQUIRE(valid(schema, schema["$defs"]["resolved_scenario"], value));
+    value["scene"]["bodies"][0]["mas_kg"] = 1;
+    REQUIRE(!valid(schema, schema["$defs"]["resolved_scenario"], value));
+  }
+}
