@@ -2,6 +2,9 @@
 // everything else is drawn from the embedded data, which is base64 and therefore cannot close its own element.
 #include <fmt/format.h>
 
+#include <set>
+#include <tuple>
+
 #include "assets.hpp"
 #include "embedded_data.hpp"
 #include "reports/report.hpp"
@@ -19,6 +22,16 @@ std::string tile(const char* kind, const char* name, std::int64_t number) {
                      name);
 }
 
+// Cells whose engine crashed or hung, in words; empty when none did.
+std::string broken_cells(const std::vector<Row>& rows) {
+  std::set<std::tuple<std::string, std::string, std::int64_t>> cells;
+  for (const Row& row : rows) {
+    if (row.status == Status::crashed || row.status == Status::timeout) cells.emplace(row.scenario, row.method, row.steps);
+  }
+  if (cells.empty()) return "";
+  return fmt::format(" In {} {} an engine crashed or hung.", cells.size(), cells.size() == 1 ? "cell" : "cells");
+}
+
 std::string header(const ReportData& data) {
   const JudgementCounts counts = count(data.verdicts);
   const std::int64_t bad = counts.fail + counts.unverifiable + counts.not_run;
@@ -32,7 +45,7 @@ std::string header(const ReportData& data) {
              "<header id=\"top\"><div class=\"masthead\"><h1>{}</h1><div id=\"tools\"></div></div>"
              "<section id=\"verdict\" class=\"{}\" aria-label=\"Verdict\"><p class=\"word\">{}</p><p>{}</p>"
              "<ul class=\"tiles\">",
-             escape_html(data.title), state, word, sentence) +
+             escape_html(data.title), state, word, sentence + broken_cells(data.rows)) +
          tile("pass", "pass", counts.pass) + tile("fail", "fail", counts.fail) +
          tile("unverifiable", "unverifiable", counts.unverifiable) + tile("not-run", "not run", counts.not_run) +
          "</ul></section></header>";

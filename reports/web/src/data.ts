@@ -70,6 +70,12 @@ export function withBar(value: number, bar: number): string {
   return figure(value);
 }
 
+// A fitted order or exponent: its bar is the half-width of its 95 % interval.
+export function isFit(metric: string): boolean { return /^(order|growth)/.test(metric); }
+export function fitted(value: number, halfWidth: number): string {
+  return Number.isNaN(value) ? 'inconclusive' : `${figure(value, 4)} \u00b1 ${figure(halfWidth, 2)}`;
+}
+
 // The ladder of an adaptive method is its tolerance: one family, many ids.
 export function family(method: string): string { return method.replace(/:[^+@{]*/, ':tol'); }
 export function unitWord(unit: string): string { return unit === '1' ? '' : unit; }
@@ -81,5 +87,5 @@ function quoted(text: string): string {
 }
 export function rerunCommand(scenario: string, method: string, steps: number): string {
   const at = steps > 0 ? ` --steps ${steps}` : '';
-  return `atwood run --filter ${quoted(scenario)} --method ${quoted(method)}${at}`;
+  return `./atwood run --scenario ${quoted(scenario)} --method ${quoted(method)}${at}`;
 }

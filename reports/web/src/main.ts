@@ -29,7 +29,7 @@ function themeSwitch(changed: () => void): HTMLElement {
   return button;
 }
 
-const shortNames: Record<string, string> = { failing: 'Not passed', laws: 'Laws', matrix: 'Matrix', plots: 'Plots', rows: 'Rows', gates: 'Gates', bench: 'Time a step', engines: 'Engines', scenarios: 'Scenarios', metrics: 'Metrics', provenance: 'Provenance' };
+const shortNames: Record<string, string> = { failing: 'Not passed', laws: 'Laws', cells: 'No figures', matrix: 'Matrix', plots: 'Plots', rows: 'Rows', gates: 'Gates', bench: 'Time a step', engines: 'Engines', scenarios: 'Scenarios', metrics: 'Metrics', provenance: 'Provenance' };
 function navigation(parts: HTMLElement[]): HTMLElement {
   return h('nav', { 'aria-label': 'Sections' }, ...parts.map((part) => h('a', { href: `#${part.id}` }, shortNames[part.id] ?? part.id)));
 }
@@ -59,7 +59,7 @@ async function start(): Promise<void> {
     table!.filter({ scenario, method, metric: '', status: '' });
     plots!.element.scrollIntoView();
   };
-  const parts = [sections.failing(report), sections.laws(report), index.count ? matrix(report, index, open) : null, plots?.element, rows, sections.gates(report),
+  const parts = [sections.failing(report), sections.laws(report), sections.troubles(report, index), index.count ? matrix(report, index, open) : null, plots?.element, rows, sections.gates(report),
     sections.bench(report), sections.engines(report), sections.scenarios(report), sections.definitions(report), sections.provenance(report)].filter((part) => part) as HTMLElement[];
   document.getElementById('app')!.replaceChildren(...parts);
   document.getElementById('top')!.after(navigation(parts));

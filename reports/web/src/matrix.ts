@@ -1,7 +1,7 @@
 // Scenario x method: one figure a cell at one rung, coloured by its power of ten, with the gates' verdict as a sign.
-import { Report, figure, withBar } from './data';
+import { Report, figure, fitted, isFit, withBar } from './data';
 import { h, labelledSelect, option, section } from './dom';
-import { RowIndex } from './rows';
+import { Cell, RowIndex } from './rows';
 
 const short: Record<string, string> = { unsupported: 'n/s', diverged: 'div', 'not finite': 'nan', timeout: 'time', crashed: 'crash', 'not built': 'n/b' };
 
@@ -22,7 +22,7 @@ export function matrix(report: Report, index: RowIndex, chosen: (scenario: strin
   const ladderOf = new Map(report.scenarios.map((s) => [s.id, s.steps]));
 
   // The rung: the middle of the scenario's ladder, the same for each method; the finest is another choice.
-  const figureAt = (cells: { steps: number; value: number; bar: number }[] | undefined, scenario: string, rung: string) => {
+  const figureAt = (cells: Cell[] | undefined, scenario: string, rung: string) => {
     if (!cells?.length) return null;
     if (cells[0].steps === 0) return cells[0];
     if (rung === 'finest') return cells[cells.length - 1];
@@ -37,7 +37,7 @@ export function matrix(report: Report, index: RowIndex, chosen: (scenario: strin
       const ladders = index.ladders(scenario, metric, '');
       return methods.map((method) => figureAt(ladders.get(method), scenario, rung));
     });
-    const isLadder = /^(order|growth)/.test(metric);
+    const isLadder = isFit(metric);
     rungSelect.box.hidden = isLadder;
     const logs = found.flat().filter((cell) => cell && cell.value !== 0 && Number.isFinite(cell.value)).map((cell) => Math.log10(Math.abs(cell!.value)));
     const low = Math.min(...logs), high = Math.max(...logs);
@@ -51,8 +51,8 @@ export function matrix(report: Report, index: RowIndex, chosen: (scenario: strin
         return h('td', { class: trouble ? 'trouble' : 'absent', title: trouble ? `${scenario}, ${method}: ${trouble.status}. ${trouble.reason}` : 'not in this study' }, trouble ? short[trouble.status] ?? trouble.status : '\u00b7', sign);
       }
       const size = cell.value === 0 || !Number.isFinite(cell.value) ? 0 : (Math.log10(Math.abs(cell.value)) - low) / (high - low || 1);
-      const words = isLadder ? cell.value.toFixed(2) : cell.value === 0 ? '0' : figure(cell.value, 2);
-      const td = h('td', { class: 'figure', style: isLadder ? undefined : `--part:${(size * 100).toFixed(0)}%`, title: `${scenario}, ${method}${cell.steps ? `, ${cell.steps} steps` : ''}: ${withBar(cell.value, cell.bar)}` },
+      const words = isLadder ? (Number.isNaN(cell.value) ? '?' : cell.value.toFixed(2)) : cell.value === 0 ? '0' : figure(cell.value, 2);
+      const td = h('td', { class: 'figure', style: isLadder ? undefined : `--part:${(size * 100).toFixed(0)}%`, title: `${scenario}, ${method}${cell.steps ? `, ${cell.steps} steps` : ''}: ${isLadder ? fitted(cell.value, cell.bar) : withBar(cell.value, cell.bar)}${isLadder ? `. ${index.text(index.rows.reason[cell.row])}` : ''}` },
         h('button', { type: 'button', onclick: () => chosen(scenario, method) }, words), sign);
       return td;
     }))));

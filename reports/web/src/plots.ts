@@ -184,7 +184,7 @@ export class Plots {
     const lines = this.index.names('method', rows).map((method) => {
       const cells = metrics.map((metric) => this.index.ladders(id, metric, '').get(method)?.[0]);
       return cells.some(Boolean) ? h('tr', {}, h('th', { scope: 'row' }, method), ...cells.map((cell) => h('td', { class: 'number', title: cell ? this.index.text(this.index.rows.reason[cell.row]) : '' },
-        cell ? `${cell.value.toFixed(2)}${cell.bar ? ` \u00b1 ${cell.bar.toFixed(2)}` : ''}` : '\u2013'))) : null;
+        cell ? Number.isNaN(cell.value) ? 'inconclusive' : `${cell.value.toFixed(2)}${cell.bar ? ` \u00b1 ${cell.bar.toFixed(2)}` : ''}` : '\u2013'))) : null;
     });
     this.orders.replaceChildren(h('h3', {}, 'Observed orders, fitted over the asymptotic window'),
       lines.some(Boolean) ? h('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Observed orders' }, h('table', {}, h('thead', {}, h('tr', {}, h('th', { scope: 'col' }, 'method'), ...metrics.map((m) => h('th', { scope: 'col', class: 'number' }, m)))), h('tbody', {}, ...lines)))

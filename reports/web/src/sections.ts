@@ -1,6 +1,7 @@
 // The parts of the report that are words and small tables.
-import { Engine, Law, Report, Setting, Verdict, figure, real, unitWord } from './data';
+import { Engine, Law, Report, Setting, Verdict, figure, real, rerunCommand, unitWord } from './data';
 import { Child, copyButton, h, section } from './dom';
+import { RowIndex } from './rows';
 import { smallTable } from './table';
 
 function badge(judgement: string): HTMLElement {
@@ -28,6 +29,32 @@ export function failing(report: Report): HTMLElement | null {
   const rest = bad.slice(24);
   return section('failing', 'What did not pass', h('ul', { class: 'cards' }, ...shown),
     rest.length ? h('details', {}, h('summary', {}, `${rest.length} more`), h('ul', { class: 'cards' }, ...rest.map(card))) : null);
+}
+
+// Cells that ended without figures, one line a scenario x method x reason.
+export function troubles(report: Report, index: RowIndex): HTMLElement | null {
+  interface Trouble { scenario: string; method: string; status: string; reason: string; steps: number[] }
+  const found = new Map<string, Trouble>();
+  const { rows } = index;
+  for (let i = 0; i < index.count; i += 1) {
+    const status = index.text(rows.status[i]);
+    if (status === 'ok') continue;
+    const key = [rows.scenario[i], rows.method[i], rows.status[i], rows.reason[i]].join(' ');
+    const trouble = found.get(key) ?? { scenario: index.text(rows.scenario[i]), method: index.text(rows.method[i]), status, reason: index.text(rows.reason[i]), steps: [] };
+    if (!trouble.steps.includes(rows.steps[i])) trouble.steps.push(rows.steps[i]);
+    found.set(key, trouble);
+  }
+  if (!found.size) return null;
+  const rank = ['crashed', 'timeout', 'not finite', 'diverged', 'not built', 'unsupported'];
+  const list = [...found.values()].sort((a, b) => rank.indexOf(a.status) - rank.indexOf(b.status));
+  const broken = list.some((t) => t.status === 'crashed' || t.status === 'timeout');
+  const counts = rank.map((status) => [status, list.filter((t) => t.status === status).length] as const).filter(([, n]) => n).map(([status, n]) => `${n} ${status}`);
+  return section('cells', 'Cells without figures', h('details', { open: broken || undefined }, h('summary', {}, `Scenario and method: ${counts.join(', ')}`), smallTable<Trouble>([
+    { name: 'status', value: (t) => t.status, cell: (t) => h('span', { class: `badge ${t.status === 'crashed' || t.status === 'timeout' ? 'fail' : ''}` }, t.status) },
+    { name: 'scenario', value: (t) => t.scenario }, { name: 'method', value: (t) => t.method },
+    { name: 'steps', value: (t) => t.steps.join(', '), wide: true }, { name: 'reason', value: (t) => t.reason, wide: true },
+    { name: 'rerun', value: () => '', cell: (t) => copyButton(rerunCommand(t.scenario, t.method, t.steps.length === 1 ? t.steps[0] : 0)) },
+  ], list, `Cells without figures in ${report.title}`)));
 }
 
 export function gates(report: Report): HTMLElement | null {

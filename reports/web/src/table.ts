@@ -1,6 +1,6 @@
 // Tables: a small sortable one, and the big one, which holds only the rows that are in view.
 import { Child, copyButton, h, labelledSelect, option } from './dom';
-import { figure, real, rerunCommand, withBar } from './data';
+import { figure, fitted, isFit, real, rerunCommand, withBar } from './data';
 import { RowIndex } from './rows';
 
 export interface Column<T> { name: string; number?: boolean; value: (row: T) => string | number; cell?: (row: T) => Child; wide?: boolean }
@@ -86,7 +86,8 @@ export class RowTable {
   private valueWords(i: number): string {
     const { rows } = this.index;
     if (this.index.text(rows.status[i]) !== 'ok') return '\u2013';
-    return withBar(real(rows.value[i]), real(rows.truth_bar[i]));
+    const words = isFit(this.index.text(rows.metric[i])) ? fitted : withBar;
+    return words(real(rows.value[i]), real(rows.truth_bar[i]));
   }
 
   private bar(): HTMLElement {
