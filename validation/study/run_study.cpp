@@ -211,8 +211,13 @@ MeasuredRecord StudyRun::measured(const Cell& cell, const Truth& truth, const st
   MeasuredRecord record;
   record.basis = content_hash({hash, kMetricsVersion});
   record.rows = measure(cell.scenario, truth, recording);
-  if (recording.outcome.status == Status::ok && truth.outcome.status == Status::ok) {
-    record.series = error_series(cell.scenario, truth, recording);
+  if (recording.outcome.status == Status::ok) record.series = error_series(cell.scenario, truth, recording);
+  if (truth.outcome.status != Status::ok && cell.scenario.truth.kind != TruthKind::none) {
+    Row row;
+    row.metric = "truth";
+    row.status = truth.outcome.status;
+    row.reason = truth.outcome.reason;
+    record.rows.push_back(row);
   }
   return record;
 }
@@ -241,9 +246,8 @@ void StudyRun::run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& cli
     } else {
       WorkerClient& client =
           clients.try_emplace(cell.worker, workers_[static_cast<std::size_t>(cell.worker)].command).first->second;
-      const auto start = Clock::now();
       recording = client.run(cell.method, scene_json, sampled_bodies(cell.scenario.scene), cell.plan, 0, run.limit_s);
-      run.wall_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - start).count();
+      run.wall_ns = client.wall_ns();
       run.killed_from_outside = client.killed_from_outside() || recording.outcome.status == Status::not_built;
       if (recording.outcome.status == Status::timeout) hung_at = cell.plan.steps;
     }

@@ -4,6 +4,8 @@
 #include <fcntl.h>
 #include <sqlite3.h>
 #include <sys/file.h>
+#include <sys/resource.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -69,15 +71,23 @@ struct Store::Database {
 
   [[noreturn]] void fail(const std::string& what) const { throw std::runtime_error("store " + path + ": " + what); }
 
+  // The rollback after a failed write may have overwritten the system's word for it: then look for the cause.
+  std::string why_not_written(int system, const std::string& otherwise) const {
+    struct statvfs disk {};
+    struct rlimit limit {};
+    const bool no_space = statvfs(path.c_str(), &disk) == 0 && disk.f_bavail == 0;
+    const bool limited = getrlimit(RLIMIT_FSIZE, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY;
+    if (system == ENOSPC || system == EDQUOT || (system == 0 && no_space)) return "the disk is full";
+    if (system == EFBIG || (system == 0 && limited)) return "the file size limit (ulimit -f) is reached";
+    return "input/output error: " + (system != 0 ? std::string(std::strerror(system)) : otherwise);
+  }
+
   [[noreturn]] void fail(const SQLite::Exception& error) const {
     const int system = sql ? sqlite3_system_errno(sql->getHandle()) : 0;
     const std::string kept = "; what was stored before is kept, and the same command goes on from there";
     switch (error.getErrorCode()) {
       case SQLITE_FULL: fail("the disk is full" + kept);
-      case SQLITE_IOERR:
-        if (system == ENOSPC || system == EDQUOT) fail("the disk is full" + kept);
-        if (system == EFBIG) fail("the file size limit (ulimit -f) is reached" + kept);
-        fail(std::string("input/output error: ") + (system != 0 ? std::strerror(system) : error.what()) + kept);
+      case SQLITE_IOERR: fail(why_not_written(system, error.what()) + kept);
       case SQLITE_READONLY:
       case SQLITE_PERM: fail("cannot be written: it or its folder is read-only");
       case SQLITE_CANTOPEN: fail(std::string("cannot be opened: ") + (system != 0 ? std::strerror(system) : error.what()));

@@ -111,6 +111,7 @@ Outcome WorkerClient::ask(wire::Request request, double limit_s, const std::func
   request.cell = ++cell_;
   process_->forget_errors();
   process_->send(wire::to_line(request));
+  const auto start_time = Clock::now();
   const auto deadline = in_seconds(limit_s);
   std::string line;
   for (;;) {
@@ -122,7 +123,9 @@ Outcome WorkerClient::ask(wire::Request request, double limit_s, const std::func
         throw wire::Garbage("an answer to cell " + std::to_string(answer.cell) + "; asked was " + std::to_string(cell_));
       }
       take(answer);
-      if (answer.done) return answer.outcome;
+      if (!answer.done) continue;
+      wall_ns_ = std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - start_time).count();
+      return answer.outcome;
     } catch (const std::exception& error) {
       return give_up(Status::crashed, std::string("garbage: ") + printable(error.what()));
     }

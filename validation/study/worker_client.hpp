@@ -29,6 +29,8 @@ class WorkerClient {
                 double limit_s);
   Truth truth(const std::string& scenario_json, std::size_t bodies, double t_end_s, std::int64_t samples, double limit_s);
 
+  // From sending the last request to the end of its answer, without the start of the process.
+  std::int64_t wall_ns() const { return wall_ns_; }
   // The last failure was a kill from outside: the machine's doing, not the engine's.
   bool killed_from_outside() const { return killed_from_outside_; }
 
@@ -43,7 +45,7 @@ class WorkerClient {
   bool pinned_;
   std::unique_ptr<Process> process_;
   Engine engine_;
-  std::int64_t cell_ = 0;
+  std::int64_t cell_ = 0, wall_ns_ = 0;
   bool killed_from_outside_ = false;
 };
 

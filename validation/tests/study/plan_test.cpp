@@ -1,0 +1,138 @@
+// Study files and what becomes of them: cells and their hashes.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <fstream>
+#include <set>
+
+#include "scene/files.hpp"
+#include "validation/tests/study/free_flight.hpp"
+
+using namespace atwood;
+
+namespace {
+
+Worker worker(const std::string& name, std::vector<MethodInfo> methods) {
+  Worker worker;
+  worker.path = "bin/atwood-" + name;
+  worker.command = {worker.path};
+  worker.engine.name = name;
+  worker.engine.version = "1";
+  worker.engine.scalar = "double";
+  worker.engine.methods = std::move(methods);
+  worker.build_id = "build of " + name;
+  return worker;
+}
+
+std::vector<Worker> table() {
+  return {worker("demo", {{"demo/a", "", "", {}, false, {{"erp", 0.2}}}, {"demo/b", "", "", {}, true, {{"tol", 1.0}}}}),
+          worker("other", {{"other/a", "", "", {}, false, {}}})};
+}
+
+std::vector<Cell> plan(StudyCells cells, std::vector<Worker> workers = table()) {
+  return plan_cells({"test", {std::move(cells)}}, {free_flight("one"), free_flight("two", 4)}, workers, "cpu");
+}
+
+std::vector<std::string> ids(const std::vector<Cell>& cells) {
+  std::vector<std::string> ids;
+  for (const Cell& cell : cells) ids.push_back(cell.scenario.id + " " + cell.method + " " + std::to_string(cell.plan.steps));
+  return ids;
+}
+
+Study read(const std::string& text) {
+  Folder folder;
+  std::ofstream(folder / "study.toml") << text;
+  return read_study(folder / "study.toml");
+}
+
+}  // namespace
+
+TEST_CASE("cells are scenarios x methods x rungs; globs go over what the engines list") {
+  CHECK(ids(plan({{"one"}, {"demo/a"}, {}, 5, {}})) ==
+        std::vector<std::string>{"one demo/a 8", "one demo/a 16", "one demo/a 32", "one demo/a 64"});
+  CHECK(plan({{"tag:smooth"}, {"demo/*"}, {8}, 5, {}}).size() == 4);
+  CHECK(ids(plan({{"t*"}, {"*/a+event@float"}, {16}, 5, {}})) ==
+        std::vector<std::string>{"two demo/a+event@float 16", "two other/a+event@float 16"});
+  CHECK(plan({{"tag:rough", "three"}, {"demo/*"}, {}, 5, {}}).empty());
+}
+
+TEST_CASE("with a tolerance the ladder is the tolerance: one rung") {
+  CHECK(ids(plan({{"one"}, {"demo/b:1e-6", "demo/b:1e-9"}, {}, 5, {}})) ==
+        std::vector<std::string>{"one demo/b:1e-6 8", "one demo/b:1e-9 8"});
+}
+
+TEST_CASE("a method that nobody offers is a cell without a worker, with the reason of the engine that failed") {
+  std::vector<Worker> workers = table();
+  Worker broken = worker("absent", {});
+  broken.engine = {};
+  broken.status = Status::not_built;
+  broken.reason = "cannot be started";
+  workers.push_back(broken);
+  const auto cells = plan({{"one"}, {"absent/*", "nobody/x", "demo/missing"}, {8}, 5, {}}, workers);
+  REQUIRE(cells.size() == 3);
+  for (const Cell& cell : cells) CHECK(cell.worker == -1);
+  CHECK(cells[0].absent_reason == "cannot be started");
+  CHECK(cells[1].absent_reason == "no engine at the table offers nobody/x");
+  CHECK(cells[2].absent == Status::not_built);
+}
+
+TEST_CASE("a sweep makes a cell of each value, where the method has the setting") {
+  const auto cells = plan({{"one"}, {"demo/a", "demo/b"}, {8}, 5, {{"erp", {0.0, 0.1}}}});
+  CHECK(ids(cells) == std::vector<std::string>{"one demo/a{erp=0.0} 8", "one demo/a{erp=0.1} 8", "one demo/b 8"});
+}
+
+TEST_CASE("a cell named twice is planned once") {
+  const Study study{"test", {{{"one"}, {"demo/a"}, {8}, 3, {}}, {{"*"}, {"demo/*"}, {8}, 5, {}}}};
+  const auto cells = plan_cells(study, {free_flight("one")}, table(), "cpu");
+  REQUIRE(cells.size() == 2);
+  CHECK(cells[0].repeats == 5);
+}
+
+TEST_CASE("a hash changes with all that decides a run, and with nothing else") {
+  const auto hash = [](const std::function<void(Scenario&, std::vector<Worker>&, StudyCells&, std::string&)>& change) {
+    Scenario scenario = free_flight("one");
+    std::vector<Worker> workers = table();
+    StudyCells cells{{"*"}, {"demo/a"}, {8}, 5, {}};
+    std::string cpu = "cpu";
+    change(scenario, workers, cells, cpu);
+    return plan_cells({"test", {cells}}, {scenario}, workers, cpu).at(0);
+  };
+  const Cell plain = hash([](auto&, auto&, auto&, auto&) {});
+  std::set<std::string> hashes{plain.accuracy_hash};
+  const auto changed = [&](const Cell& cell) { return hashes.insert(cell.accuracy_hash).second; };
+  CHECK(changed(hash([](auto& s, auto&, auto&, auto&) { s.scene.bodies[0].mass_kg = 2; })));
+  CHECK(changed(hash([](auto& s, auto&, auto&, auto&) { s.t_end_s = 3; })));
+  CHECK(changed(hash([](auto& s, auto&, auto&, auto&) { s.samples = 4; })));
+  CHECK(changed(hash([](auto&, auto&, auto& c, auto&) { c.steps = {16}; })));
+  CHECK(changed(hash([](auto&, auto&, auto& c, auto&) { c.methods = {"demo/b"}; })));
+  CHECK(changed(hash([](auto&, auto&, auto& c, auto&) { c.methods = {"demo/a@float"}; })));
+  CHECK(changed(hash([](auto&, auto& w, auto&, auto&) { w[0].build_id = "another build"; })));
+  CHECK(changed(hash([](auto&, auto& w, auto&, auto&) { w[0].engine.version = "2"; })));
+  CHECK(changed(hash([](auto&, auto& w, auto&, auto&) { w[0].engine.methods[0].settings["erp"] = 0.3; })));
+  CHECK_FALSE(changed(hash([](auto& s, auto&, auto&, auto&) { s.claim = "said otherwise"; })));
+  CHECK_FALSE(changed(hash([](auto&, auto& w, auto&, auto&) { w[1].build_id = "another build"; })));
+  const Cell elsewhere = hash([](auto&, auto&, auto&, auto& cpu) { cpu = "another cpu"; });
+  CHECK(elsewhere.accuracy_hash == plain.accuracy_hash);
+  CHECK(elsewhere.timing_hash != plain.timing_hash);
+}
+
+TEST_CASE("a study file is read, and its errors have a place") {
+  const Study study = read("id = 'x'\n[[cells]]\nscenarios = ['a*']\nmethods = ['demo/*']\nsteps = [64]\nrepeats = 2\n"
+                           "sweep = { erp = [0.0, 0.1], n = [1], on = [true], kind = ['a'] }\n");
+  CHECK(study.id == "x");
+  REQUIRE(study.cells.size() == 1);
+  CHECK(study.cells[0].repeats == 2);
+  CHECK(study.cells[0].sweep.size() == 4);
+  CHECK_THROWS_WITH(read("id = 'x'\n[[cells]]\nscenario = ['a']\nmethods = ['demo/*']\n"),
+                    Catch::Contains("study.toml:3:1: unknown key `scenario`"));
+  CHECK_THROWS_WITH(read("id = 'x'\n[[cells]]\nscenarios = ['a']\nmethods = ['rk4']\n"),
+                    Catch::Contains("study.toml:4:") && Catch::Contains("expected <engine>/<scheme>"));
+  CHECK_THROWS_WITH(read("id = 'x'\n[[cells]]\nscenarios = ['a']\nmethods = ['demo/a']\nsteps = [0]\n"),
+                    Catch::Contains("study.toml:5:10:"));
+  CHECK_THROWS_WITH(read("id = 'x'\n[[cells]\n"), Catch::Contains("study.toml:2:"));
+  for (const char* text : {"", "id = 'x'\n", "id = 7\n", "id = 'x'\ncells = 7\n", "id = 'x'\n[[cells]]\nscenarios = []\n"}) {
+    CHECK_THROWS_AS(read(text), InputError);
+  }
+  CHECK_THROWS_AS(read_study("/nowhere/study.toml"), InputError);
+  CHECK_THROWS_AS(plan({{"one"}, {"demo/a"}, {12}, 5, {}}), InputError);  // 8 samples do not divide 12 steps
+}

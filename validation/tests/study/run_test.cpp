@@ -1,0 +1,287 @@
+// A study from its cells to its rows: skipped, resumed, interrupted, out of space.
+#include <catch2/catch.hpp>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <functional>
+#include <thread>
+
+#include "validation/tests/study/free_flight.hpp"
+
+using namespace atwood;
+
+namespace {
+
+const std::string fakes = ATWOOD_FAKE_WORKERS;
+
+std::vector<Cell> cells_of(const std::vector<Worker>& workers, const std::vector<std::string>& methods,
+                           const std::vector<Scenario>& scenarios) {
+  return plan_cells({"test", {{{"*"}, methods, {}, 3, {}}}}, scenarios, workers, "cpu");
+}
+
+struct Lab {
+  Folder folder;
+  std::vector<Worker> workers = find_workers({fakes + "/sound.py", fakes + "/faulty.py"});
+  StudyOptions options;
+
+  Lab() {
+    options.store_path = folder / "store.db";
+    options.truth_worker = fakes + "/exact_truth.py";
+    options.provenance.run_id = "run";
+    setenv("SOUND_LOG", (folder / "sound.log").c_str(), 1);
+    setenv("TRUTH_LOG", (folder / "truth.log").c_str(), 1);
+  }
+  std::vector<Cell> cells(const std::vector<std::string>& methods, const std::vector<Scenario>& scenarios) const {
+    return cells_of(workers, methods, scenarios);
+  }
+  StudyResult run(const std::vector<Cell>& cells) const { return run_study(cells, workers, options); }
+  int lines(const std::string& log) const {
+    std::ifstream file(folder / log);
+    return static_cast<int>(std::count(std::istreambuf_iterator<char>(file), {}, '\n'));
+  }
+  std::string file_list() const {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder.path)) names.push_back(entry.path().filename());
+    std::sort(names.begin(), names.end());
+    std::string all;
+    for (const auto& name : names) {
+      if (name.find(".log") == std::string::npos) all += name + " ";
+    }
+    return all;
+  }
+};
+
+std::string text(const Row& row) {
+  return row.scenario + "|" + row.method + "|" + std::to_string(row.steps) + "|" + format_double(row.h_s) + "|" + row.body +
+         "|" + (row.t_s ? format_double(*row.t_s) : "") + "|" + row.metric + "|" + row.unit + "|" +
+         format_double(row.value) + "|" + format_double(row.truth_bar) + "|" + to_string(row.status) + "|" + row.reason + "|" +
+         row.settings_hash + "|" + row.provenance.run_id + "|" + row.provenance.engine_version;
+}
+
+std::vector<std::string> texts(const StudyResult& result) {
+  std::vector<std::string> all;
+  for (const Row& row : result.rows) all.push_back(text(row));
+  return all;
+}
+
+const Row* find_row(const StudyResult& result, const std::string& method, std::int64_t steps, const std::string& metric) {
+  for (const Row& row : result.rows) {
+    if (row.method == method && row.steps == steps && row.metric == metric) return &row;
+  }
+  return nullptr;
+}
+
+// `work` in a process of its own, which may be killed; its exit code, or minus the signal.
+pid_t apart(const std::function<int()>& work) {
+  const pid_t child = fork();
+  if (child == 0) _exit(work());
+  return child;
+}
+
+int ending(pid_t child) {
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFSIGNALED(status) ? -WTERMSIG(status) : WEXITSTATUS(status);
+}
+
+void wait_for(const std::function<bool()>& condition) {
+  for (int i = 0; i < 6000 && !condition(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  REQUIRE(condition());
+}
+
+}  // namespace
+
+TEST_CASE("a study gives rows of every cell, and a second run of it does no work") {
+  const Lab lab;
+  const auto cells = lab.cells({"sound/straight", "faulty/well"}, {free_flight("one"), free_flight("two", 4)});
+  REQUIRE(cells.size() == 16);
+  const StudyResult first = lab.run(cells);
+  CHECK(first.cells == 16);
+  CHECK(first.skipped == 0);
+  CHECK(first.failed_cells == 0);
+  CHECK_FALSE(first.interrupted);
+  for (const Cell& cell : cells) {
+    for (const char* metric : {"error-position-max", "step-time", "run-time"}) {
+      const auto has = [&](const Row& row) {
+        return row.scenario == cell.scenario.id && row.method == cell.method && row.steps == cell.plan.steps && row.metric == metric;
+      };
+      CHECK(std::count_if(first.rows.begin(), first.rows.end(), has) == 1);
+    }
+  }
+  const Row* time = find_row(first, "sound/straight", 64, "step-time");
+  REQUIRE(time);
+  CHECK(time->value == Approx(1e-6));  // the fake says 1000 ns a step
+  CHECK(time->h_s == 2.0 / 64);
+  CHECK(time->provenance.engine_version == "1");
+  CHECK(find_row(first, "sound/straight", 64, "error-position-max")->value < 1e-14);
+  CHECK(lab.lines("sound.log") == 16);  // 8 cells, each once for accuracy and once for time
+  CHECK(lab.lines("truth.log") == 2);   // one a scenario
+
+  const StudyResult second = lab.run(cells);
+  CHECK(second.skipped == 16);
+  CHECK(texts(second) == texts(first));
+  CHECK(lab.lines("sound.log") == 16);
+  CHECK(lab.lines("truth.log") == 2);
+  CHECK(texts(load_rows(lab.options.store_path, cells)) == texts(first));
+  const auto series = load_series(lab.options.store_path, cells);
+  REQUIRE(series.size() == 16);
+  CHECK(series[0].series.t_s.size() == 9);
+  CHECK(lab.file_list() == "store.db ");
+}
+
+TEST_CASE("a new rung runs alone, and a changed engine runs its cells again and no others") {
+  Lab lab;
+  Scenario scenario = free_flight("one");
+  scenario.steps = {8, 16};
+  const std::string copy = lab.folder / "sound.py";
+  std::filesystem::copy_file(fakes + "/sound.py", copy);
+  std::filesystem::copy_file(fakes + "/speak.py", lab.folder / "speak.py");
+  lab.workers = find_workers({copy, fakes + "/faulty.py"});
+  lab.run(lab.cells({"sound/straight", "faulty/well"}, {scenario}));
+  CHECK(lab.lines("sound.log") == 4);
+  scenario.steps = {8, 16, 32};
+  CHECK(lab.run(lab.cells({"sound/straight", "faulty/well"}, {scenario})).skipped == 4);
+  CHECK(lab.lines("sound.log") == 6);
+  std::ofstream(copy, std::ios::app) << "# changed\n";
+  lab.workers = find_workers({copy, fakes + "/faulty.py"});
+  const StudyResult after = lab.run(lab.cells({"sound/straight", "faulty/well"}, {scenario}));
+  CHECK(after.skipped == 3);  // faulty's
+  CHECK(lab.lines("sound.log") == 12);
+}
+
+TEST_CASE("cells that fail are rows with a reason, counted, and found again") {
+  Lab lab;
+  lab.options.cell_limit_s = 1;
+  const auto cells = lab.cells({"faulty/dies", "faulty/refuses", "faulty/nan_late", "faulty/hangs", "nobody/x"},
+                               {free_flight("one")});
+  const StudyResult result = lab.run(cells);
+  const auto status = [&](const std::string& method, std::int64_t steps) {
+    const Row* row = find_row(result, method, steps, "status");
+    REQUIRE(row);
+    return to_string(row->status) + ": " + row->reason;
+  };
+  CHECK_THAT(status("faulty/dies", 8), Catch::StartsWith("crashed: killed by signal 11"));
+  CHECK(status("faulty/refuses", 64) == "unsupported: faulty has no springs");
+  CHECK_THAT(status("faulty/nan_late", 16), Catch::StartsWith("not finite"));
+  CHECK(status("faulty/hangs", 8) == "timeout: no answer within 1 s");
+  CHECK_THAT(status("faulty/hangs", 16), Catch::StartsWith("timeout: not tried: 8 steps"));
+  CHECK(status("nobody/x", 8) == "not built: no engine at the table offers nobody/x");
+  CHECK(result.failed_cells == 8);  // dies and hangs, four rungs each
+  CHECK_FALSE(find_row(result, "faulty/dies", 8, "step-time"));
+  const StudyResult again = lab.run(cells);
+  CHECK(again.skipped == again.cells);
+  CHECK(texts(again) == texts(result));
+  CHECK(again.failed_cells == 8);
+}
+
+TEST_CASE("a truth that fails leaves the rest measured, and is asked again") {
+  const Lab lab;
+  const auto cells = lab.cells({"sound/straight"}, {free_flight("no-truth")});
+  const StudyResult result = lab.run(cells);
+  CHECK(result.failed_cells >= 1);
+  CHECK_FALSE(find_row(result, "sound/straight", 8, "error-position-max"));
+  CHECK(find_row(result, "sound/straight", 8, "energy-max"));
+  const Row* truth = find_row(result, "sound/straight", 8, "truth");
+  REQUIRE(truth);
+  CHECK(truth->status == Status::crashed);
+  CHECK(truth->reason == "exited with code 9");
+  CHECK(lab.lines("truth.log") == 1);
+  lab.run(cells);
+  CHECK(lab.lines("truth.log") == 2);
+  CHECK(lab.lines("sound.log") == 8);  // the runs themselves are not
+}
+
+TEST_CASE("a study killed at any moment goes on where it was and ends with the same rows") {
+  const Lab whole;
+  const auto cells = whole.cells({"sound/slow", "sound/straight"}, {free_flight("one"), free_flight("two", 4)});
+  StudyOptions untimed = whole.options;
+  untimed.timing = false;
+  const auto expected = texts(run_study(cells, whole.workers, untimed));
+  for (const int after : {1, 4, 9}) {
+    CAPTURE(after);
+    const Lab lab;
+    StudyOptions options = lab.options;
+    options.timing = false;
+    const pid_t child = apart([&] {
+      run_study(cells, lab.workers, options);
+      return 0;
+    });
+    wait_for([&] { return lab.lines("sound.log") >= after; });
+    kill(child, SIGKILL);
+    CHECK(ending(child) == -SIGKILL);
+    const StudyResult resumed = run_study(cells, lab.workers, options);
+    CHECK(texts(resumed) == expected);
+    if (after > 4) CHECK(resumed.skipped > 0);
+    CHECK(lab.lines("sound.log") < 2 * 16);
+  }
+}
+
+TEST_CASE("an interrupt ends a study soon, and keeps what was done") {
+  const int signal = GENERATE(SIGINT, SIGTERM);
+  Lab lab;
+  lab.options.timing = false;
+  const auto cells = lab.cells({"sound/slow", "faulty/hangs"}, {free_flight("one"), free_flight("two", 4)});
+  const pid_t child = apart([&] {
+    const StudyResult result = lab.run(cells);
+    return result.interrupted && result.signal == signal && !result.rows.empty() ? 42 : 1;
+  });
+  wait_for([&] { return lab.lines("sound.log") >= 5; });
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  const auto start = std::chrono::steady_clock::now();
+  kill(child, signal);
+  CHECK(ending(child) == 42);
+  CHECK(std::chrono::steady_clock::now() - start < std::chrono::seconds(10));  // a hung cell had 20 s
+  CHECK_FALSE(load_rows(lab.options.store_path, cells).rows.empty());
+}
+
+TEST_CASE("out of space: clear words, what was stored stays, and the run goes on when there is room") {
+  Lab lab;
+  lab.options.timing = false;
+  Scenario scenario = free_flight("one");
+  for (int i = 0; i < 40; ++i) {
+    scenario.scene.bodies.push_back(scenario.scene.bodies[0]);
+    scenario.scene.bodies.back().name = "ball " + std::to_string(i);
+  }
+  const auto cells = lab.cells({"sound/straight", "faulty/well"}, {scenario});
+  const int size = GENERATE(2'000, 20'000, 400'000);
+  CAPTURE(size);
+  const std::string message = lab.folder / "message.log";
+  const pid_t child = apart([&] {
+    const rlimit limit{static_cast<rlim_t>(size), static_cast<rlim_t>(size)};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    try {
+      lab.run(cells);
+    } catch (const std::runtime_error& error) {
+      std::ofstream(message) << error.what();
+      return 5;
+    }
+    return 0;
+  });
+  CHECK(ending(child) == 5);
+  std::ifstream file(message);
+  const std::string said{std::istreambuf_iterator<char>(file), {}};
+  CHECK_THAT(said, Catch::Contains("store.db: ") && Catch::Contains("file size limit"));
+  const StudyResult resumed = lab.run(cells);
+  CHECK(resumed.rows.size() > 0);
+  CHECK(find_row(resumed, "faulty/well", 64, "error-position-max"));
+  CHECK(lab.file_list() == "store.db ");
+}
+
+TEST_CASE("progress is told, with an estimate, no more than twice a second") {
+  Lab lab;
+  lab.options.timing = false;
+  std::vector<std::string> said;
+  lab.options.progress = [&](const std::string& line) { said.push_back(line); };
+  const auto start = std::chrono::steady_clock::now();
+  lab.run(lab.cells({"sound/slow"}, {free_flight("one"), free_flight("two", 4), free_flight("three", 5), free_flight("four", 6),
+                                     free_flight("five", 7), free_flight("six", 8), free_flight("seven", 9)}));
+  const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  CHECK(static_cast<double>(said.size()) <= 2 * took_s + 1);
+  for (const std::string& line : said) CHECK_THAT(line, Catch::Contains(" of 35, ") && Catch::Contains(" s left"));
+  CHECK_FALSE(said.empty());
+}

@@ -1,0 +1,149 @@
+// What goes into the store comes out to the last bit; what is wrong with it is said in words.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+#include "validation/study/recording_blob.hpp"
+#include "validation/study/store.hpp"
+#include "validation/tests/study/free_flight.hpp"
+
+using namespace atwood;
+
+namespace {
+
+std::vector<Sample> samples(bool wide) {
+  std::vector<Sample> all(3);
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    all[k].t_s = static_cast<Wide>(k) / 3;
+    all[k].bodies.resize(2);
+    all[k].bodies[1].p_m = {0.1, -0.0, wide ? static_cast<Wide>(1) / 3 : static_cast<Wide>(2)};
+    all[k].bodies[0].v_m_per_s[0] = std::numeric_limits<double>::infinity();
+  }
+  return all;
+}
+
+void check_equal(const std::vector<Sample>& a, const std::vector<Sample>& b) {
+  REQUIRE(a.size() == b.size());
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    CHECK(a[k].t_s == b[k].t_s);
+    REQUIRE(a[k].bodies.size() == b[k].bodies.size());
+    for (std::size_t i = 0; i < a[k].bodies.size(); ++i) {
+      CHECK(a[k].bodies[i].p_m == b[k].bodies[i].p_m);
+      CHECK(a[k].bodies[i].q_wxyz == b[k].bodies[i].q_wxyz);
+      CHECK(a[k].bodies[i].v_m_per_s == b[k].bodies[i].v_m_per_s);
+      CHECK(a[k].bodies[i].w_rad_per_s == b[k].bodies[i].w_rad_per_s);
+    }
+  }
+}
+
+}  // namespace
+
+TEST_CASE("samples and events are packed to the last bit, in 8 bytes where that is enough") {
+  check_equal(unpack_samples(pack_samples(samples(false))), samples(false));
+  check_equal(unpack_samples(pack_samples(samples(true))), samples(true));
+  CHECK(pack_samples(samples(false)).size() < pack_samples(samples(true)).size());
+  Event event;
+  event.t_s = static_cast<Wide>(1) / 7;
+  event.kind = EventKind::rest;
+  event.body_b = 5;
+  event.vn_after_m_per_s = 9;
+  const auto events = unpack_events(pack_events({event}));
+  REQUIRE(events.size() == 1);
+  CHECK(events[0].t_s == event.t_s);
+  CHECK(events[0].kind == EventKind::rest);
+  CHECK(events[0].body_b == 5);
+  CHECK(events[0].vn_after_m_per_s == 9);
+  const std::string bytes = pack_samples(samples(true));
+  for (std::size_t size = 0; size < bytes.size(); ++size) CHECK_THROWS_AS(unpack_samples(bytes.substr(0, size)), BadBlob);
+  CHECK_THROWS_AS(unpack_samples(bytes + "x"), BadBlob);
+}
+
+TEST_CASE("a cell, its rows, its truth and its times come back as they went in") {
+  const Folder folder;
+  RunRecord run;
+  run.outcome.steps_taken = 64;
+  run.outcome.rate_evaluations = 256;
+  run.wall_ns = 5;
+  run.limit_s = 20;
+  run.provenance = {"1", "commit", "g++", "-O3", "cpu", "run"};
+  Recording recording{samples(true), {}, run.outcome};
+  MeasuredRecord measured;
+  measured.basis = "basis";
+  measured.series.t_s = {0, 1};
+  measured.series.energy = {0, std::nan("")};
+  measured.rows.resize(2);
+  measured.rows[0].metric = "error-position-max";
+  measured.rows[0].value = std::nan("");
+  measured.rows[0].truth_bar = std::numeric_limits<double>::infinity();
+  measured.rows[1].t_s = 0.1;
+  measured.rows[1].body = "ball";
+  measured.rows[1].value = 1.0 / 3;
+  measured.rows[1].status = Status::not_finite;
+  measured.rows[1].reason = "it's \"so\"";
+  Truth truth;
+  truth.source = "closed form";
+  truth.values = truth.bars = samples(true);
+  truth.event_bar_s = {1e-20};
+  truth.events.resize(1);
+  TimingRecord timing;
+  timing.outcome.busy_ns = {3, 1, 2};
+  {
+    Store store(folder / "store.db", Store::Mode::write);
+    store.put_run("cell", run, recording, "key", measured);
+    store.put_truth("truth", truth);
+    store.put_timing("timing", timing);
+  }
+  Store store(folder / "store.db", Store::Mode::read);
+  const auto back = store.run("cell");
+  REQUIRE(back);
+  CHECK(back->outcome.rate_evaluations == 256);
+  CHECK(back->provenance.flags == "-O3");
+  CHECK_FALSE(store.run("another"));
+  check_equal(store.recording("cell", back->outcome).values, samples(true));
+  const auto rows = store.measured("key", true, true);
+  REQUIRE(rows);
+  REQUIRE(rows->rows.size() == 2);
+  CHECK(std::isnan(rows->rows[0].value));
+  CHECK(std::isinf(rows->rows[0].truth_bar));
+  CHECK_FALSE(rows->rows[0].t_s);
+  CHECK(rows->rows[1].t_s == 0.1);
+  CHECK(rows->rows[1].value == 1.0 / 3);
+  CHECK(rows->rows[1].status == Status::not_finite);
+  CHECK(rows->rows[1].reason == "it's \"so\"");
+  CHECK(rows->series.t_s == measured.series.t_s);
+  CHECK(std::isnan(rows->series.energy.at(1)));
+  check_equal(store.truth("truth")->bars, samples(true));
+  CHECK(store.truth("truth")->event_bar_s == truth.event_bar_s);
+  CHECK(store.timing("timing")->outcome.busy_ns == timing.outcome.busy_ns);
+}
+
+TEST_CASE("a store that cannot be used says why") {
+  const Folder folder;
+  const auto write = [&](const std::string& name) { Store store(folder / name, Store::Mode::write); };
+  CHECK_THROWS_WITH(write("nowhere/store.db"), Catch::Contains("No such file or directory"));
+  std::ofstream(folder / "text.db") << std::string(5000, 'x');
+  CHECK_THROWS_WITH(write("text.db"), Catch::Contains("is not a store"));
+  CHECK(std::filesystem::file_size(folder / "text.db") == 5000);  // and is left alone
+  {
+    Store held(folder / "held.db", Store::Mode::write);
+    CHECK_THROWS_WITH(write("held.db"), Catch::Contains("in use by another run"));
+    CHECK_NOTHROW(Store(folder / "held.db", Store::Mode::read));
+  }
+  CHECK_NOTHROW(write("held.db"));
+  MeasuredRecord measured;
+  measured.basis = "basis";
+  {
+    Store store(folder / "cut.db", Store::Mode::write);
+    for (int i = 0; i < 200; ++i) store.put_measured("key " + std::to_string(i) + std::string(500, 'k'), measured);
+  }
+  std::filesystem::resize_file(folder / "cut.db", std::filesystem::file_size(folder / "cut.db") / 2);
+  CHECK_THROWS_WITH(
+      [&] {
+        Store store(folder / "cut.db", Store::Mode::write);
+        for (int i = 0; i < 200; ++i) store.measured("key " + std::to_string(i) + std::string(500, 'k'), true, true);
+      }(),
+      Catch::Contains("damaged"));
+}

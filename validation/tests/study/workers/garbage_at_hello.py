@@ -1,0 +1,3 @@
+#!/usr/bin/env -S python3 -B
+input()
+print("hello to you too")
