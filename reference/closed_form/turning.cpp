@@ -27,9 +27,9 @@ struct Top {
   std::array<S, 3> I{};
   Quat<S> q0_WP{1, 0, 0, 0};
   S a1{}, a2{}, a3{}, lambda{}, u0{}, phi0{}, kc{};
-  S L{}, azimuth0{}, spin0{};
+  S L{}, third0{};               // third0, start_WP: what is the same at every instant
   Vec<S> axis_W{};               // of the angular momentum
-  bool degenerate = false;       // on the separatrix or the axis: u does not turn over
+  Quat<S> start_WP{1, 0, 0, 0};
 
   // sin^3 phi R_J(cos^2, 1 - k^2 sin^2, 1, 1 - n sin^2), continued over quarter periods: (3/n) (Pi(n; phi) - F(phi)).
   S third_kind(S phi) const {
@@ -62,8 +62,8 @@ struct Top {
     S psi = L * t / I[0];
     if (I[1] != I[0])
       psi += L * (I[2] - I[0]) * (I[1] - I[0]) / (3 * I[0] * I[0] * (I[1] - I[2]) * lambda) *
-             (third_kind(phi) - third_kind(phi0));
-    const Quat<S> q_WP = turn(axis_W, psi) * q0_WP * to_momentum(phi0) * conjugate(to_momentum(phi));
+             (third_kind(phi) - third0);
+    const Quat<S> q_WP = turn(axis_W, psi) * start_WP * conjugate(to_momentum(phi));
     return {q_WP * conjugate(q_BP), rotate(q_BP, Vec<S>{a1 * cn, a2 * sn, a3 * dn})};
   }
 };
@@ -101,6 +101,8 @@ Top<S> make_top(Quat<S> q_BP, std::array<S, 3> I, Vec<S> w, const Quat<S>& q0_WB
   const Vec<S> momentum_P{I[0] * w[0], I[1] * w[1], I[2] * w[2]};
   top.L = norm(momentum_P);
   top.axis_W = (1 / top.L) * rotate(top.q0_WP, momentum_P);
+  top.third0 = top.third_kind(top.phi0);
+  top.start_WP = top.q0_WP * top.to_momentum(top.phi0);
   return top;
 }
 

@@ -1,0 +1,193 @@
+#include "cvode/contacts.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/arithmetic.hpp"
+
+namespace atwood::cvode {
+
+using dynamics::ContactPair;
+using dynamics::Gap;
+using dynamics::gap;
+using dynamics::Triple;
+using dynamics::operator+=, dynamics::operator-=, dynamics::operator-, dynamics::operator*;
+
+namespace {
+
+// A gap that the location of a root leaves: CVODE stops within 100 units in the last place of the time.
+constexpr double touching = 1e-10;  // of the scene's size
+// Flights shorter than this part of the run are summed as a geometric series: the last ones would be lower than the
+// gap that counts as touching.
+constexpr double last_flight = 1e-7;
+
+double scene_size(const Scene& scene) {
+  double size = 1e-3;
+  for (const Body& body : scene.bodies) {
+    if (const auto* sphere = std::get_if<Sphere>(&body.shape)) size = std::max(size, sphere->radius_m);
+    if (!body.fixed)
+      for (const double x : body.position_m) size = std::max(size, std::fabs(x));
+  }
+  return size;
+}
+
+Event event_at(double t_s, EventKind kind, const ContactPair& pair, const Gap<double>& where) {
+  Event made;
+  made.t_s = t_s;
+  made.kind = kind;
+  made.body_a = pair.a;
+  made.body_b = pair.b;
+  for (int k = 0; k < 3; ++k) {
+    made.x_m[k] = where.x_m[k];
+    made.normal[k] = where.normal[k];
+  }
+  return made;
+}
+
+}  // namespace
+
+Contacts::Contacts(const Scene& scene, dynamics::Dynamics<double>& equations, double t_end_s)
+    : scene_(scene), equations_(equations), t_end_s_(t_end_s), size_m_(scene_size(scene)) {
+  const dynamics::ContactPairs found = dynamics::contact_pairs(scene);
+  pairs_ = found.pairs;
+  if (!found.unsupported.empty()) failure_ = "CVODE: " + found.unsupported + " is not covered";
+  const std::vector<double> y = dynamics::pack<double>(scene);
+  for (const ContactPair& pair : pairs_)
+    if (gap(scene_, equations_.layout(), pair, y.data()).gap_m < -touching * size_m_)
+      failure_ = "CVODE: " + name(pair.a) + " and " + name(pair.b) + " overlap at the start";
+}
+
+int Contacts::plane_of(const ContactPair& pair) const {
+  for (const int body : {pair.a, pair.b})
+    if (std::holds_alternative<Plane>(scene_.bodies[body].shape)) return body;
+  return -1;
+}
+
+int Contacts::roots() const {
+  int count = static_cast<int>(pairs_.size());
+  for (const ContactPair& pair : pairs_) count += plane_of(pair) < 0;
+  return count;
+}
+
+void Contacts::evaluate(const double* y, double* g) const {
+  std::size_t next = pairs_.size();
+  for (std::size_t k = 0; k < pairs_.size(); ++k) {
+    const Gap<double> now = gap(scene_, equations_.layout(), pairs_[k], y);
+    g[k] = now.gap_m;
+    if (plane_of(pairs_[k]) < 0) g[next++] = -now.rate_m_per_s;
+  }
+}
+
+void Contacts::locate(int k, const Solver& solver, double& t_s, std::vector<double>& y) const {
+  int next = static_cast<int>(pairs_.size());
+  if (k < next) return;
+  const ContactPair* pair = nullptr;
+  for (const ContactPair& candidate : pairs_)
+    if (plane_of(candidate) < 0 && next++ == k) pair = &candidate;
+  if (pair == nullptr || gap(scene_, equations_.layout(), *pair, y.data()).gap_m >= 0) return;
+  double low = solver.step_begin(), high = t_s;
+  while (high - low > 1e-15 * std::fabs(high)) {
+    const double middle = low + (high - low) / 2;
+    if (!(middle > low && middle < high)) break;
+    const std::vector<double> state = solver.inside(middle);
+    if (gap(scene_, equations_.layout(), *pair, state.data()).gap_m > 0) low = middle; else high = middle;
+  }
+  y = solver.inside(high);
+  t_s = high;
+}
+
+bool Contacts::slides(const ContactPair& pair, const double* y, const Gap<double>& now) const {
+  Triple<double> sliding{};
+  for (const int body : {pair.a, pair.b}) {
+    const dynamics::Slot& slot = equations_.layout().slots[body];
+    if (slot.velocity < 0) continue;
+    Triple<double> v = dynamics::read3(y + slot.velocity);
+    if (slot.rate >= 0) {
+      std::array<double, 4> q;
+      std::copy_n(y + slot.attitude, 4, q.begin());
+      const Triple<double> arm = now.x_m - dynamics::read3(y + slot.position);
+      v += dynamics::cross(dynamics::rotate(q, dynamics::read3(y + slot.rate)), arm);
+    }
+    if (body == pair.a) sliding -= v; else sliding += v;
+  }
+  sliding -= dynamics::dot(sliding, now.normal) * now.normal;
+  return std::sqrt(dynamics::dot(sliding, sliding)) > 1e-8 * std::fabs(now.rate_m_per_s) + 1e-10;
+}
+
+void Contacts::strike(const ContactPair& pair, double t_s, std::vector<double>& y, std::vector<Event>& events) {
+  const Gap<double> before = gap(scene_, equations_.layout(), pair, y.data());
+  const std::string both = name(pair.a) + " and " + name(pair.b);
+  for (const int body : {pair.a, pair.b})
+    if (!scene_.bodies[body].fixed && scene_.bodies[body].release_s > t_s)
+      failure_ = "CVODE: " + name(body) + " is struck before its release: not covered";
+  for (const ContactPair& held : held_)
+    for (const int body : {pair.a, pair.b})
+      if (!scene_.bodies[body].fixed && (body == held.a || body == held.b))
+        failure_ = "CVODE: " + name(body) + " is struck while it rests: not covered";
+  if (pair.friction != 0 && slides(pair, y.data(), before))
+    failure_ = "CVODE: impact of " + both + " with friction is not covered";
+  const double impulse = dynamics::strike(scene_, equations_.layout(), pair, y.data());
+  Event made = event_at(t_s, EventKind::impact, pair, before);
+  made.impulse_n_N_s = impulse;
+  made.vn_before_m_per_s = before.rate_m_per_s;
+  made.vn_after_m_per_s = gap(scene_, equations_.layout(), pair, y.data()).rate_m_per_s;
+  events.push_back(made);
+}
+
+// A ball that leaves a plane at speed v against a pull a flies 2 v / a; all flights to come take 2 v / (a (1 - e)).
+bool Contacts::rests(const ContactPair& pair, double t_s, std::vector<double>& y, int interval,
+                     std::vector<Event>& events) {
+  const Gap<double> now = gap(scene_, equations_.layout(), pair, y.data());
+  std::vector<double> dydt(y.size());
+  equations_.rate(t_s, y.data(), dydt.data(), interval);
+  double pull = 0;
+  for (const int body : {pair.a, pair.b}) {
+    const int at = equations_.layout().slots[body].velocity;
+    if (at >= 0) pull += (body == pair.a ? 1 : -1) * dynamics::dot(dynamics::read3(&dydt[at]), now.normal);
+  }
+  const double speed = std::fabs(now.rate_m_per_s), flight = 2 * speed / pull;
+  if (!(pull > 0) || pair.restitution >= 1 || flight > last_flight * t_end_s_) return false;
+  const int plane = plane_of(pair);
+  if (plane < 0) {
+    failure_ = "CVODE: " + name(pair.a) + " and " + name(pair.b) + " come to rest on each other: not covered";
+    return false;
+  }
+  const int ball = plane == pair.a ? pair.b : pair.a, at = equations_.layout().slots[ball].velocity;
+  const double rest_s = t_s + flight / (1 - pair.restitution);
+  const double outward = ball == pair.b ? now.rate_m_per_s : -now.rate_m_per_s;
+  for (int k = 0; k < 3; ++k) y[at + k] -= outward * now.normal[k];
+  equations_.hold_on_plane(ball, std::get<Plane>(scene_.bodies[plane].shape).normal);
+  if (rest_s <= t_end_s_ && (t_s > 0 || speed > 0)) events.push_back(event_at(rest_s, EventKind::rest, pair, now));
+  return true;
+}
+
+bool Contacts::settle(double t_s, std::vector<double>& y, int interval, std::vector<Event>& events) {
+  bool ever = false;
+  for (bool changed = true; changed && failure_.empty();) {
+    changed = false;
+    for (std::size_t k = 0; k < pairs_.size() && failure_.empty(); ++k) {
+      const ContactPair pair = pairs_[k];
+      const Gap<double> now = gap(scene_, equations_.layout(), pair, y.data());
+      if (now.gap_m > touching * size_m_) continue;
+      if (now.rate_m_per_s < 0) {
+        strike(pair, t_s, y, events);
+        changed = ever = true;
+      }
+      if (failure_.empty() && rests(pair, t_s, y, interval, events)) {
+        held_.push_back(pair);
+        pairs_.erase(pairs_.begin() + static_cast<std::ptrdiff_t>(k));
+        changed = ever = true;
+        break;
+      }
+    }
+  }
+  return ever;
+}
+
+void Contacts::check_held(const std::vector<double>& y) {
+  for (const ContactPair& pair : held_)
+    if (gap(scene_, equations_.layout(), pair, y.data()).gap_m > 1e-6 * size_m_)
+      failure_ = "CVODE: " + name(plane_of(pair) == pair.a ? pair.b : pair.a) + " leaves the plane it rests on: not covered";
+}
+
+}  // namespace atwood::cvode

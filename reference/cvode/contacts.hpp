@@ -1,0 +1,43 @@
+// Smooth contacts during a CVODE run: what touches, what bounces, what comes to rest. In double.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "cvode/solver.hpp"
+#include "dynamics/contacts.hpp"
+#include "dynamics/rates.hpp"
+
+namespace atwood::cvode {
+
+class Contacts {
+ public:
+  Contacts(const Scene& scene, dynamics::Dynamics<double>& equations, double t_end_s);
+
+  // Root functions: the gap of every pair, then, falling through zero at the closest approach, minus the gap's rate of
+  // every pair of spheres (one may pass through another and out again within a step).
+  int roots() const;
+  void evaluate(const double* y, double* g) const;
+  // Root k was found at (t, y): steps back to the touch that a closest approach inside overlap reveals.
+  void locate(int k, const Solver& solver, double& t_s, std::vector<double>& y) const;
+  // Strikes what touches and approaches, lays to rest what bounces no more. Returns whether anything changed.
+  bool settle(double t_s, std::vector<double>& y, int interval, std::vector<Event>& events);
+  void check_held(const std::vector<double>& y);
+  const std::string& failure() const { return failure_; }
+
+ private:
+  void strike(const dynamics::ContactPair& pair, double t_s, std::vector<double>& y, std::vector<Event>& events);
+  bool rests(const dynamics::ContactPair& pair, double t_s, std::vector<double>& y, int interval,
+             std::vector<Event>& events);
+  bool slides(const dynamics::ContactPair& pair, const double* y, const dynamics::Gap<double>& now) const;
+  int plane_of(const dynamics::ContactPair& pair) const;  // -1: two spheres
+  std::string name(int body) const { return "`" + scene_.bodies[body].name + "`"; }
+
+  const Scene& scene_;
+  dynamics::Dynamics<double>& equations_;
+  double t_end_s_, size_m_;
+  std::vector<dynamics::ContactPair> pairs_, held_;
+  std::string failure_;
+};
+
+}  // namespace atwood::cvode

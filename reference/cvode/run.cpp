@@ -1,0 +1,118 @@
+#include "cvode/run.hpp"
+
+#include <algorithm>
+
+#include "cvode/contacts.hpp"
+#include "dynamics/rates.hpp"
+
+namespace atwood::cvode {
+
+namespace {
+
+Outcome refusal(std::string reason) {
+  Outcome made;
+  made.status = Status::unsupported;
+  made.reason = std::move(reason);
+  return made;
+}
+
+struct Course {  // one run under way
+  const Scene& scene;
+  double t_end_s;
+  std::int64_t samples;
+  const Observer& observer;
+  dynamics::Dynamics<double> equations;
+  Contacts contacts;
+  Solver solver;
+  int interval = 0;
+  double t_s = 0;
+  std::vector<double> y;
+  std::int64_t sampled = 0;
+  std::vector<Event> events;
+
+  Course(const Scene& given, double end, std::int64_t count, const Options& options, const Observer& to)
+      : scene(given), t_end_s(end), samples(count), observer(to), equations(given, end), contacts(given, equations, end),
+        solver(options, equations.size(),
+               [this](double t, const double* from, double* dydt) { equations.rate(t, from, dydt, interval); }),
+        y(dynamics::pack<double>(given)) {}
+
+  double sample_time(std::int64_t k) const {
+    return k == samples ? t_end_s : static_cast<double>(Wide(t_end_s) * k / samples);
+  }
+  void take_sample(const std::vector<double>& state) {
+    if (observer.sample) {
+      Sample made = dynamics::unpack<double>(scene, sample_time(sampled), state.data());
+      made.t_s = Wide(t_end_s) * sampled / samples;
+      observer.sample(made);
+    }
+    contacts.check_held(state);
+    ++sampled;
+  }
+  double next_stop() const {
+    const std::vector<double>& switches = equations.switch_times();
+    return interval < static_cast<int>(switches.size()) ? switches[interval] : t_end_s;
+  }
+  void restart() {
+    contacts.settle(t_s, y, interval, events);
+    solver.start(t_s, y, next_stop(), contacts.roots(),
+                 [this](double, const double* from, double* g) { contacts.evaluate(from, g); });
+  }
+
+  // Until the end or a failure. A sample at the instant of an impact or a switch shows the state before it.
+  Outcome go() {
+    take_sample(y);
+    restart();
+    while (contacts.failure().empty() && (t_s < t_end_s || sampled <= samples)) {
+      const double stop = next_stop();
+      const double sample_s = sampled <= samples ? sample_time(sampled) : t_end_s;
+      const double target = observer.sample || observer.event ? std::min(stop, sample_s) : stop;
+      const Stop why = solver.advance(target, t_s, y);
+      if (why == Stop::failed) break;
+      if (why == Stop::root) {
+        const std::vector<int> found = solver.found_roots();
+        for (const int k : found) contacts.locate(k, solver, t_s, y);
+        if (contacts.settle(t_s, y, interval, events)) restart();
+        continue;
+      }
+      t_s = target;
+      while (sampled <= samples && sample_time(sampled) <= t_s) take_sample(y);
+      if (t_s >= stop && t_s < t_end_s) {
+        ++interval;
+        restart();
+      }
+    }
+    return finish();
+  }
+
+  Outcome finish() {
+    Outcome outcome;
+    outcome.steps_taken = solver.steps();
+    outcome.rate_evaluations = solver.rate_evaluations();
+    if (!contacts.failure().empty()) {
+      outcome.status = Status::unsupported;
+      outcome.reason = contacts.failure();
+    } else if (!solver.failure().empty()) {
+      outcome.status = solver.not_finite() ? Status::not_finite : Status::diverged;
+      outcome.reason = solver.failure();
+    }
+    if (observer.event)
+      for (const Event& event : events) observer.event(event);
+    return outcome;
+  }
+};
+
+}  // namespace
+
+Outcome run(const Scene& scene, double t_end_s, std::int64_t samples, const Options& options, const Observer& observer) {
+  if (const std::string why = dynamics::unsupported(scene); !why.empty()) return refusal("CVODE: " + why);
+  if (!(t_end_s > 0) || samples < 1) return refusal("CVODE: nothing to run");
+  Course course(scene, t_end_s, samples, options, observer);
+  if (!course.contacts.failure().empty()) return refusal(course.contacts.failure());
+  if (course.equations.size() == 0) {  // nothing moves
+    while (course.sampled <= samples) course.take_sample(course.y);
+    return {};
+  }
+  return course.go();
+}
+
+}  // namespace atwood::cvode

@@ -1,0 +1,202 @@
+#include "cvode/solver.hpp"
+
+#include <cvode/cvode.h>
+#include <nvector/nvector_serial.h>
+#include <sundials/sundials_context.h>
+#include <sundials/sundials_version.h>
+#include <sunlinsol/sunlinsol_dense.h>
+#include <sunmatrix/sunmatrix_dense.h>
+#include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
+#include <sunnonlinsol/sunnonlinsol_newton.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace atwood::cvode {
+
+static_assert(sizeof(sunrealtype) == sizeof(double), "this adapter expects SUNDIALS in double");
+
+namespace {
+
+// The signature changed in SUNDIALS 7: a communicator type in place of a void pointer.
+SUNContext make_context() {
+  SUNContext made = nullptr;
+#if SUNDIALS_VERSION_MAJOR >= 7
+  SUNContext_Create(SUN_COMM_NULL, &made);
+#else
+  SUNContext_Create(nullptr, &made);
+#endif
+  if (made == nullptr) throw std::runtime_error("SUNDIALS could not create its context");
+  return made;
+}
+
+#if SUNDIALS_VERSION_MAJOR < 7
+void say_nothing(int, const char*, const char*, char*, void*) {}  // the answer's flag says it
+#endif
+
+}  // namespace
+
+struct Solver::Parts {
+  Options options;
+  int size = 0;
+  Rate rate;
+  Roots g;
+  int roots = 0;
+  std::int64_t evaluations = 0, steps_before = 0;
+  double started_s = 0;
+  bool not_finite = false, created = false;
+  std::string failure;
+  SUNContext context = nullptr;
+  N_Vector y = nullptr;
+  SUNMatrix matrix = nullptr;
+  SUNLinearSolver linear = nullptr;
+  SUNNonlinearSolver nonlinear = nullptr;
+  void* memory = nullptr;
+
+  static int evaluate(sunrealtype t, N_Vector y, N_Vector dydt, void* self) {
+    auto* parts = static_cast<Parts*>(self);
+    ++parts->evaluations;
+    const double* from = N_VGetArrayPointer(y);
+    double* to = N_VGetArrayPointer(dydt);
+    parts->rate(t, from, to);
+    for (int i = 0; i < parts->size; ++i)
+      if (!std::isfinite(to[i])) return 1;  // recoverable: a shorter step may do
+    return 0;
+  }
+  static int evaluate_roots(sunrealtype t, N_Vector y, sunrealtype* g, void* self) {
+    static_cast<Parts*>(self)->g(t, N_VGetArrayPointer(y), g);
+    return 0;
+  }
+
+  std::int64_t steps_now() const {
+    long int now = 0;
+    if (created) CVodeGetNumSteps(memory, &now);
+    return now;
+  }
+
+  void create(double t_s) {
+    memory = CVodeCreate(options.family == Family::adams ? CV_ADAMS : CV_BDF, context);
+#if SUNDIALS_VERSION_MAJOR < 7
+    CVodeSetErrHandlerFn(memory, say_nothing, nullptr);
+#else
+    SUNContext_ClearErrHandlers(context);
+#endif
+    CVodeInit(memory, evaluate, t_s, y);
+    CVodeSetUserData(memory, this);
+    CVodeSStolerances(memory, options.rtol, options.atol);
+    CVodeSetMaxOrd(memory, options.max_order);
+    if (options.family == Family::adams) {
+      nonlinear = SUNNonlinSol_FixedPoint(y, 0, context);
+      CVodeSetNonlinearSolver(memory, nonlinear);
+    } else {
+      nonlinear = SUNNonlinSol_Newton(y, context);
+      CVodeSetNonlinearSolver(memory, nonlinear);
+      matrix = SUNDenseMatrix(size, size, context);
+      linear = SUNLinSol_Dense(y, matrix, context);
+      CVodeSetLinearSolver(memory, linear, matrix);
+    }
+    created = true;
+  }
+
+  ~Parts() {
+    if (memory != nullptr) CVodeFree(&memory);
+    if (nonlinear != nullptr) SUNNonlinSolFree(nonlinear);
+    if (linear != nullptr) SUNLinSolFree(linear);
+    if (matrix != nullptr) SUNMatDestroy(matrix);
+    if (y != nullptr) N_VDestroy(y);
+    if (context != nullptr) SUNContext_Free(&context);
+  }
+};
+
+Solver::Solver(const Options& options, int size, Rate rate) : parts_(std::make_unique<Parts>()) {
+  parts_->options = options;
+  parts_->size = size;
+  parts_->rate = std::move(rate);
+  parts_->context = make_context();
+  parts_->y = N_VNew_Serial(size, parts_->context);
+}
+Solver::~Solver() = default;
+
+void Solver::start(double t_s, const std::vector<double>& y, double stop_s, int roots, Roots g) {
+  Parts& p = *parts_;
+  std::copy(y.begin(), y.end(), N_VGetArrayPointer(p.y));
+  p.steps_before += p.steps_now();
+  if (p.created) CVodeReInit(p.memory, t_s, p.y); else p.create(t_s);
+  p.started_s = t_s;
+  p.roots = roots;
+  p.g = std::move(g);
+  CVodeRootInit(p.memory, roots, roots > 0 ? Parts::evaluate_roots : nullptr);
+  if (roots > 0) {
+    std::vector<int> falling(roots, -1);
+    CVodeSetRootDirection(p.memory, falling.data());
+    CVodeSetNoInactiveRootWarn(p.memory);
+  }
+  CVodeSetStopTime(p.memory, stop_s);
+}
+
+Stop Solver::advance(double target_s, double& t_s, std::vector<double>& y) {
+  Parts& p = *parts_;
+  // Instants that CVODE would call too close to tell apart.
+  if (target_s - t_s <= 4e-16 * std::fmax(std::fabs(t_s), std::fabs(target_s))) return Stop::reached;
+  const std::int64_t left = p.options.max_steps - steps();
+  CVodeSetMaxNumSteps(p.memory, static_cast<long int>(std::max<std::int64_t>(left, 1)));
+  sunrealtype reached = t_s;
+  const int flag = CVode(p.memory, target_s, p.y, &reached, CV_NORMAL);
+  const double* from = N_VGetArrayPointer(p.y);
+  if (flag < 0) {
+    char* name = CVodeGetReturnFlagName(flag);
+    p.failure = std::string("CVODE gave up at t = ") + std::to_string(reached) + " s with " + name;
+    std::free(name);
+    if (flag == CV_TOO_MUCH_WORK) p.failure += ": " + std::to_string(p.options.max_steps) + " steps";
+    // It could not go on because the rate was not finite even with the shortest step.
+    p.not_finite = flag == CV_RHSFUNC_FAIL || flag == CV_FIRST_RHSFUNC_ERR || flag == CV_REPTD_RHSFUNC_ERR ||
+                   flag == CV_UNREC_RHSFUNC_ERR;
+    return Stop::failed;
+  }
+  t_s = reached;
+  y.assign(from, from + p.size);
+  if (!std::all_of(y.begin(), y.end(), [](double v) { return std::isfinite(v); })) {
+    p.not_finite = true;
+    p.failure = "the state is not finite at t = " + std::to_string(reached) + " s";
+    return Stop::failed;
+  }
+  return flag == CV_ROOT_RETURN ? Stop::root : Stop::reached;
+}
+
+std::vector<int> Solver::found_roots() const {
+  std::vector<int> info(parts_->roots), found;
+  CVodeGetRootInfo(parts_->memory, info.data());
+  for (int k = 0; k < parts_->roots; ++k)
+    if (info[k] != 0) found.push_back(k);
+  return found;
+}
+
+double Solver::step_begin() const {
+  sunrealtype at = 0, step = 0;
+  CVodeGetCurrentTime(parts_->memory, &at);
+  CVodeGetLastStep(parts_->memory, &step);
+  return std::fmax(at - step, parts_->started_s);
+}
+
+std::vector<double> Solver::inside(double t_s) const {
+  N_Vector made = N_VClone(parts_->y);
+  std::vector<double> y(parts_->size);
+  CVodeGetDky(parts_->memory, t_s, 0, made);
+  std::copy_n(N_VGetArrayPointer(made), parts_->size, y.begin());
+  N_VDestroy(made);
+  return y;
+}
+
+const std::string& Solver::failure() const { return parts_->failure; }
+bool Solver::not_finite() const { return parts_->not_finite; }
+std::int64_t Solver::steps() const { return parts_->steps_before + parts_->steps_now(); }
+std::int64_t Solver::rate_evaluations() const { return parts_->evaluations; }
+
+std::string version() {
+  char text[64] = "";
+  SUNDIALSGetVersion(text, sizeof text);
+  return text;
+}
+
+}  // namespace atwood::cvode

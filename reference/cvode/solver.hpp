@@ -1,0 +1,52 @@
+// A CVODE memory block with everything it owns. No SUNDIALS header is needed by those who use it.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace atwood::cvode {
+
+enum class Family { adams, bdf };
+
+struct Options {
+  Family family = Family::adams;
+  double rtol = 1e-10, atol = 1e-12;
+  int max_order = 12;                 // 5 at most for BDF
+  std::int64_t max_steps = 2000000;   // of a whole run
+};
+
+enum class Stop { reached, root, failed };
+
+class Solver {
+ public:
+  using Rate = std::function<void(double t_s, const double* y, double* dydt)>;
+  using Roots = std::function<void(double t_s, const double* y, double* g)>;  // found where g falls through zero
+
+  Solver(const Options& options, int size, Rate rate);
+  ~Solver();
+  Solver(const Solver&) = delete;
+
+  // (Re)starts at order 1. No later than `stop_s` are the equations evaluated until the next start.
+  void start(double t_s, const std::vector<double>& y, double stop_s, int roots, Roots g);
+  // Goes to `target_s` or to the first root before it, interpolating; fills t_s and y.
+  Stop advance(double target_s, double& t_s, std::vector<double>& y);
+  std::vector<int> found_roots() const;              // after Stop::root
+  double step_begin() const;                         // of the last internal step
+  std::vector<double> inside(double t_s) const;      // the state within the last internal step
+
+  const std::string& failure() const;
+  bool not_finite() const;
+  std::int64_t steps() const;
+  std::int64_t rate_evaluations() const;
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+std::string version();  // of the linked SUNDIALS
+
+}  // namespace atwood::cvode

@@ -1,0 +1,150 @@
+// CVODE's bars against closed forms: they must cover the true error, and not by being absurd.
+#include <catch2/catch.hpp>
+
+#include "../closed_form/scenes.hpp"
+#include "cvode/cvode.hpp"
+
+using namespace atwood;
+using namespace atwood::testing;
+
+namespace {
+
+struct Compared {
+  double worst_error = 0;   // over positions, velocities, attitude, body rates, of all samples
+  double worst_ratio = 0;   // of an error to its bar
+  double widest_bar = 0;
+};
+
+template <std::size_t N>
+void compare(Compared& into, const std::array<Wide, N>& a, const std::array<Wide, N>& b, const std::array<Wide, N>& bar) {
+  for (std::size_t i = 0; i < N; ++i) {
+    const double error = static_cast<double>(fabsq(a[i] - b[i])), half_width = static_cast<double>(bar[i]);
+    into.worst_error = std::fmax(into.worst_error, error);
+    into.widest_bar = std::fmax(into.widest_bar, half_width);
+    if (error > 0) into.worst_ratio = std::fmax(into.worst_ratio, error / half_width);
+  }
+}
+
+Compared compare(const Truth& tested, const Truth& exact) {
+  INFO(tested.outcome.reason << exact.outcome.reason);
+  REQUIRE(tested.outcome.status == Status::ok);
+  REQUIRE(exact.outcome.status == Status::ok);
+  REQUIRE(tested.values.size() == exact.values.size());
+  Compared made;
+  for (std::size_t k = 1; k < tested.values.size(); ++k)
+    for (std::size_t i = 0; i < tested.values[k].bodies.size(); ++i) {
+      const BodySample &a = tested.values[k].bodies[i], &b = exact.values[k].bodies[i], &bar = tested.bars[k].bodies[i];
+      compare(made, a.p_m, b.p_m, bar.p_m);
+      compare(made, a.v_m_per_s, b.v_m_per_s, bar.v_m_per_s);
+      compare(made, a.q_wxyz, b.q_wxyz, bar.q_wxyz);
+      compare(made, a.w_rad_per_s, b.w_rad_per_s, bar.w_rad_per_s);
+    }
+  return made;
+}
+
+Scenario bouncing(double e, double t_end_s) {
+  Scenario given = scenario("bounce", t_end_s);
+  given.scene.gravity_m_per_s2 = {0, 0, -9.81};
+  given.scene.pairs[0].restitution = e;
+  given.scene.bodies = {ball("ball", 0.5, 0.1, {0, 0, 1.1}, {0.3, 0, 0}), point("ground", 0, {0, 0, 0}, {0, 0, 0})};
+  given.scene.bodies[1].shape = Plane{{0, 0, 1}, 0};
+  given.scene.bodies[1].fixed = true;
+  return given;
+}
+
+}  // namespace
+
+TEST_CASE("Kepler e = 0.6 to t = 50: the bar covers the error, which is as large as is known of CVODE") {
+  Scenario given = scenario("kepler", 50);
+  given.scene.bodies = {point("planet", 1, {0.4, 0, 0}, {0, 2, 0})};
+  given.scene.forces = {Attractor{{0}, {0, 0, 0}, 1}};
+  const Compared made = compare(cvode_truth(given, 50), closed_form_truth(given, 50));
+  CHECK(made.worst_ratio < 1);
+  CHECK(made.worst_error < 1e-6);   // the largest over the run, not only at the end
+  const BodySample end = cvode_truth(given, 50).values.back().bodies[0];
+  const BodySample exact = closed_form_truth(given, 50).values.back().bodies[0];
+  double at_end = 0;
+  for (int k = 0; k < 3; ++k) {
+    at_end = std::fmax(at_end, static_cast<double>(fabsq(end.p_m[k] - exact.p_m[k])));
+    at_end = std::fmax(at_end, static_cast<double>(fabsq(end.v_m_per_s[k] - exact.v_m_per_s[k])));
+  }
+  INFO("largest component at t = 50: " << at_end << ", largest over the run: " << made.worst_error);
+  CHECK(at_end > 4.1e-8 / 5);  // measured elsewhere: 4.1e-8
+  CHECK(at_end < 4.1e-8 * 5);
+  CHECK(made.widest_bar < 1e-3);
+  WARN("Kepler at t = 50: " << at_end << "; over the run " << made.worst_error << ", of its bar " << made.worst_ratio
+                            << ", widest bar " << made.widest_bar);
+}
+
+TEST_CASE("A damped driven oscillator, a tumbling box, a thruster with switches") {
+  Scenario swing = scenario("oscillator", 20);
+  swing.scene.bodies = {point("bob", 2, {1, 0, 0}, {-0.5, 0, 0})};
+  swing.scene.forces = {Spring{{0}, {0, 0, 0}, 8, 0.3, 0, {}}, Drive{{0}, {3, 0, 0}, 1.7, 0.4}};
+  const Compared oscillator = compare(cvode_truth(swing, 64), closed_form_truth(swing, 64));
+  CHECK(oscillator.worst_ratio < 1);
+  CHECK(oscillator.worst_error < 1e-9);
+
+  Scenario box = scenario("free-rigid-body", 10);
+  box.scene.bodies = {solid("box", 10, {0.8083333333333333, 0.6833333333333333, 0.1416666666666667}, {0.1, 5, 0.1})};
+  const Compared tumbling = compare(cvode_truth(box, 64), closed_form_truth(box, 64));
+  CHECK(tumbling.worst_ratio < 1);
+  CHECK(tumbling.worst_error < 1e-7);
+
+  Scenario ship = scenario("axis-torque", 4);
+  ship.scene.bodies = {solid("ship", 5, {2, 3, 4}, {0, 0, 0.5})};
+  ship.scene.forces = {Thruster{0, {1, 0, 0}, {0, 1, 0}, 6, {{0, 1}, {2.5, 3}}}};
+  const Compared thrusting = compare(cvode_truth(ship, 64), closed_form_truth(ship, 64));
+  CHECK(thrusting.worst_ratio < 1);
+  CHECK(thrusting.worst_error < 1e-9);  // without restarts at the switches it is 1e-6 and more
+}
+
+TEST_CASE("A bouncing ball: impacts at roots, restitution, the end of the bounces") {
+  for (const double e : {0.0, 0.5, 0.8, 1.0}) {
+    Scenario given = bouncing(e, 5);  // 0.8 stops at sqrt(2/9.81) 1.8/0.2 = 4.06 s
+    const Truth tested = cvode_truth(given, 64), exact = closed_form_truth(given, 64);
+    const Compared made = compare(tested, exact);
+    CAPTURE(e, made.worst_error, made.worst_ratio);
+    CHECK(made.worst_ratio < 1);
+    CHECK(made.worst_error < 1e-6);
+    REQUIRE(tested.events.size() >= (e == 1.0 ? 5 : 2));
+    for (std::size_t k = 0; k + 1 < tested.events.size() && k + 1 < exact.events.size() && k < 20; ++k) {
+      CHECK(tested.events[k].kind == exact.events[k].kind);
+      CHECK(static_cast<double>(fabsq(tested.events[k].t_s - exact.events[k].t_s)) <= tested.event_bar_s[k]);
+      CHECK(static_cast<double>(fabsq(tested.events[k].impulse_n_N_s - exact.events[k].impulse_n_N_s)) < 1e-8);
+    }
+    if (e == 1.0) continue;
+    CHECK(tested.events.back().kind == EventKind::rest);
+    CHECK(static_cast<double>(fabsq(tested.events.back().t_s - exact.events.back().t_s)) < 1e-6);
+  }
+}
+
+TEST_CASE("Two balls collide; the same two so fast that a step could jump over the impact") {
+  for (const double speed : {1.0, 1000.0}) {
+    Scenario given = scenario("sphere-impact", 4 / speed);
+    given.scene.pairs[0].restitution = 0.7;
+    given.scene.bodies = {ball("a", 1, 0.1, {0, 0.05, 0}, {0, 0, 0}), ball("b", 2, 0.15, {2, 0, 0}, {-speed, 0, 0})};
+    const Truth tested = cvode_truth(given, 64), exact = closed_form_truth(given, 64);
+    const Compared made = compare(tested, exact);
+    CAPTURE(speed, made.worst_error);
+    CHECK(made.worst_ratio < 1);
+    CHECK(made.worst_error < 1e-9 * speed);
+    REQUIRE(tested.events.size() == 1);
+    CHECK(static_cast<double>(fabsq(tested.events[0].t_s - exact.events[0].t_s)) < 1e-10);
+  }
+}
+
+TEST_CASE("A ball released late, and contacts that are not covered") {
+  Scenario late = bouncing(0.5, 3);
+  late.scene.bodies[0].release_s = 0.75;
+  late.scene.bodies[0].velocity_m_per_s = {0, 0, 0};
+  CHECK(compare(cvode_truth(late, 64), closed_form_truth(late, 64)).worst_ratio < 1);
+
+  Scenario rough = bouncing(0.5, 3);
+  rough.scene.pairs[0].friction = 0.3;
+  const Truth refused = cvode_truth(rough, 8);
+  CHECK(refused.outcome.status == Status::unsupported);
+  CHECK(refused.outcome.reason.find("friction") != std::string::npos);
+  Scenario boxed = bouncing(0.5, 3);
+  boxed.scene.bodies[0].shape = Box{{0.1, 0.1, 0.1}};
+  CHECK(cvode_truth(boxed, 8).outcome.reason.find("box `ball`") != std::string::npos);
+}
