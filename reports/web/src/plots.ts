@@ -48,7 +48,7 @@ export class Plots {
       this.about,
       h('div', { class: 'legend-row' }, h('span', { class: 'pair' }, quick('all', () => true), quick('none', () => false),
         quick('ours', (m) => engineOf(m) === 'atwood'), quick('others', (m) => engineOf(m) !== 'atwood')), this.legend),
-      h('p', { class: 'hint' }, 'Drag to zoom, double-click to reset; hover or use the arrow keys to read a point. Click a method to hide it, double-click to see it alone.'),
+      h('p', { class: 'hint' }, 'Drag to zoom, double-click to reset; hover or use the arrow keys to read a point. Click a method to hide it, double-click to see it alone. Adaptive methods (:tol, a point a tolerance) have no one step and stand in the plots of work only.'),
       h('div', { class: 'grid' }, this.charts.step.element, this.charts.time.element, this.charts.evaluations.element, this.charts.error.element, this.charts.energy.element, this.orders));
     if (ids.length) this.showScenario();
   }
@@ -76,7 +76,10 @@ export class Plots {
     const counts = new Map<number, number>();
     runs.forEach((run) => counts.set(run.n, (counts.get(run.n) ?? 0) + 1));
     const sorted = [...counts.keys()].sort((a, b) => a - b);
-    const common = sorted.reduce((best, n) => (counts.get(n)! > (counts.get(best) ?? 0) ? n : best), sorted[0]);
+    // Of the step counts that most methods share, the middle one.
+    const most = Math.max(...counts.values());
+    const shared = sorted.filter((n) => counts.get(n) === most);
+    const common = shared[Math.floor(shared.length / 2)];
     this.steps.select.replaceChildren(...sorted.map((n) => option(String(n), `${n} (${counts.get(n)} methods)`, n === common)));
     this.steps.box.hidden = sorted.length < 2;
     this.methods = [...new Set(this.index.names('method', rows).map(family))];
