@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <fstream>
+#include <thread>
 
 #include "scene/files.hpp"
 #include "validation/study/worker_client.hpp"
@@ -24,6 +25,15 @@ struct Asked {
     return client.run("faulty/" + fault, scene_to_json(scenario.scene), 1, {scenario.t_end_s, 16, 8}, repeats, limit_s);
   }
 };
+
+// A process that is neither gone nor waiting to be buried.
+bool runs(int pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
+  std::string text;
+  std::getline(file, text);
+  const auto end = text.rfind(')');
+  return end != std::string::npos && text.compare(end, 3, ") Z") != 0;
+}
 
 struct Fault { const char* method; Status status; const char* reason; };
 
@@ -55,6 +65,8 @@ TEST_CASE("each fault is named, and the worker answers again after it") {
 }
 
 TEST_CASE("a worker that hangs is stopped at the limit, its children with it") {
+  const Folder folder;
+  setenv("CHILD_LOG", (folder / "child").c_str(), 1);
   Asked ask;
   CHECK(ask("well").outcome.status == Status::ok);
   const auto start = std::chrono::steady_clock::now();
@@ -64,6 +76,15 @@ TEST_CASE("a worker that hangs is stopped at the limit, its children with it") {
   CHECK(recording.outcome.reason == "no answer within 0.5 s");
   CHECK(took_s >= 0.5);
   CHECK(took_s < 60);  // it sleeps for 1000 s
+  int child = 0;
+  std::ifstream(folder / "child") >> child;
+  REQUIRE(child > 0);
+  bool gone = false;
+  for (int i = 0; i < 500 && !gone; ++i) {
+    gone = !runs(child);
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  CHECK(gone);
   CHECK(ask("well").outcome.status == Status::ok);
 }
 

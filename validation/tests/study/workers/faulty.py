@@ -27,8 +27,10 @@ def exits(request):
 
 def hangs(request):
     two_samples(request)
-    if os.fork() == 0:
-        time.sleep(1000)  # a child of its own, which must go too
+    child = os.fork()  # of its own, which must go too
+    if child and os.environ.get("CHILD_LOG"):
+        with open(os.environ["CHILD_LOG"], "w") as log:
+            log.write("%d\n" % child)
     time.sleep(1000)
 
 
