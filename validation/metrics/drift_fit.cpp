@@ -48,7 +48,7 @@ std::optional<double> period(std::span<const double> t, const std::vector<double
   for (std::size_t i = 0; i < r.size(); ++i) {
     if (r[i] < middle - band) below = true;
     if (below && r[i] > middle + band) {
-      crossings.push_back(t[i]);
+      crossings.push_back(i == 0 ? t[i] : t[i - 1] + (middle + band - r[i - 1]) / (r[i] - r[i - 1]) * (t[i] - t[i - 1]));
       below = false;
     }
   }
@@ -106,7 +106,10 @@ DriftFit fit_drift(std::span<const double> t_s, std::span<const double> value) {
   fit.slope_per_s = theil_sen(t_s, value);
   double efficiency = 0.91;  // of Theil-Sen beside least squares, Gaussian residuals
   std::vector<double> r = residual(t_s, value, fit.slope_per_s);
-  if (const auto period_s = period(t_s, r)) {
+  // A slope that is off shifts the crossings and with them the period: the pair is found by iteration.
+  for (int pass = 0; pass < 4; ++pass) {
+    const auto period_s = period(t_s, r);
+    if (!period_s) break;
     fit.slope_per_s = whole_period_slope(t_s, value, *period_s);
     efficiency = 0.48;  // pairs half a run apart: 12/16 of least squares; their median: 2/pi of that
     r = residual(t_s, value, fit.slope_per_s);

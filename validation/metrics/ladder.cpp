@@ -19,10 +19,10 @@ double size_of(const std::map<std::string, double>& cell, const std::string& met
 // The scale that round-off is relative to: coordinates for positions, one for angles (an attitude is kept to the unit
 // round-off of a unit quaternion), and the truth's duration for times.
 double scale(const std::string& metric, const std::map<std::string, double>& cell, double t_end_s) {
-  if (metric == "error-position-max") return size_of(cell, "size-position");
-  if (metric == "error-velocity-max") return size_of(cell, "size-velocity");
-  if (metric == "error-body-rate-max") return size_of(cell, "size-body-rate");
-  if (metric == "error-attitude-max") return 1;
+  if (metric == "error-position-end") return size_of(cell, "size-position");
+  if (metric == "error-velocity-end") return size_of(cell, "size-velocity");
+  if (metric == "error-body-rate-end") return size_of(cell, "size-body-rate");
+  if (metric == "error-attitude-end") return 1;
   return t_end_s;
 }
 
@@ -77,10 +77,10 @@ std::vector<Row> fit_ladder(std::span<const Row> cells) {
   for (const Row& r : cells)
     if (r.status == Status::ok && r.body.empty() && !r.t_s) figures[r.steps][r.metric] = r.value;
 
-  const std::vector<std::pair<std::string, std::string>> orders = {{"error-position-max", "order-position"},
-                                                                   {"error-velocity-max", "order-velocity"},
-                                                                   {"error-attitude-max", "order-attitude"},
-                                                                   {"error-body-rate-max", "order-body-rate"},
+  const std::vector<std::pair<std::string, std::string>> orders = {{"error-position-end", "order-position"},
+                                                                   {"error-velocity-end", "order-velocity"},
+                                                                   {"error-attitude-end", "order-attitude"},
+                                                                   {"error-body-rate-end", "order-body-rate"},
                                                                    {"impact-time-error", "order-impact-time"}};
   for (const auto& [error, order] : orders) {
     std::map<std::int64_t, Rung> ladder;  // sorted by steps, each once

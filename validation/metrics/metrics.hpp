@@ -65,7 +65,8 @@ double round_off_floor(double unit_round_off, double steps, double size, double 
 // "@long-double": 2^-64; "@quad": 2^-113; else 2^-53.
 double unit_round_off(const std::string& method);
 
-// Rows of a whole ladder, from rows alone: order-{position,velocity,attitude,body-rate} from error-*-max, and
+// Rows of a whole ladder, from rows alone: order-{position,velocity,attitude,body-rate} from error-*-end (one
+// instant: the largest over the samples may jump from one sample to another along the ladder), and
 // order-impact-time from impact-time-error. `cells` are all rows of one scenario x method. In an order row
 //   value      the order; NaN where it is inconclusive (a gate on it is then unverifiable)
 //   truth_bar  the 95 % half-width

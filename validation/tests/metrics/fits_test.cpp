@@ -49,6 +49,12 @@ TEST_CASE("drift: few periods do not pass for a slope") {
   CHECK(std::fabs(fit.slope_per_s) <= fit.half_width_95);
 }
 
+TEST_CASE("drift: over a few whole periods and a part, the part does not tilt the line") {
+  const auto t = times(250, 3.7);
+  const DriftFit fit = fit_drift(t, series(t, [](double x) { return std::sin(6.2831853071795865 * x) + 1e-3 * x; }));
+  CHECK(fit.slope_per_s == Approx(1e-3).epsilon(0.2));
+}
+
 TEST_CASE("drift: outliers do not turn the slope") {
   const auto t = times(100, 1);
   auto v = series(t, [](double x) { return x; });

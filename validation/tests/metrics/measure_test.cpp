@@ -93,6 +93,15 @@ TEST_CASE("measure: a lag in phase is an error in position and conserves everyth
   CHECK(find(rows, "momentum-error") == nullptr);  // not declared
 }
 
+TEST_CASE("measure: t = 0 is left out of every figure") {
+  const Scenario s = circle();
+  Recording run = orbit(s, 1, 1);
+  run.values.front().bodies[0].p_m[2] = Wide(7);
+  const std::vector<Row> rows = measure(s, truth_of(orbit(s, 1, 1)), run);
+  CHECK(value_of(rows, "error-position-max") == 0);
+  CHECK(value_of(rows, "error-position-rms") == 0);
+}
+
 TEST_CASE("measure: energy kept by rescaling still moves the orbit's vector and its angular momentum") {
   const Scenario s = circle();
   const Truth truth = truth_of(orbit(s, 1, 1));
