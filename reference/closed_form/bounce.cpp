@@ -47,14 +47,16 @@ struct Bounces {
     t.push_back(u0 <= 0 && V - u0 > 0 ? 2 * h0 / (V - u0) : a > 0 ? (u0 + V) / a : S(0));
     speed.push_back(e * V);
   }
+  // All flights after one that begins with speed u, itself included: (2 u / a) (1 + e + e^2 + ...).
+  S remaining(S u) const { return 2 * u / (a * (1 - e)); }
   std::string list_impacts(S t_end) {
     first_impact();
     if (!ever || !(a > 0)) return "";
     stops = e < 1;
-    stop = stops ? t[0] + 2 * V * e / (a * (1 - e)) : S(0);
+    stop = stops ? t[0] + remaining(e * V) : S(0);
     while (t.back() <= t_end && speed.back() > 0) {
       const S next = t.back() + 2 * speed.back() / a;
-      if (stops && stop - next <= unit_round_off<S>() * stop) break;
+      if (stops && remaining(speed.back()) <= unit_round_off<S>() * stop) break;
       if (t.size() >= most_impacts) return "more than " + std::to_string(most_impacts) + " impacts";
       t.push_back(next);
       speed.push_back(e * speed.back());
@@ -97,7 +99,7 @@ void list_happenings(const Bounces<S>& path, const Cast& cast, S radius, S mass,
   S before = path.V;
   for (std::size_t k = 0; k < path.t.size() && path.t[k] + release <= t_end; ++k) {
     // Bounces that a double cannot tell from the end are left to the one event that ends them.
-    if (k > 0 && path.stops && path.stop - path.t[k] < S(0x1p-53) * path.stop) break;
+    if (k > 0 && path.stops && path.remaining(path.speed[k]) < S(0x1p-53) * path.stop) break;
     if (before == 0) break;
     Happening<S> impact = happening(path, cast, radius, path.t[k], release);
     impact.vn_before_m_per_s = -before;

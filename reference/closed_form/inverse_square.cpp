@@ -10,6 +10,13 @@
 
 namespace atwood::closed_form {
 
+namespace {
+
+template <class S>
+S last_step() { return std::ldexp(1.0, -digits<S> * 3 / 5); }
+
+}  // namespace
+
 template <class S>
 std::string InverseSquare<S>::misfit() const {
   if (is_zero(r0)) return "starts at the centre";
@@ -41,7 +48,8 @@ Flight<S> InverseSquare<S>::at(S t) const {
     const S step = late / (distance * G[0] + eta * G[1] + mu * G[2]);
     S next = s - step;
     if (!(next >= low && next <= high)) next = low + (high - low) / 2;
-    const bool done = magnitude(next - s) <= 2 * unit_round_off<S>() * magnitude(s);
+    // The error after a step is of the order of its square: a step that changes only the last two fifths of the digits is the last.
+    const bool done = magnitude(next - s) <= last_step<S>() * magnitude(s);
     s = next;
     if (done) break;
   }

@@ -17,9 +17,10 @@ namespace {
 
 // A gap that the location of a root leaves: CVODE stops within 100 units in the last place of the time.
 constexpr double touching = 1e-10;  // of the scene's size
-// Flights shorter than this part of the run are summed as a geometric series: the last ones would be lower than the
-// gap that counts as touching.
-constexpr double last_flight = 1e-7;
+// Bounces lower than this many times the error that CVODE may make in a position (rtol x + atol) are not followed: they
+// are summed as a geometric series. Followed further, the ball would meet the plane at the integrator's errors.
+constexpr double lowest_bounce = 100;
+constexpr double lowest_bounce_cap = 1e-4;  // of the scene's size, for coarse tolerances
 
 double scene_size(const Scene& scene) {
   double size = 1e-3;
@@ -46,8 +47,9 @@ Event event_at(double t_s, EventKind kind, const ContactPair& pair, const Gap<do
 
 }  // namespace
 
-Contacts::Contacts(const Scene& scene, dynamics::Dynamics<double>& equations, double t_end_s)
-    : scene_(scene), equations_(equations), t_end_s_(t_end_s), size_m_(scene_size(scene)) {
+Contacts::Contacts(const Scene& scene, dynamics::Dynamics<double>& equations, const Options& options)
+    : scene_(scene), equations_(equations), size_m_(scene_size(scene)),
+      low_bounce_m_(std::min(lowest_bounce * (options.rtol * size_m_ + options.atol), lowest_bounce_cap * size_m_)) {
   const dynamics::ContactPairs found = dynamics::contact_pairs(scene);
   pairs_ = found.pairs;
   if (!found.unsupported.empty()) failure_ = "CVODE: " + found.unsupported + " is not covered";
@@ -146,7 +148,7 @@ bool Contacts::rests(const ContactPair& pair, double t_s, std::vector<double>& y
     if (at >= 0) pull += (body == pair.a ? 1 : -1) * dynamics::dot(dynamics::read3(&dydt[at]), now.normal);
   }
   const double speed = std::fabs(now.rate_m_per_s), flight = 2 * speed / pull;
-  if (!(pull > 0) || pair.restitution >= 1 || flight > last_flight * t_end_s_) return false;
+  if (!(pull > 0) || pair.restitution >= 1 || speed * speed > 2 * pull * low_bounce_m_) return false;
   const int plane = plane_of(pair);
   if (plane < 0) {
     failure_ = "CVODE: " + name(pair.a) + " and " + name(pair.b) + " come to rest on each other: not covered";
@@ -157,7 +159,7 @@ bool Contacts::rests(const ContactPair& pair, double t_s, std::vector<double>& y
   const double outward = ball == pair.b ? now.rate_m_per_s : -now.rate_m_per_s;
   for (int k = 0; k < 3; ++k) y[at + k] -= outward * now.normal[k];
   equations_.hold_on_plane(ball, std::get<Plane>(scene_.bodies[plane].shape).normal);
-  if (rest_s <= t_end_s_ && (t_s > 0 || speed > 0)) events.push_back(event_at(rest_s, EventKind::rest, pair, now));
+  if (t_s > 0 || speed > 0) events.push_back(event_at(rest_s, EventKind::rest, pair, now));
   return true;
 }
 

@@ -12,7 +12,7 @@ namespace atwood::cvode {
 
 class Contacts {
  public:
-  Contacts(const Scene& scene, dynamics::Dynamics<double>& equations, double t_end_s);
+  Contacts(const Scene& scene, dynamics::Dynamics<double>& equations, const Options& options);
 
   // Root functions: the gap of every pair, then, falling through zero at the closest approach, minus the gap's rate of
   // every pair of spheres (one may pass through another and out again within a step).
@@ -35,7 +35,7 @@ class Contacts {
 
   const Scene& scene_;
   dynamics::Dynamics<double>& equations_;
-  double t_end_s_, size_m_;
+  double size_m_, low_bounce_m_;
   std::vector<dynamics::ContactPair> pairs_, held_;
   std::string failure_;
 };

@@ -31,7 +31,7 @@ struct Course {  // one run under way
   std::vector<Event> events;
 
   Course(const Scene& given, double end, std::int64_t count, const Options& options, const Observer& to)
-      : scene(given), t_end_s(end), samples(count), observer(to), equations(given, end), contacts(given, equations, end),
+      : scene(given), t_end_s(end), samples(count), observer(to), equations(given, end), contacts(given, equations, options),
         solver(options, equations.size(),
                [this](double t, const double* from, double* dydt) { equations.rate(t, from, dydt, interval); }),
         y(dynamics::pack<double>(given)) {}
@@ -96,7 +96,8 @@ struct Course {  // one run under way
       outcome.reason = solver.failure();
     }
     if (observer.event)
-      for (const Event& event : events) observer.event(event);
+      for (const Event& event : events)
+        if (event.t_s <= Wide(t_end_s)) observer.event(event);
     return outcome;
   }
 };

@@ -66,6 +66,25 @@ struct Spread {  // one kind of value of one body
   }
 };
 
+// Between the last bounce that was followed and the rest the ball still bounces, lower than the runs resolve: what it
+// may then have of speed and height, by the last speed that it left with.
+struct Unresolved { Wide speed = 0, height = 0; };
+Unresolved unresolved(const std::vector<Event>& events, int body, Wide t_s, double slack_s) {
+  Unresolved made;
+  for (std::size_t r = 0; r < events.size(); ++r) {
+    const Event& rest = events[r];
+    if (rest.kind != EventKind::rest || (rest.body_a != body && rest.body_b != body)) continue;
+    for (std::size_t k = r; k-- > 0;) {
+      const Event& last = events[k];
+      if (last.body_a != rest.body_a || last.body_b != rest.body_b) continue;
+      if (t_s >= last.t_s - slack_s && t_s <= rest.t_s + slack_s)
+        made = {fabsq(last.vn_after_m_per_s), fabsq(last.vn_after_m_per_s) * (rest.t_s - last.t_s)};
+      break;
+    }
+  }
+  return made;
+}
+
 void add_bars(Truth& truth, const std::vector<Solved>& runs) {
   struct BodySpread { Spread p, q, v, w; };
   std::vector<BodySpread> spreads(truth.values.front().bodies.size());
@@ -92,9 +111,11 @@ void add_bars(Truth& truth, const std::vector<Solved>& runs) {
         v.push_back(&body.v_m_per_s);
         w.push_back(&body.w_rad_per_s);
       }
-      made.p_m.fill(spreads[i].p.bar(p, false));
+      const double slack_s = least * static_cast<double>(bar.t_s);
+      const Unresolved low = unresolved(truth.events, static_cast<int>(i), bar.t_s, slack_s);
+      made.p_m.fill(spreads[i].p.bar(p, false) + low.height);
       made.q_wxyz.fill(spreads[i].q.bar(q, false));
-      made.v_m_per_s.fill(spreads[i].v.bar(v, jump > 0) + jump);
+      made.v_m_per_s.fill(spreads[i].v.bar(v, jump > 0) + jump + low.speed);
       made.w_rad_per_s.fill(spreads[i].w.bar(w, false));
     }
   }
