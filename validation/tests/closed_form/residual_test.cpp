@@ -118,7 +118,7 @@ TEST_CASE("Free tops: both sides of the separatrix, at it, symmetric, axes not p
   CHECK(top({1.0, 0.6, 0.8}, {-0.2, -0.5, 0.9}) < 1e-18);
   CHECK(top({0.8, 1.0, 0.6}, {-1, 0.1, 0.2}) < 1e-18);
   CHECK(top({0.5, 0.75, 1.0}, {1, -1, 0.7071067811865476}) < 1e-18);  // beside the separatrix by round-off
-  CHECK(top({2, 3, 4}, {1, 1, 0.5}) < 1e-18);    // on it: I1 (I2 - I1) w1^2 = I3 (I3 - I2) w3^2 ... 2 = 4 w3^2 fails
+  CHECK(top({3, 5, 6}, {1, 0.5, 1}) < 1e-18);  // on it exactly: I1 (I2 - I1) w1^2 = I3 (I3 - I2) w3^2
   CHECK(top({0.04, 0.04, 0.02}, {0.3, -0.4, 1.5}) < 1e-18);
   CHECK(top({0.04, 0.02, 0.02}, {0.3, -0.4, 1.5}) < 1e-18);
   CHECK(top({0.5, 0.5, 0.5}, {0.3, -0.4, 1.5}) < 1e-18);
