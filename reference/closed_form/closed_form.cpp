@@ -56,6 +56,7 @@ Event event_of(const Happening<Wide>& from) {
   made.x_m = from.x_W;
   made.normal = from.normal_W;
   made.impulse_n_N_s = from.impulse_n_N_s;
+  made.impulse_t_N_s = from.impulse_t_N_s;
   made.vn_before_m_per_s = from.vn_before_m_per_s;
   made.vn_after_m_per_s = from.vn_after_m_per_s;
   return made;

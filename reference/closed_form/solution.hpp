@@ -22,7 +22,7 @@ struct Happening {  // an Event over S
   EventKind kind = EventKind::impact;
   int body_a = 0, body_b = 0;
   Vec<S> x_W{}, normal_W{};
-  S impulse_n_N_s{}, vn_before_m_per_s{}, vn_after_m_per_s{};
+  S impulse_n_N_s{}, impulse_t_N_s{}, vn_before_m_per_s{}, vn_after_m_per_s{};
 };
 
 template <class S>

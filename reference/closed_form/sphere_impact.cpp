@@ -1,7 +1,11 @@
-// Two smooth spheres in free flight, Newton's law of impact: E. J. Routh, Dynamics of a System of Rigid Bodies, art. 169.
+// Two spheres in free flight, Newton's law of impact: E. J. Routh, Dynamics of a System of Rigid Bodies, art. 169.
 // Both fall alike, so their distance d = d0 + u t is uniform; they touch when |d| = R = r_a + r_b:
 //   u^2 t^2 + 2 b t + c = 0,  b = d0 . u < 0,  c = d0^2 - R^2;   t = c / (-b + sqrt(u^2 R^2 - |d0 x u|^2))
 // the smaller root, without cancellation. J = -(1 + e) vn / (1/m_a + 1/m_b) along the line of centres.
+//
+// With friction, the surfaces slide with s = (u - (r_a W_a + r_b W_b) x n) without its part along n (W: spins, world
+// axes). Coulomb's impulse opposes s, whose direction it keeps, so it is the lesser of mu J (slip to the end) and what
+// stops the sliding (stick), |s| / (1/m_a + 1/m_b + r_a^2/I_a + r_b^2/I_b): art. 180.
 #include "closed_form/solution.hpp"
 
 namespace atwood::closed_form {
@@ -50,18 +54,48 @@ Meeting<S> meet(const Vec<S>& d0, const Vec<S>& u, S reach, S e, S inverse_mass)
   return made;
 }
 
-// Sliding of one surface over the other at the impact: friction would then act.
+// What friction does at the impact, for spheres whose moments of inertia are all alike.
 template <class S>
-bool rubs(const Scene& scene, const Two& two, const Meeting<S>& hit, const Vec<S>& u,
-          const std::array<Turning<S>, 2>& turns) {
+struct Friction {
+  Vec<S> impulse_on_b{};         // on a: its opposite
+  S size{};
+  std::array<Spin<S>, 2> spin{}; // after the impact, at its instant
+};
+
+template <class S>
+Friction<S> rub(const Scene& scene, const Two& two, const Meeting<S>& hit, const Vec<S>& u, S mu,
+                const std::array<Turning<S>, 2>& turns) {
+  Friction<S> made;
   Vec<S> sliding = u - dot(u, hit.normal) * hit.normal;
+  S yielding = 0;
+  S lever[2];
   for (int k = 0; k < 2; ++k) {
     const Body& body = scene.bodies[k == 0 ? two.a : two.b];
+    lever[k] = 0;
     if (body.fixed) continue;
-    const Spin<S> spin = turns[k].at(hit.t);
-    sliding = sliding - S(std::get<Sphere>(body.shape).radius_m) * cross(rotate(spin.q, spin.w), hit.normal);
+    made.spin[k] = turns[k].at(hit.t);
+    const S radius = S(std::get<Sphere>(body.shape).radius_m);
+    sliding = sliding - radius * cross(rotate(made.spin[k].q, made.spin[k].w), hit.normal);
+    yielding = yielding + 1 / S(body.mass_kg);
+    if (!rotates(body)) continue;
+    lever[k] = radius / S(body.inertia_kg_m2[0]);
+    yielding = yielding + radius * lever[k];
   }
-  return norm(sliding) > 64 * unit_round_off<S>() * norm(u);
+  const S speed = norm(sliding);
+  if (!(speed > 64 * unit_round_off<S>() * norm(u))) return made;
+  const Vec<S> along = (1 / speed) * sliding;
+  const S most = mu * hit.impulse, sticks = speed / yielding;
+  made.size = most < sticks ? most : sticks;
+  made.impulse_on_b = (-made.size) * along;
+  const Vec<S> about = cross(hit.normal, along);  // r x impulse points this way for both
+  for (int k = 0; k < 2; ++k)
+    made.spin[k].w = made.spin[k].w + (made.size * lever[k]) * rotate(conjugate(made.spin[k].q), about);
+  return made;
+}
+
+bool alike_moments(const Body& body) {
+  const Real33& I = body.inertia_kg_m2;
+  return body.fixed || (I[0] == I[4] && I[4] == I[8] && I[1] == 0 && I[2] == 0 && I[5] == 0);
 }
 
 template <class S>
@@ -82,11 +116,14 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
   if (norm(d0) < (radius[0] + radius[1]) * (1 - 4 * unit_round_off<double>())) motion.misfit = "the spheres overlap at the start";
   Meeting<S> hit = meet(d0, u, radius[0] + radius[1], S(law.restitution), inverse[0] + inverse[1]);
   if (hit.t > S(scenario.t_end_s)) hit.happens = false;
-  if (hit.happens && law.friction != 0 && rubs(scene, two, hit, u, turns))
-    motion.misfit = "the contact has friction and one surface slides over the other";
+  const bool rough = hit.happens && law.friction != 0;
+  if (rough && !(alike_moments(*bodies[0]) && alike_moments(*bodies[1])))
+    motion.misfit = "the contact has friction and a sphere's moments of inertia are not all alike";
   for (const Turning<S>& turns_k : turns)
     if (motion.misfit.empty()) motion.misfit = turns_k.misfit;
   if (!motion.misfit.empty()) return motion;
+  Friction<S> friction;
+  if (rough) friction = rub(scene, two, hit, u, S(law.friction), turns);
   for (const S& t : t_s) {
     auto& poses = motion.poses.emplace_back();
     for (const Body& body : scene.bodies) poses.push_back(initial_pose<S>(body));
@@ -96,9 +133,14 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
       Pose<S>& now = poses[k == 0 ? two.a : two.b];
       now = {start[k].p_WB + t * (start[k].v_WB + (t / 2) * g), start[k].v_WB + t * g, spin.w, spin.q};
       if (!hit.happens || t < hit.t) continue;
-      const Vec<S> kick = ((k == 0 ? -1 : 1) * hit.impulse * inverse[k]) * hit.normal;
+      const Vec<S> kick = ((k == 0 ? -1 : 1) * inverse[k]) * (hit.impulse * hit.normal + friction.impulse_on_b);
       now.v_WB = now.v_WB + kick;
       now.p_WB = now.p_WB + (t - hit.t) * kick;
+      if (!rough) continue;
+      const Spin<S>& spun = friction.spin[k];
+      const S rate = norm(spun.w);
+      now.w_WB_B = spun.w;
+      now.q_WB = rate == 0 ? spun.q : spun.q * turn((1 / rate) * spun.w, rate * (t - hit.t));
     }
   }
   if (hit.happens) {
@@ -110,6 +152,7 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
     impact.x_W = start[0].p_WB + fall + radius[0] * hit.normal;
     impact.normal_W = hit.normal;
     impact.impulse_n_N_s = hit.impulse;
+    impact.impulse_t_N_s = friction.size;
     impact.vn_before_m_per_s = hit.before;
     impact.vn_after_m_per_s = hit.after;
     motion.happenings.push_back(impact);
@@ -120,7 +163,7 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
 }  // namespace
 
 Solution sphere_impact() {
-  return {"sphere-impact", "two smooth spheres, impact at the root of a quadratic, Newton's law: Routh, art. 169",
+  return {"sphere-impact", "two spheres, impact at the root of a quadratic, Newton's law and Coulomb's: Routh, art. 169, 180",
           solve<Narrow>, solve<Wide>};
 }
 

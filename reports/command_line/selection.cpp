@@ -14,10 +14,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-bool matches_any(const std::vector<std::string>& patterns, const std::string& id) {
-  return std::any_of(patterns.begin(), patterns.end(), [&](const auto& pattern) { return glob_match(pattern, id); });
-}
-
 // The scenarios named on the command line: globs over the catalogue, ids, or files of the user's own.
 std::vector<Scenario> choose_scenarios(const Place& place, const std::vector<std::string>& wanted) {
   const std::vector<Scenario> catalogue = read_catalogue(place);
