@@ -107,6 +107,80 @@ TEST_CASE("Two spheres, oblique, unequal: momentum is kept, restitution holds al
   CHECK(apart(sqrtq(square), 0.75) < 1e-31);
   CHECK(apart(hit.vn_before_m_per_s, u_n) < 1e-31);
   CHECK(apart(after_n, -Wide(0.7) * u_n) < 1e-30);
+  CHECK(apart(hit.vn_after_m_per_s, after_n) < 1e-30);
   given.scene.bodies[1].position_m[1] = 5;  // passes by
   CHECK(closed_form_truth(given, 64).events.empty());
+}
+
+TEST_CASE("Rough spheres: angular momentum is kept, friction opposes the sliding, on its cone or to its end") {
+  for (const double mu : {0.01, 2.0}) {
+    Scenario given = scenario("sphere-impact", 2);
+    given.scene.pairs[0].restitution = 0.9;
+    given.scene.pairs[0].friction = mu;
+    given.scene.bodies = {ball("a", 1, 0.125, {-1, 0, 0}, {3, 0, 0}), ball("b", 2, 0.25, {1, 0.1, 0}, {-1, 0.2, 0.1})};
+    given.scene.bodies[0].angular_velocity_body_rad_per_s = {1, -3, 8};
+    given.scene.bodies[1].angular_velocity_body_rad_per_s = {0, 2, 4};
+    given.scene.bodies[1].orientation_wxyz = {0.5, 0.5, -0.5, 0.5};
+    const Truth truth = closed_form_truth(given, 64);
+    REQUIRE(truth.outcome.reason == "");
+    REQUIRE(truth.events.size() == 1);
+    const Event& hit = truth.events[0];
+    // Spin alone of one body, or all angular momentum about the origin: by cross products, body by body.
+    const auto turning = [&](const Sample& s, int body) {
+      std::array<Wide, 3> L{};
+      for (int i = 0; i < 2; ++i) {
+        if (body >= 0 && i != body) continue;
+        const BodySample& b = s.bodies[i];
+        const Wide m = given.scene.bodies[i].mass_kg, I = given.scene.bodies[i].inertia_kg_m2[0];
+        const Wide w = b.q_wxyz[0], x = b.q_wxyz[1], y = b.q_wxyz[2], z = b.q_wxyz[3];
+        const Wide R[9] = {1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
+                           2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+                           2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)};
+        for (int k = 0; k < 3; ++k) {
+          const int l = (k + 1) % 3, n = (k + 2) % 3;
+          if (body < 0) L[k] += m * (b.p_m[l] * b.v_m_per_s[n] - b.p_m[n] * b.v_m_per_s[l]);
+          for (int j = 0; j < 3; ++j) L[k] += I * R[3 * k + j] * b.w_rad_per_s[j];
+        }
+      }
+      return L;
+    };
+    const auto first = turning(truth.values.front(), -1), last = turning(truth.values.back(), -1);
+    for (int k = 0; k < 3; ++k) CHECK(apart(first[k], last[k]) < 1e-31);
+    // How the surfaces slide at the contact point, without the part along the normal.
+    const auto slip = [&](const Sample& s) {
+      std::array<Wide, 3> made{};
+      for (int k = 0; k < 3; ++k) made[k] = s.bodies[1].v_m_per_s[k] - s.bodies[0].v_m_per_s[k];
+      for (int i = 0; i < 2; ++i) {
+        const auto spin = turning(s, i);
+        const Wide I = given.scene.bodies[i].inertia_kg_m2[0], r = i == 0 ? 0.125 : 0.25;
+        for (int k = 0; k < 3; ++k) {
+          const int l = (k + 1) % 3, n = (k + 2) % 3;
+          made[k] -= r / I * (spin[l] * hit.normal[n] - spin[n] * hit.normal[l]);
+        }
+      }
+      Wide along = 0;
+      for (int k = 0; k < 3; ++k) along += made[k] * hit.normal[k];
+      for (int k = 0; k < 3; ++k) made[k] -= along * hit.normal[k];
+      return made;
+    };
+    const auto before = slip(truth.values.front()), after = slip(truth.values.back());
+    Wide before2 = 0, after2 = 0, work = 0, tangential2 = 0;
+    for (int k = 0; k < 3; ++k) {
+      const Wide J = 2 * (truth.values.back().bodies[1].v_m_per_s[k] - truth.values.front().bodies[1].v_m_per_s[k]);
+      const Wide T = J - hit.impulse_n_N_s * hit.normal[k];
+      before2 += before[k] * before[k];
+      after2 += after[k] * after[k];
+      work += T * before[k];
+      tangential2 += T * T;
+    }
+    CHECK(apart(sqrtq(tangential2), hit.impulse_t_N_s) < 1e-31);
+    CHECK(apart(work, -sqrtq(before2) * hit.impulse_t_N_s) < 1e-30);  // straight against the sliding
+    if (mu < 1) {
+      CHECK(apart(hit.impulse_t_N_s, Wide(mu) * hit.impulse_n_N_s) < 1e-31);
+      CHECK(static_cast<double>(sqrtq(after2)) > 0.01);
+    } else {
+      CHECK(hit.impulse_t_N_s < Wide(mu) * hit.impulse_n_N_s);
+      CHECK(static_cast<double>(sqrtq(after2)) < 1e-30);
+    }
+  }
 }

@@ -61,12 +61,16 @@ TEST_CASE("Scenes that do not fit are refused, and the refusal names the thing")
   CHECK(names(why(two), "overlap"));
 }
 
-TEST_CASE("Friction is refused where it would act, and only there") {
-  Scenario given = scenario("sphere-impact", 2);
+TEST_CASE("Friction of a bouncing ball is refused where it would act, and only there") {
+  Scenario given = scenario("bounce", 2);
+  given.scene.gravity_m_per_s2 = {0, 0, -9.8};
   given.scene.pairs[0].friction = 0.3;
-  given.scene.bodies = {ball("a", 1, 0.125, {0, 0, 0}, {1, 0, 0}), ball("b", 1, 0.125, {1, 0, 0}, {0, 0, 0})};
+  given.scene.bodies = {point("ground", 0, {0, 0, 0}, {0, 0, 0}), ball("a", 1, 0.125, {0, 0, 1}, {0, 0, 1})};
+  given.scene.bodies[0].shape = Plane{{0, 0, 1}, 0};
+  given.scene.bodies[0].fixed = true;
+  given.scene.bodies[1].angular_velocity_body_rad_per_s = {0, 0, 5};
   CHECK(closed_form_truth(given, 8).outcome.reason == "");
-  given.scene.bodies[0].angular_velocity_body_rad_per_s = {0, 1, 0};
+  given.scene.bodies[1].angular_velocity_body_rad_per_s = {0, 1, 0};
   CHECK(names(why(given), "friction"));
 }
 

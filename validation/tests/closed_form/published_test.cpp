@@ -1,6 +1,7 @@
 // Digits from elsewhere: certified in quad by two other methods, or published.
 #include <catch2/catch.hpp>
 
+#include "closed_form/elliptic.hpp"
 #include "scenes.hpp"
 
 using namespace atwood;
@@ -92,4 +93,18 @@ TEST_CASE("The tumbling box of the public benchmark at t = 10, near the separatr
   for (int k = 0; k < 4; ++k) CHECK(distance(end.q_wxyz[k], q[k]) < 1e-13);
   CHECK(static_cast<double>(truth.bars.back().bodies[0].q_wxyz[0]) < 1e-26);
   CHECK(distance(end.p_m[2], "-410") < 1e-12);
+}
+
+TEST_CASE("Carlson's integrals: published values, and elementary cases to the last digits") {
+  using namespace atwood::closed_form;
+  // Carlson 1995, section 3.
+  CHECK(distance(carlson_rf(Wide(2), Wide(3), Wide(4)), "0.58408284167715") < 1e-14);
+  CHECK(distance(carlson_rj(Wide(2), Wide(3), Wide(4), Wide(5)), "0.14297579667157") < 1e-14);
+  CHECK(distance(carlson_rc(Wide(0), Wide(0.25)), "3.1415926535897932384626433832795028842") < 1e-32);
+  for (const double y : {1.25, 2.0, 7.0, 0.5}) {
+    const Wide x = 1, c = carlson_rc(x, Wide(y));
+    CHECK(static_cast<double>(fabsq(carlson_rf(x, Wide(y), Wide(y)) - c)) < 1e-33);
+    const Wide d = Wide(3) / (2 * (Wide(y) - x)) * (c - 1 / Wide(y));  // R_J(x, y, y, y)
+    CHECK(static_cast<double>(fabsq(carlson_rj(x, Wide(y), Wide(y), Wide(y)) - d) / d) < 3e-32);
+  }
 }
