@@ -3,7 +3,12 @@
 namespace atwood {
 
 template <class S> ContactRun<S> make_contact_run(RigidModel<S>& model, Stepper<S>& stepper, const Scene& scene, std::string& why) {
-  ContactRun<S> run{model, stepper, contact_pairs<S>(scene, why), {}, {}, {}, {}, {}, {}, S(0), S(0), S(0), nullptr, {}};
+  ContactRun<S> run{model, stepper, contact_pairs<S>(scene, why), {}, {}, {}, {}, {}, {}, {}, S(0), S(0), S(0), nullptr, {}};
+  for (const Force& force : scene.forces) {
+    const auto* drag = std::get_if<QuadraticDrag>(&force);
+    if (!drag) continue;
+    for (const int body : drag->bodies) run.winds.push_back({body, narrow3<S>(drag->wind_m_per_s)});
+  }
   const auto size = static_cast<std::size_t>(model.state_size());
   for (auto* y : {&run.y, &run.y_new, &run.y_try, &run.y_probe, &run.dydt}) y->resize(size);
   run.resting.reserve(run.pairs.size());

@@ -14,11 +14,15 @@ namespace atwood {
 // A ball that lies on a plane: its normal motion is gone, what is left is motion along the plane.
 struct Resting { int pair = 0; int ball = 0; };
 
+// A body in quadratic drag: |u| u has a kink where u = v - wind vanishes (the top of a vertical bounce).
+template <class S> struct Wind { int body = 0; Vec3<S> velocity_W; };
+
 // All that a step with contacts works on; allocated once a run.
 template <class S> struct ContactRun {
   RigidModel<S>& model;
   Stepper<S>& stepper;
   std::vector<ContactPair<S>> pairs;
+  std::vector<Wind<S>> winds;
   std::vector<Resting> resting;
   std::vector<S> y, y_new, y_try, y_probe, dydt;
   S rtol{}, atol{};              // 0: steps of the grid; else error control inside each of them

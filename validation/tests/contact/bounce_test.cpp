@@ -121,6 +121,28 @@ TEST_CASE("time stepping is first order and keeps a ball where it came to rest")
   CHECK(std::abs(z_end - radius) < g / 240 / 240);
 }
 
+TEST_CASE("impact times under quadratic drag keep order 4, kink at the top of each bounce and all") {
+  // Impacts of a long double run at a quarter of the finest step stand for the truth.
+  Scene scene = ball_over_plane(1, 0.8);
+  QuadraticDrag drag;
+  drag.bodies = {1};
+  drag.density_kg_per_m3 = 30;
+  drag.drag_coefficient = 0.47;
+  drag.area_m2 = 0.0314;
+  scene.forces = {drag};
+  auto third_impact = [&](const std::string& method, std::int64_t steps) {
+    const auto r = run(method, scene, {2, steps, 1});
+    REQUIRE(r.outcome.status == Status::ok);
+    REQUIRE(r.events.size() >= 3);
+    return static_cast<double>(r.events[2].t_s);
+  };
+  const double truth = third_impact("atwood/rk4+event@long-double", 15360);
+  const double coarse = std::abs(third_impact("atwood/rk4+event", 120) - truth);
+  const double fine = std::abs(third_impact("atwood/rk4+event", 480) - truth);
+  CHECK(fine < 1e-9);
+  CHECK(std::log2(coarse / fine) / 2 == Approx(4).margin(0.35));
+}
+
 TEST_CASE("a glancing touch inside one long step is found") {
   Scene scene;
   scene.materials = {{"ivory", 1, 0, 0}};
