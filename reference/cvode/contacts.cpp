@@ -80,24 +80,6 @@ void Contacts::evaluate(const double* y, double* g) const {
   }
 }
 
-void Contacts::locate(int k, const Solver& solver, double& t_s, std::vector<double>& y) const {
-  int next = static_cast<int>(pairs_.size());
-  if (k < next) return;
-  const ContactPair* pair = nullptr;
-  for (const ContactPair& candidate : pairs_)
-    if (plane_of(candidate) < 0 && next++ == k) pair = &candidate;
-  if (pair == nullptr || gap(scene_, equations_.layout(), *pair, y.data()).gap_m >= 0) return;
-  double low = solver.step_begin(), high = t_s;
-  while (high - low > 1e-15 * std::fabs(high)) {
-    const double middle = low + (high - low) / 2;
-    if (!(middle > low && middle < high)) break;
-    const std::vector<double> state = solver.inside(middle);
-    if (gap(scene_, equations_.layout(), *pair, state.data()).gap_m > 0) low = middle; else high = middle;
-  }
-  y = solver.inside(high);
-  t_s = high;
-}
-
 bool Contacts::slides(const ContactPair& pair, const double* y, const Gap<double>& now) const {
   Triple<double> sliding{};
   for (const int body : {pair.a, pair.b}) {

@@ -15,11 +15,10 @@ class Contacts {
   Contacts(const Scene& scene, dynamics::Dynamics<double>& equations, const Options& options);
 
   // Root functions: the gap of every pair, then, falling through zero at the closest approach, minus the gap's rate of
-  // every pair of spheres (one may pass through another and out again within a step).
+  // every pair of spheres: one may pass through another and out again within a step. Closing in on the nearest approach
+  // CVODE's root finder meets the overlap, and goes on to the first root of the gap.
   int roots() const;
   void evaluate(const double* y, double* g) const;
-  // Root k was found at (t, y): steps back to the touch that a closest approach inside overlap reveals.
-  void locate(int k, const Solver& solver, double& t_s, std::vector<double>& y) const;
   // Strikes what touches and approaches, lays to rest what bounces no more. Returns whether anything changed.
   bool settle(double t_s, std::vector<double>& y, int interval, std::vector<Event>& events);
   void check_held(const std::vector<double>& y);

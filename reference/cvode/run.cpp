@@ -69,8 +69,6 @@ struct Course {  // one run under way
       const Stop why = solver.advance(target, t_s, y);
       if (why == Stop::failed) break;
       if (why == Stop::root) {
-        const std::vector<int> found = solver.found_roots();
-        for (const int k : found) contacts.locate(k, solver, t_s, y);
         if (contacts.settle(t_s, y, interval, events)) restart();
         continue;
       }

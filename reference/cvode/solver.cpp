@@ -44,7 +44,6 @@ struct Solver::Parts {
   Roots g;
   int roots = 0;
   std::int64_t evaluations = 0, steps_before = 0;
-  double started_s = 0;
   bool not_finite = false, created = false;
   std::string failure;
   SUNContext context = nullptr;
@@ -123,7 +122,6 @@ void Solver::start(double t_s, const std::vector<double>& y, double stop_s, int 
   std::copy(y.begin(), y.end(), N_VGetArrayPointer(p.y));
   p.steps_before += p.steps_now();
   if (p.created) CVodeReInit(p.memory, t_s, p.y); else p.create(t_s);
-  p.started_s = t_s;
   p.roots = roots;
   p.g = std::move(g);
   CVodeRootInit(p.memory, roots, roots > 0 ? Parts::evaluate_roots : nullptr);
@@ -162,30 +160,6 @@ Stop Solver::advance(double target_s, double& t_s, std::vector<double>& y) {
     return Stop::failed;
   }
   return flag == CV_ROOT_RETURN ? Stop::root : Stop::reached;
-}
-
-std::vector<int> Solver::found_roots() const {
-  std::vector<int> info(parts_->roots), found;
-  CVodeGetRootInfo(parts_->memory, info.data());
-  for (int k = 0; k < parts_->roots; ++k)
-    if (info[k] != 0) found.push_back(k);
-  return found;
-}
-
-double Solver::step_begin() const {
-  sunrealtype at = 0, step = 0;
-  CVodeGetCurrentTime(parts_->memory, &at);
-  CVodeGetLastStep(parts_->memory, &step);
-  return std::fmax(at - step, parts_->started_s);
-}
-
-std::vector<double> Solver::inside(double t_s) const {
-  N_Vector made = N_VClone(parts_->y);
-  std::vector<double> y(parts_->size);
-  CVodeGetDky(parts_->memory, t_s, 0, made);
-  std::copy_n(N_VGetArrayPointer(made), parts_->size, y.begin());
-  N_VDestroy(made);
-  return y;
 }
 
 const std::string& Solver::failure() const { return parts_->failure; }

@@ -33,10 +33,6 @@ class Solver {
   void start(double t_s, const std::vector<double>& y, double stop_s, int roots, Roots g);
   // Goes to `target_s` or to the first root before it, interpolating; fills t_s and y.
   Stop advance(double target_s, double& t_s, std::vector<double>& y);
-  std::vector<int> found_roots() const;              // after Stop::root
-  double step_begin() const;                         // of the last internal step
-  std::vector<double> inside(double t_s) const;      // the state within the last internal step
-
   const std::string& failure() const;
   bool not_finite() const;
   std::int64_t steps() const;
