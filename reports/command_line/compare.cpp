@@ -32,13 +32,18 @@ std::string shown(const std::map<Key, const Row*>& index, const Cell& cell, cons
   return format_measure(found->second->value, found->second->truth_bar, 3);
 }
 
+std::string nanoseconds(const std::map<Key, const Row*>& index, const Cell& cell) {
+  const auto found = index.find({cell.scenario.id, cell.method, cell.plan.steps, "step-time"});
+  return found == index.end() ? "-" : fmt::format("{:.1f}", found->second->value * 1e9);
+}
+
 std::string order_of(const std::map<Key, const Row*>& index, const Cell& cell, const std::string& metric) {
   const auto found = index.find({cell.scenario.id, cell.method, 0, metric});
   if (found == index.end() || !std::isfinite(found->second->value)) return "-";
   return fmt::format("{:.2f} +/- {:.2f}", found->second->value, found->second->truth_bar);
 }
 
-struct Best { std::string method; double ns = std::numeric_limits<double>::infinity(); std::int64_t steps = 0; };
+struct Best { std::string method; double seconds = std::numeric_limits<double>::infinity(); std::int64_t steps = 0; };
 
 // For each decade of error: who reaches it in least time.
 void print_cheapest(const std::map<Key, const Row*>& index, const std::vector<const Cell*>& cells) {
@@ -47,15 +52,14 @@ void print_cheapest(const std::map<Key, const Row*>& index, const std::vector<co
     Best best;
     for (const Cell* cell : cells) {
       const auto error = index.find({cell->scenario.id, cell->method, cell->plan.steps, "error-position-max"});
-      const auto time = index.find({cell->scenario.id, cell->method, cell->plan.steps, "step-time"});
+      const auto time = index.find({cell->scenario.id, cell->method, cell->plan.steps, "run-time"});
       if (error == index.end() || time == index.end()) continue;
-      const double total_ns = time->second->value * static_cast<double>(cell->plan.steps);
-      if (error->second->value + error->second->truth_bar <= std::pow(10.0, decade) && total_ns < best.ns) {
-        best = {cell->method, total_ns, cell->plan.steps};
+      if (error->second->value + error->second->truth_bar <= std::pow(10.0, decade) && time->second->value < best.seconds) {
+        best = {cell->method, time->second->value, cell->plan.steps};
       }
     }
-    if (std::isfinite(best.ns)) {
-      fmt::print("    1e{:<4} {:<32} {:>10.1f} us  ({} steps)\n", decade, best.method, best.ns / 1000, best.steps);
+    if (std::isfinite(best.seconds)) {
+      fmt::print("    1e{:<4} {:<32} {:>10.1f} us  ({} steps)\n", decade, best.method, best.seconds * 1e6, best.steps);
     }
   }
 }
@@ -74,7 +78,7 @@ void print_scenario(const std::map<Key, const Row*>& index, const std::vector<co
       fmt::print("  {:<32} {:>8} {}: {}\n", cell->method, cell->plan.steps, to_string(status->second->status), status->second->reason);
     } else {
       fmt::print("  {:<32} {:>8} {:>22} {:>22} {:>12}\n", cell->method, cell->plan.steps, shown(index, *cell, "error-position-max"),
-                 shown(index, *cell, turns ? "error-attitude-max" : "error-velocity-max"), shown(index, *cell, "step-time"));
+                 shown(index, *cell, turns ? "error-attitude-max" : "error-velocity-max"), nanoseconds(index, *cell));
     }
   }
   fmt::print("\n  observed order (position{})\n", turns ? "; attitude" : "");
