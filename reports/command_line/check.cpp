@@ -53,10 +53,12 @@ constexpr std::array<const char*, 4> q_names{"qw", "qx", "qy", "qz"};
 constexpr std::array<const char*, 3> v_names{"vx_m_per_s", "vy_m_per_s", "vz_m_per_s"};
 constexpr std::array<const char*, 3> w_names{"wx_rad_per_s", "wy_rad_per_s", "wz_rad_per_s"};
 
-Columns read_header(const std::string& line, const std::string& path, bool rotation) {
+Columns read_header(const std::string& line, const std::string& path) {
   Columns columns;
   const auto names = fields_of(line);
-  for (std::size_t i = 0; i < names.size(); ++i) columns.at[names[i]] = i;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (!columns.at.emplace(names[i], i).second) throw InputError(fmt::format("{}:1:{}: column `{}` appears twice", path, i + 1, names[i]));
+  }
   auto require = [&](const char* name) {
     if (!columns.has(name)) throw InputError(fmt::format("{}:1:1: found no column `{}`; expected the columns of `atwood trace`", path, name));
   };
@@ -64,7 +66,13 @@ Columns read_header(const std::string& line, const std::string& path, bool rotat
   require("body");
   for (const char* name : p_names) require(name);
   for (const char* name : v_names) require(name);
-  if (rotation && columns.has("qw")) for (const char* name : q_names) require(name);
+  auto all_or_none = [&](const auto& group) {  // half an orientation is a mistake, not an omission
+    if (std::any_of(group.begin(), group.end(), [&](const char* name) { return columns.has(name); })) {
+      for (const char* name : group) require(name);
+    }
+  };
+  all_or_none(q_names);
+  all_or_none(w_names);
   return columns;
 }
 
@@ -74,7 +82,7 @@ Recording read_trace(const std::string& path, const Scene& scene) {
   if (!file) throw InputError(fmt::format("{}: cannot be read: {}", path, std::strerror(errno)));
   std::string line;
   if (!std::getline(file, line)) throw InputError(fmt::format("{}:1:1: found an empty file; expected a header line", path));
-  const Columns columns = read_header(line, path, true);
+  const Columns columns = read_header(line, path);
   std::map<std::string, std::size_t> index;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) index[scene.bodies[i].name] = i;
 
@@ -93,6 +101,9 @@ Recording read_trace(const std::string& path, const Scene& scene) {
     if (line.empty() || line == "\r") continue;
     const auto fields = fields_of(line);
     const std::string where = fmt::format("{}:{}", path, number);
+    if (fields.size() != columns.at.size()) {
+      throw InputError(fmt::format("{}: found {} fields; expected {}, as in the header", where, fields.size(), columns.at.size()));
+    }
     std::array<Wide, 1> t{};
     read_group<1>({"t_s"}, columns, fields, where, t);
     const std::string& name = fields.at(columns.at.at("body"));
@@ -151,6 +162,10 @@ std::vector<Gate> limits_as_gates(const Options& options, const Scenario& scenar
     } catch (const std::invalid_argument&) {
       throw InputError(fmt::format("--max {}: expected METRIC=VALUE", limit));
     }
+    const auto known = all_metrics();
+    if (std::none_of(known.begin(), known.end(), [&](const auto& metric) { return metric.name == gate.metric; })) {
+      throw InputError(fmt::format("--max {}: no metric `{}`; `atwood list metrics` names them", limit, gate.metric));
+    }
     gates.push_back(gate);
   }
   return gates;
@@ -208,6 +223,7 @@ int command_check(const Place& place, const Options& options) {
   });
   const auto own = judge(limits_as_gates(options, scenario), rows);
   verdicts.insert(verdicts.end(), own.begin(), own.end());
+  for (auto& verdict : verdicts) verdict.rerun = options.program;
 
   if (options.json) {
     ReportData data;

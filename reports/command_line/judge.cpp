@@ -96,6 +96,8 @@ int judge_against_baseline(const Options& options, const StudyResult& stored) {
 int command_gate(const Place& place, const Options& options) {
   const Selection selection = select_cells(place, options);
   const StudyResult stored = load_rows(options.out_dir + "/store.db", selection.cells);
+  const bool no_store = !fs::exists(options.out_dir + "/store.db");
+  if (no_store) fmt::print(stderr, "atwood: no store at {}/store.db; `atwood run` makes one\n", options.out_dir);
   if (!options.baseline.empty()) return judge_against_baseline(options, stored);
   const auto verdicts = judge_selection(place, options, selection, stored.rows);
   if (options.json) {
@@ -110,7 +112,7 @@ int command_gate(const Place& place, const Options& options) {
   }
   if (!options.junit.empty()) write_file(options.junit, render_junit(verdicts));
   if (stored.failed_cells > 0) return exit_cell;
-  return gate_exit(verdicts);
+  return no_store ? exit_gate : gate_exit(verdicts);
 }
 
 int command_bless(const Place& place, const Options& options) {
@@ -119,7 +121,12 @@ int command_bless(const Place& place, const Options& options) {
   const StudyResult stored = load_rows(options.out_dir + "/store.db", selection.cells);
   if (stored.rows.empty()) throw InputError("bless: the store has no rows of this study; run it first");
   write_baseline(baseline_path(options), stored.rows, options.reason);
-  fmt::print("blessed {} rows as {}\n", stored.rows.size(), baseline_path(options));
+  if (options.json) {
+    const nlohmann::ordered_json out{{"baseline", baseline_path(options)}, {"rows", stored.rows.size()}, {"reason", options.reason}};
+    fmt::print("{}\n", out.dump(2));
+  } else {
+    fmt::print("blessed {} rows as {}\n", stored.rows.size(), baseline_path(options));
+  }
   return exit_pass;
 }
 

@@ -89,6 +89,7 @@ std::vector<Worker> start_workers(const Place& place, const std::vector<std::str
 std::vector<Worker> require_workers(const Place& place, const Options& options) {
   for (const auto& path : options.engines) {
     if (!fs::exists(path)) throw InputError(fmt::format("--engine {}: no such file", path));
+    if (!fs::is_regular_file(path)) throw InputError(fmt::format("--engine {}: not a file", path));
     if (access(path.c_str(), X_OK) != 0) throw InputError(fmt::format("--engine {}: not executable (chmod +x?)", path));
   }
   return start_workers(place, options.engines);

@@ -2,6 +2,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <thread>
 
@@ -15,10 +17,13 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// One line that rewrites itself on a terminal, plain lines elsewhere.
+// One line that rewrites itself on a terminal, plain lines elsewhere. A reader that has gone (`2>&1 | head`) ends no run:
+// fputs, which does not throw.
 std::function<void(const std::string&)> progress_printer() {
-  if (!is_terminal(STDERR_FILENO)) return [](const std::string& line) { fmt::print(stderr, "{}\n", line); };
-  return [](const std::string& line) { fmt::print(stderr, "\r\x1b[2K{}", line.substr(0, static_cast<std::size_t>(terminal_width() - 1))); };
+  if (!is_terminal(STDERR_FILENO)) return [](const std::string& line) { std::fputs((line + "\n").c_str(), stderr); };
+  return [](const std::string& line) {
+    std::fputs(("\r\x1b[2K" + line.substr(0, static_cast<std::size_t>(terminal_width() - 1))).c_str(), stderr);
+  };
 }
 
 void end_progress() {
@@ -47,9 +52,18 @@ void print_result(const Options& options, const ReportData& data, const StudyRes
     return;
   }
   fmt::print("{}", render_verdict_table(data.verdicts, data.rows, use_colour(STDOUT_FILENO), terminal_width()));
-  fmt::print("\n{} cells, {} of them found in the store, {} rows", result.cells, result.skipped, data.rows.size());
+  fmt::print("\n{} cell{}, {} of them found in the store, {} rows", result.cells, result.cells == 1 ? "" : "s", result.skipped, data.rows.size());
   const auto statuses = count_statuses(data.rows);
   fmt::print("{}{}\nreport: {}/report.html\n", statuses.empty() ? "" : "; ", statuses, options.out_dir);
+}
+
+// Before the work, not after it.
+void require_folder(const std::string& file) {
+  const fs::path folder = fs::absolute(file).parent_path();
+  if (!fs::is_directory(folder)) throw std::runtime_error(fmt::format("{}: cannot be written: no folder {}", file, folder.string()));
+  if (!fs::exists(file) && access(folder.c_str(), W_OK) != 0) {
+    throw std::runtime_error(fmt::format("{}: cannot be written: {}: {}", file, folder.string(), std::strerror(errno)));
+  }
 }
 
 void require_outputs_make_sense(const Options& options) {
@@ -60,7 +74,9 @@ void require_outputs_make_sense(const Options& options) {
     if (!known || colon == std::string::npos || colon + 1 == output.size()) {
       throw InputError(fmt::format("-o {}: expected FORMAT:FILE, format one of csv, json, markdown, junit, html", output));
     }
+    require_folder(output.substr(colon + 1));
   }
+  if (!options.junit.empty()) require_folder(options.junit);
 }
 
 void make_out_dir(const std::string& path) {
@@ -87,7 +103,8 @@ int command_run(const Place& place, const Options& options) {
   const StudyResult result = run_study(selection.cells, selection.workers, how);
   end_progress();
   if (result.cells > 0 && result.skipped == result.cells) {
-    fmt::print(stderr, "atwood: nothing to do: all {} cells are in the store already\n", result.cells);
+    fmt::print(stderr, "atwood: nothing to do: {} in the store already\n",
+               result.cells == 1 ? "the cell is" : fmt::format("all {} cells are", result.cells));
   }
   if (result.interrupted) {
     fmt::print(stderr, "atwood: interrupted; what was done is in {}, and the same command goes on from there\n", how.store_path);
@@ -102,6 +119,9 @@ int command_run(const Place& place, const Options& options) {
 
 int command_report(const Place& place, const Options& options) {
   require_outputs_make_sense(options);
+  if (!fs::exists(options.out_dir + "/store.db")) {
+    throw InputError(fmt::format("report: no store at {}/store.db; `atwood run` makes one", options.out_dir));
+  }
   const Selection selection = select_cells(place, options);
   const StudyResult result = load_rows(options.out_dir + "/store.db", selection.cells);
   const auto verdicts = judge_selection(place, options, selection, result.rows);

@@ -1,7 +1,9 @@
 // trace: one run's motion or contacts as CSV, in the precision it was computed in.
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "reports/command_line/command_line.hpp"
 #include "scene/files.hpp"
@@ -41,8 +43,60 @@ std::string body_name(const Scene& scene, std::size_t i) {
   return i < scene.bodies.size() ? quoted(scene.bodies[i].name) : quoted(scene.problem);
 }
 
-void print_motion(const Scene& scene, const std::vector<Sample>& values, const Truth* truth, int digits) {
-  fmt::print("{}{}\n", motion_columns, truth ? bar_columns : "");
+// The table as it is printed: CSV lines, or with --json one array of objects with the columns as keys. Numbers wider than
+// double, and those that are not finite, are strings there.
+class Table {
+ public:
+  Table(const std::string& columns, bool json) : json_(json), columns_(split(columns)) {
+    fmt::print("{}", json ? "[" : columns + "\n");
+  }
+  ~Table() {
+    if (json_) std::fputs("\n]\n", stdout);
+  }
+  Table(const Table&) = delete;
+  Table& operator=(const Table&) = delete;
+
+  void row(const std::string& line) {
+    if (!json_) {
+      fmt::print("{}\n", line);
+      return;
+    }
+    const auto fields = split(line);
+    std::string text = first_ ? "\n" : ",\n";
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+      text += fmt::format("{}\"{}\":{}", i == 0 ? "{" : ",", columns_.at(i), as_json(fields[i]));
+    }
+    fmt::print("{}}}", text);
+    first_ = false;
+  }
+
+ private:
+  // Quotes as in RFC 4180.
+  static std::vector<std::string> split(const std::string& line) {
+    std::vector<std::string> fields(1);
+    bool quote = false;
+    for (std::size_t i = 0; i < line.size(); ++i) {
+      if (line[i] == '"' && quote && i + 1 < line.size() && line[i + 1] == '"') fields.back() += line[++i];
+      else if (line[i] == '"') quote = !quote;
+      else if (line[i] == ',' && !quote) fields.emplace_back();
+      else fields.back() += line[i];
+    }
+    return fields;
+  }
+  static std::string as_json(const std::string& field) {
+    const auto parsed = nlohmann::json::parse(field, nullptr, false);
+    const auto digits = std::count_if(field.begin(), field.begin() + static_cast<std::ptrdiff_t>(std::min(field.find('e'), field.size())),
+                                      [](char c) { return c >= '0' && c <= '9'; });
+    if (parsed.is_number() && std::isfinite(parsed.get<double>()) && digits <= 18) return field;
+    return nlohmann::json(field).dump();
+  }
+
+  bool json_, first_ = true;
+  std::vector<std::string> columns_;
+};
+
+void print_motion(const Scene& scene, const std::vector<Sample>& values, const Truth* truth, int digits, bool json) {
+  Table table(fmt::format("{}{}", motion_columns, truth ? bar_columns : ""), json);
   for (std::size_t k = 0; k < values.size(); ++k) {
     for (std::size_t i = 0; i < values[k].bodies.size(); ++i) {
       std::string line = format_number(values[k].t_s, digits) + "," + body_name(scene, i);
@@ -51,13 +105,13 @@ void print_motion(const Scene& scene, const std::vector<Sample>& values, const T
         append_body(line, truth->bars[k].bodies[i], 17);
         line += "," + quoted(truth->source);
       }
-      fmt::print("{}\n", line);
+      table.row(line);
     }
   }
 }
 
-void print_events(const Scene& scene, const std::vector<Event>& events, const Truth* truth, int digits) {
-  fmt::print("{}{}\n", event_columns, truth ? ",t_s_bar" : "");
+void print_events(const Scene& scene, const std::vector<Event>& events, const Truth* truth, int digits, bool json) {
+  Table table(fmt::format("{}{}", event_columns, truth ? ",t_s_bar" : ""), json);
   for (std::size_t k = 0; k < events.size(); ++k) {
     const Event& e = events[k];
     std::string line = fmt::format("{},{},{},{}", format_number(e.t_s, digits), to_string(e.kind),
@@ -67,7 +121,7 @@ void print_events(const Scene& scene, const std::vector<Event>& events, const Tr
     append(line, e.normal, digits);
     append(line, std::array<Wide, 4>{e.impulse_n_N_s, e.impulse_t_N_s, e.vn_before_m_per_s, e.vn_after_m_per_s}, digits);
     if (truth) line += "," + format_double(k < truth->event_bar_s.size() ? truth->event_bar_s[k] : 0);
-    fmt::print("{}\n", line);
+    table.row(line);
   }
 }
 
@@ -112,8 +166,8 @@ int command_trace(const Place& place, const Options& options) {
   if (method == "truth") {
     const Truth truth = truth_once(place.truth_worker, scenario, samples, std::max(options.cell_limit_s, 120.0));
     if (truth.outcome.status != Status::ok) return status_exit(truth.outcome);
-    if (options.events) print_events(scenario.scene, truth.events, &truth, 36);
-    else print_motion(scenario.scene, truth.values, &truth, 36);
+    if (options.events) print_events(scenario.scene, truth.events, &truth, 36, options.json);
+    else print_motion(scenario.scene, truth.values, &truth, 36, options.json);
     if (!truth.note.empty()) fmt::print(stderr, "atwood: {}\n", truth.note);
     return exit_pass;
   }
@@ -129,8 +183,8 @@ int command_trace(const Place& place, const Options& options) {
   const Recording run = run_once(worker, method, scenario.scene, {scenario.t_end_s, steps, samples}, options.cell_limit_s);
   const int digits = digits_of(id.scalar.empty() ? worker.engine.scalar : id.scalar);
   if (run.outcome.status != Status::unsupported) {
-    if (options.events) print_events(scenario.scene, run.events, nullptr, digits);
-    else print_motion(scenario.scene, run.values, nullptr, digits);
+    if (options.events) print_events(scenario.scene, run.events, nullptr, digits, options.json);
+    else print_motion(scenario.scene, run.values, nullptr, digits, options.json);
   }
   return status_exit(run.outcome);
 }

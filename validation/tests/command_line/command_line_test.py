@@ -12,7 +12,7 @@ import time
 import unittest
 import xml.etree.ElementTree as xml
 
-ATWOOD, ROOT = sys.argv[1], sys.argv[2]
+ATWOOD, ROOT = map(os.path.abspath, sys.argv[1:3])
 SMALL = ["--scenario", "kepler-e0.6", "--method", "atwood/rk4", "--steps", "960", "--no-timing"]
 
 SCENE = """id = "mine"
@@ -133,6 +133,13 @@ class Tracing(Case):
         self.assertEqual(events[0]["kind"], "impact")
         self.assertTrue(events[0]["t_s_bar"])
 
+    def test_json_holds_what_the_csv_holds(self):
+        words = ("trace", "bounce-e0.5", "--method", "truth")
+        for more in ((), ("--events",)):
+            table = list(csv.DictReader(io.StringIO(self.expect(self.run_in(*words, *more), 0).stdout)))
+            objects = json.loads(self.expect(self.run_in(*words, *more, "--json"), 0).stdout, parse_float=str, parse_int=str)
+            self.assertEqual(table, objects)
+
     def test_a_scene_of_ones_own(self):
         for kind in ("extended", "cvode"):
             path = self.path("mine.toml", SCENE.replace("extended", kind))
@@ -145,7 +152,7 @@ class Running(Case):
     def test_a_run_writes_what_it_says(self):
         result = self.expect(self.run_in("run", "--scenario", "kepler-e0.6", "--method", "atwood/rk4", "-o", "csv:rows.csv", "-o",
                                          "json:rows.json", "-o", "junit:v.xml", "-o", "markdown:r.md"), 0, "report.html")
-        self.assertIn("order-position", result.stdout)
+        self.assertIn("PASS", result.stdout)
         with open(self.path("rows.csv"), newline="") as file:
             rows = list(csv.DictReader(file))
         self.assertEqual(list(rows[0])[:10], ["scenario", "method", "steps", "h_s", "body", "t_s", "metric", "unit", "value", "truth_bar"])
@@ -155,6 +162,14 @@ class Running(Case):
         json.load(open(self.path("rows.json")))
         self.assertEqual(xml.parse(self.path("v.xml")).getroot().tag, "testsuites")
         self.assertNotIn("http-equiv=\"refresh", open(self.path("atwood-out/report.html")).read())
+
+    def test_a_place_that_cannot_be_written_is_said_before_the_work(self):
+        self.expect(self.run_in("run", *SMALL, "-o", "csv:nowhere/rows.csv"), 5, "nowhere/rows.csv")
+        self.assertFalse(os.path.exists(self.path("atwood-out")))
+
+    def test_no_store(self):
+        self.expect(self.run_in("gate", *SMALL[:-1]), 1, "no store")
+        self.expect(self.run_in("report", *SMALL[:-1]), 2, "no store")
 
     def test_the_second_run_does_nothing(self):
         self.expect(self.run_in("run", *SMALL), 0)
@@ -185,8 +200,11 @@ class Running(Case):
     def test_own_tolerances(self):
         gate = '[[gate]]\nscenario = "kepler-e0.6"\nmethod = "atwood/rk4"\nmetric = "error-position-end"\nmax = 1e-30\nreason = "too tight"\n'
         path = self.path("tight.toml", gate)
-        self.expect(self.run_in("run", *SMALL, "--tolerances", path, "--junit", "v.xml"), 1, "too tight", "./atwood run --scenario kepler-e0.6")
-        self.assertIn("<failure", open(self.path("v.xml")).read())
+        self.expect(self.run_in("run", *SMALL, "--tolerances", path, "--junit", "v.xml"), 1, "allowed <= 1e-30",
+                    "./atwood run --scenario kepler-e0.6")
+        verdicts = open(self.path("v.xml")).read()
+        self.assertIn("<failure", verdicts)
+        self.assertIn("too tight", verdicts)
         self.expect(self.run_in("run", *SMALL, "--tolerances", self.path("odd.toml", gate.replace("max", "maxx"))), 2, "maxx")
 
     def test_check(self):
@@ -196,6 +214,16 @@ class Running(Case):
         self.expect(self.run_in("check", "run.csv", "--scenario", "kepler-e0.6", "--max", "error-position-end=1e-16"), 1)
         self.path("bad.csv", trace.replace("px_m", "qx_m"))
         self.expect(self.run_in("check", "bad.csv", "--scenario", "kepler-e0.6"), 2, "px_m")
+        lines = trace.splitlines(keepends=True)
+        for name, text, words in (("ragged", "".join(lines[:5] + ["0.5\n"] + lines[5:]), (":6:", "15")),
+                                  ("half-a-spin", "".join(line.rsplit(",", 2)[0] + "\n" for line in lines), ("wy_rad_per_s",)),
+                                  ("falling", "".join(lines[:5] + lines[3:]), ("rise",))):
+            self.expect(self.run_in("check", self.path(name + ".csv", text), "--scenario", "kepler-e0.6"), 2, name, *words)
+        self.expect(self.run_in("check", "run.csv", "--scenario", "kepler-e0.6", "--max", "bogus=1"), 2, "bogus")
+        lost = self.path("nan.csv", "".join(lines[:9]) + "".join(",".join(["nan" if i == 2 else field for i, field in enumerate(
+            line.split(","))]) for line in lines[9:]))
+        self.expect(self.run_in("check", lost, "--scenario", "kepler-e0.6", "--max", "error-position-end=1"), 1, "not finite",
+                    "./atwood check")
 
 
 WORKER = """#!/usr/bin/env python3
