@@ -11,6 +11,7 @@
 
 #include "reports/command_line/command_line.hpp"
 #include "scene/files.hpp"
+#include "validation/study/process.hpp"
 
 namespace atwood {
 namespace fs = std::filesystem;
@@ -46,13 +47,18 @@ int exit_code(const StudyResult& result, const std::vector<Verdict>& verdicts) {
   return gate_exit(verdicts);
 }
 
-void print_result(const Options& options, const ReportData& data, const StudyResult& result) {
+// Cells that no engine at the table can run: in no store either.
+int count_absent(const Selection& selection) {
+  return static_cast<int>(std::count_if(selection.cells.begin(), selection.cells.end(), [](const Cell& cell) { return cell.worker < 0; }));
+}
+
+void print_result(const Options& options, const Selection& selection, const ReportData& data, const StudyResult& result) {
   if (options.json) {
     fmt::print("{}\n", render_json(data));
     return;
   }
   fmt::print("{}", render_verdict_table(data.verdicts, data.rows, use_colour(STDOUT_FILENO), terminal_width()));
-  fmt::print("\n{} cell{}, {} of them found in the store, {} rows", result.cells, result.cells == 1 ? "" : "s", result.skipped, data.rows.size());
+  fmt::print("\n{} cell{}, {} of them found in the store, {} rows", result.cells, result.cells == 1 ? "" : "s", result.skipped - count_absent(selection), data.rows.size());
   const auto statuses = count_statuses(data.rows);
   fmt::print("{}{}\nreport: {}/report.html\n", statuses.empty() ? "" : "; ", statuses, options.out_dir);
 }
@@ -89,8 +95,16 @@ void make_out_dir(const std::string& path) {
 
 int command_run(const Place& place, const Options& options) {
   require_outputs_make_sense(options);
-  const Selection selection = select_cells(place, options);
-  make_out_dir(options.out_dir);
+  Selection selection;
+  {
+    const InterruptGuard guard;  // run_study has its own
+    selection = select_cells(place, options);
+    make_out_dir(options.out_dir);
+    if (interrupt_signal() != 0) {
+      fmt::print(stderr, "atwood: interrupted before anything was run\n");
+      return 128 + interrupt_signal();
+    }
+  }
 
   StudyOptions how;
   how.store_path = options.out_dir + "/store.db";
@@ -102,9 +116,11 @@ int command_run(const Place& place, const Options& options) {
   how.progress = progress_printer();
   const StudyResult result = run_study(selection.cells, selection.workers, how);
   end_progress();
-  if (result.cells > 0 && result.skipped == result.cells) {
+  const int absent = count_absent(selection);
+  if (result.cells > absent && result.skipped == result.cells) {
+    const int stored = result.cells - absent;
     fmt::print(stderr, "atwood: nothing to do: {} in the store already\n",
-               result.cells == 1 ? "the cell is" : fmt::format("all {} cells are", result.cells));
+               stored == 1 ? "the cell is" : fmt::format("all {} cells are", stored));
   }
   if (result.interrupted) {
     fmt::print(stderr, "atwood: interrupted; what was done is in {}, and the same command goes on from there\n", how.store_path);
@@ -113,7 +129,7 @@ int command_run(const Place& place, const Options& options) {
   const auto verdicts = judge_selection(place, options, selection, result.rows);
   const ReportData data = assemble_report(place, options, selection, result, verdicts);
   write_outputs(options, data);
-  print_result(options, data, result);
+  print_result(options, selection, data, result);
   return exit_code(result, verdicts);
 }
 
@@ -127,7 +143,7 @@ int command_report(const Place& place, const Options& options) {
   const auto verdicts = judge_selection(place, options, selection, result.rows);
   const ReportData data = assemble_report(place, options, selection, result, verdicts);
   write_outputs(options, data);
-  print_result(options, data, result);
+  print_result(options, selection, data, result);
   return exit_pass;
 }
 

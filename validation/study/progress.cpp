@@ -19,8 +19,11 @@ void Progress::done(const std::string& what) {
   printed_ = now;
   const double elapsed_s = std::chrono::duration<double>(now - start_).count();
   const double left_s = elapsed_s * static_cast<double>(total_ - std::min(done_, total_)) / static_cast<double>(done_);
-  print_(what + ": " + std::to_string(done_) + " of " + std::to_string(total_) + ", " +
-         std::to_string(std::lround(elapsed_s)) + " s, about " + std::to_string(std::lround(left_s)) + " s left");
+  std::string line = what + ": " + std::to_string(done_) + " of " + std::to_string(total_) + ", " +
+                     std::to_string(std::lround(elapsed_s)) + " s";
+  // The first pieces are truths, each as long as many cells: they foretell nothing.
+  if (done_ * 20 >= total_) line += ", about " + std::to_string(std::lround(left_s)) + " s left";
+  print_(line);
 }
 
 }  // namespace atwood

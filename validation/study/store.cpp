@@ -156,6 +156,30 @@ struct Store::Database {
     transaction.commit();
   }
 
+  // SQLite makes files beside a log-keeping database even to read it. Where it may not, and no log is left, the database
+  // cannot change either: it is read as it lies.
+  void open_for_reading() {
+    const std::size_t slash = path.rfind('/');
+    const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
+    if (access(folder.c_str(), W_OK) == 0 && access(path.c_str(), W_OK) == 0) {
+      sql = std::make_unique<SQLite::Database>(path, SQLite::OPEN_READWRITE, 10000);
+    } else if (access((path + "-wal").c_str(), F_OK) == 0) {
+      sql = std::make_unique<SQLite::Database>(path, SQLite::OPEN_READONLY, 10000);
+    } else {
+      std::string address = "file:";
+      for (const char c : path) {  // RFC 3986: what would end the path
+        if (c == '%' || c == '?' || c == '#') {
+          char escaped[4];
+          std::snprintf(escaped, sizeof escaped, "%%%02X", static_cast<unsigned>(static_cast<unsigned char>(c)));
+          address += escaped;
+        } else {
+          address += c;
+        }
+      }
+      sql = std::make_unique<SQLite::Database>(address + "?immutable=1", SQLite::OPEN_READONLY | SQLite::OPEN_URI);
+    }
+  }
+
   int version() { return sql->execAndGet("PRAGMA user_version").getInt(); }
 
   void check_identity() {
@@ -261,7 +285,7 @@ Store::Store(const std::string& path, Mode mode) : database_(std::make_unique<Da
     if (mode == Mode::write) {
       database_->open_for_writing();
     } else {
-      database_->sql = std::make_unique<SQLite::Database>(path, SQLite::OPEN_READWRITE, 10000);
+      database_->open_for_reading();
       database_->check_identity();
     }
   } catch (const SQLite::Exception& error) {

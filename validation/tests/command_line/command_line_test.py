@@ -88,7 +88,7 @@ class Inspecting(Case):
 
     def test_usage_errors_exit_2(self):
         for words in ([], ["frobnicate"], ["run", "--frobnicate"], ["trace"], ["list", "everything"], ["describe", "no-such-scene"],
-                      ["run", "--scenario", "no-such-*"], ["run", "--method", "atwood/rk5"], ["run", "--method", "atwood"],
+                      ["run", "--scenario", "no-such-*"], ["run", "--method", "atwood/rk5"], ["run", "--method", "bulet64/default"], ["run", "--method", "atwood"],
                       ["run", *SMALL[:-3], "--steps", "7"], ["run", *SMALL, "-o", "pdf:x"], ["run", "no-such-study.toml"],
                       ["run", "--engine", "/no/such/engine"], ["trace", "kepler-e0.6", "--method", "nobody/rk4"]):
             self.expect(self.run_in(*words), 2)
@@ -178,6 +178,10 @@ class Running(Case):
     def test_a_scene_of_ones_own(self):
         path = self.path("mine.toml", SCENE)
         self.expect(self.run_in("run", "--scenario", path, "--no-timing"), 0, "cells")
+        gate = '[[gate]]\nscenario = "mine"\nmethod = "atwood/explicit-euler"\nmetric = "error-position-end"\nmax = 1e-30\nreason = "no"\n'
+        result = self.expect(self.run_in("run", "--scenario", path, "--no-timing", "--tolerances", self.path("g.toml", gate)), 1)
+        command = next(line for line in result.stdout.splitlines() if line.strip().startswith("./atwood run")).split()[1:]
+        self.expect(self.run_in(*command, "--no-timing"), 1, "FAIL")
 
     def test_gate_bless_baseline(self):
         self.expect(self.run_in("run", *SMALL), 0)
@@ -201,7 +205,7 @@ class Running(Case):
         gate = '[[gate]]\nscenario = "kepler-e0.6"\nmethod = "atwood/rk4"\nmetric = "error-position-end"\nmax = 1e-30\nreason = "too tight"\n'
         path = self.path("tight.toml", gate)
         self.expect(self.run_in("run", *SMALL, "--tolerances", path, "--junit", "v.xml"), 1, "allowed <= 1e-30",
-                    "./atwood run --scenario kepler-e0.6")
+                    "./atwood run --scenario kepler-e0.6", "--tolerances " + path)
         verdicts = open(self.path("v.xml")).read()
         self.assertIn("<failure", verdicts)
         self.assertIn("too tight", verdicts)
@@ -303,6 +307,18 @@ class BadLuck(Case):
         self.assertTrue(result.stderr.strip())
         self.assertFalse(os.path.exists(self.path("atwood-out/report.html")))
         self.expect(self.run_in("run", *SMALL), 0)
+
+    @unittest.skipIf(os.geteuid() == 0 and not os.path.exists("/usr/bin/setpriv"), "root may write everywhere")
+    def test_a_store_in_a_folder_for_reading_only(self):
+        self.expect(self.run_in("run", *SMALL), 0)
+        os.chmod(self.here, 0o755)
+        os.chmod(self.path("atwood-out"), 0o555)
+        as_other = ["setpriv", "--reuid=65534", "--clear-groups"] if os.geteuid() == 0 else []
+        words = ["gate", *SMALL[:-1], "--tolerances", self.path("g.toml", '[[gate]]\nscenario = "kepler-e0.6"\nmethod = "atwood/rk4"\n'
+                                                                'metric = "error-position-end"\nmax = 1\nreason = "wide"\n')]
+        result = subprocess.run([*as_other, ATWOOD, *words], cwd=self.here, text=True, capture_output=True)
+        os.chmod(self.path("atwood-out"), 0o755)
+        self.expect(result, 0, "1 pass")
 
     def test_store_that_is_no_store(self):
         os.mkdir(self.path("atwood-out"))
