@@ -117,7 +117,7 @@ void append_verdicts(JsonText& json, const std::vector<Verdict>& verdicts) {
         .member_number("margin", verdict.margin)
         .member("text", verdict.text)
         .member("reason", verdict.gate.reason)
-        .member("origin", verdict.gate.origin)
+        .member("origin", origin_words(verdict.gate.origin))
         .member("rerun", verdict.rerun)
         .end_object();
   }

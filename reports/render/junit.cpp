@@ -30,7 +30,7 @@ void append_case(pugi::xml_node suite, const Verdict& verdict) {
   set(failure, "type", to_string(verdict.judgement));
   set(failure, "message", one_line(verdict.text));
   const std::string body = fmt::format("{}\nreason: {}\ngate: {}\nrerun: {}\n", verdict.text, verdict.gate.reason,
-                                       verdict.gate.origin, verdict.rerun);
+                                       origin_words(verdict.gate.origin), verdict.rerun);
   failure.append_child(pugi::node_pcdata).set_value(clean_text(body).c_str());
 }
 

@@ -128,6 +128,11 @@ std::string measured_words(const Verdict& verdict) {
   return std::abs(verdict.value) < 1000 * verdict.bar ? value + " +/- " + figure(verdict.bar, 2) : value;
 }
 
+std::string origin_words(const std::string& origin) {
+  const std::size_t at = origin.rfind("/validation/gates/");
+  return at == std::string::npos ? origin : origin.substr(at + 1);
+}
+
 JudgementCounts count(const std::vector<Verdict>& verdicts) {
   JudgementCounts counts;
   for (const Verdict& verdict : verdicts) {

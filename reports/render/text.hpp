@@ -24,6 +24,9 @@ std::string figure(double value, int digits = 5);  // general format; "nan", "in
 std::string allowed_words(const Verdict& verdict);  // "[3.9, 4.2]", "<= 1e-12", ">= 2"
 std::string measured_words(const Verdict& verdict);  // value, with its bar where that matters; "-" when not run
 
+// Where a gate stands. A gate of the project is named from the project's root: where that lies on a disk tells no reader.
+std::string origin_words(const std::string& origin);
+
 struct JudgementCounts { std::int64_t pass = 0, fail = 0, unverifiable = 0, not_run = 0; };
 JudgementCounts count(const std::vector<Verdict>& verdicts);
 std::string words(const JudgementCounts& counts);  // "12 gates: 10 pass, 1 fail, 0 unverifiable, 1 not run"

@@ -4,6 +4,7 @@ import { matrix } from './matrix';
 import { Plots } from './plots';
 import { RowIndex } from './rows';
 import * as sections from './sections';
+import { sideBySide } from './side_by_side';
 import { isDark, setPaper } from './style';
 import { RowTable } from './table';
 
@@ -29,7 +30,7 @@ function themeSwitch(changed: () => void): HTMLElement {
   return button;
 }
 
-const shortNames: Record<string, string> = { failing: 'Not passed', laws: 'Laws', cells: 'No figures', matrix: 'Matrix', plots: 'Plots', rows: 'Rows', gates: 'Gates', bench: 'Time a step', engines: 'Engines', scenarios: 'Scenarios', metrics: 'Metrics', provenance: 'Provenance' };
+const shortNames: Record<string, string> = { failing: 'Not passed', laws: 'Laws', cells: 'No figures', matrix: 'Matrix', compare: 'Side by side', plots: 'Plots', rows: 'Rows', gates: 'Gates', bench: 'Benchmarks', engines: 'Engines', scenarios: 'Scenarios', metrics: 'Metrics', provenance: 'Provenance' };
 function navigation(parts: HTMLElement[]): HTMLElement {
   return h('nav', { 'aria-label': 'Sections' }, ...parts.map((part) => h('a', { href: `#${part.id}` }, shortNames[part.id] ?? part.id)));
 }
@@ -38,7 +39,7 @@ function preparePrinting(plots: Plots | null): void {
   const opened: HTMLDetailsElement[] = [];
   addEventListener('beforeprint', () => {
     setPaper(true);
-    for (const details of document.querySelectorAll('details')) if (!details.open && !details.closest('#gates')) { details.open = true; opened.push(details); }
+    for (const details of document.querySelectorAll('details')) if (!details.open && !details.closest('#gates, #laws, #bench')) { details.open = true; opened.push(details); }
     plots?.drawNow();
   });
   addEventListener('afterprint', () => {
@@ -59,7 +60,7 @@ async function start(): Promise<void> {
     table!.filter({ scenario, method, metric: '', status: '' });
     plots!.element.scrollIntoView();
   };
-  const parts = [sections.failing(report), sections.laws(report), sections.troubles(report, index), index.count ? matrix(report, index, open) : null, plots?.element, rows, sections.gates(report),
+  const parts = [sections.failing(report), sections.laws(report), sections.troubles(report, index), index.count ? sideBySide(report, index) : null, index.count ? matrix(report, index, open) : null, plots?.element, rows, sections.gates(report),
     sections.bench(report), sections.engines(report), sections.scenarios(report), sections.definitions(report), sections.provenance(report)].filter((part) => part) as HTMLElement[];
   document.getElementById('app')!.replaceChildren(...parts);
   document.getElementById('top')!.after(navigation(parts));

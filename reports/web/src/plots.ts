@@ -2,7 +2,7 @@
 import { Chart, ChartSpec, Curve, Point } from './chart';
 import { Loose, Report, Run, engineOf, family, figure, isAdaptive, real, unitWord, withBar } from './data';
 import { h, labelledSelect, option, section } from './dom';
-import { Cell, RowIndex } from './rows';
+import { Cell, RowIndex, richest } from './rows';
 import { Look, look, swatch } from './style';
 
 const seriesKinds = ['position', 'velocity', 'attitude', 'body-rate'] as const;
@@ -29,7 +29,8 @@ export class Plots {
     this.steps = labelledSelect('steps of the curves over time', 'plot-steps', () => this.draw());
     const known = new Map(report.scenarios.map((s) => [s.id, s.title]));
     const ids = index.names('scenario');
-    this.scenario.select.append(...ids.map((id) => option(id, known.get(id) ? `${id} \u2014 ${known.get(id)}` : id)));
+    const first = richest(index);
+    this.scenario.select.append(...ids.map((id) => option(id, known.get(id) ? `${id} \u2014 ${known.get(id)}` : id, id === first)));
     const step = (by: number) => () => {
       const { select } = this.scenario;
       select.selectedIndex = (select.selectedIndex + by + select.options.length) % select.options.length;
@@ -183,13 +184,14 @@ export class Plots {
 
   private showOrders(id: string): void {
     const rows = this.index.of(id);
-    const metrics = this.index.names('metric', rows).filter((name) => /^(order|growth)/.test(name));
+    const metrics = this.index.names('metric', rows).filter((name) => /^(order|growth)/.test(name))
+      .sort((a, b) => Number(a.startsWith('growth')) - Number(b.startsWith('growth')));
     const lines = this.index.names('method', rows).map((method) => {
       const cells = metrics.map((metric) => this.index.ladders(id, metric, '').get(method)?.[0]);
       return cells.some(Boolean) ? h('tr', {}, h('th', { scope: 'row' }, method), ...cells.map((cell) => h('td', { class: 'number', title: cell ? this.index.text(this.index.rows.reason[cell.row]) : '' },
         cell ? Number.isNaN(cell.value) ? 'inconclusive' : `${cell.value.toFixed(2)}${cell.bar ? ` \u00b1 ${cell.bar.toFixed(2)}` : ''}` : '\u2013'))) : null;
     });
-    this.orders.replaceChildren(h('h3', {}, 'Observed orders, fitted over the asymptotic window'),
+    this.orders.replaceChildren(h('h3', {}, 'Observed orders and growth, fitted over the asymptotic window'),
       lines.some(Boolean) ? h('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Observed orders' }, h('table', {}, h('thead', {}, h('tr', {}, h('th', { scope: 'col' }, 'method'), ...metrics.map((m) => h('th', { scope: 'col', class: 'number' }, m)))), h('tbody', {}, ...lines)))
         : h('p', { class: 'nothing' }, 'No order was fitted on this scenario.'));
   }

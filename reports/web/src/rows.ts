@@ -66,3 +66,10 @@ export class RowIndex {
     return null;
   }
 }
+
+// The scenario that most methods ran: the one to show first.
+export function richest(index: RowIndex): string {
+  const ids = index.names('scenario');
+  const methods = new Map(ids.map((id) => [id, index.names('method', index.of(id)).length]));
+  return ids.reduce((best, id) => (methods.get(id)! > methods.get(best)! ? id : best), ids[0]);
+}

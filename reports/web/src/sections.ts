@@ -2,7 +2,7 @@
 import { Engine, Law, Report, Setting, Verdict, figure, real, rerunCommand, unitWord } from './data';
 import { Child, copyButton, h, section } from './dom';
 import { RowIndex } from './rows';
-import { smallTable } from './table';
+import { Column, smallTable } from './table';
 
 function badge(judgement: string): HTMLElement {
   const sign: Record<string, string> = { pass: '\u2713', fail: '\u2717', unverifiable: '?', 'not run': '\u2013', not_run: '\u2013' };
@@ -15,19 +15,37 @@ function measured(verdict: Verdict): string {
   return `${figure(value)}${Math.abs(value) < 1000 * bar ? ` \u00b1 ${figure(bar, 2)}` : ''} ${unitWord(verdict.unit)}`;
 }
 
+// Gates that fail alike on the rungs of one ladder share a card: same scenario, method, metric, bound and verdict.
+function alike(verdicts: Verdict[]): Verdict[][] {
+  const groups = new Map<string, Verdict[]>();
+  for (const v of verdicts) {
+    const key = [v.judgement, v.scenario, v.method, v.metric, v.allowed, v.reason].join('\n');
+    groups.set(key, [...(groups.get(key) ?? []), v]);
+  }
+  return [...groups.values()].map((group) => group.sort((a, b) => a.steps - b.steps));
+}
+
 export function failing(report: Report): HTMLElement | null {
   const rank = ['fail', 'unverifiable'];
   const bad = report.verdicts.filter((v) => v.judgement !== 'pass')
     .sort((a, b) => (rank.indexOf(a.judgement) >>> 0) - (rank.indexOf(b.judgement) >>> 0));
   if (!bad.length) return null;
-  const card = (verdict: Verdict) => h('li', { class: `card ${verdict.judgement.replace(/[ _]/g, '-')}` },
-    h('h3', {}, badge(verdict.judgement), ` ${verdict.scenario} `, h('span', { class: 'soft' }, `${verdict.method}${verdict.steps ? `, ${verdict.steps} steps` : ''}`)),
-    h('dl', { class: 'facts' }, h('dt', {}, verdict.metric), h('dd', {}, measured(verdict)), h('dt', {}, 'allowed'), h('dd', {}, `${verdict.allowed} ${unitWord(verdict.unit)}`)),
-    h('p', {}, verdict.text), h('p', { class: 'soft' }, `${verdict.reason}${verdict.origin ? ` (${verdict.origin})` : ''}`),
-    verdict.rerun ? command(verdict.rerun) : null);
-  const shown = bad.slice(0, 24).map(card);
-  const rest = bad.slice(24);
-  return section('failing', 'What did not pass', h('ul', { class: 'cards' }, ...shown),
+  const card = (group: Verdict[]) => {
+    const one = group[0];
+    const steps = group.length > 1 ? `, ${group.length} rungs` : one.steps ? `, ${one.steps} steps` : '';
+    const rerun = group.length > 1 && one.steps ? rerunCommand(one.scenario, one.method, 0) : one.rerun;
+    const facts = group.flatMap((v) => [h('dt', {}, group.length > 1 && v.steps ? `${v.steps} steps` : v.metric), h('dd', {}, measured(v))]);
+    return h('li', { class: `card ${one.judgement.replace(/[ _]/g, '-')}` },
+      h('h3', {}, badge(one.judgement), ` ${one.scenario} `, h('span', { class: 'soft' }, `${one.method}${steps}`)),
+      group.length > 1 ? h('p', {}, one.metric) : null,
+      h('dl', { class: 'facts' }, ...facts, h('dt', {}, 'allowed'), h('dd', {}, `${one.allowed} ${unitWord(one.unit)}`)),
+      group.length > 1 ? null : h('p', {}, one.text),
+      h('p', { class: 'soft' }, `${one.reason}${one.origin ? ` (${one.origin})` : ''}`),
+      rerun ? command(rerun) : null);
+  };
+  const cards = alike(bad);
+  const rest = cards.slice(24);
+  return section('failing', 'What did not pass', h('ul', { class: 'cards' }, ...cards.slice(0, 24).map(card)),
     rest.length ? h('details', {}, h('summary', {}, `${rest.length} more`), h('ul', { class: 'cards' }, ...rest.map(card))) : null);
 }
 
@@ -69,17 +87,31 @@ export function gates(report: Report): HTMLElement | null {
   ], report.verdicts, 'All gates')));
 }
 
+// Each law once a scenario and method, at the rung nearest to 60 steps a second; the other rungs follow folded.
 export function laws(report: Report): HTMLElement | null {
   if (!report.laws.length) return null;
+  const seconds = new Map(report.scenarios.map((s) => [s.id, real(s.t_end_s)]));
+  const away = (law: Law) => Math.abs(Math.log(law.steps / (60 * (seconds.get(law.scenario) ?? 1))));
+  const nearest = new Map<string, Law>();
+  for (const law of report.laws) {
+    const key = [law.scenario, law.method, law.metric, law.statement].join('\n');
+    const held = nearest.get(key);
+    if (!held || away(law) < away(held)) nearest.set(key, law);
+  }
   const off = (law: Law) => Math.abs(real(law.measured) / real(law.predicted) - 1);
-  return section('laws', 'Laws: predicted beside measured', h('p', { class: 'hint' }, 'Each error below has a cause that can be worked out with pencil and paper.'), smallTable<Law>([
+  const apart = (law: Law) => (!Number.isFinite(off(law)) ? '\u2013' : off(law) > 10 ? `\u00d7 ${figure(off(law) + 1, 2)}` : `${figure(off(law) * 100, 2)} %`);
+  const table = (list: Law[], label: string) => smallTable<Law>([
     { name: 'scenario', value: (l) => l.scenario }, { name: 'method', value: (l) => l.method },
     { name: 'steps', number: true, value: (l) => l.steps, cell: (l) => (l.steps ? String(l.steps) : 'ladder') },
-    { name: 'law', value: (l) => l.statement, wide: true },
+    { name: 'metric', value: (l) => l.metric }, { name: 'law', value: (l) => l.statement, wide: true },
     { name: 'predicted', number: true, value: (l) => real(l.predicted), cell: (l) => h('b', {}, `${figure(real(l.predicted))} ${unitWord(l.unit)}`) },
     { name: 'measured', number: true, value: (l) => real(l.measured), cell: (l) => h('b', {}, `${figure(real(l.measured))} ${unitWord(l.unit)}`) },
-    { name: 'apart', number: true, value: off, cell: (l) => (Number.isFinite(off(l)) ? `${figure(off(l) * 100, 2)} %` : '\u2013') },
-  ], report.laws, 'Laws'));
+    { name: 'apart', number: true, value: off, cell: apart },
+  ], list, label);
+  const shown = [...nearest.values()];
+  return section('laws', 'Laws: predicted beside measured',
+    h('p', { class: 'hint' }, 'Errors whose cause can be worked out with pencil and paper, at the step nearest to a sixtieth of a second.'), table(shown, 'Laws'),
+    shown.length < report.laws.length ? h('details', {}, h('summary', {}, `All steps: ${report.laws.length} lines`), table(report.laws, 'Laws at all steps')) : null);
 }
 
 function word(value: Setting | undefined): string { return value === undefined ? '' : typeof value === 'number' ? figure(value, 6) : String(value); }
@@ -112,13 +144,15 @@ export function engines(report: Report): HTMLElement {
 
 export function bench(report: Report): HTMLElement | null {
   if (!report.bench.length) return null;
-  return section('bench', 'Time a step', smallTable([
-    { name: 'scenario', value: (b) => b.scenario }, { name: 'method', value: (b) => b.method },
-    { name: 'steps', number: true, value: (b) => b.steps },
+  const table = (list: Report['bench'], label: string, what: Column<Report['bench'][number]>[]) => smallTable([...what,
     { name: 'median [ns]', number: true, value: (b) => real(b.ns_per_step_median), cell: (b) => figure(real(b.ns_per_step_median), 4) },
-    { name: 'p95 [ns]', number: true, value: (b) => real(b.ns_per_step_p95), cell: (b) => figure(real(b.ns_per_step_p95), 4) },
-    { name: 'benchmark', value: (b) => b.name },
-  ], report.bench, 'Time a step'));
+    { name: 'p95 [ns]', number: true, value: (b) => real(b.ns_per_step_p95), cell: (b) => figure(real(b.ns_per_step_p95), 4) }], list, label);
+  const steps = report.bench.filter((b) => b.scenario), others = report.bench.filter((b) => !b.scenario);
+  return section('bench', 'Benchmarks',
+    h('p', { class: 'hint' }, 'Made by atwood bench. Side by side shows them beside the errors at the same steps.'),
+    others.length ? table(others, 'Benchmarks of kernels', [{ name: 'one call of', value: (b) => b.name }]) : null,
+    steps.length ? h('details', {}, h('summary', {}, `Time a step: ${steps.length} figures`), table(steps, 'Time a step', [
+      { name: 'scenario', value: (b) => b.scenario }, { name: 'method', value: (b) => b.method }, { name: 'steps', number: true, value: (b) => b.steps }])) : null);
 }
 
 export function definitions(report: Report): HTMLElement | null {

@@ -125,7 +125,10 @@ def opens(browser, path):
     order = browser.run("return [...document.querySelectorAll('main > section')].map(s => s.id)")
     check(order[0] == "failing" and order[1] == "laws", f"failing cells do not stand on top: {order}")
     cards = browser.run("return [...document.querySelectorAll('#failing .badge')].map(b => b.className)")
-    check(cards == ["badge fail", "badge fail", "badge unverifiable", "badge not-run"], f"failing cards: {cards}")
+    check(cards == ["badge fail", "badge fail", "badge fail", "badge unverifiable", "badge not-run"], f"failing cards: {cards}")
+    words = browser.run("return [...document.querySelectorAll('#failing .card')].map(c => c.textContent)")
+    check(sum("oblique" in text for text in words) == 1 and all(f"{n} steps" in " ".join(words) for n in (120, 240, 480)), f"a ladder's failures do not share a card: {words}")
+    check(all("/home/" not in text and "validation/gates/default.toml:12" in text for text in words), f"a gate's origin: {words}")
     check("0.125 m" in browser.run("return document.querySelector('#laws').textContent"), "the law of 0.125 m is missing")
     check(browser.run("return document.body.textContent.includes(arguments[0])", HOSTILE), "the hostile name is not shown as text")
     check(browser.run("return document.querySelectorAll('img, iframe, [onerror], [onmouseover]').length") == 0, "hostile text became an element")
@@ -161,6 +164,16 @@ def filters(browser):
     until("other rows after scrolling", lambda: column(browser, 0)[0] != first)
     count = browser.run("return document.querySelectorAll('#rows tbody tr').length")
     check(count < 120, f"{count} rows are in the page: the table is not virtual")
+
+
+def side_by_side(browser):
+    browser.run("""const s = document.querySelector('#compare-scenario'); s.value = 'kepler-e0.6'; s.dispatchEvent(new Event('change'));""")
+    ladder = browser.run("return [...document.querySelector('#compare-steps').options].map(o => o.value)")
+    lines = lambda: browser.run("return [...document.querySelectorAll('#compare tbody tr')].map(r => [...r.children].map(c => c.textContent))")
+    before = lines()
+    check(len(ladder) > 1 and any(line[0] == "atwood/rk4" for line in before), f"side by side has no rk4: {before}")
+    browser.run("""const s = document.querySelector('#compare-steps'); s.selectedIndex = s.selectedIndex ? 0 : 1; s.dispatchEvent(new Event('change'));""")
+    check(lines() != before and lines(), "another step count shows the same figures")
 
 
 def plots(browser):
@@ -272,7 +285,7 @@ def main():
         browser = Browser(driver_path, browser_path)
         try:
             opens(browser, path)
-            for use in (sorts, filters, plots, dark, narrow, prints):
+            for use in (sorts, filters, side_by_side, plots, dark, narrow, prints):
                 use(browser)
                 print("ok:", use.__name__)
             silence(browser, path)

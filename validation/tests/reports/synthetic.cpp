@@ -225,7 +225,7 @@ Verdict verdict(const std::string& scenario, const std::string& method, const st
   v.gate.low = v.allowed_low = low;
   v.gate.high = v.allowed_high = high;
   v.gate.reason = "Classical order, with the fit's interval.";
-  v.gate.origin = "validation/gates/default.toml:12";
+  v.gate.origin = "/home/somebody/atwood/validation/gates/default.toml:12";  // shown from the project's root
   v.judgement = judgement;
   v.scenario = scenario;
   v.method = method;
@@ -268,6 +268,11 @@ ReportData synthetic_report(const SyntheticSize& size) {
     }
   }
   data.verdicts.push_back(verdict("kepler-e0.6", "atwood/rk4", "order-position", Judgement::fail, 3.62, 3.9, 4.2));
+  for (const std::int64_t steps : {120, 240, 480}) {  // one fault on three rungs: one card
+    Verdict rung = verdict("oblique", "atwood/rk4+event", "error-body-rate-end", Judgement::fail, 1.0 / static_cast<double>(steps), 0, 1e-11);
+    rung.steps = steps;
+    data.verdicts.push_back(rung);
+  }
   data.verdicts.push_back(verdict(kHostile, "atwood/dopri5", "order-position", Judgement::fail, 4.1, 4.85, 5.15));
   data.verdicts.push_back(verdict("arenstorf", "atwood/rk4", "order-velocity", Judgement::unverifiable, 3.9, 3.9, 4.2));
   data.verdicts.push_back(verdict("struck-rod", "atwood/rk4+event", "error-velocity-end", Judgement::not_run, 0, 0, 1));
