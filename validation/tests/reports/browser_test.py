@@ -45,7 +45,14 @@ class Browser:
         options = {"args": ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--window-size=1280,900",
                             "--disable-background-networking", "--no-first-run"], "binary": browser_path}
         wanted = {"browserName": "chrome", "goog:chromeOptions": options, "goog:loggingPrefs": {"browser": "ALL", "performance": "ALL"}}
-        answer = self.call("POST", "/session", {"capabilities": {"alwaysMatch": wanted}})
+        for attempt in range(3):  # a loaded machine can keep a browser from starting in the driver's time
+            try:
+                answer = self.call("POST", "/session", {"capabilities": {"alwaysMatch": wanted}})
+                break
+            except AssertionError as error:
+                if attempt == 2 or "session not created" not in str(error):
+                    raise
+                time.sleep(2)
         self.session = "/session/" + answer["sessionId"]
 
     def call(self, method, path, body=None):
