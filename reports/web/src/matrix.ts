@@ -7,8 +7,9 @@ const short: Record<string, string> = { unsupported: 'n/s', diverged: 'div', 'no
 
 export function matrix(report: Report, index: RowIndex, chosen: (scenario: string, method: string) => void): HTMLElement {
   const table = h('table', { class: 'matrix' });
-  const scenarios = index.names('scenario');
-  const methods = index.names('method');
+  const allScenarios = index.names('scenario');
+  const tagsOf = new Map(report.scenarios.map((s) => [s.id, s.tags]));
+  let scenarios = allScenarios, methods = index.names('method');
   const wanted = index.names('metric').filter((name) => !/^status$/.test(name));
   const preferred = ['error-position-max', 'error-position-end'].find((name) => wanted.includes(name)) ?? wanted[0];
   const verdicts = new Map<string, { bad: number; good: number }>();
@@ -32,6 +33,9 @@ export function matrix(report: Report, index: RowIndex, chosen: (scenario: strin
   };
 
   const draw = () => {
+    const tag = tagSelect.select.value;
+    scenarios = allScenarios.filter((id) => !tag || tagsOf.get(id)?.includes(tag));
+    methods = index.names('method', tag ? scenarios.flatMap((id) => index.of(id)) : undefined);
     const metric = metricSelect.select.value, rung = rungSelect.select.value;
     const found = scenarios.map((scenario) => {
       const ladders = index.ladders(scenario, metric, '');
@@ -60,10 +64,12 @@ export function matrix(report: Report, index: RowIndex, chosen: (scenario: strin
   };
   const metricSelect = labelledSelect('figure', 'matrix-metric', draw);
   metricSelect.select.append(...wanted.map((name) => option(name, name, name === preferred)));
+  const tagSelect = labelledSelect('scenarios', 'matrix-tag', draw);
+  tagSelect.select.append(option('', 'all', true), ...[...new Set(report.scenarios.flatMap((s) => s.tags))].sort().map((tag) => option(tag, tag)));
   const rungSelect = labelledSelect('rung of the ladder', 'matrix-rung', draw);
   rungSelect.select.append(option('middle', 'middle, the same steps for all'), option('finest', 'finest each has'), option('coarsest', 'coarsest'));
   draw();
   const legend = h('p', { class: 'hint' }, 'Blue is small, orange is large, by powers of ten. \u2713 all gates of the cell pass, \u2717 one does not. n/s unsupported, div diverged, nan not finite, n/b not built: the reason is in the tooltip and in the rows. A click opens plots and rows.');
-  return section('matrix', 'Scenario by method', h('div', { class: 'bar' }, metricSelect.box, rungSelect.box), legend,
+  return section('matrix', 'Scenario by method', h('div', { class: 'bar' }, tagSelect.box, metricSelect.box, rungSelect.box), legend,
     h('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Scenario by method' }, table));
 }
