@@ -125,7 +125,7 @@ int command_bless(const Place& place, const Options& options) {
     const nlohmann::ordered_json out{{"baseline", baseline_path(options)}, {"rows", stored.rows.size()}, {"reason", options.reason}};
     fmt::print("{}\n", out.dump(2));
   } else {
-    fmt::print("blessed {} rows as {}\n", stored.rows.size(), baseline_path(options));
+    fmt::print("blessed as {}: its rows that can be judged, and the environment beside it\n", baseline_path(options));
   }
   return exit_pass;
 }

@@ -62,7 +62,7 @@ void cost_of_float(const std::vector<Row>& rows, std::vector<Law>& laws) {
     const auto found = wide.find({row.scenario, row.steps, row.metric + row.method.substr(row.method.find('/'))});
     if (found == wide.end() || !std::isfinite(row.value) || !std::isfinite(found->second->value)) continue;
     if (row.scenario != "free-box-complex" && row.scenario != "ballistic" && row.scenario != "free-box-simple") continue;
-    laws.push_back({row.scenario, row.method, row.metric, "what float costs: predicted is the same engine in double", row.steps,
+    laws.push_back({row.scenario, row.method, row.metric, "what float costs: measured in float, beside the same engine in double", row.steps,
                     found->second->value, row.value, row.unit});
   }
 }

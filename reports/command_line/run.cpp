@@ -140,6 +140,10 @@ int command_report(const Place& place, const Options& options) {
   }
   const Selection selection = select_cells(place, options);
   const StudyResult result = load_rows(options.out_dir + "/store.db", selection.cells);
+  if (result.rows.empty()) {
+    throw InputError(fmt::format("{}/store.db holds none of these cells: they were never run, or by an earlier build; `atwood run` "
+                                 "makes them", options.out_dir));
+  }
   const auto verdicts = judge_selection(place, options, selection, result.rows);
   const ReportData data = assemble_report(place, options, selection, result, verdicts);
   write_outputs(options, data);
