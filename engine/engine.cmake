@@ -34,11 +34,7 @@ add_library(atwood_engine STATIC
 target_include_directories(atwood_engine PUBLIC ${CMAKE_CURRENT_LIST_DIR})
 target_link_libraries(atwood_engine PUBLIC atwood_scene atwood_protocol PRIVATE quadmath)
 
-# collision/ and contact/ list their own sources there: target_sources(atwood_engine PRIVATE contact/....cpp)
-if(EXISTS ${CMAKE_CURRENT_LIST_DIR}/contact/contact.cmake)
-  include(${CMAKE_CURRENT_LIST_DIR}/contact/contact.cmake)
-  target_compile_definitions(atwood_engine PRIVATE ATWOOD_CONTACT_BUILT)
-endif()
+include(${CMAKE_CURRENT_LIST_DIR}/contact/contact.cmake)  # collision/ and contact/ list their own sources
 
 add_executable(atwood-engine worker_main.cpp)
 target_link_libraries(atwood-engine PRIVATE atwood_engine)

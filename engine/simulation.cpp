@@ -3,9 +3,7 @@
 #include <cmath>
 #include <type_traits>
 
-#ifdef ATWOOD_CONTACT_BUILT
 #include "contact/contact.hpp"
-#endif
 
 namespace atwood {
 namespace {
@@ -25,12 +23,7 @@ std::string method_fault(const MethodId& id) {
 Outcome run_in_contact(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer,
                        int repeats) {
   if (id.response.empty()) return refuse("atwood/" + id.scheme + " has no contact response; use +impulse or +event");
-#ifdef ATWOOD_CONTACT_BUILT
   return run_with_contacts(id, scene, plan, observer, repeats);
-#else
-  (void)scene, (void)plan, (void)observer, (void)repeats;
-  return refuse("contact response not built");
-#endif
 }
 
 Outcome run(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {

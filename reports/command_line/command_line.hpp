@@ -57,6 +57,8 @@ struct Selection {
   std::vector<Cell> cells;
   bool narrowed = false;   // gates left without cells are dropped
 };
+std::vector<Gate> read_all_gates(const Place& place);  // the catalogue's own, file by file
+StudyOptions study_options(const Place& place, const Options& options);  // without progress
 Selection select_cells(const Place& place, const Options& options);
 std::vector<Verdict> judge_selection(const Place& place, const Options& options, const Selection& selection,
                                      const std::vector<Row>& rows);

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
-#include <thread>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -101,13 +100,7 @@ int command_compare(const Place& place, const Options& options) {
   std::error_code error;
   std::filesystem::create_directories(options.out_dir, error);
   if (error) throw std::runtime_error(fmt::format("{}: cannot make this folder: {}", options.out_dir, error.message()));
-  StudyOptions how;
-  how.store_path = options.out_dir + "/store.db";
-  how.truth_worker = place.truth_worker;
-  how.jobs = options.jobs > 0 ? options.jobs : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  how.cell_limit_s = options.cell_limit_s;
-  how.timing = !options.no_timing;
-  how.provenance = place.provenance;
+  const StudyOptions how = study_options(place, options);
   const StudyResult result = run_study(selection.cells, selection.workers, how);
   if (result.interrupted) return 128 + result.signal;
   if (options.json) {

@@ -76,19 +76,6 @@ json gate_json(const Gate& gate) {
   return out;
 }
 
-std::vector<Gate> read_all_gates(const Place& place) {
-  std::set<std::string> files;
-  for (const auto& entry : fs::directory_iterator(place.source_dir + "/validation/gates")) {
-    if (entry.path().extension() == ".toml") files.insert(entry.path().string());
-  }
-  std::vector<Gate> gates;
-  for (const auto& file : files) {
-    const auto read = read_gates(file);
-    gates.insert(gates.end(), read.begin(), read.end());
-  }
-  return gates;
-}
-
 json list_json(const Place& place, const Options& options, const std::string& what) {
   json out = json::object();
   if (what.empty() || what == "scenarios") {

@@ -5,7 +5,6 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <thread>
 
 #include <fmt/format.h>
 
@@ -106,13 +105,7 @@ int command_run(const Place& place, const Options& options) {
     }
   }
 
-  StudyOptions how;
-  how.store_path = options.out_dir + "/store.db";
-  how.truth_worker = place.truth_worker;
-  how.jobs = options.jobs > 0 ? options.jobs : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  how.cell_limit_s = options.cell_limit_s;
-  how.timing = !options.no_timing;
-  how.provenance = place.provenance;
+  StudyOptions how = study_options(place, options);
   how.progress = progress_printer();
   const StudyResult result = run_study(selection.cells, selection.workers, how);
   end_progress();

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 #include <set>
+#include <thread>
 
 #include <fmt/format.h>
 
@@ -163,21 +164,37 @@ Selection select_cells(const Place& place, const Options& options) {
   return selection;
 }
 
+std::vector<Gate> read_all_gates(const Place& place) {
+  std::set<std::string> files;
+  for (const auto& entry : fs::directory_iterator(place.source_dir + "/validation/gates")) {
+    if (entry.path().extension() == ".toml") files.insert(entry.path().string());
+  }
+  std::vector<Gate> gates;
+  for (const auto& file : files) {
+    const auto read = read_gates(file);
+    gates.insert(gates.end(), read.begin(), read.end());
+  }
+  return gates;
+}
+
+StudyOptions study_options(const Place& place, const Options& options) {
+  StudyOptions how;
+  how.store_path = options.out_dir + "/store.db";
+  how.truth_worker = place.truth_worker;
+  how.jobs = options.jobs > 0 ? options.jobs : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  how.cell_limit_s = options.cell_limit_s;
+  how.timing = !options.no_timing;
+  how.provenance = place.provenance;
+  return how;
+}
+
 std::vector<Verdict> judge_selection(const Place& place, const Options& options, const Selection& selection,
                                      const std::vector<Row>& rows) {
   std::vector<Gate> gates;
   if (!options.tolerances.empty()) {
     gates = read_gates(options.tolerances);
   } else {
-    std::vector<std::string> files;
-    for (const auto& entry : fs::directory_iterator(place.source_dir + "/validation/gates")) {
-      if (entry.path().extension() == ".toml") files.push_back(entry.path().string());
-    }
-    std::sort(files.begin(), files.end());
-    for (const auto& file : files) {
-      const auto read = read_gates(file);
-      gates.insert(gates.end(), read.begin(), read.end());
-    }
+    gates = read_all_gates(place);
   }
   if (selection.narrowed) {
     // A narrowed run drops the gates that it leaves without cells, and with --steps those of a whole ladder.
