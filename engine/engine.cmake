@@ -22,10 +22,19 @@ add_library(atwood_engine STATIC
   forces/thruster.cpp
   integrators/adaptive.cpp
   integrators/catalogue.cpp
+  integrators/composition_methods.cpp
+  integrators/conserving_methods.cpp
+  integrators/explicit_methods.cpp
+  integrators/high_precision_methods.cpp
   integrators/implicit_euler.cpp
+  integrators/implicit_methods.cpp
   integrators/implicit_solver.cpp
   integrators/kick_drift.cpp
   integrators/leapfrog.cpp
+  integrators/multistep_methods.cpp
+  integrators/nystrom_methods.cpp
+  integrators/partitioned_methods.cpp
+  integrators/rotation_methods.cpp
   integrators/runge_kutta.cpp
   integrators/stepper.cpp
   integrators/symplectic_euler.cpp

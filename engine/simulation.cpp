@@ -14,7 +14,9 @@ std::string method_fault(const MethodId& id) {
   const MethodInfo* info = find_integrator(id.scheme);
   if (info == nullptr) return "atwood has no method `" + id.scheme + "`";
   if (id.rtol && !info->adaptive) return info->id + " takes equal steps, no tolerance";
-  for (const auto& [name, value] : id.overrides) return info->id + " has no setting `" + name + "` to change";
+  std::string why;
+  merged_settings(*info, id.overrides, why);
+  if (!why.empty()) return why;
   if (!id.response.empty() && id.response != "impulse" && id.response != "event")
     return "atwood has no contact response `" + id.response + "`";
   return "";
@@ -59,7 +61,7 @@ template <class S> Simulation<S> prepare(const MethodId& id, const Scene& scene)
     return simulation;
   }
   std::string why;
-  simulation.stepper = make_stepper<S>(id.scheme, model, why);
+  simulation.stepper = make_stepper<S>(id.scheme, model, why, id.overrides);
   if (simulation.stepper == nullptr) {
     simulation.outcome = refuse(why);
     return simulation;

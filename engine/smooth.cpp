@@ -17,6 +17,7 @@ template <class S> struct Run {
   const Observer* observer;  // null: the timed pass
   Sample sample;
   S scale{};
+  StepLimits limits{};
 
   bool see(std::int64_t k, const S* y) {
     Outcome& outcome = simulation.outcome;
@@ -82,12 +83,19 @@ template <class S> bool sample_inside(Run<S>& run, std::int64_t& k, S t_s, S h_s
   return true;
 }
 
+template <class S>
+typename Stepper<S>::Advice judge_step(Simulation<S>& s, const Tolerance<S>& tolerance, StepControl<S>& control, S h_s) {
+  if (s.stepper->chooses_steps()) return s.stepper->advise(tolerance.rtol, tolerance.atol);
+  const S next_s = control.next_step(h_s, s.stepper->error_norm(tolerance.rtol, tolerance.atol));
+  return {control.accepted(), next_s};
+}
+
 // From begin_s to end_s under one law; h_s is the guess, and what the next piece starts from.
 template <class S>
 bool march_piece(Run<S>& run, const Tolerance<S>& tolerance, S begin_s, S end_s, S& h_s, std::int64_t& k,
                  std::vector<S>& inside) {
   Simulation<S>& s = run.simulation;
-  StepControl<S> control(4);
+  StepControl<S> control(s.stepper->estimate_order(), run.limits);
   S t_s = begin_s;
   while (t_s < end_s) {
     const bool last = t_s + h_s * S(1.0000001) >= end_s;
@@ -100,8 +108,8 @@ bool march_piece(Run<S>& run, const Tolerance<S>& tolerance, S begin_s, S end_s,
       return false;
     }
     if (!s.stepper->step(t_s, step_s, s.y.data(), s.y_new.data())) return refuse_step(s.outcome, t_s);
-    const S next_s = control.next_step(step_s, s.stepper->error_norm(tolerance.rtol, tolerance.atol));
-    if (!control.accepted()) {
+    const auto [accepted, next_s] = judge_step(s, tolerance, control, step_s);
+    if (!accepted) {
       h_s = next_s;
       continue;
     }
@@ -119,6 +127,7 @@ template <class S> void march_adaptively(Run<S>& run, const Tolerance<S>& tolera
   Simulation<S>& s = run.simulation;
   const S end_s = S(run.plan.t_end_s);
   restart(run);
+  s.stepper->set_tolerance(tolerance.rtol, tolerance.atol);
   if (!run.see(0, s.y.data())) return;
   std::int64_t k = 1;
   S begin_s = S(0), h_s = time_at<S>(run.plan, 1);
@@ -143,6 +152,18 @@ std::string plan_fault(const MethodId& id, const Plan& plan) {
   return "";
 }
 
+StepLimits step_limits(const MethodId& id) {
+  std::string why;
+  const Settings settings = merged_settings(*find_integrator(id.scheme), id.overrides, why);
+  const auto of = [&](const char* name, double otherwise) {
+    const auto found = settings.find(name);
+    return found == settings.end() ? otherwise : std::get<double>(found->second);
+  };
+  const StepLimits standard;
+  return {of("safety", standard.safety), of("beta", standard.beta), of("least_factor", standard.least),
+          of("most_factor", standard.most)};
+}
+
 }  // namespace
 
 template <class S>
@@ -151,8 +172,9 @@ Outcome run_smooth(const MethodId& id, const Scene& scene, const Plan& plan, con
   Simulation<S> simulation = prepare<S>(id, scene);
   if (simulation.outcome.status != Status::ok) return simulation.outcome;
   std::vector<S> inside(simulation.y.size());
-  Run<S> run{simulation, plan, repeats > 0 ? nullptr : &observer, {}, {}};
+  Run<S> run{simulation, plan, repeats > 0 ? nullptr : &observer, {}, {}, {}};
   const double rtol = id.rtol.value_or(0);
+  if (id.rtol) run.limits = step_limits(id);
   const Tolerance<S> tolerance{S(rtol), S(id.atol.value_or(rtol / 100))};
   std::vector<std::int64_t> busy_ns;
   for (int pass = 0; pass <= repeats; ++pass) {  // pass 0 is the accuracy pass, or the warm-up of the timed one

@@ -5,10 +5,11 @@
 namespace atwood {
 
 template <class S>
-StepControl<S>::StepControl(int estimate_order)
-    : exponent_(S(1) / S(1 + estimate_order) - S(0.75) * S(beta)), error_before_(S(1e-4)) {}
+StepControl<S>::StepControl(int estimate_order, const StepLimits& limits)
+    : limits_(limits), exponent_(S(1) / S(1 + estimate_order) - S(0.75) * S(limits.beta)), error_before_(S(1e-4)) {}
 
 template <class S> S StepControl<S>::next_step(S h_s, S error) {
+  const auto [safety, beta, least, most] = limits_;
   // Powers in double: a factor needs no more digits than it has.
   const double now = static_cast<double>(error);
   const bool rejected_before = !accepted_;

@@ -5,16 +5,17 @@ namespace atwood {
 
 // Proportional-integral control as in Hairer, Wanner, Solving ODEs II, eq. IV.2.43 and the code DOPRI5:
 //   h_new = h safety err_n^-(1/k - 3/4 beta) err_(n-1)^beta, within [least, most] h, k = 1 + the estimate's order.
+struct StepLimits { double safety = 0.9, beta = 0.04, least = 0.2, most = 10; };
+
 template <class S> class StepControl {
  public:
-  explicit StepControl(int estimate_order);
+  explicit StepControl(int estimate_order, const StepLimits& limits = {});
   // The step after one whose scaled error was `error`; accepted if error <= 1. Remembers what it must.
   S next_step(S h_s, S error);
   bool accepted() const { return accepted_; }
 
-  static constexpr double safety = 0.9, beta = 0.04, least = 0.2, most = 10;
-
  private:
+  StepLimits limits_;
   S exponent_, error_before_;
   bool accepted_ = true;
 };

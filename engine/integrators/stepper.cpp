@@ -16,6 +16,8 @@ template <class S> void Stepper<S>::remember(S t_s, S h_s, const S* y, const S* 
 }
 
 template <class S> S Stepper<S>::error_norm(S, S) const { return S(0); }
+template <class S> auto Stepper<S>::advise(S, S) -> Advice { return {true, h_s_}; }
+template <class S> void Stepper<S>::set_tolerance(S, S) {}
 
 // y(theta) = (1-th) y0 + th y1 + th (th-1) ((1-2th)(y1-y0) + (th-1) h f0 + th h f1)      (HNW I, eq. II.6.7)
 template <class S> void Stepper<S>::dense(S theta, S* y_at) {

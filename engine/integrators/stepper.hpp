@@ -31,6 +31,16 @@ template <class S> class Stepper {
   // Root mean square of the last step's error estimate, each component over atol + rtol max(|y|, |y_new|)
   // (Hairer, Norsett, Wanner I, eq. II.4.11). Methods without an estimate answer 0.
   virtual S error_norm(S rtol, S atol) const;
+  // k where the estimate is of local order k + 1: the controller's step grows as error_norm^(-1/(k+1)).
+  virtual int estimate_order() const { return 4; }
+
+  // ---- methods that choose their own steps (extrapolation, Taylor, Radau 15): the runner then asks advise() after each
+  // step instead of error_norm(), with no controller of its own.
+  struct Advice { bool accepted; S next_s; };
+  virtual bool chooses_steps() const { return false; }
+  virtual Advice advise(S rtol, S atol);
+  // Called once before the first step of an adaptive run; the first guess of a step is the runner's.
+  virtual void set_tolerance(S rtol, S atol);
 
   // The state at t + theta h of the last step, theta in [0, 1]; y and y_new of that step must still stand unchanged.
   // Here: cubic Hermite on the states and the rates at both ends (local error O(h^4)); the rates are evaluated on

@@ -1,0 +1,55 @@
+// The families of methods. Each lists its methods and makes their steppers; catalogue.cpp joins them.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "integrators/stepper.hpp"
+#include "protocol/method.hpp"
+#include "rigid/model.hpp"
+
+namespace atwood {
+
+// Which stepper is wanted. `settings` holds the method's own defaults with the caller's changes over them, types checked.
+template <class S> struct StepperRequest {
+  std::string scheme;
+  RigidModel<S>& model;   // outlives the stepper
+  Settings settings;
+  std::string why;        // set by the family when it answers null for a scheme of its own
+
+  bool flag(const char* name) const { return std::get<bool>(settings.at(name)); }
+  double number(const char* name) const { return std::get<double>(settings.at(name)); }
+  std::int64_t count(const char* name) const { return std::get<std::int64_t>(settings.at(name)); }
+};
+
+template <class S> using StepperPointer = std::unique_ptr<Stepper<S>>;
+
+// A family answers null, `why` untouched, for a scheme that is not its own.
+#define ATWOOD_FAMILY(name)                                     \
+  std::vector<MethodInfo> name##_methods();                     \
+  template <class S> StepperPointer<S> make_##name(StepperRequest<S>& request)
+
+ATWOOD_FAMILY(explicit_runge_kutta);  // tableaux, with error control and with equal steps
+ATWOOD_FAMILY(nystrom);               // second-order systems x'' = a(t, x)
+ATWOOD_FAMILY(partitioned);           // kicks and drifts: symplectic Euler, Verlet, leapfrog
+ATWOOD_FAMILY(composition);           // symmetric compositions of those, of order 4 to 8; charges
+ATWOOD_FAMILY(rotation);              // the free top and Lie group methods
+ATWOOD_FAMILY(implicit);              // Euler, collocation, diagonally implicit, generalised alpha
+ATWOOD_FAMILY(multistep);             // Adams and BDF
+ATWOOD_FAMILY(conserving);            // discrete gradients, projection, relaxation
+ATWOOD_FAMILY(high_precision);        // Radau 15, extrapolation, Taylor
+
+#undef ATWOOD_FAMILY
+
+// ---- how families write their entries -------------------------------------------------------------------------
+std::map<std::string, double> claims_everywhere(double order);  // point-mass, velocity-dependent, rotation
+MethodInfo fixed_step(const std::string& scheme, std::map<std::string, double> claims, const std::string& doc,
+                      const std::string& source);               // equal steps; settings: scalar, compensated
+// With a tolerance too; settings: those and the step control's.
+MethodInfo with_tolerance(const std::string& scheme, std::map<std::string, double> claims, const std::string& doc,
+                          const std::string& source);
+// How general steppers turn bodies, a sentence for their doc strings.
+extern const std::string embedded_attitude;
+
+}  // namespace atwood
