@@ -22,6 +22,7 @@ add_library(atwood_engine STATIC
   forces/thruster.cpp
   integrators/adaptive.cpp
   integrators/catalogue.cpp
+  integrators/collocation_nodes.cpp
   integrators/composition_methods.cpp
   integrators/conserving_methods.cpp
   integrators/explicit_methods.cpp
