@@ -19,7 +19,7 @@ enum ExitCode { exit_pass = 0, exit_gate = 1, exit_input = 2, exit_cell = 3, exi
 
 struct Options {
   std::string program;                    // the words of this call, for the report
-  std::string study;                      // a file; empty: the default study
+  std::string study;                      // a file, or an id of validation/study; empty: the default study
   std::vector<std::string> scenarios;     // ids, globs or files
   std::vector<std::string> methods;
   std::vector<std::int64_t> steps;
@@ -55,6 +55,7 @@ struct Selection {
   std::vector<Scenario> scenarios;
   std::vector<Worker> workers;
   std::vector<Cell> cells;
+  std::string study;       // the study's id
   bool narrowed = false;   // gates left without cells are dropped
 };
 std::vector<Gate> read_all_gates(const Place& place);  // the catalogue's own, file by file

@@ -54,7 +54,7 @@ void declare_commands(Parser& p) {
   describe->add_option("SCENE", o.input, "A file or a catalogue id")->required();
 
   auto* run = p.add("run", "Run a study: measure, judge, report", command_run);
-  run->add_option("STUDY", o.study, "A study file (the default study unless given)");
+  run->add_option("STUDY", o.study, "A study file, or the id of one of the catalogue's (the default study unless given)");
   p.running(run);
 
   auto* trace = p.add("trace", "The motion as CSV; --method truth prints the truth and its bars", command_trace);

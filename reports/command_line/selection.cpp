@@ -5,7 +5,7 @@
 #include <set>
 #include <thread>
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "reports/command_line/command_line.hpp"
 #include "scene/files.hpp"
@@ -96,15 +96,53 @@ std::string with_own_files(const Place& place, const Options& options, const Sel
     text.replace(at, by_id.size(), "--scenario " + word(scenario.path) + " ");
   }
   if (text.empty()) return text;
+  if (const std::string run = "atwood run "; !options.study.empty() && text.find(run) != std::string::npos) {
+    text.insert(text.find(run) + run.size(), word(options.study) + " ");
+  }
   for (const auto& engine : options.engines) text += " --engine " + word(engine);
   if (!options.tolerances.empty()) text += " --tolerances " + word(options.tolerances);
   return text;
+}
+
+// A study argument that is no file is one of the catalogue's.
+std::string study_path(const Place& place, const std::string& study) {
+  const std::string folder = place.source_dir + "/validation/study/";
+  if (study.empty()) return folder + "default.toml";
+  if (fs::exists(study)) return study;
+  const bool looks_like_file = study.find('/') != std::string::npos || study.ends_with(".toml");
+  if (!looks_like_file && fs::exists(folder + study + ".toml")) return folder + study + ".toml";
+  if (looks_like_file) return study;
+  std::set<std::string> known;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path().extension() == ".toml") known.insert(entry.path().stem().string());
+  }
+  throw InputError(fmt::format("no study `{}` in the catalogue and no file of that name; expected a file or one of {}", study,
+                               fmt::join(known, ", ")));
+}
+
+// Of a study's cells those of the wanted methods, by the whole id or by the part before tolerance and suffixes.
+std::vector<Cell> cells_of_methods(const std::vector<Cell>& cells, const std::vector<std::string>& wanted) {
+  std::vector<Cell> left;
+  for (const Cell& cell : cells) {
+    const std::string base = cell.method.substr(0, cell.method.find_first_of(":+@{"));
+    if (std::any_of(wanted.begin(), wanted.end(), [&](const std::string& method) {
+          return method == cell.method || glob_match(method, cell.method) || glob_match(method, base);
+        })) left.push_back(cell);
+  }
+  return left;
 }
 
 std::vector<std::string> engine_methods(const Worker& worker) {
   std::vector<std::string> ids;
   for (const auto& info : worker.engine.methods) ids.push_back(info.id);
   return ids;
+}
+
+// Only the scenarios that have cells.
+void keep_used(Selection& selection) {
+  std::set<std::string> used;
+  for (const auto& cell : selection.cells) used.insert(cell.scenario.id);
+  std::erase_if(selection.scenarios, [&](const Scenario& scenario) { return !used.contains(scenario.id); });
 }
 
 }  // namespace
@@ -118,14 +156,23 @@ Selection select_cells(const Place& place, const Options& options) {
       throw InputError(fmt::format("--engine {}: {}: {}", worker.path, to_string(worker.status), worker.reason));
     }
   }
-  const std::string default_study = place.source_dir + "/validation/study/default.toml";
-  Study study = read_study(options.study.empty() ? default_study : options.study);
+  Study study = read_study(study_path(place, options.study));
+  selection.study = study.id;
   selection.narrowed = !options.scenarios.empty() || !options.methods.empty() || !options.steps.empty() || !options.study.empty();
   check_methods(options.methods, selection.workers);
   selection.scenarios = choose_scenarios(place, options.scenarios);
 
-  const bool own_choice = !options.methods.empty();
-  if (own_choice) {  // the command line's methods on the command line's scenarios, whatever the study pairs
+  if (!options.methods.empty() && !options.study.empty()) {  // a part of the study that was named, as the study has it
+    if (!options.steps.empty()) {
+      for (auto& cells : study.cells) cells.steps = options.steps;
+    }
+    selection.cells = cells_of_methods(plan_cells(study, selection.scenarios, selection.workers, place.provenance.cpu), options.methods);
+    if (!selection.cells.empty()) {
+      keep_used(selection);
+      return selection;
+    }
+  }
+  if (!options.methods.empty()) {  // the command line's methods on the command line's scenarios, whatever the study pairs
     StudyCells cells{.scenarios = {"*"}, .methods = options.methods, .steps = {}, .repeats = 5, .sweep = {}};
     study.cells = {cells};
   } else {
@@ -157,10 +204,7 @@ Selection select_cells(const Place& place, const Options& options) {
   }
   selection.cells = plan_cells(study, selection.scenarios, selection.workers, place.provenance.cpu);
   if (selection.cells.empty()) throw InputError("nothing to run: no cell is left of this study; `atwood list` shows ids and methods");
-  // Keep only scenarios that have cells.
-  std::set<std::string> used;
-  for (const auto& cell : selection.cells) used.insert(cell.scenario.id);
-  std::erase_if(selection.scenarios, [&](const Scenario& scenario) { return !used.contains(scenario.id); });
+  keep_used(selection);
   return selection;
 }
 
@@ -196,11 +240,15 @@ std::vector<Verdict> judge_selection(const Place& place, const Options& options,
   } else {
     gates = read_all_gates(place);
   }
+  // Gates of a study judge its runs alone; they stay when they have no cells, unless the command line narrowed the run.
+  std::erase_if(gates, [&](const Gate& gate) { return !gate.study.empty() && gate.study != selection.study; });
+  const bool whole_study = options.scenarios.empty() && options.methods.empty() && options.steps.empty();
   if (selection.narrowed) {
     // A narrowed run drops the gates that it leaves without cells, and with --steps those of a whole ladder.
     std::erase_if(gates, [&](const Gate& gate) {
       const bool of_ladder = gate.metric.rfind("order-", 0) == 0 || gate.metric.rfind("growth-", 0) == 0;
       if (of_ladder && !options.steps.empty()) return true;
+      if (whole_study && !gate.study.empty()) return false;
       return std::none_of(selection.cells.begin(), selection.cells.end(), [&](const Cell& cell) {
         return glob_match(gate.scenario, cell.scenario.id) && glob_match(gate.method, cell.method) &&
                (!gate.steps || *gate.steps == cell.plan.steps);

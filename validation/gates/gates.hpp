@@ -17,6 +17,7 @@ struct Gate {
   double low = 0, high = 0;                       // within; max uses high, min uses low, max_ratio uses high
   std::string ratio_to;                           // max_ratio: the other method
   std::string reason;                             // required
+  std::string study;                              // the file's `study = "..."`: it is about that study's runs alone
   std::string origin;                             // file:line
 };
 

@@ -1,4 +1,5 @@
-// Gate files: [[gate]] tables, each with exactly one of within, max, min, max_ratio, and a reason.
+// Gate files: [[gate]] tables, each with exactly one of within, max, min, max_ratio, and a reason. A file that starts with
+// `study = "..."` is about the runs of that study.
 #define TOML_EXCEPTIONS 1
 #include <toml++/toml.h>
 
@@ -144,13 +145,16 @@ std::vector<Gate> read_gates(const std::string& path) {
     refuse(path, error.source(), std::string(error.description()));
   }
   std::vector<Gate> gates;
+  const std::string study = text_of(path, root, "study", false);
   for (auto&& [key, node] : root) {
-    if (key != "gate") refuse(path, key.source(), "unknown key `" + std::string(key.str()) + "`; expected [[gate]]");
+    if (key == "study") continue;
+    if (key != "gate") refuse(path, key.source(), "unknown key `" + std::string(key.str()) + "`; expected [[gate]] or study");
     const toml::array* list = node.as_array();
     if (!list || !list->is_array_of_tables()) refuse(path, key.source(), "`gate` must be a list of tables; expected [[gate]]");
     for (const toml::node& gate : *list) gates.push_back(read_gate(path, *gate.as_table()));
   }
   if (gates.empty()) throw InputError(path + ":1:1: no [[gate]] in the file");
+  for (Gate& gate : gates) gate.study = study;
   return gates;
 }
 

@@ -4,6 +4,7 @@
 // errors, the 95 % half-width for what is fitted (orders, growth exponents, drift).
 #pragma once
 
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -77,6 +78,12 @@ std::vector<Row> fit_ladder(std::span<const Row> cells);
 
 // step-time (median) and step-time-p95 over the timed pass's repeats [s]; none when nothing was timed.
 std::vector<Row> timing_rows(const Outcome& outcome, std::int64_t steps);
+
+// Time of A over time of B from pairs A B A B, a[i] beside b[i]: the median of the pairs' ratios and its 95 % interval by
+// bootstrap over pairs (percentile; 2000 resamples of a fixed seed; fewer than 9 pairs: the range of the ratios). Pairs
+// that are not finite and positive are left out; NaN when none is left.
+struct PairedRatio { double ratio = std::numeric_limits<double>::quiet_NaN(), low = ratio, high = ratio; int pairs = 0; };
+PairedRatio paired_ratio(std::span<const double> a, std::span<const double> b);
 
 // A measured value beside its bar, as reports print it: under three bars it is only an upper limit, "<= v + b".
 std::string format_measure(double value, double bar, int digits = 3);

@@ -89,7 +89,7 @@ class Inspecting(Case):
     def test_usage_errors_exit_2(self):
         for words in ([], ["frobnicate"], ["run", "--frobnicate"], ["trace"], ["list", "everything"], ["describe", "no-such-scene"],
                       ["run", "--scenario", "no-such-*"], ["run", "--method", "atwood/rk5"], ["run", "--method", "bulet64/default"], ["run", "--method", "atwood"],
-                      ["run", *SMALL[:-3], "--steps", "7"], ["run", *SMALL, "-o", "pdf:x"], ["run", "no-such-study.toml"],
+                      ["run", *SMALL[:-3], "--steps", "7"], ["run", *SMALL, "-o", "pdf:x"], ["run", "no-such-study.toml"], ["run", "no-such-study"],
                       ["run", "--engine", "/no/such/engine"], ["trace", "kepler-e0.6", "--method", "nobody/rk4"]):
             self.expect(self.run_in(*words), 2)
 

@@ -52,6 +52,13 @@ TEST_CASE("gates: every kind is read, with its place") {
   CHECK(gates[3].high == 0.5);
 }
 
+TEST_CASE("gates: a file may be about the runs of one study") {
+  const File file("study = \"nightly\"\n" + head + "max = 1\nreason = \"r\"\n");
+  CHECK(read_gates(file.path.string()).at(0).study == "nightly");
+  CHECK(error_of("study = 3\n" + head + "max = 1\nreason = \"r\"\n").find("`study` must be a text") != std::string::npos);
+  CHECK(error_of("studie = \"x\"\n" + head + "max = 1\nreason = \"r\"\n").find("unknown key `studie`") != std::string::npos);
+}
+
 TEST_CASE("gates: what is wrong is named with line, column, and what was expected") {
   CHECK(error_of(head + "witihn = [1, 2]\nreason = \"r\"\n") ==
         ":5:1: unknown key `witihn` in [[gate]]; expected one of scenario, method, metric, steps, within, max, min, max_ratio, "

@@ -1,0 +1,47 @@
+// What resampling needs: draws with replacement, medians, the middle 95 % (Efron and Tibshirani, An Introduction to the
+// Bootstrap, 1993, ch. 13). Private to this room.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "scene/split_mix.hpp"
+
+namespace atwood::metrics {
+
+// Uniform in 0 .. n - 1.
+inline std::size_t draw(SplitMix64& random, std::size_t n) {
+  return std::min(n - 1, static_cast<std::size_t>(random.next_unit() * static_cast<double>(n)));
+}
+
+// A standard normal deviate (Box and Muller 1958).
+inline double draw_normal(SplitMix64& random) {
+  const double u = 1 - random.next_unit(), angle = 6.283185307179586 * random.next_unit();
+  return std::sqrt(-2 * std::log(u)) * std::cos(angle);
+}
+
+// The median; reorders x. Of none: 0.
+inline double median_in_place(std::vector<double>& x) {
+  if (x.empty()) return 0;
+  const auto half = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
+  std::nth_element(x.begin(), half, x.end());
+  if (x.size() % 2 == 1) return *half;
+  return (*std::max_element(x.begin(), half) + *half) / 2;
+}
+
+// The 2.5 and 97.5 percentiles, between neighbours linearly; reorders x.
+struct Interval { double low = 0, high = 0; };
+inline Interval percentiles_95(std::vector<double>& x) {
+  if (x.empty()) return {};
+  std::sort(x.begin(), x.end());
+  const auto at = [&](double p) {
+    const double place = p * static_cast<double>(x.size() - 1);
+    const std::size_t i = std::min(static_cast<std::size_t>(place), x.size() - 1), j = std::min(i + 1, x.size() - 1);
+    return x[i] + (place - static_cast<double>(i)) * (x[j] - x[i]);
+  };
+  return {at(0.025), at(0.975)};
+}
+
+}  // namespace atwood::metrics
