@@ -70,6 +70,7 @@ json gate_json(const Gate& gate) {
     case Gate::Kind::within: out["within"] = {gate.low, gate.high}; break;
     case Gate::Kind::max: out["max"] = gate.high; break;
     case Gate::Kind::min: out["min"] = gate.low; break;
+    case Gate::Kind::within_claim: out["within_claim"] = gate.claim; break;
     case Gate::Kind::max_ratio: out["max_ratio"] = {{"to", gate.ratio_to}, {"value", gate.high}}; break;
   }
   out["reason"] = gate.reason;

@@ -255,7 +255,12 @@ std::vector<Verdict> judge_selection(const Place& place, const Options& options,
       });
     });
   }
-  auto verdicts = judge(gates, rows);
+  std::set<std::tuple<std::string, std::string, std::string, double>> claimed;
+  for (const Cell& cell : selection.cells)
+    if (!cell.claim.empty()) claimed.insert({cell.scenario.id, cell.method, cell.claim, cell.claimed_order});
+  std::vector<Claim> claims;
+  for (const auto& [scenario, method, motion, order] : claimed) claims.push_back({scenario, method, motion, order});
+  auto verdicts = judge(gates_of_claims(gates, claims), rows);
   for (auto& verdict : verdicts) verdict.rerun = with_own_files(place, options, selection, verdict);
   return verdicts;
 }

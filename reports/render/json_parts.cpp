@@ -11,6 +11,7 @@ std::string kind_word(Gate::Kind kind) {
     case Gate::Kind::max: return "max";
     case Gate::Kind::min: return "min";
     case Gate::Kind::max_ratio: return "max_ratio";
+    case Gate::Kind::within_claim: return "within_claim";
   }
   return "";
 }

@@ -113,6 +113,7 @@ std::string figure(double value, int digits) {
 std::string allowed_words(const Verdict& verdict) {
   switch (verdict.gate.kind) {
     case Gate::Kind::within: return fmt::format("[{}, {}]", figure(verdict.allowed_low), figure(verdict.allowed_high));
+    case Gate::Kind::within_claim: return "what is claimed";  // gates_of_claims() made it `within` before judging
     case Gate::Kind::min: return ">= " + figure(verdict.allowed_low);
     case Gate::Kind::max: return "<= " + figure(verdict.allowed_high);
     case Gate::Kind::max_ratio: return fmt::format("<= {} ({} x {})", figure(verdict.allowed_high),

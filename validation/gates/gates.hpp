@@ -13,8 +13,9 @@ namespace atwood {
 struct Gate {
   std::string scenario, method, metric;           // globs
   std::optional<std::int64_t> steps;
-  enum class Kind { within, max, min, max_ratio } kind = Kind::max;
+  enum class Kind { within, max, min, max_ratio, within_claim } kind = Kind::max;
   double low = 0, high = 0;                       // within; max uses high, min uses low, max_ratio uses high
+  std::string claim;                              // within_claim: the class of motion, until claims are known
   std::string ratio_to;                           // max_ratio: the other method
   std::string reason;                             // required
   std::string study;                              // the file's `study = "..."`: it is about that study's runs alone
@@ -34,6 +35,12 @@ struct Verdict {
 };
 
 std::vector<Gate> read_gates(const std::string& path);  // InputError on anything unknown or ambiguous
+
+// A ladder that is to show the order its method claims in a class of motion.
+struct Claim { std::string scenario, method, motion; double order = 0; };
+// Each `within_claim` gate becomes one `within` gate a matching claim: the claimed order, give or take max(0.1, 2 %). Gates
+// on claims that no ladder of this study is to show are left out.
+std::vector<Gate> gates_of_claims(std::span<const Gate> gates, std::span<const Claim> claims);
 std::vector<Verdict> judge(std::span<const Gate> gates, std::span<const Row> rows);  // one a gate x matching row
 std::string to_string(Judgement judgement);
 

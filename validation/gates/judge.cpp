@@ -152,6 +152,28 @@ bool answers_nothing(const Row& row) {
 
 }  // namespace
 
+std::vector<Gate> gates_of_claims(std::span<const Gate> gates, std::span<const Claim> claims) {
+  std::vector<Gate> resolved;
+  for (const Gate& gate : gates) {
+    if (gate.kind != Gate::Kind::within_claim) {
+      resolved.push_back(gate);
+      continue;
+    }
+    for (const Claim& claim : claims) {
+      if (claim.motion != gate.claim || !glob_match(gate.scenario, claim.scenario) || !glob_match(gate.method, claim.method)) continue;
+      Gate one = gate;
+      const double give = std::max(0.1, 0.02 * claim.order);
+      one.scenario = claim.scenario;
+      one.method = claim.method;
+      one.kind = Gate::Kind::within;
+      one.low = claim.order - give;
+      one.high = claim.order + give;
+      resolved.push_back(one);
+    }
+  }
+  return resolved;
+}
+
 std::vector<Verdict> judge(std::span<const Gate> gates, std::span<const Row> rows) {
   std::vector<Verdict> verdicts;
   for (const Gate& gate : gates) {

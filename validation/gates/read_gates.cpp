@@ -17,9 +17,9 @@
 namespace atwood {
 namespace {
 
-constexpr std::array<std::string_view, 9> kKeys = {"scenario", "method", "metric", "steps", "within",
-                                                   "max", "min", "max_ratio", "reason"};
-constexpr std::array<std::string_view, 4> kKinds = {"within", "max", "min", "max_ratio"};
+constexpr std::array<std::string_view, 10> kKeys = {"scenario", "method", "metric", "steps", "within",
+                                                   "max", "min", "max_ratio", "within_claim", "reason"};
+constexpr std::array<std::string_view, 5> kKinds = {"within", "max", "min", "max_ratio", "within_claim"};
 
 std::string place(const std::string& path, const toml::source_region& at) {
   return path + ":" + std::to_string(at.begin.line) + ":" + std::to_string(at.begin.column);
@@ -110,7 +110,7 @@ Gate read_gate(const std::string& path, const toml::table& table) {
     if (std::find(kKeys.begin(), kKeys.end(), name) == kKeys.end())
       refuse(path, key.source(), "unknown key `" + name + "` in [[gate]]" + expected(name, kKeys));
     if (std::find(kKinds.begin(), kKinds.end(), name) == kKinds.end()) continue;
-    if (!kind.empty()) refuse(path, key.source(), "a gate has exactly one of within, max, min, max_ratio; found `" + kind + "` and `" + name + "`");
+    if (!kind.empty()) refuse(path, key.source(), "a gate has exactly one of within, max, min, max_ratio, within_claim; found `" + kind + "` and `" + name + "`");
     kind = name;
   }
   gate.scenario = text_of(path, table, "scenario", true);
@@ -122,10 +122,11 @@ Gate read_gate(const std::string& path, const toml::table& table) {
     if (!value || *value <= 0) refuse(path, steps->source(), "`steps` must be a positive whole number");
     gate.steps = *value;
   }
-  if (kind.empty()) refuse(path, table.source(), "a gate needs exactly one of within, max, min, max_ratio");
+  if (kind.empty()) refuse(path, table.source(), "a gate needs exactly one of within, max, min, max_ratio, within_claim");
   const toml::node& limit = *table.get(kind);
   if (kind == "within") read_within(path, limit, gate);
   else if (kind == "max_ratio") read_ratio(path, limit, gate);
+  else if (kind == "within_claim") { gate.kind = Gate::Kind::within_claim; gate.claim = text_of(path, table, kind, true); }
   else if (kind == "max") { gate.kind = Gate::Kind::max; gate.high = number_of(path, limit, kind); }
   else { gate.kind = Gate::Kind::min; gate.low = number_of(path, limit, kind); }
   return gate;

@@ -70,6 +70,18 @@ std::vector<Offer> expand(const std::string& pattern, const std::vector<Worker>&
   return offers;
 }
 
+double claimed_order(const StudyCells& cells, const Offer& offer) {
+  if (cells.claim.empty() || offer.info == nullptr) return 0;
+  const auto found = offer.info->claimed_order.find(cells.claim);
+  return found == offer.info->claimed_order.end() ? 0 : found->second;
+}
+
+bool claims(const StudyCells& cells, const Offer& offer) {
+  if (cells.claim.empty()) return true;
+  const double order = claimed_order(cells, offer);
+  return order > 0 && order >= cells.least_order && order <= cells.most_order;
+}
+
 // Every combination of the swept settings that this method has; one of none when it has none of them.
 std::vector<Settings> combinations(const StudyCells& cells, const MethodInfo* info) {
   std::vector<Settings> all{{}};
@@ -141,7 +153,9 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
   for (const StudyCells& cells : study.cells) {
     std::vector<Offer> offers;
     for (const std::string& pattern : cells.methods) {
-      for (Offer& offer : expand(pattern, workers)) offers.push_back(std::move(offer));
+      for (Offer& offer : expand(pattern, workers)) {
+        if (claims(cells, offer)) offers.push_back(std::move(offer));
+      }
     }
     for (const Scenario& scenario : catalogue) {
       if (!scenario_matches(cells.scenarios, scenario)) continue;
@@ -158,11 +172,15 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
             const std::string key = scenario.id + "\n" + method + "\n" + std::to_string(steps);
             const auto [place, fresh] = index.emplace(key, planned.size());
             if (!fresh && planned[place->second].repeats >= cells.repeats) {
+              if (!cells.claim.empty()) {
+                planned[place->second].claim = cells.claim;
+                planned[place->second].claimed_order = claimed_order(cells, offer);
+              }
               if (adaptive) break;
               continue;
             }
-            Cell cell{scenario, method, {scenario.t_end_s, steps, scenario.samples}, offer.worker, cells.repeats, {}, {}, {},
-                      Status::not_built, {}};
+            Cell cell{scenario, method, {scenario.t_end_s, steps, scenario.samples}, offer.worker, cells.repeats, cells.claim,
+                      claimed_order(cells, offer), {}, {}, {}, Status::not_built, {}};
             if (offer.worker >= 0) hash_cell(cell, offer, workers, scene_hash, cpu);
             else explain_absence(cell, workers);
             if (fresh) planned.push_back(std::move(cell));

@@ -279,8 +279,9 @@ void StudyRun::accuracy_pass() {
   plan_work();
   std::size_t cells = 0, truths = 0;
   for (const Ladder& ladder : ladders_) cells += ladder.todo.size();
+  const auto timed = std::count_if(cells_.begin(), cells_.end(), [](const Cell& cell) { return cell.repeats > 0; });
   for (const TruthWork& truth : truths_) truths += truth.state == TruthWork::State::pending ? 1 : 0;
-  progress_.expect(truths + cells + (options_.timing ? cells : 0));
+  progress_.expect(truths + cells + (options_.timing ? std::min(cells, static_cast<std::size_t>(timed)) : 0));
   if (cells > 0) {
     std::vector<std::thread> threads;
     for (int i = 0; i < std::max(1, options_.jobs); ++i) threads.emplace_back([this] { work(); });
@@ -299,7 +300,7 @@ std::vector<const Cell*> StudyRun::cells_to_time() {
     if (!run || run->outcome.status != Status::ok) continue;
     const bool first = timed_ladders.insert(cell.scenario.id + "\n" + cell.method).second;
     if (run->wall_ns > kLongRunNs && !first) continue;
-    if (!store_.timing(cell.timing_hash)) by_worker[cell.worker].push_back(&cell);
+    if (cell.repeats > 0 && !store_.timing(cell.timing_hash)) by_worker[cell.worker].push_back(&cell);
   }
   std::vector<const Cell*> cells;
   for (const auto& [worker, some] : by_worker) cells.insert(cells.end(), some.begin(), some.end());

@@ -19,8 +19,10 @@ struct StudyCells {
   std::vector<std::string> scenarios;            // globs over ids, "tag:smooth"
   std::vector<std::string> methods;              // ids and globs over what the engines list
   std::vector<std::int64_t> steps;               // empty: the scenario's own ladder
-  int repeats = 5;
-  std::map<std::string, std::vector<SettingValue>> sweep;
+  int repeats = 5;                               // of the timed pass; 0: none
+  std::map<std::string, std::vector<SettingValue>> sweep = {};
+  std::string claim = {};                        // a class of motion: only methods that claim an order in it
+  double least_order = 0, most_order = 1e9;      // ... and that order within these
 };
 struct Study { std::string id; std::vector<StudyCells> cells; };
 Study read_study(const std::string& path);       // InputError
@@ -44,6 +46,8 @@ struct Cell {
   Plan plan;
   int worker = -1;                               // index; -1: no engine offers the method (not built)
   int repeats = 5;
+  std::string claim;                             // class of motion whose claimed order this cell's ladder is to show
+  double claimed_order = 0;
   std::string accuracy_hash, timing_hash, settings_hash;
   Status absent = Status::not_built;             // worker -1: why there is none
   std::string absent_reason;

@@ -78,10 +78,25 @@ struct StudyFile {
     return sweep;
   }
 
+  // claim = "rotation", orders = [4, 6]: the methods that claim an order from 4 to 6 in this class of motion.
+  void read_claim(const toml::node& claim, const toml::node* orders, StudyCells& cells) const {
+    static const std::array known{"point-mass", "velocity-dependent", "rotation", "contact"};
+    const auto name = claim.value_exact<std::string>();
+    if (!name || std::find(known.begin(), known.end(), *name) == known.end())
+      refuse(claim.source(), "`claim`: expected a class of motion: point-mass, velocity-dependent, rotation or contact");
+    cells.claim = *name;
+    if (!orders) return;
+    const toml::array* pair = orders->as_array();
+    if (!pair || pair->size() != 2 || !pair->get(0)->is_number() || !pair->get(1)->is_number())
+      refuse(orders->source(), "`orders`: expected two numbers, [least, most]");
+    cells.least_order = *pair->get(0)->value<double>();
+    cells.most_order = *pair->get(1)->value<double>();
+  }
+
   StudyCells cells(const toml::node& node) const {
     const toml::table* table = node.as_table();
     if (!table) refuse(node.source(), "expected [[cells]] to be tables");
-    check_keys(*table, std::array{"scenarios", "methods", "steps", "repeats", "sweep"}, "[[cells]]");
+    check_keys(*table, std::array{"scenarios", "methods", "steps", "repeats", "sweep", "timing", "claim", "orders"}, "[[cells]]");
     StudyCells cells;
     cells.scenarios = strings(*table, "scenarios");
     cells.methods = strings(*table, "methods");
@@ -97,6 +112,13 @@ struct StudyFile {
     if (const toml::node* repeats = table->get("repeats")) {
       cells.repeats = static_cast<int>(positive(*repeats, "repeats", 10000));
     }
+    if (const toml::node* timing = table->get("timing")) {
+      const auto flag = timing->value_exact<bool>();
+      if (!flag) refuse(timing->source(), "`timing`: expected true or false");
+      if (!*flag) cells.repeats = 0;
+    }
+    if (const toml::node* claim = table->get("claim")) read_claim(*claim, table->get("orders"), cells);
+    else if (const toml::node* orders = table->get("orders")) refuse(orders->source(), "`orders` needs `claim`");
     if (const toml::node* values = table->get("sweep")) cells.sweep = sweep(*values);
     return cells;
   }

@@ -158,6 +158,30 @@ TEST_CASE("judge: ratios against another method's row of the same cell; none of 
   CHECK(judged(gate, coarser) == Judgement::not_run);
 }
 
+TEST_CASE("a gate on claims becomes one gate a claimed ladder: the claimed order, give or take max(0.1, 2 %)") {
+  Gate claimed = gate_of(Gate::Kind::within_claim, 0, 0, "order-position");
+  claimed.scenario = "*";
+  claimed.method = "atwood/*";
+  claimed.claim = "point-mass";
+  const Gate other = gate_of(Gate::Kind::max, 0, 1);
+  const std::vector<Claim> claims = {{"kepler-e0.6", "atwood/rk4", "point-mass", 4},
+                                     {"kepler-e0.6", "atwood/radau15@quad", "point-mass", 15},
+                                     {"free-box", "atwood/rk4", "rotation", 4},
+                                     {"kepler-e0.6", "cvode/adams", "point-mass", 5}};
+  const std::vector<Gate> gates = gates_of_claims(std::vector<Gate>{claimed, other}, claims);
+  REQUIRE(gates.size() == 3);
+  CHECK(gates[0].method == "atwood/rk4");
+  CHECK(gates[0].kind == Gate::Kind::within);
+  CHECK(gates[0].low == Approx(3.9));
+  CHECK(gates[0].high == Approx(4.1));
+  CHECK(gates[1].method == "atwood/radau15@quad");
+  CHECK(gates[1].low == Approx(14.7));
+  CHECK(gates[1].high == Approx(15.3));
+  CHECK(gates[2].kind == Gate::Kind::max);
+  CHECK(judged(gates[0], {row_of("order-position", 4.2, 0.02)}) == Judgement::fail);
+  CHECK(gates_of_claims(std::vector<Gate>{claimed}, {}).empty());
+}
+
 TEST_CASE("globs") {
   CHECK(glob_match("kepler-*", "kepler-e0.6"));
   CHECK(glob_match("*", ""));

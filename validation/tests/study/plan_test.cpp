@@ -88,6 +88,32 @@ TEST_CASE("a cell named twice is planned once") {
   CHECK(cells[0].repeats == 5);
 }
 
+TEST_CASE("cells of a claim: only methods that claim an order in that class of motion, within the orders asked for") {
+  std::vector<Worker> workers = table();
+  workers[0].engine.methods[0].claimed_order = {{"point-mass", 4}, {"rotation", 2}};
+  workers[0].engine.methods[1].claimed_order = {{"point-mass", 8}};
+  StudyCells cells{{"one"}, {"demo/*@quad", "other/*"}, {8}, 0};
+  cells.claim = "point-mass";
+  cells.least_order = 3;
+  cells.most_order = 6;
+  const std::vector<Cell> planned = plan(cells, workers);
+  REQUIRE(ids(planned) == std::vector<std::string>{"one demo/a@quad 8"});
+  CHECK(planned[0].claim == "point-mass");
+  CHECK(planned[0].claimed_order == 4);
+  CHECK(planned[0].repeats == 0);
+  cells.claim = "rotation";
+  CHECK(plan(cells, workers).empty());
+
+  const Study study = read("id = 'x'\n[[cells]]\nscenarios = ['a']\nmethods = ['b/c']\nclaim = 'rotation'\norders = [2, 3]\ntiming = false\n");
+  CHECK(study.cells[0].claim == "rotation");
+  CHECK(study.cells[0].most_order == 3);
+  CHECK(study.cells[0].repeats == 0);
+  CHECK_THROWS_WITH(read("id = 'x'\n[[cells]]\nscenarios = ['a']\nmethods = ['b/c']\nclaim = 'flight'\n"),
+                    Catch::Contains(":5:") && Catch::Contains("class of motion"));
+  CHECK_THROWS_WITH(read("id = 'x'\n[[cells]]\nscenarios = ['a']\nmethods = ['b/c']\norders = [1, 2]\n"),
+                    Catch::Contains("needs `claim`"));
+}
+
 TEST_CASE("a hash changes with all that decides a run, and with nothing else") {
   const auto hash = [](const std::function<void(Scenario&, std::vector<Worker>&, StudyCells&, std::string&)>& change) {
     Scenario scenario = free_flight("one");
