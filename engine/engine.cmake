@@ -2,8 +2,10 @@
 add_library(atwood_engine STATIC
   simulation.cpp
   smooth.cpp
+  threads.cpp
   math/principal_axes.cpp
   math/scalar.cpp
+  math/vector_width.cpp
   rigid/bare_problems.cpp
   rigid/free_top.cpp
   rigid/model.cpp
@@ -11,6 +13,8 @@ add_library(atwood_engine STATIC
   forces/attractor.cpp
   forces/coulomb.cpp
   forces/drive.cpp
+  forces/gravity_many.cpp
+  forces/gravity_pairs.cpp
   forces/linear_drag.cpp
   forces/lorentz.cpp
   forces/mutual_gravity.cpp

@@ -22,6 +22,27 @@ std::string method_fault(const MethodId& id) {
   return "";
 }
 
+constexpr std::int64_t most_threads = 256;
+
+// How rates are computed, from a method's settings; a value out of range is said in `why`.
+ModelOptions model_options(const MethodId& id, std::string& why) {
+  ModelOptions options;
+  const MethodInfo* info = find_integrator(id.scheme);
+  if (info == nullptr) return options;
+  const Settings settings = merged_settings(*info, id.overrides, why);
+  if (!why.empty() || settings.count("gravity") == 0) return options;
+  const auto& gravity = std::get<std::string>(settings.at("gravity"));
+  const auto threads = std::get<std::int64_t>(settings.at("threads"));
+  if (gravity == "direct") options.gravity.sum = GravityOptions::Sum::direct;
+  else if (gravity == "tree") options.gravity.sum = GravityOptions::Sum::tree;
+  else if (gravity != "auto") why = info->id + ": gravity is auto, direct or tree, not `" + gravity + "`";
+  options.gravity.opening = std::get<double>(settings.at("opening"));
+  if (!(options.gravity.opening > 0 && options.gravity.opening < 1)) why = info->id + ": opening is above 0 and below 1";
+  if (threads < 1 || threads > most_threads) why = info->id + ": threads are 1 to " + std::to_string(most_threads);
+  options.threads = static_cast<int>(threads);
+  return options;
+}
+
 Outcome run_in_contact(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer,
                        int repeats) {
   if (id.response.empty()) return refuse("atwood/" + id.scheme + " has no contact response; use +impulse or +event");
@@ -54,13 +75,18 @@ bool contacts_possible(const Scene& scene) {
 
 template <class S> Simulation<S> prepare(const MethodId& id, const Scene& scene) {
   Simulation<S> simulation;
-  simulation.model = std::make_unique<RigidModel<S>>(scene);
+  std::string why;
+  const ModelOptions options = model_options(id, why);
+  if (!why.empty()) {
+    simulation.outcome = refuse(why);
+    return simulation;
+  }
+  simulation.model = std::make_unique<RigidModel<S>>(scene, options);
   RigidModel<S>& model = *simulation.model;
   if (!model.unsupported().empty()) {
     simulation.outcome = refuse(model.unsupported());
     return simulation;
   }
-  std::string why;
   simulation.stepper = make_stepper<S>(id.scheme, model, why, id.overrides);
   if (simulation.stepper == nullptr) {
     simulation.outcome = refuse(why);

@@ -10,6 +10,8 @@
 
 namespace atwood {
 
+class Team;
+
 // Where a body's twelve or six scalars are: in the state, or (fixed or held) in an array of its own.
 template <class S> struct Slot {
   int offset = -1;            // of p_WB in the state; -1: fixed
@@ -46,8 +48,16 @@ template <class S> class ForceTerm {
 // One file a force. A factory throws Unsupported for what the engine has no law for.
 struct Unsupported { std::string reason; };
 
+// How mutual gravity is summed: over all pairs, or by a tree with multipoles (gravity_tree.hpp).
+struct GravityOptions {
+  enum class Sum { automatic, direct, tree } sum = Sum::automatic;  // automatic: direct up to `direct_bodies`
+  double opening = 0.5;                                             // of the tree
+  Team* team = nullptr;                                             // null: one thread
+};
+inline constexpr int direct_bodies = 10000;
+
 template <class S> using TermPointer = std::unique_ptr<ForceTerm<S>>;
-template <class S> TermPointer<S> make_term(const MutualGravity&, const Scene&);
+template <class S> TermPointer<S> make_term(const MutualGravity&, const Scene&, const GravityOptions&);
 template <class S> TermPointer<S> make_term(const Attractor&, const Scene&);
 template <class S> TermPointer<S> make_term(const LinearDrag&, const Scene&);
 template <class S> TermPointer<S> make_term(const QuadraticDrag&, const Scene&);

@@ -1,4 +1,4 @@
-#include "forces/force.hpp"
+#include "forces/gravity_many.hpp"
 
 namespace atwood {
 namespace {
@@ -24,7 +24,8 @@ template <class S> struct GravityTerm final : ForceTerm<S> {
 
 }  // namespace
 
-template <class S> TermPointer<S> make_term(const MutualGravity& force, const Scene& scene) {
+template <class S> TermPointer<S> make_term(const MutualGravity& force, const Scene& scene, const GravityOptions& options) {
+  if (auto many = make_many_body_gravity<S>(force, scene, options)) return many;
   auto term = std::make_unique<GravityTerm<S>>();
   term->bodies = force.bodies;
   for (const int i : force.bodies) term->Gm.push_back(S(force.constant_m3_per_kg_s2) * S(scene.bodies[i].mass_kg));
@@ -32,9 +33,9 @@ template <class S> TermPointer<S> make_term(const MutualGravity& force, const Sc
   return term;
 }
 
-template TermPointer<float> make_term<float>(const MutualGravity&, const Scene&);
-template TermPointer<double> make_term<double>(const MutualGravity&, const Scene&);
-template TermPointer<long double> make_term<long double>(const MutualGravity&, const Scene&);
-template TermPointer<Quad> make_term<Quad>(const MutualGravity&, const Scene&);
+template TermPointer<float> make_term<float>(const MutualGravity&, const Scene&, const GravityOptions&);
+template TermPointer<double> make_term<double>(const MutualGravity&, const Scene&, const GravityOptions&);
+template TermPointer<long double> make_term<long double>(const MutualGravity&, const Scene&, const GravityOptions&);
+template TermPointer<Quad> make_term<Quad>(const MutualGravity&, const Scene&, const GravityOptions&);
 
 }  // namespace atwood

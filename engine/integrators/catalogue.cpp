@@ -16,7 +16,11 @@ std::map<std::string, double> claims_everywhere(double order) {
 
 MethodInfo fixed_step(const std::string& scheme, std::map<std::string, double> claims, const std::string& doc,
                       const std::string& source) {
-  return {"atwood/" + scheme, doc, source, std::move(claims), false, {{"scalar", std::string("double")}, {"compensated", false}}};
+  return {"atwood/" + scheme, doc, source, std::move(claims), false, {{"scalar", std::string("double")},
+           {"compensated", false},
+           {"gravity", std::string("auto")},
+           {"opening", GravityOptions{}.opening},
+           {"threads", std::int64_t(1)}}};
 }
 
 MethodInfo with_tolerance(const std::string& scheme, std::map<std::string, double> claims, const std::string& doc,

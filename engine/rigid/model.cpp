@@ -40,7 +40,8 @@ bool is_on(const std::vector<Interval>& on_s, double t_s) {
 
 }  // namespace
 
-template <class S> RigidModel<S>::RigidModel(const Scene& scene) : gravity_(narrow3<S>(scene.gravity_m_per_s2)) {
+template <class S> RigidModel<S>::RigidModel(const Scene& scene, const ModelOptions& options)
+    : team_(options.threads > 1 ? std::make_unique<Team>(options.threads) : nullptr), gravity_(narrow3<S>(scene.gravity_m_per_s2)) {
   system_.context = this;
   build_bodies(scene);
   if (!scene.problem.empty()) {
@@ -52,7 +53,9 @@ template <class S> RigidModel<S>::RigidModel(const Scene& scene) : gravity_(narr
     return;
   }
   try {
-    build_forces(scene);
+    GravityOptions gravity = options.gravity;
+    gravity.team = team_.get();
+    build_forces(scene, gravity);
   } catch (const Unsupported& u) {
     unsupported_ = u.reason;
   }
@@ -93,9 +96,14 @@ template <class S> void RigidModel<S>::build_bodies(const Scene& scene) {
   }
 }
 
-template <class S> void RigidModel<S>::build_forces(const Scene& scene) {
+template <class S> void RigidModel<S>::build_forces(const Scene& scene, const GravityOptions& gravity) {
   for (const Force& force : scene.forces) {
-    terms_.push_back(std::visit([&](const auto& f) { return make_term<S>(f, scene); }, force));
+    terms_.push_back(std::visit(
+        [&](const auto& f) {
+          if constexpr (std::is_same_v<decltype(f), const MutualGravity&>) return make_term<S>(f, scene, gravity);
+          else return make_term<S>(f, scene);
+        },
+        force));
     velocity_dependent_ = velocity_dependent_ || terms_.back()->velocity_dependent();
     for (const Interval& on : terms_.back()->on_s)
       for (double t : {on.from_s, on.to_s})

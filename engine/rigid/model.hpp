@@ -16,6 +16,7 @@
 #include "math/principal_axes.hpp"
 #include "protocol/sample.hpp"
 #include "scene/scene.hpp"
+#include "threads.hpp"
 
 namespace atwood {
 
@@ -45,9 +46,15 @@ template <class S> struct MassProperties {
   }
 };
 
+// What a caller may choose about how rates are computed; results but for `gravity.sum` and `gravity.opening` do not depend on it.
+struct ModelOptions {
+  GravityOptions gravity;  // its team is the model's own
+  int threads = 1;
+};
+
 template <class S> class RigidModel {
  public:
-  explicit RigidModel(const Scene& scene);
+  explicit RigidModel(const Scene& scene, const ModelOptions& options = {});
   RigidModel(const RigidModel&) = delete;
   RigidModel& operator=(const RigidModel&) = delete;
 
@@ -79,15 +86,17 @@ template <class S> class RigidModel {
   // gyroscopic term; every other entry is left as it is.
   void accelerations(S t_s, const S* y, S* dydt);
   void normalise(S* y) const;              // unit quaternions
+  Team* team() const { return team_.get(); }  // null: one thread
 
  private:
   static void rate_of(void* context, S t_s, const S* y, S* dydt);
   static void project_of(void* context, S* y);
   void add_loads(S t_s, const S* y);
   void build_bodies(const Scene& scene);
-  void build_forces(const Scene& scene);
+  void build_forces(const Scene& scene, const GravityOptions& gravity);
 
   std::string unsupported_;
+  std::unique_ptr<Team> team_;             // outlives the terms, which use it
   bool bare_problem_ = false, velocity_dependent_ = false;
   int state_size_ = 0;
   std::vector<Slot<S>> slots_;

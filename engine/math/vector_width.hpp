@@ -1,0 +1,35 @@
+// Loops over lanes, run at the machine's own vector width: one source, three builds of it in the same binary.
+//
+//   at_width(widest_vectors(), [&]() __attribute__((always_inline)) { loops over lanes });
+//
+// The kernel is inlined into a function of each instruction set, and the compiler lays its lane loops out anew there. Each lane
+// is computed by the same IEEE operations in the same order at every width (no contraction, no approximate instructions, no
+// sum across lanes), so the bits do not depend on the machine. What the kernel calls must be always_inline, too.
+#pragma once
+
+// What a lane kernel is made of.
+#define ATWOOD_INLINE [[gnu::always_inline]] inline
+
+namespace atwood {
+
+enum class VectorWidth { narrow, v3, v4 };  // the plain target; x86-64-v3 (AVX2: 256 bits); x86-64-v4 (AVX-512)
+
+// The widest that this machine runs.
+VectorWidth widest_vectors();
+
+#if defined(__x86_64__)
+template <class Kernel> [[gnu::target("arch=x86-64-v4,prefer-vector-width=512"), gnu::noinline]] void run_at_v4(const Kernel& kernel) {
+  kernel();
+}
+template <class Kernel> [[gnu::target("arch=x86-64-v3"), gnu::noinline]] void run_at_v3(const Kernel& kernel) { kernel(); }
+
+template <class Kernel> void at_width(VectorWidth width, const Kernel& kernel) {
+  if (width == VectorWidth::v4) run_at_v4(kernel);
+  else if (width == VectorWidth::v3) run_at_v3(kernel);
+  else kernel();
+}
+#else
+template <class Kernel> void at_width(VectorWidth, const Kernel& kernel) { kernel(); }
+#endif
+
+}  // namespace atwood
