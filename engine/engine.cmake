@@ -31,9 +31,12 @@ add_library(atwood_engine STATIC
   integrators/conserving_methods.cpp
   integrators/explicit_methods.cpp
   integrators/high_precision_methods.cpp
-  integrators/implicit_euler.cpp
+  integrators/implicit_alpha.cpp
   integrators/implicit_methods.cpp
+  integrators/implicit_runge_kutta.cpp
   integrators/implicit_solver.cpp
+  integrators/implicit_stages.cpp
+  integrators/implicit_tableaux.cpp
   integrators/kick_drift.cpp
   integrators/leapfrog.cpp
   integrators/multistep_methods.cpp

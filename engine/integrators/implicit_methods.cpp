@@ -1,20 +1,91 @@
 // Implicit one-step methods: what they are called, and their steppers.
 #include "integrators/families.hpp"
-#include "integrators/implicit_euler.hpp"
+#include "integrators/implicit_alpha.hpp"
+#include "integrators/implicit_runge_kutta.hpp"
+#include "integrators/implicit_tableaux.hpp"
 
 namespace atwood {
+namespace {
+
+const std::string solved_how =
+    " Stage equations are solved to the round-off of the scalar, by sweeps where they contract fast, else by simplified "
+    "Newton iteration on the same equations: its Jacobian, by differences, only preconditions, so the solver has no "
+    "tolerance that could enter the order.";
+const std::string gauss_attitude =
+    " A rotating body's quaternion is integrated as four numbers, q' = 1/2 q (0, w), beside Euler's equations in body axes; "
+    "its length is a quadratic invariant, which the method keeps to round-off with no projection.";
+
+MethodInfo gauss(const std::string& scheme, int stages, const std::string& name) {
+  const int order = 2 * stages;
+  return fixed_step(scheme, claims_everywhere(order),
+                    name + ": collocation at the zeros of Legendre's polynomial of degree " + std::to_string(stages) +
+                        ", of order " + std::to_string(order) +
+                        "; symplectic, reversible, A-stable without damping at infinity; quadratic invariants stay." +
+                        solved_how + gauss_attitude,
+                    "Butcher, Math. Comp. 18 (1964) 50; Hairer, Wanner, Solving ODEs II (2nd ed.), section IV.5; Hairer, "
+                    "Lubich, Wanner, Geometric Numerical Integration (2nd ed.), VIII.6");
+}
+
+MethodInfo generalised_alpha() {
+  MethodInfo info = fixed_step(
+      "generalised-alpha", claims_everywhere(2),
+      "The law is met at t + h / (1 + rho): positions and velocities by the second-order form, attitudes and body rates by the "
+      "first-order one. rho_infinity, in [0, 1], is the spectral radius for infinitely stiff components: 1 keeps them, 0 "
+      "removes them in one step." + solved_how,
+      "Chung, Hulbert, J. Appl. Mech. 60 (1993) 371, eq. 17, 20 and 25; Jansen, Whiting, Hulbert, Comput. Methods Appl. Mech. "
+      "Eng. 190 (2000) 305, eq. 19 and 24");
+  info.settings["rho_infinity"] = 0.8;
+  return info;
+}
+
+}  // namespace
 
 std::vector<MethodInfo> implicit_methods() {
   return {
-      fixed_step("implicit-euler", claims_everywhere(1),
-                 "y_new = y + h f(t + h, y_new), solved to round-off by fixed-point sweeps, or by simplified Newton "
-                 "iteration where they contract slowly." +
-                     embedded_attitude,
-                 "Hairer, Wanner, Solving ODEs II (2nd ed.), eq. IV.1.8")};
+      fixed_step("implicit-euler", claims_everywhere(1), "y_new = y + h f(t + h, y_new); L-stable." + solved_how + embedded_attitude,
+                 "Hairer, Wanner, Solving ODEs II (2nd ed.), eq. IV.1.8"),
+      fixed_step("trapezoid", claims_everywhere(2),
+                 "y_new = y + h/2 (f(t, y) + f(t + h, y_new)); A-stable without damping at infinity." + solved_how + embedded_attitude,
+                 "Dahlquist, BIT 3 (1963) 27; Hairer, Norsett, Wanner, Solving ODEs I (2nd ed.), eq. II.7.4"),
+      gauss("implicit-midpoint", 1, "y_new = y + h f(t + h/2, (y + y_new) / 2), the implicit midpoint rule"),
+      gauss("gauss2", 1, "Gauss's method of one stage, the implicit midpoint rule"),
+      gauss("gauss4", 2, "Gauss's method of two stages (Hammer and Hollingsworth)"),
+      gauss("gauss6", 3, "Gauss's method of three stages (Kuntzmann and Butcher)"),
+      gauss("gauss8", 4, "Gauss's method of four stages (Kuntzmann and Butcher)"),
+      with_tolerance("radau5", claims_everywhere(5),
+                     "Radau IIA of three stages: collocation with c_3 = 1, of order 5, L-stable. Without a tolerance: equal steps. "
+                     "With one: PI step control by the embedded estimate of order 3, filtered where the system is stiff; samples "
+                     "by a shorter step of the same method." + solved_how + embedded_attitude,
+                     "Hairer, Wanner, Solving ODEs II (2nd ed.), table IV.5.6 and section IV.8"),
+      fixed_step("sdirk2", claims_everywhere(2),
+                 "Singly diagonally implicit, two stages, gamma = 1 - 1/sqrt 2, order 2, L-stable." + solved_how + embedded_attitude,
+                 "Alexander, SIAM J. Numer. Anal. 14 (1977) 1006, theorem 5"),
+      fixed_step("sdirk4", claims_everywhere(4),
+                 "Singly diagonally implicit, five stages, gamma = 1/4, order 4, L-stable." + solved_how + embedded_attitude,
+                 "Hairer, Wanner, Solving ODEs II (2nd ed.), table IV.6.5"),
+      generalised_alpha()};
 }
 
 template <class S> StepperPointer<S> make_implicit(StepperRequest<S>& request) {
-  if (request.scheme == "implicit-euler") return std::make_unique<ImplicitEuler<S>>(request.model.system());
+  const std::string& scheme = request.scheme;
+  System<S>& system = request.model.system();
+  const auto runge_kutta = [&](const CollocationTableau& tableau, bool projects, bool estimates = false) {
+    const ImplicitOptions options{request.flag("compensated"), projects, estimates};
+    return std::make_unique<ImplicitRungeKutta<S>>(system, tableau, options);
+  };
+  if (scheme == "implicit-euler") return runge_kutta(radau_right_collocation(1), true);
+  if (scheme == "trapezoid") return runge_kutta(trapezoid_tableau(), true);
+  if (scheme == "implicit-midpoint" || scheme == "gauss2") return runge_kutta(gauss_collocation(1), false);
+  if (scheme == "gauss4") return runge_kutta(gauss_collocation(2), false);
+  if (scheme == "gauss6") return runge_kutta(gauss_collocation(3), false);
+  if (scheme == "gauss8") return runge_kutta(gauss_collocation(4), false);
+  if (scheme == "radau5") return runge_kutta(radau_right_collocation(3), true, true);
+  if (scheme == "sdirk2") return runge_kutta(sdirk2_tableau(), true);
+  if (scheme == "sdirk4") return runge_kutta(sdirk4_tableau(), true);
+  if (scheme != "generalised-alpha") return nullptr;
+  const double rho = request.number("rho_infinity");
+  if (rho >= 0 && rho <= 1) return std::make_unique<GeneralisedAlpha<S>>(request.model, S(rho), request.flag("compensated"));
+  request.why = "generalised-alpha: rho_infinity must lie in [0, 1]";
   return nullptr;
 }
 

@@ -1,0 +1,48 @@
+// Dense linear systems: Gaussian elimination with row pivots, factored once and solved often.
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "math/scalar.hpp"
+
+namespace atwood {
+
+template <class S> struct DenseLu {
+  explicit DenseLu(int n) : size(n), entry(static_cast<std::size_t>(n) * n), pivot(n) {}
+
+  int size;
+  std::vector<S> entry;    // row-major: the matrix before factor(), L and U after it
+  std::vector<int> pivot;
+
+  S& at(int i, int j) { return entry[static_cast<std::size_t>(i) * size + j]; }
+
+  // A singular matrix leaves entries that are not finite, and so does every solve().
+  void factor() {
+    for (int k = 0; k < size; ++k) {
+      int p = k;
+      for (int i = k + 1; i < size; ++i)
+        if (real::abs(at(i, k)) > real::abs(at(p, k))) p = i;
+      pivot[k] = p;
+      if (p != k)
+        for (int j = 0; j < size; ++j) std::swap(at(k, j), at(p, j));
+      for (int i = k + 1; i < size; ++i) {
+        const S multiple = at(i, k) /= at(k, k);
+        if (multiple == S(0)) continue;
+        for (int j = k + 1; j < size; ++j) at(i, j) -= multiple * at(k, j);
+      }
+    }
+  }
+
+  void solve(S* x) {
+    for (int k = 0; k < size; ++k) std::swap(x[k], x[pivot[k]]);
+    for (int i = 0; i < size; ++i)
+      for (int j = 0; j < i; ++j) x[i] -= at(i, j) * x[j];
+    for (int i = size - 1; i >= 0; --i) {
+      for (int j = i + 1; j < size; ++j) x[i] -= at(i, j) * x[j];
+      x[i] /= at(i, i);
+    }
+  }
+};
+
+}  // namespace atwood

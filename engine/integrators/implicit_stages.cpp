@@ -1,0 +1,180 @@
+#include "integrators/implicit_stages.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace atwood {
+namespace {
+
+std::vector<Quad> inverse(const std::vector<Quad>& a, int n) {
+  DenseLu<Quad> lu(n);
+  lu.entry = a;
+  lu.factor();
+  std::vector<Quad> result(a.size());
+  for (int j = 0; j < n; ++j) {
+    std::vector<Quad> column(n, Quad(0));
+    column[j] = Quad(1);
+    lu.solve(column.data());
+    for (int i = 0; i < n; ++i) result[i * n + j] = column[i];
+  }
+  return result;
+}
+
+template <class S> constexpr S huge = S(1e30f);
+
+// More would follow a change of this size, each the ratio to its forerunner smaller: their sum against a thousandth ulp.
+template <class S> bool rest_is_nothing(S now, S before) {
+  if (now == S(0)) return true;
+  return before < huge<S> && now <= before / S(2) && now * (now / before) * S(2) < real::epsilon<S>() / S(1024);
+}
+
+}  // namespace
+
+template <class S>
+StageSolver<S>::StageSolver(int size, std::vector<Quad> a)
+    : size_(size),
+      stages_(static_cast<int>(std::lround(std::sqrt(static_cast<double>(a.size()))))),
+      a_(a.begin(), a.end()),
+      guess_(static_cast<std::size_t>(size) * stages_),
+      right_(guess_.size()),
+      change_(guess_.size()),
+      shifted_(guess_.size()),
+      held_(stages_),
+      lu_(size * stages_ <= largest_newton ? size * stages_ : 0) {
+  for (const Quad& entry : inverse(a, stages_)) a_inverse_.push_back(S(entry));
+  if (lu_.size > 0) jacobian_.resize(static_cast<std::size_t>(size) * size * stages_);
+}
+
+template <class S>
+bool StageSolver<S>::solve(Rates rates, void* context, S h_s, const S* y, const S* known, S* z, S* k) {
+  rates_ = rates;
+  context_ = context;
+  h_s_ = h_s;
+  y_ = y;
+  known_ = known;
+  std::copy(z, z + guess_.size(), guess_.begin());
+  took_newton_ = false;
+  if (sweep(z, k) == Progress::solved) return true;
+  if (lu_.size == 0) return false;
+  took_newton_ = true;
+  std::fill(z, z + guess_.size(), S(0));  // where the step starts: a stiff system's guess may lie far off
+  if (newton(z, k) == Progress::solved) return true;
+  std::copy(guess_.begin(), guess_.end(), z);
+  return newton(z, k) == Progress::solved;
+}
+
+// Largest change of a component, relative to that component or to a thousandth of the largest.
+template <class S> S StageSolver<S>::relative_size(const S* change, const S* z) const {
+  S bulk = S(0);
+  for (int i = 0; i < size_; ++i)
+    for (int s = 0; s < stages_; ++s) bulk = real::max(bulk, real::abs(y_[i]) + real::abs(z[i * stages_ + s]));
+  if (bulk == S(0)) bulk = S(1);
+  S largest = S(0);
+  for (int i = 0; i < size_; ++i)
+    for (int s = 0; s < stages_; ++s) {
+      const int at = i * stages_ + s;
+      const S ratio = real::abs(change[at]) / real::max(real::abs(y_[i]) + real::abs(z[at]), bulk * S(1e-3));
+      if (!(ratio <= largest)) largest = ratio;  // keeps NaN
+    }
+  return largest;
+}
+
+template <class S> void StageSolver<S>::evaluate_right_side(const S* k, S* right) const {
+  const int n = stages_;
+  for (int i = 0; i < size_; ++i)
+    for (int s = 0; s < n; ++s) {
+      S sum = S(0);
+      for (int j = 0; j < n; ++j) sum += a_[s * n + j] * k[i * n + j];
+      right[i * n + s] = known_[i * n + s] + h_s_ * sum;
+    }
+}
+
+// z <- known + h A k(z). The k of the last sweep is the one that z was made of, so the equations hold between the two.
+template <class S> auto StageSolver<S>::sweep(S* z, S* k) -> Progress {
+  S before = huge<S>;
+  for (int n = 0; n < 150; ++n) {
+    rates_(context_, z, k);
+    evaluate_right_side(k, right_.data());
+    for (std::size_t i = 0; i < right_.size(); ++i) {
+      change_[i] = right_[i] - z[i];
+      z[i] = right_[i];
+    }
+    const S now = relative_size(change_.data(), z);
+    if (!(now < huge<S>)) return Progress::failed;
+    if (rest_is_nothing(now, before)) return Progress::solved;
+    if (now >= before / S(2)) {
+      if (now <= S(256) * real::epsilon<S>()) return Progress::solved;
+      if (n > 2) return Progress::slow;
+    }
+    before = now;
+  }
+  return Progress::slow;
+}
+
+// Of z - known - h A k(z): block (s, j) is delta_sj - h a_sj dk_j/dz_j. One component moves in every stage at a time.
+template <class S> void StageSolver<S>::factor_jacobian(S* z, const S* k) {
+  const int n = stages_;
+  const S root = real::sqrt(real::epsilon<S>());
+  S bulk = S(0);
+  for (int i = 0; i < size_; ++i) bulk = real::max(bulk, real::abs(y_[i]) + real::abs(z[i * n]));
+  for (int c = 0; c < size_; ++c) {
+    const S shift = root * real::max(real::abs(y_[c]) + real::abs(z[c * n]), real::max(bulk * S(1e-3), S(1e-6)));
+    for (int s = 0; s < n; ++s) {
+      held_[s] = z[c * n + s];
+      z[c * n + s] += shift;
+    }
+    rates_(context_, z, shifted_.data());
+    for (int s = 0; s < n; ++s) {
+      const S moved = z[c * n + s] - held_[s];
+      z[c * n + s] = held_[s];
+      for (int i = 0; i < size_; ++i) jacobian_[(i * size_ + c) * n + s] = (shifted_[i * n + s] - k[i * n + s]) / moved;
+    }
+  }
+  for (int i = 0; i < size_; ++i)
+    for (int s = 0; s < n; ++s)
+      for (int c = 0; c < size_; ++c)
+        for (int j = 0; j < n; ++j)
+          lu_.at(i * n + s, c * n + j) =
+              (i == c && s == j ? S(1) : S(0)) - h_s_ * a_[s * n + j] * jacobian_[(i * size_ + c) * n + j];
+  lu_.factor();
+}
+
+// At the end k = A^-1 (z - known) / h: a rate evaluated at a stiff stage would multiply the round-off of z by h lambda
+// (Shampine, ACM Trans. Math. Softw. 6 (1980) 420).
+template <class S> auto StageSolver<S>::newton(S* z, S* k) -> Progress {
+  const int n = stages_;
+  S before = huge<S>;
+  bool solved = false;
+  int factored = 0;
+  for (int iteration = 0; iteration < 80 && !solved; ++iteration) {
+    rates_(context_, z, k);
+    if (iteration == 0 || factored < 0) {
+      factor_jacobian(z, k);
+      factored = 1;
+    }
+    evaluate_right_side(k, right_.data());
+    for (std::size_t i = 0; i < right_.size(); ++i) change_[i] = right_[i] - z[i];
+    lu_.solve(change_.data());
+    for (std::size_t i = 0; i < change_.size(); ++i) z[i] += change_[i];
+    const S now = relative_size(change_.data(), z);
+    if (!(now < huge<S>)) return Progress::failed;
+    solved = rest_is_nothing(now, before) || (now >= before / S(2) && now <= S(4096) * real::epsilon<S>());
+    if (now > before / S(16)) factored = -1;
+    before = now;
+  }
+  if (!solved) return Progress::failed;
+  for (int i = 0; i < size_; ++i)
+    for (int s = 0; s < n; ++s) {
+      S sum = S(0);
+      for (int j = 0; j < n; ++j) sum += a_inverse_[s * n + j] * (z[i * n + j] - known_[i * n + j]);
+      k[i * n + s] = sum / h_s_;
+    }
+  return Progress::solved;
+}
+
+template class StageSolver<float>;
+template class StageSolver<double>;
+template class StageSolver<long double>;
+template class StageSolver<Quad>;
+
+}  // namespace atwood
