@@ -87,7 +87,7 @@ Errors errors(const Problem& problem, const std::string& scheme, std::int64_t st
 
 // Order between the two finest rungs, where the error is well above the truth's own.
 void check_order(double coarse, double fine, double claimed) {
-  if (fine < 1e-14) return;
+  if (fine < 1e-13) return;  // the rounded problem differs from the truth by parts in 1e15
   CHECK(std::log2(coarse / fine) == Approx(claimed).margin(0.2));
 }
 
@@ -95,7 +95,9 @@ TEST_CASE("executed order is the claimed order, per class of motion") {
   for (const Problem& problem : problems())
     for (const MethodInfo& info : integrator_catalogue()) {
       const std::string scheme = info.id.substr(7);
-      const double claimed = info.claimed_order.at(problem.motion);
+      const auto claim = info.claimed_order.find(problem.motion);
+      if (claim == info.claimed_order.end() || claim->second > 5) continue;  // higher ones in quad: study `laboratory`
+      const double claimed = claim->second;
       const std::int64_t steps = claimed == 1 ? 8 * problem.steps : problem.steps;
       const Errors coarse = errors(problem, scheme, steps / 2), fine = errors(problem, scheme, steps);
       INFO(problem.name << " by " << scheme);
