@@ -8,6 +8,7 @@
 #include "scene/scene.hpp"
 #include "validation/gates/gates.hpp"
 #include "validation/metrics/metrics.hpp"
+#include "validation/metrics/work_precision.hpp"
 #include "validation/row.hpp"
 #include "validation/study/study.hpp"
 
@@ -17,6 +18,28 @@ struct BenchFigure { std::string scenario, method; std::int64_t steps; double ns
 
 // A law that predicts a measured figure, printed beside it ("range error = v_x h").
 struct Law { std::string scenario, method, metric, statement; std::int64_t steps; double predicted, measured; std::string unit; };
+
+// A goal of the project, measured beside its rivals in one run (benchmarks/goals.toml).
+struct GoalEntrant {
+  std::string method;                  // empty: nobody
+  std::int64_t steps = 0;
+  double error = 0, bar = 0;           // NaN: the goal asks for no error
+  double seconds = 0, evaluations = 0; // of the run; NaN: not timed, not counted
+  double ns_per_step = 0;
+  bool accurate = false;               // reaches the wanted error
+};
+struct GoalResult {
+  std::string id, title, scenario, metric, unit;
+  double wanted_error = 0;             // NaN: none
+  std::string budget_kind;             // "seconds", "evaluations", "ns_per_step", "ns" (a benchmark's figure), "" (none)
+  double budget = 0;
+  bool reached = false;
+  GoalEntrant ours, rival, uncounted;  // the best of each
+  double ratio = 0;                    // rival's cost over ours, where both reach the error; NaN: not to be had
+  std::string why;                     // what is missing, in words; empty when reached
+};
+
+std::string goal_words(const GoalResult& goal);  // "error-state-end 2e-10 in 40 us"
 
 struct ReportData {
   std::string title;
@@ -31,6 +54,9 @@ struct ReportData {
   std::vector<StoredSeries> series;
   std::vector<Law> laws;
   std::vector<BenchFigure> bench;
+  std::vector<Dominance> dominance;    // who is cheapest for an error, who most accurate for a budget
+  std::vector<GoalResult> goals;
+  std::vector<std::string> notes;      // how this report's cells came about, in sentences
 };
 
 std::string render_html(const ReportData& data);      // one self-contained file

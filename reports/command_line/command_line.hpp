@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -33,6 +34,8 @@ struct Options {
   int jobs = 0;                           // 0: one a core
   double cell_limit_s = 20;
   bool no_timing = false, json = false, events = false;
+  bool whole_ladders = false;             // each scenario's ladder, halved as far down as its samples divide it
+  std::string wanted_error, budget, metric;  // advise
 };
 
 // Where the catalogue, the gates and the workers are, found once.
@@ -46,6 +49,7 @@ std::vector<Scenario> read_catalogue(const Place& place);
 Scenario read_scene_argument(const Place& place, const std::string& id_or_file);  // InputError
 std::vector<Worker> start_workers(const Place& place, const std::vector<std::string>& extra);
 std::vector<Worker> require_workers(const Place& place, const Options& options);  // an --engine that fails is an InputError
+std::vector<std::string> nearest(const std::string& word, std::vector<std::string> known, std::size_t count);
 bool is_terminal(int fd);
 int terminal_width();
 bool use_colour(int fd);
@@ -65,7 +69,16 @@ std::vector<Verdict> judge_selection(const Place& place, const Options& options,
                                      const std::vector<Row>& rows);
 ReportData assemble_report(const Place& place, const Options& options, const Selection& selection, const StudyResult& result,
                            const std::vector<Verdict>& verdicts);
-void write_outputs(const Options& options, const ReportData& data);
+void write_outputs(const Options& options, const ReportData& data);        // report.html, and what -o names
+void write_named_outputs(const Options& options, const ReportData& data);  // what -o names
+void require_outputs_make_sense(const Options& options);                   // before the work: InputError
+void make_out_dir(const std::string& path);
+std::function<void(const std::string&)> progress_printer();  // one line that rewrites itself on a terminal
+void end_progress();
+// Methods that take a tolerance and were named without one: a ladder of tolerances besides their equal steps. Globs are
+// spelled out.
+std::vector<std::string> with_tolerances(const std::vector<std::string>& methods, const std::vector<Worker>& workers);
+
 int gate_exit(const std::vector<Verdict>& verdicts);
 
 // Figures that a law predicts, beside the law (reports/command_line/laws.cpp).
@@ -82,6 +95,7 @@ int command_compare(const Place&, const Options&);
 int command_check(const Place&, const Options&);
 int command_gate(const Place&, const Options&);
 int command_bless(const Place&, const Options&);
+int command_advise(const Place&, const Options&);
 int command_bench(const Place&, const Options&);
 int command_report(const Place&, const Options&);
 

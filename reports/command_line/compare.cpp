@@ -1,126 +1,184 @@
-// compare: methods side by side on each scenario: error, order, cost.
+// compare: methods side by side on each scenario: error, order, cost; who is cheapest, what a budget buys, what is stable.
 #include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <limits>
+#include <map>
+#include <set>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "reports/command_line/command_line.hpp"
+#include "reports/command_line/compare_text.hpp"
+#include "reports/command_line/stopwatch.hpp"
+#include "validation/study/process.hpp"
 
 namespace atwood {
 
 namespace {
 
-using Key = std::tuple<std::string, std::string, std::int64_t, std::string>;
+constexpr int kPairs = 15;
 
-std::map<Key, const Row*> index_rows(const std::vector<Row>& rows) {
-  std::map<Key, const Row*> index;
-  for (const auto& row : rows) {
-    if (row.body.empty() && !row.t_s) index[{row.scenario, row.method, row.steps, row.metric}] = &row;
+const Cell* find_cell(const Selection& selection, const std::string& scenario, const Reached& reached) {
+  for (const auto& cell : selection.cells) {
+    if (cell.worker >= 0 && cell.scenario.id == scenario && cell.method == reached.method && cell.plan.steps == reached.steps) return &cell;
   }
-  return index;
+  return nullptr;
 }
 
-std::string shown(const std::map<Key, const Row*>& index, const Cell& cell, const std::string& metric) {
-  const auto found = index.find({cell.scenario.id, cell.method, cell.plan.steps, metric});
-  if (found == index.end() || !std::isfinite(found->second->value)) return "-";
-  return format_measure(found->second->value, found->second->truth_bar, 3);
+double rung_seconds(const std::vector<Row>& rows, const Cell& cell) {
+  for (const Row& row : rows) {
+    if (row.metric == "run-time" && row.scenario == cell.scenario.id && row.method == cell.method && row.steps == cell.plan.steps) return row.value;
+  }
+  return 0;
 }
 
-std::string nanoseconds(const std::map<Key, const Row*>& index, const Cell& cell) {
-  const auto found = index.find({cell.scenario.id, cell.method, cell.plan.steps, "step-time"});
-  return found == index.end() ? "-" : fmt::format("{:.1f}", found->second->value * 1e9);
-}
+// The second against the first of each error level, timed in turns at the rungs they stand on; where a cost lies between
+// two rungs, its share of its rung's cost goes with it.
+class PairedTimes {
+ public:
+  PairedTimes(const Selection& selection, const std::vector<Row>& rows, double limit_s)
+      : selection_(selection), rows_(rows), stopwatch_(limit_s) {}
 
-std::string order_of(const std::map<Key, const Row*>& index, const Cell& cell, const std::string& metric) {
-  const auto found = index.find({cell.scenario.id, cell.method, 0, metric});
-  if (found == index.end() || !std::isfinite(found->second->value)) return "-";
-  return fmt::format("{:.2f} +/- {:.2f}", found->second->value, found->second->truth_bar);
-}
-
-struct Best { std::string method; double seconds = std::numeric_limits<double>::infinity(); std::int64_t steps = 0; };
-
-// For each decade of error: who reaches it in least time.
-void print_cheapest(const std::map<Key, const Row*>& index, const std::vector<const Cell*>& cells) {
-  fmt::print("\n  cheapest for a wanted error (position, largest over the run)\n");
-  for (int decade = -2; decade >= -14; decade -= 2) {
-    Best best;
-    for (const Cell* cell : cells) {
-      const auto error = index.find({cell->scenario.id, cell->method, cell->plan.steps, "error-position-max"});
-      const auto time = index.find({cell->scenario.id, cell->method, cell->plan.steps, "run-time"});
-      if (error == index.end() || time == index.end()) continue;
-      if (error->second->value + error->second->truth_bar <= std::pow(10.0, decade) && time->second->value < best.seconds) {
-        best = {cell->method, time->second->value, cell->plan.steps};
-      }
-    }
-    if (std::isfinite(best.seconds)) {
-      fmt::print("    1e{:<4} {:<32} {:>10.1f} us  ({} steps)\n", decade, best.method, best.seconds * 1e6, best.steps);
+  void fill(Dominance& table) {
+    for (Contest& contest : table.by_error) {
+      if (contest.ranked.size() < 2) continue;
+      const Reached &first = contest.ranked[0], &second = contest.ranked[1];
+      const Cell *a = find_cell(selection_, table.scenario, first), *b = find_cell(selection_, table.scenario, second);
+      if (a == nullptr || b == nullptr) continue;
+      const double a_s = rung_seconds(rows_, *a), b_s = rung_seconds(rows_, *b);
+      if (!(a_s > 0) || !(b_s > 0) || a_s + b_s > 1) continue;  // thirty runs of a second each are too many
+      const PairedRatio& ratio = measured(*a, *b, a_s, b_s);
+      const double part = (second.cost / b_s) / (first.cost / a_s);
+      if (std::isfinite(ratio.ratio)) contest.to_next = TimedRatio{part * ratio.ratio, part * ratio.low, part * ratio.high, kPairs};
     }
   }
+
+ private:
+  const PairedRatio& measured(const Cell& a, const Cell& b, double a_s, double b_s) {
+    const auto [place, fresh] = known_.try_emplace({&a, &b});
+    if (!fresh) return place->second;
+    const std::vector<Contender> pair{contender(a, a_s), contender(b, b_s)};
+    std::vector<double> first, second;
+    for (const auto& round : stopwatch_.in_turns(pair, kPairs)) {
+      if (!std::isfinite(round[0]) || !std::isfinite(round[1])) continue;
+      first.push_back(round[0]);
+      second.push_back(round[1]);
+    }
+    if (first.size() >= 5) place->second = paired_ratio(second, first);
+    else place->second.ratio = std::nan("");
+    return place->second;
+  }
+  Contender contender(const Cell& cell, double seconds) const {
+    return {&selection_.workers[static_cast<std::size_t>(cell.worker)], cell.method, &cell.scenario.scene, cell.plan, seconds};
+  }
+
+  const Selection& selection_;
+  const std::vector<Row>& rows_;
+  Stopwatch stopwatch_;
+  std::map<std::pair<const Cell*, const Cell*>, PairedRatio> known_;
+};
+
+// The rungs of one half of a method's ladders: equal steps, or tolerances.
+struct Half { bool runs = false, same = true; double evaluations = -1, error = -1; };
+
+// A method that takes a tolerance was run both ways. A half that it refuses is no failure of it, and where equal steps
+// change nothing (it chooses its own, at a tolerance of its own) they are no ladder: the other half stands for it.
+std::vector<Row> without_idle_halves(const std::vector<Row>& rows, const std::vector<std::string>& asked, std::vector<std::string>& notes) {
+  std::map<std::pair<std::string, std::string>, Half> halves;  // scenario, family
+  for (const Row& row : rows) {
+    if (row.steps == 0 || row.status != Status::ok || !row.body.empty() || row.t_s) continue;
+    Half& half = halves[{row.scenario, method_family(row.method)}];
+    half.runs = true;
+    double* known = row.metric == "rate-evaluations" ? &half.evaluations : row.metric == "error-position-end" ? &half.error : nullptr;
+    if (known == nullptr) continue;
+    if (*known >= 0 && *known != row.value) half.same = false;
+    *known = row.value;
+  }
+  const auto is_idle = [&](const Row& row) {
+    const std::string family = method_family(row.method);
+    const bool tolerance = family != row.method;
+    if (tolerance && std::find(asked.begin(), asked.end(), row.method) != asked.end()) return false;
+    const std::size_t at = tolerance ? family.find(":tol") : std::min(family.find_first_of("+@{"), family.size());
+    const std::string other = tolerance ? family.substr(0, at) + family.substr(at + 4) : family.substr(0, at) + ":tol" + family.substr(at);
+    const auto twin = halves.find({row.scenario, other});
+    if (twin == halves.end() || !twin->second.runs) return false;
+    const auto own = halves.find({row.scenario, family});
+    return own == halves.end() || !own->second.runs || (!tolerance && own->second.same);
+  };
+  std::vector<Row> kept;
+  std::set<std::string> said;
+  for (const Row& row : rows) {
+    if (!is_idle(row)) kept.push_back(row);
+    else if (method_family(row.method) == row.method && said.insert(row.method).second) notes.push_back(row.method + " chooses its own steps: run at a ladder of tolerances instead of equal steps.");
+  }
+  return kept;
 }
 
-void print_scenario(const std::map<Key, const Row*>& index, const std::vector<const Cell*>& cells) {
-  const Scenario& scenario = cells.front()->scenario;
-  const bool turns = std::any_of(scenario.scene.bodies.begin(), scenario.scene.bodies.end(), [](const Body& b) { return rotates(b); });
-  fmt::print("{}: {}\n", scenario.id, scenario.title);
-  fmt::print("  {:<32} {:>8} {:>22} {:>22} {:>12}\n", "method", "steps", "position max [m]", turns ? "attitude max [rad]" : "velocity max [m/s]",
-             "ns a step");
-  std::string method;
-  for (const Cell* cell : cells) {
-    const auto status = index.find({scenario.id, cell->method, cell->plan.steps, "status"});
-    const bool failed = status != index.end() && status->second->status != Status::ok;
-    if (failed) {
-      fmt::print("  {:<32} {:>8} {}: {}\n", cell->method, cell->plan.steps, to_string(status->second->status), status->second->reason);
-    } else {
-      fmt::print("  {:<32} {:>8} {:>22} {:>22} {:>12}\n", cell->method, cell->plan.steps, shown(index, *cell, "error-position-max"),
-                 shown(index, *cell, turns ? "error-attitude-max" : "error-velocity-max"), nanoseconds(index, *cell));
-    }
+// What was added to what was asked for.
+void note_tolerances(const std::vector<std::string>& asked, const std::vector<std::string>& run, std::vector<std::string>& notes) {
+  std::map<std::string, std::pair<std::string, std::string>> ends;  // family: first and last
+  for (const auto& method : run) {
+    const std::string family = method_family(method);
+    if (family == method || std::find(asked.begin(), asked.end(), method) != asked.end()) continue;
+    auto& [first, last] = ends[family];
+    if (first.empty()) first = method;
+    last = method;
   }
-  fmt::print("\n  observed order (position{})\n", turns ? "; attitude" : "");
-  for (const Cell* cell : cells) {
-    if (cell->method == method) continue;
-    method = cell->method;
-    fmt::print("    {:<32} {}{}{}\n", method, order_of(index, *cell, "order-position"), turns ? ";  " : "",
-               turns ? order_of(index, *cell, "order-attitude") : "");
-  }
-  print_cheapest(index, cells);
-  fmt::print("\n");
+  for (const auto& [family, pair] : ends) notes.push_back(fmt::format("{}: it takes a tolerance and was named without one; run from {} to {}.", family, pair.first, pair.second));
+}
+
+void write_documents(const Options& options, const ReportData& data) {
+  const bool html = std::any_of(options.outputs.begin(), options.outputs.end(), [](const auto& o) { return o.rfind("html:", 0) == 0; });
+  write_named_outputs(options, data);
+  const std::string standard = options.out_dir + "/compare.html";
+  if (!html) write_file(standard, render_html(data));
+  for (const auto& output : options.outputs) fmt::print(stderr, "{}: {}\n", output.substr(0, output.find(':')), output.substr(output.find(':') + 1));
+  if (!html) fmt::print(stderr, "report: {}\n", standard);
 }
 
 }  // namespace
 
 int command_compare(const Place& place, const Options& options) {
+  require_outputs_make_sense(options);
   Options chosen = options;
   if (chosen.scenarios.empty()) chosen.scenarios = {"kepler-e0.6"};
+  chosen.whole_ladders = chosen.steps.empty();
+  const std::vector<Worker> workers = require_workers(place, options);
+  chosen.methods = with_tolerances(options.methods, workers);
   const Selection selection = select_cells(place, chosen);
-  std::error_code error;
-  std::filesystem::create_directories(options.out_dir, error);
-  if (error) throw std::runtime_error(fmt::format("{}: cannot make this folder: {}", options.out_dir, error.message()));
-  const StudyOptions how = study_options(place, options);
-  const StudyResult result = run_study(selection.cells, selection.workers, how);
+  make_out_dir(options.out_dir);
+  StudyOptions how = study_options(place, options);
+  how.progress = progress_printer();
+  StudyResult result = run_study(selection.cells, selection.workers, how);
+  end_progress();
   if (result.interrupted) return 128 + result.signal;
-  if (options.json) {
-    ReportData data;
-    data.title = "compare";
-    data.command = options.program;
-    data.provenance = place.provenance;
-    data.scenarios = selection.scenarios;
-    data.rows = result.rows;
-    fmt::print("{}\n", render_json(data));
-  } else {
-    const auto index = index_rows(result.rows);
-    for (const auto& scenario : selection.scenarios) {
-      std::vector<const Cell*> cells;
-      for (const auto& cell : selection.cells) {
-        if (cell.scenario.id == scenario.id) cells.push_back(&cell);
+  std::vector<std::string> notes;
+  note_tolerances(options.methods, chosen.methods, notes);
+  result.rows = without_idle_halves(result.rows, options.methods, notes);
+  ReportData data = assemble_report(place, chosen, selection, result, {});
+  data.title = "Atwood: methods compared";
+  data.bench.clear();
+  data.notes = notes;
+  if (!options.no_timing) {
+    const InterruptGuard guard;
+    try {
+      fmt::print(stderr, "atwood: first and second in turns, {} pairs each\n", kPairs);
+      PairedTimes times(selection, result.rows, options.cell_limit_s);
+      for (Dominance& table : data.dominance) {
+        if (table.cost == Cost::seconds) times.fill(table);
       }
-      print_scenario(index, cells);
+    } catch (const Interrupted&) {
+      return 128 + interrupt_signal();
     }
   }
+  if (options.json) {
+    fmt::print("{}\n", render_json(data));
+  } else {
+    for (const auto& scenario : selection.scenarios) fmt::print("{}", compare_text(data, scenario, terminal_width()));
+    for (const auto& note : data.notes) fmt::print("{}\n", note);
+  }
+  write_documents(options, data);
   return result.failed_cells > 0 ? exit_cell : exit_pass;
 }
 

@@ -21,8 +21,6 @@ bool only_gravity(const Scene& scene) {
   return scene.problem.empty() && scene.forces.empty() && scene.bodies.size() == 1 && norm(scene.gravity_m_per_s2) > 0;
 }
 
-std::string engine_of(const std::string& method) { return method.substr(0, method.find('/')); }
-
 // Explicit Euler on a parabola: x_n is exact, z_n = exact + g t h / 2, i.e. the exact parabola of a later landing by one
 // step: with v_z0 = g T / 2, z(t) = v_z0 t - g t (t - h) / 2 = 0 at t = T + h. So the landing is v_x h far.
 // Symplectic Euler is the mirror image, t = T - h: v_x h short.

@@ -75,6 +75,7 @@ void declare_commands(Parser& p) {
   compare->add_option("-j,--jobs", o.jobs, "Workers at once");
   compare->add_option("--limit", o.cell_limit_s, "Seconds a cell may take")->capture_default_str();
   compare->add_flag("--no-timing", o.no_timing, "Leave out the timed pass");
+  compare->add_option("-o,--output", o.outputs, "FORMAT:FILE, format csv, json, markdown, junit or html (OUT/compare.html unless given)")->expected(1)->take_all();
 
   auto* check = p.add("check", "Judge a trace that any program recorded", command_check);
   check->add_option("RUN.CSV", o.input, "Columns as `atwood trace` prints them; q and w may be missing")->required();

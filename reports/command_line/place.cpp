@@ -71,8 +71,12 @@ Scenario read_scene_argument(const Place& place, const std::string& id_or_file) 
   const bool looks_like_file = id_or_file.find('/') != std::string::npos || id_or_file.find(".toml") != std::string::npos;
   if (!looks_like_file && fs::exists(in_catalogue)) return read_scenario(in_catalogue.string());
   if (!looks_like_file && !fs::exists(id_or_file)) {
-    throw InputError(fmt::format("no scenario `{}` in the catalogue and no file of that name; `atwood list` shows the ids",
-                                 id_or_file));
+    std::vector<std::string> ids;
+    for (const auto& scenario : read_catalogue(place)) ids.push_back(scenario.id);
+    std::string names;
+    for (const auto& id : nearest(id_or_file, ids, 3)) names += (names.empty() ? "" : ", ") + id;
+    throw InputError(fmt::format("no scenario `{}` in the catalogue and no file of that name; nearest: {}; `atwood list` shows the ids",
+                                 id_or_file, names));
   }
   return read_scenario(id_or_file);
 }

@@ -17,19 +17,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// One line that rewrites itself on a terminal, plain lines elsewhere. A reader that has gone (`2>&1 | head`) ends no run:
-// fputs, which does not throw.
-std::function<void(const std::string&)> progress_printer() {
-  if (!is_terminal(STDERR_FILENO)) return [](const std::string& line) { std::fputs((line + "\n").c_str(), stderr); };
-  return [](const std::string& line) {
-    std::fputs(("\r\x1b[2K" + line.substr(0, static_cast<std::size_t>(terminal_width() - 1))).c_str(), stderr);
-  };
-}
-
-void end_progress() {
-  if (is_terminal(STDERR_FILENO)) fmt::print(stderr, "\r\x1b[2K");
-}
-
 std::string count_statuses(const std::vector<Row>& rows) {
   std::map<Status, int> counts;
   for (const auto& row : rows) {
@@ -71,6 +58,21 @@ void require_folder(const std::string& file) {
   }
 }
 
+}  // namespace
+
+// One line that rewrites itself on a terminal, plain lines elsewhere. A reader that has gone (`2>&1 | head`) ends no run:
+// fputs, which does not throw.
+std::function<void(const std::string&)> progress_printer() {
+  if (!is_terminal(STDERR_FILENO)) return [](const std::string& line) { std::fputs((line + "\n").c_str(), stderr); };
+  return [](const std::string& line) {
+    std::fputs(("\r\x1b[2K" + line.substr(0, static_cast<std::size_t>(terminal_width() - 1))).c_str(), stderr);
+  };
+}
+
+void end_progress() {
+  if (is_terminal(STDERR_FILENO)) fmt::print(stderr, "\r\x1b[2K");
+}
+
 void require_outputs_make_sense(const Options& options) {
   for (const auto& output : options.outputs) {
     const auto colon = output.find(':');
@@ -89,8 +91,6 @@ void make_out_dir(const std::string& path) {
   fs::create_directories(path, error);
   if (error) throw std::runtime_error(fmt::format("{}: cannot make this folder: {}", path, error.message()));
 }
-
-}  // namespace
 
 int command_run(const Place& place, const Options& options) {
   require_outputs_make_sense(options);

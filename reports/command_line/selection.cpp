@@ -9,6 +9,7 @@
 
 #include "reports/command_line/command_line.hpp"
 #include "scene/files.hpp"
+#include "validation/gates/gates.hpp"
 
 namespace atwood {
 namespace fs = std::filesystem;
@@ -35,6 +36,14 @@ std::vector<Scenario> choose_scenarios(const Place& place, const std::vector<std
   return chosen;
 }
 
+// Rungs below the ladder's coarsest: halved while the samples divide them. Methods of high order live there, and it shows
+// from which step on a method is stable.
+void lengthen_ladder(Scenario& scenario) {
+  std::set<std::int64_t> steps(scenario.steps.begin(), scenario.steps.end());
+  for (std::int64_t n = *steps.begin(); n % 2 == 0 && (n / 2) % scenario.samples == 0; n /= 2) steps.insert(n / 2);
+  scenario.steps.assign(steps.begin(), steps.end());
+}
+
 void check_steps(const Scenario& scenario, const std::vector<std::int64_t>& steps) {
   for (const auto n : steps) {
     if (n <= 0 || n % scenario.samples != 0) {
@@ -46,6 +55,30 @@ void check_steps(const Scenario& scenario, const std::vector<std::int64_t>& step
 
 // Engines that method ids may name before an adapter of theirs is built: their cells are `not built`, no mistake.
 const std::set<std::string> engines_to_come{"mujoco", "dart", "simbody", "odeint", "arkode"};
+
+// All of a short list; the nearest few of a long one.
+std::string nearest_names(const std::string& id, const std::vector<MethodInfo>& known) {
+  std::vector<std::string> ids;
+  for (const auto& info : known) ids.push_back(info.id);
+  const bool many = ids.size() > 12;
+  std::string names;
+  for (const auto& one : many ? nearest(id, ids, 6) : ids) names += (names.empty() ? "" : ", ") + one;
+  return many ? names + ", ... (`atwood list methods` shows all)" : names;
+}
+
+// A setting that the method does not list is a slip of the pen. Engines of the user's own may list none: theirs to judge.
+void check_settings(const std::string& text, const MethodId& id, const std::vector<MethodInfo>& known, const Worker& worker) {
+  const auto info = std::find_if(known.begin(), known.end(), [&](const MethodInfo& m) { return m.id == id.engine + "/" + id.scheme; });
+  const bool ours = fs::path(worker.path).filename().string().rfind("atwood-", 0) == 0;
+  if (info == known.end() || (info->settings.empty() && !ours)) return;
+  for (const auto& [key, value] : id.overrides) {
+    if (info->settings.contains(key)) continue;
+    std::string names;
+    for (const auto& [name, standard] : info->settings) names += (names.empty() ? "" : ", ") + name;
+    throw InputError(fmt::format("--method {}: {} has no setting `{}`; expected {}", text, info->id, key,
+                                 names.empty() ? "none: it has no settings" : "one of " + names));
+  }
+}
 
 // Every method that a study names must be one that some engine offers, or an engine that is known and not built.
 void check_methods(const std::vector<std::string>& methods, const std::vector<Worker>& workers) {
@@ -74,10 +107,9 @@ void check_methods(const std::vector<std::string>& methods, const std::vector<Wo
       const auto& known = worker.engine.methods;
       if (std::none_of(known.begin(), known.end(),
                        [&](const MethodInfo& info) { return info.id == id.engine + "/" + id.scheme; })) {
-        std::string names;
-        for (const auto& info : known) names += (names.empty() ? "" : ", ") + info.id;
-        throw InputError(fmt::format("--method {}: {} has no `{}`; expected one of {}", text, id.engine, id.scheme, names));
+        throw InputError(fmt::format("--method {}: {} has no `{}`; expected one of {}", text, id.engine, id.scheme, nearest_names(id.engine + "/" + id.scheme, known)));
       }
+      check_settings(text, id, known, worker);
     }
   }
 }
@@ -161,6 +193,9 @@ Selection select_cells(const Place& place, const Options& options) {
   selection.narrowed = !options.scenarios.empty() || !options.methods.empty() || !options.steps.empty() || !options.study.empty();
   check_methods(options.methods, selection.workers);
   selection.scenarios = choose_scenarios(place, options.scenarios);
+  if (options.whole_ladders) {
+    for (auto& scenario : selection.scenarios) lengthen_ladder(scenario);
+  }
 
   if (!options.methods.empty() && !options.study.empty()) {  // a part of the study that was named, as the study has it
     if (!options.steps.empty()) {
@@ -219,6 +254,31 @@ std::vector<Gate> read_all_gates(const Place& place) {
     gates.insert(gates.end(), read.begin(), read.end());
   }
   return gates;
+}
+
+std::vector<std::string> with_tolerances(const std::vector<std::string>& methods, const std::vector<Worker>& workers) {
+  std::vector<std::string> chosen;
+  std::set<std::string> seen;
+  const auto add = [&](const std::string& method) {
+    if (seen.insert(method).second) chosen.push_back(method);
+  };
+  for (const auto& text : methods) {
+    const std::size_t cut = std::min(text.find_first_of(":+@{"), text.size());
+    const std::string base = text.substr(0, cut), rest = text.substr(cut);
+    bool offered = false;
+    for (const auto& worker : workers) {
+      if (worker.status != Status::ok) continue;
+      for (const auto& info : worker.engine.methods) {
+        if (!glob_match(base, info.id)) continue;
+        offered = true;
+        add(info.id + rest);
+        if (!info.adaptive || (!rest.empty() && rest.front() == ':')) continue;
+        for (int digits = 4; digits <= 13; ++digits) add(fmt::format("{}:1e-{}{}", info.id, digits, rest));
+      }
+    }
+    if (!offered) add(text);
+  }
+  return chosen;
 }
 
 StudyOptions study_options(const Place& place, const Options& options) {
@@ -289,11 +349,16 @@ ReportData assemble_report(const Place& place, const Options& options, const Sel
   data.series = load_series(options.out_dir + "/store.db", selection.cells);
   data.laws = find_laws(data.scenarios, data.rows);
   data.bench = read_bench(options.out_dir + "/bench.json");
+  data.dominance = find_dominance(data.rows);
   return data;
 }
 
 void write_outputs(const Options& options, const ReportData& data) {
   write_file(options.out_dir + "/report.html", render_html(data));
+  write_named_outputs(options, data);
+}
+
+void write_named_outputs(const Options& options, const ReportData& data) {
   for (const auto& output : options.outputs) {
     const auto colon = output.find(':');
     const std::string format = output.substr(0, colon);

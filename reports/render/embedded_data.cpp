@@ -188,6 +188,11 @@ std::string embedded_json(const ReportData& data, const Detail& detail) {
   append_missing(json.key("missing_engines"), data.missing_engines);
   append_metrics(json.key("metrics"), data.metrics);
   append_bench(json.key("bench"), data.bench);
+  append_dominance(json.key("dominance"), data.dominance, detail.ranks);
+  append_goals(json.key("goals"), data.goals);
+  json.key("notes").begin_array();
+  for (const std::string& note : data.notes) json.text(note);
+  json.end_array();
   append_rows(json.key("rows"), rows, strings, detail);
   append_series(json.key("series"), series, strings, detail);
   json.key("strings").begin_array();
@@ -197,13 +202,13 @@ std::string embedded_json(const ReportData& data, const Detail& detail) {
 }
 
 std::string embedded_data(const ReportData& data, std::size_t limit) {
-  constexpr std::array<Detail, 7> kDetails{{{6, 3, 129, true},
-                                            {6, 2, 97, true},
-                                            {6, 1, 97, true},
-                                            {5, 1, 65, true},
-                                            {5, 1, 49, false},
-                                            {4, 1, 25, false},
-                                            {4, 0, 0, false}}};
+  constexpr std::array<Detail, 7> kDetails{{{6, 3, 129, true, 8},
+                                            {6, 2, 97, true, 8},
+                                            {6, 1, 97, true, 6},
+                                            {5, 1, 65, true, 4},
+                                            {5, 1, 49, false, 3},
+                                            {4, 1, 25, false, 3},
+                                            {4, 0, 0, false, 2}}};
   std::string coded;
   for (const Detail& detail : kDetails) {
     coded = base64(deflated(embedded_json(data, detail)));

@@ -59,6 +59,11 @@ std::string render_json(const ReportData& data) {
   append_missing(json.key("missing_engines"), data.missing_engines);
   append_metrics(json.key("metrics"), data.metrics);
   append_bench(json.key("bench"), data.bench);
+  append_dominance(json.key("dominance"), data.dominance, static_cast<std::size_t>(-1));
+  append_goals(json.key("goals"), data.goals);
+  json.key("notes").begin_array();
+  for (const std::string& note : data.notes) json.text(note);
+  json.end_array();
   json.key("rows").begin_array();
   for (const Row& row : data.rows) append_row(json, row);
   json.end_array().key("series").begin_array();

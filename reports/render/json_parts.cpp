@@ -25,7 +25,94 @@ void append_method(JsonText& json, const MethodInfo& method) {
   json.end_object().end_object();
 }
 
+void append_reached(JsonText& json, const Reached& reached) {
+  json.begin_object().inline_from_here().member("family", reached.family).member("method", reached.method);
+  json.member_integer("steps", reached.steps).key("error").number(reached.error, 6).key("cost").number(reached.cost, 6);
+  if (reached.interpolated) json.key("interpolated").boolean(true);
+  if (reached.at_bar) json.key("at_bar").boolean(true);
+  if (reached.coarsest) json.key("coarsest").boolean(true);
+  json.end_object();
+}
+
+void append_contests(JsonText& json, const std::vector<Contest>& contests, std::size_t ranks) {
+  json.begin_array();
+  for (const Contest& contest : contests) {
+    json.begin_object().member_number("asked", contest.asked).member_integer("contenders", static_cast<std::int64_t>(contest.ranked.size()));
+    // The best of our engine and of the others stay, however far down.
+    const Reached *ours = best_of(contest, "atwood"), *rival = best_rival(contest, "atwood");
+    json.key("ranked").begin_array();
+    for (std::size_t i = 0; i < contest.ranked.size(); ++i) {
+      const Reached* reached = &contest.ranked[i];
+      if (i < ranks || reached == ours || reached == rival) append_reached(json, *reached);
+    }
+    json.end_array();
+    if (contest.to_next) {
+      json.key("to_next").begin_object().inline_from_here().key("value").number(contest.to_next->value, 6);
+      json.key("low").number(contest.to_next->low, 6).key("high").number(contest.to_next->high, 6);
+      json.member_integer("pairs", contest.to_next->pairs).end_object();
+    }
+    json.end_object();
+  }
+  json.end_array();
+}
+
+void append_stable(JsonText& json, const std::vector<StableRange>& ranges) {
+  json.begin_array();
+  for (const StableRange& range : ranges) {
+    json.begin_object().inline_from_here().member("family", range.family).key("stable").boolean(range.stable);
+    if (range.stable) {
+      json.member("method", range.first.method).member_integer("steps", range.first.steps).key("h_s").number(range.first.h_s, 6);
+      json.key("error").number(known_error(range.first), 6);
+    }
+    json.key("failed").begin_array();
+    for (const FailedRung& rung : range.failed) {
+      json.begin_object().member("method", rung.method).member_integer("steps", rung.steps);
+      json.member("status", to_string(rung.status)).member("reason", rung.reason).end_object();
+    }
+    json.end_array().end_object();
+  }
+  json.end_array();
+}
+
+void append_entrant(JsonText& json, const GoalEntrant& entrant) {
+  if (entrant.method.empty()) {
+    json.null();
+    return;
+  }
+  json.begin_object().inline_from_here().member("method", entrant.method).member_integer("steps", entrant.steps);
+  json.key("error").number(entrant.error, 6).key("bar").number(entrant.bar, 3).key("seconds").number(entrant.seconds, 6);
+  json.member_number("evaluations", entrant.evaluations).key("ns_per_step").number(entrant.ns_per_step, 6);
+  json.key("accurate").boolean(entrant.accurate).end_object();
+}
+
 }  // namespace
+
+void append_dominance(JsonText& json, const std::vector<Dominance>& tables, std::size_t ranks) {
+  json.begin_array();
+  for (const Dominance& table : tables) {
+    json.begin_object().member("scenario", table.scenario).member("metric", table.metric).member("unit", table.unit);
+    json.member("cost", table.cost == Cost::seconds ? "seconds" : "evaluations");
+    append_contests(json.key("by_error"), table.by_error, ranks);
+    append_contests(json.key("by_budget"), table.by_budget, ranks);
+    append_stable(json.key("stable"), table.stable);
+    json.end_object();
+  }
+  json.end_array();
+}
+
+void append_goals(JsonText& json, const std::vector<GoalResult>& goals) {
+  json.begin_array();
+  for (const GoalResult& goal : goals) {
+    json.begin_object().member("id", goal.id).member("title", goal.title).member("scenario", goal.scenario);
+    json.member("metric", goal.metric).member("unit", goal.unit).member_number("wanted_error", goal.wanted_error);
+    json.member("budget_kind", goal.budget_kind).member_number("budget", goal.budget).key("reached").boolean(goal.reached);
+    append_entrant(json.key("ours"), goal.ours);
+    append_entrant(json.key("rival"), goal.rival);
+    append_entrant(json.key("uncounted"), goal.uncounted);
+    json.key("ratio").number(goal.ratio, 6).member("why", goal.why).end_object();
+  }
+  json.end_array();
+}
 
 std::string truth_words(const TruthSpec& truth) {
   switch (truth.kind) {

@@ -110,6 +110,36 @@ std::string figure(double value, int digits) {
   return fmt::format("{:.{}g}", value, digits);
 }
 
+std::string time_words(double seconds) {
+  if (!std::isfinite(seconds)) return "-";
+  const double ns = seconds * 1e9;
+  if (ns < 999.5) return fmt::format("{:.3g} ns", ns);
+  if (ns < 999.5e3) return fmt::format("{:.3g} us", ns / 1e3);
+  if (ns < 999.5e6) return fmt::format("{:.3g} ms", ns / 1e6);
+  return fmt::format("{:.3g} s", seconds);
+}
+
+std::string cost_words(double cost, Cost kind) {
+  if (kind == Cost::seconds) return time_words(cost);
+  return std::isfinite(cost) ? fmt::format("{:.0f}", cost) : "-";
+}
+
+std::string norm_words(const std::string& metric) {
+  const std::string words = metric.rfind("error-", 0) == 0 ? metric.substr(6) : metric;
+  for (const auto& [end, meaning] : {std::pair{"-max", ", largest over the run"}, {"-end", ", at the end"}, {"-rms", ", root mean square"}}) {
+    const std::size_t at = words.rfind(end);
+    if (at != std::string::npos && at + 4 == words.size()) return words.substr(0, at) + meaning;
+  }
+  return words;
+}
+
+std::string rung_words(const std::string& method, std::int64_t steps) {
+  if (method_family(method) == method) return fmt::format("{} steps", steps);
+  const std::size_t colon = method.find(':');
+  const std::string tail = method.substr(colon + 1);
+  return "tol " + tail.substr(0, tail.size() - (method_family(method).size() - colon - 4));
+}
+
 std::string allowed_words(const Verdict& verdict) {
   switch (verdict.gate.kind) {
     case Gate::Kind::within: return fmt::format("[{}, {}]", figure(verdict.allowed_low), figure(verdict.allowed_high));

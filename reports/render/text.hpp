@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "validation/gates/gates.hpp"
+#include "validation/metrics/work_precision.hpp"
 
 namespace atwood {
 
@@ -21,6 +22,10 @@ std::size_t display_width(std::string_view text);         // code points
 std::string fit(std::string_view text, std::size_t width);  // cut with "..." to at most `width` code points
 
 std::string figure(double value, int digits = 5);  // general format; "nan", "inf", "-inf"
+std::string time_words(double seconds);            // "312 ns", "12.3 us", "1.2 ms", "3.4 s"; "-" when not finite
+std::string cost_words(double cost, Cost kind);    // a time, or a count of evaluations
+std::string norm_words(const std::string& metric);  // "error-position-max": "position, largest over the run"
+std::string rung_words(const std::string& method, std::int64_t steps);  // "960 steps", "tol 1e-8"
 std::string allowed_words(const Verdict& verdict);  // "[3.9, 4.2]", "<= 1e-12", ">= 2"
 std::string measured_words(const Verdict& verdict);  // value, with its bar where that matters; "-" when not run
 

@@ -21,6 +21,7 @@ const std::vector<MetricInfo>& all_metrics() {
       {"error-body-rate-end", "rad/s", "Norm of the error of the body-axes angular velocity at the last sample; the worst body."},
       {"error-body-rate-max", "rad/s", "Largest norm of the error of the body-axes angular velocity over the samples, t = 0 left out; the worst body."},
       {"error-body-rate-rms", "rad/s", "Root mean square over the samples (t = 0 left out) of the body-axes angular velocity's error; the worst body."},
+      {"error-state-end", "1", "Relative 2-norm of the whole state's error at the last sample: positions [m] and velocities [m/s] of all moving bodies in one vector, over the norm of the true one."},
       {"size-position", "m", "Largest distance from the origin along the true motion: what relative errors and round-off floors are scaled by."},
       {"size-velocity", "m/s", "Largest speed along the true motion."},
       {"size-body-rate", "rad/s", "Largest angular speed along the true motion."},

@@ -118,6 +118,29 @@ void append_quantity(Quantity q, const std::string& name, const Scenario& scenar
   rows.push_back(row("error-" + name + "-rms", rms.value, rms.bar));
 }
 
+Wide squared(const std::array<Wide, 3>& a) { return a[0] * a[0] + a[1] * a[1] + a[2] * a[2]; }
+
+Wide squared_difference(const std::array<Wide, 3>& a, const std::array<Wide, 3>& b) {
+  return squared({a[0] - b[0], a[1] - b[1], a[2] - b[2]});
+}
+
+// |y - y_true| / |y_true| at the last sample, y = positions and velocities of all moving bodies in one vector, as the
+// literature of orbit problems reports it (Hairer, Norsett and Wanner, Solving ODEs I, section II.10).
+void append_state_end(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows) {
+  const std::size_t last = run.values.size() - 1;
+  Wide error = 0, bar = 0, size = 0;
+  for (std::size_t b = 0; b < scenario.scene.bodies.size(); ++b) {
+    if (scenario.scene.bodies[b].fixed) continue;
+    const BodySample& found = run.values[last].bodies[b];
+    const BodySample& expected = truth.values[last].bodies[b];
+    error += squared_difference(found.p_m, expected.p_m) + squared_difference(found.v_m_per_s, expected.v_m_per_s);
+    size += squared(expected.p_m) + squared(expected.v_m_per_s);
+    if (last < truth.bars.size()) bar += squared(truth.bars[last].bodies[b].p_m) + squared(truth.bars[last].bodies[b].v_m_per_s);
+  }
+  if (!(size > 0)) return;
+  rows.push_back(row("error-state-end", static_cast<double>(sqrtq(error / size)), static_cast<double>(sqrtq(bar / size))));
+}
+
 }  // namespace
 
 std::vector<Row> status_rows(const Scenario& scenario, const Truth& truth, const Recording& run) {
@@ -151,6 +174,7 @@ void append_state_errors(const Scenario& scenario, const Truth& truth, const Rec
   append_quantity(Quantity::velocity, "velocity", scenario, truth, run, rows);
   append_quantity(Quantity::attitude, "attitude", scenario, truth, run, rows);
   append_quantity(Quantity::body_rate, "body-rate", scenario, truth, run, rows);
+  append_state_end(scenario, truth, run, rows);
 }
 
 void append_sizes(const Scenario& scenario, const Truth& truth, std::vector<Row>& rows) {

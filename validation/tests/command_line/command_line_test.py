@@ -94,6 +94,48 @@ class Inspecting(Case):
             self.expect(self.run_in(*words), 2)
 
 
+class Comparing(Case):
+    def test_tolerances_are_added_where_a_method_takes_them(self):
+        result = self.expect(self.run_in("compare", "atwood/rk4", "atwood/dopri5", "cvode/adams", "--scenario", "kepler-e0.6",
+                                         "--no-timing"), 0, "evaluations of the equations of motion", "cheapest for a wanted error",
+                             "a  atwood/rk4", "atwood/dopri5:tol", "tol 1e-13", "cvode/adams chooses its own steps",
+                             "named without one", "stable from", "compare.html")
+        self.assertNotIn("\x1b", result.stdout + result.stderr)
+        for line in result.stdout.splitlines():
+            if not line.startswith(("cvode", "atwood", "kepler")):  # notes and titles wrap by themselves
+                self.assertLessEqual(len(line), 80, line)
+        self.assertTrue(os.path.exists(self.path("atwood-out/compare.html")))
+        self.assertFalse(os.path.exists(self.path("atwood-out/report.html")))
+
+    def test_paired_ratios_and_documents(self):
+        words = ("compare", "atwood/rk4", "atwood/heun", "--scenario", "ballistic", "--scenario", "kepler-e0.6", "--json",
+                 "-o", "html:mine.html", "-o", "md:mine.md")
+        data = json.loads(self.expect(self.run_in(*words), 0).stdout)
+        kepler = [d for d in data["dominance"] if d["scenario"] == "kepler-e0.6" and d["cost"] == "seconds"][0]
+        self.assertEqual(kepler["metric"], "error-position-max")
+        first = kepler["by_error"][0]
+        self.assertEqual(first["asked"], 1e-3)
+        self.assertEqual(first["ranked"][0]["family"], "atwood/rk4")
+        self.assertLessEqual(first["to_next"]["low"], first["to_next"]["value"])
+        self.assertLessEqual(first["to_next"]["value"], first["to_next"]["high"])
+        self.assertGreaterEqual(first["to_next"]["pairs"], 5)
+        self.assertTrue(os.path.exists(self.path("mine.html")))
+        self.assertFalse(os.path.exists(self.path("atwood-out/compare.html")))
+        with open(self.path("mine.md")) as file:
+            self.assertIn("Who is cheapest", file.read())
+
+    def test_a_method_that_cannot_run_the_scene_is_a_line(self):
+        self.expect(self.run_in("compare", "atwood/rk4", "bullet64/tuned", "--scenario", "kepler-e0", "--scenario", "lorenz", "--no-timing"),
+                    0, "bullet64/tuned", "unsupported: ")
+
+    def test_slips_of_the_pen(self):
+        self.expect(self.run_in("compare", "atwood/rk4", "atwood/dopri6"), 2, "atwood/dopri5")
+        self.expect(self.run_in("compare", "atwood/rk4", "atwood/heun", "--scenario", "kepler-0.6"), 2, "kepler-e0.6")
+        self.expect(self.run_in("compare", "atwood/rk4{step=1}", "atwood/heun"), 2, "no setting `step`")
+        self.expect(self.run_in("run", "--scenario", "ballistic", "--method", "ode/default{erq=0.1}"), 2, "no setting `erq`", "erp")
+        self.expect(self.run_in("compare", "atwood/rk4", "-o", "html:no-such-folder/x.html"), 5, "no-such-folder")
+
+
 class BadScenes(Case):
     def error(self, text, *words):
         path = self.path("bad.toml", text)

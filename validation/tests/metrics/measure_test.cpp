@@ -80,6 +80,8 @@ TEST_CASE("measure: a lag in phase is an error in position and conserves everyth
   CHECK(value_of(rows, "error-position-end") == Approx(end));
   CHECK(value_of(rows, "error-position-max") == Approx(end));
   CHECK(value_of(rows, "error-velocity-end") == Approx(end));
+  CHECK(value_of(rows, "error-state-end") == Approx(end));  // sqrt(end^2 + end^2) / sqrt(1 + 1)
+  CHECK(find(rows, "error-state-end")->truth_bar == Approx(std::sqrt(3.0) * 1e-15));
   // The mean of t^2 over k/120, k = 1..120, is T^2 (1/3 + 1/240 + ...).
   CHECK(value_of(rows, "error-position-rms") == Approx(6e-3 * std::sqrt(121.0 * 241 / (6.0 * 120 * 120))).epsilon(1e-5));
   CHECK(find(rows, "error-position-end")->truth_bar == Approx(std::sqrt(3.0) * 1e-15));
@@ -91,6 +93,16 @@ TEST_CASE("measure: a lag in phase is an error in position and conserves everyth
   CHECK(value_of(rows, "size-position") == Approx(1));
   CHECK(find(rows, "growth-exponent-position")->reason == "t");
   CHECK(find(rows, "momentum-error") == nullptr);  // not declared
+}
+
+TEST_CASE("measure: the whole state's relative error joins positions and velocities of the last sample in one norm") {
+  const Scenario s = circle();
+  Recording run = orbit(s, 1, 1);
+  run.values[5].bodies[0].p_m[0] += Wide(1);
+  run.values.back().bodies[0].p_m[2] += Wide(3e-6);
+  run.values.back().bodies[0].v_m_per_s[1] += Wide(4e-6);
+  const std::vector<Row> rows = measure(s, truth_of(orbit(s, 1, 1)), run);
+  CHECK(value_of(rows, "error-state-end") == Approx(5e-6 / std::sqrt(2.0)).epsilon(1e-9));
 }
 
 TEST_CASE("measure: t = 0 is left out of every figure") {

@@ -292,6 +292,35 @@ ReportData synthetic_report(const SyntheticSize& size) {
   return data;
 }
 
+// One level won by us, one by a rival at the truth's bar, one alone; a budget; a rung that ended badly.
+static Dominance small_dominance() {
+  const Reached ours{"atwood/verner8", "atwood/verner8", 120, 1e-6, 2.5e-5, true, false, false};
+  const Reached next{"atwood/rk4", "atwood/rk4", 960, 1e-6, 1e-4, true, false, false};
+  const Reached rival{"cvode/adams:tol", "cvode/adams:1e-8", 240, 1e-6, 4e-4, false, false, true};
+  Reached at_bar = rival;
+  at_bar.error = 1e-13;
+  at_bar.at_bar = true;
+  at_bar.coarsest = false;
+  Reached behind = ours;
+  behind.cost = 8e-4;
+  Dominance table{"kepler-e0.6", "error-position-max", "m", Cost::seconds, {}, {}, {}};
+  table.by_error = {{1e-6, {ours, next, rival}, TimedRatio{4.05, 3.9, 4.2, 15}}, {1e-12, {at_bar, behind}, {}}, {1e-13, {at_bar}, {}}};
+  table.by_budget = {{16.7e-3, {ours, at_bar}, {}}};
+  table.stable = {{"atwood/rk4", true, {"atwood/rk4", 240, 10.0 / 240, 1e-4, 1e-15, 2e-5, 960}, {{"atwood/rk4", 60, 10.0 / 60, Status::diverged, "its error is as large as the motion"}}},
+                  {"a|b/<c>", false, {}, {{"a|b/<c>", 60, 0, Status::unsupported, "no | such <force>"}}}};
+  return table;
+}
+
+static std::vector<GoalResult> small_goals() {
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  GoalResult reached{"kepler-10", "Kepler | ten periods", "kepler-10-periods", "error-state-end", "1", 2e-10, "evaluations", 6000, true,
+                     {"atwood/ias15:1e-9", 3840, 1.5e-10, 1e-16, 3.9e-5, 4950, none, true}, {"cvode/adams:1e-13", 3840, 4.6e-9, 1e-16, 7.6e-3, 9970, none, false}, {}, none, ""};
+  GoalResult missed{"drag", "Quadratic drag <480>", "projectile-quadratic-drag", "error-position-end", "m", 1e-12, "ns_per_step", 100, false,
+                    {"atwood/rk4", 480, 3e-9, 1e-20, 5e-5, 1920, 104.2, false}, {"ode/tuned", 480, 6.5e-2, 1e-20, 9.4e-5, 480, 196, false}, {}, none,
+                    "the error is 3000 times too large"};
+  return {reached, missed};
+}
+
 ReportData small_report() {
   ReportData data;
   data.title = "Small | <report> & \"more\"";
@@ -341,6 +370,9 @@ ReportData small_report() {
   data.laws = {{"ballistic", "atwood/explicit-euler", "landing-range-error", "range error = v_x h", 120, 0.125,
                 0.12500000000001, "m"}};
   data.bench = {{"kepler-e0.6", "atwood/rk4", 1000, 150.5, 171.25, "step/rk4"}};
+  data.dominance = {small_dominance()};
+  data.goals = small_goals();
+  data.notes = {"cvode/adams:tol: it takes a tolerance | and was named without one."};
   data.series = {{"kepler-e0.6", "atwood/rk4", 960, {{0, 5, 10}, {0, 1e-8, 1.2345678e-7}, {}, {}, {}, {0, -1e-9, 2e-9}}}};
   return data;
 }

@@ -1,0 +1,12 @@
+// What `compare` prints: plot, rungs, who is cheapest, what a budget buys, which steps are stable.
+#pragma once
+
+#include <string>
+
+#include "reports/report.hpp"
+
+namespace atwood {
+
+std::string compare_text(const ReportData& data, const Scenario& scenario, int width);
+
+}  // namespace atwood

@@ -1,0 +1,31 @@
+// Names near to one that does not exist: what the writer may have meant.
+#include <algorithm>
+
+#include "reports/command_line/command_line.hpp"
+
+namespace atwood {
+namespace {
+
+// How many letters apart two words are (Levenshtein, Sov. Phys. Dokl. 10 (1966) 707).
+std::size_t letters_apart(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> before(b.size() + 1), now(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) before[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    now[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      now[j] = std::min({before[j] + 1, now[j - 1] + 1, before[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1)});
+    }
+    before.swap(now);
+  }
+  return before[b.size()];
+}
+
+}  // namespace
+
+std::vector<std::string> nearest(const std::string& word, std::vector<std::string> known, std::size_t count) {
+  std::stable_sort(known.begin(), known.end(), [&](const auto& a, const auto& b) { return letters_apart(word, a) < letters_apart(word, b); });
+  if (known.size() > count) known.resize(count);
+  return known;
+}
+
+}  // namespace atwood

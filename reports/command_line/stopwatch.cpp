@@ -1,0 +1,52 @@
+#include "reports/command_line/stopwatch.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "scene/files.hpp"
+
+namespace atwood {
+
+double median(std::vector<double> values) {
+  std::erase_if(values, [](double value) { return !std::isfinite(value); });
+  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  std::sort(values.begin(), values.end());
+  const std::size_t n = values.size();
+  return n % 2 == 1 ? values[n / 2] : (values[n / 2 - 1] + values[n / 2]) / 2;
+}
+
+WorkerClient& Stopwatch::client(const Worker& worker) {
+  std::unique_ptr<WorkerClient>& held = clients_[worker.path];
+  if (!held) held = std::make_unique<WorkerClient>(worker.command, true);
+  return *held;
+}
+
+const std::string& Stopwatch::scene_json(const Scene& scene) {
+  std::string& text = scenes_[&scene];
+  if (text.empty()) text = scene_to_json(scene);
+  return text;
+}
+
+double Stopwatch::seconds(const Contender& contender) {
+  constexpr double burst_s = 2e-3;
+  const double expected_s = contender.expected_s > 0 ? contender.expected_s : burst_s;
+  const int repeats = static_cast<int>(std::clamp(burst_s / expected_s, 1.0, 99.0));
+  const Outcome outcome = client(*contender.worker).run(contender.method, scene_json(*contender.scene), sampled_bodies(*contender.scene),
+                                                        contender.plan, repeats, limit_s_ * repeats).outcome;
+  if (outcome.status != Status::ok || outcome.busy_ns.empty()) return std::numeric_limits<double>::quiet_NaN();
+  std::vector<double> values;
+  for (const std::int64_t ns : outcome.busy_ns) values.push_back(1e-9 * static_cast<double>(ns));
+  return median(values);
+}
+
+std::vector<std::vector<double>> Stopwatch::in_turns(const std::vector<Contender>& contenders, int rounds) {
+  std::vector<std::vector<double>> times;
+  for (int round = 0; round < rounds; ++round) {
+    times.emplace_back();
+    for (const Contender& contender : contenders) times.back().push_back(seconds(contender));
+  }
+  return times;
+}
+
+}  // namespace atwood

@@ -1,0 +1,42 @@
+// Runs timed in turns: A B A B ..., each by its own pinned worker, one at a time. What drifts on the machine (clock,
+// temperature, neighbours) then meets all of them alike.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "validation/study/study.hpp"
+#include "validation/study/worker_client.hpp"
+
+namespace atwood {
+
+struct Contender {
+  const Worker* worker = nullptr;
+  std::string method;
+  const Scene* scene = nullptr;
+  Plan plan;
+  double expected_s = 0;     // of one run; 0: unknown
+};
+
+class Stopwatch {
+ public:
+  explicit Stopwatch(double limit_s) : limit_s_(limit_s) {}
+  // Median seconds of one run over a burst of repeats (about 2 ms of them); NaN when it failed. Throws Interrupted.
+  double seconds(const Contender& contender);
+  // rounds x contenders: every contender once a round, in order.
+  std::vector<std::vector<double>> in_turns(const std::vector<Contender>& contenders, int rounds);
+
+ private:
+  WorkerClient& client(const Worker& worker);
+  const std::string& scene_json(const Scene& scene);
+
+  double limit_s_;
+  std::map<std::string, std::unique_ptr<WorkerClient>> clients_;
+  std::map<const Scene*, std::string> scenes_;
+};
+
+double median(std::vector<double> values);  // of the finite ones; NaN when there are none
+
+}  // namespace atwood

@@ -1,0 +1,300 @@
+#include "validation/metrics/work_precision.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+
+#include "protocol/method.hpp"
+
+namespace atwood {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+bool ends_with(const std::string& text, const std::string& end) {
+  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+bool of_whole_run(const Row& row) { return row.body.empty() && !row.t_s; }
+
+// The tolerance of an id, 0 where it has none.
+double tolerance_of(const std::string& method) {
+  if (method_family(method) == method) return 0;
+  return parse_method_id(method).rtol.value_or(0);
+}
+
+// Coarse before fine: loose before tight tolerances, few before many steps.
+template <class Rung> bool coarser(const Rung& a, const Rung& b) {
+  const double ta = tolerance_of(a.method), tb = tolerance_of(b.method);
+  return ta != tb ? ta > tb : a.steps < b.steps;
+}
+
+// A rung's rows, gathered.
+struct Gathered {
+  std::optional<Row> error;
+  double seconds = kNan, evaluations = kNan;
+  Status status = Status::ok;
+  std::string reason;
+};
+using Key = std::pair<std::string, std::int64_t>;  // method, steps
+
+struct Ladders {
+  std::vector<std::string> families;               // in the order of the rows
+  std::map<std::string, std::vector<Key>> rungs;
+  std::map<Key, Gathered> gathered;
+};
+
+Ladders gather(std::span<const Row> rows, const std::string& scenario, const std::string& metric) {
+  Ladders out;
+  for (const Row& row : rows) {
+    if (row.scenario != scenario || row.steps == 0 || !of_whole_run(row)) continue;
+    const Key key{row.method, row.steps};
+    const auto [place, fresh] = out.gathered.try_emplace(key);
+    if (fresh) {
+      const std::string family = method_family(row.method);
+      if (!out.rungs.contains(family)) out.families.push_back(family);
+      out.rungs[family].push_back(key);
+    }
+    Gathered& g = place->second;
+    if (row.metric == "status" && row.status != Status::ok) {
+      g.status = row.status;
+      g.reason = row.reason;
+    } else if (row.metric == metric) {
+      g.error = row;
+    } else if (row.metric == "run-time" && row.status == Status::ok) {
+      g.seconds = row.value;
+    } else if (row.metric == "rate-evaluations") {
+      g.evaluations = row.value;
+    }
+  }
+  return out;
+}
+
+double log_between(double x, double x0, double x1, double y0, double y1) {
+  return std::exp(std::log(y0) + (std::log(x) - std::log(x0)) / (std::log(x1) - std::log(x0)) * (std::log(y1) - std::log(y0)));
+}
+
+bool usable(const WorkPoint& point, Cost cost) { return cost_of(point, cost) > 0 && std::isfinite(cost_of(point, cost)); }
+
+Reached at_rung(const WorkCurve& curve, const WorkPoint& point, Cost cost) {
+  Reached reached;
+  reached.family = curve.family;
+  reached.method = point.method;
+  reached.steps = point.steps;
+  reached.error = known_error(point);
+  reached.cost = cost_of(point, cost);
+  reached.at_bar = at_bar(point);
+  reached.coarsest = &point == &curve.points.front();
+  return reached;
+}
+
+// Between a rung that is too coarse and one that is good enough. A line to an error of 0 has no logarithm: the rung itself.
+Reached between(const WorkCurve& curve, const WorkPoint& poor, const WorkPoint& good, double wanted, Cost cost) {
+  Reached reached = at_rung(curve, good, cost);
+  const double low = known_error(good), high = known_error(poor);
+  if (!usable(poor, cost) || low == wanted || !(low > 0)) return reached;
+  reached.cost = log_between(wanted, high, low, cost_of(poor, cost), cost_of(good, cost));
+  reached.error = wanted;
+  reached.interpolated = true;
+  return reached;
+}
+
+template <class Better> void keep(std::optional<Reached>& best, const Reached& found, Better better) {
+  if (!best || better(found, *best)) best = found;
+}
+
+}  // namespace
+
+std::string method_family(const std::string& method) {
+  const std::size_t slash = method.find('/'), colon = method.find(':');
+  if (colon == std::string::npos || slash == std::string::npos || colon < slash) return method;
+  const std::size_t brace = method.find('{');
+  if (brace != std::string::npos && brace < colon) return method;
+  const std::size_t end = std::min(method.find_first_of("+@{", colon), method.size());
+  // "1e+4": the sign of an exponent ends no tolerance.
+  std::size_t stop = end;
+  while (stop < method.size() && method[stop] == '+' && stop > 0 && (method[stop - 1] == 'e' || method[stop - 1] == 'E')) {
+    stop = std::min(method.find_first_of("+@{", stop + 1), method.size());
+  }
+  return method.substr(0, colon) + ":tol" + method.substr(stop);
+}
+
+std::string engine_of(const std::string& method) { return method.substr(0, method.find('/')); }
+
+bool at_bar(const WorkPoint& point) { return point.bar > 0 && point.error < 3 * point.bar; }
+double known_error(const WorkPoint& point) { return at_bar(point) ? point.error + point.bar : point.error; }
+double cost_of(const WorkPoint& point, Cost cost) { return cost == Cost::seconds ? point.seconds : point.evaluations; }
+
+double motion_size(std::span<const Row> rows, const std::string& scenario, const std::string& metric) {
+  for (const char* quantity : {"position", "velocity", "body-rate"}) {
+    if (metric.rfind(std::string("error-") + quantity, 0) != 0) continue;
+    for (const Row& row : rows) {
+      if (row.scenario == scenario && row.metric == std::string("size-") + quantity && row.value > 0) return row.value;
+    }
+  }
+  return 1;
+}
+
+std::vector<WorkCurve> work_curves(std::span<const Row> rows, const std::string& scenario, const std::string& metric) {
+  const Ladders ladders = gather(rows, scenario, metric);
+  const double size = motion_size(rows, scenario, metric);
+  std::vector<WorkCurve> curves;
+  for (const std::string& family : ladders.families) {
+    WorkCurve curve{family, {}, {}};
+    for (const Key& key : ladders.rungs.at(family)) {
+      const Gathered& g = ladders.gathered.at(key);
+      if (g.status != Status::ok) {
+        curve.failed.push_back({key.first, key.second, 0, g.status, g.reason});
+        continue;
+      }
+      if (!g.error) continue;  // measured, by other figures
+      const WorkPoint point{key.first, key.second, family == key.first ? g.error->h_s : 0, std::fabs(g.error->value), g.error->truth_bar,
+                            g.seconds, g.evaluations};
+      if (!std::isfinite(point.error)) curve.failed.push_back({key.first, key.second, point.h_s, Status::not_finite, "the error is no number"});
+      else if (known_error(point) >= size) curve.failed.push_back({key.first, key.second, point.h_s, Status::diverged, "its error is as large as the motion"});
+      else curve.points.push_back(point);
+    }
+    std::stable_sort(curve.points.begin(), curve.points.end(), coarser<WorkPoint>);
+    std::stable_sort(curve.failed.begin(), curve.failed.end(), coarser<FailedRung>);
+    curves.push_back(std::move(curve));
+  }
+  return curves;
+}
+
+std::optional<Reached> cheapest(const WorkCurve& curve, double wanted, Cost cost) {
+  std::optional<Reached> best;
+  const auto cheaper = [](const Reached& a, const Reached& b) { return a.cost < b.cost; };
+  for (std::size_t i = 0; i < curve.points.size(); ++i) {
+    const WorkPoint& point = curve.points[i];
+    if (!usable(point, cost) || !(known_error(point) <= wanted)) continue;
+    keep(best, at_rung(curve, point, cost), cheaper);
+    for (const std::size_t j : {i - 1, i + 1}) {  // i - 1 of the first rung wraps beyond the last
+      if (j >= curve.points.size() || !(known_error(curve.points[j]) > wanted)) continue;
+      keep(best, between(curve, curve.points[j], point, wanted, cost), cheaper);
+    }
+  }
+  return best;
+}
+
+std::optional<Reached> most_accurate(const WorkCurve& curve, double budget, Cost cost) {
+  std::optional<Reached> best;
+  const auto better = [](const Reached& a, const Reached& b) { return a.error < b.error; };
+  for (std::size_t i = 0; i < curve.points.size(); ++i) {
+    const WorkPoint& point = curve.points[i];
+    if (!usable(point, cost) || cost_of(point, cost) > budget) continue;
+    keep(best, at_rung(curve, point, cost), better);
+    if (i + 1 >= curve.points.size()) continue;
+    const WorkPoint& next = curve.points[i + 1];
+    if (!usable(next, cost) || cost_of(next, cost) <= budget || !(known_error(next) < known_error(point)) || !(known_error(next) > 0)) continue;
+    Reached part = at_rung(curve, point, cost);
+    part.error = log_between(budget, cost_of(point, cost), cost_of(next, cost), known_error(point), known_error(next));
+    part.cost = budget;
+    part.interpolated = true;
+    part.at_bar = at_bar(next);
+    part.coarsest = false;
+    keep(best, part, better);
+  }
+  return best;
+}
+
+StableRange stable_range(const WorkCurve& curve) {
+  StableRange range{curve.family, false, {}, curve.failed};
+  for (auto point = curve.points.rbegin(); point != curve.points.rend(); ++point) {
+    const bool finer_fails = std::any_of(curve.failed.begin(), curve.failed.end(), [&](const FailedRung& rung) {
+      return (rung.status == Status::diverged || rung.status == Status::not_finite) && coarser(WorkPoint{point->method, point->steps, 0, 0, 0, 0, 0},
+                                                                                              WorkPoint{rung.method, rung.steps, 0, 0, 0, 0, 0});
+    });
+    if (finer_fails) break;
+    range.stable = true;
+    range.first = *point;
+  }
+  return range;
+}
+
+const std::vector<double>& error_levels() {
+  static const std::vector<double> levels{1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13};
+  return levels;
+}
+
+const std::vector<double>& budgets(Cost cost) {
+  static const std::vector<double> seconds{1e-6, 1e-5, 1e-4, 1e-3, 16.7e-3, 40e-3}, evaluations{1e2, 1e3, 1e4, 1e5, 1e6};
+  return cost == Cost::seconds ? seconds : evaluations;
+}
+
+Dominance dominance(std::span<const WorkCurve> curves, const std::string& scenario, const std::string& metric,
+                    const std::string& unit, Cost cost) {
+  Dominance table{scenario, metric, unit, cost, {}, {}, {}};
+  for (const double level : error_levels()) {
+    Contest contest{level, {}, {}};
+    for (const WorkCurve& curve : curves) {
+      if (const auto reached = cheapest(curve, level, cost)) contest.ranked.push_back(*reached);
+    }
+    std::stable_sort(contest.ranked.begin(), contest.ranked.end(), [](const Reached& a, const Reached& b) { return a.cost < b.cost; });
+    if (!contest.ranked.empty()) table.by_error.push_back(std::move(contest));
+  }
+  for (const double budget : budgets(cost)) {
+    Contest contest{budget, {}, {}};
+    for (const WorkCurve& curve : curves) {
+      if (const auto reached = most_accurate(curve, budget, cost)) contest.ranked.push_back(*reached);
+    }
+    std::stable_sort(contest.ranked.begin(), contest.ranked.end(), [](const Reached& a, const Reached& b) { return a.error < b.error; });
+    if (!contest.ranked.empty()) table.by_budget.push_back(std::move(contest));
+  }
+  for (const WorkCurve& curve : curves) {
+    if (!curve.points.empty() || !curve.failed.empty()) table.stable.push_back(stable_range(curve));
+  }
+  return table;
+}
+
+std::string telling_metric(std::span<const Row> rows, const std::string& scenario) {
+  bool position = false;
+  for (const Row& row : rows) {
+    if (row.scenario != scenario) continue;
+    if (row.metric == "error-attitude-max") return row.metric;
+    position = position || row.metric == "error-position-max";
+  }
+  return position ? "error-position-max" : "";
+}
+
+std::vector<Dominance> find_dominance(std::span<const Row> rows) {
+  std::vector<std::string> scenarios;
+  std::map<std::string, std::vector<Row>> of;
+  for (const Row& row : rows) {
+    if (!of.contains(row.scenario)) scenarios.push_back(row.scenario);
+    std::vector<Row>& own = of[row.scenario];
+    const bool wanted = row.metric == "status" || row.metric == "run-time" || row.metric == "rate-evaluations" ||
+                        row.metric.rfind("size-", 0) == 0 || ends_with(row.metric, "-max");
+    if (wanted) own.push_back(row);
+  }
+  std::vector<Dominance> tables;
+  for (const std::string& scenario : scenarios) {
+    const std::vector<Row>& own = of.at(scenario);
+    const std::string metric = telling_metric(own, scenario);
+    if (metric.empty()) continue;
+    const std::vector<WorkCurve> curves = work_curves(own, scenario, metric);
+    const std::string unit = metric == "error-attitude-max" ? "rad" : "m";
+    for (const Cost cost : {Cost::seconds, Cost::evaluations}) {
+      Dominance table = dominance(curves, scenario, metric, unit, cost);
+      if (!table.by_error.empty() || !table.by_budget.empty()) tables.push_back(std::move(table));
+    }
+  }
+  return tables;
+}
+
+const Reached* best_of(const Contest& contest, const std::string& engine) {
+  for (const Reached& reached : contest.ranked) {
+    if (engine_of(reached.family) == engine) return &reached;
+  }
+  return nullptr;
+}
+
+const Reached* best_rival(const Contest& contest, const std::string& engine) {
+  for (const Reached& reached : contest.ranked) {
+    if (engine_of(reached.family) != engine) return &reached;
+  }
+  return nullptr;
+}
+
+}  // namespace atwood

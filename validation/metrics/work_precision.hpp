@@ -1,0 +1,114 @@
+// Work and precision: what an error costs, what a budget buys, which steps are stable. Pure functions over rows.
+//
+// A *curve* is one method's ladder on one scenario: of step counts, or of tolerances (many ids, one family
+// "cvode/adams:tol"). Between two neighbouring rungs of a curve, log cost is a straight line in log error; outside the
+// rungs that were measured nothing is said.
+//
+// An error under three bars of its truth is only known to lie below value + bar: that sum then stands for it, and what
+// is read off it is marked `at_bar`.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "validation/row.hpp"
+
+namespace atwood {
+
+enum class Cost { seconds, evaluations };
+
+// "cvode/adams:1e-10" and "cvode/adams:1e-8,1e-9" are rungs of one ladder: "cvode/adams:tol". Others are themselves.
+std::string method_family(const std::string& method);
+// "bullet64" of "bullet64/tuned".
+std::string engine_of(const std::string& method);
+
+struct WorkPoint {
+  std::string method;          // full id
+  std::int64_t steps = 0;      // of the plan
+  double h_s = 0;              // 0: the method chooses
+  double error = 0, bar = 0;   // in the metric's unit
+  double seconds = 0;          // of the whole run, from the timed pass; NaN: not timed
+  double evaluations = 0;      // NaN: the engine counts none
+};
+// value + bar where the value is under three bars.
+double known_error(const WorkPoint& point);
+bool at_bar(const WorkPoint& point);
+double cost_of(const WorkPoint& point, Cost cost);
+
+// Rungs without an error: they ended badly, or their error is not smaller than the motion itself.
+struct FailedRung { std::string method; std::int64_t steps = 0; double h_s = 0; Status status = Status::ok; std::string reason; };
+
+struct WorkCurve {
+  std::string family;
+  std::vector<WorkPoint> points;     // coarsest first: by step count, or by falling tolerance
+  std::vector<FailedRung> failed;    // in the same order
+};
+
+// Every method's curve on one scenario, in the order of the rows. `metric` is an error with one figure a run.
+std::vector<WorkCurve> work_curves(std::span<const Row> rows, const std::string& scenario, const std::string& metric);
+
+// The size of the motion that an error of this metric is compared with: the scenario's own size-... row; 1 for angles
+// (a radian), relative figures, and where there is no such row.
+double motion_size(std::span<const Row> rows, const std::string& scenario, const std::string& metric);
+
+struct Reached {
+  std::string family, method;  // method: the measured rung it stands on (the nearest one that is at least as good)
+  std::int64_t steps = 0;
+  double error = 0, cost = 0;
+  bool interpolated = false;   // between that rung and the one before it
+  bool at_bar = false;         // the rung's error is not told apart from the truth's bar
+  bool coarsest = false;       // nothing cheaper was measured: the cost is an upper limit
+};
+
+// Least cost of an error of at most `wanted`; none where no rung reaches it, or none that does has that cost.
+std::optional<Reached> cheapest(const WorkCurve& curve, double wanted, Cost cost);
+// Least error for a cost of at most `budget`; none where every rung costs more.
+std::optional<Reached> most_accurate(const WorkCurve& curve, double budget, Cost cost);
+
+// The coarsest rung from which on every finer one has a finite error below the size of the motion.
+struct StableRange {
+  std::string family;
+  bool stable = false;               // any such rung
+  WorkPoint first;
+  std::vector<FailedRung> failed;    // the rungs that ended badly, named
+};
+StableRange stable_range(const WorkCurve& curve);
+
+// ---- who wins -----------------------------------------------------------------------------------------------------
+struct TimedRatio { double value = 1, low = 1, high = 1; int pairs = 0; };  // with its 95 % interval
+struct Contest {
+  double asked = 0;                  // an error, or a budget
+  std::vector<Reached> ranked;       // best first; one a family
+  std::optional<TimedRatio> to_next; // the second's cost over the first's, where both were timed in turns
+};
+struct Dominance {
+  std::string scenario, metric, unit;
+  Cost cost = Cost::seconds;
+  std::vector<Contest> by_error;     // of cost; levels that no curve reaches are left out
+  std::vector<Contest> by_budget;    // of error; budgets that buy nothing are left out
+  std::vector<StableRange> stable;   // one a curve that has any rung
+};
+
+// 1e-3, 1e-4 .. 1e-13.
+const std::vector<double>& error_levels();
+// In seconds: frames at 60 and at 25 a second, and smaller ones for small problems: 1 us, 10 us, 100 us, 1 ms.
+// In evaluations: 1e2, 1e3 .. 1e6.
+const std::vector<double>& budgets(Cost cost);
+
+Dominance dominance(std::span<const WorkCurve> curves, const std::string& scenario, const std::string& metric,
+                    const std::string& unit, Cost cost);
+
+// The metric that tells methods apart on a scenario: attitude where bodies turn, else position; the largest over the run,
+// which no lucky last instant flatters. Empty where the rows hold neither.
+std::string telling_metric(std::span<const Row> rows, const std::string& scenario);
+
+// One table a scenario of these rows, in time and (where any engine counts them) in evaluations.
+std::vector<Dominance> find_dominance(std::span<const Row> rows);
+
+// The best of the ranked ones that is (or is not) of one engine; null where there is none.
+const Reached* best_of(const Contest& contest, const std::string& engine);
+const Reached* best_rival(const Contest& contest, const std::string& engine);
+
+}  // namespace atwood

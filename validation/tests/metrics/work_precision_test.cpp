@@ -1,0 +1,225 @@
+// Work and precision on ladders whose answers are known by hand.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+
+#include "validation/metrics/work_precision.hpp"
+
+using namespace atwood;
+
+namespace {
+
+const double nan_value = std::numeric_limits<double>::quiet_NaN();
+
+void add(std::vector<Row>& rows, const std::string& method, std::int64_t steps, const std::string& metric, double value, double bar = 0) {
+  Row row;
+  row.scenario = "s";
+  row.method = method;
+  row.steps = steps;
+  row.h_s = 1.0 / static_cast<double>(steps);
+  row.metric = metric;
+  row.value = value;
+  row.truth_bar = bar;
+  rows.push_back(row);
+}
+
+// A rung: an error, seconds, evaluations; NaN leaves a figure out.
+void rung(std::vector<Row>& rows, const std::string& method, std::int64_t steps, double error, double seconds, double evaluations,
+          double bar = 0) {
+  add(rows, method, steps, "error-position-max", error, bar);
+  if (!std::isnan(seconds)) add(rows, method, steps, "run-time", seconds);
+  if (!std::isnan(evaluations)) add(rows, method, steps, "rate-evaluations", evaluations);
+}
+
+void failure(std::vector<Row>& rows, const std::string& method, std::int64_t steps, Status status, const std::string& reason) {
+  add(rows, method, steps, "status", 0);
+  rows.back().status = status;
+  rows.back().reason = reason;
+}
+
+WorkCurve only(const std::vector<Row>& rows) {
+  const auto curves = work_curves(rows, "s", "error-position-max");
+  REQUIRE(curves.size() == 1);
+  return curves.front();
+}
+
+}  // namespace
+
+TEST_CASE("families: tolerances are rungs of one ladder, all else stays in the name") {
+  CHECK(method_family("cvode/adams:1e-10") == "cvode/adams:tol");
+  CHECK(method_family("atwood/dopri5:1e-8,1e-11@quad") == "atwood/dopri5:tol@quad");
+  CHECK(method_family("atwood/dopri5:1e-8+event{safety=0.8}") == "atwood/dopri5:tol+event{safety=0.8}");
+  CHECK(method_family("atwood/rk4@float") == "atwood/rk4@float");
+  CHECK(method_family("x/y{file=a:b}") == "x/y{file=a:b}");
+  CHECK(engine_of("bullet64/tuned") == "bullet64");
+}
+
+TEST_CASE("what an error costs: a straight line between rungs on the logs, nothing outside them") {
+  std::vector<Row> rows;  // error = 1e-2 (n / 10)^-2, a microsecond a step
+  for (const std::int64_t n : {1000, 10, 100}) rung(rows, "a/m", n, 1e-2 * std::pow(static_cast<double>(n) / 10, -2), 1e-6 * static_cast<double>(n), 2.0 * static_cast<double>(n));
+  const WorkCurve curve = only(rows);
+  REQUIRE(curve.points.size() == 3);
+  CHECK(curve.points[0].steps == 10);  // sorted, whatever the order of the rows
+  CHECK(curve.points[2].steps == 1000);
+
+  const auto at_5 = cheapest(curve, 1e-5, Cost::seconds);  // (n / 10)^2 = 1e3
+  REQUIRE(at_5);
+  CHECK(at_5->interpolated);
+  CHECK(at_5->cost == Approx(1e-5 * std::sqrt(1e3)).epsilon(1e-12));
+  CHECK(at_5->steps == 1000);  // the measured rung that is at least as good
+  CHECK(at_5->error == 1e-5);
+  CHECK(cheapest(curve, 1e-5, Cost::evaluations)->cost == Approx(20 * std::sqrt(1e3)).epsilon(1e-12));
+
+  const auto on_rung = cheapest(curve, 1e-4 * (1 + 1e-12), Cost::seconds);
+  CHECK(on_rung->cost == Approx(1e-4));
+
+  const auto easy = cheapest(curve, 0.5, Cost::seconds);  // the coarsest rung is better than asked: an upper limit
+  CHECK(easy->coarsest);
+  CHECK_FALSE(easy->interpolated);
+  CHECK(easy->cost == Approx(1e-5));
+  CHECK_FALSE(cheapest(curve, 1e-7, Cost::seconds));  // below the finest: never extrapolated
+}
+
+TEST_CASE("what a budget buys") {
+  std::vector<Row> rows;
+  for (const std::int64_t n : {10, 100, 1000}) rung(rows, "a/m", n, 1e-2 * std::pow(static_cast<double>(n) / 10, -2), 1e-6 * static_cast<double>(n), nan_value);
+  const WorkCurve curve = only(rows);
+  CHECK_FALSE(most_accurate(curve, 9e-6, Cost::seconds));
+  CHECK(most_accurate(curve, 1e-5, Cost::seconds)->error == 1e-2);
+  const auto between = most_accurate(curve, 1e-5 * std::sqrt(10), Cost::seconds);
+  CHECK(between->interpolated);
+  CHECK(between->error == Approx(1e-3).epsilon(1e-12));
+  CHECK(between->steps == 10);
+  const auto rich = most_accurate(curve, 10, Cost::seconds);
+  CHECK(rich->error == Approx(1e-6));
+  CHECK_FALSE(rich->interpolated);
+  CHECK_FALSE(most_accurate(curve, 1e9, Cost::evaluations));  // an engine that counts none
+}
+
+TEST_CASE("an error that rises again at fine steps costs what the coarse rung costs, and a budget buys the best rung") {
+  std::vector<Row> rows;
+  rung(rows, "a/m", 10, 1e-2, 1e-5, 1);
+  rung(rows, "a/m", 100, 1e-8, 1e-4, 1);
+  rung(rows, "a/m", 1000, 1e-6, 1e-3, 1);
+  const WorkCurve curve = only(rows);
+  CHECK(cheapest(curve, 1e-6, Cost::seconds)->cost == Approx(1e-5 * std::pow(10, 4.0 / 6)).epsilon(1e-12));
+  CHECK(most_accurate(curve, 1, Cost::seconds)->error == 1e-8);
+  CHECK(most_accurate(curve, 1, Cost::seconds)->steps == 100);
+}
+
+TEST_CASE("a rung without a time is no rung of the time, and none to interpolate from") {
+  std::vector<Row> rows;
+  rung(rows, "a/m", 10, 1e-2, 1e-5, 10);
+  rung(rows, "a/m", 100, 1e-4, nan_value, 100);
+  rung(rows, "a/m", 1000, 1e-6, 1e-3, 1000);
+  const WorkCurve curve = only(rows);
+  CHECK(cheapest(curve, 1e-4, Cost::seconds)->steps == 1000);
+  CHECK(cheapest(curve, 1e-4, Cost::seconds)->cost == 1e-3);
+  CHECK_FALSE(cheapest(curve, 1e-5, Cost::seconds)->interpolated);
+  CHECK(cheapest(curve, 1e-4, Cost::evaluations)->cost == 100);
+}
+
+TEST_CASE("under three bars the bar counts, and says so") {
+  std::vector<Row> rows;
+  rung(rows, "a/m", 10, 1e-6, 1e-5, 10, 1e-9);
+  rung(rows, "a/m", 100, 1e-9, 1e-4, 100, 1e-9);
+  const WorkCurve curve = only(rows);
+  CHECK(known_error(curve.points[0]) == 1e-6);
+  CHECK(known_error(curve.points[1]) == 2e-9);
+  CHECK_FALSE(cheapest(curve, 1e-9, Cost::seconds));  // it may be there; nobody knows
+  const auto at = cheapest(curve, 2e-9, Cost::seconds);
+  REQUIRE(at);
+  CHECK(at->at_bar);
+  CHECK(at->cost == 1e-4);
+  CHECK_FALSE(cheapest(curve, 1e-6, Cost::seconds)->at_bar);
+  CHECK(most_accurate(curve, 1, Cost::seconds)->at_bar);
+}
+
+TEST_CASE("an exact result has no logarithm: its rung's own cost stands") {
+  std::vector<Row> rows;
+  rung(rows, "a/m", 10, 1e-3, 1e-5, 10);
+  rung(rows, "a/m", 100, 0, 1e-4, 100);
+  const auto at = cheapest(only(rows), 1e-6, Cost::seconds);
+  REQUIRE(at);
+  CHECK(at->cost == 1e-4);
+  CHECK_FALSE(at->interpolated);
+}
+
+TEST_CASE("tolerances are ordered from loose to tight") {
+  std::vector<Row> rows;
+  rung(rows, "c/m:1e-12", 5, 1e-9, 3e-3, 300);
+  rung(rows, "c/m:1e-4", 5, 1e-2, 1e-3, 100);
+  rung(rows, "c/m:1e-8", 5, 1e-5, 2e-3, 200);
+  const WorkCurve curve = only(rows);
+  CHECK(curve.family == "c/m:tol");
+  CHECK(curve.points[0].method == "c/m:1e-4");
+  CHECK(curve.points[2].method == "c/m:1e-12");
+  CHECK(curve.points[1].h_s == 0);  // it chooses its steps
+}
+
+TEST_CASE("crossing curves: a low order is cheaper above the crossing, a high one below") {
+  std::vector<Row> rows;  // low: error = c^-1, high: error = 100 c^-2 (c: cost in us); they cross at 1e-2, 100 us
+  for (const double c : {1e2, 1e3, 1e4, 1e5}) rung(rows, "atwood/low", static_cast<std::int64_t>(c), 1 / c, c * 1e-6, nan_value);
+  for (const double c : {1e2, 1e3, 1e4, 1e5}) rung(rows, "rival/high", static_cast<std::int64_t>(c), 100 / (c * c) * 1.0001, c * 1e-6, nan_value);
+  const auto curves = work_curves(rows, "s", "error-position-max");
+  const Dominance table = dominance(curves, "s", "error-position-max", "m", Cost::seconds);
+  REQUIRE(table.by_error.size() == 5);  // 1e-3 .. 1e-7; finer levels nobody reaches
+  CHECK(table.by_error[0].ranked[0].family == "rival/high");
+  const Contest& at_5 = table.by_error[2];
+  REQUIRE(at_5.ranked.size() == 2);
+  CHECK(at_5.asked == 1e-5);
+  CHECK(at_5.ranked[1].cost / at_5.ranked[0].cost == Approx(std::sqrt(1e3)).epsilon(1e-3));  // 1e5 us over sqrt(1e7) us
+  CHECK(best_of(at_5, "atwood")->family == "atwood/low");
+  CHECK(best_rival(at_5, "atwood")->family == "rival/high");
+  CHECK(best_of(table.by_error[3], "atwood") == nullptr);  // 1e-6: low has no rung there
+  // A budget of 100 us buys 1e-2 from both: the lower one wins by the figure, not by its place.
+  const auto budget = std::find_if(table.by_budget.begin(), table.by_budget.end(), [](const Contest& c) { return c.asked == 1e-4; });
+  REQUIRE(budget != table.by_budget.end());
+  CHECK(budget->ranked[0].family == "atwood/low");
+}
+
+TEST_CASE("stable steps: the coarsest rung from which on no finer one fails") {
+  std::vector<Row> rows;
+  add(rows, "a/m", 10, "size-position", 2);
+  rung(rows, "a/m", 10, 5, 1e-5, 10);           // larger than the motion
+  failure(rows, "a/m", 20, Status::diverged, "|x| passed 1e6");
+  rung(rows, "a/m", 40, 0.5, 1e-5, 10);
+  rung(rows, "a/m", 80, 0.1, 1e-5, 10);
+  const WorkCurve curve = only(rows);
+  CHECK(curve.points.size() == 2);
+  const StableRange range = stable_range(curve);
+  CHECK(range.stable);
+  CHECK(range.first.steps == 40);
+  REQUIRE(range.failed.size() == 2);
+  CHECK(range.failed[0].steps == 10);
+  CHECK(range.failed[1].reason == "|x| passed 1e6");
+  CHECK_FALSE(cheapest(curve, 0.9, Cost::seconds)->steps == 10);
+
+  failure(rows, "a/m", 60, Status::not_finite, "x is nan");
+  CHECK(stable_range(only(rows)).first.steps == 80);
+  failure(rows, "a/m", 160, Status::diverged, "again");
+  CHECK_FALSE(stable_range(only(rows)).stable);
+
+  std::vector<Row> refused;
+  failure(refused, "b/m", 10, Status::unsupported, "no drag");
+  CHECK_FALSE(stable_range(only(refused)).stable);
+}
+
+TEST_CASE("a study's tables: the telling metric, time and evaluations, rows of one body or one instant left out") {
+  std::vector<Row> rows;
+  for (const std::int64_t n : {10, 100}) {
+    rung(rows, "a/m", n, 1e-3 / static_cast<double>(n), 1e-6 * static_cast<double>(n), 4.0 * static_cast<double>(n));
+    add(rows, "a/m", n, "error-attitude-max", 1e-2 / static_cast<double>(n));
+    rows.back().unit = "rad";
+  }
+  add(rows, "a/m", 1000, "error-attitude-max", 1e-12);
+  rows.back().body = "box";
+  const auto tables = find_dominance(rows);
+  REQUIRE(tables.size() == 2);
+  CHECK(tables[0].metric == "error-attitude-max");
+  CHECK(tables[0].unit == "rad");
+  CHECK(tables[0].cost == Cost::seconds);
+  CHECK(tables[1].cost == Cost::evaluations);
+  CHECK(tables[0].by_error.size() == 2);  // 1e-3 and 1e-4
+  CHECK(tables[1].by_error[1].ranked[0].cost == Approx(400));
+}
