@@ -108,7 +108,7 @@ std::string over_next(const Contest& contest, const Letters& letters) {
 
 // The best of the other engine's side: ours where a rival leads, a rival where we do.
 std::string cheapest_table(const Dominance& table, const Letters& letters) {
-  std::string text = fmt::format("\n  cheapest for a wanted error, by {} ({} [{}])\n", table.cost == Cost::seconds ? "time" : "evaluations",
+  std::string text = fmt::format("\n  cheapest for a wanted error, by {}\n  ({} [{}])\n", table.cost == Cost::seconds ? "time" : "evaluations",
                                  norm_words(table.metric), table.unit);
   for (const Contest& contest : table.by_error) {
     const Reached& best = contest.ranked.front();
