@@ -10,6 +10,7 @@ add_library(atwood_engine STATIC
   rigid/free_top.cpp
   rigid/model.cpp
   rigid/rate.cpp
+  rigid/rate_lanes.cpp
   forces/attractor.cpp
   forces/coulomb.cpp
   forces/drive.cpp

@@ -1,4 +1,4 @@
-#include "forces/force.hpp"
+#include "forces/lanes.hpp"
 
 namespace atwood {
 namespace {
@@ -9,14 +9,20 @@ template <class S> struct AttractorTerm final : ForceTerm<S> {
   Vec3<S> center;
   S mu;
 
-  void add_loads(const Motion<S>& motion, Load<S>* loads) const override {
-    for (const int i : bodies) {
-      const Vec3<S> r = motion.p_WB(i) - center;
+  static constexpr Items items = Items::bodies;
+  template <class M, class L> auto law(int item, const M& motion, const L& loads) const {
+    const auto body = motion.body(bodies[item]);
+    const auto load = loads.body(bodies[item]);
+    return [=, center = center, mu = mu](int k) {
+      const Vec3<S> r = body.p_WB(k) - center;
       const S r2 = dot(r, r);
-      loads[i].acceleration_W -= (mu / (r2 * real::sqrt(r2))) * r;
-    }
+      load.acceleration_W(k) -= (mu / (r2 * real::sqrt(r2))) * r;
+    };
   }
+  ATWOOD_ONE_LAW
 };
+
+ATWOOD_LANES_OF(AttractorTerm)
 
 }  // namespace
 

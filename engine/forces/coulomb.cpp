@@ -1,4 +1,4 @@
-#include "forces/force.hpp"
+#include "forces/lanes.hpp"
 
 namespace atwood {
 namespace {
@@ -9,17 +9,22 @@ template <class S> struct CoulombTerm final : ForceTerm<S> {
   std::vector<S> charge;
   S constant;
 
-  void add_loads(const Motion<S>& motion, Load<S>* loads) const override {
-    for (std::size_t a = 0; a < bodies.size(); ++a)
-      for (std::size_t b = a + 1; b < bodies.size(); ++b) {
-        const Vec3<S> r = motion.p_WB(bodies[b]) - motion.p_WB(bodies[a]);
-        const S r2 = dot(r, r);
-        const Vec3<S> force = (constant * charge[a] * charge[b] / (r2 * real::sqrt(r2))) * r;
-        loads[bodies[a]].force_W -= force;
-        loads[bodies[b]].force_W += force;
-      }
+  static constexpr Items items = Items::pairs;
+  template <class M, class L> auto law(int a, int b, const M& motion, const L& loads) const {
+    const auto body_a = motion.body(bodies[a]), body_b = motion.body(bodies[b]);
+    const auto load_a = loads.body(bodies[a]), load_b = loads.body(bodies[b]);
+    return [=, product = constant * charge[a] * charge[b]](int k) {
+      const Vec3<S> r = body_b.p_WB(k) - body_a.p_WB(k);
+      const S r2 = dot(r, r);
+      const Vec3<S> force = (product / (r2 * real::sqrt(r2))) * r;
+      load_a.force_W(k) -= force;
+      load_b.force_W(k) += force;
+    };
   }
+  ATWOOD_ONE_LAW
 };
+
+ATWOOD_LANES_OF(CoulombTerm)
 
 }  // namespace
 

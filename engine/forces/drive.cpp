@@ -1,4 +1,4 @@
-#include "forces/force.hpp"
+#include "forces/lanes.hpp"
 
 namespace atwood {
 namespace {
@@ -9,11 +9,17 @@ template <class S> struct DriveTerm final : ForceTerm<S> {
   Vec3<S> force;
   S angular_frequency, phase;
 
-  void add_loads(const Motion<S>& motion, Load<S>* loads) const override {
-    const Vec3<S> now = real::cos(angular_frequency * motion.t_s + phase) * force;
-    for (const int i : bodies) loads[i].force_W += now;
+  static constexpr Items items = Items::bodies;
+  template <class M, class L> auto law(int item, const M& motion, const L& loads) const {
+    const auto load = loads.body(bodies[item]);
+    return [=, t_s = motion.t_s, force = force, omega = angular_frequency, phase = phase](int k) {
+      load.force_W(k) += real::cos(omega * t_s[k] + phase) * force;
+    };
   }
+  ATWOOD_ONE_LAW
 };
+
+ATWOOD_LANES_OF(DriveTerm)
 
 }  // namespace
 

@@ -1,6 +1,7 @@
 // What a force is: a term that reads the motion of the bodies and adds to their loads.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <string>
 #include <vector>
@@ -37,10 +38,26 @@ template <class S> struct Load {
   Vec3<S> torque_B;        // about the centre of mass, body axes
 };
 
+// The motion in `count` states, a state a lane: scalar i of lane k is y[i * stride + k]. Fixed and held bodies stand in
+// `resting`.
+template <class S> struct LaneMotion {
+  int count;
+  const S* t_s;  // one a lane
+  const S* y;
+  std::ptrdiff_t stride;
+  const Slot<S>* slots;
+  const S* resting;   // of body i, scalar j, lane k: resting[(body_scalars i + j) 8 + k]
+  const S* unturned;  // such scalars of a body at the origin, at rest
+};
+inline constexpr int body_scalars = 13, load_scalars = 9;
+
 template <class S> class ForceTerm {
  public:
   virtual ~ForceTerm() = default;
   virtual void add_loads(const Motion<S>& motion, Load<S>* loads) const = 0;  // loads: one a body
+  // The same bits in every lane. Component c (acceleration, force, torque: 9) of body i in lane k: loads[(9 i + c) 8 + k].
+  virtual bool has_lanes() const { return false; }
+  virtual void add_lane_loads(const LaneMotion<S>&, S* /*loads*/) const {}
   virtual bool velocity_dependent() const { return false; }
   std::vector<Interval> on_s;  // empty: always
 };
@@ -69,12 +86,5 @@ template <class S> TermPointer<S> make_term(const Thruster&, const Scene&);
 template <class S> TermPointer<S> make_term(const PointForce&, const Scene&);
 template <class S> TermPointer<S> make_term(const RotatingFrame&, const Scene&);
 template <class S> TermPointer<S> make_term(const Potential&, const Scene&);
-
-// A force at a point of a body: the load through the centre of mass, and its moment.
-template <class S>
-void add_force_at(Load<S>& load, const Quat<S>& q_WB, const Vec3<S>& point_B, const Vec3<S>& force_W) {
-  load.force_W += force_W;
-  load.torque_B += cross(point_B, rotate_back(q_WB, force_W));
-}
 
 }  // namespace atwood

@@ -1,4 +1,4 @@
-#include "forces/force.hpp"
+#include "forces/lanes.hpp"
 
 namespace atwood {
 namespace {
@@ -10,13 +10,19 @@ template <class S> struct LinearDragTerm final : ForceTerm<S> {
   Vec3<S> wind;
 
   bool velocity_dependent() const override { return true; }
-  void add_loads(const Motion<S>& motion, Load<S>* loads) const override {
-    for (const int i : bodies) {
-      loads[i].force_W -= coefficient * (motion.v_WB(i) - wind);
-      loads[i].torque_B -= angular_coefficient * motion.w_WB_B(i);
-    }
+  static constexpr Items items = Items::bodies;
+  template <class M, class L> auto law(int item, const M& motion, const L& loads) const {
+    const auto body = motion.body(bodies[item]);
+    const auto load = loads.body(bodies[item]);
+    return [=, coefficient = coefficient, angular = angular_coefficient, wind = wind](int k) {
+      load.force_W(k) -= coefficient * (body.v_WB(k) - wind);
+      load.torque_B(k) -= angular * body.w_WB_B(k);
+    };
   }
+  ATWOOD_ONE_LAW
 };
+
+ATWOOD_LANES_OF(LinearDragTerm)
 
 }  // namespace
 

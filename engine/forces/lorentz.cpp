@@ -1,4 +1,4 @@
-#include "forces/force.hpp"
+#include "forces/lanes.hpp"
 
 namespace atwood {
 namespace {
@@ -10,11 +10,18 @@ template <class S> struct LorentzTerm final : ForceTerm<S> {
   Vec3<S> electric, magnetic;
 
   bool velocity_dependent() const override { return dot(magnetic, magnetic) != S(0); }
-  void add_loads(const Motion<S>& motion, Load<S>* loads) const override {
-    for (std::size_t k = 0; k < bodies.size(); ++k)
-      loads[bodies[k]].force_W += charge[k] * (electric + cross(motion.v_WB(bodies[k]), magnetic));
+  static constexpr Items items = Items::bodies;
+  template <class M, class L> auto law(int item, const M& motion, const L& loads) const {
+    const auto body = motion.body(bodies[item]);
+    const auto load = loads.body(bodies[item]);
+    return [=, charge = charge[item], electric = electric, magnetic = magnetic](int k) {
+      load.force_W(k) += charge * (electric + cross(body.v_WB(k), magnetic));
+    };
   }
+  ATWOOD_ONE_LAW
 };
+
+ATWOOD_LANES_OF(LorentzTerm)
 
 }  // namespace
 

@@ -1,4 +1,5 @@
 #include "forces/gravity_many.hpp"
+#include "forces/lanes.hpp"
 
 namespace atwood {
 namespace {
@@ -10,17 +11,22 @@ template <class S> struct GravityTerm final : ForceTerm<S> {
   std::vector<S> Gm;
   S softening2;
 
-  void add_loads(const Motion<S>& motion, Load<S>* loads) const override {
-    for (std::size_t a = 0; a < bodies.size(); ++a)
-      for (std::size_t b = a + 1; b < bodies.size(); ++b) {
-        const Vec3<S> r = motion.p_WB(bodies[b]) - motion.p_WB(bodies[a]);
-        const S r2 = dot(r, r) + softening2;
-        const S inverse_cube = S(1) / (r2 * real::sqrt(r2));
-        loads[bodies[a]].acceleration_W += (Gm[b] * inverse_cube) * r;
-        loads[bodies[b]].acceleration_W -= (Gm[a] * inverse_cube) * r;
-      }
+  static constexpr Items items = Items::pairs;
+  template <class M, class L> auto law(int a, int b, const M& motion, const L& loads) const {
+    const auto body_a = motion.body(bodies[a]), body_b = motion.body(bodies[b]);
+    const auto load_a = loads.body(bodies[a]), load_b = loads.body(bodies[b]);
+    return [=, softening2 = softening2, Gm_a = Gm[a], Gm_b = Gm[b]](int k) {
+      const Vec3<S> r = body_b.p_WB(k) - body_a.p_WB(k);
+      const S r2 = dot(r, r) + softening2;
+      const S inverse_cube = S(1) / (r2 * real::sqrt(r2));
+      load_a.acceleration_W(k) += (Gm_b * inverse_cube) * r;
+      load_b.acceleration_W(k) -= (Gm_a * inverse_cube) * r;
+    };
   }
+  ATWOOD_ONE_LAW
 };
+
+ATWOOD_LANES_OF(GravityTerm)
 
 }  // namespace
 

@@ -1,4 +1,4 @@
-#include "forces/force.hpp"
+#include "forces/lanes.hpp"
 
 namespace atwood {
 namespace {
@@ -8,10 +8,16 @@ template <class S> struct PointForceTerm final : ForceTerm<S> {
   int body;
   Vec3<S> point_B, force_W;
 
-  void add_loads(const Motion<S>& motion, Load<S>* loads) const override {
-    add_force_at(loads[body], motion.q_WB(body), point_B, force_W);
+  static constexpr Items items = Items::the_force;
+  template <class M, class L> auto law(const M& motion, const L& loads) const {
+    const auto at = motion.body(body);
+    const auto load = loads.body(body);
+    return [=, point_B = point_B, force_W = force_W](int k) { add_force_at(load, k, at.q_WB(k), point_B, force_W); };
   }
+  ATWOOD_ONE_LAW
 };
+
+ATWOOD_LANES_OF(PointForceTerm)
 
 }  // namespace
 

@@ -1,4 +1,4 @@
-#include "forces/force.hpp"
+#include "forces/lanes.hpp"
 
 namespace atwood {
 namespace {
@@ -8,13 +8,19 @@ template <class S> struct HenonHeilesTerm final : ForceTerm<S> {
   std::vector<int> bodies;
   S lambda;
 
-  void add_loads(const Motion<S>& motion, Load<S>* loads) const override {
-    for (const int i : bodies) {
-      const Vec3<S> p = motion.p_WB(i);
-      loads[i].force_W -= Vec3<S>{p.x + S(2) * lambda * p.x * p.y, p.y + lambda * (p.x * p.x - p.y * p.y), S(0)};
-    }
+  static constexpr Items items = Items::bodies;
+  template <class M, class L> auto law(int item, const M& motion, const L& loads) const {
+    const auto body = motion.body(bodies[item]);
+    const auto load = loads.body(bodies[item]);
+    return [=, lambda = lambda](int k) {
+      const Vec3<S> p = body.p_WB(k);
+      load.force_W(k) -= Vec3<S>{p.x + S(2) * lambda * p.x * p.y, p.y + lambda * (p.x * p.x - p.y * p.y), S(0)};
+    };
   }
+  ATWOOD_ONE_LAW
 };
+
+ATWOOD_LANES_OF(HenonHeilesTerm)
 
 }  // namespace
 

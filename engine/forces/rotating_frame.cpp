@@ -1,4 +1,4 @@
-#include "forces/force.hpp"
+#include "forces/lanes.hpp"
 
 namespace atwood {
 namespace {
@@ -9,13 +9,19 @@ template <class S> struct RotatingFrameTerm final : ForceTerm<S> {
   Vec3<S> rate;
 
   bool velocity_dependent() const override { return dot(rate, rate) != S(0); }
-  void add_loads(const Motion<S>& motion, Load<S>* loads) const override {
-    for (const int i : bodies) {
-      const Vec3<S> v = motion.v_WB(i);
-      loads[i].acceleration_W -= cross(rate, v + v + cross(rate, motion.p_WB(i)));
-    }
+  static constexpr Items items = Items::bodies;
+  template <class M, class L> auto law(int item, const M& motion, const L& loads) const {
+    const auto body = motion.body(bodies[item]);
+    const auto load = loads.body(bodies[item]);
+    return [=, rate = rate](int k) {
+      const Vec3<S> v = body.v_WB(k);
+      load.acceleration_W(k) -= cross(rate, v + v + cross(rate, body.p_WB(k)));
+    };
   }
+  ATWOOD_ONE_LAW
 };
+
+ATWOOD_LANES_OF(RotatingFrameTerm)
 
 }  // namespace
 

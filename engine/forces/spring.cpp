@@ -1,4 +1,4 @@
-#include "forces/force.hpp"
+#include "forces/lanes.hpp"
 
 namespace atwood {
 namespace {
@@ -13,21 +13,29 @@ template <class S> struct SpringTerm final : ForceTerm<S> {
   S stiffness, damping, rest_length;
 
   bool velocity_dependent() const override { return damping != S(0); }
-  void add_loads(const Motion<S>& motion, Load<S>* loads) const override {
-    const Quat<S> q_a = a < 0 ? Quat<S>{} : motion.q_WB(a), q_b = motion.q_WB(b);
-    const Vec3<S> x_a = a < 0 ? anchor : motion.p_WB(a) + rotate(q_a, point_a);
-    const Vec3<S> r = motion.p_WB(b) + rotate(q_b, point_b) - x_a;
-    const S length = norm(r);
-    Vec3<S> on_b = -(rest_length == S(0) ? stiffness : stiffness * (S(1) - rest_length / length)) * r;
-    if (damping != S(0)) {
-      Vec3<S> u = motion.v_WB(b) + rotate(q_b, cross(motion.w_WB_B(b), point_b));
-      if (a >= 0) u -= motion.v_WB(a) + rotate(q_a, cross(motion.w_WB_B(a), point_a));
-      on_b -= damping * (length == S(0) ? u : (dot(u, r) / (length * length)) * r);
-    }
-    add_force_at(loads[b], q_b, point_b, on_b);
-    if (a >= 0) add_force_at(loads[a], q_a, point_a, -on_b);
+  static constexpr Items items = Items::the_force;
+  template <class M, class L> auto law(const M& motion, const L& loads) const {
+    const auto body_a = motion.body(a < 0 ? b : a), body_b = motion.body(b);  // an anchored end a: never read
+    const auto load_a = loads.body(a < 0 ? b : a), load_b = loads.body(b);
+    return [=, *this](int k) {
+      const Quat<S> q_a = a < 0 ? Quat<S>{} : body_a.q_WB(k), q_b = body_b.q_WB(k);
+      const Vec3<S> x_a = a < 0 ? anchor : body_a.p_WB(k) + rotate(q_a, point_a);
+      const Vec3<S> r = body_b.p_WB(k) + rotate(q_b, point_b) - x_a;
+      const S length = norm(r);
+      Vec3<S> on_b = -(rest_length == S(0) ? stiffness : stiffness * (S(1) - rest_length / length)) * r;
+      if (damping != S(0)) {
+        Vec3<S> u = body_b.v_WB(k) + rotate(q_b, cross(body_b.w_WB_B(k), point_b));
+        if (a >= 0) u -= body_a.v_WB(k) + rotate(q_a, cross(body_a.w_WB_B(k), point_a));
+        on_b -= damping * (length == S(0) ? u : (dot(u, r) / (length * length)) * r);
+      }
+      add_force_at(load_b, k, q_b, point_b, on_b);
+      if (a >= 0) add_force_at(load_a, k, q_a, point_a, -on_b);
+    };
   }
+  ATWOOD_ONE_LAW
 };
+
+ATWOOD_LANES_OF(SpringTerm)
 
 }  // namespace
 

@@ -1,4 +1,4 @@
-#include "forces/force.hpp"
+#include "forces/lanes.hpp"
 
 namespace atwood {
 namespace {
@@ -8,11 +8,19 @@ template <class S> struct ThrusterTerm final : ForceTerm<S> {
   int body;
   Vec3<S> force_B, torque_B;
 
-  void add_loads(const Motion<S>& motion, Load<S>* loads) const override {
-    loads[body].force_W += rotate(motion.q_WB(body), force_B);
-    loads[body].torque_B += torque_B;
+  static constexpr Items items = Items::the_force;
+  template <class M, class L> auto law(const M& motion, const L& loads) const {
+    const auto at = motion.body(body);
+    const auto load = loads.body(body);
+    return [=, force_B = force_B, torque_B = torque_B](int k) {
+      load.force_W(k) += rotate(at.q_WB(k), force_B);
+      load.torque_B(k) += torque_B;
+    };
   }
+  ATWOOD_ONE_LAW
 };
+
+ATWOOD_LANES_OF(ThrusterTerm)
 
 }  // namespace
 

@@ -8,7 +8,7 @@
 namespace atwood {
 namespace {
 
-constexpr int point_size = 6, rotating_size = 13;
+constexpr int point_size = 6, rotating_size = body_scalars;
 
 // I^-1 by cofactors over the determinant: row i is the cross product of the other two columns (I is symmetric).
 template <class S> MassProperties<S> mass_properties(const Body& body) {
@@ -61,6 +61,8 @@ template <class S> RigidModel<S>::RigidModel(const Scene& scene, const ModelOpti
   }
   system_.size = state_size_;
   system_.rate_of = &RigidModel::rate_of;
+  system_.rates_of = &RigidModel::rates_of;
+  one_.resize(2 * static_cast<std::size_t>(state_size_));
   if (std::any_of(slots_.begin(), slots_.end(), [](const Slot<S>& s) { return s.rotates && s.offset >= 0; }))
     system_.project_of = &RigidModel::project_of;
   select_interval(S(0), S(0));
@@ -70,6 +72,7 @@ template <class S> void RigidModel<S>::build_bodies(const Scene& scene) {
   const std::size_t count = scene.bodies.size();
   resting_.resize(count * rotating_size);
   loads_.resize(count);
+  load_lanes_.resize(count * load_scalars);
   moving_.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {
     const Body& body = scene.bodies[i];
@@ -94,6 +97,11 @@ template <class S> void RigidModel<S>::build_bodies(const Scene& scene) {
     release_s_.push_back(body.release_s);
     if (!body.fixed && body.release_s > 0) switch_times_s_.push_back(body.release_s);
   }
+  resting_lanes_.resize(resting_.size() + rotating_size);  // and a body at the origin, unturned
+  for (std::size_t i = 0; i < resting_.size(); ++i)
+    std::fill(resting_lanes_[i].lane, resting_lanes_[i].lane + lane_count, resting_[i]);
+  LaneBlock<S>& unturned_w = resting_lanes_[resting_.size() + at_attitude];
+  std::fill(unturned_w.lane, unturned_w.lane + lane_count, S(1));
 }
 
 template <class S> void RigidModel<S>::build_forces(const Scene& scene, const GravityOptions& gravity) {
@@ -126,6 +134,7 @@ template <class S> void RigidModel<S>::select_interval(S from_s, S to_s) {
   active_.clear();
   for (const auto& term : terms_)
     if (is_on(term->on_s, middle_s)) active_.push_back(term.get());
+  lanes_ = std::all_of(active_.begin(), active_.end(), [](const ForceTerm<S>* term) { return term->has_lanes(); });
   moving_.clear();
   for (std::size_t i = 0; i < slots_.size(); ++i) {
     const bool stands = slots_[i].offset < 0 || middle_s < release_s_[i];

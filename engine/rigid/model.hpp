@@ -13,6 +13,7 @@
 
 #include "forces/force.hpp"
 #include "integrators/system.hpp"
+#include "math/lanes.hpp"
 #include "math/principal_axes.hpp"
 #include "protocol/sample.hpp"
 #include "scene/scene.hpp"
@@ -90,6 +91,7 @@ template <class S> class RigidModel {
 
  private:
   static void rate_of(void* context, S t_s, const S* y, S* dydt);
+  static void rates_of(void* context, int count, const S* t_s, const S* y, S* dydt);  // rate_lanes.cpp
   static void project_of(void* context, S* y);
   void add_loads(S t_s, const S* y);
   void build_bodies(const Scene& scene);
@@ -109,6 +111,9 @@ template <class S> class RigidModel {
   std::vector<const ForceTerm<S>*> active_;
   std::vector<double> switch_times_s_;
   std::vector<int> moving_;
+  bool lanes_ = true;                      // every active force has a law over lanes
+  LaneArray<S> resting_lanes_, load_lanes_;
+  std::vector<S> one_;                     // a state and its rate: batches one by one
   int interval_ = -1;                      // how many switch times lie behind
   Vec3<S> gravity_;
   System<S> system_;

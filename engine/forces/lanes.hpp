@@ -1,0 +1,138 @@
+// Loads of several states at once, a state a lane. A force writes its law once, for whatever motion and loads it is
+// given: those of one state, or of lanes. law() finds the bodies of an item and answers what to do in lane k; it
+// captures numbers and pointers by value, for the compiler to see that no lane changes them.
+//
+//   template <class S> struct AttractorTerm final : ForceTerm<S> {
+//     std::vector<int> bodies;
+//     static constexpr Items items = Items::bodies;
+//     template <class M, class L> auto law(int item, const M& motion, const L& loads) const {
+//       const auto body = motion.body(bodies[item]);
+//       const auto load = loads.body(bodies[item]);
+//       return [=, mu = mu](int k) { load.acceleration_W(k) -= mu * body.p_WB(k) ... };
+//     }
+//     ATWOOD_ONE_LAW
+//   };
+//   ATWOOD_LANES_OF(AttractorTerm)
+#pragma once
+
+#include "forces/force.hpp"
+#include "math/lanes.hpp"
+
+namespace atwood {
+
+// ---- one state: the only lane is 0 ------------------------------------------------------------------------------
+template <class S> struct OneBody {
+  const S* at;
+  bool rotates;
+  Vec3<S> p_WB(int) const { return load3(at); }
+  Vec3<S> v_WB(int) const { return load3(at + 3); }
+  Quat<S> q_WB(int) const { return rotates ? load4(at + 6) : Quat<S>{}; }
+  Vec3<S> w_WB_B(int) const { return rotates ? load3(at + 10) : Vec3<S>{}; }
+};
+template <class S> struct OneLoad {
+  Load<S>* load;
+  Vec3<S>& acceleration_W(int) const { return load->acceleration_W; }
+  Vec3<S>& force_W(int) const { return load->force_W; }
+  Vec3<S>& torque_B(int) const { return load->torque_B; }
+};
+template <class S> struct OneMotion {
+  const Motion<S>& motion;
+  const S* t_s;
+  OneBody<S> body(int i) const { return {motion.of(i), motion.slots[i].rotates}; }
+};
+template <class S> struct OneLoads {
+  Load<S>* loads;
+  OneLoad<S> body(int i) const { return {loads + i}; }
+};
+
+// ---- lanes ------------------------------------------------------------------------------------------------------
+template <class S> struct BodyLanes {
+  const S *at, *turn;  // a body without attitude: `turn` is the identity at rest
+  std::ptrdiff_t stride, turn_stride;
+  Vec3<S> p_WB(int k) const { return load3(at + k, stride); }
+  Vec3<S> v_WB(int k) const { return load3(at + 3 * stride + k, stride); }
+  Quat<S> q_WB(int k) const { return load4(turn + k, turn_stride); }
+  Vec3<S> w_WB_B(int k) const { return load3(turn + 4 * turn_stride + k, turn_stride); }
+};
+template <class S> struct Vec3OfLane {
+  S* at;
+  void operator+=(const Vec3<S>& b) const { at[0] += b.x; at[lane_count] += b.y; at[2 * lane_count] += b.z; }
+  void operator-=(const Vec3<S>& b) const { at[0] -= b.x; at[lane_count] -= b.y; at[2 * lane_count] -= b.z; }
+};
+template <class S> struct LoadLanes {
+  S* at;
+  Vec3OfLane<S> acceleration_W(int k) const { return {at + k}; }
+  Vec3OfLane<S> force_W(int k) const { return {at + 3 * lane_count + k}; }
+  Vec3OfLane<S> torque_B(int k) const { return {at + 6 * lane_count + k}; }
+};
+template <class S> struct MotionLanes {
+  const LaneMotion<S>& motion;
+  const S* t_s;
+  BodyLanes<S> body(int i) const {
+    const Slot<S>& slot = motion.slots[i];
+    const std::ptrdiff_t stride = slot.resting ? lane_count : motion.stride;
+    const S* at = slot.resting ? motion.resting + i * body_scalars * lane_count : motion.y + slot.offset * stride;
+    if (slot.rotates) return {at, at + 6 * stride, stride, stride};
+    return {at, motion.unturned + 6 * lane_count, stride, lane_count};
+  }
+};
+template <class S> struct LoadsLanes {
+  S* loads;
+  LoadLanes<S> body(int i) const { return {loads + i * load_scalars * lane_count}; }
+};
+
+// ---- both -------------------------------------------------------------------------------------------------------
+// A force at a point of a body: the load through the centre of mass, and its moment.
+template <class L, class S>
+void add_force_at(const L& load, int k, const Quat<S>& q_WB, const Vec3<S>& point_B, const Vec3<S>& force_W) {
+  load.force_W(k) += force_W;
+  load.torque_B(k) += cross(point_B, rotate_back(q_WB, force_W));
+}
+
+// f(item...) for what the law of a force acts on.
+enum class Items { the_force, bodies, pairs };
+template <class Term, class F> [[gnu::always_inline]] inline void for_items(const Term& term, const F& f) {
+  if constexpr (Term::items == Items::the_force) {
+    f();
+  } else {
+    const int count = static_cast<int>(term.bodies.size());
+    for (int a = 0; a < count; ++a) {
+      if constexpr (Term::items == Items::bodies) f(a);
+      else
+        for (int b = a + 1; b < count; ++b) f(a, b);
+    }
+  }
+}
+
+template <class Term, class S> void add_loads_of_one(const Term& term, const Motion<S>& motion, Load<S>* loads) {
+  const OneMotion<S> one{motion, &motion.t_s};
+  for_items(term, [&](auto... item) { term.law(item..., one, OneLoads<S>{loads})(0); });
+}
+template <class Term, class S>
+[[gnu::always_inline]] inline void add_loads_of_lanes(const Term& term, const LaneMotion<S>& motion, S* loads) {
+  const MotionLanes<S> lanes{motion, motion.t_s};
+  for_items(term, [&](auto... item) __attribute__((always_inline)) {
+    for_lanes(motion.count, term.law(item..., lanes, LoadsLanes<S>{loads}));
+  });
+}
+
+}  // namespace atwood
+
+#define ATWOOD_ONE_LAW                                                                                        \
+  void add_loads(const Motion<S>& motion, Load<S>* loads) const override { add_loads_of_one(*this, motion, loads); } \
+  bool has_lanes() const override { return true; }                                                            \
+  void add_lane_loads(const LaneMotion<S>& motion, S* loads) const override { add_lanes(*this, motion, loads); }
+
+#define ATWOOD_LANES_OF(Term)                                                                                   \
+  ATWOOD_VECTOR_WIDTHS void add_lanes(const Term<float>& term, const LaneMotion<float>& motion, float* loads) {   \
+    add_loads_of_lanes(term, motion, loads);                                                                    \
+  }                                                                                                             \
+  ATWOOD_VECTOR_WIDTHS void add_lanes(const Term<double>& term, const LaneMotion<double>& motion, double* loads) { \
+    add_loads_of_lanes(term, motion, loads);                                                                    \
+  }                                                                                                             \
+  void add_lanes(const Term<long double>& term, const LaneMotion<long double>& motion, long double* loads) {      \
+    add_loads_of_lanes(term, motion, loads);                                                                    \
+  }                                                                                                             \
+  void add_lanes(const Term<Quad>& term, const LaneMotion<Quad>& motion, Quad* loads) {                           \
+    add_loads_of_lanes(term, motion, loads);                                                                    \
+  }
