@@ -61,7 +61,7 @@ Outcome run(const MethodId& id, const Scene& scene, const Plan& plan, const Obse
 
 }  // namespace
 
-Engine atwood_engine() { return {"atwood", "0.1.0", "double", integrator_catalogue(), run}; }
+Engine atwood_engine() { return {"atwood", "0.1.0", "double", integrator_catalogue(), run, true}; }
 
 bool contacts_possible(const Scene& scene) {
   int shaped = 0, moving = 0;
@@ -101,7 +101,7 @@ template <class S> Simulation<S> prepare(const MethodId& id, const Scene& scene)
 // In the wider of double and S, then narrowed.
 template <class S> S time_at(const Plan& plan, std::int64_t n) {
   using Clock = std::conditional_t<std::is_same_v<S, float>, double, S>;
-  return S(Clock(plan.t_end_s) * Clock(n) / Clock(plan.steps));
+  return S(step_begin_s<Clock>(plan, n));
 }
 
 template <class S>

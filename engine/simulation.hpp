@@ -28,7 +28,7 @@ template <class S> struct Simulation {
 };
 template <class S> Simulation<S> prepare(const MethodId& id, const Scene& scene);
 
-// t_end n / steps: no accumulation.
+// When step n begins (protocol/sample.hpp): no accumulation.
 template <class S> S time_at(const Plan& plan, std::int64_t n);
 
 // Sample k of the plan, at t = t_end k / samples, from the state y.

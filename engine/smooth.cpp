@@ -43,7 +43,7 @@ template <class S> bool refuse_step(Outcome& outcome, S t_s) {
   return false;
 }
 
-// ---- equal steps ------------------------------------------------------------------------------------------------
+// ---- the steps of the plan ------------------------------------------------------------------------------------------------
 template <class S> bool one_step(Simulation<S>& s, const Plan& plan, std::int64_t n, S h_s) {
   const S t_s = time_at<S>(plan, n);
   s.model->select_interval(t_s, t_s + h_s);
@@ -61,7 +61,7 @@ template <class S> void march_equal_steps(Run<S>& run) {
   if (!run.see(0, s.y.data())) return;
   for (std::int64_t k = 0; k < plan.samples; ++k) {
     for (std::int64_t n = k * stride; n < (k + 1) * stride; ++n) {
-      if (!one_step(s, plan, n, h_s)) return;
+      if (!one_step(s, plan, n, plan.frame_ends_s.empty() ? h_s : time_at<S>(plan, n + 1) - time_at<S>(plan, n))) return;
       ++s.outcome.steps_taken;
     }
     if (!run.see(k + 1, s.y.data())) return;

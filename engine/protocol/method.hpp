@@ -42,6 +42,7 @@ struct Engine {
   std::string name, version, scalar;   // "bullet64", "3.24", "double"
   std::vector<MethodInfo> methods;
   std::function<Outcome(const MethodId&, const Scene&, const Plan&, const Observer&, int repeats)> run;
+  bool frames = false;                 // takes steps of recorded, unequal length (Plan::frame_ends_s)
 };
 
 }  // namespace atwood

@@ -13,11 +13,25 @@ namespace atwood {
 using Wide = __float128;  // arithmetic works natively; functions come from <quadmath.h> inside .cpp files
 
 // h is derived: t_end_s / steps. Sample k is taken at t = t_end_s k / samples, k = 0..samples.
+//
+// With recorded frames the steps are as long as the frames were: frame k ends at frame_ends_s[k], the last one at t_end_s, and
+// is taken in steps / frames equal parts. Samples are then the start and the end alone.
 struct Plan {
   double t_end_s = 0;
   std::int64_t steps = 0;
   std::int64_t samples = 0;  // divides steps
+  std::vector<double> frame_ends_s = {};  // empty: equal steps
 };
+
+// Where step n of the plan begins and step n - 1 ends, n = 0..steps, in the arithmetic of T. Never an accumulated sum.
+template <class T> T step_begin_s(const Plan& plan, std::int64_t n) {
+  if (plan.frame_ends_s.empty()) return T(plan.t_end_s) * T(n) / T(plan.steps);
+  const auto frames = static_cast<std::int64_t>(plan.frame_ends_s.size());
+  const std::int64_t parts = plan.steps / frames, frame = n / parts, part = n % parts;
+  const T begin = frame == 0 ? T(0) : T(plan.frame_ends_s[static_cast<std::size_t>(frame - 1)]);
+  if (part == 0) return begin;
+  return begin + (T(plan.frame_ends_s[static_cast<std::size_t>(frame)]) - begin) * T(part) / T(parts);
+}
 
 struct BodySample {
   std::array<Wide, 3> p_m{};              // world

@@ -251,7 +251,17 @@ std::string to_line(const Request& request) {
   line += ",\"method\":" + dump(Json(request.method)) + ",\"pass\":\"" + (timing ? "timing" : "accuracy") + "\"";
   line += ",\"t_end_s\":" + format_double(request.plan.t_end_s) + ",\"steps\":" + std::to_string(request.plan.steps);
   line += ",\"samples\":" + std::to_string(request.plan.samples) + ",\"repeats\":" + std::to_string(request.repeats);
+  if (!request.plan.frame_ends_s.empty()) line += ",\"frame_ends_s\":" + dump(Json(request.plan.frame_ends_s));
   return line + ",\"scene\":" + request.json + "}";
+}
+
+void read_frames(const Json& json, Plan& plan) {
+  for (const Json& each : array(json, "frame_ends_s")) plan.frame_ends_s.push_back(narrow_number(each));
+  const std::vector<double>& ends = plan.frame_ends_s;
+  bool grows = !ends.empty() && ends.front() > 0 && ends.back() == plan.t_end_s;
+  for (std::size_t i = 1; i < ends.size(); ++i) grows = grows && ends[i] > ends[i - 1];
+  if (!grows) throw Garbage("\"frame_ends_s\" must grow from above 0 to t_end_s");
+  if (plan.steps % static_cast<std::int64_t>(ends.size()) != 0) throw Garbage("\"steps\" must be a multiple of the frames");
 }
 
 Request read_request(std::string_view line, std::int64_t& cell) {
@@ -280,6 +290,7 @@ Request read_request(std::string_view line, std::int64_t& cell) {
   if (!(request.plan.t_end_s > 0) || !std::isfinite(request.plan.t_end_s)) throw Garbage("\"t_end_s\" must be positive");
   if (request.plan.steps <= 0) throw Garbage("\"steps\" must be positive");
   if (request.plan.steps % request.plan.samples != 0) throw Garbage("\"samples\" must divide \"steps\"");
+  if (json.contains("frame_ends_s")) read_frames(json["frame_ends_s"], request.plan);
   const std::string pass = text_or(json, "pass", "accuracy");
   if (pass != "accuracy" && pass != "timing") throw Garbage("unknown pass `" + pass + "`; expected accuracy or timing");
   if (pass == "timing") {
@@ -293,7 +304,7 @@ Request read_request(std::string_view line, std::int64_t& cell) {
 
 // ---- hello --------------------------------------------------------------------------------------------------------
 std::string hello_line(const Engine& engine) {
-  Json json{{"engine", engine.name}, {"version", engine.version}, {"scalar", engine.scalar}};
+  Json json{{"engine", engine.name}, {"version", engine.version}, {"scalar", engine.scalar}, {"frames", engine.frames}};
   Json& methods = json["methods"] = Json::array();
   for (const MethodInfo& method : engine.methods) {
     Json claims = Json::object();
@@ -314,6 +325,7 @@ Engine read_hello(std::string_view line) {
   engine.name = text(need(json, "engine"), "engine");
   engine.version = text_or(json, "version", "");
   engine.scalar = text_or(json, "scalar", "double");
+  engine.frames = json.contains("frames") && json["frames"].is_boolean() && json["frames"].get<bool>();
   for (const Json& each : array(need(json, "methods"), "methods")) {
     if (!each.is_object()) throw Garbage("a method is not an object: " + each.dump().substr(0, 60));
     MethodInfo& method = engine.methods.emplace_back();

@@ -338,17 +338,48 @@ void add_body(Reading& r, Place place, Body body) {
   r.scene->bodies.push_back(std::move(body));
 }
 
+// Left out where there is none.
+Key<Scenario> frames_key() {
+  auto k = key<Scenario>("frame_ends_s", &Scenario::frame_ends_s, list_of(number(positive()), kMostFrames),
+                         "when each recorded frame ended, growing, the last at t_end_s [s]: steps of unequal length");
+  const auto write = k.write;
+  k.write = [write](const Scene& s, const Scenario& from) { return from.frame_ends_s.empty() ? Value() : write(s, from); };
+  return k;
+}
+
 const Keys<Scenario>& run_keys() {
   static const Keys<Scenario> keys = {
       required(key<Scenario>("t_end_s", &Scenario::t_end_s, number(positive()), "end of the run [s]")),
       steps_key(),
       required(key<Scenario>("samples", &Scenario::samples, integer(1, 1'000'000),
                              "samples at t_end_s k / samples; divides every step count")),
+      frames_key(),
   };
   return keys;
 }
 
+void check_frames(Reading& r, const Value& run, const Scenario& scenario) {
+  const std::vector<double>& ends = scenario.frame_ends_s;
+  if (ends.empty()) return;
+  const Place place = run.find("frame_ends_s")->place;
+  for (std::size_t i = 1; i < ends.size(); ++i)
+    if (!(ends[i] > ends[i - 1]))
+      fail(r, place, "`frame_ends_s` in [run] has " + describe(Value(ends[i])) + " after " + describe(Value(ends[i - 1])) +
+                         "; expected growing times");
+  if (ends.back() != scenario.t_end_s)
+    fail(r, place, "`frame_ends_s` in [run] ends at " + describe(Value(ends.back())) + "; expected t_end_s, " +
+                       describe(Value(scenario.t_end_s)));
+  if (scenario.samples != 1)
+    fail(r, run.find("samples")->place, "`samples` in [run] is " + std::to_string(scenario.samples) +
+                                            "; expected 1 with recorded frames: the start and the end");
+  for (const std::int64_t steps : scenario.steps)
+    if (steps % static_cast<std::int64_t>(ends.size()) != 0)
+      fail(r, run.find("steps")->place, "`steps` in [run] has " + std::to_string(steps) + "; expected a multiple of the " +
+                                            std::to_string(ends.size()) + " frames");
+}
+
 void check_run(Reading& r, const Value& run, const Scenario& scenario) {
+  check_frames(r, run, scenario);
   const Place steps = run.find("steps")->place;
   if (scenario.steps.empty()) fail(r, steps, "`steps` in [run] is an empty list; expected at least one step count");
   for (std::size_t i = 0; i < scenario.steps.size(); ++i) {

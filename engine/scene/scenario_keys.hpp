@@ -26,6 +26,7 @@ inline constexpr std::size_t kMostBodies = 200'000;
 inline constexpr std::size_t kMostMaterials = 256;
 inline constexpr std::int64_t kMostSteps = 1'000'000'000'000;
 inline constexpr std::size_t kMostRungs = 64;
+inline constexpr std::size_t kMostFrames = 1'000'000;
 
 const Keys<FileDraft>& file_keys();
 const Keys<Scenario>& scenario_keys();  // the resolved form

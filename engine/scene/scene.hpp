@@ -123,6 +123,7 @@ struct Scenario {
   double t_end_s = 0;
   std::vector<std::int64_t> steps;  // the ladder
   std::int64_t samples = 0;         // divides every step count
+  std::vector<double> frame_ends_s; // recorded frames instead of equal steps; empty: none
   Scene scene;
   TruthSpec truth;
   std::vector<Invariant> invariants;

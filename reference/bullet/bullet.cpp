@@ -64,6 +64,7 @@ Engine bullet_engine() {
              "and 50 solver iterations: the most accurate bounce its own settings reach.",
              bullet::tuned_settings())};
   engine.run = run;
+  engine.frames = true;
   return engine;
 }
 

@@ -86,6 +86,7 @@ Engine cvode_engine() {
   engine.scalar = "double";
   engine.methods = {info(true), info(false)};
   engine.run = run_method;
+  engine.frames = true;  // steps of its own anyway
   return engine;
 }
 

@@ -62,6 +62,7 @@ Engine ode_engine() {
              "slip.",
              ode::tuned_settings())};
   engine.run = run;
+  engine.frames = true;
   return engine;
 }
 

@@ -13,7 +13,7 @@ namespace {
 class Stepper {
  public:
   Stepper(const Scene& scene, const Plan& plan, std::int64_t substeps, World& world)
-      : scene_(scene), world_(world), substeps_(substeps) {
+      : scene_(scene), plan_(plan), world_(world), substeps_(substeps) {
     inner_h_s_ = plan.t_end_s / static_cast<double>(plan.steps) / static_cast<double>(substeps);
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
       if (!scene.bodies[i].fixed && scene.bodies[i].release_s > 0) held_.push_back(static_cast<int>(i));
@@ -25,8 +25,12 @@ class Stepper {
   // Step n of the plan; `before` runs ahead of every inner step, `after` behind it, with the inner step's start time.
   template <class Before, class After>
   void step(std::int64_t n, const Before& before, const After& after) {
+    const bool recorded = !plan_.frame_ends_s.empty();
+    const double begin_s = recorded ? step_begin_s<double>(plan_, n) : 0;
+    if (recorded) inner_h_s_ = (step_begin_s<double>(plan_, n + 1) - begin_s) / static_cast<double>(substeps_);
     for (std::int64_t k = 0; k < substeps_; ++k) {
-      const double t_s = inner_h_s_ * static_cast<double>(n * substeps_ + k);
+      const double t_s = recorded ? begin_s + inner_h_s_ * static_cast<double>(k)
+                                  : inner_h_s_ * static_cast<double>(n * substeps_ + k);
       const double middle_s = t_s + 0.5 * inner_h_s_;
       release_due(middle_s);
       before();
@@ -61,6 +65,7 @@ class Stepper {
   }
 
   const Scene& scene_;
+  const Plan& plan_;
   World& world_;
   std::int64_t substeps_;
   double inner_h_s_ = 0;

@@ -155,6 +155,15 @@ const Worker& worker_of(const std::vector<Worker>& workers, const std::string& m
   throw InputError(fmt::format("--method {}: no engine offers it; expected truth or one of {}", method, names));
 }
 
+// With recorded frames: an engine that takes them, whole frames, and the start and the end alone.
+void require_frames(const Scenario& scenario, const Worker& worker, std::int64_t steps, std::int64_t samples) {
+  const auto frames = static_cast<std::int64_t>(scenario.frame_ends_s.size());
+  if (frames == 0) return;
+  if (!worker.engine.frames) throw InputError(fmt::format("{} takes equal steps, no recorded frames", worker.engine.name));
+  if (samples != 1) throw InputError(fmt::format("--samples {}: expected 1 with recorded frames: the start and the end", samples));
+  if (steps % frames != 0) throw InputError(fmt::format("--steps {}: expected a multiple of the {} recorded frames", steps, frames));
+}
+
 }  // namespace
 
 int command_trace(const Place& place, const Options& options) {
@@ -179,8 +188,9 @@ int command_trace(const Place& place, const Options& options) {
   }
   const auto workers = require_workers(place, options);
   const Worker& worker = worker_of(workers, method);
+  require_frames(scenario, worker, steps, samples);
   const MethodId id = parse_method_id(method);
-  const Recording run = run_once(worker, method, scenario.scene, {scenario.t_end_s, steps, samples}, options.cell_limit_s);
+  const Recording run = run_once(worker, method, scenario.scene, {scenario.t_end_s, steps, samples, scenario.frame_ends_s}, options.cell_limit_s);
   const int digits = digits_of(id.scalar.empty() ? worker.engine.scalar : id.scalar);
   if (run.outcome.status != Status::unsupported) {
     if (options.events) print_events(scenario.scene, run.events, nullptr, digits, options.json);

@@ -120,6 +120,16 @@ void explain_absence(Cell& cell, const std::vector<Worker>& workers) {
   }
 }
 
+bool frames_taken(const Cell& cell, const std::vector<Worker>& workers) {
+  return cell.worker < 0 || cell.plan.frame_ends_s.empty() || workers[static_cast<std::size_t>(cell.worker)].engine.frames;
+}
+
+void refuse_frames(Cell& cell) {
+  cell.absent_reason = cell.method.substr(0, cell.method.find('/')) + " takes equal steps, no recorded frames";
+  cell.absent = Status::unsupported;
+  cell.worker = -1;
+}
+
 void hash_cell(Cell& cell, const Offer& offer, const std::vector<Worker>& workers, const std::string& scene_hash,
                const std::string& cpu) {
   const Worker& worker = workers[static_cast<std::size_t>(offer.worker)];
@@ -133,6 +143,7 @@ void hash_cell(Cell& cell, const Offer& offer, const std::vector<Worker>& worker
   cell.accuracy_hash = content_hash({"cell 1", scene_hash, format_double(cell.plan.t_end_s), std::to_string(cell.plan.steps),
                                      std::to_string(cell.plan.samples), canonical, to_string(id),
                                      std::to_string(wire::kProtocol), worker.build_id, version});
+  for (const double end_s : cell.plan.frame_ends_s) cell.accuracy_hash = content_hash({cell.accuracy_hash, format_double(end_s)});
   cell.timing_hash = content_hash({"timing 1", cell.accuracy_hash, cpu, std::to_string(cell.repeats)});
 }
 
@@ -179,9 +190,10 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
               if (adaptive) break;
               continue;
             }
-            Cell cell{scenario, method, {scenario.t_end_s, steps, scenario.samples}, offer.worker, cells.repeats, cells.claim,
+            Cell cell{scenario, method, {scenario.t_end_s, steps, scenario.samples, scenario.frame_ends_s}, offer.worker, cells.repeats, cells.claim,
                       claimed_order(cells, offer), {}, {}, {}, Status::not_built, {}};
-            if (offer.worker >= 0) hash_cell(cell, offer, workers, scene_hash, cpu);
+            if (!frames_taken(cell, workers)) refuse_frames(cell);
+            else if (offer.worker >= 0) hash_cell(cell, offer, workers, scene_hash, cpu);
             else explain_absence(cell, workers);
             if (fresh) planned.push_back(std::move(cell));
             else planned[place->second] = std::move(cell);

@@ -117,6 +117,31 @@ TEST_CASE("hello carries every setting with its type") {
   CHECK(back.methods[0].settings == engine.methods[0].settings);
 }
 
+TEST_CASE("recorded frames cross the pipe; a step is its share of its frame, never a sum") {
+  wire::Request request;
+  request.kind = wire::Request::Kind::run;
+  request.cell = 3;
+  request.method = "demo/a";
+  request.json = "{}";
+  request.plan = {1.0, 4, 1, {0.3, 1.0}};
+  std::int64_t cell = -1;
+  const Plan plan = wire::read_request(wire::to_line(request), cell).plan;
+  REQUIRE(plan.frame_ends_s == std::vector<double>{0.3, 1.0});
+  CHECK(step_begin_s<double>(plan, 0) == 0.0);
+  CHECK(step_begin_s<double>(plan, 1) == 0.3 / 2);
+  CHECK(step_begin_s<double>(plan, 2) == 0.3);
+  CHECK(step_begin_s<double>(plan, 3) == 0.3 + (1.0 - 0.3) / 2);
+  CHECK(step_begin_s<double>(plan, 4) == 1.0);
+  CHECK(step_begin_s<double>(Plan{1.0, 4, 1}, 3) == 0.75);
+  const std::string head = R"({"request":"run","cell":3,"method":"d","t_end_s":1,"samples":1,"scene":{},"steps":4,"frame_ends_s":)";
+  for (const char* bad : {"[]}", "[0.5]}", "[0.5,0.5,1]}", "[-1,1]}", "[0.1,0.2,1]}", "[\"nan\",1]}"})
+    CHECK_THROWS_AS(wire::read_request(head + bad, cell), wire::Garbage);
+  Engine engine;
+  engine.frames = true;
+  CHECK(wire::read_hello(wire::hello_line(engine)).frames);
+  CHECK_FALSE(wire::read_hello(R"({"engine":"x","methods":[]})").frames);
+}
+
 TEST_CASE("requests read back, and bad ones are refused with their cell") {
   wire::Request request;
   request.kind = wire::Request::Kind::run;

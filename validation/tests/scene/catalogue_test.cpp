@@ -95,7 +95,7 @@ TEST_CASE("each scenario is complete and follows the rules") {
     REQUIRE((has(s, "section-a") + has(s, "section-b") + has(s, "section-d")) == 1);
     REQUIRE(has(s, "smooth") != has(s, "contact"));
     REQUIRE(s.truth.kind != TruthKind::none);
-    REQUIRE(s.samples >= 60);
+    REQUIRE((s.samples >= 60 || !s.frame_ends_s.empty()));
     for (const std::int64_t steps : s.steps) REQUIRE(steps % s.samples == 0);
     for (const Force& force : s.scene.forces) {
       if (const auto* thruster = std::get_if<Thruster>(&force)) require_switches_on_steps(s, thruster->on_s);

@@ -159,6 +159,12 @@ TEST_CASE("the run") {
   check(run("t_end_s = 1\nsteps = [64.5]\nsamples = 1\n"), "4:10", "is 64.5", "a whole number");
   check(run("t_end_s = 1\nsteps = []\nsamples = 1\n"), "4:9", "empty list", "at least one");
   check(run("t_end_s = 1\nsteps = [128, 64]\nsamples = 1\n"), "4:9", "64 after 128", "growing");
+  const std::string frames = "t_end_s = 1\nsteps = [2, 4]\nsamples = 1\nframe_ends_s = ";
+  CHECK(message(run(frames + "[0.4, 1]\n")) == "no error");
+  check(run(frames + "[0.4, 0.4]\n"), "6:16", "0.4 after 0.4", "growing times");
+  check(run(frames + "[0.4, 0.9]\n"), "6:16", "ends at 0.9", "t_end_s, 1");
+  check(run(frames + "[0.2, 0.4, 1]\n"), "4:9", "has 2", "a multiple of the 3 frames");
+  check(run("t_end_s = 1\nsteps = [2]\nsamples = 2\nframe_ends_s = [0.4, 1]\n"), "5:11", "is 2", "1 with recorded frames");
   check(run("t_end_s = 1\nsteps = { from = 1, rungs = 60 }\nsamples = 1\n"), "4:9", "grows past", "fewer rungs");
   check(run("t_end_s = 1\nsteps = { from = 1, rungs = 2, ratio = 1 }\nsamples = 1\n"), "4:40", "is 1",
         "a number above 1");
