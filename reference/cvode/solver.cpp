@@ -2,7 +2,6 @@
 
 #include <cvode/cvode.h>
 #include <nvector/nvector_serial.h>
-#include <sundials/sundials_context.h>
 #include <sundials/sundials_version.h>
 #include <sunlinsol/sunlinsol_dense.h>
 #include <sunmatrix/sunmatrix_dense.h>
@@ -11,31 +10,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
+
+#include "sundials/sundials.hpp"
 
 namespace atwood::cvode {
-
-static_assert(sizeof(sunrealtype) == sizeof(double), "this adapter expects SUNDIALS in double");
-
-namespace {
-
-// The signature changed in SUNDIALS 7: a communicator type in place of a void pointer.
-SUNContext make_context() {
-  SUNContext made = nullptr;
-#if SUNDIALS_VERSION_MAJOR >= 7
-  SUNContext_Create(SUN_COMM_NULL, &made);
-#else
-  SUNContext_Create(nullptr, &made);
-#endif
-  if (made == nullptr) throw std::runtime_error("SUNDIALS could not create its context");
-  return made;
-}
-
-#if SUNDIALS_VERSION_MAJOR < 7
-void say_nothing(int, const char*, const char*, char*, void*) {}  // the answer's flag says it
-#endif
-
-}  // namespace
 
 struct Solver::Parts {
   Options options;
@@ -46,7 +24,8 @@ struct Solver::Parts {
   std::int64_t evaluations = 0, steps_before = 0;
   bool not_finite = false, created = false;
   std::string failure;
-  SUNContext context = nullptr;
+  sundials::Context owner;
+  SUNContext context = static_cast<SUNContext>(owner.handle);
   N_Vector y = nullptr;
   SUNMatrix matrix = nullptr;
   SUNLinearSolver linear = nullptr;
@@ -77,9 +56,7 @@ struct Solver::Parts {
   void create(double t_s) {
     memory = CVodeCreate(options.family == Family::adams ? CV_ADAMS : CV_BDF, context);
 #if SUNDIALS_VERSION_MAJOR < 7
-    CVodeSetErrHandlerFn(memory, say_nothing, nullptr);
-#else
-    SUNContext_ClearErrHandlers(context);
+    CVodeSetErrHandlerFn(memory, sundials::say_nothing, nullptr);
 #endif
     CVodeInit(memory, evaluate, t_s, y);
     CVodeSetUserData(memory, this);
@@ -104,7 +81,6 @@ struct Solver::Parts {
     if (linear != nullptr) SUNLinSolFree(linear);
     if (matrix != nullptr) SUNMatDestroy(matrix);
     if (y != nullptr) N_VDestroy(y);
-    if (context != nullptr) SUNContext_Free(&context);
   }
 };
 
@@ -112,7 +88,6 @@ Solver::Solver(const Options& options, int size, Rate rate) : parts_(std::make_u
   parts_->options = options;
   parts_->size = size;
   parts_->rate = std::move(rate);
-  parts_->context = make_context();
   parts_->y = N_VNew_Serial(size, parts_->context);
 }
 Solver::~Solver() = default;
@@ -167,10 +142,6 @@ bool Solver::not_finite() const { return parts_->not_finite; }
 std::int64_t Solver::steps() const { return parts_->steps_before + parts_->steps_now(); }
 std::int64_t Solver::rate_evaluations() const { return parts_->evaluations; }
 
-std::string version() {
-  char text[64] = "";
-  SUNDIALSGetVersion(text, sizeof text);
-  return text;
-}
+std::string version() { return sundials::version(); }
 
 }  // namespace atwood::cvode

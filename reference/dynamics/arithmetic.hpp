@@ -1,4 +1,4 @@
-// The little arithmetic that the reference needs over double and Wide: vectors of three, quaternions, roots.
+// The little arithmetic that the reference needs over double, long double and Wide: vectors of three, quaternions, roots.
 #pragma once
 
 #include <quadmath.h>
@@ -12,13 +12,17 @@
 namespace atwood::dynamics {
 
 inline double root(double x) { return std::sqrt(x); }
+inline long double root(long double x) { return std::sqrt(x); }
 inline Wide root(Wide x) { return sqrtq(x); }
 inline double cosine(double x) { return std::cos(x); }
+inline long double cosine(long double x) { return std::cos(x); }
 inline Wide cosine(Wide x) { return cosq(x); }
 inline double magnitude(double x) { return std::fabs(x); }
+inline long double magnitude(long double x) { return std::fabs(x); }
 inline Wide magnitude(Wide x) { return x < 0 ? -x : x; }
 
 inline double inverse_root(double x) { return 1 / std::sqrt(x); }
+inline long double inverse_root(long double x) { return 1 / std::sqrt(x); }
 // 1/sqrt(x) in quad from a double seed y: with e = 1 - x y^2 ~ 2^-52, 1/sqrt(x) = y (1 - e)^(-1/2)
 //   = y (1 + e/2 + 3/8 e^2 + O(e^3 ~ 2^-156)).
 // A third of the cost of a square root and a division.

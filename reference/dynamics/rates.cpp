@@ -337,6 +337,7 @@ void Dynamics<S>::hold_on_plane(int body, const Real3& normal) {
 }
 
 template class Dynamics<double>;
+template class Dynamics<long double>;
 template class Dynamics<Wide>;
 
 }  // namespace atwood::dynamics

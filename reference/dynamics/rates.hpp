@@ -14,7 +14,7 @@ namespace atwood::dynamics {
 // business: see contacts.hpp.
 std::string unsupported(const Scene& scene);
 
-// dy/dt = f(t, y) of a scene, S = double or Wide (__float128). Built once, const afterwards, thread-safe.
+// dy/dt = f(t, y) of a scene, S = double, long double or Wide (__float128). Built once, const afterwards, thread-safe.
 //
 //   p' = v                     m v' = sum of forces
 //   q' = 1/2 q (0, w)          I w' = torque - w x (I w)        (body axes)
@@ -44,6 +44,7 @@ class Dynamics {
 };
 
 extern template class Dynamics<double>;
+extern template class Dynamics<long double>;
 extern template class Dynamics<Wide>;
 
 }  // namespace atwood::dynamics

@@ -146,10 +146,13 @@ std::vector<double> switch_times(const Scene& scene, double t_end_s) {
 }
 
 template std::vector<double> pack(const Scene&);
+template std::vector<long double> pack(const Scene&);
 template std::vector<Wide> pack(const Scene&);
 template std::vector<double> pack(const Scene&, const Sample&);
+template std::vector<long double> pack(const Scene&, const Sample&);
 template std::vector<Wide> pack(const Scene&, const Sample&);
 template Sample unpack(const Scene&, double, const double*);
+template Sample unpack(const Scene&, long double, const long double*);
 template Sample unpack(const Scene&, Wide, const Wide*);
 template Sample unpack_bars(const Scene&, double, const double*);
 template Sample unpack_bars(const Scene&, Wide, const Wide*);

@@ -1,0 +1,26 @@
+// One ARKODE memory block as a Stepper. No SUNDIALS header is needed by those who use it.
+#pragma once
+
+#include "arkode/tables.hpp"
+#include "stepping/stepping.hpp"
+
+namespace atwood::arkode {
+
+// Fixed steps: `by_tolerance` false; rtol and atol then weigh the nonlinear solver's stopping test alone.
+struct Options {
+  Scheme scheme;
+  bool by_tolerance = false;
+  double rtol = 1e-10, atol = 1e-12;
+  std::int64_t max_steps = 2000000;     // of a whole run
+  double nonlinear_coefficient = 0.1;   // Newton stops when its correction's weighted norm is below this
+  int nonlinear_iterations = 20;
+};
+
+// The weights of Newton's stopping test at fixed steps: corrections smaller than a part in 1e14 of the state end it, under
+// the truncation error of every rung that an order is read from and above the round-off of a difference-quotient solve.
+inline constexpr double kFixedRtol = 1e-13, kFixedAtol = 1e-15;
+
+std::unique_ptr<stepping::Stepper<double>> make_solver(const Options& options, const stepping::Equations<double>& equations,
+                                                       const std::vector<double>& y, double h_s);
+
+}  // namespace atwood::arkode
