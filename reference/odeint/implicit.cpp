@@ -16,10 +16,19 @@ using stepping::Equations;
 template <class S> using Vector = boost::numeric::ublas::vector<S>;
 template <class S> using Matrix = boost::numeric::ublas::matrix<S>;
 
+// A step of these takes a few evaluations. An iteration inside the library that never ends would hang the worker: it is ended.
+constexpr int kMostEvaluations = 1000;
+
 template <class S>
 struct Rate {
   const Equations<S>* equations;
-  void operator()(const Vector<S>& x, Vector<S>& dxdt, S t) const { equations->rate(t, &x[0], &dxdt[0]); }
+  int* evaluations;  // of this step so far; null: not counted
+  void operator()(const Vector<S>& x, Vector<S>& dxdt, S t) const {
+    if (evaluations != nullptr && ++*evaluations > kMostEvaluations)
+      throw stepping::Failure(Status::diverged, "no end of its iteration after 1000 evaluations of f in the step to t = " +
+                                                    std::to_string(static_cast<double>(t)) + " s");
+    equations->rate(t, &x[0], &dxdt[0]);
+  }
 };
 template <class S>
 struct Jacobian {
@@ -33,14 +42,15 @@ struct Jacobian {
   }
 };
 template <class S> using Pair = std::pair<Rate<S>, Jacobian<S>>;
-template <class S> Pair<S> pair_of(const Equations<S>& equations) { return {Rate<S>{&equations}, Jacobian<S>{&equations}}; }
+template <class S> Pair<S> pair_of(const Equations<S>& equations, int* evaluations) { return {Rate<S>{&equations, evaluations}, Jacobian<S>{&equations}}; }
 
 template <class S, class Odeint, bool has_out>
 class Implicit : public stepping::Stepper<S> {
  public:
   Implicit(const Equations<S>& equations, const std::vector<S>& y, Odeint stepper, bool in_place)
-      : system_(pair_of(equations)), stepper_(std::move(stepper)), x_(y.size()), out_(y.size()), in_place_(in_place) {}
+      : system_(pair_of(equations, &evaluations_)), stepper_(std::move(stepper)), x_(y.size()), out_(y.size()), in_place_(in_place) {}
   void step(S t_s, S h_s, std::vector<S>& y) override {
+    evaluations_ = 0;
     std::copy(y.begin(), y.end(), x_.begin());
     if constexpr (has_out) {
       if (!in_place_) {
@@ -57,6 +67,7 @@ class Implicit : public stepping::Stepper<S> {
   }
 
  private:
+  int evaluations_ = 0;
   Pair<S> system_;
   Odeint stepper_;
   Vector<S> x_, out_;
@@ -76,13 +87,13 @@ std::unique_ptr<stepping::Stepper<S>> make_implicit_euler(const Equations<S>& eq
 template <class S>
 std::unique_ptr<stepping::Stepper<S>> make_controlled(const Equations<S>& equations, const std::vector<S>& y, S h_s, const Choice& choice) {
   using Odeint = lib::rosenbrock4_controller<lib::rosenbrock4<S>>;
-  return by_trial<S, Vector<S>>(pair_of(equations), Odeint(S(choice.atol), S(choice.rtol)), y, h_s);
+  return by_trial<S, Vector<S>>(pair_of(equations, nullptr), Odeint(S(choice.atol), S(choice.rtol)), y, h_s);
 }
 template <class S>
 std::unique_ptr<stepping::Stepper<S>> make_dense(const Equations<S>& equations, const std::vector<S>& y, S h_s, const Choice& choice) {
   using Controller = lib::rosenbrock4_controller<lib::rosenbrock4<S>>;
   using Odeint = lib::rosenbrock4_dense_output<Controller>;
-  return by_dense_output<S, Vector<S>>(pair_of(equations), Odeint(Controller(S(choice.atol), S(choice.rtol))), y, h_s);
+  return by_dense_output<S, Vector<S>>(pair_of(equations, nullptr), Odeint(Controller(S(choice.atol), S(choice.rtol))), y, h_s);
 }
 
 }  // namespace

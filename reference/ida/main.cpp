@@ -1,0 +1,4 @@
+#include "ida/ida.hpp"
+#include "protocol/worker.hpp"
+
+int main() { return atwood::serve(atwood::ida_engine()); }

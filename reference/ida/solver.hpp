@@ -1,0 +1,17 @@
+// An IDA memory block as a Stepper. No SUNDIALS header is needed by those who use it.
+#pragma once
+
+#include "stepping/stepping.hpp"
+
+namespace atwood::ida {
+
+struct Options {
+  double rtol = 1e-10, atol = 1e-12;
+  int max_order = 5;
+  std::int64_t max_steps = 2000000;
+};
+
+std::unique_ptr<stepping::Stepper<double>> make_solver(const Options& options, const stepping::Equations<double>& equations,
+                                                       const std::vector<double>& y);
+
+}  // namespace atwood::ida
