@@ -48,6 +48,10 @@ add_library(atwood_engine STATIC
   integrators/stepper.cpp
   integrators/symplectic_euler.cpp
   integrators/tableaux.cpp
+  integrators/tableaux_low_order.cpp
+  integrators/tableaux_order_7_8.cpp
+  integrators/tableaux_pairs.cpp
+  integrators/tableaux_verner.cpp
   integrators/velocity_verlet.cpp)
 target_include_directories(atwood_engine PUBLIC ${CMAKE_CURRENT_LIST_DIR})
 target_link_libraries(atwood_engine PUBLIC atwood_scene atwood_protocol PRIVATE quadmath)

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "integrators/system.hpp"
+
 namespace atwood {
 
 // Kahan, Comm. ACM 8 (1965) 40; Hairer, Lubich, Wanner, Geometric Numerical Integration (2nd ed.), VIII.5. The sum is
@@ -45,5 +47,15 @@ template <class S> class Compensation {
   bool on_;
   std::vector<S> rest_, rest_start_, start_, end_;
 };
+
+// Projects a compensated state between add() and end(). To overwrite y by its projection would round every component anew
+// and throw the rest away; the projection's change is added like any increment instead. A unit quaternion's change lies
+// along q itself, and q' = 1/2 q (0, w) is linear in q, so an error in its size turns nothing.
+template <class S> void project_compensated(const System<S>& system, Compensation<S>& rest, S* y, S* change) {
+  if (system.projection_of == nullptr) return system.project(y);
+  system.projection_of(system.context, y, change);
+  for (int i = 0; i < system.size; ++i)
+    if (change[i] != S(0)) y[i] = rest.add(i, y[i], change[i]);
+}
 
 }  // namespace atwood

@@ -6,49 +6,93 @@
 namespace atwood {
 namespace {
 
-const Tableau* find_tableau(const std::string& scheme) {
-  if (scheme == "explicit-euler") return &explicit_euler_tableau;
-  if (scheme == "midpoint") return &midpoint_tableau;
-  if (scheme == "heun") return &heun_tableau;
-  if (scheme == "rk4") return &rk4_tableau;
-  if (scheme == "rkf45") return &fehlberg45_tableau;
-  if (scheme == "dopri5") return &dormand_prince5_tableau;
-  return nullptr;
+struct Entry { const char* scheme; const Tableau* tableau; const char* doc; const char* source; };
+
+// What is said of every pair stands in about(), from the tableau.
+const Entry entries[] = {
+    {"explicit-euler", &explicit_euler_tableau, "y_new = y + h f(t, y): p_new = p + h v, v_new = v + h a(t, p, v).",
+     "Euler, Institutionum calculi integralis I (1768), section 650; Hairer, Norsett, Wanner, Solving ODEs I, eq. I.7.3"},
+    {"midpoint", &midpoint_tableau, "Explicit midpoint: k1 = f(t, y), y_new = y + h f(t + h/2, y + h/2 k1).",
+     "Runge, Math. Ann. 46 (1895) 167; Hairer, Norsett, Wanner I, eq. II.1.4"},
+    {"heun", &heun_tableau, "Trapezoidal Heun: k1 = f(t, y), k2 = f(t + h, y + h k1), y_new = y + h (k1 + k2) / 2.",
+     "Heun, Z. Math. Phys. 45 (1900) 23; Hairer, Norsett, Wanner I, table II.1.1"},
+    {"ralston2", &ralston2_tableau,
+     "Ralston's two stages: k1 = f(t, y), k2 = f(t + 2h/3, y + 2h/3 k1), y_new = y + h (k1 + 3 k2) / 4, the least bound on the "
+     "local error that two stages can have.",
+     "Ralston, Math. Comp. 16 (1962) 431, eq. 3.5"},
+    {"kutta3", &kutta3_tableau,
+     "Kutta's third-order method: k1, k2 at h/2, k3 at y + h (2 k2 - k1), y_new = y + h (k1 + 4 k2 + k3) / 6.",
+     "Kutta, Z. Math. Phys. 46 (1901) 435; Hairer, Norsett, Wanner I, table II.1.1"},
+    {"rk4", &rk4_tableau, "The classical Runge-Kutta method, weights 1/6 1/3 1/3 1/6.",
+     "Kutta, Z. Math. Phys. 46 (1901) 435; Hairer, Norsett, Wanner I, table II.1.2"},
+    {"rk38", &rk38_tableau, "The 3/8 rule, nodes 0 1/3 2/3 1, weights 1/8 3/8 3/8 1/8.",
+     "Kutta, Z. Math. Phys. 46 (1901) 435; Hairer, Norsett, Wanner I, table II.1.2"},
+    {"bogacki-shampine3", &bogacki_shampine3_tableau, "Bogacki and Shampine's pair.",
+     "Bogacki, Shampine, Appl. Math. Lett. 2 (1989) 321"},
+    {"rkf45", &fehlberg45_tableau, "Fehlberg's pair: the order-4 result advances, the order-5 one judges the step.",
+     "Fehlberg, NASA TR R-315 (1969), table III; Hairer, Norsett, Wanner I, table II.5.1"},
+    {"cash-karp5", &cash_karp5_tableau, "Cash and Karp's pair, its results of orders 5 and 4 alone.",
+     "Cash, Karp, ACM Trans. Math. Softw. 16 (1990) 201, section 2"},
+    {"dopri5", &dormand_prince5_tableau, "Dormand and Prince's pair.",
+     "Dormand, Prince, J. Comput. Appl. Math. 6 (1980) 19, table 2; Hairer, Norsett, Wanner I, table II.5.2 and eq. II.6.12"},
+    {"tsit5", &tsitouras5_tableau,
+     "Tsitouras's pair, which meets the first column simplifying assumption alone; its interpolant is a smooth one of our own, "
+     "the paper's is not smooth.",
+     "Tsitouras, Comput. Math. Appl. 62 (2011) 770, table 1"},
+    {"verner6", &verner6_tableau, "Verner's \"most efficient\" pair of orders 6 and 5.",
+     "Verner, Numer. Algorithms 53 (2010) 383, and the tables on his pages"},
+    {"rkf78", &fehlberg78_tableau,
+     "Fehlberg's pair: the order-7 result advances, the order-8 one judges the step. The estimate is 0 where the rate depends "
+     "on t alone.",
+     "Fehlberg, NASA TR R-287 (1968), table X"},
+    {"verner8", &verner8_tableau, "Verner's \"most efficient\" pair of orders 8 and 7.",
+     "Verner, Numer. Algorithms 53 (2010) 383, and the tables on his pages"},
+    {"dop853", &dormand_prince853_tableau,
+     "Dormand and Prince's method of order 8 with Hairer's estimates of orders 5 and 3, which combine to one of order 7: e = e5^2 "
+     "/ sqrt(e5^2 + e3^2 / 100).",
+     "Hairer, Norsett, Wanner I, section II.5, eq. II.10.17 and the code DOP853"},
+    {"verner9", &verner9_tableau, "Verner's \"most efficient\" pair of orders 9 and 8.",
+     "Verner, Numer. Algorithms 53 (2010) 383, and the tables on his pages"}};
+
+std::string evaluations(const Tableau& t) {
+  const std::string stages = " " + std::to_string(t.stages) + (t.stages == 1 ? " stage" : " stages");
+  if (!t.first_same_as_last) return stages + ", as many evaluations a step.";
+  return stages + ", the last shared with the next step: " + std::to_string(t.stages - 1) + " evaluations a step.";
+}
+
+std::string dense_output(const Tableau& t) {
+  if (t.dense_order == 0) return "samples by a shorter step of the same method.";
+  std::string own = t.dense_order == 3 ? "samples by the cubic Hermite polynomial, of order 3"
+                                       : "samples by its own interpolant of order " + std::to_string(t.dense_order);
+  if (t.dense_stages > 0) own += ", whose " + std::to_string(t.dense_stages) + " further stages are evaluated only then";
+  return own + ".";
+}
+
+std::string about(const Entry& entry) {
+  const Tableau& t = *entry.tableau;
+  std::string doc = entry.doc + evaluations(t);
+  if (t.embedded_order > 0)
+    doc += " Weights of order " + std::to_string(t.order) + " advance, of order " + std::to_string(t.embedded_order) +
+           " judge. Without a tolerance: equal steps. With one: PI step control, " + dense_output(t);
+  return doc + embedded_attitude;
 }
 
 }  // namespace
 
 std::vector<MethodInfo> explicit_runge_kutta_methods() {
-  return {
-      fixed_step("explicit-euler", claims_everywhere(1), "y_new = y + h f(t, y): p_new = p + h v, v_new = v + h a(t, p, v)." + embedded_attitude,
-          "Euler, Institutionum calculi integralis I (1768), section 650; Hairer, Norsett, Wanner, Solving ODEs I, "
-          "eq. I.7.3"),
-      fixed_step("midpoint", claims_everywhere(2), "Explicit midpoint: k1 = f(t, y), y_new = y + h f(t + h/2, y + h/2 k1)." + embedded_attitude,
-                 "Runge, Math. Ann. 46 (1895) 167; Hairer, Norsett, Wanner I, eq. II.1.4"),
-      fixed_step("heun", claims_everywhere(2),
-                 "Trapezoidal Heun: k1 = f(t, y), k2 = f(t + h, y + h k1), y_new = y + h (k1 + k2) / 2." + embedded_attitude,
-                 "Heun, Z. Math. Phys. 45 (1900) 23; Hairer, Norsett, Wanner I, table II.1.1"),
-      fixed_step("rk4", claims_everywhere(4), "The classical Runge-Kutta method, weights 1/6 1/3 1/3 1/6." + embedded_attitude,
-                 "Kutta, Z. Math. Phys. 46 (1901) 435; Hairer, Norsett, Wanner I, table II.1.2"),
-      with_tolerance("rkf45", claims_everywhere(4),
-                     "Fehlberg's pair: the order-4 result advances, the order-5 one judges the step. Without a "
-                     "tolerance: equal steps. With one: PI step control; samples by a shorter step of the same "
-                     "method." +
-                         embedded_attitude,
-                     "Fehlberg, NASA TR R-315 (1969), table III; Hairer, Norsett, Wanner I, table II.5.1"),
-      with_tolerance("dopri5", claims_everywhere(5),
-                     "Dormand and Prince's pair of orders 5 and 4, seven stages, the last shared with the next step; "
-                     "the order-5 result advances. Without a tolerance: equal steps. With one: PI step control, "
-                     "samples by its own interpolant of order 4." +
-                         embedded_attitude,
-                     "Dormand, Prince, J. Comput. Appl. Math. 6 (1980) 19, table 2; Hairer, Norsett, Wanner I, table "
-                     "II.5.2 and eq. II.6.12")};
+  std::vector<MethodInfo> methods;
+  for (const Entry& entry : entries) {
+    const auto make = entry.tableau->embedded_order > 0 ? with_tolerance : fixed_step;
+    methods.push_back(make(entry.scheme, claims_everywhere(entry.tableau->order), about(entry), entry.source));
+  }
+  return methods;
 }
 
 template <class S> StepperPointer<S> make_explicit_runge_kutta(StepperRequest<S>& request) {
-  const Tableau* tableau = find_tableau(request.scheme);
-  if (tableau == nullptr) return nullptr;
-  return std::make_unique<ExplicitRungeKutta<S>>(request.model.system(), *tableau);
+  for (const Entry& entry : entries)
+    if (request.scheme == entry.scheme)
+      return std::make_unique<ExplicitRungeKutta<S>>(request.model.system(), *entry.tableau, request.flag("compensated"));
+  return nullptr;
 }
 
 template StepperPointer<float> make_explicit_runge_kutta(StepperRequest<float>&);

@@ -7,31 +7,40 @@
 namespace atwood {
 
 template <class S>
-ExplicitRungeKutta<S>::ExplicitRungeKutta(System<S>& system, const Tableau& tableau)
+ExplicitRungeKutta<S>::ExplicitRungeKutta(System<S>& system, const Tableau& tableau, bool compensated)
     : Stepper<S>(system),
       stages_(tableau.stages),
+      dense_stages_(tableau.dense_stages),
       size_(system.size),
       first_same_as_last_(tableau.first_same_as_last),
-      dense_(tableau.dense),
-      b_(combine(tableau.b)),
-      error_(combine(tableau.error_weight)),
-      dense_weight_(combine(tableau.dense_weight)),
-      rates_(static_cast<std::size_t>(tableau.stages) * system.size),
+      retakes_(tableau.embedded_order > 0),
+      dense_(tableau.dense_order > 0),
+      rates_(static_cast<std::size_t>(stages_ + dense_stages_) * system.size),
       stage_(system.size),
-      last_end_(system.size) {
-  for (int i = 0; i < stages_; ++i) {
-    a_[i] = combine(tableau.a[i]);
-    c_[i] = tableau.c[i].template as<S>();
+      start_(system.size),
+      last_end_(system.size),
+      change_(compensated ? system.size : 0),
+      rest_(compensated, system.size) {
+  const Coefficients read = read_coefficients(tableau);
+  for (int i = 0; i < stages_ + dense_stages_; ++i) {
+    a_[i] = combine(read.a[i]);
+    c_[i] = static_cast<S>(read.c[i]);
     k_[i] = rates_.data() + static_cast<std::size_t>(i) * size_;
   }
+  b_ = combine(read.b);
+  error_ = combine(read.error);
+  companion_ = combine(read.companion_error);
+  estimate_order_ = read.estimate_order;
+  dense_rows_ = static_cast<int>(read.dense.size());
+  for (int n = 0; n < dense_rows_; ++n) dense_row_[n] = combine(read.dense[n]);
 }
 
 template <class S> auto ExplicitRungeKutta<S>::combine(const TableauRow& row) -> Combination {
   Combination combination;
-  for (int j = 0; j < max_stages; ++j)
-    if (row[j].over != 0) {
+  for (int j = 0; j < static_cast<int>(row.size()); ++j)
+    if (row[j] != Quad(0)) {
       combination.stage[combination.terms] = j;
-      combination.weight[combination.terms++] = row[j].template as<S>();
+      combination.weight[combination.terms++] = static_cast<S>(row[j]);
     }
   return combination;
 }
@@ -70,20 +79,39 @@ template <class S> void ExplicitRungeKutta<S>::add(const S* y, S h_s, const Comb
     case 4: return add_terms<4>(y, h_s, c, out);
     case 5: return add_terms<5>(y, h_s, c, out);
     case 6: return add_terms<6>(y, h_s, c, out);
-    default: return add_terms<7>(y, h_s, c, out);
+    case 7: return add_terms<7>(y, h_s, c, out);
+    case 8: return add_terms<8>(y, h_s, c, out);
+    case 9: return add_terms<9>(y, h_s, c, out);
+    case 10: return add_terms<10>(y, h_s, c, out);
+    default:
+      for (int i = 0; i < size_; ++i) out[i] = y[i] + h_s * sum(c, i);
   }
 }
 
-// The last rate of the step before is the first of this one, if this one starts where that one ended, under the same
-// law.
+// What rounding cuts off h sum b_i k_i joins the next step's; so does what it cuts off the projection's change.
+template <class S> void ExplicitRungeKutta<S>::add_compensated(const S* y, S h_s, S* y_new) {
+  rest_.begin(y);
+  for (int i = 0; i < size_; ++i) y_new[i] = rest_.add(i, y[i], h_s * sum(b_, i));
+  project_compensated(this->system_, rest_, y_new, change_.data());
+  rest_.end(y_new);
+}
+
+// The first rate of a step taken again, from the same state with another h, is known; and the last rate of the step before
+// is the first of this one, if this one starts where that one ended, under the same law.
 template <class S> void ExplicitRungeKutta<S>::first_stage(S t_s, const S* y) {
+  const std::int64_t epoch = this->system_.epoch;
+  if (retakes_ && start_epoch_ == epoch && start_s_ == t_s && std::equal(y, y + size_, start_.begin())) return;
   const S same_instant_s = S(8) * real::epsilon<S>() * real::max(real::abs(t_s), real::abs(last_end_s_));
-  if (first_same_as_last_ && last_epoch_ == this->system_.epoch && real::abs(last_end_s_ - t_s) <= same_instant_s &&
+  if (first_same_as_last_ && last_epoch_ == epoch && real::abs(last_end_s_ - t_s) <= same_instant_s &&
       std::equal(y, y + size_, last_end_.begin())) {
     std::swap(k_[0], k_[stages_ - 1]);
-    return;
+    if (retakes_) start_.swap(last_end_);
+  } else {
+    this->system_.rate(t_s, y, k_[0]);
+    if (retakes_) std::copy(y, y + size_, start_.begin());
   }
-  this->system_.rate(t_s, y, k_[0]);
+  start_s_ = t_s;
+  start_epoch_ = epoch;
 }
 
 template <class S> bool ExplicitRungeKutta<S>::step(S t_s, S h_s, const S* y, S* y_new) {
@@ -93,8 +121,12 @@ template <class S> bool ExplicitRungeKutta<S>::step(S t_s, S h_s, const S* y, S*
     add(y, h_s, a_[i], stage_.data());
     this->system_.rate(t_s + c_[i] * h_s, stage_.data(), k_[i]);
   }
-  add(y, h_s, b_, y_new);
-  this->system_.project(y_new);
+  if (rest_.on()) {
+    add_compensated(y, h_s, y_new);
+  } else {
+    add(y, h_s, b_, y_new);
+    this->system_.project(y_new);
+  }
   if (first_same_as_last_) {
     this->system_.rate(t_s + h_s, y_new, k_[stages_ - 1]);
     std::copy(y_new, y_new + size_, last_end_.begin());
@@ -102,31 +134,51 @@ template <class S> bool ExplicitRungeKutta<S>::step(S t_s, S h_s, const S* y, S*
     last_epoch_ = this->system_.epoch;
   }
   this->remember(t_s, h_s, y, y_new);
+  dense_known_ = false;
   return true;
 }
 
-template <class S> S ExplicitRungeKutta<S>::error_norm(S rtol, S atol) const {
-  if (error_.terms == 0) return S(0);
-  S squares = S(0);
-  for (int i = 0; i < size_; ++i) {
-    const S scale = atol + rtol * real::max(real::abs(this->y_[i]), real::abs(this->y_new_[i]));
-    const S ratio = this->h_s_ * sum(error_, i) / scale;
-    squares += ratio * ratio;
-  }
-  return real::sqrt(squares / S(size_));
+template <class S> S ExplicitRungeKutta<S>::scaled(const Combination& combination, int i, S rtol, S atol) const {
+  const S scale = atol + rtol * real::max(real::abs(this->y_[i]), real::abs(this->y_new_[i]));
+  return this->h_s_ * sum(combination, i) / scale;
 }
 
-// y + th (dy + (1-th) (h k1 - dy + th (2 dy - h (k1 + k7) + (1-th) h sum d_i k_i)))       (HNW I, II.6; DOPRI5's
-// CONTD5)
+// With a companion (DOP853): e5^2 / sqrt(e5^2 + e3^2 / 100), e the root mean squares of the two estimates.
+template <class S> S ExplicitRungeKutta<S>::error_norm(S rtol, S atol) const {
+  if (error_.terms == 0) return S(0);
+  S squares = S(0), companion_squares = S(0);
+  for (int i = 0; i < size_; ++i) {
+    const S ratio = scaled(error_, i, rtol, atol);
+    squares += ratio * ratio;
+    if (companion_.terms == 0) continue;
+    const S companion = scaled(companion_, i, rtol, atol);
+    companion_squares += companion * companion;
+  }
+  if (companion_.terms == 0 || squares == S(0)) return real::sqrt(squares / S(size_));
+  return squares / real::sqrt(S(size_) * (squares + S(0.01) * companion_squares));
+}
+
+template <class S> void ExplicitRungeKutta<S>::dense_stages() {
+  for (int i = stages_; i < stages_ + dense_stages_; ++i) {
+    add(this->y_, this->h_s_, a_[i], stage_.data());
+    this->system_.rate(this->t_s_ + c_[i] * this->h_s_, stage_.data(), k_[i]);
+  }
+  dense_known_ = true;
+}
+
+// As said at Tableau::dense: th and u = 1 - th in turns around the rows, the last row innermost.
 template <class S> void ExplicitRungeKutta<S>::dense(S theta, S* y_at) {
   if (!dense_) return Stepper<S>::dense(theta, y_at);
+  if (!dense_known_) dense_stages();
   const S rest = S(1) - theta, h = this->h_s_;
   const S *first = k_[0], *last = k_[stages_ - 1];
   for (int i = 0; i < size_; ++i) {
     const S rise = this->y_new_[i] - this->y_[i];
     const S bend = h * first[i] - rise;
     const S twist = rise - h * last[i] - bend;
-    y_at[i] = this->y_[i] + theta * (rise + rest * (bend + theta * (twist + rest * (h * sum(dense_weight_, i)))));
+    S inner = S(0);
+    for (int n = dense_rows_ - 1; n >= 0; --n) inner = h * sum(dense_row_[n], i) + (n % 2 == 0 ? theta : rest) * inner;
+    y_at[i] = this->y_[i] + theta * (rise + rest * (bend + theta * (twist + rest * inner)));
   }
   this->system_.project(y_at);
 }

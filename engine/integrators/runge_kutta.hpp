@@ -1,6 +1,7 @@
 // Every explicit Runge-Kutta method, from its tableau.
 #pragma once
 
+#include "integrators/compensation.hpp"
 #include "integrators/stepper.hpp"
 #include "integrators/tableaux.hpp"
 
@@ -8,30 +9,36 @@ namespace atwood {
 
 template <class S> class ExplicitRungeKutta final : public Stepper<S> {
  public:
-  ExplicitRungeKutta(System<S>& system, const Tableau& tableau);
+  ExplicitRungeKutta(System<S>& system, const Tableau& tableau, bool compensated = false);
 
   bool step(S t_s, S h_s, const S* y, S* y_new) override;
   S error_norm(S rtol, S atol) const override;
+  int estimate_order() const override { return estimate_order_; }
   void dense(S theta, S* y_at) override;
   bool dense_is_accurate() const override { return dense_; }
 
  private:
-  struct Combination { int stage[max_stages]; S weight[max_stages]; int terms = 0; };  // zeros of the tableau left out
+  // A row with the zeros of the tableau left out.
+  struct Combination { int stage[max_stages]; S weight[max_stages]; int terms = 0; };
 
   static Combination combine(const TableauRow& row);
   S sum(const Combination& combination, int i) const;                                  // of weight * k, component i
   void add(const S* y, S h_s, const Combination& combination, S* out) const;           // out = y + h sum
   template <int terms> void add_terms(const S* y, S h_s, const Combination& combination, S* out) const;
+  void add_compensated(const S* y, S h_s, S* y_new);
   void first_stage(S t_s, const S* y);
+  void dense_stages();
+  S scaled(const Combination& combination, int i, S rtol, S atol) const;
 
-  int stages_, size_;
-  bool first_same_as_last_, dense_;
-  Combination a_[max_stages], b_, error_, dense_weight_;
+  int stages_, dense_stages_, size_, estimate_order_, dense_rows_;
+  bool first_same_as_last_, retakes_, dense_, dense_known_ = false;
+  Combination a_[max_stages], b_, error_, companion_, dense_row_[4];
   S c_[max_stages];
-  std::vector<S> rates_, stage_, last_end_;
+  std::vector<S> rates_, stage_, start_, last_end_, change_;
   S* k_[max_stages];
-  S last_end_s_{};
-  std::int64_t last_epoch_ = -1;
+  S start_s_{}, last_end_s_{};
+  std::int64_t start_epoch_ = -1, last_epoch_ = -1;
+  Compensation<S> rest_;
 };
 
 }  // namespace atwood

@@ -12,6 +12,8 @@ template <class S> struct System {
   void (*rate_of)(void* context, S t_s, const S* y, S* dydt) = nullptr;
   // Returns a state to its manifold after a step (unit quaternions); null: nothing to do.
   void (*project_of)(void* context, S* y) = nullptr;
+  // The same as a change to add to the state, entries without one 0, so that compensated sums lose nothing of it.
+  void (*projection_of)(void* context, const S* y, S* change) = nullptr;
   // The rates of `count` states at once, component after component: component i of state k is y[i * count + k], at time
   // t_s[k]; dydt likewise. Null: rates() takes the states one by one.
   void (*rates_of)(void* context, int count, const S* t_s, const S* y, S* dydt) = nullptr;

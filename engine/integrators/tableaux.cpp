@@ -1,78 +1,65 @@
 #include "integrators/tableaux.hpp"
 
+#include <quadmath.h>
+
+#include <cstring>
+#include <stdexcept>
+#include <string>
+
 namespace atwood {
+namespace {
 
-//  0 |
-//    | 1
-constexpr Tableau explicit_euler{.stages = 1, .order = 1, .b = {{{1}}}};
+// "-8/27", "1/6", "2", "-0.0389": read in quad, so a ratio is off by a unit in quad's last place at most.
+Quad read_coefficient(const std::string& text) {
+  const auto number = [&](const std::string& digits) {
+    char* end = nullptr;
+    const Quad value = strtoflt128(digits.c_str(), &end);
+    if (digits.empty() || *end != '\0') throw std::logic_error("a tableau holds `" + text + "`, which is no number");
+    return value;
+  };
+  const std::size_t slash = text.find('/');
+  if (slash == std::string::npos) return number(text);
+  return number(text.substr(0, slash)) / number(text.substr(slash + 1));
+}
 
-//  0   |
-//  1/2 | 1/2
-//      |  0   1
-constexpr Tableau midpoint{.stages = 2, .order = 2, .a = {{{}, {{{1, 2}}}}}, .b = {{{0}, {1}}}, .c = {{{0}, {1, 2}}}};
+TableauRow minus(const TableauRow& x, const TableauRow& y) {
+  TableauRow z;
+  for (std::size_t i = 0; i < x.size(); ++i) z.push_back(x[i] - y[i]);
+  return z;
+}
 
-//  0 |
-//  1 |  1
-//    | 1/2 1/2
-constexpr Tableau heun{.stages = 2, .order = 2, .a = {{{}, {{{1}}}}}, .b = {{{1, 2}, {1, 2}}}, .c = {{{0}, {1}}}};
+}  // namespace
 
-//  0   |
-//  1/2 | 1/2
-//  1/2 |  0  1/2
-//   1  |  0   0   1
-//      | 1/6 1/3 1/3 1/6
-constexpr Tableau rk4{.stages = 4,
-                      .order = 4,
-                      .a = {{{}, {{{1, 2}}}, {{{0}, {1, 2}}}, {{{0}, {0}, {1}}}}},
-                      .b = {{{1, 6}, {1, 3}, {1, 3}, {1, 6}}},
-                      .c = {{{0}, {1, 2}, {1, 2}, {1}}}};
+TableauRow read_row(const char* text, int length) {
+  TableauRow row;
+  for (const char* at = text; at != nullptr && *(at += std::strspn(at, " \n")) != '\0';) {
+    const std::size_t size = std::strcspn(at, " \n");
+    row.push_back(read_coefficient(std::string(at, size)));
+    at += size;
+  }
+  if (static_cast<int>(row.size()) > length) throw std::logic_error(std::string("a tableau's row is too long: ") + text);
+  row.resize(static_cast<std::size_t>(length));
+  return row;
+}
 
-// Fehlberg, NASA TR R-315 (1969), Table III: the order-4 weights advance, the order-5 weights judge.
-constexpr Tableau fehlberg45{
-    .stages = 6,
-    .order = 4,
-    .embedded_order = 5,
-    .a = {{{},
-           {{{1, 4}}},
-           {{{3, 32}, {9, 32}}},
-           {{{1932, 2197}, {-7200, 2197}, {7296, 2197}}},
-           {{{439, 216}, {-8}, {3680, 513}, {-845, 4104}}},
-           {{{-8, 27}, {2}, {-3544, 2565}, {1859, 4104}, {-11, 40}}}}},
-    .b = {{{25, 216}, {0}, {1408, 2565}, {2197, 4104}, {-1, 5}}},
-    .c = {{{0}, {1, 4}, {3, 8}, {12, 13}, {1}, {1, 2}}},
-    .error_weight = {{{-1, 360}, {0}, {128, 4275}, {2197, 75240}, {-1, 50}, {-2, 55}}}};
-
-// Dormand and Prince, J. Comput. Appl. Math. 6 (1980) 19, Table 2 (RK5(4)7M); continuous extension by Shampine as in
-// Hairer, Norsett, Wanner I, eq. II.6.12 and the code DOPRI5.
-constexpr Tableau dormand_prince5{
-    .stages = 7,
-    .order = 5,
-    .embedded_order = 4,
-    .a = {{{},
-           {{{1, 5}}},
-           {{{3, 40}, {9, 40}}},
-           {{{44, 45}, {-56, 15}, {32, 9}}},
-           {{{19372, 6561}, {-25360, 2187}, {64448, 6561}, {-212, 729}}},
-           {{{9017, 3168}, {-355, 33}, {46732, 5247}, {49, 176}, {-5103, 18656}}},
-           {{{35, 384}, {0}, {500, 1113}, {125, 192}, {-2187, 6784}, {11, 84}}}}},
-    .b = {{{35, 384}, {0}, {500, 1113}, {125, 192}, {-2187, 6784}, {11, 84}, {0}}},
-    .c = {{{0}, {1, 5}, {3, 10}, {4, 5}, {8, 9}, {1}, {1}}},
-    .error_weight = {{{71, 57600}, {0}, {-71, 16695}, {71, 1920}, {-17253, 339200}, {22, 525}, {-1, 40}}},
-    .first_same_as_last = true,
-    .dense_weight = {{{-12715105075, 11282082432},
-                      {0},
-                      {87487479700, 32700410799},
-                      {-10690763975, 1880347072},
-                      {701980252875, 199316789632},
-                      {-1453857185, 822651844},
-                      {69997945, 29380423}}},
-    .dense = true};
-
-const Tableau explicit_euler_tableau = explicit_euler;
-const Tableau midpoint_tableau = midpoint;
-const Tableau heun_tableau = heun;
-const Tableau rk4_tableau = rk4;
-const Tableau fehlberg45_tableau = fehlberg45;
-const Tableau dormand_prince5_tableau = dormand_prince5;
+Coefficients read_coefficients(const Tableau& tableau) {
+  const int length = tableau.stages + tableau.dense_stages;
+  Coefficients read;
+  for (int i = 0; i < length; ++i) read.a.push_back(read_row(tableau.a[static_cast<std::size_t>(i)], length));
+  read.b = read_row(tableau.b, length);
+  read.c = read_row(tableau.c, length);
+  read.error = read.companion_error = TableauRow(static_cast<std::size_t>(length));
+  if (tableau.embedded_order > 0) {
+    read.error = minus(read.b, read_row(tableau.embedded, length));
+    read.estimate_order = tableau.order < tableau.embedded_order ? tableau.order : tableau.embedded_order;
+  }
+  if (tableau.companion_order > 0) {  // e5^2 / e3 is O(h^12 / h^4)
+    read.companion_error = minus(read.b, read_row(tableau.companion, length));
+    read.estimate_order = 2 * tableau.embedded_order - tableau.companion_order;
+  }
+  for (const char* row : tableau.dense)
+    if (row != nullptr) read.dense.push_back(read_row(row, length));
+  return read;
+}
 
 }  // namespace atwood

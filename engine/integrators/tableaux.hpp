@@ -1,34 +1,57 @@
-// Butcher tableaux as data: exact rationals, narrowed to the scalar of a run when its stepper is made.
+// Butcher tableaux as data, in the notation of the papers: rows of "35/384", "1/30" or decimals of 40 digits and more, read
+// once, in quad, when a stepper is made.
 #pragma once
 
 #include <array>
-#include <cstdint>
+#include <vector>
+
+#include "math/scalar.hpp"
 
 namespace atwood {
 
-struct Ratio {
-  std::int64_t over = 0, under = 1;
-  template <class S> constexpr S as() const { return S(over) / S(under); }
-};
+inline constexpr int max_stages = 16;
 
-inline constexpr int max_stages = 7;
-using TableauRow = std::array<Ratio, max_stages>;
-
-// Stage i: k_i = f(t + c_i h, y + h sum_j<i a_ij k_j); y_new = y + h sum b_i k_i. Missing entries are 0.
+// Stage i: k_i = f(t + c_i h, y + h sum_j<i a_ij k_j); y_new = y + h sum b_i k_i. Entries that a row leaves off are 0.
 struct Tableau {
   int stages = 0;
-  int order = 0;                       // of b
-  int embedded_order = 0;              // of b - error_weight; 0: there is none
-  std::array<TableauRow, max_stages> a{};
-  TableauRow b{}, c{};
-  TableauRow error_weight{};           // b - b^, so the error estimate is h sum error_weight_i k_i
-  bool first_same_as_last = false;     // the last stage is the rate at y_new
-  // A continuous extension y + theta h sum_i (hermite on y, y_new, k_1, k_last, and) theta^2 (1-theta)^2 h sum d_i k_i.
-  TableauRow dense_weight{};
-  bool dense = false;
+  int order = 0;                        // of b
+  int embedded_order = 0;               // of b^; 0: there is none
+  std::array<const char*, max_stages> a{};
+  const char *b = "", *c = "";
+  const char* embedded = "";            // b^: the error estimate is h sum (b_i - b^_i) k_i
+  // DOP853's second estimate, of order 3, which keeps the first from being trusted where it is small by accident (Hairer,
+  // Norsett, Wanner I, eq. II.10.17): |h| e5^2 / sqrt(e5^2 + e3^2 / 100).
+  int companion_order = 0;
+  const char* companion = "";
+  bool first_same_as_last = false;      // the last stage is the rate at y_new
+  // The interpolant, for tableaux whose last stage is the rate at y_new, nested as in the codes DOPRI5 and DOP853:
+  //   y + th (dy + u (h k_1 - dy + th (2 dy - h (k_1 + k_last) + u h (D_1 + th (D_2 + u (D_3 + th D_4))))))
+  // with u = 1 - th, D_n = sum dense[n-1]_i k_i; without rows it is the cubic Hermite polynomial. dense_stages further
+  // stages, rows of a after the others, are evaluated only when it is asked for.
+  int dense_order = 0;                  // 0: there is none
+  int dense_stages = 0;
+  std::array<const char*, 4> dense{};
 };
 
-extern const Tableau explicit_euler_tableau, midpoint_tableau, heun_tableau, rk4_tableau, fehlberg45_tableau,
-    dormand_prince5_tableau;
+using TableauRow = std::vector<Quad>;   // stages + dense_stages long
+
+struct Coefficients {
+  std::vector<TableauRow> a;            // dense stages included
+  TableauRow b, c;
+  TableauRow error, companion_error;    // b - b^; zeros where there is none
+  std::vector<TableauRow> dense;
+  int estimate_order = 0;               // k where the estimate is O(h^(k+1))
+};
+
+// Throws std::logic_error where an entry is no number or a row is too long: our own data, so our own fault.
+TableauRow read_row(const char* text, int length);
+Coefficients read_coefficients(const Tableau& tableau);
+
+extern const Tableau explicit_euler_tableau, midpoint_tableau, heun_tableau, ralston2_tableau, kutta3_tableau, rk4_tableau,
+    rk38_tableau;
+extern const Tableau bogacki_shampine3_tableau, fehlberg45_tableau, cash_karp5_tableau, dormand_prince5_tableau,
+    tsitouras5_tableau;
+extern const Tableau verner6_tableau, verner8_tableau, verner9_tableau;
+extern const Tableau fehlberg78_tableau, dormand_prince853_tableau;
 
 }  // namespace atwood

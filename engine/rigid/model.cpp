@@ -63,8 +63,10 @@ template <class S> RigidModel<S>::RigidModel(const Scene& scene, const ModelOpti
   system_.rate_of = &RigidModel::rate_of;
   system_.rates_of = &RigidModel::rates_of;
   one_.resize(2 * static_cast<std::size_t>(state_size_));
-  if (std::any_of(slots_.begin(), slots_.end(), [](const Slot<S>& s) { return s.rotates && s.offset >= 0; }))
+  if (std::any_of(slots_.begin(), slots_.end(), [](const Slot<S>& s) { return s.rotates && s.offset >= 0; })) {
     system_.project_of = &RigidModel::project_of;
+    system_.projection_of = &RigidModel::projection_of;
+  }
   select_interval(S(0), S(0));
 }
 
@@ -202,6 +204,20 @@ template <class S> void RigidModel<S>::normalise(S* y) const {
 template <class S>
 void RigidModel<S>::project_of(void* context, S* y) {
   static_cast<RigidModel*>(context)->normalise(y);
+}
+
+// q / |q| - q = q (1 / n - 1) with n = sqrt(1 + e), e = |q|^2 - 1: -q e / (n (1 + n)), without the cancellation.
+template <class S>
+void RigidModel<S>::projection_of(void* context, const S* y, S* change) {
+  const RigidModel& model = *static_cast<RigidModel*>(context);
+  std::fill(change, change + model.state_size_, S(0));
+  for (const Slot<S>& slot : model.slots_)
+    if (slot.rotates && slot.offset >= 0 && slot.resting == nullptr) {
+      const S* q = y + slot.offset + at_attitude;
+      const S excess = (q[0] * q[0] - S(1)) + (q[1] * q[1] + q[2] * q[2] + q[3] * q[3]), n = real::sqrt(S(1) + excess);
+      const S factor = -excess / (n * (S(1) + n));
+      for (int k = 0; k < 4; ++k) change[slot.offset + at_attitude + k] = factor * q[k];
+    }
 }
 
 template class RigidModel<float>;

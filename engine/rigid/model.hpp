@@ -93,6 +93,7 @@ template <class S> class RigidModel {
   static void rate_of(void* context, S t_s, const S* y, S* dydt);
   static void rates_of(void* context, int count, const S* t_s, const S* y, S* dydt);  // rate_lanes.cpp
   static void project_of(void* context, S* y);
+  static void projection_of(void* context, const S* y, S* change);
   void add_loads(S t_s, const S* y);
   void build_bodies(const Scene& scene);
   void build_forces(const Scene& scene, const GravityOptions& gravity);
