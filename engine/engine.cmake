@@ -40,7 +40,9 @@ add_library(atwood_engine STATIC
   integrators/implicit_tableaux.cpp
   integrators/kick_drift.cpp
   integrators/leapfrog.cpp
+  integrators/multistep.cpp
   integrators/multistep_methods.cpp
+  integrators/multistep_tables.cpp
   integrators/nystrom_methods.cpp
   integrators/partitioned_methods.cpp
   integrators/rotation_methods.cpp

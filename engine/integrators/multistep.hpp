@@ -1,0 +1,49 @@
+#pragma once
+
+#include <memory>
+
+#include "integrators/compensation.hpp"
+#include "integrators/implicit_stages.hpp"
+#include "integrators/multistep_tables.hpp"
+#include "integrators/stepper.hpp"
+
+namespace atwood {
+
+// Adams and BDF methods with equal steps. The first steps, while there is too little history, are steps of `starter`, a
+// one-step method of higher order. A state that the caller edited, another h or another law (System::epoch) starts afresh.
+// A step taken again from the same state over another h is the starter's, and leaves the history as it is.
+template <class S> class Multistep final : public Stepper<S> {
+ public:
+  Multistep(System<S>& system, const MultistepTable& table, std::unique_ptr<Stepper<S>> starter, bool compensated);
+  bool step(S t_s, S h_s, const S* y, S* y_new) override;
+
+ private:
+  enum class Place { end, start, elsewhere };  // of the last full step
+  Place place_of(S t_s, S h_s, const S* y) const;
+  void shift(S t_s, const S* y);
+  void restart(S t_s, const S* y);
+  bool start_by_one_step(S t_s, S h_s, const S* y, S* y_new);
+  bool multistep(S t_s, S h_s, const S* y, S* y_new);
+  static void rates_at(void* stepper, const S* z, S* k);
+
+  int size_;
+  std::vector<S> increment_, rate_, guess_increment_, guess_rate_;
+  S implicit_;
+  std::unique_ptr<Stepper<S>> starter_;
+  StageSolver<S> solver_;
+  Compensation<S> rest_;
+  // history, newest first; rates_[0] is the rate at the start of the step
+  std::vector<std::vector<S>> increments_, rates_;
+  int known_increments_ = 0, known_rates_ = 0;
+  std::vector<S> z_, k_, known_, at_, before_projection_;
+  bool k_is_end_rate_ = false;
+  // the last full step
+  std::vector<S> start_, end_;
+  S start_s_{}, h_s_{};
+  std::int64_t epoch_ = -1;
+  // of the equations under way
+  const S* y_start_ = nullptr;
+  S end_s_{};
+};
+
+}  // namespace atwood
