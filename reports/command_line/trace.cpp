@@ -177,6 +177,7 @@ int command_trace(const Place& place, const Options& options) {
     if (truth.outcome.status != Status::ok) return status_exit(truth.outcome);
     if (options.events) print_events(scenario.scene, truth.events, &truth, 36, options.json);
     else print_motion(scenario.scene, truth.values, &truth, 36, options.json);
+    if (truth.condition > 0) fmt::print(stderr, "atwood: condition {:.1e}: how much the motion grows a relative perturbation of its start\n", truth.condition);
     if (!truth.note.empty()) fmt::print(stderr, "atwood: {}\n", truth.note);
     return exit_pass;
   }

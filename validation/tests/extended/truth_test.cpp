@@ -90,3 +90,21 @@ TEST_CASE("published values that are not there are missed by name") {
   const File bare("t_s,body,px_m\n10,planet,1\n");
   CHECK(solve_truth(with_values(bare), 1).outcome.reason == "`truth_test_values.csv` has px_m and no px_m_bar");
 }
+
+TEST_CASE("bars are below 1e-20 where the conditioning allows, and a motion past the reach of quad says from when on") {
+  for (const Scenario& scenario : {scenes::pleiades(), scenes::figure_eight(), scenes::henon_heiles(10), scenes::lorenz(10)}) {
+    INFO(scenario.id);
+    const Truth truth = solve_truth(scenario, 4);
+    REQUIRE(truth.outcome.status == Status::ok);
+    CHECK(truth.note.empty());
+    CHECK(truth.condition > 1);
+    for (const Sample& bar : truth.bars)
+      for (const BodySample& body : bar.bodies)
+        for (const Wide value : body.p_m) CHECK(value < Wide(1e-18));  // coordinates up to 40
+  }
+  const Truth chaotic = solve_truth(scenes::lorenz(120), 60);  // grows as exp(0.9 t): 1e33 times at about t = 84
+  CHECK(chaotic.note.rfind("not bounded after t = ", 0) == 0);
+  const double last_s = std::stod(chaotic.note.substr(22));
+  CHECK(last_s > 60);
+  CHECK(last_s < 84);
+}
