@@ -3,11 +3,14 @@ add_library(atwood_engine STATIC
   simulation.cpp
   smooth.cpp
   threads.cpp
+  math/elliptic.cpp
   math/principal_axes.cpp
   math/scalar.cpp
   math/vector_width.cpp
   rigid/bare_problems.cpp
   rigid/free_top.cpp
+  rigid/free_top_exact.cpp
+  rigid/free_top_implicit.cpp
   rigid/model.cpp
   rigid/rate.cpp
   rigid/rate_lanes.cpp
@@ -29,6 +32,7 @@ add_library(atwood_engine STATIC
   integrators/catalogue.cpp
   integrators/collocation_nodes.cpp
   integrators/composition_methods.cpp
+  integrators/compositions.cpp
   integrators/conserving_methods.cpp
   integrators/explicit_methods.cpp
   integrators/high_precision_methods.cpp
@@ -39,22 +43,21 @@ add_library(atwood_engine STATIC
   integrators/implicit_stages.cpp
   integrators/implicit_tableaux.cpp
   integrators/kick_drift.cpp
-  integrators/leapfrog.cpp
   integrators/multistep.cpp
   integrators/multistep_methods.cpp
   integrators/multistep_tables.cpp
   integrators/nystrom_methods.cpp
+  integrators/partitioned.cpp
   integrators/partitioned_methods.cpp
+  integrators/rotation_lie.cpp
   integrators/rotation_methods.cpp
   integrators/runge_kutta.cpp
   integrators/stepper.cpp
-  integrators/symplectic_euler.cpp
   integrators/tableaux.cpp
   integrators/tableaux_low_order.cpp
   integrators/tableaux_order_7_8.cpp
   integrators/tableaux_pairs.cpp
-  integrators/tableaux_verner.cpp
-  integrators/velocity_verlet.cpp)
+  integrators/tableaux_verner.cpp)
 target_include_directories(atwood_engine PUBLIC ${CMAKE_CURRENT_LIST_DIR})
 target_link_libraries(atwood_engine PUBLIC atwood_scene atwood_protocol PRIVATE quadmath)
 

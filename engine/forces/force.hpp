@@ -59,6 +59,9 @@ template <class S> class ForceTerm {
   virtual bool has_lanes() const { return false; }
   virtual void add_lane_loads(const LaneMotion<S>&, S* /*loads*/) const {}
   virtual bool velocity_dependent() const { return false; }
+  // All that depends on a velocity is charge v x field, of fixed fields, and `charge_field_W` (one a body) gains charge
+  // times field [C T]. False, nothing gained: some other law.
+  virtual bool add_magnetic(Vec3<S>* charge_field_W) const { (void)charge_field_W; return !velocity_dependent(); }
   std::vector<Interval> on_s;  // empty: always
 };
 

@@ -10,6 +10,10 @@ template <class S> struct LorentzTerm final : ForceTerm<S> {
   Vec3<S> electric, magnetic;
 
   bool velocity_dependent() const override { return dot(magnetic, magnetic) != S(0); }
+  bool add_magnetic(Vec3<S>* charge_field_W) const override {
+    for (std::size_t k = 0; k < bodies.size(); ++k) charge_field_W[bodies[k]] += charge[k] * magnetic;
+    return true;
+  }
   static constexpr Items items = Items::bodies;
   template <class M, class L> auto law(int item, const M& motion, const L& loads) const {
     const auto body = motion.body(bodies[item]);

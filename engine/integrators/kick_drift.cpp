@@ -2,61 +2,108 @@
 
 #include <algorithm>
 
-#include "rigid/free_top.hpp"
-
 namespace atwood {
+namespace {
 
-template <class S> void drift(const RigidModel<S>& model, S h_s, FreeTop top, S* y) {
+template <class S> void add3(int at, const Vec3<S>& increment, S* y, Compensation<S>& rest) {
+  y[at] = rest.add(at, y[at], increment.x);
+  y[at + 1] = rest.add(at + 1, y[at + 1], increment.y);
+  y[at + 2] = rest.add(at + 2, y[at + 2], increment.z);
+}
+template <class S> void add4(int at, const Quat<S>& increment, S* y, Compensation<S>& rest) {
+  y[at] = rest.add(at, y[at], increment.w);
+  add3(at + 1, Vec3<S>{increment.x, increment.y, increment.z}, y, rest);
+}
+
+}  // namespace
+
+template <class S>
+bool drift(const RigidModel<S>& model, FreeTop top, S direct_s, S adjoint_s, S* y, Compensation<S>& rest) {
+  const S h_s = direct_s + adjoint_s;
+  bool solved = true;
   for (const int i : model.moving()) {
-    S* at = y + model.offset(i);
-    for (int k = 0; k < 3; ++k) at[at_position + k] += h_s * at[at_velocity + k];
+    const int at = model.offset(i);
+    add3(at + at_position, h_s * load3(y + at + at_velocity), y, rest);
     if (!model.rotates(i)) continue;
-    Quat<S> q = load4(at + at_attitude);
-    Vec3<S> w = load3(at + at_body_rate);
-    if (top == FreeTop::lie) free_top_lie(model.mass(i), h_s, q, w);
-    else free_top_strang(model.mass(i), h_s, q, w);
-    store4(q, at + at_attitude);
-    store3(w, at + at_body_rate);
+    FreeTurn<S> turn;
+    solved = free_turn(top, model.mass(i), direct_s, adjoint_s, load3(y + at + at_body_rate), turn) && solved;
+    add4(at + at_attitude, load4(y + at + at_attitude) * turn.less_one, y, rest);
+    add3(at + at_body_rate, turn.dw_B, y, rest);
+  }
+  return solved;
+}
+
+template <class S> void renormalise(const RigidModel<S>& model, S* y, Compensation<S>& rest) {
+  for (const int i : model.moving()) {
+    if (!model.rotates(i)) continue;
+    const int at = model.offset(i) + at_attitude;
+    const Quat<S> q = load4(y + at);
+    const S change = S(1) / real::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z) - S(1);
+    add4(at, Quat<S>{change * q.w, change * q.x, change * q.y, change * q.z}, y, rest);
   }
 }
 
 // Entries that accelerations() leaves alone stay 0: kicks move nothing.
 template <class S>
 Kicker<S>::Kicker(RigidModel<S>& model)
-    : model_(model), acceleration_(model.state_size()), middle_(model.state_size()), solver_(model.state_size()) {}
+    : model_(model), acceleration_(model.state_size()), middle_(model.state_size()), omega_W_(model.body_count()),
+      solver_(model.state_size()) {}
 
-template <class S> void Kicker<S>::explicit_kick(S t_s, S h_s, S* y) {
-  model_.accelerations(t_s, y, acceleration_.data());
+template <class S> void Kicker<S>::add(S h_s, S* y, Compensation<S>& rest) const {
   for (const int i : model_.moving()) {
-    const int at = model_.offset(i);
-    for (int k = at + at_velocity; k < at + at_velocity + 3; ++k) y[k] += h_s * acceleration_[k];
-    if (!model_.rotates(i)) continue;
-    for (int k = at + at_body_rate; k < at + at_body_rate + 3; ++k) y[k] += h_s * acceleration_[k];
+    const int v = model_.offset(i) + at_velocity, w = model_.offset(i) + at_body_rate;
+    add3(v, h_s * load3(acceleration_.data() + v), y, rest);
+    if (model_.rotates(i)) add3(w, h_s * load3(acceleration_.data() + w), y, rest);
   }
 }
 
-// v_m = v + h/2 a(t, x, v_m), then v + h a(t, x, v_m).
-template <class S> bool Kicker<S>::symmetric_kick(S t_s, S h_s, S* y) {
-  if (!model_.velocity_dependent()) {
-    explicit_kick(t_s, h_s, y);
+template <class S> void Kicker<S>::kick_again(S h_s, S* y, Compensation<S>& rest) { add(h_s, y, rest); }
+
+// v_m = v + r a(v_m) with a(v) = b + v x omega: x = v_m - v solves x + s x x = r a(v), s = r omega, whose inverse is
+// x -> (x - s x x + (s . x) s) / (1 + s^2); a(v_m) is x / r.
+template <class S>
+void Kicker<S>::kick_in_magnetic_field(S t_s, S direct_s, S adjoint_s, S* y, Compensation<S>& rest) {
+  if (omega_epoch_ != model_.system().epoch) {
+    model_.gyration(omega_W_);
+    omega_epoch_ = model_.system().epoch;
+  }
+  model_.accelerations(t_s, y, acceleration_.data());
+  for (const int i : model_.moving()) {
+    S* at = acceleration_.data() + model_.offset(i) + at_velocity;
+    const Vec3<S> a = load3(at), s = adjoint_s * omega_W_[i];
+    store3((S(1) / (S(1) + dot(s, s))) * (a - cross(s, a) + dot(s, a) * s), at);
+  }
+  add(direct_s + adjoint_s, y, rest);
+}
+
+template <class S> bool Kicker<S>::kick(S t_s, S direct_s, S adjoint_s, S* y, Compensation<S>& rest) {
+  if (!model_.velocity_dependent() || adjoint_s == S(0)) {
+    model_.accelerations(t_s, y, acceleration_.data());
+    add(direct_s + adjoint_s, y, rest);
+    return true;
+  }
+  if (model_.magnetic_only()) {
+    kick_in_magnetic_field(t_s, direct_s, adjoint_s, y, rest);
     return true;
   }
   const auto kick_rate = [](void* model, S t, const S* z, S* g) {
     static_cast<RigidModel<S>*>(model)->accelerations(t, z, g);
   };
   std::copy(y, y + model_.state_size(), middle_.begin());
-  const bool solved = solver_.solve(kick_rate, &model_, t_s, h_s / S(2), y, middle_.data());
-  for (int k = 0; k < model_.state_size(); ++k) y[k] += S(2) * (middle_[k] - y[k]);
+  const bool solved = solver_.solve(kick_rate, &model_, t_s, adjoint_s, y, middle_.data());
+  model_.accelerations(t_s, middle_.data(), acceleration_.data());
+  add(direct_s + adjoint_s, y, rest);
   return solved;
 }
 
-template void drift<float>(const RigidModel<float>&, float, FreeTop, float*);
-template void drift<double>(const RigidModel<double>&, double, FreeTop, double*);
-template void drift<long double>(const RigidModel<long double>&, long double, FreeTop, long double*);
-template void drift<Quad>(const RigidModel<Quad>&, Quad, FreeTop, Quad*);
-template class Kicker<float>;
-template class Kicker<double>;
-template class Kicker<long double>;
-template class Kicker<Quad>;
+#define ATWOOD_INSTANTIATE(S)                                                                      \
+  template bool drift<S>(const RigidModel<S>&, FreeTop, S, S, S*, Compensation<S>&);              \
+  template void renormalise<S>(const RigidModel<S>&, S*, Compensation<S>&);                       \
+  template class Kicker<S>;
+ATWOOD_INSTANTIATE(float)
+ATWOOD_INSTANTIATE(double)
+ATWOOD_INSTANTIATE(long double)
+ATWOOD_INSTANTIATE(Quad)
+#undef ATWOOD_INSTANTIATE
 
 }  // namespace atwood

@@ -3,30 +3,41 @@
 
 #include <vector>
 
+#include "integrators/compensation.hpp"
 #include "integrators/implicit_solver.hpp"
+#include "rigid/free_top.hpp"
 #include "rigid/model.hpp"
 
 namespace atwood {
 
-enum class FreeTop { lie, strang };  // the drift of a rotating body: order 1, or symmetric and of order 2
+// p += h v; attitude and body rate by the free top; h = direct_s + adjoint_s (rigid/free_top.hpp). False: not solved.
+template <class S>
+bool drift(const RigidModel<S>& model, FreeTop top, S direct_s, S adjoint_s, S* y, Compensation<S>& rest);
 
-// p += h v; attitude and body rate by the splitting of the free top (rigid/free_top.hpp).
-template <class S> void drift(const RigidModel<S>& model, S h_s, FreeTop top, S* y);
+// Unit quaternions of the moving bodies.
+template <class S> void renormalise(const RigidModel<S>& model, S* y, Compensation<S>& rest);
 
 template <class S> class Kicker {
  public:
   explicit Kicker(RigidModel<S>& model);
 
-  // v += h a(t, y), body rates likewise by I^-1 torque: forces at the state as it stands.
-  void explicit_kick(S t_s, S h_s, S* y);
-  // The same by the implicit midpoint rule in the velocities, at fixed positions: symmetric, so Verlet and leapfrog
-  // keep order 2 under drag, damping, Coriolis and Lorentz forces (for the Lorentz force it is Boris's rotation).
-  // Explicit where no force depends on velocities. False: not solved.
-  bool symmetric_kick(S t_s, S h_s, S* y);
+  // v += h a(t, y), body rates likewise by I^-1 torque, h = direct_s + adjoint_s. Where forces depend on velocities:
+  // over adjoint_s the velocities that a() sees are those after it (implicit Euler), over direct_s, which follows, those
+  // before it: a(t, v_m) throughout, v_m = v + adjoint_s a(t, v_m). Equal parts: the implicit midpoint rule in the
+  // velocities, symmetric. In a magnetic field v_m is formed in closed form, and equal parts are Boris's rotation (with
+  // the tangent of half the angle approximated by itself: Cayley's map). False: not solved.
+  bool kick(S t_s, S direct_s, S adjoint_s, S* y, Compensation<S>& rest);
+  // The same with the accelerations of the last kick, which must be those at y; forces without velocities only.
+  void kick_again(S h_s, S* y, Compensation<S>& rest);
 
  private:
+  void add(S h_s, S* y, Compensation<S>& rest) const;
+  void kick_in_magnetic_field(S t_s, S direct_s, S adjoint_s, S* y, Compensation<S>& rest);
+
   RigidModel<S>& model_;
   std::vector<S> acceleration_, middle_;
+  std::vector<Vec3<S>> omega_W_;
+  std::int64_t omega_epoch_ = -1;
   ImplicitSolver<S> solver_;
 };
 

@@ -1,42 +1,36 @@
-// Methods that move positions and velocities in turns.
+// Every method of kicks and drifts, from its list of substeps.
 #pragma once
 
+#include "integrators/compositions.hpp"
+#include "integrators/families.hpp"
 #include "integrators/kick_drift.hpp"
 #include "integrators/stepper.hpp"
 
 namespace atwood {
 
-// v += h a(t, x, v); x += h v with the new v. One function a file, so that each scheme reads on its own.
-template <class S> class SymplecticEuler final : public Stepper<S> {
+template <class S> class KickDrift final : public Stepper<S> {
  public:
-  explicit SymplecticEuler(RigidModel<S>& model) : Stepper<S>(model.system()), model_(model), kicker_(model) {}
+  KickDrift(RigidModel<S>& model, const Composition& composition, FreeTop top, bool compensated);
   bool step(S t_s, S h_s, const S* y, S* y_new) override;
 
  private:
+  struct Part { bool kick; S direct, adjoint, elapsed; };  // elapsed: the drifts before it, in steps
+
+  bool continues(S t_s, const S* y) const;  // from the end of the last step, under the same law
+
   RigidModel<S>& model_;
+  FreeTop top_;
   Kicker<S> kicker_;
+  Compensation<S> rest_;
+  std::vector<Part> parts_;
+  bool shares_kicks_;  // the last kick's forces are the first one's of the next step
+  std::vector<S> last_end_;
+  S last_end_s_{};
+  std::int64_t last_epoch_ = -1;
 };
 
-// Kick h/2, drift h, kick h/2.
-template <class S> class VelocityVerlet final : public Stepper<S> {
- public:
-  explicit VelocityVerlet(RigidModel<S>& model) : Stepper<S>(model.system()), model_(model), kicker_(model) {}
-  bool step(S t_s, S h_s, const S* y, S* y_new) override;
-
- private:
-  RigidModel<S>& model_;
-  Kicker<S> kicker_;
-};
-
-// Drift h/2, kick h, drift h/2.
-template <class S> class Leapfrog final : public Stepper<S> {
- public:
-  explicit Leapfrog(RigidModel<S>& model) : Stepper<S>(model.system()), model_(model), kicker_(model) {}
-  bool step(S t_s, S h_s, const S* y, S* y_new) override;
-
- private:
-  RigidModel<S>& model_;
-  Kicker<S> kicker_;
-};
+// The stepper, or null with the reason why the scene is not one of bodies.
+template <class S>
+StepperPointer<S> make_kick_drift(StepperRequest<S>& request, const std::string& composition, FreeTop top = FreeTop::splitting);
 
 }  // namespace atwood

@@ -7,5 +7,7 @@ namespace atwood::real {
 Quad sqrt(Quad x) { return sqrtq(x); }
 Quad sin(Quad x) { return sinq(x); }
 Quad cos(Quad x) { return cosq(x); }
+Quad atan2(Quad y, Quad x) { return atan2q(y, x); }
+Quad floor(Quad x) { return floorq(x); }
 
 }  // namespace atwood::real

@@ -27,6 +27,16 @@ inline double cos(double x) { return std::cos(x); }
 inline long double cos(long double x) { return std::cos(x); }
 Quad cos(Quad x);
 
+inline float atan2(float y, float x) { return std::atan2(y, x); }
+inline double atan2(double y, double x) { return std::atan2(y, x); }
+inline long double atan2(long double y, long double x) { return std::atan2(y, x); }
+Quad atan2(Quad y, Quad x);
+
+inline float floor(float x) { return std::floor(x); }
+inline double floor(double x) { return std::floor(x); }
+inline long double floor(long double x) { return std::floor(x); }
+Quad floor(Quad x);
+
 template <class S> S abs(S x) { return x < S(0) ? -x : x; }
 template <class S> S max(S a, S b) { return a < b ? b : a; }
 template <class S> S min(S a, S b) { return b < a ? b : a; }

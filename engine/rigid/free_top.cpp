@@ -3,69 +3,69 @@
 namespace atwood {
 namespace {
 
-template <class S> struct Top { Quat<S> q_WP; Vec3<S> L_P; };  // P: principal axes
-
-// The body turns by phi about its own axis k: q <- q exp(phi/2 e_k); momentum seen from the body turns back by phi.
-template <class S, int k> void turn(Top<S>& top, S h_s, const Vec3<S>& moments) {
-  S* L = &top.L_P.x;
-  const S phi = h_s * L[k] / (&moments.x)[k];
-  const S half_cos = real::cos(phi / S(2)), half_sin = real::sin(phi / S(2));
-  Quat<S> step{half_cos, S(0), S(0), S(0)};
-  (&step.x)[k] = half_sin;
-  top.q_WP = top.q_WP * step;
-  constexpr int i = (k + 1) % 3, j = (k + 2) % 3;
-  const S c = half_cos * half_cos - half_sin * half_sin, s = S(2) * half_sin * half_cos;
-  const S Li = L[i], Lj = L[j];
-  L[i] = c * Li + s * Lj;
-  L[j] = c * Lj - s * Li;
+// (1 + a)(1 + b) - 1
+template <class S> Quat<S> join(const Quat<S>& a, const Quat<S>& b) {
+  const Quat<S> ab = a * b;
+  return {a.w + b.w + ab.w, a.x + b.x + ab.x, a.y + b.y + ab.y, a.z + b.z + ab.z};
 }
 
-template <class S, class Flow>
-void in_principal_axes(const MassProperties<S>& mass, Quat<S>& q_WB, Vec3<S>& w_WB_B, const Flow& flow) {
-  const PrincipalAxes<S>& axes = mass.principal;
-  const Vec3<S> I = axes.moments;
-  Top<S> top{q_WB, w_WB_B};
-  if (!axes.body_axes) {
-    top.q_WP = q_WB * axes.q_BP;
-    top.L_P = rotate_back(axes.q_BP, w_WB_B);
-  }
-  top.L_P = {I.x * top.L_P.x, I.y * top.L_P.y, I.z * top.L_P.z};
-  flow(top, I);
-  const Vec3<S> w_P{top.L_P.x / I.x, top.L_P.y / I.y, top.L_P.z / I.z};
-  q_WB = axes.body_axes ? top.q_WP : top.q_WP * conjugate(axes.q_BP);
-  w_WB_B = axes.body_axes ? w_P : rotate(axes.q_BP, w_P);
+// The body turns by phi about its own axis k: q <- q exp(phi/2 e_k); momentum seen from the body turns back by phi.
+template <class S, int k> void turn_about(S h_s, const Vec3<S>& g, const Vec3<S>& L_start, FreeTurn<S>& turn) {
+  S* dL = &turn.dw_B.x;
+  const S* L0 = &L_start.x;
+  constexpr int i = (k + 1) % 3, j = (k + 2) % 3;
+  const S half = h_s * (L0[k] + dL[k]) * (&g.x)[k] / S(2);
+  const S cosine = real::cos(half), sine = real::sin(half);
+  Quat<S> step{cosine < S(0) ? cosine - S(1) : -sine * sine / (S(1) + cosine), S(0), S(0), S(0)};
+  (&step.x)[k] = sine;
+  turn.less_one = join(turn.less_one, step);
+  const S whole_less_one = S(-2) * sine * sine, whole_sine = S(2) * sine * cosine;
+  const S Li = L0[i] + dL[i], Lj = L0[j] + dL[j];
+  dL[i] += whole_less_one * Li + whole_sine * Lj;
+  dL[j] += whole_less_one * Lj - whole_sine * Li;
 }
 
 }  // namespace
 
-template <class S> void free_top_strang(const MassProperties<S>& mass, S h_s, Quat<S>& q_WB, Vec3<S>& w_WB_B) {
-  const S half_s = h_s / S(2);
-  in_principal_axes(mass, q_WB, w_WB_B, [&](Top<S>& top, const Vec3<S>& I) {
-    turn<S, 0>(top, half_s, I);
-    turn<S, 1>(top, half_s, I);
-    turn<S, 2>(top, h_s, I);
-    turn<S, 1>(top, half_s, I);
-    turn<S, 0>(top, half_s, I);
-  });
+template <class S> void split_turn(const Vec3<S>& g, S direct_s, S adjoint_s, const Vec3<S>& L, FreeTurn<S>& turn) {
+  turn = {{S(0), S(0), S(0), S(0)}, {}};
+  if (direct_s != S(0)) {
+    turn_about<S, 0>(direct_s, g, L, turn);
+    turn_about<S, 1>(direct_s, g, L, turn);
+  }
+  turn_about<S, 2>(direct_s + adjoint_s, g, L, turn);
+  if (adjoint_s != S(0)) {
+    turn_about<S, 1>(adjoint_s, g, L, turn);
+    turn_about<S, 0>(adjoint_s, g, L, turn);
+  }
 }
 
-template <class S> void free_top_lie(const MassProperties<S>& mass, S h_s, Quat<S>& q_WB, Vec3<S>& w_WB_B) {
-  in_principal_axes(mass, q_WB, w_WB_B, [&](Top<S>& top, const Vec3<S>& I) {
-    turn<S, 0>(top, h_s, I);
-    turn<S, 1>(top, h_s, I);
-    turn<S, 2>(top, h_s, I);
-  });
+template <class S>
+bool free_turn(FreeTop top, const MassProperties<S>& mass, S direct_s, S adjoint_s, const Vec3<S>& w_WB_B, FreeTurn<S>& turn) {
+  const PrincipalAxes<S>& axes = mass.principal;
+  const Vec3<S> I = axes.moments, g{S(1) / I.x, S(1) / I.y, S(1) / I.z};
+  const Vec3<S> w_P = axes.body_axes ? w_WB_B : rotate_back(axes.q_BP, w_WB_B);
+  const Vec3<S> L{I.x * w_P.x, I.y * w_P.y, I.z * w_P.z};
+  bool solved = true;
+  if (top == FreeTop::splitting) split_turn(g, direct_s, adjoint_s, L, turn);
+  else if (top == FreeTop::exact) exact_turn(g, direct_s + adjoint_s, L, turn);
+  else solved = implicit_turn(top, I, direct_s + adjoint_s, L, turn);
+  turn.dw_B = {g.x * turn.dw_B.x, g.y * turn.dw_B.y, g.z * turn.dw_B.z};
+  if (!axes.body_axes) {
+    turn.dw_B = rotate(axes.q_BP, turn.dw_B);
+    const Vec3<S> u = rotate(axes.q_BP, Vec3<S>{turn.less_one.x, turn.less_one.y, turn.less_one.z});
+    turn.less_one = {turn.less_one.w, u.x, u.y, u.z};
+  }
+  return solved;
 }
 
-template void free_top_strang<float>(const MassProperties<float>&, float, Quat<float>&, Vec3<float>&);
-template void free_top_strang<double>(const MassProperties<double>&, double, Quat<double>&, Vec3<double>&);
-template void free_top_strang<long double>(const MassProperties<long double>&, long double, Quat<long double>&,
-                                           Vec3<long double>&);
-template void free_top_strang<Quad>(const MassProperties<Quad>&, Quad, Quat<Quad>&, Vec3<Quad>&);
-template void free_top_lie<float>(const MassProperties<float>&, float, Quat<float>&, Vec3<float>&);
-template void free_top_lie<double>(const MassProperties<double>&, double, Quat<double>&, Vec3<double>&);
-template void free_top_lie<long double>(const MassProperties<long double>&, long double, Quat<long double>&,
-                                        Vec3<long double>&);
-template void free_top_lie<Quad>(const MassProperties<Quad>&, Quad, Quat<Quad>&, Vec3<Quad>&);
+#define ATWOOD_INSTANTIATE(S)                                                       \
+  template void split_turn<S>(const Vec3<S>&, S, S, const Vec3<S>&, FreeTurn<S>&); \
+  template bool free_turn<S>(FreeTop, const MassProperties<S>&, S, S, const Vec3<S>&, FreeTurn<S>&);
+ATWOOD_INSTANTIATE(float)
+ATWOOD_INSTANTIATE(double)
+ATWOOD_INSTANTIATE(long double)
+ATWOOD_INSTANTIATE(Quad)
+#undef ATWOOD_INSTANTIATE
 
 }  // namespace atwood

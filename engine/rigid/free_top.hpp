@@ -1,16 +1,42 @@
-// The free rotation of a body over a step, by splitting: the drift of partitioned methods.
+// The free rotation of a body over a step: the drift of partitioned methods.
 #pragma once
 
 #include "rigid/model.hpp"
 
 namespace atwood {
 
-// With body momentum L = I w in principal axes, H = sum L_i^2 / (2 I_i); the flow of each term alone is a rotation
-// about one axis by the angle h L_i / I_i. Every composition keeps |L|, and q L q* in the world, to round-off.
-//
-// Strang: R1(h/2) R2(h/2) R3(h) R2(h/2) R1(h/2), symmetric, order 2 (McLachlan and Reich; Dullweber, Leimkuhler and
-// McLachlan, J. Chem. Phys. 107 (1997) 5840, eq. 24). Lie: R1(h) R2(h) R3(h), order 1.
-template <class S> void free_top_strang(const MassProperties<S>& mass, S h_s, Quat<S>& q_WB, Vec3<S>& w_WB_B);
-template <class S> void free_top_lie(const MassProperties<S>& mass, S h_s, Quat<S>& q_WB, Vec3<S>& w_WB_B);
+// With body momentum L = I w in principal axes, H = sum L_i^2 / (2 I_i). Each way keeps q L q* in the world, and so |L|,
+// to round-off.
+enum class FreeTop {
+  // The flow of each term of H alone is a rotation about one principal axis by h L_i / I_i. Over `direct` they come in
+  // the order 1 2 3, over `adjoint`, which follows, in the order 3 2 1: each of order 1 and the other's adjoint, both
+  // together with equal parts the symmetric Strang splitting, order 2 (McLachlan, Physica D 66 (1993) 12; Reich, Physica
+  // D 76 (1994) 375; Dullweber, Leimkuhler and McLachlan, J. Chem. Phys. 107 (1997) 5840, eq. 24).
+  splitting,
+  // The discrete Lagrangian top, symmetric, order 2 (Moser and Veselov, Commun. Math. Phys. 139 (1991) 217; in
+  // Cayley's vector: Lee, Leok and McClamroch, Comput. Methods Appl. Mech. Eng. 196 (2007) 2907, eq. 36).
+  moser_veselov,
+  // The implicit midpoint rule for L, attitude by Cayley's map of the same rate: symmetric, order 2, keeps H too (Austin,
+  // Krishnaprasad and Wang, J. Comput. Phys. 107 (1993) 105).
+  midpoint,
+  // Jacobi's elliptic functions: exact (van Zon and Schofield, J. Comput. Phys. 225 (2007) 145).
+  exact,
+};
+
+// What a step does: q_WB becomes q_WB (1 + less_one), and the body rate gains dw_B. Both are formed as increments, so
+// that they are as accurate as the step is short, except by FreeTop::exact: there to round-off of the whole.
+template <class S> struct FreeTurn {
+  Quat<S> less_one;
+  Vec3<S> dw_B;
+};
+
+// Over direct_s + adjoint_s. False: the step's implicit equations were not solved.
+template <class S>
+bool free_turn(FreeTop top, const MassProperties<S>& mass, S direct_s, S adjoint_s, const Vec3<S>& w_WB_B, FreeTurn<S>& turn);
+
+// ---- in principal axes: `turn` receives dL in place of dw; g = 1 / I.
+template <class S> void split_turn(const Vec3<S>& g, S direct_s, S adjoint_s, const Vec3<S>& L, FreeTurn<S>& turn);
+template <class S> bool implicit_turn(FreeTop top, const Vec3<S>& I, S h_s, const Vec3<S>& L, FreeTurn<S>& turn);
+template <class S> void exact_turn(const Vec3<S>& g, S h_s, const Vec3<S>& L, FreeTurn<S>& turn);
 
 }  // namespace atwood

@@ -107,6 +107,7 @@ template <class S> void RigidModel<S>::build_bodies(const Scene& scene) {
 }
 
 template <class S> void RigidModel<S>::build_forces(const Scene& scene, const GravityOptions& gravity) {
+  std::vector<Vec3<S>> unused(slots_.size());
   for (const Force& force : scene.forces) {
     terms_.push_back(std::visit(
         [&](const auto& f) {
@@ -115,6 +116,7 @@ template <class S> void RigidModel<S>::build_forces(const Scene& scene, const Gr
         },
         force));
     velocity_dependent_ = velocity_dependent_ || terms_.back()->velocity_dependent();
+    magnetic_only_ = magnetic_only_ && terms_.back()->add_magnetic(unused.data());
     for (const Interval& on : terms_.back()->on_s)
       for (double t : {on.from_s, on.to_s})
         if (t > 0 && std::isfinite(t)) switch_times_s_.push_back(t);
@@ -171,6 +173,12 @@ template <class S> void RigidModel<S>::set_body(int body, const BodyState<S>& st
   if (!slot.rotates) return;
   store4(state.q_WB, at + at_attitude);
   store3(state.w_WB_B, at + at_body_rate);
+}
+
+template <class S> void RigidModel<S>::gyration(std::vector<Vec3<S>>& omega_W) const {
+  omega_W.assign(slots_.size(), {});
+  for (const ForceTerm<S>* term : active_) term->add_magnetic(omega_W.data());
+  for (std::size_t i = 0; i < slots_.size(); ++i) omega_W[i] = mass_[i].inverse_mass_per_kg * omega_W[i];
 }
 
 template <class S> void RigidModel<S>::write(S t_s, const S* y, Sample& sample) {

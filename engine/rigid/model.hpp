@@ -64,6 +64,10 @@ template <class S> class RigidModel {
   bool bare_problem() const { return bare_problem_; }
   // Some force depends on velocities or body rates.
   bool velocity_dependent() const { return velocity_dependent_; }
+  // All that depends on a velocity, at any time, is v' = ... + v x omega with a fixed omega for each body.
+  bool magnetic_only() const { return magnetic_only_; }
+  // That omega under the law that holds now [rad/s], one a body.
+  void gyration(std::vector<Vec3<S>>& omega_W) const;
 
   // ---- layout
   int body_count() const { return static_cast<int>(slots_.size()); }
@@ -100,7 +104,7 @@ template <class S> class RigidModel {
 
   std::string unsupported_;
   std::unique_ptr<Team> team_;             // outlives the terms, which use it
-  bool bare_problem_ = false, velocity_dependent_ = false;
+  bool bare_problem_ = false, velocity_dependent_ = false, magnetic_only_ = true;
   int state_size_ = 0;
   std::vector<Slot<S>> slots_;
   std::vector<S> resting_;                 // p, v = 0, q, w = 0 of every body: what forces see of fixed and held ones

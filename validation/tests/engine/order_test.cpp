@@ -97,10 +97,18 @@ TEST_CASE("executed order is the claimed order, per class of motion") {
       const std::string scheme = info.id.substr(7);
       const auto claim = info.claimed_order.find(problem.motion);
       if (claim == info.claimed_order.end() || claim->second > 5) continue;  // higher ones in quad: study `laboratory`
+      if (run(scheme, problem.scene, {problem.t_end_s, 1, 1}).outcome.status == Status::unsupported) {
+        CHECK((scheme.rfind("boris", 0) == 0 && problem.scene.forces.size() > 0));  // drag is not for Boris's push
+        continue;
+      }
       const double claimed = claim->second;
       const std::int64_t steps = claimed == 1 ? 8 * problem.steps : problem.steps;
       const Errors coarse = errors(problem, scheme, steps / 2), fine = errors(problem, scheme, steps);
       INFO(problem.name << " by " << scheme);
+      if (problem.name == "free-box" && scheme.rfind("jacobi", 0) == 0) {  // exact: nothing to fit
+        CHECK(coarse.attitude + coarse.body_rate < 1e-12);
+        continue;
+      }
       if (problem.motion != "rotation" || problem.name == "thrust-and-drag") {
         CHECK(fine.position > 1e-15);  // an error to measure
         check_order(coarse.position, fine.position, claimed);

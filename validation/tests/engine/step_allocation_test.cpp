@@ -23,6 +23,7 @@ template <class S> long allocations_of_steps(const std::string& scheme, const Sc
   RigidModel<S> model(scene);
   std::string why;
   const auto stepper = make_stepper<S>(scheme, model, why);
+  if (stepper == nullptr) return why.empty() ? 1 : 0;  // refused by name
   std::vector<S> y(model.state_size()), y_new(model.state_size()), inside(model.state_size());
   model.initial_state(y.data());
   const long before = allocations;
@@ -48,7 +49,7 @@ TEST_CASE("steps, dense output and switches allocate nothing") {
   Scene switched = thrust_and_drag();
   std::get<Thruster>(switched.forces[0]).on_s = {{0.05, 0.1}, {0.15, 0.2}};
   for (const MethodInfo& info : integrator_catalogue())
-    for (const Scene& scene : {kepler(0.3), quadratic_drag(), free_box(), switched}) {
+    for (const Scene& scene : {kepler(0.3), quadratic_drag(), e_cross_b(), free_box(), switched}) {
       INFO(info.id);
       const std::string scheme = info.id.substr(7);
       CHECK(allocations_of_steps<float>(scheme, scene) == 0);

@@ -1,0 +1,109 @@
+#include "integrators/rotation_lie.hpp"
+
+#include <algorithm>
+
+#include "integrators/kick_drift.hpp"
+#include "math/so3.hpp"
+
+namespace atwood {
+
+template <class S>
+LieRungeKutta<S>::LieRungeKutta(RigidModel<S>& model, LieMethod method, bool compensated)
+    : Stepper<S>(model.system()), model_(model), method_(method), rest_(compensated, model.state_size()),
+      stage_(model.state_size()) {
+  for (auto& k : k_) k.resize(model.state_size());
+}
+
+template <class S> Vec3<S> LieRungeKutta<S>::spin(int stage, int at) const {
+  return load3(k_[stage].data() + at + at_attitude);
+}
+
+// Stages at 0, h/2, h/2, h:
+//   Munthe-Kaas       exp(h/2 k1)   exp(h/2 k2)   exp(h k3),                    q_new: exp(h (k1 + 2 k2 + 2 k3 + k4) / 6)
+//   commutator-free   exp(h/2 k1)   exp(h/2 k2)   exp(h/2 k1) exp(h k3 - h/2 k1),
+//                     q_new: exp(h (3 k1 + 2 k2 + 2 k3 - k4) / 12) exp(h (-k1 + 2 k2 + 2 k3 + 3 k4) / 12)
+// k: body rates, by Munthe-Kaas pulled back to the start of the step. The first factor stands left: it acts first in body
+// axes.
+template <class S> auto LieRungeKutta<S>::stage_turns(int stage, S h_s, int at) const -> Turns {
+  const S half_s = h_s / S(2);
+  if (stage < 3) return {half_s * spin(stage - 1, at), {}};
+  if (method_ == LieMethod::munthe_kaas) return {h_s * spin(2, at), {}};
+  return {half_s * spin(0, at), h_s * spin(2, at) - half_s * spin(0, at)};
+}
+
+template <class S> auto LieRungeKutta<S>::last_turns(S h_s, int at) const -> Turns {
+  const Vec3<S> k1 = spin(0, at), k4 = spin(3, at), middle = S(2) * (spin(1, at) + spin(2, at));
+  if (method_ == LieMethod::munthe_kaas) return {(h_s / S(6)) * (k1 + middle + k4), {}};
+  return {(h_s / S(12)) * (S(3) * k1 + middle - k4), (h_s / S(12)) * (S(3) * k4 + middle - k1)};
+}
+
+template <class S> void LieRungeKutta<S>::turn_stage(int stage, S h_s, const S* y) {
+  for (const int i : model_.moving()) {
+    if (!model_.rotates(i)) continue;
+    const int at = model_.offset(i);
+    const Turns turns = stage_turns(stage, h_s, at);
+    Quat<S> q = load4(y + at + at_attitude) * so3_exp(turns.first);
+    if (method_ == LieMethod::commutator_free && stage == 3) q = q * so3_exp(turns.second);
+    store4(q, stage_.data() + at + at_attitude);
+  }
+}
+
+// In place of the quaternion's rate: the rotation vector's.
+template <class S> void LieRungeKutta<S>::rotation_rates(int stage, S h_s) {
+  for (const int i : model_.moving()) {
+    if (!model_.rotates(i)) continue;
+    const int at = model_.offset(i);
+    Vec3<S> w = load3(stage_.data() + at + at_body_rate);
+    if (method_ == LieMethod::munthe_kaas && stage > 0) w = inverse_left_jacobian(-stage_turns(stage, h_s, at).first, w);
+    store3(w, k_[stage].data() + at + at_attitude);
+  }
+}
+
+template <class S> bool LieRungeKutta<S>::step(S t_s, S h_s, const S* y, S* y_new) {
+  const int size = this->system_.size;
+  const S c[4] = {S(0), S(0.5), S(0.5), S(1)};
+  std::copy(y, y + size, stage_.begin());
+  for (int stage = 0; stage < 4; ++stage) {
+    if (stage > 0) {
+      for (int i = 0; i < size; ++i) stage_[i] = y[i] + c[stage] * h_s * k_[stage - 1][i];
+      turn_stage(stage, h_s, y);
+    }
+    this->system_.rate(t_s + c[stage] * h_s, stage_.data(), k_[stage].data());
+    rotation_rates(stage, h_s);
+  }
+  rest_.begin(y);
+  std::copy(y, y + size, y_new);
+  for (const int i : model_.moving()) {
+    const int at = model_.offset(i);
+    const auto add = [&](int from, int to) {
+      for (int j = at + from; j < at + to; ++j)
+        y_new[j] = rest_.add(j, y[j], h_s / S(6) * (k_[0][j] + S(2) * (k_[1][j] + k_[2][j]) + k_[3][j]));
+    };
+    add(at_position, at_attitude);
+    if (!model_.rotates(i)) continue;
+    add(at_body_rate, at_body_rate + 3);
+    const Turns turns = last_turns(h_s, at);
+    Quat<S> less_one = so3_exp_less_one(turns.first);
+    if (method_ == LieMethod::commutator_free) {
+      const Quat<S> second = so3_exp_less_one(turns.second), both = less_one * second;
+      less_one = {less_one.w + second.w + both.w, less_one.x + second.x + both.x, less_one.y + second.y + both.y,
+                  less_one.z + second.z + both.z};
+    }
+    const Quat<S> dq = load4(y + at + at_attitude) * less_one;
+    for (int j = 0; j < 4; ++j) {
+      const int k = at + at_attitude + j;
+      y_new[k] = rest_.add(k, y[k], (&dq.w)[j]);
+    }
+  }
+  renormalise(model_, y_new, rest_);
+  rest_.end(y_new);
+  this->remember(t_s, h_s, y, y_new);
+  return true;
+}
+
+template class LieRungeKutta<float>;
+template class LieRungeKutta<double>;
+template class LieRungeKutta<long double>;
+template class LieRungeKutta<Quad>;
+
+}  // namespace atwood

@@ -1,0 +1,39 @@
+// Runge-Kutta methods on SO(3): the attitude moves by exponentials of rotation vectors, everything else as in RK4.
+#pragma once
+
+#include "integrators/compensation.hpp"
+#include "integrators/stepper.hpp"
+#include "rigid/model.hpp"
+
+namespace atwood {
+
+enum class LieMethod {
+  // RK4 for the rotation vector s of q = q_0 exp(s), s' = J_r(s)^-1 w (Munthe-Kaas, Appl. Numer. Math. 29 (1999) 115).
+  munthe_kaas,
+  // Four stages, two exponentials in the last, no commutators (Celledoni, Marthinsen, Owren, Future Gener. Comput. Syst.
+  // 19 (2003) 341, eq. 6).
+  commutator_free,
+};
+
+template <class S> class LieRungeKutta final : public Stepper<S> {
+ public:
+  LieRungeKutta(RigidModel<S>& model, LieMethod method, bool compensated);
+  bool step(S t_s, S h_s, const S* y, S* y_new) override;
+
+ private:
+  // What moves the attitude: rotation vectors, one after the other in body axes. The second may be zero.
+  struct Turns { Vec3<S> first, second; };
+
+  Turns stage_turns(int stage, S h_s, int at) const;
+  Turns last_turns(S h_s, int at) const;
+  void turn_stage(int stage, S h_s, const S* y);
+  void rotation_rates(int stage, S h_s);
+  Vec3<S> spin(int stage, int at) const;  // of a stage: the rotation vector's rate
+
+  RigidModel<S>& model_;
+  LieMethod method_;
+  Compensation<S> rest_;
+  std::vector<S> k_[4], stage_;
+};
+
+}  // namespace atwood
