@@ -98,5 +98,141 @@ TEST_CASE("executed order of compositions: rotation") {
   check_orders(joined({composed, charges, inexact}), tumbling({0.6, 0.8, 1.0}, {3, 0.5, -0.9}), 1, 8);
 }
 
+// n steps forward, n back with -h; in double.
+double back_and_forth(const std::string& scheme, const Scene& scene, double h, int steps) {
+  RigidModel<double> model(scene);
+  std::string why;
+  const auto stepper = make_stepper<double>(scheme, model, why);
+  REQUIRE(stepper != nullptr);
+  std::vector<double> y(model.state_size()), y_new(model.state_size());
+  model.initial_state(y.data());
+  const std::vector<double> start = y;
+  for (int n = 0; n < 2 * steps; ++n) {
+    const double t = n < steps ? n * h : (2 * steps - n) * h;
+    REQUIRE(stepper->step(t, n < steps ? h : -h, y.data(), y_new.data()));
+    y.swap(y_new);
+  }
+  double worst = 0;
+  for (std::size_t i = 0; i < y.size(); ++i) worst = std::max(worst, std::fabs(y[i] - start[i]));
+  return worst;
+}
+
+TEST_CASE("symmetric methods reverse to round-off, on every class of motion; Lie group Runge-Kutta methods do not") {
+  const Scene scenes[] = {kepler(0.6), driven_oscillator(), charge_round_a_center(), thrust_only(), charged_box_on_a_spring()};
+  for (std::size_t k = 0; k < std::size(scenes); ++k) {
+    const bool drag = k == 4;
+    for (const std::string& scheme : joined({composed, charges, turning})) {
+      if (drag && scheme.rfind("boris", 0) == 0) continue;
+      INFO(scheme << ", scene " << k);
+      const double error = back_and_forth(scheme, scenes[k], 0.02, 100);
+      if (scheme != "rkmk4" && scheme != "lie4") CHECK(error < 1e-11);
+      else if (k == 0) CHECK(error > 1e-8);
+    }
+  }
+}
+
+// Kepler, e = 0.6, 150 periods in double: energy's largest error over the last ten against that over the first ten.
+TEST_CASE("symplectic methods keep energy over long times") {
+  const double period = 6.283185307179586;
+  const auto energy_error = [&](const std::string& scheme, std::int64_t a_period) {
+    const Recorded r = run(scheme, kepler(0.6), {150 * period, 150 * a_period, 150 * a_period});
+    REQUIRE(r.outcome.status == Status::ok);
+    double first = 0, last = 0;
+    for (std::int64_t n = 0; n <= 150 * a_period; ++n) {
+      const BodySample& s = r.samples[n].bodies[0];
+      double v2 = 0, r2 = 0;
+      for (int i = 0; i < 3; ++i) {
+        v2 += static_cast<double>(s.v_m_per_s[i] * s.v_m_per_s[i]);
+        r2 += static_cast<double>(s.p_m[i] * s.p_m[i]);
+      }
+      const double error = std::fabs(v2 / 2 - 1 / std::sqrt(r2) + 0.5);
+      if (n < 10 * a_period) first = std::max(first, error);
+      if (n > 140 * a_period) last = std::max(last, error);
+    }
+    return std::pair{first, last};
+  };
+  for (const std::string& scheme : joined({composed, charges, {"free-top2", "leapfrog-kdk", "leapfrog-dkd", "jacobi4"}})) {
+    const double order = claimed(scheme);
+    const auto [first, last] = energy_error(scheme, scheme == "suzuki8" ? 45 : order > 4 ? 90 : 180);
+    INFO(scheme << ": " << first << " then " << last);
+    CHECK(first > 1e-11);  // an error of truncation, not of round-off
+    CHECK(last < 1.2 * first);
+  }
+  const auto [first, last] = energy_error("lie4", 180);  // classical RK4 on a point
+  CHECK(last > 5 * first);
+}
+
+// Without an electric field Boris's turn keeps the speed, whatever the step.
+TEST_CASE("Boris's push keeps a charge's speed in a magnetic field to round-off") {
+  Scene scene = e_cross_b();
+  std::get<Lorentz>(scene.forces[0]).electric_V_per_m = {0, 0, 0};
+  for (const std::string& scheme : charges) {
+    const BodySample s = end_of(scheme, scene, 4000, 4000, "double");
+    double v2 = 0;
+    for (int i = 0; i < 3; ++i) v2 += static_cast<double>(s.v_m_per_s[i] * s.v_m_per_s[i]);
+    CHECK(v2 == Approx(1 + 0.04 + 0.09).epsilon(2 * 9 * 4000 * 1.2e-16));  // a rounding a kick, of one sign at worst
+  }
+}
+
+// v turns by 2 atan(h q B / 2 m) about B each step, not by half of it, nor the other way.
+TEST_CASE("a step of Boris's push turns the velocity by twice the arctangent of half the angle") {
+  Scene scene = e_cross_b();
+  std::get<Lorentz>(scene.forces[0]).electric_V_per_m = {0, 0, 0};
+  const double h = 0.4, omega = 2 * 1.5 / 1.5, angle = 2 * std::atan(h * omega / 2);
+  const BodySample s = end_of("boris", scene, h, 1, "double");
+  CHECK(static_cast<double>(s.v_m_per_s[0]) == Approx(std::cos(angle) * 1 + std::sin(angle) * 0.2).epsilon(1e-14));
+  CHECK(static_cast<double>(s.v_m_per_s[1]) == Approx(std::cos(angle) * 0.2 - std::sin(angle) * 1).epsilon(1e-14));
+  CHECK(static_cast<double>(s.v_m_per_s[2]) == Approx(0.3).epsilon(1e-15));
+}
+
+TEST_CASE("what a method cannot keep its order on it refuses by name") {
+  for (const std::string& scheme : charges) {
+    const Recorded r = run(scheme, quadratic_drag(), {1, 10, 1});
+    CHECK(r.outcome.status == Status::unsupported);
+    CHECK(r.outcome.reason.find("atwood/" + scheme) != std::string::npos);
+  }
+  Scene bare = empty_scene();
+  bare.problem = "lorenz";
+  bare.bodies.push_back(point("lorenz", 1, {1, 0, 0}, {0, 0, 0}));
+  for (const std::string& scheme : joined({composed, charges, turning})) {
+    const Recorded r = run(scheme, bare, {1, 10, 1});
+    CHECK(r.outcome.status == Status::unsupported);
+    CHECK(r.outcome.reason.find("bare system") != std::string::npos);
+  }
+}
+
+// In double, far below the step where truncation ends: what is left is round-off, and compensation takes most of it.
+TEST_CASE("compensated summation lowers the floor, in translation and in attitude") {
+  const auto floor_of = [](const std::string& scheme, const Scene& scene, std::int64_t steps, bool compensated) {
+    MethodId id;
+    id.engine = "atwood";
+    id.scheme = scheme;
+    id.overrides["compensated"] = compensated;
+    double worst = 0;
+    const auto samples_of = [&](const MethodId& method) {
+      std::vector<Sample> samples;
+      Observer observer;
+      observer.sample = [&](const Sample& sample) { samples.push_back(sample); };
+      REQUIRE(atwood_engine().run(method, scene, {20, steps, 10}, observer, 0).status == Status::ok);
+      return samples;
+    };
+    const auto narrow = samples_of(id);
+    id.scalar = "long-double";  // the same steps in wider arithmetic: the truth of the floor
+    const auto wide = samples_of(id);
+    for (std::size_t k = 1; k < wide.size(); ++k) worst = std::max(worst, apart(narrow[k].bodies[0], wide[k].bodies[0]));
+    return worst;
+  };
+  for (const std::string scheme : {"symplectic-euler", "leapfrog-kdk", "yoshida4", "blanes-moan6", "kahan-li8", "boris4", "rkmk4",
+                                   "lie4", "free-top4", "moser-veselov", "implicit-midpoint-so3", "jacobi2"}) {
+    const double plain = floor_of(scheme, kepler(0.3), 8000, false), kept = floor_of(scheme, kepler(0.3), 8000, true);
+    INFO(scheme << " on an orbit: " << plain << ", compensated " << kept);
+    CHECK(kept < plain / 4);
+    if (scheme.rfind("jacobi", 0) == 0) continue;  // its attitude is not a sum of increments
+    const double loose = floor_of(scheme, thrust_only(), 8000, false), tight = floor_of(scheme, thrust_only(), 8000, true);
+    INFO(scheme << " on a body: " << loose << ", compensated " << tight);
+    CHECK(tight < loose / 4);
+  }
+}
+
 }  // namespace
 }  // namespace atwood::testing
