@@ -1,11 +1,65 @@
 // Runge-Kutta-Nystrom methods: what they are called, and their steppers.
 #include "integrators/families.hpp"
+#include "integrators/nystrom.hpp"
 
 namespace atwood {
+namespace {
 
-std::vector<MethodInfo> nystrom_methods() { return {}; }
+const std::string where =
+    " For x'' = a(t, x) alone: points under forces of time and position. Forces of velocity, bodies that rotate and bare "
+    "problems are refused.";
+const std::string pair = " Without a tolerance: equal steps. With one: PI step control on positions and velocities, samples by "
+                         "a shorter step of the same method.";
 
-template <class S> StepperPointer<S> make_nystrom(StepperRequest<S>&) { return nullptr; }
+std::map<std::string, double> points(double order) { return {{"point-mass", order}}; }
+
+template <class S> std::string why_not(const RigidModel<S>& model) {
+  if (model.bare_problem()) return "needs positions and velocities; this problem is a bare system of equations";
+  if (model.velocity_dependent()) return "needs x'' = a(t, x); here a force depends on velocity";
+  for (int i = 0; i < model.body_count(); ++i)
+    if (model.offset(i) >= 0 && model.rotates(i)) return "moves points only; here a body rotates";
+  return "";
+}
+
+}  // namespace
+
+std::vector<MethodInfo> nystrom_methods() {
+  return {
+      with_tolerance("dprkn6", points(6),
+                     "Runge-Kutta-Nystrom pair of orders 6 and 4, RKN6(4)6FM: x_new = x + h v + h^2 sum b_i k_i, "
+                     "v_new = v + h sum b'_i k_i. 6 stages, the last shared with the next step: 5 evaluations a step." +
+                         pair + where,
+                     "Dormand, El-Mikkawy, Prince, IMA J. Numer. Anal. 7 (1987) 235"),
+      with_tolerance("dprkn12", points(12),
+                     "Runge-Kutta-Nystrom pair of orders 12 and 10, RKN12(10)17M. 17 stages, as many evaluations a "
+                     "step." + pair + where,
+                     "Dormand, El-Mikkawy, Prince, IMA J. Numer. Anal. 7 (1987) 423; Brankin, Gladwell, Dormand, Prince, "
+                     "Seward, ACM Trans. Math. Softw. 15 (1989) 31, algorithm 670"),
+      fixed_step("blanes-moan-rkn4", points(4),
+                 "Symplectic and symmetric Runge-Kutta-Nystrom method SRKN_6^b: seven kicks with six drifts between them, the "
+                 "last kick's acceleration shared with the next step: 6 evaluations a step." + where,
+                 "Blanes, Moan, J. Comput. Appl. Math. 142 (2002) 313, table 3"),
+      fixed_step("blanes-moan-rkn6", points(6),
+                 "Symplectic and symmetric Runge-Kutta-Nystrom method SRKN_14^a: fifteen drifts with fourteen kicks between "
+                 "them, 14 evaluations a step." + where,
+                 "Blanes, Moan, J. Comput. Appl. Math. 142 (2002) 313, table 3")};
+}
+
+template <class S> StepperPointer<S> make_nystrom(StepperRequest<S>& request) {
+  const std::string& scheme = request.scheme;
+  const bool pairs = scheme == "dprkn6" || scheme == "dprkn12";
+  if (!pairs && scheme != "blanes-moan-rkn4" && scheme != "blanes-moan-rkn6") return nullptr;
+  if (const std::string why = why_not(request.model); !why.empty()) {
+    request.why = "atwood/" + scheme + " " + why;
+    return nullptr;
+  }
+  const bool compensated = request.flag("compensated");
+  if (pairs)
+    return std::make_unique<Nystrom<S>>(request.model, scheme == "dprkn6" ? dormand_prince_nystrom6 : dormand_prince_nystrom12,
+                                        compensated);
+  return std::make_unique<SymplecticNystrom<S>>(
+      request.model, scheme == "blanes-moan-rkn4" ? blanes_moan_nystrom4 : blanes_moan_nystrom6, compensated);
+}
 
 template StepperPointer<float> make_nystrom(StepperRequest<float>&);
 template StepperPointer<double> make_nystrom(StepperRequest<double>&);

@@ -30,13 +30,18 @@ TableauRow minus(const TableauRow& x, const TableauRow& y) {
 
 }  // namespace
 
-TableauRow read_row(const char* text, int length) {
+TableauRow read_row(const char* text) {
   TableauRow row;
   for (const char* at = text; at != nullptr && *(at += std::strspn(at, " \n")) != '\0';) {
     const std::size_t size = std::strcspn(at, " \n");
     row.push_back(read_coefficient(std::string(at, size)));
     at += size;
   }
+  return row;
+}
+
+TableauRow read_row(const char* text, int length) {
+  TableauRow row = read_row(text);
   if (static_cast<int>(row.size()) > length) throw std::logic_error(std::string("a tableau's row is too long: ") + text);
   row.resize(static_cast<std::size_t>(length));
   return row;

@@ -44,7 +44,8 @@ struct Coefficients {
 };
 
 // Throws std::logic_error where an entry is no number or a row is too long: our own data, so our own fault.
-TableauRow read_row(const char* text, int length);
+TableauRow read_row(const char* text);
+TableauRow read_row(const char* text, int length);  // zeros added at the end
 Coefficients read_coefficients(const Tableau& tableau);
 
 extern const Tableau explicit_euler_tableau, midpoint_tableau, heun_tableau, ralston2_tableau, kutta3_tableau, rk4_tableau,
