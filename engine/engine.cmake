@@ -48,8 +48,8 @@ add_library(atwood_engine STATIC
   integrators/multistep_tables.cpp
   integrators/nystrom.cpp
   integrators/nystrom_methods.cpp
-  integrators/partitioned.cpp
   integrators/nystrom_tables.cpp
+  integrators/partitioned.cpp
   integrators/partitioned_methods.cpp
   integrators/rotation_lie.cpp
   integrators/rotation_methods.cpp
