@@ -35,7 +35,7 @@ struct GoalResult {
   double budget = 0;
   bool reached = false;
   GoalEntrant ours, rival, uncounted;  // the best of each
-  double ratio = 0;                    // rival's cost over ours, where both reach the error; NaN: not to be had
+  double ratio = 0, ratio_low = 0, ratio_high = 0;  // rival's cost over ours [95 %], where both reach the error; else NaN
   std::string why;                     // what is missing, in words; empty when reached
 };
 

@@ -101,34 +101,95 @@ std::vector<BenchFigure> read_bench(const std::string& path) {
   return figures;
 }
 
-int command_bench(const Place& place, const Options& options) {
+namespace {
+
+double real(const json& value) { return value.is_number() ? value.get<double>() : std::nan(""); }
+
+json to_json(const GoalEntrant& e) {
+  if (e.method.empty()) return nullptr;
+  return {{"method", e.method}, {"steps", e.steps}, {"error", e.error}, {"bar", e.bar}, {"seconds", e.seconds}, {"evaluations", e.evaluations},
+          {"ns_per_step", e.ns_per_step}, {"accurate", e.accurate}};  // numbers that are none become null
+}
+
+GoalEntrant entrant_from(const json& j) {
+  if (!j.is_object()) return {};
+  return {j.value("method", ""), j.value("steps", std::int64_t{0}), real(j["error"]), real(j["bar"]), real(j["seconds"]), real(j["evaluations"]),
+          real(j["ns_per_step"]), j.value("accurate", false)};
+}
+
+json read_document(const std::string& path) {
+  std::ifstream file(path);
+  if (!file) return json::object();
+  json document = json::parse(file, nullptr, false);
+  return document.is_object() ? document : json::object();
+}
+
+}  // namespace
+
+std::vector<GoalResult> read_goal_results(const std::string& path) {
+  std::vector<GoalResult> goals;
+  json document = read_document(path);
+  if (!document.contains("goals")) return goals;
+  for (json& g : document["goals"]) {
+    goals.push_back({g.value("id", ""), g.value("title", ""), g.value("scenario", ""), g.value("metric", ""), g.value("unit", ""), real(g["wanted_error"]),
+                     g.value("budget_kind", ""), real(g["budget"]), g.value("reached", false), entrant_from(g["ours"]), entrant_from(g["rival"]),
+                     entrant_from(g["uncounted"]), real(g["ratio"]), real(g["ratio_low"]), real(g["ratio_high"]), g.value("why", "")});
+  }
+  return goals;
+}
+
+void keep_bench(const std::string& path, const Provenance& provenance, const std::vector<BenchFigure>* figures, const std::vector<GoalResult>* goals) {
+  json document = read_document(path);
+  document.update({{"commit", provenance.commit}, {"compiler", provenance.compiler}, {"flags", provenance.flags}, {"cpu", provenance.cpu}});
+  if (figures != nullptr) {
+    document["figures"] = json::array();
+    for (const auto& f : *figures) {
+      document["figures"].push_back({{"name", f.name}, {"scenario", f.scenario}, {"method", f.method}, {"steps", f.steps},
+                                     {"ns_median", f.ns_per_step_median}, {"ns_p95", f.ns_per_step_p95}});
+    }
+  }
+  if (goals != nullptr) {
+    document["goals"] = json::array();
+    for (const auto& g : *goals) {
+      document["goals"].push_back({{"id", g.id}, {"title", g.title}, {"scenario", g.scenario}, {"metric", g.metric}, {"unit", g.unit},
+                                   {"wanted_error", g.wanted_error}, {"budget_kind", g.budget_kind}, {"budget", g.budget}, {"reached", g.reached},
+                                   {"ours", to_json(g.ours)}, {"rival", to_json(g.rival)}, {"uncounted", to_json(g.uncounted)},
+                                   {"ratio", g.ratio}, {"ratio_low", g.ratio_low}, {"ratio_high", g.ratio_high}, {"why", g.why}});
+    }
+  }
+  std::error_code error;
+  fs::create_directories(fs::path(path).parent_path(), error);
+  write_file(path, document.dump(1) + "\n");
+}
+
+std::vector<BenchFigure> run_benchmarks(const Place& place, const std::string& filter) {
   std::vector<std::string> executables;
   for (const auto& entry : fs::directory_iterator(place.bin_dir)) {
     if (entry.path().filename().string().rfind("atwood-bench-", 0) == 0) executables.push_back(entry.path().string());
   }
   std::sort(executables.begin(), executables.end());
-  if (executables.empty()) throw InputError("no benchmarks are built; `./atwood bench` builds them");
   std::vector<BenchFigure> figures;
   for (const auto& executable : executables) {
     fmt::print(stderr, "atwood: {}\n", fs::path(executable).filename().string());
     std::vector<std::string> words{executable, "--benchmark_format=json", "--benchmark_repetitions=5", "--benchmark_min_time=0.02"};
-    if (!options.input.empty()) words.push_back("--benchmark_filter=" + options.input);
+    if (!filter.empty()) words.push_back("--benchmark_filter=" + filter);
     const auto text = capture(words);
     if (text.find('{') == std::string::npos) continue;  // the filter left nothing of this executable
     collect(text.substr(text.find('{')), figures);
   }
+  return figures;
+}
+
+int command_bench(const Place& place, const Options& options) {
+  if (options.input == "goals") return command_goals(place, options);
+  const bool any = std::any_of(fs::directory_iterator(place.bin_dir), fs::directory_iterator(),
+                               [](const auto& entry) { return entry.path().filename().string().rfind("atwood-bench-", 0) == 0; });
+  if (!any) throw InputError("no benchmarks are built; `./atwood bench` builds them");
+  const std::vector<BenchFigure> figures = run_benchmarks(place, options.input);
   if (figures.empty()) throw InputError(fmt::format("no benchmark matches `{}`", options.input));
-  json document = {{"commit", place.provenance.commit}, {"compiler", place.provenance.compiler}, {"flags", place.provenance.flags},
-                   {"cpu", place.provenance.cpu}, {"figures", json::array()}};
-  for (const auto& f : figures) {
-    document["figures"].push_back({{"name", f.name}, {"scenario", f.scenario}, {"method", f.method}, {"steps", f.steps},
-                                   {"ns_median", f.ns_per_step_median}, {"ns_p95", f.ns_per_step_p95}});
-  }
-  std::error_code error;
-  fs::create_directories(options.out_dir, error);
-  write_file(options.out_dir + "/bench.json", document.dump(1) + "\n");
+  keep_bench(options.out_dir + "/bench.json", place.provenance, &figures, nullptr);
   if (options.json) {
-    fmt::print("{}\n", document.dump(2));
+    fmt::print("{}\n", read_document(options.out_dir + "/bench.json").dump(2));
   } else {
     fmt::print("{:<64} {:>14} {:>14}\n", "benchmark", "median [ns]", "p95 [ns]");
     for (const auto& f : figures) fmt::print("{:<64} {:>14.1f} {:>14.1f}\n", f.name, f.ns_per_step_median, f.ns_per_step_p95);

@@ -36,6 +36,8 @@ struct Options {
   bool no_timing = false, json = false, events = false;
   bool whole_ladders = false;             // each scenario's ladder, halved as far down as its samples divide it
   std::string wanted_error, budget, metric;  // advise
+  std::vector<std::string> goals;         // bench goals: ids, globs
+  std::string goals_file;
 };
 
 // Where the catalogue, the gates and the workers are, found once.
@@ -84,6 +86,10 @@ int gate_exit(const std::vector<Verdict>& verdicts);
 // Figures that a law predicts, beside the law (reports/command_line/laws.cpp).
 std::vector<Law> find_laws(const std::vector<Scenario>& scenarios, const std::vector<Row>& rows);
 std::vector<BenchFigure> read_bench(const std::string& path);
+std::vector<GoalResult> read_goal_results(const std::string& path);
+std::vector<BenchFigure> run_benchmarks(const Place& place, const std::string& filter);
+// Null: what the file has stays.
+void keep_bench(const std::string& path, const Provenance& provenance, const std::vector<BenchFigure>* figures, const std::vector<GoalResult>* goals);
 
 int command_list(const Place&, const Options&);
 int command_describe(const Place&, const Options&);
@@ -96,6 +102,7 @@ int command_check(const Place&, const Options&);
 int command_gate(const Place&, const Options&);
 int command_bless(const Place&, const Options&);
 int command_advise(const Place&, const Options&);
+int command_goals(const Place&, const Options&);  // bench goals
 int command_bench(const Place&, const Options&);
 int command_report(const Place&, const Options&);
 

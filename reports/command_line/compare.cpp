@@ -159,6 +159,7 @@ int command_compare(const Place& place, const Options& options) {
   ReportData data = assemble_report(place, chosen, selection, result, {});
   data.title = "Atwood: methods compared";
   data.bench.clear();
+  data.goals.clear();
   data.notes = notes;
   if (!options.no_timing) {
     const InterruptGuard guard;

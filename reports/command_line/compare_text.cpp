@@ -124,7 +124,7 @@ std::string budget_table(const Dominance& table, const Letters& letters) {
   for (const Contest& contest : table.by_budget) {
     const Reached& best = contest.ranked.front();
     const std::string next = contest.ranked.size() < 2 ? "alone" : fmt::format("next {}: {:.2g}", letters.at(contest.ranked[1].family), contest.ranked[1].error);
-    text += fmt::format("    {:>8} {}  {:<24} {:>8.2g}{} {:<14} {}\n", cost_words(contest.asked, table.cost), letters.at(best.family), fit_to(best.family, 24), best.error,
+    text += fmt::format("    {:>8} {}  {:<24} {:>8.2g}{} {:<11} {}\n", cost_words(contest.asked, table.cost), letters.at(best.family), fit_to(best.family, 24), best.error,
                         mark(best), rung_words(best.method, best.steps), next);
   }
   return text;

@@ -349,6 +349,7 @@ ReportData assemble_report(const Place& place, const Options& options, const Sel
   data.series = load_series(options.out_dir + "/store.db", selection.cells);
   data.laws = find_laws(data.scenarios, data.rows);
   data.bench = read_bench(options.out_dir + "/bench.json");
+  data.goals = read_goal_results(options.out_dir + "/bench.json");
   data.dominance = find_dominance(data.rows);
   return data;
 }

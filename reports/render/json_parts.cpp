@@ -109,7 +109,8 @@ void append_goals(JsonText& json, const std::vector<GoalResult>& goals) {
     append_entrant(json.key("ours"), goal.ours);
     append_entrant(json.key("rival"), goal.rival);
     append_entrant(json.key("uncounted"), goal.uncounted);
-    json.key("ratio").number(goal.ratio, 6).member("why", goal.why).end_object();
+    json.key("ratio").number(goal.ratio, 6).key("ratio_low").number(goal.ratio_low, 6).key("ratio_high").number(goal.ratio_high, 6);
+    json.member("why", goal.why).end_object();
   }
   json.end_array();
 }

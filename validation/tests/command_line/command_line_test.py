@@ -136,6 +136,71 @@ class Comparing(Case):
         self.expect(self.run_in("compare", "atwood/rk4", "-o", "html:no-such-folder/x.html"), 5, "no-such-folder")
 
 
+GOALS = """[[goal]]
+id = "easy"
+title = "An easy one"
+scenario = "kepler-e0.6"
+metric = "error-state-end"
+error = 1e-6
+evaluations = 3000
+steps = [120, 240, 480, 960]
+tolerances = [1e-8, 1e-10]
+methods = ["atwood/dopri5:tol", "atwood/rk4", "atwood/not-yet"]
+rivals = ["cvode/adams:tol"]
+
+[[goal]]
+id = "hard"
+scenario = "kepler-e0.6"
+metric = "error-state-end"
+error = 1e-12
+evaluations = 10
+steps = [120]
+methods = ["atwood/rk4"]
+uncounted = ["atwood/dopri5"]
+
+[[goal]]
+id = "kept"
+scenario = "kepler-e0.6"
+metric = "energy-max"
+error = 1e-3
+samples = 60
+steps = [240]
+methods = ["atwood/leapfrog"]
+"""
+
+
+class Goals(Case):
+    def test_reached_or_not_beside_the_best_rival(self):
+        words = ("bench", "goals", "--goals", self.path("goals.toml", GOALS))
+        data = json.loads(self.expect(self.run_in(*words, "--no-timing", "--json"), 0).stdout)
+        easy, hard, kept = data["goals"]
+        self.assertTrue(easy["reached"])
+        self.assertEqual(easy["why"], "")
+        self.assertEqual(easy["ours"]["method"], "atwood/dopri5:1e-08")
+        self.assertLessEqual(easy["ours"]["error"], 1e-6)
+        self.assertEqual(easy["rival"]["method"], "cvode/adams:1e-10")
+        self.assertAlmostEqual(easy["ratio"], easy["rival"]["evaluations"] / easy["ours"]["evaluations"], places=4)
+        self.assertFalse(hard["reached"])
+        self.assertIn("times too large", hard["why"])
+        self.assertEqual(hard["uncounted"]["method"], "atwood/dopri5")  # nearer, and still no goal
+        self.assertLess(hard["uncounted"]["error"], hard["ours"]["error"])
+        self.assertIsNone(hard["rival"])
+        self.assertTrue(kept["reached"])
+        result = self.expect(self.run_in(*words), 0, "reached      An easy one", "NOT REACHED  hard", "2 of 3 goals reached", "nobody", "atwood/rk4, 120 steps")
+        self.assertNotIn("\x1b", result.stdout)
+        # The report of a run shows them.
+        self.expect(self.run_in("run", *SMALL, "-o", "json:r.json"), 0)
+        with open(self.path("r.json")) as file:
+            self.assertEqual([g["id"] for g in json.load(file)["goals"]], ["easy", "hard", "kept"])
+
+    def test_slips_of_the_pen(self):
+        bad = self.path("bad.toml", GOALS.replace("evaluations = 10", 'time = "10 parsecs"'))
+        self.expect(self.run_in("bench", "goals", "--goals", bad), 2, "10 parsecs", "ns, us, ms or s")
+        self.expect(self.run_in("bench", "goals", "--goals", self.path("b.toml", GOALS.replace("metric =", "metrics ="))), 2, "b.toml:5:", "metrics")
+        self.expect(self.run_in("bench", "goals", "--goal", "kepler-10-tim"), 2, "kepler-10-time")
+        self.expect(self.run_in("bench", "goals", "--goals", "nowhere.toml"), 2, "nowhere.toml")
+
+
 class BadScenes(Case):
     def error(self, text, *words):
         path = self.path("bad.toml", text)

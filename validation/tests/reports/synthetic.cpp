@@ -314,9 +314,9 @@ static Dominance small_dominance() {
 static std::vector<GoalResult> small_goals() {
   const double none = std::numeric_limits<double>::quiet_NaN();
   GoalResult reached{"kepler-10", "Kepler | ten periods", "kepler-10-periods", "error-state-end", "1", 2e-10, "evaluations", 6000, true,
-                     {"atwood/ias15:1e-9", 3840, 1.5e-10, 1e-16, 3.9e-5, 4950, none, true}, {"cvode/adams:1e-13", 3840, 4.6e-9, 1e-16, 7.6e-3, 9970, none, false}, {}, none, ""};
+                     {"atwood/ias15:1e-9", 3840, 1.5e-10, 1e-16, 3.9e-5, 4950, none, true}, {"cvode/adams:1e-13", 3840, 4.6e-9, 1e-16, 7.6e-3, 9970, none, false}, {}, none, none, none, ""};
   GoalResult missed{"drag", "Quadratic drag <480>", "projectile-quadratic-drag", "error-position-end", "m", 1e-12, "ns_per_step", 100, false,
-                    {"atwood/rk4", 480, 3e-9, 1e-20, 5e-5, 1920, 104.2, false}, {"ode/tuned", 480, 6.5e-2, 1e-20, 9.4e-5, 480, 196, false}, {}, none,
+                    {"atwood/rk4", 480, 3e-9, 1e-20, 5e-5, 1920, 104.2, false}, {"ode/tuned", 480, 6.5e-2, 1e-20, 9.4e-5, 480, 196, false}, {}, none, none, none,
                     "the error is 3000 times too large"};
   return {reached, missed};
 }

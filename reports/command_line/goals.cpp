@@ -1,0 +1,346 @@
+// bench goals: every goal beside its rivals in one run. Accuracy first, by the store like any study; then those who are
+// accurate enough are timed in turns.
+#include "reports/command_line/goals.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "reports/command_line/command_line.hpp"
+#include "reports/command_line/stopwatch.hpp"
+#include "scene/files.hpp"
+#include "validation/study/process.hpp"
+
+namespace atwood {
+namespace {
+
+const double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t kTimed = 5;   // of each side, the quickest after one look
+constexpr int kRounds = 15;
+
+enum class Side { ours, rival, uncounted };
+
+struct Candidate {
+  Side side = Side::ours;
+  const Cell* cell = nullptr;
+  GoalEntrant entrant;
+  std::vector<double> times_s;         // a round each
+};
+
+// ids, globs and ":tol" spelled out.
+std::vector<std::string> spelled_out(const std::vector<std::string>& patterns, const std::vector<double>& tolerances) {
+  std::vector<std::string> methods;
+  for (const std::string& pattern : patterns) {
+    const std::size_t at = pattern.find(":tol");
+    if (at == std::string::npos) methods.push_back(pattern);
+    else for (const double rtol : tolerances) methods.push_back(pattern.substr(0, at) + ":" + format_double(rtol) + pattern.substr(at + 4));
+  }
+  return methods;
+}
+
+std::vector<Cell> plan_goal(const Goal& goal, const Scenario& scenario, const std::vector<std::string>& patterns, const std::vector<Worker>& workers, const std::string& cpu) {
+  Study study{goal.id, {}};
+  StudyCells equal, adaptive;
+  for (const std::string& method : spelled_out(patterns, goal.tolerances)) {
+    (method_family(method) == method ? equal : adaptive).methods.push_back(method);
+  }
+  equal.scenarios = adaptive.scenarios = {"*"};
+  equal.repeats = adaptive.repeats = 0;
+  equal.steps = goal.steps;
+  adaptive.steps = {goal.first_steps * goal.samples / std::max<std::int64_t>(1, goal.samples)};
+  adaptive.steps[0] -= adaptive.steps[0] % goal.samples;
+  adaptive.steps[0] = std::max(adaptive.steps[0], goal.samples);
+  if (!equal.methods.empty() && !equal.steps.empty()) study.cells.push_back(equal);
+  if (!adaptive.methods.empty()) study.cells.push_back(adaptive);
+  if (study.cells.empty()) return {};
+  return plan_cells(study, {scenario}, workers, cpu);
+}
+
+GoalEntrant entrant_of(const Cell& cell, const std::vector<Row>& rows, const Goal& goal) {
+  GoalEntrant entrant{cell.method, cell.plan.steps, kNone, 0, kNone, kNone, kNone, false};
+  for (const Row& row : rows) {
+    if (row.method != cell.method || row.steps != cell.plan.steps || !row.body.empty() || row.t_s || row.status != Status::ok) continue;
+    if (row.metric == goal.metric) {
+      entrant.error = std::fabs(row.value);
+      entrant.bar = row.truth_bar;
+    }
+    if (row.metric == "rate-evaluations") entrant.evaluations = row.value;
+  }
+  WorkPoint point;
+  point.error = entrant.error;
+  point.bar = entrant.bar;
+  entrant.accurate = !std::isfinite(goal.error) || known_error(point) <= goal.error;
+  return entrant;
+}
+
+double cost_of(const GoalEntrant& entrant, const std::string& kind) {
+  return kind == "evaluations" ? entrant.evaluations : kind == "ns_per_step" ? entrant.ns_per_step : entrant.seconds;
+}
+
+// Accurate before not; among the accurate the cheaper, among the others the more accurate.
+bool better(const GoalEntrant& a, const GoalEntrant& b, const std::string& kind) {
+  if (a.accurate != b.accurate) return a.accurate;
+  if (!a.accurate) return a.error < b.error;
+  const double x = cost_of(a, kind), y = cost_of(b, kind);
+  if (std::isfinite(x) != std::isfinite(y)) return std::isfinite(x);
+  return kind.empty() ? a.error < b.error : x < y;
+}
+
+class GoalRun {
+ public:
+  GoalRun(const Place& place, const Options& options, const std::vector<Worker>& workers)
+      : place_(place), options_(options), workers_(workers), stopwatch_(options.cell_limit_s) {}
+
+  // Throws Interrupted.
+  GoalResult run(const Goal& goal);
+
+ private:
+  std::vector<Candidate> measured(const Goal& goal, const Scenario& scenario, std::vector<Cell>& cells);
+  void time(const Goal& goal, std::vector<Candidate>& candidates);
+  Contender contender(const Candidate& candidate) const {
+    return {&workers_[static_cast<std::size_t>(candidate.cell->worker)], candidate.cell->method, &candidate.cell->scenario.scene, candidate.cell->plan, candidate.entrant.seconds};
+  }
+
+  const Place& place_;
+  const Options& options_;
+  const std::vector<Worker>& workers_;
+  Stopwatch stopwatch_;
+};
+
+std::vector<Candidate> GoalRun::measured(const Goal& goal, const Scenario& scenario, std::vector<Cell>& cells) {
+  std::map<std::string, Side> sides;
+  for (const auto& [side, patterns] : {std::pair{Side::uncounted, &goal.uncounted}, {Side::ours, &goal.methods}, {Side::rival, &goal.rivals}}) {
+    if (patterns->empty()) continue;
+    for (Cell& cell : plan_goal(goal, scenario, *patterns, workers_, place_.provenance.cpu)) {
+      if (sides.emplace(cell.method + " " + std::to_string(cell.plan.steps), side).second) cells.push_back(std::move(cell));
+    }
+  }
+  StudyOptions how = study_options(place_, options_);
+  how.timing = false;
+  how.progress = progress_printer();
+  const StudyResult result = run_study(cells, workers_, how);
+  end_progress();
+  if (result.interrupted) throw Interrupted{};
+  std::vector<Candidate> candidates;
+  std::set<std::string> failed;
+  for (const Row& row : result.rows) {
+    if (row.metric == "status" && row.status != Status::ok) failed.insert(row.method + " " + std::to_string(row.steps));
+  }
+  for (const Cell& cell : cells) {
+    const std::string key = cell.method + " " + std::to_string(cell.plan.steps);
+    if (cell.worker < 0 || failed.contains(key)) continue;
+    GoalEntrant entrant = entrant_of(cell, result.rows, goal);
+    if (!goal.metric.empty() && !std::isfinite(entrant.error)) continue;
+    candidates.push_back({sides.at(key), &cell, entrant, {}});
+  }
+  return candidates;
+}
+
+void GoalRun::time(const Goal& goal, std::vector<Candidate>& candidates) {
+  std::vector<Candidate*> chosen;
+  for (const Side side : {Side::ours, Side::rival, Side::uncounted}) {
+    std::vector<Candidate*> own;
+    for (Candidate& c : candidates) {
+      if (c.side == side && c.entrant.accurate) own.push_back(&c);
+    }
+    if (own.empty()) {  // nobody is accurate: the one who comes nearest
+      Candidate* nearest = nullptr;
+      for (Candidate& c : candidates) {
+        if (c.side == side && (nearest == nullptr || c.entrant.error < nearest->entrant.error)) nearest = &c;
+      }
+      if (nearest != nullptr) own.push_back(nearest);
+    }
+    if (goal.budget_kind == "evaluations") {  // the fewest evaluations decide; their times are told beside
+      std::erase_if(own, [&](const Candidate* c) { return own.size() > 1 && !std::isfinite(c->entrant.evaluations); });
+      std::sort(own.begin(), own.end(), [](const Candidate* a, const Candidate* b) { return a->entrant.evaluations < b->entrant.evaluations; });
+    } else {
+      for (Candidate* c : own) c->entrant.seconds = stopwatch_.seconds(contender(*c));
+      std::erase_if(own, [](const Candidate* c) { return !std::isfinite(c->entrant.seconds); });
+      const bool by_step = goal.budget_kind == "ns_per_step";
+      std::sort(own.begin(), own.end(), [&](const Candidate* a, const Candidate* b) {
+        const auto key = [&](const Candidate* c) { return by_step ? c->entrant.seconds / static_cast<double>(c->entrant.steps) : c->entrant.seconds; };
+        return key(a) < key(b);
+      });
+    }
+    for (Candidate* c : own) c->entrant.seconds = kNone;
+    if (own.size() > kTimed) own.resize(kTimed);
+    chosen.insert(chosen.end(), own.begin(), own.end());
+  }
+  std::vector<Contender> contenders;
+  for (Candidate* c : chosen) {
+    c->entrant.seconds = stopwatch_.seconds(contender(*c));
+    contenders.push_back(contender(*c));
+  }
+  double round_s = 0;
+  for (const Contender& c : contenders) round_s += std::isfinite(c.expected_s) ? c.expected_s : 0;
+  const int rounds = round_s > 2 ? 3 : kRounds;
+  for (const auto& round : stopwatch_.in_turns(contenders, rounds)) {
+    for (std::size_t i = 0; i < chosen.size(); ++i) chosen[i]->times_s.push_back(round[i]);
+  }
+  for (Candidate* c : chosen) {
+    c->entrant.seconds = median(c->times_s);
+    if (method_family(c->entrant.method) == c->entrant.method) c->entrant.ns_per_step = 1e9 * c->entrant.seconds / static_cast<double>(c->entrant.steps);
+  }
+}
+
+const Candidate* best(const std::vector<Candidate>& candidates, Side side, const std::string& kind) {
+  const Candidate* found = nullptr;
+  for (const Candidate& c : candidates) {
+    if (c.side == side && (found == nullptr || better(c.entrant, found->entrant, kind))) found = &c;
+  }
+  return found;
+}
+
+std::string shortfall(const Goal& goal, const GoalEntrant& ours) {
+  if (ours.method.empty()) return "none of our candidates ran";
+  if (!ours.accurate) return fmt::format("the error is {:.3g} times too large", ours.error / goal.error);
+  const double cost = cost_of(ours, goal.budget_kind);
+  if (!std::isfinite(cost)) return goal.budget_kind == "evaluations" ? "it counts no evaluations" : "it was not timed";
+  if (cost > goal.budget) return fmt::format("{:.3g} times over the budget", cost / goal.budget);
+  return "";
+}
+
+GoalResult GoalRun::run(const Goal& goal) {
+  GoalResult result;
+  result.id = goal.id;
+  result.title = goal.title;
+  result.scenario = goal.scenario;
+  result.metric = goal.metric;
+  result.wanted_error = goal.error;
+  result.budget_kind = goal.budget_kind;
+  result.budget = goal.budget;
+  result.ratio = result.ratio_low = result.ratio_high = kNone;
+  for (const MetricInfo& metric : all_metrics()) {
+    if (metric.name == goal.metric) result.unit = metric.unit;
+  }
+  Scenario scenario = read_scene_argument(place_, goal.scenario);
+  scenario.samples = goal.samples;
+  if (!goal.steps.empty()) scenario.steps = goal.steps;
+  std::vector<Cell> cells;
+  cells.reserve(4096);  // candidates point at them
+  std::vector<Candidate> candidates = measured(goal, scenario, cells);
+  if (!options_.no_timing) time(goal, candidates);
+  const Candidate* ours = best(candidates, Side::ours, goal.budget_kind);
+  const Candidate* rival = best(candidates, Side::rival, goal.budget_kind);
+  const Candidate* uncounted = best(candidates, Side::uncounted, goal.budget_kind);
+  if (ours != nullptr) result.ours = ours->entrant;
+  if (rival != nullptr) result.rival = rival->entrant;
+  if (uncounted != nullptr) result.uncounted = uncounted->entrant;
+  result.why = shortfall(goal, result.ours);
+  if (goal.budget_kind.empty() && result.ours.accurate) result.why.clear();
+  result.reached = result.why.empty();
+  if (ours != nullptr && rival != nullptr && ours->entrant.accurate && rival->entrant.accurate) {
+    if (goal.budget_kind == "evaluations") {
+      result.ratio = result.ratio_low = result.ratio_high = rival->entrant.evaluations / ours->entrant.evaluations;
+    } else {
+      const PairedRatio paired = paired_ratio(rival->times_s, ours->times_s);
+      const double per_step = goal.budget_kind == "ns_per_step" ? static_cast<double>(ours->entrant.steps) / static_cast<double>(rival->entrant.steps) : 1;
+      result.ratio = per_step * paired.ratio;
+      result.ratio_low = per_step * paired.low;
+      result.ratio_high = per_step * paired.high;
+    }
+  }
+  return result;
+}
+
+// A figure of a benchmark, over `per`: nanoseconds a body, a pair.
+GoalResult judge_figure(const Goal& goal, const std::vector<BenchFigure>& figures) {
+  GoalResult result;
+  result.id = goal.id;
+  result.title = goal.title;
+  result.wanted_error = result.ratio = result.ratio_low = result.ratio_high = kNone;
+  result.budget_kind = "ns";
+  result.budget = goal.budget;
+  const auto entrant = [&](const std::vector<std::string>& names) {
+    GoalEntrant best{"", 0, kNone, 0, kNone, kNone, kNone, true};
+    for (const BenchFigure& figure : figures) {
+      if (std::none_of(names.begin(), names.end(), [&](const std::string& name) { return glob_match(name, figure.name); })) continue;
+      const double ns = figure.ns_per_step_median / goal.per;
+      if (best.method.empty() || ns < best.ns_per_step) best.method = figure.name, best.ns_per_step = ns;
+    }
+    return best;
+  };
+  result.ours = entrant({goal.benchmark});
+  result.rival = entrant(goal.rival_benchmarks);
+  if (result.ours.method.empty()) result.why = "no benchmark of that name was run";
+  else if (result.ours.ns_per_step > goal.budget) result.why = fmt::format("{:.3g} times over the budget", result.ours.ns_per_step / goal.budget);
+  result.reached = result.why.empty();
+  if (!result.ours.method.empty() && !result.rival.method.empty()) result.ratio = result.rival.ns_per_step / result.ours.ns_per_step;
+  return result;
+}
+
+// Of the names that goals ask for, as Google Benchmark's filter.
+std::string benchmark_filter(const std::vector<Goal>& goals) {
+  std::string filter;
+  const auto add = [&](const std::string& glob) {
+    std::string pattern;
+    for (const char c : glob) {
+      if (c == '*') pattern += ".*";
+      else if (std::string(".+()[]{}^$|\\?").find(c) != std::string::npos) pattern += std::string("\\") + c;
+      else pattern += c;
+    }
+    filter += (filter.empty() ? "^" : "|^") + pattern;
+  };
+  for (const Goal& goal : goals) {
+    if (goal.benchmark.empty()) continue;
+    add(goal.benchmark);
+    for (const std::string& name : goal.rival_benchmarks) add(name);
+  }
+  return filter;
+}
+
+std::vector<Goal> chosen_goals(const Place& place, const Options& options) {
+  std::vector<Goal> goals = read_goals(options.goals_file.empty() ? place.source_dir + "/benchmarks/goals.toml" : options.goals_file);
+  if (options.goals.empty()) return goals;
+  std::vector<std::string> ids;
+  for (const Goal& goal : goals) ids.push_back(goal.id);
+  for (const std::string& pattern : options.goals) {
+    if (std::any_of(ids.begin(), ids.end(), [&](const std::string& id) { return glob_match(pattern, id); })) continue;
+    std::string names;
+    for (const std::string& id : nearest(pattern, ids, 4)) names += (names.empty() ? "" : ", ") + id;
+    throw InputError(fmt::format("--goal {}: no goal of that id; nearest: {}", pattern, names));
+  }
+  std::erase_if(goals, [&](const Goal& goal) {
+    return std::none_of(options.goals.begin(), options.goals.end(), [&](const std::string& pattern) { return glob_match(pattern, goal.id); });
+  });
+  return goals;
+}
+
+}  // namespace
+
+int command_goals(const Place& place, const Options& options) {
+  const std::vector<Goal> goals = chosen_goals(place, options);
+  const std::vector<Worker> workers = require_workers(place, options);
+  make_out_dir(options.out_dir);
+  const InterruptGuard guard;
+  GoalRun run(place, options, workers);
+  std::vector<GoalResult> results;
+  const std::string filter = benchmark_filter(goals);
+  const std::vector<BenchFigure> figures = filter.empty() || options.no_timing ? std::vector<BenchFigure>{} : run_benchmarks(place, filter);
+  try {
+    for (const Goal& goal : goals) {
+      fmt::print(stderr, "atwood: goal {}\n", goal.id);
+      results.push_back(goal.benchmark.empty() ? run.run(goal) : judge_figure(goal, figures));
+    }
+  } catch (const Interrupted&) {
+    if (!results.empty()) fmt::print("{}", goals_text(results));
+    fmt::print(stderr, "atwood: interrupted; goals that were not measured yet are left out\n");
+    return 128 + interrupt_signal();
+  }
+  keep_bench(options.out_dir + "/bench.json", place.provenance, nullptr, &results);
+  if (options.json) {
+    ReportData data;
+    data.title = "Atwood: goals";
+    data.command = options.program;
+    data.provenance = place.provenance;
+    data.goals = results;
+    fmt::print("{}\n", render_json(data));
+  } else {
+    fmt::print("{}\n{}/bench.json; `atwood report` shows them\n", goals_text(results), options.out_dir);
+  }
+  return exit_pass;
+}
+
+}  // namespace atwood

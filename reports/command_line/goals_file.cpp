@@ -1,0 +1,142 @@
+// Goals as they are written down.
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <set>
+
+#include "reports/command_line/goals.hpp"
+#include "scene/files.hpp"
+
+namespace atwood {
+namespace {
+
+struct GoalsFile {
+  const std::string& path;
+
+  [[noreturn]] void refuse(const toml::source_region& at, const std::string& what) const {
+    throw InputError(path + ":" + std::to_string(at.begin.line) + ":" + std::to_string(at.begin.column) + ": " + what);
+  }
+
+  std::string text(const toml::table& table, const char* key) const {
+    const toml::node* node = table.get(key);
+    if (node == nullptr) return "";
+    const auto value = node->value_exact<std::string>();
+    if (!value) refuse(node->source(), std::string("`") + key + "`: expected a string");
+    return *value;
+  }
+
+  double number(const toml::table& table, const char* key, double otherwise) const {
+    const toml::node* node = table.get(key);
+    if (node == nullptr) return otherwise;
+    const auto value = node->value<double>();
+    if (!node->is_number() || !value || !(*value > 0)) refuse(node->source(), std::string("`") + key + "`: expected a number above 0");
+    return *value;
+  }
+
+  template <class T> std::vector<T> list(const toml::table& table, const char* key, const char* expected) const {
+    std::vector<T> values;
+    const toml::node* node = table.get(key);
+    if (node == nullptr) return values;
+    const toml::array* found = node->as_array();
+    if (found == nullptr) refuse(node->source(), std::string("`") + key + "`: expected " + expected);
+    for (const toml::node& each : *found) {
+      const auto value = each.value<T>();
+      if (!value) refuse(each.source(), std::string("`") + key + "`: expected " + expected);
+      values.push_back(*value);
+    }
+    return values;
+  }
+
+  void read_budget(const toml::table& table, Goal& goal) const {
+    for (const auto& [key, kind, scale] : {std::tuple{"time", "seconds", 1.0}, {"step_time", "ns_per_step", 1e9}, {"figure", "ns", 1e9}}) {
+      const std::string words = text(table, key);
+      if (words.empty()) continue;
+      goal.budget_kind = kind;
+      goal.budget = scale * parse_duration(words, path + ": `" + key + "`");
+    }
+    if (table.contains("evaluations")) {
+      goal.budget_kind = "evaluations";
+      goal.budget = number(table, "evaluations", 0);
+    }
+  }
+
+  Goal goal(const toml::node& node) const {
+    static const std::set<std::string> known{"id", "title", "scenario", "metric", "error", "time", "step_time", "figure", "evaluations", "samples", "steps", "tolerances",
+                                             "first_steps", "methods", "rivals", "uncounted", "benchmark", "rival_benchmarks", "per"};
+    const toml::table* table = node.as_table();
+    if (table == nullptr) refuse(node.source(), "expected [[goal]] to be tables");
+    for (const auto& [key, value] : *table) {
+      if (!known.contains(std::string(key.str()))) refuse(key.source(), "unknown key `" + std::string(key.str()) + "` in [[goal]]");
+    }
+    Goal goal;
+    goal.id = text(*table, "id");
+    if (goal.id.empty()) refuse(table->source(), "a goal without `id`");
+    goal.title = text(*table, "title").empty() ? goal.id : text(*table, "title");
+    goal.scenario = text(*table, "scenario");
+    goal.metric = text(*table, "metric");
+    goal.error = number(*table, "error", goal.error);
+    read_budget(*table, goal);
+    goal.samples = static_cast<std::int64_t>(number(*table, "samples", 1));
+    goal.steps = list<std::int64_t>(*table, "steps", "a list of step counts");
+    goal.tolerances = list<double>(*table, "tolerances", "a list of tolerances");
+    goal.first_steps = static_cast<std::int64_t>(number(*table, "first_steps", goal.steps.empty() ? 1000.0 : static_cast<double>(goal.steps.front())));
+    goal.methods = list<std::string>(*table, "methods", "a list of method ids");
+    goal.rivals = list<std::string>(*table, "rivals", "a list of method ids");
+    goal.uncounted = list<std::string>(*table, "uncounted", "a list of method ids");
+    goal.benchmark = text(*table, "benchmark");
+    goal.rival_benchmarks = list<std::string>(*table, "rival_benchmarks", "a list of benchmark names");
+    goal.per = number(*table, "per", 1);
+    if (goal.scenario.empty() == goal.benchmark.empty()) refuse(table->source(), "goal `" + goal.id + "`: expected either `scenario` or `benchmark`");
+    if (goal.scenario.empty()) return goal;
+    if (std::isfinite(goal.error) && goal.metric.empty()) refuse(table->source(), "goal `" + goal.id + "`: an `error` needs its `metric`");
+    for (const std::int64_t n : goal.steps) {
+      if (n <= 0 || n % goal.samples != 0) refuse(table->get("steps")->source(), "`steps`: expected multiples of `samples`");
+    }
+    return goal;
+  }
+};
+
+}  // namespace
+
+double parse_duration(const std::string& text, const std::string& what) {
+  std::size_t end = 0;
+  double value = 0;
+  try {
+    value = std::stod(text, &end);
+  } catch (const std::exception&) {
+    end = 0;
+  }
+  while (end < text.size() && text[end] == ' ') ++end;
+  const std::string unit = text.substr(end);
+  const double scale = unit == "ns" ? 1e-9 : unit == "us" ? 1e-6 : unit == "ms" ? 1e-3 : unit == "s" ? 1 : 0;
+  if (end == 0 || scale == 0 || !(value > 0) || !std::isfinite(value)) {
+    throw InputError(what + ": found `" + text + "`; expected a time with its unit: ns, us, ms or s, as in 16.7ms");
+  }
+  return value * scale;
+}
+
+std::vector<Goal> read_goals(const std::string& path) {
+  std::ifstream stream(path, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  if (!stream && !stream.eof()) throw InputError(path + ": cannot be read; expected a file of goals (TOML)");
+  const GoalsFile file{path};
+  toml::table root;
+  try {
+    root = toml::parse(text, path);
+  } catch (const toml::parse_error& error) {
+    file.refuse(error.source(), std::string(error.description()));
+  }
+  const toml::array* list = root["goal"].as_array();
+  if (list == nullptr || list->empty()) throw InputError(path + ": no [[goal]]; expected at least one");
+  std::vector<Goal> goals;
+  std::set<std::string> ids;
+  for (const toml::node& each : *list) {
+    goals.push_back(file.goal(each));
+    if (!ids.insert(goals.back().id).second) file.refuse(each.source(), "two goals are called `" + goals.back().id + "`");
+  }
+  return goals;
+}
+
+}  // namespace atwood
