@@ -166,7 +166,8 @@ std::string compare_text(const ReportData& data, const Scenario& scenario, int w
     if (first == nullptr) first = &table;
     text += cheapest_table(table, letters) + budget_table(table, letters);
   }
-  text += "    ~ between two measured rungs, on the logs; < nothing cheaper was measured; * at the\n    truth's bar; [ ] 95 % interval of the ratio, runs timed in turns\n";
+  text += "    ~ between two measured rungs, on the logs; < nothing cheaper was measured;\n"
+          "    * at the truth's bar; [ ] 95 % interval of the ratio, runs timed in turns\n";
   if (first != nullptr) text += stable_table(*first, letters, scenario.t_end_s);
   return text + "\n";
 }

@@ -22,6 +22,17 @@ export interface Engine { name: string; version: string; scalar: string; methods
 export interface Bench {
   name: string; scenario: string; method: string; steps: number; ns_per_step_median: Loose; ns_per_step_p95: Loose;
 }
+export interface GoalEntrant { method: string; steps: number; error: Loose; bar: Loose; seconds: Loose; evaluations: Loose; ns_per_step: Loose; accurate: boolean }
+export interface Goal {
+  id: string; title: string; scenario: string; metric: string; unit: string; wanted_error: Loose; budget_kind: string; budget: Loose; reached: boolean;
+  ours: GoalEntrant | null; rival: GoalEntrant | null; uncounted: GoalEntrant | null; ratio: Loose; ratio_low: Loose; ratio_high: Loose; why: string;
+}
+export interface Reached { family: string; method: string; steps: number; error: Loose; cost: Loose; interpolated?: boolean; at_bar?: boolean; coarsest?: boolean }
+export interface Contest { asked: Loose; contenders: number; ranked: Reached[]; to_next?: { value: Loose; low: Loose; high: Loose; pairs: number } }
+export interface Dominance {
+  scenario: string; metric: string; unit: string; cost: 'seconds' | 'evaluations'; by_error: Contest[]; by_budget: Contest[];
+  stable: { family: string; stable: boolean; method?: string; steps?: number; h_s?: Loose; error?: Loose; failed: { method: string; steps: number; status: string; reason: string }[] }[];
+}
 export interface Run {
   s: number; m: number; n: number; t: number;
   position?: Loose[]; velocity?: Loose[]; attitude?: Loose[]; 'body-rate'?: Loose[]; energy?: Loose[];
@@ -39,7 +50,7 @@ export interface Report {
   verdicts: Verdict[]; laws: Law[]; scenarios: Scenario[]; engines: Engine[];
   missing_engines: { name: string; reason: string }[];
   metrics: { name: string; unit: string; definition: string }[];
-  bench: Bench[]; rows: Rows; series: { instants: Loose[][]; runs: Run[] }; strings: Strings;
+  bench: Bench[]; dominance: Dominance[]; goals: Goal[]; notes: string[]; rows: Rows; series: { instants: Loose[][]; runs: Run[] }; strings: Strings;
 }
 
 export async function readReport(): Promise<Report> {
@@ -78,6 +89,15 @@ export function fitted(value: number, halfWidth: number): string {
 
 // The ladder of an adaptive method is its tolerance: one family, many ids.
 export function family(method: string): string { return method.replace(/:[^+@{]*/, ':tol'); }
+export function rungWords(method: string, steps: number): string {
+  const found = /:([^+@{]*)/.exec(method);
+  return found ? `tol ${found[1]}` : `${steps} steps`;
+}
+export function seconds(value: number): string {
+  if (!Number.isFinite(value)) return '\u2013';
+  const [scale, unit] = value < 1e-6 ? [1e9, 'ns'] : value < 1e-3 ? [1e6, '\u00b5s'] : value < 1 ? [1e3, 'ms'] : [1, 's'];
+  return `${figure(Number((value * scale).toPrecision(3)), 3)} ${unit}`;
+}
 export function unitWord(unit: string): string { return unit === '1' ? '' : unit; }
 export function isAdaptive(method: string): boolean { return /:[^+@{]/.test(method); }
 export function engineOf(method: string): string { return method.split('/')[0]; }

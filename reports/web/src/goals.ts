@@ -1,0 +1,43 @@
+// The project's goals: what was asked, what is reached, who is next. Losses as plainly as wins.
+import { Goal, GoalEntrant, Report, figure, real, rungWords, seconds, unitWord, withBar, family } from './data';
+import { Child, h, section } from './dom';
+
+function asked(goal: Goal): string {
+  const error = real(goal.wanted_error), budget = real(goal.budget);
+  const words = Number.isFinite(error) ? `${goal.metric} ${figure(error, 2)} ${unitWord(goal.unit)}`.trim() : '';
+  const kind: Record<string, string> = { seconds: seconds(budget), evaluations: `${budget} evaluations`, ns_per_step: `${figure(budget, 4)} ns a step`, ns: `${figure(budget, 4)} ns` };
+  const limit = kind[goal.budget_kind] ?? '';
+  return words && limit ? `${words} ${goal.budget_kind === 'ns_per_step' ? 'at' : 'in'} ${limit}` : words || limit;
+}
+
+function figures(entrant: GoalEntrant | null, unit: string): Child {
+  if (!entrant) return h('span', { class: 'soft' }, 'nobody');
+  const parts: string[] = [];
+  const error = real(entrant.error), evaluations = real(entrant.evaluations), time = real(entrant.seconds), step = real(entrant.ns_per_step);
+  if (Number.isFinite(error)) parts.push(`error ${withBar(error, real(entrant.bar))} ${unitWord(unit)}`.trim());
+  if (Number.isFinite(evaluations)) parts.push(`${evaluations} evaluations`);
+  if (Number.isFinite(time)) parts.push(seconds(time));
+  if (Number.isFinite(step)) parts.push(`${figure(step, 4)} ns${entrant.steps ? ' a step' : ''}`);
+  const at = entrant.steps ? `, ${rungWords(entrant.method, entrant.steps)}` : '';
+  return h('span', {}, h('b', {}, family(entrant.method)), at, h('br'), parts.join(', '), entrant.accurate ? null : h('em', { class: 'short' }, ' not accurate enough'));
+}
+
+export function goals(report: Report): HTMLElement | null {
+  if (!report.goals.length) return null;
+  const reached = report.goals.filter((g) => g.reached).length;
+  const line = (goal: Goal) => {
+    const ratio = real(goal.ratio), low = real(goal.ratio_low), high = real(goal.ratio_high);
+    const interval = low < high ? ` [${figure(low, 3)}, ${figure(high, 3)}]` : '';
+    return h('tr', {}, h('td', {}, h('span', { class: `badge ${goal.reached ? 'pass' : 'fail'}` }, goal.reached ? '\u2713 reached' : '\u2717 not reached')),
+      h('td', { class: 'wide' }, goal.title, h('br'), h('span', { class: 'soft' }, asked(goal)), goal.why ? h('span', { class: 'short' }, h('br'), goal.why) : null),
+      h('td', { class: 'wide' }, figures(goal.ours, goal.unit)), h('td', { class: 'wide' }, figures(goal.rival, goal.unit)),
+      h('td', { class: 'number' }, Number.isFinite(ratio) ? `${figure(ratio, 3)}${interval}` : '\u2013'));
+  };
+  const uncounted = report.goals.filter((g) => g.uncounted);
+  return section('goals', `Goals: ${reached} of ${report.goals.length} reached`,
+    h('p', { class: 'hint' }, 'Measured by atwood bench goals, all candidates in one run, timed in turns. Of those who reach the error the cheapest stands here, else the most accurate. The ratio is the best rival\u2019s cost over ours with its 95 % interval, where both reach the error.'),
+    h('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Goals' }, h('table', { class: 'goals' },
+      h('thead', {}, h('tr', {}, h('th', { scope: 'col' }, ''), h('th', { scope: 'col' }, 'asked'), h('th', { scope: 'col' }, 'ours'), h('th', { scope: 'col' }, 'best rival'), h('th', { scope: 'col', class: 'number' }, 'rival / ours'))),
+      h('tbody', {}, ...report.goals.map(line)))),
+    uncounted.length ? h('p', { class: 'hint' }, `Compared, but counted for no goal (exact flows of the free top): ${uncounted.map((g) => `${g.id}: ${g.uncounted!.method}, error ${figure(real(g.uncounted!.error), 2)}, ${seconds(real(g.uncounted!.seconds))}`).join('; ')}.`) : null);
+}
