@@ -41,6 +41,28 @@ struct GoalResult {
 
 std::string goal_words(const GoalResult& goal);  // "error-state-end 2e-10 in 40 us"
 
+// A library's own claim beside what its method does, problem by problem (the study `audit`). A method's order is a whole
+// number, so an executed order within a quarter of one is evidence of that one; in between it is evidence of none.
+enum class AuditVerdict { as_claimed, lower, higher, inconclusive, unsupported };
+struct AuditProblem {
+  std::string scenario;
+  AuditVerdict verdict = AuditVerdict::inconclusive;
+  double order = 0, half_width_95 = 0;   // NaN when inconclusive or unsupported
+  std::string quantity;                  // "position", or "velocity" where position's order is inconclusive
+  std::string reason;                    // the window and interval, or why there is none
+};
+struct AuditFinding {
+  std::string method, claim;             // claim: where the claimed order comes from
+  double claimed = 0;
+  AuditVerdict verdict = AuditVerdict::inconclusive;  // lower on one problem: lower; else higher on one: higher; ...
+  std::vector<AuditProblem> problems;
+};
+std::string to_string(AuditVerdict verdict);
+// Of every method with fixed steps whose engine is not ours and that claims an order; sorted as the rows are.
+std::vector<AuditFinding> audit_orders(const std::vector<Engine>& engines, const std::vector<Row>& rows);
+// Findings first, each with its claim, its executed orders and the command that prints its evidence.
+std::string render_audit_table(const std::vector<AuditFinding>& findings, bool colour, int width);
+
 struct ReportData {
   std::string title;
   std::string command;                 // how this report was made
@@ -56,6 +78,7 @@ struct ReportData {
   std::vector<BenchFigure> bench;
   std::vector<Dominance> dominance;    // who is cheapest for an error, who most accurate for a budget
   std::vector<GoalResult> goals;
+  std::vector<AuditFinding> audit;     // of the study `audit`
   std::vector<std::string> notes;      // how this report's cells came about, in sentences
 };
 

@@ -17,7 +17,7 @@ struct Bashforth {
 template <std::size_t steps>
 Entry entry() {
   const std::string n = std::to_string(steps);
-  Entry made = plain<Bashforth<steps>::template Of>("adams_bashforth" + n, "adams_bashforth<" + n + ", state>",
+  Entry made = plain<Bashforth<steps>::template Of>("adams_bashforth" + n, "adams_bashforth<" + n + ", state, real>",
                                                      "Adams-Bashforth of " + n + " steps, started by odeint's default starter.");
   return made;
 }

@@ -23,7 +23,7 @@ struct Adaptive {
 template <std::size_t steps>
 void add(std::vector<Entry>& all) {
   const std::string n = std::to_string(steps);
-  all.push_back(plain<Moulton<steps>::template Of>("adams_bashforth_moulton" + n, "adams_bashforth_moulton<" + n + ", state>",
+  all.push_back(plain<Moulton<steps>::template Of>("adams_bashforth_moulton" + n, "adams_bashforth_moulton<" + n + ", state, real>",
                                                     "Adams-Bashforth of " + n + " steps corrected once by Adams-Moulton, odeint's default starter."));
 }
 
@@ -32,7 +32,7 @@ void add(std::vector<Entry>& all) {
 template <std::size_t steps>
 void add_corrector(std::vector<Entry>& all) {
   const std::string n = std::to_string(steps);
-  Entry made = plain<Moulton<steps>::template Of>("adams_moulton" + n, "adams_bashforth_moulton<" + n + ", state>",
+  Entry made = plain<Moulton<steps>::template Of>("adams_moulton" + n, "adams_bashforth_moulton<" + n + ", state, real>",
                                                    "The corrector adams_moulton of " + n + " steps, inside adams_bashforth_moulton.");
   made.order = boost::numeric::odeint::adams_moulton<steps, std::vector<double>>().order();
   made.claim = "order() of adams_moulton<" + n + ">";
@@ -43,7 +43,7 @@ void add_corrector(std::vector<Entry>& all) {
 template <std::size_t steps>
 void add_adaptive(std::vector<Entry>& all) {
   const std::string n = std::to_string(steps);
-  all.push_back(plain<Adaptive<steps>::template Of>("adaptive_adams_bashforth_moulton" + n, "adaptive_adams_bashforth_moulton<" + n + ", state>",
+  all.push_back(plain<Adaptive<steps>::template Of>("adaptive_adams_bashforth_moulton" + n, "adaptive_adams_bashforth_moulton<" + n + ", state, real>",
                                                      "Adams-Bashforth-Moulton in divided differences of " + n + " steps, equal steps, from order 1 up."));
 }
 

@@ -20,7 +20,7 @@ template <class S>
 using Make = std::unique_ptr<stepping::Stepper<S>> (*)(const stepping::Equations<S>&, const std::vector<S>& y, S h_s, const Choice&);
 
 struct Entry {
-  std::string name, type;      // "runge_kutta4", "runge_kutta4<state>": what a program of its user would write
+  std::string name, type;      // "runge_kutta4", "runge_kutta4<state, real>": what its user would write
   std::string doc;
   std::string claim;           // where the claim comes from
   int order = 0;               // 0: no claim

@@ -42,7 +42,7 @@ template <template <class> class Of>
 Entry controlled(const std::string& stepper, const std::string& words) {
   Entry made;
   made.name = "controlled/" + stepper;
-  made.type = "make_controlled(atol, rtol, " + stepper + "<state>())";
+  made.type = "make_controlled(atol, rtol, " + stepper + "<state, real>())";
   made.doc = words + " with odeint's default step control.";
   made.claim = "order() of its stepper";
   made.order = Of<double>().order();
@@ -57,7 +57,7 @@ Entry controlled(const std::string& stepper, const std::string& words) {
 Entry bulirsch_stoer(bool dense) {
   Entry made;
   made.name = dense ? "bulirsch_stoer_dense_out" : "bulirsch_stoer";
-  made.type = made.name + "<state>(atol, rtol)";
+  made.type = made.name + "<state, real>(atol, rtol)";
   made.doc = dense ? "Bulirsch-Stoer with dense output: samples are interpolated." : "Bulirsch-Stoer: extrapolation of variable order and step.";
   made.claim = "none: its order varies";
   made.form = dense ? Entry::Form::dense : Entry::Form::controlled;
@@ -76,7 +76,7 @@ void add_controlled(std::vector<Entry>& all) {
   all.push_back(controlled<Fehlberg78>("runge_kutta_fehlberg78", "Fehlberg 7(8)"));
   Entry dense = all.back();
   dense.name = "dense_output/runge_kutta_dopri5";
-  dense.type = "make_dense_output(atol, rtol, runge_kutta_dopri5<state>())";
+  dense.type = "make_dense_output(atol, rtol, runge_kutta_dopri5<state, real>())";
   dense.doc = "Dormand-Prince 5(4) with odeint's default step control and dense output: samples are interpolated.";
   dense.order = Dopri5<double>().order();
   dense.form = Entry::Form::dense;

@@ -101,7 +101,7 @@ std::unique_ptr<stepping::Stepper<S>> make_dense(const Equations<S>& equations, 
 void add_implicit(std::vector<Entry>& all) {
   Entry plain;
   plain.name = "rosenbrock4";
-  plain.type = "rosenbrock4<double>";
+  plain.type = "rosenbrock4<real>";
   plain.doc = "The Rosenbrock method RODAS of order 4, equal steps; Jacobian and df/dt by differences of the reference's equations.";
   plain.claim = "its order()";
   plain.order = lib::rosenbrock4<double>().order();
@@ -132,7 +132,7 @@ void add_implicit(std::vector<Entry>& all) {
 
   Entry euler = plain;
   euler.name = "implicit_euler";
-  euler.type = "implicit_euler<double>";
+  euler.type = "implicit_euler<real>";
   euler.doc = "Implicit Euler with odeint's own Newton iteration, which ends when the norm of a correction is at most epsilon.";
   euler.claim = "odeint's documentation (steppers table): order 1; there is no order()";
   euler.order = 1;

@@ -130,7 +130,7 @@ template <template <class> class Of>
 Entry symplectic(const std::string& name, const std::string& doc) {
   Entry made;
   made.name = name;
-  made.type = name + "<state>";
+  made.type = name + "<state, state, real>";
   made.doc = doc;
   made.claim = "its order()";
   made.order = Of<double>().order();
@@ -148,7 +148,7 @@ void add_symplectic(std::vector<Entry>& all) {
   all.push_back(symplectic<Sb3aM4>("symplectic_rkn_sb3a_m4_mclachlan", "McLachlan's symplectic Runge-Kutta-Nystrom SB3A of five stages."));
   Entry verlet;
   verlet.name = "velocity_verlet";
-  verlet.type = "velocity_verlet<state>";
+  verlet.type = "velocity_verlet<state, state, real>";
   verlet.doc = "Velocity Verlet; odeint gives the force the velocities at the start of the step.";
   verlet.claim = "its order()";
   verlet.order = lib::velocity_verlet<std::vector<double>>().order();

@@ -34,6 +34,7 @@ struct Options {
   int jobs = 0;                           // 0: one a core
   double cell_limit_s = 20;
   bool no_timing = false, json = false, events = false;
+  bool evidence = false;                  // describe METHOD --program
   bool whole_ladders = false;             // each scenario's ladder, halved as far down as its samples divide it
   std::string wanted_error, budget, metric;  // advise
   std::vector<std::string> goals;         // bench goals: ids, globs

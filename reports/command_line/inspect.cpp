@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "reports/command_line/command_line.hpp"
+#include "reports/command_line/program.hpp"
 #include "scene/files.hpp"
 
 namespace atwood {
@@ -156,7 +157,63 @@ int command_list(const Place& place, const Options& options) {
   return exit_pass;
 }
 
+namespace {
+
+// The method that the words name, when they name one that an engine offers or could offer; no scene has `/` and no file.
+bool names_method(const std::string& text) {
+  if (text.find('/') == std::string::npos || fs::exists(text) || text.ends_with(".toml") || text.ends_with(".json")) return false;
+  try {
+    parse_method_id(text);
+    return true;
+  } catch (const std::invalid_argument&) {
+    return false;
+  }
+}
+
+void print_method(const MethodInfo& info, const Engine& engine, const std::string& asked) {
+  const auto width = static_cast<std::size_t>(std::clamp(terminal_width(), 60, 120));
+  fmt::print("{}{}\n  engine:  {} {}, {}\n  order:   {}\n{}", asked, info.adaptive ? "  (takes a tolerance: [:rtol[,atol]])" : "", engine.name,
+             engine.version, engine.scalar, claims_text(info), wrapped(info.doc, 2, width));
+  if (!info.source.empty()) fmt::print("{}", wrapped("Source: " + info.source, 2, width));
+  if (!info.settings.empty()) fmt::print("  settings:\n");
+  for (const auto& [name, value] : info.settings) fmt::print("    {} = {}\n", name, text_of(value));
+}
+
+int describe_method(const Place& place, const Options& options) {
+  const MethodId id = parse_method_id(options.input);
+  const std::string base = id.engine + "/" + id.scheme;
+  std::vector<std::string> known;
+  std::string absent;
+  for (const auto& worker : require_workers(place, options)) {
+    if (worker.status != Status::ok) {
+      if (fs::path(worker.path).filename().string() == "atwood-" + id.engine) absent = to_string(worker.status) + ": " + worker.reason;
+      continue;
+    }
+    for (const auto& info : worker.engine.methods) {
+      known.push_back(info.id);
+      if (info.id != base) continue;
+      if (options.evidence) {
+        const Scenario scenario = read_scene_argument(place, options.scenarios.empty() ? "kepler-e0.6" : options.scenarios.front());
+        const Truth truth = truth_once(place.truth_worker, scenario, 1, 120);
+        if (truth.values.empty()) throw InputError(fmt::format("--program: no truth of `{}`: {}", scenario.id, truth.outcome.reason));
+        fmt::print("{}", evidence_program(id, info, worker.engine.version, scenario, truth));
+      } else if (options.json) {
+        fmt::print("{}\n", method_json(info).dump(2));
+      } else {
+        print_method(info, worker.engine, options.input);
+      }
+      return exit_pass;
+    }
+  }
+  if (!absent.empty()) throw InputError(fmt::format("describe {}: the engine {} is {}", options.input, id.engine, absent));
+  throw InputError(fmt::format("describe {}: no engine offers `{}`; near it: {}", options.input, base, join(nearest(base, known, 3), ", ")));
+}
+
+}  // namespace
+
 int command_describe(const Place& place, const Options& options) {
+  if (names_method(options.input)) return describe_method(place, options);
+  if (options.evidence) throw InputError(fmt::format("--program is about a library's method, as in arkode/erkstep/VERNER_8_5_6; found `{}`", options.input));
   const Scenario scenario = read_scene_argument(place, options.input);
   if (options.json) {
     fmt::print("{}\n", scenario_to_json(scenario));

@@ -50,8 +50,11 @@ void declare_commands(Parser& p) {
   list->add_option("what", o.input, "scenarios, methods, metrics or gates (all unless given)");
   list->add_option("--engine", o.engines, "Also this executable")->expected(1)->take_all();
 
-  auto* describe = p.add("describe", "A scene as it was understood: defaults filled, inertia computed, pairs tabulated", command_describe);
-  describe->add_option("SCENE", o.input, "A file or a catalogue id")->required();
+  auto* describe = p.add("describe", "A scene as it was understood, or a method with its claims and settings", command_describe);
+  describe->add_option("SCENE|METHOD", o.input, "A file, a catalogue id, or a method id")->required();
+  describe->add_flag("--program", o.evidence, "Of a library's method: print a program without Atwood that shows its executed order");
+  describe->add_option("--scenario", o.scenarios, "The scene of that program (kepler-e0.6 unless given)")->expected(1);
+  describe->add_option("--engine", o.engines, "Also this executable")->expected(1)->take_all();
 
   auto* run = p.add("run", "Run a study: measure, judge, report", command_run);
   run->add_option("STUDY", o.study, "A study file, or the id of one of the catalogue's (the default study unless given)");

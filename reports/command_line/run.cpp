@@ -44,6 +44,7 @@ void print_result(const Options& options, const Selection& selection, const Repo
     return;
   }
   fmt::print("{}", render_verdict_table(data.verdicts, data.rows, use_colour(STDOUT_FILENO), terminal_width()));
+  if (!data.audit.empty()) fmt::print("\n{}", render_audit_table(data.audit, use_colour(STDOUT_FILENO), terminal_width()));
   fmt::print("\n{} cell{}, {} of them found in the store, {} rows", result.cells, result.cells == 1 ? "" : "s", result.skipped - count_absent(selection), data.rows.size());
   const auto statuses = count_statuses(data.rows);
   fmt::print("{}{}\nreport: {}/report.html\n", statuses.empty() ? "" : "; ", statuses, options.out_dir);

@@ -351,6 +351,7 @@ ReportData assemble_report(const Place& place, const Options& options, const Sel
   data.bench = read_bench(options.out_dir + "/bench.json");
   data.goals = read_goal_results(options.out_dir + "/bench.json");
   data.dominance = find_dominance(data.rows);
+  if (selection.study == "audit") data.audit = audit_orders(data.engines, data.rows);
   return data;
 }
 

@@ -190,6 +190,7 @@ std::string embedded_json(const ReportData& data, const Detail& detail) {
   append_bench(json.key("bench"), data.bench);
   append_dominance(json.key("dominance"), data.dominance, detail.ranks);
   append_goals(json.key("goals"), data.goals);
+  if (!data.audit.empty()) append_audit(json.key("audit"), data.audit);
   json.key("notes").begin_array();
   for (const std::string& note : data.notes) json.text(note);
   json.end_array();

@@ -61,6 +61,7 @@ std::string render_json(const ReportData& data) {
   append_bench(json.key("bench"), data.bench);
   append_dominance(json.key("dominance"), data.dominance, static_cast<std::size_t>(-1));
   append_goals(json.key("goals"), data.goals);
+  if (!data.audit.empty()) append_audit(json.key("audit"), data.audit);
   json.key("notes").begin_array();
   for (const std::string& note : data.notes) json.text(note);
   json.end_array();

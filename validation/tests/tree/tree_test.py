@@ -40,7 +40,7 @@ def faults():
                     continue
                 text = open(path, encoding="utf-8").read()
                 for pattern, home in THIRD_PARTY.items():
-                    if re.search(r"#\s*include\s+(" + pattern + ")", text) and not shown.startswith((home if isinstance(home, tuple) else (home,)) + ("validation/tests",)):
+                    if re.search(r"^\s*#\s*include\s+(" + pattern + ")", text, re.M) and not shown.startswith((home if isinstance(home, tuple) else (home,)) + ("validation/tests",)):
                         yield f"{shown}: includes a header that belongs to {home}"
                 if shown.startswith("validation/tests"):
                     continue
