@@ -8,6 +8,8 @@ add_library(atwood_engine STATIC
   math/scalar.cpp
   math/vector_width.cpp
   rigid/bare_problems.cpp
+  rigid/free_flight.cpp
+  rigid/free_flight_lanes.cpp
   rigid/free_top.cpp
   rigid/free_top_exact.cpp
   rigid/free_top_implicit.cpp

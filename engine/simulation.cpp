@@ -92,6 +92,7 @@ template <class S> Simulation<S> prepare(const MethodId& id, const Scene& scene)
     simulation.outcome = refuse(why);
     return simulation;
   }
+  simulation.free_flight = make_free_flight(model, simulation.stepper->weights());
   simulation.y.resize(model.state_size());
   simulation.y_new.resize(model.state_size());
   model.initial_state(simulation.y.data());

@@ -8,6 +8,7 @@
 #include "integrators/catalogue.hpp"
 #include "integrators/stepper.hpp"
 #include "protocol/method.hpp"
+#include "rigid/free_flight.hpp"
 #include "rigid/model.hpp"
 
 namespace atwood {
@@ -23,6 +24,7 @@ bool contacts_possible(const Scene& scene);
 template <class S> struct Simulation {
   std::unique_ptr<RigidModel<S>> model;
   std::unique_ptr<Stepper<S>> stepper;
+  std::unique_ptr<FreeFlight<S>> free_flight;  // null: no force-free scene, or no method whose steps can be fused
   std::vector<S> y, y_new;  // the state, and room for the next one
   Outcome outcome;
 };

@@ -1,7 +1,5 @@
 #include "forces/gravity_many.hpp"
 
-#include <type_traits>
-
 #include "forces/gravity_pairs.hpp"
 #include "threads.hpp"
 
@@ -41,7 +39,7 @@ template <class S> struct ManyBodyGravity final : ForceTerm<S> {
 }  // namespace
 
 template <class S> TermPointer<S> make_many_body_gravity(const MutualGravity& force, const Scene& scene, const GravityOptions& options) {
-  if constexpr (std::is_same_v<S, float> || std::is_same_v<S, double>) {
+  if constexpr (has_vector_lanes<S>) {
     const int count = static_cast<int>(force.bodies.size());
     if (count < many_bodies) return nullptr;
     auto term = std::make_unique<ManyBodyGravity<S>>();

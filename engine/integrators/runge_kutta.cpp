@@ -26,6 +26,7 @@ ExplicitRungeKutta<S>::ExplicitRungeKutta(System<S>& system, const Tableau& tabl
     a_[i] = combine(read.a[i]);
     c_[i] = static_cast<S>(read.c[i]);
     k_[i] = rates_.data() + static_cast<std::size_t>(i) * size_;
+    if (i < stages_) weights_.a.push_back(row_of(a_[i]));
   }
   b_ = combine(read.b);
   error_ = combine(read.error);
@@ -33,6 +34,8 @@ ExplicitRungeKutta<S>::ExplicitRungeKutta(System<S>& system, const Tableau& tabl
   estimate_order_ = read.estimate_order;
   dense_rows_ = static_cast<int>(read.dense.size());
   for (int n = 0; n < dense_rows_; ++n) dense_row_[n] = combine(read.dense[n]);
+  weights_.b = row_of(b_);
+  weights_.first_same_as_last = first_same_as_last_;
 }
 
 template <class S> auto ExplicitRungeKutta<S>::combine(const TableauRow& row) -> Combination {
@@ -45,9 +48,14 @@ template <class S> auto ExplicitRungeKutta<S>::combine(const TableauRow& row) ->
   return combination;
 }
 
+template <class S> auto ExplicitRungeKutta<S>::row_of(const Combination& c) -> typename ExplicitWeights<S>::Row {
+  return {{c.stage, c.stage + c.terms}, {c.weight, c.weight + c.terms}};
+}
+
 template <class S> S ExplicitRungeKutta<S>::sum(const Combination& combination, int i) const {
-  S total = S(0);
-  for (int j = 0; j < combination.terms; ++j) total += combination.weight[j] * k_[combination.stage[j]][i];
+  if (combination.terms == 0) return S(0);
+  S total = combination.weight[0] * k_[combination.stage[0]][i];  // not 0 + ...: as add_terms() has it, zeros' signs too
+  for (int j = 1; j < combination.terms; ++j) total += combination.weight[j] * k_[combination.stage[j]][i];
   return total;
 }
 

@@ -16,12 +16,14 @@ template <class S> class ExplicitRungeKutta final : public Stepper<S> {
   int estimate_order() const override { return estimate_order_; }
   void dense(S theta, S* y_at) override;
   bool dense_is_accurate() const override { return dense_; }
+  const ExplicitWeights<S>* weights() const override { return rest_.on() ? nullptr : &weights_; }
 
  private:
   // A row with the zeros of the tableau left out.
   struct Combination { int stage[max_stages]; S weight[max_stages]; int terms = 0; };
 
   static Combination combine(const TableauRow& row);
+  static typename ExplicitWeights<S>::Row row_of(const Combination& combination);
   S sum(const Combination& combination, int i) const;                                  // of weight * k, component i
   void add(const S* y, S h_s, const Combination& combination, S* out) const;           // out = y + h sum
   template <int terms> void add_terms(const S* y, S h_s, const Combination& combination, S* out) const;
@@ -32,6 +34,7 @@ template <class S> class ExplicitRungeKutta final : public Stepper<S> {
 
   int stages_, dense_stages_, size_, estimate_order_, dense_rows_;
   bool first_same_as_last_, retakes_, dense_, dense_known_ = false;
+  ExplicitWeights<S> weights_;
   Combination a_[max_stages], b_, error_, companion_, dense_row_[4];
   S c_[max_stages];
   std::vector<S> rates_, stage_, start_, last_end_, change_;

@@ -13,6 +13,7 @@
 
 #include <vector>
 
+#include "integrators/explicit_weights.hpp"
 #include "integrators/system.hpp"
 
 namespace atwood {
@@ -33,6 +34,9 @@ template <class S> class Stepper {
   virtual S error_norm(S rtol, S atol) const;
   // k where the estimate is of local order k + 1: the controller's step grows as error_norm^(-1/(k+1)).
   virtual int estimate_order() const { return 4; }
+
+  // Not null: an uncompensated step is no more than these weights say, whatever the time; the runner may then fuse many.
+  virtual const ExplicitWeights<S>* weights() const { return nullptr; }
 
   // ---- methods that choose their own steps (extrapolation, Taylor, Radau 15): the runner then asks advise() after each
   // step instead of error_norm(), with no controller of its own.

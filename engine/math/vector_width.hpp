@@ -7,12 +7,17 @@
 // sum across lanes), so the bits do not depend on the machine. What the kernel calls must be always_inline, too.
 #pragma once
 
+#include <type_traits>
+
 // What a lane kernel is made of.
 #define ATWOOD_INLINE [[gnu::always_inline]] inline
 
 namespace atwood {
 
 enum class VectorWidth { narrow, v3, v4 };  // the plain target; x86-64-v3 (AVX2: 256 bits); x86-64-v4 (AVX-512)
+
+// The scalars that vector registers hold.
+template <class S> inline constexpr bool has_vector_lanes = std::is_same_v<S, float> || std::is_same_v<S, double>;
 
 // The widest that this machine runs.
 VectorWidth widest_vectors();

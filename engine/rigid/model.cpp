@@ -126,12 +126,16 @@ template <class S> void RigidModel<S>::build_forces(const Scene& scene, const Gr
   switch_times_s_.erase(std::unique(switch_times_s_.begin(), switch_times_s_.end()), switch_times_s_.end());
 }
 
+template <class S> int RigidModel<S>::interval_of(S from_s, S to_s) const {
+  const double middle_s = static_cast<double>((from_s + to_s) / S(2));
+  return static_cast<int>(std::upper_bound(switch_times_s_.begin(), switch_times_s_.end(), middle_s) - switch_times_s_.begin());
+}
+
 // The law between two neighbouring switch times is one law, so only a change of interval rebuilds the lists.
 template <class S> void RigidModel<S>::select_interval(S from_s, S to_s) {
   if (interval_ >= 0 && switch_times_s_.empty()) return;
   const double middle_s = static_cast<double>((from_s + to_s) / S(2));
-  const int interval = static_cast<int>(
-      std::upper_bound(switch_times_s_.begin(), switch_times_s_.end(), middle_s) - switch_times_s_.begin());
+  const int interval = interval_of(from_s, to_s);
   if (interval == interval_) return;
   interval_ = interval;
   ++system_.epoch;

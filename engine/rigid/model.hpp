@@ -91,6 +91,10 @@ template <class S> class RigidModel {
   // gyroscopic term; every other entry is left as it is.
   void accelerations(S t_s, const S* y, S* dydt);
   void normalise(S* y) const;              // unit quaternions
+  bool feels_forces() const { return !terms_.empty(); }  // besides uniform gravity
+  const Vec3<S>& uniform_gravity() const { return gravity_; }
+  // Does the law of [from_s, to_s] hold already? select_interval would change nothing.
+  bool interval_selected(S from_s, S to_s) const { return interval_ >= 0 && interval_of(from_s, to_s) == interval_; }
   Team* team() const { return team_.get(); }  // null: one thread
 
  private:
@@ -98,6 +102,7 @@ template <class S> class RigidModel {
   static void rates_of(void* context, int count, const S* t_s, const S* y, S* dydt);  // rate_lanes.cpp
   static void project_of(void* context, S* y);
   static void projection_of(void* context, const S* y, S* change);
+  int interval_of(S from_s, S to_s) const;
   void add_loads(S t_s, const S* y);
   void build_bodies(const Scene& scene);
   void build_forces(const Scene& scene, const GravityOptions& gravity);

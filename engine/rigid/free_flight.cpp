@@ -1,0 +1,135 @@
+#include "rigid/free_flight.hpp"
+
+#include <algorithm>
+
+namespace atwood {
+namespace {
+
+constexpr FlightKind kinds[] = {FlightKind::about_body_axes, FlightKind::about_any_axes, FlightKind::point_mass};
+
+template <class S> FlightKind kind_of(const RigidModel<S>& model, int body) {
+  if (!model.rotates(body)) return FlightKind::point_mass;
+  return model.mass(body).diagonal ? FlightKind::about_body_axes : FlightKind::about_any_axes;
+}
+
+template <int rows, class S> void copy_in(const S* from, S (&to)[rows][flight_lanes], int l) {
+  for (int r = 0; r < rows; ++r) to[r][l] = from[r];
+}
+template <int rows, class S> void copy_out(const S (&from)[rows][flight_lanes], int l, S* to) {
+  for (int r = 0; r < rows; ++r) to[r] = from[r][l];
+}
+
+}  // namespace
+
+template <class S>
+FreeFlight<S>::FreeFlight(RigidModel<S>& model, ExplicitWeights<S> weights)
+    : model_(model), weights_(std::move(weights)), steps_(weights_), lanes_(model.team() == nullptr ? 1 : model.team()->size()) {
+  for (FlightLanes<S>& lanes : lanes_) lanes.rates.resize(weights_.a.size() * 7 * flight_lanes);
+  sorted_.reserve(model.body_count());
+}
+
+// Held bodies are not among the moving ones; who is held changes with the model's epoch.
+template <class S> void FreeFlight<S>::sort_bodies() {
+  if (epoch_ == model_.system().epoch) return;
+  epoch_ = model_.system().epoch;
+  sorted_.clear();
+  for (const FlightKind kind : kinds) {
+    for (const int i : model_.moving())
+      if (kind_of(model_, i) == kind) sorted_.push_back(i);
+    end_[static_cast<int>(kind)] = static_cast<int>(sorted_.size());
+  }
+}
+
+template <class S> void FreeFlight<S>::gather(FlightKind kind, const S* y, Share bodies, FlightLanes<S>& lanes) const {
+  for (int n = bodies.first; n < bodies.last; ++n) {
+    const int l = n - bodies.first, i = sorted_[n];
+    const S* at = y + model_.offset(i);
+    copy_in(at + at_position, lanes.p, l);
+    copy_in(at + at_velocity, lanes.v, l);
+    if (kind == FlightKind::point_mass) continue;
+    copy_in(at + at_attitude, lanes.q, l);
+    const MassProperties<S>& mass = model_.mass(i);
+    for (int r = 0; r < 3; ++r) {
+      lanes.half_w[r][l] = S(0.5) * at[at_body_rate + r];
+      const Vec3<S>&I = mass.I_row[r], &I_inverse = mass.I_inverse_row[r];
+      lanes.I[3 * r][l] = I.x, lanes.I[3 * r + 1][l] = I.y, lanes.I[3 * r + 2][l] = I.z;
+      lanes.twice_I_inverse[3 * r][l] = S(2) * I_inverse.x;
+      lanes.twice_I_inverse[3 * r + 1][l] = S(2) * I_inverse.y;
+      lanes.twice_I_inverse[3 * r + 2][l] = S(2) * I_inverse.z;
+    }
+  }
+}
+
+template <class S> void FreeFlight<S>::scatter(FlightKind kind, S* y, Share bodies, const FlightLanes<S>& lanes) const {
+  for (int n = bodies.first; n < bodies.last; ++n) {
+    const int l = n - bodies.first;
+    S* at = y + model_.offset(sorted_[n]);
+    copy_out(lanes.p, l, at + at_position);
+    copy_out(lanes.v, l, at + at_velocity);
+    if (kind == FlightKind::point_mass) continue;
+    copy_out(lanes.q, l, at + at_attitude);
+    for (int r = 0; r < 3; ++r) at[at_body_rate + r] = S(2) * lanes.half_w[r][l];
+  }
+}
+
+template <class S>
+void FreeFlight<S>::march_group(FlightKind kind, std::int64_t count, S* y, Share bodies, FlightLanes<S>& lanes) const {
+  for (int first = bodies.first; first < bodies.last; first += flight_lanes) {
+    const Share block{first, std::min(first + flight_lanes, bodies.last)};
+    gather(kind, y, block, lanes);
+    fly(width_, kind, block.last - block.first, steps_, count, lanes);
+    scatter(kind, y, block, lanes);
+  }
+}
+
+// A held body's slopes are zero, and adding h 0 turns its -0 into 0.
+template <class S> void hold_still(const RigidModel<S>& model, S* y) {
+  if (static_cast<int>(model.moving().size()) == model.body_count()) return;
+  auto moving = model.moving().begin();
+  for (int i = 0; i < model.body_count(); ++i) {
+    if (moving != model.moving().end() && *moving == i) {
+      ++moving;
+    } else if (model.offset(i) >= 0) {
+      S* at = y + model.offset(i);
+      for (int k = 0; k < (model.rotates(i) ? 13 : 6); ++k) at[k] = at[k] + S(0);
+    }
+  }
+}
+
+template <class S> void FreeFlight<S>::march(S h_s, std::int64_t count, S* y) {
+  if (count <= 0) return;
+  sort_bodies();
+  steps_.set(h_s, model_.uniform_gravity() + Vec3<S>{});
+  const auto part = [&](int p, int parts) {
+    for (const FlightKind kind : kinds) {
+      const int k = static_cast<int>(kind), begin = k == 0 ? 0 : end_[k - 1];
+      const Share bodies = share(end_[k] - begin, p, parts);
+      march_group(kind, count, y, {begin + bodies.first, begin + bodies.last}, lanes_[p]);
+    }
+  };
+  if (model_.team() == nullptr) part(0, 1);
+  else model_.team()->run([&](int p) { part(p, model_.team()->size()); });
+  hold_still(model_, y);
+  const int stages = weights_.stages();
+  model_.system().evaluations += count * (weights_.first_same_as_last ? stages - 1 : stages);
+  if (weights_.first_same_as_last && counted_epoch_ != epoch_) ++model_.system().evaluations;  // the first step's first stage
+  counted_epoch_ = epoch_;
+}
+
+template <class S> std::unique_ptr<FreeFlight<S>> make_free_flight(RigidModel<S>& model, const ExplicitWeights<S>* weights) {
+  if constexpr (has_vector_lanes<S>) {
+    if (weights == nullptr || model.bare_problem() || model.feels_forces()) return nullptr;
+    return std::make_unique<FreeFlight<S>>(model, *weights);
+  } else {
+    return nullptr;
+  }
+}
+
+template class FreeFlight<float>;
+template class FreeFlight<double>;
+template std::unique_ptr<FreeFlight<float>> make_free_flight(RigidModel<float>&, const ExplicitWeights<float>*);
+template std::unique_ptr<FreeFlight<double>> make_free_flight(RigidModel<double>&, const ExplicitWeights<double>*);
+template std::unique_ptr<FreeFlight<long double>> make_free_flight(RigidModel<long double>&, const ExplicitWeights<long double>*);
+template std::unique_ptr<FreeFlight<Quad>> make_free_flight(RigidModel<Quad>&, const ExplicitWeights<Quad>*);
+
+}  // namespace atwood

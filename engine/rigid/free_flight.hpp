@@ -1,0 +1,46 @@
+// Free flight of many bodies by an explicit Runge-Kutta method: under uniform gravity alone no body's motion touches another's,
+// so a few bodies at a time are taken through many steps while they stand in the nearest cache.
+//
+// Bodies stand in structure of arrays, lanes run over bodies, and each lane does what the general stepper does on the equations
+// of rigid/rate.cpp: the same bits, at every vector width and number of threads.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "rigid/free_flight_lanes.hpp"
+#include "rigid/model.hpp"
+
+namespace atwood {
+
+template <class S> class FreeFlight {
+ public:
+  FreeFlight(RigidModel<S>& model, ExplicitWeights<S> weights);
+  FreeFlight(const FreeFlight&) = delete;
+  FreeFlight& operator=(const FreeFlight&) = delete;
+
+  // `count` equal steps of h_s from the state y, in place, under the model's present interval, which must hold for all of them.
+  // Counts the rate evaluations that the general stepper would make. Allocates nothing.
+  void march(S h_s, std::int64_t count, S* y);
+
+ private:
+  void sort_bodies();
+  void march_group(FlightKind kind, std::int64_t count, S* y, Share bodies, FlightLanes<S>& lanes) const;
+  void gather(FlightKind kind, const S* y, Share bodies, FlightLanes<S>& lanes) const;
+  void scatter(FlightKind kind, S* y, Share bodies, const FlightLanes<S>& lanes) const;
+
+  RigidModel<S>& model_;
+  ExplicitWeights<S> weights_;
+  FlightSteps<S> steps_;
+  VectorWidth width_ = widest_vectors();
+  std::vector<FlightLanes<S>> lanes_;  // one a thread
+  std::vector<int> sorted_;            // the moving bodies by kind, and in each kind by index
+  int end_[3] = {};                    // of each kind in sorted_
+  std::int64_t epoch_ = -1, counted_epoch_ = -1;
+};
+
+// Null where bodies feel more than uniform gravity, or the problem is a bare system of equations, or the scalar has no vector
+// lanes.
+template <class S> std::unique_ptr<FreeFlight<S>> make_free_flight(RigidModel<S>& model, const ExplicitWeights<S>* weights);
+
+}  // namespace atwood

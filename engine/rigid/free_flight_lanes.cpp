@@ -1,0 +1,200 @@
+#include "rigid/free_flight_lanes.hpp"
+
+namespace atwood {
+namespace {
+
+// ---- a lane's numbers; all of this is laid out in vector registers by the loops below -------------------------------------
+template <class S> ATWOOD_INLINE Vec3<S> get(const S (&rows)[3][flight_lanes], int l) { return {rows[0][l], rows[1][l], rows[2][l]}; }
+template <class S> ATWOOD_INLINE Quat<S> get(const S (&rows)[4][flight_lanes], int l) {
+  return {rows[0][l], rows[1][l], rows[2][l], rows[3][l]};
+}
+template <class S> ATWOOD_INLINE void put(const Vec3<S>& a, S (&rows)[3][flight_lanes], int l) {
+  rows[0][l] = a.x, rows[1][l] = a.y, rows[2][l] = a.z;
+}
+template <class S> ATWOOD_INLINE void put(const Quat<S>& a, S (&rows)[4][flight_lanes], int l) {
+  rows[0][l] = a.w, rows[1][l] = a.x, rows[2][l] = a.y, rows[3][l] = a.z;
+}
+template <class S> ATWOOD_INLINE Vec3<S> add(const Vec3<S>& a, const Vec3<S>& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+template <class S> ATWOOD_INLINE Quat<S> add(const Quat<S>& a, const Quat<S>& b) { return {a.w + b.w, a.x + b.x, a.y + b.y, a.z + b.z}; }
+template <class S> ATWOOD_INLINE Vec3<S> scale(S s, const Vec3<S>& a) { return {s * a.x, s * a.y, s * a.z}; }
+template <class S> ATWOOD_INLINE Quat<S> scale(S s, const Quat<S>& a) { return {s * a.w, s * a.x, s * a.y, s * a.z}; }
+
+template <FlightKind kind, class S> ATWOOD_INLINE Vec3<S> times(const S (&I)[9][flight_lanes], const Vec3<S>& v, int l) {
+  if constexpr (kind == FlightKind::about_body_axes) return {I[0][l] * v.x, I[4][l] * v.y, I[8][l] * v.z};
+  return {I[0][l] * v.x + I[1][l] * v.y + I[2][l] * v.z, I[3][l] * v.x + I[4][l] * v.y + I[5][l] * v.z,
+          I[6][l] * v.x + I[7][l] * v.y + I[8][l] * v.z};
+}
+
+// w' = I^-1 (0 - w x (I w)), as rate.cpp has it, for u = w / 2: u' = 2 I^-1 (0 - u x (I u)). About body axes the two products
+// of each component of the cross product have the same sign, so 0 - (a - b) is b - a even where it is a zero.
+template <FlightKind kind, class S> ATWOOD_INLINE Vec3<S> half_rate_rate(const FlightLanes<S>& lanes, const Vec3<S>& u, int l) {
+  const Vec3<S> L = times<kind>(lanes.I, u, l);
+  Vec3<S> torque;
+  if constexpr (kind == FlightKind::about_body_axes) {
+    torque = {u.z * L.y - u.y * L.z, u.x * L.z - u.z * L.x, u.y * L.x - u.x * L.y};
+  } else {
+    torque = {S(0) - (u.y * L.z - u.z * L.y), S(0) - (u.z * L.x - u.x * L.z), S(0) - (u.x * L.y - u.y * L.x)};
+  }
+  return times<kind>(lanes.twice_I_inverse, torque, l);
+}
+
+// q' = 1/2 q (0, w), given w / 2
+template <class S> ATWOOD_INLINE Quat<S> attitude_rate(const Quat<S>& q, const Vec3<S>& half) {
+  return {-(q.x * half.x + q.y * half.y + q.z * half.z), q.w * half.x + q.y * half.z - q.z * half.y,
+          q.w * half.y + q.z * half.x - q.x * half.z, q.w * half.z + q.x * half.y - q.y * half.x};
+}
+
+template <class S> ATWOOD_INLINE Quat<S> unit(const Quat<S>& q) {
+  return scale(S(1) / real::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z), q);
+}
+
+// ---- the classical Runge-Kutta method, one pass over registers ---------------------------------------------------------------
+//   k1 = f(y)  k2 = f(y + h/2 k1)  k3 = f(y + h/2 k2)  k4 = f(y + h k3)  y_new = y + h (b1 k1 + b2 k2 + b2 k3 + b4 k4)
+// h (k/2) and (h/2) k are one number, halving being exact.
+template <class T, class S> ATWOOD_INLINE T weigh(const S* b, const T& k1, const T& k2, const T& k3, const T& k4) {
+  return add(add(add(scale(b[0], k1), scale(b[1], k2)), scale(b[2], k3)), scale(b[3], k4));
+}
+
+template <FlightKind kind, class S>
+ATWOOD_INLINE void classical_steps(int bodies, const FlightSteps<S>& steps, std::int64_t count, FlightLanes<S>& lanes) {
+  const S h = steps.h_s, half_h = h * S(0.5);
+  const S b[4] = {steps.weights.b.weight[0], steps.weights.b.weight[1], steps.weights.b.weight[1], steps.weights.b.weight[3]};
+  const Vec3<S> fall_half = steps.stage_m_per_s[1], fall_whole = steps.stage_m_per_s[3], fall = steps.step_m_per_s;
+  for (std::int64_t n = 0; n < count; ++n) {
+#pragma GCC ivdep
+    for (int l = 0; l < bodies; ++l) {
+      const Vec3<S> v = get(lanes.v, l), v_half = add(v, fall_half), v_whole = add(v, fall_whole);
+      put(add(get(lanes.p, l), scale(h, weigh(b, v, v_half, v_half, v_whole))), lanes.p, l);
+      put(add(v, fall), lanes.v, l);
+      if constexpr (kind != FlightKind::point_mass) {
+        const Quat<S> q = get(lanes.q, l);
+        const Vec3<S> u = get(lanes.half_w, l);
+        const Vec3<S> u1 = half_rate_rate<kind>(lanes, u, l);
+        const Quat<S> q1 = attitude_rate(q, u);
+        const Vec3<S> u_b = add(u, scale(half_h, u1));
+        const Vec3<S> u2 = half_rate_rate<kind>(lanes, u_b, l);
+        const Quat<S> q2 = attitude_rate(add(q, scale(half_h, q1)), u_b);
+        const Vec3<S> u_c = add(u, scale(half_h, u2));
+        const Vec3<S> u3 = half_rate_rate<kind>(lanes, u_c, l);
+        const Quat<S> q3 = attitude_rate(add(q, scale(half_h, q2)), u_c);
+        const Vec3<S> u_d = add(u, scale(h, u3));
+        const Vec3<S> u4 = half_rate_rate<kind>(lanes, u_d, l);
+        const Quat<S> q4 = attitude_rate(add(q, scale(h, q3)), u_d);
+        put(add(u, scale(h, weigh(b, u1, u2, u3, u4))), lanes.half_w, l);
+        put(unit(add(q, scale(h, weigh(b, q1, q2, q3, q4)))), lanes.q, l);
+      }
+    }
+  }
+}
+
+// ---- any tableau, a stage at a time ------------------------------------------------------------------------------------------
+// Row r of 7: the attitude's four, then three of half the body rate.
+template <class S> ATWOOD_INLINE S* rates_row(FlightLanes<S>& lanes, int stage, int r) {
+  return lanes.rates.data() + (static_cast<std::ptrdiff_t>(stage) * 7 + r) * flight_lanes;
+}
+
+// to = from + h slope, for one row.
+template <class S>
+ATWOOD_INLINE void advance(const typename ExplicitWeights<S>::Row& row, int r, S h, int bodies, const S* from, FlightLanes<S>& lanes, S* to) {
+  S slope[flight_lanes];
+  const S* first = rates_row(lanes, row.stage[0], r);
+  for (int l = 0; l < bodies; ++l) slope[l] = row.weight[0] * first[l];
+  for (std::size_t j = 1; j < row.stage.size(); ++j) {
+    const S* k = rates_row(lanes, row.stage[j], r);
+    const S weight = row.weight[j];
+    for (int l = 0; l < bodies; ++l) slope[l] += weight * k[l];
+  }
+  for (int l = 0; l < bodies; ++l) to[l] = from[l] + h * slope[l];
+}
+
+template <FlightKind kind, class S>
+ATWOOD_INLINE void rotate_stages(int bodies, const FlightSteps<S>& steps, FlightLanes<S>& lanes) {
+  const int stages = steps.weights.stages() - (steps.weights.first_same_as_last ? 1 : 0);
+  for (int i = 0; i < stages; ++i) {
+    if (i > 0) {
+      for (int r = 0; r < 4; ++r) advance<S>(steps.weights.a[i], r, steps.h_s, bodies, lanes.q[r], lanes, lanes.q_stage[r]);
+      for (int r = 0; r < 3; ++r) advance<S>(steps.weights.a[i], 4 + r, steps.h_s, bodies, lanes.half_w[r], lanes, lanes.half_w_stage[r]);
+    }
+    const auto& q_at = i > 0 ? lanes.q_stage : lanes.q;
+    const auto& u_at = i > 0 ? lanes.half_w_stage : lanes.half_w;
+    auto& q_rate = *reinterpret_cast<S(*)[4][flight_lanes]>(rates_row(lanes, i, 0));
+    auto& u_rate = *reinterpret_cast<S(*)[3][flight_lanes]>(rates_row(lanes, i, 4));
+#pragma GCC ivdep
+    for (int l = 0; l < bodies; ++l) {
+      const Vec3<S> u = get(u_at, l);
+      put(attitude_rate(get(q_at, l), u), q_rate, l);
+      put(half_rate_rate<kind>(lanes, u, l), u_rate, l);
+    }
+  }
+  for (int r = 0; r < 4; ++r) advance<S>(steps.weights.b, r, steps.h_s, bodies, lanes.q[r], lanes, lanes.q[r]);
+  for (int r = 0; r < 3; ++r) advance<S>(steps.weights.b, 4 + r, steps.h_s, bodies, lanes.half_w[r], lanes, lanes.half_w[r]);
+#pragma GCC ivdep
+  for (int l = 0; l < bodies; ++l) put(unit(get(lanes.q, l)), lanes.q, l);
+}
+
+template <class S> ATWOOD_INLINE void translate(int bodies, const FlightSteps<S>& steps, FlightLanes<S>& lanes) {
+  const auto& b = steps.weights.b;
+  for (int l = 0; l < bodies; ++l) {
+    const Vec3<S> v = get(lanes.v, l);
+    Vec3<S> slope = scale(b.weight[0], b.stage[0] == 0 ? v : add(v, steps.stage_m_per_s[b.stage[0]]));
+    for (std::size_t j = 1; j < b.stage.size(); ++j)
+      slope = add(slope, scale(b.weight[j], b.stage[j] == 0 ? v : add(v, steps.stage_m_per_s[b.stage[j]])));
+    put(add(get(lanes.p, l), scale(steps.h_s, slope)), lanes.p, l);
+    put(add(v, steps.step_m_per_s), lanes.v, l);
+  }
+}
+
+template <FlightKind kind, class S>
+ATWOOD_INLINE void any_steps(int bodies, const FlightSteps<S>& steps, std::int64_t count, FlightLanes<S>& lanes) {
+  for (std::int64_t n = 0; n < count; ++n) {
+    translate(bodies, steps, lanes);
+    if constexpr (kind != FlightKind::point_mass) rotate_stages<kind>(bodies, steps, lanes);
+  }
+}
+
+template <FlightKind kind, class S>
+void fly_kind(VectorWidth width, int bodies, const FlightSteps<S>& steps, std::int64_t count, FlightLanes<S>& lanes) {
+  at_width(width, [&]() __attribute__((always_inline)) {
+    if (steps.classical) classical_steps<kind>(bodies, steps, count, lanes);
+    else any_steps<kind>(bodies, steps, count, lanes);
+  });
+}
+
+// slope of a constant rate g by a row's weights, in its order
+template <class S> Vec3<S> slope_of(const typename ExplicitWeights<S>::Row& row, const Vec3<S>& g) {
+  Vec3<S> slope = row.weight[0] * g;
+  for (std::size_t j = 1; j < row.weight.size(); ++j) slope += row.weight[j] * g;
+  return slope;
+}
+
+template <class S> bool is_classical(const ExplicitWeights<S>& w) {
+  if (w.stages() != 4 || w.b.stage != std::vector<int>{0, 1, 2, 3}) return false;
+  for (int i = 1; i < 4; ++i)
+    if (w.a[i].stage != std::vector<int>{i - 1}) return false;
+  return w.a[1].weight[0] == S(0.5) && w.a[2].weight[0] == S(0.5) && w.a[3].weight[0] == S(1) && w.b.weight[1] == w.b.weight[2];
+}
+
+}  // namespace
+
+template <class S>
+FlightSteps<S>::FlightSteps(const ExplicitWeights<S>& w) : weights(w), stage_m_per_s(w.a.size()), classical(is_classical(w)) {}
+
+template <class S> void FlightSteps<S>::set(S h, const Vec3<S>& gravity_m_per_s2) {
+  h_s = h;
+  for (int i = 1; i < weights.stages(); ++i) stage_m_per_s[i] = h * slope_of<S>(weights.a[i], gravity_m_per_s2);
+  step_m_per_s = h * slope_of<S>(weights.b, gravity_m_per_s2);
+}
+
+template <class S>
+void fly(VectorWidth width, FlightKind kind, int bodies, const FlightSteps<S>& steps, std::int64_t count, FlightLanes<S>& lanes) {
+  if (kind == FlightKind::about_body_axes) fly_kind<FlightKind::about_body_axes>(width, bodies, steps, count, lanes);
+  else if (kind == FlightKind::about_any_axes) fly_kind<FlightKind::about_any_axes>(width, bodies, steps, count, lanes);
+  else fly_kind<FlightKind::point_mass>(width, bodies, steps, count, lanes);
+}
+
+template struct FlightSteps<float>;
+template struct FlightSteps<double>;
+template void fly(VectorWidth, FlightKind, int, const FlightSteps<float>&, std::int64_t, FlightLanes<float>&);
+template void fly(VectorWidth, FlightKind, int, const FlightSteps<double>&, std::int64_t, FlightLanes<double>&);
+
+}  // namespace atwood

@@ -1,0 +1,45 @@
+// A few bodies in free flight, a body a lane, and the loops that take them through many steps.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "integrators/explicit_weights.hpp"
+#include "math/quat.hpp"
+#include "math/vector_width.hpp"
+
+namespace atwood {
+
+inline constexpr int flight_lanes = 32;  // bodies that march together: what they need fits the nearest cache
+// How a body's inertia stands: along the body axes, in any way; or it does not rotate.
+enum class FlightKind { about_body_axes, about_any_axes, point_mass };
+
+// Body rates are carried halved, as the attitude's rate takes them, and the inverse inertia doubled. Scaling by 2 commutes with
+// every rounding, so the bits stay those of the equations in w, unless a product underflows.
+template <class S> struct FlightLanes {
+  template <int rows> using Rows = S[rows][flight_lanes];
+  Rows<3> p, v, half_w, half_w_stage;
+  Rows<4> q, q_stage;
+  Rows<9> I, twice_I_inverse;
+  std::vector<S> rates;  // of q and half_w, 7 rows a stage
+};
+
+// What the steps have in common. Gravity is the same for all, so a stage's velocity is the step's own plus a constant:
+//   v_i = v + h a_i g    p_new = p + h sum b_i v_i    v_new = v + h sum b_i g
+template <class S> struct FlightSteps {
+  const ExplicitWeights<S>& weights;
+  S h_s{};
+  std::vector<Vec3<S>> stage_m_per_s;  // h a_i g
+  Vec3<S> step_m_per_s{};              // h sum b_i g
+  bool classical = false;              // the tableau is RK4's, for which there is a loop of its own
+
+  explicit FlightSteps(const ExplicitWeights<S>& w);
+  void set(S h, const Vec3<S>& gravity_m_per_s2);
+};
+
+// `count` steps of the first `bodies` lanes. In float and double.
+template <class S>
+void fly(VectorWidth width, FlightKind kind, int bodies, const FlightSteps<S>& steps, std::int64_t count, FlightLanes<S>& lanes);
+
+}  // namespace atwood
