@@ -1,39 +1,22 @@
 // Drift told apart from oscillation: a robust slope, its interval corrected for autocorrelation, the residual's range.
 #include <algorithm>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <optional>
 
 #include "validation/metrics/metrics.hpp"
+#include "validation/metrics/resample.hpp"
+#include "validation/metrics/slope_fit.hpp"
 
 namespace atwood {
 namespace {
 
-constexpr std::size_t kPairsFrom = 500;  // of longer series, about this many samples make the pairs
-
-double median(std::vector<double> x) {
-  if (x.empty()) return 0;
-  const std::size_t half = x.size() / 2;
-  std::nth_element(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(half), x.end());
-  const double upper = x[half];
-  if (x.size() % 2 == 1) return upper;
-  return (upper + *std::max_element(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(half))) / 2;
-}
-
-// Theil 1950, Sen 1968: the median of the slopes of all pairs.
-double theil_sen(std::span<const double> t, std::span<const double> v) {
-  const std::size_t stride = std::max<std::size_t>(1, t.size() / kPairsFrom);
-  std::vector<double> slopes;
-  for (std::size_t i = 0; i < t.size(); i += stride)
-    for (std::size_t j = i + stride; j < t.size(); j += stride)
-      if (t[j] > t[i]) slopes.push_back((v[j] - v[i]) / (t[j] - t[i]));
-  return median(std::move(slopes));
-}
+constexpr double kEfficiency = 0.95;  // of Theil-Sen beside least squares: 0.91 of white residuals, more of correlated ones
 
 std::vector<double> residual(std::span<const double> t, std::span<const double> v, double slope) {
   std::vector<double> r(t.size());
   for (std::size_t i = 0; i < t.size(); ++i) r[i] = v[i] - slope * t[i];
-  const double level = median(r);
+  std::vector<double> sorted = r;
+  const double level = metrics::median_in_place(sorted);
   for (double& x : r) x -= level;
   return r;
 }
@@ -61,40 +44,68 @@ std::optional<double> period(std::span<const double> t, const std::vector<double
   return mean;
 }
 
-double interpolate(std::span<const double> t, std::span<const double> v, double at) {
-  const auto upper = std::upper_bound(t.begin(), t.end(), at);
-  const std::size_t j = std::clamp<std::size_t>(static_cast<std::size_t>(upper - t.begin()), 1, t.size() - 1);
-  const double s = (at - t[j - 1]) / (t[j] - t[j - 1]);
-  return v[j - 1] + s * (v[j] - v[j - 1]);
-}
-
-// Values whole periods apart differ by the drift alone, whatever the shape of the oscillation.
-double whole_period_slope(std::span<const double> t, std::span<const double> v, double period_s) {
-  const double lag = period_s * std::max(1.0, std::floor((t.back() - t.front()) / period_s / 2));
-  std::vector<double> slopes;
-  for (std::size_t i = 0; i < t.size() && t[i] + lag <= t.back(); ++i)
-    slopes.push_back((interpolate(t, v, t[i] + lag) - v[i]) / lag);
-  return median(std::move(slopes));
-}
-
-// Standard error of a slope, residuals correlated from one sample to the next by rho: n (1 - rho) / (1 + rho) of them
-// are worth as much as independent ones (Bartlett 1935), rho corrected for its bias in short series (Kendall 1954).
-double half_width(std::span<const double> t, const std::vector<double>& r, double efficiency) {
-  const double n = static_cast<double>(r.size());
-  double squares = 0, lagged = 0, mean_t = 0, spread_t = 0;
-  for (std::size_t i = 0; i < r.size(); ++i) {
-    squares += r[i] * r[i];
-    if (i > 0) lagged += r[i] * r[i - 1];
-    mean_t += t[i] / n;
+// v = a + b t + sum over k <= K of (c_k cos k w t + s_k sin k w t) by least squares, w = 2 pi / period: what the drift is
+// under an oscillation of any shape, whole periods or not.
+struct Harmonic { double slope = 0, squares = 0; int parameters = 0; std::vector<double> residual; };
+Harmonic fit_harmonics(std::span<const double> t, std::span<const double> v, double period_s) {
+  const std::size_t n = t.size();
+  const double spacing = (t.back() - t.front()) / static_cast<double>(n - 1);
+  const int harmonics = std::clamp(static_cast<int>(std::min(period_s / spacing / 2 - 1, (static_cast<double>(n) - 4) / 6)), 1, 10);
+  const int m = 2 + 2 * harmonics;
+  const auto column = [&](int c, std::size_t i) {
+    if (c == 0) return 1.0;
+    if (c == m - 1) return t[i] - t.front();
+    const double angle = 6.283185307179586 * ((c + 1) / 2) * (t[i] - t.front()) / period_s;
+    return c % 2 == 1 ? std::cos(angle) : std::sin(angle);
+  };
+  std::vector<double> basis(n * static_cast<std::size_t>(m));
+  for (std::size_t i = 0; i < n; ++i)
+    for (int c = 0; c < m; ++c) basis[static_cast<std::size_t>(c) * n + i] = column(c, i);
+  Harmonic fit;
+  fit.parameters = m;
+  fit.residual.assign(v.begin(), v.end());
+  // Gram and Schmidt, each column twice over for its round-off; time comes last, so its coefficient is the slope.
+  for (int c = 0; c < m; ++c) {
+    double* const q = &basis[static_cast<std::size_t>(c) * n];
+    for (int pass = 0; pass < 2; ++pass)
+      for (int b = 0; b < c; ++b) {
+        const double* const other = &basis[static_cast<std::size_t>(b) * n];
+        double dot = 0;
+        for (std::size_t i = 0; i < n; ++i) dot += q[i] * other[i];
+        for (std::size_t i = 0; i < n; ++i) q[i] -= dot * other[i];
+      }
+    double norm = 0, along = 0;
+    for (std::size_t i = 0; i < n; ++i) norm += q[i] * q[i];
+    norm = std::sqrt(norm);
+    for (std::size_t i = 0; i < n; ++i) q[i] = norm > 0 ? q[i] / norm : 0;
+    for (std::size_t i = 0; i < n; ++i) along += q[i] * fit.residual[i];
+    for (std::size_t i = 0; i < n; ++i) fit.residual[i] -= along * q[i];
+    if (c == m - 1 && norm > 0) fit.slope = along / norm;
   }
-  for (double x : t) spread_t += (x - mean_t) * (x - mean_t);
-  if (!(squares > 0) || !(spread_t > 0)) return 0;
-  double rho = lagged / squares;
-  rho = std::clamp(rho + (1 + 4 * rho) / n, 0.0, 0.999);
-  const double independent = std::clamp(n * (1 - rho) / (1 + rho), 3.0, n);
-  const double variance = squares / (n - 2) * n / independent;
-  const double quantile = boost::math::quantile(boost::math::students_t(independent - 2), 0.975);
-  return quantile * std::sqrt(variance / spread_t / efficiency);
+  for (double r : fit.residual) fit.squares += r * r;
+  return fit;
+}
+
+// The period that leaves the least residual, within a quarter of a turn over the whole run of the crossings' estimate:
+// golden section.
+double refined_period(std::span<const double> t, std::span<const double> v, double period_s) {
+  const double reach = 0.25 * period_s * period_s / (t.back() - t.front());
+  double low = period_s - reach, high = period_s + reach;
+  constexpr double kGolden = 0.618033988749895;
+  double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
+  double at_a = fit_harmonics(t, v, a).squares, at_b = fit_harmonics(t, v, b).squares;
+  for (int pass = 0; pass < 18; ++pass) {
+    if (at_a < at_b) {
+      high = b; b = a; at_b = at_a;
+      a = high - kGolden * (high - low);
+      at_a = fit_harmonics(t, v, a).squares;
+    } else {
+      low = a; a = b; at_a = at_b;
+      b = low + kGolden * (high - low);
+      at_b = fit_harmonics(t, v, b).squares;
+    }
+  }
+  return (low + high) / 2;
 }
 
 }  // namespace
@@ -103,20 +114,25 @@ DriftFit fit_drift(std::span<const double> t_s, std::span<const double> value) {
   DriftFit fit;
   for (double v : value) fit.largest = std::max(fit.largest, std::fabs(v));
   if (t_s.size() < 4) return fit;
-  fit.slope_per_s = theil_sen(t_s, value);
-  double efficiency = 0.91;  // of Theil-Sen beside least squares, Gaussian residuals
-  std::vector<double> r = residual(t_s, value, fit.slope_per_s);
+  fit.slope_per_s = metrics::theil_sen(t_s, value);
+  std::vector<double> r = residual(t_s, value, fit.slope_per_s), noise = r;
+  double width_scale = 1, known = 0;
   // A slope that is off shifts the crossings and with them the period: the pair is found by iteration.
-  for (int pass = 0; pass < 4; ++pass) {
-    const auto period_s = period(t_s, r);
-    if (!period_s) break;
-    fit.slope_per_s = whole_period_slope(t_s, value, *period_s);
-    efficiency = 0.48;  // pairs half a run apart: 12/16 of least squares; their median: 2/pi of that
+  for (int pass = 0; pass < 3; ++pass) {
+    const auto crossing = period(t_s, r);
+    if (!crossing || std::fabs(*crossing - known) < 1e-3 * known) break;
+    known = *crossing;
+    fit.period_s = refined_period(t_s, value, *crossing);
+    const Harmonic under = fit_harmonics(t_s, value, fit.period_s);
+    fit.slope_per_s = under.slope + metrics::theil_sen(t_s, under.residual);
+    noise = residual(t_s, under.residual, fit.slope_per_s - under.slope);
+    const double n = static_cast<double>(t_s.size());
+    width_scale = std::sqrt((n - 2) / (n - under.parameters));
     r = residual(t_s, value, fit.slope_per_s);
   }
   const auto [low, high] = std::minmax_element(r.begin(), r.end());
   fit.oscillation = (*high - *low) / 2;
-  fit.half_width_95 = half_width(t_s, r, efficiency);
+  fit.half_width_95 = width_scale * metrics::correlated_half_width(t_s, noise, kEfficiency);
   return fit;
 }
 

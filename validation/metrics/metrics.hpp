@@ -44,9 +44,36 @@ OrderFit fit_order(std::span<const double> h_s, std::span<const double> error, s
 // ---- growth law: bounded, t^1/2, t, t^3/2, t^2, exponential, inconclusive ------------------------------------
 struct GrowthFit { std::string law; double exponent = 0, half_width_95 = 0; std::string reason; };
 GrowthFit fit_growth(std::span<const double> t_s, std::span<const double> error, double floor);
+// At the round-off floor, where one run is one draw: runs[k][i] is the error of run k at t_s[i], at least 32 runs; the
+// law of their root mean square, its interval by bootstrap over the runs.
+GrowthFit fit_growth_ensemble(std::span<const double> t_s, std::span<const std::vector<double>> runs);
+// The law nearest to the exponent wins when it is within 0.2 and the half-width at most 0.2 (the next law is 0.5
+// away); else `inconclusive`, with the reason.
+void name_law(GrowthFit& fit);
+
+// ---- runs without a truth: three steps, Richardson extrapolation, grid convergence index ---------------------
+struct GridLevel { double h_s = 0; std::vector<double> value; };  // a scalar, or a vector whose norm counts
+struct GridConvergence {
+  enum class Kind { monotone, oscillatory, divergent, none } kind = Kind::divergent;  // none: the finest two agree exactly
+  double order = 0;              // negative: the differences grow as h shrinks
+  double index = 0;              // 1.25 |f2 - f1| / (r^p - 1), in the unit of f: the band about the finest value
+  double asymptotic_ratio = 0;   // GCI32 / (r^p GCI21): near 1 in the asymptotic range
+  double difference = 0;         // |f2 - f1|
+  std::vector<double> extrapolated;
+};
+GridConvergence grid_convergence(const GridLevel& fine, const GridLevel& medium, const GridLevel& coarse);
+std::string to_string(GridConvergence::Kind kind);
+
+// ---- tolerance calibration: slope of log error on log rtol (1: proportional), tolerances near the floor left out ------
+struct ToleranceFit { bool conclusive = false; std::string reason; double exponent = 0, half_width_95 = 0; int used = 0; };
+ToleranceFit fit_tolerance(std::span<const double> rtol, std::span<const double> error, std::span<const double> floor);
+
+// ---- chaos: the mean of ln(d_end / d_start) / T over stretches, one after another; stretches 0: too few (9) -----------
+struct LyapunovFit { double exponent_per_s = std::numeric_limits<double>::quiet_NaN(), half_width_95 = 0; int stretches = 0; };
+LyapunovFit fit_lyapunov(std::span<const double> local_exponents);
 
 // ---- drift (slope, 1/s) told apart from oscillation (half range of the residual) ----------------------------
-struct DriftFit { double slope_per_s = 0, half_width_95 = 0, oscillation = 0, largest = 0; };
+struct DriftFit { double slope_per_s = 0, half_width_95 = 0, oscillation = 0, largest = 0, period_s = 0; };  // period 0: none
 DriftFit fit_drift(std::span<const double> t_s, std::span<const double> value);
 
 // What amplifies round-off: growth of a perturbation of the initial state over the run, the perturbation relative to each

@@ -6,49 +6,73 @@
 #include <string>
 
 #include "validation/metrics/metrics.hpp"
+#include "validation/metrics/slope_fit.hpp"
 
 namespace atwood {
 namespace {
 
 constexpr double kFloorFactor = 30;    // rungs nearer than this to the floor measure the floor too
 constexpr double kSlopeChange = 0.2;   // asymptotic: the local slope has settled to this
+constexpr double kWidest = 1;           // a half-width that tells no order from the next one
 constexpr std::size_t kFewest = 4;
 
-// The longest run of rungs, ending at the finest, whose local slopes all lie within kSlopeChange of each other. It always
-// ends at the finest rung above the floor: no rung is left out because the error stopped falling there, so an error that
-// grows as h shrinks shows its negative order.
-std::size_t first_asymptotic(const std::vector<double>& log_h, const std::vector<double>& log_e) {
-  const std::size_t n = log_h.size();
-  const auto slope = [&](std::size_t i) { return (log_e[i + 1] - log_e[i]) / (log_h[i + 1] - log_h[i]); };
-  std::size_t first = n - 2;
-  double least = slope(first), most = least;
+using metrics::fit_line;
+using metrics::Line;
+
+double quantile(double freedom, double p) { return boost::math::quantile(boost::math::students_t(freedom), p); }
+
+// Do the local slopes of these rungs still change? y = a + b x + c x^2 by least squares (centred x, c against its own
+// standard error): from the first local slope to the last they change by 2 c times the distance of the two. A change
+// that is not significant (5 % level; of four rungs, with one degree of freedom, twice the standard error) is the rungs'
+// scatter, not a trend.
+bool slopes_change(std::span<const double> x, std::span<const double> y) {
+  const std::size_t n = x.size();
+  const Line line = fit_line(x, y);
+  // The part of x^2 that no line holds, and the residual's share along it.
+  std::vector<double> squares(n);
+  for (std::size_t i = 0; i < n; ++i) squares[i] = (x[i] - x[0]) * (x[i] - x[0]);
+  const Line of_squares = fit_line(x, squares);
+  double along = 0, norm = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double bend = squares[i] - of_squares.intercept - of_squares.slope * x[i];
+    along += bend * (y[i] - line.intercept - line.slope * x[i]);
+    norm += bend * bend;
+  }
+  const double c = along / norm;
+  const double change = std::fabs(2 * c) * (std::fabs(x[n - 1] + x[n - 2] - x[1] - x[0]) / 2);
+  if (change <= kSlopeChange) return false;
+  const double left = std::max(line.residual_squares - along * c, 0.0);
+  const double freedom = static_cast<double>(n) - 3, limit = n == kFewest ? 2 : quantile(freedom, 0.975);
+  return c * c * norm > limit * limit * left / freedom;
+}
+
+// Does the coarsest rung lie off the line through the others: by a local slope that differs by more than kSlopeChange, and
+// beyond what their scatter explains (externally studentised residual, 1 % level)?
+bool first_departs(std::span<const double> x, std::span<const double> y) {
+  const Line others = fit_line(x.subspan(1), y.subspan(1));
+  const double n = static_cast<double>(x.size() - 1);
+  if (std::fabs((y[1] - y[0]) / (x[1] - x[0]) - others.slope) <= kSlopeChange) return false;
+  double mean = 0, spread = 0;
+  for (double v : x.subspan(1)) mean += v / n;
+  for (double v : x.subspan(1)) spread += (v - mean) * (v - mean);
+  const double variance = others.residual_squares / (n - 2) * (1 + 1 / n + (x[0] - mean) * (x[0] - mean) / spread);
+  const double off = y[0] - others.intercept - others.slope * x[0];
+  const double limit = quantile(n - 2, 0.995);
+  return off * off > limit * limit * variance;
+}
+
+// The window: the finest four rungs, and coarser ones as long as the local slopes stay settled. It always ends at the
+// finest rung above the floor: no rung is left out because the error stopped falling there, so an error that grows as h
+// shrinks shows its negative order. Both tests compare with the scatter of the rungs themselves, whatever its size: so the
+// choice favours no series of small scatter, and the interval covers as it would with the window given.
+std::size_t first_asymptotic(std::span<const double> x, std::span<const double> y) {
+  std::size_t first = x.size() - kFewest;
   while (first > 0) {
-    least = std::min(least, slope(first - 1));
-    most = std::max(most, slope(first - 1));
-    if (most - least > kSlopeChange) break;
+    const auto xs = x.subspan(first - 1), ys = y.subspan(first - 1);
+    if (slopes_change(xs, ys) || first_departs(xs, ys)) break;
     --first;
   }
   return first;
-}
-
-// y = a + b x: b and its 95 % half-width, n - 2 degrees of freedom.
-void fit_line(const std::vector<double>& x, const std::vector<double>& y, double& slope, double& half_width) {
-  const double n = static_cast<double>(x.size());
-  const double mean_x = std::accumulate(x.begin(), x.end(), 0.0) / n;
-  const double mean_y = std::accumulate(y.begin(), y.end(), 0.0) / n;
-  double sxx = 0, sxy = 0;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    sxx += (x[i] - mean_x) * (x[i] - mean_x);
-    sxy += (x[i] - mean_x) * (y[i] - mean_y);
-  }
-  slope = sxy / sxx;
-  double residual = 0;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    const double r = y[i] - mean_y - slope * (x[i] - mean_x);
-    residual += r * r;
-  }
-  const double t = boost::math::quantile(boost::math::students_t(n - 2), 0.975);
-  half_width = t * std::sqrt(residual / (n - 2) / sxx);
 }
 
 }  // namespace
@@ -87,14 +111,18 @@ OrderFit fit_order(std::span<const double> h_s, std::span<const double> error, s
   const std::size_t first = first_asymptotic(log_h, log_e);
   for (std::size_t k = 0; k < first; ++k) fit.left_out[kept[k]] = "pre-asymptotic";
   fit.used.assign(kept.begin() + static_cast<std::ptrdiff_t>(first), kept.end());
-  if (fit.used.size() < kFewest) {
-    fit.reason = "local slopes still change by more than 0.2 at the finest rungs: " + std::to_string(fit.used.size()) +
-                 " rungs in the window, an order needs " + std::to_string(kFewest);
+  const auto xs = std::span(log_h).subspan(first), ys = std::span(log_e).subspan(first);
+  const Line line = fit_line(xs, ys);
+  if (slopes_change(xs, ys)) {
+    fit.reason = "local slopes still change by more than 0.2 at the finest rungs";
     return fit;
   }
-  log_h.erase(log_h.begin(), log_h.begin() + static_cast<std::ptrdiff_t>(first));
-  log_e.erase(log_e.begin(), log_e.begin() + static_cast<std::ptrdiff_t>(first));
-  fit_line(log_h, log_e, fit.order, fit.half_width_95);
+  if (line.half_width_95 > kWidest) {
+    fit.reason = "the finest rungs scatter: a half-width of " + format_measure(line.half_width_95, 0, 2) + " tells no order";
+    return fit;
+  }
+  fit.order = line.slope;
+  fit.half_width_95 = line.half_width_95;
   fit.conclusive = true;
   return fit;
 }

@@ -1,0 +1,101 @@
+// The law by which round-off grows, from an ensemble of runs perturbed in the last place.
+//
+// One run's samples are one draw of a random walk: they tell its path, not its law. The root mean square over many runs
+// does. Brouwer, Astron. J. 46 (1937) 149: unbiased rounding makes the energy walk as t^1/2 and the phase, its integral,
+// as t^3/2; rounding that is biased, as t and t^2.
+#include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+
+#include "validation/metrics/metrics.hpp"
+#include "validation/metrics/resample.hpp"
+#include "validation/metrics/slope_fit.hpp"
+
+namespace atwood {
+namespace {
+
+constexpr std::size_t kFewestRuns = 32, kFewestSamples = 60;
+constexpr int kResamples = 400;
+
+// log of the root mean square over the picked runs, against log t, as a line.
+double exponent(std::span<const std::vector<double>> squares, std::span<const std::size_t> picked, std::span<const double> log_t) {
+  std::vector<double> log_rms(log_t.size(), 0.0);
+  for (std::size_t k : picked)
+    for (std::size_t i = 0; i < log_t.size(); ++i) log_rms[i] += squares[k][i];
+  for (double& v : log_rms) v = 0.5 * std::log(std::max(v, 1e-300));
+  return metrics::fit_line(log_t, log_rms).slope;
+}
+
+// Degrees of freedom of a variance estimated from n values of kurtosis k: Satterthwaite's, 2 / ((k - 3) / n + 2 / (n - 1)).
+// The runs' shares in the exponent have heavy tails: n - 1 would claim too much.
+double freedom(std::span<const double> shares) {
+  const double n = static_cast<double>(shares.size());
+  double mean = 0, second = 0, fourth = 0;
+  for (double s : shares) mean += s / n;
+  for (double s : shares) {
+    second += (s - mean) * (s - mean) / n;
+    fourth += std::pow(s - mean, 4) / n;
+  }
+  if (!(second > 0)) return n - 1;
+  return std::max(3.0, 2 / (std::max(0.0, fourth / (second * second) - 3) / n + 2 / (n - 1)));
+}
+
+}  // namespace
+
+GrowthFit fit_growth_ensemble(std::span<const double> t_s, std::span<const std::vector<double>> runs) {
+  GrowthFit fit;
+  fit.law = "inconclusive";
+  if (runs.size() < kFewestRuns) {
+    fit.reason = std::to_string(runs.size()) + " runs, a law at the floor needs " + std::to_string(kFewestRuns);
+    return fit;
+  }
+  if (t_s.size() < kFewestSamples) {
+    fit.reason = std::to_string(t_s.size()) + " samples, a law needs 60";
+    return fit;
+  }
+  // From a tenth of the run on: before, what the perturbed start left has not yet been outgrown.
+  std::vector<double> log_t;
+  std::vector<std::vector<double>> squares(runs.size());
+  for (std::size_t i = 0; i < t_s.size(); ++i) {
+    const double t = t_s[i] - t_s.front();
+    if (t < 0.1 * (t_s.back() - t_s.front())) continue;
+    log_t.push_back(std::log(t));
+    double sum = 0;
+    for (std::size_t k = 0; k < runs.size(); ++k) {
+      const double e = i < runs[k].size() ? runs[k][i] : std::nan("");
+      squares[k].push_back(e * e);
+      sum += e * e;
+    }
+    if (!(sum > 0) || !std::isfinite(sum)) {
+      fit.reason = sum == 0 ? "all runs agree to the last digit" : "a run is not finite";
+      return fit;
+    }
+  }
+  const std::size_t n = runs.size();
+  std::vector<std::size_t> picked(n);
+  for (std::size_t k = 0; k < n; ++k) picked[k] = k;
+  fit.exponent = exponent(squares, picked, log_t);
+
+  std::vector<double> shares;  // by leaving each run out
+  for (std::size_t k = 0; k < n; ++k) {
+    std::vector<std::size_t> others;
+    for (std::size_t j = 0; j < n; ++j)
+      if (j != k) others.push_back(j);
+    shares.push_back(exponent(squares, others, log_t));
+  }
+  SplitMix64 random{0x42726f77};
+  double mean = 0, squared = 0;
+  for (int r = 0; r < kResamples; ++r) {
+    for (std::size_t& k : picked) k = metrics::draw(random, n);
+    const double e = exponent(squares, picked, log_t) - fit.exponent;
+    mean += e / kResamples;
+    squared += e * e / kResamples;
+  }
+  // A resample of n runs varies as n - 1 of them do.
+  const double error = std::sqrt((squared - mean * mean) * static_cast<double>(n) / static_cast<double>(n - 1));
+  fit.half_width_95 = boost::math::quantile(boost::math::students_t(freedom(shares)), 0.975) * error;
+  name_law(fit);
+  return fit;
+}
+
+}  // namespace atwood

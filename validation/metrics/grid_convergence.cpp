@@ -1,0 +1,72 @@
+// Richardson extrapolation and the grid convergence index from three steps, for runs without a truth.
+//
+// Roache, J. Fluids Eng. 116 (1994) 405; unequal refinement by the fixed point of Celik et al., J. Fluids Eng. 130 (2008)
+// 078001, eq. 5: with e21 = f2 - f1, e32 = f3 - f2 (1 the finest) and s the sign of e32 / e21,
+//
+//     p = |ln |e32 / e21| + ln((r21^p - s) / (r32^p - s))| / ln r21,    f* = f1 - e21 / (r21^p - 1),
+//     GCI = 1.25 |e21| / (r21^p - 1).
+//
+// Here f may be a vector (a body's position): |e| is its norm, and e32 . e21 < 0 is oscillation. The order keeps its sign:
+// differences that grow as h shrinks have a negative one, and no index is made of them.
+#include <cmath>
+
+#include "validation/metrics/metrics.hpp"
+
+namespace atwood {
+
+GridConvergence grid_convergence(const GridLevel& fine, const GridLevel& medium, const GridLevel& coarse) {
+  constexpr double kSafety = 1.25;
+  GridConvergence g;
+  const std::size_t n = fine.value.size();
+  double e21 = 0, e32 = 0, dot = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double d21 = medium.value[i] - fine.value[i], d32 = coarse.value[i] - medium.value[i];
+    e21 += d21 * d21;
+    e32 += d32 * d32;
+    dot += d21 * d32;
+  }
+  e21 = std::sqrt(e21);
+  e32 = std::sqrt(e32);
+  g.difference = e21;
+  const double r21 = medium.h_s / fine.h_s, r32 = coarse.h_s / medium.h_s;
+  if (!std::isfinite(e21) || !std::isfinite(e32) || !(r21 > 1) || !(r32 > 1)) return g;
+  if (e21 == 0 || e32 == 0) {
+    g.kind = GridConvergence::Kind::none;
+    return g;
+  }
+  const double s = dot < 0 ? -1 : 1;
+  // Refinement must pay: with equal ratios that is |e32| > |e21|; else, that the fixed point is positive.
+  double p = std::log(e32 / e21) / std::log(r21);
+  if (r21 != r32 && p > 0) {
+    for (int pass = 0; pass < 100; ++pass) {
+      const double q = std::log((std::pow(r21, p) - s) / (std::pow(r32, p) - s));
+      const double next = std::fabs(std::log(e32 / e21) + q) / std::log(r21);
+      const bool settled = std::fabs(next - p) < 1e-13 * p;
+      p = next;
+      if (settled || !std::isfinite(p)) break;
+    }
+  }
+  g.order = p;
+  if (!(p > 0) || !std::isfinite(p)) {
+    g.kind = GridConvergence::Kind::divergent;
+    return g;
+  }
+  g.kind = s < 0 ? GridConvergence::Kind::oscillatory : GridConvergence::Kind::monotone;
+  const double fine_gain = std::pow(r21, p) - 1, coarse_gain = std::pow(r32, p) - 1;
+  g.index = kSafety * e21 / fine_gain;
+  g.asymptotic_ratio = kSafety * e32 / coarse_gain / (std::pow(r21, p) * g.index);
+  for (std::size_t i = 0; i < n; ++i) g.extrapolated.push_back(fine.value[i] - (medium.value[i] - fine.value[i]) / fine_gain);
+  return g;
+}
+
+std::string to_string(GridConvergence::Kind kind) {
+  switch (kind) {
+    case GridConvergence::Kind::monotone: return "monotone";
+    case GridConvergence::Kind::oscillatory: return "oscillatory";
+    case GridConvergence::Kind::divergent: return "divergent";
+    case GridConvergence::Kind::none: return "no difference";
+  }
+  return "";
+}
+
+}  // namespace atwood

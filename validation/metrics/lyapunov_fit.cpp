@@ -1,0 +1,43 @@
+// The largest Lyapunov exponent from stretches of a twin that is brought back near after each.
+//
+// Benettin, Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980) 9: the mean of ln(d_end / d_start) / T over stretches of
+// length T, each starting where the last ended, along the separation it ended with. Neighbouring stretches are correlated,
+// so the interval comes from the means of ten long blocks of them.
+#include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+#include <vector>
+
+#include "validation/metrics/metrics.hpp"
+
+namespace atwood {
+
+LyapunovFit fit_lyapunov(std::span<const double> local_exponents) {
+  constexpr std::size_t kFewest = 8, kBlocks = 10;
+  LyapunovFit fit;
+  // The first stretches turn the separation into the direction of growth: a tenth of them, at least one, is left out.
+  const std::size_t skipped = std::max<std::size_t>(1, local_exponents.size() / 10);
+  if (local_exponents.size() < skipped + kFewest) return fit;
+  const auto used = local_exponents.subspan(skipped);
+  const double n = static_cast<double>(used.size());
+  double mean = 0;
+  for (double x : used) mean += x / n;
+  // Batch means (Law and Carson 1979): ten long blocks are nearly independent whatever the correlation within them.
+  const std::size_t blocks = std::min(kBlocks, used.size() / 2);
+  std::vector<double> block_means;
+  for (std::size_t b = 0; b < blocks; ++b) {
+    const std::size_t from = b * used.size() / blocks, to = (b + 1) * used.size() / blocks;
+    double sum = 0;
+    for (std::size_t i = from; i < to; ++i) sum += used[i];
+    block_means.push_back(sum / static_cast<double>(to - from));
+  }
+  const double m = static_cast<double>(blocks);
+  double squares = 0;
+  for (double x : block_means) squares += (x - mean) * (x - mean);
+  fit.exponent_per_s = mean;
+  fit.half_width_95 = boost::math::quantile(boost::math::students_t(m - 1), 0.975) * std::sqrt(squares / (m - 1) / m);
+  fit.stretches = static_cast<int>(used.size());
+  return fit;
+}
+
+}  // namespace atwood

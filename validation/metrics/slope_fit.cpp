@@ -1,0 +1,115 @@
+#include "validation/metrics/slope_fit.hpp"
+
+#include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+#include <numeric>
+
+#include "validation/metrics/resample.hpp"
+
+namespace atwood::metrics {
+namespace {
+
+constexpr std::size_t kPairsFrom = 400;
+constexpr int kGrid = 24;
+constexpr double kLeastRho = -0.5, kMostRho = 0.99;
+
+double mean_of(std::span<const double> x) {
+  return std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
+}
+
+struct Candidate { double log_weight = 0, slope_error = 0; };
+
+// One rho: y_i - rho y_(i-1) is white; the first sample enters with weight sqrt(1 - rho^2).
+Candidate at_rho(double rho, std::span<const double> centred, double spread, std::span<const double> y) {
+  const std::size_t n = y.size();
+  double a00 = 0, a01 = 0, a11 = 0, b0 = 0, b1 = 0, c = 0;
+  const auto add = [&](double one, double x, double v) {
+    a00 += one * one; a01 += one * x; a11 += x * x;
+    b0 += one * v; b1 += x * v; c += v * v;
+  };
+  const double first = std::sqrt(1 - rho * rho);
+  add(first, first * centred[0], first * y[0]);
+  for (std::size_t i = 1; i < n; ++i) add(1 - rho, centred[i] - rho * centred[i - 1], y[i] - rho * y[i - 1]);
+  const double determinant = a00 * a11 - a01 * a01;
+  const double slope = (a00 * b1 - a01 * b0) / determinant, level = (a11 * b0 - a01 * b1) / determinant;
+  const double squares = std::max(c - level * b0 - slope * b1, 1e-30 * c);
+  const double freedom = static_cast<double>(n) - 2;
+  double variance = 0, before = 0;  // before: sum over j < i of a_j rho^(i-j-1)
+  for (double x : centred) {
+    const double a = x / spread;
+    variance += a * a + 2 * a * before * rho;
+    before = before * rho + a;
+  }
+  return {0.5 * std::log(1 - rho * rho) - 0.5 * std::log(determinant) - 0.5 * freedom * std::log(squares),
+          std::sqrt(squares / freedom / (1 - rho * rho) * variance)};
+}
+
+}  // namespace
+
+Line fit_line(std::span<const double> x, std::span<const double> y) {
+  Line line;
+  const double n = static_cast<double>(x.size());
+  const double mean_x = mean_of(x), mean_y = mean_of(y);
+  double sxx = 0, sxy = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    sxx += (x[i] - mean_x) * (x[i] - mean_x);
+    sxy += (x[i] - mean_x) * (y[i] - mean_y);
+  }
+  line.slope = sxy / sxx;
+  line.intercept = mean_y - line.slope * mean_x;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double r = y[i] - line.intercept - line.slope * x[i];
+    line.residual_squares += r * r;
+  }
+  if (x.size() < 3) return line;
+  line.standard_error = std::sqrt(line.residual_squares / (n - 2) / sxx);
+  line.half_width_95 = boost::math::quantile(boost::math::students_t(n - 2), 0.975) * line.standard_error;
+  return line;
+}
+
+double theil_sen(std::span<const double> x, std::span<const double> y) {
+  const std::size_t stride = std::max<std::size_t>(1, x.size() / kPairsFrom);
+  std::vector<double> slopes;
+  for (std::size_t i = 0; i < x.size(); i += stride)
+    for (std::size_t j = i + stride; j < x.size(); j += stride)
+      if (x[j] > x[i]) slopes.push_back((y[j] - y[i]) / (x[j] - x[i]));
+  return median_in_place(slopes);
+}
+
+double correlated_half_width(std::span<const double> x, std::span<const double> residual, double efficiency) {
+  if (x.size() < 4) return 0;
+  const double mean = mean_of(x);
+  std::vector<double> centred(x.begin(), x.end());
+  double spread = 0;
+  for (double& v : centred) {
+    v -= mean;
+    spread += v * v;
+  }
+  if (!(spread > 0) || std::all_of(residual.begin(), residual.end(), [](double r) { return r == 0; })) return 0;
+  std::vector<Candidate> candidates;
+  double best = -1e300, widest = 0;
+  for (int g = 0; g < kGrid; ++g) {
+    const double rho = kLeastRho + (kMostRho - kLeastRho) * (g + 0.5) / kGrid;
+    candidates.push_back(at_rho(rho, centred, spread, residual));
+    best = std::max(best, candidates.back().log_weight);
+  }
+  double total = 0;
+  for (Candidate& c : candidates) {
+    c.log_weight = std::exp(c.log_weight - best);  // the weight itself from here on
+    total += c.log_weight;
+  }
+  std::erase_if(candidates, [&](const Candidate& c) { return c.log_weight < 1e-6 * total; });
+  for (const Candidate& c : candidates) widest = std::max(widest, c.slope_error);
+  const boost::math::students_t t(static_cast<double>(x.size()) - 2);
+  double low = 0, high = widest * boost::math::quantile(t, 0.9875);
+  for (int pass = 0; pass < 20; ++pass) {
+    const double half = (low + high) / 2;
+    double outside = 0;
+    for (const Candidate& c : candidates) outside += c.log_weight / total * 2 * boost::math::cdf(complement(t, half / c.slope_error));
+    (outside > 0.05 ? low : high) = half;
+  }
+  return high / std::sqrt(efficiency);
+}
+
+}  // namespace atwood::metrics
