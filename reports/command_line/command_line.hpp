@@ -79,8 +79,8 @@ void make_out_dir(const std::string& path);
 std::function<void(const std::string&)> progress_printer();  // one line that rewrites itself on a terminal
 void end_progress();
 // Methods that take a tolerance and were named without one: a ladder of tolerances besides their equal steps. Globs are
-// spelled out.
-std::vector<std::string> with_tolerances(const std::vector<std::string>& methods, const std::vector<Worker>& workers);
+// spelled out, and last words of ids ("odeint/dopri5"); `notes` gets a sentence on each of the latter.
+std::vector<std::string> with_tolerances(const std::vector<std::string>& methods, const std::vector<Worker>& workers, std::vector<std::string>& notes);
 
 int gate_exit(const std::vector<Verdict>& verdicts);
 

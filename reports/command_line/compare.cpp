@@ -80,7 +80,13 @@ class PairedTimes {
 };
 
 // The rungs of one half of a method's ladders: equal steps, or tolerances.
-struct Half { bool runs = false, same = true; double evaluations = -1, error = -1; };
+struct Half {
+  bool runs = false;
+  std::int64_t fewest_steps = 0, most_steps = 0;
+  double fewest_evaluations = 0, most_evaluations = 0;
+  // Four times the steps, and hardly more work: they were not its steps.
+  bool idle() const { return most_steps >= 4 * fewest_steps && most_evaluations > 0 && most_evaluations < 1.5 * fewest_evaluations; }
+};
 
 // A method that takes a tolerance was run both ways. A half that it refuses is no failure of it, and where equal steps
 // change nothing (it chooses its own, at a tolerance of its own) they are no ladder: the other half stands for it.
@@ -90,10 +96,11 @@ std::vector<Row> without_idle_halves(const std::vector<Row>& rows, const std::ve
     if (row.steps == 0 || row.status != Status::ok || !row.body.empty() || row.t_s) continue;
     Half& half = halves[{row.scenario, method_family(row.method)}];
     half.runs = true;
-    double* known = row.metric == "rate-evaluations" ? &half.evaluations : row.metric == "error-position-end" ? &half.error : nullptr;
-    if (known == nullptr) continue;
-    if (*known >= 0 && *known != row.value) half.same = false;
-    *known = row.value;
+    if (row.metric != "rate-evaluations") continue;
+    half.fewest_steps = half.fewest_steps == 0 ? row.steps : std::min(half.fewest_steps, row.steps);
+    half.most_steps = std::max(half.most_steps, row.steps);
+    half.fewest_evaluations = half.fewest_evaluations == 0 ? row.value : std::min(half.fewest_evaluations, row.value);
+    half.most_evaluations = std::max(half.most_evaluations, row.value);
   }
   const auto is_idle = [&](const Row& row) {
     const std::string family = method_family(row.method);
@@ -104,7 +111,7 @@ std::vector<Row> without_idle_halves(const std::vector<Row>& rows, const std::ve
     const auto twin = halves.find({row.scenario, other});
     if (twin == halves.end() || !twin->second.runs) return false;
     const auto own = halves.find({row.scenario, family});
-    return own == halves.end() || !own->second.runs || (!tolerance && own->second.same);
+    return own == halves.end() || !own->second.runs || (!tolerance && own->second.idle());
   };
   std::vector<Row> kept;
   std::set<std::string> said;
@@ -117,15 +124,14 @@ std::vector<Row> without_idle_halves(const std::vector<Row>& rows, const std::ve
 
 // What was added to what was asked for.
 void note_tolerances(const std::vector<std::string>& asked, const std::vector<std::string>& run, std::vector<std::string>& notes) {
-  std::map<std::string, std::pair<std::string, std::string>> ends;  // family: first and last
+  std::set<std::string> seen;
+  std::string families;
   for (const auto& method : run) {
     const std::string family = method_family(method);
-    if (family == method || std::find(asked.begin(), asked.end(), method) != asked.end()) continue;
-    auto& [first, last] = ends[family];
-    if (first.empty()) first = method;
-    last = method;
+    if (family == method || std::find(asked.begin(), asked.end(), method) != asked.end() || !seen.insert(family).second) continue;
+    families += (families.empty() ? "" : ", ") + family;
   }
-  for (const auto& [family, pair] : ends) notes.push_back(fmt::format("{}: it takes a tolerance and was named without one; run from {} to {}.", family, pair.first, pair.second));
+  if (!families.empty()) notes.push_back(families + ": named without a tolerance and taking one; run at 1e-4, 1e-5 .. 1e-13 each.");
 }
 
 void write_documents(const Options& options, const ReportData& data) {
@@ -145,7 +151,8 @@ int command_compare(const Place& place, const Options& options) {
   if (chosen.scenarios.empty()) chosen.scenarios = {"kepler-e0.6"};
   chosen.whole_ladders = chosen.steps.empty();
   const std::vector<Worker> workers = require_workers(place, options);
-  chosen.methods = with_tolerances(options.methods, workers);
+  std::vector<std::string> notes;
+  chosen.methods = with_tolerances(options.methods, workers, notes);
   const Selection selection = select_cells(place, chosen);
   make_out_dir(options.out_dir);
   StudyOptions how = study_options(place, options);
@@ -153,7 +160,6 @@ int command_compare(const Place& place, const Options& options) {
   StudyResult result = run_study(selection.cells, selection.workers, how);
   end_progress();
   if (result.interrupted) return 128 + result.signal;
-  std::vector<std::string> notes;
   note_tolerances(options.methods, chosen.methods, notes);
   result.rows = without_idle_halves(result.rows, options.methods, notes);
   ReportData data = assemble_report(place, chosen, selection, result, {});

@@ -23,6 +23,8 @@ char letter(std::size_t index) {
 }
 
 std::string fit_to(const std::string& text, std::size_t width) { return text.size() <= width ? text : text.substr(0, width - 3) + "..."; }
+// Of a long id the end tells most.
+std::string fit_id(const std::string& id, std::size_t width) { return id.size() <= width ? id : "..." + id.substr(id.size() - width + 3); }
 
 std::string plot(const std::vector<WorkCurve>& curves, const Letters& letters, const std::string& metric, const std::string& unit, int width) {
   const bool timed = std::any_of(curves.begin(), curves.end(), [](const WorkCurve& curve) {
@@ -112,7 +114,7 @@ std::string cheapest_table(const Dominance& table, const Letters& letters) {
                                  norm_words(table.metric), table.unit);
   for (const Contest& contest : table.by_error) {
     const Reached& best = contest.ranked.front();
-    text += fmt::format("    {:<6.0e} {}  {:<24} {:>8}{} {}\n", contest.asked, letters.at(best.family), fit_to(best.family, 24), cost_words(best.cost, table.cost),
+    text += fmt::format("    {:<6.0e} {}  {:<24} {:>8}{} {}\n", contest.asked, letters.at(best.family), fit_id(best.family, 24), cost_words(best.cost, table.cost),
                         mark(best), over_next(contest, letters));
   }
   return table.by_error.empty() ? "" : text;
@@ -124,7 +126,7 @@ std::string budget_table(const Dominance& table, const Letters& letters) {
   for (const Contest& contest : table.by_budget) {
     const Reached& best = contest.ranked.front();
     const std::string next = contest.ranked.size() < 2 ? "alone" : fmt::format("next {}: {:.2g}", letters.at(contest.ranked[1].family), contest.ranked[1].error);
-    text += fmt::format("    {:>8} {}  {:<24} {:>8.2g}{} {:<11} {}\n", cost_words(contest.asked, table.cost), letters.at(best.family), fit_to(best.family, 24), best.error,
+    text += fmt::format("    {:>8} {}  {:<24} {:>8.2g}{} {:<11} {}\n", cost_words(contest.asked, table.cost), letters.at(best.family), fit_id(best.family, 24), best.error,
                         mark(best), rung_words(best.method, best.steps), next);
   }
   return text;
@@ -136,7 +138,7 @@ std::string stable_table(const Dominance& table, const Letters& letters, double 
     const std::string where = !range.stable ? "nowhere on this ladder"
                               : range.first.h_s > 0 ? fmt::format("{} steps (h = {:.3g} s), error {:.2g}", range.first.steps, t_end_s / static_cast<double>(range.first.steps), known_error(range.first))
                                                     : fmt::format("{}, error {:.2g}", rung_words(range.first.method, range.first.steps), known_error(range.first));
-    text += fmt::format("    {}  {:<24} {}\n", letters.at(range.family), fit_to(range.family, 24), where);
+    text += fmt::format("    {}  {:<24} {}\n", letters.at(range.family), fit_id(range.family, 24), where);
     std::vector<FailedRung> unstable;
     std::copy_if(range.failed.begin(), range.failed.end(), std::back_inserter(unstable),
                  [](const FailedRung& rung) { return rung.status == Status::diverged || rung.status == Status::not_finite; });

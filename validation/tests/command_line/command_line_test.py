@@ -99,7 +99,7 @@ class Comparing(Case):
         result = self.expect(self.run_in("compare", "atwood/rk4", "atwood/dopri5", "cvode/adams", "--scenario", "kepler-e0.6",
                                          "--no-timing"), 0, "evaluations of the equations of motion", "cheapest for a wanted error",
                              "a  atwood/rk4", "atwood/dopri5:tol", "tol 1e-13", "cvode/adams chooses its own steps",
-                             "named without one", "stable from", "compare.html")
+                             "named without a tolerance", "stable from", "compare.html")
         self.assertNotIn("\x1b", result.stdout + result.stderr)
         for line in result.stdout.splitlines():
             if not line.startswith(("cvode", "atwood", "kepler")):  # notes and titles wrap by themselves
@@ -123,6 +123,13 @@ class Comparing(Case):
         self.assertFalse(os.path.exists(self.path("atwood-out/compare.html")))
         with open(self.path("mine.md")) as file:
             self.assertIn("Who is cheapest", file.read())
+
+    def test_a_last_word_names_a_method(self):
+        result = self.run_in("compare", "odeint/dopri5", "atwood/rk4", "--scenario", "kepler-e0", "--no-timing")
+        if "no engine" in result.stderr or "not built" in result.stdout + result.stderr:
+            return  # that library is not here
+        self.expect(result, 0, "taken as odeint/runge_kutta_dopri5", "odeint/controlled/runge_kutta_dopri5 chooses its own steps",
+                    "dopri5:tol")
 
     def test_a_method_that_cannot_run_the_scene_is_a_line(self):
         self.expect(self.run_in("compare", "atwood/rk4", "bullet64/tuned", "--scenario", "kepler-e0", "--scenario", "lorenz", "--no-timing"),
