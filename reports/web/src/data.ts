@@ -45,12 +45,14 @@ export interface Rows {
   metric: number[]; unit: number[]; value: Loose[]; truth_bar: Loose[]; status: number[]; reason: number[];
   settings_hash: number[]; engine_version: number[];
 }
+export interface AuditProblem { scenario: string; verdict: string; order: Loose; half_width_95: Loose; quantity: string; reason: string }
+export interface AuditFinding { method: string; claim: string; claimed: Loose; verdict: string; problems: AuditProblem[] }
 export interface Report {
   title: string; command: string; left_out: string; provenance: Record<string, string>;
   verdicts: Verdict[]; laws: Law[]; scenarios: Scenario[]; engines: Engine[];
   missing_engines: { name: string; reason: string }[];
   metrics: { name: string; unit: string; definition: string }[];
-  bench: Bench[]; dominance: Dominance[]; goals: Goal[]; notes: string[]; rows: Rows; series: { instants: Loose[][]; runs: Run[] }; strings: Strings;
+  bench: Bench[]; dominance: Dominance[]; goals: Goal[]; audit?: AuditFinding[]; notes: string[]; rows: Rows; series: { instants: Loose[][]; runs: Run[] }; strings: Strings;
 }
 
 export async function readReport(): Promise<Report> {
@@ -102,10 +104,10 @@ export function unitWord(unit: string): string { return unit === '1' ? '' : unit
 export function isAdaptive(method: string): boolean { return /:[^+@{]/.test(method); }
 export function engineOf(method: string): string { return method.split('/')[0]; }
 
-function quoted(text: string): string {
+export function shellWord(text: string): string {
   return /^[\w@%+=:,./-]+$/.test(text) ? text : `'${text.replace(/'/g, `'\\''`)}'`;
 }
 export function rerunCommand(scenario: string, method: string, steps: number): string {
   const at = steps > 0 ? ` --steps ${steps}` : '';
-  return `./atwood run --scenario ${quoted(scenario)} --method ${quoted(method)}${at}`;
+  return `./atwood run --scenario ${shellWord(scenario)} --method ${shellWord(method)}${at}`;
 }

@@ -1,0 +1,41 @@
+// The library audit: what a library claims of its methods beside what they do, problem by problem.
+import { AuditFinding, AuditProblem, Report, figure, real, shellWord } from './data';
+import { Child, copyButton, h, section } from './dom';
+import { Column, smallTable } from './table';
+
+const words: Record<string, string> = { 'as claimed': 'pass', lower: 'fail', higher: 'higher', inconclusive: 'inconclusive', unsupported: 'unsupported' };
+const rank = ['lower', 'higher', 'inconclusive', 'as claimed', 'unsupported'];
+
+function executed(problem: AuditProblem | undefined): Child {
+  if (!problem) return '';
+  if (problem.verdict === 'unsupported') return h('span', { class: 'soft', title: problem.reason }, 'unsupported');
+  const order = real(problem.order);
+  if (!Number.isFinite(order)) return h('span', { class: 'soft', title: problem.reason }, 'inconclusive');
+  const text = `${(Math.abs(order) < 0.005 ? 0 : order).toFixed(2)} \u00b1 ${figure(real(problem.half_width_95), 2)}${problem.quantity === 'velocity' ? ' (velocity)' : ''}`;
+  return h('span', { title: problem.reason }, problem.verdict === 'lower' || problem.verdict === 'higher' ? h('b', {}, text) : text);
+}
+
+function findingsTable(report: Report, findings: AuditFinding[], label: string): HTMLElement {
+  const scenarios = [...new Set(report.audit!.flatMap((f) => f.problems.map((p) => p.scenario)))].sort();
+  const of = (finding: AuditFinding, scenario: string) => finding.problems.find((p) => p.scenario === scenario);
+  const columns: Column<AuditFinding>[] = [
+    { name: 'verdict', value: (f) => rank.indexOf(f.verdict), cell: (f) => h('span', { class: `badge ${words[f.verdict] ?? ''}` }, f.verdict) },
+    { name: 'method', value: (f) => f.method },
+    { name: 'claimed', number: true, value: (f) => real(f.claimed), cell: (f) => h('span', { title: f.claim }, String(f.claimed)) },
+    ...scenarios.map((scenario): Column<AuditFinding> => ({ name: scenario, number: true, value: (f) => real(of(f, scenario)?.order), cell: (f) => executed(of(f, scenario)) })),
+    { name: 'evidence', value: () => '', cell: (f) => copyButton(`./atwood describe ${shellWord(f.method)} --program`) },
+  ];
+  return smallTable(columns, findings, label);
+}
+
+export function audit(report: Report): HTMLElement | null {
+  const all = report.audit ?? [];
+  if (!all.length) return null;
+  const sorted = [...all].sort((a, b) => rank.indexOf(a.verdict) - rank.indexOf(b.verdict));
+  const found = sorted.filter((f) => f.verdict !== 'as claimed'), rest = sorted.filter((f) => f.verdict === 'as claimed');
+  const count = (verdict: string) => all.filter((f) => f.verdict === verdict).length;
+  return section('audit', `Library audit: ${count('lower')} of ${all.length} methods below their claim`,
+    h('p', { class: 'hint' }, 'Order in the step, claimed by the library beside executed on the reference\u2019s own equations, with its 95 % interval; the window and what was left out show on the figure. A whole order within 0.25 counts as that order; position\u2019s, or velocity\u2019s where position is inconclusive. Evidence: a program with nothing of Atwood in it.'),
+    found.length ? findingsTable(report, found, 'Methods that do not show what they claim') : null,
+    h('details', {}, h('summary', {}, `${rest.length} methods as claimed`), findingsTable(report, rest, 'Methods as claimed')));
+}
