@@ -39,13 +39,13 @@ const Entry entries[] = {
      "Tsitouras's pair, which meets the first column simplifying assumption alone; its interpolant is a smooth one of our own, "
      "the paper's is not smooth.",
      "Tsitouras, Comput. Math. Appl. 62 (2011) 770, table 1"},
-    {"verner6", &verner6_tableau, "Verner's \"most efficient\" pair of orders 6 and 5.",
+    {"verner6", &verner6_tableau, "Verner's \"most robust\" pair of orders 6 and 5.",
      "Verner, Numer. Algorithms 53 (2010) 383, and the tables on his pages"},
     {"rkf78", &fehlberg78_tableau,
      "Fehlberg's pair: the order-7 result advances, the order-8 one judges the step. The estimate is 0 where the rate depends "
      "on t alone.",
      "Fehlberg, NASA TR R-287 (1968), table X"},
-    {"verner8", &verner8_tableau, "Verner's \"most efficient\" pair of orders 8 and 7.",
+    {"verner8", &verner8_tableau, "Verner's \"most robust\" pair of orders 8 and 7.",
      "Verner, Numer. Algorithms 53 (2010) 383, and the tables on his pages"},
     {"dop853", &dormand_prince853_tableau,
      "Dormand and Prince's method of order 8 with Hairer's estimates of orders 5 and 3, which combine to one of order 7: e = e5^2 "
