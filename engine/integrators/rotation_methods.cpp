@@ -25,12 +25,12 @@ const std::string exact =
 
 struct Split { const char* scheme; const char* composition; FreeTop top; };
 const Split splits[] = {{"free-top2", "leapfrog-kdk", FreeTop::splitting},
-                        {"free-top4", "blanes-moan4", FreeTop::splitting},
+                        {"free-top4", "blanes-moan4-kicks-first", FreeTop::splitting},
                         {"free-top6", "blanes-moan6", FreeTop::splitting},
                         {"moser-veselov", "leapfrog-kdk", FreeTop::moser_veselov},
                         {"implicit-midpoint-so3", "leapfrog-kdk", FreeTop::midpoint},
                         {"jacobi2", "leapfrog-kdk", FreeTop::exact},
-                        {"jacobi4", "blanes-moan4", FreeTop::exact}};
+                        {"jacobi4", "blanes-moan4-kicks-first", FreeTop::exact}};
 
 }  // namespace
 
@@ -46,7 +46,7 @@ std::vector<MethodInfo> rotation_methods() {
                  "Celledoni, Marthinsen, Owren, Future Gener. Comput. Syst. 19 (2003) 341"),
       fixed_step("free-top2", claims_everywhere(2), "The symmetric splitting of the free top." + between_kicks + splitting,
                  splitting_source),
-      fixed_step("free-top4", claims_everywhere(4), "Blanes and Moan's S6 of the split free top and its adjoint." + splitting,
+      fixed_step("free-top4", claims_everywhere(4), "Blanes and Moan's S6, kicks first, of the split free top and its adjoint." + splitting,
                  splitting_source + "; Blanes, Moan, J. Comput. Appl. Math. 142 (2002) 313"),
       fixed_step("free-top6", claims_everywhere(6), "Blanes and Moan's S10 of the split free top and its adjoint." + splitting,
                  splitting_source + "; Blanes, Moan, J. Comput. Appl. Math. 142 (2002) 313"),
@@ -60,7 +60,7 @@ std::vector<MethodInfo> rotation_methods() {
                  "energy and its angular momentum in the world to round-off." + between_kicks,
                  "Austin, Krishnaprasad, Wang, J. Comput. Phys. 107 (1993) 105"),
       fixed_step("jacobi2", claims_everywhere(2), "Kick, rotate and drift, kick." + exact, exact_source),
-      fixed_step("jacobi4", claims_everywhere(4), "Blanes and Moan's S6 of kicks and drifts." + exact,
+      fixed_step("jacobi4", claims_everywhere(4), "Blanes and Moan's S6 of kicks and drifts, kicks first." + exact,
                  exact_source + "; Blanes, Moan, J. Comput. Appl. Math. 142 (2002) 313")};
 }
 

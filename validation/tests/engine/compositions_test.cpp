@@ -123,7 +123,8 @@ TEST_CASE("stages a step") {
   CHECK(kicks("blanes-moan4") == 6);
   CHECK(kicks("yoshida6") == 7);
   CHECK(kicks("kahan-li6") == 9);
-  CHECK(kicks("blanes-moan6") == 10);
+  CHECK(kicks("blanes-moan6") == 11);
+  CHECK(kicks("blanes-moan4-kicks-first") == 7);
   CHECK(kicks("yoshida8") == 15);
   CHECK(kicks("kahan-li8") == 17);
   CHECK(kicks("suzuki6") == 25);
