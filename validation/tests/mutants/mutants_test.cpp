@@ -17,7 +17,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-struct Mutant { std::string name, fault, scenario, method, metric; };
+// `motion`: the class of motion whose claimed order the gate is about (claims.toml); empty: the gate has its own numbers.
+struct Mutant { std::string name, fault, scenario, method, metric, motion; };
 
 // The head of a patch: lines "# key: value" before the difference itself.
 Mutant read_head(const fs::path& path) {
@@ -27,7 +28,7 @@ Mutant read_head(const fs::path& path) {
     const auto colon = line.find(": ");
     if (colon != std::string::npos) head[line.substr(2, colon - 2)] = line.substr(colon + 2);
   }
-  return {path.stem().string(), head.at("fault"), head.at("scenario"), head.at("method"), head.at("metric")};
+  return {path.stem().string(), head.at("fault"), head.at("scenario"), head.at("method"), head.at("metric"), head["motion"]};
 }
 
 std::vector<Mutant> all_mutants() {
@@ -41,6 +42,18 @@ std::vector<Mutant> all_mutants() {
   return mutants;
 }
 
+// What the sound engine's method claims.
+std::vector<Claim> claims_of(const Mutant& mutant) {
+  if (mutant.motion.empty()) return {};
+  const auto workers = find_workers({ATWOOD_BIN_DIR "/atwood-engine"});
+  const std::string base = mutant.method.substr(0, mutant.method.find('@'));
+  for (const auto& info : workers.at(0).engine.methods) {
+    if (info.id == base) return {{mutant.scenario, mutant.method, mutant.motion, info.claimed_order.at(mutant.motion)}};
+  }
+  FAIL("no method " << base);
+  return {};
+}
+
 std::vector<Gate> gates_naming(const Mutant& mutant) {
   std::vector<Gate> named;
   for (const auto& entry : fs::directory_iterator(ATWOOD_SOURCE_DIR "/validation/gates")) {
@@ -52,7 +65,7 @@ std::vector<Gate> gates_naming(const Mutant& mutant) {
       }
     }
   }
-  return named;
+  return gates_of_claims(named, claims_of(mutant));
 }
 
 const Truth& truth_of(const Scenario& scenario) {
