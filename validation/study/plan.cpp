@@ -76,6 +76,12 @@ double claimed_order(const StudyCells& cells, const Offer& offer) {
   return found == offer.info->claimed_order.end() ? 0 : found->second;
 }
 
+bool excepted(const StudyCells& cells, const Offer& offer) {
+  if (offer.info == nullptr) return false;
+  return std::any_of(cells.except.begin(), cells.except.end(),
+                     [&](const std::string& pattern) { return glob_match(pattern, offer.info->id); });
+}
+
 bool claims(const StudyCells& cells, const Offer& offer) {
   if (cells.claim.empty()) return true;
   const double order = claimed_order(cells, offer);
@@ -165,7 +171,7 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
     std::vector<Offer> offers;
     for (const std::string& pattern : cells.methods) {
       for (Offer& offer : expand(pattern, workers)) {
-        if (claims(cells, offer)) offers.push_back(std::move(offer));
+        if (claims(cells, offer) && !excepted(cells, offer)) offers.push_back(std::move(offer));
       }
     }
     for (const Scenario& scenario : catalogue) {

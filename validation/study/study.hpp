@@ -23,6 +23,7 @@ struct StudyCells {
   std::map<std::string, std::vector<SettingValue>> sweep = {};
   std::string claim = {};                        // a class of motion: only methods that claim an order in it
   double least_order = 0, most_order = 1e9;      // ... and that order within these
+  std::vector<std::string> except = {};          // globs over base ids: left out of what `methods` takes in
 };
 struct Study { std::string id; std::vector<StudyCells> cells; };
 Study read_study(const std::string& path);       // InputError

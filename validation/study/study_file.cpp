@@ -96,10 +96,11 @@ struct StudyFile {
   StudyCells cells(const toml::node& node) const {
     const toml::table* table = node.as_table();
     if (!table) refuse(node.source(), "expected [[cells]] to be tables");
-    check_keys(*table, std::array{"scenarios", "methods", "steps", "repeats", "sweep", "timing", "claim", "orders"}, "[[cells]]");
+    check_keys(*table, std::array{"scenarios", "methods", "steps", "repeats", "sweep", "timing", "claim", "orders", "except"}, "[[cells]]");
     StudyCells cells;
     cells.scenarios = strings(*table, "scenarios");
     cells.methods = strings(*table, "methods");
+    if (table->get("except")) cells.except = strings(*table, "except");
     for (const std::string& method : cells.methods) {
       if (method.find_first_of("*?") != std::string::npos) continue;
       try {

@@ -101,10 +101,15 @@ TEST_CASE("cells of a claim: only methods that claim an order in that class of m
   CHECK(planned[0].claim == "point-mass");
   CHECK(planned[0].claimed_order == 4);
   CHECK(planned[0].repeats == 0);
+  cells.except = {"demo/?"};
+  CHECK(plan(cells, workers).empty());
+  cells.except = {"demo/b"};
+  CHECK(plan(cells, workers).size() == 1);
   cells.claim = "rotation";
   CHECK(plan(cells, workers).empty());
 
-  const Study study = read("id = 'x'\n[[cells]]\nscenarios = ['a']\nmethods = ['b/c']\nclaim = 'rotation'\norders = [2, 3]\ntiming = false\n");
+  const Study study = read("id = 'x'\n[[cells]]\nscenarios = ['a']\nmethods = ['b/*']\nexcept = ['b/d*']\nclaim = 'rotation'\norders = [2, 3]\ntiming = false\n");
+  CHECK(study.cells[0].except == std::vector<std::string>{"b/d*"});
   CHECK(study.cells[0].claim == "rotation");
   CHECK(study.cells[0].most_order == 3);
   CHECK(study.cells[0].repeats == 0);
