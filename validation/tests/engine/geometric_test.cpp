@@ -1,7 +1,5 @@
 // Compositions and rotation methods in motion: executed order, symmetry, what they keep, and the exact free top.
 #include <catch2/catch.hpp>
-#include <cstdlib>
-#include <functional>
 
 #include "rigid/free_top.hpp"
 #include "scenes.hpp"
@@ -73,8 +71,6 @@ void check_orders(const std::vector<std::string>& schemes, const Scene& scene, d
     const std::int64_t steps = order > 6 ? 2 * base : order > 4 ? 4 * base : order > 2 ? 16 * base : 128 * base;
     const double coarse = apart(end_of(scheme, scene, t_end_s, steps, "quad"), truth);
     const double fine = apart(end_of(scheme, scene, t_end_s, 2 * steps, "quad"), truth);
-    if (std::getenv("ATWOOD_SHOW") != nullptr)
-      std::printf("  %-24s %4lld steps  error %.2e  order %.3f\n", scheme.c_str(), static_cast<long long>(2 * steps), fine, std::log2(coarse / fine));
     INFO(scheme << ", " << 2 * steps << " steps: " << fine);
     CHECK(std::log2(coarse / fine) == Approx(order).margin(0.15));
   }
