@@ -21,6 +21,8 @@ add_library(atwood_engine STATIC
   forces/drive.cpp
   forces/gravity_many.cpp
   forces/gravity_pairs.cpp
+  forces/gravity_tree.cpp
+  forces/gravity_tree_build.cpp
   forces/linear_drag.cpp
   forces/lorentz.cpp
   forces/mutual_gravity.cpp
