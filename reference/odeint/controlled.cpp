@@ -1,6 +1,8 @@
 // Forms with error control: controlled and dense-output Runge-Kutta, Bulirsch-Stoer.
 #include <boost/numeric/odeint/stepper/bulirsch_stoer.hpp>
 #include <boost/numeric/odeint/stepper/bulirsch_stoer_dense_out.hpp>
+#include <boost/numeric/odeint/stepper/adaptive_adams_bashforth_moulton.hpp>
+#include <boost/numeric/odeint/stepper/controlled_adams_bashforth_moulton.hpp>
 #include <boost/numeric/odeint/stepper/controlled_runge_kutta.hpp>
 #include <boost/numeric/odeint/stepper/dense_output_runge_kutta.hpp>
 #include <boost/numeric/odeint/stepper/generation.hpp>
@@ -36,6 +38,13 @@ std::unique_ptr<stepping::Stepper<S>> make_bulirsch_stoer(const stepping::Equati
 template <class S>
 std::unique_ptr<stepping::Stepper<S>> make_bulirsch_stoer_dense(const stepping::Equations<S>& equations, const std::vector<S>& y, S h_s, const Choice& choice) {
   return by_dense_output<S>(System<S>{&equations}, lib::bulirsch_stoer_dense_out<std::vector<S>, S>(S(choice.atol), S(choice.rtol)), y, h_s);
+}
+
+// Variable step and order, at most `steps`; its default step adjuster takes an absolute and a relative tolerance.
+template <class S>
+std::unique_ptr<stepping::Stepper<S>> make_adams(const stepping::Equations<S>& equations, const std::vector<S>& y, S h_s, const Choice& choice) {
+  using Odeint = lib::controlled_adams_bashforth_moulton<lib::adaptive_adams_bashforth_moulton<5, std::vector<S>, S>>;
+  return by_trial<S>(System<S>{&equations}, Odeint(typename Odeint::step_adjuster_type(choice.atol, choice.rtol)), y, h_s);
 }
 
 template <template <class> class Of>
@@ -83,6 +92,13 @@ void add_controlled(std::vector<Entry>& all) {
   dense.in_double = make_dense<double, Dopri5<double>>;
   dense.in_long_double = make_dense<long double, Dopri5<long double>>;
   all.push_back(dense);
+  Entry adams = bulirsch_stoer(false);
+  adams.name = "controlled/adaptive_adams_bashforth_moulton5";
+  adams.type = "controlled_adams_bashforth_moulton<adaptive_adams_bashforth_moulton<5, state, real>>(step_adjuster(atol, rtol))";
+  adams.doc = "Adams-Bashforth-Moulton in divided differences of at most 5 steps with odeint's default control of step and order.";
+  adams.in_double = make_adams<double>;
+  adams.in_long_double = make_adams<long double>;
+  all.push_back(adams);
   all.push_back(bulirsch_stoer(false));
   all.push_back(bulirsch_stoer(true));
 }
