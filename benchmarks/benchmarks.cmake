@@ -17,5 +17,10 @@ atwood_bench(cvode cvode/cvode.hpp cvode_engine atwood_cvode)
 atwood_bench(bullet64 bullet/bullet.hpp bullet_engine atwood_bullet64)
 atwood_bench(bullet32 bullet/bullet.hpp bullet_engine atwood_bullet32)
 atwood_bench(ode ode/ode.hpp ode_engine atwood_ode)
-add_custom_target(benches DEPENDS atwood-bench-engine atwood-bench-cvode atwood-bench-bullet64 atwood-bench-bullet32
+
+add_executable(atwood-bench-scaling EXCLUDE_FROM_ALL ${PROJECT_SOURCE_DIR}/benchmarks/scaling.cpp)
+target_link_libraries(atwood-bench-scaling PRIVATE atwood_engine atwood_metrics atwood_scene benchmark::benchmark)
+target_include_directories(atwood-bench-scaling PRIVATE ${PROJECT_SOURCE_DIR})
+set_target_properties(atwood-bench-scaling PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+add_custom_target(benches DEPENDS atwood-bench-engine atwood-bench-scaling atwood-bench-cvode atwood-bench-bullet64 atwood-bench-bullet32
                   atwood-bench-ode)

@@ -9,6 +9,7 @@
 #include <memory>
 
 #include ATWOOD_ENGINE_HEADER
+#include "benchmarks/free_flight_scene.hpp"
 #include "protocol/method.hpp"
 #include "scene/files.hpp"
 
@@ -81,10 +82,32 @@ void register_all(const std::shared_ptr<Engine>& engine) {
   }
 }
 
+// Free flight of many bodies in the rivals, beside scaling.cpp's: scaling/ENGINE/free-flight/N.
+void register_scaling(const std::shared_ptr<Engine>& engine) {
+  if (engine->name != "ode" && engine->name != "bullet64" && engine->name != "bullet32") return;
+  for (const int bodies : {1, 100, 1000, 10000, 100000}) {
+    Scenario scenario;
+    scenario.id = "free-flight";
+    scenario.t_end_s = 1;
+    scenario.samples = 1;
+    const std::int64_t steps = std::max<std::int64_t>(5, 200000 / bodies);
+    const auto run = [engine, scenario, steps, bodies](benchmark::State& state) mutable {
+      if (scenario.scene.bodies.empty()) scenario.scene = free_flight_scene(bodies);
+      step(state, *engine, parse_method_id(engine->name + "/default"), scenario, steps);
+      state.counters["ns_per_body_step"] = state.counters["ns_per_step"].value / bodies;
+    };
+    benchmark::RegisterBenchmark(("scaling/" + engine->name + "/free-flight/" + std::to_string(bodies)).c_str(), run)
+        ->UseManualTime()
+        ->MinTime(0.005);
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  register_all(std::make_shared<Engine>(atwood::ATWOOD_ENGINE_FACTORY()));
+  const auto engine = std::make_shared<Engine>(atwood::ATWOOD_ENGINE_FACTORY());
+  register_all(engine);
+  register_scaling(engine);
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
   benchmark::RunSpecifiedBenchmarks();

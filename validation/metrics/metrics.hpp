@@ -72,6 +72,15 @@ ToleranceFit fit_tolerance(std::span<const double> rtol, std::span<const double>
 struct LyapunovFit { double exponent_per_s = std::numeric_limits<double>::quiet_NaN(), half_width_95 = 0; int stretches = 0; };
 LyapunovFit fit_lyapunov(std::span<const double> local_exponents);
 
+// ---- scaling: time against the number of bodies, T ~ N^exponent; and T / log N, whose exponent is 1 for N log N --------
+// Least squares on the logs with 95 % half-widths (Student's t); fewer than 4 rungs: not a number.
+struct ScalingFit {
+  int rungs = 0;
+  double exponent = std::numeric_limits<double>::quiet_NaN(), half_width_95 = exponent;
+  double exponent_over_log = exponent, half_width_over_log_95 = exponent;
+};
+ScalingFit fit_scaling(std::span<const double> bodies, std::span<const double> seconds);
+
 // ---- drift (slope, 1/s) told apart from oscillation (half range of the residual) ----------------------------
 struct DriftFit { double slope_per_s = 0, half_width_95 = 0, oscillation = 0, largest = 0, period_s = 0; };  // period 0: none
 DriftFit fit_drift(std::span<const double> t_s, std::span<const double> value);
