@@ -10,6 +10,7 @@ add_library(atwood_engine STATIC
   rigid/bare_problems.cpp
   rigid/free_flight.cpp
   rigid/free_flight_lanes.cpp
+  rigid/energy.cpp
   rigid/free_top.cpp
   rigid/free_top_exact.cpp
   rigid/free_top_implicit.cpp
@@ -17,6 +18,7 @@ add_library(atwood_engine STATIC
   rigid/rate.cpp
   rigid/rate_lanes.cpp
   forces/attractor.cpp
+  forces/conservative.cpp
   forces/coulomb.cpp
   forces/drive.cpp
   forces/gravity_many.cpp
@@ -37,6 +39,8 @@ add_library(atwood_engine STATIC
   integrators/collocation_nodes.cpp
   integrators/composition_methods.cpp
   integrators/compositions.cpp
+  integrators/conserving_correction.cpp
+  integrators/conserving_gradient.cpp
   integrators/conserving_methods.cpp
   integrators/explicit_methods.cpp
   integrators/high_precision_methods.cpp

@@ -144,14 +144,11 @@ template <class S> void StageSolver<S>::factor_jacobian(S* z, const S* k) {
 template <class S> auto StageSolver<S>::newton(S* z, S* k) -> Progress {
   const int n = stages_;
   S before = huge<S>;
-  bool solved = false;
-  int factored = 0;
+  bool solved = false, factor = true;
   for (int iteration = 0; iteration < 80 && !solved; ++iteration) {
     rates_(context_, z, k);
-    if (iteration == 0 || factored < 0) {
-      factor_jacobian(z, k);
-      factored = 1;
-    }
+    const bool fresh = factor;
+    if (fresh) factor_jacobian(z, k);
     evaluate_right_side(k, right_.data());
     for (std::size_t i = 0; i < right_.size(); ++i) change_[i] = right_[i] - z[i];
     lu_.solve(change_.data());
@@ -159,8 +156,11 @@ template <class S> auto StageSolver<S>::newton(S* z, S* k) -> Progress {
     const S now = relative_size(change_.data(), z);
     if (!(now < huge<S>)) return Progress::failed;
     solved = rest_is_nothing(now, before) || (now >= before / S(2) && now <= S(4096) * real::epsilon<S>());
-    if (now > before / S(16)) factored = -1;
-    before = now;
+    factor = now > before / S(16);
+    if (!solved && !fresh && now > before / S(2))  // a stale Jacobian led astray: back, and on with a new one
+      for (std::size_t i = 0; i < change_.size(); ++i) z[i] -= change_[i];
+    else
+      before = now;
   }
   if (!solved) return Progress::failed;
   for (int i = 0; i < size_; ++i)

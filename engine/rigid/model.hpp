@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "forces/conservative.hpp"
 #include "forces/force.hpp"
 #include "integrators/system.hpp"
 #include "math/lanes.hpp"
@@ -95,6 +96,11 @@ template <class S> class RigidModel {
   const Vec3<S>& uniform_gravity() const { return gravity_; }
   // Does the law of [from_s, to_s] hold already? select_interval would change nothing.
   bool interval_selected(S from_s, S to_s) const { return interval_ >= 0 && interval_of(from_s, to_s) == interval_; }
+  // Of the bodies that move now, where conservative().refusal() is "".
+  const ConservativeForces<S>& conservative() const { return conservative_; }
+  Motion<S> motion(S t_s, const S* y) const { return {t_s, y, slots_.data()}; }
+  S energy(const S* y) const;              // J, kinetic and potential
+  S energy_scale(const S* y) const;        // J, the sum of their sizes: what an energy's round-off is relative to
   Team* team() const { return team_.get(); }  // null: one thread
 
  private:
@@ -104,6 +110,7 @@ template <class S> class RigidModel {
   static void projection_of(void* context, const S* y, S* change);
   int interval_of(S from_s, S to_s) const;
   void add_loads(S t_s, const S* y);
+  S kinetic_energy(const S* y) const;
   void build_bodies(const Scene& scene);
   void build_forces(const Scene& scene, const GravityOptions& gravity);
 
@@ -126,6 +133,7 @@ template <class S> class RigidModel {
   std::vector<S> one_;                     // a state and its rate: batches one by one
   int interval_ = -1;                      // how many switch times lie behind
   Vec3<S> gravity_;
+  ConservativeForces<S> conservative_;
   System<S> system_;
 };
 

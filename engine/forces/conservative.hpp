@@ -1,0 +1,66 @@
+// The forces of a scene that have a potential energy, and those that do no work: what energy-keeping methods stand on.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "forces/force.hpp"
+
+namespace atwood {
+
+template <class S> class ConservativeForces {
+ public:
+  explicit ConservativeForces(const Scene& scene);
+
+  // Why the scene's energy is not kept by its motion, naming the force ("" if it is).
+  const std::string& refusal() const { return refusal_; }
+  // Angular momentum about `centre` is kept too: every force points at it or along the line of two moving bodies.
+  bool central() const { return central_; }
+  const Vec3<S>& centre() const { return centre_; }
+
+  S potential_energy(const Motion<S>& motion) const;  // J, of the bodies that move now and their surroundings
+
+  // A discrete gradient: forces F_i (N, centre of mass; one a body, added to) with
+  //   sum_i F_i . (p_i' - p_i) = -(U(p') - U(p)),   F(p, p) = -grad U(p),   F(p, p') = F(p', p)
+  // and forces that do no work taken at (p + p') / 2 with the velocities (v + v') / 2. For U = phi(r) a quotient that needs no
+  // subtraction, F = -(phi(r') - phi(r)) / (r'^2 - r^2) (r + r'), r vectors: LaBudde, Greenspan, J. Comput. Phys. 15 (1974)
+  // 134; Gonzalez, J. Nonlinear Sci. 6 (1996) 449, the equivariant one. It keeps angular momentum as well. For polynomials of
+  // degree 3 the mean of -grad U over the segment, by Simpson's rule, which is exact there.
+  void add_discrete_forces(const Motion<S>& from, const Motion<S>& to, Vec3<S>* force_W) const;
+
+ private:
+  struct Uniform { int body; Vec3<S> force_W; };
+  struct Central { int body; Vec3<S> centre; S strength; };                          // U = -strength / r
+  struct Pairs { std::vector<int> bodies; std::vector<S> weight; S constant, softening2; };  // U = -constant w w / sqrt(r^2 + s^2)
+  struct Elastic { int a, b; Vec3<S> anchor; S stiffness, rest_length; };            // a = -1: the anchor
+  struct HenonHeiles { int body; S lambda; };
+  struct Magnetic { int body; Vec3<S> charge_times_field; };
+  struct Frame { int body; S mass; Vec3<S> rate; };
+
+  void read(const MutualGravity&, const Scene&);
+  void read(const Attractor&, const Scene&);
+  void read(const Spring&, const Scene&);
+  void read(const Lorentz&, const Scene&);
+  void read(const Coulomb&, const Scene&);
+  void read(const RotatingFrame&, const Scene&);
+  void read(const Potential&, const Scene&);
+  void read(const PointForce&, const Scene&);
+  void read(const LinearDrag&, const Scene&) { refusal_ = "drag takes energy away"; }
+  void read(const QuadraticDrag&, const Scene&) { refusal_ = "drag takes energy away"; }
+  void read(const Drive&, const Scene&) { refusal_ = "a drive does work"; }
+  void read(const Thruster&, const Scene&) { refusal_ = "a thruster does work"; }
+  void add_centre(const Vec3<S>& centre);
+
+  std::string refusal_;
+  bool central_ = true, has_centre_ = false;
+  Vec3<S> centre_;
+  std::vector<Uniform> uniform_;
+  std::vector<Central> attractors_;
+  std::vector<Pairs> pairs_;
+  std::vector<Elastic> springs_;
+  std::vector<HenonHeiles> henon_heiles_;
+  std::vector<Magnetic> magnetic_;
+  std::vector<Frame> frames_;
+};
+
+}  // namespace atwood

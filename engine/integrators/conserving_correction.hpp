@@ -1,0 +1,92 @@
+#pragma once
+
+#include "integrators/compensation.hpp"
+#include "integrators/stepper.hpp"
+#include "rigid/model.hpp"
+
+namespace atwood {
+
+// h sum_i b_i k_i of the classical Runge-Kutta method: the increment that a correction then changes.
+template <class S> class ClassicalIncrement {
+ public:
+  explicit ClassicalIncrement(System<S>& system);
+  void evaluate(S t_s, S h_s, const S* y, S* d);
+  const S* first_slope() const { return first_.data(); }
+
+ private:
+  System<S>& system_;
+  std::vector<S> first_, k_, stage_;
+};
+
+// The invariants of the run: those of the state it started from, until a caller edits the state or the law changes.
+template <class S> class Reference {
+ public:
+  explicit Reference(RigidModel<S>& model) : model_(model), start_(model.state_size()), end_(model.state_size()) {}
+  bool continues(const S* y);       // false: the invariants are to be taken from y
+  void end(const S* y_new);
+
+ private:
+  RigidModel<S>& model_;
+  std::vector<S> start_, end_;
+  std::int64_t epoch_ = -1;
+};
+
+// Classical RK4, then the nearest state with the run's invariants (Hairer, Lubich, Wanner, Geometric Numerical Integration,
+// 2nd ed., algorithm IV.4.2), near in m |dv|^2 + m |dp|^2 / tau^2 with tau = |v| / |a| of the step's start. Invariants: of
+// points and centres of mass the energy, and where every force is central the angular momentum; of each torque-free body its
+// rotational energy and its angular momentum. An invariant whose gradient depends on those before it to a part in a hundred
+// (angular momentum on a circular orbit) is left to them. Momentum is linear: RK4 keeps it.
+template <class S> class ProjectedRungeKutta final : public Stepper<S> {
+ public:
+  ProjectedRungeKutta(RigidModel<S>& model, bool compensated);
+  bool step(S t_s, S h_s, const S* y, S* y_new) override;
+
+ private:
+  struct Spin { S twice_energy; Vec3<S> momentum_W; };
+  static constexpr int most = 4;  // energy, three components of angular momentum
+  void take_invariants(const S* y);
+  void find_metric(const S* y);
+  void find_directions(const S* y, int constraints);
+  void residuals(const S* y, S* g, S* scale) const;
+  bool reach(S* y, int constraints);
+  bool project_orbits(S* y);
+  void project_spin(const Spin& wanted, int body, S* at);
+  void add(S* y, int i, S change) { y[i] = rest_.add(i, y[i], change); }
+
+  RigidModel<S>& model_;
+  int size_;
+  ClassicalIncrement<S> classical_;
+  Reference<S> reference_;
+  Compensation<S> rest_;
+  S energy_{};
+  Vec3<S> momentum_;
+  std::vector<Spin> spin_;
+  std::vector<Vec3<S>> force_W_;
+  std::vector<S> d_, trial_, inverse_metric_, direction_[most];  // directions: orthonormal in the metric
+  S triangle_[most][most]{};                                     // gradient_c = sum_b triangle_cb direction_b
+  bool kept_[most]{};
+};
+
+// Relaxation (Ketcheson, SIAM J. Numer. Anal. 57 (2019) 2850; Ranocha, Sayyari, Dalcin, Parsani, Ketcheson, SIAM J. Sci. Comput.
+// 42 (2020) A612): y + gamma d with the run's energy stands at t + gamma h, gamma = 1 + O(h^3), and there it is of order 4. The
+// rest of the step, (1 - gamma) h = O(h^4), is a relaxed step of its own, which ends O(h^16) from t + h: so every reported
+// instant is the true one, at eight evaluations a step.
+template <class S> class RelaxationRungeKutta final : public Stepper<S> {
+ public:
+  RelaxationRungeKutta(RigidModel<S>& model, bool compensated);
+  bool step(S t_s, S h_s, const S* y, S* y_new) override;
+
+ private:
+  bool find_gamma(const S* y, S& gamma);
+  S misfit(const S* y, S gamma);
+
+  RigidModel<S>& model_;
+  int size_;
+  ClassicalIncrement<S> classical_;
+  Reference<S> reference_;
+  Compensation<S> rest_;
+  S energy_{}, energy_round_off_{};
+  std::vector<S> d_, trial_;
+};
+
+}  // namespace atwood

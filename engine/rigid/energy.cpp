@@ -1,0 +1,36 @@
+// The energy of a rigid scene.
+#include "rigid/model.hpp"
+
+namespace atwood {
+
+template <class S> S RigidModel<S>::kinetic_energy(const S* y) const {
+  S twice = S(0);
+  for (const int i : moving_) {
+    const S* at = y + slots_[i].offset;
+    const Vec3<S> v = load3(at + at_velocity);
+    twice += mass_[i].mass_kg * dot(v, v);
+    if (!slots_[i].rotates) continue;
+    const Vec3<S> w = load3(at + at_body_rate);
+    twice += dot(w, mass_[i].times_inertia(w));
+  }
+  return twice / S(2);
+}
+
+template <class S> S RigidModel<S>::energy(const S* y) const {
+  return kinetic_energy(y) + conservative_.potential_energy(motion(S(0), y));
+}
+
+template <class S> S RigidModel<S>::energy_scale(const S* y) const {
+  return kinetic_energy(y) + real::abs(conservative_.potential_energy(motion(S(0), y)));
+}
+
+template float RigidModel<float>::energy(const float*) const;
+template double RigidModel<double>::energy(const double*) const;
+template long double RigidModel<long double>::energy(const long double*) const;
+template Quad RigidModel<Quad>::energy(const Quad*) const;
+template float RigidModel<float>::energy_scale(const float*) const;
+template double RigidModel<double>::energy_scale(const double*) const;
+template long double RigidModel<long double>::energy_scale(const long double*) const;
+template Quad RigidModel<Quad>::energy_scale(const Quad*) const;
+
+}  // namespace atwood
