@@ -280,7 +280,8 @@ template <class S> bool RelaxationRungeKutta<S>::step(S t_s, S h_s, const S* y, 
     for (int i = 0; i < size_; ++i) y_new[i] = rest_.add(i, y_new[i], gamma * d_[i]);
     done_s = part == 0 ? gamma * h_s : done_s + gamma * rest_s;
   }
-  this->system_.project(y_new);
+  if (rest_.on()) project_compensated(this->system_, rest_, y_new, d_.data());
+  else this->system_.project(y_new);
   rest_.end(y_new);
   reference_.end(y_new);
   this->remember(t_s, h_s, y, y_new);

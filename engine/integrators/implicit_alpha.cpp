@@ -80,7 +80,8 @@ template <class S> bool GeneralisedAlpha<S>::step(S t_s, S h_s, const S* y, S* y
   }
   for (int i = 0; i < size_; ++i)
     if (velocity_of_[i] >= 0) rate_new_[i] = y_new[velocity_of_[i]];  // only a first guess
-  this->system_.project(y_new);
+  if (rest_.on()) project_compensated(this->system_, rest_, y_new, slope_.data());
+  else this->system_.project(y_new);
   rest_.end(y_new);
   std::copy(y_new, y_new + size_, end_.begin());
   end_s_ = t_s + h_s;

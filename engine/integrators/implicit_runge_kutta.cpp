@@ -129,6 +129,11 @@ template <class S> void ImplicitRungeKutta<S>::take_first_slope(S t_s, const S* 
   for (int i = 0; i < size_; ++i) first_slope_[i] = k_[i * stages_ + stages_ - 1];
 }
 
+template <class S> void ImplicitRungeKutta<S>::project(S* y_new) {
+  if (rest_.on()) project_compensated(this->system_, rest_, y_new, slope_.data());
+  else this->system_.project(y_new);
+}
+
 template <class S> bool ImplicitRungeKutta<S>::step(S t_s, S h_s, const S* y, S* y_new) {
   const int s = stages_;
   const S nearly_s = S(8) * real::epsilon<S>() * real::max(real::abs(t_s), real::abs(last_end_s_));
@@ -157,7 +162,7 @@ template <class S> bool ImplicitRungeKutta<S>::step(S t_s, S h_s, const S* y, S*
     for (int j = 0; j < s; ++j) rise += b_[j] * k_[i * s + j];
     y_new[i] = rest_.add(i, y[i], stiffly_accurate_ ? z_[i * s + s - 1] : h_s * rise);
   }
-  if (options_.projects) this->system_.project(y_new);
+  if (options_.projects) project(y_new);
   rest_.end(y_new);
   std::copy(y_new, y_new + size_, last_end_.begin());
   last_end_s_ = t_s + h_s;

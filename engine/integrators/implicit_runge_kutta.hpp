@@ -39,6 +39,7 @@ template <class S> class ImplicitRungeKutta final : public Stepper<S> {
   bool solve_group(Group& group, const S* y);
   void take_first_slope(S t_s, const S* y, bool continued);
   void estimate(S h_s);
+  void project(S* y_new);
   static void rates_at(void* stepper, const S* z, S* k);
 
   int size_, stages_;

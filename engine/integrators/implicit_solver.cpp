@@ -6,7 +6,7 @@ namespace atwood {
 
 template <class S>
 ImplicitSolver<S>::ImplicitSolver(int size)
-    : size_(size), g_(size), change_(size), shifted_(size), lu_(static_cast<std::size_t>(size) * size), pivot_(size) {}
+    : size_(size), g_(size), change_(size), shifted_(size), lu_(size) {}
 
 // Largest change of a component, relative to it or to a thousandth of the largest component.
 template <class S> S ImplicitSolver<S>::relative_size(const S* change, const S* z) const {
@@ -61,29 +61,9 @@ void ImplicitSolver<S>::factor_jacobian(Function g, void* context, S t_s, S c_s,
     g(context, t_s, z, shifted_.data());
     z[j] = here;
     for (int i = 0; i < size_; ++i)
-      lu_[i * size_ + j] = (i == j ? S(1) : S(0)) - c_s * (shifted_[i] - g_[i]) / step;
+      lu_.at(i, j) = (i == j ? S(1) : S(0)) - c_s * (shifted_[i] - g_[i]) / step;
   }
-  for (int k = 0; k < size_; ++k) {  // Gaussian elimination, row pivots
-    int p = k;
-    for (int i = k + 1; i < size_; ++i)
-      if (real::abs(lu_[i * size_ + k]) > real::abs(lu_[p * size_ + k])) p = i;
-    pivot_[k] = p;
-    for (int j = 0; j < size_; ++j) std::swap(lu_[k * size_ + j], lu_[p * size_ + j]);
-    for (int i = k + 1; i < size_; ++i) {
-      const S factor = lu_[i * size_ + k] /= lu_[k * size_ + k];
-      for (int j = k + 1; j < size_; ++j) lu_[i * size_ + j] -= factor * lu_[k * size_ + j];
-    }
-  }
-}
-
-template <class S> void ImplicitSolver<S>::solve_factored(S* x) const {
-  for (int k = 0; k < size_; ++k) std::swap(x[k], x[pivot_[k]]);
-  for (int i = 0; i < size_; ++i)
-    for (int j = 0; j < i; ++j) x[i] -= lu_[i * size_ + j] * x[j];
-  for (int i = size_ - 1; i >= 0; --i) {
-    for (int j = i + 1; j < size_; ++j) x[i] -= lu_[i * size_ + j] * x[j];
-    x[i] /= lu_[i * size_ + i];
-  }
+  lu_.factor();
 }
 
 // Simplified Newton from y0: the Jacobian is formed again whenever the last one contracts too slowly.
@@ -95,7 +75,7 @@ bool ImplicitSolver<S>::newton(Function g, void* context, S t_s, S c_s, const S*
   for (int k = 0; k < 60; ++k) {
     g(context, t_s, z, g_.data());
     for (int i = 0; i < size_; ++i) change_[i] = y0[i] + c_s * g_[i] - z[i];
-    solve_factored(change_.data());
+    lu_.solve(change_.data());
     for (int i = 0; i < size_; ++i) z[i] += change_[i];
     const S now = relative_size(change_.data(), z);
     if (!(now < S(1e30f))) return false;

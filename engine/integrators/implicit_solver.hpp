@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "math/scalar.hpp"
+#include "integrators/implicit_lu.hpp"
 
 namespace atwood {
 
@@ -22,12 +22,11 @@ template <class S> class ImplicitSolver {
   Progress sweep(Function g, void* context, S t_s, S c_s, const S* y0, S* z);
   bool newton(Function g, void* context, S t_s, S c_s, const S* y0, S* z);
   void factor_jacobian(Function g, void* context, S t_s, S c_s, S* z);  // of I - c dg/dz, by differences; then LU
-  void solve_factored(S* x) const;
   S relative_size(const S* change, const S* z) const;
 
   int size_;
-  std::vector<S> g_, change_, shifted_, lu_;
-  std::vector<int> pivot_;
+  std::vector<S> g_, change_, shifted_;
+  DenseLu<S> lu_;
 };
 
 }  // namespace atwood

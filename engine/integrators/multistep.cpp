@@ -84,7 +84,8 @@ template <class S> bool Multistep<S>::multistep(S t_s, S h_s, const S* y, S* y_n
   }
   rest_.begin(y);
   for (int i = 0; i < size_; ++i) y_new[i] = before_projection_[i] = rest_.add(i, y[i], z_[i]);
-  this->system_.project(y_new);
+  if (rest_.on()) project_compensated(this->system_, rest_, y_new, at_.data());
+  else this->system_.project(y_new);
   rest_.end(y_new);
   for (int i = 0; i < size_; ++i) z_[i] += y_new[i] - before_projection_[i];
   return true;
