@@ -112,17 +112,24 @@ bool march_piece(Run<S>& run, const Tolerance<S>& tolerance, S begin_s, S end_s,
   Simulation<S>& s = run.simulation;
   StepControl<S> control(s.stepper->estimate_order(), run.limits);
   S t_s = begin_s;
+  bool unsolved = false;
   while (t_s < end_s) {
     const bool last = t_s + h_s * S(1.0000001) >= end_s;
     const S step_s = last ? end_s - t_s : h_s;
     if (!(step_s > S(4) * real::epsilon<S>() * t_s)) {
+      if (unsolved) return refuse_step(s.outcome, t_s);
       if (healthy(s.y_new.data(), s.model->state_size(), run.scale, t_s, s.outcome)) {
         s.outcome.status = Status::diverged;
         s.outcome.reason = "the step size fell to nothing" + at_time(t_s);
       }
       return false;
     }
-    if (!s.stepper->step(t_s, step_s, s.y.data(), s.y_new.data())) return refuse_step(s.outcome, t_s);
+    if (!s.stepper->step(t_s, step_s, s.y.data(), s.y_new.data())) {  // implicit equations not solved: a shorter step's may be
+      h_s = step_s / S(4);
+      unsolved = true;
+      continue;
+    }
+    unsolved = false;
     const auto [accepted, next_s] = judge_step(s, tolerance, control, step_s);
     if (!accepted) {
       h_s = next_s;

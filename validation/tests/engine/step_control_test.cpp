@@ -56,10 +56,13 @@ TEST_CASE("a smaller tolerance gives a smaller error, not far from what was aske
   }
 }
 
+// An implicit method's equations have no solution that it finds where the guess is far too long: it takes a shorter step.
 TEST_CASE("a bad first guess of the step is no problem") {
   const Sample truth = orbit_truth();
   std::vector<Sample> samples;
-  for (const std::string& scheme : pairs()) {
+  std::vector<std::string> schemes = pairs();
+  schemes.push_back("radau5");
+  for (const std::string& scheme : schemes) {
     INFO(scheme);
     const Outcome good = adaptive(scheme, kepler(0.6), {10, 1000, 1}, 1e-8, {}, samples);
     for (const std::int64_t steps : {std::int64_t{1}, std::int64_t{2}, std::int64_t{100'000'000}}) {
