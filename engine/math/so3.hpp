@@ -26,8 +26,11 @@ template <class S> S sinc(S x) { return x * x < real::epsilon<S>() ? S(1) - x * 
 
 // The unit quaternion that turns by s.
 template <class S> Quat<S> so3_exp(const Vec3<S>& s) {
-  const S half = norm(s) / S(2), factor = sinc(half) / S(2);
-  return {real::cos(half), factor * s.x, factor * s.y, factor * s.z};
+  const S half = norm(s) / S(2);
+  S sine, cosine;
+  real::sin_cos(half, sine, cosine);
+  const S factor = (half * half < real::epsilon<S>() ? S(1) - half * half / S(6) : sine / half) / S(2);
+  return {cosine, factor * s.x, factor * s.y, factor * s.z};
 }
 
 // The same minus one, accurate as an increment: cos - 1 = -sin^2 / (1 + cos).

@@ -3,23 +3,21 @@
 namespace atwood {
 namespace {
 
-// (1 + a)(1 + b) - 1
-template <class S> Quat<S> join(const Quat<S>& a, const Quat<S>& b) {
-  const Quat<S> ab = a * b;
-  return {a.w + b.w + ab.w, a.x + b.x + ab.x, a.y + b.y + ab.y, a.z + b.z + ab.z};
-}
-
-// The body turns by phi about its own axis k: q <- q exp(phi/2 e_k); momentum seen from the body turns back by phi.
+// The body turns by phi about its own axis k: q <- q exp(phi/2 e_k); momentum seen from the body turns back by phi. With
+// a the turn so far less one and b = (cos - 1, sin e_k) this one: (1 + a)(1 + b) - 1 = a + b + a b.
 template <class S, int k> void turn_about(S h_s, const Vec3<S>& g, const Vec3<S>& L_start, FreeTurn<S>& turn) {
-  S* dL = &turn.dw_B.x;
-  const S* L0 = &L_start.x;
   constexpr int i = (k + 1) % 3, j = (k + 2) % 3;
-  const S half = h_s * (L0[k] + dL[k]) * (&g.x)[k] / S(2);
-  const S cosine = real::cos(half), sine = real::sin(half);
-  Quat<S> step{cosine < S(0) ? cosine - S(1) : -sine * sine / (S(1) + cosine), S(0), S(0), S(0)};
-  (&step.x)[k] = sine;
-  turn.less_one = join(turn.less_one, step);
-  const S whole_less_one = S(-2) * sine * sine, whole_sine = S(2) * sine * cosine;
+  S *dL = &turn.dw_B.x, *a = &turn.less_one.x, &a_w = turn.less_one.w;
+  const S* L0 = &L_start.x;
+  S sine, cosine;
+  real::sin_cos(h_s * (L0[k] + dL[k]) * (&g.x)[k] / S(2), sine, cosine);
+  const S square = sine * sine, less_one = cosine < S(0) ? cosine - S(1) : -square / (S(1) + cosine);
+  const S ai = a[i], aj = a[j], ak = a[k], w = a_w;
+  a_w += less_one + (w * less_one - ak * sine);
+  a[k] += sine + (w * sine + ak * less_one);
+  a[i] += ai * less_one + aj * sine;
+  a[j] += aj * less_one - ai * sine;
+  const S whole_less_one = S(-2) * square, whole_sine = S(2) * sine * cosine;
   const S Li = L0[i] + dL[i], Lj = L0[j] + dL[j];
   dL[i] += whole_less_one * Li + whole_sine * Lj;
   dL[j] += whole_less_one * Lj - whole_sine * Li;
