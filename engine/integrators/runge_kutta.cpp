@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "math/scalar.hpp"
+#include "math/vector_width.hpp"
 
 namespace atwood {
 
@@ -59,24 +60,38 @@ template <class S> S ExplicitRungeKutta<S>::sum(const Combination& combination, 
   return total;
 }
 
+namespace {
+
+// States shorter than this do not repay the call into another instruction set's build.
+constexpr int shortest_wide_state = 40;
+
 // The sum first, so that y is rounded once. The number of terms is known to the compiler: the loop over components
 // then runs in vector lanes.
-template <class S>
-template <int terms>
-void ExplicitRungeKutta<S>::add_terms(const S* y, S h_s, const Combination& combination, S* out) const {
+template <class S, int terms>
+ATWOOD_INLINE void add_sum(const S* y, S h_s, const S* const* rates, const int* stage, const S* weights, int size, S* out) {
   const S* k[terms];
   S weight[terms];
   for (int j = 0; j < terms; ++j) {
-    k[j] = k_[combination.stage[j]];
-    weight[j] = combination.weight[j];
+    k[j] = rates[stage[j]];
+    weight[j] = weights[j];
   }
-  const int size = size_;
 #pragma GCC ivdep
   for (int i = 0; i < size; ++i) {
     S slope = weight[0] * k[0][i];
     for (int j = 1; j < terms; ++j) slope += weight[j] * k[j][i];
     out[i] = y[i] + h_s * slope;
   }
+}
+
+}  // namespace
+
+template <class S>
+template <int terms>
+void ExplicitRungeKutta<S>::add_terms(const S* y, S h_s, const Combination& c, S* out) const {
+  const auto kernel = [&]() __attribute__((always_inline)) { add_sum<S, terms>(y, h_s, k_, c.stage, c.weight, size_, out); };
+  if constexpr (has_vector_lanes<S>)
+    if (size_ >= shortest_wide_state) return at_width(width_, kernel);
+  kernel();
 }
 
 template <class S> void ExplicitRungeKutta<S>::add(const S* y, S h_s, const Combination& c, S* out) const {

@@ -4,6 +4,7 @@
 #include "integrators/compensation.hpp"
 #include "integrators/stepper.hpp"
 #include "integrators/tableaux.hpp"
+#include "math/vector_width.hpp"
 
 namespace atwood {
 
@@ -42,6 +43,7 @@ template <class S> class ExplicitRungeKutta final : public Stepper<S> {
   S start_s_{}, last_end_s_{};
   std::int64_t start_epoch_ = -1, last_epoch_ = -1;
   Compensation<S> rest_;
+  VectorWidth width_ = widest_vectors();
 };
 
 }  // namespace atwood

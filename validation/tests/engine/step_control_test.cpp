@@ -148,6 +148,18 @@ TEST_CASE("a step taken again knows its first rate; an edited state or another l
   }
 }
 
+TEST_CASE("dop853's three further stages are evaluated when its interpolant is asked for, once a step") {
+  Stepping s("dop853", kepler(0.6));
+  s.evaluations_of_step(0, 0.1);
+  const std::int64_t before = s.model.system().evaluations;
+  std::vector<double> inside(s.y.size());
+  for (const double theta : {0.2, 0.7}) s.stepper->dense(theta, inside.data());
+  CHECK(s.model.system().evaluations == before + 3);
+  CHECK(s.evaluations_of_step(0, 0.05) == 12);  // the shared last one of 13 included, the known first one not
+  s.stepper->dense(0.5, inside.data());
+  CHECK(s.model.system().evaluations == before + 3 + 12 + 3);
+}
+
 // dopri5, tsit5, dop853 and bogacki-shampine3 by their interpolants, the others by shorter steps.
 TEST_CASE("samples inside steps are as good as the steps") {
   std::vector<Sample> samples;
