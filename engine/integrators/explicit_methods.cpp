@@ -48,8 +48,8 @@ const Entry entries[] = {
     {"verner8", &verner8_tableau, "Verner's \"most robust\" pair of orders 8 and 7.",
      "Verner, Numer. Algorithms 53 (2010) 383, and the tables on his pages"},
     {"dop853", &dormand_prince853_tableau,
-     "Dormand and Prince's method of order 8 with Hairer's estimates of orders 5 and 3, which combine to one of order 7: e = e5^2 "
-     "/ sqrt(e5^2 + e3^2 / 100).",
+     "Dormand and Prince's method of order 8 with Hairer's estimates of orders 5 and 3, which combine to one of order 7: "
+     "e = e5^2 / sqrt(e5^2 + e3^2 / 100).",
      "Hairer, Norsett, Wanner I, section II.5, eq. II.10.17 and the code DOP853"},
     {"verner9", &verner9_tableau, "Verner's \"most efficient\" pair of orders 9 and 8.",
      "Verner, Numer. Algorithms 53 (2010) 383, and the tables on his pages"}};

@@ -1,8 +1,8 @@
 // Rooted trees and the order conditions they stand for, from the theory alone.
 //
-// A method has order p when for each rooted tree t of at most p nodes sum b_i phi_i(t) = 1 / gamma(t) (Hairer, Norsett, Wanner I,
-// theorem II.2.13). With t = [t_1 ... t_m], m branches at the root: phi_i(t) = prod_k sum_j a_ij phi_j(t_k), gamma(t) = (nodes
-// of t) prod_k gamma(t_k).
+// A method has order p when for each rooted tree t of at most p nodes sum b_i phi_i(t) = 1 / gamma(t) (Hairer, Norsett,
+// Wanner I, theorem II.2.13). With t = [t_1 ... t_m], m branches at the root: phi_i(t) = prod_k sum_j a_ij phi_j(t_k),
+// gamma(t) = (nodes of t) prod_k gamma(t_k).
 #pragma once
 
 #include <cmath>
