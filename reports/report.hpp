@@ -79,6 +79,7 @@ struct ReportData {
   std::vector<Dominance> dominance;    // who is cheapest for an error, who most accurate for a budget
   std::vector<GoalResult> goals;
   std::vector<AuditFinding> audit;     // of the study `audit`
+  bool compared = false;               // methods side by side: nothing is judged
   std::vector<std::string> notes;      // how this report's cells came about, in sentences
 };
 

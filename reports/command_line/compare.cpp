@@ -167,6 +167,7 @@ int command_compare(const Place& place, const Options& options) {
   data.bench.clear();
   data.goals.clear();
   data.notes = notes;
+  data.compared = true;
   if (!options.no_timing) {
     const InterruptGuard guard;
     try {

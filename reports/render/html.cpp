@@ -37,18 +37,19 @@ std::string header(const ReportData& data) {
   const std::int64_t bad = counts.fail + counts.unverifiable + counts.not_run;
   const char* state = data.verdicts.empty() ? "empty" : bad == 0 ? "pass" : counts.fail == 0 ? "warn" : "fail";
   const std::string sentence =
-      data.verdicts.empty() ? "Nothing was judged: the report holds no gates."
+      data.compared           ? fmt::format("{} scenario{}, methods side by side; nothing is judged here.", data.scenarios.size(), data.scenarios.size() == 1 ? "" : "s")
+      : data.verdicts.empty() ? "Nothing was judged: the report holds no gates."
       : bad == 0            ? fmt::format("All {} gates pass.", counts.pass)
                  : fmt::format("{} of {} gates did not pass.", bad, data.verdicts.size());
-  const char* word = data.verdicts.empty() ? "No gates" : bad == 0 ? "Pass" : "Fail";
+  const char* word = data.compared ? "Compared" : data.verdicts.empty() ? "No gates" : bad == 0 ? "Pass" : "Fail";
+  const std::string tiles = data.compared ? "" : tile("pass", "pass", counts.pass) + tile("fail", "fail", counts.fail) +
+                                                     tile("unverifiable", "unverifiable", counts.unverifiable) + tile("not-run", "not run", counts.not_run);
   return fmt::format(
              "<header id=\"top\"><div class=\"masthead\"><h1>{}</h1><div id=\"tools\"></div></div>"
              "<section id=\"verdict\" class=\"{}\" aria-label=\"Verdict\"><p class=\"word\">{}</p><p>{}</p>"
              "<ul class=\"tiles\">",
              escape_html(data.title), state, word, sentence + broken_cells(data.rows)) +
-         tile("pass", "pass", counts.pass) + tile("fail", "fail", counts.fail) +
-         tile("unverifiable", "unverifiable", counts.unverifiable) + tile("not-run", "not run", counts.not_run) +
-         "</ul></section></header>";
+         tiles + "</ul></section></header>";
 }
 
 }  // namespace

@@ -30,12 +30,13 @@ function ratioWords(contest: Contest, other: Reached | undefined): string {
 function byError(table: Dominance): HTMLElement | null {
   if (!table.by_error.length) return null;
   const what = table.cost === 'seconds' ? 'time of the run' : 'evaluations';
-  return scrolled('Cheapest for an error', [`error [${table.unit}]`, 'cheapest', 'at', what, 'runner-up', 'its cost', 'best other engine', 'its cost'],
+  const behind = (contest: Contest, other: Reached | undefined, none: string): Child => (other ? h('span', {}, name(other), h('span', { class: 'behind' }, `\u00d7 ${ratioWords(contest, other)}`)) : none);
+  return scrolled('Cheapest for an error', [`error [${table.unit}]`, 'cheapest', 'at', what, 'runner-up and its cost', 'best other engine and its cost'],
     table.by_error.map((contest) => {
-      const best = contest.ranked[0], next = contest.ranked[1], other = otherEngine(contest);
+      const best = contest.ranked[0];
       return [level(real(contest.asked)), name(best), rungWords(best.method, best.steps), costWords(table, real(best.cost)) + mark(best),
-        next ? name(next) : 'alone', next ? `\u00d7 ${ratioWords(contest, next)}` : '\u2013', other ? name(other) : '\u2013', other ? `\u00d7 ${ratioWords(contest, other)}` : '\u2013'];
-    }), [1, 2, 4, 6]);
+        behind(contest, contest.ranked[1], 'alone'), behind(contest, otherEngine(contest), '\u2013')];
+    }), [1, 2, 4, 5]);
 }
 
 function byBudget(table: Dominance): HTMLElement | null {
@@ -106,6 +107,6 @@ export function dominance(report: Report): HTMLElement | null {
   fill();
   return section('dominance', 'Who is cheapest',
     h('p', { class: 'hint' }, 'For each error the method that reaches it at the least cost, and for each budget the most accurate one. \u00d7 is another\u2019s cost over the winner\u2019s. Solid: a method of this engine wins; outlined: another engine does. ~ lies between two measured rungs, on the logs; < nothing cheaper was measured; * at the truth\u2019s bar. Times come from the timed pass of this report.'),
-    ...report.notes.map((note) => h('p', { class: 'hint' }, note)),
+    report.notes.length ? h('details', {}, h('summary', {}, 'How these methods were run'), ...report.notes.map((note) => h('p', { class: 'hint' }, note))) : null,
     h('div', { class: 'bar' }, cost.box, scenario.box), table, place);
 }
