@@ -80,6 +80,16 @@ void declare_commands(Parser& p) {
   compare->add_flag("--no-timing", o.no_timing, "Leave out the timed pass");
   compare->add_option("-o,--output", o.outputs, "FORMAT:FILE, format csv, json, markdown, junit or html (OUT/compare.html unless given)")->expected(1)->take_all();
 
+  auto* advise = p.add("advise", "Recommend a method and its step for a scene, with evidence", command_advise);
+  advise->add_option("SCENE", o.input, "A file or a catalogue id")->required();
+  advise->add_option("--error", o.wanted_error, "The error that is allowed, in metres unless --metric says otherwise");
+  advise->add_option("--budget", o.budget, "The time that a whole run may take: 16.7ms, 40us");
+  advise->add_option("--metric", o.metric, "position (unless given), velocity, attitude, body-rate, state, energy, or a metric's name");
+  advise->add_option("--engine", o.engines, "Also this executable")->expected(1)->take_all();
+  advise->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
+  advise->add_option("-j,--jobs", o.jobs, "Workers at once (one a core unless given)")->check(CLI::Range(1, 1024));
+  advise->add_option("--limit", o.cell_limit_s, "Seconds a run may take")->capture_default_str()->check(CLI::Range(0.01, 1e6));
+
   auto* check = p.add("check", "Judge a trace that any program recorded", command_check);
   check->add_option("RUN.CSV", o.input, "Columns as `atwood trace` prints them; q and w may be missing")->required();
   check->add_option("--scenario", o.scenarios, "The scenario it ran: an id or a file")->required()->expected(1);

@@ -17,6 +17,5 @@ void append_bench(JsonText& json, const std::vector<BenchFigure>& bench);
 void append_dominance(JsonText& json, const std::vector<Dominance>& tables, std::size_t ranks);  // the best `ranks` of each
 void append_audit(JsonText& json, const std::vector<AuditFinding>& findings);
 void append_goals(JsonText& json, const std::vector<GoalResult>& goals);
-std::string truth_words(const TruthSpec& truth);
 
 }  // namespace atwood

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "scene/scene.hpp"
 #include "validation/gates/gates.hpp"
 #include "validation/metrics/work_precision.hpp"
 
@@ -26,6 +27,7 @@ std::string time_words(double seconds);            // "312 ns", "12.3 us", "1.2 
 std::string cost_words(double cost, Cost kind);    // a time, or a count of evaluations
 std::string norm_words(const std::string& metric);  // "error-position-max": "position, largest over the run"
 std::string rung_words(const std::string& method, std::int64_t steps);  // "960 steps", "tol 1e-8"
+std::string truth_words(const TruthSpec& truth);
 std::string allowed_words(const Verdict& verdict);  // "[3.9, 4.2]", "<= 1e-12", ">= 2"
 std::string measured_words(const Verdict& verdict);  // value, with its bar where that matters; "-" when not run
 

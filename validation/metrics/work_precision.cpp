@@ -101,6 +101,18 @@ Reached between(const WorkCurve& curve, const WorkPoint& poor, const WorkPoint& 
   return reached;
 }
 
+// Long runs of a ladder are not timed where a coarser rung was: its time of a step is theirs.
+void tell_untimed(WorkCurve& curve) {
+  const WorkPoint* timed = nullptr;
+  for (const WorkPoint& point : curve.points) {
+    if (std::isfinite(point.seconds)) timed = &point;
+  }
+  if (timed == nullptr || curve.family != timed->method) return;
+  for (WorkPoint& point : curve.points) {
+    if (point.steps > timed->steps) point.seconds = timed->seconds * static_cast<double>(point.steps) / static_cast<double>(timed->steps);
+  }
+}
+
 template <class Better> void keep(std::optional<Reached>& best, const Reached& found, Better better) {
   if (!best || better(found, *best)) best = found;
 }
@@ -157,6 +169,7 @@ std::vector<WorkCurve> work_curves(std::span<const Row> rows, const std::string&
       else curve.points.push_back(point);
     }
     std::stable_sort(curve.points.begin(), curve.points.end(), coarser<WorkPoint>);
+    tell_untimed(curve);
     std::stable_sort(curve.failed.begin(), curve.failed.end(), coarser<FailedRung>);
     curves.push_back(std::move(curve));
   }

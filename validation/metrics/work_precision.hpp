@@ -29,7 +29,8 @@ struct WorkPoint {
   std::int64_t steps = 0;      // of the plan
   double h_s = 0;              // 0: the method chooses
   double error = 0, bar = 0;   // in the metric's unit
-  double seconds = 0;          // of the whole run, from the timed pass; NaN: not timed
+  double seconds = 0;          // of the whole run, from the timed pass; NaN: not timed. Equal steps beyond the finest timed rung
+                               // (long runs are not timed twice): that rung's time of a step
   double evaluations = 0;      // NaN: the engine counts none
 };
 // value + bar where the value is under three bars.

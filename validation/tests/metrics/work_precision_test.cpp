@@ -119,6 +119,21 @@ TEST_CASE("a rung without a time is no rung of the time, and none to interpolate
   CHECK(cheapest(curve, 1e-4, Cost::evaluations)->cost == 100);
 }
 
+TEST_CASE("beyond the finest timed rung of equal steps a step costs what it cost there; tolerances tell nothing of the kind") {
+  std::vector<Row> rows;
+  rung(rows, "a/m", 10, 1e-2, 1e-5, 10);
+  rung(rows, "a/m", 100, 1e-4, 2e-4, 100);
+  rung(rows, "a/m", 1000, 1e-6, nan_value, 1000);
+  rung(rows, "a/m", 4000, 1e-8, nan_value, 4000);
+  CHECK(cheapest(only(rows), 1e-6, Cost::seconds)->cost == Approx(2e-3));
+  CHECK(cheapest(only(rows), 1e-8, Cost::seconds)->cost == Approx(8e-3));
+
+  std::vector<Row> tolerances;
+  rung(tolerances, "c/m:1e-4", 5, 1e-2, 1e-3, 100);
+  rung(tolerances, "c/m:1e-8", 5, 1e-5, nan_value, 200);
+  CHECK_FALSE(cheapest(only(tolerances), 1e-5, Cost::seconds));
+}
+
 TEST_CASE("under three bars the bar counts, and says so") {
   std::vector<Row> rows;
   rung(rows, "a/m", 10, 1e-6, 1e-5, 10, 1e-9);

@@ -1,0 +1,235 @@
+// Who may compete on a scene, and what it is judged by.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <set>
+
+#include "reports/command_line/advise.hpp"
+#include "scene/files.hpp"
+
+namespace atwood {
+namespace {
+
+bool shaped(const Body& body) { return !std::holds_alternative<std::monostate>(body.shape); }
+
+// The catalogue's good ones, by what they are good at; ids that this build does not have fall away.
+std::vector<std::string> wanted_ids(const MotionClass& motion) {
+  if (motion.contacts) {
+    return {"atwood/rk4+event", "atwood/dopri5+event", "atwood/verner6+event", "atwood/verner8+event", "atwood/velocity-verlet+event", "atwood/symplectic-euler+impulse",
+            "atwood/rk4+impulse", "cvode/adams:tol"};
+  }
+  std::vector<std::string> ids{"atwood/rk4", "atwood/dopri5:tol", "atwood/tsit5:tol", "atwood/verner6:tol", "atwood/verner8", "atwood/verner8:tol", "atwood/verner9:tol",
+                               "atwood/dop853", "atwood/dop853:tol", "atwood/radau15", "atwood/radau15:tol", "atwood/ias15:tol", "atwood/gbs:tol", "atwood/taylor:tol",
+                               "atwood/gauss8", "atwood/adams-moulton8", "cvode/adams:tol"};
+  const auto add = [&](std::initializer_list<const char*> more) { ids.insert(ids.end(), more.begin(), more.end()); };
+  if (!motion.rotates && motion.conservative) add({"atwood/dprkn12", "atwood/dprkn12:tol", "atwood/kahan-li8", "atwood/blanes-moan-rkn6", "atwood/leapfrog"});
+  if (motion.rotates) add({"atwood/free-top4", "atwood/free-top6", "atwood/lie4", "atwood/rkmk4"});
+  if (motion.magnetic) add({"atwood/boris", "atwood/boris4", "atwood/boris6"});
+  return ids;
+}
+
+std::string base_of(const std::string& id) { return id.substr(0, std::min(id.find_first_of(":+@{"), id.size())); }
+
+// The classes of motion that a method must claim an order for.
+std::vector<std::string> needed_claims(const MotionClass& motion) {
+  std::vector<std::string> claims;
+  if (motion.bare) return claims;
+  if (motion.rotates) claims.push_back("rotation");
+  if (motion.velocity_dependent) claims.push_back("velocity-dependent");
+  if (claims.empty()) claims.push_back("point-mass");
+  return claims;
+}
+
+std::string missing_claim(const MethodInfo& info, const MotionClass& motion) {
+  if (info.claimed_order.empty()) return "";  // claims nothing anywhere: a library's method by tolerance
+  for (const std::string& claim : needed_claims(motion)) {
+    if (!info.claimed_order.contains(claim)) return "claims no order for this class of motion (" + claim + ")";
+  }
+  return "";
+}
+
+const MethodInfo* find_info(const std::string& base, const std::vector<Worker>& workers) {
+  for (const Worker& worker : workers) {
+    if (worker.status != Status::ok) continue;
+    for (const MethodInfo& info : worker.engine.methods) {
+      if (info.id == base) return &info;
+    }
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+MotionClass classify(const Scene& scene) {
+  MotionClass motion;
+  motion.bare = !scene.problem.empty();
+  motion.conservative = !motion.bare;
+  int shapes = 0;
+  for (const Body& body : scene.bodies) {
+    motion.rotates = motion.rotates || (!body.fixed && rotates(body));
+    shapes += shaped(body) ? 1 : 0;
+  }
+  motion.contacts = shapes > 1;
+  for (const Force& force : scene.forces) {
+    bool depends = std::holds_alternative<LinearDrag>(force) || std::holds_alternative<QuadraticDrag>(force) || std::holds_alternative<RotatingFrame>(force);
+    if (const auto* spring = std::get_if<Spring>(&force)) depends = spring->damping_N_s_per_m != 0;
+    if (const auto* lorentz = std::get_if<Lorentz>(&force)) {
+      const bool magnetic = lorentz->magnetic_T != Real3{};
+      motion.magnetic = motion.magnetic || magnetic;
+      depends = magnetic;
+    }
+    motion.velocity_dependent = motion.velocity_dependent || depends;
+    const bool pushed = std::holds_alternative<Drive>(force) || std::holds_alternative<Thruster>(force) || std::holds_alternative<PointForce>(force);
+    if (depends || pushed) motion.conservative = false;
+  }
+  return motion;
+}
+
+std::string class_words(const MotionClass& motion) {
+  if (motion.bare) return "a bare system of equations";
+  std::string words = motion.contacts ? "contacts" : motion.rotates ? "rotation" : "point masses";
+  if (motion.contacts && motion.rotates) words += ", rotation";
+  if (motion.velocity_dependent) words += ", velocity-dependent forces";
+  return words + (motion.conservative ? ", conservative" : "");
+}
+
+Candidates choose_candidates(const MotionClass& motion, const std::vector<Worker>& workers, std::size_t own_engines) {
+  Candidates chosen;
+  std::set<std::string> tried;
+  std::map<std::string, std::string> out;
+  const auto leave = [&](const std::string& reason, const std::string& id) { out[reason] += (out[reason].empty() ? "" : ", ") + id; };
+  for (const std::string& id : wanted_ids(motion)) {
+    const MethodInfo* info = find_info(base_of(id), workers);
+    if (info == nullptr || !tried.insert(id).second) continue;
+    if (id.find(":tol") != std::string::npos && !info->adaptive) continue;
+    const std::string missing = missing_claim(*info, motion);
+    if (missing.empty()) chosen.ids.push_back(id);
+  }
+  for (std::size_t i = workers.size() - own_engines; i < workers.size(); ++i) {
+    for (const MethodInfo& info : workers[i].engine.methods) chosen.ids.push_back(info.adaptive ? info.id + ":tol" : info.id);
+  }
+  std::set<std::string> bases;
+  for (const std::string& id : chosen.ids) bases.insert(base_of(id));
+  for (const Worker& worker : workers) {
+    if (worker.status != Status::ok || worker.engine.name != "atwood") continue;
+    for (const MethodInfo& info : worker.engine.methods) {
+      if (bases.contains(info.id)) continue;
+      const std::string missing = missing_claim(info, motion);
+      leave(missing.empty() ? "not tried: another of its kind or of a higher order was" : missing, info.id);
+    }
+  }
+  for (const auto& [reason, ids] : out) chosen.left_out.emplace_back(reason, ids);
+  return chosen;
+}
+
+// ---- a truth for a scene that has none ----------------------------------------------------------------------------
+namespace {
+
+// Two runs of one method, the finer at twice the steps: the finer is the value, their difference times the safety factor of
+// the grid convergence index (Roache 1994) the bar; the method's order makes its true error smaller than that.
+struct SelfConvergence { std::string method; std::int64_t steps = 0; Recording coarse, fine; };
+
+constexpr double kRoache = 1.25;
+
+void append_sample(std::string& text, const Scene& scene, const Sample& coarse, const Sample& fine) {
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    const BodySample &c = coarse.bodies[b], &f = fine.bodies[b];
+    text += format_number(fine.t_s, 36) + "," + scene.bodies[b].name;
+    const auto group = [&](const auto& x, const auto& y) {  // a vector shares one bar: its largest difference
+      double bar = 0;
+      for (std::size_t i = 0; i < x.size(); ++i) bar = std::max(bar, std::fabs(static_cast<double>(x[i] - y[i])));
+      for (std::size_t i = 0; i < x.size(); ++i) text += "," + format_number(x[i], 36) + "," + format_double(kRoache * bar);
+    };
+    group(f.p_m, c.p_m);
+    group(f.q_wxyz, c.q_wxyz);
+    group(f.v_m_per_s, c.v_m_per_s);
+    group(f.w_rad_per_s, c.w_rad_per_s);
+    text += "\n";
+  }
+}
+
+std::string values_file(const Scene& scene, const SelfConvergence& runs) {
+  std::string text = fmt::format("# source: {} at {} and {} steps\nt_s,body", runs.method, runs.steps, 2 * runs.steps);
+  for (const char* column : {"px_m", "py_m", "pz_m", "qw", "qx", "qy", "qz", "vx_m_per_s", "vy_m_per_s", "vz_m_per_s", "wx_rad_per_s", "wy_rad_per_s", "wz_rad_per_s"}) {
+    text += fmt::format(",{0},{0}_bar", column);
+  }
+  text += "\n";
+  for (std::size_t k = 0; k < runs.fine.values.size(); ++k) append_sample(text, scene, runs.coarse.values[k], runs.fine.values[k]);
+  return text;
+}
+
+double largest_difference(const SelfConvergence& runs) {
+  double largest = 0;
+  for (std::size_t k = 0; k < runs.fine.values.size(); ++k) {
+    for (std::size_t b = 0; b < runs.fine.values[k].bodies.size(); ++b) {
+      largest = std::max(largest, position_error_m(runs.coarse.values[k].bodies[b], runs.fine.values[k].bodies[b]));
+    }
+  }
+  return std::isfinite(largest) ? largest : INFINITY;
+}
+
+// Finer and finer while the difference still falls.
+std::optional<SelfConvergence> converge(const Scenario& scenario, const std::string& method, const Worker& worker, double limit_s) {
+  std::optional<SelfConvergence> best;
+  Recording last;
+  std::int64_t steps = scenario.steps.empty() ? scenario.samples : scenario.steps.front();
+  for (int rung = 0; rung < 14; ++rung, steps *= 2) {
+    Recording run = run_once(worker, method, scenario.scene, {scenario.t_end_s, steps, scenario.samples}, limit_s);
+    if (run.outcome.status != Status::ok) {
+      if (best || run.outcome.status == Status::unsupported || run.outcome.status == Status::timeout) break;
+      last = {};
+      continue;
+    }
+    if (!last.values.empty() && last.values.size() == run.values.size()) {
+      SelfConvergence now{method, steps / 2, last, run};
+      if (best && largest_difference(now) > 0.7 * largest_difference(*best)) break;
+      best = now;
+    }
+    last = std::move(run);
+  }
+  return best;
+}
+
+}  // namespace
+
+AdviceTruth find_truth(const Place& place, const Scenario& scenario, const std::vector<Worker>& workers, const Candidates& candidates,
+                       const std::string& folder, double limit_s) {
+  AdviceTruth found{scenario, ""};
+  std::string why;
+  for (const TruthKind kind : {TruthKind::extended, TruthKind::cvode}) {
+    if (kind == scenario.truth.kind) continue;
+    found.scenario.truth = {kind, "", ""};
+    const Truth truth = truth_once(place.truth_worker, found.scenario, scenario.samples, limit_s);
+    if (truth.outcome.status == Status::ok) {
+      found.words = kind == TruthKind::extended ? "extended precision by two methods (the scene names no truth that could be had)"
+                                                : "CVODE, two methods and two tolerances (the scene names no truth that could be had)";
+      return found;
+    }
+    why += (why.empty() ? "" : "; ") + truth.outcome.reason;
+  }
+  for (const char* scheme : {"verner8", "dop853", "verner6", "dopri5", "rk4"}) {
+    for (const std::string& id : candidates.ids) {
+      const std::string base = base_of(id);
+      if (base != std::string("atwood/") + scheme) continue;
+      const std::size_t plus = id.find('+');
+      const std::string method = base + (plus == std::string::npos ? "" : id.substr(plus));
+      for (const Worker& worker : workers) {
+        if (worker.status != Status::ok || worker.engine.name != "atwood") continue;
+        const auto runs = converge(scenario, method, worker, limit_s / 10);
+        if (!runs) continue;
+        const std::string path = std::filesystem::absolute(folder).string() + "/advise-" + scenario.id + "-values.csv";
+        write_file(path, values_file(scenario.scene, *runs));
+        found.scenario.truth = {TruthKind::values, "", path};
+        found.words = fmt::format("none: self-convergence of {} at {} and {} steps (positions {:.2g} m apart). An error that all runs share does not show",
+                                  method, runs->steps, 2 * runs->steps, largest_difference(*runs));
+        return found;
+      }
+    }
+  }
+  throw InputError(fmt::format("advise: `{}` has no truth, and none can be had: {}", scenario.id, why));
+}
+
+}  // namespace atwood
