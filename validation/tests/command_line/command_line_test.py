@@ -208,6 +208,61 @@ class Goals(Case):
         self.expect(self.run_in("bench", "goals", "--goals", "nowhere.toml"), 2, "nowhere.toml")
 
 
+class Advising(Case):
+    def advice(self, *words, code=0):
+        return json.loads(self.expect(self.run_in("advise", *words, "--json"), code).stdout)
+
+    def test_an_error(self):
+        advice = self.advice("kepler-e0.3", "--error", "1e-7")
+        self.assertTrue(advice["found"])
+        self.assertEqual(advice["metric"], "error-position-max")
+        best, next_ = advice["advice"], advice["runner_up"]
+        self.assertLessEqual(best["error"] * advice["safety"], 1e-7)
+        self.assertLessEqual(next_["error"] * advice["safety"], 1e-7)
+        self.assertNotEqual(best["method"].split(":")[0], "atwood/leapfrog")
+        self.assertLess(advice["finer"]["error"], best["error"])
+        self.assertTrue(advice["left_out"])
+        self.assertIn("closed form", advice["truth"])
+        # The printed command runs that very cell, and finds that very error.
+        words = advice["rerun"].replace("'", "").split()[1:]
+        data = json.loads(self.run_in(*words, "--no-timing", "--json").stdout)
+        rows = [r for r in data["rows"] if r["metric"] == "error-position-max"]
+        self.assertEqual([r["value"] for r in rows], [best["error"]])
+
+    def test_a_budget_and_another_metric(self):
+        advice = self.advice("symmetric-top", "--budget", "1ms", "--metric", "attitude")
+        self.assertEqual(advice["unit"], "rad")
+        self.assertLessEqual(advice["advice"]["seconds"], 1e-3)
+        self.assertLess(advice["advice"]["error"], 1e-9)
+        for out in advice["left_out"]:
+            if "no order" in out["reason"]:
+                self.assertIn("dprkn", out["methods"])  # made for forces without torque
+        result = self.expect(self.run_in("advise", "symmetric-top", "--budget", "1ms", "--metric", "attitude"), 0, "asked", "use", "evidence", "margin", "runner-up", "rerun", "left out")
+        self.assertNotIn("\x1b", result.stdout + result.stderr)
+
+    def test_scenes_without_a_truth(self):
+        path = self.path("mine.toml", SCENE.replace('kind = "extended"', 'kind = "none"'))
+        advice = self.advice(path, "--error", "1e-9")
+        self.assertIn("extended precision", advice["truth"])
+        self.assertIn("mine.toml", advice["rerun"])
+        with open(os.path.join(ROOT, "validation/scenarios/oblique-rough.toml")) as file:
+            text = file.read()
+        rough = self.path("rough.toml", text[:text.index("[truth]")] + '[truth]\nkind = "none"\n' + text[text.index("[[invariant]]"):])
+        advice = self.advice(rough, "--error", "1e-6")
+        self.assertIn("self-convergence", advice["truth"])
+        self.assertGreater(advice["advice"]["bar"], 0)
+        self.assertIn("+event", advice["advice"]["method"])
+
+    def test_what_nobody_reaches_is_said(self):
+        self.expect(self.run_in("advise", "kepler-e0", "--error", "1e-25"), 1, "nothing that was tried", "did not reach the error")
+
+    def test_slips_of_the_pen(self):
+        for words in (["kepler-e0"], ["kepler-e0", "--error", "1e-8", "--budget", "1ms"], ["kepler-e0", "--error", "-1"], ["kepler-e0", "--error", "1e-8m"],
+                      ["kepler-e0", "--budget", "16"], ["kepler-e0", "--error", "1e-8", "--metric", "colour"], ["kepler-e0", "--error", "1e-8", "--metric", "attitude"]):
+            self.expect(self.run_in("advise", *words), 2)
+        self.expect(self.run_in("advise", "keppler-e0", "--error", "1e-8"), 2, "kepler-e0")
+
+
 class BadScenes(Case):
     def error(self, text, *words):
         path = self.path("bad.toml", text)
