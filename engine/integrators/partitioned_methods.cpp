@@ -5,8 +5,8 @@ namespace atwood {
 namespace {
 
 struct Named { const char* scheme; const char* composition; };
-const Named all[] = {{"symplectic-euler", "symplectic-euler"}, {"velocity-verlet", "leapfrog-kdk"}, {"leapfrog", "leapfrog-dkd"},
-                     {"leapfrog-kdk", "leapfrog-kdk"}, {"leapfrog-dkd", "leapfrog-dkd"}};
+const Named all[] = {{"symplectic-euler", "symplectic-euler"}, {"velocity-verlet", "leapfrog-kdk"},
+                     {"leapfrog", "leapfrog-dkd"}, {"leapfrog-kdk", "leapfrog-kdk"}, {"leapfrog-dkd", "leapfrog-dkd"}};
 
 }  // namespace
 
@@ -33,7 +33,8 @@ std::vector<MethodInfo> partitioned_methods() {
                  "velocities first)"),
       fixed_step("velocity-verlet", claims_everywhere(2), "Kick, drift, kick: " + kdk, verlet),
       fixed_step("leapfrog", claims_everywhere(2), "Drift, kick, drift (position Verlet): " + dkd, position_verlet),
-      fixed_step("leapfrog-kdk", claims_everywhere(2), "Velocity Verlet under its other name. Kick, drift, kick: " + kdk, verlet),
+      fixed_step("leapfrog-kdk", claims_everywhere(2), "Velocity Verlet under its other name. Kick, drift, kick: " + kdk,
+                 verlet),
       fixed_step("leapfrog-dkd", claims_everywhere(2), "Leapfrog under its full name. Drift, kick, drift: " + dkd,
                  position_verlet)};
 }

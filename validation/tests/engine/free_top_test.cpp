@@ -122,7 +122,8 @@ TEST_CASE("the exact top errs by round-off times the condition of its flow, in e
 }
 
 TEST_CASE("every top keeps the angular momentum in the world to round-off; all but the splittings energy too") {
-  for (const char* scheme : {"free-top2", "free-top4", "free-top6", "moser-veselov", "implicit-midpoint-so3", "jacobi2", "jacobi4"}) {
+  for (const char* scheme : {"free-top2", "free-top4", "free-top6", "moser-veselov", "implicit-midpoint-so3", "jacobi2",
+                             "jacobi4"}) {
     Scene scene = free_box(false);
     scene.bodies[0].inertia_kg_m2 = {0.6, 0.02, 0.01, 0.02, 0.8, -0.03, 0.01, -0.03, 1.0};
     const RigidModel<double> model(scene);

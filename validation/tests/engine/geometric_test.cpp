@@ -54,7 +54,8 @@ double apart(const BodySample& a, const BodySample& b) {
          distance(a.w_rad_per_s, b.w_rad_per_s);
 }
 
-BodySample end_of(const std::string& scheme, const Scene& scene, double t_end_s, std::int64_t steps, const std::string& scalar) {
+BodySample end_of(const std::string& scheme, const Scene& scene, double t_end_s, std::int64_t steps,
+                  const std::string& scalar) {
   const Recorded r = run(scheme, scene, {t_end_s, steps, 1}, scalar);
   INFO(scheme << ": " << r.outcome.reason);
   REQUIRE(r.outcome.status == Status::ok);
@@ -218,8 +219,8 @@ TEST_CASE("compensated summation lowers the floor, in translation and in attitud
     for (std::size_t k = 1; k < wide.size(); ++k) worst = std::max(worst, apart(narrow[k].bodies[0], wide[k].bodies[0]));
     return worst;
   };
-  for (const std::string scheme : {"symplectic-euler", "leapfrog-kdk", "yoshida4", "blanes-moan6", "kahan-li8", "boris4", "rkmk4",
-                                   "lie4", "free-top4", "moser-veselov", "implicit-midpoint-so3", "jacobi2"}) {
+  for (const std::string scheme : {"symplectic-euler", "leapfrog-kdk", "yoshida4", "blanes-moan6", "kahan-li8", "boris4",
+                                   "rkmk4", "lie4", "free-top4", "moser-veselov", "implicit-midpoint-so3", "jacobi2"}) {
     const double plain = floor_of(scheme, kepler(0.3), 8000, false), kept = floor_of(scheme, kepler(0.3), 8000, true);
     INFO(scheme << " on an orbit: " << plain << ", compensated " << kept);
     CHECK(kept < plain / 4);

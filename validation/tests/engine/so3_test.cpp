@@ -79,11 +79,13 @@ template <class S> void check_elliptic(double tolerance) {
     const double complement = std::pow(10.0, draws.in(-8, 0));
     const double phi = draws.in(0.01, 1.57), c2 = std::cos(phi) * std::cos(phi), s2 = 1 - c2, d2 = c2 + complement * s2;
     const double n = draws.in(0, 1);
-    CHECK(static_cast<double>(carlson_rf(S(c2), S(d2), S(1))) == Approx(boost::math::ellint_rf(c2, d2, 1.0)).epsilon(tolerance));
+    CHECK(static_cast<double>(carlson_rf(S(c2), S(d2), S(1))) ==
+          Approx(boost::math::ellint_rf(c2, d2, 1.0)).epsilon(tolerance));
     CHECK(static_cast<double>(carlson_rj(S(c2), S(d2), S(1), S(1 + n * s2))) ==
           Approx(boost::math::ellint_rj(c2, d2, 1.0, 1 + n * s2)).epsilon(tolerance));
     const JacobiFunctions<S> jacobi{S(complement)};
-    CHECK(static_cast<double>(jacobi.quarter()) == Approx(boost::math::ellint_rf(0.0, complement, 1.0)).epsilon(tolerance));
+    CHECK(static_cast<double>(jacobi.quarter()) ==
+          Approx(boost::math::ellint_rf(0.0, complement, 1.0)).epsilon(tolerance));
     const double u = draws.in(-1, 1) * static_cast<double>(jacobi.quarter()), modulus = std::sqrt(1 - complement);
     if (complement < 1e-3) continue;  // their modulus has lost its complement's digits
     double cn, dn;
@@ -113,7 +115,7 @@ template <class S> void check_identities() {
     const auto f = jacobi.at(u);
     INFO("k'^2 = " << static_cast<double>(complement) << ", u = " << static_cast<double>(u));
     CHECK(std::fabs(static_cast<double>(f.sn * f.sn + f.cn * f.cn - S(1))) < round);
-    CHECK(std::fabs(static_cast<double>((f.dn * f.dn - f.cn * f.cn) / (complement * f.sn * f.sn) - S(1))) * static_cast<double>(complement) < round);
+    CHECK(std::fabs(static_cast<double>(f.dn * f.dn - f.cn * f.cn - complement * f.sn * f.sn)) < round);
     CHECK(std::fabs(static_cast<double>(f.sn * carlson_rf(f.cn * f.cn, f.dn * f.dn, S(1)) / u - S(1))) < round);
   }
   // R_J(x, x, x, x) = x^(-3/2)
@@ -132,7 +134,8 @@ TEST_CASE("R_J is the integral it stands for, in quad") {
   const Quad complement = Quad(1) / 7000, N = Quad(3) / 10;
   const JacobiFunctions<Quad> jacobi(complement);
   const Quad u = jacobi.quarter() * Quad(0.9);
-  const Quad node[3] = {-real::sqrt(Quad(3) / 5), 0, real::sqrt(Quad(3) / 5)}, weight[3] = {Quad(5) / 18, Quad(8) / 18, Quad(5) / 18};
+  const Quad node[3] = {-real::sqrt(Quad(3) / 5), 0, real::sqrt(Quad(3) / 5)};
+  const Quad weight[3] = {Quad(5) / 18, Quad(8) / 18, Quad(5) / 18};
   const auto by = [&](int panels) {
     Quad sum = 0;
     for (int i = 0; i < panels; ++i)
