@@ -54,11 +54,15 @@ struct AuditProblem {
 struct AuditFinding {
   std::string method, claim;             // claim: where the claimed order comes from
   double claimed = 0;
-  AuditVerdict verdict = AuditVerdict::inconclusive;  // lower on one problem: lower; else higher on one: higher; ...
+  AuditVerdict verdict = AuditVerdict::inconclusive;  // lower on one problem: lower; else higher on two, or on
+                                                      // the only one that tells: higher; ...
   std::vector<AuditProblem> problems;
 };
 std::string to_string(AuditVerdict verdict);
-// Of every method with fixed steps whose engine is not ours and that claims an order; sorted as the rows are.
+// Of every method whose engine is not ours and that claims an order, at equal steps. And of every method run with three
+// tolerances or more, as "lib/method:tol": the claim is then an error in proportion to the tolerance, and the executed figure
+// the exponent p of error ~ tolerance^p (largest position error of the run); under 1/2, or an error over tolerance that varies a
+// thousandfold, counts as lower where the error is over a hundred times its tolerance.
 std::vector<AuditFinding> audit_orders(const std::vector<Engine>& engines, const std::vector<Row>& rows);
 // Findings first, each with its claim, its executed orders and the command that prints its evidence.
 std::string render_audit_table(const std::vector<AuditFinding>& findings, bool colour, int width);

@@ -33,7 +33,8 @@ Settings settings(const Scheme& scheme) {
   if (!is_implicit(scheme)) return all;
   all["nonlinear_solver"] = std::string("Newton");
   all["nonlinear_coefficient"] = 0.1;
-  all["nonlinear_iterations"] = std::int64_t(20);
+  all["nonlinear_iterations"] = std::string("20 at equal steps; ARKODE's default (3) otherwise");
+  all["nonlinear_crdown"] = 0.3;
   all["nonlinear_weights"] = std::string("rtol 1e-13, atol 1e-15 at equal steps; the asked tolerance otherwise");
   all["newton_matrix"] = std::string("set up every step at equal steps; ARKODE's default otherwise");
   all["linear_solver"] = std::string("dense, difference-quotient Jacobian");
@@ -83,7 +84,8 @@ std::string read_options(const MethodId& id, arkode::Options& options) {
     if (key == "max_steps" && number && *number >= 1) options.max_steps = *number;
     else if (key == "nonlinear_iterations" && is_implicit(*found) && number && *number >= 1) options.nonlinear_iterations = static_cast<int>(*number);
     else if (key == "nonlinear_coefficient" && is_implicit(*found) && real && *real > 0) options.nonlinear_coefficient = *real;
-    else return "arkode has no setting `" + key + "` of that value here; it has max_steps" + (is_implicit(*found) ? ", nonlinear_iterations, nonlinear_coefficient" : "");
+    else if (key == "nonlinear_crdown" && is_implicit(*found) && real && *real > 0) options.nonlinear_crdown = *real;
+    else return "arkode has no setting `" + key + "` of that value here; it has max_steps" + (is_implicit(*found) ? ", nonlinear_iterations, nonlinear_coefficient, nonlinear_crdown" : "");
   }
   return "";
 }

@@ -116,8 +116,10 @@ class Solver : public stepping::Stepper<double> {
     linear_ = SUNLinSol_Dense(y_, matrix_, context_);
     check(ARKStepSetLinearSolver(memory_, linear_, matrix_), 0);
     check(ARKStepSetNonlinConvCoef(memory_, options_.nonlinear_coefficient), 0);
-    check(ARKStepSetMaxNonlinIters(memory_, options_.nonlinear_iterations), 0);
+    if (options_.nonlinear_crdown > 0) check(ARKStepSetNonlinCRDown(memory_, options_.nonlinear_crdown), 0);
+    if (options_.nonlinear_iterations > 0) check(ARKStepSetMaxNonlinIters(memory_, options_.nonlinear_iterations), 0);
     if (options_.by_tolerance) return;
+    if (options_.nonlinear_iterations == 0) check(ARKStepSetMaxNonlinIters(memory_, 20), 0);
     check(ARKStepSetLSetupFrequency(memory_, 1), 0);   // a fresh Newton matrix each step: it keeps its fast convergence
     check(ARKStepSetJacEvalFrequency(memory_, 1), 0);
   }

@@ -142,12 +142,47 @@ int main() {
 }
 )frame";
 
+// The same for a method that chooses its steps: the error ought to follow the tolerance.
+constexpr const char* kToleranceMain = R"frame(int main() {
+  const double tolerances[] = {1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9};
+  const int m = 6;
+  double mx = 0, me = 0, sxx = 0, sxe = 0, x[m], e[m], least = HUGE_VAL, most = 0;
+  for (int k = 0; k < m; ++k) {
+    double error[2] = {0, 0};
+    for (int cure = 0; cure < @CURES@; ++cure) {
+      real y[n];
+      std::copy(start, start + n, y);
+      solve(tolerances[k], cure, y);
+      for (int i = 0; i < (n == 3 ? 3 : n / 2); ++i) error[cure] += double((y[i] - exact[i]) * (y[i] - exact[i]));
+      error[cure] = std::sqrt(error[cure]);
+    }
+    std::printf("rtol %.0e  error %.2e (%.0f rtol)", tolerances[k], error[0], error[0] / tolerances[k]);
+    if (@CURES@ > 1) std::printf("   @CURE_NAME@: error %.2e (%.0f rtol)", error[1], error[1] / tolerances[k]);
+    std::printf("\n");
+    least = std::min(least, error[0] / tolerances[k]);
+    most = std::max(most, error[0] / tolerances[k]);
+    mx += (x[k] = std::log(tolerances[k])) / m;
+    me += (e[k] = std::log(error[0])) / m;
+  }
+  for (int k = 0; k < m; ++k) { sxx += (x[k] - mx) * (x[k] - mx); sxe += (x[k] - mx) * (e[k] - me); }
+  std::printf("claimed: error ~ rtol^1, executed: error ~ rtol^%.2f, %.1f to %.1f times it: %s\n", sxe / sxx, least, most,
+              most > 100 && (sxe / sxx < 0.5 || most > 1000 * least) ? "lower" : "as claimed");
+}
+)frame";
+
 // Coarse to fine, from the catalogue's first rung: ratios that a method of order 8 in double and one of order 1 can both use.
 std::string ladder(const Scenario& scenario) {
   const std::int64_t first = scenario.steps.empty() ? 240 : scenario.steps.front();
   std::vector<std::int64_t> rungs;
   for (const std::int64_t quarters : {4, 6, 8, 12, 16, 24, 32, 48, 64, 128, 256, 512}) rungs.push_back(first * quarters / 4);
   return fmt::format("{}", fmt::join(rungs, ", "));
+}
+
+// The frame up to its main, then the other main.
+std::string tolerance_frame() {
+  const std::string frame = kFrame;
+  return replaced(frame.substr(0, frame.find("int main() {")), "claims order @CLAIM@ (@FROM@); this shows the order it executes",
+                  "is given tolerances; this shows whether its error follows them") + kToleranceMain;
 }
 
 struct Solver { std::string compile, includes, solve, claimed; };
@@ -181,7 +216,22 @@ constexpr const char* kArkodeNewton = R"(
   ARKStepSetLSetupFrequency(memory, 1);
   ARKStepSetJacEvalFrequency(memory, 1);)";
 
-Solver arkode(const MethodInfo& info) {
+// Fixed steps become a tolerance: defaults of the library, and for Newton's users a second run with one of them changed.
+std::string by_tolerance(std::string solve, const std::string& module, bool newton) {
+  solve = replaced(solve, "solve(long steps, real* y)", "solve(double rtol, int cure, real* y)");
+  solve = replaced(solve, "  " + module + "SetFixedStep(memory, t_end / steps);\n",
+                   "  " + module + "SStolerances(memory, rtol, rtol / 100);\n  " + module + "SetMaxNumSteps(memory, 10000000);\n  " + module +
+                       "SetStopTime(memory, t_end);\n" + (newton ? "  if (cure) ARKStepSetNonlinCRDown(memory, 1);\n" : "  (void)cure;\n"));
+  solve = replaced(solve, "for (long k = 0; k < steps; ++k) " + module + "Evolve(memory, 2 * t_end, v, &t, ARK_ONE_STEP);",
+                   module + "Evolve(memory, t_end, v, &t, ARK_NORMAL);");
+  for (const char* line : {"  ARKStepSStolerances(memory, 1e-13, 1e-15);  // Newton stops at a tenth of this: no spoiler of the order\n",
+                           "  ARKStepSetMaxNonlinIters(memory, 20);\n", "  ARKStepSetLSetupFrequency(memory, 1);\n",
+                           "  ARKStepSetJacEvalFrequency(memory, 1);"})
+    solve = replaced(solve, line, "");
+  return solve;
+}
+
+Solver arkode(const MethodInfo& info, bool tolerance) {
   const std::string module = setting(info, "module"), e = setting(info, "explicit_table"), i = setting(info, "implicit_table");
   const bool additive = !e.empty() && !i.empty();
   Solver made;
@@ -213,6 +263,7 @@ Solver arkode(const MethodInfo& info) {
   SUNContext_Free(&context);
 }
 )", "@CREATE@", create), "@M@", module);
+  if (tolerance) made.solve = by_tolerance(made.solve, module, !i.empty());
   if (!i.empty()) made.compile = replaced(made.compile, " -lsundials_nvecserial", " -lsundials_nvecserial -lsundials_sunnonlinsolnewton -lsundials_sunlinsoldense -lsundials_sunmatrixdense");
   return made;
 }
@@ -304,17 +355,19 @@ std::string evidence_program(const MethodId& id, const MethodInfo& info, const s
                              const Truth& truth) {
   const bool is_odeint = id.engine == "odeint", wide = id.scalar == "long-double";
   if (!is_odeint && id.engine != "arkode") throw InputError(fmt::format("--program: {} is no method of ARKODE or odeint", to_string(id)));
-  if (id.rtol) throw InputError("--program: an order in the step needs equal steps, not a tolerance");
+  const bool tolerance = id.rtol.has_value();
+  if (tolerance && is_odeint) throw InputError("--program: of odeint's methods those with equal steps, not those with a tolerance");
   const Written problem = write_problem(scenario, truth, wide);
-  const Solver solver = is_odeint ? odeint(id, info) : arkode(info);
+  const Solver solver = is_odeint ? odeint(id, info) : arkode(info, tolerance);
   const std::string claim = setting(info, "claim");
-  std::string text = kFrame;
+  const bool newton = !setting(info, "implicit_table").empty();
+  std::string text = tolerance ? tolerance_frame() : kFrame;
   for (const auto& [from, to] : std::initializer_list<std::pair<std::string, std::string>>{
            {"@WHAT@", fmt::format("{} {}{}", is_odeint ? "Boost.odeint," : "SUNDIALS ARKODE", version, ": " + to_string(id).substr(id.engine.size() + 1))},
            {"@CLAIM@", fmt::format("{}", info.claimed_order.empty() ? 0.0 : info.claimed_order.begin()->second)},
            {"@FROM@", is_odeint ? claim : "the q of its table"},
            {"@COMPILE@", solver.compile}, {"@INCLUDES@", solver.includes}, {"@SOLVE@", solver.solve}, {"@CLAIMED@", solver.claimed},
-           {"@SCENE@", scenario.id}, {"@T@", format_double(scenario.t_end_s)}, {"@REAL@", wide ? "long double" : "double"},
+           {"@CURES@", newton ? "2" : "1"}, {"@CURE_NAME@", "with ARKStepSetNonlinCRDown(memory, 1)"}, {"@SCENE@", scenario.id}, {"@T@", format_double(scenario.t_end_s)}, {"@REAL@", wide ? "long double" : "double"},
            {"@N@", fmt::format("{}", problem.size)}, {"@START@", problem.start}, {"@END@", problem.end}, {"@SOURCE@", truth.source},
            {"@RATE@", problem.rate}, {"@LADDER@", ladder(scenario)}, {"@FLOOR@", wide ? "1e-15" : "2e-12"}}) {
     text = replaced(text, from, to);

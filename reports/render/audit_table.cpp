@@ -32,7 +32,7 @@ std::string order_text(const AuditFinding& finding, const std::string& scenario,
     if (!std::isfinite(problem.order)) return "?";
     const double shown = std::fabs(problem.order) < 0.005 ? 0.0 : problem.order;  // no -0.00
     const char* mark = problem.verdict == AuditVerdict::inconclusive ? "?" : problem.quantity == "velocity" ? " v" : "";
-    return with_interval ? fmt::format("{:.2f} \u00b1 {:.2g}{}", shown, problem.half_width_95, mark) : fmt::format("{:.2f}{}", shown, mark);
+    return with_interval && problem.half_width_95 > 0 ? fmt::format("{:.2f} \u00b1 {:.2g}{}", shown, problem.half_width_95, mark) : fmt::format("{:.2f}{}", shown, mark);
   }
   return "";
 }
@@ -53,12 +53,15 @@ std::string counts_text(const std::vector<AuditFinding>& findings) {
   return text;
 }
 
-std::string quoted(const std::string& method) {
+std::string quoted(const std::string& given) {
+  std::string method = given;
+  if (const auto at = method.find(":tol"); at != std::string::npos) method.replace(at, 4, ":1e-8");
   return method.find_first_of("{}*?") == std::string::npos ? method : "'" + method + "'";
 }
 
 constexpr const char* kLegend =
-    "?: inconclusive (the row's reason says why); v: from velocity, position being inconclusive. A whole order within 0.25.";
+    "?: inconclusive (the row's reason says why); v: from velocity, position being inconclusive. A whole order within 0.25. "
+    ":tol: exponent of error over tolerance, lower under 0.5 or where error / tolerance varies 1000-fold.";
 
 }  // namespace
 

@@ -11,7 +11,8 @@ function executed(problem: AuditProblem | undefined): Child {
   if (problem.verdict === 'unsupported') return h('span', { class: 'soft', title: problem.reason }, 'unsupported');
   const order = real(problem.order);
   if (!Number.isFinite(order)) return h('span', { class: 'soft', title: problem.reason }, 'inconclusive');
-  const text = `${(Math.abs(order) < 0.005 ? 0 : order).toFixed(2)} \u00b1 ${figure(real(problem.half_width_95), 2)}${problem.quantity === 'velocity' ? ' (velocity)' : ''}`;
+  const half = real(problem.half_width_95);
+  const text = `${(Math.abs(order) < 0.005 ? 0 : order).toFixed(2)}${half > 0 ? ` \u00b1 ${figure(half, 2)}` : ''}${problem.quantity === 'velocity' ? ' (velocity)' : ''}`;
   return h('span', { title: problem.reason }, problem.verdict === 'lower' || problem.verdict === 'higher' ? h('b', {}, text) : text);
 }
 
@@ -23,7 +24,7 @@ function findingsTable(report: Report, findings: AuditFinding[], label: string):
     { name: 'method', value: (f) => f.method },
     { name: 'claimed', number: true, value: (f) => real(f.claimed), cell: (f) => h('span', { title: f.claim }, String(f.claimed)) },
     ...scenarios.map((scenario): Column<AuditFinding> => ({ name: scenario, number: true, value: (f) => real(of(f, scenario)?.order), cell: (f) => executed(of(f, scenario)) })),
-    { name: 'evidence', value: () => '', cell: (f) => copyButton(`./atwood describe ${shellWord(f.method)} --program`) },
+    { name: 'evidence', value: () => '', cell: (f) => copyButton(`./atwood describe ${shellWord(f.method.replace(':tol', ':1e-8'))} --program`) },
   ];
   return smallTable(columns, findings, label);
 }
@@ -35,7 +36,7 @@ export function audit(report: Report): HTMLElement | null {
   const found = sorted.filter((f) => f.verdict !== 'as claimed'), rest = sorted.filter((f) => f.verdict === 'as claimed');
   const count = (verdict: string) => all.filter((f) => f.verdict === verdict).length;
   return section('audit', `Library audit: ${count('lower')} of ${all.length} methods below their claim`,
-    h('p', { class: 'hint' }, 'Order in the step, claimed by the library beside executed on the reference\u2019s own equations, with its 95 % interval; the window and what was left out show on the figure. A whole order within 0.25 counts as that order; position\u2019s, or velocity\u2019s where position is inconclusive. Evidence: a program with nothing of Atwood in it.'),
+    h('p', { class: 'hint' }, 'Order in the step, claimed by the library beside executed on the reference\u2019s own equations, with its 95 % interval; the window and what was left out show on the figure. A whole order within 0.25 counts as that order; position\u2019s, or velocity\u2019s where position is inconclusive. Methods that end in :tol choose their steps: the exponent of the largest position error over the tolerance, below 0.5, or a thousandfold variation of error over tolerance, counts as lower where the error is over a hundred times the tolerance. Evidence: a program with nothing of Atwood in it.'),
     found.length ? findingsTable(report, found, 'Methods that do not show what they claim') : null,
     h('details', {}, h('summary', {}, `${rest.length} methods as claimed`), findingsTable(report, rest, 'Methods as claimed')));
 }

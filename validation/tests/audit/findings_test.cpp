@@ -53,12 +53,16 @@ TEST_CASE("An executed order within a quarter of a whole one is evidence of that
   CHECK(verdict_of({nan}) == AuditVerdict::inconclusive);
   CHECK(verdict_of({4.0, nan}) == AuditVerdict::as_claimed);
   CHECK(verdict_of({4.0, 5.0, 3.0}) == AuditVerdict::lower);  // one problem is enough
-  CHECK(verdict_of({4.0, 5.0}) == AuditVerdict::higher);
+  CHECK(verdict_of({4.0, 5.0}) == AuditVerdict::as_claimed);  // one above may be luck
+  CHECK(verdict_of({4.0, 5.0, 5.0}) == AuditVerdict::higher);
+  CHECK(verdict_of({nan, 5.0}) == AuditVerdict::higher);
+  CHECK(verdict_of({-1.0}) == AuditVerdict::inconclusive);    // round-off
   CHECK(verdict_of({-0.02}) == AuditVerdict::lower);
 }
 
 TEST_CASE("Velocity speaks where position is inconclusive; a refusal keeps its reason") {
-  std::vector<Row> rows = {order_row("lib/four@float", "a", std::nan("")), order_row("lib/four@float", "a", 3.0, "order-velocity")};
+  std::vector<Row> rows = {order_row("lib/four@float", "a", std::nan("")), order_row("lib/four@float", "a", 4.1, "order-velocity"),
+                           order_row("lib/four@float", "c", std::nan("")), order_row("lib/four@float", "c", 3.0, "order-velocity")};
   Row refused;
   refused.method = "lib/four@float";
   refused.scenario = "b";
@@ -69,14 +73,36 @@ TEST_CASE("Velocity speaks where position is inconclusive; a refusal keeps its r
   const auto findings = audit_orders(library(), rows);
   REQUIRE(findings.size() == 1);
   CHECK(findings[0].method == "lib/four@float");
-  CHECK(findings[0].verdict == AuditVerdict::lower);
+  CHECK(findings[0].verdict == AuditVerdict::as_claimed);
   CHECK(findings[0].problems.at(0).quantity == "velocity");
+  CHECK(findings[0].problems.at(2).verdict == AuditVerdict::inconclusive);  // alone, velocity is no finding
   CHECK(findings[0].problems.at(1).verdict == AuditVerdict::unsupported);
   CHECK(findings[0].problems.at(1).reason == "no such force");
 }
 
-TEST_CASE("Our own methods, methods without a claim and those with a tolerance are not audited") {
-  const std::vector<Row> rows = {order_row("atwood/four", "a", 3), order_row("lib/none", "a", 3), order_row("lib/four:1e-6", "a", 3)};
+TEST_CASE("An error that does not follow its tolerance is a finding; one far below it is none") {
+  const auto verdict = [&](const std::vector<double>& errors) {
+    std::vector<Row> rows;
+    double tolerance = 1e-4;
+    for (const double error : errors) {
+      rows.push_back(order_row("lib/none:" + std::to_string(tolerance).substr(0, 10), "a", error, "error-position-max"));
+      tolerance /= 10;
+    }
+    const auto findings = audit_orders(library(), rows);
+    REQUIRE(findings.size() == 1);
+    CHECK(findings[0].method == "lib/none:tol");
+    return findings[0].verdict;
+  };
+  CHECK(verdict({1e-3, 1e-4, 1e-5}) == AuditVerdict::as_claimed);
+  CHECK(verdict({1e-3, 1e-3, 1e-3}) == AuditVerdict::lower);
+  CHECK(verdict({1e-3, 1e-2, 1e-3}) == AuditVerdict::lower);
+  CHECK(verdict({1e-1, 1e-6, 1e-4}) == AuditVerdict::lower);  // falls on the whole, and follows nothing
+  CHECK(verdict({1e-9, 1e-9, 1e-9}) == AuditVerdict::as_claimed);
+  CHECK(verdict({1e-3, 1e-4}) == AuditVerdict::inconclusive);
+}
+
+TEST_CASE("Our own methods, methods without a claim are not audited") {
+  const std::vector<Row> rows = {order_row("atwood/four", "a", 3), order_row("lib/none", "a", 3), order_row("atwood/four:1e-6", "a", 3, "error-position-max")};
   CHECK(audit_orders(library(), rows).empty());
 }
 
