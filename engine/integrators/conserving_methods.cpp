@@ -32,7 +32,7 @@ std::vector<MethodInfo> conserving_methods() {
                  "Hairer, Lubich, Wanner, Geometric Numerical Integration (2nd ed.), algorithm IV.4.2"),
       fixed_step("relaxation-rk4", claims_everywhere(4),
                  "Classical RK4, its increment stretched by gamma = 1 + O(h^3) to the run's energy, so that it ends at t + gamma h; "
-                 "a second, relaxed step covers the (1 - gamma) h that is left, so reported instants are true ones. Eight "
+                 "a second, relaxed step covers the (1 - gamma) h that is left, so reported instants are true ones. Four to eight "
                  "evaluations a step." + refuses + embedded_attitude,
                  "Ketcheson, SIAM J. Numer. Anal. 57 (2019) 2850; Ranocha, Sayyari, Dalcin, Parsani, Ketcheson, SIAM J. Sci. "
                  "Comput. 42 (2020) A612")};
