@@ -1,7 +1,6 @@
-#include "arkode/arkode.hpp"
-
 #include <algorithm>
 
+#include "arkode/arkode.hpp"
 #include "arkode/solver.hpp"
 #include "sundials/sundials.hpp"
 
@@ -45,13 +44,18 @@ Settings settings(const Scheme& scheme) {
 }
 
 std::string doc(const Scheme& scheme) {
-  const std::string table = scheme.name + ": " + std::to_string(scheme.stages) + " stages, order " + std::to_string(scheme.q) +
-                            (scheme.p > 0 ? " with an embedded method of order " + std::to_string(scheme.p) : ", no embedding");
+  const std::string table =
+      scheme.name + ": " + std::to_string(scheme.stages) + " stages, order " + std::to_string(scheme.q) +
+      (scheme.p > 0 ? " with an embedded method of order " + std::to_string(scheme.p) : ", no embedding");
   switch (scheme.module) {
-    case Module::erkstep: return "ARKODE's ERKStep with its packaged explicit table " + table + ".";
-    case Module::arkstep_explicit: return "ARKODE's ARKStep, all of the rate explicit, with its packaged explicit table " + table + ".";
-    case Module::arkstep_implicit: return "ARKODE's ARKStep, all of the rate implicit, with its packaged diagonally implicit table " + table + ".";
-    case Module::arkstep_imex: return "ARKODE's ARKStep with its packaged additive pair " + table + ".";
+    case Module::erkstep:
+      return "ARKODE's ERKStep with its packaged explicit table " + table + ".";
+    case Module::arkstep_explicit:
+      return "ARKODE's ARKStep, all of the rate explicit, with its packaged explicit table " + table + ".";
+    case Module::arkstep_implicit:
+      return "ARKODE's ARKStep, all of the rate implicit, with its packaged diagonally implicit table " + table + ".";
+    case Module::arkstep_imex:
+      return "ARKODE's ARKStep with its packaged additive pair " + table + ".";
   }
   return "";
 }
@@ -60,7 +64,8 @@ MethodInfo info(const Scheme& scheme) {
   MethodInfo made;
   made.id = "arkode/" + to_string(scheme.module) + "/" + scheme.name;
   made.doc = doc(scheme);
-  made.source = "Reynolds, Gardner, Woodward and Chinomona, ARKODE, ACM Trans. Math. Softw. 49 (2023) 19; order: the table's q";
+  made.source =
+      "Reynolds, Gardner, Woodward and Chinomona, ARKODE, ACM Trans. Math. Softw. 49 (2023) 19; order: the table's q";
   made.adaptive = scheme.p > 0;
   for (const char* motion : {"point-mass", "velocity-dependent", "rotation"}) made.claimed_order[motion] = scheme.q;
   made.settings = settings(scheme);
@@ -69,23 +74,31 @@ MethodInfo info(const Scheme& scheme) {
 
 std::string read_options(const MethodId& id, arkode::Options& options) {
   const auto& all = arkode::schemes();
-  const auto found = std::find_if(all.begin(), all.end(), [&](const Scheme& s) { return to_string(s.module) + "/" + s.name == id.scheme; });
+  const auto found = std::find_if(all.begin(), all.end(),
+                                  [&](const Scheme& s) { return to_string(s.module) + "/" + s.name == id.scheme; });
   if (found == all.end()) return "arkode has no scheme `" + id.scheme + "`; `atwood list methods` shows its tables";
   options.scheme = *found;
   if (!id.scalar.empty() && id.scalar != "double") return "arkode runs in double, not " + id.scalar;
   if (!id.response.empty()) return "arkode has no contacts: no +" + id.response;
   options.by_tolerance = id.rtol.has_value();
-  if (options.by_tolerance && found->p == 0) return "arkode: the table " + found->name + " has no embedding: equal steps only";
+  if (options.by_tolerance && found->p == 0)
+    return "arkode: the table " + found->name + " has no embedding: equal steps only";
   options.rtol = id.rtol.value_or(arkode::kFixedRtol);
   options.atol = id.atol.value_or(options.by_tolerance ? options.rtol / 100 : arkode::kFixedAtol);
   for (const auto& [key, value] : id.overrides) {
     const auto* number = std::get_if<std::int64_t>(&value);
     const auto* real = std::get_if<double>(&value);
-    if (key == "max_steps" && number && *number >= 1) options.max_steps = *number;
-    else if (key == "nonlinear_iterations" && is_implicit(*found) && number && *number >= 1) options.nonlinear_iterations = static_cast<int>(*number);
-    else if (key == "nonlinear_coefficient" && is_implicit(*found) && real && *real > 0) options.nonlinear_coefficient = *real;
-    else if (key == "nonlinear_crdown" && is_implicit(*found) && real && *real > 0) options.nonlinear_crdown = *real;
-    else return "arkode has no setting `" + key + "` of that value here; it has max_steps" + (is_implicit(*found) ? ", nonlinear_iterations, nonlinear_coefficient, nonlinear_crdown" : "");
+    if (key == "max_steps" && number && *number >= 1)
+      options.max_steps = *number;
+    else if (key == "nonlinear_iterations" && is_implicit(*found) && number && *number >= 1)
+      options.nonlinear_iterations = static_cast<int>(*number);
+    else if (key == "nonlinear_coefficient" && is_implicit(*found) && real && *real > 0)
+      options.nonlinear_coefficient = *real;
+    else if (key == "nonlinear_crdown" && is_implicit(*found) && real && *real > 0)
+      options.nonlinear_crdown = *real;
+    else
+      return "arkode has no setting `" + key + "` of that value here; it has max_steps" +
+             (is_implicit(*found) ? ", nonlinear_iterations, nonlinear_coefficient, nonlinear_crdown" : "");
   }
   return "";
 }
@@ -94,9 +107,8 @@ Outcome run_method(const MethodId& id, const Scene& scene, const Plan& plan, con
   arkode::Options options;
   if (const std::string why = read_options(id, options); !why.empty()) return stepping::refusal(why);
   return stepping::run<double>("arkode", scene, plan, observer, repeats, options.by_tolerance,
-                               [&](const stepping::Equations<double>& equations, const std::vector<double>& y, double h_s) {
-                                 return arkode::make_solver(options, equations, y, h_s);
-                               });
+                               [&](const stepping::Equations<double>& equations, const std::vector<double>& y,
+                                   double h_s) { return arkode::make_solver(options, equations, y, h_s); });
 }
 
 }  // namespace

@@ -12,21 +12,22 @@ namespace atwood::odeint {
 // How a method id wants its stepper.
 struct Choice {
   bool in_place = false;
-  double rtol = 0, atol = 0;   // of the forms that take a tolerance
-  double epsilon = 1e-6;       // implicit_euler's own default
+  double rtol = 0, atol = 0;  // of the forms that take a tolerance
+  double epsilon = 1e-6;      // implicit_euler's own default
 };
 
 template <class S>
-using Make = std::unique_ptr<stepping::Stepper<S>> (*)(const stepping::Equations<S>&, const std::vector<S>& y, S h_s, const Choice&);
+using Make = std::unique_ptr<stepping::Stepper<S>> (*)(const stepping::Equations<S>&, const std::vector<S>& y, S h_s,
+                                                       const Choice&);
 
 struct Entry {
-  std::string name, type;      // "runge_kutta4", "runge_kutta4<state, real>": what its user would write
+  std::string name, type;  // "runge_kutta4", "runge_kutta4<state, real>": what its user would write
   std::string doc;
-  std::string claim;           // where the claim comes from
-  int order = 0;               // 0: no claim
+  std::string claim;  // where the claim comes from
+  int order = 0;      // 0: no claim
   enum class Form { plain, controlled, dense, symplectic, verlet, implicit } form = Form::plain;
   bool by_tolerance = false;
-  bool has_in_place = true;    // both do_step(sys, x, t, dt) and do_step(sys, in, t, out, dt)
+  bool has_in_place = true;  // both do_step(sys, x, t, dt) and do_step(sys, in, t, out, dt)
   bool has_epsilon = false;
   Make<double> in_double = nullptr;
   Make<long double> in_long_double = nullptr;
@@ -43,7 +44,9 @@ void add_implicit(std::vector<Entry>& all);
 template <class S>
 struct System {
   const stepping::Equations<S>* equations;
-  void operator()(const std::vector<S>& x, std::vector<S>& dxdt, S t) const { equations->rate(t, x.data(), dxdt.data()); }
+  void operator()(const std::vector<S>& x, std::vector<S>& dxdt, S t) const {
+    equations->rate(t, x.data(), dxdt.data());
+  }
 };
 
 // A stepper with do_step alone.
@@ -61,7 +64,8 @@ class Plain : public stepping::Stepper<S> {
     }
   }
   std::int64_t advance(S, S, std::vector<S>&) override {
-    throw stepping::Failure(Status::unsupported, "this stepper has no error control: it takes equal steps, no tolerance");
+    throw stepping::Failure(Status::unsupported,
+                            "this stepper has no error control: it takes equal steps, no tolerance");
   }
 
  private:
@@ -72,7 +76,8 @@ class Plain : public stepping::Stepper<S> {
 };
 
 template <class S, class Odeint>
-std::unique_ptr<stepping::Stepper<S>> make_plain(const stepping::Equations<S>& equations, const std::vector<S>& y, S, const Choice& choice) {
+std::unique_ptr<stepping::Stepper<S>> make_plain(const stepping::Equations<S>& equations, const std::vector<S>& y, S,
+                                                 const Choice& choice) {
   return std::make_unique<Plain<S, Odeint>>(equations, y, choice);
 }
 

@@ -13,10 +13,13 @@ namespace {
 
 namespace lib = boost::numeric::odeint;
 using stepping::Equations;
-template <class S> using Vector = boost::numeric::ublas::vector<S>;
-template <class S> using Matrix = boost::numeric::ublas::matrix<S>;
+template <class S>
+using Vector = boost::numeric::ublas::vector<S>;
+template <class S>
+using Matrix = boost::numeric::ublas::matrix<S>;
 
-// A step of these takes a few evaluations. An iteration inside the library that never ends would hang the worker: it is ended.
+// A step of these takes a few evaluations. An iteration inside the library that never ends would hang the worker: it is
+// ended.
 constexpr int kMostEvaluations = 1000;
 
 template <class S>
@@ -25,8 +28,9 @@ struct Rate {
   int* evaluations;  // of this step so far; null: not counted
   void operator()(const Vector<S>& x, Vector<S>& dxdt, S t) const {
     if (evaluations != nullptr && ++*evaluations > kMostEvaluations)
-      throw stepping::Failure(Status::diverged, "no end of its iteration after 1000 evaluations of f in the step to t = " +
-                                                    std::to_string(static_cast<double>(t)) + " s");
+      throw stepping::Failure(Status::diverged,
+                              "no end of its iteration after 1000 evaluations of f in the step to t = " +
+                                  std::to_string(static_cast<double>(t)) + " s");
     equations->rate(t, &x[0], &dxdt[0]);
   }
 };
@@ -41,14 +45,22 @@ struct Jacobian {
     (*this)(x, dfdx, t, dfdt);
   }
 };
-template <class S> using Pair = std::pair<Rate<S>, Jacobian<S>>;
-template <class S> Pair<S> pair_of(const Equations<S>& equations, int* evaluations) { return {Rate<S>{&equations, evaluations}, Jacobian<S>{&equations}}; }
+template <class S>
+using Pair = std::pair<Rate<S>, Jacobian<S>>;
+template <class S>
+Pair<S> pair_of(const Equations<S>& equations, int* evaluations) {
+  return {Rate<S>{&equations, evaluations}, Jacobian<S>{&equations}};
+}
 
 template <class S, class Odeint, bool has_out>
 class Implicit : public stepping::Stepper<S> {
  public:
   Implicit(const Equations<S>& equations, const std::vector<S>& y, Odeint stepper, bool in_place)
-      : system_(pair_of(equations, &evaluations_)), stepper_(std::move(stepper)), x_(y.size()), out_(y.size()), in_place_(in_place) {}
+      : system_(pair_of(equations, &evaluations_)),
+        stepper_(std::move(stepper)),
+        x_(y.size()),
+        out_(y.size()),
+        in_place_(in_place) {}
   void step(S t_s, S h_s, std::vector<S>& y) override {
     evaluations_ = 0;
     std::copy(y.begin(), y.end(), x_.begin());
@@ -75,25 +87,30 @@ class Implicit : public stepping::Stepper<S> {
 };
 
 template <class S>
-std::unique_ptr<stepping::Stepper<S>> make_rosenbrock(const Equations<S>& equations, const std::vector<S>& y, S, const Choice& choice) {
+std::unique_ptr<stepping::Stepper<S>> make_rosenbrock(const Equations<S>& equations, const std::vector<S>& y, S,
+                                                      const Choice& choice) {
   using Odeint = lib::rosenbrock4<S>;
   return std::make_unique<Implicit<S, Odeint, true>>(equations, y, Odeint(), choice.in_place);
 }
 template <class S>
-std::unique_ptr<stepping::Stepper<S>> make_implicit_euler(const Equations<S>& equations, const std::vector<S>& y, S, const Choice& choice) {
+std::unique_ptr<stepping::Stepper<S>> make_implicit_euler(const Equations<S>& equations, const std::vector<S>& y, S,
+                                                          const Choice& choice) {
   using Odeint = lib::implicit_euler<S>;
   return std::make_unique<Implicit<S, Odeint, false>>(equations, y, Odeint(S(choice.epsilon)), true);
 }
 template <class S>
-std::unique_ptr<stepping::Stepper<S>> make_controlled(const Equations<S>& equations, const std::vector<S>& y, S h_s, const Choice& choice) {
+std::unique_ptr<stepping::Stepper<S>> make_controlled(const Equations<S>& equations, const std::vector<S>& y, S h_s,
+                                                      const Choice& choice) {
   using Odeint = lib::rosenbrock4_controller<lib::rosenbrock4<S>>;
   return by_trial<S, Vector<S>>(pair_of(equations, nullptr), Odeint(S(choice.atol), S(choice.rtol)), y, h_s);
 }
 template <class S>
-std::unique_ptr<stepping::Stepper<S>> make_dense(const Equations<S>& equations, const std::vector<S>& y, S h_s, const Choice& choice) {
+std::unique_ptr<stepping::Stepper<S>> make_dense(const Equations<S>& equations, const std::vector<S>& y, S h_s,
+                                                 const Choice& choice) {
   using Controller = lib::rosenbrock4_controller<lib::rosenbrock4<S>>;
   using Odeint = lib::rosenbrock4_dense_output<Controller>;
-  return by_dense_output<S, Vector<S>>(pair_of(equations, nullptr), Odeint(Controller(S(choice.atol), S(choice.rtol))), y, h_s);
+  return by_dense_output<S, Vector<S>>(pair_of(equations, nullptr), Odeint(Controller(S(choice.atol), S(choice.rtol))),
+                                       y, h_s);
 }
 
 }  // namespace
@@ -102,7 +119,9 @@ void add_implicit(std::vector<Entry>& all) {
   Entry plain;
   plain.name = "rosenbrock4";
   plain.type = "rosenbrock4<real>";
-  plain.doc = "The Rosenbrock method RODAS of order 4, equal steps; Jacobian and df/dt by differences of the reference's equations.";
+  plain.doc =
+      "The Rosenbrock method RODAS of order 4, equal steps; Jacobian and df/dt by differences of the reference's "
+      "equations.";
   plain.claim = "its order()";
   plain.order = lib::rosenbrock4<double>().order();
   plain.form = Entry::Form::implicit;
@@ -133,7 +152,8 @@ void add_implicit(std::vector<Entry>& all) {
   Entry euler = plain;
   euler.name = "implicit_euler";
   euler.type = "implicit_euler<real>";
-  euler.doc = "Implicit Euler with odeint's own Newton iteration, which ends when the norm of a correction is at most epsilon.";
+  euler.doc =
+      "Implicit Euler with odeint's own Newton iteration, which ends when the norm of a correction is at most epsilon.";
   euler.claim = "odeint's documentation (steppers table): order 1; there is no order()";
   euler.order = 1;
   euler.has_in_place = false;

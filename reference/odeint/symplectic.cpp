@@ -1,10 +1,9 @@
 // Steppers of pairs (q, p): the symplectic ones, for q' = p and p' = f(q); velocity Verlet, for p' = f(q, p, t).
+#include <algorithm>
 #include <boost/numeric/odeint/stepper/symplectic_euler.hpp>
 #include <boost/numeric/odeint/stepper/symplectic_rkn_sb3a_m4_mclachlan.hpp>
 #include <boost/numeric/odeint/stepper/symplectic_rkn_sb3a_mclachlan.hpp>
 #include <boost/numeric/odeint/stepper/velocity_verlet.hpp>
-
-#include <algorithm>
 
 #include "odeint/catalogue.hpp"
 
@@ -29,15 +28,22 @@ struct Acceleration {
     equations->rate(t, y->data(), dydt->data());
     std::copy_n(dydt->begin() + n, n, a.begin());
   }
-  void operator()(const std::vector<S>& q, std::vector<S>& a) const { evaluate(q, q, a, 0); }  // velocities don't matter
-  void operator()(const std::vector<S>& q, const std::vector<S>& p, std::vector<S>& a, S t) const { evaluate(q, p, a, t); }
+  void operator()(const std::vector<S>& q, std::vector<S>& a) const {
+    evaluate(q, q, a, 0);
+  }  // velocities don't matter
+  void operator()(const std::vector<S>& q, const std::vector<S>& p, std::vector<S>& a, S t) const {
+    evaluate(q, p, a, t);
+  }
 };
 
 template <class S>
 class Pairs : public stepping::Stepper<S> {
  public:
-  Pairs(const Equations<S>& equations, const std::vector<S>& y) : n_(equations.positions), y_(y), dydt_(y.size()), force_{&equations, &y_, &dydt_} {
-    if (n_ == 0) throw Failure(Status::unsupported, "the stepper takes pairs of positions and velocities, and the scene is more than that");
+  Pairs(const Equations<S>& equations, const std::vector<S>& y)
+      : n_(equations.positions), y_(y), dydt_(y.size()), force_{&equations, &y_, &dydt_} {
+    if (n_ == 0)
+      throw Failure(Status::unsupported,
+                    "the stepper takes pairs of positions and velocities, and the scene is more than that");
     q_.assign(y.begin(), y.begin() + n_);
     p_.assign(y.begin() + n_, y.end());
   }
@@ -58,9 +64,12 @@ class Pairs : public stepping::Stepper<S> {
 template <class S, class Odeint>
 class Symplectic : public Pairs<S> {
  public:
-  Symplectic(const Equations<S>& equations, const std::vector<S>& y, const Choice& choice) : Pairs<S>(equations, y), in_place_(choice.in_place) {
-    if (equations.velocity_dependent) throw Failure(Status::unsupported, "a symplectic stepper takes f(q), and the forces depend on velocities");
-    if (equations.time_dependent) throw Failure(Status::unsupported, "a symplectic stepper takes f(q) without time, and the forces depend on time");
+  Symplectic(const Equations<S>& equations, const std::vector<S>& y, const Choice& choice)
+      : Pairs<S>(equations, y), in_place_(choice.in_place) {
+    if (equations.velocity_dependent)
+      throw Failure(Status::unsupported, "a symplectic stepper takes f(q), and the forces depend on velocities");
+    if (equations.time_dependent)
+      throw Failure(Status::unsupported, "a symplectic stepper takes f(q) without time, and the forces depend on time");
     state_ = {this->q_, this->p_};
     out_ = state_;
   }
@@ -114,17 +123,22 @@ class Verlet : public Pairs<S> {
 };
 
 template <class S, class Odeint>
-std::unique_ptr<stepping::Stepper<S>> make_symplectic(const Equations<S>& equations, const std::vector<S>& y, S, const Choice& choice) {
+std::unique_ptr<stepping::Stepper<S>> make_symplectic(const Equations<S>& equations, const std::vector<S>& y, S,
+                                                      const Choice& choice) {
   return std::make_unique<Symplectic<S, Odeint>>(equations, y, choice);
 }
 template <class S>
-std::unique_ptr<stepping::Stepper<S>> make_verlet(const Equations<S>& equations, const std::vector<S>& y, S, const Choice& choice) {
+std::unique_ptr<stepping::Stepper<S>> make_verlet(const Equations<S>& equations, const std::vector<S>& y, S,
+                                                  const Choice& choice) {
   return std::make_unique<Verlet<S>>(equations, y, choice);
 }
 
-template <class S> using Euler = lib::symplectic_euler<std::vector<S>, std::vector<S>, S>;
-template <class S> using Sb3a = lib::symplectic_rkn_sb3a_mclachlan<std::vector<S>, std::vector<S>, S>;
-template <class S> using Sb3aM4 = lib::symplectic_rkn_sb3a_m4_mclachlan<std::vector<S>, std::vector<S>, S>;
+template <class S>
+using Euler = lib::symplectic_euler<std::vector<S>, std::vector<S>, S>;
+template <class S>
+using Sb3a = lib::symplectic_rkn_sb3a_mclachlan<std::vector<S>, std::vector<S>, S>;
+template <class S>
+using Sb3aM4 = lib::symplectic_rkn_sb3a_m4_mclachlan<std::vector<S>, std::vector<S>, S>;
 
 template <template <class> class Of>
 Entry symplectic(const std::string& name, const std::string& doc) {
@@ -144,8 +158,10 @@ Entry symplectic(const std::string& name, const std::string& doc) {
 
 void add_symplectic(std::vector<Entry>& all) {
   all.push_back(symplectic<Euler>("symplectic_euler", "Symplectic Euler: drift, then kick."));
-  all.push_back(symplectic<Sb3a>("symplectic_rkn_sb3a_mclachlan", "McLachlan's symplectic Runge-Kutta-Nystrom SB3A of six stages."));
-  all.push_back(symplectic<Sb3aM4>("symplectic_rkn_sb3a_m4_mclachlan", "McLachlan's symplectic Runge-Kutta-Nystrom SB3A of five stages."));
+  all.push_back(symplectic<Sb3a>("symplectic_rkn_sb3a_mclachlan",
+                                 "McLachlan's symplectic Runge-Kutta-Nystrom SB3A of six stages."));
+  all.push_back(symplectic<Sb3aM4>("symplectic_rkn_sb3a_m4_mclachlan",
+                                   "McLachlan's symplectic Runge-Kutta-Nystrom SB3A of five stages."));
   Entry verlet;
   verlet.name = "velocity_verlet";
   verlet.type = "velocity_verlet<state, state, real>";

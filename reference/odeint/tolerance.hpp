@@ -16,8 +16,8 @@ inline constexpr std::int64_t kMostTrials = 2000000;  // of a run: more is no pr
   throw stepping::Failure(Status::unsupported, "this form chooses its steps: give it a tolerance, as in `:1e-8`");
 }
 
-// try_step(system, x, t, dt): t and x move when the step is accepted, dt becomes the next one in any case. The last step
-// before a sample is cut to end there; the step before the cut is taken up again after it.
+// try_step(system, x, t, dt): t and x move when the step is accepted, dt becomes the next one in any case. The last
+// step before a sample is cut to end there; the step before the cut is taken up again after it.
 template <class S, class Controlled, class TheSystem, class State>
 class ByTrial : public stepping::Stepper<S> {
  public:
@@ -35,7 +35,8 @@ class ByTrial : public stepping::Stepper<S> {
       const bool done = controlled_.try_step(system_, x_, t_s, dt) == boost::numeric::odeint::success;
       if (done) ++steps;
       if (!cut || !done || dt > dt_) dt_ = dt;
-      if (!(dt_ > 0) || !std::isfinite(dt_)) throw stepping::Failure(Status::diverged, "the step became " + format_double(static_cast<double>(dt_)));
+      if (!(dt_ > 0) || !std::isfinite(dt_))
+        throw stepping::Failure(Status::diverged, "the step became " + format_double(static_cast<double>(dt_)));
     }
     std::copy(x_.begin(), x_.end(), y.begin());
     return steps;
@@ -79,8 +80,10 @@ class ByDenseOutput : public stepping::Stepper<S> {
 };
 
 template <class S, class State = std::vector<S>, class TheSystem, class Controlled>
-std::unique_ptr<stepping::Stepper<S>> by_trial(TheSystem system, Controlled controlled, const std::vector<S>& y, S h_s) {
-  return std::make_unique<ByTrial<S, Controlled, TheSystem, State>>(std::move(system), std::move(controlled), y.size(), h_s);
+std::unique_ptr<stepping::Stepper<S>> by_trial(TheSystem system, Controlled controlled, const std::vector<S>& y,
+                                               S h_s) {
+  return std::make_unique<ByTrial<S, Controlled, TheSystem, State>>(std::move(system), std::move(controlled), y.size(),
+                                                                    h_s);
 }
 template <class S, class State = std::vector<S>, class TheSystem, class Dense>
 std::unique_ptr<stepping::Stepper<S>> by_dense_output(TheSystem system, Dense dense, const std::vector<S>& y, S h_s) {

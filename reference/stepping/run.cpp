@@ -19,17 +19,19 @@ bool is_velocity_dependent(const Force& force) {
 // What a run by equal steps of one smooth motion cannot cover.
 std::string uncovered(const Scene& scene, double t_end_s) {
   if (const std::string why = dynamics::unsupported(scene); !why.empty()) return why;
-  if (!dynamics::switch_times(scene, t_end_s).empty()) return "forces or releases that switch during the run: the steps are not cut there";
+  if (!dynamics::switch_times(scene, t_end_s).empty())
+    return "forces or releases that switch during the run: the steps are not cut there";
   const dynamics::ContactPairs contacts = dynamics::contact_pairs(scene);
   if (!contacts.pairs.empty() || !contacts.unsupported.empty()) return "contacts: there is no location of impacts";
   return "";
 }
 
-// (8 (f(+d) - f(-d)) - (f(+2d) - f(-2d))) / 12 d, error d^4 f^(5) / 30. In long double a d of 1e-4 leaves about 1e-16 of f^(5)
-// and 1e-15 of f.
+// (8 (f(+d) - f(-d)) - (f(+2d) - f(-2d))) / 12 d, error d^4 f^(5) / 30. In long double a d of 1e-4 leaves about 1e-16
+// of f^(5) and 1e-15 of f.
 class Differences {
  public:
-  Differences(const Scene& scene, double t_end_s) : motion_(scene, t_end_s), y_(motion_.size()), sum_(motion_.size()), f_(motion_.size()) {}
+  Differences(const Scene& scene, double t_end_s)
+      : motion_(scene, t_end_s), y_(motion_.size()), sum_(motion_.size()), f_(motion_.size()) {}
   template <class S>
   void fill(S t_s, const S* y, S* dfdy, S* dfdt) {
     const int n = motion_.size();
@@ -75,8 +77,13 @@ struct Course {
   std::vector<S> y;
 
   Course(const Scene& given, const Plan& asked, const Observer& to, bool tolerance)
-      : scene(given), plan(asked), observer(to), by_tolerance(tolerance), motion(given, asked.t_end_s),
-        differences(given, asked.t_end_s), y(dynamics::pack<S>(given)) {
+      : scene(given),
+        plan(asked),
+        observer(to),
+        by_tolerance(tolerance),
+        motion(given, asked.t_end_s),
+        differences(given, asked.t_end_s),
+        y(dynamics::pack<S>(given)) {
     equations.size = motion.size();
     const int positions = motion.layout().positions;
     if (scene.problem.empty() && 2 * positions == equations.size) equations.positions = positions;
@@ -103,7 +110,8 @@ struct Course {
   }
   void require_finite(S t_s) const {
     if (std::all_of(y.begin(), y.end(), [](S v) { return std::isfinite(v); })) return;
-    throw Failure(Status::not_finite, "the state is not finite at t = " + format_double(static_cast<double>(t_s)) + " s");
+    throw Failure(Status::not_finite,
+                  "the state is not finite at t = " + format_double(static_cast<double>(t_s)) + " s");
   }
 
   void go(const Maker<S>& make) {
@@ -128,8 +136,8 @@ struct Course {
 };
 
 template <class S>
-Outcome run_once(const std::string& engine, const Scene& scene, const Plan& plan, const Observer& observer, bool by_tolerance,
-                 const Maker<S>& make) {
+Outcome run_once(const std::string& engine, const Scene& scene, const Plan& plan, const Observer& observer,
+                 bool by_tolerance, const Maker<S>& make) {
   Course<S> course(scene, plan, observer, by_tolerance);
   Outcome outcome;
   try {
@@ -183,6 +191,7 @@ Outcome run(const std::string& engine, const Scene& scene, const Plan& plan, con
 }
 
 template Outcome run(const std::string&, const Scene&, const Plan&, const Observer&, int, bool, const Maker<double>&);
-template Outcome run(const std::string&, const Scene&, const Plan&, const Observer&, int, bool, const Maker<long double>&);
+template Outcome run(const std::string&, const Scene&, const Plan&, const Observer&, int, bool,
+                     const Maker<long double>&);
 
 }  // namespace atwood::stepping

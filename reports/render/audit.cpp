@@ -11,10 +11,15 @@ namespace atwood {
 namespace {
 
 constexpr double kQuarter = 0.25;
-constexpr double kFarOff = 100, kStray = 1000;  // error over tolerance: too large; too uneven from one tolerance to another
-constexpr double kRoundOff = -0.5;    // an order below this is round-off that grows with the number of steps, not a method's
+constexpr double kFarOff = 100,
+                 kStray = 1000;  // error over tolerance: too large; too uneven from one tolerance to another
+constexpr double kRoundOff =
+    -0.5;  // an order below this is round-off that grows with the number of steps, not a method's
 
-struct OwnClaim { double order = 0; std::string from; };
+struct OwnClaim {
+  double order = 0;
+  std::string from;
+};
 
 // "odeint/rk4@long-double{in_place=true}" -> "odeint/rk4"
 std::string base_of(const std::string& method) { return method.substr(0, method.find_first_of(":+@{")); }
@@ -43,7 +48,9 @@ AuditVerdict judge(double claimed, double executed) {
 }
 
 // Position's order where there is one, else velocity's.
-struct Figures { const Row *position = nullptr, *velocity = nullptr, *refusal = nullptr, *trouble = nullptr; };
+struct Figures {
+  const Row *position = nullptr, *velocity = nullptr, *refusal = nullptr, *trouble = nullptr;
+};
 
 AuditProblem problem(const std::string& scenario, double claimed, const Figures& figures) {
   AuditProblem made;
@@ -63,12 +70,16 @@ AuditProblem problem(const std::string& scenario, double claimed, const Figures&
   }
   made.verdict = judge(claimed, chosen->value);
   const bool departs = made.verdict == AuditVerdict::lower || made.verdict == AuditVerdict::higher;
-  if (departs && chosen == figures.velocity) made.verdict = AuditVerdict::inconclusive;  // alone, velocity is no finding
+  if (departs && chosen == figures.velocity)
+    made.verdict = AuditVerdict::inconclusive;  // alone, velocity is no finding
   made.order = chosen->value;
   made.half_width_95 = chosen->truth_bar;
   made.reason = chosen->reason;
   if (made.verdict == AuditVerdict::inconclusive && std::isfinite(made.order))
-    made.reason = (made.order < kRoundOff ? "round-off that grows with the steps; " : made.quantity == "velocity" ? "position tells nothing; velocity: " : "between whole orders; ") + made.reason;
+    made.reason = (made.order < kRoundOff        ? "round-off that grows with the steps; "
+                   : made.quantity == "velocity" ? "position tells nothing; velocity: "
+                                                 : "between whole orders; ") +
+                  made.reason;
   return made;
 }
 
@@ -85,12 +96,20 @@ AuditVerdict overall(const std::vector<AuditProblem>& problems) {
 }
 
 // ---- forms that choose their steps ----------------------------------------------------------------------------------
-struct Tolerances { std::map<double, double> error; const Row* refusal = nullptr; const Row* trouble = nullptr; };
+struct Tolerances {
+  std::map<double, double> error;
+  const Row* refusal = nullptr;
+  const Row* trouble = nullptr;
+};
 
 // log error on log tolerance, least squares.
 double exponent(const std::map<double, double>& error) {
   double n = 0, mx = 0, my = 0, sxx = 0, sxy = 0;
-  for (const auto& [tolerance, e] : error) { ++n; mx += std::log(tolerance); my += std::log(e); }
+  for (const auto& [tolerance, e] : error) {
+    ++n;
+    mx += std::log(tolerance);
+    my += std::log(e);
+  }
   for (const auto& [tolerance, e] : error) {
     const double dx = std::log(tolerance) - mx / n;
     sxx += dx * dx;
@@ -125,7 +144,8 @@ AuditProblem tolerance_problem(const std::string& scenario, const Tolerances& ru
   return made;
 }
 
-void append_tolerances(const std::vector<Row>& rows, const std::vector<Engine>& engines, std::vector<AuditFinding>& findings) {
+void append_tolerances(const std::vector<Row>& rows, const std::vector<Engine>& engines,
+                       std::vector<AuditFinding>& findings) {
   std::vector<std::string> methods;
   std::map<std::string, std::map<std::string, Tolerances>> found;
   for (const Row& row : rows) {
@@ -133,14 +153,19 @@ void append_tolerances(const std::vector<Row>& rows, const std::vector<Engine>& 
     const bool known = std::any_of(engines.begin(), engines.end(), [&](const Engine& e) {
       return e.name != "atwood" && row.method.rfind(e.name + "/", 0) == 0;
     });
-    if (colon == std::string::npos || !known || (row.metric != "error-position-max" && row.status == Status::ok) || !row.body.empty()) continue;
+    if (colon == std::string::npos || !known || (row.metric != "error-position-max" && row.status == Status::ok) ||
+        !row.body.empty())
+      continue;
     const std::size_t end = std::min(row.method.find_first_of("+@{", colon), row.method.size());
     const std::string family = row.method.substr(0, colon) + ":tol" + row.method.substr(end);
     if (!found.contains(family)) methods.push_back(family);
     Tolerances& run = found[family][row.scenario];
-    if (row.status == Status::unsupported) run.refusal = &row;
-    else if (row.status != Status::ok) run.trouble = &row;
-    else if (row.value > 0) run.error[std::strtod(row.method.c_str() + colon + 1, nullptr)] = row.value;
+    if (row.status == Status::unsupported)
+      run.refusal = &row;
+    else if (row.status != Status::ok)
+      run.trouble = &row;
+    else if (row.value > 0)
+      run.error[std::strtod(row.method.c_str() + colon + 1, nullptr)] = row.value;
   }
   for (const std::string& method : methods) {
     AuditFinding made;
@@ -157,11 +182,16 @@ void append_tolerances(const std::vector<Row>& rows, const std::vector<Engine>& 
 
 std::string to_string(AuditVerdict verdict) {
   switch (verdict) {
-    case AuditVerdict::as_claimed: return "as claimed";
-    case AuditVerdict::lower: return "lower";
-    case AuditVerdict::higher: return "higher";
-    case AuditVerdict::inconclusive: return "inconclusive";
-    case AuditVerdict::unsupported: return "unsupported";
+    case AuditVerdict::as_claimed:
+      return "as claimed";
+    case AuditVerdict::lower:
+      return "lower";
+    case AuditVerdict::higher:
+      return "higher";
+    case AuditVerdict::inconclusive:
+      return "inconclusive";
+    case AuditVerdict::unsupported:
+      return "unsupported";
   }
   return "";
 }
@@ -176,8 +206,10 @@ std::vector<AuditFinding> audit_orders(const std::vector<Engine>& engines, const
     Figures& figures = found[row.method][row.scenario];
     if (row.metric == "order-position") figures.position = &row;
     if (row.metric == "order-velocity") figures.velocity = &row;
-    if (row.status == Status::unsupported) figures.refusal = &row;
-    else if (row.status != Status::ok && !figures.trouble) figures.trouble = &row;
+    if (row.status == Status::unsupported)
+      figures.refusal = &row;
+    else if (row.status != Status::ok && !figures.trouble)
+      figures.trouble = &row;
   }
   std::vector<AuditFinding> findings;
   for (const std::string& method : methods) {
@@ -186,7 +218,8 @@ std::vector<AuditFinding> audit_orders(const std::vector<Engine>& engines, const
     made.method = method;
     made.claim = claim.from;
     made.claimed = claim.order;
-    for (const auto& [scenario, figures] : found.at(method)) made.problems.push_back(problem(scenario, claim.order, figures));
+    for (const auto& [scenario, figures] : found.at(method))
+      made.problems.push_back(problem(scenario, claim.order, figures));
     made.verdict = overall(made.problems);
     findings.push_back(made);
   }

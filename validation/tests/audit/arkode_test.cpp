@@ -1,6 +1,7 @@
+#include "arkode/arkode.hpp"
+
 #include <map>
 
-#include "arkode/arkode.hpp"
 #include "motion.hpp"
 
 using namespace atwood;
@@ -43,7 +44,8 @@ TEST_CASE("Each packaged table is a method that claims the order of its table") 
 
 TEST_CASE("Settings of the implicit solver are printed") {
   const Settings& settings = info("arkode/arkstep-imex/ARK436L2SA_6_3_4").settings;
-  for (const char* key : {"nonlinear_solver", "nonlinear_coefficient", "nonlinear_weights", "linear_solver", "newton_matrix", "split", "sampling"})
+  for (const char* key : {"nonlinear_solver", "nonlinear_coefficient", "nonlinear_weights", "linear_solver",
+                          "newton_matrix", "split", "sampling"})
     CHECK(settings.contains(key));
   CHECK_FALSE(info("arkode/erkstep/VERNER_8_5_6").settings.contains("linear_solver"));
 }
@@ -81,9 +83,10 @@ TEST_CASE("ERKStep loses what ARKStep keeps, with the same table") {
 }
 
 TEST_CASE("A tighter tolerance is nearer the truth, in each module") {
-  for (const std::string method : {"erkstep/CASH_KARP_6_4_5", "arkstep-explicit/DORMAND_PRINCE_7_4_5", "arkstep-implicit/KVAERNO_5_3_4",
-                                   "arkstep-imex/ARK436L2SA_6_3_4"}) {
-    const double loose = end_error(arkode(), "arkode/" + method + ":1e-5", orbit(), 1), tight = end_error(arkode(), "arkode/" + method + ":1e-9", orbit(), 1);
+  for (const std::string method : {"erkstep/CASH_KARP_6_4_5", "arkstep-explicit/DORMAND_PRINCE_7_4_5",
+                                   "arkstep-implicit/KVAERNO_5_3_4", "arkstep-imex/ARK436L2SA_6_3_4"}) {
+    const double loose = end_error(arkode(), "arkode/" + method + ":1e-5", orbit(), 1),
+                 tight = end_error(arkode(), "arkode/" + method + ":1e-9", orbit(), 1);
     CAPTURE(method, loose, tight);
     CHECK(tight < loose / 100);
     CHECK(tight < 1e-6);

@@ -1,5 +1,4 @@
 #include <catch2/catch.hpp>
-
 #include <cmath>
 
 #include "reports/report.hpp"
@@ -8,7 +7,8 @@ using namespace atwood;
 
 namespace {
 
-Row order_row(const std::string& method, const std::string& scenario, double value, const std::string& metric = "order-position") {
+Row order_row(const std::string& method, const std::string& scenario, double value,
+              const std::string& metric = "order-position") {
   Row row;
   row.method = method;
   row.scenario = scenario;
@@ -35,7 +35,8 @@ std::vector<Engine> library() {
 
 AuditVerdict verdict_of(const std::vector<double>& orders) {
   std::vector<Row> rows;
-  for (std::size_t i = 0; i < orders.size(); ++i) rows.push_back(order_row("lib/four", "s" + std::to_string(i), orders[i]));
+  for (std::size_t i = 0; i < orders.size(); ++i)
+    rows.push_back(order_row("lib/four", "s" + std::to_string(i), orders[i]));
   const auto findings = audit_orders(library(), rows);
   REQUIRE(findings.size() == 1);
   CHECK(findings[0].claimed == 4);
@@ -49,20 +50,21 @@ TEST_CASE("An executed order within a quarter of a whole one is evidence of that
   CHECK(verdict_of({4.2, 3.8}) == AuditVerdict::as_claimed);
   CHECK(verdict_of({3.05}) == AuditVerdict::lower);
   CHECK(verdict_of({4.98}) == AuditVerdict::higher);
-  CHECK(verdict_of({3.5}) == AuditVerdict::inconclusive);   // between
+  CHECK(verdict_of({3.5}) == AuditVerdict::inconclusive);  // between
   CHECK(verdict_of({nan}) == AuditVerdict::inconclusive);
   CHECK(verdict_of({4.0, nan}) == AuditVerdict::as_claimed);
   CHECK(verdict_of({4.0, 5.0, 3.0}) == AuditVerdict::lower);  // one problem is enough
   CHECK(verdict_of({4.0, 5.0}) == AuditVerdict::as_claimed);  // one above may be luck
   CHECK(verdict_of({4.0, 5.0, 5.0}) == AuditVerdict::higher);
   CHECK(verdict_of({nan, 5.0}) == AuditVerdict::higher);
-  CHECK(verdict_of({-1.0}) == AuditVerdict::inconclusive);    // round-off
+  CHECK(verdict_of({-1.0}) == AuditVerdict::inconclusive);  // round-off
   CHECK(verdict_of({-0.02}) == AuditVerdict::lower);
 }
 
 TEST_CASE("Velocity speaks where position is inconclusive; a refusal keeps its reason") {
-  std::vector<Row> rows = {order_row("lib/four@float", "a", std::nan("")), order_row("lib/four@float", "a", 4.1, "order-velocity"),
-                           order_row("lib/four@float", "c", std::nan("")), order_row("lib/four@float", "c", 3.0, "order-velocity")};
+  std::vector<Row> rows = {
+      order_row("lib/four@float", "a", std::nan("")), order_row("lib/four@float", "a", 4.1, "order-velocity"),
+      order_row("lib/four@float", "c", std::nan("")), order_row("lib/four@float", "c", 3.0, "order-velocity")};
   Row refused;
   refused.method = "lib/four@float";
   refused.scenario = "b";
@@ -85,7 +87,8 @@ TEST_CASE("An error that does not follow its tolerance is a finding; one far bel
     std::vector<Row> rows;
     double tolerance = 1e-4;
     for (const double error : errors) {
-      rows.push_back(order_row("lib/none:" + std::to_string(tolerance).substr(0, 10), "a", error, "error-position-max"));
+      rows.push_back(
+          order_row("lib/none:" + std::to_string(tolerance).substr(0, 10), "a", error, "error-position-max"));
       tolerance /= 10;
     }
     const auto findings = audit_orders(library(), rows);
@@ -102,12 +105,14 @@ TEST_CASE("An error that does not follow its tolerance is a finding; one far bel
 }
 
 TEST_CASE("Our own methods, methods without a claim are not audited") {
-  const std::vector<Row> rows = {order_row("atwood/four", "a", 3), order_row("lib/none", "a", 3), order_row("atwood/four:1e-6", "a", 3, "error-position-max")};
+  const std::vector<Row> rows = {order_row("atwood/four", "a", 3), order_row("lib/none", "a", 3),
+                                 order_row("atwood/four:1e-6", "a", 3, "error-position-max")};
   CHECK(audit_orders(library(), rows).empty());
 }
 
 TEST_CASE("The table names every departure, its claim and the command of its evidence") {
-  const auto findings = audit_orders(library(), {order_row("lib/four", "a", 3.0), order_row("lib/four{x=1}", "a", 4.0)});
+  const auto findings =
+      audit_orders(library(), {order_row("lib/four", "a", 3.0), order_row("lib/four{x=1}", "a", 4.0)});
   const std::string table = render_audit_table(findings, false, 100);
   CHECK(table.find("lib/four ") != std::string::npos);
   CHECK(table.find("3.00") != std::string::npos);

@@ -1,4 +1,5 @@
 #include "ida/ida.hpp"
+
 #include "motion.hpp"
 
 using namespace atwood;
@@ -12,7 +13,8 @@ TEST_CASE("IDA on y' - f = 0: a tighter tolerance is nearer the truth") {
     CHECK(tight < loose / 100);
     CHECK(tight < 1e-6);
   }
-  CHECK(end_error(ida, "ida/bdf", orbit(), 1) == end_error(ida, "ida/bdf:1e-10", orbit(), 1));  // the default is what it says
+  CHECK(end_error(ida, "ida/bdf", orbit(), 1) ==
+        end_error(ida, "ida/bdf:1e-10", orbit(), 1));  // the default is what it says
   CHECK(end_error(ida, "ida/bdf:1e-8{max_order=2}", orbit(), 1) != end_error(ida, "ida/bdf:1e-8", orbit(), 1));
 }
 

@@ -1,5 +1,6 @@
-#include "motion.hpp"
 #include "odeint/odeint.hpp"
+
+#include "motion.hpp"
 #include "stepping/stepping.hpp"
 
 using namespace atwood;
@@ -71,8 +72,11 @@ TEST_CASE("Well-known methods show their order, out of place and in place, in bo
 }
 
 TEST_CASE("Equal methods in place and out of place give equal bits; the others are findings") {
-  const auto x = [&](const std::string& method) { return static_cast<double>(run(odeint(), method, driven(), 60).end.bodies.at(0).p_m[0]); };
-  for (const std::string method : {"odeint/runge_kutta4", "odeint/runge_kutta_dopri5", "odeint/adams_bashforth_moulton4", "odeint/velocity_verlet"})
+  const auto x = [&](const std::string& method) {
+    return static_cast<double>(run(odeint(), method, driven(), 60).end.bodies.at(0).p_m[0]);
+  };
+  for (const std::string method : {"odeint/runge_kutta4", "odeint/runge_kutta_dopri5",
+                                   "odeint/adams_bashforth_moulton4", "odeint/velocity_verlet"})
     CHECK(x(method) == x(method + "{in_place=true}"));
   CHECK(x("odeint/extrapolation_stepper4") != x("odeint/extrapolation_stepper4{in_place=true}"));
 }
@@ -87,7 +91,8 @@ TEST_CASE("What the audit found in odeint is there in the library, not in the ad
 TEST_CASE("A tighter tolerance is nearer the truth, in each form that takes one") {
   for (const MethodInfo& each : odeint().methods) {
     if (!each.adaptive) continue;
-    const double loose = end_error(odeint(), each.id + ":1e-4", orbit(), 20), tight = end_error(odeint(), each.id + ":1e-9", orbit(), 20);
+    const double loose = end_error(odeint(), each.id + ":1e-4", orbit(), 20),
+                 tight = end_error(odeint(), each.id + ":1e-9", orbit(), 20);
     CAPTURE(each.id, loose, tight);
     CHECK(tight < loose / 100);
     CHECK(tight < 1e-6);
