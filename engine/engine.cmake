@@ -59,6 +59,7 @@ add_library(atwood_engine STATIC
   integrators/nystrom_tables.cpp
   integrators/partitioned.cpp
   integrators/partitioned_methods.cpp
+  integrators/radau15.cpp
   integrators/rotation_lie.cpp
   integrators/rotation_methods.cpp
   integrators/runge_kutta.cpp
@@ -68,6 +69,7 @@ add_library(atwood_engine STATIC
   integrators/tableaux_order_7_8.cpp
   integrators/tableaux_pairs.cpp
   integrators/tableaux_verner.cpp)
+target_compile_options(atwood_engine PRIVATE -Wno-psabi)  # math/pack.hpp
 target_include_directories(atwood_engine PUBLIC ${CMAKE_CURRENT_LIST_DIR})
 target_link_libraries(atwood_engine PUBLIC atwood_scene atwood_protocol PRIVATE quadmath)
 

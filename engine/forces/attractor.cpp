@@ -10,19 +10,15 @@ template <class S> struct AttractorTerm final : ForceTerm<S> {
   S mu;
 
   static constexpr Items items = Items::bodies;
-  template <class M, class L> auto law(int item, const M& motion, const L& loads) const {
-    const auto body = motion.body(bodies[item]);
-    const auto load = loads.body(bodies[item]);
-    return [=, center = center, mu = mu](int k) {
-      const Vec3<S> r = body.p_WB(k) - center;
-      const S r2 = dot(r, r);
-      load.acceleration_W(k) -= (mu / (r2 * real::sqrt(r2))) * r;
+  template <class M, class L> ATWOOD_INLINE auto law(int item, const M& motion, const L& loads) const {
+    return [body = motion.body(bodies[item]), load = loads.body(bodies[item]), center = center, mu = mu](auto k) ATWOOD_INLINED {
+      const auto r = body.p_WB(k) - center;
+      const auto r2 = dot(r, r);
+      load.acceleration_W(k) -= (mu / (r2 * root(k, r2))) * r;
     };
   }
   ATWOOD_ONE_LAW
 };
-
-ATWOOD_LANES_OF(AttractorTerm)
 
 }  // namespace
 

@@ -10,21 +10,18 @@ template <class S> struct CoulombTerm final : ForceTerm<S> {
   S constant;
 
   static constexpr Items items = Items::pairs;
-  template <class M, class L> auto law(int a, int b, const M& motion, const L& loads) const {
-    const auto body_a = motion.body(bodies[a]), body_b = motion.body(bodies[b]);
-    const auto load_a = loads.body(bodies[a]), load_b = loads.body(bodies[b]);
-    return [=, product = constant * charge[a] * charge[b]](int k) {
-      const Vec3<S> r = body_b.p_WB(k) - body_a.p_WB(k);
-      const S r2 = dot(r, r);
-      const Vec3<S> force = (product / (r2 * real::sqrt(r2))) * r;
+  template <class M, class L> ATWOOD_INLINE auto law(int a, int b, const M& motion, const L& loads) const {
+    return [body_a = motion.body(bodies[a]), body_b = motion.body(bodies[b]), load_a = loads.body(bodies[a]),
+            load_b = loads.body(bodies[b]), product = constant * charge[a] * charge[b]](auto k) ATWOOD_INLINED {
+      const auto r = body_b.p_WB(k) - body_a.p_WB(k);
+      const auto r2 = dot(r, r);
+      const auto force = (product / (r2 * root(k, r2))) * r;
       load_a.force_W(k) -= force;
       load_b.force_W(k) += force;
     };
   }
   ATWOOD_ONE_LAW
 };
-
-ATWOOD_LANES_OF(CoulombTerm)
 
 }  // namespace
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "math/quat.hpp"
+#include "math/vector_width.hpp"
 #include "scene/scene.hpp"
 
 namespace atwood {
@@ -41,6 +42,7 @@ template <class S> struct Load {
 // The motion in `count` states, a state a lane: scalar i of lane k is y[i * stride + k]. Fixed and held bodies stand in
 // `resting`.
 template <class S> struct LaneMotion {
+  VectorWidth width;
   int count;
   const S* t_s;  // one a lane
   const S* y;

@@ -1,22 +1,20 @@
 // Loads of several states at once, a state a lane. A force writes its law once, for whatever motion and loads it is
-// given: those of one state, or of lanes. law() finds the bodies of an item and answers what to do in lane k; it
-// captures numbers and pointers by value, for the compiler to see that no lane changes them.
+// given: those of one state, or of lanes. law() finds the bodies of an item and answers what to do in lane k (an int, or
+// all lanes together where the law takes any kind of k); its captures are made in place, by value: the compiler sees
+// that no lane changes them, and copies no struct through memory.
 //
 //   template <class S> struct AttractorTerm final : ForceTerm<S> {
 //     std::vector<int> bodies;
 //     static constexpr Items items = Items::bodies;
-//     template <class M, class L> auto law(int item, const M& motion, const L& loads) const {
-//       const auto body = motion.body(bodies[item]);
-//       const auto load = loads.body(bodies[item]);
-//       return [=, mu = mu](int k) { load.acceleration_W(k) -= mu * body.p_WB(k) ... };
+//     template <class M, class L> ATWOOD_INLINE auto law(int item, const M& motion, const L& loads) const {
+//       return [body = motion.body(bodies[item]), load = loads.body(bodies[item]), mu = mu](auto k) ATWOOD_INLINED { load.acceleration_W(k) -= mu * body.p_WB(k) ... };
 //     }
 //     ATWOOD_ONE_LAW
 //   };
-//   ATWOOD_LANES_OF(AttractorTerm)
 #pragma once
 
 #include "forces/force.hpp"
-#include "math/lanes.hpp"
+#include "math/pack.hpp"
 
 namespace atwood {
 
@@ -46,29 +44,31 @@ template <class S> struct OneLoads {
 };
 
 // ---- lanes ------------------------------------------------------------------------------------------------------
+// K: the number of a lane, or WholePack.
 template <class S> struct BodyLanes {
   const S *at, *turn;  // a body without attitude: `turn` is the identity at rest
   std::ptrdiff_t stride, turn_stride;
-  Vec3<S> p_WB(int k) const { return load3(at + k, stride); }
-  Vec3<S> v_WB(int k) const { return load3(at + 3 * stride + k, stride); }
-  Quat<S> q_WB(int k) const { return load4(turn + k, turn_stride); }
-  Vec3<S> w_WB_B(int k) const { return load3(turn + 4 * turn_stride + k, turn_stride); }
+  template <class K> ATWOOD_INLINE auto p_WB(K k) const { return load3(at, stride, k); }
+  template <class K> ATWOOD_INLINE auto v_WB(K k) const { return load3(at + 3 * stride, stride, k); }
+  template <class K> ATWOOD_INLINE auto q_WB(K k) const { return load4(turn, turn_stride, k); }
+  template <class K> ATWOOD_INLINE auto w_WB_B(K k) const { return load3(turn + 4 * turn_stride, turn_stride, k); }
 };
-template <class S> struct Vec3OfLane {
+template <class S, class K> struct Vec3OfLane {
   S* at;
-  void operator+=(const Vec3<S>& b) const { at[0] += b.x; at[lane_count] += b.y; at[2 * lane_count] += b.z; }
-  void operator-=(const Vec3<S>& b) const { at[0] -= b.x; at[lane_count] -= b.y; at[2 * lane_count] -= b.z; }
+  K k;
+  template <class V> ATWOOD_INLINE void operator+=(const Vec3<V>& b) const { store3(load3(at, lane_count, k) + b, at, lane_count, k); }
+  template <class V> ATWOOD_INLINE void operator-=(const Vec3<V>& b) const { store3(load3(at, lane_count, k) - b, at, lane_count, k); }
 };
 template <class S> struct LoadLanes {
   S* at;
-  Vec3OfLane<S> acceleration_W(int k) const { return {at + k}; }
-  Vec3OfLane<S> force_W(int k) const { return {at + 3 * lane_count + k}; }
-  Vec3OfLane<S> torque_B(int k) const { return {at + 6 * lane_count + k}; }
+  template <class K> ATWOOD_INLINE Vec3OfLane<S, K> acceleration_W(K k) const { return {at, k}; }
+  template <class K> ATWOOD_INLINE Vec3OfLane<S, K> force_W(K k) const { return {at + 3 * lane_count, k}; }
+  template <class K> ATWOOD_INLINE Vec3OfLane<S, K> torque_B(K k) const { return {at + 6 * lane_count, k}; }
 };
 template <class S> struct MotionLanes {
   const LaneMotion<S>& motion;
   const S* t_s;
-  BodyLanes<S> body(int i) const {
+  ATWOOD_INLINE BodyLanes<S> body(int i) const {
     const Slot<S>& slot = motion.slots[i];
     const std::ptrdiff_t stride = slot.resting ? lane_count : motion.stride;
     const S* at = slot.resting ? motion.resting + i * body_scalars * lane_count : motion.y + slot.offset * stride;
@@ -78,7 +78,7 @@ template <class S> struct MotionLanes {
 };
 template <class S> struct LoadsLanes {
   S* loads;
-  LoadLanes<S> body(int i) const { return {loads + i * load_scalars * lane_count}; }
+  ATWOOD_INLINE LoadLanes<S> body(int i) const { return {loads + i * load_scalars * lane_count}; }
 };
 
 // ---- both -------------------------------------------------------------------------------------------------------
@@ -91,7 +91,7 @@ void add_force_at(const L& load, int k, const Quat<S>& q_WB, const Vec3<S>& poin
 
 // f(item...) for what the law of a force acts on.
 enum class Items { the_force, bodies, pairs };
-template <class Term, class F> [[gnu::always_inline]] inline void for_items(const Term& term, const F& f) {
+template <class Term, class F> ATWOOD_INLINE void for_items(const Term& term, const F& f) {
   if constexpr (Term::items == Items::the_force) {
     f();
   } else {
@@ -108,31 +108,24 @@ template <class Term, class S> void add_loads_of_one(const Term& term, const Mot
   const OneMotion<S> one{motion, &motion.t_s};
   for_items(term, [&](auto... item) { term.law(item..., one, OneLoads<S>{loads})(0); });
 }
-template <class Term, class S>
-[[gnu::always_inline]] inline void add_loads_of_lanes(const Term& term, const LaneMotion<S>& motion, S* loads) {
+template <VectorWidth width, class Term, class S>
+ATWOOD_INLINE void add_loads_of_lanes(const Term& term, const LaneMotion<S>& motion, S* loads) {
   const MotionLanes<S> lanes{motion, motion.t_s};
-  for_items(term, [&](auto... item) __attribute__((always_inline)) {
-    for_lanes(motion.count, term.law(item..., lanes, LoadsLanes<S>{loads}));
+  for_items(term, [&](auto... item) ATWOOD_INLINED {
+    const auto law = term.law(item..., lanes, LoadsLanes<S>{loads});
+    if constexpr (PackOf<S>::in_register)
+      if constexpr (std::is_invocable_v<decltype(law), WholePack<width>>) return for_packs<S, width>(motion.count, law);
+    for_lanes(motion.count, law);
   });
 }
 
 }  // namespace atwood
 
-#define ATWOOD_ONE_LAW                                                                                        \
+#define ATWOOD_ONE_LAW                                                                                               \
   void add_loads(const Motion<S>& motion, Load<S>* loads) const override { add_loads_of_one(*this, motion, loads); } \
-  bool has_lanes() const override { return true; }                                                            \
-  void add_lane_loads(const LaneMotion<S>& motion, S* loads) const override { add_lanes(*this, motion, loads); }
-
-#define ATWOOD_LANES_OF(Term)                                                                                   \
-  ATWOOD_VECTOR_WIDTHS void add_lanes(const Term<float>& term, const LaneMotion<float>& motion, float* loads) {   \
-    add_loads_of_lanes(term, motion, loads);                                                                    \
-  }                                                                                                             \
-  ATWOOD_VECTOR_WIDTHS void add_lanes(const Term<double>& term, const LaneMotion<double>& motion, double* loads) { \
-    add_loads_of_lanes(term, motion, loads);                                                                    \
-  }                                                                                                             \
-  void add_lanes(const Term<long double>& term, const LaneMotion<long double>& motion, long double* loads) {      \
-    add_loads_of_lanes(term, motion, loads);                                                                    \
-  }                                                                                                             \
-  void add_lanes(const Term<Quad>& term, const LaneMotion<Quad>& motion, Quad* loads) {                           \
-    add_loads_of_lanes(term, motion, loads);                                                                    \
+  bool has_lanes() const override { return true; }                                                                   \
+  void add_lane_loads(const LaneMotion<S>& motion, S* loads) const override {                                        \
+    in_lanes<S>(motion.width, [&](auto width) ATWOOD_INLINED {                                       \
+      add_loads_of_lanes<decltype(width)::value>(*this, motion, loads);                                              \
+    });                                                                                                              \
   }

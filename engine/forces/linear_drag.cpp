@@ -11,18 +11,15 @@ template <class S> struct LinearDragTerm final : ForceTerm<S> {
 
   bool velocity_dependent() const override { return true; }
   static constexpr Items items = Items::bodies;
-  template <class M, class L> auto law(int item, const M& motion, const L& loads) const {
-    const auto body = motion.body(bodies[item]);
-    const auto load = loads.body(bodies[item]);
-    return [=, coefficient = coefficient, angular = angular_coefficient, wind = wind](int k) {
+  template <class M, class L> ATWOOD_INLINE auto law(int item, const M& motion, const L& loads) const {
+    return [body = motion.body(bodies[item]), load = loads.body(bodies[item]), coefficient = coefficient,
+            angular = angular_coefficient, wind = wind](auto k) ATWOOD_INLINED {
       load.force_W(k) -= coefficient * (body.v_WB(k) - wind);
       load.torque_B(k) -= angular * body.w_WB_B(k);
     };
   }
   ATWOOD_ONE_LAW
 };
-
-ATWOOD_LANES_OF(LinearDragTerm)
 
 }  // namespace
 

@@ -15,17 +15,14 @@ template <class S> struct LorentzTerm final : ForceTerm<S> {
     return true;
   }
   static constexpr Items items = Items::bodies;
-  template <class M, class L> auto law(int item, const M& motion, const L& loads) const {
-    const auto body = motion.body(bodies[item]);
-    const auto load = loads.body(bodies[item]);
-    return [=, charge = charge[item], electric = electric, magnetic = magnetic](int k) {
+  template <class M, class L> ATWOOD_INLINE auto law(int item, const M& motion, const L& loads) const {
+    return [body = motion.body(bodies[item]), load = loads.body(bodies[item]), charge = charge[item],
+            electric = electric, magnetic = magnetic](auto k) ATWOOD_INLINED {
       load.force_W(k) += charge * (electric + cross(body.v_WB(k), magnetic));
     };
   }
   ATWOOD_ONE_LAW
 };
-
-ATWOOD_LANES_OF(LorentzTerm)
 
 }  // namespace
 

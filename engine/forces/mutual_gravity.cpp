@@ -12,21 +12,18 @@ template <class S> struct GravityTerm final : ForceTerm<S> {
   S softening2;
 
   static constexpr Items items = Items::pairs;
-  template <class M, class L> auto law(int a, int b, const M& motion, const L& loads) const {
-    const auto body_a = motion.body(bodies[a]), body_b = motion.body(bodies[b]);
-    const auto load_a = loads.body(bodies[a]), load_b = loads.body(bodies[b]);
-    return [=, softening2 = softening2, Gm_a = Gm[a], Gm_b = Gm[b]](int k) {
-      const Vec3<S> r = body_b.p_WB(k) - body_a.p_WB(k);
-      const S r2 = dot(r, r) + softening2;
-      const S inverse_cube = S(1) / (r2 * real::sqrt(r2));
+  template <class M, class L> ATWOOD_INLINE auto law(int a, int b, const M& motion, const L& loads) const {
+    return [body_a = motion.body(bodies[a]), body_b = motion.body(bodies[b]), load_a = loads.body(bodies[a]),
+            load_b = loads.body(bodies[b]), softening2 = softening2, Gm_a = Gm[a], Gm_b = Gm[b]](auto k) ATWOOD_INLINED {
+      const auto r = body_b.p_WB(k) - body_a.p_WB(k);
+      const auto r2 = dot(r, r) + softening2;
+      const auto inverse_cube = S(1) / (r2 * root(k, r2));
       load_a.acceleration_W(k) += (Gm_b * inverse_cube) * r;
       load_b.acceleration_W(k) -= (Gm_a * inverse_cube) * r;
     };
   }
   ATWOOD_ONE_LAW
 };
-
-ATWOOD_LANES_OF(GravityTerm)
 
 }  // namespace
 

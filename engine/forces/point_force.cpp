@@ -9,15 +9,11 @@ template <class S> struct PointForceTerm final : ForceTerm<S> {
   Vec3<S> point_B, force_W;
 
   static constexpr Items items = Items::the_force;
-  template <class M, class L> auto law(const M& motion, const L& loads) const {
-    const auto at = motion.body(body);
-    const auto load = loads.body(body);
-    return [=, point_B = point_B, force_W = force_W](int k) { add_force_at(load, k, at.q_WB(k), point_B, force_W); };
+  template <class M, class L> ATWOOD_INLINE auto law(const M& motion, const L& loads) const {
+    return [at = motion.body(body), load = loads.body(body), point_B = point_B, force_W = force_W](int k) ATWOOD_INLINED { add_force_at(load, k, at.q_WB(k), point_B, force_W); };
   }
   ATWOOD_ONE_LAW
 };
-
-ATWOOD_LANES_OF(PointForceTerm)
 
 }  // namespace
 

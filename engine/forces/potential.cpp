@@ -9,18 +9,14 @@ template <class S> struct HenonHeilesTerm final : ForceTerm<S> {
   S lambda;
 
   static constexpr Items items = Items::bodies;
-  template <class M, class L> auto law(int item, const M& motion, const L& loads) const {
-    const auto body = motion.body(bodies[item]);
-    const auto load = loads.body(bodies[item]);
-    return [=, lambda = lambda](int k) {
-      const Vec3<S> p = body.p_WB(k);
-      load.force_W(k) -= Vec3<S>{p.x + S(2) * lambda * p.x * p.y, p.y + lambda * (p.x * p.x - p.y * p.y), S(0)};
+  template <class M, class L> ATWOOD_INLINE auto law(int item, const M& motion, const L& loads) const {
+    return [body = motion.body(bodies[item]), load = loads.body(bodies[item]), lambda = lambda](auto k) ATWOOD_INLINED {
+      const auto p = body.p_WB(k);
+      load.force_W(k) -= Vec3<decltype(p.x * lambda)>{p.x + S(2) * lambda * p.x * p.y, p.y + lambda * (p.x * p.x - p.y * p.y), {}};
     };
   }
   ATWOOD_ONE_LAW
 };
-
-ATWOOD_LANES_OF(HenonHeilesTerm)
 
 }  // namespace
 

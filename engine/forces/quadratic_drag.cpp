@@ -11,19 +11,16 @@ template <class S> struct QuadraticDragTerm final : ForceTerm<S> {
 
   bool velocity_dependent() const override { return true; }
   static constexpr Items items = Items::bodies;
-  template <class M, class L> auto law(int item, const M& motion, const L& loads) const {
-    const auto body = motion.body(bodies[item]);
-    const auto load = loads.body(bodies[item]);
-    return [=, coefficient = half_rho_cd_area, angular = angular_coefficient, wind = wind](int k) {
-      const Vec3<S> u = body.v_WB(k) - wind;
-      load.force_W(k) -= (coefficient * norm(u)) * u;
+  template <class M, class L> ATWOOD_INLINE auto law(int item, const M& motion, const L& loads) const {
+    return [body = motion.body(bodies[item]), load = loads.body(bodies[item]), coefficient = half_rho_cd_area,
+            angular = angular_coefficient, wind = wind](auto k) ATWOOD_INLINED {
+      const auto u = body.v_WB(k) - wind;
+      load.force_W(k) -= (coefficient * root(k, dot(u, u))) * u;
       load.torque_B(k) -= angular * body.w_WB_B(k);
     };
   }
   ATWOOD_ONE_LAW
 };
-
-ATWOOD_LANES_OF(QuadraticDragTerm)
 
 }  // namespace
 

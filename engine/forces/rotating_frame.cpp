@@ -10,18 +10,14 @@ template <class S> struct RotatingFrameTerm final : ForceTerm<S> {
 
   bool velocity_dependent() const override { return dot(rate, rate) != S(0); }
   static constexpr Items items = Items::bodies;
-  template <class M, class L> auto law(int item, const M& motion, const L& loads) const {
-    const auto body = motion.body(bodies[item]);
-    const auto load = loads.body(bodies[item]);
-    return [=, rate = rate](int k) {
-      const Vec3<S> v = body.v_WB(k);
+  template <class M, class L> ATWOOD_INLINE auto law(int item, const M& motion, const L& loads) const {
+    return [body = motion.body(bodies[item]), load = loads.body(bodies[item]), rate = rate](auto k) ATWOOD_INLINED {
+      const auto v = body.v_WB(k);
       load.acceleration_W(k) -= cross(rate, v + v + cross(rate, body.p_WB(k)));
     };
   }
   ATWOOD_ONE_LAW
 };
-
-ATWOOD_LANES_OF(RotatingFrameTerm)
 
 }  // namespace
 

@@ -14,10 +14,10 @@ template <class S> struct SpringTerm final : ForceTerm<S> {
 
   bool velocity_dependent() const override { return damping != S(0); }
   static constexpr Items items = Items::the_force;
-  template <class M, class L> auto law(const M& motion, const L& loads) const {
+  template <class M, class L> ATWOOD_INLINE auto law(const M& motion, const L& loads) const {
     const auto body_a = motion.body(a < 0 ? b : a), body_b = motion.body(b);  // an anchored end a: never read
     const auto load_a = loads.body(a < 0 ? b : a), load_b = loads.body(b);
-    return [=, *this](int k) {
+    return [=, *this](int k) ATWOOD_INLINED {
       const Quat<S> q_a = a < 0 ? Quat<S>{} : body_a.q_WB(k), q_b = body_b.q_WB(k);
       const Vec3<S> x_a = a < 0 ? anchor : body_a.p_WB(k) + rotate(q_a, point_a);
       const Vec3<S> r = body_b.p_WB(k) + rotate(q_b, point_b) - x_a;
@@ -34,8 +34,6 @@ template <class S> struct SpringTerm final : ForceTerm<S> {
   }
   ATWOOD_ONE_LAW
 };
-
-ATWOOD_LANES_OF(SpringTerm)
 
 }  // namespace
 

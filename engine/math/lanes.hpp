@@ -1,36 +1,47 @@
 // Many numbers of a kind at once, one a vector lane. Each lane does what the scalar code does, in the same order, so a
-// lane's result has the same bits at any vector width.
+// lane's result has the same bits at any vector width (vector_width.hpp).
 #pragma once
 
 #include <cstddef>
+#include <type_traits>
 #include <vector>
 
 #include "math/quat.hpp"
+#include "math/vector_width.hpp"
 
 namespace atwood {
 
-inline constexpr int lane_count = 8;  // doubles of an AVX-512 register
+#define ATWOOD_INLINED __attribute__((always_inline))  // of a lambda
 
-// A free function over plain arrays is compiled once a vector width; the loader takes the widest that the machine has.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-#define ATWOOD_VECTOR_WIDTHS __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-#else
-#define ATWOOD_VECTOR_WIDTHS
-#endif
+inline constexpr int lane_count = 8;  // doubles of an AVX-512 register
 
 template <class S> struct alignas(lane_count * sizeof(S)) LaneBlock { S lane[lane_count]; };
 template <class S> using LaneArray = std::vector<LaneBlock<S>>;  // aligned to whole registers
 template <class S> S* lanes_of(LaneArray<S>& blocks) { return blocks.empty() ? nullptr : blocks.front().lane; }
 
 // f(k) for each lane; lanes are independent of each other. A full block has a trip count that the compiler knows.
-template <class F> [[gnu::always_inline]] inline void for_lanes(int count, const F& f) {
+template <class F> ATWOOD_INLINE void for_lanes(int count, const F& f) {
   if (count == lane_count) {
 #pragma GCC ivdep
+#pragma GCC unroll 1  // before the vectoriser has seen it
     for (int k = 0; k < lane_count; ++k) f(k);
   } else {
 #pragma GCC ivdep
     for (int k = 0; k < count; ++k) f(k);
   }
+}
+
+// kernel(width) at that vector width. float and double have vector lanes; the wider scalars run the same loops plainly.
+template <VectorWidth width> using Width = std::integral_constant<VectorWidth, width>;
+template <class S, class Kernel> void in_lanes(VectorWidth width, const Kernel& kernel) {
+  constexpr bool vectors = std::is_same_v<S, float> || std::is_same_v<S, double>;
+#if defined(__x86_64__)
+  if constexpr (vectors) {
+    if (width == VectorWidth::v4) return run_at_v4([&]() ATWOOD_INLINED { kernel(Width<VectorWidth::v4>{}); });
+    if (width == VectorWidth::v3) return run_at_v3([&]() ATWOOD_INLINED { kernel(Width<VectorWidth::v3>{}); });
+  }
+#endif
+  kernel(Width<VectorWidth::narrow>{});
 }
 
 // Component c of lane k at at[c * stride + k].

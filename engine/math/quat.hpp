@@ -29,10 +29,14 @@ template <class S> Vec3<S> rotate(const Quat<S>& q, const Vec3<S>& v) {
 template <class S> Vec3<S> rotate_back(const Quat<S>& q, const Vec3<S>& v) { return rotate(conjugate(q), v); }
 
 // q' = 1/2 q (0, w) for a body rate w in body axes.
-template <class S> Quat<S> quaternion_rate(const Quat<S>& q, const Vec3<S>& w_WB_B) {
-  const Vec3<S> half = S(0.5) * w_WB_B;
+template <class S, class H>
+[[gnu::always_inline]] inline Quat<S> quaternion_rate(const Quat<S>& q, const Vec3<S>& w_WB_B, H half_of_one) {
+  const Vec3<S> half = half_of_one * w_WB_B;
   return {-(q.x * half.x + q.y * half.y + q.z * half.z), q.w * half.x + q.y * half.z - q.z * half.y,
           q.w * half.y + q.z * half.x - q.x * half.z, q.w * half.z + q.x * half.y - q.y * half.x};
+}
+template <class S> Quat<S> quaternion_rate(const Quat<S>& q, const Vec3<S>& w_WB_B) {
+  return quaternion_rate(q, w_WB_B, S(0.5));
 }
 
 template <class S> Quat<S> load4(const S* from) { return {from[0], from[1], from[2], from[3]}; }

@@ -14,15 +14,18 @@ template <class S> struct Vec3 {
   Vec3& operator-=(const Vec3& b) { x -= b.x; y -= b.y; z -= b.z; return *this; }
 };
 
-template <class S> Vec3<S> operator+(const Vec3<S>& a, const Vec3<S>& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-template <class S> Vec3<S> operator-(const Vec3<S>& a, const Vec3<S>& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-template <class S> Vec3<S> operator-(const Vec3<S>& a) { return {-a.x, -a.y, -a.z}; }
-template <class S> Vec3<S> operator*(S s, const Vec3<S>& a) { return {s * a.x, s * a.y, s * a.z}; }
-template <class S> S dot(const Vec3<S>& a, const Vec3<S>& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-template <class S> S norm(const Vec3<S>& a) { return real::sqrt(dot(a, a)); }
-template <class S> Vec3<S> cross(const Vec3<S>& a, const Vec3<S>& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+// Mixed kinds: a number of a vector lane's kind with one that is the same in all lanes (math/pack.hpp).
+#define ATWOOD_VEC3 template <class A, class B> [[gnu::always_inline]] inline auto
+ATWOOD_VEC3 operator+(const Vec3<A>& a, const Vec3<B>& b) { return Vec3<decltype(a.x + b.x)>{a.x + b.x, a.y + b.y, a.z + b.z}; }
+ATWOOD_VEC3 operator-(const Vec3<A>& a, const Vec3<B>& b) { return Vec3<decltype(a.x - b.x)>{a.x - b.x, a.y - b.y, a.z - b.z}; }
+ATWOOD_VEC3 operator*(const A& s, const Vec3<B>& a) { return Vec3<decltype(s * a.x)>{s * a.x, s * a.y, s * a.z}; }
+ATWOOD_VEC3 dot(const Vec3<A>& a, const Vec3<B>& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+ATWOOD_VEC3 cross(const Vec3<A>& a, const Vec3<B>& b) {
+  return Vec3<decltype(a.y * b.z)>{a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
+#undef ATWOOD_VEC3
+template <class S> Vec3<S> operator-(const Vec3<S>& a) { return {-a.x, -a.y, -a.z}; }
+template <class S> [[gnu::always_inline]] inline S norm(const Vec3<S>& a) { return real::sqrt(dot(a, a)); }
 
 // States are spans of scalars; these read and write three of them.
 template <class S> Vec3<S> load3(const S* from) { return {from[0], from[1], from[2]}; }

@@ -38,11 +38,11 @@ template <class S> struct MassProperties {
   bool diagonal = true;      // body axes are principal
   PrincipalAxes<S> principal;
 
-  Vec3<S> times_inertia(const Vec3<S>& w_B) const { return times(I_row, w_B); }
-  Vec3<S> times_inverse_inertia(const Vec3<S>& L_B) const { return times(I_inverse_row, L_B); }
+  template <class V = S> ATWOOD_INLINE Vec3<V> times_inertia(const Vec3<V>& w_B) const { return times(I_row, w_B); }
+  template <class V = S> ATWOOD_INLINE Vec3<V> times_inverse_inertia(const Vec3<V>& L_B) const { return times(I_inverse_row, L_B); }
 
  private:
-  Vec3<S> times(const Vec3<S> (&row)[3], const Vec3<S>& v) const {
+  template <class V> ATWOOD_INLINE Vec3<V> times(const Vec3<S> (&row)[3], const Vec3<V>& v) const {
     if (diagonal) return {row[0].x * v.x, row[1].y * v.y, row[2].z * v.z};
     return {dot(row[0], v), dot(row[1], v), dot(row[2], v)};
   }
@@ -101,6 +101,7 @@ template <class S> class RigidModel {
   Motion<S> motion(S t_s, const S* y) const { return {t_s, y, slots_.data()}; }
   S energy(const S* y) const;              // J, kinetic and potential
   S energy_scale(const S* y) const;        // J, the sum of their sizes: what an energy's round-off is relative to
+  void set_vector_width(VectorWidth width) { width_ = width; }  // of batches of rates; the same bits at each
   Team* team() const { return team_.get(); }  // null: one thread
 
  private:
@@ -129,6 +130,7 @@ template <class S> class RigidModel {
   std::vector<double> switch_times_s_;
   std::vector<int> moving_;
   bool lanes_ = true;                      // every active force has a law over lanes
+  VectorWidth width_ = widest_vectors();
   LaneArray<S> resting_lanes_, load_lanes_;
   std::vector<S> one_;                     // a state and its rate: batches one by one
   int interval_ = -1;                      // how many switch times lie behind

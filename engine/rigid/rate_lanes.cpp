@@ -18,20 +18,21 @@ template <class S> struct Lanes {
   const std::vector<int>& moving;
 };
 
-template <class S> [[gnu::always_inline]] inline void start(const Lanes<S>& lanes, const Vec3<S>& gravity) {
+template <class S> ATWOOD_INLINE void start(const Lanes<S>& lanes, const Vec3<S>& gravity) {
   for (const int i : lanes.moving) {
     S* load = lanes.load + i * load_scalars * lane_count;
-    for_lanes(lanes.count, [&](int k) {
-      store3(gravity, load + k, lane_count);
-      store3(Vec3<S>{}, load + 3 * lane_count + k, lane_count);
-    });
+    const Pack<S> zero = spread(S(0));
+    store<S>(spread(gravity.x), load);
+    store<S>(spread(gravity.y), load + lane_count);
+    store<S>(spread(gravity.z), load + 2 * lane_count);
+    for (int c = 3; c < 6; ++c) store<S>(zero, load + c * lane_count);
     if (lanes.slots[i].rotates)
-      for_lanes(lanes.count, [&](int k) { store3(Vec3<S>{}, load + 6 * lane_count + k, lane_count); });
+      for (int c = 6; c < load_scalars; ++c) store<S>(zero, load + c * lane_count);
   }
 }
 
 // Newton and Euler, as in rate.cpp.
-template <class S> [[gnu::always_inline]] inline void move(const Lanes<S>& lanes) {
+template <VectorWidth width, class S> ATWOOD_INLINE void move(const Lanes<S>& lanes) {
   const std::ptrdiff_t stride = lanes.stride;
   for (const int i : lanes.moving) {
     const S* load = lanes.load + i * load_scalars * lane_count;
@@ -39,31 +40,20 @@ template <class S> [[gnu::always_inline]] inline void move(const Lanes<S>& lanes
     S* dydt = lanes.dydt + lanes.slots[i].offset * stride;
     const MassProperties<S>& mass = lanes.mass[i];
     const S inverse_mass = mass.inverse_mass_per_kg;
-    for_lanes(lanes.count, [&](int k) {
-      store3(load3(y + at_velocity * stride + k, stride), dydt + k, stride);
-      const Vec3<S> acceleration = load3(load + k, lane_count), force = load3(load + 3 * lane_count + k, lane_count);
-      store3(acceleration + inverse_mass * force, dydt + at_velocity * stride + k, stride);
+    for_packs<S, width>(lanes.count, [&](auto k) ATWOOD_INLINED {
+      store3(load3(y + at_velocity * stride, stride, k), dydt, stride, k);
+      const auto acceleration = load3(load, lane_count, k), force = load3(load + 3 * lane_count, lane_count, k);
+      store3(acceleration + inverse_mass * force, dydt + at_velocity * stride, stride, k);
     });
     if (!lanes.slots[i].rotates) continue;
-    for_lanes(lanes.count, [&](int k) {
-      const Vec3<S> w = load3(y + at_body_rate * stride + k, stride);
-      const Vec3<S> torque = load3(load + 6 * lane_count + k, lane_count);
-      store4(quaternion_rate(load4(y + at_attitude * stride + k, stride), w), dydt + at_attitude * stride + k, stride);
-      store3(mass.times_inverse_inertia(torque - cross(w, mass.times_inertia(w))), dydt + at_body_rate * stride + k,
-             stride);
+    for_packs<S, width>(lanes.count, [&](auto k) ATWOOD_INLINED {
+      const auto w = load3(y + at_body_rate * stride, stride, k);
+      const auto torque = load3(load + 6 * lane_count, lane_count, k);
+      store4(quaternion_rate(load4(y + at_attitude * stride, stride, k), w, S(0.5)), dydt + at_attitude * stride, stride, k);
+      store3(mass.times_inverse_inertia(torque - cross(w, mass.times_inertia(w))), dydt + at_body_rate * stride, stride, k);
     });
   }
 }
-
-ATWOOD_VECTOR_WIDTHS void start_lanes(const Lanes<float>& lanes, const Vec3<float>& gravity) { start(lanes, gravity); }
-ATWOOD_VECTOR_WIDTHS void start_lanes(const Lanes<double>& lanes, const Vec3<double>& gravity) { start(lanes, gravity); }
-void start_lanes(const Lanes<long double>& lanes, const Vec3<long double>& gravity) { start(lanes, gravity); }
-void start_lanes(const Lanes<Quad>& lanes, const Vec3<Quad>& gravity) { start(lanes, gravity); }
-
-ATWOOD_VECTOR_WIDTHS void move_lanes(const Lanes<float>& lanes) { move(lanes); }
-ATWOOD_VECTOR_WIDTHS void move_lanes(const Lanes<double>& lanes) { move(lanes); }
-void move_lanes(const Lanes<long double>& lanes) { move(lanes); }
-void move_lanes(const Lanes<Quad>& lanes) { move(lanes); }
 
 }  // namespace
 
@@ -85,12 +75,12 @@ void RigidModel<S>::rates_of(void* context, int count, const S* t_s, const S* y,
     const int block = std::min(lane_count, count - first);
     const Lanes<S> lanes{block, count, y + first, dydt + first, lanes_of(model.load_lanes_), model.slots_.data(),
                          model.mass_.data(), model.moving_};
-    start_lanes(lanes, model.gravity_);
+    in_lanes<S>(model.width_, [&](auto) ATWOOD_INLINED { start(lanes, model.gravity_); });
     const S* resting = lanes_of(model.resting_lanes_);
-    const LaneMotion<S> motion{block, t_s + first, y + first, count, model.slots_.data(), resting,
+    const LaneMotion<S> motion{model.width_, block, t_s + first, y + first, count, model.slots_.data(), resting,
                                resting + model.slots_.size() * body_scalars * lane_count};
     for (const ForceTerm<S>* term : model.active_) term->add_lane_loads(motion, lanes.load);
-    move_lanes(lanes);
+    in_lanes<S>(model.width_, [&](auto width) ATWOOD_INLINED { move<decltype(width)::value>(lanes); });
   }
 }
 

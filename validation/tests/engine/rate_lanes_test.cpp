@@ -23,8 +23,9 @@ template <class S> std::vector<S> random_state(const RigidModel<S>& model, std::
   return y;
 }
 
-template <class S> int wrong_scalars(const Scene& scene, int count, std::mt19937& random) {
+template <class S> int wrong_scalars(const Scene& scene, int count, std::mt19937& random, VectorWidth width = widest_vectors()) {
   RigidModel<S> model(scene);
+  model.set_vector_width(width);
   if (!model.unsupported().empty()) return 0;
   System<S>& system = model.system();
   int wrong = 0;
@@ -54,12 +55,17 @@ void check_scene(const std::string& name, const Scene& scene) {
     INFO(name << ", " << count << " states");
     CHECK(wrong_scalars<float>(scene, count, random) == 0);
     CHECK(wrong_scalars<double>(scene, count, random) == 0);
+    for (const VectorWidth width : {VectorWidth::narrow, VectorWidth::v3}) {
+      if (width > widest_vectors()) continue;
+      CHECK(wrong_scalars<float>(scene, count, random, width) == 0);
+      CHECK(wrong_scalars<double>(scene, count, random, width) == 0);
+    }
     CHECK(wrong_scalars<long double>(scene, count, random) == 0);
     CHECK(wrong_scalars<Quad>(scene, count, random) == 0);
   }
 }
 
-TEST_CASE("a batch of rates has the bits of rates one by one, in every scene of the catalogue") {
+TEST_CASE("a batch of rates has the bits of rates one by one, in every scene of the catalogue, at every vector width") {
   int scenes = 0;
   for (const auto& entry : std::filesystem::directory_iterator(ATWOOD_SCENARIO_DIR)) {
     if (entry.path().extension() != ".toml") continue;

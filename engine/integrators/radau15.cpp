@@ -1,0 +1,370 @@
+#include "integrators/radau15.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "integrators/collocation_nodes.hpp"
+#include "integrators/radau15_kernels.hpp"
+
+namespace atwood {
+namespace {
+
+constexpr int nodes = radau_nodes;
+
+struct WideTable {
+  std::vector<Quad> c, b, a;
+  Quad power[nodes][nodes];  // of the Lagrange polynomial of node j
+
+  WideTable() {
+    const CollocationTableau tableau = radau_left_collocation(nodes);
+    c = tableau.c;
+    b = tableau.b;
+    a = tableau.a;
+    for (int j = 0; j < nodes; ++j) {  // prod over m != j of (tau - c_m) / (c_j - c_m)
+      std::vector<Quad> product{Quad(1)};
+      for (int m = 0; m < nodes; ++m) {
+        if (m == j) continue;
+        product.push_back(Quad(0));
+        for (int k = static_cast<int>(product.size()) - 1; k >= 0; --k)
+          product[k] = ((k > 0 ? product[k - 1] : Quad(0)) - c[m] * product[k]) / (c[j] - c[m]);
+      }
+      for (int k = 0; k < nodes; ++k) power[j][k] = product[k];
+    }
+  }
+};
+
+template <class S> RadauTable<S> narrow_table() {
+  static const WideTable wide;
+  RadauTable<S> table{};
+  for (int i = 0; i < nodes; ++i) {
+    table.c[i] = S(wide.c[i]);
+    Quad b2 = Quad(0);
+    for (int j = 0; j < nodes; ++j) {
+      Quad a2 = Quad(0), newton = j < i ? Quad(0) : Quad(1);
+      for (int m = 0; m < nodes; ++m) a2 += wide.a[i * nodes + m] * wide.a[m * nodes + j];
+      for (int m = 0; m < i; ++m) newton *= (wide.c[j] - wide.c[m]) / (wide.c[i] - wide.c[m]);
+      table.a[j][i] = table.row[i][j] = S(wide.a[i * nodes + j]);
+      table.a2[j][i] = table.row2[i][j] = S(a2);
+      table.power[j][i] = S(wide.power[j][i]);
+      table.newton[i][j] = S(newton);
+      b2 += wide.b[j] * wide.a[j * nodes + i];
+    }
+    table.ends[i][0] = S(wide.b[i]);
+    table.ends[i][1] = S(b2);
+    table.ends[i][2] = S(wide.power[i][nodes - 1]);
+  }
+  return table;
+}
+
+template <class S> S dot(const S* f, const S* w) {
+  return ((f[0] * w[0] + f[1] * w[1]) + (f[2] * w[2] + f[3] * w[3])) +
+         ((f[4] * w[4] + f[5] * w[5]) + (f[6] * w[6] + f[7] * w[7]));
+}
+
+}  // namespace
+
+template <class S> const RadauTable<S>& radau_table() {
+  static const RadauTable<S> table = narrow_table<S>();
+  return table;
+}
+
+template <class S>
+Radau15<S>::Radau15(RigidModel<S>& model, const RadauOptions& options)
+    : Stepper<S>(model.system()), model_(model), options_(options), table_(radau_table<S>()), size_(model.state_size()),
+      rest_(size_), rest_new_(size_), weight_(size_), state_(size_), base_(size_), rate_(size_), rate_before_(size_),
+      predicted_(size_), ends_(size_), node_state_(size_), node_rate_(size_) {
+  for (auto* list : {&once_, &twice_, &rates_}) list->reserve(size_);
+  kinds_.reserve(3);
+  scale_.reserve(3);
+  for (Record& record : record_) {
+    record.y.resize(size_);
+    record.y_new.resize(size_);
+    record.rest.resize(size_);
+    record.rest_new.resize(size_);
+    record.rate.resize(size_);
+    record.miss.resize(size_);
+  }
+}
+
+// Velocities of a body whose forces do not ask for them need no stages; attitudes and body rates always do.
+template <class S> void Radau15<S>::find_unknowns() {
+  epoch_ = this->system_.epoch;
+  once_.clear();
+  twice_.clear();
+  rates_.clear();
+  kinds_.clear();
+  record_[0].valid = record_[1].valid = false;
+  kept_ = -1;
+  const auto add_kind = [&](int from, int to) {
+    const int first = static_cast<int>(rates_.size());
+    for (const int body : model_.moving()) {
+      if (from >= at_attitude && !model_.rotates(body)) continue;
+      for (int i = from; i < to; ++i) rates_.push_back(model_.offset(body) + i);
+    }
+    if (static_cast<int>(rates_.size()) > first) kinds_.push_back({first, static_cast<int>(rates_.size())});
+  };
+  if (model_.bare_problem()) {
+    for (int i = 0; i < size_; ++i) rates_.push_back(i);
+    once_ = rates_;
+    kinds_.push_back({0, size_});
+  } else {
+    add_kind(at_velocity, at_attitude);
+    for (const int i : rates_) twice_.push_back(i - 3);
+    if (model_.velocity_dependent()) once_ = rates_;
+    const std::size_t turning = rates_.size();
+    add_kind(at_attitude, at_body_rate);
+    add_kind(at_body_rate, at_body_rate + 3);
+    once_.insert(once_.end(), rates_.begin() + turning, rates_.end());
+  }
+  scale_.resize(kinds_.size());
+  std::fill(lanes_of(state_), lanes_of(state_) + size_ * nodes, S(0));
+}
+
+// Where, in units of a step on record, the new step starts: at its end, or (a step taken again) at its start.
+template <class S> auto Radau15<S>::find_start(S t_s, const S* y, S& offset) -> Record* {
+  for (const int r : {last_, 1 - last_}) {
+    Record& record = record_[r];
+    if (!record.valid) continue;
+    const S near_s = S(8) * real::epsilon<S>() * (real::abs(record.t_s) + real::abs(record.h_s));
+    if (real::abs(t_s - (record.t_s + record.h_s)) <= near_s && std::equal(y, y + size_, record.y_new.begin())) {
+      offset = S(1);
+      return &record;
+    }
+  }
+  for (const int r : {last_, 1 - last_}) {
+    Record& record = record_[r];
+    if (!record.valid || record.t_s != t_s || !std::equal(y, y + size_, record.y.begin())) continue;
+    offset = S(0);
+    return &record;
+  }
+  return nullptr;
+}
+
+template <class S> void Radau15<S>::predict(S h_s, Record* from, S offset) {
+  S* out = lanes_of(predicted_);
+  if (from == nullptr) {
+    std::fill(out, out + size_ * nodes, S(0));
+    return;
+  }
+  const S ratio = h_s / from->h_s, trust = offset == S(1) ? S(1) : S(0);
+  in_lanes<S>(width_, [&](auto) ATWOOD_INLINED {
+    radau::extrapolate(rates_, table_, offset, ratio, trust, lanes_of(from->rate), lanes_of(from->miss), out);
+  });
+}
+
+template <class S> void Radau15<S>::lay_base(S t_s, S h_s, const S* y) {
+  S* base = lanes_of(base_);
+  for (int k = 0; k < nodes; ++k) t_nodes_[k] = t_s + table_.c[k] * h_s;
+  in_lanes<S>(width_, [&](auto) ATWOOD_INLINED { radau::lay_base(once_, twice_, table_, h_s, y, base); });
+  for (std::size_t n = 0; n < kinds_.size(); ++n) {
+    scale_[n].state = S(0);
+    for (int r = kinds_[n].first; r < kinds_[n].last; ++r)
+      scale_[n].state = real::max(scale_[n].state, real::abs(y[rates_[r]]));
+  }
+}
+
+// weight = h / (the state + what it changes by in the step).
+template <class S> void Radau15<S>::measure_scales(const S* rate) {
+  const S h_s = real::abs(this->h_s_);
+  for (std::size_t n = 0; n < kinds_.size(); ++n) {
+    in_lanes<S>(width_, [&](auto) ATWOOD_INLINED {
+      scale_[n].rate = radau::largest(rates_, kinds_[n].first, kinds_[n].last, rate);
+    });
+    const S whole = scale_[n].state + h_s * scale_[n].rate + (rtol_ > S(0) ? atol_ / rtol_ : S(0));
+    const S weight = whole > S(0) ? h_s / whole : S(0);
+    for (int r = kinds_[n].first; r < kinds_[n].last; ++r) weight_[r] = weight;
+  }
+}
+
+// Every node's rate anew, from states that all use the last sweep's rates.
+template <class S> S Radau15<S>::sweep_batch(S h_s, LaneArray<S>& rate_before) {
+  S *state = lanes_of(state_), *rate = lanes_of(rate_);
+  const S* before = lanes_of(rate_before);
+  in_lanes<S>(width_, [&](auto) ATWOOD_INLINED {
+    radau::stages(twice_, 3, table_.a2, h_s * h_s, lanes_of(base_), before, state);
+    radau::stages(once_, 0, table_.a, h_s, lanes_of(base_), before, state);
+  });
+  this->system_.rates(nodes, t_nodes_, state, rate, node_state_.data());
+  S most{};
+  in_lanes<S>(width_, [&](auto) ATWOOD_INLINED { most = radau::change(rates_, weight_.data(), rate, before); });
+  return most;
+}
+
+// Node after node; what a node's rate turns out to be at once moves those of the nodes after it (Rein and Spiegel, eq. 10).
+template <class S> S Radau15<S>::sweep_nodes(S h_s) {
+  S *rate = lanes_of(rate_), *base = lanes_of(base_);
+  S most = S(0);
+  for (int n = 1; n < nodes; ++n) {
+    for (const int i : twice_)
+      node_state_[i] = base[i * nodes + n] + h_s * h_s * dot(rate + (i + 3) * nodes, table_.row2[n]);
+    for (const int i : once_) node_state_[i] = base[i * nodes + n] + h_s * dot(rate + i * nodes, table_.row[n]);
+    this->system_.rate(t_nodes_[n], node_state_.data(), node_rate_.data());
+    S now{};
+    in_lanes<S>(width_, [&](auto) ATWOOD_INLINED {
+      now = radau::shift_later_nodes(rates_, weight_.data(), table_, n, node_rate_.data(), rate);
+    });
+    most = now <= most ? most : now;
+  }
+  return most;
+}
+
+// Sweeps until the next one would change nothing that matters: the last change times the contraction is below the last
+// place, or a tenth of the tolerance. The answer is what remains; infinite: no convergence.
+template <class S> S Radau15<S>::iterate(S h_s, bool predicted) {
+  constexpr int most_sweeps = 60;
+  const S enough = real::max(real::epsilon<S>() / S(8), rtol_ / S(10));
+  S before = S(0);
+  for (int k = 0; k < most_sweeps; ++k) {
+    S now;
+    if (options_.sequential) {
+      now = sweep_nodes(h_s);
+    } else {
+      if (k > 0) rate_.swap(rate_before_);
+      now = sweep_batch(h_s, k > 0 ? rate_before_ : predicted_);
+    }
+    if (!(now < S(1e30f))) return now;
+    if (k == 0 && !predicted) {  // only now are there rates to weigh changes by
+      measure_scales(lanes_of(rate_));
+      before = now;
+      continue;
+    }
+    if (before > S(1e4f) * real::epsilon<S>()) contraction_ = real::max(real::min(now / before, S(1)), S(1e-4f));
+    if (now * contraction_ <= enough) return now * contraction_;
+    if (before > S(0) && now >= before / S(2) && now <= S(256) * real::epsilon<S>()) return now;
+    if (k > 8 && now > before) return S(1e30f);
+    before = now;
+  }
+  return S(1e30f);
+}
+
+template <class S> void Radau15<S>::finish(S h_s, const S* y, S* y_new) {
+  S* ends = lanes_of(ends_);
+  in_lanes<S>(width_, [&](auto) ATWOOD_INLINED { radau::sum_ends(rates_, table_, lanes_of(rate_), ends); });
+  std::copy(y, y + size_, y_new);
+  for (const int i : twice_) y_new[i] = add(i, y[i], h_s * (y[i + 3] + h_s * ends[(i + 3) * nodes + 1]));
+  for (const int i : rates_) y_new[i] = add(i, y[i], h_s * ends[i * nodes]);
+  this->system_.project(y_new);
+}
+
+// Kahan's sum with Knuth's two-sum, as in compensation.hpp; the rests are on record with the step, so that samples inside it
+// and steps taken again start from the same ones.
+template <class S> S Radau15<S>::add(int i, S y, S increment) {
+  if (!options_.compensated) return y + increment;
+  const S wanted = increment + rest_[i], sum = y + wanted, part = sum - y;
+  rest_new_[i] = (y - (sum - part)) + (wanted - part);
+  return sum;
+}
+
+// Keeps the record of the last step that advise() accepted: samples inside it are steps from its start, and the next step
+// starts at its end.
+template <class S>
+void Radau15<S>::put_on_record(S t_s, S h_s, const S* y, const S* y_new, bool predicted) {
+  last_ = kept_ >= 0 ? 1 - kept_ : 1 - last_;
+  Record& record = record_[last_];
+  record.valid = true;
+  record.t_s = t_s;
+  record.h_s = h_s;
+  record.contraction = contraction_;
+  std::copy(y, y + size_, record.y.begin());
+  std::copy(y_new, y_new + size_, record.y_new.begin());
+  record.rest.swap(rest_);
+  record.rest_new.swap(rest_new_);
+  S* miss = lanes_of(record.miss);
+  if (predicted)
+    in_lanes<S>(width_, [&](auto) ATWOOD_INLINED {
+      radau::differences(rates_, lanes_of(rate_), lanes_of(predicted_), miss);
+    });
+  else std::fill(miss, miss + size_ * nodes, S(0));
+  record.rate.swap(rate_);
+}
+
+template <class S> bool Radau15<S>::step(S t_s, S h_s, const S* y, S* y_new) {
+  if (epoch_ != this->system_.epoch) find_unknowns();
+  this->remember(t_s, h_s, y, y_new);
+  S offset = S(0);
+  Record* from = find_start(t_s, y, offset);
+  if (from == nullptr) std::fill(rest_.begin(), rest_.end(), S(0));
+  else rest_ = offset == S(1) ? from->rest_new : from->rest;
+  predict(h_s, from, offset);
+  lay_base(t_s, h_s, y);
+  if (options_.sequential) start_nodes(t_s, y, from != nullptr);
+  contraction_ = from != nullptr ? from->contraction : S(1);
+  measure_scales(lanes_of(options_.sequential ? rate_ : predicted_));
+  converged_ = iterate(h_s, from != nullptr) < S(1e30f);
+  if (!converged_) {
+    std::copy(y, y + size_, y_new);
+    return rtol_ > S(0);  // advise() then asks for a shorter step
+  }
+  finish(h_s, y, y_new);
+  put_on_record(t_s, h_s, y, y_new, offset == S(1));
+  return true;
+}
+
+// The rate at the start of the step is evaluated once; it is the first guess of the others where there is no other.
+template <class S> void Radau15<S>::start_nodes(S t_s, const S* y, bool predicted) {
+  S* rate = lanes_of(rate_);
+  if (predicted) std::copy(lanes_of(predicted_), lanes_of(predicted_) + size_ * nodes, rate);
+  this->system_.rate(t_s, y, node_rate_.data());
+  for (const int i : rates_) {
+    S* f = rate + i * nodes;
+    std::fill(f, predicted ? f + 1 : f + nodes, node_rate_[i]);
+  }
+}
+
+template <class S> void Radau15<S>::set_tolerance(S rtol, S atol) {
+  rtol_ = rtol;
+  atol_ = atol;
+  record_[0].valid = record_[1].valid = false;
+  kept_ = -1;
+}
+
+// Last coefficient of the rates' polynomial over the rates.
+template <class S> S Radau15<S>::roughness() const {
+  S most = S(0);
+  for (std::size_t n = 0; n < kinds_.size(); ++n) {
+    S top = S(0);
+    for (int r = kinds_[n].first; r < kinds_[n].last; ++r) top = real::max(top, real::abs(ends_[rates_[r]].lane[2]));
+    if (scale_[n].rate > S(0)) most = real::max(most, top / scale_[n].rate);
+  }
+  return most;
+}
+
+// The rates' coefficients fall about as q^k h^k, so the last one, over the rates, is q^7; the local error of order 16 is some
+// number times q^15, taken as q^14 / 100: with it, Kepler and Pleiades end near the tolerance asked for.
+template <class S> auto Radau15<S>::advise(S rtol, S) -> typename Stepper<S>::Advice {
+  const S h_s = this->h_s_;
+  if (!converged_) return {false, h_s / S(2)};
+  const float rough = static_cast<float>(roughness()), wanted = static_cast<float>(S(100) * rtol);
+  const float factor = rough > 0 ? std::pow(wanted / (rough * rough), 1.0f / 14) : 2.0f;
+  if (factor < 0.75) return {false, h_s * S(real::max(factor, 0.1f))};
+  kept_ = last_;
+  return {true, h_s * S(real::min(factor, 2.0f))};
+}
+
+// By the polynomial of the step: of order 9 between its nodes.
+template <class S> void Radau15<S>::dense(S theta, S* y_at) {
+  const S h_s = this->h_s_;
+  S* rate = lanes_of(record_[last_].rate);
+  std::copy(this->y_, this->y_ + size_, y_at);
+  S once[nodes], twice[nodes], power = theta;
+  for (int k = 0; k < nodes; ++k) {
+    once[k] = power / S(k + 1);
+    power *= theta;
+    twice[k] = power / S((k + 1) * (k + 2));
+  }
+  const auto integral = [&](int i, const S* weight) {
+    S sum = S(0);
+    for (int j = 0; j < nodes; ++j) sum += rate[i * nodes + j] * dot(weight, table_.power[j]);
+    return sum;
+  };
+  for (const int i : twice_) y_at[i] += h_s * (theta * this->y_[i + 3] + h_s * integral(i + 3, twice));
+  for (const int i : rates_) y_at[i] += h_s * integral(i, once);
+  this->system_.project(y_at);
+}
+
+template class Radau15<float>;
+template class Radau15<double>;
+template class Radau15<long double>;
+template class Radau15<Quad>;
+
+}  // namespace atwood

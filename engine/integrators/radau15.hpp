@@ -1,0 +1,91 @@
+// Collocation at Radau's eight nodes that hold the start of the step: order 15, solved by sweeps over the rates (Everhart
+// 1985; Rein and Spiegel, MNRAS 446 (2015) 1424). The rates of a step are guessed by extrapolating those of the step before.
+// Positions are integrated twice from the accelerations, so velocities need no stages where no force asks for them.
+#pragma once
+
+#include "integrators/stepper.hpp"
+#include "math/lanes.hpp"
+#include "rigid/model.hpp"
+
+namespace atwood {
+
+inline constexpr int radau_nodes = lane_count;  // a node a lane
+
+// A row is eight lanes. With F_j the rate at node j, in units of the step:
+//   Y_i = y + h sum_j a[j][i] F_j      x_i = x + c_i h v + h^2 sum_j a2[j][i] F_j     (a2 = a a, where x' = v, v' = F)
+//   y_new = y + h sum_j b[j] F_j       x_new = x + h v + h^2 sum_j b2[j] F_j
+//   F(tau) = sum_k tau^k sum_j power[j][k] F_j, so power[j][7] makes the divided difference over all nodes
+//   node n takes another rate, by D: Newton's term of node n makes F_j grow by D newton[n][j], 0 for j < n
+template <class S> struct RadauTable {
+  using Row = S[radau_nodes];
+  alignas(lane_count * sizeof(S)) Row c, a[radau_nodes], a2[radau_nodes], power[radau_nodes], newton[radau_nodes];
+  Row row[radau_nodes], row2[radau_nodes];  // a and a2 transposed, a node a row
+  alignas(lane_count * sizeof(S)) Row ends[radau_nodes];  // ends[j]: b[j], b2[j], power[j][7]
+};
+template <class S> const RadauTable<S>& radau_table();
+
+struct RadauOptions {
+  bool sequential = false;   // a node after another, each with the newest rates; otherwise all nodes at once, as one batch
+  bool compensated = true;
+};
+
+template <class S> class Radau15 final : public Stepper<S> {
+ public:
+  Radau15(RigidModel<S>& model, const RadauOptions& options);
+
+  bool step(S t_s, S h_s, const S* y, S* y_new) override;
+  bool chooses_steps() const override { return true; }
+  typename Stepper<S>::Advice advise(S rtol, S atol) override;
+  void set_tolerance(S rtol, S atol) override;
+  void dense(S theta, S* y_at) override;
+
+ private:
+  // A step taken: what the next one's rates are extrapolated from.
+  struct Record {
+    bool valid = false;
+    S t_s{}, h_s{}, contraction = S(1);
+    std::vector<S> y, y_new, rest, rest_new;  // rest: what rounding cut off the state, with compensation
+    LaneArray<S> rate, miss;  // the rates at the nodes, and what their prediction was short of
+  };
+  struct Scale { S state{}, rate{}; };  // largest of a kind of component
+
+  void find_unknowns();
+  Record* find_start(S t_s, const S* y, S& offset);
+  void predict(S h_s, Record* from, S offset);
+  void lay_base(S t_s, S h_s, const S* y);
+  void measure_scales(const S* rate);
+  void start_nodes(S t_s, const S* y, bool predicted);
+  S iterate(S h_s, bool predicted);
+  S sweep_batch(S h_s, LaneArray<S>& before);
+  S sweep_nodes(S h_s);
+  void finish(S h_s, const S* y, S* y_new);
+  S add(int i, S y, S increment);
+  void put_on_record(S t_s, S h_s, const S* y, const S* y_new, bool predicted);
+  S roughness() const;
+
+  RigidModel<S>& model_;
+  const RadauOptions options_;
+  const RadauTable<S>& table_;
+  const VectorWidth width_ = widest_vectors();
+  int size_;
+  std::vector<S> rest_, rest_new_;
+  std::int64_t epoch_ = -1;
+  // Components of the state: those integrated once (rate at the same place) and twice (positions; their rate is their
+  // velocity's). `kinds_`: runs of components with a rate of their own, that share a scale.
+  struct Kind { int first, last; };  // in rates_
+  std::vector<int> once_, twice_, rates_;
+  std::vector<Kind> kinds_;
+  std::vector<S> weight_;            // of rates_: h / scale, a change in the rate as a relative change of the state
+  std::vector<Scale> scale_;         // of kinds_
+  LaneArray<S> state_, base_, rate_, rate_before_, predicted_, ends_;
+  std::vector<S> node_state_, node_rate_;
+  S t_nodes_[radau_nodes];
+  Record record_[2];
+  int last_ = 0;                     // record of the last step
+  int kept_ = -1;                    // record of the last step that advise() accepted
+  S rtol_{}, atol_{};                // 0: sweeps to round-off
+  S contraction_ = S(1);             // of the sweeps, as last seen
+  bool converged_ = false;
+};
+
+}  // namespace atwood

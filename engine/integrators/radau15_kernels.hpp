@@ -1,0 +1,106 @@
+// The inner loops of Radau15, a node a lane. See RadauTable for the sums.
+#pragma once
+
+#include "integrators/radau15.hpp"
+#include "math/pack.hpp"
+
+namespace atwood::radau {
+
+inline constexpr int nodes = radau_nodes;
+
+// Eight rows of a table, kept in registers.
+template <class S> struct Columns {
+  Pack<S> column[nodes];
+
+  ATWOOD_INLINE Columns(const S (&table)[nodes][nodes], S scale) {
+    for (int j = 0; j < nodes; ++j) column[j] = scale * load(table[j]);
+  }
+  // sum_j f_j column_j, in pairs, so that no sum waits for seven others.
+  ATWOOD_INLINE Pack<S> combine(const S* f) const {
+    const Pack<S> s01 = f[0] * column[0] + f[1] * column[1], s23 = f[2] * column[2] + f[3] * column[3];
+    const Pack<S> s45 = f[4] * column[4] + f[5] * column[5], s67 = f[6] * column[6] + f[7] * column[7];
+    return (s01 + s23) + (s45 + s67);
+  }
+};
+
+// out[i] = base[i] + scale sum_j column_j f_j for the components listed; f of component i at rate[i + shift].
+template <class S>
+ATWOOD_INLINE void stages(const std::vector<int>& components, int shift, const S (&table)[nodes][nodes], S scale,
+                          const S* base, const S* rate, S* out) {
+  if (components.empty()) return;
+  const Columns<S> columns(table, scale);
+  for (const int i : components)
+    store<S>(load(base + i * nodes) + columns.combine(rate + (i + shift) * nodes), out + i * nodes);
+}
+
+// What the stages start from: y, or the straight line y + c h v.
+template <class S>
+ATWOOD_INLINE void lay_base(const std::vector<int>& once, const std::vector<int>& twice, const RadauTable<S>& table, S h_s,
+                            const S* y, S* base) {
+  const Pack<S> elapsed_s = h_s * load(table.c);
+  for (const int i : once) store<S>(spread(y[i]), base + i * nodes);
+  for (const int i : twice) store<S>(spread(y[i]) + y[i + 3] * elapsed_s, base + i * nodes);
+}
+
+// The largest weighted change of a rate, at any node; not a number if one is not.
+template <class S>
+ATWOOD_INLINE S change(const std::vector<int>& components, const S* weight, const S* now, const S* before) {
+  Pack<S> most = spread(S(0));
+  for (const int i : components)
+    most = larger_size<S>(*weight++ * (load(now + i * nodes) - load(before + i * nodes)), most);
+  return largest_lane<S>(most);
+}
+
+// The polynomial through the rates of `from`, at tau = offset + ratio c of its step, plus what it missed last time.
+template <class S>
+ATWOOD_INLINE void extrapolate(const std::vector<int>& components, const RadauTable<S>& table, S offset, S ratio, S trust,
+                               const S* from, const S* miss, S* out) {
+  const Pack<S> tau = offset + ratio * load(table.c);
+  const Columns<S> powers(table.power, S(1));
+  for (const int i : components) {
+    alignas(sizeof(Pack<S>)) S coefficient[nodes];
+    store<S>(powers.combine(from + i * nodes), coefficient);
+    Pack<S> sum = spread(coefficient[nodes - 1]);
+    for (int p = nodes - 2; p >= 0; --p) sum = coefficient[p] + tau * sum;
+    store<S>(sum + trust * load(miss + i * nodes), out + i * nodes);
+  }
+}
+
+// miss = now - guess.
+template <class S>
+ATWOOD_INLINE void differences(const std::vector<int>& components, const S* now, const S* guess, S* miss) {
+  for (const int i : components) store<S>(load(now + i * nodes) - load(guess + i * nodes), miss + i * nodes);
+}
+
+// Largest rate of components first..last at any node.
+template <class S> ATWOOD_INLINE S largest(const std::vector<int>& components, int first, int last, const S* rate) {
+  Pack<S> most = spread(S(0));
+  for (int r = first; r < last; ++r) most = larger_size<S>(load(rate + components[r] * nodes), most);
+  return largest_lane<S>(most);
+}
+
+// Of each component: sum b F, sum b2 F and the last coefficient of the rates' polynomial, one after another.
+template <class S>
+ATWOOD_INLINE void sum_ends(const std::vector<int>& components, const RadauTable<S>& table, const S* rate, S* ends) {
+  const Columns<S> columns(table.ends, S(1));
+  for (const int i : components) store<S>(columns.combine(rate + i * nodes), ends + i * nodes);
+}
+
+// Node n has other rates than `rate` says: moves those of the nodes after it, by Newton's term of node n.
+template <class S>
+ATWOOD_INLINE S shift_later_nodes(const std::vector<int>& components, const S* weight, const RadauTable<S>& table, int n,
+                                  const S* node_rate, S* rate) {
+  const Pack<S> term = load(table.newton[n]);
+  S most = S(0);
+  for (const int i : components) {
+    S* f = rate + i * nodes;
+    const S rise = node_rate[i] - f[n];
+    store<S>(load(f) + rise * term, f);
+    f[n] = node_rate[i];
+    const S size = *weight++ * real::abs(rise);
+    most = size <= most ? most : size;
+  }
+  return most;
+}
+
+}  // namespace atwood::radau

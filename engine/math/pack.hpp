@@ -1,0 +1,135 @@
+// Eight scalars that are added, multiplied and compared together: a vector register for float and double, an array for
+// the wider scalars. Functions that take packs are always inlined, into a kernel of vector_width.hpp; files that use them
+// are compiled with -Wno-psabi, as no pack is ever passed to a function that stands by itself.
+#pragma once
+
+#include "math/lanes.hpp"
+
+namespace atwood {
+
+template <class S> struct WidePack {
+  S lane[lane_count];
+  S operator[](int k) const { return lane[k]; }
+};
+#define ATWOOD_PACK_OPERATION(op)                                                        \
+  template <class S> WidePack<S> operator op(const WidePack<S>& a, const WidePack<S>& b) { \
+    WidePack<S> out;                                                                     \
+    for (int k = 0; k < lane_count; ++k) out.lane[k] = a.lane[k] op b.lane[k];           \
+    return out;                                                                          \
+  }                                                                                      \
+  template <class S> WidePack<S> operator op(S a, const WidePack<S>& b) {                  \
+    WidePack<S> out;                                                                     \
+    for (int k = 0; k < lane_count; ++k) out.lane[k] = a op b.lane[k];                   \
+    return out;                                                                          \
+  }
+ATWOOD_PACK_OPERATION(+)
+ATWOOD_PACK_OPERATION(-)
+ATWOOD_PACK_OPERATION(*)
+#undef ATWOOD_PACK_OPERATION
+
+using FloatPack = float __attribute__((vector_size(lane_count * sizeof(float))));
+using DoublePack = double __attribute__((vector_size(lane_count * sizeof(double))));
+template <class S> struct PackOf { using Type = WidePack<S>; static constexpr bool in_register = false; };
+template <> struct PackOf<float> { using Type = FloatPack; static constexpr bool in_register = true; };
+template <> struct PackOf<double> { using Type = DoublePack; static constexpr bool in_register = true; };
+template <class S> using Pack = typename PackOf<S>::Type;
+
+template <class S> ATWOOD_INLINE Pack<S> load(const S* at) {
+  Pack<S> pack;
+  __builtin_memcpy(&pack, at, sizeof(pack));
+  return pack;
+}
+template <class S> ATWOOD_INLINE void store(const Pack<S>& pack, S* at) { __builtin_memcpy(at, &pack, sizeof(pack)); }
+template <class S> ATWOOD_INLINE Pack<S> spread(S value) {
+  if constexpr (!PackOf<S>::in_register) {
+    Pack<S> pack;
+    for (S& lane : pack.lane) lane = value;
+    return pack;
+  } else {
+    return Pack<S>{value, value, value, value, value, value, value, value};
+  }
+}
+
+// |a| where it is larger than `most`, or not a number; `most` elsewhere.
+template <class S> ATWOOD_INLINE Pack<S> larger_size(const Pack<S>& a, const Pack<S>& most) {
+  if constexpr (!PackOf<S>::in_register) {
+    Pack<S> out;
+    for (int k = 0; k < lane_count; ++k) {
+      const S size = real::abs(a[k]);
+      out.lane[k] = size <= most[k] ? most[k] : size;
+    }
+    return out;
+  } else {
+    const Pack<S> size = a < S(0) ? -a : a;
+    return size <= most ? most : size;
+  }
+}
+// The largest lane, by halves; one that is not a number wins.
+template <class S> ATWOOD_INLINE S largest_lane(const Pack<S>& a) {
+  const auto larger = [](S x, S y) ATWOOD_INLINED { return x <= y ? y : (y <= x ? x : x + y); };
+  return larger(larger(larger(a[0], a[4]), larger(a[2], a[6])), larger(larger(a[1], a[5]), larger(a[3], a[7])));
+}
+
+// All lanes at once, in a kernel built for this width: what a law or a loop may take instead of the number of a lane.
+template <VectorWidth width> struct WholePack {};
+
+// Square root in lane k. There is no operator for a pack's; GCC makes scalar code of a loop over its lanes.
+template <class S> ATWOOD_INLINE S root(int, S a) { return real::sqrt(a); }
+template <class P, VectorWidth width> ATWOOD_INLINE P root(WholePack<width>, const P& a) {
+  P root_of_a;
+#if defined(__x86_64__)
+  if constexpr (sizeof(P) == 64 && width == VectorWidth::v4) {
+    asm("vsqrtpd %1, %0" : "=v"(root_of_a) : "v"(a));
+    return root_of_a;
+  }
+  if constexpr (sizeof(P) == 32 && width != VectorWidth::narrow) {
+    asm("vsqrtps %1, %0" : "=v"(root_of_a) : "v"(a));
+    return root_of_a;
+  }
+  if constexpr (sizeof(P) == 64 && width == VectorWidth::v3) {
+    using Half = double __attribute__((vector_size(32)));
+    Half half[2];
+    __builtin_memcpy(half, &a, sizeof(a));
+    asm("vsqrtpd %1, %0" : "=x"(half[0]) : "x"(half[0]));
+    asm("vsqrtpd %1, %0" : "=x"(half[1]) : "x"(half[1]));
+    __builtin_memcpy(&root_of_a, half, sizeof(a));
+    return root_of_a;
+  }
+#endif
+  for (int k = 0; k < lane_count; ++k) root_of_a[k] = real::sqrt(a[k]);
+  return root_of_a;
+}
+
+// Component c of the lane, or of the pack, at at[c * stride].
+template <class S> ATWOOD_INLINE Vec3<S> load3(const S* at, std::ptrdiff_t stride, int k) { return load3(at + k, stride); }
+template <class S> ATWOOD_INLINE Quat<S> load4(const S* at, std::ptrdiff_t stride, int k) { return load4(at + k, stride); }
+template <class S> ATWOOD_INLINE void store3(const Vec3<S>& a, S* at, std::ptrdiff_t stride, int k) { store3(a, at + k, stride); }
+template <class S> ATWOOD_INLINE void store4(const Quat<S>& a, S* at, std::ptrdiff_t stride, int k) { store4(a, at + k, stride); }
+template <class S, VectorWidth width> ATWOOD_INLINE Vec3<Pack<S>> load3(const S* at, std::ptrdiff_t stride, WholePack<width>) {
+  return {load(at), load(at + stride), load(at + 2 * stride)};
+}
+template <class S, VectorWidth width> ATWOOD_INLINE Quat<Pack<S>> load4(const S* at, std::ptrdiff_t stride, WholePack<width>) {
+  return {load(at), load(at + stride), load(at + 2 * stride), load(at + 3 * stride)};
+}
+template <class S, class V, VectorWidth width>
+ATWOOD_INLINE void store3(const Vec3<V>& a, S* at, std::ptrdiff_t stride, WholePack<width>) {
+  store<S>(a.x, at);
+  store<S>(a.y, at + stride);
+  store<S>(a.z, at + 2 * stride);
+}
+template <class S, class V, VectorWidth width>
+ATWOOD_INLINE void store4(const Quat<V>& a, S* at, std::ptrdiff_t stride, WholePack<width>) {
+  store<S>(a.w, at);
+  store<S>(a.x, at + stride);
+  store<S>(a.y, at + 2 * stride);
+  store<S>(a.z, at + 3 * stride);
+}
+
+// f(k) for each lane, or f(WholePack) where the lanes are a full register.
+template <class S, VectorWidth width, class F> ATWOOD_INLINE void for_packs(int count, const F& f) {
+  if constexpr (PackOf<S>::in_register)
+    if (count == lane_count) return f(WholePack<width>{});
+  for (int k = 0; k < count; ++k) f(k);
+}
+
+}  // namespace atwood

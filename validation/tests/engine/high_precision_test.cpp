@@ -1,0 +1,114 @@
+// Methods of high precision: executed orders in quad, published values, energy at round-off, switches and retaken steps.
+#include <catch2/catch.hpp>
+
+#include "scenes.hpp"
+#include "validation/tests/extended/reference_values.hpp"
+
+namespace atwood::testing {
+namespace {
+
+double end_error(const Recorded& run, const Recorded& truth) {
+  double worst = 0;
+  for (std::size_t i = 0; i < truth.samples.back().bodies.size(); ++i) {
+    const BodySample &a = run.samples.back().bodies[i], &b = truth.samples.back().bodies[i];
+    worst = std::max({worst, distance(a.p_m, b.p_m), attitude_distance(a.q_wxyz, b.q_wxyz)});
+  }
+  return worst;
+}
+
+double executed_order(const std::string& scheme, const Scene& scene, double t_end_s, std::int64_t steps) {
+  const Recorded truth = run(scheme, scene, {t_end_s, 6 * steps, 1}, "quad");
+  const Recorded coarse = run(scheme, scene, {t_end_s, steps, 1}, "quad"), fine = run(scheme, scene, {t_end_s, 2 * steps, 1}, "quad");
+  return std::log2(end_error(coarse, truth) / end_error(fine, truth));
+}
+
+TEST_CASE("the executed order of Radau 15 is 15 in every class of motion") {
+  for (const std::string scheme : {"radau15", "ias15"}) {
+    INFO(scheme);
+    CHECK(executed_order(scheme, kepler(0.3), 3, 24) == Approx(15).margin(0.3));
+    CHECK(executed_order(scheme, quadratic_drag(), 2, 12) == Approx(15).margin(0.3));
+    CHECK(executed_order(scheme, e_cross_b(), 10, 48) == Approx(15).margin(0.3));
+    CHECK(executed_order(scheme, free_box(), 1, 12) == Approx(15).margin(0.3));
+    CHECK(executed_order(scheme, thrust_and_drag(), 2, 12) == Approx(15).margin(0.3));
+  }
+}
+
+Scene pleiades() {
+  Scene scene = empty_scene();
+  const double x[] = {3, 3, -1, -3, 2, -2, 2}, y[] = {3, -3, 2, 0, 0, -4, 4}, vx[] = {0, 0, 0, 0, 0, 1.75, -1.5},
+               vy[] = {0, 0, 0, -1.25, 1, 0, 0};
+  MutualGravity gravity;
+  gravity.constant_m3_per_kg_s2 = 1;
+  for (int i = 0; i < 7; ++i) {
+    scene.bodies.push_back(point("star-" + std::to_string(i + 1), i + 1, {x[i], y[i], 0}, {vx[i], vy[i], 0}));
+    gravity.bodies.push_back(i);
+  }
+  scene.forces.push_back(gravity);
+  return scene;
+}
+
+// Relative 2-norm of the whole state, against the digits computed in 113 bits.
+double pleiades_error(const Recorded& end) {
+  double squares = 0, size = 0;
+  for (int i = 0; i < 7; ++i)
+    for (int c = 0; c < 4; ++c) {
+      const double truth = std::stod(reference_values::pleiades.at_end[7 * c + i]);
+      const BodySample& body = end.samples.back().bodies[i];
+      const double value = static_cast<double>(c < 2 ? body.p_m[c] : body.v_m_per_s[c - 2]);
+      squares += (value - truth) * (value - truth);
+      size += truth * truth;
+    }
+  return std::sqrt(squares / size);
+}
+
+TEST_CASE("Pleiades to 2e-11 with few evaluations") {
+  const Recorded batched = run("radau15", pleiades(), {3, 100, 1}, "", 1e-11);
+  CHECK(pleiades_error(batched) < 2e-11);
+  CHECK(batched.outcome.rate_evaluations < 5000);
+  const Recorded sequential = run("ias15", pleiades(), {3, 40, 1}, "", 2.5e-10);
+  CHECK(pleiades_error(sequential) < 2e-11);
+  CHECK(sequential.outcome.rate_evaluations <= 2600);
+}
+
+TEST_CASE("energy stays at round-off over a hundred periods") {
+  for (const std::string scheme : {"radau15", "ias15"}) {
+    const Recorded planet = run(scheme, kepler(0.6), {628.3185307179587, 100, 1}, "", 1e-15);
+    const auto energy = [](const BodySample& body) {
+      const Wide v2 = body.v_m_per_s[0] * body.v_m_per_s[0] + body.v_m_per_s[1] * body.v_m_per_s[1];
+      const double r2 = static_cast<double>(body.p_m[0] * body.p_m[0] + body.p_m[1] * body.p_m[1]);
+      return static_cast<double>(v2) / 2 - 1 / std::sqrt(r2);
+    };
+    CHECK(std::abs(energy(planet.samples.back().bodies[0]) - energy(planet.samples.front().bodies[0])) < 1e-14);
+  }
+}
+
+TEST_CASE("a thruster that switches inside the run costs no accuracy") {
+  Scene scene = thrust_and_drag();
+  std::get<Thruster>(scene.forces[0]).on_s = {{0.3, 0.71}, {1.1, 1.7}};
+  const Recorded truth = run("radau15", scene, {2, 8, 1}, "quad", 1e-22);
+  for (const std::string scheme : {"radau15", "ias15"})
+    CHECK(end_error(run(scheme, scene, {2, 8, 1}, "", 1e-13), truth) < 1e-12);
+}
+
+TEST_CASE("samples inside steps change nothing of the run, and are as accurate") {
+  const Recorded bare = run("radau15", kepler(0.6), {10, 100, 1}, "", 1e-12), sampled = run("radau15", kepler(0.6), {10, 100, 50}, "", 1e-12);
+  CHECK(end_error(bare, sampled) == 0);
+  const Recorded truth = run("radau15", kepler(0.6), {10, 2000, 50}, "quad");
+  for (std::size_t k = 0; k < truth.samples.size(); ++k)
+    CHECK(distance(sampled.samples[k].bodies[0].p_m, truth.samples[k].bodies[0].p_m) < 1e-10);
+}
+
+TEST_CASE("a step taken again with another h is the step of that h") {
+  RigidModel<double> model(kepler(0.6)), other(kepler(0.6));
+  std::string why;
+  const auto again = make_stepper<double>("radau15", model, why), once = make_stepper<double>("radau15", other, why);
+  std::vector<double> y(6), far(6), near(6), wanted(6);
+  model.initial_state(y.data());
+  REQUIRE(again->step(0, 0.3, y.data(), far.data()));
+  REQUIRE(again->step(0, 0.1, y.data(), near.data()));
+  REQUIRE(once->step(0, 0.1, y.data(), wanted.data()));
+  for (int i = 0; i < 6; ++i) CHECK(near[i] == Approx(wanted[i]).margin(1e-15));
+}
+
+}  // namespace
+}  // namespace atwood::testing
