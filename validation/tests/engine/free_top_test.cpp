@@ -121,6 +121,26 @@ TEST_CASE("the exact top errs by round-off times the condition of its flow, in e
   check_round_off<long double>();
 }
 
+// h L^ = F J - J F^T with J = tr(I) / 2 - I, the equation that makes it this top and no other of order 2.
+TEST_CASE("a step of the discrete Lagrangian top solves its equation") {
+  const Vec3<Quad> I{Quad(6) / 10, Quad(8) / 10, 1}, L{Quad(18) / 10, Quad(4) / 10, Quad(-9) / 10};
+  const Quad h = Quad(1) / 10, J[3] = {(I.y + I.z - I.x) / 2, (I.z + I.x - I.y) / 2, (I.x + I.y - I.z) / 2};
+  FreeTurn<Quad> turn;
+  REQUIRE(implicit_turn(FreeTop::moser_veselov, I, h, L, turn));
+  const Quat<Quad> q{1 + turn.less_one.w, turn.less_one.x, turn.less_one.y, turn.less_one.z};
+  Vec3<Quad> column[3];
+  for (int k = 0; k < 3; ++k) {
+    Vec3<Quad> e;
+    (&e.x)[k] = 1;
+    column[k] = rotate(q, e);
+  }
+  const auto F = [&](int i, int k) { return (&column[k].x)[i]; };
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    CHECK(std::fabs(static_cast<double>(F(k, j) * J[j] - J[k] * F(j, k) - h * (&L.x)[i])) < 1e-31);
+  }
+}
+
 TEST_CASE("every top keeps the angular momentum in the world to round-off; all but the splittings energy too") {
   for (const char* scheme : {"free-top2", "free-top4", "free-top6", "moser-veselov", "implicit-midpoint-so3", "jacobi2",
                              "jacobi4"}) {
