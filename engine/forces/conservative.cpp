@@ -59,8 +59,8 @@ template <class S> void ConservativeForces<S>::read(const Spring& force, const S
     else if (force.points_body_m[k] != Real3{})
       refusal_ = "springs must pull at centres of mass";
   const bool anchored = force.bodies.size() == 1;
-  springs_.push_back({anchored ? -1 : force.bodies[0], force.bodies.back(), narrow3<S>(force.anchor_m), S(force.stiffness_N_per_m),
-                      S(force.rest_length_m)});
+  springs_.push_back({anchored ? -1 : force.bodies[0], force.bodies.back(), narrow3<S>(force.anchor_m),
+                      S(force.stiffness_N_per_m), S(force.rest_length_m)});
   if (anchored) add_centre(narrow3<S>(force.anchor_m));
   for (const int i : force.bodies)
     if (scene.bodies[i].fixed || scene.bodies[i].release_s > 0) add_centre(narrow3<S>(scene.bodies[i].position_m));

@@ -31,7 +31,11 @@ template <class S> class ConservativeForces {
  private:
   struct Uniform { int body; Vec3<S> force_W; };
   struct Central { int body; Vec3<S> centre; S strength; };                          // U = -strength / r
-  struct Pairs { std::vector<int> bodies; std::vector<S> weight; S constant, softening2; };  // U = -constant w w / sqrt(r^2 + s^2)
+  struct Pairs {
+    std::vector<int> bodies;
+    std::vector<S> weight;
+    S constant, softening2;
+  };  // U = -constant w w / sqrt(r^2 + s^2)
   struct Elastic { int a, b; Vec3<S> anchor; S stiffness, rest_length; };            // a = -1: the anchor
   struct HenonHeiles { int body; S lambda; };
   struct Magnetic { int body; Vec3<S> charge_times_field; };

@@ -8,7 +8,7 @@ template <class S>
 ClassicalIncrement<S>::ClassicalIncrement(System<S>& system)
     : system_(system), first_(system.size), k_(system.size), stage_(system.size) {}
 
-// d = h/6 (k1 + 2 k2 + 2 k3 + k4)                                                       (Hairer, Norsett, Wanner I, table II.1.2)
+// d = h/6 (k1 + 2 k2 + 2 k3 + k4)        (Hairer, Norsett, Wanner I, table II.1.2)
 template <class S> void ClassicalIncrement<S>::evaluate(S t_s, S h_s, const S* y, S* d) {
   const S reach[] = {S(0), S(0.5), S(0.5), S(1)};
   const S weight[] = {S(1) / S(6), S(1) / S(3), S(1) / S(3), S(1) / S(6)};
@@ -29,7 +29,8 @@ template <class S> void ClassicalIncrement<S>::evaluate(S t_s, S h_s, const S* y
 
 template <class S> bool Reference<S>::continues(const S* y) {
   const std::int64_t epoch = model_.system().epoch;
-  const bool known = epoch == epoch_ && (std::equal(end_.begin(), end_.end(), y) || std::equal(start_.begin(), start_.end(), y));
+  const bool known =
+      epoch == epoch_ && (std::equal(end_.begin(), end_.end(), y) || std::equal(start_.begin(), start_.end(), y));
   epoch_ = epoch;
   std::copy(y, y + start_.size(), start_.begin());
   return known;

@@ -67,10 +67,10 @@ template <class S> class ProjectedRungeKutta final : public Stepper<S> {
   bool kept_[most]{};
 };
 
-// Relaxation (Ketcheson, SIAM J. Numer. Anal. 57 (2019) 2850; Ranocha, Sayyari, Dalcin, Parsani, Ketcheson, SIAM J. Sci. Comput.
-// 42 (2020) A612): y + gamma d with the run's energy stands at t + gamma h, gamma = 1 + O(h^3), and there it is of order 4. The
-// rest of the step, (1 - gamma) h = O(h^4), is a relaxed step of its own, which ends O(h^16) from t + h: so every reported
-// instant is the true one, at four to eight evaluations a step.
+// Relaxation (Ketcheson, SIAM J. Numer. Anal. 57 (2019) 2850; Ranocha, Sayyari, Dalcin, Parsani, Ketcheson, SIAM J.
+// Sci. Comput. 42 (2020) A612): y + gamma d with the run's energy stands at t + gamma h, gamma = 1 + O(h^3), and there
+// it is of order 4. The rest of the step, (1 - gamma) h = O(h^4), is a relaxed step of its own, which ends O(h^16) from
+// t + h: so every reported instant is the true one, at four to eight evaluations a step.
 template <class S> class RelaxationRungeKutta final : public Stepper<S> {
  public:
   RelaxationRungeKutta(RigidModel<S>& model, bool compensated);

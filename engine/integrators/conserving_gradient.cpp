@@ -53,7 +53,8 @@ template <class S> void DiscreteGradient<S>::difference_potential(const S* z, S*
   for (int i = 0; i < size_; ++i) end_y_[i] = y_[i] + z[i];
   std::fill(force_W_.begin(), force_W_.end(), Vec3<S>{});
   ++this->system_.evaluations;
-  model_.conservative().add_discrete_forces(model_.motion(t_s_now_, y_), model_.motion(t_s_now_, end_y_.data()), force_W_.data());
+  model_.conservative().add_discrete_forces(model_.motion(t_s_now_, y_), model_.motion(t_s_now_, end_y_.data()),
+                                            force_W_.data());
   std::fill(k, k + size_, S(0));
   for (const int body : model_.moving()) {
     const int at = model_.offset(body);

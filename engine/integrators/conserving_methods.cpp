@@ -16,26 +16,39 @@ const std::string midpoint_top =
 
 std::vector<MethodInfo> conserving_methods() {
   return {
-      fixed_step("average-vector-field", claims_everywhere(2),
-                 "v_new - v = h times the mean acceleration over the segment from p to p_new, p_new - p = h (v + v_new) / 2: the "
-                 "energy stays. The mean is Gauss's of nine nodes: exact for potentials of degree up to 18, and for Kepler's "
-                 "1 / r to about (|p_new - p| / 4 r)^18; solved to the round-off of the scalar." + midpoint_top,
-                 "Quispel, McLaren, J. Phys. A 41 (2008) 045206; Celledoni et al., ESAIM Math. Model. Numer. Anal. 43 (2009) 645"),
+      fixed_step(
+          "average-vector-field", claims_everywhere(2),
+          "v_new - v = h times the mean acceleration over the segment from p to p_new, p_new - p = h (v + v_new) / 2: "
+          "the "
+          "energy stays. The mean is Gauss's of nine nodes: exact for potentials of degree up to 18, and for Kepler's "
+          "1 / r to about (|p_new - p| / 4 r)^18; solved to the round-off of the scalar." +
+              midpoint_top,
+          "Quispel, McLaren, J. Phys. A 41 (2008) 045206; Celledoni et al., ESAIM Math. Model. Numer. Anal. 43 (2009) "
+          "645"),
       fixed_step("discrete-gradient", claims_everywhere(2),
-                 "v_new - v = -h/m times a discrete gradient of the potential, p_new - p = h (v + v_new) / 2: energy stays to the "
-                 "round-off of the scalar, and momentum and angular momentum where forces are central, for the gradient is the quotient of "
-                 "potentials by squared distances." + midpoint_top,
+                 "v_new - v = -h/m times a discrete gradient of the potential, p_new - p = h (v + v_new) / 2: energy "
+                 "stays to the "
+                 "round-off of the scalar, and momentum and angular momentum where forces are central, for the "
+                 "gradient is the quotient of "
+                 "potentials by squared distances." +
+                     midpoint_top,
                  "LaBudde, Greenspan, J. Comput. Phys. 15 (1974) 134; Gonzalez, J. Nonlinear Sci. 6 (1996) 449"),
       fixed_step("projected-rk4", claims_everywhere(4),
-                 "Classical RK4, then the nearest state with the run's energy, its angular momentum where every force is central, and "
-                 "each free body's rotational energy and angular momentum." + refuses + embedded_attitude,
+                 "Classical RK4, then the nearest state with the run's energy, its angular momentum where every force "
+                 "is central, and "
+                 "each free body's rotational energy and angular momentum." +
+                     refuses + embedded_attitude,
                  "Hairer, Lubich, Wanner, Geometric Numerical Integration (2nd ed.), algorithm IV.4.2"),
-      fixed_step("relaxation-rk4", claims_everywhere(4),
-                 "Classical RK4, its increment stretched by gamma = 1 + O(h^3) to the run's energy, so that it ends at t + gamma h; "
-                 "a second, relaxed step covers the (1 - gamma) h that is left, so reported instants are true ones. Four to eight "
-                 "evaluations a step." + refuses + embedded_attitude,
-                 "Ketcheson, SIAM J. Numer. Anal. 57 (2019) 2850; Ranocha, Sayyari, Dalcin, Parsani, Ketcheson, SIAM J. Sci. "
-                 "Comput. 42 (2020) A612")};
+      fixed_step(
+          "relaxation-rk4", claims_everywhere(4),
+          "Classical RK4, its increment stretched by gamma = 1 + O(h^3) to the run's energy, so that it ends at t + "
+          "gamma h; "
+          "a second, relaxed step covers the (1 - gamma) h that is left, so reported instants are true ones. Four to "
+          "eight "
+          "evaluations a step." +
+              refuses + embedded_attitude,
+          "Ketcheson, SIAM J. Numer. Anal. 57 (2019) 2850; Ranocha, Sayyari, Dalcin, Parsani, Ketcheson, SIAM J. Sci. "
+          "Comput. 42 (2020) A612")};
 }
 
 template <class S> StepperPointer<S> make_conserving(StepperRequest<S>& request) {
@@ -49,8 +62,10 @@ template <class S> StepperPointer<S> make_conserving(StepperRequest<S>& request)
     return nullptr;
   }
   const bool compensated = request.flag("compensated");
-  if (scheme == "average-vector-field") return std::make_unique<Gradient>(request.model, Gradient::Force::mean_over_segment, compensated);
-  if (scheme == "discrete-gradient") return std::make_unique<Gradient>(request.model, Gradient::Force::discrete_gradient, compensated);
+  if (scheme == "average-vector-field")
+    return std::make_unique<Gradient>(request.model, Gradient::Force::mean_over_segment, compensated);
+  if (scheme == "discrete-gradient")
+    return std::make_unique<Gradient>(request.model, Gradient::Force::discrete_gradient, compensated);
   if (scheme == "projected-rk4") return std::make_unique<ProjectedRungeKutta<S>>(request.model, compensated);
   return std::make_unique<RelaxationRungeKutta<S>>(request.model, compensated);
 }

@@ -42,27 +42,34 @@ MethodInfo generalised_alpha() {
 
 std::vector<MethodInfo> implicit_methods() {
   return {
-      fixed_step("implicit-euler", claims_everywhere(1), "y_new = y + h f(t + h, y_new); L-stable." + solved_how + embedded_attitude,
+      fixed_step("implicit-euler", claims_everywhere(1),
+                 "y_new = y + h f(t + h, y_new); L-stable." + solved_how + embedded_attitude,
                  "Hairer, Wanner, Solving ODEs II (2nd ed.), eq. IV.1.8"),
       fixed_step("trapezoid", claims_everywhere(2),
-                 "y_new = y + h/2 (f(t, y) + f(t + h, y_new)); A-stable without damping at infinity." + solved_how + embedded_attitude,
+                 "y_new = y + h/2 (f(t, y) + f(t + h, y_new)); A-stable without damping at infinity." + solved_how +
+                     embedded_attitude,
                  "Dahlquist, BIT 3 (1963) 27; Hairer, Norsett, Wanner, Solving ODEs I (2nd ed.), eq. II.7.4"),
       gauss("implicit-midpoint", 1, "y_new = y + h f(t + h/2, (y + y_new) / 2), the implicit midpoint rule"),
       gauss("gauss2", 1, "Gauss's method of one stage, the implicit midpoint rule"),
       gauss("gauss4", 2, "Gauss's method of two stages (Hammer and Hollingsworth)"),
       gauss("gauss6", 3, "Gauss's method of three stages (Kuntzmann and Butcher)"),
       gauss("gauss8", 4, "Gauss's method of four stages (Kuntzmann and Butcher)"),
-      with_tolerance("radau5", claims_everywhere(5),
-                     "Radau IIA of three stages: collocation with c_3 = 1, of order 5, L-stable. Without a tolerance: equal steps. "
-                     "With one: PI step control by the embedded estimate of order 3, filtered where the system is stiff; samples "
-                     "by a shorter step of the same method." + solved_how + embedded_attitude,
-                     "Hairer, Wanner, Solving ODEs II (2nd ed.), table IV.5.6 and section IV.8"),
+      with_tolerance(
+          "radau5", claims_everywhere(5),
+          "Radau IIA of three stages: collocation with c_3 = 1, of order 5, L-stable. Without a tolerance: equal "
+          "steps. "
+          "With one: PI step control by the embedded estimate of order 3, filtered where the system is stiff; samples "
+          "by a shorter step of the same method." +
+              solved_how + embedded_attitude,
+          "Hairer, Wanner, Solving ODEs II (2nd ed.), table IV.5.6 and section IV.8"),
       fixed_step("sdirk2", claims_everywhere(2),
-                 "Singly diagonally implicit, two stages, gamma = 1 - 1/sqrt 2, order 2, L-stable." + solved_how + embedded_attitude,
+                 "Singly diagonally implicit, two stages, gamma = 1 - 1/sqrt 2, order 2, L-stable." + solved_how +
+                     embedded_attitude,
                  "Alexander, SIAM J. Numer. Anal. 14 (1977) 1006, theorem 5"),
-      fixed_step("sdirk4", claims_everywhere(4),
-                 "Singly diagonally implicit, five stages, gamma = 1/4, order 4, L-stable." + solved_how + embedded_attitude,
-                 "Hairer, Wanner, Solving ODEs II (2nd ed.), table IV.6.5"),
+      fixed_step(
+          "sdirk4", claims_everywhere(4),
+          "Singly diagonally implicit, five stages, gamma = 1/4, order 4, L-stable." + solved_how + embedded_attitude,
+          "Hairer, Wanner, Solving ODEs II (2nd ed.), table IV.6.5"),
       generalised_alpha()};
 }
 

@@ -49,7 +49,8 @@ template <class S> void ImplicitRungeKutta<S>::find_groups(const CollocationTabl
     for (int i = first; i < end; ++i)
       for (int j = first; j < end; ++j) block.push_back(a(i, j));
     const bool is_explicit = block.size() == 1 && block[0] == Quad(0);
-    groups_.push_back({first, is_explicit, StageSolver<S>(is_explicit ? 0 : size_, is_explicit ? std::vector<Quad>{Quad(1)} : block)});
+    groups_.push_back({first, is_explicit,
+                       StageSolver<S>(is_explicit ? 0 : size_, is_explicit ? std::vector<Quad>{Quad(1)} : block)});
   }
 }
 
@@ -174,7 +175,8 @@ template <class S> bool ImplicitRungeKutta<S>::step(S t_s, S h_s, const S* y, S*
 }
 
 // Hairer, Wanner II, eq. IV.8.19 f., for Radau IIA of three stages and an explicit fourth one of weight g0 at c = 0:
-//   y^ - y_new = g0 h f(t, y) + g0 / 3 ((-13 - 7 sqrt 6) z_1 + (-13 + 7 sqrt 6) z_2 - z_3),   err = (I - h g0 J)^-1 (y^ - y_new)
+//   y^ - y_new = g0 h f(t, y) + g0 / 3 ((-13 - 7 sqrt 6) z_1 + (-13 + 7 sqrt 6) z_2 - z_3),   err = (I - h g0 J)^-1 (y^
+//   - y_new)
 // with 1 / g0 the real eigenvalue of A^-1. The filter only matters, and is only there, where the stages took Newton.
 template <class S> void ImplicitRungeKutta<S>::estimate(S h_s) {
   const S g0 = gamma0_, root6 = real::sqrt(S(6));

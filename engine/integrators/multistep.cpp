@@ -100,7 +100,8 @@ template <class S> bool Multistep<S>::step(S t_s, S h_s, const S* y, S* y_new) {
   if (place == Place::end) shift(t_s, y);
   if (place == Place::elsewhere) restart(t_s, y);
   epoch_ = -1;
-  const bool enough = known_increments_ == static_cast<int>(increments_.size()) && known_rates_ == static_cast<int>(rates_.size());
+  const bool enough =
+      known_increments_ == static_cast<int>(increments_.size()) && known_rates_ == static_cast<int>(rates_.size());
   if (!(enough ? multistep(t_s, h_s, y, y_new) : start_by_one_step(t_s, h_s, y, y_new))) return false;
   std::copy(y, y + size_, start_.begin());
   std::copy(y_new, y_new + size_, end_.begin());

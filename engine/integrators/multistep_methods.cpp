@@ -42,32 +42,35 @@ std::vector<MethodInfo> multistep_methods() {
   std::vector<MethodInfo> all;
   for (int order = 2; order <= highest_adams; ++order) {
     const int s = gauss_stages(order);
-    all.push_back(fixed_step("adams-bashforth" + std::to_string(order), claims_everywhere(order),
-                             "Adams-Bashforth of order " + std::to_string(order) +
-                                 ": the polynomial through the last " + std::to_string(order) +
-                                 " rates, integrated over the step. One evaluation a step; its stability region shrinks with the "
-                                 "order." + starter("Gauss's method", s, 2 * s) + history + attitude,
-                             "Bashforth, Adams (1883); Hairer, Norsett, Wanner, Solving ODEs I (2nd ed.), eq. III.1.5"));
+    all.push_back(
+        fixed_step("adams-bashforth" + std::to_string(order), claims_everywhere(order),
+                   "Adams-Bashforth of order " + std::to_string(order) + ": the polynomial through the last " +
+                       std::to_string(order) +
+                       " rates, integrated over the step. One evaluation a step; its stability region shrinks with the "
+                       "order." +
+                       starter("Gauss's method", s, 2 * s) + history + attitude,
+                   "Bashforth, Adams (1883); Hairer, Norsett, Wanner, Solving ODEs I (2nd ed.), eq. III.1.5"));
   }
   for (int order = 2; order <= highest_adams; ++order) {
     const int s = gauss_stages(order);
     all.push_back(fixed_step("adams-moulton" + std::to_string(order), claims_everywhere(order),
-                             "Adams-Moulton of order " + std::to_string(order) + ": the polynomial through the new rate and the last " +
-                                 std::to_string(order - 1) +
+                             "Adams-Moulton of order " + std::to_string(order) +
+                                 ": the polynomial through the new rate and the last " + std::to_string(order - 1) +
                                  ", integrated over the step; the corrector is solved to the round-off of the scalar." +
                                  starter("Gauss's method", s, 2 * s) + history + attitude,
                              "Moulton (1926); Hairer, Norsett, Wanner, Solving ODEs I (2nd ed.), eq. III.1.8'"));
   }
   for (int order = 1; order <= highest_bdf; ++order) {
     const int s = radau_stages(order);
-    all.push_back(fixed_step("bdf" + std::to_string(order), claims_everywhere(order),
-                             "Backward differentiation of order " + std::to_string(order) +
-                                 ": the polynomial through the last " + std::to_string(order) +
-                                 " states and the new one has the new one's rate; solved to the round-off of the scalar. " +
-                                 (order <= 2 ? "L-stable." : "Stable in a wedge about the negative axis, damping at infinity.") +
-                                 (order > 1 ? starter("Radau IIA", s, 2 * s - 1) : "") + history + attitude,
-                             "Curtiss, Hirschfelder, Proc. Nat. Acad. Sci. 38 (1952) 235; Hairer, Norsett, Wanner, Solving ODEs I "
-                             "(2nd ed.), eq. III.1.22'"));
+    all.push_back(fixed_step(
+        "bdf" + std::to_string(order), claims_everywhere(order),
+        "Backward differentiation of order " + std::to_string(order) + ": the polynomial through the last " +
+            std::to_string(order) +
+            " states and the new one has the new one's rate; solved to the round-off of the scalar. " +
+            (order <= 2 ? "L-stable." : "Stable in a wedge about the negative axis, damping at infinity.") +
+            (order > 1 ? starter("Radau IIA", s, 2 * s - 1) : "") + history + attitude,
+        "Curtiss, Hirschfelder, Proc. Nat. Acad. Sci. 38 (1952) 235; Hairer, Norsett, Wanner, Solving ODEs I "
+        "(2nd ed.), eq. III.1.22'"));
   }
   return all;
 }

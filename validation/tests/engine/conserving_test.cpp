@@ -92,7 +92,8 @@ TEST_CASE("discrete forces do the work of the potential, to round-off, and tend 
 
 struct Drift { double energy, momentum; };  // relative, largest over the run
 
-template <class S> Drift drift(const std::string& scheme, const Scene& scene, double h_s, int steps, const Settings& settings = {}) {
+template <class S>
+Drift drift(const std::string& scheme, const Scene& scene, double h_s, int steps, const Settings& settings = {}) {
   RigidModel<S> model(scene);
   std::string why;
   const auto stepper = make_stepper<S>(scheme, model, why, settings);
@@ -197,8 +198,10 @@ TEST_CASE("an edited state is a new energy to keep") {
 
 TEST_CASE("scenes without an energy are refused by name") {
   const auto why_not = [](const Scene& scene) { return run("discrete-gradient", scene, {1, 10, 1}).outcome; };
-  for (const auto& [scene, word] : std::vector<std::pair<Scene, std::string>>{
-           {quadratic_drag(), "drag"}, {oscillator(0.5), "dashpot"}, {driven_oscillator(), "drive"}, {thrust_and_drag(), "thruster"}}) {
+  for (const auto& [scene, word] : std::vector<std::pair<Scene, std::string>>{{quadratic_drag(), "drag"},
+                                                                              {oscillator(0.5), "dashpot"},
+                                                                              {driven_oscillator(), "drive"},
+                                                                              {thrust_and_drag(), "thruster"}}) {
     const Outcome outcome = why_not(scene);
     CHECK(outcome.status == Status::unsupported);
     CHECK(outcome.reason.find(word) != std::string::npos);

@@ -137,7 +137,8 @@ TEST_CASE("stiff: A-stable methods stay bounded at h lambda = 1e3, L-stable ones
 
   // Overdamped: y'' = -2000/2 ... fast mode -c/m, slow one -k/c. After many steps the slow motion alone is left, and right.
   const Scene damped = stiff_spring(2e4, 2e4);  // fast -1e4 + 1, slow -1.0001
-  for (const char* scheme : {"radau5", "sdirk2", "sdirk4", "bdf2", "bdf3", "bdf4", "bdf5", "implicit-euler", "gauss4", "trapezoid"}) {
+  for (const char* scheme :
+       {"radau5", "sdirk2", "sdirk4", "bdf2", "bdf3", "bdf4", "bdf5", "implicit-euler", "gauss4", "trapezoid"}) {
     INFO(scheme);
     const std::vector<double> y = march<double>(scheme, damped, h, 30);
     const double slow = (1e4 - std::sqrt(1e8 - 4e4)) / 2;

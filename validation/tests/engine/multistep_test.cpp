@@ -76,7 +76,8 @@ struct March {
 
 std::vector<std::string> all_schemes() {
   std::vector<std::string> all;
-  for (int k = 2; k <= 8; ++k) all.insert(all.end(), {"adams-bashforth" + std::to_string(k), "adams-moulton" + std::to_string(k)});
+  for (int k = 2; k <= 8; ++k)
+    all.insert(all.end(), {"adams-bashforth" + std::to_string(k), "adams-moulton" + std::to_string(k)});
   for (int k = 1; k <= 5; ++k) all.push_back("bdf" + std::to_string(k));
   return all;
 }
@@ -158,7 +159,8 @@ TEST_CASE("a thruster that switches at a step keeps the order") {
 TEST_CASE("starters are of higher order than what they start") {
   const auto error = [](const std::string& scheme, int steps, double h_s) {
     const Plan plan{steps * h_s, steps, 1};
-    const Recorded r = run(scheme, kepler(0.3), plan, "quad"), truth = run("gauss8", kepler(0.3), {steps * h_s, 64 * steps, 1}, "quad");
+    const Recorded r = run(scheme, kepler(0.3), plan, "quad"),
+                   truth = run("gauss8", kepler(0.3), {steps * h_s, 64 * steps, 1}, "quad");
     return distance(r.samples.at(1).bodies[0].p_m, truth.samples.at(1).bodies[0].p_m);
   };
   for (const std::string& scheme : all_schemes()) {
