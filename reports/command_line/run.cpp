@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "reports/command_line/command_line.hpp"
+#include "reports/render/statistics_text.hpp"
 #include "scene/files.hpp"
 #include "validation/study/process.hpp"
 

@@ -337,6 +337,7 @@ std::vector<Verdict> judge_selection(const Place& place, const Options& options,
       if (of_ladder && !options.steps.empty()) return true;
       if (whole_study && !gate.study.empty()) return false;
       return std::none_of(selection.cells.begin(), selection.cells.end(), [&](const Cell& cell) {
+        if (!cell.probe.empty() && gate.study.empty()) return false;  // a probe asks only what its study's gates are about
         return glob_match(gate.scenario, cell.scenario.id) && glob_match(gate.method, cell.method) &&
                (!gate.steps || *gate.steps == cell.plan.steps);
       });

@@ -146,8 +146,9 @@ bool failed_cell(const Gate& gate, const Row& row) {
          row.status != Status::not_built && !is_order(gate.metric) && gate.metric != "status";
 }
 
-bool answers_nothing(const Row& row) {
-  return row.metric == "status" && (row.status == Status::unsupported || row.status == Status::not_built);
+// What an engine can't do: a cell, or a probe's question.
+bool answers_nothing(const Gate& gate, const Row& row) {
+  return (row.metric == "status" || glob_match(gate.metric, row.metric)) && (row.status == Status::unsupported || row.status == Status::not_built);
 }
 
 }  // namespace
@@ -182,7 +183,7 @@ std::vector<Verdict> judge(std::span<const Gate> gates, std::span<const Row> row
     std::string ended;
     for (const Row& row : rows) {
       if (!matches_cell(gate, row)) continue;
-      if (answers_nothing(row)) { unsupported = true; continue; }
+      if (answers_nothing(gate, row)) { unsupported = true; continue; }
       other = true;
       if (row.metric == "status" && row.status != Status::ok && ended.empty())
         ended = ": " + to_string(row.status) + (row.reason.empty() ? "" : ", " + row.reason);

@@ -118,6 +118,31 @@ double perturbation_growth(const Scenario& scenario, const Truth& truth) {
   return growth;
 }
 
+double metrics::state_horizon_s(const Scenario& scenario, const Truth& truth) {
+  const Scene& scene = scenario.scene;
+  const bool chaotic = std::find(scenario.tags.begin(), scenario.tags.end(), "chaotic") != scenario.tags.end();
+  if (!chaotic || !has_truth(truth) || !dynamics::unsupported(scene).empty() || !dynamics::contact_pairs(scene).pairs.empty())
+    return scenario.t_end_s;
+  const dynamics::Dynamics<double> f(scene, scenario.t_end_s);
+  std::int64_t steps = 1000;
+  for (std::int64_t n : scenario.steps) steps = std::max(steps, std::min<std::int64_t>(n, 100000));
+  const double h = scenario.t_end_s / static_cast<double>(steps);
+  State y = dynamics::pack<double>(scene), twin = perturbed(f.layout(), State(y), kTwins[1]);
+  for (std::size_t i = 0; i < y.size(); ++i) twin[i] = y[i] + 1e-10 / kPerturbation * (twin[i] - y[i]);
+  std::array<State, 5> work;
+  for (State& w : work) w.assign(y.size(), 0.0);
+  double size = 0;
+  for (std::int64_t n = 0; n < steps; ++n) {
+    step(f, h * static_cast<double>(n), h, y, work);
+    step(f, h * static_cast<double>(n), h, twin, work);
+    State d = twin;
+    for (std::size_t i = 0; i < d.size(); ++i) d[i] -= y[i];
+    size = std::max(size, norm_of(Kind::position, f.layout(), y));
+    if (!(norm_of(Kind::position, f.layout(), d) < 1e-3 * size)) return h * static_cast<double>(n + 1);
+  }
+  return scenario.t_end_s;
+}
+
 double round_off_floor(double unit, double steps, double size, double amplification) {
   return unit * std::sqrt(steps) * size * amplification;
 }

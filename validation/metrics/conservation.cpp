@@ -89,6 +89,14 @@ void append_center_of_mass(const Scenario& scenario, const Recording& run, std::
   rows.push_back(row("center-of-mass-error", largest));
 }
 
+std::string drift_text(const DriftFit& drift) {
+  std::string text = drift.slope_per_s > drift.half_width_95    ? "gains energy"
+                     : drift.slope_per_s < -drift.half_width_95 ? "loses energy"
+                                                                : "no drift outside its interval";
+  if (drift.period_s > 0) text += ", period " + format_measure(drift.period_s, 0) + " s removed";
+  return text;
+}
+
 // mu of the orbit whose Laplace-Runge-Lenz vector the reference computes.
 double orbit_mu(const Scene& scene, int body) {
   for (const Force& force : scene.forces)
@@ -153,7 +161,7 @@ void append_conservation(const Scenario& scenario, const Recording& run, std::ve
     for (const Sample& s : run.values) t.push_back(static_cast<double>(s.t_s));
     const DriftFit drift = fit_drift(t, energy);
     rows.push_back(row("energy-max", drift.largest));
-    rows.push_back(row("energy-drift", drift.slope_per_s, drift.half_width_95));
+    rows.push_back(row("energy-drift", drift.slope_per_s, drift.half_width_95, drift_text(drift)));
     rows.push_back(row("energy-oscillation", drift.oscillation));
     if (declares(scenario, "jacobi-constant")) rows.push_back(row("jacobi-constant-error", drift.largest));
   }

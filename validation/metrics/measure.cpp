@@ -29,6 +29,26 @@ double remembered_growth(const Scenario& scenario, const Truth& truth) {
   return known[key] = growth;
 }
 
+// State errors; of a chaotic motion up to its horizon alone: beyond, they say how two true motions differ.
+void append_foretold(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows) {
+  const double horizon = metrics::state_horizon_s(scenario, truth);
+  if (!(horizon < scenario.t_end_s)) {
+    metrics::append_state_errors(scenario, truth, run, rows);
+    return;
+  }
+  Truth known = truth;
+  Recording judged = run;
+  std::size_t kept = 0;
+  while (kept < run.values.size() && static_cast<double>(run.values[kept].t_s) <= horizon) ++kept;
+  judged.values.resize(kept);
+  known.values.resize(std::min(kept, known.values.size()));
+  known.bars.resize(std::min(kept, known.bars.size()));
+  rows.push_back(metrics::row("horizon", horizon, 0, "state errors are judged up to here, what is conserved over the whole run"));
+  const std::size_t first = rows.size();
+  metrics::append_state_errors(scenario, known, judged, rows);
+  for (std::size_t i = first; i < rows.size(); ++i) rows[i].reason = "up to the horizon, t = " + format_measure(horizon, 0) + " s";
+}
+
 }  // namespace
 
 std::vector<Row> measure(const Scenario& scenario, const Truth& truth, const Recording& run) {
@@ -36,7 +56,7 @@ std::vector<Row> measure(const Scenario& scenario, const Truth& truth, const Rec
   std::vector<Row> rows = status_rows(scenario, truth, run);
   if (!rows.empty()) return rows;
   if (has_truth(truth)) {
-    append_state_errors(scenario, truth, run, rows);
+    append_foretold(scenario, truth, run, rows);
     append_landing(scenario, truth, run, rows);
     append_sizes(scenario, truth, rows);
     rows.push_back(row("condition", remembered_growth(scenario, truth)));

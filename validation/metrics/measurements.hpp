@@ -22,6 +22,9 @@ double norm(const std::array<Wide, 3>& a);
 std::vector<Row> status_rows(const Scenario& scenario, const Truth& truth, const Recording& run);
 
 bool has_truth(const Truth& truth);
+// Until when a state of a scene tagged "chaotic" can be foretold: twins 1e-10 of the scale apart are 1e-3 apart, by the
+// reference's own equations. t_end for other scenes.
+double state_horizon_s(const Scenario& scenario, const Truth& truth);
 void append_state_errors(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows);
 void append_sizes(const Scenario& scenario, const Truth& truth, std::vector<Row>& rows);
 void append_conservation(const Scenario& scenario, const Recording& run, std::vector<Row>& rows);

@@ -112,6 +112,15 @@ double unit_round_off(const std::string& method);
 // no rows for them. (Growth laws need a series: `measure` fits them, one row a cell.)
 std::vector<Row> fit_ladder(std::span<const Row> cells);
 
+// Of the same ladder, from where its runs ended: gci-position, richardson-order-position, and gci-effectivity where a truth
+// is known. The finest three rungs whose differences lie above 30 x the floor.
+struct LadderEnd { std::int64_t steps = 0; double h_s = 0; Sample last; };
+std::vector<Row> fit_ends(const Scenario& scenario, std::span<const LadderEnd> ends, std::span<const Row> cells);
+// round-off-best-error and -step of a ladder that goes past its floor; none where the V is not seen.
+std::vector<Row> fit_round_off_v(std::span<const Row> cells);
+// tolerance-ratio of each tolerance, tolerance-exponent of each method (its id without the tolerance): all rows of a scenario.
+std::vector<Row> fit_tolerances(std::span<const Row> rows);
+
 // step-time (median) and step-time-p95 over the timed pass's repeats [s]; none when nothing was timed.
 std::vector<Row> timing_rows(const Outcome& outcome, std::int64_t steps);
 

@@ -74,17 +74,41 @@ void append_cell(Store& store, const Cell& cell, StudyResult& result) {
   append_timing(store, cell, run->outcome.steps_taken, result);
 }
 
-void append_ladders(StudyResult& result) {
+// Where the runs of a ladder ended; of a method with a tolerance, none.
+std::map<std::pair<std::string, std::string>, std::vector<LadderEnd>> ladder_ends(Store& store, const std::vector<Cell>& cells) {
+  std::map<std::pair<std::string, std::string>, std::vector<LadderEnd>> ends;
+  for (const Cell& cell : cells) {
+    if (cell.worker < 0 || !cell.probe.empty() || cell.method.find(':') != std::string::npos) continue;
+    const auto run = store.run(cell.accuracy_hash);
+    if (!run || run->outcome.status != Status::ok) continue;
+    Recording recording = store.recording(cell.accuracy_hash, run->outcome);
+    if (recording.values.empty()) continue;
+    ends[{cell.scenario.id, cell.method}].push_back(
+        {cell.plan.steps, cell.plan.t_end_s / static_cast<double>(cell.plan.steps), std::move(recording.values.back())});
+  }
+  return ends;
+}
+
+void append_ladders(Store& store, const std::vector<Cell>& cells, StudyResult& result) {
   std::vector<std::pair<std::string, std::string>> order;
   std::map<std::pair<std::string, std::string>, std::vector<Row>> ladders;
+  std::map<std::string, std::vector<Row>> scenarios;
   for (const Row& row : result.rows) {
     auto& ladder = ladders[{row.scenario, row.method}];
     if (ladder.empty()) order.emplace_back(row.scenario, row.method);
     ladder.push_back(row);
+    if (row.method.find(':') != std::string::npos) scenarios[row.scenario].push_back(row);
   }
+  const auto ends = ladder_ends(store, cells);
+  std::map<std::string, const Scenario*> by_id;
+  for (const Cell& cell : cells) by_id[cell.scenario.id] = &cell.scenario;
   for (const auto& key : order) {
     const std::vector<Row>& ladder = ladders[key];
-    for (Row& row : fit_ladder(ladder)) {
+    std::vector<Row> fitted = fit_ladder(ladder);
+    const auto append_all = [&](std::vector<Row> more) { fitted.insert(fitted.end(), more.begin(), more.end()); };
+    append_all(fit_round_off_v(ladder));
+    if (const auto found = ends.find(key); found != ends.end()) append_all(fit_ends(*by_id[key.first], found->second, ladder));
+    for (Row& row : fitted) {
       row.scenario = key.first;
       row.method = key.second;
       row.settings_hash = ladder.front().settings_hash;
@@ -92,6 +116,8 @@ void append_ladders(StudyResult& result) {
       result.rows.push_back(std::move(row));
     }
   }
+  for (const auto& [scenario, rows] : scenarios)
+    for (Row& row : fit_tolerances(rows)) result.rows.push_back(std::move(row));
 }
 
 }  // namespace
@@ -110,7 +136,7 @@ StudyResult collect_rows(Store& store, const std::vector<Cell>& cells) {
   StudyResult result;
   result.cells = static_cast<int>(cells.size());
   for (const Cell& cell : cells) append_cell(store, cell, result);
-  append_ladders(result);
+  append_ladders(store, cells, result);
   return result;
 }
 

@@ -150,8 +150,36 @@ void hash_cell(Cell& cell, const Offer& offer, const std::vector<Worker>& worker
                                      std::to_string(cell.plan.samples), canonical, to_string(id),
                                      std::to_string(wire::kProtocol), worker.build_id, version});
   for (const double end_s : cell.plan.frame_ends_s) cell.accuracy_hash = content_hash({cell.accuracy_hash, format_double(end_s)});
+  if (!cell.probe.empty()) cell.accuracy_hash = content_hash({cell.accuracy_hash, "probe 1", cell.probe});
   cell.timing_hash = content_hash({"timing 1", cell.accuracy_hash, cpu, std::to_string(cell.repeats)});
 }
+
+// The two probes that are ladders of ordinary cells: of scalars and compensated summation, and of tolerances. A method that
+// names its scalar or tolerance is left as it is.
+std::vector<std::string> ladder_of_probe(const std::string& probe, const std::string& method, const MethodInfo* info) {
+  if (probe == "tolerance" && info && info->adaptive && !parse_method_id(method).rtol) {
+    std::vector<std::string> methods;
+    const std::size_t end = std::min(method.find_first_of("+@{"), method.size());
+    for (int digits = 3; digits <= 12; ++digits)
+      methods.push_back(method.substr(0, end) + ":1e-" + std::to_string(digits) + method.substr(end));
+    return methods;
+  }
+  if (probe == "round-off-v" && info && parse_method_id(method).scalar.empty()) {
+    std::vector<std::string> methods;
+    for (const char* scalar : {"float", "", "long-double"}) {
+      MethodId id = parse_method_id(method);
+      id.scalar = scalar;
+      methods.push_back(to_string(id));
+      if (!info->settings.contains("compensated") || id.overrides.contains("compensated")) continue;
+      id.overrides["compensated"] = true;
+      methods.push_back(to_string(id));
+    }
+    return methods;
+  }
+  return {method};
+}
+
+bool is_ladder(const std::string& probe) { return probe == "tolerance" || probe == "round-off-v"; }
 
 void check_steps(const std::vector<std::int64_t>& steps, const Scenario& scenario, const Study& study) {
   for (const std::int64_t n : steps) {
@@ -183,27 +211,30 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
       for (const Offer& offer : offers) {
         const std::vector<Settings> sweep = has_glob(offer.text) ? std::vector<Settings>{{}} : combinations(cells, offer.info);
         for (const Settings& settings : sweep) {
-          const std::string method = with_settings(offer.text, settings);
-          const bool adaptive = offer.worker >= 0 && parse_method_id(method).rtol.has_value();
-          for (const std::int64_t steps : ladder) {
-            const std::string key = scenario.id + "\n" + method + "\n" + std::to_string(steps);
-            const auto [place, fresh] = index.emplace(key, planned.size());
-            if (!fresh && planned[place->second].repeats >= cells.repeats) {
-              if (!cells.claim.empty()) {
-                planned[place->second].claim = cells.claim;
-                planned[place->second].claimed_order = claimed_order(cells, offer);
+          for (const std::string& method : ladder_of_probe(cells.probe, with_settings(offer.text, settings), offer.info)) {
+            const bool adaptive = offer.worker >= 0 && parse_method_id(method).rtol.has_value();
+            for (const std::int64_t steps : ladder) {
+              const std::string probe = is_ladder(cells.probe) ? "" : cells.probe;
+              const std::string key = scenario.id + "\n" + method + "\n" + std::to_string(steps) + "\n" + probe;
+              const auto [place, fresh] = index.emplace(key, planned.size());
+              if (!fresh && planned[place->second].repeats >= cells.repeats) {
+                if (!cells.claim.empty()) {
+                  planned[place->second].claim = cells.claim;
+                  planned[place->second].claimed_order = claimed_order(cells, offer);
+                }
+                if (adaptive) break;
+                continue;
               }
-              if (adaptive) break;
-              continue;
+              Cell cell{scenario, method, {scenario.t_end_s, steps, scenario.samples, scenario.frame_ends_s}, offer.worker, cells.repeats, cells.claim,
+                        claimed_order(cells, offer), {}, {}, {}, Status::not_built, {}, probe};
+              if (!probe.empty()) cell.repeats = 0;
+              if (!frames_taken(cell, workers)) refuse_frames(cell);
+              else if (offer.worker >= 0) hash_cell(cell, offer, workers, scene_hash, cpu);
+              else explain_absence(cell, workers);
+              if (fresh) planned.push_back(std::move(cell));
+              else planned[place->second] = std::move(cell);
+              if (adaptive) break;  // the ladder is the tolerance; N is the first step's guess
             }
-            Cell cell{scenario, method, {scenario.t_end_s, steps, scenario.samples, scenario.frame_ends_s}, offer.worker, cells.repeats, cells.claim,
-                      claimed_order(cells, offer), {}, {}, {}, Status::not_built, {}};
-            if (!frames_taken(cell, workers)) refuse_frames(cell);
-            else if (offer.worker >= 0) hash_cell(cell, offer, workers, scene_hash, cpu);
-            else explain_absence(cell, workers);
-            if (fresh) planned.push_back(std::move(cell));
-            else planned[place->second] = std::move(cell);
-            if (adaptive) break;  // the ladder is the tolerance; N is the first step's guess
           }
         }
       }

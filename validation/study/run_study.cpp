@@ -11,6 +11,7 @@
 #include "metrics_version.hpp"
 #include "protocol/wire.hpp"
 #include "scene/files.hpp"
+#include "validation/metrics/probes.hpp"
 #include "validation/study/content_hash.hpp"
 #include "validation/study/load_rows.hpp"
 #include "validation/study/progress.hpp"
@@ -84,6 +85,7 @@ class StudyRun {
   void work();
   void solve_truth(TruthWork& work, WorkerClient& client);
   void run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& clients);
+  void run_probe_cell(const Cell& cell, const Truth& truth, const std::string& truth_hash, std::map<int, WorkerClient>& clients);
   std::shared_ptr<const Truth> truth_of(TruthWork& work);
   MeasuredRecord measured(const Cell& cell, const Truth& truth, const std::string& hash, const Recording& recording) const;
   std::vector<const Cell*> cells_to_time();
@@ -135,7 +137,8 @@ void StudyRun::plan_cell(const Cell& cell) {
   if (run && !settled(*run, options_)) run.reset();
   const std::string basis = content_hash({truths_[truth].hash, kMetricsVersion});
   if (run && store_.measured_basis(measured_key(cell)) == basis) return;
-  const auto [place, fresh] = ladder_index_.emplace(cell.scenario.id + "\n" + cell.method, ladders_.size());
+  if (!cell.probe.empty()) run.reset();  // a probe keeps no samples to measure again
+  const auto [place, fresh] = ladder_index_.emplace(cell.scenario.id + "\n" + cell.method + "\n" + cell.probe, ladders_.size());
   if (fresh) ladders_.push_back({{}, truth});
   touched_.insert(&cell);
   ladders_[place->second].todo.push_back({&cell, std::move(run)});
@@ -222,6 +225,37 @@ MeasuredRecord StudyRun::measured(const Cell& cell, const Truth& truth, const st
   return record;
 }
 
+// Several runs, of which the rows alone are kept. The cell's time limit is each run's, and what all of them may take is ten
+// times that.
+void StudyRun::run_probe_cell(const Cell& cell, const Truth& truth, const std::string& truth_hash, std::map<int, WorkerClient>& clients) {
+  WorkerClient& client =
+      clients.try_emplace(cell.worker, workers_[static_cast<std::size_t>(cell.worker)].command).first->second;
+  RunRecord run;
+  run.provenance = options_.provenance;
+  run.provenance.engine_version = workers_[static_cast<std::size_t>(cell.worker)].engine.version;
+  run.limit_s = options_.cell_limit_s;
+  double left_s = 10 * options_.cell_limit_s;
+  const auto one = [&](const std::string& method, const Scene& scene, const Plan& plan) {
+    if (left_s <= 0) {
+      Recording late;
+      late.outcome = outcome_of(Status::timeout, "the runs of this probe take longer than ten runs may");
+      return late;
+    }
+    Recording recording = client.run(method, scene_to_json(scene), sampled_bodies(scene), plan, 0, run.limit_s);
+    run.wall_ns += client.wall_ns();
+    left_s -= 1e-9 * static_cast<double>(client.wall_ns());
+    run.killed_from_outside = run.killed_from_outside || client.killed_from_outside() || recording.outcome.status == Status::not_built;
+    return recording;
+  };
+  MeasuredRecord record;
+  record.basis = content_hash({truth_hash, kMetricsVersion});
+  record.rows = run_probe(cell.probe, {cell.scenario, cell.method, cell.plan, truth, one});
+  for (const Row& row : record.rows)
+    if (row.status == Status::crashed || row.status == Status::timeout) run.outcome = outcome_of(row.status, row.reason);
+  store_.put_run(cell.accuracy_hash, run, {}, measured_key(cell), record);
+  progress_.done("probes");
+}
+
 void StudyRun::run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& clients) {
   TruthWork& work = truths_[ladder.truth];
   const std::shared_ptr<const Truth> truth = truth_of(work);
@@ -229,6 +263,10 @@ void StudyRun::run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& cli
   std::int64_t hung_at = 0;
   for (const Todo& todo : ladder.todo) {
     const Cell& cell = *todo.cell;
+    if (!cell.probe.empty()) {
+      run_probe_cell(cell, *truth, work.hash, clients);
+      continue;
+    }
     if (todo.stored) {
       const Recording recording = store_.recording(cell.accuracy_hash, todo.stored->outcome);
       store_.put_measured(measured_key(cell), measured(cell, *truth, work.hash, recording));
@@ -298,6 +336,7 @@ std::vector<const Cell*> StudyRun::cells_to_time() {
     if (cell.worker < 0) continue;
     const auto run = store_.run(cell.accuracy_hash);
     if (!run || run->outcome.status != Status::ok) continue;
+    if (!cell.probe.empty()) continue;
     const bool first = timed_ladders.insert(cell.scenario.id + "\n" + cell.method).second;
     if (run->wall_ns > kLongRunNs && !first) continue;
     if (cell.repeats > 0 && !store_.timing(cell.timing_hash)) by_worker[cell.worker].push_back(&cell);

@@ -24,6 +24,7 @@ struct StudyCells {
   std::string claim = {};                        // a class of motion: only methods that claim an order in it
   double least_order = 0, most_order = 1e9;      // ... and that order within these
   std::vector<std::string> except = {};          // globs over base ids: left out of what `methods` takes in
+  std::string probe = {};                        // one of all_probes(): a question that takes several runs
 };
 struct Study { std::string id; std::vector<StudyCells> cells; };
 Study read_study(const std::string& path);       // InputError
@@ -52,6 +53,7 @@ struct Cell {
   std::string accuracy_hash, timing_hash, settings_hash;
   Status absent = Status::not_built;             // worker -1: why there is none
   std::string absent_reason;
+  std::string probe = {};                        // a question of several runs instead of one run, measured
 };
 std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& catalogue, const std::vector<Worker>& workers,
                              const std::string& cpu);

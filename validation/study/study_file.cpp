@@ -8,6 +8,7 @@
 #include <set>
 
 #include "scene/files.hpp"
+#include "validation/metrics/probes.hpp"
 #include "validation/study/study.hpp"
 
 namespace atwood {
@@ -93,10 +94,20 @@ struct StudyFile {
     cells.most_order = *pair->get(1)->value<double>();
   }
 
+  std::string probe_name(const toml::node& node) const {
+    const auto name = node.value_exact<std::string>();
+    std::string known;
+    for (const ProbeInfo& probe : all_probes()) {
+      if (name && *name == probe.name) return *name;
+      known += (known.empty() ? "" : ", ") + probe.name;
+    }
+    refuse(node.source(), "`probe`: " + (name ? "unknown probe `" + *name + "`; " : std::string()) + "expected one of " + known);
+  }
+
   StudyCells cells(const toml::node& node) const {
     const toml::table* table = node.as_table();
     if (!table) refuse(node.source(), "expected [[cells]] to be tables");
-    check_keys(*table, std::array{"scenarios", "methods", "steps", "repeats", "sweep", "timing", "claim", "orders", "except"}, "[[cells]]");
+    check_keys(*table, std::array{"scenarios", "methods", "steps", "repeats", "sweep", "timing", "claim", "orders", "except", "probe"}, "[[cells]]");
     StudyCells cells;
     cells.scenarios = strings(*table, "scenarios");
     cells.methods = strings(*table, "methods");
@@ -118,6 +129,7 @@ struct StudyFile {
       if (!flag) refuse(timing->source(), "`timing`: expected true or false");
       if (!*flag) cells.repeats = 0;
     }
+    if (const toml::node* probe = table->get("probe")) cells.probe = probe_name(*probe);
     if (const toml::node* claim = table->get("claim")) read_claim(*claim, table->get("orders"), cells);
     else if (const toml::node* orders = table->get("orders")) refuse(orders->source(), "`orders` needs `claim`");
     if (const toml::node* values = table->get("sweep")) cells.sweep = sweep(*values);

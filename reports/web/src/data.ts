@@ -84,7 +84,7 @@ export function withBar(value: number, bar: number): string {
 }
 
 // A fitted order or exponent: its bar is the half-width of its 95 % interval.
-export function isFit(metric: string): boolean { return /^(order|growth)/.test(metric); }
+export function isFit(metric: string): boolean { return /^(order|growth|richardson)|-exponent/.test(metric); }
 export function fitted(value: number, halfWidth: number): string {
   return Number.isNaN(value) ? 'inconclusive' : `${figure(value, 4)} \u00b1 ${figure(halfWidth, 2)}`;
 }

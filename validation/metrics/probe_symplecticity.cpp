@@ -1,0 +1,256 @@
+// Symplecticity: M = d(end) / d(start) in canonical variables, by central differences, and how far it is from
+//
+//     M^T J M = J,      J = [0 1; -1 0]            (Hairer, Lubich and Wanner 2006, VI.2)
+//
+// for points, q = r and p = m v + e A(r) + m W x r: A = B x r / 2 in a uniform magnetic field, W a rotating frame's rate.
+// A body that turns freely moves its angular momentum L = I w in body axes by a Poisson map,
+//
+//     M hat(L_start) M^T = hat(L_end),  hat(a) b = a x b      (Marsden and Ratiu 1999, 15.2).
+//
+// Everything is scaled by the sizes of q and p (of L), so the figure has no unit. Differences of steps d and 4 d make one of
+// order 4. How long a step serves depends on the motion, so there is a ladder of them, 2^-10 to 2^-24 of the scale: the
+// figure is of the step where it changes least to the next, from truncation on one side and round-off on the other, and
+// that change is the bar.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "validation/metrics/probe_parts.hpp"
+
+namespace atwood::metrics {
+namespace {
+
+using Vector = std::vector<double>;
+using Wides = std::vector<Wide>;
+constexpr double kStep = 0x1p-10;   // of the scale, and its quarters
+constexpr std::size_t kLevels = 8;
+constexpr std::size_t kMostBodies = 8;
+
+std::array<Wide, 3> cross(const Real3& a, const std::array<Wide, 3>& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+bool acts_on(const std::vector<int>& bodies, int body) { return std::find(bodies.begin(), bodies.end(), body) != bodies.end(); }
+
+// What p has beyond m v.
+std::array<Wide, 3> field_momentum(const Scene& scene, int body, const std::array<Wide, 3>& r) {
+  std::array<Wide, 3> p{};
+  const Body& b = scene.bodies[static_cast<std::size_t>(body)];
+  for (const Force& force : scene.forces) {
+    std::array<Wide, 3> add{};
+    if (const auto* magnetic = std::get_if<Lorentz>(&force); magnetic && acts_on(magnetic->bodies, body)) {
+      add = cross(magnetic->magnetic_T, r);
+      for (Wide& x : add) x *= Wide(b.charge_C) / 2;
+    } else if (const auto* frame = std::get_if<RotatingFrame>(&force)) {
+      add = cross(frame->angular_velocity_rad_per_s, r);
+      for (Wide& x : add) x *= b.mass_kg;
+    }
+    for (int i = 0; i < 3; ++i) p[i] += add[i];
+  }
+  return p;
+}
+
+std::vector<int> mobile_bodies(const Scene& scene) {
+  std::vector<int> mobile;
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b)
+    if (!scene.bodies[b].fixed) mobile.push_back(static_cast<int>(b));
+  return mobile;
+}
+
+// (q, p) of the mobile bodies, all q first.
+Wides canonical(const Scene& scene, const std::vector<int>& mobile, const Sample& s) {
+  Wides z(6 * mobile.size());
+  for (std::size_t k = 0; k < mobile.size(); ++k) {
+    const BodySample& b = s.bodies[static_cast<std::size_t>(mobile[k])];
+    const auto extra = field_momentum(scene, mobile[k], b.p_m);
+    for (std::size_t i = 0; i < 3; ++i) {
+      z[3 * k + i] = b.p_m[i];
+      z[3 * (mobile.size() + k) + i] = Wide(scene.bodies[static_cast<std::size_t>(mobile[k])].mass_kg) * b.v_m_per_s[i] + extra[i];
+    }
+  }
+  return z;
+}
+
+Sample from_canonical(const Scene& scene, const std::vector<int>& mobile, const Wides& z, const Sample& like) {
+  Sample s = like;
+  for (std::size_t k = 0; k < mobile.size(); ++k) {
+    BodySample& b = s.bodies[static_cast<std::size_t>(mobile[k])];
+    for (std::size_t i = 0; i < 3; ++i) b.p_m[i] = z[3 * k + i];
+    const auto extra = field_momentum(scene, mobile[k], b.p_m);
+    for (std::size_t i = 0; i < 3; ++i)
+      b.v_m_per_s[i] = (z[3 * (mobile.size() + k) + i] - extra[i]) / Wide(scene.bodies[static_cast<std::size_t>(mobile[k])].mass_kg);
+  }
+  return s;
+}
+
+// A map of the state, in scaled variables, as the probe differentiates it.
+struct Map {
+  Wides start;
+  Vector scale;
+  std::function<Wides(const Wides&)> end;
+};
+
+// d(end) / d(start), scaled, by (16 D(d) - D(4 d)) / 15 of central differences D: one matrix a step.
+std::vector<std::vector<Vector>> differentiate(const Map& map) {
+  const std::size_t n = map.start.size();
+  std::vector<std::vector<Vector>> matrices(kLevels - 1, std::vector<Vector>(n, Vector(n)));
+  for (std::size_t c = 0; c < n; ++c) {
+    std::array<Vector, kLevels> central;
+    for (std::size_t level = 0; level < kLevels; ++level) {
+      const double d = kStep * std::pow(0.25, static_cast<double>(level));
+      Wides up = map.start, down = map.start;
+      up[c] += Wide(d * map.scale[c]);
+      down[c] -= Wide(d * map.scale[c]);
+      const Wides a = map.end(up), b = map.end(down);
+      for (std::size_t r = 0; r < n; ++r) central[level].push_back(static_cast<double>((a[r] - b[r]) / Wide(map.scale[r])) / (2 * d));
+    }
+    for (std::size_t level = 0; level + 1 < kLevels; ++level)
+      for (std::size_t r = 0; r < n; ++r) matrices[level][r][c] = (16 * central[level + 1][r] - central[level][r]) / 15;
+  }
+  return matrices;
+}
+
+std::vector<Vector> product(const std::vector<Vector>& a, const std::vector<Vector>& b) {
+  std::vector<Vector> c(a.size(), Vector(b[0].size(), 0.0));
+  for (std::size_t i = 0; i < a.size(); ++i)
+    for (std::size_t k = 0; k < b.size(); ++k)
+      for (std::size_t j = 0; j < b[0].size(); ++j) c[i][j] += a[i][k] * b[k][j];
+  return c;
+}
+
+std::vector<Vector> transposed(const std::vector<Vector>& a) {
+  std::vector<Vector> t(a[0].size(), Vector(a.size()));
+  for (std::size_t i = 0; i < a.size(); ++i)
+    for (std::size_t j = 0; j < a[0].size(); ++j) t[j][i] = a[i][j];
+  return t;
+}
+
+std::vector<Vector> difference(std::vector<Vector> a, const std::vector<Vector>& b) {
+  for (std::size_t i = 0; i < a.size(); ++i)
+    for (std::size_t j = 0; j < a[i].size(); ++j) a[i][j] -= b[i][j];
+  return a;
+}
+
+double frobenius(const std::vector<Vector>& a) {
+  double sum = 0;
+  for (const Vector& r : a)
+    for (double x : r) sum += x * x;
+  return std::sqrt(sum);
+}
+
+template <class Defect>
+Row defect_row(const std::string& metric, const std::vector<std::vector<Vector>>& matrices, const Defect& defect) {
+  std::vector<std::vector<Vector>> defects;
+  for (const auto& m : matrices) defects.push_back(defect(m));
+  std::size_t best = 0;
+  double bar = std::numeric_limits<double>::infinity();
+  for (std::size_t level = 0; level + 1 < defects.size(); ++level) {
+    const double change = frobenius(difference(defects[level], defects[level + 1]));
+    if (change < bar) {
+      bar = change;
+      best = level;
+    }
+  }
+  return row(metric, frobenius(defects[best]), bar, std::to_string(matrices[0].size()) + " variables, difference step 2^-" +
+             std::to_string(12 + 2 * best) + " of the scale");
+}
+
+std::vector<Row> of_points(const ProbeRequest& request, const Plan& plan) {
+  const Scene& scene = request.scenario.scene;
+  const std::vector<int> mobile = mobile_bodies(scene);
+  if (mobile.size() > kMostBodies) throw ProbeEnds(Status::unsupported, "more than 8 bodies");
+  const Recording run = good_run(request, scene, plan);
+  const std::size_t half = 3 * mobile.size();
+  Map map;
+  map.start = canonical(scene, mobile, run.values.front());
+  double q = 0, p = 0;
+  for (const Sample& s : run.values) {
+    const Wides z = canonical(scene, mobile, s);
+    for (std::size_t i = 0; i < half; ++i) {
+      q = std::max(q, std::fabs(static_cast<double>(z[i])));
+      p = std::max(p, std::fabs(static_cast<double>(z[half + i])));
+    }
+  }
+  if (!(q > 0) || !(p > 0)) throw ProbeEnds(Status::unsupported, "the motion has no size to scale by");
+  map.scale.assign(2 * half, q);
+  std::fill(map.scale.begin() + static_cast<std::ptrdiff_t>(half), map.scale.end(), p);
+  map.end = [&](const Wides& z) {
+    const Scene from = started_from(scene, from_canonical(scene, mobile, z, run.values.front()));
+    return canonical(scene, mobile, good_run(request, from, plan).values.back());
+  };
+  const auto matrices = differentiate(map);
+  std::vector<Vector> j(2 * half, Vector(2 * half, 0.0));
+  for (std::size_t i = 0; i < half; ++i) {
+    j[i][half + i] = 1;
+    j[half + i][i] = -1;
+  }
+  const auto defect = [&](const std::vector<Vector>& a) { return difference(product(transposed(a), product(j, a)), j); };
+  return {defect_row("symplecticity-defect", matrices, defect)};
+}
+
+std::vector<Row> of_free_body(const ProbeRequest& request, const Plan& plan) {
+  const Scene& scene = request.scenario.scene;
+  const Body& body = scene.bodies[0];
+  const Recording run = good_run(request, scene, plan);
+  const auto angular = [&](const Sample& s) {
+    Wides l(3);
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t k = 0; k < 3; ++k) l[i] += Wide(body.inertia_kg_m2[3 * i + k]) * s.bodies[0].w_rad_per_s[k];
+    return l;
+  };
+  // I^-1 by Cramer's rule, as the columns of its cofactors.
+  const auto rate_of = [&](const Wides& l) {
+    const auto& a = body.inertia_kg_m2;
+    const auto det3 = [](const std::array<std::array<Wide, 3>, 3>& m) -> Wide {
+      return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+             m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+    };
+    std::array<std::array<Wide, 3>, 3> inertia;
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t k = 0; k < 3; ++k) inertia[i][k] = a[3 * i + k];
+    std::array<Wide, 3> w;
+    for (std::size_t c = 0; c < 3; ++c) {
+      auto replaced = inertia;
+      for (std::size_t i = 0; i < 3; ++i) replaced[i][c] = l[i];
+      w[c] = det3(replaced) / det3(inertia);
+    }
+    return w;
+  };
+  Map map;
+  map.start = angular(run.values.front());
+  double size = 0;
+  for (const Wide& x : map.start) size += static_cast<double>(x * x);
+  size = std::sqrt(size);
+  if (!(size > 0)) throw ProbeEnds(Status::unsupported, "the body does not turn");
+  map.scale.assign(3, size);
+  map.end = [&](const Wides& l) {
+    Sample s = run.values.front();
+    s.bodies[0].w_rad_per_s = rate_of(l);
+    return angular(good_run(request, started_from(scene, s), plan).values.back());
+  };
+  const auto matrices = differentiate(map);
+  const auto hat = [&](const Wides& l) {
+    const double x = static_cast<double>(l[0]) / size, y = static_cast<double>(l[1]) / size, z = static_cast<double>(l[2]) / size;
+    return std::vector<Vector>{{0, -z, y}, {z, 0, -x}, {-y, x, 0}};
+  };
+  const auto before = hat(map.start), after = hat(angular(run.values.back()));
+  const auto defect = [&](const std::vector<Vector>& a) { return difference(product(a, product(before, transposed(a))), after); };
+  return {defect_row("poisson-defect", matrices, defect)};
+}
+
+}  // namespace
+
+std::vector<Row> probe_symplecticity(const ProbeRequest& request) {
+  require_bodies(request);
+  require_no_contacts(request);
+  require_no_dissipation(request);
+  const Scene& scene = request.scenario.scene;
+  const Plan& plan = request.plan;
+  const bool turns = std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const Body& b) { return rotates(b) && !b.fixed; });
+  if (!turns) return of_points(request, plan);
+  const bool free = scene.bodies.size() == 1 && scene.forces.empty();
+  if (!free) throw ProbeEnds(Status::unsupported, "bodies that turn under forces: points, or one free body, are probed");
+  return of_free_body(request, plan);
+}
+
+}  // namespace atwood::metrics

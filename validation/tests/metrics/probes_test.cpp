@@ -1,0 +1,195 @@
+// Probes on schemes whose answers are known by hand: an oscillator stepped by Verlet and by explicit Euler, a free body.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "dynamics/state.hpp"
+#include "validation/metrics/probes.hpp"
+
+using namespace atwood;
+
+namespace {
+
+// One kilogram on a spring of 1 N/m: x'' = -x in each direction.
+Scenario oscillator() {
+  Scenario scenario;
+  scenario.id = "oscillator";
+  scenario.t_end_s = 6;
+  scenario.samples = 60;
+  Body body;
+  body.name = "mass";
+  body.mass_kg = 1;
+  body.position_m = {1, 0.5, 0};
+  body.velocity_m_per_s = {0, 0.25, 0.75};
+  scenario.scene.bodies = {body};
+  Spring spring;
+  spring.bodies = {0};
+  spring.stiffness_N_per_m = 1;
+  scenario.scene.forces = {spring};
+  scenario.scene.materials = {{}};
+  scenario.scene.pairs = {{}};
+  scenario.invariants = {{"energy"}};
+  return scenario;
+}
+
+template <class S>
+Recording step_oscillator(bool verlet, const Scene& scene, const Plan& plan) {
+  Recording run;
+  std::array<S, 3> x{}, v{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    x[i] = scene.bodies[0].position_m[i];
+    v[i] = scene.bodies[0].velocity_m_per_s[i];
+  }
+  const S h = static_cast<S>(plan.t_end_s) / static_cast<S>(plan.steps);
+  for (std::int64_t n = 0; n <= plan.steps; ++n) {
+    if (n % (plan.steps / plan.samples) == 0) {
+      Sample s;
+      s.t_s = plan.t_end_s * static_cast<double>(n) / static_cast<double>(plan.steps);
+      s.bodies.resize(1);
+      for (std::size_t i = 0; i < 3; ++i) {
+        s.bodies[0].p_m[i] = x[i];
+        s.bodies[0].v_m_per_s[i] = v[i];
+      }
+      run.values.push_back(s);
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (verlet) {
+        v[i] -= h / 2 * x[i];
+        x[i] += h * v[i];
+        v[i] -= h / 2 * x[i];
+      } else {
+        const S old = x[i];
+        x[i] += h * v[i];
+        v[i] -= h * old;
+      }
+    }
+  }
+  return run;
+}
+
+Recording oscillate(const std::string& method, const Scene& scene, const Plan& plan) {
+  const bool verlet = method.find("verlet") != std::string::npos;
+  if (method.find("@long-double") != std::string::npos) return step_oscillator<long double>(verlet, scene, plan);
+  return step_oscillator<double>(verlet, scene, plan);
+}
+
+std::vector<Row> ask(const std::string& probe, const Scenario& scenario, const std::string& method, std::int64_t steps) {
+  const Truth none;
+  return run_probe(probe, {scenario, method, {scenario.t_end_s, steps, scenario.samples, {}}, none, oscillate});
+}
+
+const Row& find(const std::vector<Row>& rows, const std::string& metric) {
+  for (const Row& r : rows)
+    if (r.metric == metric) return r;
+  FAIL("no row " << metric);
+  throw 0;
+}
+
+}  // namespace
+
+TEST_CASE("probe: Verlet returns to its start, explicit Euler does not") {
+  const Scenario scenario = oscillator();
+  const auto verlet = ask("reversal", scenario, "atwood/velocity-verlet", 600), euler = ask("reversal", scenario, "atwood/explicit-euler", 600);
+  CHECK(find(verlet, "reversal-over-round-off").value < 3);
+  CHECK(find(verlet, "reversal-error-position").value < 1e-13);
+  // There and back the radius grows by (1 + h^2)^(1/2) a step; |start| is 1.13.
+  const double radius = std::hypot(1, 0.5, 0), grown = std::pow(1 + 1e-4, 600) - 1;
+  CHECK(find(euler, "reversal-error-position").value == Approx(radius * grown).epsilon(1e-6));
+  CHECK(find(euler, "reversal-over-round-off").value > 1e9);
+}
+
+TEST_CASE("probe: Verlet is symplectic; explicit Euler stretches by (1 + h^2) a step and plane of motion") {
+  const Scenario scenario = oscillator();
+  const Row verlet = find(ask("symplecticity", scenario, "atwood/velocity-verlet", 600), "symplecticity-defect");
+  CHECK(verlet.value + verlet.truth_bar < 1e-9);
+  const Row euler = find(ask("symplecticity", scenario, "atwood/explicit-euler", 600), "symplecticity-defect");
+  // M^T J M = (1 + h^2)^N J; |J| = sqrt(6).
+  CHECK(euler.value == Approx((std::pow(1 + 1e-4, 600) - 1) * std::sqrt(6)).epsilon(1e-8));
+  CHECK(euler.truth_bar < 1e-8);
+}
+
+TEST_CASE("probe: twins on a linear spring stay together, their exponent is none") {
+  const Scenario scenario = oscillator();
+  const auto rows = ask("lyapunov", scenario, "atwood/velocity-verlet", 600);
+  CHECK(find(rows, "horizon").value == scenario.t_end_s);
+  const Row& exponent = find(rows, "lyapunov-exponent");
+  CHECK(std::fabs(exponent.value) <= exponent.truth_bar + 0.05);
+  const auto grown = find(ask("lyapunov", scenario, "atwood/explicit-euler", 60), "lyapunov-exponent");
+  CHECK(grown.value == Approx(std::log1p(0.01) / 2 / 0.1).margin(grown.truth_bar + 1e-3));  // the radius, (1 + h^2)^(1/2) a step
+}
+
+TEST_CASE("probe: an ensemble's round-off is beside wider arithmetic, and the law of an oscillator's phase and energy is t^1/2") {
+  const Scenario scenario = oscillator();
+  const auto rows = ask("ensemble", scenario, "atwood/velocity-verlet", 60000);
+  const Row& rms = find(rows, "round-off-rms-position");
+  CHECK(rms.value > 1e-16);
+  CHECK(rms.value < 1e-12);
+  const Row& position = find(rows, "growth-exponent-round-off-position");
+  CHECK(position.reason.find("48 runs beside atwood/velocity-verlet@long-double") != std::string::npos);
+}
+
+TEST_CASE("probe: what cannot be asked is refused by name; a run that fails ends the probe with its reason") {
+  Scenario scenario = oscillator();
+  std::get<Spring>(scenario.scene.forces[0]).damping_N_s_per_m = 0.1;
+  CHECK(find(ask("reversal", scenario, "atwood/rk4", 60), "reversal-over-round-off").status == Status::unsupported);
+  scenario.scene.forces.push_back(Drive{{0}, {1, 0, 0}, 1, 0});
+  CHECK(find(ask("lyapunov", scenario, "atwood/rk4", 60), "lyapunov-exponent").reason.find("time") != std::string::npos);
+  const Truth none;
+  const Scenario whole = oscillator();
+  const auto fails = [](const std::string&, const Scene&, const Plan&) {
+    Recording run;
+    run.outcome.status = Status::diverged;
+    run.outcome.reason = "no";
+    return run;
+  };
+  const auto rows = run_probe("symplecticity", {whole, "x/y", {6, 60, 60, {}}, none, fails});
+  CHECK(rows.at(0).status == Status::diverged);
+  CHECK(rows.at(0).reason == "no");
+  CHECK_THROWS_AS(run_probe("astrology", {whole, "x/y", {6, 60, 60, {}}, none, fails}), std::logic_error);
+}
+
+TEST_CASE("ladder: without a truth three steps tell the error; the V is seen on both sides; tolerances have a slope") {
+  const Scenario scenario = oscillator();
+  std::vector<LadderEnd> ends;
+  std::vector<Row> cells;
+  for (const std::int64_t steps : {300, 600, 1200, 2400}) {
+    const Recording run = oscillate("verlet", scenario.scene, {6, steps, 60, {}});
+    ends.push_back({steps, 6.0 / static_cast<double>(steps), run.values.back()});
+    Row row;
+    row.method = "atwood/velocity-verlet";
+    row.metric = "error-position-end";
+    row.steps = steps;
+    double squares = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double x0 = scenario.scene.bodies[0].position_m[i], v0 = scenario.scene.bodies[0].velocity_m_per_s[i];
+      squares += std::pow(static_cast<double>(run.values.back().bodies[0].p_m[i]) - x0 * std::cos(6.0) - v0 * std::sin(6.0), 2);
+    }
+    row.value = std::sqrt(squares);
+    cells.push_back(row);
+  }
+  const auto rows = fit_ends(scenario, ends, cells);
+  CHECK(find(rows, "richardson-order-position").value == Approx(2).margin(0.01));
+  CHECK(find(rows, "gci-effectivity").value == Approx(0.8).margin(0.01));  // the index is 1.25 of the error
+  for (int k = 0; k < 3; ++k) {
+    Row row = cells.back();
+    row.steps *= 2 << k;
+    row.h_s = 6.0 / static_cast<double>(row.steps);
+    row.value = 1e-9 * (k + 1);
+    cells.push_back(row);
+  }
+  CHECK(find(fit_round_off_v(cells), "round-off-best-error").value == 1e-9);
+  CHECK(fit_round_off_v(std::span(cells).first(6)).empty());  // one finer step alone shows no V
+  std::vector<Row> tolerances;
+  for (int k = 3; k <= 9; ++k)
+    for (const auto& [metric, value] : {std::pair{"error-position-max", 40 * std::pow(10.0, -k)}, std::pair{"size-position", 2.0}}) {
+      Row row;
+      row.method = "atwood/dopri5:1e-" + std::to_string(k);
+      row.metric = metric;
+      row.value = value;
+      row.steps = 60;
+      tolerances.push_back(row);
+    }
+  const auto slopes = fit_tolerances(tolerances);
+  CHECK(find(slopes, "tolerance-ratio").value == Approx(20));
+  CHECK(find(slopes, "tolerance-exponent").value == Approx(1));
+  CHECK(find(slopes, "tolerance-exponent").method == "atwood/dopri5");
+}
