@@ -40,7 +40,7 @@ const std::vector<MetricInfo>& all_metrics() {
       {"growth-exponent-position", "1", "Exponent of the law the position error grows by (reason: its name); bar = 95 %; NaN: inconclusive."},
       {"growth-exponent-attitude", "1", "Exponent of the law the attitude error grows by (reason: its name); bar = 95 %; NaN: inconclusive."},
       {"growth-exponent-energy", "1", "Exponent of the law |E - E0| grows by (reason: its name); bar = 95 %; NaN: inconclusive."},
-      {"growth-exponent-round-off-energy", "1", "Ensemble of 48 runs perturbed in the last place, beside wider arithmetic: exponent of the law that the root mean square of round-off in energy grows by (reason: its name; Brouwer's: t^1/2); bar = 95 % by bootstrap over runs; NaN: inconclusive. Where the method's own energy error oscillates far above round-off, that oscillation shifted in phase joins."},
+      {"growth-exponent-round-off-energy", "1", "Ensemble of 96 runs perturbed in the last place, beside wider arithmetic: exponent of the law that the root mean square of round-off in energy grows by (reason: its name; Brouwer's: t^1/2); bar = 95 % by bootstrap over runs; NaN: inconclusive. Where the method's own energy error oscillates far above round-off, that oscillation shifted in phase joins."},
       {"growth-exponent-round-off-position", "1", "The same of round-off in position (Brouwer's law of the phase: t^3/2)."},
       {"growth-exponent-round-off-attitude", "1", "The same of round-off in attitude."},
       {"round-off-rms-position", "m", "Root mean square over the ensemble of round-off in position at the last sample; the worst body."},

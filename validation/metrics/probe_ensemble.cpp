@@ -11,7 +11,7 @@
 namespace atwood::metrics {
 namespace {
 
-constexpr int kRuns = 48;
+constexpr int kRuns = 96;
 
 // Nonzero coordinates of the start.
 int coordinates(const Scene& scene) {
@@ -25,7 +25,7 @@ int coordinates(const Scene& scene) {
 }
 
 // By how many units in the last place a coordinate is moved at most: 1, and more where few coordinates would otherwise make
-// the same start twice. Of 1000 starts to draw from, 48 are nearly all different.
+// the same start twice. Of 1000 starts to draw from, 96 are nearly all different.
 int furthest(const Scene& scene) {
   int units = 1;
   const int n = std::max(1, coordinates(scene));
@@ -125,9 +125,11 @@ std::vector<Row> probe_ensemble(const ProbeRequest& request) {
   const std::string beside = other.empty() ? "the truth" : other;
   std::vector<Row> rows;
   if (!runs.energy.empty()) rows.push_back(growth_row("growth-exponent-round-off-energy", t, runs.energy, beside));
-  rows.push_back(growth_row("growth-exponent-round-off-position", t, runs.position, beside));
+  const bool moves = scale > 0;
+  if (moves) rows.push_back(growth_row("growth-exponent-round-off-position", t, runs.position, beside));
   const bool turns = std::any_of(scenario.scene.bodies.begin(), scenario.scene.bodies.end(), [](const Body& b) { return rotates(b); });
   if (turns) rows.push_back(growth_row("growth-exponent-round-off-attitude", t, runs.attitude, beside));
+  if (!moves) return rows;
   double squares = 0;
   for (const auto& p : runs.position) squares += p.back() * p.back() / kRuns;
   rows.push_back(row("round-off-rms-position", std::sqrt(squares), 0, "of a motion of " + format_measure(scale, 0) + " m"));

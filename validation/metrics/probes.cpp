@@ -10,7 +10,7 @@ namespace atwood {
 
 const std::vector<ProbeInfo>& all_probes() {
   static const std::vector<ProbeInfo> probes = {
-      {"ensemble", "48 runs, each nonzero initial coordinate moved in the last place (by more than one unit where few coordinates are nonzero), beside the same runs in wider "
+      {"ensemble", "96 runs, each nonzero initial coordinate moved in the last place (by more than one unit where few coordinates are nonzero), beside the same runs in wider "
                    "arithmetic: the law by which round-off grows."},
       {"reversal", "To the end, velocities turned round, the same number of steps back: the distance from the start."},
       {"symplecticity", "The end state's derivatives with respect to the initial canonical variables: |M^T J M - J|."},

@@ -50,9 +50,9 @@ export function statistics(report: Report, index: RowIndex): HTMLElement | null 
     const here = metrics.filter((metric) => found.has(metric));
     const list = here.flatMap((metric) => found.get(metric)!);
     if (!list.length) return null;
-    const terms = here.flatMap((metric) => [h('dt', {}, metric), h('dd', {}, report.metrics.find((m) => m.name === metric)?.definition ?? '')]);
+    const terms = here.map((metric) => h('p', {}, h('strong', {}, metric), h('span', { class: 'soft' }, `: ${report.metrics.find((m) => m.name === metric)?.definition ?? ''}`)));
     return h('details', { open: list.length <= 24 || undefined }, h('summary', {}, `${title} (${list.length} figures)`),
-      h('dl', { class: 'facts definitions' }, ...terms), table(title, list));
+      ...terms, table(title, list));
   });
   return section('statistics', 'Statistics', ...parts);
 }

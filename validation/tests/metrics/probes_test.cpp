@@ -124,7 +124,7 @@ TEST_CASE("probe: an ensemble's round-off is beside wider arithmetic, and the la
   CHECK(rms.value > 1e-16);
   CHECK(rms.value < 1e-12);
   const Row& position = find(rows, "growth-exponent-round-off-position");
-  CHECK(position.reason.find("48 runs beside atwood/velocity-verlet@long-double") != std::string::npos);
+  CHECK(position.reason.find("96 runs beside atwood/velocity-verlet@long-double") != std::string::npos);
 }
 
 TEST_CASE("probe: what cannot be asked is refused by name; a run that fails ends the probe with its reason") {

@@ -147,6 +147,28 @@ TEST_CASE("a hash changes with all that decides a run, and with nothing else") {
   CHECK(elsewhere.timing_hash != plain.timing_hash);
 }
 
+TEST_CASE("a probe is a cell of its own, beside the plain one; ladders of probes are plain cells") {
+  const Scenario scenario = free_flight("one");
+  std::vector<Worker> workers = table();
+  workers[0].engine.methods[0].adaptive = true;
+  workers[0].engine.methods[0].settings["compensated"] = false;
+  StudyCells plain{{"*"}, {"demo/a"}, {8}, 5, {}}, probe = plain;
+  probe.probe = "reversal";
+  const auto cells = plan_cells({"test", {plain, probe, probe}}, {scenario}, workers, "cpu");
+  REQUIRE(cells.size() == 2);
+  CHECK(cells[0].probe.empty());
+  CHECK(cells[1].probe == "reversal");
+  CHECK(cells[1].repeats == 0);
+  CHECK(cells[0].accuracy_hash != cells[1].accuracy_hash);
+  probe.probe = "tolerance";
+  const auto tolerances = plan_cells({"test", {probe}}, {scenario}, workers, "cpu");
+  REQUIRE(tolerances.size() == 10);
+  CHECK(tolerances[0].method == "demo/a:1e-3");
+  CHECK(tolerances[0].probe.empty());
+  probe.probe = "round-off-v";
+  CHECK(plan_cells({"test", {probe}}, {scenario}, workers, "cpu").size() == 6);
+}
+
 TEST_CASE("a study file is read, and its errors have a place") {
   const Study study = read("id = 'x'\n[[cells]]\nscenarios = ['a*']\nmethods = ['demo/*']\nsteps = [64]\nrepeats = 2\n"
                            "sweep = { erp = [0.0, 0.1], n = [1], on = [true], kind = ['a'] }\n");
@@ -160,6 +182,9 @@ TEST_CASE("a study file is read, and its errors have a place") {
                     Catch::Contains("study.toml:4:") && Catch::Contains("expected <engine>/<scheme>"));
   CHECK_THROWS_WITH(read("id = 'x'\n[[cells]]\nscenarios = ['a']\nmethods = ['demo/a']\nsteps = [0]\n"),
                     Catch::Contains("study.toml:5:10:"));
+  CHECK(read("id = 'x'\n[[cells]]\nprobe = 'reversal'\nscenarios = ['a']\nmethods = ['demo/a']\n").cells[0].probe == "reversal");
+  CHECK_THROWS_WITH(read("id = 'x'\n[[cells]]\nprobe = 'astrology'\nscenarios = ['a']\nmethods = ['demo/a']\n"),
+                    Catch::Contains("study.toml:3:9:") && Catch::Contains("unknown probe `astrology`; expected one of ensemble"));
   CHECK_THROWS_WITH(read("id = 'x'\n[[cells]\n"), Catch::Contains("study.toml:2:"));
   for (const char* text : {"", "id = 'x'\n", "id = 7\n", "id = 'x'\ncells = 7\n", "id = 'x'\n[[cells]]\nscenarios = []\n"}) {
     CHECK_THROWS_AS(read(text), InputError);
