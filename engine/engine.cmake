@@ -43,6 +43,7 @@ add_library(atwood_engine STATIC
   integrators/conserving_gradient.cpp
   integrators/conserving_methods.cpp
   integrators/explicit_methods.cpp
+  integrators/extrapolation.cpp
   integrators/high_precision_methods.cpp
   integrators/implicit_alpha.cpp
   integrators/implicit_methods.cpp

@@ -1,4 +1,5 @@
 // Methods for round-off accuracy: what they are called, and their steppers.
+#include "integrators/extrapolation.hpp"
 #include "integrators/families.hpp"
 #include "integrators/radau15.hpp"
 
@@ -31,6 +32,15 @@ std::vector<MethodInfo> high_precision_methods() {
                    "corresponds to IAS15's epsilon of 1e-7 or less, by epsilon^2 = 100 rtol." + sweeps + embedded_attitude,
                    "Rein, Spiegel, MNRAS 446 (2015) 1424, eq. 4 to 11; Everhart (1985)")};
   for (MethodInfo& info : methods) info.settings["compensated"] = true;
+  MethodInfo gbs = with_tolerance("gbs", claims_everywhere(12),
+                                  "Extrapolation of Gragg's midpoint rule with 2, 4, 6, ... substeps, a fixed number of "
+                                  "columns: order twice that, the order-12 default with 37 evaluations a step. Without a "
+                                  "tolerance: equal steps. With one: PI step control by the difference of the last two "
+                                  "columns; samples by a shorter step." + embedded_attitude,
+                                  "Gragg, SIAM J. Numer. Anal. 2 (1965) 384; Bulirsch, Stoer, Numer. Math. 8 (1966) 1; "
+                                  "Hairer, Norsett, Wanner, Solving ODEs I, section II.9");
+  gbs.settings["columns"] = std::int64_t(6);
+  methods.push_back(gbs);
   return methods;
 }
 
@@ -38,6 +48,14 @@ template <class S> StepperPointer<S> make_high_precision(StepperRequest<S>& requ
   if (request.scheme == "radau15" || request.scheme == "ias15") {
     const bool sequential = request.scheme == "ias15";
     return std::make_unique<Radau15<S>>(request.model, RadauOptions{sequential, request.flag("compensated")});
+  }
+  if (request.scheme == "gbs") {
+    const std::int64_t columns = request.count("columns");
+    if (columns < 2 || columns > most_columns) {
+      request.why = "atwood/gbs takes 2 to " + std::to_string(most_columns) + " columns";
+      return nullptr;
+    }
+    return std::make_unique<Extrapolation<S>>(request.model.system(), static_cast<int>(columns), request.flag("compensated"));
   }
   return nullptr;
 }

@@ -33,6 +33,13 @@ TEST_CASE("the executed order of Radau 15 is 15 in every class of motion") {
   }
 }
 
+TEST_CASE("the executed order of extrapolation is twice its columns") {
+  CHECK(executed_order("gbs", kepler(0.3), 3, 30) == Approx(12).margin(0.24));
+  CHECK(executed_order("gbs", quadratic_drag(), 2, 16) == Approx(12).margin(0.24));
+  CHECK(executed_order("gbs", driven_oscillator(), 3, 10) == Approx(12).margin(0.24));
+  CHECK(executed_order("gbs", free_box(), 1, 20) == Approx(12).margin(0.24));
+}
+
 Scene pleiades() {
   Scene scene = empty_scene();
   const double x[] = {3, 3, -1, -3, 2, -2, 2}, y[] = {3, -3, 2, 0, 0, -4, 4}, vx[] = {0, 0, 0, 0, 0, 1.75, -1.5},
