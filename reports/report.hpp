@@ -1,6 +1,7 @@
 // Rows in, documents out. Rendering runs no physics: a report can be made again from its rows.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -72,6 +73,7 @@ struct ReportData {
   std::string command;                 // how this report was made
   Provenance provenance;
   std::vector<Scenario> scenarios;
+  std::map<std::string, std::string> own_files;  // scenario: the user's file that reruns it
   std::vector<Engine> engines;         // settings of every method
   std::vector<std::pair<std::string, std::string>> missing_engines;  // name, reason
   std::vector<MetricInfo> metrics;

@@ -65,6 +65,10 @@ struct Selection {
   std::string study;       // the study's id
   bool narrowed = false;   // gates left without cells are dropped
 };
+std::string own_file(const Place& place, const Scenario& scenario);  // of a scene of the user's own; empty: of the catalogue
+// A command that reruns a cell of this scenario, with what the catalogue does not have: a scene's file, an engine, gates.
+std::string with_own_files(const Place& place, const Options& options, const Selection& selection, const std::string& scenario_id,
+                           const std::string& rerun);
 std::vector<Gate> read_all_gates(const Place& place);  // the catalogue's own, file by file
 StudyOptions study_options(const Place& place, const Options& options);  // without progress
 Selection select_cells(const Place& place, const Options& options);

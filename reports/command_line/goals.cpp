@@ -271,6 +271,26 @@ GoalResult judge_figure(const Goal& goal, const std::vector<BenchFigure>& figure
   return result;
 }
 
+// A goal of the project whose scene this build does not have is not reached; in a file of the user's own it is a mistake.
+GoalResult run_or_say_why(GoalRun& run, const Goal& goal, bool strict) {
+  try {
+    return run.run(goal);
+  } catch (const InputError& error) {
+    if (strict) throw;
+    GoalResult result;
+    result.id = goal.id;
+    result.title = goal.title;
+    result.scenario = goal.scenario;
+    result.metric = goal.metric;
+    result.wanted_error = goal.error;
+    result.budget_kind = goal.budget_kind;
+    result.budget = goal.budget;
+    result.ratio = result.ratio_low = result.ratio_high = kNone;
+    result.why = error.what();
+    return result;
+  }
+}
+
 // Of the names that goals ask for, as Google Benchmark's filter.
 std::string benchmark_filter(const std::vector<Goal>& goals) {
   std::string filter;
@@ -322,7 +342,7 @@ int command_goals(const Place& place, const Options& options) {
   try {
     for (const Goal& goal : goals) {
       fmt::print(stderr, "atwood: goal {}\n", goal.id);
-      results.push_back(goal.benchmark.empty() ? run.run(goal) : judge_figure(goal, figures));
+      results.push_back(goal.benchmark.empty() ? run_or_say_why(run, goal, !options.goals_file.empty()) : judge_figure(goal, figures));
     }
   } catch (const Interrupted&) {
     if (!results.empty()) fmt::print("{}", goals_text(results));

@@ -47,13 +47,14 @@ Verdict as_verdict(const BaselineChange& change) {
   return verdict;
 }
 
-int judge_against_baseline(const Options& options, const StudyResult& stored) {
+int judge_against_baseline(const Place& place, const Options& options, const Selection& selection, const StudyResult& stored) {
   const std::string path = baseline_path(options);
   if (!fs::exists(path)) {
     fmt::print(stderr, "atwood: no baseline at {}; `atwood bless --reason TEXT --baseline {}` writes one\n", path, path);
     return exit_no_baseline;
   }
-  const auto changes = compare_baseline(path, stored.rows);
+  auto changes = compare_baseline(path, stored.rows);
+  for (auto& change : changes) change.rerun = with_own_files(place, options, selection, change.scenario, change.rerun);
   std::map<BaselineChange::Kind, int> counts;
   std::vector<Verdict> verdicts;
   for (const auto& change : changes) {
@@ -98,7 +99,7 @@ int command_gate(const Place& place, const Options& options) {
   const StudyResult stored = load_rows(options.out_dir + "/store.db", selection.cells);
   const bool no_store = !fs::exists(options.out_dir + "/store.db");
   if (no_store) fmt::print(stderr, "atwood: no store at {}/store.db; `atwood run` makes one\n", options.out_dir);
-  if (!options.baseline.empty()) return judge_against_baseline(options, stored);
+  if (!options.baseline.empty()) return judge_against_baseline(place, options, selection, stored);
   const auto verdicts = judge_selection(place, options, selection, stored.rows);
   if (options.json) {
     ReportData data;

@@ -114,28 +114,6 @@ void check_methods(const std::vector<std::string>& methods, const std::vector<Wo
   }
 }
 
-// The command that reruns a verdict's cell must bring along what the catalogue does not have: a scene's file, an engine, gates.
-std::string with_own_files(const Place& place, const Options& options, const Selection& selection, const Verdict& verdict) {
-  std::string text = verdict.rerun;
-  const auto word = [](const std::string& path) {
-    return path.find_first_of(" '\"$&;()*?") == std::string::npos ? path : "'" + path + "'";
-  };
-  for (const auto& scenario : selection.scenarios) {
-    const std::string by_id = "--scenario " + scenario.id + " ";
-    const auto at = text.find(by_id);
-    if (scenario.id != verdict.scenario || at == std::string::npos || scenario.path.empty()) continue;
-    if (fs::weakly_canonical(fs::path(scenario.path).parent_path()) == fs::weakly_canonical(place.source_dir + "/validation/scenarios")) continue;
-    text.replace(at, by_id.size(), "--scenario " + word(scenario.path) + " ");
-  }
-  if (text.empty()) return text;
-  if (const std::string run = "atwood run "; !options.study.empty() && text.find(run) != std::string::npos) {
-    text.insert(text.find(run) + run.size(), word(options.study) + " ");
-  }
-  for (const auto& engine : options.engines) text += " --engine " + word(engine);
-  if (!options.tolerances.empty()) text += " --tolerances " + word(options.tolerances);
-  return text;
-}
-
 // A study argument that is no file is one of the catalogue's.
 std::string study_path(const Place& place, const std::string& study) {
   const std::string folder = place.source_dir + "/validation/study/";
@@ -241,6 +219,35 @@ Selection select_cells(const Place& place, const Options& options) {
   if (selection.cells.empty()) throw InputError("nothing to run: no cell is left of this study; `atwood list` shows ids and methods");
   keep_used(selection);
   return selection;
+}
+
+std::string own_file(const Place& place, const Scenario& scenario) {
+  if (scenario.path.empty()) return "";
+  const bool in_catalogue = fs::weakly_canonical(fs::path(scenario.path).parent_path()) == fs::weakly_canonical(place.source_dir + "/validation/scenarios");
+  return in_catalogue ? "" : scenario.path;
+}
+
+// The command that reruns a verdict's cell must bring along what the catalogue does not have: a scene's file, an engine, gates.
+std::string with_own_files(const Place& place, const Options& options, const Selection& selection, const std::string& scenario_id,
+                           const std::string& rerun) {
+  std::string text = rerun;
+  const auto word = [](const std::string& path) {
+    return path.find_first_of(" '\"$&;()*?") == std::string::npos ? path : "'" + path + "'";
+  };
+  for (const auto& scenario : selection.scenarios) {
+    if (scenario.id != scenario_id || own_file(place, scenario).empty()) continue;
+    for (const std::string& by_id : {"--scenario " + scenario.id + " ", "--scenario '" + scenario.id + "' "}) {
+      const auto at = text.find(by_id);
+      if (at != std::string::npos) text.replace(at, by_id.size(), "--scenario " + word(scenario.path) + " ");
+    }
+  }
+  if (text.empty()) return text;
+  if (const std::string run = "atwood run "; !options.study.empty() && text.find(run) != std::string::npos) {
+    text.insert(text.find(run) + run.size(), word(options.study) + " ");
+  }
+  for (const auto& engine : options.engines) text += " --engine " + word(engine);
+  if (!options.tolerances.empty()) text += " --tolerances " + word(options.tolerances);
+  return text;
 }
 
 std::vector<Gate> read_all_gates(const Place& place) {
@@ -349,7 +356,7 @@ std::vector<Verdict> judge_selection(const Place& place, const Options& options,
   std::vector<Claim> claims;
   for (const auto& [scenario, method, motion, order] : claimed) claims.push_back({scenario, method, motion, order});
   auto verdicts = judge(gates_of_claims(gates, claims), rows);
-  for (auto& verdict : verdicts) verdict.rerun = with_own_files(place, options, selection, verdict);
+  for (auto& verdict : verdicts) verdict.rerun = with_own_files(place, options, selection, verdict.scenario, verdict.rerun);
   return verdicts;
 }
 
@@ -366,6 +373,9 @@ ReportData assemble_report(const Place& place, const Options& options, const Sel
   data.command = options.program;
   data.provenance = place.provenance;
   data.scenarios = selection.scenarios;
+  for (const auto& scenario : selection.scenarios) {
+    if (const std::string file = own_file(place, scenario); !file.empty()) data.own_files[scenario.id] = file;
+  }
   for (const auto& worker : selection.workers) {
     if (worker.status == Status::ok) data.engines.push_back(worker.engine);
     else data.missing_engines.emplace_back(fs::path(worker.path).filename().string(),

@@ -184,6 +184,9 @@ std::string embedded_json(const ReportData& data, const Detail& detail) {
   append_verdicts(json.key("verdicts"), data.verdicts);
   append_laws(json.key("laws"), data.laws);
   append_scenarios(json.key("scenarios"), data.scenarios);
+  json.key("own_files").begin_object();
+  for (const auto& [scenario, file] : data.own_files) json.member(scenario, file);
+  json.end_object();
   append_engines(json.key("engines"), data.engines);
   append_missing(json.key("missing_engines"), data.missing_engines);
   append_metrics(json.key("metrics"), data.metrics);

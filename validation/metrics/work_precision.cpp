@@ -262,13 +262,21 @@ Dominance dominance(std::span<const WorkCurve> curves, const std::string& scenar
 }
 
 std::string telling_metric(std::span<const Row> rows, const std::string& scenario) {
-  bool position = false;
-  for (const Row& row : rows) {
-    if (row.scenario != scenario) continue;
-    if (row.metric == "error-attitude-max") return row.metric;
-    position = position || row.metric == "error-position-max";
+  std::string best;
+  double best_share = -1;
+  for (const char* metric : {"error-attitude-max", "error-position-max"}) {
+    const double size = motion_size(rows, scenario, metric);
+    double share = -1;
+    for (const Row& row : rows) {
+      if (row.scenario != scenario || row.metric != metric || !of_whole_run(row) || std::isnan(row.value)) continue;
+      share = std::max(share, std::min(1.0, std::fabs(row.value) / size));
+    }
+    if (share > best_share) {
+      best = metric;
+      best_share = share;
+    }
   }
-  return position ? "error-position-max" : "";
+  return best;
 }
 
 std::vector<Dominance> find_dominance(std::span<const Row> rows) {

@@ -101,8 +101,9 @@ const std::vector<double>& budgets(Cost cost);
 Dominance dominance(std::span<const WorkCurve> curves, const std::string& scenario, const std::string& metric,
                     const std::string& unit, Cost cost);
 
-// The metric that tells methods apart on a scenario: attitude where bodies turn, else position; the largest over the run,
-// which no lucky last instant flatters. Empty where the rows hold neither.
+// The metric that tells methods apart on a scenario: of attitude and position the one in which some run errs more, as a
+// share of the motion's size (attitude where both are as large as the motion). The largest error over the run, which no
+// lucky last instant flatters. Empty where the rows hold neither.
 std::string telling_metric(std::span<const Row> rows, const std::string& scenario);
 
 // One table a scenario of these rows, in time and (where any engine counts them) in evaluations.

@@ -52,14 +52,16 @@ export interface Report {
   verdicts: Verdict[]; laws: Law[]; scenarios: Scenario[]; engines: Engine[];
   missing_engines: { name: string; reason: string }[];
   metrics: { name: string; unit: string; definition: string }[];
-  bench: Bench[]; dominance: Dominance[]; goals: Goal[]; audit?: AuditFinding[]; notes: string[]; rows: Rows; series: { instants: Loose[][]; runs: Run[] }; strings: Strings;
+  bench: Bench[]; dominance: Dominance[]; goals: Goal[]; audit?: AuditFinding[]; notes: string[]; own_files: Record<string, string>; rows: Rows; series: { instants: Loose[][]; runs: Run[] }; strings: Strings;
 }
 
 export async function readReport(): Promise<Report> {
   const coded = document.getElementById('data')!.textContent!;
   const bytes = Uint8Array.from(atob(coded), (c) => c.charCodeAt(0));
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('deflate-raw'));
-  return JSON.parse(await new Response(stream).text()) as Report;
+  const report = JSON.parse(await new Response(stream).text()) as Report;
+  for (const [scenario, file] of Object.entries(report.own_files)) ownFiles.set(scenario, file);
+  return report;
 }
 
 export function real(value: Loose | null | undefined): number {
@@ -107,6 +109,7 @@ export function engineOf(method: string): string { return method.split('/')[0]; 
 export function shellWord(text: string): string {
   return /^[\w@%+=:,./-]+$/.test(text) ? text : `'${text.replace(/'/g, `'\\''`)}'`;
 }
+const ownFiles = new Map<string, string>();  // scenes of the user's own rerun by their file
 export function rerunCommand(scenario: string, method: string, steps: number): string {
   const at = steps > 0 ? ` --steps ${steps}` : '';
   return `./atwood run --scenario ${shellWord(scenario)} --method ${shellWord(method)}${at}`;

@@ -14,7 +14,8 @@ function figures(entrant: GoalEntrant | null, unit: string): Child {
   if (!entrant) return h('span', { class: 'soft' }, 'nobody');
   const parts: string[] = [];
   const error = real(entrant.error), evaluations = real(entrant.evaluations), time = real(entrant.seconds), step = real(entrant.ns_per_step);
-  if (Number.isFinite(error)) parts.push(`error ${withBar(error, real(entrant.bar))} ${unitWord(unit)}`.trim());
+  const bar = real(entrant.bar);
+  if (Number.isFinite(error)) parts.push(`error ${bar > 0 && error < 3 * bar ? withBar(error, bar) : figure(error, 3)} ${unitWord(unit)}`.trim());
   if (Number.isFinite(evaluations)) parts.push(`${evaluations} evaluations`);
   if (Number.isFinite(time)) parts.push(seconds(time));
   if (Number.isFinite(step)) parts.push(`${figure(step, 4)} ns${entrant.steps ? ' a step' : ''}`);
@@ -31,7 +32,7 @@ export function goals(report: Report): HTMLElement | null {
     return h('tr', {}, h('td', {}, h('span', { class: `badge ${goal.reached ? 'pass' : 'fail'}` }, goal.reached ? '\u2713 reached' : '\u2717 not reached')),
       h('td', { class: 'wide' }, goal.title, h('br'), h('span', { class: 'soft' }, asked(goal)), goal.why ? h('span', { class: 'short' }, h('br'), goal.why) : null),
       h('td', { class: 'wide' }, figures(goal.ours, goal.unit)), h('td', { class: 'wide' }, figures(goal.rival, goal.unit)),
-      h('td', { class: 'number' }, Number.isFinite(ratio) ? `${figure(ratio, 3)}${interval}` : '\u2013'));
+      h('td', { class: ratio < 1 ? 'number short' : 'number' }, Number.isFinite(ratio) ? `${figure(ratio, 3)}${interval}` : '\u2013'));
   };
   const uncounted = report.goals.filter((g) => g.uncounted);
   return section('goals', `Goals: ${reached} of ${report.goals.length} reached`,

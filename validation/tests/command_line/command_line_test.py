@@ -352,6 +352,23 @@ class Running(Case):
         command = next(line for line in result.stdout.splitlines() if line.strip().startswith("./atwood run")).split()[1:]
         self.expect(self.run_in(*command, "--no-timing"), 1, "FAIL")
 
+    def test_a_scene_of_ones_own_reruns_by_its_file(self):
+        path = self.path("mine.toml", SCENE)
+        words = ["--scenario", path, "--method", "atwood/heun", "--no-timing"]
+        self.run_in("run", *words)
+        self.expect(self.run_in("bless", *words[:-1], "--reason", "first"), 0)
+        with open(self.path("atwood-baseline.tsv")) as file:
+            lines = file.read().splitlines()
+        at = [i for i, line in enumerate(lines) if "error-position-end" in line][0]
+        cells = lines[at].split("\t")
+        cells[4] = str(float(cells[4]) / 2)  # it was twice as good once
+        lines[at] = "\t".join(cells)
+        self.path("atwood-baseline.tsv", "\n".join(lines) + "\n")
+        changes = json.loads(self.expect(self.run_in("gate", *words[:-1], "--baseline", "atwood-baseline.tsv", "--json"), 1).stdout)
+        self.assertTrue(changes)
+        for change in changes:
+            self.assertIn("--scenario " + path + " ", change["rerun"])
+
     def test_gate_bless_baseline(self):
         self.expect(self.run_in("run", *SMALL), 0)
         self.expect(self.run_in("gate", *SMALL[:-1], "--baseline", "none.tsv"), 4, "no baseline")

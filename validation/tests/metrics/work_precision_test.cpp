@@ -220,6 +220,22 @@ TEST_CASE("stable steps: the coarsest rung from which on no finer one fails") {
   CHECK_FALSE(stable_range(only(refused)).stable);
 }
 
+TEST_CASE("the telling metric is the one in which somebody errs, as a share of the motion") {
+  std::vector<Row> rows;
+  CHECK(telling_metric(rows, "s").empty());
+  add(rows, "a/m", 10, "size-position", 100);
+  add(rows, "a/m", 10, "error-position-max", 1);
+  CHECK(telling_metric(rows, "s") == "error-position-max");
+  add(rows, "a/m", 10, "error-attitude-max", 1e-14);  // a ball that bounces: its attitude tells nothing
+  CHECK(telling_metric(rows, "s") == "error-position-max");
+  add(rows, "b/m", 10, "error-attitude-max", 0.5);    // 0.5 of a radian against 0.01 of the motion
+  CHECK(telling_metric(rows, "s") == "error-attitude-max");
+  add(rows, "b/m", 10, "error-position-max", 1e6);
+  add(rows, "b/m", 20, "error-attitude-max", 3);      // both as large as can be
+  CHECK(telling_metric(rows, "s") == "error-attitude-max");
+  CHECK(telling_metric(rows, "elsewhere").empty());
+}
+
 TEST_CASE("a study's tables: the telling metric, time and evaluations, rows of one body or one instant left out") {
   std::vector<Row> rows;
   for (const std::int64_t n : {10, 100}) {
