@@ -222,8 +222,8 @@ bool Search::time_in_turns() {
   try {
     Stopwatch stopwatch(options_.cell_limit_s);
     std::vector<double> first, second;
-    for (const auto& round : stopwatch.in_turns({{&workers_[static_cast<std::size_t>(a->worker)], a->method, &scenario_.scene, a->plan, advice_.best.seconds},
-                                                 {&workers_[static_cast<std::size_t>(b->worker)], b->method, &scenario_.scene, b->plan, advice_.next.seconds}}, kPairs)) {
+    for (const auto& round : stopwatch.in_turns({{&workers_[static_cast<std::size_t>(a->worker)], a->method, &scenario_.scene, a->plan, advice_.best.seconds, advice_.best.evaluations},
+                                                 {&workers_[static_cast<std::size_t>(b->worker)], b->method, &scenario_.scene, b->plan, advice_.next.seconds, advice_.next.evaluations}}, kPairs)) {
       first.push_back(round[0]);
       second.push_back(round[1]);
     }

@@ -70,7 +70,7 @@ class PairedTimes {
     return place->second;
   }
   Contender contender(const Cell& cell, double seconds) const {
-    return {&selection_.workers[static_cast<std::size_t>(cell.worker)], cell.method, &cell.scenario.scene, cell.plan, seconds};
+    return {&selection_.workers[static_cast<std::size_t>(cell.worker)], cell.method, &cell.scenario.scene, cell.plan, seconds, 0};
   }
 
   const Selection& selection_;

@@ -100,7 +100,8 @@ class GoalRun {
   std::vector<Candidate> measured(const Goal& goal, const Scenario& scenario, std::vector<Cell>& cells);
   void time(const Goal& goal, std::vector<Candidate>& candidates);
   Contender contender(const Candidate& candidate) const {
-    return {&workers_[static_cast<std::size_t>(candidate.cell->worker)], candidate.cell->method, &candidate.cell->scenario.scene, candidate.cell->plan, candidate.entrant.seconds};
+    return {&workers_[static_cast<std::size_t>(candidate.cell->worker)], candidate.cell->method, &candidate.cell->scenario.scene, candidate.cell->plan, candidate.entrant.seconds,
+            candidate.entrant.evaluations};
   }
 
   const Place& place_;
