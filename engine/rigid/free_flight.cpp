@@ -19,6 +19,25 @@ template <int rows, class S> void copy_out(const S (&from)[rows][flight_lanes], 
   for (int r = 0; r < rows; ++r) to[r] = from[r][l];
 }
 
+// About body axes the diagonals are enough.
+template <class S> void gather_inertia(FlightKind kind, const MassProperties<S>& mass, FlightLanes<S>& lanes, int l) {
+  const auto put = [&](int entry, S I, S I_inverse) {
+    lanes.I[entry][l] = I;
+    lanes.twice_I_inverse[entry][l] = S(2) * I_inverse;
+  };
+  if (kind == FlightKind::about_body_axes) {
+    put(0, mass.I_row[0].x, mass.I_inverse_row[0].x);
+    put(4, mass.I_row[1].y, mass.I_inverse_row[1].y);
+    put(8, mass.I_row[2].z, mass.I_inverse_row[2].z);
+    return;
+  }
+  for (int r = 0; r < 3; ++r) {
+    put(3 * r, mass.I_row[r].x, mass.I_inverse_row[r].x);
+    put(3 * r + 1, mass.I_row[r].y, mass.I_inverse_row[r].y);
+    put(3 * r + 2, mass.I_row[r].z, mass.I_inverse_row[r].z);
+  }
+}
+
 }  // namespace
 
 template <class S>
@@ -51,12 +70,8 @@ template <class S> void FreeFlight<S>::gather(FlightKind kind, const S* y, Share
     const MassProperties<S>& mass = model_.mass(i);
     for (int r = 0; r < 3; ++r) {
       lanes.half_w[r][l] = S(0.5) * at[at_body_rate + r];
-      const Vec3<S>&I = mass.I_row[r], &I_inverse = mass.I_inverse_row[r];
-      lanes.I[3 * r][l] = I.x, lanes.I[3 * r + 1][l] = I.y, lanes.I[3 * r + 2][l] = I.z;
-      lanes.twice_I_inverse[3 * r][l] = S(2) * I_inverse.x;
-      lanes.twice_I_inverse[3 * r + 1][l] = S(2) * I_inverse.y;
-      lanes.twice_I_inverse[3 * r + 2][l] = S(2) * I_inverse.z;
     }
+    gather_inertia(kind, mass, lanes, l);
   }
 }
 
