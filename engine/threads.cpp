@@ -27,7 +27,7 @@ Team::~Team() {
 
 // call_ and work_ are written before round_ grows (release) and read after a member sees it (acquire); what the members wrote
 // is seen by the caller through busy_.
-void Team::run(Call call, const void* work) {
+void Team::share_out(Call call, const void* work) {
   call_ = call;
   work_ = work;
   busy_.store(static_cast<int>(members_.size()), std::memory_order_relaxed);

@@ -20,15 +20,21 @@ class Team {
 
   int size() const { return static_cast<int>(members_.size()) + 1; }
 
+  // Below some ten microseconds of work the team costs more than it brings: then call it with `worth_it` false, and the caller
+  // does all parts in turn. Results must not depend on who does what.
+  //
   // work(part) for part = 0 .. size() - 1, each on its own thread; returns when all are done.
-  template <class Work> void run(const Work& work) {
-    if (members_.empty()) return work(0);
-    run([](const void* w, int part) { (*static_cast<const Work*>(w))(part); }, &work);
+  template <class Work> void run(bool worth_it, const Work& work) {
+    if (members_.empty() || !worth_it) {
+      for (int part = 0; part < size(); ++part) work(part);
+      return;
+    }
+    share_out([](const void* w, int part) { (*static_cast<const Work*>(w))(part); }, &work);
   }
 
  private:
   using Call = void (*)(const void* work, int part);
-  void run(Call call, const void* work);
+  void share_out(Call call, const void* work);
   void serve(int part);
 
   Call call_ = nullptr;

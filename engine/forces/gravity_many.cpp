@@ -6,6 +6,8 @@
 namespace atwood {
 namespace {
 
+constexpr std::int64_t least_shared = 1 << 16;  // interactions: some 25 us
+
 // The arrays are the term's own room to work in: a step allocates nothing. One thread at a time evaluates a model's rates.
 template <class S> struct ManyBodyGravity final : ForceTerm<S> {
   std::vector<int> bodies;
@@ -39,7 +41,7 @@ template <class S> struct ManyBodyGravity final : ForceTerm<S> {
       add_gravity(width, masses, 0, count, softening2, blocks.first, blocks.last, sums);
     };
     if (team == nullptr) part(0, 1);
-    else team->run([&](int p) { part(p, team->size()); });
+    else team->run(std::int64_t(count) * count >= least_shared, [&](int p) { part(p, team->size()); });
   }
 };
 

@@ -10,6 +10,7 @@ namespace atwood {
 namespace {
 
 constexpr int lanes = gravity_block;
+constexpr int least_shared = 1000;                     // bodies
 constexpr int group_blocks = 2;                       // bodies of so many blocks ask the tree together
 constexpr int most_waiting = 7 * 3 * 21 + 64;         // nodes of a walk's stack: seven siblings at each level, and to spare
 
@@ -135,7 +136,7 @@ void GravityTree<S>::add_gravity(VectorWidth width, const PointMasses<S>& bodies
     for (int group = p; group < groups; group += parts) pull_group(width, group, softening2_m2, opening, lists_[p]);
   };
   if (team == nullptr) part(0, 1);
-  else team->run([&](int p) { part(p, team->size()); });
+  else team->run(count_ >= least_shared, [&](int p) { part(p, team->size()); });
   for (int k = 0; k < count_; ++k) {
     sums.x[order_[k]] += row(4)[k];
     sums.y[order_[k]] += row(5)[k];

@@ -5,6 +5,7 @@
 namespace atwood {
 namespace {
 
+constexpr std::int64_t least_shared = 4000;  // bodies times steps: some 15 us
 constexpr FlightKind kinds[] = {FlightKind::about_body_axes, FlightKind::about_any_axes, FlightKind::point_mass};
 
 template <class S> FlightKind kind_of(const RigidModel<S>& model, int body) {
@@ -123,7 +124,7 @@ template <class S> void FreeFlight<S>::march(S h_s, std::int64_t count, S* y) {
     }
   };
   if (model_.team() == nullptr) part(0, 1);
-  else model_.team()->run([&](int p) { part(p, model_.team()->size()); });
+  else model_.team()->run(count * static_cast<std::int64_t>(sorted_.size()) >= least_shared, [&](int p) { part(p, model_.team()->size()); });
   hold_still(model_, y);
   const int stages = weights_.stages();
   model_.system().evaluations += count * (weights_.first_same_as_last ? stages - 1 : stages);

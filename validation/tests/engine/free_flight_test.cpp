@@ -121,7 +121,7 @@ TEST_CASE("fused steps have the bits of general ones") {
 }
 
 TEST_CASE("threads share the bodies out and change no bit") {
-  const Scene scene = menagerie(211, 7);
+  const Scene scene = menagerie(1011, 7);  // enough that stretches of ten steps are shared
   const auto alone = fused<double>("rk4", scene);
   for (const int threads : {2, 3, 5}) {
     INFO(threads << " threads");

@@ -108,7 +108,7 @@ TEST_CASE("the same bits at every vector width") {
 }
 
 TEST_CASE("the same bits with 1, 2, 3 and 7 threads") {
-  const Scene scene = clustered_cloud(203, 9, 1e-3);
+  const Scene scene = clustered_cloud(523, 9, 1e-3);
   const auto alone = model_accelerations<double>(scene);
   for (const int threads : {2, 3, 7}) {
     ModelOptions options;
