@@ -32,6 +32,7 @@ add_library(atwood_engine STATIC
   forces/potential.cpp
   forces/quadratic_drag.cpp
   forces/rotating_frame.cpp
+  forces/series_forces.cpp
   forces/spring.cpp
   forces/thruster.cpp
   integrators/adaptive.cpp
@@ -69,7 +70,8 @@ add_library(atwood_engine STATIC
   integrators/tableaux_low_order.cpp
   integrators/tableaux_order_7_8.cpp
   integrators/tableaux_pairs.cpp
-  integrators/tableaux_verner.cpp)
+  integrators/tableaux_verner.cpp
+  integrators/taylor.cpp)
 target_compile_options(atwood_engine PRIVATE -Wno-psabi)  # math/pack.hpp
 target_include_directories(atwood_engine PUBLIC ${CMAKE_CURRENT_LIST_DIR})
 target_link_libraries(atwood_engine PUBLIC atwood_scene atwood_protocol PRIVATE quadmath)

@@ -2,6 +2,7 @@
 #include "integrators/extrapolation.hpp"
 #include "integrators/families.hpp"
 #include "integrators/radau15.hpp"
+#include "integrators/taylor.hpp"
 
 namespace atwood {
 namespace {
@@ -41,6 +42,7 @@ std::vector<MethodInfo> high_precision_methods() {
                                   "Hairer, Norsett, Wanner, Solving ODEs I, section II.9");
   gbs.settings["columns"] = std::int64_t(6);
   methods.push_back(gbs);
+  methods.push_back(taylor_method());
   return methods;
 }
 
@@ -57,7 +59,7 @@ template <class S> StepperPointer<S> make_high_precision(StepperRequest<S>& requ
     }
     return std::make_unique<Extrapolation<S>>(request.model.system(), static_cast<int>(columns), request.flag("compensated"));
   }
-  return nullptr;
+  return request.scheme == "taylor" ? make_taylor<S>(request) : nullptr;
 }
 
 template StepperPointer<float> make_high_precision(StepperRequest<float>&);

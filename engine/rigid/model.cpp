@@ -42,7 +42,7 @@ bool is_on(const std::vector<Interval>& on_s, double t_s) {
 
 template <class S> RigidModel<S>::RigidModel(const Scene& scene, const ModelOptions& options)
     : team_(options.threads > 1 ? std::make_unique<Team>(options.threads) : nullptr), gravity_(narrow3<S>(scene.gravity_m_per_s2)),
-      conservative_(scene) {
+      conservative_(scene), series_forces_(scene) {
   system_.context = this;
   build_bodies(scene);
   if (!scene.problem.empty()) {

@@ -13,6 +13,7 @@
 
 #include "forces/conservative.hpp"
 #include "forces/force.hpp"
+#include "forces/series_forces.hpp"
 #include "integrators/system.hpp"
 #include "math/lanes.hpp"
 #include "math/principal_axes.hpp"
@@ -98,6 +99,8 @@ template <class S> class RigidModel {
   bool interval_selected(S from_s, S to_s) const { return interval_ >= 0 && interval_of(from_s, to_s) == interval_; }
   // Of the bodies that move now, where conservative().refusal() is "".
   const ConservativeForces<S>& conservative() const { return conservative_; }
+  // Whether or not they act now; of a scene without bodies, empty.
+  const SeriesForces<S>& series_forces() const { return series_forces_; }
   Motion<S> motion(S t_s, const S* y) const { return {t_s, y, slots_.data()}; }
   S energy(const S* y) const;              // J, kinetic and potential
   S energy_scale(const S* y) const;        // J, the sum of their sizes: what an energy's round-off is relative to
@@ -136,6 +139,7 @@ template <class S> class RigidModel {
   int interval_ = -1;                      // how many switch times lie behind
   Vec3<S> gravity_;
   ConservativeForces<S> conservative_;
+  SeriesForces<S> series_forces_;
   System<S> system_;
 };
 

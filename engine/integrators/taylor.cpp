@@ -1,0 +1,304 @@
+#include "integrators/taylor.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "integrators/taylor_series.hpp"
+
+namespace atwood {
+namespace {
+
+constexpr int kinds = 4;
+
+template <class S> Vec3<S> times(const Vec3<S> (&row)[3], const S* v_at) {
+  const Vec3<S> v = load3(v_at);
+  return {dot(row[0], v), dot(row[1], v), dot(row[2], v)};
+}
+
+// Jorba and Zou, section 3.1: with this order, the series' terms fall by e^2 from one to the next.
+int order_of_tolerance(double rtol) { return std::clamp(static_cast<int>(std::ceil(1 - std::log(rtol) / 2)), 4, 60); }
+
+}  // namespace
+
+template <class S>
+Taylor<S>::Taylor(RigidModel<S>& model, const TaylorOptions& options)
+    : Stepper<S>(model.system()), model_(model), forces_(model.series_forces()), wanted_order_(options.order),
+      size_(model.state_size()), increment_(size_), acceleration_(model.body_count()), sine_(forces_.oscillating.size()),
+      cosine_(forces_.oscillating.size()), kind_(size_), rest_(options.compensated, size_) {
+  tops_.reserve(model.body_count());
+  if (!model.bare_problem())
+    for (int body = 0; body < model.body_count(); ++body) {
+      const int offset = model.offset(body);
+      if (offset < 0) continue;
+      const bool rotates = model.rotates(body);
+      for (int i = 0; i < (rotates ? body_scalars : at_attitude); ++i)
+        kind_[offset + i] = i < at_velocity ? 0 : i < at_attitude ? 1 : i < at_body_rate ? 2 : 3;
+      if (rotates) tops_.push_back({body, offset + at_attitude, forces_.linear[body].angular_drag});
+    }
+  set_order(wanted_order_ > 0 ? wanted_order_ : taylor_equal_steps_order);
+}
+
+template <class S> void Taylor<S>::set_order(int order) {
+  valid_ = false;
+  if (order == order_) return;
+  order_ = order;
+  series_.assign(static_cast<std::size_t>(order + 1) * size_, S(0));
+  momentum_.assign(static_cast<std::size_t>(order + 1) * 3 * tops_.size(), S(0));
+  half_.resize(3 * order + 1);
+  for (int n = 0; n <= 3 * order; ++n) half_[n] = S(n) / S(2);
+  lay_out_pairs();
+}
+
+template <class S> void Taylor<S>::lay_out_pairs() {
+  const int count = static_cast<int>(forces_.inverse_square.size());
+  pairs_.blocks = has_vector_lanes<S> && count > 2;
+  pairs_.lanes = pairs_.blocks ? (count + lane_count - 1) / lane_count * lane_count : count;
+  pairs_.rows.assign(static_cast<std::size_t>(order_ + 1) * 5 * pairs_.lanes, S(0));
+  pairs_.softening2.assign(pairs_.lanes, S(0));
+  pairs_.inverse_u.assign(pairs_.lanes, S(0));
+  pairs_.acceleration.assign(3 * static_cast<std::size_t>(pairs_.lanes), S(0));
+  for (int n = 0; n < count; ++n) pairs_.softening2[n] = forces_.inverse_square[n].softening2;
+  for (int n = count; n < pairs_.lanes; ++n) pairs_.softening2[n] = S(1);  // lanes without a pair: |r|^2 = 0 + 1
+}
+
+template <class S> void Taylor<S>::set_tolerance(S rtol, S atol) {
+  rtol_ = rtol;
+  atol_ = atol;
+  set_order(wanted_order_ > 0 ? wanted_order_ : order_of_tolerance(static_cast<double>(rtol)));
+}
+
+template <class S> bool Taylor<S>::known(S t_s, const S* y) const {
+  return valid_ && t_s == start_s_ && epoch_ == this->system_.epoch && std::equal(y, y + size_, row(0));
+}
+
+// Coefficient after coefficient: y' = f(y) gives (k + 1) y_(k+1) = f_k, the k-th coefficient of f along y_0 + ... + y_k t^k.
+template <class S> void Taylor<S>::find_series(S t_s, S h_s, const S* y) {
+  start_s_ = t_s;
+  unit_s_ = h_s;
+  epoch_ = this->system_.epoch;
+  std::copy(y, y + size_, row(0));
+  if (static_cast<int>(model_.moving().size()) < model_.body_count()) std::fill(row(1), row(1) + size_ * order_, S(0));
+  for (std::size_t n = 0; n < cosine_.size(); ++n) {
+    const auto& force = forces_.oscillating[n];
+    real::sin_cos(force.angular_frequency * t_s + force.phase, sine_[n], cosine_[n]);
+  }
+  for (int k = 0; k < order_; ++k) {
+    if (model_.bare_problem()) next_lorenz(k);
+    else next_bodies(k);
+  }
+  if (rtol_ > S(0)) bound_s_ = longest_step();
+  valid_ = true;
+}
+
+template <class S> void Taylor<S>::next_bodies(int k) {
+  for (int body = 0; body < model_.body_count(); ++body) acceleration_[body] = k == 0 ? forces_.linear[body].constant : Vec3<S>{};
+  if (pairs_.lanes > 0) attract(k);
+  add_linear(k);
+  add_oscillating(k);
+  add_quadratic(k);
+  const S factor = unit_s_ / S(k + 1);
+  for (const int body : model_.moving()) {
+    const S* now = row(k) + model_.offset(body);
+    S* next = row(k + 1) + model_.offset(body);
+    store3(factor * load3(now + at_velocity), next + at_position);
+    store3(factor * acceleration_[body], next + at_velocity);
+  }
+  for (std::size_t top = 0; top < tops_.size(); ++top) next_top(k, top);
+}
+
+template <class S> void Taylor<S>::attract(int k) {
+  const Motion<S> motion = model_.motion(start_s_, row(0));
+  S *x = pairs_.row(k, 0), *y = pairs_.row(k, 1), *z = pairs_.row(k, 2);
+  const auto position = [&](int body) {
+    const auto& slot = motion.slots[body];
+    if (slot.resting != nullptr || slot.offset < 0) return k == 0 ? motion.p_WB(body) : Vec3<S>{};
+    return load3(row(k) + slot.offset);
+  };
+  const int count = static_cast<int>(forces_.inverse_square.size());
+  for (int n = 0; n < count; ++n) {
+    const auto& pair = forces_.inverse_square[n];
+    const Vec3<S> from = pair.a >= 0 ? position(pair.a) : k == 0 ? pair.centre : Vec3<S>{};
+    const Vec3<S> r = position(pair.b) - from;
+    x[n] = r.x;
+    y[n] = r.y;
+    z[n] = r.z;
+  }
+  in_lanes<S>(width_, [&](auto) ATWOOD_INLINED {
+    if (pairs_.blocks) series::inverse_square<lane_count>(pairs_, half_.data(), k);
+    else series::inverse_square<1>(pairs_, half_.data(), k);
+  });
+  const S *ax = pairs_.acceleration.data(), *ay = ax + pairs_.lanes, *az = ay + pairs_.lanes;
+  for (int n = 0; n < count; ++n) {
+    const auto& pair = forces_.inverse_square[n];
+    const Vec3<S> a{ax[n], ay[n], az[n]};
+    if (pair.a >= 0) acceleration_[pair.a] += pair.on_a * a;
+    acceleration_[pair.b] += pair.on_b * a;
+  }
+}
+
+template <class S> void Taylor<S>::add_linear(int k) {
+  for (const int body : model_.moving()) {
+    const auto& law = forces_.linear[body];
+    if (law.none) continue;
+    const S* now = row(k) + model_.offset(body);
+    acceleration_[body] += times(law.of_position, now + at_position) + times(law.of_velocity, now + at_velocity);
+  }
+  for (const auto& link : forces_.links) {
+    const Motion<S> motion = model_.motion(start_s_, row(k));
+    const auto position = [&](int body) {
+      return k > 0 && motion.slots[body].resting != nullptr ? Vec3<S>{} : motion.p_WB(body);
+    };
+    const Vec3<S> r = position(link.b) - position(link.a);
+    acceleration_[link.a] += link.on_a * r;
+    acceleration_[link.b] += link.on_b * r;
+  }
+}
+
+// c = cos(omega t + phase), s = sin: c' = -omega s, s' = omega c.
+template <class S> void Taylor<S>::add_oscillating(int k) {
+  for (std::size_t n = 0; n < cosine_.size(); ++n) {
+    const auto& force = forces_.oscillating[n];
+    acceleration_[force.body] += cosine_[n] * force.amplitude;
+    const S factor = unit_s_ / S(k + 1) * force.angular_frequency, cosine = cosine_[n];
+    cosine_[n] = -factor * sine_[n];
+    sine_[n] = factor * cosine;
+  }
+}
+
+template <class S> void Taylor<S>::add_quadratic(int k) {
+  for (const auto& force : forces_.quadratic) {
+    const int offset = model_.offset(force.body);
+    if (offset < 0) continue;
+    const S *x = row(0) + offset, *y = x + 1;
+    const S xy = series::product(x, y, size_, k), xx = series::product(x, x, size_, k), yy = series::product(y, y, size_, k);
+    acceleration_[force.body] -= force.strength * Vec3<S>{S(2) * xy, xx - yy, S(0)};
+  }
+}
+
+// q' = 1/2 q (0, w)    I w' = -w x (I w) - angular_drag w
+template <class S> void Taylor<S>::next_top(int k, std::size_t top) {
+  const auto [body, at, angular_drag] = tops_[top];
+  const auto& moving = model_.moving();
+  if (moving.size() < acceleration_.size() && std::find(moving.begin(), moving.end(), body) == moving.end()) return;
+  const MassProperties<S>& mass = model_.mass(body);
+  const std::ptrdiff_t stride = 3 * static_cast<std::ptrdiff_t>(tops_.size());
+  S* L = momentum_.data() + 3 * top;
+  const auto rate = [&](int j) { return load3(row(j) + at + 4); };
+  store3(mass.times_inertia(rate(k)), L + k * stride);
+  Vec3<S> torque = -(angular_drag * rate(k));
+  Quat<S> turn{S(0), S(0), S(0), S(0)};
+  for (int j = 0; j <= k; ++j) {
+    torque -= cross(rate(j), load3(L + (k - j) * stride));
+    const Quat<S> term = quaternion_rate(load4(row(k - j) + at), rate(j));
+    turn = {turn.w + term.w, turn.x + term.x, turn.y + term.y, turn.z + term.z};
+  }
+  const S factor = unit_s_ / S(k + 1);
+  store4(Quat<S>{factor * turn.w, factor * turn.x, factor * turn.y, factor * turn.z}, row(k + 1) + at);
+  store3(factor * mass.times_inverse_inertia(torque), row(k + 1) + at + 4);
+}
+
+// Lorenz, J. Atmos. Sci. 20 (1963) 130, as in rigid/bare_problems.cpp.
+template <class S> void Taylor<S>::next_lorenz(int k) {
+  const S sigma = S(10), rho = S(28), beta = S(8) / S(3), factor = unit_s_ / S(k + 1);
+  const S *start = row(0), *now = row(k);
+  const S xy = series::product(start, start + 1, size_, k), xz = series::product(start, start + 2, size_, k);
+  store3(factor * Vec3<S>{sigma * (now[1] - now[0]), (rho * now[0] - xz) - now[1], xy - beta * now[2]}, row(k + 1));
+}
+
+// Jorba and Zou, section 3.2, kind of component by kind: c_j h^j of the last two coefficients is no more than the tolerance;
+// with the order that the tolerance asks for, h is the radius of convergence, as these show it, over e^2. 0: not finite.
+template <class S> S Taylor<S>::longest_step() const {
+  double size[kinds]{}, last[2][kinds]{};
+  const auto grow = [&](double (&largest)[kinds], int k) {
+    for (int i = 0; i < size_; ++i) {
+      const double value = std::abs(static_cast<double>(row(k)[i]));
+      if (!(value <= largest[kind_[i]])) largest[kind_[i]] = value;
+    }
+  };
+  grow(size, 0);
+  grow(last[0], order_ - 1);
+  grow(last[1], order_);
+  double most = 1e6;  // in units of the step tried
+  for (int kind = 0; kind < kinds; ++kind)
+    for (int n = 0; n < 2; ++n) {
+      if (!std::isfinite(last[n][kind])) return S(0);
+      const double wanted = static_cast<double>(rtol_) * size[kind] + static_cast<double>(atol_);
+      if (last[n][kind] > 0) most = std::min(most, std::pow(wanted / last[n][kind], 1.0 / (order_ - 1 + n)));
+    }
+  return S(most * std::exp(-0.7 / (order_ - 1))) * real::abs(unit_s_);
+}
+
+// increment_ = the series less its start, at theta units.
+template <class S> void Taylor<S>::sum(S theta) {
+  in_lanes<S>(width_, [&](auto) ATWOOD_INLINED { series::horner(series_.data(), size_, order_, theta, increment_.data()); });
+}
+
+template <class S> bool Taylor<S>::step(S t_s, S h_s, const S* y, S* y_new) {
+  if (!known(t_s, y)) find_series(t_s, h_s, y);
+  this->remember(t_s, h_s, y, y_new);
+  if (rtol_ > S(0) && !(real::abs(h_s) <= bound_s_)) {  // advise() will say so
+    std::copy(y, y + size_, y_new);
+    return true;
+  }
+  sum(h_s / unit_s_);
+  rest_.begin(y);
+  for (int i = 0; i < size_; ++i) y_new[i] = rest_.add(i, y[i], increment_[i]);
+  if (rest_.on()) project_compensated(this->system_, rest_, y_new, increment_.data());
+  else this->system_.project(y_new);
+  rest_.end(y_new);
+  return true;
+}
+
+// A step refused costs no series, so each starts from a long guess and is cut to its own bound.
+template <class S> auto Taylor<S>::advise(S, S) -> typename Stepper<S>::Advice {
+  const S h_s = real::abs(this->h_s_);
+  if (!(bound_s_ > S(0))) {  // coefficients beyond the scalar's range: a smaller unit
+    valid_ = false;
+    return {false, h_s / S(16)};
+  }
+  if (h_s > bound_s_) return {false, bound_s_};
+  return {true, real::min(S(4) * bound_s_, S(100) * h_s)};
+}
+
+template <class S> void Taylor<S>::dense(S theta, S* y_at) {
+  sum(theta * (this->h_s_ / unit_s_));
+  for (int i = 0; i < size_; ++i) y_at[i] = row(0)[i] + increment_[i];
+  this->system_.project(y_at);
+}
+
+MethodInfo taylor_method() {
+  MethodInfo info = fixed_step(
+      "taylor", claims_everywhere(taylor_equal_steps_order),
+      "The state's power series in time, by recurrences of products and powers of series: no rates are evaluated, so only time "
+      "measures its work. With equal steps, of order 16; with a tolerance, of order 1 - ln(rtol) / 2 (4 to 60), each step as long "
+      "as the last two coefficients allow; the setting `order` fixes it. Inverse-square forces, uniform fields, linear drag, springs "
+      "without rest length, drives, the Henon-Heiles potential, Lorenz's equations and bodies that rotate without torque, up to 128 "
+      "bodies; other forces are refused by name. A dashpot only where the motion stays on a line through its anchor. Samples by the "
+      "series." + embedded_attitude,
+      "Jorba, Zou, Exp. Math. 14 (2005) 99; Hairer, Norsett, Wanner, Solving ODEs I, I.8");
+  info.adaptive = true;
+  info.settings.insert({{"atol_over_rtol", 0.01}, {"order", std::int64_t(0)}});
+  return info;
+}
+
+template <class S> StepperPointer<S> make_taylor(StepperRequest<S>& request) {
+  const std::int64_t order = request.count("order");
+  const std::string& refusal = request.model.series_forces().refusal;
+  if (!refusal.empty()) request.why = "atwood/taylor has no power series for " + refusal;
+  else if (order != 0 && (order < 2 || order > taylor_most_order))
+    request.why = "atwood/taylor: `order` is 0 (chosen) or 2 to " + std::to_string(taylor_most_order);
+  if (!request.why.empty()) return nullptr;
+  return std::make_unique<Taylor<S>>(request.model, TaylorOptions{static_cast<int>(order), request.flag("compensated")});
+}
+
+template StepperPointer<float> make_taylor(StepperRequest<float>&);
+template StepperPointer<double> make_taylor(StepperRequest<double>&);
+template StepperPointer<long double> make_taylor(StepperRequest<long double>&);
+template StepperPointer<Quad> make_taylor(StepperRequest<Quad>&);
+
+template class Taylor<float>;
+template class Taylor<double>;
+template class Taylor<long double>;
+template class Taylor<Quad>;
+
+}  // namespace atwood
