@@ -270,7 +270,7 @@ MethodInfo taylor_method() {
   MethodInfo info = fixed_step(
       "taylor", claims_everywhere(taylor_equal_steps_order),
       "The state's power series in time, by recurrences of products and powers of series: no rates are evaluated, so only time "
-      "measures its work. With equal steps, of order 16; with a tolerance, of order 1 - ln(rtol) / 2 (4 to 60), each step as long "
+      "measures its work. With equal steps, of order 12; with a tolerance, of order 1 - ln(rtol) / 2 (4 to 60), each step as long "
       "as the last two coefficients allow; the setting `order` fixes it. Inverse-square forces, uniform fields, linear drag, springs "
       "without rest length, drives, the Henon-Heiles potential, Lorenz's equations and bodies that rotate without torque, up to 128 "
       "bodies; other forces are refused by name. A dashpot only where the motion stays on a line through its anchor. Samples by the "
