@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "integrators/taylor_series.hpp"
 
@@ -44,6 +45,9 @@ template <class S> void Taylor<S>::set_order(int order) {
   order_ = order;
   series_.assign(static_cast<std::size_t>(order + 1) * size_, S(0));
   momentum_.assign(static_cast<std::size_t>(order + 1) * 3 * tops_.size(), S(0));
+  turning_.assign(static_cast<std::size_t>(order + 1) * series::top_scalars, S(0));
+  reciprocal_.resize(order + 1);
+  for (int k = 1; k <= order; ++k) reciprocal_[k] = S(1) / S(k);
   half_.resize(3 * order + 1);
   for (int n = 0; n <= 3 * order; ++n) half_[n] = S(n) / S(2);
   lay_out_pairs();
@@ -86,6 +90,7 @@ template <class S> void Taylor<S>::find_series(S t_s, S h_s, const S* y) {
     if (model_.bare_problem()) next_lorenz(k);
     else next_bodies(k);
   }
+  for (std::size_t top = 0; top < tops_.size(); ++top) find_turning(top);
   if (rtol_ > S(0)) bound_s_ = longest_step();
   valid_ = true;
 }
@@ -103,7 +108,6 @@ template <class S> void Taylor<S>::next_bodies(int k) {
     store3(factor * load3(now + at_velocity), next + at_position);
     store3(factor * acceleration_[body], next + at_velocity);
   }
-  for (std::size_t top = 0; top < tops_.size(); ++top) next_top(k, top);
 }
 
 template <class S> void Taylor<S>::attract(int k) {
@@ -175,26 +179,39 @@ template <class S> void Taylor<S>::add_quadratic(int k) {
   }
 }
 
-// q' = 1/2 q (0, w)    I w' = -w x (I w) - angular_drag w
-template <class S> void Taylor<S>::next_top(int k, std::size_t top) {
+// q' = 1/2 q (0, w)    I w' = -w x (I w) - angular_drag w: no other force turns bodies here, so a top's series stands alone.
+template <class S> void Taylor<S>::find_turning(std::size_t top) {
   const auto [body, at, angular_drag] = tops_[top];
   const auto& moving = model_.moving();
   if (moving.size() < acceleration_.size() && std::find(moving.begin(), moving.end(), body) == moving.end()) return;
   const MassProperties<S>& mass = model_.mass(body);
+  S* rows = turning_.data();
+  in_lanes<S>(width_, [&, at = at, drag = angular_drag](auto) ATWOOD_INLINED {
+    S* now = row(0) + at;
+    for (int k = 0; k < order_; ++k, now += size_) {
+      S turn[4], p[3];
+      series::store_top(now, now + 4, rows + k * series::top_scalars);
+      series::turn(rows, series::top_scalars, k, turn, p);
+      const auto& I = mass.I_row;
+      Vec3<S> torque{(I[1].y - I[2].z) * p[0], (I[2].z - I[0].x) * p[1], (I[0].x - I[1].y) * p[2]};
+      if (!mass.diagonal) torque = gyroscopic_torque(k, top);
+      const S factor = unit_s_ * reciprocal_[k + 1], half = factor * S(0.5);
+      for (int l = 0; l < 4; ++l) now[size_ + l] = half * turn[l];
+      torque -= Vec3<S>{drag * now[4], drag * now[5], drag * now[6]};
+      store3(factor * mass.times_inverse_inertia(torque), now + size_ + 4);
+    }
+  });
+}
+
+// -w x (I w) in axes that are not principal.
+template <class S> Vec3<S> Taylor<S>::gyroscopic_torque(int k, std::size_t top) {
+  const auto [body, at, angular_drag] = tops_[top];
   const std::ptrdiff_t stride = 3 * static_cast<std::ptrdiff_t>(tops_.size());
   S* L = momentum_.data() + 3 * top;
-  const auto rate = [&](int j) { return load3(row(j) + at + 4); };
-  store3(mass.times_inertia(rate(k)), L + k * stride);
-  Vec3<S> torque = -(angular_drag * rate(k));
-  Quat<S> turn{S(0), S(0), S(0), S(0)};
-  for (int j = 0; j <= k; ++j) {
-    torque -= cross(rate(j), load3(L + (k - j) * stride));
-    const Quat<S> term = quaternion_rate(load4(row(k - j) + at), rate(j));
-    turn = {turn.w + term.w, turn.x + term.x, turn.y + term.y, turn.z + term.z};
-  }
-  const S factor = unit_s_ / S(k + 1);
-  store4(Quat<S>{factor * turn.w, factor * turn.x, factor * turn.y, factor * turn.z}, row(k + 1) + at);
-  store3(factor * mass.times_inverse_inertia(torque), row(k + 1) + at + 4);
+  store3(model_.mass(body).times_inertia(load3(row(k) + at + 4)), L + k * stride);
+  Vec3<S> torque;
+  for (int j = 0; j <= k; ++j) torque -= cross(load3(row(j) + at + 4), load3(L + (k - j) * stride));
+  return torque;
 }
 
 // Lorenz, J. Atmos. Sci. 20 (1963) 130, as in rigid/bare_problems.cpp.
@@ -219,12 +236,15 @@ template <class S> S Taylor<S>::longest_step() const {
   grow(last[0], order_ - 1);
   grow(last[1], order_);
   double most = 1e6;  // in units of the step tried
-  for (int kind = 0; kind < kinds; ++kind)
-    for (int n = 0; n < 2; ++n) {
+  for (int n = 0; n < 2; ++n) {
+    double ratio = std::numeric_limits<double>::infinity();
+    for (int kind = 0; kind < kinds; ++kind) {
       if (!std::isfinite(last[n][kind])) return S(0);
       const double wanted = static_cast<double>(rtol_) * size[kind] + static_cast<double>(atol_);
-      if (last[n][kind] > 0) most = std::min(most, std::pow(wanted / last[n][kind], 1.0 / (order_ - 1 + n)));
+      if (last[n][kind] > 0) ratio = std::min(ratio, wanted / last[n][kind]);
     }
+    if (std::isfinite(ratio)) most = std::min(most, std::pow(ratio, 1.0 / (order_ - 1 + n)));
+  }
   return S(most * std::exp(-0.7 / (order_ - 1))) * real::abs(unit_s_);
 }
 

@@ -50,7 +50,8 @@ template <class S> class Taylor final : public Stepper<S> {
   void find_series(S t_s, S h_s, const S* y);
   void next_bodies(int k);
   void next_lorenz(int k);
-  void next_top(int k, std::size_t top);
+  void find_turning(std::size_t top);
+  Vec3<S> gyroscopic_torque(int k, std::size_t top);
   void attract(int k);
   void add_linear(int k);
   void add_oscillating(int k);
@@ -73,7 +74,8 @@ template <class S> class Taylor final : public Stepper<S> {
   std::int64_t epoch_ = -1;
   std::vector<S> series_;             // coefficient k of component i: series_[k size + i]
   std::vector<S> momentum_;           // I w of each top, x y z, likewise
-  std::vector<S> increment_, half_;   // half_[n] = n / 2
+  std::vector<S> turning_;            // attitude and body rate of a top, as series::turn wants them
+  std::vector<S> increment_, half_, reciprocal_;  // n / 2, 1 / n
   PairSeries<S> pairs_;
   std::vector<Vec3<S>> acceleration_; // one a body, at the newest coefficient
   std::vector<S> sine_, cosine_;      // of each oscillating force, likewise

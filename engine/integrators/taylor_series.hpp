@@ -59,6 +59,48 @@ template <int W, class S> ATWOOD_INLINE void inverse_square(PairSeries<S>& pairs
   }
 }
 
+// Coefficients of a top: three turned copies of q, (y z x) and (z x y) of w, w itself; four numbers each. Then
+//   q' = 1/2 q (0, w):  2 q'_k = sum_j w_x,j qx_(k-j) + w_y,j qy_(k-j) + w_z,j qz_(k-j)
+//   the products of w for Euler's equations in principal axes:  (w_y w_z, w_z w_x, w_x w_y)_k = sum_j yzx_j zxy_(k-j)
+inline constexpr int top_scalars = 24;
+
+template <class S> ATWOOD_INLINE void store_top(const S* q, const S* w, S* row) {
+  const S all[top_scalars] = {-q[1], q[0], q[3], -q[2], -q[2], -q[3], q[0], q[1], -q[3], q[2],  -q[1], q[0],
+                              w[1],  w[2], w[0], S(0),  w[2],  w[0],  w[1], S(0), w[0],  w[1], w[2],  S(0)};
+  for (int i = 0; i < top_scalars; ++i) row[i] = all[i];
+}
+
+// Four numbers side by side: a register, where there is one.
+template <class S, bool vectors = has_vector_lanes<S>> struct Four {
+  S at[4];
+  ATWOOD_INLINE void add(S factor, const S* b) { for (int l = 0; l < 4; ++l) at[l] += factor * b[l]; }
+  ATWOOD_INLINE void add(const S* a, const S* b) { for (int l = 0; l < 4; ++l) at[l] += a[l] * b[l]; }
+};
+template <class S> struct Four<S, true> {
+  typedef S V __attribute__((vector_size(4 * sizeof(S))));
+  V at;
+  ATWOOD_INLINE static V load(const S* from) {
+    V v;
+    __builtin_memcpy(&v, from, sizeof v);
+    return v;
+  }
+  ATWOOD_INLINE void add(S factor, const S* b) { at += factor * load(b); }
+  ATWOOD_INLINE void add(const S* a, const S* b) { at += load(a) * load(b); }
+};
+
+template <class S> ATWOOD_INLINE void turn(const S* rows, std::ptrdiff_t stride, int k, S* twice_turn, S* products) {
+  Four<S> x{}, y{}, z{}, w{};
+  for (int j = 0; j <= k; ++j) {
+    const S *a = rows + j * stride, *b = rows + (k - j) * stride;
+    x.add(a[20], b);
+    y.add(a[21], b + 4);
+    z.add(a[22], b + 8);
+    w.add(a + 12, b + 16);
+  }
+  for (int l = 0; l < 4; ++l) twice_turn[l] = (x.at[l] + y.at[l]) + z.at[l];
+  for (int l = 0; l < 3; ++l) products[l] = w.at[l];
+}
+
 // sum over k = 1 .. order of c_k theta^k, of every component.
 template <class S> ATWOOD_INLINE void horner(const S* series, int size, int order, S theta, S* out) {
   const S* top = series + static_cast<std::ptrdiff_t>(order) * size;
