@@ -72,7 +72,7 @@ template <class S>
 Radau15<S>::Radau15(RigidModel<S>& model, const RadauOptions& options)
     : Stepper<S>(model.system()), model_(model), options_(options), table_(radau_table<S>()), size_(model.state_size()),
       rest_(size_), rest_new_(size_), weight_(size_), state_(size_), base_(size_), rate_(size_), rate_before_(size_),
-      predicted_(size_), ends_(size_), node_state_(size_), node_rate_(size_) {
+      predicted_(size_), ends_(size_), node_state_(2 * size_), node_rate_(size_) {
   for (auto* list : {&once_, &twice_, &rates_}) list->reserve(size_);
   kinds_.reserve(3);
   scale_.reserve(3);
