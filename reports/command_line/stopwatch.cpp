@@ -22,17 +22,11 @@ WorkerClient& Stopwatch::client(const Worker& worker) {
   return *held;
 }
 
-const std::string& Stopwatch::scene_json(const Scene& scene) {
-  std::string& text = scenes_[&scene];
-  if (text.empty()) text = scene_to_json(scene);
-  return text;
-}
-
 double Stopwatch::seconds(const Contender& contender) {
   constexpr double burst_s = 2e-3;
   const double expected_s = contender.expected_s > 0 ? contender.expected_s : burst_s;
   const int repeats = static_cast<int>(std::clamp(burst_s / expected_s, 1.0, 99.0));
-  const Outcome outcome = client(*contender.worker).run(contender.method, scene_json(*contender.scene), sampled_bodies(*contender.scene),
+  const Outcome outcome = client(*contender.worker).run(contender.method, scene_to_json(*contender.scene), sampled_bodies(*contender.scene),
                                                         contender.plan, repeats, limit_s_ * repeats).outcome;
   if (outcome.status != Status::ok || outcome.busy_ns.empty()) return std::numeric_limits<double>::quiet_NaN();
   // Sampling may cost some evaluations more; half of them is another run, or a worker that is not well.

@@ -31,11 +31,9 @@ class Stopwatch {
 
  private:
   WorkerClient& client(const Worker& worker);
-  const std::string& scene_json(const Scene& scene);
 
   double limit_s_;
   std::map<std::string, std::unique_ptr<WorkerClient>> clients_;
-  std::map<const Scene*, std::string> scenes_;
 };
 
 double median(std::vector<double> values);  // of the finite ones; NaN when there are none
