@@ -4,6 +4,7 @@
 #include <type_traits>
 
 #include "contact/contact.hpp"
+#include "contact/options.hpp"
 
 namespace atwood {
 namespace {
@@ -17,7 +18,7 @@ std::string method_fault(const MethodId& id) {
   std::string why;
   merged_settings(*info, id.overrides, why);
   if (!why.empty()) return why;
-  if (!id.response.empty() && id.response != "impulse" && id.response != "event")
+  if (!id.response.empty() && find_response(id.response) == nullptr)
     return "atwood has no contact response `" + id.response + "`";
   return "";
 }
@@ -50,7 +51,7 @@ Outcome run_in_contact(const MethodId& id, const Scene& scene, const Plan& plan,
 }
 
 Outcome run(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
-  if (const std::string fault = method_fault(id); !fault.empty()) return refuse(fault);
+  if (const std::string fault = method_fault(integrator_part(id)); !fault.empty()) return refuse(fault);
   if (contacts_possible(scene)) return run_in_contact(id, scene, plan, observer, repeats);
   if (id.scalar.empty() || id.scalar == "double") return run_smooth<double>(id, scene, plan, observer, repeats);
   if (id.scalar == "float") return run_smooth<float>(id, scene, plan, observer, repeats);
@@ -61,7 +62,7 @@ Outcome run(const MethodId& id, const Scene& scene, const Plan& plan, const Obse
 
 }  // namespace
 
-Engine atwood_engine() { return {"atwood", "0.1.0", "double", integrator_catalogue(), run, true}; }
+Engine atwood_engine() { return {"atwood", "0.1.0", "double", integrator_catalogue(), run, true, contact_responses()}; }
 
 bool contacts_possible(const Scene& scene) {
   int shaped = 0, moving = 0;

@@ -3,5 +3,6 @@ target_sources(atwood_engine PRIVATE
   contact/contact.cpp
   contact/impulse.cpp
   contact/located.cpp
+  contact/options.cpp
   contact/response.cpp
   contact/time_stepping.cpp)

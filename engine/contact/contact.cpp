@@ -2,6 +2,7 @@
 
 #include <chrono>
 
+#include "contact/options.hpp"
 #include "contact/response.hpp"
 #include "simulation.hpp"
 
@@ -54,7 +55,7 @@ template <class S>
 Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
   const StepWithContacts<S> step = response_of<S>(id.response);
   if (!step) return unsupported("atwood has no contact response `+" + id.response + "`; it has +impulse and +event");
-  Simulation<S> simulation = prepare<S>(id, scene);
+  Simulation<S> simulation = prepare<S>(integrator_part(id), scene);
   if (simulation.outcome.status != Status::ok) return simulation.outcome;
   std::string why;
   ContactRun<S> run = make_contact_run(*simulation.model, *simulation.stepper, scene, why);

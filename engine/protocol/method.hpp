@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "protocol/contact_query.hpp"
 #include "protocol/sample.hpp"
 #include "scene/scene.hpp"
 
@@ -43,6 +44,9 @@ struct Engine {
   std::vector<MethodInfo> methods;
   std::function<Outcome(const MethodId&, const Scene&, const Plan&, const Observer&, int repeats)> run;
   bool frames = false;                 // takes steps of recorded, unequal length (Plan::frame_ends_s)
+  std::vector<MethodInfo> responses = {};  // "+impulse", ...: what may follow a scheme, with doc and settings of its own
+  // Where the scene's bodies touch; never throws. Empty: the engine has no such query.
+  std::function<ContactAnswer(const Scene&, const ContactQuery&)> contacts = {};
 };
 
 }  // namespace atwood

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -40,9 +41,20 @@ struct BodySample {
   std::array<Wide, 3> w_rad_per_s{};      // body axes
 };
 
+// A contact that carries force at a sample's instant: the mean over the step that ends there, or the force itself where the
+// method knows it.
+struct ContactSample {
+  int body_a = 0, body_b = 0;                       // a < b
+  std::array<double, 3> x_m{}, normal{};            // unit, from a to b
+  double gap_m = 0;                                 // negative: overlap
+  double force_n_N = 0;                             // on b along the normal, >= 0
+  std::array<double, 3> force_t_N{};                // friction on b, world axes
+};
+
 struct Sample {
   Wide t_s = 0;
   std::vector<BodySample> bodies;  // in the order of Scene::bodies, fixed ones included
+  std::vector<ContactSample> contacts = {};  // of methods and engines that tell; one entry a contact point
 };
 
 enum class EventKind { impact, rest, slip, stick, roll, separate };
@@ -65,10 +77,17 @@ struct Outcome {
   std::vector<std::int64_t> busy_ns;      // timing pass: one per repeat, the stepping alone (no start-up, no sampling)
 };
 
+// A pass of its own, apart from accuracy and timing: one clock reading a step, and one a phase where the engine has phases.
+struct Profile {
+  std::vector<std::int64_t> step_ns;                // one a step of the plan
+  std::map<std::string, std::int64_t> phase_ns;     // "broad", "narrow", "solve", "integrate"; empty: not told
+};
+
 // Where samples and events go. Both empty in the timed pass.
 struct Observer {
   std::function<void(const Sample&)> sample;
   std::function<void(const Event&)> event;
+  Profile* profile = nullptr;      // not null: the profile pass; nothing else is observed, repeats are 0
 };
 
 std::string to_string(Status status);        // "ok", "unsupported", "diverged", "not finite", "timeout", "crashed", "not built"

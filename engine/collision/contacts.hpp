@@ -1,0 +1,50 @@
+// Narrow phase: where two shapes touch.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "collision/geometry.hpp"
+
+namespace atwood {
+
+template <class S> struct ContactPoint {
+  Vec3<S> x_W;            // midway between the two surfaces along the normal
+  S gap{};                // surface to surface along the normal; negative: overlap
+  std::uint32_t id = 0;   // which features meet: the same from step to step while they do (warm starts)
+};
+
+enum class Meeting : unsigned char { point, edge, edge_edge, face };  // what the manifold is: one point, a segment, two crossing edges, a polygon
+
+// Contacts of two convex pieces. One plane of contact, at most four points that span the clipped polygon (kept: the deepest
+// one and those that keep the largest area).
+template <class S> struct Manifold {
+  Vec3<S> normal_W;       // unit, from a to b
+  Meeting meeting = Meeting::point;
+  int count = 0;
+  std::array<ContactPoint<S>, 4> points;
+  int piece_a = 0, piece_b = 0;  // which box of a compound, which triangle of a mesh
+};
+
+// Appends the manifolds of a and b whose surfaces come within `margin` of each other (0: touching or overlapping), in an order
+// that depends on the shapes alone. Convex pairs: at most one; compounds and meshes: one for each pair of pieces. Swapping a
+// and b flips the normals and nothing else. Overlap is measured along the direction of least penetration.
+// Sources: Ericson, Real-Time Collision Detection (2005), ch. 5; Gottschalk, Lin, Manocha (1996) for the 15 axes.
+template <class S>
+void find_contacts(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b, const Placement<S>& place_b,
+                   S margin, std::vector<Manifold<S>>& out);
+
+// Null when this pair of kinds has a test; else what is missing ("plane against plane", "mesh against ...").
+const char* no_contact_test(ShapeKind a, ShapeKind b);
+
+// ---- closest features ---------------------------------------------------------------------------------------------
+template <class S> struct Separation {
+  S gap{};                 // signed: negative is the depth of least penetration
+  Vec3<S> normal_W;        // unit, from a to b
+  Vec3<S> on_a_W, on_b_W;  // the closest points, or the deepest
+};
+template <class S>
+Separation<S> separation(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b, const Placement<S>& place_b);
+
+}  // namespace atwood

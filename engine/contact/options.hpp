@@ -1,0 +1,21 @@
+// The contact responses that may follow a scheme ("rk4+event"), each with its doc and its settings.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "protocol/method.hpp"
+
+namespace atwood {
+
+// ids "+impulse", "+event", "+penalty"; their settings hold every default.
+const std::vector<MethodInfo>& contact_responses();
+const MethodInfo* find_response(const std::string& name);  // "impulse"; null: there is none
+
+// An id's overrides are told apart by name: those that its response knows, merged over the response's defaults; `why` says
+// which value is of the wrong type. A name that both know ("threads") goes to both.
+Settings response_settings(const MethodId& id, std::string& why);
+// The same id with the overrides that are the integrator's.
+MethodId integrator_part(const MethodId& id);
+
+}  // namespace atwood
