@@ -203,7 +203,8 @@ std::string shortfall(const Goal& goal, const GoalEntrant& ours) {
   return "";
 }
 
-GoalResult GoalRun::run(const Goal& goal) {
+// What was asked, and nothing found yet.
+GoalResult blank_result(const Goal& goal) {
   GoalResult result;
   result.id = goal.id;
   result.title = goal.title;
@@ -213,6 +214,11 @@ GoalResult GoalRun::run(const Goal& goal) {
   result.budget_kind = goal.budget_kind;
   result.budget = goal.budget;
   result.ratio = result.ratio_low = result.ratio_high = kNone;
+  return result;
+}
+
+GoalResult GoalRun::run(const Goal& goal) {
+  GoalResult result = blank_result(goal);
   for (const MetricInfo& metric : all_metrics()) {
     if (metric.name == goal.metric) result.unit = metric.unit;
   }
@@ -278,15 +284,7 @@ GoalResult run_or_say_why(GoalRun& run, const Goal& goal, bool strict) {
     return run.run(goal);
   } catch (const InputError& error) {
     if (strict) throw;
-    GoalResult result;
-    result.id = goal.id;
-    result.title = goal.title;
-    result.scenario = goal.scenario;
-    result.metric = goal.metric;
-    result.wanted_error = goal.error;
-    result.budget_kind = goal.budget_kind;
-    result.budget = goal.budget;
-    result.ratio = result.ratio_low = result.ratio_high = kNone;
+    GoalResult result = blank_result(goal);
     result.why = error.what();
     return result;
   }

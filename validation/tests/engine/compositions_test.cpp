@@ -18,7 +18,7 @@ Series one(int longest) {
   return s;
 }
 
-Series times_exponential(const Series& s, int letter, Quad c) {
+Series times_exponential(const Series& s, int letter, Quad c, std::size_t letters = 2) {
   Series product = s;
   for (std::size_t n = 0; n < s.size(); ++n)
     for (std::size_t word = 0; word < s[n].size(); ++word) {
@@ -26,7 +26,7 @@ Series times_exponential(const Series& s, int letter, Quad c) {
       std::size_t longer = word;
       for (std::size_t k = 1; n + k < s.size(); ++k) {
         coefficient *= c / Quad(k);
-        longer = 2 * longer + letter;
+        longer = letters * longer + letter;
         product[n + k][longer] += coefficient;
       }
     }
@@ -63,20 +63,7 @@ TEST_CASE("the parts of each substep keep the order for a map of order 1 and its
     std::vector<std::vector<Quad>> s;
     for (std::size_t n = 0, size = 1; n <= static_cast<std::size_t>(longest); ++n, size *= 3) s.emplace_back(size);
     s[0][0] = 1;
-    const auto flow = [&](int letter, Quad c) {
-      auto product = s;
-      for (std::size_t n = 0; n < s.size(); ++n)
-        for (std::size_t word = 0; word < s[n].size(); ++word) {
-          Quad coefficient = s[n][word];
-          std::size_t longer = word;
-          for (std::size_t k = 1; n + k < s.size(); ++k) {
-            coefficient *= c / Quad(k);
-            longer = 3 * longer + letter;
-            product[n + k][longer] += coefficient;
-          }
-        }
-      s = product;
-    };
+    const auto flow = [&](int letter, Quad c) { s = times_exponential(s, letter, c, 3); };
     for (const Substep& substep : composition.substeps()) {
       if (substep.kick) {
         flow(0, substep.direct + substep.adjoint);

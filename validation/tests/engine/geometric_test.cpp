@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "rigid/free_top.hpp"
-#include "scenes.hpp"
+#include "step_checks.hpp"
 
 namespace atwood::testing {
 namespace {
@@ -93,25 +93,6 @@ TEST_CASE("executed order of compositions: rotation") {
   auto inexact = turning;
   inexact.resize(inexact.size() - 2);
   check_orders(joined({composed, charges, inexact}), tumbling({0.6, 0.8, 1.0}, {3, 0.5, -0.9}), 1, 8);
-}
-
-// n steps forward, n back with -h; in double.
-double back_and_forth(const std::string& scheme, const Scene& scene, double h, int steps) {
-  RigidModel<double> model(scene);
-  std::string why;
-  const auto stepper = make_stepper<double>(scheme, model, why);
-  REQUIRE(stepper != nullptr);
-  std::vector<double> y(model.state_size()), y_new(model.state_size());
-  model.initial_state(y.data());
-  const std::vector<double> start = y;
-  for (int n = 0; n < 2 * steps; ++n) {
-    const double t = n < steps ? n * h : (2 * steps - n) * h;
-    REQUIRE(stepper->step(t, n < steps ? h : -h, y.data(), y_new.data()));
-    y.swap(y_new);
-  }
-  double worst = 0;
-  for (std::size_t i = 0; i < y.size(); ++i) worst = std::max(worst, std::fabs(y[i] - start[i]));
-  return worst;
 }
 
 TEST_CASE("symmetric methods reverse to round-off, on every class of motion; Lie group Runge-Kutta methods do not") {

@@ -1,20 +1,11 @@
 // Methods of high precision: executed orders in quad, published values, energy at round-off, switches and retaken steps.
 #include <catch2/catch.hpp>
 
-#include "scenes.hpp"
+#include "step_checks.hpp"
 #include "validation/tests/extended/reference_values.hpp"
 
 namespace atwood::testing {
 namespace {
-
-double end_error(const Recorded& run, const Recorded& truth) {
-  double worst = 0;
-  for (std::size_t i = 0; i < truth.samples.back().bodies.size(); ++i) {
-    const BodySample &a = run.samples.back().bodies[i], &b = truth.samples.back().bodies[i];
-    worst = std::max({worst, distance(a.p_m, b.p_m), attitude_distance(a.q_wxyz, b.q_wxyz)});
-  }
-  return worst;
-}
 
 double executed_order(const std::string& scheme, const Scene& scene, double t_end_s, std::int64_t steps) {
   const Recorded truth = run(scheme, scene, {t_end_s, 6 * steps, 1}, "quad");
@@ -98,23 +89,13 @@ TEST_CASE("a thruster that switches inside the run costs no accuracy") {
 }
 
 TEST_CASE("samples inside steps change nothing of the run, and are as accurate") {
-  const Recorded bare = run("radau15", kepler(0.6), {10, 100, 1}, "", 1e-12), sampled = run("radau15", kepler(0.6), {10, 100, 50}, "", 1e-12);
-  CHECK(end_error(bare, sampled) == 0);
-  const Recorded truth = run("radau15", kepler(0.6), {10, 2000, 50}, "quad");
-  for (std::size_t k = 0; k < truth.samples.size(); ++k)
-    CHECK(distance(sampled.samples[k].bodies[0].p_m, truth.samples[k].bodies[0].p_m) < 1e-10);
+  check_samples_change_nothing("radau15", run("radau15", kepler(0.6), {10, 2000, 50}, "quad"));
 }
 
 TEST_CASE("a step taken again with another h is the step of that h") {
-  RigidModel<double> model(kepler(0.6)), other(kepler(0.6));
-  std::string why;
-  const auto again = make_stepper<double>("radau15", model, why), once = make_stepper<double>("radau15", other, why);
-  std::vector<double> y(6), far(6), near(6), wanted(6);
-  model.initial_state(y.data());
-  REQUIRE(again->step(0, 0.3, y.data(), far.data()));
-  REQUIRE(again->step(0, 0.1, y.data(), near.data()));
-  REQUIRE(once->step(0, 0.1, y.data(), wanted.data()));
-  for (int i = 0; i < 6; ++i) CHECK(near[i] == Approx(wanted[i]).margin(1e-15));
+  Twins twins("radau15");
+  twins.step(0.3);
+  twins.check_step(0.1);
 }
 
 }  // namespace

@@ -1,22 +1,9 @@
 // Steps of many bodies allocate nothing either: pairs, the tree, free flight, with one thread and with two.
 #include <catch2/catch.hpp>
-#include <atomic>
-#include <cstdlib>
-#include <new>
 
+#include "counted_allocations.hpp"
 #include "many_bodies.hpp"
 #include "rigid/free_flight.hpp"
-
-namespace {
-std::atomic<long> allocations{0};
-}
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
 namespace atwood::testing {
 namespace {

@@ -1,7 +1,7 @@
 // Two oracles: here the discrete one. Each scheme's own recurrence, written out by hand; the error is round-off.
 #include <catch2/catch.hpp>
 
-#include "scenes.hpp"
+#include "step_checks.hpp"
 
 namespace atwood::testing {
 namespace {
@@ -160,23 +160,6 @@ TEST_CASE("energy is what the recurrence makes it") {
     oscillation = std::max(oscillation, std::fabs(invariant(verlet.samples[n].bodies[0], omega2) - omega2));
   }
   CHECK(oscillation == Approx(omega2 * h * h * omega2 / 4).epsilon(0.01));
-}
-
-double back_and_forth(const std::string& scheme, const Scene& scene, double h, int steps) {
-  RigidModel<double> model(scene);
-  std::string why;
-  const auto stepper = make_stepper<double>(scheme, model, why);
-  std::vector<double> y(model.state_size()), y_new(model.state_size());
-  model.initial_state(y.data());
-  const std::vector<double> start = y;
-  for (int n = 0; n < 2 * steps; ++n) {
-    const double t = n < steps ? n * h : (2 * steps - n) * h;
-    REQUIRE(stepper->step(t, n < steps ? h : -h, y.data(), y_new.data()));
-    y.swap(y_new);
-  }
-  double worst = 0;
-  for (std::size_t i = 0; i < y.size(); ++i) worst = std::max(worst, std::fabs(y[i] - start[i]));
-  return worst;
 }
 
 TEST_CASE("Verlet and leapfrog are reversible, on velocity-dependent forces and rotation too; others are not") {

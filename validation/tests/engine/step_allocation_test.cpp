@@ -1,20 +1,8 @@
 // A step allocates nothing: operator new is counted.
 #include <catch2/catch.hpp>
-#include <cstdlib>
-#include <new>
 
+#include "counted_allocations.hpp"
 #include "scenes.hpp"
-
-namespace {
-long allocations = 0;
-}
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
 namespace atwood::testing {
 namespace {

@@ -1,7 +1,7 @@
 // The Taylor method: published and closed-form values, executed orders, what it refuses, its own step sizes.
 #include <catch2/catch.hpp>
 
-#include "scenes.hpp"
+#include "step_checks.hpp"
 #include "validation/tests/extended/reference_values.hpp"
 
 namespace atwood::testing {
@@ -93,15 +93,6 @@ Recorded taylor(const Scene& scene, const Plan& plan, const std::string& scalar,
   return recorded;
 }
 
-double end_error(const Recorded& run, const Recorded& truth) {
-  double worst = 0;
-  for (std::size_t i = 0; i < truth.samples.back().bodies.size(); ++i) {
-    const BodySample &a = run.samples.back().bodies[i], &b = truth.samples.back().bodies[i];
-    worst = std::max({worst, distance(a.p_m, b.p_m), attitude_distance(a.q_wxyz, b.q_wxyz), distance(a.w_rad_per_s, b.w_rad_per_s)});
-  }
-  return worst;
-}
-
 double off(Wide value, const char* truth) { return std::abs(static_cast<double>(value - parse_wide(truth))); }
 
 TEST_CASE("Lorenz at t = 10 to the last digits computed elsewhere") {
@@ -188,28 +179,18 @@ TEST_CASE("steps follow the tolerance, in every scalar, and samples cost nothing
   for (const double rtol : {1e-6, 1e-9, 1e-12})
     CHECK(end_error(run("taylor", kepler(0.6), {10, 1, 1}, "", rtol), truth) < 100 * rtol);
   CHECK(end_error(run("taylor", kepler(0.6), {10, 1, 1}, "float", 1e-6), truth) < 2e-4);
-  const Recorded bare = run("taylor", kepler(0.6), {10, 100, 1}, "", 1e-12), sampled = run("taylor", kepler(0.6), {10, 100, 50}, "", 1e-12);
-  CHECK(end_error(bare, sampled) == 0);
-  for (std::size_t k = 0; k < truth.samples.size(); ++k)
-    CHECK(distance(sampled.samples[k].bodies[0].p_m, truth.samples[k].bodies[0].p_m) < 1e-10);
+  check_samples_change_nothing("taylor", truth);
 }
 
 TEST_CASE("a step taken again uses the series of its start, an edited state a new one") {
-  RigidModel<double> model(kepler(0.6)), other(kepler(0.6));
-  std::string why;
-  const auto again = make_stepper<double>("taylor", model, why), once = make_stepper<double>("taylor", other, why);
-  std::vector<double> y(6), far(6), near(6), wanted(6);
-  model.initial_state(y.data());
-  REQUIRE(again->step(0, 0.1, y.data(), far.data()));
-  REQUIRE(again->step(0, 0.05, y.data(), near.data()));
-  REQUIRE(once->step(0, 0.05, y.data(), wanted.data()));
-  for (int i = 0; i < 6; ++i) CHECK(near[i] == Approx(wanted[i]).margin(1e-15));
-  y[4] += 0.1;
+  Twins twins("taylor");
+  twins.step(0.1);
+  twins.check_step(0.05);
+  twins.y[4] += 0.1;
   RigidModel<double> third(kepler(0.6));
-  const auto fresh = make_stepper<double>("taylor", third, why);
-  REQUIRE(again->step(0, 0.05, y.data(), near.data()));
-  REQUIRE(fresh->step(0, 0.05, y.data(), wanted.data()));
-  for (int i = 0; i < 6; ++i) CHECK(near[i] == Approx(wanted[i]).margin(1e-15));
+  std::string why;
+  twins.fresh = make_stepper<double>("taylor", third, why);
+  twins.check_step(0.05);
 }
 
 }  // namespace
