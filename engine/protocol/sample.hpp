@@ -49,6 +49,8 @@ struct ContactSample {
   double gap_m = 0;                                 // negative: overlap
   double force_n_N = 0;                             // on b along the normal, >= 0
   std::array<double, 3> force_t_N{};                // friction on b, world axes
+
+  bool operator==(const ContactSample&) const = default;
 };
 
 struct Sample {

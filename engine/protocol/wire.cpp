@@ -121,6 +121,40 @@ std::vector<BodySample> read_bodies(const Json& json) {
   return bodies;
 }
 
+// [[a,b,x,y,z,nx,ny,nz,gap_m,force_n_N,force_t_N(3)],...], where there are any
+void append_contacts(std::string& line, const Sample& sample) {
+  if (sample.contacts.empty()) return;
+  line += ",\"contacts\":[";
+  for (const ContactSample& contact : sample.contacts) {
+    line += '[' + std::to_string(contact.body_a) + ',' + std::to_string(contact.body_b) + ',';
+    append_all(line, contact.x_m);
+    append_all(line, contact.normal);
+    append_all(line, std::array{contact.gap_m, contact.force_n_N});
+    append_all(line, contact.force_t_N);
+    line.back() = ']';
+    line += ',';
+  }
+  line.back() = ']';
+}
+
+std::vector<ContactSample> read_contacts(const Json& json) {
+  std::vector<ContactSample> contacts;
+  for (const Json& values : array(json, "contacts")) {
+    array(values, "contact", 13);
+    ContactSample& contact = contacts.emplace_back();
+    contact.body_a = static_cast<int>(integer(values[0], "body_a"));
+    contact.body_b = static_cast<int>(integer(values[1], "body_b"));
+    for (std::size_t i = 0; i < 3; ++i) {
+      contact.x_m[i] = narrow_number(values[2 + i]);
+      contact.normal[i] = narrow_number(values[5 + i]);
+      contact.force_t_N[i] = narrow_number(values[10 + i]);
+    }
+    contact.gap_m = narrow_number(values[8]);
+    contact.force_n_N = narrow_number(values[9]);
+  }
+  return contacts;
+}
+
 // ---- events -------------------------------------------------------------------------------------------------------
 void append_event(std::string& line, const Event& event) {
   const auto field = [&](const char* key, Wide value) {
@@ -347,6 +381,7 @@ std::string sample_line(std::int64_t cell, const Sample& sample, const std::vect
   append(line, sample.t_s);
   line += ",\"bodies\":";
   append_bodies(line, sample);
+  append_contacts(line, sample);
   append_events(line, events);
   return line + "}";
 }
@@ -398,6 +433,7 @@ Answer read_answer(std::string_view line) {
   }
   answer.sample.t_s = number(need(json, "t_s"));
   answer.sample.bodies = read_bodies(need(json, "bodies"));
+  if (json.contains("contacts")) answer.sample.contacts = read_contacts(json["contacts"]);
   if (json.contains("bars")) {
     answer.has_bar = true;
     answer.bar.t_s = 0;

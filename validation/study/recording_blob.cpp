@@ -5,7 +5,7 @@
 namespace atwood {
 namespace {
 
-static_assert(sizeof(Wide) == 16 && sizeof(double) == 8);
+static_assert(sizeof(Wide) == 16 && sizeof(double) == 8 && sizeof(ContactSample) == 8 + 11 * 8);  // no padding
 
 struct Writer {
   std::string bytes;
@@ -73,6 +73,8 @@ std::string pack_samples(const std::vector<Sample>& samples) {
         else writer.put(value);
       });
     }
+    writer.put(static_cast<std::uint64_t>(sample.contacts.size()));
+    for (const ContactSample& contact : sample.contacts) writer.put(contact);
   }
   return std::move(writer.bytes);
 }
@@ -87,6 +89,8 @@ std::vector<Sample> unpack_samples(std::string_view bytes) {
     for (BodySample& body : sample.bodies) {
       each_value(body, [&](Wide& value) { value = narrow ? static_cast<Wide>(reader.get<double>()) : reader.get<Wide>(); });
     }
+    sample.contacts.resize(reader.count(sizeof(ContactSample)));
+    for (ContactSample& contact : sample.contacts) contact = reader.get<ContactSample>();
   }
   reader.end();
   return samples;

@@ -20,7 +20,7 @@ namespace atwood {
 namespace {
 
 constexpr int kApplication = 0x41747764;  // "Atwd", in the file's header
-constexpr int kSchema = 1;
+constexpr int kSchema = 2;
 
 // commit is a keyword of SQL.
 constexpr const char* kTables = R"(

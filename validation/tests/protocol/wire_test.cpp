@@ -54,6 +54,14 @@ TEST_CASE("a sample crosses the pipe to the last bit, events with it") {
   CHECK(answer.events[0].normal == event.normal);
 }
 
+TEST_CASE("contacts cross with their sample, and a sample without any says nothing of them") {
+  Sample sample = wide_sample();
+  CHECK(wire::sample_line(7, sample, {}).find("contacts") == std::string::npos);
+  sample.contacts = {{0, 1, {0.1, 2, 3}, {0, 0, 1}, -1e-9, 9.8, {0.5, -0.25, 0}}, {1, 2, {}, {1, 0, 0}, 0, 3, {}}};
+  CHECK(wire::read_answer(wire::sample_line(7, sample, {})).sample.contacts == sample.contacts);
+  CHECK_THROWS_AS(wire::read_answer(R"({"cell":7,"t_s":0,"bodies":[],"contacts":[[0,1,2]]})"), wire::Garbage);
+}
+
 TEST_CASE("doubles are numbers, wider and non-finite values strings") {
   Sample sample;
   sample.bodies.resize(1);

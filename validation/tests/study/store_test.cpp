@@ -61,6 +61,15 @@ TEST_CASE("samples and events are packed to the last bit, in 8 bytes where that 
   CHECK_THROWS_AS(unpack_samples(bytes + "x"), BadBlob);
 }
 
+TEST_CASE("contacts are packed with their samples") {
+  std::vector<Sample> touching = samples(false);
+  touching[0].contacts = {{0, 1, {1, 2, 3}, {0, 0, 1}, -1e-9, 9.8, {0.5, 0, -0.25}}};
+  const std::string bytes = pack_samples(touching);
+  CHECK(unpack_samples(bytes)[0].contacts == touching[0].contacts);
+  CHECK(unpack_samples(bytes)[1].contacts.empty());
+  for (std::size_t size = 0; size < bytes.size(); ++size) CHECK_THROWS_AS(unpack_samples(bytes.substr(0, size)), BadBlob);
+}
+
 TEST_CASE("a cell, its rows, its truth and its times come back as they went in") {
   const Folder folder;
   RunRecord run;
