@@ -1,5 +1,6 @@
 target_sources(atwood_engine PRIVATE
   collision/gap.cpp
+  collision/hull.cpp
   contact/contact.cpp
   contact/impulse.cpp
   contact/located.cpp
