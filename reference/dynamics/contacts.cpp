@@ -26,6 +26,11 @@ Triple<S> velocity(const Layout& layout, int body, const S* y) {
 
 }  // namespace
 
+bool has_gap(const Scene& scene, const ContactPair& pair) {
+  const Body &a = scene.bodies[pair.a], &b = scene.bodies[pair.b];
+  return (is_sphere(a) && (is_sphere(b) || is_plane(b))) || (is_plane(a) && is_sphere(b));
+}
+
 ContactPairs contact_pairs(const Scene& scene) {
   ContactPairs found;
   const int n = static_cast<int>(scene.bodies.size());
@@ -33,9 +38,7 @@ ContactPairs contact_pairs(const Scene& scene) {
     for (int b = a + 1; b < n; ++b) {
       const Body &first = scene.bodies[a], &second = scene.bodies[b];
       if (first.shape.index() == 0 || second.shape.index() == 0 || (first.fixed && second.fixed)) continue;
-      const bool covered = (is_sphere(first) && is_sphere(second)) || (is_sphere(first) && is_plane(second)) ||
-                           (is_plane(first) && is_sphere(second));
-      if (!covered) {
+      if (!has_gap(scene, {a, b, 0, 0})) {
         if (found.unsupported.empty())
           found.unsupported = std::string("contact of ") + shape_names[first.shape.index()] + " `" + first.name +
                               "` with " + shape_names[second.shape.index()] + " `" + second.name + "`";

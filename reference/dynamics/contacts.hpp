@@ -21,6 +21,8 @@ struct ContactPairs {
 
 // Pairs of bodies with shapes, at least one of them mobile. Covered: sphere-sphere and sphere-plane.
 ContactPairs contact_pairs(const Scene& scene);
+// Is this pair one of those covered?
+bool has_gap(const Scene& scene, const ContactPair& pair);
 
 template <class S>
 struct Gap {

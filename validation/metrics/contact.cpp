@@ -1,4 +1,4 @@
-// Agreement of contacts: when things touch, how high they rise after, how deep they sank.
+// Agreement of contacts: when and where things touch, what passes between them, how high they rise after.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -38,13 +38,22 @@ std::map<Pair, std::vector<Impact>> impacts(const std::vector<Event>& events, co
   return by_pair;
 }
 
-// Impact k of a pair in the run against impact k of that pair in the truth. A missing impact makes the time NaN (a gate
+// Impact k of a pair in the run against impact k of that pair in the truth. A missing impact makes the figures NaN (a gate
 // then fails): a maximum over those that did happen would praise the run for what it missed.
+struct Worst {
+  double value = 0, bar = 0;
+  void take(double off, double b) {
+    if (off > value || (off == value && b > bar)) { value = off; bar = b; }
+  }
+};
+
+double magnitude(Wide x) { return std::fabs(static_cast<double>(x)); }
+
 void append_impacts(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows) {
   const auto expected = impacts(truth.events, truth.event_bar_s);
   auto reported = impacts(run.events, {});
   if (expected.empty() || (reported.empty() && run.events.empty())) return;
-  double worst = 0, bar = 0;
+  Worst time, place, normal, tangential;
   std::int64_t wanted = 0, found = 0, extra = 0;
   for (const auto& [pair, list] : expected) {
     const auto& mine = reported[pair];
@@ -53,8 +62,12 @@ void append_impacts(const Scenario& scenario, const Truth& truth, const Recordin
       ++wanted;
       if (k >= mine.size()) continue;
       ++found;
-      const double off = std::fabs(static_cast<double>(mine[k].event.t_s - list[k].event.t_s));
-      if (off > worst || (off == worst && list[k].bar_s > bar)) { worst = off; bar = list[k].bar_s; }
+      const Event &is = mine[k].event, &should = list[k].event;
+      const double bar_s = list[k].bar_s, speed = magnitude(should.vn_before_m_per_s);
+      time.take(magnitude(is.t_s - should.t_s), bar_s);
+      place.take(distance(is.x_m, should.x_m), bar_s * speed);
+      normal.take(magnitude(is.impulse_n_N_s - should.impulse_n_N_s), 0);
+      tangential.take(magnitude(is.impulse_t_N_s - should.impulse_t_N_s), 0);
     }
     for (; k < mine.size(); ++k) extra += k >= list.size() && fell_far_enough(scenario.scene, mine[k].event);
   }
@@ -62,8 +75,40 @@ void append_impacts(const Scenario& scenario, const Truth& truth, const Recordin
     if (!expected.contains(pair)) extra += static_cast<std::int64_t>(mine.size());
   if (wanted == 0) return;
   const std::string count = std::to_string(found) + " of " + std::to_string(wanted) + " impacts";
-  rows.push_back(row("impact-time-error", found < wanted ? std::nan("") : worst, bar, found < wanted ? count + " reported" : ""));
+  const auto add = [&](const char* metric, const Worst& worst) {
+    rows.push_back(row(metric, found < wanted ? std::nan("") : worst.value, worst.bar, found < wanted ? count + " reported" : ""));
+  };
+  add("impact-time-error", time);
+  add("impact-place-error", place);
+  add("impact-normal-impulse-error", normal);
+  add("impact-tangential-impulse-error", tangential);
   rows.push_back(row("impact-count-error", static_cast<double>(found + extra - wanted), 0, count));
+}
+
+// Rest, slip, stick, roll, separate: the k-th of a kind of a pair against the truth's k-th. Engines that report none of these
+// kinds have no such row; one that reports some and misses one has NaN.
+void append_transitions(const Truth& truth, const Recording& run, std::vector<Row>& rows) {
+  using Key = std::pair<Pair, EventKind>;
+  const auto sorted = [](const std::vector<Event>& events, const std::vector<double>& bars) {
+    std::map<Key, std::vector<std::pair<Wide, double>>> by_key;
+    for (std::size_t i = 0; i < events.size(); ++i)
+      if (events[i].kind != EventKind::impact)
+        by_key[{{events[i].body_a, events[i].body_b}, events[i].kind}].push_back({events[i].t_s, i < bars.size() ? bars[i] : 0});
+    return by_key;
+  };
+  const auto expected = sorted(truth.events, truth.event_bar_s);
+  const auto reported = sorted(run.events, {});
+  if (expected.empty() || reported.empty()) return;
+  Worst worst;
+  std::string missing;
+  for (const auto& [key, list] : expected) {
+    const auto mine = reported.find(key);
+    for (std::size_t k = 0; k < list.size(); ++k) {
+      if (mine != reported.end() && k < mine->second.size()) worst.take(magnitude(mine->second[k].first - list[k].first), list[k].second);
+      else if (missing.empty()) missing = "no `" + to_string(key.second) + "` reported where the truth has one";
+    }
+  }
+  rows.push_back(row("transition-time-error", missing.empty() ? worst.value : std::nan(""), worst.bar, missing));
 }
 
 void append_restitution(const Scenario& scenario, const Recording& run, std::vector<Row>& rows) {
@@ -96,17 +141,15 @@ Wide vertex(Wide a, Wide b, Wide c) {
 
 // The flights of a pair after its impacts: from one to the next, at least three samples strictly inside, true apex at
 // least kClearance_m. The three samples are the middle ones; the run's apex is taken from the same three.
-void append_apexes(const Scenario& scenario, const Truth& truth, const Recording& run,
-                   const std::vector<dynamics::ContactPair>& pairs, std::vector<Row>& rows) {
+void append_apexes(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows) {
   const Scene& scene = scenario.scene;
   const dynamics::Layout layout = dynamics::layout(scene);
   const auto expected = impacts(truth.events, {});
   double worst = 0, bar = 0;
   int apexes = 0;
-  for (const dynamics::ContactPair& pair : pairs) {
-    const auto found = expected.find({pair.a, pair.b});
-    if (found == expected.end() || !fixed_pair(scene, found->second.front().event)) continue;
-    const std::vector<Impact>& list = found->second;
+  for (const auto& [bodies, list] : expected) {
+    const dynamics::ContactPair pair{bodies.first, bodies.second, 0, 0};
+    if (!fixed_pair(scene, list.front().event) || !dynamics::has_gap(scene, pair)) continue;
     for (std::size_t k = 0; k + 1 < list.size() && k < kApexes; ++k) {
       std::vector<std::size_t> inside;
       for (std::size_t s = 0; s < truth.values.size(); ++s)
@@ -128,16 +171,6 @@ void append_apexes(const Scenario& scenario, const Truth& truth, const Recording
     }
   }
   if (apexes > 0) rows.push_back(row("apex-error", worst, bar, std::to_string(apexes) + " apexes"));
-}
-
-void append_penetration(const Scene& scene, const Recording& run, const std::vector<dynamics::ContactPair>& pairs,
-                        std::vector<Row>& rows) {
-  const dynamics::Layout layout = dynamics::layout(scene);
-  double deepest = 0;
-  for (const Sample& s : run.values)
-    for (const dynamics::ContactPair& pair : pairs)
-      deepest = std::max(deepest, -static_cast<double>(gap_at(scene, layout, pair, s).gap_m));
-  rows.push_back(row("penetration-max", deepest));
 }
 
 // Where a falling body crosses z = 0: x, y by the parabola through three samples (one before the crossing's interval,
@@ -162,6 +195,13 @@ std::optional<std::array<Wide, 2>> landing(const std::vector<Sample>& values, in
   return std::nullopt;
 }
 
+// Two shapes that could meet, at least one of them moving.
+bool contacts_possible(const Scene& scene) {
+  const auto shaped = [](const Body& body) { return body.shape.index() != 0; };
+  return std::ranges::count_if(scene.bodies, shaped) >= 2 &&
+         std::ranges::any_of(scene.bodies, [&](const Body& body) { return shaped(body) && !body.fixed; });
+}
+
 }  // namespace
 
 void append_landing(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows) {
@@ -183,14 +223,15 @@ void append_landing(const Scenario& scenario, const Truth& truth, const Recordin
 }
 
 void append_contact(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows) {
-  const dynamics::ContactPairs contacts = dynamics::contact_pairs(scenario.scene);
-  if (contacts.pairs.empty()) return;
+  if (!contacts_possible(scenario.scene)) return;
   if (has_truth(truth)) {
     append_impacts(scenario, truth, run, rows);
-    append_apexes(scenario, truth, run, contacts.pairs, rows);
+    append_transitions(truth, run, rows);
+    append_apexes(scenario, truth, run, rows);
   }
   append_restitution(scenario, run, rows);
-  append_penetration(scenario.scene, run, contacts.pairs, rows);
+  append_contact_forces(scenario.scene, run, rows);
+  append_penetration(scenario.scene, run, rows);
 }
 
 }  // namespace atwood::metrics

@@ -1,20 +1,16 @@
 // Contact metrics on a bouncing ball written out by hand, and on the landing of a thrown one.
 #include <catch2/catch.hpp>
-#include <algorithm>
 #include <cmath>
 
+#include "rows.hpp"
 #include "validation/metrics/metrics.hpp"
 
 using namespace atwood;
+using atwood::testing::value_of;
 
 namespace {
 
 constexpr double kG = 9.8, kRadius = 0.25, kE = 0.5;
-
-double value_of(const std::vector<Row>& rows, const std::string& metric) {
-  const auto found = std::find_if(rows.begin(), rows.end(), [&](const Row& r) { return r.metric == metric; });
-  return found == rows.end() ? -999 : found->value;
-}
 
 Scenario bounce() {
   Scenario s;
