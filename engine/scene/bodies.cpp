@@ -1,4 +1,5 @@
 // Materials, pairs, bodies: their keys, and the checks of a body that span keys.
+#include <algorithm>
 #include <cmath>
 
 #include "scene/declarations.hpp"
@@ -107,6 +108,47 @@ Key<PairLaw> pair_between_key() {
   return k;
 }
 
+const std::vector<std::string> kContactLaws = {"rigid", "linear", "hertz"};  // as in ContactLaw
+
+// Left out of a resolved scene where the pair is rigid.
+const Keys<PairLaw>& compliance_keys() {
+  static const Keys<PairLaw> keys = [] {
+    Key<PairLaw> law;
+    law.name = "contact_law";
+    law.doc = "how the surfaces give way: linear (a spring and a dashpot), hertz; rigid unless given";
+    const auto codec = one_of(kContactLaws);
+    law.schema = codec.schema;
+    law.read = [codec](Reading& r, const Value& v, PairLaw& out) {
+      std::string word;
+      codec.read(r, v, word);
+      out.contact_law =
+          static_cast<ContactLaw>(std::find(kContactLaws.begin(), kContactLaws.end(), word) - kContactLaws.begin());
+    };
+    law.write = [](const Scene&, const PairLaw& from) {
+      return Value(kContactLaws[static_cast<std::size_t>(from.contact_law)]);
+    };
+    Keys<PairLaw> all{law,
+                      key<PairLaw>("stiffness_N_per_m", &PairLaw::stiffness_N_per_m, number(positive()), "linear [N/m]"),
+                      key<PairLaw>("damping_N_s_per_m", &PairLaw::damping_N_s_per_m, number(non_negative()),
+                                   "linear [N s/m]; 0 unless given"),
+                      key<PairLaw>("pull", &PairLaw::pull, boolean(),
+                                   "linear: the force may pull until the overlap ends; false unless given"),
+                      key<PairLaw>("modulus_Pa", &PairLaw::modulus_Pa, number(positive()),
+                                   "hertz: 1 / ((1 - nu_a^2) / E_a + (1 - nu_b^2) / E_b) [Pa]"),
+                      key<PairLaw>("damping_s_per_m", &PairLaw::damping_s_per_m, number(non_negative()),
+                                   "hertz: the force is its static part times 1 + damping d' [s/m]; 0 unless given")};
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      const ContactLaw owner = k == 0 ? ContactLaw::rigid : k < 4 ? ContactLaw::linear : ContactLaw::hertz;
+      all[k].write = [owner, write = all[k].write](const Scene& s, const PairLaw& from) {
+        const bool shown = owner == ContactLaw::rigid ? from.contact_law != owner : from.contact_law == owner;
+        return shown ? write(s, from) : Value();
+      };
+    }
+    return all;
+  }();
+  return keys;
+}
+
 void fail_body(Reading& r, const Value& table, const char* at, const std::string& message) {
   const Value* value = table.find(at);
   fail(r, value ? value->place : table.place, message + " in " + r.where);
@@ -187,27 +229,60 @@ const Keys<Material>& material_keys() {
   return keys;
 }
 
+void check_contact_law(Reading& r, const Value& table, const PairLaw& law) {
+  const auto& keys = compliance_keys();
+  const std::string& named = kContactLaws[static_cast<std::size_t>(law.contact_law)];
+  for (std::size_t k = 1; k < keys.size(); ++k) {
+    const ContactLaw owner = k < 4 ? ContactLaw::linear : ContactLaw::hertz;
+    if (const Value* given = table.find(keys[k].name); given && law.contact_law != owner)
+      fail(r, given->place,
+           "`" + keys[k].name + "` in " + r.where + " is given beside the contact law " + named + "; expected it with `" +
+               kContactLaws[static_cast<std::size_t>(owner)] + "` only");
+  }
+  const bool lacks = (law.contact_law == ContactLaw::linear && !(law.stiffness_N_per_m > 0)) ||
+                     (law.contact_law == ContactLaw::hertz && !(law.modulus_Pa > 0));
+  if (lacks)
+    fail(r, table.find("contact_law")->place,
+         std::string("missing key `") + (law.contact_law == ContactLaw::linear ? "stiffness_N_per_m" : "modulus_Pa") + "` in " +
+             r.where + "; expected it with the contact law " + named);
+}
+
 const Keys<ContactDraft>& contact_keys() {
-  static const Keys<ContactDraft> keys = {
-      between_key(),
-      key<ContactDraft>("restitution", &ContactDraft::restitution, optional(number(between(0, 1))),
-                        "of the pair; the geometric mean unless given"),
-      key<ContactDraft>("friction", &ContactDraft::friction, optional(number(non_negative())),
-                        "of the pair; the geometric mean unless given"),
-      key<ContactDraft>("rolling_friction_m", &ContactDraft::rolling_friction_m, optional(number(non_negative())),
-                        "of the pair [m]; the geometric mean unless given"),
-  };
+  static const Keys<ContactDraft> keys = [] {
+    Keys<ContactDraft> all = {
+        between_key(),
+        key<ContactDraft>("restitution", &ContactDraft::restitution, optional(number(between(0, 1))),
+                          "of the pair; the geometric mean unless given"),
+        key<ContactDraft>("friction", &ContactDraft::friction, optional(number(non_negative())),
+                          "of the pair; the geometric mean unless given"),
+        key<ContactDraft>("rolling_friction_m", &ContactDraft::rolling_friction_m, optional(number(non_negative())),
+                          "of the pair [m]; the geometric mean unless given"),
+    };
+    for (const Key<PairLaw>& law : compliance_keys()) {
+      Key<ContactDraft> own;
+      own.name = law.name;
+      own.doc = law.doc;
+      own.schema = law.schema;
+      own.read = [read = law.read](Reading& r, const Value& v, ContactDraft& out) { read(r, v, out.compliance); };
+      all.push_back(own);
+    }
+    return all;
+  }();
   return keys;
 }
 
 const Keys<PairLaw>& pair_keys() {
-  static const Keys<PairLaw> keys = {
-      pair_between_key(),
-      required(key<PairLaw>("restitution", &PairLaw::restitution, number(between(0, 1)), "Newton's")),
-      required(key<PairLaw>("friction", &PairLaw::friction, number(non_negative()), "Coulomb's")),
-      required(key<PairLaw>("rolling_friction_m", &PairLaw::rolling_friction_m, number(non_negative()),
-                            "lever of rolling resistance [m]")),
-  };
+  static const Keys<PairLaw> keys = [] {
+    Keys<PairLaw> all = {
+        pair_between_key(),
+        required(key<PairLaw>("restitution", &PairLaw::restitution, number(between(0, 1)), "Newton's")),
+        required(key<PairLaw>("friction", &PairLaw::friction, number(non_negative()), "Coulomb's")),
+        required(key<PairLaw>("rolling_friction_m", &PairLaw::rolling_friction_m, number(non_negative()),
+                              "lever of rolling resistance [m]")),
+    };
+    for (const Key<PairLaw>& law : compliance_keys()) all.push_back(law);
+    return all;
+  }();
   return keys;
 }
 

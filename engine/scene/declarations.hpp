@@ -32,11 +32,14 @@ struct ContactDraft {
   Value between_at;
   int a = 0, b = 0;
   std::optional<double> restitution, friction, rolling_friction_m;
+  PairLaw compliance;  // its contact law and that law's numbers alone
 };
 
 const Keys<Material>& material_keys();
 const Keys<ContactDraft>& contact_keys();
 const Keys<PairLaw>& pair_keys();
+// A contact law has its own numbers and no other's.
+void check_contact_law(Reading& r, const Value& table, const PairLaw& law);
 const Keys<BodyDraft>& body_keys();
 const std::vector<Alternative<Shape>>& shapes();
 const std::vector<Alternative<Force>>& forces();

@@ -64,6 +64,7 @@ void resolve_pairs(Reading& r, const FileDraft& draft) {
   each_table(r, draft.contact, "[[contact]]", [&](const Value& table) {
     ContactDraft contact;
     read_table(r, table, contact_keys(), {}, contact);
+    check_contact_law(r, table, contact.compliance);
     for (std::size_t i = 0; i < scene.pairs.size(); ++i) {
       PairLaw& law = scene.pairs[i];
       if (law.a != contact.a || law.b != contact.b) continue;
@@ -71,9 +72,12 @@ void resolve_pairs(Reading& r, const FileDraft& draft) {
         fail(r, table.find("between")->place,
              "found a pair of materials a second time in [[contact]]; expected each pair once");
       given[i] = true;
-      law.restitution = contact.restitution.value_or(law.restitution);
-      law.friction = contact.friction.value_or(law.friction);
-      law.rolling_friction_m = contact.rolling_friction_m.value_or(law.rolling_friction_m);
+      PairLaw made = contact.compliance;
+      made.a = law.a, made.b = law.b;
+      made.restitution = contact.restitution.value_or(law.restitution);
+      made.friction = contact.friction.value_or(law.friction);
+      made.rolling_friction_m = contact.rolling_friction_m.value_or(law.rolling_friction_m);
+      law = made;
     }
   });
 }

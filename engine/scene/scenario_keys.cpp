@@ -281,6 +281,7 @@ void read_list(Reading& r, const Value& v, const std::string& what, T each) {
 void read_pair(Reading& r, const Value& v, Scene& scene) {
   PairLaw law;
   read_table(r, v, pair_keys(), {}, law);
+  check_contact_law(r, v, law);
   for (const PairLaw& earlier : scene.pairs)
     if (earlier.a == law.a && earlier.b == law.b)
       fail(r, v.place, "found a pair of materials a second time in " + r.where + "; expected it once");

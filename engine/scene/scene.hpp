@@ -42,12 +42,25 @@ struct Material {
   double rolling_friction_m = 0;
 };
 
+// How two surfaces give way under an overlap d >= 0, for methods that resolve the contact instead of its outcome.
+enum class ContactLaw {
+  rigid,   // they don't, or nothing is said of it
+  linear,  // F = stiffness d + damping d'
+  hertz    // F = 4/3 E sqrt(R) d^(3/2) (1 + damping d'), 1/R = 1/r_a + 1/r_b (a plane: 1/r = 0)
+};
+
 // The law of one unordered pair of materials (indices into Scene::materials, a <= b).
 struct PairLaw {
   int a = 0, b = 0;
   double restitution = 0;
   double friction = 0;
   double rolling_friction_m = 0;
+  ContactLaw contact_law = ContactLaw::rigid;
+  double stiffness_N_per_m = 0;   // linear
+  double damping_N_s_per_m = 0;   // linear
+  bool pull = false;              // linear: F may turn negative until the overlap ends; else it is 0 at least
+  double modulus_Pa = 0;          // hertz: E, 1/E = (1 - nu_a^2)/E_a + (1 - nu_b^2)/E_b
+  double damping_s_per_m = 0;     // hertz
 };
 
 struct Body {

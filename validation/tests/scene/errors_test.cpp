@@ -140,6 +140,10 @@ TEST_CASE("names: unknown, used twice, malformed") {
         "a kebab-case id");
   check(body("mass_kg = 1\n[[contact]]\nbetween = [\"default\", \"steel\"]\n"), "11:23", "is \"steel\"",
         "the name of a material");
+  const std::string contact = "mass_kg = 1\n[[contact]]\nbetween = [\"default\", \"default\"]\n";
+  check(body(contact + "contact_law = \"linear\"\n"), "12:15", "missing key `stiffness_N_per_m`", "it with the contact law linear");
+  check(body(contact + "contact_law = \"hertz\"\npull = true\n"), "13:8", "`pull` in [[contact]]", "it with `linear` only");
+  check(body(contact + "modulus_Pa = 1\n"), "12:14", "beside the contact law rigid", "it with `hertz` only");
   check(body("mass_kg = 1\n[[contact]]\nbetween = [\"default\", \"default\"]\n[[contact]]\nbetween = [\"default\", "
              "\"default\"]\n"),
         "13:11", "a second time", "each pair once");

@@ -87,8 +87,19 @@ Scene any_scene() {
   for (int m = 0; m < materials; ++m)
     scene.materials.push_back({"m \\ ü" + std::to_string(m), 0.1 * m, any_positive(), any_positive()});
   for (int a = 0; a < materials; ++a)
-    for (int b = a; b < materials; ++b)
-      scene.pairs.push_back({a, b, 1 / (1.0 + a + b), any_positive(), any_positive()});
+    for (int b = a; b < materials; ++b) {
+      PairLaw law{a, b, 1 / (1.0 + a + b), any_positive(), any_positive()};
+      law.contact_law = static_cast<ContactLaw>(*rc::gen::inRange(0, 3));
+      if (law.contact_law == ContactLaw::linear) {
+        law.stiffness_N_per_m = any_positive();
+        law.damping_N_s_per_m = any_positive();
+        law.pull = *rc::gen::arbitrary<bool>();
+      } else if (law.contact_law == ContactLaw::hertz) {
+        law.modulus_Pa = any_positive();
+        law.damping_s_per_m = any_positive();
+      }
+      scene.pairs.push_back(law);
+    }
   for (int b = 0; b < bodies; ++b) {
     Body body;
     body.name = "body " + std::to_string(b);
@@ -141,8 +152,13 @@ TEST_CASE("any scene survives JSON to the bit") {
     RC_ASSERT(back.forces.size() == scene.forces.size());
     for (std::size_t i = 0; i < scene.forces.size(); ++i) RC_ASSERT(back.forces[i].index() == scene.forces[i].index());
     RC_ASSERT(back.pairs.size() == scene.pairs.size());
-    for (std::size_t i = 0; i < scene.pairs.size(); ++i)
-      RC_ASSERT(same_bits(back.pairs[i].friction, scene.pairs[i].friction));
+    for (std::size_t i = 0; i < scene.pairs.size(); ++i) {
+      const PairLaw &a = back.pairs[i], &b = scene.pairs[i];
+      RC_ASSERT(same_bits(a.friction, b.friction));
+      RC_ASSERT((a.contact_law == b.contact_law && a.pull == b.pull));
+      RC_ASSERT((same_bits(a.stiffness_N_per_m, b.stiffness_N_per_m) && same_bits(a.damping_N_s_per_m, b.damping_N_s_per_m)));
+      RC_ASSERT((same_bits(a.modulus_Pa, b.modulus_Pa) && same_bits(a.damping_s_per_m, b.damping_s_per_m)));
+    }
   }));
 }
 

@@ -35,6 +35,7 @@ TEST_CASE("pairs of materials: the geometric mean, unless a contact says otherwi
                            "[material.wood]\nrestitution = 0.5\nfriction = 0.3\n"
                            "[material.steel]\nrestitution = 0.72\nfriction = 0.2\n"
                            "[[contact]]\nbetween = [\"steel\", \"wood\"]\nrestitution = 0.25\n"
+                           "contact_law = \"linear\"\nstiffness_N_per_m = 1000\ndamping_N_s_per_m = 2\npull = true\n"
                            "[[body]]\nname = \"a\"\nmass_kg = 1\nmaterial = \"wood\"\n"
                            "[[body]]\nname = \"b\"\nmass_kg = 1\nmaterial = \"steel\"\n"
                            "[[body]]\nname = \"c\"\nmass_kg = 1\n")
@@ -43,6 +44,11 @@ TEST_CASE("pairs of materials: the geometric mean, unless a contact says otherwi
   REQUIRE(scene.materials[0].name == "default");
   REQUIRE(scene.pairs.size() == 6);
   REQUIRE(pair_law(scene, 0, 1).restitution == 0.25);
+  REQUIRE(pair_law(scene, 0, 1).contact_law == ContactLaw::linear);
+  REQUIRE(pair_law(scene, 0, 1).stiffness_N_per_m == 1000);
+  REQUIRE(pair_law(scene, 0, 1).damping_N_s_per_m == 2);
+  REQUIRE(pair_law(scene, 0, 1).pull);
+  REQUIRE(pair_law(scene, 0, 0).contact_law == ContactLaw::rigid);
   REQUIRE(pair_law(scene, 1, 0).friction == Approx(std::sqrt(0.06)).epsilon(1e-15));
   REQUIRE(pair_law(scene, 0, 0).restitution == 0.5);  // exactly: no rounding of sqrt(e e)
   REQUIRE(pair_law(scene, 1, 1).friction == 0.2);
