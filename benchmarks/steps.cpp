@@ -54,6 +54,7 @@ void step(benchmark::State& state, const Engine& engine, const MethodId& id, con
 }
 
 bool fits(const Engine& engine, const Scenario& scenario) {
+  if (std::find(scenario.tags.begin(), scenario.tags.end(), "pile") != scenario.tags.end()) return false;  // `atwood bench frame-budget`
   const bool rival = engine.name.rfind("bullet", 0) == 0 || engine.name == "ode";
   return !rival || std::find(scenario.tags.begin(), scenario.tags.end(), "rivals") != scenario.tags.end();
 }
