@@ -41,6 +41,8 @@ template <class S> struct Geometry {
   std::vector<Part> parts;    // compound: oriented boxes
 };
 template <class S> Geometry<S> make_geometry(const Shape& shape);
+// Where a compound's box is when its body is at `body`.
+template <class S> Placement<S> part_placement(const Placement<S>& body, const typename Geometry<S>::Part& part);
 
 template <class S> struct Aabb { Vec3<S> low, high; };
 // The tight box around the shape in world axes (planes: infinite).

@@ -1,6 +1,11 @@
 target_sources(atwood_engine PRIVATE
+  collision/compound_pairs.cpp
+  collision/contacts.cpp
   collision/gap.cpp
+  collision/geometry.cpp
   collision/hull.cpp
+  collision/plane_pairs.cpp
+  collision/sphere_pairs.cpp
   contact/contact.cpp
   contact/impulse.cpp
   contact/located.cpp

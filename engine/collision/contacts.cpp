@@ -1,0 +1,136 @@
+#include "collision/contacts.hpp"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "collision/compound_pairs.hpp"
+#include "collision/pair_tests.hpp"
+
+namespace atwood {
+
+namespace {
+
+constexpr std::size_t kKinds = static_cast<std::size_t>(ShapeKind::compound) + 1;
+constexpr std::size_t at(ShapeKind kind) { return static_cast<std::size_t>(kind); }
+
+template <class S> struct PairTest {
+  ContactTest<S> contacts = nullptr;  // null: no test
+  SeparationTest<S> separation = nullptr;
+  bool like = false;  // both of one family, so that neither order is the given one
+};
+template <class S> using PairTable = std::array<std::array<PairTest<S>, kKinds>, kKinds>;  // [a][b] with a <= b
+
+template <class S> constexpr PairTable<S> pair_table() {
+  using enum ShapeKind;
+  PairTable<S> table{};
+  const auto put = [&table](ShapeKind a, ShapeKind b, ContactTest<S> contacts, SeparationTest<S> separation, bool like = false) {
+    table[at(a)][at(b)] = {contacts, separation, like};
+  };
+  put(sphere, sphere, sphere_sphere_contacts<S>, sphere_sphere_separation<S>);
+  put(sphere, plane, sphere_plane_contacts<S>, sphere_plane_separation<S>);
+  put(sphere, rectangle, sphere_box_contacts<S>, sphere_box_separation<S>);
+  put(sphere, box, sphere_box_contacts<S>, sphere_box_separation<S>);
+  put(sphere, capsule, sphere_capsule_contacts<S>, sphere_capsule_separation<S>);
+  put(sphere, cylinder, sphere_cylinder_contacts<S>, sphere_cylinder_separation<S>);
+  put(plane, rectangle, plane_box_contacts<S>, plane_box_separation<S>);
+  put(plane, box, plane_box_contacts<S>, plane_box_separation<S>);
+  put(plane, capsule, plane_capsule_contacts<S>, plane_capsule_separation<S>);
+  put(plane, cylinder, plane_cylinder_contacts<S>, plane_cylinder_separation<S>);
+  for (const ShapeKind other : {sphere, plane, rectangle, box, capsule, cylinder, convex, mesh, compound})
+    put(other, compound, compound_contacts<S>, compound_separation<S>, other == compound);
+  return table;
+}
+template <class S> constexpr PairTable<S> kPairs = pair_table<S>();
+
+// Of two alike one is first, whichever way they are handed in: so swapping them repeats the same arithmetic.
+template <class S> bool comes_first(const Posed<S>& a, const Posed<S>& b) {
+  const auto less = [](const Vec3<S>& x, const Vec3<S>& y, bool& decided) {
+    decided = true;
+    if (x.x != y.x) return x.x < y.x;
+    if (x.y != y.y) return x.y < y.y;
+    if (x.z != y.z) return x.z < y.z;
+    return decided = false;
+  };
+  bool decided = false;
+  const bool by_size = less(a.shape.half_extents, b.shape.half_extents, decided);
+  if (decided) return by_size;
+  if (a.shape.radius != b.shape.radius) return a.shape.radius < b.shape.radius;
+  if (a.shape.half_length != b.shape.half_length) return a.shape.half_length < b.shape.half_length;
+  const bool by_place = less(a.place.p_W, b.place.p_W, decided);
+  if (decided) return by_place;
+  for (int k = 0; k < 3; ++k) {
+    const bool by_axis = less(a.place.axis_W[k], b.place.axis_W[k], decided);
+    if (decided) return by_axis;
+  }
+  return true;
+}
+
+template <class S> struct Ordered {
+  const PairTest<S>* test;
+  bool swapped;
+};
+template <class S> Ordered<S> in_order(const Posed<S>& a, const Posed<S>& b) {
+  if (at(a.shape.kind) > at(b.shape.kind)) return {&kPairs<S>[at(b.shape.kind)][at(a.shape.kind)], true};
+  const PairTest<S>* test = &kPairs<S>[at(a.shape.kind)][at(b.shape.kind)];
+  return {test, test->like && !comes_first(a, b)};
+}
+
+}  // namespace
+
+template <class S>
+void find_contacts(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b, const Placement<S>& place_b,
+                   S margin, std::vector<Manifold<S>>& out) {
+  const Posed<S> first{a, place_a}, second{b, place_b};
+  const Ordered<S> order = in_order(first, second);
+  if (!order.test->contacts) return;
+  if (!order.swapped) return order.test->contacts(first, second, margin, out);
+  const std::size_t from = out.size();
+  order.test->contacts(second, first, margin, out);
+  for (std::size_t i = from; i < out.size(); ++i) {
+    out[i].normal_W = -out[i].normal_W;
+    std::swap(out[i].piece_a, out[i].piece_b);
+  }
+}
+
+template <class S>
+Separation<S> separation(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b, const Placement<S>& place_b) {
+  const Posed<S> first{a, place_a}, second{b, place_b};
+  const Ordered<S> order = in_order(first, second);
+  if (!order.test->separation) return {std::numeric_limits<S>::infinity(), {S(0), S(0), S(1)}, place_a.p_W, place_b.p_W};
+  if (!order.swapped) return order.test->separation(first, second);
+  const Separation<S> other = order.test->separation(second, first);
+  return {other.gap, -other.normal_W, other.on_b_W, other.on_a_W};
+}
+
+const char* no_contact_test(ShapeKind a, ShapeKind b) {
+  static const auto reasons = [] {
+    constexpr const char* names[] = {"point", "sphere", "plane", "rectangle", "box", "capsule", "cylinder", "convex", "mesh", "compound"};
+    std::array<std::array<std::string, kKinds>, kKinds> table;
+    for (std::size_t i = 0; i < kKinds; ++i) {
+      for (std::size_t j = 0; j < kKinds; ++j) {
+        const PairTable<double>& pairs = kPairs<double>;
+        const auto missing = [&pairs](std::size_t x, std::size_t y) { return !pairs[std::min(x, y)][std::max(x, y)].contacts; };
+        const bool parts_missing = (j == at(ShapeKind::compound) && missing(i == j ? at(ShapeKind::box) : i, at(ShapeKind::box))) ||
+                                   (i == at(ShapeKind::compound) && missing(at(ShapeKind::box), j == i ? at(ShapeKind::box) : j));
+        if (missing(i, j) || parts_missing) table[i][j] = std::string(names[i]) + " against " + names[j];
+      }
+    }
+    return table;
+  }();
+  const std::string& reason = reasons[at(a)][at(b)];
+  return reason.empty() ? nullptr : reason.c_str();
+}
+
+#define ATWOOD_CONTACTS(S)                                                                                                \
+  template void find_contacts<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&, const Placement<S>&, S,     \
+                                 std::vector<Manifold<S>>&);                                                              \
+  template Separation<S> separation<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&, const Placement<S>&);
+ATWOOD_CONTACTS(float)
+ATWOOD_CONTACTS(double)
+ATWOOD_CONTACTS(long double)
+#undef ATWOOD_CONTACTS
+
+}  // namespace atwood

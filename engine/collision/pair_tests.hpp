@@ -1,0 +1,39 @@
+// The narrow phase's tests, one for each pair of kinds with kind(a) <= kind(b); contacts.cpp holds the table.
+#pragma once
+
+#include <vector>
+
+#include "collision/contacts.hpp"
+
+namespace atwood {
+
+template <class S> struct Posed {
+  const Geometry<S>& shape;
+  const Placement<S>& place;
+};
+
+// As find_contacts and separation, for one pair of kinds.
+template <class S> using ContactTest = void (*)(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out);
+template <class S> using SeparationTest = Separation<S> (*)(const Posed<S>& a, const Posed<S>& b);
+
+// ---- one point: the separation is the manifold ---------------------------------------------------------------------
+template <class S> void sphere_sphere_contacts(const Posed<S>&, const Posed<S>&, S margin, std::vector<Manifold<S>>&);
+template <class S> void sphere_plane_contacts(const Posed<S>&, const Posed<S>&, S margin, std::vector<Manifold<S>>&);
+template <class S> void sphere_box_contacts(const Posed<S>&, const Posed<S>&, S margin, std::vector<Manifold<S>>&);  // and rectangle
+template <class S> void sphere_capsule_contacts(const Posed<S>&, const Posed<S>&, S margin, std::vector<Manifold<S>>&);
+template <class S> void sphere_cylinder_contacts(const Posed<S>&, const Posed<S>&, S margin, std::vector<Manifold<S>>&);
+template <class S> Separation<S> sphere_sphere_separation(const Posed<S>&, const Posed<S>&);
+template <class S> Separation<S> sphere_plane_separation(const Posed<S>&, const Posed<S>&);
+template <class S> Separation<S> sphere_box_separation(const Posed<S>&, const Posed<S>&);
+template <class S> Separation<S> sphere_capsule_separation(const Posed<S>&, const Posed<S>&);
+template <class S> Separation<S> sphere_cylinder_separation(const Posed<S>&, const Posed<S>&);
+
+// ---- against planes -------------------------------------------------------------------------------------------------
+template <class S> void plane_box_contacts(const Posed<S>&, const Posed<S>&, S margin, std::vector<Manifold<S>>&);   // and rectangle
+template <class S> void plane_capsule_contacts(const Posed<S>&, const Posed<S>&, S margin, std::vector<Manifold<S>>&);
+template <class S> void plane_cylinder_contacts(const Posed<S>&, const Posed<S>&, S margin, std::vector<Manifold<S>>&);
+template <class S> Separation<S> plane_box_separation(const Posed<S>&, const Posed<S>&);
+template <class S> Separation<S> plane_capsule_separation(const Posed<S>&, const Posed<S>&);
+template <class S> Separation<S> plane_cylinder_separation(const Posed<S>&, const Posed<S>&);
+
+}  // namespace atwood

@@ -1,0 +1,182 @@
+// A plane (a) against shapes (b) that lie above or in it: the lowest points, and those of the same face or line that also
+// come within the margin. The normal, from a to b, is the plane's own.
+#include "collision/direction.hpp"
+#include "collision/pair_tests.hpp"
+
+namespace atwood {
+
+namespace {
+
+template <class S> struct Low {
+  Vec3<S> x_W;
+  S height{};
+  std::uint32_t id = 0;
+};
+
+template <class S> void add(Manifold<S>& m, const Vec3<S>& normal_W, const Low<S>& low, S margin) {
+  if (!(low.height <= margin)) return;
+  m.points[static_cast<std::size_t>(m.count++)] = {low.x_W - (low.height / S(2)) * normal_W, low.height, low.id};
+}
+
+template <class S> Manifold<S>& begin(const Posed<S>& plane, Meeting meeting, std::vector<Manifold<S>>& out) {
+  Manifold<S>& m = out.emplace_back();
+  m.normal_W = plane.shape.normal_W;
+  m.meeting = meeting;
+  return m;
+}
+
+template <class S> void name_meeting(Manifold<S>& m) {
+  m.meeting = m.count > 2 ? Meeting::face : m.count == 2 ? Meeting::edge : Meeting::point;
+}
+
+template <class S> Separation<S> lowest(const Posed<S>& plane, const Vec3<S>& x_W, S height) {
+  return {height, plane.shape.normal_W, x_W - height * plane.shape.normal_W, x_W};
+}
+
+template <class S> S height_of_center(const Posed<S>& plane, const Posed<S>& b) {
+  return dot(plane.shape.normal_W, b.place.p_W) - plane.shape.offset;
+}
+
+// ---- boxes and rectangles --------------------------------------------------------------------------------------------
+// A corner is p + sum s_k h_k axis_k; its height above the plane height(p) + sum s_k rise_k with rise_k = h_k n . axis_k.
+template <class S> struct Rises {
+  S center, rise[3];
+  Vec3<S> half_side[3];
+  S lowest() const { return center - real::abs(rise[0]) - real::abs(rise[1]) - real::abs(rise[2]); }
+};
+template <class S> Rises<S> rises(const Posed<S>& plane, const Posed<S>& b) {
+  const Vec3<S>& n = plane.shape.normal_W;
+  const Vec3<S>& h = b.shape.half_extents;
+  const Vec3<S>* axis = b.place.axis_W;
+  return {height_of_center(plane, b), {h.x * dot(n, axis[0]), h.y * dot(n, axis[1]), h.z * dot(n, axis[2])},
+          {h.x * axis[0], h.y * axis[1], h.z * axis[2]}};
+}
+// Signs of the lowest corner: s_k = -sign(n . axis_k). The id of a corner is one bit an axis: the bit is set where s_k > 0.
+template <class S> Low<S> corner(const Rises<S>& of, const Vec3<S>& p_W, unsigned bits) {
+  Low<S> low{p_W, of.center, bits};
+  for (unsigned k = 0; k < 3; ++k) {
+    const bool plus = (bits >> k) & 1u;
+    low.height = plus ? low.height + of.rise[k] : low.height - of.rise[k];
+    low.x_W = plus ? low.x_W + of.half_side[k] : low.x_W - of.half_side[k];
+  }
+  return low;
+}
+template <class S> unsigned lowest_corner(const Vec3<S>& n, const Vec3<S>* axis) {
+  return (dot(n, axis[0]) < S(0) ? 1u : 0u) | (dot(n, axis[1]) < S(0) ? 2u : 0u) | (dot(n, axis[2]) < S(0) ? 4u : 0u);
+}
+
+// ---- cylinders -------------------------------------------------------------------------------------------------------
+// `down` is the unit direction within the discs in which they sink deepest; without a tilt there is none, and it is zero.
+template <class S> struct Leaning {
+  S center, cosine, sine;  // cosine = n . axis, sine >= 0
+  Vec3<S> down;
+};
+template <class S> Leaning<S> leaning(const Posed<S>& plane, const Posed<S>& b) {
+  const Vec3<S>& n = plane.shape.normal_W;
+  const S x = dot(n, b.place.axis_W[0]), y = dot(n, b.place.axis_W[1]);
+  Leaning<S> out{height_of_center(plane, b), dot(n, b.place.axis_W[2]), S(0), {}};
+  Vec3<S> in_disc{};
+  out.sine = length_and_direction(Vec3<S>{x, y, S(0)}, in_disc);
+  out.down = -turned(b.place, in_disc);
+  return out;
+}
+template <class S> Low<S> rim(const Leaning<S>& lean, const Posed<S>& b, S disc, const Vec3<S>& radial, S radial_rise,
+                              std::uint32_t id) {
+  const S along = disc * b.shape.half_length;
+  return {b.place.p_W + (along * b.place.axis_W[2] + b.shape.radius * radial),
+          lean.center + along * lean.cosine + b.shape.radius * radial_rise, id};
+}
+
+// A disc that faces the plane: four points of its rim a quarter apart, fixed in the body, of which the one nearest to the
+// deepest point gives way to it. So the depth is exact and the others stay where they are from step to step.
+template <class S> void disc_contacts(const Posed<S>& plane, const Leaning<S>& lean, const Posed<S>& b, S disc, S margin,
+                                      Manifold<S>& m) {
+  const Vec3<S>* axis = b.place.axis_W;
+  const Vec3<S>& n = plane.shape.normal_W;
+  const S down_x = dot(lean.down, axis[0]), down_y = dot(lean.down, axis[1]);
+  const bool flat = !(lean.sine > S(4) * real::epsilon<S>());
+  const unsigned nearest = real::abs(down_y) > real::abs(down_x) ? (down_y < S(0) ? 3u : 1u) : (down_x < S(0) ? 2u : 0u);
+  const std::uint32_t name = disc < S(0) ? 0u : 8u;
+  for (unsigned k = 0; k < 4; ++k) {
+    const Vec3<S> radial = k == 0 ? axis[0] : k == 1 ? axis[1] : k == 2 ? -axis[0] : -axis[1];
+    if (!flat && k == nearest) add(m, n, rim(lean, b, disc, lean.down, -lean.sine, name + k), margin);
+    else add(m, n, rim(lean, b, disc, radial, flat ? S(0) : dot(n, radial), name + k), margin);
+  }
+}
+
+}  // namespace
+
+template <class S> void plane_box_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
+  if (height_of_center(a, b) - b.shape.bounding_radius > margin) return;
+  const Rises<S> of = rises(a, b);
+  if (!(of.lowest() <= margin)) return;
+  // The four corners of the face that looks at the plane most.
+  const Vec3<S>& n = a.shape.normal_W;
+  const Vec3<S>* axis = b.place.axis_W;
+  const S x = real::abs(dot(n, axis[0])), y = real::abs(dot(n, axis[1])), z = real::abs(dot(n, axis[2]));
+  const unsigned k = z >= x && z >= y ? 2u : y >= x ? 1u : 0u;
+  const unsigned u = 1u << ((k + 1) % 3), v = 1u << ((k + 2) % 3), deepest = lowest_corner(n, axis);
+  Manifold<S>& m = begin(a, Meeting::face, out);
+  add(m, n, {corner(of, b.place.p_W, deepest).x_W, of.lowest(), deepest}, margin);
+  for (const unsigned bits : {deepest ^ u, deepest ^ u ^ v, deepest ^ v}) add(m, n, corner(of, b.place.p_W, bits), margin);
+  name_meeting(m);
+}
+template <class S> Separation<S> plane_box_separation(const Posed<S>& a, const Posed<S>& b) {
+  const Rises<S> of = rises(a, b);
+  return lowest(a, corner(of, b.place.p_W, lowest_corner(a.shape.normal_W, b.place.axis_W)).x_W, of.lowest());
+}
+
+template <class S> void plane_capsule_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
+  const Vec3<S>& n = a.shape.normal_W;
+  const S center = height_of_center(a, b) - b.shape.radius, rise = b.shape.half_length * dot(n, b.place.axis_W[2]);
+  if (!(center - real::abs(rise) <= margin)) return;
+  const Vec3<S> half = b.shape.half_length * b.place.axis_W[2], skin = b.place.p_W - b.shape.radius * n;
+  Manifold<S>& m = begin(a, Meeting::edge, out);
+  if (rise < S(0)) add(m, n, {skin + half, center + rise, 1}, margin);
+  else add(m, n, {skin - half, center - rise, 0}, margin);
+  if (b.shape.half_length > S(0)) {
+    if (rise < S(0)) add(m, n, {skin - half, center - rise, 0}, margin);
+    else add(m, n, {skin + half, center + rise, 1}, margin);
+  }
+  name_meeting(m);
+}
+template <class S> Separation<S> plane_capsule_separation(const Posed<S>& a, const Posed<S>& b) {
+  const Vec3<S>& n = a.shape.normal_W;
+  const S rise = b.shape.half_length * dot(n, b.place.axis_W[2]);
+  const Vec3<S> half = (rise < S(0) ? b.shape.half_length : -b.shape.half_length) * b.place.axis_W[2];
+  return lowest(a, b.place.p_W + half - b.shape.radius * n, height_of_center(a, b) - b.shape.radius - real::abs(rise));
+}
+
+template <class S>
+void plane_cylinder_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
+  if (height_of_center(a, b) - b.shape.bounding_radius > margin) return;
+  const Leaning<S> lean = leaning(a, b);
+  const S lower = lean.cosine < S(0) ? S(1) : S(-1);  // the disc that lies lower
+  const Low<S> deepest = rim(lean, b, lower, lean.down, -lean.sine, lower < S(0) ? 4u : 12u);
+  if (!(deepest.height <= margin)) return;
+  Manifold<S>& m = begin(a, Meeting::face, out);
+  if (real::abs(lean.cosine) > lean.sine) {
+    disc_contacts(a, lean, b, lower, margin, m);
+  } else {  // the line of the side that looks down
+    add(m, a.shape.normal_W, deepest, margin);
+    add(m, a.shape.normal_W, rim(lean, b, -lower, lean.down, -lean.sine, lower < S(0) ? 12u : 4u), margin);
+  }
+  name_meeting(m);
+}
+template <class S> Separation<S> plane_cylinder_separation(const Posed<S>& a, const Posed<S>& b) {
+  const Leaning<S> lean = leaning(a, b);
+  const Low<S> low = rim(lean, b, lean.cosine < S(0) ? S(1) : S(-1), lean.down, -lean.sine, 0u);
+  return lowest(a, low.x_W, low.height);
+}
+
+#define ATWOOD_PLANE_PAIR(S, other)                                                                             \
+  template void plane_##other##_contacts<S>(const Posed<S>&, const Posed<S>&, S, std::vector<Manifold<S>>&);    \
+  template Separation<S> plane_##other##_separation<S>(const Posed<S>&, const Posed<S>&);
+#define ATWOOD_PLANE_PAIRS(S) ATWOOD_PLANE_PAIR(S, box) ATWOOD_PLANE_PAIR(S, capsule) ATWOOD_PLANE_PAIR(S, cylinder)
+ATWOOD_PLANE_PAIRS(float)
+ATWOOD_PLANE_PAIRS(double)
+ATWOOD_PLANE_PAIRS(long double)
+#undef ATWOOD_PLANE_PAIRS
+#undef ATWOOD_PLANE_PAIR
+
+}  // namespace atwood
