@@ -11,4 +11,5 @@ target_sources(atwood_engine PRIVATE
   contact/located.cpp
   contact/options.cpp
   contact/response.cpp
+  contact/slip_path.cpp
   contact/time_stepping.cpp)

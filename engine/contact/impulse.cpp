@@ -1,21 +1,72 @@
 #include "contact/impulse.hpp"
 
+#include "contact/slip_path.hpp"
+
 namespace atwood {
 
 namespace {
 
 template <class S> Vec3<S> times(const Vec3<S> (&row)[3], const Vec3<S>& v) { return {dot(row[0], v), dot(row[1], v), dot(row[2], v)}; }
 
-// 1/m + d . (I^-1 (r x d)) x r  =  1/m + (r x d) . I^-1 (r x d)
-template <class S> S own_mobility(const ImpactBody<S>& body, const Vec3<S>& d) {
-  const Vec3<S> arm = cross(body.r_W, d);
-  const S angular = dot(arm, times(body.I_inverse_W_row, arm));
-  return body.inverse_mass_per_kg + angular;
+// c . d / m + c . (I^-1 (r x d)) x r  =  c . d / m + (r x c) . I^-1 (r x d)
+template <class S> S own_mobility(const ImpactBody<S>& body, const Vec3<S>& c, const Vec3<S>& d) {
+  const Vec3<S> arm = cross(body.r_W, c);
+  const S angular = dot(arm, times(body.I_inverse_W_row, cross(body.r_W, d)));
+  return body.inverse_mass_per_kg * dot(c, d) + angular;
 }
 
 template <class S> void push_one(ImpactBody<S>& body, const Vec3<S>& impulse_W) {
   body.v_W += body.inverse_mass_per_kg * impulse_W;
   body.w_W += times(body.I_inverse_W_row, cross(body.r_W, impulse_W));
+}
+
+template <class S> Vec3<S> any_tangent(const Vec3<S>& n) {
+  const Vec3<S> axis = real::abs(n.x) < S(0.6) ? Vec3<S>{S(1), S(0), S(0)} : Vec3<S>{S(0), S(1), S(0)};
+  const Vec3<S> t = axis - dot(axis, n) * n;
+  return (S(1) / norm(t)) * t;
+}
+
+// Does an impulse along one axis of the frame (the slip, across it, the normal) leave the velocities along the others alone?
+template <class S> bool decoupled(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S> (&axis)[3], S (&K)[3][3]) {
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j <= i; ++j) K[i][j] = K[j][i] = mobility(a, b, axis[i], axis[j]);
+  const S round_off = S(32) * real::epsilon<S>() * (K[0][0] + K[1][1] + K[2][2]);
+  return real::abs(K[0][1]) <= round_off && real::abs(K[0][2]) <= round_off && real::abs(K[1][2]) <= round_off;
+}
+
+template <class S> Vec3<S> shortened(const Vec3<S>& v, S most) {
+  const S length = norm(v);
+  return length > most ? (most / length) * v : v;
+}
+
+// The couple against rolling, |c| <= delta p, and the friction already there, |j| <= mu p: of all such pairs the one that
+// leaves the least kinetic energy. Each in turn with the other fixed; energy falls with every turn.
+template <class S>
+void resist_rolling(const ImpactLaw<S>& law, const Vec3<S>& n, S p, ImpactBody<S>& a, ImpactBody<S>& b, S& tangential_N_s,
+                    const Vec3<S>& along) {
+  Vec3<S> friction = -tangential_N_s * along, couple{};
+  for (int turn = 0; turn < 200; ++turn) {
+    const Vec3<S> w = b.w_W - a.w_W, rolling = w - dot(w, n) * n;
+    const S speed = norm(rolling);
+    if (!(speed > S(0))) break;
+    const Vec3<S> axis = (S(1) / speed) * rolling;
+    const S turns = dot(axis, times(a.I_inverse_W_row, axis)) + dot(axis, times(b.I_inverse_W_row, axis));
+    if (!(turns > S(0))) break;
+    const Vec3<S> next = shortened(couple - (S(1) / turns) * rolling, law.rolling_friction_m * p);
+    const S change = norm(next - couple);
+    twist(a, b, next - couple);
+    couple = next;
+    const Vec3<S> u = velocity_between(a, b), slip = u - dot(u, n) * n;
+    const S slip_speed = norm(slip);
+    if (slip_speed > S(0)) {
+      const S to_stick = slip_speed / mobility(a, b, (S(1) / slip_speed) * slip);
+      const Vec3<S> held = shortened(friction - (to_stick / slip_speed) * slip, law.friction * p);
+      push(a, b, held - friction, S(1));
+      friction = held;
+    }
+    if (change <= S(2) * real::epsilon<S>() * norm(couple)) break;
+  }
+  tangential_N_s = norm(friction);
 }
 
 }  // namespace
@@ -24,13 +75,19 @@ template <class S> Vec3<S> velocity_between(const ImpactBody<S>& a, const Impact
   return (b.v_W + cross(b.w_W, b.r_W)) - (a.v_W + cross(a.w_W, a.r_W));
 }
 
-template <class S> S mobility(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S>& d) {
-  return own_mobility(a, d) + own_mobility(b, d);
+template <class S> S mobility(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S>& c, const Vec3<S>& d) {
+  return own_mobility(a, c, d) + own_mobility(b, c, d);
 }
+template <class S> S mobility(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S>& d) { return mobility(a, b, d, d); }
 
 template <class S> void push(ImpactBody<S>& a, ImpactBody<S>& b, const Vec3<S>& direction, S impulse_N_s) {
   push_one(a, -impulse_N_s * direction);
   push_one(b, impulse_N_s * direction);
+}
+
+template <class S> void twist(ImpactBody<S>& a, ImpactBody<S>& b, const Vec3<S>& couple_N_m_s) {
+  a.w_W -= times(a.I_inverse_W_row, couple_N_m_s);
+  b.w_W += times(b.I_inverse_W_row, couple_N_m_s);
 }
 
 template <class S>
@@ -44,14 +101,34 @@ Impulse<S> collide(const ImpactLaw<S>& law, const Vec3<S>& normal, ImpactBody<S>
   impulse.normal_N_s = j_n;
   const Vec3<S> slip = before - dot(before, normal) * normal;
   const S slip_speed = norm(slip);
+  const Vec3<S> along = slip_speed > S(0) ? (S(1) / slip_speed) * slip : any_tangent(normal);
+  S K[3][3];
+  if (law.friction > S(0)) {
+    const Vec3<S> axis[3] = {along, cross(normal, along), normal};
+    if (!decoupled(a, b, axis, K)) {
+      const S u0[3] = {slip_speed, S(0), impulse.vn_before_m_per_s};
+      const SlipPath<S> path = slip_path(law, K, u0);
+      const auto& J = path.impulse_N_s;
+      push(a, b, J[0] * axis[0] + J[1] * axis[1] + J[2] * axis[2], S(1));
+      impulse.normal_N_s = J[2];
+      impulse.tangential_N_s = real::sqrt(J[0] * J[0] + J[1] * J[1]);
+      if (law.rolling_friction_m > S(0)) {
+        const ImpactLaw<S> couple_alone{law.restitution, S(0), law.rolling_friction_m, law.hypothesis};
+        S none{};
+        resist_rolling(couple_alone, normal, J[2], a, b, none, along);
+      }
+      impulse.vn_after_m_per_s = dot(velocity_between(a, b), normal);
+      return impulse;
+    }
+  }
   push(a, b, normal, j_n);
   if (law.friction > S(0) && slip_speed > S(0)) {
-    const Vec3<S> along = (S(1) / slip_speed) * slip;
     const S to_stick = slip_speed / mobility(a, b, along);
     const S j_t = real::min(law.friction * j_n, to_stick);
     push(a, b, along, -j_t);
     impulse.tangential_N_s = j_t;
   }
+  if (law.rolling_friction_m > S(0)) resist_rolling(law, normal, j_n, a, b, impulse.tangential_N_s, along);
   impulse.vn_after_m_per_s = dot(velocity_between(a, b), normal);
   return impulse;
 }
@@ -59,8 +136,10 @@ Impulse<S> collide(const ImpactLaw<S>& law, const Vec3<S>& normal, ImpactBody<S>
 #define ATWOOD_IMPULSE(S)                                                                                          \
   template Impulse<S> collide<S>(const ImpactLaw<S>&, const Vec3<S>&, ImpactBody<S>&, ImpactBody<S>&);             \
   template void push<S>(ImpactBody<S>&, ImpactBody<S>&, const Vec3<S>&, S);                                        \
+  template void twist<S>(ImpactBody<S>&, ImpactBody<S>&, const Vec3<S>&);                                          \
   template Vec3<S> velocity_between<S>(const ImpactBody<S>&, const ImpactBody<S>&);                                \
-  template S mobility<S>(const ImpactBody<S>&, const ImpactBody<S>&, const Vec3<S>&);
+  template S mobility<S>(const ImpactBody<S>&, const ImpactBody<S>&, const Vec3<S>&);                              \
+  template S mobility<S>(const ImpactBody<S>&, const ImpactBody<S>&, const Vec3<S>&, const Vec3<S>&);
 ATWOOD_IMPULSE(float)
 ATWOOD_IMPULSE(double)
 ATWOOD_IMPULSE(long double)

@@ -13,25 +13,42 @@ template <class S> struct ImpactBody {
   Vec3<S> v_W, w_W;            // before; the impulse changes them
 };
 
-template <class S> struct ImpactLaw { S restitution{}, friction{}; };
+// What restitution e means, v_n the normal velocity between the bodies at the point (negative: they approach), p the normal
+// impulse, W the work of the normal impulse; compression ends where v_n = 0.
+//   newton   v_n after = -e v_n before                 can gain energy where friction couples to v_n (eccentric impacts)
+//   poisson  p after compression = e p of compression  never gains for e <= 1
+//   stronge  W after compression = -e^2 W of compression   never gains for e <= 1
+// Without friction, and where friction does not act on v_n (spheres), the three are one.
+enum class Restitution : unsigned char { newton, poisson, stronge };
+
+template <class S> struct ImpactLaw {
+  S restitution{}, friction{};
+  S rolling_friction_m{};  // the couple against rolling is at most this times the normal impulse
+  Restitution hypothesis = Restitution::newton;
+};
 
 template <class S> struct Impulse {
   S normal_N_s{}, tangential_N_s{};
   S vn_before_m_per_s{}, vn_after_m_per_s{};  // (v_b - v_a) . n at the point
 };
 
-// Newton's restitution and Coulomb friction at one point; `normal` is a unit vector from a to b. Not approaching:
-// nothing happens. The tangential impulse opposes the slip and stops it if the cone allows (stick), else lies on the
-// cone (slip); its direction is the slip's, so it is exact where slip keeps its direction (spheres always).
-// Source: Brach, Mechanical Impact Dynamics (1991), ch. 6; J_n = -(1 + e) v_n / (n . K n).
+// One impact at one point under Coulomb friction; `normal` is a unit vector from a to b. Not approaching: nothing happens.
+// Friction opposes the slip while there is slip, and holds where the cone allows; slip may stop, reverse or turn during the
+// impact (slip_path.hpp). Closed form, exact to round-off, where K (slip_path.hpp) leaves the slip's direction alone: always
+// for spheres. Rolling friction: of the couples within its bound, the one that leaves the least energy.
+// Sources: Brach, Mechanical Impact Dynamics (1991), ch. 6; Keller, J. Appl. Mech. 53 (1986) 1; Stronge, Impact Mechanics (2000).
 template <class S>
 Impulse<S> collide(const ImpactLaw<S>& law, const Vec3<S>& normal, ImpactBody<S>& a, ImpactBody<S>& b);
 
 // An impulse along `direction` on b, its opposite on a.
 template <class S> void push(ImpactBody<S>& a, ImpactBody<S>& b, const Vec3<S>& direction, S impulse_N_s);
+// An angular impulse [N m s] on b, its opposite on a.
+template <class S> void twist(ImpactBody<S>& a, ImpactBody<S>& b, const Vec3<S>& couple_N_m_s);
 // (v_b - v_a) at the point.
 template <class S> Vec3<S> velocity_between(const ImpactBody<S>& a, const ImpactBody<S>& b);
 // d . K d: how much relative velocity along the unit vector d an impulse of 1 N s along d makes [1/kg].
 template <class S> S mobility(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S>& d);
+// c . K d: ... along c an impulse along d.
+template <class S> S mobility(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S>& c, const Vec3<S>& d);
 
 }  // namespace atwood

@@ -1,0 +1,260 @@
+#include "contact/slip_path.hpp"
+
+namespace atwood {
+
+namespace {
+
+// Compression up to v_n = 0, then what the hypothesis asks for. Poisson's and Stronge's laws never gain energy. Stronge's: the
+// normal work is -(1 - e^2) of what compression took, friction's is never positive. Poisson's: dT/dp = u . d with d = dJ/dp, and
+// its slope d . K d never grows along the path (the least over the disk of friction in stick and in slip that sets in anew;
+// d/dp = -2 mu (slip's turning)^2 / |u_t| while it turns), so dT/dp is concave and its integral over [0, (1 + e) p_c] is at
+// most that of its tangent at p_c, where it is -mu |u_t|: not positive for e <= 1.
+template <class S> struct Path {
+  const ImpactLaw<S>& law;
+  const S (&K)[3][3];
+  const S (&u0)[3];
+  S J[3]{};        // so far: on b along t1, t2, n
+  S work{};        // of the normal impulse so far
+  bool compressed = false, done = false, stopped = false;  // stopped: no slip now
+  S p_compression{}, work_compression{};
+
+  S u(int i) const { return u0[i] + (K[i][0] * J[0] + K[i][1] * J[1] + K[i][2] * J[2]); }
+  S speed() const { return stopped ? S(0) : real::sqrt(u(0) * u(0) + u(1) * u(1)); }
+
+  // The normal impulse still to come while v_n grows by `slope` a N s; infinite where it never gets there.
+  S left(S vn, S slope) const {
+    const S e = law.restitution;
+    if (!compressed) return slope > S(0) ? -vn / slope : S(-1);
+    if (law.hypothesis == Restitution::poisson) return p_compression + e * p_compression - J[2];
+    if (law.hypothesis == Restitution::newton) return slope > S(0) ? (-e * u0[2] - vn) / slope : S(-1);
+    const S missing = work_compression - e * e * work_compression - work;  // = vn dp + slope dp^2 / 2
+    const S root = real::sqrt(real::max(S(0), vn * vn + S(2) * slope * missing));
+    return missing > S(0) ? S(2) * missing / (vn + root) : S(0);
+  }
+  void next_phase() {
+    if (compressed) {
+      done = true;
+      return;
+    }
+    compressed = true;
+    p_compression = J[2];
+    work_compression = work;
+    if (!(law.restitution > S(0))) done = true;
+  }
+};
+
+// f = -K_tt^-1 K_tn, and |f|.
+template <class S> S holding_force(const S (&K)[3][3], S (&f)[2]) {
+  const S det = K[0][0] * K[1][1] - K[0][1] * K[0][1];
+  f[0] = -(K[1][1] * K[0][2] - K[0][1] * K[1][2]) / det;
+  f[1] = -(K[0][0] * K[1][2] - K[0][1] * K[0][2]) / det;
+  return real::sqrt(f[0] * f[0] + f[1] * f[1]);
+}
+
+// s with (mu K_tt + lambda) s = K_tn, |s| = 1, lambda > 0. |s| falls with lambda from |f| / mu > 1 to 0: one root; bisected, for
+// it is met once an impact at most.
+template <class S> void new_direction(const S (&K)[3][3], S mu, S (&s)[2]) {
+  S low = S(0), high = real::sqrt(K[0][2] * K[0][2] + K[1][2] * K[1][2]);
+  for (int i = 0; i < 200; ++i) {
+    const S lambda = low + (high - low) / S(2);
+    const S a = mu * K[0][0] + lambda, b = mu * K[0][1], d = mu * K[1][1] + lambda, det = a * d - b * b;
+    s[0] = (d * K[0][2] - b * K[1][2]) / det;
+    s[1] = (a * K[1][2] - b * K[0][2]) / det;
+    if (!(lambda > low && lambda < high)) break;
+    if (s[0] * s[0] + s[1] * s[1] > S(1)) low = lambda; else high = lambda;
+  }
+  const S length = real::sqrt(s[0] * s[0] + s[1] * s[1]);
+  s[0] = s[0] / length;
+  s[1] = s[1] / length;
+}
+
+// Straight on: J grows along (d0, d1, 1) to the end of the phase, or until slip along s stops.
+template <class S> void straight(Path<S>& path, S d0, S d1, const S* s) {
+  const auto& K = path.K;
+  const S slope = K[2][0] * d0 + K[2][1] * d1 + K[2][2];
+  const S vn = path.u(2);
+  S dp = path.left(vn, slope);
+  bool stops = false;
+  if (s != nullptr && path.speed() > S(0)) {
+    const S braking = -(s[0] * (K[0][0] * d0 + K[0][1] * d1 + K[0][2]) + s[1] * (K[1][0] * d0 + K[1][1] * d1 + K[1][2]));
+    const S to_stop = braking > S(0) ? path.speed() / braking : S(-1);
+    if (to_stop >= S(0) && (dp < S(0) || to_stop < dp)) {
+      dp = to_stop;
+      stops = true;
+    }
+  }
+  if (dp < S(0)) {  // cannot be: slip that lasts has a positive slope (d . K d > 0), slip that stops stops
+    path.done = true;
+    return;
+  }
+  path.work += vn * dp + slope * dp * dp / S(2);
+  path.J[0] += d0 * dp;
+  path.J[1] += d1 * dp;
+  path.J[2] += dp;
+  path.stopped = path.stopped || stops;
+  if (!stops) path.next_phase();
+}
+
+// ---- slip that turns ----------------------------------------------------------------------------------------------------------
+// In tau, dp = |u_t| dtau: the equations stay smooth as slip stops (it then takes infinite tau).
+//   z = (j_1, j_2, p, W):  z' = (-mu u_1, -mu u_2, |u_t|, |u_t| v_n)
+template <class S> struct Turn { S z[4]; };
+
+template <class S> Turn<S> turn_rate(const Path<S>& path, const Turn<S>& at) {
+  const auto& K = path.K;
+  const auto& z = at.z;
+  S u[3];
+  for (int i = 0; i < 3; ++i) u[i] = path.u0[i] + (K[i][0] * z[0] + K[i][1] * z[1] + K[i][2] * z[2]);
+  const S speed = real::sqrt(u[0] * u[0] + u[1] * u[1]);
+  return {{-path.law.friction * u[0], -path.law.friction * u[1], speed, speed * u[2]}};
+}
+
+// Gragg's midpoint rule in `parts` parts of a step h.
+template <class S> Turn<S> midpoint_rule(const Path<S>& path, const Turn<S>& from, const Turn<S>& first_rate, S h, int parts) {
+  const S part = h / S(parts);
+  Turn<S> back = from, here = from;
+  for (int i = 0; i < 4; ++i) here.z[i] += part * first_rate.z[i];
+  for (int m = 1; m < parts; ++m) {
+    const Turn<S> rate = turn_rate(path, here);
+    for (int i = 0; i < 4; ++i) {
+      const S ahead = back.z[i] + S(2) * part * rate.z[i];
+      back.z[i] = here.z[i];
+      here.z[i] = ahead;
+    }
+  }
+  const Turn<S> rate = turn_rate(path, here);
+  Turn<S> smooth;
+  for (int i = 0; i < 4; ++i) smooth.z[i] = (here.z[i] + back.z[i] + part * rate.z[i]) / S(2);
+  return smooth;
+}
+
+// ... at 2, 4, .. 16 parts, extrapolated to order 16; `error`: the last two orders' difference (Aitken and Neville in h^2).
+template <class S> Turn<S> turn_step(const Path<S>& path, const Turn<S>& from, S h, S& error) {
+  constexpr int columns = 8;
+  Turn<S> table[columns]{};
+  const Turn<S> first = turn_rate(path, from);
+  for (int k = 0; k < columns; ++k) {
+    Turn<S> above = table[0];
+    table[0] = midpoint_rule(path, from, first, h, 2 * (k + 1));
+    for (int j = 1; j <= k; ++j) {
+      const Turn<S> kept = table[j];
+      const S ratio = S(k + 1) / S(k + 1 - j);
+      for (int i = 0; i < 4; ++i) table[j].z[i] = table[j - 1].z[i] + (table[j - 1].z[i] - above.z[i]) / (ratio * ratio - S(1));
+      above = kept;
+    }
+  }
+  error = S(0);
+  for (int i = 0; i < 3; ++i) error = real::max(error, real::abs(table[columns - 1].z[i] - table[columns - 2].z[i]));
+  return table[columns - 1];
+}
+
+// Negative until the phase is over.
+template <class S> S phase_left(const Path<S>& path, const Turn<S>& at) {
+  const auto& K = path.K;
+  const S vn = path.u0[2] + (K[2][0] * at.z[0] + K[2][1] * at.z[1] + K[2][2] * at.z[2]);
+  const S e = path.law.restitution;
+  if (!path.compressed) return vn;
+  if (path.law.hypothesis == Restitution::newton) return vn + e * path.u0[2];
+  if (path.law.hypothesis == Restitution::poisson) return at.z[2] - (S(1) + e) * path.p_compression;
+  return at.z[3] - (S(1) - e * e) * path.work_compression;
+}
+
+// Does friction against the slip leave its direction alone?
+template <class S> bool keeps_direction(const Path<S>& path, const S (&s)[2]) {
+  const auto& K = path.K;
+  const S mu = path.law.friction;
+  const S g0 = K[0][2] - mu * (K[0][0] * s[0] + K[0][1] * s[1]), g1 = K[1][2] - mu * (K[1][0] * s[0] + K[1][1] * s[1]);
+  return real::abs(g1 * s[0] - g0 * s[1]) <= S(32) * real::epsilon<S>() * (K[0][0] + K[1][1] + K[2][2]) * (S(1) + mu);
+}
+
+// Slip that turns, to the end of the phase, or until it stops or keeps its direction.
+template <class S> void turning(Path<S>& path) {
+  const auto& K = path.K;
+  const S tolerance = S(64) * real::epsilon<S>();
+  const S size = (real::abs(path.u0[0]) + real::abs(path.u0[1]) + real::abs(path.u0[2])) / K[2][2];
+  const S speed_round_off = S(16) * real::epsilon<S>() * size * (K[0][0] + K[1][1]);
+  Turn<S> at{{path.J[0], path.J[1], path.J[2], path.work}};
+  S h = S(0.25) / ((K[0][0] + K[1][1] + K[2][2]) * (S(1) + path.law.friction));
+  const auto take = [&](const Turn<S>& to) {
+    at = to;
+    for (int i = 0; i < 3; ++i) path.J[i] = to.z[i];
+    path.work = to.z[3];
+  };
+  for (int steps = 0; steps < 4000; ++steps) {
+    S error{};
+    Turn<S> next = turn_step(path, at, h, error);
+    if (!(error <= tolerance * size)) {
+      h = h / S(2);
+      continue;
+    }
+    if (phase_left(path, next) >= S(0)) {  // Illinois on the length of this step
+      S low = S(0), high = h, f_low = phase_left(path, at), f_high = phase_left(path, next);
+      for (int i = 0, side = 0; i < 100 && high - low > real::epsilon<S>() * high && f_high > S(0) && f_low < S(0); ++i) {
+        S middle = (low * f_high - high * f_low) / (f_high - f_low);
+        if (!(middle > low && middle < high)) middle = low + (high - low) / S(2);
+        if (!(middle > low && middle < high)) break;
+        const Turn<S> tried = turn_step(path, at, middle, error);
+        const S f = phase_left(path, tried);
+        if (f < S(0)) {
+          low = middle;
+          f_low = f;
+          if (side < 0) f_high = f_high / S(2);
+          side = -1;
+        } else {
+          high = middle;
+          f_high = f;
+          next = tried;
+          if (side > 0) f_low = f_low / S(2);
+          side = 1;
+        }
+      }
+      take(next);
+      path.next_phase();
+      return;
+    }
+    take(next);
+    if (error < tolerance * size / S(1000)) h = h * S(1.5);
+    const S speed = path.speed();
+    if (speed <= speed_round_off) {
+      path.stopped = true;
+      return;
+    }
+    const S s[2] = {path.u(0) / speed, path.u(1) / speed};
+    if (keeps_direction(path, s)) return;
+  }
+  path.done = true;
+}
+
+}  // namespace
+
+template <class S> SlipPath<S> slip_path(const ImpactLaw<S>& law, const S (&K)[3][3], const S (&u0)[3]) {
+  Path<S> path{law, K, u0};
+  const S mu = law.friction;
+  path.stopped = u0[0] == S(0) && u0[1] == S(0);
+  for (int piece = 0; piece < 64 && !path.done; ++piece) {
+    const S speed = path.speed();
+    if (!path.stopped && speed > S(0)) {
+      const S s[2] = {path.u(0) / speed, path.u(1) / speed};
+      if (keeps_direction(path, s)) straight(path, -mu * s[0], -mu * s[1], s);
+      else turning(path);
+      continue;
+    }
+    path.stopped = true;
+    S f[2];
+    if (holding_force(K, f) <= mu) {
+      straight(path, f[0], f[1], static_cast<const S*>(nullptr));
+    } else {
+      S s[2];
+      new_direction(K, mu, s);
+      straight(path, -mu * s[0], -mu * s[1], static_cast<const S*>(nullptr));
+    }
+  }
+  return {{path.J[0], path.J[1], path.J[2]}};
+}
+
+template SlipPath<float> slip_path<float>(const ImpactLaw<float>&, const float (&)[3][3], const float (&)[3]);
+template SlipPath<double> slip_path<double>(const ImpactLaw<double>&, const double (&)[3][3], const double (&)[3]);
+template SlipPath<long double> slip_path<long double>(const ImpactLaw<long double>&, const long double (&)[3][3],
+                                                      const long double (&)[3]);
+
+}  // namespace atwood
