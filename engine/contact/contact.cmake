@@ -1,4 +1,10 @@
 target_sources(atwood_engine PRIVATE
+  collision/broad_bsp.cpp
+  collision/broad_grid.cpp
+  collision/broad_pairwise.cpp
+  collision/broad_phase.cpp
+  collision/broad_sweep.cpp
+  collision/broad_tree.cpp
   collision/compound_pairs.cpp
   collision/contacts.cpp
   collision/gap.cpp

@@ -1,0 +1,287 @@
+// Dynamic tree of bounding boxes. Each item has a fat box, grown by a little and along its motion; pairs of fat boxes that
+// overlap are remembered as candidates. A call in which every box is still inside its fat one only looks at the candidates;
+// if a few have left theirs, those ask the tree again; if many have, all do.
+// Source: Catto, Dynamic bounding volume hierarchies (2019), for the fat boxes; the tree here is not edited but refitted, and
+// built anew, halved at medians, when a search visits half as many nodes again as it did after the last building.
+#include "collision/broad_kinds.hpp"
+
+namespace atwood::broad {
+namespace {
+
+constexpr int leaf_items = 4;
+
+template <class S> class Tree final : public BroadPhase<S> {
+ public:
+  explicit Tree(Team* team) : team_(team), found_(team ? static_cast<std::size_t>(team->size()) : 1) {}
+
+  void find(Items<S> items, std::vector<BodyPair>& pairs) override {
+    ++call_;
+    const std::size_t n = items.size();
+    bool fresh = fat_.size() != n;
+    if (fresh) forget(items);
+    note_who_left(items, fresh);
+    if (fresh || left_.size() * 8 > n) {
+      search_all(items);
+    } else if (!left_.empty()) {
+      search_for_some(items);
+    }
+    this->kept_ = static_cast<std::int64_t>(candidates_.size());
+    decide(items, pairs);
+  }
+
+ private:
+  struct Node { Aabb<S> box; std::int32_t skip, first, count; };  // in preorder; `skip`: the next node that is not below this one
+  struct Entry { Vec3<S> middle; std::int32_t item; };
+  struct Birth { Vec3<S> low; std::int64_t call; };               // of a fat box
+  struct Found { std::vector<BodyPair> pairs, decided; std::int64_t visits = 0; };
+
+  static bool within(const Aabb<S>& inner, const Aabb<S>& outer) {
+    return (outer.low.x <= inner.low.x) & (outer.low.y <= inner.low.y) & (outer.low.z <= inner.low.z) & (inner.high.x <= outer.high.x) &
+           (inner.high.y <= outer.high.y) & (inner.high.z <= outer.high.z);
+  }
+  static void embrace(Aabb<S>& box, const Aabb<S>& other) {
+    box.low = {std::min(box.low.x, other.low.x), std::min(box.low.y, other.low.y), std::min(box.low.z, other.low.z)};
+    box.high = {std::max(box.high.x, other.high.x), std::max(box.high.y, other.high.y), std::max(box.high.z, other.high.z)};
+  }
+  static Aabb<S> nothing() {
+    constexpr S far = std::numeric_limits<S>::infinity();
+    return {{far, far, far}, {-far, -far, -far}};
+  }
+
+  void forget(Items<S> items) {
+    fat_.resize(items.size());
+    moves_.resize(items.size());
+    birth_.assign(items.size(), {{}, -1});
+    nodes_.clear();
+  }
+
+  void note_who_left(Items<S> items, bool& fresh) {
+    left_.clear();
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      if (fresh || !within(items[i].box, fat_[i])) left_.push_back(static_cast<std::int32_t>(i));
+      fresh = fresh || (moves_[i] != 0) != items[i].moves;
+    }
+  }
+
+  // A twentieth of the box on each side, and where it went since the last fat box: three calls further, its own size at most.
+  void fatten(Items<S> items, std::int32_t i) {
+    const BroadItem<S>& item = items[i];
+    Birth& birth = birth_[i];
+    const S calls = S(call_ - birth.call);
+    Aabb<S>& fat = fat_[i];
+    const auto grow = [&](S low, S high, S born_low, S& fat_low, S& fat_high) {
+      const S side = high - low;
+      S ahead = birth.call < 0 ? S(0) : S(3) * (low - born_low) / calls;
+      ahead = std::max(-side, std::min(side, ahead));
+      const S margin = S(0.05) * side;
+      fat_low = low - margin + std::min(ahead, S(0));
+      fat_high = high + margin + std::max(ahead, S(0));
+    };
+    if (item.moves) {
+      grow(item.box.low.x, item.box.high.x, birth.low.x, fat.low.x, fat.high.x);
+      grow(item.box.low.y, item.box.high.y, birth.low.y, fat.low.y, fat.high.y);
+      grow(item.box.low.z, item.box.high.z, birth.low.z, fat.low.z, fat.high.z);
+    } else {
+      fat = item.box;
+    }
+    birth = {item.box.low, call_};
+    moves_[i] = item.moves;
+  }
+
+  // ---- the tree -------------------------------------------------------------------------------------------------------------
+  void build() {
+    const auto n = static_cast<std::int32_t>(fat_.size());
+    entries_.resize(fat_.size());
+    for (std::int32_t i = 0; i < n; ++i) {
+      const Vec3<S> sum = fat_[i].low + fat_[i].high;  // twice the middle
+      entries_[i] = {{sortable(sum.x), sortable(sum.y), sortable(sum.z)}, i};
+    }
+    nodes_.clear();
+    leaves_.clear();
+    if (n > 0) split(0, n);
+    packed_.resize(fat_.size());
+  }
+
+  void split(std::int32_t first, std::int32_t last) {
+    const std::size_t node = nodes_.size();
+    nodes_.push_back({{}, 0, first, last - first});
+    if (last - first <= leaf_items) {
+      leaves_.push_back(static_cast<std::int32_t>(node));
+    } else {
+      nodes_[node].count = 0;
+      const int axis = widest_axis(first, last);
+      const std::int32_t middle = first + (last - first) / 2;
+      std::nth_element(entries_.begin() + first, entries_.begin() + middle, entries_.begin() + last, [axis](const Entry& a, const Entry& b) {
+        const S x = along(a.middle, axis), y = along(b.middle, axis);
+        return x != y ? x < y : a.item < b.item;
+      });
+      split(first, middle);
+      split(middle, last);
+    }
+    nodes_[node].skip = static_cast<std::int32_t>(nodes_.size());
+  }
+
+  int widest_axis(std::int32_t first, std::int32_t last) const {
+    Vec3<S> low = entries_[first].middle, high = low;
+    for (std::int32_t k = first + 1; k < last; ++k) {
+      const Vec3<S>& x = entries_[k].middle;
+      low = {std::min(low.x, x.x), std::min(low.y, x.y), std::min(low.z, x.z)};
+      high = {std::max(high.x, x.x), std::max(high.y, x.y), std::max(high.z, x.z)};
+    }
+    const Vec3<S> d = high - low;
+    return d.x >= d.y && d.x >= d.z ? 0 : d.y >= d.z ? 1 : 2;
+  }
+
+  // Boxes from the leaves up: in preorder both children come after their parent.
+  void refit() {
+    for (std::size_t k = 0; k < entries_.size(); ++k) packed_[k] = fat_[entries_[k].item];
+    for (std::size_t i = nodes_.size(); i-- > 0;) {
+      Node& node = nodes_[i];
+      node.box = nothing();
+      for (std::int32_t k = node.first; k < node.first + node.count; ++k) embrace(node.box, packed_[k]);
+      if (node.count > 0) continue;
+      embrace(node.box, nodes_[i + 1].box);
+      embrace(node.box, nodes_[nodes_[i + 1].skip].box);
+    }
+  }
+
+  // ---- candidates -----------------------------------------------------------------------------------------------------------
+  void search_all(Items<S> items) {
+    for (std::size_t i = 0; i < items.size(); ++i) fatten(items, static_cast<std::int32_t>(i));
+    const bool anew = nodes_.empty() || visits_ > visits_after_building_ + visits_after_building_ / 2;
+    if (anew) build();
+    refit();
+    const int parts = static_cast<int>(found_.size());
+    const auto work = [&](int part) {
+      const Share mine = share(static_cast<int>(leaves_.size()), part, parts);
+      Found& found = found_[part];
+      found.pairs.clear();
+      found.visits = 0;
+      for (int leaf = mine.first; leaf < mine.last; ++leaf) search_from_leaf(leaves_[leaf], found);
+    };
+    if (team_) team_->run(items.size() > 500, work);
+    else work(0);
+    room_.clear();
+    visits_ = 0;
+    for (const Found& found : found_) {
+      room_.insert(room_.end(), found.pairs.begin(), found.pairs.end());
+      visits_ += found.visits;
+    }
+    if (anew) visits_after_building_ = visits_;
+    pair_sort_.sort(room_, items.size(), candidates_);
+  }
+
+  void note(std::int32_t a, std::int32_t b, Found& found) const {
+    if (moves_[a] | moves_[b]) found.pairs.push_back(ordered(a, b));
+  }
+
+  // A leaf's items among each other, and with those of leaves later in preorder: each pair of leaves once.
+  void search_from_leaf(std::int32_t at, Found& found) const {
+    const Node& mine = nodes_[at];
+    const std::int32_t end = mine.first + mine.count;
+    for (std::int32_t k = mine.first; k < end; ++k) {
+      for (std::int32_t l = k + 1; l < end; ++l) {
+        if (boxes_overlap(packed_[k], packed_[l])) note(entries_[k].item, entries_[l].item, found);
+      }
+    }
+    const auto last = static_cast<std::int32_t>(nodes_.size());
+    for (std::int32_t other = mine.skip; other < last;) {
+      const Node& node = nodes_[other];
+      ++found.visits;
+      if (!boxes_overlap(mine.box, node.box)) {
+        other = node.skip;
+        continue;
+      }
+      for (std::int32_t l = node.first; l < node.first + node.count; ++l) {
+        if (!boxes_overlap(mine.box, packed_[l])) continue;
+        for (std::int32_t k = mine.first; k < end; ++k) {
+          if (boxes_overlap(packed_[k], packed_[l])) note(entries_[k].item, entries_[l].item, found);
+        }
+      }
+      ++other;
+    }
+  }
+
+  // New fat boxes for those who left theirs; their candidates are sought anew, the others' stay.
+  void search_for_some(Items<S> items) {
+    is_left_.assign(items.size(), 0);
+    for (const std::int32_t i : left_) {
+      fatten(items, i);
+      is_left_[i] = 1;
+    }
+    refit();
+    Found& found = found_[0];
+    found.pairs.clear();
+    for (const std::int32_t i : left_) search_from_item(i, found);
+    pair_sort_.sort(found.pairs, items.size(), new_);
+    room_.clear();
+    auto fresh = new_.begin();
+    for (const BodyPair& old : candidates_) {
+      if (is_left_[old.first] | is_left_[old.second]) continue;
+      while (fresh != new_.end() && *fresh < old) room_.push_back(*fresh++);
+      room_.push_back(old);
+    }
+    room_.insert(room_.end(), fresh, new_.end());
+    candidates_.swap(room_);
+  }
+
+  void search_from_item(std::int32_t i, Found& found) const {
+    const Aabb<S> box = fat_[i];
+    const auto last = static_cast<std::int32_t>(nodes_.size());
+    for (std::int32_t at = 0; at < last;) {
+      const Node& node = nodes_[at];
+      if (!boxes_overlap(box, node.box)) {
+        at = node.skip;
+        continue;
+      }
+      for (std::int32_t k = node.first; k < node.first + node.count; ++k) {
+        const std::int32_t other = entries_[k].item;
+        if (other == i || (is_left_[other] && other < i)) continue;  // two who left: once
+        if (boxes_overlap(box, packed_[k])) note(i, other, found);
+      }
+      ++at;
+    }
+  }
+
+  // Candidates are sorted, and so are the pairs among them.
+  void decide(Items<S> items, std::vector<BodyPair>& pairs) {
+    const int parts = static_cast<int>(found_.size());
+    const auto work = [&](int part) {
+      const Share mine = share(static_cast<int>(candidates_.size()), part, parts);
+      std::vector<BodyPair>& out = parts == 1 ? pairs : found_[part].decided;
+      out.resize(static_cast<std::size_t>(mine.last - mine.first));
+      std::size_t count = 0;
+      for (int k = mine.first; k < mine.last; ++k) {  // written always, kept sometimes: no branch to guess
+        const BodyPair pair = candidates_[k];
+        out[count] = pair;
+        count += is_pair(items[pair.first], items[pair.second]);
+      }
+      out.resize(count);
+    };
+    if (team_) team_->run(candidates_.size() > 10000, work);
+    else work(0);
+    if (parts == 1) return;
+    pairs.clear();
+    for (const Found& found : found_) pairs.insert(pairs.end(), found.decided.begin(), found.decided.end());
+  }
+
+  Team* team_;
+  std::int64_t call_ = 0, visits_ = 0, visits_after_building_ = 0;
+  std::vector<Aabb<S>> fat_, packed_;  // by item; in the order of the leaves
+  std::vector<Birth> birth_;
+  std::vector<char> moves_, is_left_;
+  std::vector<std::int32_t> left_, leaves_;
+  std::vector<Entry> entries_;
+  std::vector<Node> nodes_;
+  std::vector<Found> found_;  // a part each
+  std::vector<BodyPair> candidates_, new_, room_;
+  PairSort pair_sort_;
+};
+
+}  // namespace
+
+template <class S> std::unique_ptr<BroadPhase<S>> make_tree(Team* team) { return std::make_unique<Tree<S>>(team); }
+template std::unique_ptr<BroadPhase<float>> make_tree(Team*);
+template std::unique_ptr<BroadPhase<double>> make_tree(Team*);
+
+}  // namespace atwood::broad
