@@ -37,6 +37,32 @@ std::string could_touch(const Scene& scene) {
   return "";
 }
 
+bool turns_like_a_ball(const Body& body) {
+  const Real33& I = body.inertia_kg_m2;
+  return body.fixed || (I[0] == I[4] && I[4] == I[8] && I[1] == 0 && I[2] == 0 && I[5] == 0);
+}
+
+// |a + s u - c - t v|^2 is convex in (s, t): its least value over the square lies inside it, or on one of four sides,
+// where it is the distance of an end to the other segment.
+double segment_distance(const Vec<double>& a, const Vec<double>& b, const Vec<double>& c, const Vec<double>& d) {
+  const auto to_segment = [](const Vec<double>& p, const Vec<double>& from, const Vec<double>& to) {
+    const Vec<double> u = to - from;
+    const double length2 = dot(u, u);
+    const double s = length2 > 0 ? std::clamp(dot(p - from, u) / length2, 0.0, 1.0) : 0.0;
+    const Vec<double> left = p - from - s * u;
+    return std::sqrt(dot(left, left));
+  };
+  const double at_ends = std::min(std::min(to_segment(a, c, d), to_segment(b, c, d)),
+                                  std::min(to_segment(c, a, b), to_segment(d, a, b)));
+  const Vec<double> u = b - a, v = d - c, w = c - a;
+  const double uu = dot(u, u), uv = dot(u, v), vv = dot(v, v), bend = uu * vv - uv * uv;
+  if (!(bend > 1e-14 * uu * vv)) return at_ends;
+  const double s = (dot(u, w) * vv - dot(v, w) * uv) / bend, t = (dot(u, w) * uv - dot(v, w) * uu) / bend;
+  if (!(s > 0 && s < 1 && t > 0 && t < 1)) return at_ends;
+  const Vec<double> left = s * u - w - t * v;
+  return std::min(at_ends, std::sqrt(dot(left, left)));
+}
+
 template <class S>
 Pose<S> initial_pose(const Body& body) {
   Pose<S> pose;

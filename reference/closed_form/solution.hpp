@@ -25,11 +25,17 @@ struct Happening {  // an Event over S
   S impulse_n_N_s{}, impulse_t_N_s{}, vn_before_m_per_s{}, vn_after_m_per_s{};
 };
 
+// What the doubles of a scene leave open, where a law takes for closed or flat what they close or flatten to round-off
+// only: it goes into every bar after t = 0.
+template <class S>
+struct Slack { S p_m{}, q{}, v_m_per_s{}; };
+
 template <class S>
 struct Motion {
   std::string misfit;                         // why the scene is not one that the solution solves; empty: it is
   std::vector<std::vector<Pose<S>>> poses;    // [instant][body]
   std::vector<Happening<S>> happenings;
+  Slack<S> slack;
 };
 
 // One solution: its id, its citation, and the same formulas over both scalars. `t_s` are the instants.
@@ -75,6 +81,13 @@ std::string named(const Scene& scene, const Force& force, int body);
 // Empty, or which two bodies have shapes that could touch.
 std::string could_touch(const Scene& scene);
 
+// The moments are all alike: a body that turns like a ball about every axis.
+bool turns_like_a_ball(const Body& body);
+// The least distance of the segments from a to b and from c to d.
+double segment_distance(const Vec<double>& a, const Vec<double>& b, const Vec<double>& c, const Vec<double>& d);
+template <class S>
+Vec<double> rounded(const Vec<S>& v) { return {double(v[0]), double(v[1]), double(v[2])}; }
+
 // ---- the catalogue ----------------------------------------------------------------------------------------------
 Solution ballistic();
 Solution linear_drag();
@@ -87,5 +100,6 @@ Solution free_rigid_body();
 Solution axis_torque();
 Solution bounce();
 Solution sphere_impact();
+Solution slide_or_roll();
 
 }  // namespace atwood::closed_form

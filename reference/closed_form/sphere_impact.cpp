@@ -93,11 +93,6 @@ Friction<S> rub(const Scene& scene, const Two& two, const Meeting<S>& hit, const
   return made;
 }
 
-bool alike_moments(const Body& body) {
-  const Real33& I = body.inertia_kg_m2;
-  return body.fixed || (I[0] == I[4] && I[4] == I[8] && I[1] == 0 && I[2] == 0 && I[5] == 0);
-}
-
 template <class S>
 Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
   const Scene& scene = scenario.scene;
@@ -117,7 +112,7 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
   Meeting<S> hit = meet(d0, u, radius[0] + radius[1], S(law.restitution), inverse[0] + inverse[1]);
   if (hit.t > S(scenario.t_end_s)) hit.happens = false;
   const bool rough = hit.happens && law.friction != 0;
-  if (rough && !(alike_moments(*bodies[0]) && alike_moments(*bodies[1])))
+  if (rough && !(turns_like_a_ball(*bodies[0]) && turns_like_a_ball(*bodies[1])))
     motion.misfit = "the contact has friction and a sphere's moments of inertia are not all alike";
   for (const Turning<S>& turns_k : turns)
     if (motion.misfit.empty()) motion.misfit = turns_k.misfit;
