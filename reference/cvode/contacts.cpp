@@ -59,15 +59,9 @@ Contacts::Contacts(const Scene& scene, dynamics::Dynamics<double>& equations, co
       failure_ = "CVODE: " + name(pair.a) + " and " + name(pair.b) + " overlap at the start";
 }
 
-int Contacts::plane_of(const ContactPair& pair) const {
-  for (const int body : {pair.a, pair.b})
-    if (std::holds_alternative<Plane>(scene_.bodies[body].shape)) return body;
-  return -1;
-}
-
 int Contacts::roots() const {
   int count = static_cast<int>(pairs_.size());
-  for (const ContactPair& pair : pairs_) count += plane_of(pair) < 0;
+  for (const ContactPair& pair : pairs_) count += dynamics::plane_of(scene_, pair) < 0;
   return count;
 }
 
@@ -76,31 +70,12 @@ void Contacts::evaluate(const double* y, double* g) const {
   for (std::size_t k = 0; k < pairs_.size(); ++k) {
     const Gap<double> now = gap(scene_, equations_.layout(), pairs_[k], y);
     g[k] = now.gap_m;
-    if (plane_of(pairs_[k]) < 0) g[next++] = -now.rate_m_per_s;
+    if (dynamics::plane_of(scene_, pairs_[k]) < 0) g[next++] = -now.rate_m_per_s;
   }
-}
-
-bool Contacts::slides(const ContactPair& pair, const double* y, const Gap<double>& now) const {
-  Triple<double> sliding{};
-  for (const int body : {pair.a, pair.b}) {
-    const dynamics::Slot& slot = equations_.layout().slots[body];
-    if (slot.velocity < 0) continue;
-    Triple<double> v = dynamics::read3(y + slot.velocity);
-    if (slot.rate >= 0) {
-      std::array<double, 4> q;
-      std::copy_n(y + slot.attitude, 4, q.begin());
-      const Triple<double> arm = now.x_m - dynamics::read3(y + slot.position);
-      v += dynamics::cross(dynamics::rotate(q, dynamics::read3(y + slot.rate)), arm);
-    }
-    if (body == pair.a) sliding -= v; else sliding += v;
-  }
-  sliding -= dynamics::dot(sliding, now.normal) * now.normal;
-  return std::sqrt(dynamics::dot(sliding, sliding)) > 1e-8 * std::fabs(now.rate_m_per_s) + 1e-10;
 }
 
 void Contacts::strike(const ContactPair& pair, double t_s, std::vector<double>& y, std::vector<Event>& events) {
   const Gap<double> before = gap(scene_, equations_.layout(), pair, y.data());
-  const std::string both = name(pair.a) + " and " + name(pair.b);
   for (const int body : {pair.a, pair.b})
     if (!scene_.bodies[body].fixed && scene_.bodies[body].release_s > t_s)
       failure_ = "CVODE: " + name(body) + " is struck before its release: not covered";
@@ -108,11 +83,11 @@ void Contacts::strike(const ContactPair& pair, double t_s, std::vector<double>& 
     for (const int body : {pair.a, pair.b})
       if (!scene_.bodies[body].fixed && (body == held.a || body == held.b))
         failure_ = "CVODE: " + name(body) + " is struck while it rests: not covered";
-  if (pair.friction != 0 && slides(pair, y.data(), before))
-    failure_ = "CVODE: impact of " + both + " with friction is not covered";
-  const double impulse = dynamics::strike(scene_, equations_.layout(), pair, y.data());
+  if (const std::string why = dynamics::unstrikable(scene_, pair); !why.empty()) failure_ = "CVODE: " + why + " is not covered";
+  const dynamics::Strike<double> impulse = dynamics::strike(scene_, equations_.layout(), pair, y.data());
   Event made = event_at(t_s, EventKind::impact, pair, before);
-  made.impulse_n_N_s = impulse;
+  made.impulse_n_N_s = impulse.normal_N_s;
+  made.impulse_t_N_s = impulse.tangential_N_s;
   made.vn_before_m_per_s = before.rate_m_per_s;
   made.vn_after_m_per_s = gap(scene_, equations_.layout(), pair, y.data()).rate_m_per_s;
   events.push_back(made);
@@ -131,12 +106,16 @@ bool Contacts::rests(const ContactPair& pair, double t_s, std::vector<double>& y
   }
   const double speed = std::fabs(now.rate_m_per_s), flight = 2 * speed / pull;
   if (!(pull > 0) || pair.restitution >= 1 || speed * speed > 2 * pull * low_bounce_m_) return false;
-  const int plane = plane_of(pair);
+  const int plane = dynamics::plane_of(scene_, pair), ball = dynamics::ball_of(scene_, pair);
   if (plane < 0) {
     failure_ = "CVODE: " + name(pair.a) + " and " + name(pair.b) + " come to rest on each other: not covered";
     return false;
   }
-  const int ball = plane == pair.a ? pair.b : pair.a, at = equations_.layout().slots[ball].velocity;
+  if (dynamics::rubs(scene_, equations_.layout(), pair, y.data(), dydt.data(), 1e-8 * speed + 1e-9)) {
+    failure_ = "CVODE: " + name(ball) + " comes to rest on a plane with friction, and slides or is pulled along: not covered";
+    return false;
+  }
+  const int at = equations_.layout().slots[ball].velocity;
   const double rest_s = t_s + flight / (1 - pair.restitution);
   const double outward = ball == pair.b ? now.rate_m_per_s : -now.rate_m_per_s;
   for (int k = 0; k < 3; ++k) y[at + k] -= outward * now.normal[k];
@@ -171,7 +150,7 @@ bool Contacts::settle(double t_s, std::vector<double>& y, int interval, std::vec
 void Contacts::check_held(const std::vector<double>& y) {
   for (const ContactPair& pair : held_)
     if (gap(scene_, equations_.layout(), pair, y.data()).gap_m > 1e-6 * size_m_)
-      failure_ = "CVODE: " + name(plane_of(pair) == pair.a ? pair.b : pair.a) + " leaves the plane it rests on: not covered";
+      failure_ = "CVODE: " + name(dynamics::ball_of(scene_, pair)) + " leaves the plane it rests on: not covered";
 }
 
 }  // namespace atwood::cvode

@@ -1,4 +1,4 @@
-// Smooth contacts during a CVODE run: what touches, what bounces, what comes to rest. In double.
+// Contacts during a CVODE run: what touches, what bounces, what comes to rest. In double.
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@ class Contacts {
   Contacts(const Scene& scene, dynamics::Dynamics<double>& equations, const Options& options);
 
   // Root functions: the gap of every pair, then, falling through zero at the closest approach, minus the gap's rate of
-  // every pair of spheres: one may pass through another and out again within a step. Closing in on the nearest approach
+  // every pair without a plane: a ball may pass through another or a thin wall and out again within a step. Closing in on the nearest approach
   // CVODE's root finder meets the overlap, and goes on to the first root of the gap.
   int roots() const;
   void evaluate(const double* y, double* g) const;
@@ -28,8 +28,6 @@ class Contacts {
   void strike(const dynamics::ContactPair& pair, double t_s, std::vector<double>& y, std::vector<Event>& events);
   bool rests(const dynamics::ContactPair& pair, double t_s, std::vector<double>& y, int interval,
              std::vector<Event>& events);
-  bool slides(const dynamics::ContactPair& pair, const double* y, const dynamics::Gap<double>& now) const;
-  int plane_of(const dynamics::ContactPair& pair) const;  // -1: two spheres
   std::string name(int body) const { return "`" + scene_.bodies[body].name + "`"; }
 
   const Scene& scene_;

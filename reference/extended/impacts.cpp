@@ -63,32 +63,6 @@ Impacts<S>::Impacts(const Scene& scene, dynamics::Dynamics<S>& dynamics, dynamic
 }
 
 template <class S>
-int Impacts<S>::ball_of(const Pair& pair) const {
-  if (std::holds_alternative<Plane>(scene_.bodies[pair.a].shape)) return pair.b;
-  return std::holds_alternative<Plane>(scene_.bodies[pair.b].shape) ? pair.a : -1;
-}
-
-// Does the surface of one slide over the other's? Friction would then act.
-template <class S>
-bool Impacts<S>::slips(const Pair& pair, const S* y, const Gap<S>& now) const {
-  Triple<S> sliding{};
-  for (const int body : {pair.a, pair.b}) {
-    const dynamics::Slot& slot = dynamics_.layout().slots[body];
-    if (slot.velocity < 0) continue;
-    Triple<S> v = dynamics::read3(y + slot.velocity);
-    if (slot.rate >= 0) {
-      std::array<S, 4> q;
-      std::copy_n(y + slot.attitude, 4, q.begin());
-      const Triple<S> arm = now.x_m - dynamics::read3(y + slot.position);
-      v += dynamics::cross(dynamics::rotate(q, dynamics::read3(y + slot.rate)), arm);
-    }
-    if (body == pair.a) sliding -= v; else sliding += v;
-  }
-  sliding -= dynamics::dot(sliding, now.normal) * now.normal;
-  return dynamics::dot(sliding, sliding) > tiny_ * tiny_;
-}
-
-template <class S>
 void Impacts<S>::strike_pair(const Pair& pair, S t, S* y, std::vector<Event>& events) {
   const auto name = [&](int body) { return "`" + scene_.bodies[body].name + "`"; };
   const Gap<S> before = gap(scene_, dynamics_.layout(), pair, y);
@@ -97,13 +71,14 @@ void Impacts<S>::strike_pair(const Pair& pair, S t, S* y, std::vector<Event>& ev
       failure_ = name(body) + " is struck before its release: not covered by the extended truth";
   for (const Pair& other : held_)
     for (const int body : {pair.a, pair.b})
-      if (body == ball_of(other)) failure_ = name(body) + " is struck while it rests: not covered by the extended truth";
-  if (pair.friction != 0 && slips(pair, y, before))
-    failure_ = "impact of " + name(pair.a) + " and " + name(pair.b) + " with friction is not covered by the extended truth";
+      if (body == dynamics::ball_of(scene_, other)) failure_ = name(body) + " is struck while it rests: not covered by the extended truth";
+  if (const std::string why = dynamics::unstrikable(scene_, pair); !why.empty())
+    failure_ = why + " is not covered by the extended truth";
   if (++strikes_ > most_strikes) failure_ = "more than " + std::to_string(most_strikes) + " impacts";
-  const S impulse = dynamics::strike(scene_, dynamics_.layout(), pair, y);
+  const dynamics::Strike<S> impulse = dynamics::strike(scene_, dynamics_.layout(), pair, y);
   Event made = event_at(t, EventKind::impact, pair, before);
-  made.impulse_n_N_s = impulse;
+  made.impulse_n_N_s = impulse.normal_N_s;
+  made.impulse_t_N_s = impulse.tangential_N_s;
   made.vn_before_m_per_s = before.rate_m_per_s;
   made.vn_after_m_per_s = gap(scene_, dynamics_.layout(), pair, y).rate_m_per_s;
   events.push_back(made);
@@ -113,7 +88,7 @@ void Impacts<S>::strike_pair(const Pair& pair, S t, S* y, std::vector<Event>& ev
 //   sum_k 2 v e^k / a = 2 v / (a (1 - e)).
 template <class S>
 bool Impacts<S>::rests(const Pair& pair, S t, S* y, int interval, std::vector<Event>& events) {
-  const int ball = ball_of(pair);
+  const int ball = dynamics::ball_of(scene_, pair);
   const Gap<S> now = gap(scene_, dynamics_.layout(), pair, y);
   std::vector<S> dydt(dynamics_.size());
   dynamics_.rate(t, y, dydt.data(), interval);
@@ -130,6 +105,11 @@ bool Impacts<S>::rests(const Pair& pair, S t, S* y, int interval, std::vector<Ev
   if (ball < 0) {
     failure_ = "`" + scene_.bodies[pair.a].name + "` and `" + scene_.bodies[pair.b].name +
                "` come to rest on each other: not covered by the extended truth";
+    return false;
+  }
+  if (dynamics::rubs(scene_, dynamics_.layout(), pair, y, dydt.data(), tiny_)) {
+    failure_ = "`" + scene_.bodies[ball].name +
+               "` comes to rest on a plane with friction, and slides or is pulled along: not covered by the extended truth";
     return false;
   }
   const S rest_t = t + 2 * speed / (pull * (1 - S(pair.restitution)));
@@ -174,7 +154,7 @@ template <class S>
 void Impacts<S>::check_held(const S* y) {
   for (const Pair& pair : held_)
     if (gap(scene_, dynamics_.layout(), pair, y).gap_m > 1e-9 * scene_size(scene_))
-      failure_ = "`" + scene_.bodies[ball_of(pair)].name + "` leaves the plane it rests on: not covered by the extended truth";
+      failure_ = "`" + scene_.bodies[dynamics::ball_of(scene_, pair)].name + "` leaves the plane it rests on: not covered by the extended truth";
 }
 
 // g(high) < 0, g > 0 before the root. Newton from the parabola through g(0), g'(0), g(high); a step that leaves the

@@ -1,5 +1,5 @@
-// Where smooth contacts begin inside a step, and how a bouncing ball comes to rest. Sphere-sphere and sphere-plane,
-// Newton's restitution, no friction.
+// Where contacts begin inside a step, and how a bouncing ball comes to rest on a plane. Balls against each other, planes and
+// fixed rectangles and boxes; Newton's restitution, Coulomb's friction.
 #pragma once
 
 #include <functional>
@@ -37,8 +37,6 @@ class Impacts {
   S locate(const Pair& pair, const S* before, S high, S gap_high, const Again& again) const;
   void strike_pair(const Pair& pair, S t, S* y, std::vector<Event>& events);
   bool rests(const Pair& pair, S t, S* y, int interval, std::vector<Event>& events);
-  bool slips(const Pair& pair, const S* y, const dynamics::Gap<S>& now) const;
-  int ball_of(const Pair& pair) const;  // -1: two spheres
 
   const Scene& scene_;
   dynamics::Dynamics<S>& dynamics_;

@@ -195,13 +195,6 @@ std::optional<std::array<Wide, 2>> landing(const std::vector<Sample>& values, in
   return std::nullopt;
 }
 
-// Two shapes that could meet, at least one of them moving.
-bool contacts_possible(const Scene& scene) {
-  const auto shaped = [](const Body& body) { return body.shape.index() != 0; };
-  return std::ranges::count_if(scene.bodies, shaped) >= 2 &&
-         std::ranges::any_of(scene.bodies, [&](const Body& body) { return shaped(body) && !body.fixed; });
-}
-
 }  // namespace
 
 void append_landing(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows) {
@@ -223,7 +216,7 @@ void append_landing(const Scenario& scenario, const Truth& truth, const Recordin
 }
 
 void append_contact(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows) {
-  if (!contacts_possible(scenario.scene)) return;
+  if (!dynamics::contacts_possible(scenario.scene)) return;
   if (has_truth(truth)) {
     append_impacts(scenario, truth, run, rows);
     append_transitions(truth, run, rows);

@@ -82,7 +82,7 @@ void require_bodies(const ProbeRequest& request) {
 }
 
 void require_no_contacts(const ProbeRequest& request) {
-  if (!dynamics::contact_pairs(request.scenario.scene).pairs.empty())
+  if (dynamics::contacts_possible(request.scenario.scene))
     throw ProbeEnds(Status::unsupported, "bodies of the scene can touch; smooth motion alone is probed");
   if (!request.plan.frame_ends_s.empty()) throw ProbeEnds(Status::unsupported, "recorded frames are not probed, equal steps are");
 }

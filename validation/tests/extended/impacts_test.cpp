@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "closed_form/closed_form.hpp"
 #include "extended/extended.hpp"
 #include "scenes.hpp"
 
@@ -120,13 +121,73 @@ TEST_CASE("a body waits for its release") {
   CHECK(size(truth.values[4].bodies[1].p_m[2] - (Wide(100.125) - Wide(9.81) / 2)) < 1e-28);
 }
 
+// The closed form of two rough spheres is another derivation in other code: each bar covers the difference.
+TEST_CASE("rough spheres that slip or stick, with spin: the closed form lies within the bars") {
+  for (const double mu : {0.02, 5.0}) {
+    Scenario rough = two_spheres(0.9, 0.1);
+    rough.truth = {TruthKind::closed_form, "sphere-impact", ""};
+    rough.scene.pairs[0].friction = mu;
+    for (Body& body : rough.scene.bodies) {
+      const double I = 0.025 * body.mass_kg;
+      body.inertia_kg_m2 = {I, 0, 0, 0, I, 0, 0, 0, I};
+      body.angular_velocity_body_rad_per_s = {2, -5, body.mass_kg};
+    }
+    const Truth tested = extended_truth(rough, 8), exact = closed_form_truth(rough, 8);
+    REQUIRE(tested.outcome.reason == "");
+    REQUIRE(exact.outcome.reason == "");
+    REQUIRE(tested.events.size() == 1);
+    CHECK(tested.events[0].impulse_t_N_s > 0);
+    CHECK(size(tested.events[0].impulse_t_N_s - exact.events[0].impulse_t_N_s) < 1e-28);
+    for (std::size_t k = 1; k < tested.values.size(); ++k)
+      for (std::size_t i = 0; i < 2; ++i) {
+        const BodySample &a = tested.values[k].bodies[i], &b = exact.values[k].bodies[i];
+        const BodySample &p = tested.bars[k].bodies[i], &q = exact.bars[k].bodies[i];
+        for (int c = 0; c < 3; ++c) {
+          CHECK(size(a.p_m[c] - b.p_m[c]) <= size(p.p_m[c] + q.p_m[c]));
+          CHECK(size(a.v_m_per_s[c] - b.v_m_per_s[c]) <= size(p.v_m_per_s[c] + q.v_m_per_s[c]));
+          CHECK(size(a.w_rad_per_s[c] - b.w_rad_per_s[c]) <= size(p.w_rad_per_s[c] + q.w_rad_per_s[c]));
+        }
+        for (int c = 0; c < 4; ++c) CHECK(size(a.q_wxyz[c] - b.q_wxyz[c]) <= size(p.q_wxyz[c] + q.q_wxyz[c]));
+      }
+    CHECK(largest_bar(tested) < 1e-24);
+  }
+}
+
+// Thrown flat onto a plate and off it, over its edge to the ground: 1/2 g t^2 by hand for every flight.
+TEST_CASE("a ball bounces off a plate and falls to the ground") {
+  Scene scene = scenes::empty_scene();
+  scene.gravity_m_per_s2 = {0, 0, -10};
+  scene.pairs[0].restitution = 0.5;
+  scene.bodies = {scenes::point("ground", 0, {0, 0, 0}, {0, 0, 0}), scenes::point("plate", 0, {0, 0, 5}, {0, 0, 0}),
+                  scenes::point("ball", 1, {0.2, 0, 6.5}, {1.5, 0, 0})};
+  scene.bodies[0].shape = Plane{};
+  scene.bodies[1].shape = Rectangle{{1, 1}};
+  scene.bodies[0].fixed = scene.bodies[1].fixed = true;
+  scene.bodies[2].shape = Sphere{0.25};
+  const Truth truth = extended_truth(scenes::scenario(scene, 2), 8);
+  REQUIRE(truth.outcome.reason == "");
+  REQUIRE(truth.events.size() == 2);
+  CHECK(truth.events[0].body_a == 1);
+  CHECK(size(truth.events[0].t_s - Wide(0.5)) < 1e-28);  // 1.25 m
+  CHECK(truth.events[1].body_a == 0);
+  // Up at 2.5 m/s from 5.25 to 0.25: 5 t^2 - 2.5 t - 5 = 0.
+  CHECK(size(truth.events[1].t_s - Wide(0.5) - (Wide(2.5) + sqrtq(Wide(106.25))) / 10) < 1e-28);
+}
+
 TEST_CASE("what is not covered is refused with a reason") {
   Scenario rough = two_spheres(1, 0.3);
   rough.scene.pairs[0].friction = 0.2;
+  rough.scene.bodies[0].inertia_kg_m2 = {0.1, 0, 0, 0, 0.2, 0, 0, 0, 0.2};
   const Truth truth = extended_truth(rough, 2);
   CHECK(truth.outcome.status == Status::unsupported);
-  CHECK(truth.outcome.reason == "impact of `a` and `b` with friction is not covered by the extended truth");
+  CHECK(truth.outcome.reason ==
+        "friction on `a`, whose moments of inertia are not all alike, is not covered by the extended truth");
   CHECK(truth.values.empty());
+
+  Scenario rolling = scenes::bounce(0.5, 0.25, false, 3);
+  rolling.scene.pairs[0].friction = 0.2;
+  rolling.scene.gravity_m_per_s2 = {1, 0, -10};
+  CHECK(extended_truth(rolling, 2).outcome.reason.find("slides or is pulled along") != std::string::npos);
 
   Scenario boxes = two_spheres(1, 0);
   boxes.scene.bodies[0].shape = Box{{1, 1, 1}};
