@@ -49,9 +49,11 @@ struct ContactSample {
   double gap_m = 0;                                 // negative: overlap
   double force_n_N = 0;                             // on b along the normal, >= 0
   std::array<double, 3> force_t_N{};                // friction on b, world axes
-
-  bool operator==(const ContactSample&) const = default;
 };
+inline bool operator==(const ContactSample& a, const ContactSample& b) {  // not defaulted: Boost's odeint needs C++17
+  return a.body_a == b.body_a && a.body_b == b.body_b && a.x_m == b.x_m && a.normal == b.normal && a.gap_m == b.gap_m &&
+         a.force_n_N == b.force_n_N && a.force_t_N == b.force_t_N;
+}
 
 struct Sample {
   Wide t_s = 0;
