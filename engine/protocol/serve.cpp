@@ -13,6 +13,7 @@
 #include "protocol/wire.hpp"
 #include "protocol/worker.hpp"
 #include "scene/files.hpp"
+#include "scene/pair_sweep.hpp"
 
 namespace atwood {
 namespace {
@@ -118,6 +119,97 @@ void answer_truth(TruthSolver solve, const wire::Request& request, Pipe& pipe) {
   pipe.put(wire::truth_done_line(request.cell, truth));
 }
 
+// ---- contacts -----------------------------------------------------------------------------------------------------
+// Who answers a request for contacts; empty where nobody does.
+struct ContactTest {
+  const Engine& engine;
+  const PairQueries& queries;
+
+  ContactAnswer operator()(const std::string& test, const Scene& scene, const ContactQuery& query) const {
+    if (test.empty() || test == "contacts") {
+      if (!engine.contacts) throw std::invalid_argument(engine.name + " answers no questions about contacts");
+      return engine.contacts(scene, query);
+    }
+    const auto found = queries.tests.find(test);
+    if (found == queries.tests.end()) throw std::invalid_argument(engine.name + " has no test `" + test + "` of contacts");
+    return found->second(scene, query);
+  }
+};
+
+void answer_contacts(const ContactTest& test, const wire::Request& request, Pipe& pipe) {
+  ContactAnswer answer;
+  answer.outcome = guarded([&] {
+    answer = test(request.test, scene_from_json(request.json), request.contacts);
+    return answer.outcome;
+  });
+  if (answer.outcome.status == Status::ok) pipe.put(wire::contacts_line(request.cell, answer, request.contacts.swept));
+  pipe.put(wire::done_line(request.cell, answer.outcome, {}));
+}
+
+template <std::size_t n> std::array<double, n> narrowed(const std::array<Wide, n>& wide) {
+  std::array<double, n> narrow{};
+  for (std::size_t i = 0; i < n; ++i) narrow[i] = static_cast<double>(wide[i]);
+  return narrow;
+}
+
+// The deepest contact of a pose, or its first touch; where they are apart, how far, from those who can tell.
+PoseAnswer pose_answer(const ContactTest& test, const wire::Request& request, const Scene& scene, Outcome& outcome) {
+  PoseAnswer pose;
+  const bool own = request.test.empty() || request.test == "contacts";
+  ContactQuery query = request.contacts;
+  query.t_end_s = kSweepEndS;
+  const bool by_gap = own && !query.swept && test.queries.gap;
+  if (!by_gap || test.engine.contacts) {
+    const ContactAnswer found = test(request.test, scene, query);
+    outcome = found.outcome;
+    pose.hit = query.swept ? !found.touches.empty() : !found.contacts.empty();
+    pose.points = static_cast<int>(found.contacts.size());
+    const FoundContact* deepest = nullptr;
+    for (const FoundContact& each : found.contacts)
+      if (!deepest || each.depth_m > deepest->depth_m) deepest = &each;
+    if (deepest) pose.gap_m = -static_cast<double>(deepest->depth_m);
+    if (deepest) pose.normal = narrowed(deepest->normal), pose.x_m = narrowed(deepest->x_m);
+    if (query.swept && pose.hit) {
+      const FoundTouch& first = found.touches.front();
+      pose.toi_s = static_cast<double>(first.toi_s);
+      pose.normal = narrowed(first.normal), pose.x_m = narrowed(first.x_m);
+    }
+    if (!by_gap || pose.hit || outcome.status != Status::ok) return pose;
+  }
+  const PairGap gap = test.queries.gap(scene, 0, 1);
+  pose.gap_m = static_cast<double>(gap.gap_m);
+  pose.normal = narrowed(gap.normal), pose.x_m = narrowed(gap.x_m);
+  pose.bar = gap.bar_m, pose.margin_m = gap.margin_m;
+  if (!test.engine.contacts) pose.hit = gap.gap_m <= 0;
+  return pose;
+}
+
+void answer_sweep(const ContactTest& test, const wire::Request& request, Pipe& pipe) {
+  constexpr std::size_t kPosesALine = 500;
+  std::vector<PoseAnswer> poses;
+  const Outcome ended = guarded([&] {
+    Outcome outcome;
+    for (std::int64_t k = request.from; k < request.from + request.count && outcome.status == Status::ok; ++k) {
+      const Scene scene = sweep_scene(request.pair, request.seed, k, request.contacts.swept);
+      poses.push_back(pose_answer(test, request, scene, outcome));
+      if (poses.size() < kPosesALine) continue;
+      pipe.put(wire::poses_line(request.cell, poses));
+      poses.clear();
+    }
+    return outcome;
+  });
+  if (ended.status == Status::ok && !poses.empty()) pipe.put(wire::poses_line(request.cell, poses));
+  pipe.put(wire::done_line(request.cell, ended, {}));
+}
+
+// True when the request was one about contacts.
+bool answered_contacts(const ContactTest& test, const wire::Request& request, Pipe& pipe) {
+  if (request.kind == wire::Request::Kind::contacts) answer_contacts(test, request, pipe);
+  else if (request.kind == wire::Request::Kind::sweep) answer_sweep(test, request, pipe);
+  else return false;
+  return true;
+}
+
 // `answer(request, pipe)` answers everything but hello.
 template <class AnswerRequest>
 int serve_lines(const Engine& hello, AnswerRequest answer) {
@@ -143,14 +235,16 @@ int serve_lines(const Engine& hello, AnswerRequest answer) {
 
 }  // namespace
 
-int serve(const Engine& engine) {
+int serve(const Engine& engine, const PairQueries& queries) {
+  const ContactTest test{engine, queries};
   return serve_lines(engine, [&](const wire::Request& request, Pipe& pipe) {
-    if (request.kind != wire::Request::Kind::run) throw wire::Garbage(engine.name + " answers hello and run");
+    if (answered_contacts(test, request, pipe)) return;
+    if (request.kind != wire::Request::Kind::run) throw wire::Garbage(engine.name + " answers hello, run and contacts");
     answer_run(engine, request, pipe);
   });
 }
 
-int serve_truth(TruthSolver solve, const std::string& version) {
+int serve_truth(TruthSolver solve, const std::string& version, const ContactsOf& contacts, const PairQueries& queries) {
   Engine hello;
   hello.name = "truth";
   hello.version = version;
@@ -158,8 +252,11 @@ int serve_truth(TruthSolver solve, const std::string& version) {
   MethodInfo& method = hello.methods.emplace_back();
   method.id = "truth";
   method.doc = "The tightest certified truth of a scene: closed form, quad extrapolation and collocation, or CVODE.";
+  hello.contacts = contacts;
+  const ContactTest test{hello, queries};
   return serve_lines(hello, [&](const wire::Request& request, Pipe& pipe) {
-    if (request.kind != wire::Request::Kind::truth) throw wire::Garbage("this worker answers hello and truth");
+    if (answered_contacts(test, request, pipe)) return;
+    if (request.kind != wire::Request::Kind::truth) throw wire::Garbage("this worker answers hello, truth and contacts");
     answer_truth(solve, request, pipe);
   });
 }

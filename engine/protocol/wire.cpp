@@ -220,6 +220,72 @@ void read_events(const Json& json, Answer& answer) {
   }
 }
 
+// ---- contacts -----------------------------------------------------------------------------------------------------
+std::array<Wide, 3> read_three(const Json& values, std::size_t at) {
+  return {number(values[at]), number(values[at + 1]), number(values[at + 2])};
+}
+
+void read_contacts(const Json& json, Answer& answer) {
+  const auto body = [](const Json& value) { return static_cast<int>(integer(value, "body")); };
+  if (json.contains("contacts")) {
+    for (const Json& v : array(json["contacts"], "contacts")) {
+      array(v, "contact", 9);
+      answer.contacts.push_back({body(v[0]), body(v[1]), read_three(v, 2), read_three(v, 5), number(v[8])});
+    }
+  }
+  if (json.contains("touches")) {
+    for (const Json& v : array(json["touches"], "touches")) {
+      array(v, "touch", 9);
+      answer.touches.push_back({body(v[0]), body(v[1]), number(v[2]), read_three(v, 3), read_three(v, 6)});
+    }
+  }
+  if (!json.contains("poses")) return;
+  for (const Json& v : array(json["poses"], "poses")) {
+    array(v, "pose", 12);
+    PoseAnswer& pose = answer.poses.emplace_back();
+    pose.hit = integer(v[0], "hit") != 0;
+    pose.gap_m = narrow_number(v[1]);
+    pose.toi_s = narrow_number(v[2]);
+    for (std::size_t i = 0; i < 3; ++i) pose.normal[i] = narrow_number(v[3 + i]), pose.x_m[i] = narrow_number(v[6 + i]);
+    pose.points = static_cast<int>(integer(v[9], "points"));
+    pose.bar = narrow_number(v[10]);
+    pose.margin_m = narrow_number(v[11]);
+  }
+}
+
+std::string contacts_request(const Request& request) {
+  std::string line = ",\"cell\":" + std::to_string(request.cell);
+  if (!request.test.empty()) line += ",\"test\":" + dump(Json(request.test));
+  line += std::string(",\"swept\":") + (request.contacts.swept ? "true" : "false");
+  if (request.kind == Request::Kind::contacts) {
+    return R"({"request":"contacts")" + line + ",\"t_end_s\":" + format_double(request.contacts.t_end_s) +
+           ",\"scene\":" + request.json + "}";
+  }
+  return R"({"request":"contacts-sweep")" + line + ",\"pair\":" + dump(Json(request.pair)) +
+         ",\"seed\":" + std::to_string(request.seed) + ",\"from\":" + std::to_string(request.from) +
+         ",\"count\":" + std::to_string(request.count) + "}";
+}
+
+void read_contacts_request(const Json& json, const std::string& kind, Request& request) {
+  const Json& swept = need(json, "swept");
+  if (!swept.is_boolean()) throw Garbage("\"swept\" must be true or false");
+  request.contacts.swept = swept.get<bool>();
+  request.test = text_or(json, "test", "");
+  if (kind == "contacts") {
+    request.kind = Request::Kind::contacts;
+    if (request.contacts.swept) request.contacts.t_end_s = narrow_number(need(json, "t_end_s"));
+    if (request.contacts.swept && !(request.contacts.t_end_s > 0)) throw Garbage("\"t_end_s\" must be positive");
+    request.json = need(json, "scene").dump();
+    return;
+  }
+  request.kind = Request::Kind::sweep;
+  request.pair = text(need(json, "pair"), "pair");
+  request.seed = static_cast<std::uint64_t>(integer(need(json, "seed"), "seed"));
+  request.from = integer(need(json, "from"), "from");
+  request.count = integer(need(json, "count"), "count");
+  if (request.from < 0 || request.count < 0) throw Garbage("\"from\" and \"count\" must not be negative");
+}
+
 // ---- settings, outcomes -------------------------------------------------------------------------------------------
 Json to_json(const Settings& settings) {
   Json json = Json::object();
@@ -280,6 +346,7 @@ std::string to_line(const Request& request) {
     return R"({"request":"truth","cell":)" + std::to_string(request.cell) +
            ",\"samples\":" + std::to_string(request.plan.samples) + ",\"scenario\":" + request.json + "}";
   }
+  if (request.kind == Request::Kind::contacts || request.kind == Request::Kind::sweep) return contacts_request(request);
   const bool timing = request.repeats > 0;
   std::string line = R"({"request":"run","cell":)" + std::to_string(request.cell);
   line += ",\"method\":" + dump(Json(request.method)) + ",\"pass\":\"" + (timing ? "timing" : "accuracy") + "\"";
@@ -309,6 +376,10 @@ Request read_request(std::string_view line, std::int64_t& cell) {
     return request;
   }
   need(json, "cell");
+  if (kind == "contacts" || kind == "contacts-sweep") {
+    read_contacts_request(json, kind, request);
+    return request;
+  }
   request.plan.samples = integer(need(json, "samples"), "samples");
   if (request.plan.samples <= 0) throw Garbage("\"samples\" must be positive");
   if (kind == "truth") {
@@ -316,7 +387,7 @@ Request read_request(std::string_view line, std::int64_t& cell) {
     request.json = need(json, "scenario").dump();
     return request;
   }
-  if (kind != "run") throw Garbage("unknown request `" + kind + "`; expected hello, run or truth");
+  if (kind != "run") throw Garbage("unknown request `" + kind + "`; expected hello, run, truth, contacts or contacts-sweep");
   request.kind = Request::Kind::run;
   request.method = text(need(json, "method"), "method");
   request.plan.t_end_s = narrow_number(need(json, "t_end_s"));
@@ -412,6 +483,37 @@ std::string truth_done_line(std::int64_t cell, const Truth& truth) {
   return line + "}";
 }
 
+std::string contacts_line(std::int64_t cell, const ContactAnswer& answer, bool swept) {
+  std::string line = head(cell) + (swept ? ",\"touches\":[" : ",\"contacts\":[");
+  const auto row = [&](int a, int b, const auto&... values) {
+    line += "[" + std::to_string(a) + "," + std::to_string(b) + ",";
+    (append_all(line, values), ...);
+    line.back() = ']';
+    line += ',';
+  };
+  using One = std::array<Wide, 1>;
+  if (swept) for (const FoundTouch& t : answer.touches) row(t.body_a, t.body_b, One{t.toi_s}, t.x_m, t.normal);
+  else for (const FoundContact& c : answer.contacts) row(c.body_a, c.body_b, c.x_m, c.normal, One{c.depth_m});
+  if (line.back() == ',') line.pop_back();
+  return line + "]}";
+}
+
+std::string poses_line(std::int64_t cell, const std::vector<PoseAnswer>& poses) {
+  std::string line = head(cell) + ",\"poses\":[";
+  for (const PoseAnswer& pose : poses) {
+    line += pose.hit ? "[1," : "[0,";
+    append_all(line, std::array{pose.gap_m, pose.toi_s});
+    append_all(line, pose.normal);
+    append_all(line, pose.x_m);
+    line += std::to_string(pose.points) + ",";
+    append_all(line, std::array{pose.bar, pose.margin_m});
+    line.back() = ']';
+    line += ',';
+  }
+  if (line.back() == ',') line.pop_back();
+  return line + "]}";
+}
+
 std::string error_line(std::int64_t cell, const std::string& what) {
   const Json done{{"status", "crashed"}, {"reason", "bad request: " + what}};
   return head(cell) + ",\"error\":" + dump(Json(what)) + ",\"done\":" + dump(done) + "}";
@@ -429,6 +531,10 @@ Answer read_answer(std::string_view line) {
     answer.source = text_or(done, "source", "");
     answer.note = text_or(done, "note", "");
     if (done.contains("condition")) answer.condition = narrow_number(done["condition"]);
+    return answer;
+  }
+  if (json.contains("contacts") || json.contains("touches") || json.contains("poses")) {
+    read_contacts(json, answer);
     return answer;
   }
   answer.sample.t_s = number(need(json, "t_s"));

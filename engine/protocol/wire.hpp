@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "protocol/method.hpp"
+#include "protocol/pair_query.hpp"
 #include "protocol/truth.hpp"
 
 namespace atwood::wire {
@@ -22,12 +23,17 @@ struct Garbage : std::runtime_error { using std::runtime_error::runtime_error; }
 
 // ---- requests ---------------------------------------------------------------------------------------------------
 struct Request {
-  enum class Kind { hello, run, truth } kind = Kind::hello;
+  enum class Kind { hello, run, truth, contacts, sweep } kind = Kind::hello;
   std::int64_t cell = -1;
   std::string method;
   Plan plan;           // truth: samples alone
   int repeats = 0;     // 0: the accuracy pass
-  std::string json;    // run: the scene; truth: the scenario
+  std::string json;    // run, contacts: the scene; truth: the scenario
+  ContactQuery contacts = {};   // contacts, sweep
+  std::string test = {};        // contacts, sweep: one beside the engine's own; empty: its own
+  std::string pair = {};        // sweep: poses from..from + count of this pair (scene/pair_sweep.hpp)
+  std::uint64_t seed = 0;
+  std::int64_t from = 0, count = 0;
 };
 std::string to_line(const Request& request);
 // Throws Garbage; `cell` is set as soon as it is known, so that the answer can name it.
@@ -42,6 +48,10 @@ std::string truth_line(std::int64_t cell, const Sample& value, const Sample& bar
 // Events that no sample follows come with it.
 std::string done_line(std::int64_t cell, const Outcome& outcome, const std::vector<Event>& events);
 std::string truth_done_line(std::int64_t cell, const Truth& truth);
+// {"cell":7,"contacts":[[a,b,x,y,z,nx,ny,nz,depth],...]}, or "touches":[[a,b,toi,x,y,z,nx,ny,nz],...]
+std::string contacts_line(std::int64_t cell, const ContactAnswer& answer, bool swept);
+// {"cell":7,"poses":[[hit,gap,toi,nx,ny,nz,x,y,z,points,bar,margin],...]}
+std::string poses_line(std::int64_t cell, const std::vector<PoseAnswer>& poses);
 // The answer to a request that cannot be read.
 std::string error_line(std::int64_t cell, const std::string& what);
 
@@ -56,6 +66,9 @@ struct Answer {
   Outcome outcome;
   std::string source, note;   // of a truth
   double condition = 0;
+  std::vector<FoundContact> contacts;
+  std::vector<FoundTouch> touches;
+  std::vector<PoseAnswer> poses;
 };
 Answer read_answer(std::string_view line);  // throws Garbage
 

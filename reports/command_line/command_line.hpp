@@ -34,6 +34,7 @@ struct Options {
   int jobs = 0;                           // 0: one a core
   double cell_limit_s = 20;
   bool no_timing = false, json = false, events = false;
+  bool swept = false;                     // contacts
   bool evidence = false;                  // describe METHOD --program
   bool whole_ladders = false;             // each scenario's ladder, halved as far down as its samples divide it
   std::string wanted_error, budget, metric;  // advise
@@ -102,6 +103,7 @@ int command_doctor(const Place&, const Options&);
 int command_schema(const Place&, const Options&);
 int command_run(const Place&, const Options&);
 int command_trace(const Place&, const Options&);
+int command_contacts(const Place&, const Options&);
 int command_compare(const Place&, const Options&);
 int command_check(const Place&, const Options&);
 int command_gate(const Place&, const Options&);

@@ -69,6 +69,12 @@ void declare_commands(Parser& p) {
   trace->add_option("--limit", o.cell_limit_s, "Seconds it may take")->capture_default_str();
   trace->add_flag("--events", o.events, "Contacts instead of the motion");
 
+  auto* contacts = p.add("contacts", "Where bodies touch in the initial pose, or (--swept) when they first would, as CSV", command_contacts);
+  contacts->add_option("SCENE", o.input, "A file or a catalogue id")->required();
+  contacts->add_option("--engine", o.engines, "atwood (unless given), truth, bullet64, bullet32, ode, fcl, libccd, box-edges, or a worker's path")->expected(1);
+  contacts->add_flag("--swept", o.swept, "Straight motion with constant spin to the scene's end, instead of the initial pose");
+  contacts->add_option("--limit", o.cell_limit_s, "Seconds it may take")->capture_default_str()->check(CLI::Range(0.01, 1e6));
+
   auto* compare = p.add("compare", "Methods side by side: error, order and cost on each scenario", command_compare);
   compare->add_option("METHODS", o.methods, "Two or more method ids")->required()->expected(1, 64);
   compare->add_option("--scenario,--filter", o.scenarios, "Scenarios: ids, globs or files")->expected(1)->take_all();

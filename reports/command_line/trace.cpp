@@ -1,11 +1,10 @@
 // trace: one run's motion or contacts as CSV, in the precision it was computed in.
 #include <algorithm>
-#include <cmath>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "reports/command_line/command_line.hpp"
+#include "reports/command_line/table.hpp"
 #include "scene/files.hpp"
 
 namespace atwood {
@@ -19,13 +18,6 @@ constexpr const char* bar_columns =
     "wy_rad_per_s_bar,wz_rad_per_s_bar,source";
 constexpr const char* event_columns =
     "t_s,kind,body_a,body_b,x_m,y_m,z_m,nx,ny,nz,impulse_n_N_s,impulse_t_N_s,vn_before_m_per_s,vn_after_m_per_s";
-
-std::string quoted(const std::string& text) {
-  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-  std::string out = "\"";
-  for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return out + "\"";
-}
 
 template <std::size_t n>
 void append(std::string& line, const std::array<Wide, n>& values, int digits) {
@@ -42,58 +34,6 @@ void append_body(std::string& line, const BodySample& body, int digits) {
 std::string body_name(const Scene& scene, std::size_t i) {
   return i < scene.bodies.size() ? quoted(scene.bodies[i].name) : quoted(scene.problem);
 }
-
-// The table as it is printed: CSV lines, or with --json one array of objects with the columns as keys. Numbers wider than
-// double, and those that are not finite, are strings there.
-class Table {
- public:
-  Table(const std::string& columns, bool json) : json_(json), columns_(split(columns)) {
-    fmt::print("{}", json ? "[" : columns + "\n");
-  }
-  ~Table() {
-    if (json_) std::fputs("\n]\n", stdout);
-  }
-  Table(const Table&) = delete;
-  Table& operator=(const Table&) = delete;
-
-  void row(const std::string& line) {
-    if (!json_) {
-      fmt::print("{}\n", line);
-      return;
-    }
-    const auto fields = split(line);
-    std::string text = first_ ? "\n" : ",\n";
-    for (std::size_t i = 0; i < fields.size(); ++i) {
-      text += fmt::format("{}\"{}\":{}", i == 0 ? "{" : ",", columns_.at(i), as_json(fields[i]));
-    }
-    fmt::print("{}}}", text);
-    first_ = false;
-  }
-
- private:
-  // Quotes as in RFC 4180.
-  static std::vector<std::string> split(const std::string& line) {
-    std::vector<std::string> fields(1);
-    bool quote = false;
-    for (std::size_t i = 0; i < line.size(); ++i) {
-      if (line[i] == '"' && quote && i + 1 < line.size() && line[i + 1] == '"') fields.back() += line[++i];
-      else if (line[i] == '"') quote = !quote;
-      else if (line[i] == ',' && !quote) fields.emplace_back();
-      else fields.back() += line[i];
-    }
-    return fields;
-  }
-  static std::string as_json(const std::string& field) {
-    const auto parsed = nlohmann::json::parse(field, nullptr, false);
-    const auto digits = std::count_if(field.begin(), field.begin() + static_cast<std::ptrdiff_t>(std::min(field.find('e'), field.size())),
-                                      [](char c) { return c >= '0' && c <= '9'; });
-    if (parsed.is_number() && std::isfinite(parsed.get<double>()) && digits <= 18) return field;
-    return nlohmann::json(field).dump();
-  }
-
-  bool json_, first_ = true;
-  std::vector<std::string> columns_;
-};
 
 void print_motion(const Scene& scene, const std::vector<Sample>& values, const Truth* truth, int digits, bool json) {
   Table table(fmt::format("{}{}", motion_columns, truth ? bar_columns : ""), json);

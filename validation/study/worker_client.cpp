@@ -188,6 +188,44 @@ Truth WorkerClient::truth(const std::string& scenario_json, std::size_t bodies, 
   return truth;
 }
 
+// ---- contacts -----------------------------------------------------------------------------------------------------
+ContactAnswer WorkerClient::contacts(const std::string& scene_json, std::size_t bodies, const ContactQuery& query, double limit_s) {
+  wire::Request request;
+  request.kind = wire::Request::Kind::contacts;
+  request.contacts = query;
+  request.json = scene_json;
+  ContactAnswer found;
+  const auto known = [&](int a, int b) {
+    if (a < 0 || b <= a || static_cast<std::size_t>(b) >= bodies) throw wire::Garbage("contacts of bodies that the scene has not, or of a body before another");
+  };
+  found.outcome = ask(std::move(request), limit_s, [&](const wire::Answer& answer) {
+    for (const FoundContact& each : answer.contacts) known(each.body_a, each.body_b), found.contacts.push_back(each);
+    for (const FoundTouch& each : answer.touches) known(each.body_a, each.body_b), found.touches.push_back(each);
+  });
+  found.outcome.reason = printable(found.outcome.reason);
+  return found;
+}
+
+std::vector<PoseAnswer> WorkerClient::sweep(const std::string& test, const std::string& pair, std::uint64_t seed,
+                                            std::int64_t count, bool swept, double limit_s, Outcome& outcome) {
+  wire::Request request;
+  request.kind = wire::Request::Kind::sweep;
+  request.contacts.swept = swept;
+  request.test = test;
+  request.pair = pair;
+  request.seed = seed;
+  request.count = count;
+  std::vector<PoseAnswer> poses;
+  outcome = ask(std::move(request), limit_s, [&](const wire::Answer& answer) {
+    poses.insert(poses.end(), answer.poses.begin(), answer.poses.end());
+    if (poses.size() > static_cast<std::size_t>(count)) throw wire::Garbage("more poses than the " + std::to_string(count) + " asked for");
+    if (answer.done && answer.outcome.status == Status::ok && poses.size() != static_cast<std::size_t>(count))
+      throw wire::Garbage("ended as ok with " + std::to_string(poses.size()) + " of " + std::to_string(count) + " poses");
+  });
+  outcome.reason = printable(outcome.reason);
+  return poses;
+}
+
 // ---- one-off requests ---------------------------------------------------------------------------------------------
 std::vector<Worker> find_workers(const std::vector<std::string>& paths) {
   const BrokenPipeGuard guard;
@@ -215,6 +253,12 @@ Recording run_once(const Worker& worker, const std::string& method, const Scene&
   const BrokenPipeGuard guard;
   WorkerClient client(worker.command);
   return client.run(method, scene_to_json(scene), sampled_bodies(scene), plan, 0, limit_s);
+}
+
+ContactAnswer contacts_once(const Worker& worker, const Scene& scene, const ContactQuery& query, double limit_s) {
+  const BrokenPipeGuard guard;
+  WorkerClient client(worker.command);
+  return client.contacts(scene_to_json(scene), scene.bodies.size(), query, limit_s);
 }
 
 Truth truth_once(const std::string& truth_worker, const Scenario& scenario, std::int64_t samples, double limit_s) {

@@ -23,10 +23,14 @@ class WorkerClient {
   explicit WorkerClient(std::vector<std::string> command, bool pinned = false)
       : command_(std::move(command)), pinned_(pinned) {}
 
-  // All three throw Interrupted. `limit_s` counts from the request; starting has a limit of its own.
+  // All throw Interrupted. `limit_s` counts from the request; starting has a limit of its own.
   Engine hello(Outcome& outcome);
   Recording run(const std::string& method, const std::string& scene_json, std::size_t bodies, const Plan& plan, int repeats,
                 double limit_s);
+  ContactAnswer contacts(const std::string& scene_json, std::size_t bodies, const ContactQuery& query, double limit_s);
+  // Poses from..from + count of a pair; `outcome` says how it ended. `test`: one beside the engine's own, or empty.
+  std::vector<PoseAnswer> sweep(const std::string& test, const std::string& pair, std::uint64_t seed, std::int64_t count,
+                                bool swept, double limit_s, Outcome& outcome);
   Truth truth(const std::string& scenario_json, std::size_t bodies, double t_end_s, std::int64_t samples, double limit_s);
 
   // From sending the last request to the end of its answer, without the start of the process.

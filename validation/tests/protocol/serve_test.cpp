@@ -4,6 +4,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -13,6 +14,7 @@
 #include "protocol/wire.hpp"
 #include "protocol/worker.hpp"
 #include "scene/files.hpp"
+#include "scene/pair_sweep.hpp"
 
 using namespace atwood;
 
@@ -166,4 +168,100 @@ TEST_CASE("a truth is answered with bars, and its solver's failures as outcomes"
   CHECK(wire::read_answer(lines[3]).source == "demo");
   CHECK(wire::read_answer(lines[4]).outcome.status == Status::crashed);
   CHECK(wire::read_answer(lines[4]).outcome.reason == "no truth here");
+}
+
+// ---- contacts -----------------------------------------------------------------------------------------------------
+namespace {
+
+// Says of every scene: one contact 0.1 deep, or one touch at half the time.
+Engine touching_engine() {
+  Engine engine = demo_engine();
+  engine.contacts = [](const Scene& scene, const ContactQuery& query) {
+    ContactAnswer answer;
+    if (query.swept) answer.touches.push_back({0, 1, static_cast<Wide>(query.t_end_s) / 2, {1, 2, 3}, {0, 0, 1}});
+    else answer.contacts.push_back({0, 1, {1, 2, 3}, {0, 0, 1}, static_cast<Wide>(1) / 3});
+    if (scene.bodies.size() == 1) throw std::invalid_argument("demo needs two bodies");
+    return answer;
+  };
+  return engine;
+}
+
+std::string contacts_request(std::int64_t cell, bool swept, std::size_t bodies) {
+  Scene scene = sweep_scene("box-box", 1, 0, false);
+  scene.bodies.resize(bodies);
+  wire::Request request;
+  request.kind = wire::Request::Kind::contacts;
+  request.cell = cell;
+  request.contacts = {swept, 8};
+  request.json = scene_to_json(scene);
+  return wire::to_line(request) + "\n";
+}
+
+std::string sweep_request(std::int64_t cell, const std::string& pair, std::int64_t count, const std::string& test) {
+  wire::Request request;
+  request.kind = wire::Request::Kind::sweep;
+  request.cell = cell;
+  request.test = test;
+  request.pair = pair;
+  request.seed = 42;
+  request.count = count;
+  return wire::to_line(request) + "\n";
+}
+
+}  // namespace
+
+TEST_CASE("contacts and touches come back to the last bit; an engine without them says so") {
+  const auto lines = answers(contacts_request(1, false, 2) + contacts_request(2, true, 2) + contacts_request(3, false, 1),
+                             [] { return serve(touching_engine()); });
+  REQUIRE(lines.size() == 5);
+  const wire::Answer still = wire::read_answer(lines[0]), moving = wire::read_answer(lines[2]);
+  REQUIRE(still.contacts.size() == 1);
+  CHECK(still.contacts[0].depth_m == static_cast<Wide>(1) / 3);
+  CHECK(still.contacts[0].x_m[2] == 3);
+  CHECK(still.contacts[0].normal[2] == 1);
+  REQUIRE(moving.touches.size() == 1);
+  CHECK(moving.touches[0].toi_s == 4);
+  CHECK(wire::read_answer(lines[1]).done);
+  CHECK(wire::read_answer(lines[4]).outcome.status == Status::unsupported);
+
+  const auto none = answers(contacts_request(1, false, 2) + sweep_request(2, "box-box", 3, ""), [] { return serve(demo_engine()); });
+  REQUIRE(none.size() == 2);
+  for (const auto& line : none) CHECK(wire::read_answer(line).outcome.status == Status::unsupported);
+}
+
+TEST_CASE("a sweep of poses is answered pose by pose, by the test that is named") {
+  PairQueries queries;
+  queries.tests["blind"] = [](const Scene&, const ContactQuery&) { return ContactAnswer{}; };
+  queries.gap = [](const Scene&, int, int) { return PairGap{7, {1, 0, 0}, {}, 0.5, 0.25}; };
+  const auto lines = answers(sweep_request(1, "box-box", 1201, "") + sweep_request(2, "sphere-box", 2, "blind") +
+                                 sweep_request(3, "no-pair", 2, "") + sweep_request(4, "box-box", 2, "unknown"),
+                             [&] { return serve(touching_engine(), queries); });
+  REQUIRE(lines.size() == 4 + 2 + 1 + 1);
+  std::size_t poses = 0;
+  for (std::size_t i = 0; i < 3; ++i) poses += wire::read_answer(lines[i]).poses.size();
+  CHECK(poses == 1201);
+  const PoseAnswer first = wire::read_answer(lines[0]).poses.front();
+  CHECK(first.hit);
+  CHECK(first.gap_m == -1.0 / 3);
+  CHECK(first.points == 1);
+  CHECK(first.x_m == std::array<double, 3>{1, 2, 3});
+  const auto blind = wire::read_answer(lines[4]).poses;
+  REQUIRE(blind.size() == 2);
+  CHECK(!blind[1].hit);
+  CHECK(std::isnan(blind[1].gap_m));  // the named test alone answers, not `gap`
+  CHECK(wire::read_answer(lines[6]).outcome.status == Status::unsupported);
+  CHECK(wire::read_answer(lines[6]).outcome.reason.find("box-box") != std::string::npos);
+  CHECK(wire::read_answer(lines[7]).outcome.status == Status::unsupported);
+}
+
+TEST_CASE("seeded poses depend on seed, pair and index alone") {
+  const auto text = [](const std::string& pair, std::uint64_t seed, std::int64_t k) { return scene_to_json(sweep_scene(pair, seed, k, false)); };
+  for (const std::string& pair : sweep_pairs()) {
+    CHECK(text(pair, 42, 7) == text(pair, 42, 7));
+    CHECK(text(pair, 42, 7) != text(pair, 43, 7));
+    CHECK(text(pair, 42, 7) != text(pair, 42, 8));
+    CHECK(pair_size_m(sweep_scene(pair, 42, 7, false)) > 0);
+  }
+  for (const std::string& pair : touch_pairs()) CHECK(sweep_scene(pair, 42, 7, true).bodies[0].velocity_m_per_s != Real3{});
+  CHECK_THROWS_AS(sweep_scene("box", 42, 7, false), std::invalid_argument);
 }

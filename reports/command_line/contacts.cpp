@@ -1,0 +1,77 @@
+// contacts: where a scene's bodies touch in the initial pose, or when they first would, as CSV.
+#include <unistd.h>
+
+#include <filesystem>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "reports/command_line/command_line.hpp"
+#include "reports/command_line/table.hpp"
+#include "scene/files.hpp"
+
+namespace atwood {
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* contact_columns = "body_a,body_b,x_m,y_m,z_m,nx,ny,nz,depth_m";
+constexpr const char* touch_columns = "body_a,body_b,toi_s,x_m,y_m,z_m,nx,ny,nz";
+
+// Engines with questions about contacts, and the end of their worker's name.
+struct Known { const char* name; const char* worker; };
+constexpr Known known_engines[] = {{"atwood", "engine"}, {"truth", "truth"},   {"bullet64", "bullet64"},
+                                   {"bullet32", "bullet32"}, {"ode", "ode"},   {"fcl", "fcl"},
+                                   {"libccd", "libccd"},     {"box-edges", "box-edges"}};
+
+std::string worker_path(const Place& place, const std::string& engine) {
+  std::vector<std::string> names;
+  for (const Known& known : known_engines) {
+    if (engine == known.name) return fmt::format("{}/atwood-{}", place.bin_dir, known.worker);
+    names.emplace_back(known.name);
+  }
+  if (!fs::exists(engine))
+    throw InputError(fmt::format("--engine {}: no such engine or file; expected a worker's path or one of {}", engine, fmt::join(names, ", ")));
+  if (!fs::is_regular_file(engine)) throw InputError(fmt::format("--engine {}: not a file", engine));
+  if (access(engine.c_str(), X_OK) != 0) throw InputError(fmt::format("--engine {}: not executable (chmod +x?)", engine));
+  return fs::absolute(engine).string();
+}
+
+template <class Values> std::string joined(const Values& values, int digits) {
+  std::string text;
+  for (const Wide value : values) text += "," + format_number(value, digits);
+  return text;
+}
+
+int exit_of(const Outcome& outcome) {
+  if (outcome.status == Status::ok) return exit_pass;
+  fmt::print(stderr, "atwood: {}: {}\n", to_string(outcome.status), outcome.reason);
+  return outcome.status == Status::unsupported || outcome.status == Status::not_built ? exit_pass : exit_cell;
+}
+
+}  // namespace
+
+int command_contacts(const Place& place, const Options& options) {
+  const Scenario scenario = read_scene_argument(place, options.input);
+  if (!scenario.scene.problem.empty())
+    throw InputError(fmt::format("{}: the bare system `{}` has no bodies that could touch", options.input, scenario.scene.problem));
+  const std::string engine = options.engines.empty() ? "atwood" : options.engines.front();
+  const Worker worker = find_workers({worker_path(place, engine)}).front();
+  if (worker.status != Status::ok) return exit_of({worker.status, worker.reason, 0, 0, {}});
+  const ContactAnswer answer = contacts_once(worker, scenario.scene, {options.swept, scenario.t_end_s}, options.cell_limit_s);
+  if (answer.outcome.status != Status::ok) return exit_of(answer.outcome);
+
+  const int digits = worker.engine.name == "truth" ? 21 : 17;
+  const auto pair = [&](int a, int b) {
+    const auto name = [&](int i) { return quoted(scenario.scene.bodies.at(static_cast<std::size_t>(i)).name); };
+    return name(a) + "," + name(b);
+  };
+  Table table(options.swept ? touch_columns : contact_columns, options.json);
+  for (const FoundContact& c : answer.contacts)
+    table.row(pair(c.body_a, c.body_b) + joined(c.x_m, digits) + joined(c.normal, digits) + "," + format_number(c.depth_m, digits));
+  for (const FoundTouch& t : answer.touches)
+    table.row(pair(t.body_a, t.body_b) + "," + format_number(t.toi_s, digits) + joined(t.x_m, digits) + joined(t.normal, digits));
+  return exit_pass;
+}
+
+}  // namespace atwood

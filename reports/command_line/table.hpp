@@ -1,0 +1,28 @@
+// A table on standard output as other programs read it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace atwood {
+
+// A field of CSV, in quotes where it needs them (RFC 4180).
+std::string quoted(const std::string& text);
+
+// CSV lines, or with `json` one array of objects with the columns as keys. Numbers wider than double, and those that are not
+// finite, are strings there.
+class Table {
+ public:
+  Table(const std::string& columns, bool json);
+  ~Table();
+  Table(const Table&) = delete;
+  Table& operator=(const Table&) = delete;
+
+  void row(const std::string& line);  // CSV
+
+ private:
+  bool json_, first_ = true;
+  std::vector<std::string> columns_;
+};
+
+}  // namespace atwood
