@@ -225,7 +225,7 @@ std::array<Wide, 3> read_three(const Json& values, std::size_t at) {
   return {number(values[at]), number(values[at + 1]), number(values[at + 2])};
 }
 
-void read_contacts(const Json& json, Answer& answer) {
+void read_found(const Json& json, Answer& answer) {
   const auto body = [](const Json& value) { return static_cast<int>(integer(value, "body")); };
   if (json.contains("contacts")) {
     for (const Json& v : array(json["contacts"], "contacts")) {
@@ -533,8 +533,8 @@ Answer read_answer(std::string_view line) {
     if (done.contains("condition")) answer.condition = narrow_number(done["condition"]);
     return answer;
   }
-  if (json.contains("contacts") || json.contains("touches") || json.contains("poses")) {
-    read_contacts(json, answer);
+  if (!json.contains("t_s") && (json.contains("contacts") || json.contains("touches") || json.contains("poses"))) {
+    read_found(json, answer);
     return answer;
   }
   answer.sample.t_s = number(need(json, "t_s"));
