@@ -39,6 +39,9 @@ template <class S> constexpr PairTable<S> pair_table() {
   put(plane, box, plane_box_contacts<S>, plane_box_separation<S>);
   put(plane, capsule, plane_capsule_contacts<S>, plane_capsule_separation<S>);
   put(plane, cylinder, plane_cylinder_contacts<S>, plane_cylinder_separation<S>);
+  for (const ShapeKind a : {rectangle, box, capsule})
+    for (const ShapeKind b : {rectangle, box, capsule})
+      if (a <= b) put(a, b, box_box_contacts<S>, box_box_separation<S>, a == b);
   for (const ShapeKind other : {sphere, plane, rectangle, box, capsule, cylinder, convex, mesh, compound})
     put(other, compound, compound_contacts<S>, compound_separation<S>, other == compound);
   return table;

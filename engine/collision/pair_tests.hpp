@@ -36,4 +36,8 @@ template <class S> Separation<S> plane_box_separation(const Posed<S>&, const Pos
 template <class S> Separation<S> plane_capsule_separation(const Posed<S>&, const Posed<S>&);
 template <class S> Separation<S> plane_cylinder_separation(const Posed<S>&, const Posed<S>&);
 
+// ---- boxes, rectangles and capsules among each other ----------------------------------------------------------------
+template <class S> void box_box_contacts(const Posed<S>&, const Posed<S>&, S margin, std::vector<Manifold<S>>&);
+template <class S> Separation<S> box_box_separation(const Posed<S>&, const Posed<S>&);
+
 }  // namespace atwood

@@ -1,4 +1,8 @@
 target_sources(atwood_engine PRIVATE
+  collision/box_axes.cpp
+  collision/box_closest.cpp
+  collision/box_faces.cpp
+  collision/box_pairs.cpp
   collision/broad_bsp.cpp
   collision/broad_grid.cpp
   collision/broad_pairwise.cpp

@@ -1,0 +1,211 @@
+// Clipping one box's face by another's: Sutherland and Hodgman (1974), in the reference face's own coordinates.
+#include <limits>
+
+#include "collision/box_pair.hpp"
+
+namespace atwood {
+
+namespace {
+
+constexpr int next(int i) { return i == 2 ? 0 : i + 1; }
+
+// The two boxes as the reference sees them, in its axes.
+template <class S> struct Facing {
+  std::array<S, 3> h, other_h, t, n;             // half extents; the way to the other's centre; the way it lies (unit)
+  std::array<std::array<S, 3>, 3> R;             // R[i][j] = reference axis i . other's axis j
+  int k, l;                                      // the faces' axes
+  S sign, other_sign;                            // and which of the two faces each
+};
+
+template <class S> Facing<S> facing(const BoxPair<S>& pair, bool reference_is_a, int k, const Vec3<S>& normal_W) {
+  Facing<S> f;
+  f.k = k;
+  const Vec3<S>* axis = reference_is_a ? pair.place_a->axis_W : pair.place_b->axis_W;
+  const Vec3<S>* other = reference_is_a ? pair.place_b->axis_W : pair.place_a->axis_W;
+  const S away = reference_is_a ? S(1) : S(-1);
+  S most = S(-1);
+  for (int i = 0; i < 3; ++i) {
+    f.n[i] = away * dot(normal_W, axis[i]);
+    f.t[i] = reference_is_a ? pair.t_a[i] : -pair.t_b[i];
+    for (int j = 0; j < 3; ++j) f.R[i][j] = reference_is_a ? pair.R[i][j] : pair.R[j][i];
+    const S along = away * dot(normal_W, other[i]);
+    if (real::abs(along) > most) most = real::abs(along), f.l = i, f.other_sign = along > S(0) ? S(-1) : S(1);
+  }
+  f.h = reference_is_a ? pair.h_a : pair.h_b;
+  f.other_h = reference_is_a ? pair.h_b : pair.h_a;
+  f.sign = f.n[k] < S(0) ? S(-1) : S(1);
+  return f;
+}
+
+// ---- the polygon ---------------------------------------------------------------------------------------------------------
+// A corner of it: place on the reference face, gap along the normal, the features that meet there, and what the side to the
+// next corner lies on: the other's side 0..3, or 4 + the reference's side.
+template <class S> struct Corner {
+  S u, v, gap;
+  int feature, other_feature, side;
+};
+template <class S> struct Polygon {
+  static constexpr int most = 12;  // four corners, and one more for each side that cuts; round-off can add some
+  std::array<Corner<S>, most> corners;
+  int count = 0;
+  void add(const Corner<S>& c) {
+    if (count < most) corners[static_cast<std::size_t>(count++)] = c;
+  }
+};
+
+template <class S> Polygon<S> other_face(const Facing<S>& f) {
+  const int u = next(f.k), v = next(u), l1 = next(f.l), l2 = next(l1);
+  // Centre and half sides of the other's face, as (u, v, gap): moved along the normal onto the reference face.
+  const auto projected = [&](S x_u, S x_v, S x_k) {
+    const S gap = x_k / f.n[f.k];
+    return std::array<S, 3>{x_u - gap * f.n[u], x_v - gap * f.n[v], gap};
+  };
+  const auto along = [&](int j, S length) { return projected(length * f.R[u][j], length * f.R[v][j], length * f.R[f.k][j]); };
+  const auto depth = f.other_sign * f.other_h[f.l];
+  const auto c = projected(f.t[u] + depth * f.R[u][f.l], f.t[v] + depth * f.R[v][f.l],
+                           f.t[f.k] + depth * f.R[f.k][f.l] - f.sign * f.h[f.k]);
+  const auto p = along(l1, f.other_h[l1]), q = along(l2, f.other_h[l2]);
+  const int face = kFeatureNone + static_cast<int>(f.sign) * kFeatureWeight[f.k];
+  const int other_face = kFeatureNone + static_cast<int>(f.other_sign) * kFeatureWeight[f.l];
+  Polygon<S> polygon;
+  for (int side = 0; side < 4; ++side) {  // (+, +), (-, +), (-, -), (+, -)
+    const int s1 = side == 0 || side == 3 ? 1 : -1, s2 = side < 2 ? 1 : -1;
+    polygon.add({c[0] + S(s1) * p[0] + S(s2) * q[0], c[1] + S(s1) * p[1] + S(s2) * q[1], c[2] + S(s1) * p[2] + S(s2) * q[2],
+                 face, other_face + s1 * kFeatureWeight[l1] + s2 * kFeatureWeight[l2], side});
+  }
+  return polygon;
+}
+
+// The features that meet where the polygon's side crosses the reference's side `cut` (0: u = +h, 1: u = -h, 2, 3: v likewise).
+template <class S> void name_crossing(const Facing<S>& f, int side, int cut, Corner<S>& at) {
+  const int u = next(f.k), v = next(u), l1 = next(f.l), l2 = next(l1);
+  const auto sides = [&](int which) { return (which % 2 == 0 ? 1 : -1) * kFeatureWeight[which < 2 ? u : v]; };
+  at.feature = kFeatureNone + static_cast<int>(f.sign) * kFeatureWeight[f.k] + sides(cut);
+  at.other_feature = kFeatureNone + static_cast<int>(f.other_sign) * kFeatureWeight[f.l];
+  if (side >= 4) at.feature += sides(side - 4);  // a corner of the reference face over the other's face
+  else at.other_feature += side % 2 == 0 ? (side == 0 ? 1 : -1) * kFeatureWeight[l2] : (side == 1 ? -1 : 1) * kFeatureWeight[l1];
+}
+
+template <class S> void clip(const Facing<S>& f, int cut, Polygon<S>& polygon) {
+  const S sign = cut % 2 == 0 ? S(1) : S(-1), h = f.h[next(cut < 2 ? f.k : next(f.k))];
+  const auto coordinate = [cut](const Corner<S>& c) { return cut < 2 ? c.u : c.v; };
+  const auto beyond = [&](const Corner<S>& c) { return sign * coordinate(c) > h; };
+  bool any = false;
+  for (int i = 0; i < polygon.count; ++i) any = any || beyond(polygon.corners[static_cast<std::size_t>(i)]);
+  if (!any) return;
+  const S hair = S(1e-3) * (f.h[next(f.k)] + f.h[next(next(f.k))]);
+  const Corner<S>* inherited = nullptr;
+  Polygon<S> kept;
+  for (int i = 0; i < polygon.count; ++i) {
+    const Corner<S>& p = polygon.corners[static_cast<std::size_t>(i)];
+    const Corner<S>& q = polygon.corners[static_cast<std::size_t>(i + 1 == polygon.count ? 0 : i + 1)];
+    const bool p_out = beyond(p), q_out = beyond(q);
+    if (!p_out) kept.add(p);
+    if (p_out == q_out) continue;
+    const S part = (sign * h - coordinate(p)) / (coordinate(q) - coordinate(p));
+    Corner<S> at{p.u + part * (q.u - p.u), p.v + part * (q.v - p.v), p.gap + part * (q.gap - p.gap), 0, 0, q_out ? 4 + cut : p.side};
+    (cut < 2 ? at.u : at.v) = sign * h;
+    name_crossing(f, p.side, cut, at);
+    // A corner that is cut off by a hair leaves its name to one of the cuts: flush boxes must not change names by round-off.
+    const Corner<S>& lost = q_out ? q : p;
+    if (real::abs(lost.u - at.u) + real::abs(lost.v - at.v) <= hair && &lost != inherited) {
+      at.feature = lost.feature, at.other_feature = lost.other_feature;
+      inherited = &lost;
+    }
+    kept.add(at);
+  }
+  polygon = kept;
+}
+
+template <class S> void drop_doubles(Polygon<S>& polygon, S tolerance) {
+  Polygon<S> kept;
+  const auto same = [tolerance](const Corner<S>& p, const Corner<S>& q) {
+    return real::abs(p.u - q.u) <= tolerance && real::abs(p.v - q.v) <= tolerance && real::abs(p.gap - q.gap) <= tolerance;
+  };
+  for (int i = 0; i < polygon.count; ++i) {
+    const Corner<S>& c = polygon.corners[static_cast<std::size_t>(i)];
+    if (kept.count > 0 && same(c, kept.corners[static_cast<std::size_t>(kept.count - 1)])) continue;
+    if (i + 1 == polygon.count && kept.count > 0 && same(c, kept.corners[0])) continue;
+    kept.add(c);
+  }
+  polygon = kept;
+}
+
+// Of more than four corners, the deepest and the three that span the largest quadrangle with it.
+template <class S> void keep_four(Polygon<S>& polygon) {
+  const int n = polygon.count;
+  int deepest = 0;
+  for (int i = 1; i < n; ++i)
+    if (polygon.corners[static_cast<std::size_t>(i)].gap < polygon.corners[static_cast<std::size_t>(deepest)].gap) deepest = i;
+  const auto from_deepest = [&](int i) -> const Corner<S>& { return polygon.corners[static_cast<std::size_t>((deepest + i) % n)]; };
+  const Corner<S>& o = from_deepest(0);
+  S largest = S(-1);
+  std::array<int, 3> best{1, 2, 3};
+  for (int j = 2; j < n - 1; ++j) {  // diagonals o-j and i-k: twice the area is their product
+    const S u = from_deepest(j).u - o.u, v = from_deepest(j).v - o.v;
+    for (int i = 1; i < j; ++i) {
+      for (int k = j + 1; k < n; ++k) {
+        const Corner<S>&p = from_deepest(i), &q = from_deepest(k);
+        const S area = real::abs(u * (q.v - p.v) - v * (q.u - p.u));
+        if (area > largest) largest = area, best = {i, j, k};
+      }
+    }
+  }
+  Polygon<S> kept;
+  kept.add(o);
+  for (const int i : best) kept.add(from_deepest(i));
+  polygon = kept;
+}
+
+}  // namespace
+
+template <class S>
+Manifold<S> face_manifold(const BoxPair<S>& pair, bool reference_is_a, int k, const Vec3<S>& normal_W, S margin, S& deepest) {
+  const Facing<S> f = facing(pair, reference_is_a, k, normal_W);
+  Polygon<S> polygon = other_face(f);
+  Corner<S> lowest = polygon.corners[0];
+  for (int i = 1; i < 4; ++i)
+    if (polygon.corners[static_cast<std::size_t>(i)].gap < lowest.gap) lowest = polygon.corners[static_cast<std::size_t>(i)];
+  for (int cut = 0; cut < 4; ++cut) clip(f, cut, polygon);
+
+  const S radii = pair.radius_a + pair.radius_b, round_off = S(8) * real::epsilon<S>() * pair.size;
+  deepest = std::numeric_limits<S>::infinity();
+  for (int i = 0; i < polygon.count; ++i) deepest = real::min(deepest, polygon.corners[static_cast<std::size_t>(i)].gap);
+  Polygon<S> near;
+  if (polygon.count == 0) {  // beside each other; of overlapping boxes by no more than round-off
+    const S u = f.h[next(k)], v = f.h[next(next(k))];
+    lowest.u = real::max(-u, real::min(u, lowest.u)), lowest.v = real::max(-v, real::min(v, lowest.v));
+    near.add(lowest);
+  }
+  for (int i = 0; i < polygon.count; ++i) {
+    const Corner<S>& c = polygon.corners[static_cast<std::size_t>(i)];
+    if (c.gap - radii <= margin || c.gap <= deepest + round_off) near.add(c);
+  }
+  drop_doubles(near, round_off);
+  if (near.count > 4) keep_four(near);
+
+  Manifold<S> m;
+  m.normal_W = normal_W;
+  m.meeting = near.count > 2 ? Meeting::face : near.count == 2 ? Meeting::edge : Meeting::point;
+  m.count = near.count;
+  const Placement<S>& place = reference_is_a ? *pair.place_a : *pair.place_b;
+  const Vec3<S> outward = reference_is_a ? normal_W : -normal_W;  // from the reference to the other
+  const S radius = reference_is_a ? pair.radius_a : pair.radius_b;
+  for (int i = 0; i < near.count; ++i) {
+    const Corner<S>& c = near.corners[static_cast<std::size_t>(i)];
+    const Vec3<S> on_reference = c.u * place.axis_W[next(k)] + c.v * place.axis_W[next(next(k))] + (f.sign * f.h[k]) * place.axis_W[k];
+    const S gap = c.gap - radii;
+    m.points[static_cast<std::size_t>(i)] = {
+        place.p_W + (on_reference + (radius + gap / S(2)) * outward), gap,
+        reference_is_a ? feature_id(normal_W, c.feature, c.other_feature) : feature_id(normal_W, c.other_feature, c.feature)};
+  }
+  return m;
+}
+
+#define ATWOOD_BOX_FACES(S) template Manifold<S> face_manifold<S>(const BoxPair<S>&, bool, int, const Vec3<S>&, S, S&);
+ATWOOD_BOX_FACES(float)
+ATWOOD_BOX_FACES(double)
+ATWOOD_BOX_FACES(long double)
+#undef ATWOOD_BOX_FACES
+
+}  // namespace atwood

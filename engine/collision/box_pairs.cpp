@@ -1,0 +1,173 @@
+// Contacts of boxes, rectangles and capsules among each other.
+#include "collision/box_pair.hpp"
+
+#include <limits>
+
+#include "collision/pair_tests.hpp"
+
+namespace atwood {
+
+namespace {
+
+constexpr int next(int i) { return i == 2 ? 0 : i + 1; }
+
+// Faces, or edges, that lie flatter upon each other than this (the sine or one minus the cosine of 1.1 degrees) meet in more
+// than one point, although the direction of least penetration need not be a face's own.
+template <class S> constexpr S kFlatSine = S(0.02);
+template <class S> constexpr S kFlatCosine = S(0.9998);
+
+template <class S> int most_along(const Placement<S>& place, const Vec3<S>& n_W, S& cosine) {
+  int best = 0;
+  cosine = S(-1);
+  for (int i = 0; i < 3; ++i) {
+    const S along = real::abs(dot(n_W, place.axis_W[i]));
+    if (along > cosine) cosine = along, best = i;
+  }
+  return best;
+}
+
+// A meeting that no single face rules: along the normal, the surfaces `gap` apart (cores), a's point given.
+template <class S> struct Crossing {
+  Vec3<S> normal_W;
+  S gap{};
+  std::array<S, 3> on_a{};            // in a's axes
+  int feature_a = kFeatureNone, feature_b = kFeatureNone;
+};
+
+// Both have a face across the normal: then which of them is the reference does not hang on which axis won by a hair, or the
+// names of the points would.
+template <class S>
+bool flat_faces(const BoxPair<S>& pair, const Vec3<S>& normal_W, S margin, Manifold<S>& out, S& deepest) {
+  S along_a, along_b;
+  const int k_a = most_along(*pair.place_a, normal_W, along_a), k_b = most_along(*pair.place_b, normal_W, along_b);
+  if (!(along_a > kFlatCosine<S> && along_b > kFlatCosine<S>)) return false;
+  const bool by_a = a_lies_first(normal_W);
+  out = face_manifold(pair, by_a, by_a ? k_a : k_b, normal_W, margin, deepest);
+  return true;
+}
+
+// Two edges side by side: both ends of the stretch that they share.
+template <class S> bool parallel_edges(const BoxPair<S>& pair, const Crossing<S>& at, S margin, Manifold<S>& out) {
+  int i = -1, j = -1;
+  for (int p = 0; p < 3; ++p)
+    for (int q = 0; q < 3; ++q)
+      if (real::abs(pair.R[p][q]) > kFlatCosine<S> && pair.h_a[p] > S(0) && pair.h_b[q] > S(0)) i = p, j = q;
+  if (i < 0) return false;
+  const Vec3<S>&A = pair.place_a->axis_W[i], &B = pair.place_b->axis_W[j];
+  if (!(real::abs(dot(at.normal_W, A)) < kFlatSine<S> && real::abs(dot(at.normal_W, B)) < kFlatSine<S>)) return false;
+  // Along A the stretch of b's line runs from b's middle, (t + t_b parts) - on_a, by h_b either way.
+  const Vec3<S> on_a_W = turned(*pair.place_a, Vec3<S>{at.on_a[0], at.on_a[1], at.on_a[2]}), on_b_W = on_a_W + at.gap * at.normal_W;
+  const S cosine = pair.R[i][j], on_b = dot(on_b_W, B) - pair.t_b[j];  // place of the point along b's own line
+  const S reach = pair.h_b[j] * real::abs(cosine), middle = at.on_a[i] - cosine * on_b;
+  const S from = real::max(-pair.h_a[i], middle - reach), to = real::min(pair.h_a[i], middle + reach);
+  if (!(to - from > S(8) * real::epsilon<S>() * pair.size)) return false;
+  const S slope = dot(at.normal_W, B) / cosine - dot(at.normal_W, A), radii = pair.radius_a + pair.radius_b;
+  out = {};
+  out.normal_W = at.normal_W;
+  out.meeting = Meeting::edge;
+  for (const S end : {from, to}) {
+    const S way = end - at.on_a[i], gap = at.gap + way * slope - radii;
+    if (!(gap <= margin)) continue;
+    const std::uint32_t id = feature_id(at.normal_W, at.feature_a, at.feature_b) + (end == from ? 1024u : 2048u);
+    out.points[static_cast<std::size_t>(out.count++)] = {
+        pair.place_a->p_W + (on_a_W + way * A + (pair.radius_a + gap / S(2)) * at.normal_W), gap, id};
+  }
+  return out.count == 2;
+}
+
+template <class S> void crossing_manifold(const BoxPair<S>& pair, const Crossing<S>& at, Meeting meeting, S margin, Manifold<S>& out) {
+  S deepest;
+  const S round_off = S(64) * real::epsilon<S>() * pair.size;
+  if (flat_faces(pair, at.normal_W, margin, out, deepest) && real::abs(deepest - at.gap) <= round_off) return;
+  if (parallel_edges(pair, at, margin, out)) return;
+  const S gap = at.gap - pair.radius_a - pair.radius_b;
+  out = {};
+  out.normal_W = at.normal_W;
+  out.meeting = meeting;
+  out.count = 1;
+  const Vec3<S> on_a_W = turned(*pair.place_a, Vec3<S>{at.on_a[0], at.on_a[1], at.on_a[2]});
+  out.points[0] = {pair.place_a->p_W + (on_a_W + (pair.radius_a + gap / S(2)) * at.normal_W), gap,
+                   feature_id(at.normal_W, at.feature_a, at.feature_b)};
+}
+
+bool is_edge(int feature) {  // two signs of three
+  int signs = 0;
+  for (const int weight : kFeatureWeight) signs += (feature / weight) % 3 != 1;
+  return signs == 2;
+}
+
+// Two edges that have gone through each other: of each box the edge farthest along the normal.
+template <class S> Crossing<S> crossing_of(const BoxPair<S>& pair, const BoxAxis<S>& axis) {
+  const int i = axis.i, j = axis.j;
+  Crossing<S> at{axis.normal_W, axis.gap, {}, kFeatureNone, kFeatureNone};
+  std::array<S, 3> w = pair.t_a;  // from a's edge's middle to b's, in a's axes
+  for (int k = next(i); k != i; k = next(k)) {
+    const int sign = dot(axis.normal_W, pair.place_a->axis_W[k]) < S(0) ? -1 : 1;
+    at.on_a[k] = S(sign) * pair.h_a[k];
+    at.feature_a += sign * kFeatureWeight[k];
+    w[k] -= at.on_a[k];
+  }
+  for (int k = next(j); k != j; k = next(k)) {
+    const int sign = dot(axis.normal_W, pair.place_b->axis_W[k]) < S(0) ? 1 : -1;
+    at.feature_b += sign * kFeatureWeight[k];
+    for (int row = 0; row < 3; ++row) w[row] += S(sign) * pair.h_b[k] * pair.R[row][k];
+  }
+  // Nearest points of the two lines, as in box_closest.cpp; kept within the edge for round-off's sake.
+  const S r1 = pair.R[next(i)][j], r2 = pair.R[next(next(i))][j];
+  const S b = -(w[next(i)] * r1 + w[next(next(i))] * r2) / (r1 * r1 + r2 * r2);
+  const S along = w[i] + real::max(-pair.h_b[j], real::min(pair.h_b[j], b)) * pair.R[i][j];
+  at.on_a[i] = real::max(-pair.h_a[i], real::min(pair.h_a[i], along));
+  return at;
+}
+
+}  // namespace
+
+template <class S> bool box_manifold(const BoxPair<S>& pair, S margin, Manifold<S>& out) {
+  const S limit = margin + pair.radius_a + pair.radius_b;
+  BoxAxis<S> axis;
+  if (!greatest_gap(pair, limit, axis)) return false;
+  if (axis.kind != BoxAxisKind::edges) {
+    const bool by_a = axis.kind == BoxAxisKind::face_a;
+    S deepest;
+    if (!flat_faces(pair, axis.normal_W, margin, out, deepest))
+      out = face_manifold(pair, by_a, by_a ? axis.i : axis.j, axis.normal_W, margin, deepest);
+    // Apart, a face's axis shows the distance only where the faces lie over each other.
+    if (!(axis.gap > S(0)) || deepest <= axis.gap + S(8) * real::epsilon<S>() * pair.size) return true;
+  }
+  if (axis.kind == BoxAxisKind::edges && !(axis.gap > S(0))) {
+    crossing_manifold(pair, crossing_of(pair, axis), Meeting::edge_edge, margin, out);
+    return true;
+  }
+  const BoxClosest<S> closest = closest_of_boxes(pair);
+  if (!(closest.distance <= limit)) return false;
+  const Meeting meeting = is_edge(closest.feature_a) && is_edge(closest.feature_b) ? Meeting::edge_edge : Meeting::point;
+  const Crossing<S> at{closest.normal_W, closest.distance, closest.on_a, closest.feature_a, closest.feature_b};
+  crossing_manifold(pair, at, meeting, margin, out);
+  return true;
+}
+
+template <class S> void box_box_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
+  Manifold<S> manifold;
+  if (box_manifold(box_pair(a.shape, a.place, b.shape, b.place), margin, manifold)) out.push_back(manifold);
+}
+
+template <class S> Separation<S> box_box_separation(const Posed<S>& a, const Posed<S>& b) {
+  Manifold<S> m;
+  box_manifold(box_pair(a.shape, a.place, b.shape, b.place), std::numeric_limits<S>::infinity(), m);
+  const ContactPoint<S>* deepest = &m.points[0];
+  for (int i = 1; i < m.count; ++i)
+    if (m.points[static_cast<std::size_t>(i)].gap < deepest->gap) deepest = &m.points[static_cast<std::size_t>(i)];
+  const Vec3<S> half = (deepest->gap / S(2)) * m.normal_W;
+  return {deepest->gap, m.normal_W, deepest->x_W - half, deepest->x_W + half};
+}
+
+#define ATWOOD_BOX_PAIRS(S)                                                                                     \
+  template bool box_manifold<S>(const BoxPair<S>&, S, Manifold<S>&);                                            \
+  template void box_box_contacts<S>(const Posed<S>&, const Posed<S>&, S, std::vector<Manifold<S>>&);            \
+  template Separation<S> box_box_separation<S>(const Posed<S>&, const Posed<S>&);
+ATWOOD_BOX_PAIRS(float)
+ATWOOD_BOX_PAIRS(double)
+ATWOOD_BOX_PAIRS(long double)
+#undef ATWOOD_BOX_PAIRS
+
+}  // namespace atwood
