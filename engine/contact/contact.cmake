@@ -15,6 +15,7 @@ target_sources(atwood_engine PRIVATE
   collision/geometry.cpp
   collision/hull.cpp
   collision/plane_pairs.cpp
+  collision/query.cpp
   collision/sphere_pairs.cpp
   contact/contact.cpp
   contact/impulse.cpp

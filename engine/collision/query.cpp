@@ -1,0 +1,107 @@
+#include "collision/query.hpp"
+
+#include <stdexcept>
+#include <string>
+
+#include "collision/contacts.hpp"
+#include "collision/swept.hpp"
+
+namespace atwood {
+
+namespace {
+
+std::array<Wide, 3> widened(const Vec3<double>& v) { return {Wide(v.x), Wide(v.y), Wide(v.z)}; }
+
+SweptBody<double> swept_body(const Body& body) {
+  const Real4& q = body.orientation_wxyz;
+  const Quat<double> q_WB{q[0], q[1], q[2], q[3]};
+  const Vec3<double> v_W = narrow3<double>(body.velocity_m_per_s);
+  const Vec3<double> w_W = rotate(q_WB, narrow3<double>(body.angular_velocity_body_rad_per_s));
+  if (body.fixed) return {narrow3<double>(body.position_m), q_WB, {}, {}};
+  return {narrow3<double>(body.position_m), q_WB, v_W, w_W};
+}
+
+// A body as the query meets it.
+struct Queried {
+  int index;
+  bool fixed;
+  Geometry<double> shape;
+  SweptBody<double> motion;
+  Placement<double> place;
+};
+
+std::vector<Queried> queried_bodies(const Scene& scene) {
+  std::vector<Queried> out;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const Body& body = scene.bodies[i];
+    if (std::holds_alternative<std::monostate>(body.shape)) continue;
+    const SweptBody<double> motion = swept_body(body);
+    out.push_back({static_cast<int>(i), body.fixed, make_geometry<double>(body.shape), motion, placement(motion.p_W, motion.q_WB)});
+  }
+  return out;
+}
+
+bool spheres_apart(const Queried& a, const Queried& b) {
+  if (a.shape.kind == ShapeKind::plane || b.shape.kind == ShapeKind::plane) return false;
+  const double reach = a.shape.bounding_radius + b.shape.bounding_radius;
+  return norm(b.place.p_W - a.place.p_W) > reach * (1 + 8 * real::epsilon<double>());
+}
+
+void find_pair(const Queried& a, const Queried& b, std::vector<Manifold<double>>& manifolds, ContactAnswer& answer) {
+  if (spheres_apart(a, b)) return;
+  manifolds.clear();
+  find_contacts(a.shape, a.place, b.shape, b.place, 0.0, manifolds);
+  for (const Manifold<double>& m : manifolds) {
+    for (int k = 0; k < m.count; ++k) {
+      const ContactPoint<double>& point = m.points[static_cast<std::size_t>(k)];
+      const Wide depth = point.gap < 0 ? -Wide(point.gap) : Wide(0);
+      answer.contacts.push_back({a.index, b.index, widened(point.x_W), widened(m.normal_W), depth});
+    }
+  }
+}
+
+}  // namespace
+
+ContactAnswer find_scene_contacts(const Scene& scene, const ContactQuery& query) {
+  ContactAnswer answer;
+  if (query.swept) {
+    answer.outcome.status = Status::unsupported;
+    answer.outcome.reason = "atwood has no swept contacts yet";
+    return answer;
+  }
+  const std::vector<Queried> bodies = queried_bodies(scene);
+  std::vector<Manifold<double>> manifolds;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    for (std::size_t j = i + 1; j < bodies.size(); ++j) {
+      const Queried &a = bodies[i], &b = bodies[j];
+      if (a.fixed && b.fixed) continue;
+      if (const char* missing = no_contact_test(a.shape.kind, b.shape.kind)) {
+        answer = {};
+        answer.outcome.status = Status::unsupported;
+        answer.outcome.reason = std::string("atwood has no contact test of ") + missing;
+        return answer;
+      }
+      find_pair(a, b, manifolds, answer);
+    }
+  }
+  return answer;
+}
+
+PairGap find_pair_gap(const Scene& scene, int a, int b) {
+  const auto geometry = [&scene](int i) { return make_geometry<double>(scene.bodies.at(static_cast<std::size_t>(i)).shape); };
+  const auto place = [&scene](int i) {
+    const SweptBody<double> at = swept_body(scene.bodies.at(static_cast<std::size_t>(i)));
+    return placement(at.p_W, at.q_WB);
+  };
+  const Geometry<double> shape_a = geometry(a), shape_b = geometry(b);
+  if (const char* missing = no_contact_test(shape_a.kind, shape_b.kind))
+    throw std::invalid_argument(std::string("atwood has no contact test of ") + missing);
+  const Separation<double> found = separation(shape_a, place(a), shape_b, place(b));
+  PairGap gap;
+  gap.gap_m = found.gap;
+  gap.normal = widened(found.normal_W);
+  gap.x_m = widened(0.5 * (found.on_a_W + found.on_b_W));
+  return gap;
+}
+
+}  // namespace atwood
