@@ -7,7 +7,7 @@
 namespace atwood::broad {
 namespace {
 
-constexpr std::size_t leaf_items = 8;
+constexpr std::size_t leaf_items = 32;
 constexpr int most_cuts = 64;
 
 template <class S> class Bsp final : public BroadPhase<S> {

@@ -1,6 +1,6 @@
-// Dynamic tree of bounding boxes. Each item has a fat box, grown by a little and along its motion; pairs of fat boxes that
-// overlap are remembered as candidates. A call in which every box is still inside its fat one only looks at the candidates;
-// if a few have left theirs, those ask the tree again; if many have, all do.
+// Dynamic tree of bounding boxes. Each item has a fat box and a fat sphere, grown by a little and along its motion; pairs
+// whose fat boxes and spheres overlap are remembered as candidates. A call in which everybody is still inside his fat ones
+// only looks at the candidates; if a few have left theirs, those ask the tree again; if many have, all do.
 // Source: Catto, Dynamic bounding volume hierarchies (2019), for the fat boxes; the tree here is not edited but refitted, and
 // built anew, halved at medians, when a search visits half as many nodes again as it did after the last building.
 #include "collision/broad_kinds.hpp"
@@ -32,12 +32,23 @@ template <class S> class Tree final : public BroadPhase<S> {
  private:
   struct Node { Aabb<S> box; std::int32_t skip, first, count; };  // in preorder; `skip`: the next node that is not below this one
   struct Entry { Vec3<S> middle; std::int32_t item; };
-  struct Birth { Vec3<S> low; std::int64_t call; };               // of a fat box
+  struct Fat { Aabb<S> box; Vec3<S> center; S radius; };
+  struct Birth { Vec3<S> low; std::int64_t call; };               // where the box was when it was fattened
   struct Found { std::vector<BodyPair> pairs, decided; std::int64_t visits = 0; };
 
-  static bool within(const Aabb<S>& inner, const Aabb<S>& outer) {
+  static bool within(const BroadItem<S>& item, const Fat& fat) {
+    const Aabb<S>&inner = item.box, &outer = fat.box;
+    const Vec3<S> d = item.center - fat.center;
+    const S room = fat.radius - item.radius;
     return (outer.low.x <= inner.low.x) & (outer.low.y <= inner.low.y) & (outer.low.z <= inner.low.z) & (inner.high.x <= outer.high.x) &
-           (inner.high.y <= outer.high.y) & (inner.high.z <= outer.high.z);
+           (inner.high.y <= outer.high.y) & (inner.high.z <= outer.high.z) & (room >= S(0)) & (dot(d, d) <= room * room);
+  }
+  // Spheres inside fat spheres that do not overlap do not overlap: |F_a - F_b| <= |F_a - c_a| + |c_a - c_b| + |c_b - F_b|. Each
+  // of the three comparisons is off by a few units in the last place of what it compares, hence the factor.
+  static bool fat_overlap(const Fat& a, const Fat& b) {
+    const Vec3<S> d = b.center - a.center;
+    const S reach = (S(1) + S(32) * std::numeric_limits<S>::epsilon()) * (a.radius + b.radius);
+    return boxes_overlap(a.box, b.box) & !(dot(d, d) > reach * reach);
   }
   static void embrace(Aabb<S>& box, const Aabb<S>& other) {
     box.low = {std::min(box.low.x, other.low.x), std::min(box.low.y, other.low.y), std::min(box.low.z, other.low.z)};
@@ -58,7 +69,7 @@ template <class S> class Tree final : public BroadPhase<S> {
   void note_who_left(Items<S> items, bool& fresh) {
     left_.clear();
     for (std::size_t i = 0; i < items.size(); ++i) {
-      if (fresh || !within(items[i].box, fat_[i])) left_.push_back(static_cast<std::int32_t>(i));
+      if (fresh || !within(items[i], fat_[i])) left_.push_back(static_cast<std::int32_t>(i));
       fresh = fresh || (moves_[i] != 0) != items[i].moves;
     }
   }
@@ -68,21 +79,24 @@ template <class S> class Tree final : public BroadPhase<S> {
     const BroadItem<S>& item = items[i];
     Birth& birth = birth_[i];
     const S calls = S(call_ - birth.call);
-    Aabb<S>& fat = fat_[i];
-    const auto grow = [&](S low, S high, S born_low, S& fat_low, S& fat_high) {
+    Fat& fat = fat_[i];
+    fat = {item.box, item.center, item.radius};
+    const auto grow = [&](S low, S high, S born_low, S& fat_low, S& fat_high, S& center) {
       const S side = high - low;
       S ahead = birth.call < 0 ? S(0) : S(3) * (low - born_low) / calls;
       ahead = std::max(-side, std::min(side, ahead));
       const S margin = S(0.05) * side;
       fat_low = low - margin + std::min(ahead, S(0));
       fat_high = high + margin + std::max(ahead, S(0));
+      center += ahead / S(2);
+      return ahead;
     };
     if (item.moves) {
-      grow(item.box.low.x, item.box.high.x, birth.low.x, fat.low.x, fat.high.x);
-      grow(item.box.low.y, item.box.high.y, birth.low.y, fat.low.y, fat.high.y);
-      grow(item.box.low.z, item.box.high.z, birth.low.z, fat.low.z, fat.high.z);
-    } else {
-      fat = item.box;
+      Vec3<S> ahead;
+      ahead.x = grow(item.box.low.x, item.box.high.x, birth.low.x, fat.box.low.x, fat.box.high.x, fat.center.x);
+      ahead.y = grow(item.box.low.y, item.box.high.y, birth.low.y, fat.box.low.y, fat.box.high.y, fat.center.y);
+      ahead.z = grow(item.box.low.z, item.box.high.z, birth.low.z, fat.box.low.z, fat.box.high.z, fat.center.z);
+      fat.radius += S(0.1) * item.radius + norm(ahead) / S(2);  // room for the margins of cubes: sqrt(3) 0.05 of the side
     }
     birth = {item.box.low, call_};
     moves_[i] = item.moves;
@@ -93,7 +107,7 @@ template <class S> class Tree final : public BroadPhase<S> {
     const auto n = static_cast<std::int32_t>(fat_.size());
     entries_.resize(fat_.size());
     for (std::int32_t i = 0; i < n; ++i) {
-      const Vec3<S> sum = fat_[i].low + fat_[i].high;  // twice the middle
+      const Vec3<S> sum = fat_[i].box.low + fat_[i].box.high;  // twice the middle
       entries_[i] = {{sortable(sum.x), sortable(sum.y), sortable(sum.z)}, i};
     }
     nodes_.clear();
@@ -138,7 +152,7 @@ template <class S> class Tree final : public BroadPhase<S> {
     for (std::size_t i = nodes_.size(); i-- > 0;) {
       Node& node = nodes_[i];
       node.box = nothing();
-      for (std::int32_t k = node.first; k < node.first + node.count; ++k) embrace(node.box, packed_[k]);
+      for (std::int32_t k = node.first; k < node.first + node.count; ++k) embrace(node.box, packed_[k].box);
       if (node.count > 0) continue;
       embrace(node.box, nodes_[i + 1].box);
       embrace(node.box, nodes_[nodes_[i + 1].skip].box);
@@ -181,7 +195,7 @@ template <class S> class Tree final : public BroadPhase<S> {
     const std::int32_t end = mine.first + mine.count;
     for (std::int32_t k = mine.first; k < end; ++k) {
       for (std::int32_t l = k + 1; l < end; ++l) {
-        if (boxes_overlap(packed_[k], packed_[l])) note(entries_[k].item, entries_[l].item, found);
+        if (fat_overlap(packed_[k], packed_[l])) note(entries_[k].item, entries_[l].item, found);
       }
     }
     const auto last = static_cast<std::int32_t>(nodes_.size());
@@ -193,9 +207,9 @@ template <class S> class Tree final : public BroadPhase<S> {
         continue;
       }
       for (std::int32_t l = node.first; l < node.first + node.count; ++l) {
-        if (!boxes_overlap(mine.box, packed_[l])) continue;
+        if (!boxes_overlap(mine.box, packed_[l].box)) continue;
         for (std::int32_t k = mine.first; k < end; ++k) {
-          if (boxes_overlap(packed_[k], packed_[l])) note(entries_[k].item, entries_[l].item, found);
+          if (fat_overlap(packed_[k], packed_[l])) note(entries_[k].item, entries_[l].item, found);
         }
       }
       ++other;
@@ -226,18 +240,18 @@ template <class S> class Tree final : public BroadPhase<S> {
   }
 
   void search_from_item(std::int32_t i, Found& found) const {
-    const Aabb<S> box = fat_[i];
+    const Fat fat = fat_[i];
     const auto last = static_cast<std::int32_t>(nodes_.size());
     for (std::int32_t at = 0; at < last;) {
       const Node& node = nodes_[at];
-      if (!boxes_overlap(box, node.box)) {
+      if (!boxes_overlap(fat.box, node.box)) {
         at = node.skip;
         continue;
       }
       for (std::int32_t k = node.first; k < node.first + node.count; ++k) {
         const std::int32_t other = entries_[k].item;
         if (other == i || (is_left_[other] && other < i)) continue;  // two who left: once
-        if (boxes_overlap(box, packed_[k])) note(i, other, found);
+        if (fat_overlap(fat, packed_[k])) note(i, other, found);
       }
       ++at;
     }
@@ -267,7 +281,7 @@ template <class S> class Tree final : public BroadPhase<S> {
 
   Team* team_;
   std::int64_t call_ = 0, visits_ = 0, visits_after_building_ = 0;
-  std::vector<Aabb<S>> fat_, packed_;  // by item; in the order of the leaves
+  std::vector<Fat> fat_, packed_;  // by item; in the order of the leaves
   std::vector<Birth> birth_;
   std::vector<char> moves_, is_left_;
   std::vector<std::int32_t> left_, leaves_;
