@@ -11,9 +11,15 @@ target_sources(atwood_engine PRIVATE
   collision/broad_tree.cpp
   collision/compound_pairs.cpp
   collision/contacts.cpp
+  collision/convex_contacts.cpp
+  collision/convex_manifold.cpp
+  collision/convex_piece.cpp
+  collision/expanding_polytope.cpp
   collision/gap.cpp
   collision/geometry.cpp
+  collision/gjk.cpp
   collision/hull.cpp
+  collision/nearest_features.cpp
   collision/plane_pairs.cpp
   collision/query.cpp
   collision/sphere_pairs.cpp

@@ -1,0 +1,96 @@
+#include "collision/convex_contacts.hpp"
+
+#include <limits>
+
+#include "collision/convex_manifold.hpp"
+
+namespace atwood {
+namespace {
+
+template <class S> void place_in_world(const Placement<S>& place_a, Manifold<S>& manifold) {
+  manifold.normal_W = turned(place_a, manifold.normal_W);
+  for (int i = 0; i < manifold.count; ++i) manifold.points[i].x_W = placed(place_a, manifold.points[i].x_W);
+}
+
+template <class S> S size_of(const ConvexPiece<S>& piece) {
+  return piece.radius + (piece.core == Core::hull ? piece.form->bounding_radius : norm(piece.half));
+}
+
+}  // namespace
+
+template <class S>
+void convex_contacts(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b, const Placement<S>& place_b,
+                     S margin, std::vector<Manifold<S>>& out) {
+  ConvexPiece<S> piece_a, piece_b;
+  if (!convex_piece(a, piece_a) || !convex_piece(b, piece_b)) return;
+  const Placement<S> b_in_a = relative_placement(place_a, place_b);
+  const S reach = margin + piece_a.radius + piece_b.radius;
+  if (norm(b_in_a.p_W) > (size_of(piece_a) + size_of(piece_b) + margin) * (S(1) + S(8) * real::epsilon<S>())) return;
+  const Meet<S> meet = nearest_features(piece_a, piece_b, b_in_a, reach);
+  if (meet.beyond || meet.gap > reach) return;
+  Manifold<S> manifold;
+  contact_points(piece_a, piece_b, b_in_a, meet, margin, manifold);
+  if (manifold.count == 0) return;
+  place_in_world(place_a, manifold);
+  out.push_back(manifold);
+}
+
+template <class S>
+Separation<S> convex_separation(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b,
+                                const Placement<S>& place_b) {
+  constexpr S kFar = std::numeric_limits<S>::infinity();
+  ConvexPiece<S> piece_a, piece_b;
+  if (!convex_piece(a, piece_a) || !convex_piece(b, piece_b)) return {kFar, {S(0), S(0), S(1)}, place_a.p_W, place_b.p_W};
+  const Meet<S> meet = nearest_features(piece_a, piece_b, relative_placement(place_a, place_b), kFar);
+  const Vec3<S> normal_W = turned(place_a, meet.normal);
+  return {meet.gap - piece_a.radius - piece_b.radius, normal_W, placed(place_a, meet.on_a + piece_a.radius * meet.normal),
+          placed(place_a, meet.on_b - piece_b.radius * meet.normal)};
+}
+
+template <class S>
+void hull_plane_contacts(const Geometry<S>& plane, const Geometry<S>& hull, const Placement<S>& place_hull, S margin,
+                         std::vector<Manifold<S>>& out) {
+  static thread_local std::vector<ContactPoint<S>> found;
+  found.clear();
+  if (!hull.hull) return;
+  // Heights in the hull's axes: the plane's offset less the centre's, which is all that may be large.
+  const Vec3<S> n = turned_back(place_hull, plane.normal_W);
+  const S at = plane.offset - dot(plane.normal_W, place_hull.p_W);
+  for (std::size_t i = 0; i < hull.hull->vertices.size(); ++i) {
+    const Vec3<S>& v = hull.hull->vertices[i];
+    const S gap = dot(n, v) - at;
+    if (gap <= margin) found.push_back({placed(place_hull, v) - (gap / S(2)) * plane.normal_W, gap, static_cast<std::uint32_t>(i + 1)});
+  }
+  if (found.empty()) return;
+  Manifold<S> manifold;
+  manifold.normal_W = plane.normal_W;
+  keep_four(found, plane.normal_W, manifold);
+  manifold.meeting = manifold.count > 2 ? Meeting::face : manifold.count == 2 ? Meeting::edge : Meeting::point;
+  out.push_back(manifold);
+}
+
+template <class S>
+Separation<S> hull_plane_separation(const Geometry<S>& plane, const Geometry<S>& hull, const Placement<S>& place_hull) {
+  if (!hull.hull || hull.hull->vertices.empty())
+    return {std::numeric_limits<S>::infinity(), plane.normal_W, plane.offset * plane.normal_W, place_hull.p_W};
+  const Vec3<S> n = turned_back(place_hull, plane.normal_W);
+  const Vec3<S>& v = hull.hull->vertices[farthest_vertex(*hull.hull, -n)];
+  const S gap = dot(n, v) - (plane.offset - dot(plane.normal_W, place_hull.p_W));
+  const Vec3<S> x_W = placed(place_hull, v);
+  return {gap, plane.normal_W, x_W - gap * plane.normal_W, x_W};
+}
+
+#define ATWOOD_CONVEX_CONTACTS(S)                                                                                           \
+  template void convex_contacts<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&, const Placement<S>&, S,     \
+                                   std::vector<Manifold<S>>&);                                                              \
+  template Separation<S> convex_separation<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&,                  \
+                                              const Placement<S>&);                                                         \
+  template void hull_plane_contacts<S>(const Geometry<S>&, const Geometry<S>&, const Placement<S>&, S,                      \
+                                       std::vector<Manifold<S>>&);                                                          \
+  template Separation<S> hull_plane_separation<S>(const Geometry<S>&, const Geometry<S>&, const Placement<S>&);
+ATWOOD_CONVEX_CONTACTS(float)
+ATWOOD_CONVEX_CONTACTS(double)
+ATWOOD_CONVEX_CONTACTS(long double)
+#undef ATWOOD_CONVEX_CONTACTS
+
+}  // namespace atwood

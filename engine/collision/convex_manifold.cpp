@@ -1,0 +1,290 @@
+#include "collision/convex_manifold.hpp"
+
+#include <vector>
+
+namespace atwood {
+namespace {
+
+template <class S> struct Marked {
+  Vec3<S> x;              // A's axes
+  std::uint32_t id = 0;   // the features it comes from
+};
+template <class S> using Polygon = std::vector<Marked<S>>;
+
+std::uint32_t mixed(std::uint32_t a, std::uint32_t b) { return (a ^ (b + 0x9e3779b9u + (a << 6) + (a >> 2))) * 0x85ebca6bu; }
+
+constexpr int kRimPoints = 16;
+
+// What a piece turns towards the other: a face (a polygon, or a cylinder's cap), an edge (a cylinder's side), or less.
+template <class S> struct Feature {
+  enum Kind { none, edge, polygon, disc } kind = none;
+  int index = 0;
+  Vec3<S> normal;         // of the face, outwards
+  Vec3<S> center, along;  // disc: its centre; edge: its unit direction
+  S misfit{};             // |normal - direction|, or |along . direction|
+};
+
+template <class S> struct PlacedPiece {
+  const ConvexPiece<S>& piece;
+  const Placement<S>& place;  // in A's axes
+};
+
+template <class S> constexpr S parallel() { return sizeof(S) == 4 ? S(2e-3) : S(1e-6); }
+
+template <class S> Feature<S> nearest_face(const PlacedPiece<S>& body, const Vec3<S>& outwards, int at_vertex = -1) {
+  Feature<S> face;
+  const Vec3<S> d = turned_back(body.place, outwards);
+  if (body.piece.polyhedral()) {
+    const auto faces = body.piece.faces();
+    S most{-2};
+    for (int f = 0; f < static_cast<int>(faces.size()); ++f) {
+      const S here = dot(faces[f].normal, d);
+      if (!(here > most)) continue;
+      bool touches = at_vertex < 0;
+      for (const int corner : body.piece.loop(faces[f])) touches = touches || corner == at_vertex;
+      if (touches) most = here, face.index = f, face.kind = Feature<S>::polygon;
+    }
+    if (face.kind == Feature<S>::polygon) face.normal = turned(body.place, faces[face.index].normal);
+  } else {
+    const S sign = d.z < S(0) ? S(-1) : S(1);
+    face.kind = Feature<S>::disc;
+    face.index = d.z < S(0) ? 1 : 0;
+    face.normal = sign * body.place.axis_W[2];
+    face.center = body.place.p_W + (sign * body.piece.half.z) * body.place.axis_W[2];
+  }
+  face.misfit = norm(face.normal - outwards);
+  return face;
+}
+
+// The edge across `outwards` at the farthest vertex.
+template <class S> Feature<S> nearest_edge(const PlacedPiece<S>& body, const Vec3<S>& outwards, int at_vertex) {
+  Feature<S> found;
+  found.misfit = parallel<S>();
+  if (!body.piece.polyhedral()) {
+    const S tilt = real::abs(dot(body.place.axis_W[2], outwards));
+    if (tilt <= found.misfit) found.kind = Feature<S>::edge, found.along = body.place.axis_W[2], found.misfit = tilt;
+    return found;
+  }
+  const auto edges = body.piece.edges();
+  const Vec3<S> d = turned_back(body.place, outwards);
+  for (int e = 0; e < static_cast<int>(edges.size()); ++e) {
+    if (edges[e].from != at_vertex && edges[e].to != at_vertex) continue;
+    const S tilt = real::abs(dot(edges[e].along, d));
+    if (tilt <= found.misfit) found.kind = Feature<S>::edge, found.index = e, found.misfit = tilt;
+  }
+  if (found.kind == Feature<S>::edge) found.along = turned(body.place, edges[found.index].along);
+  return found;
+}
+
+template <class S> void add_side(const PlacedPiece<S>& body, const Vec3<S>& outwards, Polygon<S>& out) {
+  const Vec3<S> d = turned_back(body.place, outwards), radial = unit_along(Vec3<S>{d.x, d.y, S(0)});
+  const Vec3<S>& h = body.piece.half;
+  for (const S z : {-h.z, h.z}) out.push_back({placed(body.place, {h.x * radial.x, h.x * radial.y, z}), z < S(0) ? 101u : 102u});
+}
+
+// The corners of a face, edge or cap; of a cap points of its rim, of which the first is the lowest along `outwards`.
+template <class S> void outline(const PlacedPiece<S>& body, const Feature<S>& feature, const Vec3<S>& outwards, Polygon<S>& out) {
+  out.clear();
+  const auto vertices = body.piece.vertices();
+  if (feature.kind == Feature<S>::polygon) {
+    for (const int corner : body.piece.loop(body.piece.faces()[feature.index]))
+      out.push_back({placed(body.place, vertices[corner]), static_cast<std::uint32_t>(corner + 1)});
+  } else if (feature.kind == Feature<S>::edge && body.piece.polyhedral()) {
+    const auto& edge = body.piece.edges()[feature.index];
+    for (const int corner : {edge.from, edge.to}) out.push_back({placed(body.place, vertices[corner]), static_cast<std::uint32_t>(corner + 1)});
+  } else if (feature.kind == Feature<S>::edge) {
+    add_side(body, outwards, out);
+  } else if (feature.kind == Feature<S>::disc) {
+    const Vec3<S> tilt = outwards - dot(outwards, feature.normal) * feature.normal;
+    const bool level = norm(tilt) <= S(64) * real::epsilon<S>();
+    const Vec3<S> u = level ? body.place.axis_W[0] : unit_along(tilt), v = cross(feature.normal, u);
+    for (int k = 0; k < kRimPoints; ++k) {
+      S sine, cosine;
+      real::sin_cos(S(k) * (S(6.283185307179586476925286766559L) / S(kRimPoints)), sine, cosine);
+      out.push_back({feature.center + body.piece.half.x * (cosine * u + sine * v), 200u + static_cast<std::uint32_t>(k)});
+    }
+  } else {
+    for (std::size_t i = 0; i < vertices.size(); ++i) out.push_back({placed(body.place, vertices[i]), static_cast<std::uint32_t>(i + 1)});
+  }
+}
+
+// Keeps the part with side . (x - at) <= 0. Two points are a segment, more a closed polygon (Sutherland, Hodgman 1974).
+template <class S> void clip(Polygon<S>& polygon, const Vec3<S>& at, const Vec3<S>& side, std::uint32_t id, Polygon<S>& scratch) {
+  scratch.clear();
+  const std::size_t n = polygon.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    const Marked<S>&p = polygon[i], &q = polygon[(i + 1) % n];
+    const S hp = dot(side, p.x - at), hq = dot(side, q.x - at);
+    if (hp <= S(0)) scratch.push_back(p);
+    if (n == 2 && i == 1) break;  // the way back
+    if ((hp < S(0) && hq > S(0)) || (hp > S(0) && hq < S(0)))
+      scratch.push_back({p.x + (hp / (hp - hq)) * (q.x - p.x), mixed(id, mixed(real::min(p.id, q.id), real::max(p.id, q.id)))});
+  }
+  if (n == 2 && scratch.size() == 3) scratch.pop_back();
+  polygon.swap(scratch);
+}
+
+template <class S> void clip_to_polygon(Polygon<S>& polygon, const Polygon<S>& face, const Vec3<S>& normal, Polygon<S>& scratch) {
+  for (std::size_t i = 0; i < face.size() && !polygon.empty(); ++i) {
+    const Marked<S>&p = face[i], &q = face[(i + 1) % face.size()];
+    clip(polygon, p.x, cross(q.x - p.x, normal), 1000u + p.id, scratch);
+  }
+}
+
+// Seen along the cap's normal: corners within the rim, places where edges cross it, and points of the rim within the polygon.
+template <class S> void clip_to_disc(Polygon<S>& polygon, const PlacedPiece<S>& body, const Feature<S>& disc, Polygon<S>& scratch) {
+  scratch.clear();
+  const S r = body.piece.half.x;
+  const std::size_t n = polygon.size();
+  const auto level = [&](const Vec3<S>& x) { return x - dot(x, disc.normal) * disc.normal; };
+  for (std::size_t i = 0; i < n; ++i) {
+    const Marked<S>&p = polygon[i], &q = polygon[(i + 1) % n];
+    const Vec3<S> from = level(p.x - disc.center), along = level(q.x - p.x);
+    if (dot(from, from) <= r * r) scratch.push_back(p);
+    if (n == 1 || (n == 2 && i == 1)) break;
+    const S a = dot(along, along), half_b = dot(from, along), c = dot(from, from) - r * r, d = half_b * half_b - a * c;
+    if (!(a > S(0)) || !(d > S(0))) continue;
+    const S root = real::sqrt(d);
+    for (const S t : {(-half_b - root) / a, (-half_b + root) / a})
+      if (t > S(0) && t < S(1)) scratch.push_back({p.x + t * (q.x - p.x), mixed(300u + (root > S(0)), p.id)});
+  }
+  if (n == 2 && dot(level(polygon[1].x - disc.center), level(polygon[1].x - disc.center)) <= r * r) scratch.push_back(polygon[1]);
+  if (n > 2) {
+    Polygon<S> rim;
+    outline(body, disc, disc.normal, rim);
+    Vec3<S> across = cross(polygon[1].x - polygon[0].x, polygon[2].x - polygon[0].x);
+    for (std::size_t i = 3; i < n; ++i) across += cross(polygon[i - 1].x - polygon[0].x, polygon[i].x - polygon[0].x);
+    const S slope = dot(across, disc.normal);
+    for (const Marked<S>& x : rim) {
+      bool inside = real::abs(slope) > S(0);
+      for (std::size_t i = 0; i < n && inside; ++i) {
+        const Vec3<S> side = cross(polygon[(i + 1) % n].x - polygon[i].x, disc.normal);
+        inside = (slope < S(0) ? -dot(side, x.x - polygon[i].x) : dot(side, x.x - polygon[i].x)) <= S(0);
+      }
+      // Up or down along the disc's normal onto the polygon's plane.
+      if (inside) scratch.push_back({x.x + (dot(across, polygon[0].x - x.x) / slope) * disc.normal, x.id});
+    }
+  }
+  polygon.swap(scratch);
+}
+
+// Both edges across the normal and parallel: the ends of their common stretch. `a` and `b` hold their ends.
+template <class S>
+void common_stretch(const Polygon<S>& a, const Polygon<S>& b, const Vec3<S>& along, std::vector<Marked<S>>& on_b, Polygon<S>& scratch) {
+  on_b = b;
+  const bool forward = dot(along, a[1].x - a[0].x) >= S(0);
+  clip(on_b, a[forward ? 0 : 1].x, -along, 2000u + a[forward ? 0 : 1].id, scratch);
+  if (on_b.size() == 2) clip(on_b, a[forward ? 1 : 0].x, along, 2000u + a[forward ? 1 : 0].id, scratch);
+}
+
+template <class S> struct Scratch {
+  Polygon<S> reference, incident, spare;
+  std::vector<ContactPoint<S>> candidates;
+};
+
+// A point with a gap between cores, as the surfaces around them have it.
+template <class S>
+ContactPoint<S> between_surfaces(const Vec3<S>& on_a, S core_gap, const Meet<S>& meet, S radius_a, S radius_b, std::uint32_t id) {
+  const S gap = core_gap - radius_a - radius_b;
+  return {on_a + (radius_a + gap / S(2)) * meet.normal, gap, id};
+}
+
+}  // namespace
+
+template <class S> void keep_four(const std::vector<ContactPoint<S>>& candidates, const Vec3<S>& normal, Manifold<S>& manifold) {
+  const int n = static_cast<int>(candidates.size());
+  manifold.count = real::min(n, 4);
+  if (n <= 4) {
+    for (int i = 0; i < n; ++i) manifold.points[i] = candidates[i];
+    return;
+  }
+  const auto best = [&](auto measure) {
+    int found = 0;
+    S most = measure(candidates[0]);
+    for (int i = 1; i < n; ++i)
+      if (const S here = measure(candidates[i]); here > most) most = here, found = i;
+    return candidates[found];
+  };
+  const ContactPoint<S> first = best([](const ContactPoint<S>& p) { return -p.gap; });
+  const auto from_first = [&](const ContactPoint<S>& p) { return p.x_W - first.x_W; };
+  const ContactPoint<S> second = best([&](const ContactPoint<S>& p) { return dot(from_first(p), from_first(p)); });
+  const Vec3<S> across = cross(normal, from_first(second));
+  const ContactPoint<S> left = best([&](const ContactPoint<S>& p) { return dot(across, from_first(p)); });
+  const ContactPoint<S> right = best([&](const ContactPoint<S>& p) { return -dot(across, from_first(p)); });
+  manifold.points[0] = first, manifold.points[1] = second;
+  manifold.count = 2;
+  if (dot(across, from_first(left)) > S(0)) manifold.points[manifold.count++] = left;
+  if (dot(across, from_first(right)) < S(0)) manifold.points[manifold.count++] = right;
+}
+
+template <class S>
+void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a, const Meet<S>& meet, S margin,
+                    Manifold<S>& manifold) {
+  static thread_local Scratch<S> scratch;
+  const Placement<S> own;
+  const PlacedPiece<S> body_a{a, own}, body_b{b, b_in_a};
+  const Vec3<S>& n = meet.normal;
+  manifold.normal_W = n;
+  manifold.count = 0;
+  std::vector<ContactPoint<S>>& found = scratch.candidates;
+  found.clear();
+  const auto add = [&](const Vec3<S>& on_a, S core_gap, std::uint32_t id) {
+    if (core_gap - a.radius - b.radius <= margin) found.push_back(between_surfaces(on_a, core_gap, meet, a.radius, b.radius, id));
+  };
+  int vertex_a = 0, vertex_b = 0;
+  support(a, n, vertex_a);
+  support(b, turned_back(b_in_a, -n), vertex_b);
+  const Feature<S> face_a = nearest_face(body_a, n), face_b = nearest_face(body_b, -n);
+  const bool flat_a = face_a.kind != Feature<S>::none && face_a.misfit <= parallel<S>();
+  const bool flat_b = face_b.kind != Feature<S>::none && face_b.misfit <= parallel<S>();
+  bool by_edges = false;
+  if (flat_a || flat_b) {
+    // Between two faces the better aligned one is clipped to; a polygon rather than a cap.
+    const bool to_a = flat_a && (!flat_b || (face_a.kind == Feature<S>::disc) < (face_b.kind == Feature<S>::disc) ||
+                                 ((face_a.kind == Feature<S>::disc) == (face_b.kind == Feature<S>::disc) && face_a.misfit <= face_b.misfit));
+    const Feature<S>& face = to_a ? face_a : face_b;
+    const PlacedPiece<S>&reference = to_a ? body_a : body_b, &other = to_a ? body_b : body_a;
+    const Vec3<S> towards = to_a ? -n : n;  // from the other to the reference
+    Feature<S> incident = nearest_face(other, towards, to_a ? vertex_b : vertex_a);
+    if (!other.piece.polyhedral() && dot(incident.normal, towards) < S(0.7)) incident.kind = Feature<S>::edge;  // its side
+    outline(other, incident, towards, scratch.incident);
+    if (face.kind == Feature<S>::disc) {
+      clip_to_disc(scratch.incident, reference, face, scratch.spare);
+    } else {
+      outline(reference, face, -towards, scratch.reference);
+      clip_to_polygon(scratch.incident, scratch.reference, face.normal, scratch.spare);
+    }
+    const Vec3<S> at = face.kind == Feature<S>::disc ? face.center : scratch.reference[0].x;
+    for (const Marked<S>& p : scratch.incident) {
+      const S height = -dot(towards, p.x - at);  // over the reference face, along the contact's normal
+      add(to_a ? p.x + height * towards : p.x, height, mixed(p.id, (to_a ? 1u : 2u) + 8u * static_cast<std::uint32_t>(face.index)));
+    }
+  } else {
+    const Feature<S> edge_a = nearest_edge(body_a, n, vertex_a), edge_b = nearest_edge(body_b, -n, vertex_b);
+    by_edges = edge_a.kind == Feature<S>::edge && edge_b.kind == Feature<S>::edge;
+    if (by_edges && norm(cross(edge_a.along, edge_b.along)) <= parallel<S>()) {
+      outline(body_a, edge_a, n, scratch.reference);
+      outline(body_b, edge_b, -n, scratch.incident);
+      Polygon<S> stretch;
+      common_stretch(scratch.reference, scratch.incident, edge_a.along, stretch, scratch.spare);
+      for (const Marked<S>& p : stretch) {
+        const S gap = dot(n, p.x - scratch.reference[0].x);
+        add(p.x - gap * n, gap, p.id);
+      }
+    }
+  }
+  if (found.empty()) add(meet.on_a, meet.gap, mixed(static_cast<std::uint32_t>(vertex_a + 2), static_cast<std::uint32_t>(vertex_b + 2)));
+  keep_four(found, n, manifold);
+  manifold.meeting = manifold.count > 2 ? Meeting::face : manifold.count == 2 ? Meeting::edge : by_edges ? Meeting::edge_edge : Meeting::point;
+}
+
+#define ATWOOD_CONVEX_MANIFOLD(S)                                                                                              \
+  template void contact_points<S>(const ConvexPiece<S>&, const ConvexPiece<S>&, const Placement<S>&, const Meet<S>&, S,        \
+                                  Manifold<S>&);                                                                               \
+  template void keep_four<S>(const std::vector<ContactPoint<S>>&, const Vec3<S>&, Manifold<S>&);
+ATWOOD_CONVEX_MANIFOLD(float)
+ATWOOD_CONVEX_MANIFOLD(double)
+ATWOOD_CONVEX_MANIFOLD(long double)
+#undef ATWOOD_CONVEX_MANIFOLD
+
+}  // namespace atwood

@@ -1,0 +1,75 @@
+// One convex shape as the tests of pairs see it: a core (a polyhedron, or a cylinder) and a radius around it.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <span>
+
+#include "collision/geometry.hpp"
+#include "collision/hull.hpp"
+
+namespace atwood {
+
+enum class Core : unsigned char { point, segment, rectangle, box, triangle, hull, cylinder };
+
+// Own axes [m]. A segment and a cylinder lie along z.
+template <class S> struct ConvexPiece {
+  using Face = typename Hull<S>::Face;
+  using Edge = typename Hull<S>::Edge;
+
+  Core core = Core::point;
+  S radius{};                         // around the core
+  Vec3<S> half;                       // segment: (0, 0, h); cylinder: (r, r, h)
+  const Hull<S>* form = nullptr;      // loops and edges; for a box those of a box with sides 2; a cylinder has none
+  int own_count = 0;
+  std::array<Vec3<S>, 8> own;         // vertices of all polyhedra but hulls
+  std::array<Face, 2> sides;          // triangle: front and back
+  std::array<Edge, 3> rim;            // triangle
+
+  bool polyhedral() const { return core != Core::cylinder; }
+  std::span<const Vec3<S>> vertices() const {
+    return core == Core::hull ? std::span<const Vec3<S>>(form->vertices) : std::span<const Vec3<S>>(own.data(), own_count);
+  }
+  std::span<const Face> faces() const {  // of hulls and triangles alone with their offsets
+    if (core == Core::triangle) return sides;
+    return form ? std::span<const Face>(form->faces) : std::span<const Face>();
+  }
+  std::span<const Edge> edges() const {
+    if (core == Core::triangle) return rim;
+    return form ? std::span<const Edge>(form->edges) : std::span<const Edge>();
+  }
+  std::span<const int> loop(const Face& face) const { return {form->corners.data() + face.first, static_cast<std::size_t>(face.count)}; }
+};
+
+// Null pieces do not exist: a hull without vertices gives false. Kinds as in convex_contacts.hpp.
+template <class S> bool convex_piece(const Geometry<S>& geometry, ConvexPiece<S>& piece);
+template <class S>
+ConvexPiece<S> triangle_piece(const Vec3<S>& a, const Vec3<S>& b, const Vec3<S>& c, const Vec3<S>& normal);
+template <class S> ConvexPiece<S> box_piece(const Vec3<S>& half_extents);
+
+// The point of the core farthest along `direction` (own axes, of any length) and its vertex; of cylinders the vertex is -1.
+// `vertex` on entry: where climbing may start.
+template <class S> Vec3<S> support(const ConvexPiece<S>& piece, const Vec3<S>& direction, int& vertex);
+
+// v / |v|, also where v's square would underflow or overflow; 0 for 0.
+template <class S> inline Vec3<S> unit_along(const Vec3<S>& v) {
+  const S most = real::max(real::abs(v.x), real::max(real::abs(v.y), real::abs(v.z)));
+  if (!(most > S(0))) return {};
+  const Vec3<S> scaled{v.x / most, v.y / most, v.z / most};
+  return (S(1) / norm(scaled)) * scaled;
+}
+
+// a cross b, each component to an ulp of itself (Kahan's difference of products): nearly parallel vectors keep their normal.
+template <class S> inline Vec3<S> accurate_cross(const Vec3<S>& a, const Vec3<S>& b) {
+  const auto difference = [](S p, S q, S r, S s) {  // p q - r s
+    const S rs = r * s, error = std::fma(-r, s, rs);
+    return std::fma(p, q, -rs) + error;
+  };
+  return {difference(a.y, b.z, a.z, b.y), difference(a.z, b.x, a.x, b.z), difference(a.x, b.y, a.y, b.x)};
+}
+
+// B's placement in A's axes.
+template <class S> Placement<S> relative_placement(const Placement<S>& place_a, const Placement<S>& place_b);
+template <class S> inline Vec3<S> placed(const Placement<S>& place, const Vec3<S>& x) { return place.p_W + turned(place, x); }
+
+}  // namespace atwood

@@ -1,0 +1,43 @@
+// The closest points of two convex cores, by points of their Minkowski difference A - B.
+#pragma once
+
+#include "collision/convex_piece.hpp"
+
+namespace atwood {
+
+// A point w = a - b of the difference, a in A, b in B; all in A's axes.
+template <class S> struct DifferencePoint {
+  Vec3<S> w, a, b;
+  int vertex_a = -1, vertex_b = -1;
+};
+
+template <class S> struct Simplex {
+  std::array<DifferencePoint<S>, 4> corner;
+  std::array<S, 4> weight{};  // barycentric, of the point nearest to the origin
+  int count = 0;
+};
+
+// Cuts the simplex down to the face whose inside holds its point nearest to the origin, sets its weights and returns it. A
+// tetrahedron stays whole when the origin is inside. Faces without area, up to round-off, count as their edges.
+template <class S> Vec3<S> nearest_to_origin(Simplex<S>& simplex);
+
+// The farthest point of A - B in `direction`.
+template <class S>
+DifferencePoint<S> difference_support(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a,
+                                      const Vec3<S>& direction, int climb_a = 0, int climb_b = 0);
+
+template <class S> struct Closest {
+  bool apart = false;      // false: the cores overlap, or are as near as round-off tells
+  S distance{};
+  Vec3<S> on_a, on_b;      // A's axes
+  Vec3<S> normal;          // unit, from a to b
+  Simplex<S> simplex;
+  bool beyond = false;     // known to be more than `enough` apart; the rest is then not set but `normal`
+};
+
+// Gilbert, Johnson, Keerthi (1988); sub-algorithm of Montanari, Petrinic, Barbieri, ACM Trans. Graph. 36 (2017) 30. Ends
+// when no support point is nearer by more than round-off of the extents.
+template <class S>
+Closest<S> closest_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a, S enough);
+
+}  // namespace atwood

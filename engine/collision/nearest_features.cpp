@@ -1,0 +1,281 @@
+#include "collision/nearest_features.hpp"
+
+#include <limits>
+
+namespace atwood {
+namespace {
+
+template <class S> S extent_of(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a) {
+  const auto size = [](const ConvexPiece<S>& p) {
+    if (p.core == Core::hull) return p.form->bounding_radius;
+    if (p.core != Core::triangle) return p.half.x + p.half.y + p.half.z;
+    return real::max(norm(p.own[0]), real::max(norm(p.own[1]), norm(p.own[2])));
+  };
+  return real::max(real::max(size(a), size(b)), norm(b_in_a.p_W));
+}
+
+// One side of a meeting: a core, and its place in A's axes.
+template <class S> struct Side {
+  const ConvexPiece<S>& piece;
+  const Placement<S>& place;
+  S sign;                    // outwards along sign * n
+  Vec3<S> edge;              // of the meeting, unit; 0: none
+  bool vertex = false;       // a single vertex meets
+};
+
+template <class S> Vec3<S> axis_of(const Side<S>& side) { return side.place.axis_W[2]; }
+
+// Which edge or vertex of a polyhedron the corners of a simplex name; the axis of a cylinder that meets by its side.
+template <class S> void read_features(Side<S>& side, const Simplex<S>& simplex, const Vec3<S>& n) {
+  side.edge = {};
+  side.vertex = false;
+  if (!side.piece.polyhedral()) {
+    if (real::abs(dot(n, axis_of(side))) < S(0.1)) side.edge = axis_of(side);
+    return;
+  }
+  int named[4], count = 0;
+  for (int i = 0; i < simplex.count; ++i) {
+    const int vertex = side.sign > S(0) ? simplex.corner[i].vertex_a : simplex.corner[i].vertex_b;
+    bool known = vertex < 0;
+    for (int k = 0; k < count; ++k) known = known || named[k] == vertex;
+    if (!known) named[count++] = vertex;
+  }
+  side.vertex = count == 1;
+  if (count == 2) side.edge = turned(side.place, unit_along(side.piece.vertices()[named[1]] - side.piece.vertices()[named[0]]));
+}
+
+// The outward normal of the face that looks along `outwards` most; 0 when none comes near.
+template <class S> Vec3<S> facing(const Side<S>& side, const Vec3<S>& outwards) {
+  const Vec3<S> d = turned_back(side.place, outwards);
+  if (!side.piece.polyhedral()) return d.z < S(0) ? -axis_of(side) : axis_of(side);
+  const Vec3<S>* best = nullptr;
+  S most{};
+  for (const auto& face : side.piece.faces())
+    if (const S here = dot(face.normal, d); here > most) most = here, best = &face.normal;
+  return best && most > S(0.9) ? turned(side.place, *best) : Vec3<S>{};
+}
+
+// u . H u for the second derivative H of the cylinder's support function at n: the rim's r / |n_across| along its tangent.
+template <class S> S bend(const Side<S>& side, const Vec3<S>& n, const Vec3<S>& u, const Vec3<S>& v) {
+  if (side.piece.polyhedral()) return S(0);
+  const Vec3<S> axis = axis_of(side), around = cross(axis, n);
+  const S across = norm(around);
+  if (!(across > S(0))) return S(0);
+  return side.piece.half.x * dot(around, u) * dot(around, v) / (across * across * across);
+}
+
+template <class S> struct Refinement {
+  Side<S> a, b;
+  const Placement<S>& b_in_a;
+  S round_off;
+  LeastOverlap<S> best;
+
+  DifferencePoint<S> support_along(const Vec3<S>& n) const { return difference_support(a.piece, b.piece, b_in_a, n); }
+  // Takes n unless it is worse by more than round-off: what comes later is what is more exact.
+  void consider(const Vec3<S>& n) {
+    if (!(dot(n, n) > S(0.5))) return;
+    const S overlap = dot(n, support_along(n).w);
+    if (!(overlap <= best.overlap + round_off)) return;
+    best.overlap = overlap;
+    best.normal = n;
+  }
+  void consider_like(Vec3<S> n) { consider(dot(n, best.normal) < S(0) ? -n : n); }
+};
+
+// Newton's method for the least of f(n) = n . w(n) over unit n, or over those across `edge`. In tangents u of the sphere:
+// gradient w . u, second derivative u . H u - f.
+template <class S> void newton(Refinement<S>& m, const Vec3<S>& edge) {
+  const bool bound = dot(edge, edge) > S(0);
+  Vec3<S> n = bound ? unit_along(m.best.normal - dot(m.best.normal, edge) * edge) : m.best.normal;
+  for (int round = 0; round < 12; ++round) {
+    const Vec3<S> w = m.support_along(n).w;
+    const S f = dot(n, w);
+    const Vec3<S> least = real::abs(n.x) <= real::abs(n.y) && real::abs(n.x) <= real::abs(n.z) ? Vec3<S>{S(1), S(0), S(0)}
+                          : real::abs(n.y) <= real::abs(n.z)                                  ? Vec3<S>{S(0), S(1), S(0)}
+                                                                                              : Vec3<S>{S(0), S(0), S(1)};
+    const Vec3<S> u = unit_along(cross(n, bound ? edge : least)), v = cross(n, u);
+    const auto second = [&](const Vec3<S>& p, const Vec3<S>& q) { return bend(m.a, n, p, q) + bend(m.b, n, p, q); };
+    const S uu = second(u, u) - f, g = dot(w, u);
+    S s{}, t{};
+    if (bound) {
+      if (!(uu > S(0))) return;
+      s = -g / uu;
+    } else {
+      const S uv = second(u, v), vv = second(v, v) - f, h = dot(w, v), whole = uu * vv - uv * uv;
+      if (!(whole > S(0) && uu > S(0))) return;
+      s = (-g * vv + h * uv) / whole;
+      t = (-h * uu + g * uv) / whole;
+    }
+    const S step = real::sqrt(s * s + t * t);
+    if (!(step < S(0.5))) return;
+    n = unit_along(n + s * u + t * v);
+    if (step <= S(4) * real::epsilon<S>()) break;
+  }
+  m.consider(n);
+}
+
+template <class S> void make_exact(Refinement<S>& m, const Simplex<S>& simplex) {
+  const bool curved = !m.a.piece.polyhedral() || !m.b.piece.polyhedral();
+  read_features(m.a, simplex, m.best.normal);
+  read_features(m.b, simplex, m.best.normal);
+  if (curved) {
+    newton(m, Vec3<S>{});
+    for (const Vec3<S>& edge : {m.a.edge, m.b.edge})
+      if (dot(edge, edge) > S(0)) newton(m, edge);
+  }
+  for (const Vec3<S>& edge : {m.a.edge, m.b.edge})
+    if (dot(edge, edge) > S(0)) m.consider(unit_along(m.best.normal - dot(m.best.normal, edge) * edge));
+  m.consider_like(unit_along(accurate_cross(m.a.edge, m.b.edge)));
+  m.consider(facing(m.a, m.best.normal));
+  m.consider(-facing(m.b, -m.best.normal));
+}
+
+// A cylinder's single point along n: its rim's, away from the side and the cap.
+template <class S> bool rim_point(const Side<S>& side, const Vec3<S>& n) {
+  constexpr S kNear = S(1e-5);
+  if (side.piece.polyhedral()) return false;
+  const S along = real::abs(dot(n, axis_of(side)));
+  return along > kNear && S(1) - along > kNear;
+}
+
+// The points that meet, a distance `gap` apart along the normal.
+template <class S> void set_points(const Refinement<S>& m, Meet<S>& meet) {
+  const Vec3<S>& n = meet.normal;
+  const DifferencePoint<S> p = m.support_along(n);
+  const bool curved = !m.a.piece.polyhedral() || !m.b.piece.polyhedral();
+  Vec3<S> middle = S(0.5) * (meet.on_a + meet.on_b);
+  const Vec3<S> across = cross(m.a.edge, m.b.edge);
+  const S sine2 = dot(across, across);
+  if (curved) {
+    if (rim_point(m.a, n) || m.a.vertex) middle = p.a + (meet.gap / S(2)) * n;
+    else if (rim_point(m.b, n) || m.b.vertex) middle = p.b - (meet.gap / S(2)) * n;
+    else if (sine2 > S(1e-10) && real::abs(dot(m.a.edge, n)) < S(1e-5) && real::abs(dot(m.b.edge, n)) < S(1e-5)) {
+      const S s = dot(cross(p.b - p.a, m.b.edge), across) / sine2;  // where the lines pass each other
+      middle = p.a + s * m.a.edge + (meet.gap / S(2)) * n;
+    }
+  }
+  meet.on_a = middle - (meet.gap / S(2)) * n;
+  meet.on_b = middle + (meet.gap / S(2)) * n;
+}
+
+template <class S> void set_weights(LeastOverlap<S>& least) {
+  if (least.face.count == 0) return;
+  Simplex<S> part = least.face;
+  nearest_to_origin(part);
+  least.on_a = least.on_b = {};
+  for (int i = 0; i < part.count; ++i) {
+    least.on_a += part.weight[i] * part.corner[i].a;
+    least.on_b += part.weight[i] * part.corner[i].b;
+  }
+}
+
+template <class S, class Visit> void each_edge(const ConvexPiece<S>& piece, const Placement<S>& place, const Visit& visit) {
+  if (!piece.polyhedral()) visit(place.axis_W[2]);
+  for (const auto& edge : piece.edges()) visit(turned(place, edge.along));
+}
+template <class S, class Visit> void each_face(const ConvexPiece<S>& piece, const Placement<S>& place, const Visit& visit) {
+  if (!piece.polyhedral()) visit(place.axis_W[2]), visit(-place.axis_W[2]);
+  for (const auto& face : piece.faces()) visit(turned(place, face.normal));
+}
+
+// Normals of faces and caps, and products of edges, a cylinder's axis being one.
+template <class S, class Visit>
+void each_axis(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a, const Visit& visit) {
+  const Placement<S> own;
+  each_face(a, own, visit);
+  each_face(b, b_in_a, [&](const Vec3<S>& normal) { visit(-normal); });
+  each_edge(b, b_in_a, [&](const Vec3<S>& of_b) {
+    each_edge(a, own, [&](const Vec3<S>& of_a) {
+      const Vec3<S> n = unit_along(accurate_cross(of_a, of_b));
+      visit(n);
+      visit(-n);
+    });
+  });
+}
+
+// Where the polytope did not end: Newton from every axis and from all around.
+template <class S> void search_everywhere(Refinement<S>& m) {
+  LeastOverlap<S> best = m.best;
+  const auto from = [&](const Vec3<S>& n) {
+    if (!(dot(n, n) > S(0.5))) return;
+    m.best.normal = n;
+    m.best.overlap = dot(n, m.support_along(n).w);
+    make_exact(m, Simplex<S>{});
+    if (m.best.overlap < best.overlap) best.overlap = m.best.overlap, best.normal = m.best.normal;
+  };
+  each_axis(m.a.piece, m.b.piece, m.b_in_a, from);
+  for (int i = 0; i < 27; ++i)
+    if (i != 13) from(unit_along(Vec3<S>{S(i % 3 - 1), S(i / 3 % 3 - 1), S(i / 9 - 1)}));
+  m.best = best;
+}
+
+}  // namespace
+
+template <class S>
+S overlap_along(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a, const Vec3<S>& n) {
+  return dot(n, difference_support(a, b, b_in_a, n).w);
+}
+
+template <class S>
+LeastOverlap<S> least_overlap_of_all_axes(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a) {
+  LeastOverlap<S> best;
+  best.overlap = std::numeric_limits<S>::infinity();
+  each_axis(a, b, b_in_a, [&](const Vec3<S>& n) {
+    if (!(dot(n, n) > S(0.5))) return;
+    if (const S overlap = overlap_along(a, b, b_in_a, n); overlap < best.overlap) best.overlap = overlap, best.normal = n;
+  });
+  best.certified = best.overlap;
+  return best;
+}
+
+template <class S>
+Meet<S> nearest_features(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a, S enough) {
+  Meet<S> meet;
+  const Placement<S> own;
+  const S round_off = S(4) * real::epsilon<S>() * extent_of(a, b, b_in_a);
+  const Closest<S> closest = closest_points(a, b, b_in_a, enough);
+  if (closest.beyond) {
+    meet.beyond = true;
+    return meet;
+  }
+  Refinement<S> m{{a, own, S(1), {}}, {b, b_in_a, S(-1), {}}, b_in_a, round_off, {}};
+  bool exact = false;
+  if (closest.apart) {
+    m.best.normal = closest.normal;
+    m.best.overlap = overlap_along(a, b, b_in_a, closest.normal);
+    m.best.on_a = closest.on_a, m.best.on_b = closest.on_b;
+    make_exact(m, closest.simplex);
+    exact = m.best.overlap + closest.distance <= S(16) * round_off + S(64) * real::epsilon<S>() * closest.distance;
+  }
+  if (!exact) {
+    const LeastOverlap<S> before = m.best;
+    m.best = expanding_polytope(a, b, b_in_a);
+    set_weights(m.best);
+    if (closest.apart && before.overlap < m.best.overlap) m.best = before;
+    make_exact(m, m.best.face);
+    if (m.best.overlap - m.best.certified > S(16) * round_off) {
+      if (a.polyhedral() && b.polyhedral()) {
+        const LeastOverlap<S> all = least_overlap_of_all_axes(a, b, b_in_a);
+        if (all.overlap < m.best.overlap) m.best.overlap = all.overlap, m.best.normal = all.normal;
+      } else {
+        search_everywhere(m);
+      }
+    }
+  }
+  meet.gap = -m.best.overlap;
+  meet.normal = m.best.normal;
+  meet.on_a = m.best.on_a, meet.on_b = m.best.on_b;
+  set_points(m, meet);
+  return meet;
+}
+
+#define ATWOOD_NEAREST_FEATURES(S)                                                                                          \
+  template S overlap_along<S>(const ConvexPiece<S>&, const ConvexPiece<S>&, const Placement<S>&, const Vec3<S>&);           \
+  template LeastOverlap<S> least_overlap_of_all_axes<S>(const ConvexPiece<S>&, const ConvexPiece<S>&, const Placement<S>&); \
+  template Meet<S> nearest_features<S>(const ConvexPiece<S>&, const ConvexPiece<S>&, const Placement<S>&, S);
+ATWOOD_NEAREST_FEATURES(float)
+ATWOOD_NEAREST_FEATURES(double)
+ATWOOD_NEAREST_FEATURES(long double)
+#undef ATWOOD_NEAREST_FEATURES
+
+}  // namespace atwood
