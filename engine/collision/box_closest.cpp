@@ -17,7 +17,15 @@ template <class S> struct CornerNearest {
   S square{};
   Three<S> on_box{}, way{};         // in the box's axes; from the box to the corner
   int box_feature = kFeatureNone, corner_feature = kFeatureNone;
+  int steps = 0;                    // parts of `way` that are not 0: 1 over a face, 2 beside an edge, 3 off a corner
 };
+// Squares of distances that agree to round-off are directions that differ by its root: then the feature decides that leaves
+// the direction least freedom.
+template <class S> bool nearer(const CornerNearest<S>& x, const CornerNearest<S>& y) {
+  const S tie = S(8) * real::epsilon<S>() * real::max(x.square, y.square);
+  if (real::abs(x.square - y.square) > tie || x.steps == y.steps) return x.square < y.square;
+  return x.steps < y.steps;
+}
 // Corners of the other box (its centre at `t`, axis j along column j of R) against the box of half extents `h`.
 template <class S>
 CornerNearest<S> nearest_corner(const Three<S>& h, const Three<S>& t, const Three<S>& other_h, const Three<Three<S>>& R) {
@@ -38,9 +46,10 @@ CornerNearest<S> nearest_corner(const Three<S>& h, const Three<S>& t, const Thre
       one.on_box[i] = above ? h[i] : below ? -h[i] : x[i];
       one.way[i] = x[i] - one.on_box[i];
       one.box_feature += (above ? 1 : below ? -1 : 0) * kFeatureWeight[i];
+      one.steps += above || below;
     }
     one.square = square(one.way);
-    if (bits == 0 || one.square < best.square) best = one;
+    if (bits == 0 || nearer(one, best)) best = one;
   }
   return best;
 }
@@ -95,7 +104,7 @@ template <class S> BoxClosest<S> closest_of_boxes(const BoxPair<S>& pair) {
   const CornerNearest<S> of_a = nearest_corner(pair.h_b, Three<S>{-pair.t_b[0], -pair.t_b[1], -pair.t_b[2]}, pair.h_a, transposed(pair.R));
   BoxClosest<S> out;
   Vec3<S> way{S(0), S(0), S(1)};
-  if (of_a.square < of_b.square) {
+  if (nearer(of_a, of_b)) {
     out.distance = length_and_direction(Vec3<S>{of_a.way[0], of_a.way[1], of_a.way[2]}, way);
     out.normal_W = -turned(*pair.place_b, way);
     for (int i = 0; i < 3; ++i) out.on_a[i] = (of_a.corner_feature / kFeatureWeight[i]) % 3 == 2 ? pair.h_a[i] : -pair.h_a[i];
@@ -107,7 +116,7 @@ template <class S> BoxClosest<S> closest_of_boxes(const BoxPair<S>& pair) {
     out.feature_a = of_b.box_feature, out.feature_b = of_b.corner_feature;
   }
   EdgesNearest<S> edges;
-  edges.distance = out.distance;
+  edges.distance = (S(1) + S(4) * real::epsilon<S>()) * out.distance;  // likewise
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) nearest_edges(pair, i, j, edges);
   if (edges.i >= 0) {

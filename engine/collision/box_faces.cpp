@@ -2,6 +2,7 @@
 #include <limits>
 
 #include "collision/box_pair.hpp"
+#include "collision/skin.hpp"
 
 namespace atwood {
 
@@ -43,6 +44,7 @@ template <class S> Facing<S> facing(const BoxPair<S>& pair, bool reference_is_a,
 template <class S> struct Corner {
   S u, v, gap;
   int feature, other_feature, side;
+  S skin = S(0);   // from the reference's core to its surface, along the normal
 };
 template <class S> struct Polygon {
   static constexpr int most = 12;  // four corners, and one more for each side that cuts; round-off can add some
@@ -157,6 +159,16 @@ template <class S> void keep_four(Polygon<S>& polygon) {
   polygon = kept;
 }
 
+// From the gap of the cores to that of the surfaces.
+template <class S> void put_skins_on(const Facing<S>& f, S radius, S other_radius, Corner<S>& c) {
+  std::array<S, 3> x;
+  x[f.k] = f.sign * f.h[f.k], x[next(f.k)] = c.u, x[next(next(f.k))] = c.v;
+  S cosine = S(0), along = S(0);
+  for (int i = 0; i < 3; ++i) cosine += f.n[i] * f.R[i][2], along += (x[i] + c.gap * f.n[i] - f.t[i]) * f.R[i][2];
+  c.skin = skin_thickness(radius, f.h[2], x[2], f.n[2]);
+  c.gap -= c.skin + skin_thickness(other_radius, f.other_h[2], along, -cosine);
+}
+
 }  // namespace
 
 template <class S>
@@ -168,18 +180,26 @@ Manifold<S> face_manifold(const BoxPair<S>& pair, bool reference_is_a, int k, co
     if (polygon.corners[static_cast<std::size_t>(i)].gap < lowest.gap) lowest = polygon.corners[static_cast<std::size_t>(i)];
   for (int cut = 0; cut < 4; ++cut) clip(f, cut, polygon);
 
-  const S radii = pair.radius_a + pair.radius_b, round_off = S(8) * real::epsilon<S>() * pair.size;
+  const S radius = reference_is_a ? pair.radius_a : pair.radius_b, other_radius = reference_is_a ? pair.radius_b : pair.radius_a;
+  const S round_off = S(8) * real::epsilon<S>() * pair.size;
   deepest = std::numeric_limits<S>::infinity();
-  for (int i = 0; i < polygon.count; ++i) deepest = real::min(deepest, polygon.corners[static_cast<std::size_t>(i)].gap);
-  Polygon<S> near;
   if (polygon.count == 0) {  // beside each other; of overlapping boxes by no more than round-off
     const S u = f.h[next(k)], v = f.h[next(next(k))];
     lowest.u = real::max(-u, real::min(u, lowest.u)), lowest.v = real::max(-v, real::min(v, lowest.v));
-    near.add(lowest);
+    polygon.add(lowest);
+  } else {
+    for (int i = 0; i < polygon.count; ++i) deepest = real::min(deepest, polygon.corners[static_cast<std::size_t>(i)].gap);
   }
+  S least = std::numeric_limits<S>::infinity();
+  for (int i = 0; i < polygon.count; ++i) {
+    Corner<S>& c = polygon.corners[static_cast<std::size_t>(i)];
+    if (radius > S(0) || other_radius > S(0)) put_skins_on(f, radius, other_radius, c);
+    least = real::min(least, c.gap);
+  }
+  Polygon<S> near;
   for (int i = 0; i < polygon.count; ++i) {
     const Corner<S>& c = polygon.corners[static_cast<std::size_t>(i)];
-    if (c.gap - radii <= margin || c.gap <= deepest + round_off) near.add(c);
+    if (c.gap <= margin || c.gap <= least + round_off) near.add(c);
   }
   drop_doubles(near, round_off);
   if (near.count > 4) keep_four(near);
@@ -190,13 +210,11 @@ Manifold<S> face_manifold(const BoxPair<S>& pair, bool reference_is_a, int k, co
   m.count = near.count;
   const Placement<S>& place = reference_is_a ? *pair.place_a : *pair.place_b;
   const Vec3<S> outward = reference_is_a ? normal_W : -normal_W;  // from the reference to the other
-  const S radius = reference_is_a ? pair.radius_a : pair.radius_b;
   for (int i = 0; i < near.count; ++i) {
     const Corner<S>& c = near.corners[static_cast<std::size_t>(i)];
     const Vec3<S> on_reference = c.u * place.axis_W[next(k)] + c.v * place.axis_W[next(next(k))] + (f.sign * f.h[k]) * place.axis_W[k];
-    const S gap = c.gap - radii;
     m.points[static_cast<std::size_t>(i)] = {
-        place.p_W + (on_reference + (radius + gap / S(2)) * outward), gap,
+        place.p_W + (on_reference + (c.skin + c.gap / S(2)) * outward), c.gap,
         reference_is_a ? feature_id(normal_W, c.feature, c.other_feature) : feature_id(normal_W, c.other_feature, c.feature)};
   }
   return m;

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "collision/pair_tests.hpp"
+#include "collision/skin.hpp"
 
 namespace atwood {
 
@@ -46,7 +47,25 @@ bool flat_faces(const BoxPair<S>& pair, const Vec3<S>& normal_W, S margin, Manif
   return true;
 }
 
-// Two edges side by side: both ends of the stretch that they share.
+// One of two edges side by side, as seen from a's centre in world axes.
+template <class S> struct Side {
+  Vec3<S> center_W, at_W, along_W;    // of the core; the nearest point of the core; the edge's direction
+  S place, half_length, radius;       // where on the edge that point lies
+};
+
+// The gap at a place `way` along the base's edge from the nearest point, and the base's skin there.
+template <class S>
+bool gap_beside(const Side<S>& base, const Side<S>& other, const Vec3<S>& n_W, S core_gap, S way, S& gap, S& skin) {
+  const Vec3<S> from_W = base.at_W + way * base.along_W;
+  skin = skin_thickness(base.radius, base.half_length, base.place + way, dot(n_W, base.along_W));
+  bool found = true;
+  if (other.radius > S(0)) gap = way_to_capsule(from_W - other.center_W, n_W, other.along_W, other.radius, other.half_length, found) - skin;
+  else gap = core_gap + way * (dot(n_W, other.along_W) / dot(base.along_W, other.along_W) - dot(n_W, base.along_W)) - skin;
+  return found;
+}
+
+// Two edges side by side: the nearest point, and both ends of the stretch that they share. Of two sharp edges that holds only
+// while they are parallel to round-off: a hair off, and they meet in one point.
 template <class S> bool parallel_edges(const BoxPair<S>& pair, const Crossing<S>& at, S margin, Manifold<S>& out) {
   int i = -1, j = -1;
   for (int p = 0; p < 3; ++p)
@@ -54,25 +73,39 @@ template <class S> bool parallel_edges(const BoxPair<S>& pair, const Crossing<S>
       if (real::abs(pair.R[p][q]) > kFlatCosine<S> && pair.h_a[p] > S(0) && pair.h_b[q] > S(0)) i = p, j = q;
   if (i < 0) return false;
   const Vec3<S>&A = pair.place_a->axis_W[i], &B = pair.place_b->axis_W[j];
-  if (!(real::abs(dot(at.normal_W, A)) < kFlatSine<S> && real::abs(dot(at.normal_W, B)) < kFlatSine<S>)) return false;
-  // Along A the stretch of b's line runs from b's middle, (t + t_b parts) - on_a, by h_b either way.
-  const Vec3<S> on_a_W = turned(*pair.place_a, Vec3<S>{at.on_a[0], at.on_a[1], at.on_a[2]}), on_b_W = on_a_W + at.gap * at.normal_W;
-  const S cosine = pair.R[i][j], on_b = dot(on_b_W, B) - pair.t_b[j];  // place of the point along b's own line
-  const S reach = pair.h_b[j] * real::abs(cosine), middle = at.on_a[i] - cosine * on_b;
-  const S from = real::max(-pair.h_a[i], middle - reach), to = real::min(pair.h_a[i], middle + reach);
-  if (!(to - from > S(8) * real::epsilon<S>() * pair.size)) return false;
-  const S slope = dot(at.normal_W, B) / cosine - dot(at.normal_W, A), radii = pair.radius_a + pair.radius_b;
+  const bool sharp = !(pair.radius_a > S(0)) && !(pair.radius_b > S(0));
+  const S askew = sharp ? S(16) * real::epsilon<S>() : kFlatSine<S>;
+  if (!(real::abs(dot(at.normal_W, A)) < askew && real::abs(dot(at.normal_W, B)) < askew)) return false;
+  if (sharp && !(norm(cross(A, B)) < askew)) return false;
+
+  const Vec3<S> t_W = pair.place_b->p_W - pair.place_a->p_W, on_a_W = turned(*pair.place_a, Vec3<S>{at.on_a[0], at.on_a[1], at.on_a[2]});
+  const Vec3<S> on_b_W = on_a_W + at.gap * at.normal_W;
+  const Side<S> a{{}, on_a_W, A, at.on_a[i], pair.h_a[i], pair.radius_a};
+  const Side<S> b{t_W, on_b_W, B, dot(on_b_W - t_W, B), pair.h_b[j], pair.radius_b};
+  const bool like = (a.radius > S(0)) == (b.radius > S(0)), from_a = like ? a_lies_first(at.normal_W) : b.radius > S(0);
+  const Side<S>&base = from_a ? a : b, &other = from_a ? b : a;
+  const Vec3<S> n_W = from_a ? at.normal_W : -at.normal_W;
+  const S cosine = pair.R[i][j], reach = other.half_length * real::abs(cosine), middle = base.place - cosine * other.place;
+  const S from = real::max(-base.half_length, middle - reach), to = real::min(base.half_length, middle + reach);
+
   out = {};
   out.normal_W = at.normal_W;
   out.meeting = Meeting::edge;
-  for (const S end : {from, to}) {
-    const S way = end - at.on_a[i], gap = at.gap + way * slope - radii;
-    if (!(gap <= margin)) continue;
-    const std::uint32_t id = feature_id(at.normal_W, at.feature_a, at.feature_b) + (end == from ? 1024u : 2048u);
+  const std::uint32_t name = 1024u + 4u * static_cast<std::uint32_t>(3 * i + j);
+  const S hair = S(1e-3) * (base.half_length + other.half_length);
+  const auto point_id = [&](S place) { return name + (real::abs(place - from) <= hair ? 1u : real::abs(place - to) <= hair ? 2u : 0u); };
+  const auto add = [&](S way, S gap, S skin, std::uint32_t id) {
     out.points[static_cast<std::size_t>(out.count++)] = {
-        pair.place_a->p_W + (on_a_W + way * A + (pair.radius_a + gap / S(2)) * at.normal_W), gap, id};
+        pair.place_a->p_W + (base.at_W + way * base.along_W + (skin + gap / S(2)) * n_W), gap, id};
+  };
+  add(S(0), at.gap - pair.radius_a - pair.radius_b, base.radius, point_id(base.place));
+  for (const S end : {from, to}) {
+    S gap, skin;
+    const S way = end - base.place;
+    if (point_id(end) == out.points[0].id || !gap_beside(base, other, n_W, at.gap, way, gap, skin)) continue;
+    if (gap <= margin) add(way, gap, skin, point_id(end));
   }
-  return out.count == 2;
+  return out.count > 1;
 }
 
 template <class S> void crossing_manifold(const BoxPair<S>& pair, const Crossing<S>& at, Meeting meeting, S margin, Manifold<S>& out) {

@@ -2,6 +2,7 @@
 // come within the margin. The normal, from a to b, is the plane's own.
 #include "collision/direction.hpp"
 #include "collision/pair_tests.hpp"
+#include "collision/skin.hpp"
 
 namespace atwood {
 
@@ -126,17 +127,17 @@ template <class S> Separation<S> plane_box_separation(const Posed<S>& a, const P
   return lowest(a, corner(of, b.place.p_W, lowest_corner(a.shape.normal_W, b.place.axis_W)).x_W, of.lowest());
 }
 
+// The lower end's cap, and the skin below the upper end.
 template <class S> void plane_capsule_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
   const Vec3<S>& n = a.shape.normal_W;
-  const S center = height_of_center(a, b) - b.shape.radius, rise = b.shape.half_length * dot(n, b.place.axis_W[2]);
-  if (!(center - real::abs(rise) <= margin)) return;
-  const Vec3<S> half = b.shape.half_length * b.place.axis_W[2], skin = b.place.p_W - b.shape.radius * n;
+  const S center = height_of_center(a, b), cosine = dot(n, b.place.axis_W[2]), rise = b.shape.half_length * cosine;
+  if (!(center - real::abs(rise) - b.shape.radius <= margin)) return;
+  const S sign = rise < S(0) ? S(1) : S(-1);  // of the lower end
   Manifold<S>& m = begin(a, Meeting::edge, out);
-  if (rise < S(0)) add(m, n, {skin + half, center + rise, 1}, margin);
-  else add(m, n, {skin - half, center - rise, 0}, margin);
-  if (b.shape.half_length > S(0)) {
-    if (rise < S(0)) add(m, n, {skin - half, center - rise, 0}, margin);
-    else add(m, n, {skin + half, center + rise, 1}, margin);
+  for (const S end : {sign, -sign}) {
+    const S along = end * b.shape.half_length, skin = skin_thickness(b.shape.radius, b.shape.half_length, along, -cosine);
+    add(m, n, {b.place.p_W + (along * b.place.axis_W[2] - skin * n), center + end * rise - skin, end > S(0) ? 1u : 0u}, margin);
+    if (!(b.shape.half_length > S(0))) break;
   }
   name_meeting(m);
 }

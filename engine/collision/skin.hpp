@@ -1,0 +1,37 @@
+// The surface of a capsule seen from its segment.
+#pragma once
+
+#include "math/vec3.hpp"
+
+namespace atwood {
+
+// From the segment's point `along` (its place on the axis, |along| <= half_length) straight to the surface in a unit direction
+// whose component along the axis is `cosine`: through the tube at radius / sine, or through the cap around the end e, where
+// |d direction + (along - e) axis| = radius. Without a radius there is no skin.
+template <class S> S skin_thickness(S radius, S half_length, S along, S cosine) {
+  if (!(radius > S(0))) return S(0);
+  const S square = (S(1) - cosine) * (S(1) + cosine), sine = square > S(0) ? real::sqrt(square) : S(0);
+  const S leaves_at = along * sine + radius * cosine;  // times 1 / sine, along the axis
+  if (real::abs(leaves_at) <= half_length * sine && sine > S(0)) return radius / sine;
+  const S beyond = along - (leaves_at < S(0) ? -half_length : half_length);
+  const S left = radius * radius - beyond * beyond * (sine * sine);
+  return (left > S(0) ? real::sqrt(left) : S(0)) - beyond * cosine;
+}
+
+// The least d > 0 at which from + d n meets a capsule about the origin, its axis a unit vector; `found` false if it never does.
+template <class S>
+S way_to_capsule(const Vec3<S>& from, const Vec3<S>& n, const Vec3<S>& axis, S radius, S half_length, bool& found) {
+  const S along = dot(from, axis), cosine = dot(n, axis);
+  const Vec3<S> from_across = from - along * axis, n_across = n - cosine * axis, miss = cross(from_across, n_across);
+  const S square = dot(n_across, n_across), left = square * (radius * radius) - dot(miss, miss);
+  found = left >= S(0) && square > S(0);
+  if (!found) return S(0);
+  const S way = -(dot(from_across, n_across) + real::sqrt(left)) / square, at = along + way * cosine;
+  if (real::abs(at) <= half_length) return way;
+  const Vec3<S> to_end = (at < S(0) ? -half_length : half_length) * axis - from, aside = cross(to_end, n);
+  const S cap = radius * radius - dot(aside, aside);
+  found = cap >= S(0);
+  return found ? dot(to_end, n) - real::sqrt(cap) : S(0);
+}
+
+}  // namespace atwood
