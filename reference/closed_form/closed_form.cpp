@@ -13,7 +13,8 @@ namespace {
 const std::vector<Solution>& catalogue() {
   static const std::vector<Solution> all{ballistic(), linear_drag(), vertical_quadratic_drag(), oscillator(), kepler(),
                                          coulomb_two_body(), closed_form::lorentz(), free_rigid_body(), axis_torque(),
-                                         bounce(), sphere_impact(), slide_or_roll()};
+                                         bounce(), sphere_impact(), slide_or_roll(),
+                                         ball_flights()};
   return all;
 }
 
@@ -96,11 +97,14 @@ void add_events(Truth& truth, const Motion<Wide>& wide, const Motion<Narrow>& na
     // A sample at the very instant of an impact may show the velocity before or after it.
     for (std::size_t s = 1; s < truth.values.size(); ++s) {
       if (magnitude(truth.values[s].t_s - at.t_s) > half_width) continue;
-      for (const int body : {at.body_a, at.body_b})
+      if (at.vn_after_m_per_s == at.vn_before_m_per_s) continue;
+      for (const int body : {at.body_a, at.body_b}) {
         for (Wide& v : truth.bars[s].bodies[body].v_m_per_s)
-          v += magnitude(at.vn_after_m_per_s - at.vn_before_m_per_s);
-      if (at.vn_after_m_per_s != at.vn_before_m_per_s)
-        truth.note = "a sample falls on the instant of an impact: its velocity's bar holds the jump";
+          v += magnitude(at.vn_after_m_per_s - at.vn_before_m_per_s) * (1 + at.impulse_t_N_s / at.impulse_n_N_s);
+        const auto &before = truth.values[s - 1].bodies[body].w_rad_per_s, &now = truth.values[s].bodies[body].w_rad_per_s;
+        for (int i = 0; i < 3; ++i) truth.bars[s].bodies[body].w_rad_per_s[i] += magnitude(now[i] - before[i]);
+      }
+      truth.note = "a sample falls on the instant of an impact: the bars of its velocity and spin hold the jump";
     }
   }
 }

@@ -185,7 +185,8 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
     for (std::size_t k = 1; k < line.legs.size(); ++k)
       if (line.legs[k].holds)
         motion.happenings.push_back(holding(floor, at, line, start.p_WB - stance.height * floor.n, line.legs[k]));
-    ways.push_back({at, rounded(start.p_WB + line.s_least * line.e), rounded(start.p_WB + line.s_most * line.e), stance.reach_m});
+    const Vec<S> least = start.p_WB + line.s_least * line.e, most = start.p_WB + line.s_most * line.e;
+    ways.push_back({at, rounded(least), rounded(most), stance.reach_m});
     motion.misfit = leaves(floor, scene, ways.back().from, ways.back().to, stance.reach_m);
     motion.slack.p_m = larger(motion.slack.p_m, stance.slack_m + 4 * S(scenario.t_end_s) * stance.rise);
     motion.slack.v_m_per_s = larger(motion.slack.v_m_per_s, 4 * stance.rise);
@@ -200,7 +201,8 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
 }  // namespace
 
 Solution slide_or_roll() {
-  return {"slide-or-roll", "sliding blocks and rolling bodies on a floor: Coulomb (1785), Routh, art. 144", solve<Narrow>, solve<Wide>};
+  return {"slide-or-roll", "sliding blocks and rolling bodies on a floor: Coulomb (1785), Routh, art. 144", solve<Narrow>,
+          solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

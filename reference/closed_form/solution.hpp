@@ -101,5 +101,6 @@ Solution axis_torque();
 Solution bounce();
 Solution sphere_impact();
 Solution slide_or_roll();
+Solution ball_flights();
 
 }  // namespace atwood::closed_form

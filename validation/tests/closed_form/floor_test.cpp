@@ -62,26 +62,52 @@ Vec3 turned(const BodySample& b) {
 
 }  // namespace
 
+namespace {
+
+void require_march(const Scenario& given) {
+  const Truth truth = closed_form_truth(given, given.samples);
+  INFO(given.id << ": " << truth.outcome.reason);
+  REQUIRE(truth.outcome.status == Status::ok);
+  const Plane& plane = std::get<Plane>(given.scene.bodies.back().shape);
+  for (std::size_t i = 0; i + 1 < given.scene.bodies.size(); ++i) {
+    const double height = along(plane.normal, given.scene.bodies[i].position_m);
+    const BodySample& end = truth.values.back().bodies[i];
+    const Moving near = march(given.scene, static_cast<int>(i), plane.normal, height, given.t_end_s, 200000);
+    INFO(given.scene.bodies[i].name);
+    CHECK(apart(near.p, narrow(end.p_m)) < 1e-4);
+    CHECK(apart(near.v, narrow(end.v_m_per_s)) < 1e-4);
+    CHECK(apart(near.w, turned(end)) < 1e-3);
+    CHECK(static_cast<double>(truth.bars.back().bodies[i].p_m[0]) < 1e-14);
+  }
+}
+
+}  // namespace
+
 TEST_CASE("On a floor: every scene of the catalogue ends where small steps with Coulomb's cone end") {
   for (const char* id : {"slide-3", "slide-10", "slide-20", "slide-30", "slide-40", "stop-distance", "stop-distance-0",
                          "stop-distance-30", "stop-distance-45", "stop-distance-60", "roll", "roll-hollow", "roll-cylinder",
-                         "roll-slip", "slip-to-roll", "slip-to-roll-backspin"}) {
-    const Scenario given = catalogued(id);
-    const Truth truth = closed_form_truth(given, given.samples);
-    INFO(id << ": " << truth.outcome.reason);
-    REQUIRE(truth.outcome.status == Status::ok);
-    const Plane& plane = std::get<Plane>(given.scene.bodies.back().shape);
-    for (std::size_t i = 0; i + 1 < given.scene.bodies.size(); ++i) {
-      const double height = along(plane.normal, given.scene.bodies[i].position_m);
-      const BodySample& end = truth.values.back().bodies[i];
-      const Moving near = march(given.scene, static_cast<int>(i), plane.normal, height, given.t_end_s, 200000);
-      INFO(given.scene.bodies[i].name);
-      CHECK(apart(near.p, narrow(end.p_m)) < 1e-4);
-      CHECK(apart(near.v, narrow(end.v_m_per_s)) < 1e-4);
-      CHECK(apart(near.w, turned(end)) < 1e-3);
-      CHECK(static_cast<double>(truth.bars.back().bodies[i].p_m[0]) < 1e-14);
+                         "roll-slip", "slip-to-roll", "slip-to-roll-backspin"})
+    require_march(catalogued(id));
+}
+
+TEST_CASE("Thrown up a slope: boxes stay or come back, balls skid, roll up and down, or spin on the spot; topspin") {
+  Scenario given = catalogued("slide-30");
+  const Real3 n = std::get<Plane>(given.scene.bodies.back().shape).normal;
+  for (std::size_t i = 0; i + 1 < given.scene.bodies.size(); ++i)
+    given.scene.bodies[i].velocity_m_per_s = {-2 * n[2], 0, 2 * n[0]};
+  require_march(given);
+  const Truth truth = closed_form_truth(given, 60);
+  CHECK(truth.events.size() == 2);  // mu = 0.7 and 1 stick; the others turn round
+  for (const char* id : {"roll", "roll-slip"})
+    for (const double spin : {-40.0, 0.0, 40.0}) {
+      given = catalogued(id);
+      given.scene.bodies[0].velocity_m_per_s = {-2 * n[2], 0, 2 * n[0]};
+      given.scene.bodies[0].angular_velocity_body_rad_per_s = {0, spin, 0};
+      require_march(given);
     }
-  }
+  given = catalogued("slip-to-roll");
+  given.scene.bodies[0].angular_velocity_body_rad_per_s = {0, 40, 0};
+  require_march(given);
 }
 
 TEST_CASE("Boxes stop after v0^2 / (2 mu g) at v0 / (mu g), on their line, and stay") {
