@@ -35,6 +35,7 @@ Outcome run_once(ContactRun<S>& run, StepWithContacts<S> step, const Plan& plan,
   const std::int64_t stride = plan.steps / plan.samples;
   Sample sample;
   if (observer.sample) observe(model, plan, 0, run.y.data(), sample, observer);
+  auto before = std::chrono::steady_clock::now();
   for (std::int64_t n = 0; n < plan.steps; ++n) {
     const S from_s = time_at<S>(plan, n), to_s = time_at<S>(plan, n + 1);
     model.select_interval(from_s, to_s);
@@ -43,6 +44,11 @@ Outcome run_once(ContactRun<S>& run, StepWithContacts<S> step, const Plan& plan,
       break;
     }
     ++run.outcome.steps_taken;
+    if (observer.profile != nullptr) {
+      const auto after = std::chrono::steady_clock::now();
+      observer.profile->step_ns.push_back(std::chrono::duration_cast<std::chrono::nanoseconds>(after - before).count());
+      before = after;
+    }
     if ((n + 1) % stride != 0) continue;
     if (!healthy(run.y.data(), model.state_size(), scale, to_s, run.outcome)) break;
     if (observer.sample) observe(model, plan, (n + 1) / stride, run.y.data(), sample, observer);

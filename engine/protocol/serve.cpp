@@ -88,7 +88,10 @@ void answer_run(const Engine& engine, const wire::Request& request, Pipe& pipe) 
   const Scene scene = scene_from_json(request.json);
   std::vector<Event> events;  // since the last sample
   Observer observer;
-  if (request.repeats == 0) {
+  Profile profile;
+  if (request.profile) {
+    observer.profile = &profile;
+  } else if (request.repeats == 0) {
     observer.event = [&](const Event& event) { events.push_back(event); };
     observer.sample = [&](const Sample& sample) {
       pipe.put(wire::sample_line(request.cell, sample, events));
@@ -98,7 +101,7 @@ void answer_run(const Engine& engine, const wire::Request& request, Pipe& pipe) 
   const Outcome outcome = guarded([&] {
     return engine.run(parse_method_id(request.method), scene, request.plan, observer, request.repeats);
   });
-  pipe.put(wire::done_line(request.cell, outcome, events));
+  pipe.put(wire::done_line(request.cell, outcome, events, profile));
 }
 
 void answer_truth(TruthSolver solve, const wire::Request& request, Pipe& pipe) {

@@ -335,6 +335,17 @@ Outcome read_outcome(const Json& done) {
   return outcome;
 }
 
+Profile read_profile(const Json& done) {
+  Profile profile;
+  if (done.contains("step_ns")) {
+    for (const Json& each : array(done["step_ns"], "step_ns")) profile.step_ns.push_back(integer(each, "step_ns"));
+  }
+  if (!done.contains("phase_ns")) return profile;
+  if (!done["phase_ns"].is_object()) throw Garbage("\"phase_ns\" is not an object");
+  for (const auto& [phase, ns] : done["phase_ns"].items()) profile.phase_ns[phase] = integer(ns, "phase_ns");
+  return profile;
+}
+
 std::string head(std::int64_t cell) { return "{\"cell\":" + std::to_string(cell); }
 
 }  // namespace
@@ -349,7 +360,8 @@ std::string to_line(const Request& request) {
   if (request.kind == Request::Kind::contacts || request.kind == Request::Kind::sweep) return contacts_request(request);
   const bool timing = request.repeats > 0;
   std::string line = R"({"request":"run","cell":)" + std::to_string(request.cell);
-  line += ",\"method\":" + dump(Json(request.method)) + ",\"pass\":\"" + (timing ? "timing" : "accuracy") + "\"";
+  const char* pass = timing ? "timing" : request.profile ? "profile" : "accuracy";
+  line += ",\"method\":" + dump(Json(request.method)) + ",\"pass\":\"" + pass + "\"";
   line += ",\"t_end_s\":" + format_double(request.plan.t_end_s) + ",\"steps\":" + std::to_string(request.plan.steps);
   line += ",\"samples\":" + std::to_string(request.plan.samples) + ",\"repeats\":" + std::to_string(request.repeats);
   if (!request.plan.frame_ends_s.empty()) line += ",\"frame_ends_s\":" + dump(Json(request.plan.frame_ends_s));
@@ -397,7 +409,10 @@ Request read_request(std::string_view line, std::int64_t& cell) {
   if (request.plan.steps % request.plan.samples != 0) throw Garbage("\"samples\" must divide \"steps\"");
   if (json.contains("frame_ends_s")) read_frames(json["frame_ends_s"], request.plan);
   const std::string pass = text_or(json, "pass", "accuracy");
-  if (pass != "accuracy" && pass != "timing") throw Garbage("unknown pass `" + pass + "`; expected accuracy or timing");
+  if (pass != "accuracy" && pass != "timing" && pass != "profile") {
+    throw Garbage("unknown pass `" + pass + "`; expected accuracy, timing or profile");
+  }
+  request.profile = pass == "profile";
   if (pass == "timing") {
     const std::int64_t repeats = json.contains("repeats") ? integer(json["repeats"], "repeats") : 1;
     if (repeats < 1 || repeats > 1000000) throw Garbage("\"repeats\" must be positive");
@@ -467,8 +482,11 @@ std::string truth_line(std::int64_t cell, const Sample& value, const Sample& bar
   return line + "}";
 }
 
-std::string done_line(std::int64_t cell, const Outcome& outcome, const std::vector<Event>& events) {
-  std::string line = head(cell) + ",\"done\":" + dump(outcome_json(outcome));
+std::string done_line(std::int64_t cell, const Outcome& outcome, const std::vector<Event>& events, const Profile& profile) {
+  Json done = outcome_json(outcome);
+  if (!profile.step_ns.empty()) done["step_ns"] = profile.step_ns;
+  if (!profile.phase_ns.empty()) done["phase_ns"] = profile.phase_ns;
+  std::string line = head(cell) + ",\"done\":" + dump(done);
   append_events(line, events);
   return line + "}";
 }
@@ -528,6 +546,7 @@ Answer read_answer(std::string_view line) {
     const Json& done = json["done"];
     answer.done = true;
     answer.outcome = read_outcome(done);
+    answer.profile = read_profile(done);
     answer.source = text_or(done, "source", "");
     answer.note = text_or(done, "note", "");
     if (done.contains("condition")) answer.condition = narrow_number(done["condition"]);

@@ -27,7 +27,8 @@ struct Request {
   std::int64_t cell = -1;
   std::string method;
   Plan plan;           // truth: samples alone
-  int repeats = 0;     // 0: the accuracy pass
+  int repeats = 0;     // 0: the accuracy pass, or the profile
+  bool profile = false;
   std::string json;    // run, contacts: the scene; truth: the scenario
   ContactQuery contacts = {};   // contacts, sweep
   std::string test = {};        // contacts, sweep: one beside the engine's own; empty: its own
@@ -45,8 +46,9 @@ Engine read_hello(std::string_view line);  // throws Garbage; `run` stays empty
 
 std::string sample_line(std::int64_t cell, const Sample& sample, const std::vector<Event>& events);
 std::string truth_line(std::int64_t cell, const Sample& value, const Sample& bar);
-// Events that no sample follows come with it.
-std::string done_line(std::int64_t cell, const Outcome& outcome, const std::vector<Event>& events);
+// Events that no sample follows come with it; of a profile pass, the time of every step and of each phase: "step_ns":[...],
+// "phase_ns":{"broad":...}.
+std::string done_line(std::int64_t cell, const Outcome& outcome, const std::vector<Event>& events, const Profile& profile = {});
 std::string truth_done_line(std::int64_t cell, const Truth& truth);
 // {"cell":7,"contacts":[[a,b,x,y,z,nx,ny,nz,depth],...]}, or "touches":[[a,b,toi,x,y,z,nx,ny,nz],...]
 std::string contacts_line(std::int64_t cell, const ContactAnswer& answer, bool swept);
@@ -64,6 +66,7 @@ struct Answer {
   std::vector<Event> events;
   std::vector<double> event_bar_s;
   Outcome outcome;
+  Profile profile;
   std::string source, note;   // of a truth
   double condition = 0;
   std::vector<FoundContact> contacts;

@@ -158,6 +158,25 @@ Recording WorkerClient::run(const std::string& method, const std::string& scene_
   return recording;
 }
 
+Outcome WorkerClient::profile(const std::string& method, const std::string& scene_json, const Plan& plan, double limit_s, Profile& profile) {
+  wire::Request request;
+  request.kind = wire::Request::Kind::run;
+  request.method = method;
+  request.plan = plan;
+  request.profile = true;
+  request.json = scene_json;
+  profile = {};
+  Outcome outcome = ask(std::move(request), limit_s, [&](const wire::Answer& answer) {
+    if (!answer.done) return;  // a worker that knows no such pass sends samples
+    profile = answer.profile;
+    const bool whole = profile.step_ns.empty() || profile.step_ns.size() == static_cast<std::size_t>(plan.steps);
+    if (answer.outcome.status == Status::ok && !whole)
+      throw wire::Garbage("step_ns of " + std::to_string(profile.step_ns.size()) + " of " + std::to_string(plan.steps) + " steps");
+  });
+  outcome.reason = printable(outcome.reason);
+  return outcome;
+}
+
 Truth WorkerClient::truth(const std::string& scenario_json, std::size_t bodies, double t_end_s, std::int64_t samples,
                           double limit_s) {
   wire::Request request;

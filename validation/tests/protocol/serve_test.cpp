@@ -27,6 +27,12 @@ Outcome demo(const MethodId& id, const Scene& scene, const Plan& plan, const Obs
   if (id.scheme == "unknown") throw std::invalid_argument("demo has no scheme `unknown`");
   Outcome outcome;
   outcome.steps_taken = plan.steps;
+  if (observer.profile) {
+    if (observer.sample || observer.event) throw std::runtime_error("a profile pass that is observed");
+    observer.profile->step_ns.assign(static_cast<std::size_t>(plan.steps), 7);
+    observer.profile->phase_ns["stand"] = 3;
+    return outcome;
+  }
   if (repeats > 0) {
     outcome.busy_ns.assign(static_cast<std::size_t>(repeats), 5);
     return outcome;
@@ -112,6 +118,18 @@ TEST_CASE("hello, accuracy and timing are answered, the engine's chatter kept of
   }
   CHECK(events == 5);  // the last one comes after the last sample, with `done`
   CHECK(wire::read_answer(lines[7]).outcome.busy_ns == std::vector<std::int64_t>{5, 5});
+}
+
+TEST_CASE("a profile pass is not observed and tells the time of every step") {
+  std::string request = run_request(5, "demo/still", 0);
+  const std::string pass = "\"accuracy\"";
+  request.replace(request.find(pass), pass.size(), "\"profile\"");
+  const auto lines = answers(request, [] { return serve(demo_engine()); });
+  REQUIRE(lines.size() == 1);
+  const wire::Answer answer = wire::read_answer(lines[0]);
+  CHECK(answer.outcome.status == Status::ok);
+  CHECK(answer.profile.step_ns == std::vector<std::int64_t>(static_cast<std::size_t>(answer.outcome.steps_taken), 7));
+  CHECK(answer.profile.phase_ns.at("stand") == 3);
 }
 
 TEST_CASE("what an engine throws ends the cell, what a request lacks is said, and the loop goes on") {

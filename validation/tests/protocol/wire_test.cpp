@@ -107,6 +107,29 @@ TEST_CASE("an outcome crosses whole, whatever bytes its reason has") {
   CHECK(back.busy_ns == outcome.busy_ns);
 }
 
+TEST_CASE("a profile crosses with the end of its run; others say nothing of it") {
+  Profile profile;
+  profile.step_ns = {1000, 2000, 1500};
+  profile.phase_ns = {{"broad", 700}, {"solve", 3000}};
+  const wire::Answer back = wire::read_answer(wire::done_line(1, {}, {}, profile));
+  CHECK(back.done);
+  CHECK(back.profile.step_ns == profile.step_ns);
+  CHECK(back.profile.phase_ns == profile.phase_ns);
+  CHECK(wire::done_line(1, {}, {}).find("_ns\":") == std::string::npos);
+  CHECK_THROWS_AS(wire::read_answer(R"({"cell":1,"done":{"status":"ok","phase_ns":[1]}})"), wire::Garbage);
+
+  wire::Request request;
+  request.kind = wire::Request::Kind::run;
+  request.plan = {1, 4, 2};
+  request.json = "{}";
+  std::int64_t cell = -1;
+  CHECK_FALSE(wire::read_request(wire::to_line(request), cell).profile);
+  request.profile = true;
+  const wire::Request asked = wire::read_request(wire::to_line(request), cell);
+  CHECK(asked.profile);
+  CHECK(asked.repeats == 0);
+}
+
 TEST_CASE("hello carries every setting with its type") {
   Engine engine;
   engine.name = "demo";

@@ -22,6 +22,20 @@ Scene spinning(const Real3& inertia, const Real3& w_body, const Real4& q) {
 
 }  // namespace
 
+TEST_CASE("a profile has the time of every step, and of nothing else") {
+  const Engine engine = engine_under_test();
+  Profile profile;
+  Observer observer;
+  observer.profile = &profile;
+  const Outcome outcome = engine.run(parse_method_id(engine.name + "/default"), free_box_complex(), {1, 60, 1}, observer, 0);
+  CHECK(outcome.status == Status::ok);
+  CHECK(outcome.steps_taken == 60);
+  CHECK(outcome.busy_ns.empty());
+  REQUIRE(profile.step_ns.size() == 60);
+  for (const std::int64_t ns : profile.step_ns) CHECK(ns > 0);
+  CHECK(profile.phase_ns.empty());
+}
+
 TEST_CASE("the height is g t h / 2 low, and attitude is poor, on the tumbling box") {
   const Engine engine = engine_under_test();
   for (const auto& scheme : {"default", "tuned"}) {
