@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "collision/compound_pairs.hpp"
+#include "collision/convex_contacts.hpp"
 #include "collision/pair_tests.hpp"
 
 namespace atwood {
@@ -22,6 +23,19 @@ template <class S> struct PairTest {
   bool like = false;  // both of one family, so that neither order is the given one
 };
 template <class S> using PairTable = std::array<std::array<PairTest<S>, kKinds>, kKinds>;  // [a][b] with a <= b
+
+template <class S> void by_support(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
+  convex_contacts(a.shape, a.place, b.shape, b.place, margin, out);
+}
+template <class S> Separation<S> by_support_separation(const Posed<S>& a, const Posed<S>& b) {
+  return convex_separation(a.shape, a.place, b.shape, b.place);
+}
+template <class S> void plane_hull_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
+  hull_plane_contacts(a.shape, b.shape, b.place, margin, out);
+}
+template <class S> Separation<S> plane_hull_separation(const Posed<S>& a, const Posed<S>& b) {
+  return hull_plane_separation(a.shape, b.shape, b.place);
+}
 
 template <class S> constexpr PairTable<S> pair_table() {
   using enum ShapeKind;
@@ -42,6 +56,10 @@ template <class S> constexpr PairTable<S> pair_table() {
   for (const ShapeKind a : {rectangle, box, capsule})
     for (const ShapeKind b : {rectangle, box, capsule})
       if (a <= b) put(a, b, box_box_contacts<S>, box_box_separation<S>, a == b);
+  for (const ShapeKind a : {rectangle, box, capsule, cylinder}) put(a, cylinder, by_support<S>, by_support_separation<S>, a == cylinder);
+  for (const ShapeKind a : {sphere, rectangle, box, capsule, cylinder, convex})
+    put(a, convex, by_support<S>, by_support_separation<S>, a == convex);
+  put(plane, convex, plane_hull_contacts<S>, plane_hull_separation<S>);
   for (const ShapeKind other : {sphere, plane, rectangle, box, capsule, cylinder, convex, mesh, compound})
     put(other, compound, compound_contacts<S>, compound_separation<S>, other == compound);
   return table;
