@@ -1,0 +1,133 @@
+#include "geometry/geometry.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "geometry/pieces.hpp"
+
+namespace atwood::geometry {
+namespace {
+
+const char* name_of(const Shape& shape) {
+  static constexpr const char* names[] = {"no shape", "sphere",   "plane",  "rectangle", "box",
+                                          "capsule",  "cylinder", "convex", "mesh",      "compound"};
+  return names[shape.index()];
+}
+
+Separation swapped(Separation found) {
+  std::swap(found.on_a, found.on_b);
+  found.normal = -1 * found.normal;
+  return found;
+}
+
+RoundBar round_bar(const Cylinder& shape, const Place& place) { return {place.p_W, place.axis_W[2], shape.radius_m, shape.half_length_m}; }
+
+HalfSpace half_space(const Plane& plane) {
+  const Vector n{plane.normal[0], plane.normal[1], plane.normal[2]};
+  const Real length = norm(n);
+  return {(1 / length) * n, static_cast<Real>(plane.offset_m) / length};
+}
+
+// Of several pieces the one with the smallest gap. Another piece as deep in another direction leaves none unique.
+template <class Each> Separation smallest(const std::vector<Piece>& pieces, Each each) {
+  std::vector<Separation> all;
+  for (const Piece& piece : pieces) all.push_back(each(piece));
+  const auto best = std::min_element(all.begin(), all.end(), [](const Separation& x, const Separation& y) { return x.gap_m < y.gap_m; });
+  Separation found = *best;
+  for (const Separation& other : all)
+    if (norm(other.normal - found.normal) > 1e-7L) found.margin_m = std::min(found.margin_m, other.gap_m - found.gap_m);
+  for (const Separation& other : all) found.bar_m = std::max(found.bar_m, other.bar_m);
+  return found;
+}
+
+Place initial(const Body& body) {
+  const auto& q = body.orientation_wxyz;
+  return place_of({body.position_m[0], body.position_m[1], body.position_m[2]}, {q[0], q[1], q[2], q[3]});
+}
+
+Place sampled(const BodySample& body) {
+  const auto r = [](Wide x) { return static_cast<Real>(x); };
+  return place_of({r(body.p_m[0]), r(body.p_m[1]), r(body.p_m[2])},
+                  {r(body.q_wxyz[0]), r(body.q_wxyz[1]), r(body.q_wxyz[2]), r(body.q_wxyz[3])});
+}
+
+void require(const Shape& a, const Shape& b) {
+  if (const std::string why = no_separation(a, b); !why.empty()) throw std::invalid_argument("truth: no separation of " + why);
+}
+
+}  // namespace
+
+std::string no_separation(const Shape& a, const Shape& b) {
+  const auto is = [](const Shape& shape, auto kind) { return std::holds_alternative<decltype(kind)>(shape); };
+  const bool none = is(a, std::monostate{}) || is(b, std::monostate{});
+  const bool planes = is(a, Plane{}) && is(b, Plane{});
+  const auto beside_cylinder = [&](const Shape& other) { return is(other, Sphere{}) || is(other, Plane{}); };
+  const bool cylinder = (is(a, Cylinder{}) && !beside_cylinder(b)) || (is(b, Cylinder{}) && !beside_cylinder(a));
+  return none || planes || cylinder ? std::string(name_of(a)) + " against " + name_of(b) : std::string();
+}
+
+Separation separation(const Shape& a, const Place& place_a, const Shape& b, const Place& place_b) {
+  if (std::holds_alternative<Plane>(a)) return swapped(separation(b, place_b, a, place_a));
+  if (const auto* plane = std::get_if<Plane>(&b)) {
+    const HalfSpace half = half_space(*plane);
+    if (const auto* cylinder = std::get_if<Cylinder>(&a)) return above(round_bar(*cylinder, place_a), half);
+    return smallest(pieces_of(a, place_a), [&](const Piece& piece) { return above(piece, half); });
+  }
+  if (const auto* cylinder = std::get_if<Cylinder>(&b))
+    return from_ball(place_a.p_W, std::get<Sphere>(a).radius_m, round_bar(*cylinder, place_b));
+  if (std::holds_alternative<Cylinder>(a)) return swapped(separation(b, place_b, a, place_a));
+  const std::vector<Piece> of_a = pieces_of(a, place_a), of_b = pieces_of(b, place_b);
+  return smallest(of_a, [&](const Piece& p) { return smallest(of_b, [&](const Piece& q) { return separation(p, q); }); });
+}
+
+Separation separation_between(const Scene& scene, int body_a, int body_b) {
+  const Body &a = scene.bodies.at(static_cast<std::size_t>(body_a)), &b = scene.bodies.at(static_cast<std::size_t>(body_b));
+  require(a.shape, b.shape);
+  return separation(a.shape, initial(a), b.shape, initial(b));
+}
+
+Separation separation_between(const Scene& scene, const Sample& sample, int body_a, int body_b) {
+  const auto a = static_cast<std::size_t>(body_a), b = static_cast<std::size_t>(body_b);
+  const Shape &shape_a = scene.bodies.at(a).shape, &shape_b = scene.bodies.at(b).shape;
+  require(shape_a, shape_b);
+  return separation(shape_a, sampled(sample.bodies.at(a)), shape_b, sampled(sample.bodies.at(b)));
+}
+
+namespace {
+
+std::array<Wide, 3> wide(const Vector& v) { return {v[0], v[1], v[2]}; }
+
+void answer_pair(const Scene& scene, int a, int b, const ContactQuery& query, ContactAnswer& answer) {
+  if (query.swept) {
+    if (const auto touch = first_touch(scene, a, b, query.t_end_s))
+      answer.touches.push_back({a, b, touch->t_s, wide(touch->x_m), wide(touch->normal)});
+    return;
+  }
+  const Separation found = separation_between(scene, a, b);
+  if (found.gap_m > found.bar_m) return;
+  const Real depth = found.gap_m < 0 ? -found.gap_m : 0;
+  answer.contacts.push_back({a, b, wide(Real(0.5) * (found.on_a + found.on_b)), wide(found.normal), depth});
+}
+
+}  // namespace
+
+ContactAnswer find_contacts(const Scene& scene, const ContactQuery& query) {
+  ContactAnswer answer;
+  const int n = static_cast<int>(scene.bodies.size());
+  for (int a = 0; a < n; ++a)
+    for (int b = a + 1; b < n; ++b) {
+      const Body &one = scene.bodies[static_cast<std::size_t>(a)], &other = scene.bodies[static_cast<std::size_t>(b)];
+      const bool shapeless = one.shape.index() == 0 || other.shape.index() == 0;
+      if (shapeless || (one.fixed && other.fixed)) continue;
+      answer_pair(scene, a, b, query, answer);
+    }
+  return answer;
+}
+
+PairGap pair_gap(const Scene& scene, int body_a, int body_b) {
+  const Separation found = separation_between(scene, body_a, body_b);
+  return {found.gap_m, wide(found.normal), wide(Real(0.5) * (found.on_a + found.on_b)), static_cast<double>(found.bar_m),
+          static_cast<double>(found.margin_m)};
+}
+
+}  // namespace atwood::geometry

@@ -1,0 +1,173 @@
+#include "geometry/pieces.hpp"
+
+#include <algorithm>
+
+namespace atwood::geometry {
+namespace {
+
+Vector widened(const Real3& v) { return {v[0], v[1], v[2]}; }
+
+std::array<Real, 4> widened(const Real4& q) { return {q[0], q[1], q[2], q[3]}; }
+
+Piece box(const Real3& half, const Place& place) {
+  Piece piece;
+  const Vector h = widened(half);
+  for (int corner = 0; corner < 8; ++corner) {
+    const auto side = [&](int i) { return (corner >> i & 1) != 0 ? h[static_cast<std::size_t>(i)] : -h[static_cast<std::size_t>(i)]; };
+    piece.vertices.push_back(place.p_W + turned(place, {side(0), side(1), side(2)}));
+  }
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3, k = (i + 2) % 3, bi = 1 << i, bj = 1 << j, bk = 1 << k;
+    const Vector& axis = place.axis_W[static_cast<std::size_t>(i)];
+    piece.faces.push_back({axis, {bi, bi + bj, bi + bj + bk, bi + bk}});
+    piece.faces.push_back({-1 * axis, {0, bk, bj + bk, bj}});
+    for (const int start : {0, bj, bk, bj + bk}) piece.edges.push_back({start, start + bi});
+  }
+  return piece;
+}
+
+Piece polygon(std::vector<Vector> vertices, const Vector& normal) {
+  Piece piece;
+  piece.dimension = 2;
+  piece.vertices = std::move(vertices);
+  const int n = static_cast<int>(piece.vertices.size());
+  Piece::Face& face = piece.faces.emplace_back();
+  face.normal = normal;
+  for (int i = 0; i < n; ++i) face.corners.push_back(i), piece.edges.push_back({i, (i + 1) % n});
+  return piece;
+}
+
+// A triangle without an area is its longest side.
+Piece triangle(const Vector& a, const Vector& b, const Vector& c) {
+  const Vector n = cross(b - a, c - a);
+  const Real area = norm(n), longest = std::max({norm(b - a), norm(c - b), norm(a - c)});
+  if (area > 8 * kUnit * longest * longest) return polygon({a, b, c}, (1 / area) * n);
+  Piece piece;
+  piece.dimension = longest > 0 ? 1 : 0;
+  if (longest == 0) piece.vertices = {a};
+  else if (longest == norm(b - a)) piece.vertices = {a, b};
+  else if (longest == norm(c - b)) piece.vertices = {b, c};
+  else piece.vertices = {c, a};
+  if (longest > 0) piece.edges = {{0, 1}};
+  return piece;
+}
+
+// (b - a) x (c - a) . (d - a), in S.
+template <class S> std::array<S, 3> normal_of(const Real3& a, const Real3& b, const Real3& c) {
+  std::array<S, 3> u, v;
+  for (std::size_t i = 0; i < 3; ++i) u[i] = static_cast<S>(b[i]) - a[i], v[i] = static_cast<S>(c[i]) - a[i];
+  return {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
+}
+template <class S> S side_of(const Real3& a, const std::array<S, 3>& normal, const Real3& d) {
+  S sum = 0;
+  for (std::size_t i = 0; i < 3; ++i) sum += normal[i] * (static_cast<S>(d[i]) - a[i]);
+  return sum;
+}
+
+// Which sides of the plane through three of the points the others lie on. In long double where that decides, else in quad.
+struct Sides { bool below = false, beyond = false; };
+Sides sides(const std::vector<Real3>& points, std::size_t i, std::size_t j, std::size_t k, Real extent) {
+  const Vector rough = normal_of<Real>(points[i], points[j], points[k]);
+  const Real doubt = 256 * kUnit * extent * extent * extent;
+  Sides found;
+  for (std::size_t l = 0; l < points.size() && !(found.below && found.beyond); ++l) {
+    if (l == i || l == j || l == k) continue;
+    Real side = side_of<Real>(points[i], rough, points[l]);
+    if (std::fabs(side) <= doubt)
+      side = static_cast<Real>(side_of<Wide>(points[i], normal_of<Wide>(points[i], points[j], points[k]), points[l]));
+    found.below = found.below || side < 0;
+    found.beyond = found.beyond || side > 0;
+  }
+  return found;
+}
+
+// Every three points with all others on one side make a face; where more lie in its plane, triangles overlap in it, which
+// changes no separation.
+Piece hull(const std::vector<Real3>& points, const Place& place) {
+  Piece piece;
+  Real extent = 0;
+  for (const Real3& p : points) {
+    piece.vertices.push_back(place.p_W + turned(place, widened(p)));
+    extent = std::max(extent, 2 * norm(widened(p)));
+  }
+  std::vector<std::array<int, 2>> edges;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    for (std::size_t j = i + 1; j < points.size(); ++j)
+      for (std::size_t k = j + 1; k < points.size(); ++k) {
+        const Vector m_B = normal_of<Real>(points[i], points[j], points[k]);
+        if (!(norm(m_B) > 0)) continue;
+        const auto [below, beyond] = sides(points, i, j, k, extent);
+        if (below && beyond) continue;
+        const Real sign = beyond ? -1 : 1;
+        const Vector normal = (sign / norm(m_B)) * turned(place, m_B);
+        const int a = static_cast<int>(i), b = static_cast<int>(j), c = static_cast<int>(k);
+        piece.faces.push_back({normal, beyond ? std::vector<int>{a, c, b} : std::vector<int>{a, b, c}});
+        if (!below && !beyond) piece.faces.push_back({-1 * normal, {a, c, b}});  // flat: both sides
+        for (const auto& edge : {std::array{a, b}, std::array{b, c}, std::array{a, c}}) edges.push_back(edge);
+      }
+  std::sort(edges.begin(), edges.end());
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  piece.edges = edges;
+  const bool flat = std::any_of(piece.faces.begin(), piece.faces.end(), [&](const Piece::Face& face) {
+    return std::all_of(piece.vertices.begin(), piece.vertices.end(), [&](const Vector& v) {
+      return dot(face.normal, v - piece.vertices[static_cast<std::size_t>(face.corners[0])]) == 0;
+    });
+  });
+  if (flat) piece.dimension = 2;
+  return piece;
+}
+
+struct Pieces {
+  const Place& place;
+
+  std::vector<Piece> operator()(const std::monostate&) const { return {}; }
+  std::vector<Piece> operator()(const Plane&) const { return {}; }
+  std::vector<Piece> operator()(const Cylinder&) const { return {}; }
+  std::vector<Piece> operator()(const Sphere& s) const { return {{0, {place.p_W}, {}, {}, s.radius_m}}; }
+  std::vector<Piece> operator()(const Capsule& s) const {
+    const Vector along = static_cast<Real>(s.half_length_m) * place.axis_W[2];
+    if (s.half_length_m == 0) return (*this)(Sphere{s.radius_m});
+    return {{1, {place.p_W - along, place.p_W + along}, {}, {{0, 1}}, s.radius_m}};
+  }
+  std::vector<Piece> operator()(const Rectangle& s) const {
+    const Vector x = static_cast<Real>(s.half_extents_m[0]) * place.axis_W[0], y = static_cast<Real>(s.half_extents_m[1]) * place.axis_W[1];
+    const Vector& p = place.p_W;
+    return {polygon({p - x - y, p + x - y, p + x + y, p - x + y}, place.axis_W[2])};
+  }
+  std::vector<Piece> operator()(const Box& s) const { return {box(s.half_extents_m, place)}; }
+  std::vector<Piece> operator()(const Convex& s) const { return {hull(s.points_m, place)}; }
+  std::vector<Piece> operator()(const Mesh& s) const {
+    std::vector<Piece> triangles;
+    const auto at = [&](int i) { return place.p_W + turned(place, widened(s.points_m[static_cast<std::size_t>(i)])); };
+    for (const auto& t : s.triangles) triangles.push_back(triangle(at(t[0]), at(t[1]), at(t[2])));
+    return triangles;
+  }
+  std::vector<Piece> operator()(const Compound& s) const {
+    std::vector<Piece> boxes;
+    for (const Compound::Part& part : s.boxes) {
+      Place inside = place_of(widened(part.position_body_m), widened(part.orientation_wxyz));
+      inside.p_W = place.p_W + turned(place, inside.p_W);
+      for (Vector& axis : inside.axis_W) axis = turned(place, axis);
+      boxes.push_back(box(part.half_extents_m, inside));
+    }
+    return boxes;
+  }
+};
+
+}  // namespace
+
+// R = 1 + 2 (w [u] + [u]^2) / (w^2 + u^2): the quaternion's direction, whatever its length after rounding.
+Place place_of(const Vector& p_WB, const std::array<Real, 4>& q) {
+  const auto [w, x, y, z] = q;
+  const Real s = 2 / (w * w + x * x + y * y + z * z);
+  Place place;
+  place.p_W = p_WB;
+  place.axis_W[0] = {1 - s * (y * y + z * z), s * (x * y + w * z), s * (x * z - w * y)};
+  place.axis_W[1] = {s * (x * y - w * z), 1 - s * (x * x + z * z), s * (y * z + w * x)};
+  place.axis_W[2] = {s * (x * z + w * y), s * (y * z - w * x), 1 - s * (x * x + y * y)};
+  return place;
+}
+
+std::vector<Piece> pieces_of(const Shape& shape, const Place& place) { return std::visit(Pieces{place}, shape); }
+
+}  // namespace atwood::geometry

@@ -1,0 +1,56 @@
+// Shapes as the truth sees them: convex pieces with a rounding radius, planes, cylinders. Private to this room.
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "geometry/geometry.hpp"
+
+namespace atwood::geometry {
+
+inline constexpr Real kUnit = std::numeric_limits<Real>::epsilon() / 2;
+
+inline Vector operator+(const Vector& a, const Vector& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
+inline Vector operator-(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+inline Vector operator*(Real s, const Vector& a) { return {s * a[0], s * a[1], s * a[2]}; }
+inline Real dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+inline Vector cross(const Vector& a, const Vector& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+inline Real norm(const Vector& a) { return std::hypot(a[0], a[1], a[2]); }
+
+// Where a body is.
+struct Place {
+  Vector p_W{};
+  std::array<Vector, 3> axis_W{Vector{1, 0, 0}, Vector{0, 1, 0}, Vector{0, 0, 1}};  // the columns of R_WB
+};
+Place place_of(const Vector& p_WB, const std::array<Real, 4>& q_WB);
+inline Vector turned(const Place& place, const Vector& v) {
+  return v[0] * place.axis_W[0] + v[1] * place.axis_W[1] + v[2] * place.axis_W[2];
+}
+
+// A convex polyhedron, polygon, segment or point, all within radius_m. World axes [m].
+struct Piece {
+  int dimension = 3;                     // 0 point, 1 segment, 2 polygon, 3 solid
+  std::vector<Vector> vertices;
+  struct Face { Vector normal; std::vector<int> corners; };
+  std::vector<Face> faces;               // a polygon has one; of a hull's faces several triangles may overlap
+  std::vector<std::array<int, 2>> edges;
+  Real radius_m = 0;
+};
+std::vector<Piece> pieces_of(const Shape& shape, const Place& place);
+
+struct RoundBar { Vector centre, axis; Real radius_m = 0, half_length_m = 0; };  // a cylinder
+struct HalfSpace { Vector normal; Real offset_m = 0; };                          // unit normal; the plane's free side is outside
+
+// ---- separations of one piece -------------------------------------------------------------------------------------
+Separation separation(const Piece& a, const Piece& b);
+Separation above(const Piece& a, const HalfSpace& plane);      // normal from a to the plane
+Separation above(const RoundBar& a, const HalfSpace& plane);
+Separation from_ball(const Vector& centre, Real radius_m, const RoundBar& b);
+
+// The same of two bodies, wherever they are.
+Separation separation(const Shape& a, const Place& place_a, const Shape& b, const Place& place_b);
+
+}  // namespace atwood::geometry
