@@ -89,21 +89,27 @@ S descends(S h, S u, S a, S touching, S& speed) {
 }
 
 template <class S>
-bool stays_clear(const Arc<S>& arc, S reach, const std::function<S(const Vec<S>&)>& distance) {
-  std::vector<std::array<S, 2>> open{{arc.from, arc.until}};
+bool stays_open(S start, S end, const std::function<S(S)>& gap, const std::function<S(S, S)>& way, S near) {
+  std::vector<std::array<S, 2>> open{{start, end}};
   while (!open.empty()) {
     const auto [from, until] = open.back();
     open.pop_back();
-    const S middle = from + (until - from) / 2;
-    const S v0 = norm(arc.v + (from - arc.from) * arc.g), v1 = norm(arc.v + (until - arc.from) * arc.g);  // |v| is convex
-    const S way = larger(v0, v1) * (until - from) / 2;
-    const S gap = distance(place(arc, middle)) - reach;
-    if (gap > way) continue;
-    if (way < S(1e-9) * reach) return false;
+    const S middle = from + (until - from) / 2, changes = way(from, until) / 2;
+    if (gap(middle) > changes) continue;
+    if (changes < near) return false;
     open.push_back({from, middle});
     open.push_back({middle, until});
   }
   return true;
+}
+
+template <class S>
+bool stays_clear(const Arc<S>& arc, S reach, const std::function<S(const Vec<S>&)>& distance) {
+  const auto way = [&](S from, S until) {
+    const S v0 = norm(arc.v + (from - arc.from) * arc.g), v1 = norm(arc.v + (until - arc.from) * arc.g);  // |v| is convex
+    return larger(v0, v1) * (until - from);
+  };
+  return stays_open<S>(arc.from, arc.until, [&](S t) { return distance(place(arc, t)) - reach; }, way, S(1e-9) * reach);
 }
 
 template <class S>
@@ -129,6 +135,9 @@ template bool within_sides(const Face<Narrow>&, const Vec<Narrow>&);
 template bool within_sides(const Face<Wide>&, const Vec<Wide>&);
 template Narrow descends(Narrow, Narrow, Narrow, Narrow, Narrow&);
 template Wide descends(Wide, Wide, Wide, Wide, Wide&);
+template bool stays_open(Narrow, Narrow, const std::function<Narrow(Narrow)>&, const std::function<Narrow(Narrow, Narrow)>&,
+                         Narrow);
+template bool stays_open(Wide, Wide, const std::function<Wide(Wide)>&, const std::function<Wide(Wide, Wide)>&, Wide);
 template bool stays_clear(const Arc<Narrow>&, Narrow, const std::function<Narrow(const Vec<Narrow>&)>&);
 template bool stays_clear(const Arc<Wide>&, Wide, const std::function<Wide(const Vec<Wide>&)>&);
 template bool meets_an_edge(const Obstacle<Narrow>&, Narrow, const Arc<Narrow>&);

@@ -102,5 +102,7 @@ Solution bounce();
 Solution sphere_impact();
 Solution slide_or_roll();
 Solution ball_flights();
+Solution friction_cone();
+Solution struck_rod();
 
 }  // namespace atwood::closed_form
