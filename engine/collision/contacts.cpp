@@ -9,6 +9,7 @@
 #include "collision/compound_pairs.hpp"
 #include "collision/convex_contacts.hpp"
 #include "collision/pair_tests.hpp"
+#include "collision/triangle_mesh.hpp"
 
 namespace atwood {
 
@@ -37,6 +38,20 @@ template <class S> Separation<S> plane_hull_separation(const Posed<S>& a, const 
   return hull_plane_separation(a.shape, b.shape, b.place);
 }
 
+// The mesh is the second.
+template <class S> void with_mesh(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
+  const std::size_t from = out.size();
+  mesh_contacts(b.shape, b.place, a.shape, a.place, margin, out);
+  for (std::size_t i = from; i < out.size(); ++i) {
+    out[i].normal_W = -out[i].normal_W;
+    std::swap(out[i].piece_a, out[i].piece_b);
+  }
+}
+template <class S> Separation<S> with_mesh_separation(const Posed<S>& a, const Posed<S>& b) {
+  const Separation<S> s = mesh_separation(b.shape, b.place, a.shape, a.place);
+  return {s.gap, -s.normal_W, s.on_b_W, s.on_a_W};
+}
+
 template <class S> constexpr PairTable<S> pair_table() {
   using enum ShapeKind;
   PairTable<S> table{};
@@ -60,6 +75,8 @@ template <class S> constexpr PairTable<S> pair_table() {
   for (const ShapeKind a : {sphere, rectangle, box, capsule, cylinder, convex})
     put(a, convex, by_support<S>, by_support_separation<S>, a == convex);
   put(plane, convex, plane_hull_contacts<S>, plane_hull_separation<S>);
+  for (const ShapeKind a : {sphere, plane, rectangle, box, capsule, cylinder, convex, mesh})
+    put(a, mesh, with_mesh<S>, with_mesh_separation<S>, a == mesh);
   for (const ShapeKind other : {sphere, plane, rectangle, box, capsule, cylinder, convex, mesh, compound})
     put(other, compound, compound_contacts<S>, compound_separation<S>, other == compound);
   return table;

@@ -4,6 +4,7 @@
 #include <type_traits>
 
 #include "collision/hull.hpp"
+#include "collision/triangle_mesh.hpp"
 
 namespace atwood {
 
@@ -98,6 +99,7 @@ template <class S> Geometry<S> make_geometry(const Shape& shape) {
     } else if constexpr (std::is_same_v<T, Convex> || std::is_same_v<T, Mesh>) {
       g.bounding_radius = kOutward<S> * farthest<S>(from.points_m);
       if constexpr (std::is_same_v<T, Convex>) g.hull = make_hull<S>(from);
+      else g.mesh = make_triangle_mesh<S>(from);
     } else if constexpr (std::is_same_v<T, Compound>) {
       for (const auto& box : from.boxes) {
         const Real4& q = box.orientation_wxyz;
@@ -128,6 +130,7 @@ template <class S> Aabb<S> bounds(const Geometry<S>& g, const Placement<S>& plac
       return around(place.p_W, g.half_length * magnitude(axis[2]) + g.radius * disc);
     }
     case ShapeKind::convex: return around_points(g.hull->vertices, place);
+    case ShapeKind::mesh: return around_points(g.mesh->points, place);
     case ShapeKind::compound: {
       Aabb<S> all;
       for (std::size_t i = 0; i < g.parts.size(); ++i) {

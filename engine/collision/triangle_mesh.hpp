@@ -5,7 +5,7 @@
 // it pushes to the side that needs less.
 #pragma once
 
-#include <cstdint>
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -33,19 +33,23 @@ template <class S> struct TriangleMesh {
   std::vector<int> given;           // the index each triangle had in the scene
   std::vector<Node> nodes;
   std::vector<int> around, first_around;  // points joined to point i by an edge: around[first_around[i] ... )
+  std::vector<Vec3<S>> point_normals;     // weighted by angle (Baerentzen, Aanaes 2005): tells the inside of a closed mesh
   bool closed = false;
   S bounding_radius{};              // about the body's origin
 };
 
 // Points that coincide are one; triangles without area are left out.
-template <class S> TriangleMesh<S> build_triangle_mesh(const std::vector<Real3>& points, const std::vector<std::array<int, 3>>& triangles);
+template <class S>
+TriangleMesh<S> build_triangle_mesh(const std::vector<Real3>& points, const std::vector<std::array<int, 3>>& triangles);
 template <class S> std::shared_ptr<const TriangleMesh<S>> make_triangle_mesh(const Mesh& mesh) {
   return std::make_shared<const TriangleMesh<S>>(build_triangle_mesh<S>(mesh.points_m, mesh.triangles));
 }
 
 // A mesh (first) against any kind but compound, planes included. One manifold for each triangle that touches (a pair of
-// triangles for two meshes), `piece_a` its index in the scene. At an inner edge or corner the normal stays within what the
-// neighbouring triangles leave to it, so what slides over a triangulated plane meets the plane.
+// triangles for two meshes; one for all of the mesh against a plane), `piece_a` its index in the scene. At an inner edge or
+// corner the normal stays within what the neighbouring triangles leave to it, so what slides over a triangulated plane meets
+// the plane. A shape all inside of a closed mesh meets it once, by the way out from its centre.
+// The separation of what overlaps a mesh is that of its deepest contact.
 template <class S>
 void mesh_contacts(const Geometry<S>& mesh, const Placement<S>& place_mesh, const Geometry<S>& b, const Placement<S>& place_b,
                    S margin, std::vector<Manifold<S>>& out);

@@ -19,10 +19,17 @@ target_sources(atwood_engine PRIVATE
   collision/geometry.cpp
   collision/gjk.cpp
   collision/hull.cpp
+  collision/mesh_contacts.cpp
+  collision/mesh_mesh.cpp
+  collision/mesh_pairs.cpp
+  collision/mesh_queries.cpp
   collision/nearest_features.cpp
   collision/plane_pairs.cpp
+  collision/predicates.cpp
   collision/query.cpp
   collision/sphere_pairs.cpp
+  collision/swept.cpp
+  collision/triangle_mesh.cpp
   contact/contact.cpp
   contact/impulse.cpp
   contact/located.cpp

@@ -51,7 +51,7 @@ TEST_CASE("a hull has whole faces, and no points that lie within faces or edges"
 }
 
 TEST_CASE("every vertex of a hull lies behind every face, Euler's formula holds, climbing finds the farthest") {
-  rc::check([](std::uint64_t seed) {
+  CHECK(rc::check([](std::uint64_t seed) {
     Random random(seed);
     const double flat = std::pow(10.0, -uniform(random, 0, 8));
     const auto points = boulder(random, 5 + static_cast<int>(seed % 90), {1, 1, flat});
@@ -65,7 +65,7 @@ TEST_CASE("every vertex of a hull lies behind every face, Euler's formula holds,
       for (const Real3& p : points) most = std::max(most, dot(d, narrow3<double>(p)));
       RC_ASSERT(dot(d, hull.vertices[farthest_vertex(hull, d, i % static_cast<int>(hull.vertices.size()))]) >= most - 1e-14);
     }
-  });
+  }));
 }
 
 TEST_CASE("cylinder against box: standing, lying, hanging over, beside a corner") {
@@ -155,7 +155,7 @@ TEST_CASE("convex against plane: the vertices below, at most four that span them
 
 TEST_CASE("no direction tells two shapes apart better than the normal does") {
   // The gap is the greatest, over all directions, of the distance of the two supporting planes.
-  rc::check([](std::uint64_t seed) {
+  CHECK(rc::check([](std::uint64_t seed) {
     Random random(seed);
     const double spread = seed % 3 == 0 ? 1e3 : 1;
     const auto kind = [&] { return kConvexKinds[random() % 6]; };
@@ -176,11 +176,11 @@ TEST_CASE("no direction tells two shapes apart better than the normal does") {
       RC_ASSERT(gap_along(turned_back(place_a, (1 / norm(d)) * d)) <= s.gap + 1e-14 * size);
     }
     RC_ASSERT(norm(s.on_b_W - s.on_a_W - s.gap * s.normal_W) <= 1e-13 * size);
-  });
+  }));
 }
 
 TEST_CASE("the expanding polytope agrees with every axis of two polyhedra") {
-  rc::check([](std::uint64_t seed) {
+  CHECK(rc::check([](std::uint64_t seed) {
     Random random(seed);
     const Geometry<double> a = shape(random_shape(ShapeKind::convex, random)), b = shape(random_shape(ShapeKind::box, random));
     ConvexPiece<double> piece_a, piece_b;
@@ -190,7 +190,7 @@ TEST_CASE("the expanding polytope agrees with every axis of two polyhedra") {
     const double all = least_overlap_of_all_axes(piece_a, piece_b, b_in_a).overlap;
     if (meeting.gap < 0) RC_ASSERT(std::abs(meeting.gap + all) < 4e-15);
     if (meeting.gap >= 0) RC_ASSERT(all <= 1e-15 && -all <= meeting.gap + 1e-15);
-  });
+  }));
 }
 
 TEST_CASE("double and extended precision give the same gap and normal for the same doubles") {
@@ -212,7 +212,7 @@ TEST_CASE("double and extended precision give the same gap and normal for the sa
 }
 
 TEST_CASE("swapping two shapes, or moving the world, changes nothing else") {
-  rc::check([](std::uint64_t seed) {
+  CHECK(rc::check([](std::uint64_t seed) {
     Random random(seed);
     const Geometry<double> a = shape(random_shape(kConvexKinds[random() % 6], random)), b = shape(random_shape(kConvexKinds[random() % 6], random));
     const V p = uniform(random, 0, 1.5) * narrow3<double>(gauss3(random)), shift = narrow3<double>(gauss3(random));
@@ -231,11 +231,11 @@ TEST_CASE("swapping two shapes, or moving the world, changes nothing else") {
     double deepest = 1e300;
     for (int i = 0; i < m[0].count; ++i) deepest = std::min(deepest, m[0].points[i].gap);
     RC_ASSERT(std::abs(deepest - s.gap) < 1e-13);
-  });
+  }));
 }
 
 TEST_CASE("a hull of a box's corners is that box; a hull of many points on a sphere comes near the sphere") {
-  rc::check([](std::uint64_t seed) {
+  CHECK(rc::check([](std::uint64_t seed) {
     Random random(seed);
     const Real3 h{uniform(random, 0.1, 1), uniform(random, 0.1, 1), uniform(random, 0.1, 1)};
     const Geometry<double> other = shape(random_shape(kConvexKinds[random() % 6], random));
@@ -244,7 +244,7 @@ TEST_CASE("a hull of a box's corners is that box; a hull of many points on a sph
     const auto s = convex_separation(shape(Box{h}), place_a, other, place_b);
     const auto t = convex_separation(shape(Convex{box_corners(h)}), place_a, other, place_b);
     RC_ASSERT(std::abs(s.gap - t.gap) < 5e-15);
-  });
+  }));
   Random random(3);
   const auto ball = shape(Convex{boulder(random, 2000, {1, 1, 1})});
   const auto s = convex_separation(ball, placed_at<double>({}), shape(Box{{0.3, 0.4, 0.5}}), placed_at<double>({1.2, 1.1, 0.7}, any_turn(random)));

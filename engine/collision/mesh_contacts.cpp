@@ -1,0 +1,124 @@
+#include <limits>
+
+#include "collision/mesh_queries.hpp"
+
+namespace atwood {
+namespace {
+
+template <class S> void place_in_world(const Placement<S>& place, std::vector<Manifold<S>>& out, std::size_t from) {
+  for (std::size_t i = from; i < out.size(); ++i) {
+    out[i].normal_W = turned(place, out[i].normal_W);
+    for (int k = 0; k < out[i].count; ++k) out[i].points[k].x_W = placed(place, out[i].points[k].x_W);
+  }
+}
+
+// All of a mesh rests on a plane as its hull would.
+template <class S>
+void mesh_plane_contacts(const TriangleMesh<S>& mesh, const Placement<S>& place, const Geometry<S>& plane, S margin,
+                         std::vector<Manifold<S>>& out) {
+  static thread_local std::vector<ContactPoint<S>> found;
+  found.clear();
+  const Vec3<S> n = turned_back(place, plane.normal_W);
+  const S at = plane.offset - dot(plane.normal_W, place.p_W);
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+    const S gap = dot(n, mesh.points[i]) - at;
+    if (gap <= margin)
+      found.push_back({placed(place, mesh.points[i]) - (gap / S(2)) * plane.normal_W, gap, static_cast<std::uint32_t>(i + 1)});
+  }
+  if (found.empty()) return;
+  Manifold<S> manifold;
+  manifold.normal_W = -plane.normal_W;
+  keep_four(found, plane.normal_W, manifold);
+  manifold.meeting = manifold.count > 2 ? Meeting::face : manifold.count == 2 ? Meeting::edge : Meeting::point;
+  out.push_back(manifold);
+}
+
+template <class S> Separation<S> mesh_plane_separation(const TriangleMesh<S>& mesh, const Placement<S>& place, const Geometry<S>& plane) {
+  const Vec3<S> n = turned_back(place, plane.normal_W);
+  const S at = plane.offset - dot(plane.normal_W, place.p_W);
+  Separation<S> least{std::numeric_limits<S>::infinity(), -plane.normal_W, place.p_W, place.p_W};
+  for (const Vec3<S>& p : mesh.points)
+    if (const S gap = dot(n, p) - at; gap < least.gap) least.gap = gap, least.on_a_W = placed(place, p);
+  least.on_b_W = least.on_a_W + least.gap * least.normal_W;
+  return least;
+}
+
+// The deepest point of what overlaps.
+template <class S> bool deepest(const std::vector<Manifold<S>>& manifolds, Separation<S>& separation) {
+  bool any = false;
+  for (const Manifold<S>& m : manifolds)
+    for (int i = 0; i < m.count; ++i) {
+      const ContactPoint<S>& p = m.points[i];
+      if (any && !(p.gap < separation.gap)) continue;
+      separation = {p.gap, m.normal_W, p.x_W - (p.gap / S(2)) * m.normal_W, p.x_W + (p.gap / S(2)) * m.normal_W};
+      any = true;
+    }
+  return any;
+}
+
+template <class S>
+Separation<S> nearest_triangle(const TriangleMesh<S>& mesh, const ConvexPiece<S>& b, const Placement<S>& b_in_mesh) {
+  Separation<S> nearest{std::numeric_limits<S>::infinity(), {S(0), S(0), S(1)}, {}, b_in_mesh.p_W};
+  nearest_triangles(mesh, bounds_of(b, b_in_mesh), nearest.gap, [&](int t) {
+    const Meet<S> meet = nearest_features(piece_of(mesh, t), b, b_in_mesh, real::max(nearest.gap, S(0)) + b.radius);
+    if (!meet.beyond && meet.gap - b.radius < nearest.gap)
+      nearest = {meet.gap - b.radius, meet.normal, meet.on_a, meet.on_b - b.radius * meet.normal};
+    return nearest.gap;
+  });
+  return nearest;
+}
+
+template <class S> Separation<S> nearest_point(const TriangleMesh<S>& mesh, const Vec3<S>& center, S radius) {
+  const OnMesh<S> near = closest_on_mesh(mesh, center);
+  const Vec3<S> away = unit_along(near.inside ? near.at.x - center : center - near.at.x);
+  const Vec3<S> normal = dot(away, away) > S(0) ? away : mesh.triangles[near.triangle].normal;
+  return {near.inside ? -near.at.distance - radius : near.at.distance - radius, normal, near.at.x, center - radius * normal};
+}
+
+}  // namespace
+
+template <class S>
+void mesh_contacts(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b, const Placement<S>& place_b, S margin,
+                   std::vector<Manifold<S>>& out) {
+  if (!a.mesh) return;
+  if (b.kind == ShapeKind::plane) return mesh_plane_contacts(*a.mesh, place_a, b, margin, out);
+  const std::size_t from = out.size();
+  const Placement<S> b_in_a = relative_placement(place_a, place_b);
+  ConvexPiece<S> piece;
+  if (b.kind == ShapeKind::sphere) mesh_sphere_contacts(*a.mesh, b_in_a.p_W, b.radius, margin, out);
+  else if (b.kind == ShapeKind::mesh && b.mesh) mesh_mesh_contacts(*a.mesh, *b.mesh, b_in_a, margin, out);
+  else if (convex_piece(b, piece)) mesh_convex_contacts(*a.mesh, piece, b_in_a, margin, out);
+  place_in_world(place_a, out, from);
+}
+
+template <class S>
+Separation<S> mesh_separation(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b, const Placement<S>& place_b) {
+  static thread_local std::vector<Manifold<S>> overlapping;
+  Separation<S> nearest{std::numeric_limits<S>::infinity(), {S(0), S(0), S(1)}, place_a.p_W, place_b.p_W};
+  if (!a.mesh || a.mesh->nodes.empty()) return nearest;
+  if (b.kind == ShapeKind::plane) return mesh_plane_separation(*a.mesh, place_a, b);
+  const Placement<S> b_in_a = relative_placement(place_a, place_b);
+  ConvexPiece<S> piece;
+  if (b.kind == ShapeKind::sphere) nearest = nearest_point(*a.mesh, b_in_a.p_W, b.radius);
+  else if (b.kind == ShapeKind::mesh && b.mesh) nearest = mesh_mesh_separation(*a.mesh, *b.mesh, b_in_a);
+  else if (convex_piece(b, piece)) nearest = nearest_triangle(*a.mesh, piece, b_in_a);
+  else return nearest;
+  nearest.normal_W = turned(place_a, nearest.normal_W);
+  nearest.on_a_W = placed(place_a, nearest.on_a_W), nearest.on_b_W = placed(place_a, nearest.on_b_W);
+  if (b.kind == ShapeKind::sphere || (nearest.gap > S(0) && !a.mesh->closed)) return nearest;
+  overlapping.clear();
+  mesh_contacts(a, place_a, b, place_b, S(0), overlapping);
+  deepest(overlapping, nearest);
+  return nearest;
+}
+
+#define ATWOOD_MESH_CONTACTS(S)                                                                                            \
+  template void mesh_contacts<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&, const Placement<S>&, S,      \
+                                 std::vector<Manifold<S>>&);                                                               \
+  template Separation<S> mesh_separation<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&, const Placement<S>&);
+ATWOOD_MESH_CONTACTS(float)
+ATWOOD_MESH_CONTACTS(double)
+ATWOOD_MESH_CONTACTS(long double)
+#undef ATWOOD_MESH_CONTACTS
+
+}  // namespace atwood

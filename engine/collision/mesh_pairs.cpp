@@ -1,0 +1,110 @@
+// A mesh against spheres and against convex pieces, triangle by triangle.
+#include <limits>
+
+#include "collision/mesh_queries.hpp"
+
+namespace atwood {
+namespace {
+
+template <class S> Manifold<S> one_point(const TriangleMesh<S>& mesh, int t, const Vec3<S>& normal, const Vec3<S>& on_mesh, S gap) {
+  Manifold<S> manifold;
+  manifold.normal_W = normal;
+  manifold.count = 1;
+  manifold.points[0] = {on_mesh + (gap / S(2)) * normal, gap, 1};
+  manifold.piece_a = mesh.given[t];
+  return manifold;
+}
+
+// The way out of a closed mesh for a shape whose centre is inside: past the surface, and then by its whole reach.
+template <class S>
+Manifold<S> way_out(const TriangleMesh<S>& mesh, const OnMesh<S>& nearest, const Vec3<S>& center, S reach) {
+  const Vec3<S> back = unit_along(nearest.at.x - center);
+  const Vec3<S> normal = nearest.at.part == OnTriangle<S>::face || !(dot(back, back) > S(0)) ? mesh.triangles[nearest.triangle].normal : back;
+  return one_point(mesh, nearest.triangle, normal, nearest.at.x, -(nearest.at.distance + reach));
+}
+
+// Touching triangles with one edge or corner in common find the same point there.
+template <class S> bool known(const std::vector<Manifold<S>>& out, std::size_t from, const Manifold<S>& made, S tolerance) {
+  for (std::size_t i = from; i < out.size(); ++i)
+    if (norm(out[i].points[0].x_W - made.points[0].x_W) <= tolerance) return true;
+  return false;
+}
+
+}  // namespace
+
+template <class S>
+void mesh_sphere_contacts(const TriangleMesh<S>& mesh, const Vec3<S>& center, S radius, S margin, std::vector<Manifold<S>>& out) {
+  const S reach = radius + margin;
+  const S tolerance = S(32) * real::epsilon<S>() * (norm(center) + radius);
+  const std::size_t from = out.size();
+  const Aabb<S> box = grown(Aabb<S>{center, center}, reach * (S(1) + S(8) * real::epsilon<S>()) + tolerance);
+  bool behind = false;  // something near is seen from inside
+  each_triangle(mesh, box, [&](int t) {
+    OnTriangle<S> at = closest_on_triangle(mesh, t, center, tolerance);
+    if (at.distance > reach) return;
+    const Vec3<S> away = center - at.x;
+    const Vec3<S>& face = mesh.triangles[t].normal;
+    if (mesh.closed && dot(away, outwards(mesh, t, at)) < S(0)) return static_cast<void>(behind = true);
+    if (!in_region(mesh, t, at, away, S(4) * tolerance)) return;
+    Vec3<S> normal = face;
+    if (at.part == OnTriangle<S>::face || !(at.distance > tolerance)) {
+      if (dot(away, face) < S(0)) normal = -face;
+    } else {
+      normal = unit_along(away);
+    }
+    const Manifold<S> made = one_point(mesh, t, normal, at.x, at.distance - radius);
+    if (!known(out, from, made, S(16) * tolerance)) out.push_back(made);
+  });
+  const auto& root = mesh.nodes;
+  if (!mesh.closed || root.empty() || !(behind || out.size() == from) || !overlap(root[0].box, Aabb<S>{center, center})) return;
+  const OnMesh<S> nearest = closest_on_mesh(mesh, center);
+  if (!nearest.inside) return;
+  out.resize(from);
+  out.push_back(way_out(mesh, nearest, center, radius));
+}
+
+template <class S>
+void mesh_convex_contacts(const TriangleMesh<S>& mesh, const ConvexPiece<S>& b, const Placement<S>& b_in_mesh, S margin,
+                          std::vector<Manifold<S>>& out) {
+  const Aabb<S> box = grown(bounds_of(b, b_in_mesh), margin);
+  const std::size_t from = out.size();
+  const S reach = margin + b.radius;
+  each_triangle(mesh, box, [&](int t) {
+    const ConvexPiece<S> triangle = piece_of(mesh, t);
+    if (!overlap(box, bounds_of(triangle, Placement<S>{}))) return;
+    Meet<S> meet = nearest_features(triangle, b, b_in_mesh, reach);
+    if (meet.beyond || meet.gap > reach) return;
+    const Vec3<S>& face = mesh.triangles[t].normal;
+    const Vec3<S> found = meet.normal;
+    if (!normal_allowed(mesh, t, meet.normal)) {
+      // The neighbours have what is at this edge or corner; what lies over the face itself is left.
+      const S front = overlap_along(triangle, b, b_in_mesh, face), back = overlap_along(triangle, b, b_in_mesh, -face);
+      if (mesh.closed && (meet.gap > S(0) ? dot(found, face) < S(0) : front > back)) return;
+      meet.normal = front <= back ? face : -face;
+      meet.gap = std::numeric_limits<S>::infinity();
+    }
+    Manifold<S> manifold;
+    contact_points(triangle, b, b_in_mesh, meet, margin, manifold);
+    if (manifold.count == 0) return;
+    manifold.piece_a = mesh.given[t];
+    out.push_back(manifold);
+  });
+  if (!mesh.closed || out.size() > from || mesh.nodes.empty() || !overlap(mesh.nodes[0].box, Aabb<S>{b_in_mesh.p_W, b_in_mesh.p_W})) return;
+  const OnMesh<S> nearest = closest_on_mesh(mesh, b_in_mesh.p_W);
+  if (!nearest.inside) return;
+  const Manifold<S> out_of_it = way_out(mesh, nearest, b_in_mesh.p_W, S(0));
+  int vertex = 0;
+  const Vec3<S> inwards = turned_back(b_in_mesh, -out_of_it.normal_W);
+  out.push_back(way_out(mesh, nearest, b_in_mesh.p_W, dot(inwards, support(b, inwards, vertex)) + b.radius));
+}
+
+#define ATWOOD_MESH_PAIRS(S)                                                                                                  \
+  template void mesh_sphere_contacts<S>(const TriangleMesh<S>&, const Vec3<S>&, S, S, std::vector<Manifold<S>>&);             \
+  template void mesh_convex_contacts<S>(const TriangleMesh<S>&, const ConvexPiece<S>&, const Placement<S>&, S,                \
+                                        std::vector<Manifold<S>>&);
+ATWOOD_MESH_PAIRS(float)
+ATWOOD_MESH_PAIRS(double)
+ATWOOD_MESH_PAIRS(long double)
+#undef ATWOOD_MESH_PAIRS
+
+}  // namespace atwood
