@@ -1,5 +1,7 @@
 // A plane (a) against shapes (b) that lie above or in it: the lowest points, and those of the same face or line that also
 // come within the margin. The normal, from a to b, is the plane's own.
+#include <array>
+
 #include "collision/direction.hpp"
 #include "collision/pair_tests.hpp"
 #include "collision/skin.hpp"
@@ -116,10 +118,14 @@ template <class S> void plane_box_contacts(const Posed<S>& a, const Posed<S>& b,
   const Vec3<S>* axis = b.place.axis_W;
   const S x = real::abs(dot(n, axis[0])), y = real::abs(dot(n, axis[1])), z = real::abs(dot(n, axis[2]));
   const unsigned k = z >= x && z >= y ? 2u : y >= x ? 1u : 0u;
-  const unsigned u = 1u << ((k + 1) % 3), v = 1u << ((k + 2) % 3), deepest = lowest_corner(n, axis);
+  const std::array<S, 3> h{b.shape.half_extents.x, b.shape.half_extents.y, b.shape.half_extents.z};
+  const unsigned i = (k + 1) % 3, j = (k + 2) % 3, deepest = lowest_corner(n, axis);
+  const unsigned u = h[i] > S(0) ? 1u << i : 0u, v = h[j] > S(0) ? 1u << j : 0u;  // a side without length has one end
   Manifold<S>& m = begin(a, Meeting::face, out);
   add(m, n, {corner(of, b.place.p_W, deepest).x_W, of.lowest(), deepest}, margin);
-  for (const unsigned bits : {deepest ^ u, deepest ^ u ^ v, deepest ^ v}) add(m, n, corner(of, b.place.p_W, bits), margin);
+  if (u) add(m, n, corner(of, b.place.p_W, deepest ^ u), margin);
+  if (u && v) add(m, n, corner(of, b.place.p_W, deepest ^ u ^ v), margin);
+  if (v) add(m, n, corner(of, b.place.p_W, deepest ^ v), margin);
   name_meeting(m);
 }
 template <class S> Separation<S> plane_box_separation(const Posed<S>& a, const Posed<S>& b) {
@@ -127,7 +133,7 @@ template <class S> Separation<S> plane_box_separation(const Posed<S>& a, const P
   return lowest(a, corner(of, b.place.p_W, lowest_corner(a.shape.normal_W, b.place.axis_W)).x_W, of.lowest());
 }
 
-// The lower end's cap, and the skin below the upper end.
+// The lower end's cap, and the skin below the upper end while that is the tube's.
 template <class S> void plane_capsule_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
   const Vec3<S>& n = a.shape.normal_W;
   const S center = height_of_center(a, b), cosine = dot(n, b.place.axis_W[2]), rise = b.shape.half_length * cosine;
@@ -136,6 +142,7 @@ template <class S> void plane_capsule_contacts(const Posed<S>& a, const Posed<S>
   Manifold<S>& m = begin(a, Meeting::edge, out);
   for (const S end : {sign, -sign}) {
     const S along = end * b.shape.half_length, skin = skin_thickness(b.shape.radius, b.shape.half_length, along, -cosine);
+    if (end != sign && real::abs(along - skin * cosine) > b.shape.half_length) break;
     add(m, n, {b.place.p_W + (along * b.place.axis_W[2] - skin * n), center + end * rise - skin, end > S(0) ? 1u : 0u}, margin);
     if (!(b.shape.half_length > S(0))) break;
   }
