@@ -126,7 +126,7 @@ std::pair<Posed, Posed> hostile_pair(std::uint64_t seed) {
 }  // namespace
 
 TEST_CASE("gap and normal are the best of all directions, the points lie on both surfaces") {
-  rc::check([](std::uint64_t seed) {
+  CHECK(rc::check([](std::uint64_t seed) {
     for (std::uint64_t k = 0; k < 500; ++k) {
       const auto [body_a, body_b] = hostile_pair(seed * 1000 + k);
       const Wide3 a = wide(body_a), b = wide(body_b);
@@ -159,11 +159,11 @@ TEST_CASE("gap and normal are the best of all directions, the points lie on both
         RC_ASSERT(static_cast<int>(ids.size()) == m.count);
       }
     }
-  });
+  }));
 }
 
 TEST_CASE("swapping the bodies flips the normal and changes no other bit") {
-  rc::check([](std::uint64_t seed) {
+  CHECK(rc::check([](std::uint64_t seed) {
     for (std::uint64_t k = 0; k < 200; ++k) {
       const auto [a, b] = hostile_pair(seed * 1000 + k);
       const auto one = contacts(a, b, 0.1), other = contacts(b, a, 0.1);
@@ -178,11 +178,11 @@ TEST_CASE("swapping the bodies flips the normal and changes no other bit") {
         }
       }
     }
-  });
+  }));
 }
 
 TEST_CASE("turning and moving the world turns and moves the contact") {
-  rc::check([](std::uint64_t seed) {
+  CHECK(rc::check([](std::uint64_t seed) {
     Random random(seed);
     for (int k = 0; k < 200; ++k) {
       const Q q_a = any_turn(random), q_b = any_turn(random), world = any_turn(random);
@@ -199,7 +199,7 @@ TEST_CASE("turning and moving the world turns and moves the contact") {
       // Two directions may be as good as each other: only then may the choice change.
       if (!m.empty() && norm(rotate(world, m[0].normal_W) - n[0].normal_W) < 1e-10) RC_ASSERT(m[0].meeting == n[0].meeting);
     }
-  });
+  }));
 }
 
 TEST_CASE("edge-edge contacts are told apart from faces") {
