@@ -60,15 +60,15 @@ void find_pair(const Queried& a, const Queried& b, std::vector<Manifold<double>>
   }
 }
 
+void find_touch(const Queried& a, const Queried& b, double t_end_s, ContactAnswer& answer) {
+  const auto touch = first_touch(a.shape, a.motion, b.shape, b.motion, t_end_s);
+  if (touch) answer.touches.push_back({a.index, b.index, Wide(touch->t_s), widened(touch->x_W), widened(touch->normal_W)});
+}
+
 }  // namespace
 
 ContactAnswer find_scene_contacts(const Scene& scene, const ContactQuery& query) {
   ContactAnswer answer;
-  if (query.swept) {
-    answer.outcome.status = Status::unsupported;
-    answer.outcome.reason = "atwood has no swept contacts yet";
-    return answer;
-  }
   const std::vector<Queried> bodies = queried_bodies(scene);
   std::vector<Manifold<double>> manifolds;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -81,7 +81,8 @@ ContactAnswer find_scene_contacts(const Scene& scene, const ContactQuery& query)
         answer.outcome.reason = std::string("atwood has no contact test of ") + missing;
         return answer;
       }
-      find_pair(a, b, manifolds, answer);
+      if (query.swept) find_touch(a, b, query.t_end_s, answer);
+      else find_pair(a, b, manifolds, answer);
     }
   }
   return answer;

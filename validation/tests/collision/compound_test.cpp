@@ -151,6 +151,16 @@ TEST_CASE("a scene's contacts: each pair once, fixed pairs left out, touching co
   CHECK(answer.contacts[0].normal[2] == Wide(1));
   for (std::size_t i : {1u, 2u, 3u, 4u, 5u, 6u}) CHECK(answer.contacts[i].depth_m == Wide(0));
   CHECK(answer.contacts[6].normal[0] == Wide(1));
+  ContactQuery swept;
+  swept.swept = true;
+  swept.t_end_s = 8;
+  scene.bodies[4].velocity_m_per_s = {0, 0, -2};
+  const ContactAnswer touches = find_scene_contacts(scene, swept);
+  CHECK(touches.contacts.empty());
+  REQUIRE(touches.touches.size() == 5);
+  CHECK(touches.touches[0].toi_s == Wide(0));  // the ball is in the ground
+  CHECK(touches.touches[2].body_b == 4);
+  CHECK(static_cast<double>(touches.touches[2].toi_s) == Approx(4).epsilon(1e-12));  // 8 m to fall at 2 m/s
   CHECK(find_pair_gap(scene, 2, 4).gap_m > Wide(9));
   CHECK_THROWS_AS(find_pair_gap(scene, 0, 1), std::invalid_argument);
 }
