@@ -14,7 +14,8 @@ const std::vector<Solution>& catalogue() {
   static const std::vector<Solution> all{ballistic(), linear_drag(), vertical_quadratic_drag(), oscillator(), kepler(),
                                          coulomb_two_body(), closed_form::lorentz(), free_rigid_body(), axis_torque(),
                                          bounce(), sphere_impact(), slide_or_roll(),
-                                         ball_flights(), friction_cone(), struck_rod()};
+                                         ball_flights(), friction_cone(), struck_rod(),
+                                         penalty()};
   return all;
 }
 

@@ -2,7 +2,8 @@
 // Euler for each ball. Along the push F (floor's friction f1, ball i's f_i, kappa_i = 1 + m_i r_i^2 / I_i):
 //   stands:  F <= mu1 (M + sum m_i) g: nothing moves
 //   slides:  M A = F - f1 - sum f_i,   ball: m_i a_i = f_i,   I_i alpha_i = -r_i f_i
-//            rolls on the deck: a_i - r_i alpha_i = A, so f_i = m_i A / kappa_i, while f_i <= mu_i m_i g; else slips: mu_i m_i g
+//            rolls on the deck: a_i - r_i alpha_i = A, so f_i = m_i A / kappa_i, while that is mu_i m_i g at most;
+//            else slips: f_i = mu_i m_i g
 // For n equal solid balls, kappa = 7/2: f2 = ((F - f1) / M) / (3.5 / m + n / M). All friction lies along the push as long as
 // nothing turns about the vertical, which is checked, as is where the floor's pressure has its centre.
 #include "closed_form/floor.hpp"
@@ -113,7 +114,8 @@ std::string goes_wrong(const Scene& scene, const Floor<S>& floor, const Stance<S
     size = larger(size, magnitude(r.aside));
   }
   turning = turning - f1 * aside / weight;
-  if (magnitude(turning) > S(0x1p-46) * cart.F * (size + magnitude(cart.push_aside))) return name + " is turned about the vertical";
+  if (magnitude(turning) > S(0x1p-46) * cart.F * (size + magnitude(cart.push_aside)))
+    return name + " is turned about the vertical";
   for (const S t : {S(0), t_end}) {
     S moment = cart.height * (f1 - rub) + cart.push_height * cart.F;
     for (const Rider<S>& r : cart.riders) {
@@ -121,7 +123,8 @@ std::string goes_wrong(const Scene& scene, const Floor<S>& floor, const Stance<S
       moment = moment + r.mass * floor.g_n * x;
       const Vec<S> foot = x * cart.e + r.aside * left;
       for (int k = 0; k < 2; ++k)
-        if (magnitude(dot(stance.side[k], foot)) > stance.half[k]) return "`" + scene.bodies[r.body].name + "` rolls off " + name;
+        if (magnitude(dot(stance.side[k], foot)) > stance.half[k])
+          return "`" + scene.bodies[r.body].name + "` rolls off " + name;
     }
     const Vec<S> center = (moment / weight) * cart.e + (aside / weight) * left;
     for (int k = 0; k < 2; ++k)

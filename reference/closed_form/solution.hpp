@@ -104,5 +104,6 @@ Solution slide_or_roll();
 Solution ball_flights();
 Solution friction_cone();
 Solution struck_rod();
+Solution penalty();
 
 }  // namespace atwood::closed_form

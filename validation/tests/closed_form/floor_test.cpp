@@ -195,3 +195,26 @@ TEST_CASE("What does not stay on a line, tips, or has no floor is refused by nam
   given.scene.bodies[0].orientation_wxyz = {0.8, 0.6, 0, 0};
   CHECK_THAT(why(given), Catch::Contains("does not lie on its side"));
 }
+
+TEST_CASE("A flat mesh is a plane as far as it goes") {
+  for (const char* id : {"mesh-floor-roll", "mesh-floor-slide"}) {
+    Scenario given = catalogued(id);
+    const Truth mesh = closed_form_truth(given, 90);
+    INFO(mesh.outcome.reason);
+    REQUIRE(mesh.outcome.status == Status::ok);
+    given.t_end_s = 6;
+    if (given.id == "mesh-floor-roll") CHECK_THAT(closed_form_truth(given, 90).outcome.reason, Catch::Contains("over the rim"));
+    given.t_end_s = 1.5;
+    given.scene.bodies[0].position_m[0] = 6;
+    CHECK_THAT(closed_form_truth(given, 90).outcome.reason, Catch::Contains("over the rim"));
+    given = catalogued(id);
+    given.scene.bodies[1].shape = Plane{{0, 0, 1}, 0};
+    const Truth plane = closed_form_truth(given, 90);
+    for (std::size_t k = 0; k < plane.values.size(); ++k) {
+      CHECK(mesh.values[k].bodies[0].p_m == plane.values[k].bodies[0].p_m);
+      CHECK(mesh.values[k].bodies[0].w_rad_per_s == plane.values[k].bodies[0].w_rad_per_s);
+    }
+    std::get<Mesh>(given.scene.bodies[1].shape = catalogued(id).scene.bodies[1].shape).points_m[80][2] = 0.01;
+    CHECK_THAT(closed_form_truth(given, 90).outcome.reason, Catch::Contains("is not flat"));
+  }
+}
