@@ -5,6 +5,7 @@
 
 #include "contact/contact.hpp"
 #include "contact/options.hpp"
+#include "contact/penalty.hpp"
 
 namespace atwood {
 namespace {
@@ -46,7 +47,8 @@ ModelOptions model_options(const MethodId& id, std::string& why) {
 
 Outcome run_in_contact(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer,
                        int repeats) {
-  if (id.response.empty()) return refuse("atwood/" + id.scheme + " has no contact response; use +impulse or +event");
+  if (id.response == "penalty") return run_with_penalty(id, scene, plan, observer, repeats);
+  if (id.response.empty()) return refuse("atwood/" + id.scheme + " has no contact response; use +impulse, +event or +penalty");
   return run_with_contacts(id, scene, plan, observer, repeats);
 }
 
@@ -74,7 +76,8 @@ bool contacts_possible(const Scene& scene) {
   return shaped >= 2 && moving >= 1;
 }
 
-template <class S> Simulation<S> prepare(const MethodId& id, const Scene& scene) {
+template <class S>
+Simulation<S> prepare(const MethodId& id, const Scene& scene, std::unique_ptr<RememberingTerm<S>> added, const std::string& what) {
   Simulation<S> simulation;
   std::string why;
   const ModelOptions options = model_options(id, why);
@@ -87,6 +90,10 @@ template <class S> Simulation<S> prepare(const MethodId& id, const Scene& scene)
   if (!model.unsupported().empty()) {
     simulation.outcome = refuse(model.unsupported());
     return simulation;
+  }
+  if (added != nullptr) {
+    simulation.memory = added.get();
+    model.add_term(std::move(added), what);
   }
   simulation.stepper = make_stepper<S>(id.scheme, model, why, id.overrides);
   if (simulation.stepper == nullptr) {
@@ -108,12 +115,13 @@ template <class S> S time_at(const Plan& plan, std::int64_t n) {
 
 template <class S>
 void observe(RigidModel<S>& model, const Plan& plan, std::int64_t k, const S* y, Sample& sample,
-             const Observer& observer) {
+             const Observer& observer, RememberingTerm<S>* memory) {
   if (!observer.sample) return;
   using Clock = std::conditional_t<std::is_same_v<S, float>, double, S>;
   const Clock t_s = Clock(plan.t_end_s) * Clock(k) / Clock(plan.samples);
   sample.t_s = t_s;
   model.write(S(t_s), y, sample);
+  if (memory != nullptr) memory->tell(model.motion(S(t_s), y), sample, observer);
   observer.sample(sample);
 }
 
@@ -134,26 +142,16 @@ template <class S> S state_scale(const S* y, int size) {
   return scale;
 }
 
-template Simulation<float> prepare<float>(const MethodId&, const Scene&);
-template Simulation<double> prepare<double>(const MethodId&, const Scene&);
-template Simulation<long double> prepare<long double>(const MethodId&, const Scene&);
-template Simulation<Quad> prepare<Quad>(const MethodId&, const Scene&);
-template float time_at<float>(const Plan&, std::int64_t);
-template double time_at<double>(const Plan&, std::int64_t);
-template long double time_at<long double>(const Plan&, std::int64_t);
-template Quad time_at<Quad>(const Plan&, std::int64_t);
-template void observe<float>(RigidModel<float>&, const Plan&, std::int64_t, const float*, Sample&, const Observer&);
-template void observe<double>(RigidModel<double>&, const Plan&, std::int64_t, const double*, Sample&, const Observer&);
-template void observe<long double>(RigidModel<long double>&, const Plan&, std::int64_t, const long double*, Sample&,
-                                   const Observer&);
-template void observe<Quad>(RigidModel<Quad>&, const Plan&, std::int64_t, const Quad*, Sample&, const Observer&);
-template bool healthy<float>(const float*, int, float, float, Outcome&);
-template bool healthy<double>(const double*, int, double, double, Outcome&);
-template bool healthy<long double>(const long double*, int, long double, long double, Outcome&);
-template bool healthy<Quad>(const Quad*, int, Quad, Quad, Outcome&);
-template float state_scale<float>(const float*, int);
-template double state_scale<double>(const double*, int);
-template long double state_scale<long double>(const long double*, int);
-template Quad state_scale<Quad>(const Quad*, int);
+#define ATWOOD_SIMULATION(S)                                                                                              \
+  template Simulation<S> prepare<S>(const MethodId&, const Scene&, std::unique_ptr<RememberingTerm<S>>, const std::string&); \
+  template S time_at<S>(const Plan&, std::int64_t);                                                                        \
+  template void observe<S>(RigidModel<S>&, const Plan&, std::int64_t, const S*, Sample&, const Observer&, RememberingTerm<S>*); \
+  template bool healthy<S>(const S*, int, S, S, Outcome&);                                                                 \
+  template S state_scale<S>(const S*, int);
+ATWOOD_SIMULATION(float)
+ATWOOD_SIMULATION(double)
+ATWOOD_SIMULATION(long double)
+ATWOOD_SIMULATION(Quad)
+#undef ATWOOD_SIMULATION
 
 }  // namespace atwood

@@ -23,7 +23,7 @@ template <class S> struct Run {
     Outcome& outcome = simulation.outcome;
     const S t_s = S(static_cast<double>(plan.t_end_s)) * S(k) / S(plan.samples);
     if (!healthy(y, simulation.model->state_size(), scale, t_s, outcome)) return false;
-    if (observer != nullptr) observe(*simulation.model, plan, k, y, sample, *observer);
+    if (observer != nullptr) observe(*simulation.model, plan, k, y, sample, *observer, simulation.memory);
     return true;
   }
 };
@@ -34,7 +34,13 @@ template <class S> void restart(Run<S>& run) {
   s.model->system().evaluations = 0;
   ++s.model->system().epoch;
   s.model->initial_state(s.y.data());
+  if (s.memory != nullptr) s.memory->begin(s.model->motion(S(0), s.y.data()));
   run.scale = state_scale(s.y.data(), s.model->state_size());
+}
+
+// The step to t_s is accepted, and y holds where it ended.
+template <class S> void remember_step(Simulation<S>& s, S t_s) {
+  if (s.memory != nullptr && s.memory->accept(s.model->motion(t_s, s.y.data()))) ++s.model->system().epoch;
 }
 
 template <class S> bool refuse_step(Outcome& outcome, S t_s) {
@@ -49,6 +55,7 @@ template <class S> bool one_step(Simulation<S>& s, const Plan& plan, std::int64_
   s.model->select_interval(t_s, t_s + h_s);
   if (!s.stepper->step(t_s, h_s, s.y.data(), s.y_new.data())) return refuse_step(s.outcome, t_s);
   s.y.swap(s.y_new);
+  remember_step(s, t_s + h_s);
   return true;
 }
 
@@ -140,6 +147,7 @@ bool march_piece(Run<S>& run, const Tolerance<S>& tolerance, S begin_s, S end_s,
     if (run.observer != nullptr && !sample_inside(run, k, t_s, step_s, reached_s, inside)) return false;
     s.y.swap(s.y_new);
     t_s = reached_s;
+    remember_step(s, t_s);
     ++s.outcome.steps_taken;
   }
   return true;
@@ -190,8 +198,13 @@ StepLimits step_limits(const MethodId& id) {
 
 template <class S>
 Outcome run_smooth(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
-  if (const std::string fault = plan_fault(id, plan); !fault.empty()) return refuse(fault);
   Simulation<S> simulation = prepare<S>(id, scene);
+  return run_prepared(simulation, id, plan, observer, repeats);
+}
+
+template <class S>
+Outcome run_prepared(Simulation<S>& simulation, const MethodId& id, const Plan& plan, const Observer& observer, int repeats) {
+  if (const std::string fault = plan_fault(id, plan); !fault.empty()) return refuse(fault);
   if (simulation.outcome.status != Status::ok) return simulation.outcome;
   std::vector<S> inside(simulation.y.size());
   Run<S> run{simulation, plan, repeats > 0 ? nullptr : &observer, {}, {}, {}};
@@ -217,5 +230,10 @@ template Outcome run_smooth<float>(const MethodId&, const Scene&, const Plan&, c
 template Outcome run_smooth<double>(const MethodId&, const Scene&, const Plan&, const Observer&, int);
 template Outcome run_smooth<long double>(const MethodId&, const Scene&, const Plan&, const Observer&, int);
 template Outcome run_smooth<Quad>(const MethodId&, const Scene&, const Plan&, const Observer&, int);
+
+template Outcome run_prepared<float>(Simulation<float>&, const MethodId&, const Plan&, const Observer&, int);
+template Outcome run_prepared<double>(Simulation<double>&, const MethodId&, const Plan&, const Observer&, int);
+template Outcome run_prepared<long double>(Simulation<long double>&, const MethodId&, const Plan&, const Observer&, int);
+template Outcome run_prepared<Quad>(Simulation<Quad>&, const MethodId&, const Plan&, const Observer&, int);
 
 }  // namespace atwood

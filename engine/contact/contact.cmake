@@ -34,6 +34,8 @@ target_sources(atwood_engine PRIVATE
   contact/impulse.cpp
   contact/located.cpp
   contact/options.cpp
+  contact/penalty.cpp
+  contact/penalty_force.cpp
   contact/response.cpp
   contact/slip_path.cpp
   contact/time_stepping.cpp)

@@ -19,8 +19,15 @@ std::vector<MethodInfo> make_responses() {
   event.source = "Hairer, Norsett, Wanner (1993), II.6; Pfeiffer and Glocker (1996)";
   MethodInfo penalty;
   penalty.id = "+penalty";
-  penalty.doc = "Contacts as springs and dashpots, forces like any other.";
-  penalty.source = "Cundall and Strack (1979); Hunt and Crossley (1975)";
+  penalty.doc =
+      "Contacts as springs and dashpots, forces like any other, that any integrator steps. Where the scene says how a pair gives "
+      "way (contact_law), that law; else a linear one, so stiff that an impact at `impact_speed_m_per_s` (0: the scene's own) sinks "
+      "in by `overlap` of the smaller body, damped so that the pair's restitution comes out (or by `damping_ratio`, if above 0). "
+      "Friction: a tangential spring of `tangential_ratio` of the normal stiffness that slides on the cone. A step beyond the "
+      "method's stability limit on the stiffest contact is refused.";
+  penalty.source = "Cundall and Strack, Geotechnique 29 (1979) 47; Hunt and Crossley, J. Appl. Mech. 42 (1975) 440; "
+                   "Schwager and Poeschel, Granular Matter 9 (2007) 465";
+  penalty.settings = {{"overlap", 1e-3}, {"impact_speed_m_per_s", 0.0}, {"damping_ratio", 0.0}, {"tangential_ratio", 2.0 / 7}};
   return {impulse, event, penalty};
 }
 

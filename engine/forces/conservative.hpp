@@ -14,6 +14,7 @@ template <class S> class ConservativeForces {
 
   // Why the scene's energy is not kept by its motion, naming the force ("" if it is).
   const std::string& refusal() const { return refusal_; }
+  void refuse(const std::string& why) { refusal_ = why; }  // there are forces besides the scene's
   // Angular momentum about `centre` is kept too: every force points at it or along the line of two moving bodies.
   bool central() const { return central_; }
   const Vec3<S>& centre() const { return centre_; }

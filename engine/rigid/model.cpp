@@ -127,6 +127,17 @@ template <class S> void RigidModel<S>::build_forces(const Scene& scene, const Gr
   switch_times_s_.erase(std::unique(switch_times_s_.begin(), switch_times_s_.end()), switch_times_s_.end());
 }
 
+template <class S> void RigidModel<S>::add_term(TermPointer<S> term, const std::string& what) {
+  velocity_dependent_ = velocity_dependent_ || term->velocity_dependent();
+  magnetic_only_ = magnetic_only_ && !term->velocity_dependent();
+  terms_.push_back(std::move(term));
+  active_.reserve(terms_.size());
+  conservative_.refuse(what);
+  series_forces_.refusal = what;
+  interval_ = -1;
+  select_interval(S(0), S(0));
+}
+
 template <class S> int RigidModel<S>::interval_of(S from_s, S to_s) const {
   const double middle_s = static_cast<double>((from_s + to_s) / S(2));
   return static_cast<int>(std::upper_bound(switch_times_s_.begin(), switch_times_s_.end(), middle_s) - switch_times_s_.begin());

@@ -71,6 +71,10 @@ template <class S> class RigidModel {
   // That omega under the law that holds now [rad/s], one a body.
   void gyration(std::vector<Vec3<S>>& omega_W) const;
 
+  // A force that is not the scene's own, before any stepper is made. `what` names it to methods that cannot take it ("contact
+  // forces"): those that need an energy or a series.
+  void add_term(TermPointer<S> term, const std::string& what);
+
   // ---- layout
   int body_count() const { return static_cast<int>(slots_.size()); }
   int state_size() const { return state_size_; }

@@ -1,0 +1,97 @@
+#include "contact/penalty.hpp"
+
+#include <cmath>
+
+#include "contact/options.hpp"
+#include "contact/penalty_force.hpp"
+
+namespace atwood {
+
+namespace {
+
+Outcome unsupported(const std::string& reason) { return {Status::unsupported, reason, 0, 0, {}}; }
+
+// x'' = -w^2 x - 2 z w x' by equal steps: after as many as matter, is it still of the size it began with?
+bool stable(const MethodId& scheme, double w, double z, double h_s) {
+  Scene scene;
+  scene.materials.push_back({"plain", 0, 0, 0});
+  Body bob;
+  bob.name = "bob";
+  bob.mass_kg = 1;
+  bob.position_m = {1, 0, 0};
+  bob.velocity_m_per_s = {0, w, 0};  // two motions at once: one from its end, one through the middle
+  scene.bodies.push_back(bob);
+  scene.forces.push_back(Spring{{0}, {0, 0, 0}, w * w, 2 * z * w, 0, {}});
+  constexpr std::int64_t steps = 400;
+  double size = 0;
+  Observer observer;
+  observer.sample = [&](const Sample& sample) {
+    const BodySample& at = sample.bodies[0];
+    for (int k = 0; k < 2; ++k)
+      size = std::fmax(size, std::fmax(std::fabs(static_cast<double>(at.p_m[k])), std::fabs(static_cast<double>(at.v_m_per_s[k])) / w));
+  };
+  const Outcome outcome = run_smooth<double>(scheme, scene, {h_s * steps, steps, 1}, observer, 0);
+  return outcome.status == Status::ok && size < 100;
+}
+
+// The longest stable step, to a part in a thousand; infinite for methods that are stable at any.
+double longest_step(const MethodId& scheme, double w, double z) {
+  double low = 0, high = 1 / w;
+  while (stable(scheme, w, z, high)) {
+    low = high;
+    high *= 2;
+    if (high * w > 1e4) return std::numeric_limits<double>::infinity();
+  }
+  while (high - low > 1e-3 * high) {
+    const double middle = (low + high) / 2;
+    (stable(scheme, w, z, middle) ? low : high) = middle;
+  }
+  return low;
+}
+
+std::string too_long_a_step(const MethodId& id, double w, double z, double h_s) {
+  MethodId scheme = integrator_part(id);
+  scheme.response.clear();
+  scheme.scalar.clear();
+  if (stable(scheme, w, z, h_s)) return "";
+  const double longest = longest_step(scheme, w, z);
+  return "steps of " + format_double(h_s) + " s are beyond the stability limit of atwood/" + id.scheme + " on the stiffest contact, " +
+         format_double(std::round(longest * 1e7) / 1e7) + " s (" + format_double(std::round(w)) + " rad/s)";
+}
+
+template <class S> Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
+  std::string why;
+  const Settings settings = response_settings(id, why);
+  if (!why.empty()) return unsupported(why);
+  PenaltyOptions options;
+  options.overlap = std::get<double>(settings.at("overlap"));
+  options.impact_speed_m_per_s = std::get<double>(settings.at("impact_speed_m_per_s"));
+  options.damping_ratio = std::get<double>(settings.at("damping_ratio"));
+  options.tangential_ratio = std::get<double>(settings.at("tangential_ratio"));
+  if (!(options.overlap > 0 && options.overlap < 1)) return unsupported("+penalty: overlap is above 0 and below 1");
+  if (!(options.impact_speed_m_per_s >= 0 && options.damping_ratio >= 0 && options.tangential_ratio >= 0))
+    return unsupported("+penalty: settings are not negative");
+  auto force = std::make_unique<PenaltyForce<S>>(scene, options);
+  if (!force->refusal().empty()) return unsupported(force->refusal());
+  const auto stiffest = force->stiffest();
+  if (!(stiffest.angular_frequency_rad_per_s > 0))
+    return unsupported("nothing in the scene moves or falls, so no stiffness follows from it: +penalty{impact_speed_m_per_s=...}");
+  if (!id.rtol && plan.steps > 0) {
+    const double h_s = plan.t_end_s / static_cast<double>(plan.steps);
+    const std::string fault = too_long_a_step(id, stiffest.angular_frequency_rad_per_s, stiffest.damping_ratio, h_s);
+    if (!fault.empty()) return unsupported(fault);
+  }
+  Simulation<S> simulation = prepare<S>(integrator_part(id), scene, std::move(force), "contact forces");
+  return run_prepared(simulation, integrator_part(id), plan, observer, repeats);
+}
+
+}  // namespace
+
+Outcome run_with_penalty(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
+  if (id.scalar == "float") return run_in<float>(id, scene, plan, observer, repeats);
+  if (id.scalar.empty() || id.scalar == "double") return run_in<double>(id, scene, plan, observer, repeats);
+  if (id.scalar == "long-double") return run_in<long double>(id, scene, plan, observer, repeats);
+  return unsupported("atwood's contacts run in float, double and long-double, not in " + id.scalar);
+}
+
+}  // namespace atwood

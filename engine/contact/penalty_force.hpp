@@ -1,0 +1,111 @@
+// The forces of contacts that give way.
+//
+// At each point of overlap d, closing at d':
+//   linear   F = k d + c d'                       never below 0, unless the pair may pull
+//   Hertz    F = 4/3 E sqrt(R) d^(3/2) (1 + a d')  never below 0
+// along the normal, and across it a spring of stiffness k_t between the points of both bodies that met: F_t = -(k_t x + c_t u)
+// while that lies within the cone, else the cone's own friction; x then is what that friction would have stretched.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "collision/broad_phase.hpp"
+#include "collision/contacts.hpp"
+#include "simulation.hpp"
+
+namespace atwood {
+
+struct PenaltyOptions {
+  double overlap = 1e-3;            // of the smaller body's bounding radius, at an impact at
+  double impact_speed_m_per_s = 0;  // 0: the scene's own, see scene_speed
+  double damping_ratio = 0;         // 0: from the pair's restitution
+  double tangential_ratio = 2.0 / 7;
+};
+
+// The fastest that bodies may meet: twice the largest speed at the start and that of a fall through the scene's height.
+double scene_speed(const Scene& scene);
+
+// The damping ratio z of a linear contact that never pulls, whose restitution is e (at least least_restitution). It ends where
+// the force does (Schwager, Poeschel 2007, eq. 20 and 24):
+//   e = exp(-2 z acos(z) / sqrt(1 - z^2)) for z < 1,  exp(-2 z acosh(z) / sqrt(z^2 - 1)) for z > 1
+double damping_ratio_of(double restitution);
+inline constexpr double least_restitution = 1e-3;
+
+// One pair's law in numbers.
+template <class S> struct ContactSpring {
+  ContactLaw law = ContactLaw::linear;
+  S stiffness{}, damping{};         // linear: k, c; Hertz: 4/3 E sqrt(R), a
+  bool pull = false;
+  S friction{}, tangential_ratio{};
+};
+
+template <class S> class PenaltyForce final : public RememberingTerm<S> {
+ public:
+  PenaltyForce(const Scene& scene, const PenaltyOptions& options);
+
+  const std::string& refusal() const { return refusal_; }  // names the pair that has no such law; "": all have
+  // The stiffest contact that the scene can make: how fast it swings, and how it is damped.
+  struct Stiffest { double angular_frequency_rad_per_s = 0, damping_ratio = 0; };
+  Stiffest stiffest() const;
+
+  void add_loads(const Motion<S>& motion, Load<S>* loads) const override;
+  bool velocity_dependent() const override { return true; }
+  void begin(const Motion<S>& motion) override;
+  bool accept(const Motion<S>& motion) override;
+  void tell(const Motion<S>& motion, Sample& sample, const Observer& observer) override;
+
+ private:
+  struct Key {                         // the pair, and which features meet
+    int a, b, piece_a, piece_b;
+    std::uint32_t id;
+    auto operator<=>(const Key&) const = default;
+  };
+  struct Point {                       // of contact, now
+    Key key;
+    Vec3<S> x_W, normal_W, u_W;        // u: slip of b on a
+    S overlap, closing, force_N;
+    Vec3<S> friction_W;                // on b
+    Vec3<S> stretch_W;                 // of the tangential spring
+    bool slides;                       // on the cone
+  };
+  struct Memory {                      // of a point, since the last accepted step
+    Key key;
+    Vec3<S> stretch_W, on_a_B, on_b_B; // the spring's stretch; the material points that met
+  };
+  struct Episode {                     // of a point, since it met
+    Key key;
+    S begin_s, vn_before, impulse_n, impulse_t, last_s, last_n, last_t;
+    Vec3<S> x_W, normal_W;
+  };
+
+  ContactSpring<S> spring_of(int a, int b) const;
+  void find_points(const Motion<S>& motion) const;
+  void meet(const Motion<S>& motion, int a, int b) const;
+  void rub(Point& point, const ContactSpring<S>& spring) const;
+  bool moving(const Motion<S>& motion, int body) const { return motion.slots[body].resting == nullptr; }
+  Vec3<S> velocity_at(const Motion<S>& motion, int body, const Vec3<S>& x_W) const;
+  void follow(const Motion<S>& motion);
+  void end(const Motion<S>& motion, const Episode& episode);
+
+  const Scene& scene_;
+  PenaltyOptions options_;
+  std::string refusal_;
+  S speed_{};
+  std::vector<Geometry<S>> shapes_;
+  std::vector<int> bounded_, planes_;          // bodies with shapes
+  std::vector<S> inverse_mass_, damping_ratio_; // a body; a pair law
+  std::vector<Memory> memory_, next_memory_;   // sorted by key
+  std::vector<Episode> episodes_, next_episodes_;
+  std::vector<Event> events_;
+  // Room for one evaluation.
+  std::unique_ptr<BroadPhase<double>> broad_;  // in double whatever S is: boxes grown by what narrowing can lose
+  mutable std::vector<BroadItem<double>> items_;
+  mutable std::vector<BodyPair> near_;
+  mutable std::vector<Placement<S>> places_;
+  mutable std::vector<Manifold<S>> manifolds_;
+  mutable std::vector<Point> points_;
+};
+
+}  // namespace atwood
