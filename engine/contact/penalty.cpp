@@ -11,7 +11,9 @@ namespace {
 
 Outcome unsupported(const std::string& reason) { return {Status::unsupported, reason, 0, 0, {}}; }
 
-// x'' = -w^2 x - 2 z w x' by equal steps: after as many as matter, is it still of the size it began with?
+// x'' = -w^2 x - 2 z w x' by equal steps: after as many as matter, is it still of the size it began with? (Multistep methods have
+// no amplification of one step; all methods have this.) A motion damped to nothing, where implicit equations end in round-off,
+// is stable.
 bool stable(const MethodId& scheme, double w, double z, double h_s) {
   Scene scene;
   scene.materials.push_back({"plain", 0, 0, 0});
@@ -24,14 +26,17 @@ bool stable(const MethodId& scheme, double w, double z, double h_s) {
   scene.forces.push_back(Spring{{0}, {0, 0, 0}, w * w, 2 * z * w, 0, {}});
   constexpr std::int64_t steps = 400;
   double size = 0;
+  int seen = 0;
   Observer observer;
   observer.sample = [&](const Sample& sample) {
     const BodySample& at = sample.bodies[0];
+    ++seen;
     for (int k = 0; k < 2; ++k)
       size = std::fmax(size, std::fmax(std::fabs(static_cast<double>(at.p_m[k])), std::fabs(static_cast<double>(at.v_m_per_s[k])) / w));
   };
-  const Outcome outcome = run_smooth<double>(scheme, scene, {h_s * steps, steps, 1}, observer, 0);
-  return outcome.status == Status::ok && size < 100;
+  const Outcome outcome = run_smooth<double>(scheme, scene, {h_s * steps, steps, steps}, observer, 0);
+  const bool through = outcome.status == Status::ok || seen > 20;
+  return outcome.status == Status::unsupported || (through && size < 100);
 }
 
 // The longest stable step, to a part in a thousand; infinite for methods that are stable at any.
@@ -76,12 +81,12 @@ template <class S> Outcome run_in(const MethodId& id, const Scene& scene, const 
   const auto stiffest = force->stiffest();
   if (!(stiffest.angular_frequency_rad_per_s > 0))
     return unsupported("nothing in the scene moves or falls, so no stiffness follows from it: +penalty{impact_speed_m_per_s=...}");
-  if (!id.rtol && plan.steps > 0) {
+  Simulation<S> simulation = prepare<S>(integrator_part(id), scene, std::move(force), "contact forces");
+  if (simulation.outcome.status == Status::ok && !id.rtol && plan.steps > 0) {
     const double h_s = plan.t_end_s / static_cast<double>(plan.steps);
     const std::string fault = too_long_a_step(id, stiffest.angular_frequency_rad_per_s, stiffest.damping_ratio, h_s);
     if (!fault.empty()) return unsupported(fault);
   }
-  Simulation<S> simulation = prepare<S>(integrator_part(id), scene, std::move(force), "contact forces");
   return run_prepared(simulation, integrator_part(id), plan, observer, repeats);
 }
 
