@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "dynamics/contacts.hpp"
+#include "geometry/geometry.hpp"
 #include "validation/metrics/measurements.hpp"
 
 namespace atwood::metrics {
@@ -64,24 +65,29 @@ class Overlaps {
     std::ranges::sort(balls_, {}, [](const Ball& ball) { return ball.center[0] - ball.radius; });
     y_ = dynamics::pack<Wide>(scene_, sample);
     for (std::size_t i = 0; i < balls_.size(); ++i) {
-      for (const Ball& plane : planes_) look(balls_[i].body, plane.body, visit);
-      for (std::size_t j = i + 1; j < balls_.size() && balls_[j].center[0] - balls_[j].radius <= balls_[i].center[0] + balls_[i].radius; ++j) {
+      for (const Ball& plane : planes_) look(sample, balls_[i].body, plane.body, visit);
+      const double right = balls_[i].center[0] + balls_[i].radius;
+      for (std::size_t j = i + 1; j < balls_.size() && balls_[j].center[0] - balls_[j].radius <= right; ++j) {
         const Real3 &a = balls_[i].center, &b = balls_[j].center;
-        if (length({a[0] - b[0], a[1] - b[1], a[2] - b[2]}) <= balls_[i].radius + balls_[j].radius) look(balls_[i].body, balls_[j].body, visit);
+        const double apart = length({a[0] - b[0], a[1] - b[1], a[2] - b[2]});
+        if (apart <= balls_[i].radius + balls_[j].radius) look(sample, balls_[i].body, balls_[j].body, visit);
       }
     }
   }
   bool seen_all() const { return seen_all_; }  // no pair of shapes came near that has no exact gap
 
  private:
-  template <class Visit> void look(int first, int second, const Visit& visit) {
+  template <class Visit> void look(const Sample& sample, int first, int second, const Visit& visit) {
     const dynamics::ContactPair pair{std::min(first, second), std::max(first, second), 0, 0};
     if (scene_.bodies[pair.a].fixed && scene_.bodies[pair.b].fixed) return;
-    if (!dynamics::has_gap(scene_, pair)) {
+    double depth = 0;
+    if (dynamics::has_gap(scene_, pair)) {
+      depth = -static_cast<double>(dynamics::gap(scene_, layout_, pair, y_.data()).gap_m);
+    } else if (geometry::no_separation(scene_.bodies[pair.a].shape, scene_.bodies[pair.b].shape).empty()) {
+      depth = -static_cast<double>(geometry::separation_between(scene_, sample, pair.a, pair.b).gap_m);
+    } else {
       seen_all_ = false;
-      return;
     }
-    const double depth = -static_cast<double>(dynamics::gap(scene_, layout_, pair, y_.data()).gap_m);
     if (depth > 0) visit(pair.a, pair.b, depth);
   }
 

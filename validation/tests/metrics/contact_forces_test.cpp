@@ -138,6 +138,26 @@ TEST_CASE("overlap: in a heap the near pairs are found, and only they") {
   CHECK(value_of(measure(s, {}, run), "penetration-max") == Approx(0.02));
 }
 
+TEST_CASE("overlap of boxes, tilted and on a plane") {
+  Scenario s = sliding();
+  s.samples = 1;
+  s.scene.bodies[1].shape = Box{{0.5, 0.5, 0.5}};
+  s.scene.bodies.push_back(s.scene.bodies[1]);
+  s.scene.bodies[2].name = "upper";
+  Recording run;
+  run.values.resize(2);
+  for (Sample& sample : run.values) {
+    sample.bodies.resize(3);
+    sample.bodies[1].p_m = {0, 0, 0.5};
+    sample.bodies[2].p_m = {0.2, 0, 0.5 + 0.5 + std::sqrt(0.5) - 0.01};  // on its edge, turned by 45 degrees about y
+    sample.bodies[2].q_wxyz = {Wide(std::cos(M_PI / 8)), 0, Wide(std::sin(M_PI / 8)), 0};
+  }
+  CHECK(value_of(measure(s, {}, run), "penetration-max") == Approx(0.01));
+  CHECK(value_of(measure(s, {}, run), "penetration-relative") == Approx(0.02));
+  run.values[1].bodies[1].p_m[2] -= 0.05;
+  CHECK(value_of(measure(s, {}, run), "penetration-max") == Approx(0.05));
+}
+
 TEST_CASE("impacts: place and impulses beside the truth's") {
   const Scenario s = sliding();
   Event hit;
