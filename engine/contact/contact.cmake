@@ -1,6 +1,7 @@
 target_sources(atwood_engine PRIVATE
   collision/box_axes.cpp
   collision/box_closest.cpp
+  collision/box_edges_test.cpp
   collision/box_faces.cpp
   collision/box_pairs.cpp
   collision/broad_bsp.cpp

@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <rapidcheck.h>
 
+#include "collision/box_edges_test.hpp"
 #include "collision/query.hpp"
 #include "posed_shapes.hpp"
 
@@ -163,4 +164,20 @@ TEST_CASE("a scene's contacts: each pair once, fixed pairs left out, touching co
   CHECK(static_cast<double>(touches.touches[2].toi_s) == Approx(4).epsilon(1e-12));  // 8 m to fall at 2 m/s
   CHECK(find_pair_gap(scene, 2, 4).gap_m > Wide(9));
   CHECK_THROWS_AS(find_pair_gap(scene, 0, 1), std::invalid_argument);
+}
+
+TEST_CASE("edges against faces: a hit where they cross, not the way out; blind to containment") {
+  Scene scene;
+  scene.bodies = {body("a", Box{{1, 1, 1}}, {}), body("b", Box{{1, 1, 1}}, {1.5, 0.5, 0.25})};
+  const ContactAnswer crossing = find_contacts_by_box_edges(scene, {});
+  CHECK(!crossing.contacts.empty());
+  for (const auto& c : crossing.contacts) CHECK(c.depth_m >= Wide(0.5));  // the least way out, along x
+  const auto blind = [&scene](const Shape& shape, const Real3& at) {
+    scene.bodies[1] = body("b", shape, at);
+    return find_contacts_by_box_edges(scene, {}).contacts.empty() && !find_scene_contacts(scene, {}).contacts.empty();
+  };
+  CHECK(blind(Box{{0.5, 0.5, 0.5}}, {0.25, 0, 0}));
+  CHECK(blind(Box{{0.5, 0.5, 0.5}}, {0.25, 0, 0.5}));  // even flush with a face from within
+  scene.bodies[1].shape = Sphere{1};
+  CHECK(find_contacts_by_box_edges(scene, {}).outcome.status == Status::unsupported);
 }
