@@ -17,6 +17,7 @@ namespace atwood::bullet {
 namespace {
 
 using rivals::operator*;
+using rivals::operator+;
 using rivals::Motion;
 using rivals::Wrench;
 
@@ -92,23 +93,23 @@ class BulletWorld : public rivals::World {
     insert(i);
   }
 
+  // m_normalWorldOnB points from the manifold's second body to its first; friction's impulses act on the first, along the
+  // lateral directions. Friction is held to a load of the iteration before, so a point may carry friction and no load.
   std::vector<Touch> touches() const override {
     std::vector<Touch> all;
     for (int m = 0; m < dispatcher_.getNumManifolds(); ++m) {
       const btPersistentManifold* manifold = const_cast<btCollisionDispatcher&>(dispatcher_).getManifoldByIndexInternal(m);
       const int first = manifold->getBody0()->getUserIndex(), second = manifold->getBody1()->getUserIndex();
-      Touch touch{std::min(first, second), std::max(first, second), {}, {}, 0, 0};
+      const double to_b = first < second ? -1.0 : 1.0;
       for (int k = 0; k < manifold->getNumContacts(); ++k) {
         const btManifoldPoint& point = manifold->getContactPoint(k);
-        if (!(point.getAppliedImpulse() > 0)) continue;
-        const btScalar t1 = point.m_appliedImpulseLateral1, t2 = point.m_appliedImpulseLateral2;
-        touch.impulse_n_N_s += point.getAppliedImpulse();
-        touch.impulse_t_N_s += std::sqrt(double(t1) * t1 + double(t2) * t2);
-        touch.x_m = widen(point.getPositionWorldOnB());
-        // m_normalWorldOnB points from the manifold's second body to its first.
-        touch.normal = (first < second ? -1.0 : 1.0) * widen(point.m_normalWorldOnB);
+        if (point.getDistance() > manifold->getContactProcessingThreshold()) continue;  // holds an earlier step's impulses
+        const Real3 lateral = double(point.m_appliedImpulseLateral1) * widen(point.m_lateralFrictionDir1) +
+                              double(point.m_appliedImpulseLateral2) * widen(point.m_lateralFrictionDir2);
+        if (point.getAppliedImpulse() == 0 && rivals::length(lateral) == 0) continue;
+        all.push_back({std::min(first, second), std::max(first, second), widen(point.getPositionWorldOnB()),
+                       to_b * widen(point.m_normalWorldOnB), point.getDistance(), point.getAppliedImpulse(), to_b * lateral});
       }
-      if (touch.impulse_n_N_s > 0) all.push_back(touch);
     }
     return all;
   }
@@ -310,6 +311,26 @@ void check_settings(const Settings& settings) {
   if (rivals::count(settings, "friction_directions", 1) > 2) {
     throw std::invalid_argument("setting `friction_directions` is 1 or 2");
   }
+}
+
+namespace {
+
+bool translated(const Shape& shape) {
+  return !std::holds_alternative<Rectangle>(shape) && !std::holds_alternative<Convex>(shape) &&
+         !std::holds_alternative<Mesh>(shape) && !std::holds_alternative<Compound>(shape);
+}
+
+}  // namespace
+
+std::string refusal(const std::string& engine, const Scene& scene) {
+  for (const auto& law : rivals::laws_in_play(scene)) {
+    if (law.rolling_friction_m != 0) return engine + "'s adapter has no rolling friction";
+  }
+  for (const auto& body : scene.bodies) {
+    if (!rivals::shapes_matter(scene) || translated(body.shape)) continue;
+    return engine + "'s adapter has no translation of the shape " + rivals::shape_name(body.shape) + " of `" + body.name + "`";
+  }
+  return "";
 }
 
 std::unique_ptr<rivals::World> make_world(const Scene& scene, const Settings& settings, bool) {

@@ -21,6 +21,9 @@ std::set<std::string> fixed_settings();
 // Throws std::invalid_argument on a value out of range.
 void check_settings(const Settings& settings);
 
+// What Bullet can't hold beyond what every adapter refuses; empty when it can.
+std::string refusal(const std::string& engine, const Scene& scene);
+
 std::unique_ptr<rivals::World> make_world(const Scene& scene, const Settings& settings, bool observe);
 
 }  // namespace atwood::bullet

@@ -60,6 +60,11 @@ dMass mass_of(const Body& body) {
   return mass;
 }
 
+bool translated(const Shape& shape) {
+  return !std::holds_alternative<Rectangle>(shape) && !std::holds_alternative<Convex>(shape) &&
+         !std::holds_alternative<Mesh>(shape) && !std::holds_alternative<Compound>(shape);
+}
+
 class OdeWorld : public rivals::World {
  public:
   OdeWorld(const Scene& scene, const Settings& settings, bool observe) : scene_(scene), observe_(observe) {
@@ -130,20 +135,17 @@ class OdeWorld : public rivals::World {
     set_velocity(i);
   }
 
+  // dJointFeedback's f1 is the force on the joint's first body, into which the contact's normal points.
   std::vector<Touch> touches() const override {
     std::vector<Touch> all;
     for (std::size_t k = 0; k < met_.size(); ++k) {
       const Met& met = met_[k];
-      const int a = std::min(met.first, met.second), b = std::max(met.first, met.second);
-      const Real3 force = real3(feedback_[k].f1);  // on the joint's first body; only its size is used
-      const double normal = std::abs(rivals::dot(force, met.normal));
-      if (!(normal > 0)) continue;
-      const double tangential = std::sqrt(std::max(0.0, rivals::dot(force, force) - normal * normal));
-      auto same = std::find_if(all.begin(), all.end(), [&](const Touch& t) { return t.body_a == a && t.body_b == b; });
-      if (same == all.end()) same = all.insert(all.end(), Touch{a, b, met.x_m, {}, 0, 0});
-      same->normal = (met.first < met.second ? -1.0 : 1.0) * met.normal;
-      same->impulse_n_N_s += normal * h_s_;
-      same->impulse_t_N_s += tangential * h_s_;
+      const double to_b = met.first < met.second ? -1.0 : 1.0;
+      const Real3 force = to_b * real3(feedback_[k].f1), normal = to_b * met.normal;
+      const double along = rivals::dot(force, normal);
+      if (!(along > 0)) continue;
+      all.push_back({std::min(met.first, met.second), std::max(met.first, met.second), met.x_m, normal, -met.depth_m,
+                     along * h_s_, h_s_ * (force - along * normal)});
     }
     return all;
   }
@@ -152,6 +154,7 @@ class OdeWorld : public rivals::World {
   struct Met {
     int first = 0, second = 0;  // the normal points into `first`
     Real3 x_m{}, normal{};
+    double depth_m = 0;
     dJointID joint = nullptr;
   };
 
@@ -240,7 +243,7 @@ class OdeWorld : public rivals::World {
       if (along_slip_) align(contact, first, second);
       const dJointID joint = dJointCreateContact(world_, contacts_, &contact);
       dJointAttach(joint, bodies_[first], bodies_[second]);
-      met_.push_back({first, second, real3(found[k].pos), real3(found[k].normal), joint});
+      met_.push_back({first, second, real3(found[k].pos), real3(found[k].normal), found[k].depth, joint});
     }
   }
 
@@ -322,10 +325,17 @@ void check_settings(const Settings& settings) {
 }
 
 std::string refusal(const Scene& scene) {
+  for (const auto& law : rivals::laws_in_play(scene)) {
+    if (law.rolling_friction_m != 0) return "ode's adapter has no rolling friction";
+  }
   if (!dCheckConfiguration("ODE_double_precision")) return "the installed ODE is not the double precision build";
   const auto shaped = std::count_if(scene.bodies.begin(), scene.bodies.end(), rivals::has_shape);
   int cylinders = 0, capsules = 0;
   for (const auto& body : scene.bodies) {
+    if (shaped > 1 && !translated(body.shape)) {
+      return std::string("ode's adapter has no translation of the shape ") + rivals::shape_name(body.shape) + " of `" +
+             body.name + "`";
+    }
     if (!body.fixed && rotates(body)) {
       const dMass mass = mass_of(body);
       if (!dMassCheck(&mass)) return "ODE needs an inertia that is positive definite: `" + body.name + "`";

@@ -13,12 +13,6 @@ constexpr const char* kShapeNames[] = {"none",     "sphere", "plane", "rectangle
                                        "cylinder", "convex", "mesh",  "compound"};
 static_assert(std::size(kShapeNames) == std::variant_size_v<Shape>);
 
-bool translated(const Shape& shape) {
-  return std::holds_alternative<std::monostate>(shape) || std::holds_alternative<Sphere>(shape) ||
-         std::holds_alternative<Plane>(shape) || std::holds_alternative<Box>(shape) ||
-         std::holds_alternative<Capsule>(shape) || std::holds_alternative<Cylinder>(shape);
-}
-
 const char* type_name(const SettingValue& value) {
   static constexpr const char* kNames[] = {"true or false", "a whole number", "a number", "a word"};
   return kNames[value.index()];
@@ -44,19 +38,37 @@ std::string refusal(const std::string& engine, const MethodId& id, const std::st
   if (!scene.problem.empty()) return engine + " moves bodies: it can't integrate the bare equations `" + scene.problem + "`";
   if (const auto reason = uncovered_force(scene); !reason.empty()) return engine + "'s adapter has " + reason;
 
-  const auto shaped = std::count_if(scene.bodies.begin(), scene.bodies.end(), has_shape);
+  const bool matter = shapes_matter(scene);
   for (const auto& body : scene.bodies) {
-    if (!body.fixed && !(body.mass_kg > 0)) return engine + " can't move `" + body.name + "`, which has no mass";
-    if (!has_shape(body) || shaped < 2) continue;
-    if (!translated(body.shape)) {
-      return engine + "'s adapter has no translation of the shape " + shape_name(body.shape) + " of `" + body.name + "`";
-    }
-    if (!body.fixed && std::holds_alternative<Plane>(body.shape)) return engine + " has no moving plane (`" + body.name + "`)";
+    if (body.fixed) continue;
+    if (!(body.mass_kg > 0)) return engine + " can't move `" + body.name + "`, which has no mass";
+    if (matter && std::holds_alternative<Plane>(body.shape)) return engine + " has no moving plane (`" + body.name + "`)";
   }
-  for (const auto& law : scene.pairs) {
-    if (law.rolling_friction_m != 0 && shaped > 1) return engine + "'s adapter has no rolling friction";
+  for (const auto& law : laws_in_play(scene)) {
+    if (law.contact_law != ContactLaw::rigid) return engine + "'s adapter has no contact of a given stiffness";
   }
   return "";
+}
+
+bool shapes_matter(const Scene& scene) {
+  const auto shaped = std::count_if(scene.bodies.begin(), scene.bodies.end(), has_shape);
+  const auto moves = [](const Body& body) { return has_shape(body) && !body.fixed; };
+  return shaped > 1 && std::any_of(scene.bodies.begin(), scene.bodies.end(), moves);
+}
+
+std::vector<PairLaw> laws_in_play(const Scene& scene) {
+  std::vector<std::int64_t> moving(scene.materials.size()), fixed(scene.materials.size());
+  for (const auto& body : scene.bodies) {
+    if (has_shape(body)) ++(body.fixed ? fixed : moving)[static_cast<std::size_t>(body.material)];
+  }
+  std::vector<PairLaw> laws;
+  for (const auto& law : scene.pairs) {
+    const auto a = static_cast<std::size_t>(law.a), b = static_cast<std::size_t>(law.b);
+    const bool meet = a == b ? moving[a] > 1 || (moving[a] > 0 && fixed[a] > 0)
+                             : (moving[a] > 0 && moving[b] + fixed[b] > 0) || (fixed[a] > 0 && moving[b] > 0);
+    if (meet) laws.push_back(law);
+  }
+  return laws;
 }
 
 Settings with_overrides(const Settings& preset, const Settings& overrides, const std::set<std::string>& fixed) {

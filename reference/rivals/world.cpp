@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <map>
 #include <optional>
 
 #include "rivals/vector.hpp"
@@ -42,6 +43,8 @@ class Stepper {
       after(t_s);
     }
   }
+
+  double inner_h_s() const { return inner_h_s_; }
 
   // Fixed and held bodies stand as the scene says, whatever an engine stores for them.
   Motion motion(int i) const {
@@ -92,6 +95,25 @@ std::optional<std::string> not_finite(const Scene& scene, const Stepper& stepper
   return std::nullopt;
 }
 
+// Of body b against body a at the contact point, as the bodies move now.
+Real3 relative_velocity(const World::Touch& touch, const Motion& a, const Motion& b) {
+  const auto velocity = [&](const Motion& m) { return m.v_WB + cross(to_world(m.q_WB, m.w_WB_B), touch.x_m - m.p_WB); };
+  return velocity(b) - velocity(a);
+}
+
+// The contacts of the last inner step: forces are its mean; the gap, found at its beginning, goes on with the velocity that the
+// step ended with, as semi-implicit engines move their bodies.
+std::vector<ContactSample> contacts_of(const World& world, const Stepper& stepper) {
+  std::vector<ContactSample> contacts;
+  const double h_s = stepper.inner_h_s();
+  for (const auto& touch : world.touches()) {
+    const Real3 u = relative_velocity(touch, stepper.motion(touch.body_a), stepper.motion(touch.body_b));
+    contacts.push_back({touch.body_a, touch.body_b, touch.x_m, touch.normal, touch.gap_m + h_s * dot(u, touch.normal),
+                        touch.impulse_n_N_s / h_s, (1 / h_s) * touch.impulse_t_N_s});
+  }
+  return contacts;
+}
+
 Sample sample_of(const Scene& scene, const Stepper& stepper, Wide t_s) {
   Sample sample;
   sample.t_s = t_s;
@@ -117,47 +139,53 @@ class ImpactLog {
   bool wanted() const { return static_cast<bool>(observer_.event); }
   void before(const Stepper& stepper) { before_ = motions(stepper); }
   void after(double t_s, const World& world, const Stepper& stepper) {
-    const auto touches = world.touches();
-    std::set<std::pair<int, int>> touching;
-    for (const auto& touch : touches) {
-      const auto pair = std::pair(touch.body_a, touch.body_b);
-      touching.insert(pair);
+    std::map<std::pair<int, int>, Met> touching;
+    for (const auto& touch : world.touches()) {
+      if (touch.impulse_n_N_s > 0) touching[{touch.body_a, touch.body_b}].take(touch);
+    }
+    for (const auto& [pair, met] : touching) {
       if (last_.count(pair)) continue;
       Event event;
       event.t_s = t_s;
-      event.body_a = touch.body_a;
-      event.body_b = touch.body_b;
+      event.body_a = pair.first;
+      event.body_b = pair.second;
       for (int k = 0; k < 3; ++k) {
-        event.x_m[k] = touch.x_m[k];
-        event.normal[k] = touch.normal[k];
+        event.x_m[k] = met.touch.x_m[k];
+        event.normal[k] = met.touch.normal[k];
       }
-      event.impulse_n_N_s = touch.impulse_n_N_s;
-      event.impulse_t_N_s = touch.impulse_t_N_s;
-      event.vn_before_m_per_s = normal_speed(touch, before_);
-      event.vn_after_m_per_s = normal_speed(touch, motions(stepper));
+      event.impulse_n_N_s = met.impulse_n_N_s;
+      event.impulse_t_N_s = met.impulse_t_N_s;
+      event.vn_before_m_per_s = normal_speed(met.touch, before_[pair.first], before_[pair.second]);
+      event.vn_after_m_per_s = normal_speed(met.touch, stepper.motion(pair.first), stepper.motion(pair.second));
       observer_.event(event);
     }
-    last_ = touching;
+    last_ = std::move(touching);
   }
 
  private:
+  // A pair's points: the one that carries most stands for them.
+  struct Met {
+    World::Touch touch;
+    double impulse_n_N_s = 0, impulse_t_N_s = 0;
+    void take(const World::Touch& point) {
+      if (point.impulse_n_N_s > touch.impulse_n_N_s) touch = point;
+      impulse_n_N_s += point.impulse_n_N_s;
+      impulse_t_N_s += length(point.impulse_t_N_s);
+    }
+  };
   std::vector<Motion> motions(const Stepper& stepper) const {
     std::vector<Motion> all;
     for (std::size_t i = 0; i < scene_.bodies.size(); ++i) all.push_back(stepper.motion(static_cast<int>(i)));
     return all;
   }
-  static double normal_speed(const World::Touch& touch, const std::vector<Motion>& motions) {
-    const auto velocity = [&](int i) {
-      const Motion& m = motions[i];
-      return m.v_WB + cross(to_world(m.q_WB, m.w_WB_B), touch.x_m - m.p_WB);
-    };
-    return dot(velocity(touch.body_b) - velocity(touch.body_a), touch.normal);
+  static double normal_speed(const World::Touch& touch, const Motion& a, const Motion& b) {
+    return dot(relative_velocity(touch, a, b), touch.normal);
   }
 
   const Scene& scene_;
   const Observer& observer_;
   std::vector<Motion> before_;
-  std::set<std::pair<int, int>> last_;
+  std::map<std::pair<int, int>, Met> last_;
 };
 
 Outcome accuracy_pass(const WorldMaker& make, const Scene& scene, const Plan& plan, const Observer& observer,
@@ -182,7 +210,10 @@ Outcome accuracy_pass(const WorldMaker& make, const Scene& scene, const Plan& pl
       return outcome;
     }
     const Wide t_s = Wide(plan.t_end_s) * Wide((n + 1) / stride) / Wide(samples);
-    if (observer.sample) observer.sample(sample_of(scene, stepper, t_s));
+    if (!observer.sample) continue;
+    Sample sample = sample_of(scene, stepper, t_s);
+    sample.contacts = contacts_of(*world, stepper);
+    observer.sample(sample);
   }
   return outcome;
 }

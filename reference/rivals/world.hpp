@@ -21,11 +21,14 @@ class World {
   virtual Motion motion(int body) const = 0;  // engine state, widened without loss
   virtual void release(int body) = 0;         // a held body starts to move with its scene velocity
 
-  // Contacts that carried an impulse in the last step: one entry a pair of bodies, a < b.
+  // Contacts that carried an impulse in the last step, point by point, a < b. Engines find them at the step's beginning, and
+  // there x_m, normal and gap_m hold; run_world brings the gap to the step's end, where samples are taken.
   struct Touch {
     int body_a = 0, body_b = 0;
-    Real3 x_m{}, normal{};  // normal from a to b
-    double impulse_n_N_s = 0, impulse_t_N_s = 0;
+    Real3 x_m{}, normal{};     // unit, from a to b
+    double gap_m = 0;          // negative: overlap
+    double impulse_n_N_s = 0;  // on b along the normal
+    Real3 impulse_t_N_s{};     // friction's, on b, world axes
   };
   virtual std::vector<Touch> touches() const = 0;
 };
@@ -33,14 +36,20 @@ class World {
 // Builds a world; called once a run and once a repeat. `observe` asks it to keep what touches() needs.
 using WorldMaker = std::function<std::unique_ptr<World>(const Scene&, bool observe)>;
 
-// Runs the scene: an accuracy pass that observes and is not timed, or (repeats > 0) a timed pass that only steps.
+// Runs the scene: an accuracy pass that observes and is not timed, or (repeats > 0) a timed pass that only steps, or (the
+// observer has a profile) one that reads the clock every step.
 // `substeps` inner steps make one step; forces are evaluated once an inner step.
 Outcome run_world(const WorldMaker& make, const Scene& scene, const Plan& plan, const Observer& observer, int repeats,
                   std::int64_t substeps);
 
-// What every adapter refuses, with `engine` named; empty when the scene can run. Shapes that can't touch anything are
-// no obstacle.
+// What every adapter refuses, with `engine` named; empty when the scene can run.
 std::string refusal(const std::string& engine, const MethodId& id, const std::string& scalar, const Scene& scene);
+
+// Shapes matter where two bodies have one, not both fixed; elsewhere they can't touch anything and are no obstacle.
+bool shapes_matter(const Scene& scene);
+
+// The laws of pairs of materials that can meet: of two shaped bodies, not both fixed.
+std::vector<PairLaw> laws_in_play(const Scene& scene);
 
 // The preset with a method's overrides applied; integers become doubles where the preset has a double. Throws
 // std::invalid_argument that names an unknown setting, or a fixed one, or one of the wrong type, and lists the known.

@@ -33,6 +33,20 @@ std::string environment_or(const char* name, const std::string& otherwise) {
   return value && *value ? value : otherwise;
 }
 
+// Engines that the default set-up does without: found when configuring, or not built.
+struct OptionalEngine { const char *name, *library, *packages; };
+constexpr OptionalEngine optional_engines[] = {{"mujoco", "MuJoCo", "libmujoco-dev"}};
+
+// What to do about an optional engine whose executable is not there.
+void explain_missing(Worker& worker) {
+  if (fs::exists(worker.path)) return;
+  for (const auto& engine : optional_engines) {
+    if (fs::path(worker.path).filename() != fmt::format("atwood-{}", engine.name)) continue;
+    worker.reason = fmt::format("{} was not there when this was built; `ATWOOD_ENGINES={} ./atwood run` installs it ({}) and builds "
+                                "its worker", engine.library, engine.name, engine.packages);
+  }
+}
+
 }  // namespace
 
 Place find_place() {
@@ -86,8 +100,13 @@ std::vector<Worker> start_workers(const Place& place, const std::vector<std::str
   for (const char* name : {"engine", "cvode", "bullet64", "bullet32", "ode", "arkode", "ida", "odeint"}) {
     paths.push_back(fmt::format("{}/atwood-{}", place.bin_dir, name));
   }
+  for (const auto& engine : optional_engines) paths.push_back(fmt::format("{}/atwood-{}", place.bin_dir, engine.name));
   for (const auto& path : extra) paths.push_back(path);
-  return find_workers(paths);
+  std::vector<Worker> workers = find_workers(paths);
+  for (auto& worker : workers) {
+    if (worker.status == Status::not_built) explain_missing(worker);
+  }
+  return workers;
 }
 
 std::vector<Worker> require_workers(const Place& place, const Options& options) {

@@ -4,6 +4,7 @@ import io
 import json
 import os
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -92,6 +93,46 @@ class Inspecting(Case):
                       ["run", *SMALL[:-3], "--steps", "7"], ["run", *SMALL, "-o", "pdf:x"], ["run", "no-such-study.toml"], ["run", "no-such-study"],
                       ["run", "--engine", "/no/such/engine"], ["trace", "kepler-e0.6", "--method", "nobody/rk4"]):
             self.expect(self.run_in(*words), 2)
+
+
+class OptionalEngines(Case):
+    """A build without them: the programs of this one, without those executables."""
+    ENGINES = ["mujoco"]
+
+    def setUp(self):
+        super().setUp()
+        bin_dir = os.path.dirname(ATWOOD)
+        shutil.copy(ATWOOD, self.path("atwood"))  # finds its workers beside itself
+        for name in os.listdir(bin_dir):
+            if name != "atwood" and name.removeprefix("atwood-") not in self.ENGINES:
+                os.symlink(os.path.join(bin_dir, name), self.path(name))
+
+    def run_without(self, *words):
+        return subprocess.run([self.path("atwood"), *words], cwd=self.here, text=True, capture_output=True, timeout=300)
+
+    def test_what_is_not_there_says_how_to_get_it(self):
+        for engine in self.ENGINES:
+            how = f"ATWOOD_ENGINES={engine} ./atwood run"
+            self.expect(self.run_without("doctor"), 0, f"atwood-{engine}", "not built", how)
+            self.expect(self.run_without("list", "methods"), 0, f"atwood-{engine}: not built", how)
+            for method in (f"{engine}/default", f"{engine}/*"):
+                result = self.run_without("run", "--scenario", "ballistic", "--method", method, "--steps", "120", "--no-timing",
+                                          "--out", self.path("out"), "-o", "csv:" + self.path("rows.csv"))
+                with open(self.path("rows.csv")) as file:
+                    rows = list(csv.DictReader(file))
+                self.assertTrue(rows, result.stdout + result.stderr)
+                for row in rows:
+                    self.assertEqual(row["status"], "not built")
+                    self.assertIn(how, row["reason"])
+
+
+class Wrapper(unittest.TestCase):
+    def test_an_unknown_engine_is_refused(self):
+        result = subprocess.run([os.path.join(ROOT, "atwood"), "doctor"], text=True, capture_output=True, timeout=60,
+                                env={**os.environ, "ATWOOD_ENGINES": "mujoco,havok"})
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("havok", result.stderr)
+        self.assertIn("mujoco,dart,simbody", result.stderr)
 
 
 class Comparing(Case):

@@ -34,6 +34,7 @@ Scene sliding(double friction, const Real3& v) {
 
 TEST_CASE("tuned beats default at least tenfold on bouncing, in Bullet; ODE stays within its step") {
   const Engine engine = engine_under_test();
+  if (!bounces(engine)) return;
   const double plain = worst_bounce(engine, "default"), tuned = worst_bounce(engine, "tuned");
   INFO("worst of five apexes, default " << plain << ", tuned " << tuned);
   if (is_bullet(engine)) {
@@ -48,6 +49,7 @@ TEST_CASE("tuned beats default at least tenfold on bouncing, in Bullet; ODE stay
 
 TEST_CASE("restitution is the pair's, not a product of the bodies'") {
   const Engine engine = engine_under_test();
+  if (!bounces(engine)) return;
   for (const double e : {0.0, 0.6, 1.0}) {
     for (const double m2_kg : {1.0, 3.0}) {
       const Run result = run(engine, method(engine, "tuned"), with_pair_law(head_on(0, 1, m2_kg), e, 0), Plan{2, 480, 48});
@@ -69,13 +71,13 @@ TEST_CASE("restitution is the pair's, not a product of the bodies'") {
 
 TEST_CASE("the order of the bodies in the scene doesn't matter to the event's normal") {
   const Engine engine = engine_under_test();
-  Scene scene = head_on(0.5, 1, 3);
+  Scene scene = head_on(bounces(engine) ? 0.5 : 0, 1, 3);
   std::swap(scene.bodies[0], scene.bodies[1]);
   const Run result = run(engine, method(engine, "tuned"), scene, Plan{2, 480, 48});
   REQUIRE(result.events.size() == 1);
   CHECK(static_cast<double>(result.events[0].normal[0]) == Approx(-1));
   CHECK(static_cast<double>(result.events[0].vn_before_m_per_s) < 0);
-  CHECK(static_cast<double>(result.events[0].vn_after_m_per_s) > 0);
+  if (bounces(engine)) CHECK(static_cast<double>(result.events[0].vn_after_m_per_s) > 0);
 }
 
 TEST_CASE("friction is the pair's, not a product of the bodies'") {
@@ -95,7 +97,7 @@ TEST_CASE("friction is the pair's, not a product of the bodies'") {
 
 TEST_CASE("a smooth pair passes no spin on") {
   const Engine engine = engine_under_test();
-  Scene scene = with_pair_law(bounce(0, 0.3), 0.8, 0);
+  Scene scene = with_pair_law(bounce(0, 0.3), bounces(engine) ? 0.8 : 0, 0);
   scene.bodies[1].velocity_m_per_s = {1, 0, 0};
   const Run result = run(engine, method(engine, "tuned"), scene, Plan{1, 240, 24});
   CHECK(result.v(1, 0) == Approx(1).epsilon(1e-6));
@@ -105,6 +107,7 @@ TEST_CASE("a smooth pair passes no spin on") {
 TEST_CASE("an oblique impact follows the line of centres") {
   // Equal spheres, offset half a radius sum: n = (cos 30, sin 30) at touch. Only the normal parts are exchanged.
   const Engine engine = engine_under_test();
+  if (!bounces(engine)) return;
   Scene scene = head_on(0, 1, 1);
   scene.pairs[0].restitution = 1;
   scene.bodies[0].position_m = {-0.5, 0, 0};
@@ -115,6 +118,57 @@ TEST_CASE("an oblique impact follows the line of centres") {
   CHECK(result.v(1, 0) == Approx(0.75).epsilon(5e-3));
   CHECK(result.v(1, 1) == Approx(0.75 * std::tan(std::asin(0.5))).epsilon(5e-3));
   CHECK(result.v(0, 0) == Approx(0.25).epsilon(5e-3));
+}
+
+TEST_CASE("the contacts that samples tell of account for all change of momentum") {
+  // A box dropped flat by a hair slides along x and y at once. Sampled every step, the pushes of the floor on whichever body
+  // comes second in the scene sum up to the change of the box's momentum, and their moments to that of its spin.
+  const Engine engine = engine_under_test();
+  const double mu = 0.3, g = 9.81, m_kg = 2, c = std::sqrt(0.5), t_end_s = 0.25, i_kg_m2 = m_kg * 0.17 / 12;
+  const std::int64_t steps = 240;
+  for (const bool floor_first : {true, false}) {
+    Scene scene = with_pair_law(bounce(0, 0), 0, mu);
+    Body& box = scene.bodies[1];
+    box.shape = Box{{0.2, 0.2, 0.05}};
+    box.mass_kg = m_kg;
+    box.inertia_kg_m2 = {i_kg_m2, 0, 0, 0, i_kg_m2, 0, 0, 0, m_kg * 0.32 / 12};
+    box.position_m = {0, 0, 0.051};
+    box.velocity_m_per_s = {3 * c, 2 * c, 0};
+    if (!floor_first) std::swap(scene.bodies[0], scene.bodies[1]);
+    const int moving = floor_first ? 1 : 0;
+    const Run result = run(engine, method(engine, semi_implicit(engine).back()), scene, Plan{t_end_s, steps, steps});
+    REQUIRE(result.outcome.status == Status::ok);
+    CHECK(result.samples.front().contacts.empty());
+    const double sign = floor_first ? 1 : -1, h_s = t_end_s / steps;
+    Real3 momentum{0, 0, -m_kg * g * t_end_s}, spin{};
+    double friction = 0, load = 0, deepest = 0;
+    for (std::size_t n = 1; n < result.samples.size(); ++n) {
+      for (const auto& contact : result.samples[n].contacts) {
+        CHECK(contact.body_a == 0);
+        CHECK(contact.body_b == 1);
+        CHECK(contact.normal[2] == Approx(sign).epsilon(1e-3));
+        CHECK(contact.force_n_N >= 0);
+        deepest = std::max(deepest, std::abs(contact.gap_m));
+        Real3 f{}, r{};
+        for (int k = 0; k < 3; ++k) {
+          f[k] = sign * (contact.force_n_N * contact.normal[k] + contact.force_t_N[k]);
+          r[k] = contact.x_m[k] - static_cast<double>(result.samples[n - 1].bodies[moving].p_m[k]);
+          momentum[k] += h_s * f[k];
+        }
+        spin[0] += h_s * (r[1] * f[2] - r[2] * f[1]);
+        spin[1] += h_s * (r[2] * f[0] - r[0] * f[2]);
+        friction += std::hypot(contact.force_t_N[0], contact.force_t_N[1]);
+        load += contact.force_n_N;
+      }
+    }
+    const double margin = in_float(engine) ? 1e-4 : 1e-9;
+    const Real3 v0{3 * c, 2 * c, 0};
+    for (int k = 0; k < 3; ++k) CHECK(momentum[k] == Approx(m_kg * (result.v(moving, k) - v0[k])).margin(margin));
+    for (int k = 0; k < 2; ++k) CHECK(spin[k] == Approx(i_kg_m2 * result.w(moving, k)).margin(0.02));
+    CHECK(friction / load == Approx(mu).epsilon(engine.name == "mujoco" ? 0.35 : 0.05));  // a pyramid, off its axes
+    CHECK(deepest < 2e-3);
+    CHECK(deepest > 0);
+  }
 }
 
 TEST_CASE("every shape that can rest on a plane does") {

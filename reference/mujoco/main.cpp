@@ -1,0 +1,4 @@
+#include "mujoco/mujoco.hpp"
+#include "protocol/worker.hpp"
+
+int main() { return atwood::serve(atwood::mujoco_engine()); }

@@ -1,0 +1,237 @@
+#include "mujoco/model.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+#include <iterator>
+#include <stdexcept>
+
+#include "mujoco/pair_laws.hpp"
+#include "rivals/vector.hpp"
+#include "rivals/world.hpp"
+
+namespace atwood::mujoco {
+namespace {
+
+using rivals::operator*;
+
+std::string text(const Real3& v) { return fmt::format("{} {} {}", v[0], v[1], v[2]); }
+std::string text(const Real4& q) { return fmt::format("{} {} {} {}", q[0], q[1], q[2], q[3]); }
+
+// Turns z to a unit vector by the shortest arc; straight down by half a turn about x.
+Real4 from_z_to(const Real3& n) {
+  if (n[2] < -1 + 1e-12) return {0, 1, 0, 0};
+  Real4 q{1 + n[2], -n[1], n[0], 0};
+  const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2]);
+  for (double& x : q) x /= norm;
+  return q;
+}
+
+int dimension(double friction, double rolling_friction_m) { return rolling_friction_m > 0 ? 6 : friction > 0 ? 3 : 1; }
+
+// Sliding; spinning, which the scene's law has not: MuJoCo's floor under every coefficient (1e-5) is what is left; rolling.
+std::string coefficients(double friction, double rolling_friction_m) {
+  return fmt::format("{} 0 {}", friction, rolling_friction_m);
+}
+
+class Writer {
+ public:
+  Writer(const Scene& scene, const Settings& settings, const std::vector<bool>& held)
+      : scene_(scene), settings_(settings), held_(held), order_(precedences(scene)), collide_(rivals::shapes_matter(scene)) {}
+
+  std::string write() {
+    out("<mujoco>\n<compiler angle=\"radian\" inertiafromgeom=\"false\"/>\n");
+    sizes();
+    options();
+    defaults();
+    assets();
+    out("<worldbody>\n");
+    for (std::size_t i = 0; i < scene_.bodies.size(); ++i) body(i);
+    out("</worldbody>\n");
+    if (!order_) pairs();
+    out("</mujoco>\n");
+    return xml_;
+  }
+
+ private:
+  template <class... Args> void out(fmt::format_string<Args...> format, Args&&... args) {
+    fmt::format_to(std::back_inserter(xml_), format, std::forward<Args>(args)...);
+  }
+  double number(const char* name) const { return rivals::number(settings_, name); }
+  std::string word(const char* name) const { return std::get<std::string>(settings_.at(name)); }
+
+  // MuJoCo's own guess at the stack is 5 (rows + velocities)^2 numbers, which overflows its int beyond 20 000; what its
+  // solvers were seen to take is 3 velocities^2 and a few rows of everything.
+  void sizes() {
+    if (!collide_) return;
+    const bool elliptic = word("cone") == "elliptic";
+    int rows = 1;
+    for (const auto& law : rivals::laws_in_play(scene_)) rows = std::max(rows, rows_of(law, elliptic));
+    const std::int64_t contacts = room_for_contacts(scene_, settings_), n = contacts * rows;
+    const auto nv = 6 * static_cast<std::int64_t>(scene_.bodies.size());
+    const std::int64_t guess = 5 * (n + nv) * (n + nv), seen = 5 * nv * nv + 200 * (n + nv) + 1000000;
+    out("<size nconmax=\"{}\" njmax=\"{}\" nstack=\"{}\"/>\n", contacts, n, std::min(std::max<std::int64_t>(guess, 1000), seen));
+  }
+
+  void options() {
+    out("<option gravity=\"{}\" integrator=\"{}\" cone=\"{}\" solver=\"{}\" jacobian=\"{}\" collision=\"{}\" "
+        "iterations=\"{}\" tolerance=\"{}\" noslip_iterations=\"{}\" noslip_tolerance=\"{}\" impratio=\"{}\" "
+        "mpr_iterations=\"{}\" mpr_tolerance=\"{}\">\n",
+        text(scene_.gravity_m_per_s2), word("integrator"), word("cone"), word("solver"), word("jacobian"),
+        order_ ? "all" : "predefined", rivals::count(settings_, "iterations", 1), number("tolerance"),
+        rivals::count(settings_, "noslip_iterations", 0), number("noslip_tolerance"), number("impratio"),
+        rivals::count(settings_, "mpr_iterations", 1), number("mpr_tolerance"));
+    out("<flag warmstart=\"{}\" refsafe=\"{}\" multiccd=\"{}\"/>\n</option>\n", on("warm_start"), on("refsafe"), on("multiccd"));
+  }
+  const char* on(const char* name) const { return rivals::flag(settings_, name) ? "enable" : "disable"; }
+
+  std::string solver_words() const {
+    return fmt::format("solref=\"{} {}\" solimp=\"{} {} {} {} {}\" margin=\"{}\" gap=\"{}\"", number("solref_time_constant_s"),
+                       number("solref_damping_ratio"), number("solimp_least"), number("solimp_most"), number("solimp_width_m"),
+                       number("solimp_midpoint"), number("solimp_power"), number("margin_m"), number("gap_m"));
+  }
+  void defaults() {
+    const std::string words = solver_words();
+    out("<default><geom {}/><pair {}/></default>\n", words, words);
+  }
+
+  void assets() {
+    if (!collide_) return;
+    out("<asset>\n");
+    for (std::size_t i = 0; i < scene_.bodies.size(); ++i) {
+      const auto* convex = std::get_if<Convex>(&scene_.bodies[i].shape);
+      if (!convex) continue;
+      out("<mesh name=\"m{}\" vertex=\"", i);
+      for (const auto& point : convex->points_m) out("{} ", text(point));
+      out("\"/>\n");
+    }
+    out("</asset>\n");
+  }
+
+  void body(std::size_t i) {
+    const Body& b = scene_.bodies[i];
+    const auto* plane = std::get_if<Plane>(&b.shape);
+    Real3 position = b.position_m;
+    Real4 attitude = b.orientation_wxyz;
+    if (plane) {  // in world axes, wherever its body is
+      const double norm = rivals::length(plane->normal);
+      const Real3 n = (1 / norm) * plane->normal;
+      position = (plane->offset_m / norm) * n;
+      attitude = from_z_to(n);
+    }
+    out("<body pos=\"{}\" quat=\"{}\">", text(position), text(attitude));
+    if (!b.fixed && !held_[i]) {
+      if (rotates(b)) {
+        const auto axes = rivals::principal_axes(b.inertia_kg_m2);
+        out("<freejoint/><inertial pos=\"0 0 0\" mass=\"{}\" quat=\"{}\" diaginertia=\"{}\"/>", b.mass_kg, text(axes.q_BP),
+            text(axes.moments_kg_m2));
+      } else {  // never turned: slides don't
+        for (const char* axis : {"1 0 0", "0 1 0", "0 0 1"}) out("<joint type=\"slide\" axis=\"{}\"/>", axis);
+        out("<inertial pos=\"0 0 0\" mass=\"{}\" diaginertia=\"1 1 1\"/>", b.mass_kg);
+      }
+    }
+    if (collide_) geoms(i);
+    out("</body>\n");
+  }
+
+  void geoms(std::size_t i) {
+    const Body& b = scene_.bodies[i];
+    std::string law = fmt::format("name=\"g{}\"", i);
+    if (order_) {
+      const Precedence& m = (*order_)[static_cast<std::size_t>(b.material)];
+      law += fmt::format(" priority=\"{}\" condim=\"{}\" friction=\"{}\"", m.priority,
+                         dimension(m.friction, m.rolling_friction_m), coefficients(m.friction, m.rolling_friction_m));
+    }
+    if (const auto* sphere = std::get_if<Sphere>(&b.shape)) {
+      out("<geom type=\"sphere\" size=\"{}\" {}/>", sphere->radius_m, law);
+    } else if (std::holds_alternative<Plane>(b.shape)) {
+      out("<geom type=\"plane\" size=\"0 0 1\" {}/>", law);
+    } else if (const auto* box = std::get_if<Box>(&b.shape)) {
+      out("<geom type=\"box\" size=\"{}\" {}/>", text(box->half_extents_m), law);
+    } else if (const auto* capsule = std::get_if<Capsule>(&b.shape)) {
+      out("<geom type=\"capsule\" size=\"{} {}\" {}/>", capsule->radius_m, capsule->half_length_m, law);
+    } else if (const auto* cylinder = std::get_if<Cylinder>(&b.shape)) {
+      out("<geom type=\"cylinder\" size=\"{} {}\" {}/>", cylinder->radius_m, cylinder->half_length_m, law);
+    } else if (std::holds_alternative<Convex>(b.shape)) {
+      out("<geom type=\"mesh\" mesh=\"m{}\" {}/>", i, law);
+    } else if (const auto* compound = std::get_if<Compound>(&b.shape)) {
+      for (const auto& part : compound->boxes) {
+        const std::size_t cut = law.find(' ');  // a name is for one geom
+        out("<geom type=\"box\" size=\"{}\" pos=\"{}\" quat=\"{}\"{}/>", text(part.half_extents_m), text(part.position_body_m),
+            text(part.orientation_wxyz), cut == std::string::npos ? "" : law.substr(cut));
+      }
+    }
+  }
+
+  void pairs() {
+    out("<contact>\n");
+    for (std::size_t i = 0; i < scene_.bodies.size(); ++i) {
+      for (std::size_t j = i + 1; j < scene_.bodies.size(); ++j) {
+        const Body &a = scene_.bodies[i], &b = scene_.bodies[j];
+        if (!rivals::has_shape(a) || !rivals::has_shape(b) || (a.fixed && b.fixed)) continue;
+        const PairLaw& law = pair_law(scene_, static_cast<int>(i), static_cast<int>(j));
+        out("<pair geom1=\"g{}\" geom2=\"g{}\" condim=\"{}\" friction=\"{} {} 0 {} {}\"/>\n", i, j,
+            dimension(law.friction, law.rolling_friction_m), law.friction, law.friction, law.rolling_friction_m,
+            law.rolling_friction_m);
+      }
+    }
+    out("</contact>\n");
+  }
+
+  const Scene& scene_;
+  const Settings& settings_;
+  const std::vector<bool>& held_;
+  std::optional<std::vector<Precedence>> order_;
+  bool collide_ = false;
+  std::string xml_;
+};
+
+}  // namespace
+
+std::string xml_of(const Scene& scene, const Settings& settings, const std::vector<bool>& held) {
+  return Writer(scene, settings, held).write();
+}
+
+Model compile(const std::string& xml) {
+  const auto files = std::make_unique<mjVFS>();
+  mj_defaultVFS(files.get());
+  if (mj_makeEmptyFileVFS(files.get(), "scene.xml", static_cast<int>(xml.size())) != 0) {
+    throw std::invalid_argument("MuJoCo took no file of " + std::to_string(xml.size()) + " bytes");
+  }
+  std::memcpy(files->filedata[0], xml.data(), xml.size());
+  char error[1000] = "";
+  Model model(mj_loadXML("scene.xml", files.get(), error, sizeof error));
+  mj_deleteVFS(files.get());
+  if (!model) throw std::invalid_argument(std::string("MuJoCo's compiler says: ") + error);
+  return model;
+}
+
+int rows_of(const PairLaw& law, bool elliptic) {
+  const int dim = dimension(law.friction, law.rolling_friction_m);
+  return dim == 1 || elliptic ? dim : 2 * (dim - 1);
+}
+
+// Of rows n and velocities v one buffer keeps n^2 + 2 n v numbers and little else, and its size in bytes is an int.
+std::int64_t room_for_contacts(const Scene& scene, const Settings& settings) {
+  const bool elliptic = std::get<std::string>(settings.at("cone")) == "elliptic";
+  int rows = 1;
+  for (const auto& law : rivals::laws_in_play(scene)) rows = std::max(rows, rows_of(law, elliptic));
+  const auto bodies = std::count_if(scene.bodies.begin(), scene.bodies.end(),
+                                    [](const Body& b) { return !b.fixed && rivals::has_shape(b); });
+  const double v = 6.0 * static_cast<double>(scene.bodies.size()), numbers = 2.0e9 / 8 - 2 * v * v / 6;
+  const double most_rows = numbers > 0 ? std::sqrt(v * v + numbers) - v : 0;
+  const auto most = static_cast<std::int64_t>(most_rows / rows);
+  const std::int64_t wanted = std::max<std::int64_t>(100, rivals::count(settings, "contacts_per_body", 1) * bodies);
+  return most < 3 * bodies ? 0 : std::min(wanted, most);
+}
+
+std::int64_t listed_pairs(const Scene& scene) {
+  std::int64_t moving = 0, fixed = 0;
+  for (const auto& body : scene.bodies) {
+    if (rivals::has_shape(body)) ++(body.fixed ? fixed : moving);
+  }
+  return moving * (moving - 1) / 2 + moving * fixed;
+}
+
+}  // namespace atwood::mujoco

@@ -1,0 +1,10 @@
+// MuJoCo 2.2 as an engine to be judged.
+#pragma once
+
+#include "protocol/method.hpp"
+
+namespace atwood {
+
+Engine mujoco_engine();
+
+}  // namespace atwood

@@ -1,0 +1,69 @@
+#include "rivals/rival.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace atwood::rivals {
+namespace {
+
+Outcome unsupported(const std::string& reason) {
+  Outcome outcome;
+  outcome.status = Status::unsupported;
+  outcome.reason = reason;
+  return outcome;
+}
+
+std::string schemes(const Rival& rival) {
+  std::string text;
+  for (const auto& preset : rival.presets) text += (text.empty() ? "" : ", ") + preset.scheme;
+  return text;
+}
+
+Outcome run(const Rival& rival, const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer,
+            int repeats) {
+  const auto preset = std::find_if(rival.presets.begin(), rival.presets.end(),
+                                   [&](const Preset& p) { return p.scheme == id.scheme; });
+  if (id.engine != rival.name || preset == rival.presets.end()) {
+    return unsupported(rival.name + " offers " + schemes(rival) + ", not " + id.engine + "/" + id.scheme);
+  }
+  if (const auto reason = refusal(rival.name, id, rival.scalar, scene); !reason.empty()) return unsupported(reason);
+  try {
+    const Settings settings = with_overrides(preset->settings, id.overrides, rival.fixed);
+    const std::int64_t substeps = count(settings, "substeps", 1);
+    rival.check(settings);
+    if (const auto reason = rival.refusal(scene, settings); !reason.empty()) return unsupported(reason);
+    const auto make = [&](const Scene& s, bool observe) { return rival.make(s, settings, observe); };
+    if (rival.doubts) rival.doubts();
+    Outcome outcome = run_world(make, scene, plan, observer, repeats, substeps);
+    const std::string doubts = rival.doubts ? rival.doubts() : "";
+    if (!doubts.empty()) outcome.reason += (outcome.reason.empty() ? "" : "; ") + doubts;
+    return outcome;
+  } catch (const std::invalid_argument& error) {
+    return unsupported(rival.name + ": " + error.what());
+  }
+}
+
+}  // namespace
+
+Engine engine_of(const Rival& rival) {
+  Engine engine;
+  engine.name = rival.name;
+  engine.version = rival.version;
+  engine.scalar = rival.scalar;
+  for (const auto& preset : rival.presets) {
+    MethodInfo info;
+    info.id = rival.name + "/" + preset.scheme;
+    info.doc = preset.doc;
+    info.source = rival.source;
+    info.claimed_order = preset.claimed_order;
+    info.settings = preset.settings;
+    engine.methods.push_back(info);
+  }
+  engine.run = [rival](const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
+    return run(rival, id, scene, plan, observer, repeats);
+  };
+  engine.frames = true;
+  return engine;
+}
+
+}  // namespace atwood::rivals

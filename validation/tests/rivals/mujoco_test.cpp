@@ -1,0 +1,155 @@
+// What is MuJoCo's own: integrators, cones, how a pair's friction gets there, refusals, and its log file.
+#include <catch2/catch.hpp>
+#include <filesystem>
+
+#include "mujoco/mujoco.hpp"
+#include "mujoco/pair_laws.hpp"
+#include "scenes.hpp"
+
+namespace atwood::test {
+namespace {
+
+const Engine& engine() {
+  static const Engine made = mujoco_engine();
+  return made;
+}
+
+Run run_with(const std::string& scheme, const Scene& scene, const Plan& plan, const Settings& overrides = {}) {
+  return run(engine(), method(engine(), scheme, overrides), scene, plan);
+}
+
+Body flat_box(const std::string& name, const Real3& position_m) {
+  Body box = box_body(name, 1, {0.17 / 12, 0.17 / 12, 0.32 / 12});
+  box.shape = Box{{0.2, 0.2, 0.05}};
+  box.position_m = position_m;
+  return box;
+}
+
+// A box that slides over the floor, v0 = 2 m/s: it stops after v0^2 / (2 mu g).
+Scene sliding_box(double mu, double cos, double sin) {
+  Scene scene = bounce(0, 0, mu);
+  scene.bodies[1] = flat_box("box", {0, 0, 0.05});
+  scene.bodies[1].velocity_m_per_s = {2 * cos, 2 * sin, 0};
+  return scene;
+}
+
+// Materials a, b, c (and the floor's, 3), with friction `table` for the pairs of a, b, c among each other.
+Scene of_materials(const std::vector<PairLaw>& laws, int materials) {
+  Scene scene = bounce(0, 0);
+  scene.materials.assign(static_cast<std::size_t>(materials), Material{});
+  scene.pairs = laws;
+  return scene;
+}
+
+}  // namespace
+
+TEST_CASE("Runge-Kutta falls exactly, and leaves the attitude at second order") {
+  const Run fall = run_with("rk4", free_box_complex(), Plan{10, 600, 10});
+  CHECK(fall.p(0, 2) == Approx(8 * 10 - 0.5 * 9.8 * 100).epsilon(1e-12));
+  const auto end = [](std::int64_t steps) { return run_with("rk4", free_box_complex(), Plan{1, steps, 1}).q(0); };
+  const Real4 finest = end(20000);
+  const double coarse = angle_between(end(200), finest), fine = angle_between(end(400), finest);
+  CHECK(coarse / fine == Approx(4).epsilon(0.1));
+  const double euler = angle_between(run_with("default", free_box_complex(), Plan{1, 200, 1}).q(0), finest);
+  CHECK(coarse < 0.02 * euler);
+}
+
+TEST_CASE("the pyramid slides too far off its axes, the elliptic cone does not") {
+  const double exact = 4 / (2 * 0.4 * 9.81), c = std::sqrt(0.5);
+  const auto distance = [&](const std::string& scheme, double cos, double sin) {
+    const Run end = run_with(scheme, sliding_box(0.4, cos, sin), Plan{1, 240, 24});
+    REQUIRE(end.outcome.status == Status::ok);
+    return std::hypot(end.p(1, 0), end.p(1, 1)) / exact - 1;
+  };
+  CHECK(std::abs(distance("default", 1, 0)) < 0.02);
+  CHECK(distance("default", c, c) > 0.25);
+  for (const auto& [cos, sin] : {std::pair(1.0, 0.0), std::pair(c, c), std::pair(0.8, -0.6)}) {
+    CHECK(std::abs(distance("tuned", cos, sin)) < 5e-3);
+  }
+}
+
+TEST_CASE("scenes with restitution are refused, where the pair can meet") {
+  Scene scene = of_materials({PairLaw{0, 0, 0, 0.3, 0}, PairLaw{0, 1, 0.5, 0.3, 0}, PairLaw{1, 1, 0, 0, 0}}, 2);
+  CHECK(run_with("default", scene, Plan{0.1, 10, 1}).outcome.status == Status::ok);  // nobody is of material 1
+  scene.bodies[1].material = 1;
+  const Run refused = run_with("tuned", scene, Plan{0.1, 10, 1});
+  CHECK(to_string(refused.outcome.status) == "unsupported");
+  CHECK_THAT(refused.outcome.reason, Catch::Contains("MuJoCo has no restitution"));
+}
+
+TEST_CASE("each pair has its own friction, by priorities or one by one") {
+  // Box 1 lies on the floor, box 2 on box 1, box 3 on the floor. Materials: floor 0, box 1 is 1, box 2 is 2, box 3 is 2.
+  const auto end_speeds = [](const Scene& scene) {
+    const Run end = run_with("tuned", scene, Plan{0.15, 300, 10});
+    INFO(end.outcome.reason);
+    REQUIRE(end.outcome.status == Status::ok);
+    return std::array{end.v(1, 0), end.v(2, 0), end.v(3, 0)};
+  };
+  for (const bool orderly : {true, false}) {
+    const double mu02 = orderly ? 0.1 : 0.25;
+    Scene scene = of_materials({PairLaw{0, 0, 0, 0.9, 0}, PairLaw{0, 1, 0, 0.4, 0}, PairLaw{1, 1, 0, 0.7, 0},
+                                PairLaw{0, 2, 0, mu02, 0}, PairLaw{1, 2, 0, 0.1, 0}, PairLaw{2, 2, 0, 0.1, 0}}, 3);
+    scene.bodies[1] = flat_box("low", {0, 0, 0.05});
+    scene.bodies.push_back(flat_box("high", {0, 0, 0.15}));
+    scene.bodies.push_back(flat_box("apart", {0, 3, 0.05}));
+    for (int i = 1; i < 4; ++i) {
+      scene.bodies[i].material = std::min(i, 2);
+      if (i != 1) scene.bodies[i].velocity_m_per_s = {1, 0, 0};
+    }
+    CHECK(mujoco::precedences(scene).has_value() == orderly);
+    const auto v = end_speeds(scene);
+    CHECK(v[0] == Approx(0).margin(1e-3));  // 0.1 from above can't move it against 0.4 below
+    CHECK(1 - v[1] == Approx(0.1 * 9.81 * 0.15).epsilon(0.03));
+    CHECK(1 - v[2] == Approx(mu02 * 9.81 * 0.15).epsilon(0.03));
+  }
+}
+
+TEST_CASE("rolling friction slows a rolling ball by 5/7 c g / r") {
+  Scene scene = bounce(0, 0, 0.5);
+  scene.pairs[0].rolling_friction_m = 0.002;
+  scene.bodies[1].velocity_m_per_s = {1, 0, 0};
+  scene.bodies[1].angular_velocity_body_rad_per_s = {0, 10, 0};
+  const Run end = run_with("tuned", scene, Plan{1, 1000, 10});
+  REQUIRE(end.outcome.status == Status::ok);
+  CHECK(1 - end.v(1, 0) == Approx(5.0 / 7 * 0.002 * 9.81 / 0.1).epsilon(0.02));
+}
+
+TEST_CASE("a hull and a compound rest, and slide as far as a box") {
+  const Convex hull{{{-0.2, -0.2, -0.05}, {0.2, -0.2, -0.05}, {0.2, 0.2, -0.05}, {-0.2, 0.2, -0.05},
+                     {-0.2, -0.2, 0.05}, {0.2, -0.2, 0.05}, {0.2, 0.2, 0.05}, {-0.2, 0.2, 0.05}}};
+  const Compound halves{{{{0.1, 0.2, 0.05}, {-0.1, 0, 0}, {1, 0, 0, 0}}, {{0.1, 0.2, 0.05}, {0.1, 0, 0}, {1, 0, 0, 0}}}};
+  for (const Shape& shape : {Shape{hull}, Shape{halves}}) {
+    Scene scene = sliding_box(0.4, 1, 0);
+    scene.bodies[1].shape = shape;
+    const Run end = run_with("tuned", scene, Plan{1, 240, 24});
+    INFO("shape " << shape.index() << ": " << end.outcome.reason);
+    REQUIRE(end.outcome.status == Status::ok);
+    CHECK(end.p(1, 0) == Approx(4 / (2 * 0.4 * 9.81)).epsilon(0.01));
+    CHECK(end.p(1, 1) == Approx(0).margin(1e-3));
+    CHECK(end.p(1, 2) == Approx(0.05).margin(1e-3));
+  }
+}
+
+TEST_CASE("what MuJoCo can't hold it refuses, in its own words where it has some") {
+  Scene light = free_box_complex();
+  light.bodies[0].mass_kg = 1e-16;
+  CHECK_THAT(run_with("default", light, Plan{1, 10, 10}).outcome.reason, Catch::Contains("MuJoCo's compiler says"));
+  Scene heap = bounce(0, 1, 0.5);
+  for (int i = 0; i < 5000; ++i) heap.bodies.push_back(sphere_body("b" + std::to_string(i), 1, 0.1, {0.3 * i, 0, 1}));
+  const Run refused = run_with("default", heap, Plan{1, 10, 10});
+  CHECK(to_string(refused.outcome.status) == "unsupported");
+  CHECK_THAT(refused.outcome.reason, Catch::Contains("2 GiB"));
+}
+
+TEST_CASE("warnings go into the outcome, and no log file into the working directory") {
+  const auto here = std::filesystem::current_path() / "MUJOCO_LOG.TXT";
+  std::filesystem::remove(here);
+  Scene scene = free_box_complex();
+  scene.forces.push_back(Attractor{{0}, {0, 0, 0}, 1});  // the box starts in its centre: 0 / 0
+  const Run lost = run_with("default", scene, Plan{1, 10, 10});
+  CHECK(to_string(lost.outcome.status) == "not finite");
+  CHECK_THAT(lost.outcome.reason, Catch::Contains("MuJoCo warned"));
+  CHECK_FALSE(std::filesystem::exists(here));
+}
+
+}  // namespace atwood::test
