@@ -26,7 +26,7 @@ Engine bullet_engine() {
        bullet::tuned_settings()}};
   rival.fixed = bullet::fixed_settings();
   rival.check = bullet::check_settings;
-  rival.refusal = [name = rival.name](const Scene& scene, const Settings&) { return bullet::refusal(name, scene); };
+  rival.refusal = [](const Scene& scene, const Settings&) { return bullet::refusal(scene); };
   rival.make = bullet::make_world;
   return rivals::engine_of(rival);
 }

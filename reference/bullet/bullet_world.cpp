@@ -1,10 +1,13 @@
 #include "bullet/bullet_world.hpp"
 
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
+#include <BulletCollision/CollisionDispatch/btInternalEdgeUtility.h>
 #include <btBulletDynamicsCommon.h>
 
 #include <stdexcept>
 #include <vector>
 
+#include "bullet/shapes.hpp"
 #include "rivals/vector.hpp"
 
 #ifdef BT_USE_DOUBLE_PRECISION
@@ -36,6 +39,21 @@ const PairLaw& law_of(const btCollisionObject* a, const btCollisionObject* b) {
 btScalar restitution_of(const btCollisionObject* a, const btCollisionObject* b) { return narrow(law_of(a, b).restitution); }
 btScalar friction_of(const btCollisionObject* a, const btCollisionObject* b) { return narrow(law_of(a, b).friction); }
 
+btScalar rolling_friction_of(const btCollisionObject* a, const btCollisionObject* b) {
+  return narrow(law_of(a, b).rolling_friction_m);
+}
+
+// Called for meshes that ask for it: turns a contact's normal at an inner edge to the face's.
+bool smooth_inner_edge(btManifoldPoint& point, const btCollisionObjectWrapper* a, int part_a, int triangle_a,
+                       const btCollisionObjectWrapper* b, int part_b, int triangle_b) {
+  if (b->getCollisionShape()->getShapeType() == TRIANGLE_SHAPE_PROXYTYPE) {
+    btAdjustInternalEdgeContacts(point, b, a, part_b, triangle_b);
+  } else {
+    btAdjustInternalEdgeContacts(point, a, b, part_a, triangle_a);
+  }
+  return true;
+}
+
 int gyroscopic_flag(const Settings& settings) {
   const auto word = rivals::choice(settings, "gyroscopic", {"implicit-body", "implicit-world", "explicit", "off"});
   if (word == "implicit-body") return BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY;
@@ -47,10 +65,14 @@ class BulletWorld : public rivals::World {
  public:
   BulletWorld(const Scene& scene, const Settings& settings)
       : scene_(scene), settings_(settings), dispatcher_(&configuration_),
+        shapes_({rivals::number(settings, "collision_margin_m"), rivals::number(settings, "hull_margin_m")},
+                rivals::flag(settings, "smooth_inner_edges")),
         world_(&dispatcher_, &broadphase_, &solver_, &configuration_) {
     gContactBreakingThreshold = narrow(rivals::number(settings, "contact_breaking_threshold_m"));
     gCalculateCombinedRestitutionCallback = restitution_of;
     gCalculateCombinedFrictionCallback = friction_of;
+    gCalculateCombinedRollingFrictionCallback = rolling_friction_of;
+    gContactAddedCallback = smooth_inner_edge;
     world_.setGravity(narrow(scene.gravity_m_per_s2));
     set_solver();
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) add(static_cast<int>(i));
@@ -149,7 +171,8 @@ class BulletWorld : public rivals::World {
       q_BP_[i] = rivals::principal_axes(body.inertia_kg_m2).q_BP;
       turned_[i] = q_BP_[i] != Real4{1, 0, 0, 0};
     }
-    btCollisionShape* shape = shape_of(i);
+    btCollisionShape* shape = shapes_.make(body.shape, rivals::conjugate(q_BP_[i]));
+    if (!shape && !body.fixed) shape = shapes_.speck();
     if (!shape) return;  // a fixed body without a shape takes no part
     const bool held = body.release_s > 0;
     btRigidBody::btRigidBodyConstructionInfo info(0, nullptr, shape);
@@ -162,6 +185,9 @@ class BulletWorld : public rivals::World {
     btRigidBody& made = *bodies_[i];
     made.setUserPointer(const_cast<Scene*>(&scene_));
     made.setUserIndex(i);
+    if (std::holds_alternative<Mesh>(body.shape) && rivals::flag(settings_, "smooth_inner_edges")) {
+      made.setCollisionFlags(made.getCollisionFlags() | btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK);
+    }
     made.setContactProcessingThreshold(narrow(rivals::number(settings_, "contact_processing_threshold_m")));
     made.setDamping(narrow(rivals::number(settings_, "linear_damping")),
                     narrow(rivals::number(settings_, "angular_damping")));
@@ -203,48 +229,13 @@ class BulletWorld : public rivals::World {
     }
   }
 
-  btCollisionShape* keep(std::unique_ptr<btCollisionShape> shape) {
-    shapes_.push_back(std::move(shape));
-    return shapes_.back().get();
-  }
-
-  btCollisionShape* shape_of(int i) {
-    const Body& body = scene_.bodies[i];
-    const btScalar margin = narrow(rivals::number(settings_, "collision_margin_m"));
-    std::unique_ptr<btCollisionShape> made;
-    bool spherical = false;
-    if (const auto* sphere = std::get_if<Sphere>(&body.shape)) {
-      made = std::make_unique<btSphereShape>(narrow(sphere->radius_m));
-      spherical = true;
-    } else if (const auto* plane = std::get_if<Plane>(&body.shape)) {
-      const double norm = rivals::length(plane->normal);
-      return keep(std::make_unique<btStaticPlaneShape>(narrow((1 / norm) * plane->normal), narrow(plane->offset_m / norm)));
-    } else if (const auto* box = std::get_if<Box>(&body.shape)) {
-      made = std::make_unique<btBoxShape>(narrow(box->half_extents_m));
-      static_cast<btBoxShape&>(*made).setSafeMargin(narrow(box->half_extents_m), margin);
-    } else if (const auto* capsule = std::get_if<Capsule>(&body.shape)) {
-      made = std::make_unique<btCapsuleShapeZ>(narrow(capsule->radius_m), narrow(2 * capsule->half_length_m));
-    } else if (const auto* cylinder = std::get_if<Cylinder>(&body.shape)) {
-      const Real3 half{cylinder->radius_m, cylinder->radius_m, cylinder->half_length_m};
-      made = std::make_unique<btCylinderShapeZ>(narrow(half));
-      static_cast<btCylinderShapeZ&>(*made).setSafeMargin(narrow(half), margin);
-    } else if (!body.fixed) {
-      made = std::make_unique<btSphereShape>(narrow(1e-3));
-      spherical = true;
-    }
-    if (!made || spherical || !turned_[i]) return made ? keep(std::move(made)) : nullptr;
-    auto turned = std::make_unique<btCompoundShape>();
-    turned->addChildShape(btTransform(narrow(rivals::conjugate(q_BP_[i]))), keep(std::move(made)));
-    return keep(std::move(turned));
-  }
-
   const Scene& scene_;
   const Settings& settings_;
   btDefaultCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_;
   btDbvtBroadphase broadphase_;
   btSequentialImpulseConstraintSolver solver_;
-  std::vector<std::unique_ptr<btCollisionShape>> shapes_;
+  Shapes shapes_;
   btDiscreteDynamicsWorld world_;
   std::vector<std::unique_ptr<btRigidBody>> bodies_;
   std::vector<Real4> q_BP_;  // principal frame in body frame
@@ -279,6 +270,11 @@ Settings default_settings() {
           {"contact_processing_threshold_m", 1e18},
           {"contact_breaking_threshold_m", 0.02},
           {"collision_margin_m", 0.04},
+          {"hull_margin_m", 0.04},
+          {"smooth_inner_edges", false},
+          {"rectangle", std::string("a box without thickness")},
+          {"rolling_friction", std::string("Bullet's: torque impulse up to coefficient x load impulse, by two axes; the load "
+                                           "counts up to 1 N s a step")},
           {"gyroscopic", std::string("implicit-body")},
           {"linear_damping", 0.0},
           {"angular_damping", 0.0},
@@ -297,11 +293,13 @@ Settings tuned_settings() {
   tuned["restitution_velocity_threshold_m_per_s"] = 1e-6;
   tuned["split_impulse_penetration_threshold_m"] = 0.0;  // never push apart by velocity: that adds energy
   tuned["iterations"] = std::int64_t{50};
+  tuned["hull_margin_m"] = 0.0;  // a hull as large as it is
+  tuned["smooth_inner_edges"] = true;
   return tuned;
 }
 
 std::set<std::string> fixed_settings() {
-  return {"scalar", "step", "solver", "pair_law", "forces", "continuous_collision"};
+  return {"scalar", "step", "solver", "pair_law", "forces", "continuous_collision", "rectangle", "rolling_friction"};
 }
 
 void check_settings(const Settings& settings) {
@@ -313,22 +311,10 @@ void check_settings(const Settings& settings) {
   }
 }
 
-namespace {
-
-bool translated(const Shape& shape) {
-  return !std::holds_alternative<Rectangle>(shape) && !std::holds_alternative<Convex>(shape) &&
-         !std::holds_alternative<Mesh>(shape) && !std::holds_alternative<Compound>(shape);
-}
-
-}  // namespace
-
-std::string refusal(const std::string& engine, const Scene& scene) {
-  for (const auto& law : rivals::laws_in_play(scene)) {
-    if (law.rolling_friction_m != 0) return engine + "'s adapter has no rolling friction";
-  }
+std::string refusal(const Scene& scene) {
+  if (!rivals::shapes_matter(scene)) return "";
   for (const auto& body : scene.bodies) {
-    if (!rivals::shapes_matter(scene) || translated(body.shape)) continue;
-    return engine + "'s adapter has no translation of the shape " + rivals::shape_name(body.shape) + " of `" + body.name + "`";
+    if (const auto reason = refused_shape(body); !reason.empty()) return reason;
   }
   return "";
 }

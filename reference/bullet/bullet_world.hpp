@@ -1,7 +1,7 @@
 // One scene in one btDiscreteDynamicsWorld. Conventions met on the way:
 //   - angular velocity is in world axes, attitude is kept as a matrix; samples turn both into ours;
 //   - inertia is diagonal: a body frame that isn't principal is turned into one (q_BP), and back in samples;
-//   - extents are half extents; a capsule's or cylinder's axis is z by the ...Z classes;
+//   - shapes: see shapes.hpp;
 //   - restitution and friction of a pair would be products of the bodies' coefficients: callbacks give the pair's law;
 //   - stepSimulation(h, 0) is one step of exactly h: symplectic Euler, v += h F/m, then x += h v.
 #pragma once
@@ -22,7 +22,7 @@ std::set<std::string> fixed_settings();
 void check_settings(const Settings& settings);
 
 // What Bullet can't hold beyond what every adapter refuses; empty when it can.
-std::string refusal(const std::string& engine, const Scene& scene);
+std::string refusal(const Scene& scene);
 
 std::unique_ptr<rivals::World> make_world(const Scene& scene, const Settings& settings, bool observe);
 

@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "ode/shapes.hpp"
 #include "rivals/vector.hpp"
 
 static_assert(sizeof(dReal) == 8, "the adapter is for ODE in double precision");
@@ -58,11 +59,6 @@ dMass mass_of(const Body& body) {
     dMassSetSphereTotal(&mass, body.mass_kg, 1);  // never turned: no torque is applied to a point mass
   }
   return mass;
-}
-
-bool translated(const Shape& shape) {
-  return !std::holds_alternative<Rectangle>(shape) && !std::holds_alternative<Convex>(shape) &&
-         !std::holds_alternative<Mesh>(shape) && !std::holds_alternative<Compound>(shape);
 }
 
 class OdeWorld : public rivals::World {
@@ -161,31 +157,29 @@ class OdeWorld : public rivals::World {
   void add(int i, const Settings& settings) {
     const Body& body = scene_.bodies[i];
     bodies_.push_back(nullptr);
-    const dGeomID geom = geom_of(body);
-    if (geom) {
+    const dBodyID made = body.fixed ? nullptr : dBodyCreate(world_);
+    bodies_[i] = made;
+    if (made) set_up(i, settings);
+    for (const dGeomID geom : shapes_.make(space_, body, made)) {
       dGeomSetData(geom, reinterpret_cast<void*>(static_cast<std::intptr_t>(i)));
-      // Two fixed geoms, or parts of one body, never meet.
+      // Two fixed geoms never meet.
       dGeomSetCategoryBits(geom, body.fixed ? 1ul : 2ul);
       dGeomSetCollideBits(geom, body.fixed ? 2ul : 3ul);
     }
+  }
+
+  void set_up(int i, const Settings& settings) {
+    const Body& body = scene_.bodies[i];
+    const dBodyID made = bodies_[i];
     const Real3& p = body.position_m;
     const dQuaternion q{body.orientation_wxyz[0], body.orientation_wxyz[1], body.orientation_wxyz[2],
                         body.orientation_wxyz[3]};
-    if (body.fixed) {
-      if (geom && dGeomGetClass(geom) != dPlaneClass) {
-        dGeomSetPosition(geom, p[0], p[1], p[2]);
-        dGeomSetQuaternion(geom, q);
-      }
-      return;
-    }
-    const dBodyID made = bodies_[i] = dBodyCreate(world_);
     const dMass mass = mass_of(body);
     dBodySetMass(made, &mass);
     dBodySetPosition(made, p[0], p[1], p[2]);
     dBodySetQuaternion(made, q);
     dBodySetGyroscopicMode(made, rivals::flag(settings, "gyroscopic"));
     dBodySetFiniteRotationMode(made, rivals::flag(settings, "finite_rotation"));
-    if (geom) dGeomSetBody(geom, made);
     if (body.release_s > 0) {
       dBodySetKinematic(made);
     } else {
@@ -202,31 +196,12 @@ class OdeWorld : public rivals::World {
     dBodySetAngularVel(bodies_[i], w[0], w[1], w[2]);
   }
 
-  dGeomID geom_of(const Body& body) {
-    if (const auto* sphere = std::get_if<Sphere>(&body.shape)) return dCreateSphere(space_, sphere->radius_m);
-    if (const auto* plane = std::get_if<Plane>(&body.shape)) {
-      const double norm = rivals::length(plane->normal);
-      const Real3 n = (1 / norm) * plane->normal;
-      return dCreatePlane(space_, n[0], n[1], n[2], plane->offset_m / norm);
-    }
-    if (const auto* box = std::get_if<Box>(&body.shape)) {
-      const Real3 full = 2.0 * box->half_extents_m;
-      return dCreateBox(space_, full[0], full[1], full[2]);
-    }
-    if (const auto* capsule = std::get_if<Capsule>(&body.shape)) {
-      return dCreateCapsule(space_, capsule->radius_m, 2 * capsule->half_length_m);
-    }
-    if (const auto* cylinder = std::get_if<Cylinder>(&body.shape)) {
-      return dCreateCylinder(space_, cylinder->radius_m, 2 * cylinder->half_length_m);
-    }
-    return nullptr;
-  }
-
   static void near(void* self, dGeomID a, dGeomID b) { static_cast<OdeWorld*>(self)->meet(a, b); }
 
   void meet(dGeomID a, dGeomID b) {
     const int first = static_cast<int>(reinterpret_cast<std::intptr_t>(dGeomGetData(a)));
     const int second = static_cast<int>(reinterpret_cast<std::intptr_t>(dGeomGetData(b)));
+    if (first == second) return;  // parts of one body
     const auto still = [&](int i) { return !bodies_[i] || dBodyIsKinematic(bodies_[i]); };
     if (still(first) && still(second)) return;
     dContactGeom found[kMostContacts];
@@ -240,6 +215,10 @@ class OdeWorld : public rivals::World {
       contact.surface.mu = law.friction;
       contact.surface.bounce = law.restitution;
       contact.surface.bounce_vel = bounce_velocity_m_per_s_;
+      if (law.rolling_friction_m != 0) {
+        contact.surface.mode |= dContactRolling;
+        contact.surface.rho = contact.surface.rho2 = law.rolling_friction_m;
+      }
       if (along_slip_) align(contact, first, second);
       const dJointID joint = dJointCreateContact(world_, contacts_, &contact);
       dJointAttach(joint, bodies_[first], bodies_[second]);
@@ -271,6 +250,7 @@ class OdeWorld : public rivals::World {
   dWorldID world_ = nullptr;
   dSpaceID space_ = nullptr;
   dJointGroupID contacts_ = nullptr;
+  Shapes shapes_;
   std::vector<dBodyID> bodies_;
   std::vector<Met> met_;
   std::vector<dJointFeedback> feedback_;
@@ -286,6 +266,8 @@ Settings default_settings() {
           {"friction_model", std::string("pyramid, mu times the normal force (dContactApprox1)")},
           {"forces", std::string("all but uniform gravity: evaluated by the adapter once a step, at its beginning")},
           {"space", std::string("dHashSpace")},
+          {"rectangle", std::string("a box of the least thickness")},
+          {"rolling_friction", std::string("torque up to coefficient x load (dContactRolling), by two axes")},
           {"substeps", std::int64_t{1}},
           {"step", std::string("dWorldStep")},
           {"iterations", std::int64_t{20}},
@@ -312,7 +294,9 @@ Settings tuned_settings() {
   return tuned;
 }
 
-std::set<std::string> fixed_settings() { return {"scalar", "pair_law", "friction_model", "forces", "space"}; }
+std::set<std::string> fixed_settings() {
+  return {"scalar", "pair_law", "friction_model", "forces", "space", "rectangle", "rolling_friction"};
+}
 
 void check_settings(const Settings& settings) {
   rivals::choice(settings, "step", {"dWorldStep", "dWorldQuickStep"});
@@ -325,16 +309,12 @@ void check_settings(const Settings& settings) {
 }
 
 std::string refusal(const Scene& scene) {
-  for (const auto& law : rivals::laws_in_play(scene)) {
-    if (law.rolling_friction_m != 0) return "ode's adapter has no rolling friction";
-  }
   if (!dCheckConfiguration("ODE_double_precision")) return "the installed ODE is not the double precision build";
   const auto shaped = std::count_if(scene.bodies.begin(), scene.bodies.end(), rivals::has_shape);
   int cylinders = 0, capsules = 0;
   for (const auto& body : scene.bodies) {
-    if (shaped > 1 && !translated(body.shape)) {
-      return std::string("ode's adapter has no translation of the shape ") + rivals::shape_name(body.shape) + " of `" +
-             body.name + "`";
+    if (shaped > 1) {
+      if (const auto reason = refused_shape(body); !reason.empty()) return reason;
     }
     if (!body.fixed && rotates(body)) {
       const dMass mass = mass_of(body);

@@ -1,7 +1,7 @@
 // One scene in one dWorld. Conventions met on the way:
 //   - angular velocity is in world axes; samples turn it to body axes;
 //   - the inertia is given whole (dMass), off-diagonal terms too;
-//   - boxes take full lengths; capsules and cylinders are along z and take the length of their straight part;
+//   - shapes: see shapes.hpp;
 //   - a contact's normal points into its first body; restitution and friction come with every contact (dSurface);
 //   - mu is a force unless dContactApprox1 makes it a coefficient: always set, else friction isn't the scene's;
 //   - contacts are found at a step's start, then v += h F/m with contacts, then x += h v.

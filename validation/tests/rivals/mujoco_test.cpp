@@ -104,32 +104,6 @@ TEST_CASE("each pair has its own friction, by priorities or one by one") {
   }
 }
 
-TEST_CASE("rolling friction slows a rolling ball by 5/7 c g / r") {
-  Scene scene = bounce(0, 0, 0.5);
-  scene.pairs[0].rolling_friction_m = 0.002;
-  scene.bodies[1].velocity_m_per_s = {1, 0, 0};
-  scene.bodies[1].angular_velocity_body_rad_per_s = {0, 10, 0};
-  const Run end = run_with("tuned", scene, Plan{1, 1000, 10});
-  REQUIRE(end.outcome.status == Status::ok);
-  CHECK(1 - end.v(1, 0) == Approx(5.0 / 7 * 0.002 * 9.81 / 0.1).epsilon(0.02));
-}
-
-TEST_CASE("a hull and a compound rest, and slide as far as a box") {
-  const Convex hull{{{-0.2, -0.2, -0.05}, {0.2, -0.2, -0.05}, {0.2, 0.2, -0.05}, {-0.2, 0.2, -0.05},
-                     {-0.2, -0.2, 0.05}, {0.2, -0.2, 0.05}, {0.2, 0.2, 0.05}, {-0.2, 0.2, 0.05}}};
-  const Compound halves{{{{0.1, 0.2, 0.05}, {-0.1, 0, 0}, {1, 0, 0, 0}}, {{0.1, 0.2, 0.05}, {0.1, 0, 0}, {1, 0, 0, 0}}}};
-  for (const Shape& shape : {Shape{hull}, Shape{halves}}) {
-    Scene scene = sliding_box(0.4, 1, 0);
-    scene.bodies[1].shape = shape;
-    const Run end = run_with("tuned", scene, Plan{1, 240, 24});
-    INFO("shape " << shape.index() << ": " << end.outcome.reason);
-    REQUIRE(end.outcome.status == Status::ok);
-    CHECK(end.p(1, 0) == Approx(4 / (2 * 0.4 * 9.81)).epsilon(0.01));
-    CHECK(end.p(1, 1) == Approx(0).margin(1e-3));
-    CHECK(end.p(1, 2) == Approx(0.05).margin(1e-3));
-  }
-}
-
 TEST_CASE("what MuJoCo can't hold it refuses, in its own words where it has some") {
   Scene light = free_box_complex();
   light.bodies[0].mass_kg = 1e-16;

@@ -97,13 +97,14 @@ TEST_CASE("what it doesn't know it refuses by name") {
     mesh.bodies[1].shape = Mesh{};
     CHECK_THAT(refusal_of(plain, mesh), Catch::Contains("mesh") && Catch::Contains("ball"));
   } else {
-    Scene convex = bounce(0.5, 1);
-    convex.bodies[1].shape = Convex{};
-    CHECK_THAT(refusal_of(plain, convex), Catch::Contains("convex") && Catch::Contains("ball"));
-    Scene rolling = bounce(0.5, 1);
-    rolling.pairs[0].rolling_friction_m = 0.01;
-    CHECK_THAT(refusal_of(plain, rolling), Catch::Contains("rolling"));
+    Scene flat = bounce(0.5, 1);
+    flat.bodies[1].shape = is_bullet(engine) ? Shape{Mesh{}} : Shape{Convex{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}}};
+    CHECK_THAT(refusal_of(plain, flat), Catch::Contains(is_bullet(engine) ? "mesh" : "flat hull") && Catch::Contains("ball"));
   }
+  Scene springy = bounce(0, 1);
+  springy.pairs[0].contact_law = ContactLaw::linear;
+  springy.pairs[0].stiffness_N_per_m = 1e5;
+  CHECK_THAT(refusal_of(plain, springy), Catch::Contains("stiffness"));
   Scene potential = free_box_complex();
   potential.forces.push_back(Potential{{0}, "moon", {}});
   CHECK_THAT(refusal_of(plain, potential), Catch::Contains("moon"));
