@@ -52,6 +52,7 @@ Contacts::Contacts(const Scene& scene, dynamics::Dynamics<double>& equations, co
       low_bounce_m_(std::min(lowest_bounce * (options.rtol * size_m_ + options.atol), lowest_bounce_cap * size_m_)) {
   const dynamics::ContactPairs found = dynamics::contact_pairs(scene);
   pairs_ = found.pairs;
+  std::erase_if(pairs_, [](const ContactPair& pair) { return pair.gives; });  // giving_contacts.hpp
   if (!found.unsupported.empty()) failure_ = "CVODE: " + found.unsupported + " is not covered";
   const std::vector<double> y = dynamics::pack<double>(scene);
   for (const ContactPair& pair : pairs_)

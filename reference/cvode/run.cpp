@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "cvode/contacts.hpp"
+#include "cvode/giving_contacts.hpp"
 #include "dynamics/rates.hpp"
 
 namespace atwood::cvode {
@@ -23,6 +24,7 @@ struct Course {  // one run under way
   const Observer& observer;
   dynamics::Dynamics<double> equations;
   Contacts contacts;
+  GivingContacts giving;
   Solver solver;
   int interval = 0;
   double t_s = 0;
@@ -32,8 +34,11 @@ struct Course {  // one run under way
 
   Course(const Scene& given, double end, std::int64_t count, const Options& options, const Observer& to)
       : scene(given), t_end_s(end), samples(count), observer(to), equations(given, end), contacts(given, equations, options),
-        solver(options, equations.size(),
-               [this](double t, const double* from, double* dydt) { equations.rate(t, from, dydt, interval); }),
+        giving(given, equations.layout()), solver(options, equations.size(),
+               [this](double t, const double* from, double* dydt) {
+                 equations.rate(t, from, dydt, interval);
+                 giving.add_rates(from, dydt);
+               }),
         y(dynamics::pack<double>(given)) {}
 
   double sample_time(std::int64_t k) const {
@@ -54,8 +59,11 @@ struct Course {  // one run under way
   }
   void restart() {
     contacts.settle(t_s, y, interval, events);
-    solver.start(t_s, y, next_stop(), contacts.roots(),
-                 [this](double, const double* from, double* g) { contacts.evaluate(from, g); });
+    giving.settle(y.data());
+    solver.start(t_s, y, next_stop(), contacts.roots() + giving.roots(), [this](double, const double* from, double* g) {
+      contacts.evaluate(from, g);
+      giving.evaluate(from, g + contacts.roots());
+    });
   }
 
   // Until the end or a failure. A sample at the instant of an impact or a switch shows the state before it.
@@ -69,7 +77,7 @@ struct Course {  // one run under way
       const Stop why = solver.advance(target, t_s, y);
       if (why == Stop::failed) break;
       if (why == Stop::root) {
-        if (contacts.settle(t_s, y, interval, events)) restart();
+        if (contacts.settle(t_s, y, interval, events) || giving.any()) restart();
         continue;
       }
       t_s = target;
@@ -106,7 +114,8 @@ Outcome run(const Scene& scene, double t_end_s, std::int64_t samples, const Opti
   if (const std::string why = dynamics::unsupported(scene); !why.empty()) return refusal("CVODE: " + why);
   if (!(t_end_s > 0) || samples < 1) return refusal("CVODE: nothing to run");
   Course course(scene, t_end_s, samples, options, observer);
-  if (!course.contacts.failure().empty()) return refusal(course.contacts.failure());
+  for (const std::string& why : {course.contacts.failure(), course.giving.failure()})
+    if (!why.empty()) return refusal(why);
   if (course.equations.size() == 0) {  // nothing moves
     while (course.sampled <= samples) course.take_sample(course.y);
     return {};

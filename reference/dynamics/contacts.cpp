@@ -140,7 +140,7 @@ ContactPairs contact_pairs(const Scene& scene) {
         continue;
       }
       const PairLaw& law = pair_law(scene, a, b);
-      found.pairs.push_back({a, b, law.restitution, law.friction});
+      found.pairs.push_back({a, b, law.restitution, law.friction, law.contact_law != ContactLaw::rigid});
     }
   return found;
 }

@@ -13,6 +13,7 @@ namespace atwood::dynamics {
 struct ContactPair {
   int a = 0, b = 0;      // a < b
   double restitution = 0, friction = 0;
+  bool gives = false;    // by a contact law of its own: not rigid
 };
 
 struct ContactPairs {

@@ -59,6 +59,10 @@ Impacts<S>::Impacts(const Scene& scene, dynamics::Dynamics<S>& dynamics, dynamic
   const dynamics::ContactPairs found = dynamics::contact_pairs(scene);
   pairs_ = found.pairs;
   if (!found.unsupported.empty()) failure_ = found.unsupported + " is not covered by the extended truth";
+  for (const Pair& pair : pairs_)
+    if (pair.gives)
+      failure_ = "the contact of `" + scene.bodies[pair.a].name + "` and `" + scene.bodies[pair.b].name +
+                 "`, which gives way, is not covered by the extended truth";
   tiny_ = gap_round_off<S> * scene_size(scene);
 }
 

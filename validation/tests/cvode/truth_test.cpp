@@ -152,6 +152,38 @@ TEST_CASE("Two rough balls with spin, slipping or sticking") {
   }
 }
 
+// A linear contact by the damped oscillator, Hertz's by quadrature: the closed form is other code in other arithmetic.
+TEST_CASE("Contacts that give way: roots at touch and release") {
+  for (const int kind : {0, 1, 2}) {
+    Scenario given = scenario("penalty", 0.5);
+    given.scene.bodies = {ball("left", 1, 0.125, {-0.25, 0, 0}, {1, 0, 0}), ball("right", 3, 0.25, {0.19, 0, 0}, {-0.5, 0, 0})};
+    PairLaw& law = given.scene.pairs[0];
+    law.contact_law = kind == 2 ? ContactLaw::hertz : ContactLaw::linear;
+    law.stiffness_N_per_m = 4000;
+    law.damping_N_s_per_m = 20;
+    law.pull = kind == 1;
+    law.modulus_Pa = 5e5;
+    const Truth tested = cvode_truth(given, 64), exact = closed_form_truth(given, 64);
+    const Compared made = compare(tested, exact);
+    CAPTURE(kind, made.worst_error, made.worst_ratio);
+    CHECK(made.worst_ratio < 1);
+    CHECK(made.worst_error < 1e-8);
+  }
+}
+
+TEST_CASE("A heavy ball on a soft floor: it bounces, the dashpot's force is spent and comes again, and it sinks to k d = m g") {
+  Scenario given = bouncing(0, 6);
+  PairLaw& law = given.scene.pairs[0];
+  law.contact_law = ContactLaw::linear;
+  law.stiffness_N_per_m = 200;
+  law.damping_N_s_per_m = 6;
+  const Truth truth = cvode_truth(given, 64);
+  REQUIRE(truth.outcome.reason == "");
+  CHECK(static_cast<double>(truth.values.back().bodies[0].p_m[2]) == Approx(0.1 - 0.5 * 9.81 / 200).epsilon(1e-6));
+  law.friction = 0.1;
+  CHECK(cvode_truth(given, 64).outcome.reason.find("give way and have friction") != std::string::npos);
+}
+
 TEST_CASE("A ball released late, and contacts that are not covered") {
   Scenario late = bouncing(0.5, 3);
   late.scene.bodies[0].release_s = 0.75;
