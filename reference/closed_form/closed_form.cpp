@@ -15,7 +15,7 @@ const std::vector<Solution>& catalogue() {
                                          coulomb_two_body(), closed_form::lorentz(), free_rigid_body(), axis_torque(),
                                          bounce(), sphere_impact(), slide_or_roll(),
                                          ball_flights(), friction_cone(), struck_rod(),
-                                         penalty()};
+                                         penalty(), rest()};
   return all;
 }
 

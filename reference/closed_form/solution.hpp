@@ -105,5 +105,6 @@ Solution ball_flights();
 Solution friction_cone();
 Solution struck_rod();
 Solution penalty();
+Solution rest();
 
 }  // namespace atwood::closed_form

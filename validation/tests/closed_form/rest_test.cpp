@@ -1,0 +1,115 @@
+// What stands, and what does not: the check that the solution `rest` makes, against statics by hand.
+#include <catch2/catch.hpp>
+
+#include "scene/files.hpp"
+#include "scenes.hpp"
+
+using namespace atwood;
+using namespace atwood::testing;
+
+namespace {
+
+Scenario catalogued(const std::string& id) {
+  return read_scenario(std::string(ATWOOD_SOURCE_DIR) + "/validation/scenarios/" + id + ".toml");
+}
+
+Body cube(const std::string& name, Real3 half, Real3 p) {
+  const double m = 2;
+  Body made = solid(name, m, {m / 3 * (half[1] * half[1] + half[2] * half[2]), m / 3 * (half[2] * half[2] + half[0] * half[0]),
+                              m / 3 * (half[0] * half[0] + half[1] * half[1])}, {0, 0, 0});
+  made.shape = Box{half};
+  made.position_m = p;
+  return made;
+}
+
+Body ground() {
+  Body made = point("ground", 0, {0, 0, 0}, {0, 0, 0});
+  made.shape = Plane{{0, 0, 1}, 0};
+  made.fixed = true;
+  return made;
+}
+
+Scenario standing(double friction, std::vector<Body> bodies) {
+  Scenario given = scenario("rest", 10);
+  given.scene.gravity_m_per_s2 = {0, 0, -9.81};
+  given.scene.pairs[0].friction = friction;
+  given.scene.bodies = std::move(bodies);
+  return given;
+}
+
+std::string why(const Scenario& given) { return closed_form_truth(given, 60).outcome.reason; }
+
+}  // namespace
+
+TEST_CASE("Stacks, walls and houses of cards of the catalogue stand still") {
+  for (const char* id : {"stack-10", "wall", "card-house"}) {
+    const Scenario given = catalogued(id);
+    const Truth truth = closed_form_truth(given, given.samples);
+    INFO(id << ": " << truth.outcome.reason);
+    REQUIRE(truth.outcome.status == Status::ok);
+    for (std::size_t i = 0; i < given.scene.bodies.size(); ++i) {
+      for (int k = 0; k < 3; ++k) CHECK(truth.values.back().bodies[i].p_m[k] == Wide(given.scene.bodies[i].position_m[k]));
+      CHECK(truth.values.back().bodies[i].v_m_per_s == std::array<Wide, 3>{});
+      CHECK(static_cast<double>(truth.bars.back().bodies[i].p_m[0]) < 1e-14);
+    }
+  }
+}
+
+TEST_CASE("The house of cards falls where friction is below tan t - d / L") {
+  // The feet of the lowest cards need H over the whole weight they bear: (W / 2 + P) (tan t - d / L) over W + P, and the
+  // joint above needs at most tan t = 0.268. Below half of 0.228 no foot holds.
+  Scenario given = catalogued("card-house");
+  for (PairLaw& law : given.scene.pairs) law.friction = 0.11;
+  CHECK_THAT(why(given), Catch::Contains("no contact forces were found that hold"));
+}
+
+TEST_CASE("Overhangs: two bricks stand up to 1/2, three to 1/2 + 1/4 of their half length beyond the table's edge") {
+  // The harmonic stack: brick k from the top may reach 1 / (2 k) of a length over the one below it.
+  const auto stack = [](double share) {
+    const Real3 half{0.5, 0.25, 0.125};
+    const double top = share * 1.0 / 2, middle = share * 1.0 / 4;
+    return standing(0.5, {ground(), cube("low", half, {0, 0, 0.125}), cube("middle", half, {middle, 0, 0.375}),
+                          cube("top", half, {middle + top, 0, 0.625})});
+  };
+  CHECK(why(stack(0.98)) == "");
+  CHECK_THAT(why(stack(1.02)), Catch::Contains("hold"));
+}
+
+TEST_CASE("A box on a slope stands below atan mu and while it does not tip") {
+  const auto on_slope = [](double degrees, double friction, Real3 half) {
+    const double t = degrees * M_PI / 180;
+    Body slope = ground();
+    std::get<Plane>(slope.shape).normal = {std::sin(t), 0, std::cos(t)};
+    Body box = cube("box", half, {half[2] * std::sin(t), 0, half[2] * std::cos(t)});
+    box.orientation_wxyz = {std::cos(t / 2), 0, std::sin(t / 2), 0};
+    return standing(friction, {slope, box});
+  };
+  CHECK(why(on_slope(29, std::tan(30 * M_PI / 180), {0.2, 0.2, 0.1})) == "");
+  CHECK_THAT(why(on_slope(31, std::tan(30 * M_PI / 180), {0.2, 0.2, 0.1})), Catch::Contains("`box`"));
+  CHECK(why(on_slope(25, 1, {0.1, 0.1, 0.2})) == "");  // tan 26.57 degrees = 1/2
+  CHECK_THAT(why(on_slope(28, 1, {0.1, 0.1, 0.2})), Catch::Contains("`box`"));
+}
+
+TEST_CASE("Crossed planks, balls in a corner; what floats, overlaps or moves is refused by name") {
+  // Two planks cross over a third: the edges meet in points that are corners of none.
+  Scenario given = standing(0.3, {ground(), cube("below", {1, 0.1, 0.1}, {0, 0, 0.1}),
+                                  cube("across", {0.1, 1, 0.1}, {0.3, 0, 0.3})});
+  CHECK(why(given) == "");
+  given.scene.bodies[2].position_m = {0.3, 0.2, 0.3};  // its centre beyond the plank below
+  CHECK_THAT(why(given), Catch::Contains("hold"));
+  Body wall = ground();
+  wall.name = "wall";
+  wall.shape = Plane{{1, 0, 0}, 0};
+  given = standing(0, {ground(), wall, ball("ball", 1, 0.25, {0.25, 0, 0.25}, {0, 0, 0})});
+  CHECK(why(given) == "");
+  given.scene.gravity_m_per_s2 = {1, 0, -9.81};  // leaves the wall
+  CHECK_THAT(why(given), Catch::Contains("`ball`"));
+  given.scene.gravity_m_per_s2 = {0, 0, -9.81};
+  given.scene.bodies[2].position_m[2] = 0.3;
+  CHECK_THAT(why(given), Catch::Contains("hold `ball`"));
+  given.scene.bodies[2].position_m[2] = 0.2;
+  CHECK_THAT(why(given), Catch::Contains("overlap"));
+  given.scene.bodies[2].position_m[2] = 0.25;
+  given.scene.bodies[2].velocity_m_per_s[1] = 1;
+  CHECK_THAT(why(given), Catch::Contains("moves at the start"));
+}
