@@ -1,11 +1,13 @@
 #include "simulation.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <type_traits>
 
 #include "contact/contact.hpp"
 #include "contact/options.hpp"
 #include "contact/penalty.hpp"
+#include "scene/contact_laws.hpp"
 
 namespace atwood {
 namespace {
@@ -48,6 +50,9 @@ ModelOptions model_options(const MethodId& id, std::string& why) {
 Outcome run_in_contact(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer,
                        int repeats) {
   if (id.response == "penalty") return run_with_penalty(id, scene, plan, observer, repeats);
+  const auto gives_way = [](const PairLaw& law) { return law.contact_law != ContactLaw::rigid; };
+  if (!id.response.empty() && std::ranges::any_of(laws_in_play(scene), gives_way))
+    return refuse("contacts of this scene give way by a law of their own: +penalty is for them");
   if (id.response.empty()) return refuse("atwood/" + id.scheme + " has no contact response; use +impulse, +event or +penalty");
   return run_with_contacts(id, scene, plan, observer, repeats);
 }

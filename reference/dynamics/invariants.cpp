@@ -4,6 +4,7 @@
 
 #include "dynamics/arithmetic.hpp"
 #include "dynamics/contacts.hpp"
+#include "scene/contact_laws.hpp"
 
 namespace atwood::dynamics {
 
@@ -260,21 +261,7 @@ void note(Character& c, const Scene& scene, const Force& force) {
   }
 }
 
-// May two shapes of this scene meet by a law that takes energy? By materials: two bodies of one material may, if there are two.
-bool loses_at_contacts(const Scene& scene) {
-  std::vector<int> moving(scene.materials.size()), all(scene.materials.size());
-  for (const Body& body : scene.bodies) {
-    if (body.shape.index() == 0) continue;
-    ++all[static_cast<std::size_t>(body.material)];
-    moving[static_cast<std::size_t>(body.material)] += !body.fixed;
-  }
-  for (const PairLaw& law : scene.pairs) {
-    const auto a = static_cast<std::size_t>(law.a), b = static_cast<std::size_t>(law.b);
-    const bool meet = a == b ? moving[a] > 0 && all[a] > 1 : (moving[a] > 0 && all[b] > 0) || (all[a] > 0 && moving[b] > 0);
-    if (meet && (law.restitution != 1 || law.friction != 0)) return true;
-  }
-  return false;
-}
+bool takes_energy(const PairLaw& law) { return law.restitution != 1 || law.friction != 0 || law.contact_law != ContactLaw::rigid; }
 
 }  // namespace
 
@@ -283,7 +270,7 @@ bool conserves(const Scene& scene, std::string_view quantity) {
   Character c;
   for (const Force& force : scene.forces) note(c, scene, force);
   const bool falls = scene.gravity_m_per_s2 != nothing;
-  const bool touches = contacts_possible(scene), lossy = touches && loses_at_contacts(scene);
+  const bool touches = contacts_possible(scene), lossy = std::ranges::any_of(laws_in_play(scene), takes_energy);
   bool walled = false, late = false;
   for (const Body& body : scene.bodies) {
     walled |= touches && body.fixed && body.shape.index() != 0;

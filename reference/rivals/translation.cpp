@@ -56,21 +56,6 @@ bool shapes_matter(const Scene& scene) {
   return shaped > 1 && std::any_of(scene.bodies.begin(), scene.bodies.end(), moves);
 }
 
-std::vector<PairLaw> laws_in_play(const Scene& scene) {
-  std::vector<std::int64_t> moving(scene.materials.size()), fixed(scene.materials.size());
-  for (const auto& body : scene.bodies) {
-    if (has_shape(body)) ++(body.fixed ? fixed : moving)[static_cast<std::size_t>(body.material)];
-  }
-  std::vector<PairLaw> laws;
-  for (const auto& law : scene.pairs) {
-    const auto a = static_cast<std::size_t>(law.a), b = static_cast<std::size_t>(law.b);
-    const bool meet = a == b ? moving[a] > 1 || (moving[a] > 0 && fixed[a] > 0)
-                             : (moving[a] > 0 && moving[b] + fixed[b] > 0) || (fixed[a] > 0 && moving[b] > 0);
-    if (meet) laws.push_back(law);
-  }
-  return laws;
-}
-
 Settings with_overrides(const Settings& preset, const Settings& overrides, const std::set<std::string>& fixed) {
   Settings merged = preset;
   for (const auto& [name, value] : overrides) {

@@ -9,8 +9,11 @@
 
 #include "protocol/method.hpp"
 #include "rivals/applied_forces.hpp"
+#include "scene/contact_laws.hpp"
 
 namespace atwood::rivals {
+
+using atwood::laws_in_play;
 
 // Virtual because the set of engines is open.
 class World {
@@ -47,9 +50,6 @@ std::string refusal(const std::string& engine, const MethodId& id, const std::st
 
 // Shapes matter where two bodies have one, not both fixed; elsewhere they can't touch anything and are no obstacle.
 bool shapes_matter(const Scene& scene);
-
-// The laws of pairs of materials that can meet: of two shaped bodies, not both fixed.
-std::vector<PairLaw> laws_in_play(const Scene& scene);
 
 // The preset with a method's overrides applied; integers become doubles where the preset has a double. Throws
 // std::invalid_argument that names an unknown setting, or a fixed one, or one of the wrong type, and lists the known.
