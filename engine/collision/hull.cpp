@@ -6,7 +6,7 @@
 #include <set>
 #include <utility>
 
-#include "scene/inertia.hpp"
+#include "collision/hull_triangles.hpp"
 
 namespace atwood {
 namespace {
@@ -50,7 +50,7 @@ Loops flat_outline(const std::vector<Real3>& points) {
   if (norm(x) == 0) return {{a}};
   const auto across = [&](int i) { return cross(x, wide(points[i]) - at); };
   const int c = farthest([&](int i) { return norm(across(i)); });
-  if (norm(across(c)) <= 1e-12L * norm(wide(points[b]) - at)) return {{a, b}};
+  if (norm(across(c)) <= 64 * 0x1p-52L * norm(wide(points[b]) - at)) return {{a, b}};
   const Long3 z = unit(across(c)), y = cross(z, x);
   const long double straight = 32 * 0x1p-52L * norm(wide(points[b]) - at);  // a corner nearer to its chord is none
   struct Flat { long double u, v; int index; };
@@ -169,7 +169,7 @@ template <class S> void add_edges(Hull<S>& hull) {
 }  // namespace
 
 template <class S> Hull<S> make_hull(const std::vector<Real3>& points) {
-  const std::vector<std::array<int, 3>> triangles = convex_hull(points);
+  const std::vector<std::array<int, 3>> triangles = hull_triangles(points);
   const Loops loops = triangles.empty() ? flat_outline(points) : merged_faces(points, triangles);
   Hull<S> hull;
   std::map<int, int> vertex_of;

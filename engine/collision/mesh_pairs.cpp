@@ -23,7 +23,7 @@ Manifold<S> way_out(const TriangleMesh<S>& mesh, const OnMesh<S>& nearest, const
   return one_point(mesh, nearest.triangle, normal, nearest.at.x, -(nearest.at.distance + reach));
 }
 
-// Touching triangles with one edge or corner in common find the same point there.
+// Triangles with an edge or corner in common find the same point there, up to the slack of regions at sharp corners.
 template <class S> bool known(const std::vector<Manifold<S>>& out, std::size_t from, const Manifold<S>& made, S tolerance) {
   for (std::size_t i = from; i < out.size(); ++i)
     if (norm(out[i].points[0].x_W - made.points[0].x_W) <= tolerance) return true;
@@ -53,7 +53,7 @@ void mesh_sphere_contacts(const TriangleMesh<S>& mesh, const Vec3<S>& center, S 
       normal = unit_along(away);
     }
     const Manifold<S> made = one_point(mesh, t, normal, at.x, at.distance - radius);
-    if (!known(out, from, made, S(16) * tolerance)) out.push_back(made);
+    if (!known(out, from, made, S(256) * tolerance)) out.push_back(made);
   });
   const auto& root = mesh.nodes;
   if (!mesh.closed || root.empty() || !(behind || out.size() == from) || !overlap(root[0].box, Aabb<S>{center, center})) return;

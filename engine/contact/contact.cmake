@@ -20,6 +20,7 @@ target_sources(atwood_engine PRIVATE
   collision/geometry.cpp
   collision/gjk.cpp
   collision/hull.cpp
+  collision/hull_triangles.cpp
   collision/mesh_contacts.cpp
   collision/mesh_mesh.cpp
   collision/mesh_pairs.cpp
