@@ -1,5 +1,6 @@
 // Clipping one box's face by another's: Sutherland and Hodgman (1974), in the reference face's own coordinates.
 #include <limits>
+#include <utility>
 
 #include "collision/box_pair.hpp"
 #include "collision/skin.hpp"
@@ -44,7 +45,7 @@ template <class S> Facing<S> facing(const BoxPair<S>& pair, bool reference_is_a,
 template <class S> struct Corner {
   S u, v, gap;
   int feature, other_feature, side;
-  S skin = S(0);   // from the reference's core to its surface, along the normal
+  S skin;          // from the reference's core to its surface, along the normal
 };
 template <class S> struct Polygon {
   static constexpr int most = 12;  // four corners, and one more for each side that cuts; round-off can add some
@@ -53,9 +54,11 @@ template <class S> struct Polygon {
   void add(const Corner<S>& c) {
     if (count < most) corners[static_cast<std::size_t>(count++)] = c;
   }
+  Corner<S>& operator[](int i) { return corners[static_cast<std::size_t>(i)]; }
+  const Corner<S>& operator[](int i) const { return corners[static_cast<std::size_t>(i)]; }
 };
 
-template <class S> Polygon<S> other_face(const Facing<S>& f) {
+template <class S> void put_other_face(const Facing<S>& f, Polygon<S>& polygon) {
   const int u = next(f.k), v = next(u), l1 = next(f.l), l2 = next(l1);
   // Centre and half sides of the other's face, as (u, v, gap): moved along the normal onto the reference face.
   const auto projected = [&](S x_u, S x_v, S x_k) {
@@ -69,13 +72,11 @@ template <class S> Polygon<S> other_face(const Facing<S>& f) {
   const auto p = along(l1, f.other_h[l1]), q = along(l2, f.other_h[l2]);
   const int face = kFeatureNone + static_cast<int>(f.sign) * kFeatureWeight[f.k];
   const int other_face = kFeatureNone + static_cast<int>(f.other_sign) * kFeatureWeight[f.l];
-  Polygon<S> polygon;
   for (int side = 0; side < 4; ++side) {  // (+, +), (-, +), (-, -), (+, -)
     const int s1 = side == 0 || side == 3 ? 1 : -1, s2 = side < 2 ? 1 : -1;
     polygon.add({c[0] + S(s1) * p[0] + S(s2) * q[0], c[1] + S(s1) * p[1] + S(s2) * q[1], c[2] + S(s1) * p[2] + S(s2) * q[2],
-                 face, other_face + s1 * kFeatureWeight[l1] + s2 * kFeatureWeight[l2], side});
+                 face, other_face + s1 * kFeatureWeight[l1] + s2 * kFeatureWeight[l2], side, S(0)});
   }
-  return polygon;
 }
 
 // The features that meet where the polygon's side crosses the reference's side `cut` (0: u = +h, 1: u = -h, 2, 3: v likewise).
@@ -88,24 +89,25 @@ template <class S> void name_crossing(const Facing<S>& f, int side, int cut, Cor
   else at.other_feature += side % 2 == 0 ? (side == 0 ? 1 : -1) * kFeatureWeight[l2] : (side == 1 ? -1 : 1) * kFeatureWeight[l1];
 }
 
-template <class S> void clip(const Facing<S>& f, int cut, Polygon<S>& polygon) {
+// False: nothing lies beyond the side, and `kept` is not written.
+template <class S> bool clip(const Facing<S>& f, int cut, const Polygon<S>& polygon, Polygon<S>& kept) {
   const S sign = cut % 2 == 0 ? S(1) : S(-1), h = f.h[next(cut < 2 ? f.k : next(f.k))];
   const auto coordinate = [cut](const Corner<S>& c) { return cut < 2 ? c.u : c.v; };
   const auto beyond = [&](const Corner<S>& c) { return sign * coordinate(c) > h; };
   bool any = false;
-  for (int i = 0; i < polygon.count; ++i) any = any || beyond(polygon.corners[static_cast<std::size_t>(i)]);
-  if (!any) return;
+  for (int i = 0; i < polygon.count; ++i) any = any || beyond(polygon[i]);
+  if (!any) return false;
   const S hair = S(1e-3) * (f.h[next(f.k)] + f.h[next(next(f.k))]);
   const Corner<S>* inherited = nullptr;
-  Polygon<S> kept;
+  kept.count = 0;
   for (int i = 0; i < polygon.count; ++i) {
-    const Corner<S>& p = polygon.corners[static_cast<std::size_t>(i)];
-    const Corner<S>& q = polygon.corners[static_cast<std::size_t>(i + 1 == polygon.count ? 0 : i + 1)];
+    const Corner<S>& p = polygon[i];
+    const Corner<S>& q = polygon[i + 1 == polygon.count ? 0 : i + 1];
     const bool p_out = beyond(p), q_out = beyond(q);
     if (!p_out) kept.add(p);
     if (p_out == q_out) continue;
     const S part = (sign * h - coordinate(p)) / (coordinate(q) - coordinate(p));
-    Corner<S> at{p.u + part * (q.u - p.u), p.v + part * (q.v - p.v), p.gap + part * (q.gap - p.gap), 0, 0, q_out ? 4 + cut : p.side};
+    Corner<S> at{p.u + part * (q.u - p.u), p.v + part * (q.v - p.v), p.gap + part * (q.gap - p.gap), 0, 0, q_out ? 4 + cut : p.side, S(0)};
     (cut < 2 ? at.u : at.v) = sign * h;
     name_crossing(f, p.side, cut, at);
     // A corner that is cut off by a hair leaves its name to one of the cuts: flush boxes must not change names by round-off.
@@ -116,21 +118,21 @@ template <class S> void clip(const Facing<S>& f, int cut, Polygon<S>& polygon) {
     }
     kept.add(at);
   }
-  polygon = kept;
+  return true;
 }
 
+// Neighbours that are one point to round-off, the last and the first among them.
 template <class S> void drop_doubles(Polygon<S>& polygon, S tolerance) {
-  Polygon<S> kept;
   const auto same = [tolerance](const Corner<S>& p, const Corner<S>& q) {
     return real::abs(p.u - q.u) <= tolerance && real::abs(p.v - q.v) <= tolerance && real::abs(p.gap - q.gap) <= tolerance;
   };
+  int kept = 0;
   for (int i = 0; i < polygon.count; ++i) {
-    const Corner<S>& c = polygon.corners[static_cast<std::size_t>(i)];
-    if (kept.count > 0 && same(c, kept.corners[static_cast<std::size_t>(kept.count - 1)])) continue;
-    if (i + 1 == polygon.count && kept.count > 0 && same(c, kept.corners[0])) continue;
-    kept.add(c);
+    if (kept > 0 && (same(polygon[i], polygon[kept - 1]) || (i + 1 == polygon.count && same(polygon[i], polygon[0])))) continue;
+    if (kept != i) polygon[kept] = polygon[i];
+    ++kept;
   }
-  polygon = kept;
+  polygon.count = kept;
 }
 
 // Of more than four corners, the deepest and the three that span the largest quadrangle with it.
@@ -138,25 +140,24 @@ template <class S> void keep_four(Polygon<S>& polygon) {
   const int n = polygon.count;
   int deepest = 0;
   for (int i = 1; i < n; ++i)
-    if (polygon.corners[static_cast<std::size_t>(i)].gap < polygon.corners[static_cast<std::size_t>(deepest)].gap) deepest = i;
-  const auto from_deepest = [&](int i) -> const Corner<S>& { return polygon.corners[static_cast<std::size_t>((deepest + i) % n)]; };
-  const Corner<S>& o = from_deepest(0);
+    if (polygon[i].gap < polygon[deepest].gap) deepest = i;
+  std::array<int, Polygon<S>::most> index;  // onwards from the deepest, and where they lie from there
+  std::array<S, Polygon<S>::most> u, v;
+  for (int i = 0, at = deepest; i < n; ++i, at = at + 1 == n ? 0 : at + 1)
+    index[i] = at, u[i] = polygon[at].u - polygon[deepest].u, v[i] = polygon[at].v - polygon[deepest].v;
   S largest = S(-1);
   std::array<int, 3> best{1, 2, 3};
-  for (int j = 2; j < n - 1; ++j) {  // diagonals o-j and i-k: twice the area is their product
-    const S u = from_deepest(j).u - o.u, v = from_deepest(j).v - o.v;
+  for (int j = 2; j < n - 1; ++j) {  // diagonals 0-j and i-k: twice the area is their product
     for (int i = 1; i < j; ++i) {
       for (int k = j + 1; k < n; ++k) {
-        const Corner<S>&p = from_deepest(i), &q = from_deepest(k);
-        const S area = real::abs(u * (q.v - p.v) - v * (q.u - p.u));
+        const S area = real::abs(u[j] * (v[k] - v[i]) - v[j] * (u[k] - u[i]));
         if (area > largest) largest = area, best = {i, j, k};
       }
     }
   }
-  Polygon<S> kept;
-  kept.add(o);
-  for (const int i : best) kept.add(from_deepest(i));
-  polygon = kept;
+  const std::array<Corner<S>, 4> four{polygon[deepest], polygon[index[best[0]]], polygon[index[best[1]]], polygon[index[best[2]]]};
+  for (int i = 0; i < 4; ++i) polygon[i] = four[i];
+  polygon.count = 4;
 }
 
 // From the gap of the cores to that of the surfaces.
@@ -174,33 +175,38 @@ template <class S> void put_skins_on(const Facing<S>& f, S radius, S other_radiu
 template <class S>
 Manifold<S> face_manifold(const BoxPair<S>& pair, bool reference_is_a, int k, const Vec3<S>& normal_W, S margin, S& deepest) {
   const Facing<S> f = facing(pair, reference_is_a, k, normal_W);
-  Polygon<S> polygon = other_face(f);
-  Corner<S> lowest = polygon.corners[0];
+  Polygon<S> buffers[2];
+  Polygon<S>*polygon = &buffers[0], *spare = &buffers[1];
+  put_other_face(f, *polygon);
+  Corner<S> lowest = (*polygon)[0];
   for (int i = 1; i < 4; ++i)
-    if (polygon.corners[static_cast<std::size_t>(i)].gap < lowest.gap) lowest = polygon.corners[static_cast<std::size_t>(i)];
-  for (int cut = 0; cut < 4; ++cut) clip(f, cut, polygon);
+    if ((*polygon)[i].gap < lowest.gap) lowest = (*polygon)[i];
+  for (int cut = 0; cut < 4; ++cut)
+    if (clip(f, cut, *polygon, *spare)) std::swap(polygon, spare);
+  Polygon<S>& near = *polygon;
 
   const S radius = reference_is_a ? pair.radius_a : pair.radius_b, other_radius = reference_is_a ? pair.radius_b : pair.radius_a;
   const S round_off = S(8) * real::epsilon<S>() * pair.size;
   deepest = std::numeric_limits<S>::infinity();
-  if (polygon.count == 0) {  // beside each other; of overlapping boxes by no more than round-off
+  if (near.count == 0) {  // beside each other; of overlapping boxes by no more than round-off
     const S u = f.h[next(k)], v = f.h[next(next(k))];
     lowest.u = real::max(-u, real::min(u, lowest.u)), lowest.v = real::max(-v, real::min(v, lowest.v));
-    polygon.add(lowest);
+    near.add(lowest);
   } else {
-    for (int i = 0; i < polygon.count; ++i) deepest = real::min(deepest, polygon.corners[static_cast<std::size_t>(i)].gap);
+    for (int i = 0; i < near.count; ++i) deepest = real::min(deepest, near[i].gap);
   }
   S least = std::numeric_limits<S>::infinity();
-  for (int i = 0; i < polygon.count; ++i) {
-    Corner<S>& c = polygon.corners[static_cast<std::size_t>(i)];
-    if (radius > S(0) || other_radius > S(0)) put_skins_on(f, radius, other_radius, c);
-    least = real::min(least, c.gap);
+  for (int i = 0; i < near.count; ++i) {
+    if (radius > S(0) || other_radius > S(0)) put_skins_on(f, radius, other_radius, near[i]);
+    least = real::min(least, near[i].gap);
   }
-  Polygon<S> near;
-  for (int i = 0; i < polygon.count; ++i) {
-    const Corner<S>& c = polygon.corners[static_cast<std::size_t>(i)];
-    if (c.gap <= margin || c.gap <= least + round_off) near.add(c);
+  int kept = 0;
+  for (int i = 0; i < near.count; ++i) {
+    if (!(near[i].gap <= margin || near[i].gap <= least + round_off)) continue;
+    if (kept != i) near[kept] = near[i];
+    ++kept;
   }
+  near.count = kept;
   drop_doubles(near, round_off);
   if (near.count > 4) keep_four(near);
 
@@ -211,7 +217,7 @@ Manifold<S> face_manifold(const BoxPair<S>& pair, bool reference_is_a, int k, co
   const Placement<S>& place = reference_is_a ? *pair.place_a : *pair.place_b;
   const Vec3<S> outward = reference_is_a ? normal_W : -normal_W;  // from the reference to the other
   for (int i = 0; i < near.count; ++i) {
-    const Corner<S>& c = near.corners[static_cast<std::size_t>(i)];
+    const Corner<S>& c = near[i];
     const Vec3<S> on_reference = c.u * place.axis_W[next(k)] + c.v * place.axis_W[next(next(k))] + (f.sign * f.h[k]) * place.axis_W[k];
     m.points[static_cast<std::size_t>(i)] = {
         place.p_W + (on_reference + (c.skin + c.gap / S(2)) * outward), c.gap,
