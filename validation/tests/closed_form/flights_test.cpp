@@ -256,3 +256,22 @@ TEST_CASE("Edges, held balls and things that are no balls are refused by name") 
   given.scene.bodies[0].shape = Box{{0.1, 0.1, 0.1}};
   CHECK_THAT(why(given), Catch::Contains("`bullet` is no ball"));
 }
+
+TEST_CASE("A sample at the very instant of a rough impact has bars as wide as the jumps of velocity and spin") {
+  Scenario given = catalogued("oblique-rough-spin");
+  given.t_end_s = 1.75;  // the impact comes at 0.4375 s
+  for (const char* solution : {"ball-flights", "sphere-impact"}) {
+    given.truth.solution = solution;
+    const Truth truth = closed_form_truth(given, 4);
+    REQUIRE(truth.events.size() == 1);
+    REQUIRE(truth.values[1].t_s == truth.events[0].t_s);
+    CHECK(truth.note != "");
+    for (int i = 0; i < 2; ++i)
+      for (int c = 0; c < 3; ++c) {
+        const BodySample &before = truth.values[0].bodies[i], &after = truth.values[1].bodies[i], &bar = truth.bars[1].bodies[i];
+        CHECK(bar.v_m_per_s[c] >= fabsq(after.v_m_per_s[c] - before.v_m_per_s[c]));
+        CHECK(bar.w_rad_per_s[c] >= fabsq(after.w_rad_per_s[c] - before.w_rad_per_s[c]));
+      }
+    CHECK(static_cast<double>(truth.bars[2].bodies[0].v_m_per_s[0]) < 1e-28);
+  }
+}
