@@ -1,5 +1,6 @@
 // Contacts and gaps of primitive shapes, pair by pair, against numbers worked out by hand; each case both ways round.
 #include <catch2/catch.hpp>
+#include <rapidcheck.h>
 
 #include <limits>
 
@@ -204,6 +205,36 @@ TEST_CASE("cylinder against box, rectangle, cylinder and capsule") {
   expect("lying on a plate", Rectangle{{2, 2}}, {}, drum, {{0, 0, 0.25}, kOverY}, {-0.25, up, Meeting::edge, {{1, 0, -0.125}, {-1, 0, -0.125}}});
   expect("side by side", drum, {}, drum, {{0.75, 0, 1}}, {-0.25, {1, 0, 0}, Meeting::edge, {{0.375, 0, 1}, {0.375, 0, 0}}});
   expect("a capsule across", Capsule{0.5, 2}, {}, drum, {{0.75, 0, 0}, kOverX}, {-0.25, {1, 0, 0}, Meeting::edge_edge, {{0.375, 0, 0}}});
+}
+
+// A capsule without length is a sphere; a box, a rectangle, a cylinder without extents is a point, a sphere without radius.
+TEST_CASE("the sphere is the limit of the other shapes") {
+  CHECK(rc::check([](std::uint64_t seed) {
+    Random random(seed);
+    for (const ShapeKind kind : {ShapeKind::sphere, ShapeKind::plane, ShapeKind::rectangle, ShapeKind::box, ShapeKind::capsule}) {
+      const Shape partner = kind == ShapeKind::plane ? Shape(Plane{{0.6, 0, 0.8}, 0.25}) : random_shape(kind, random);
+      const double radius = uniform(random, 0.1, 1);
+      const auto other = make_geometry<double>(partner);
+      const auto place = placement(V{uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)}, any_turn(random));
+      const auto here = placement(V{uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)}, any_turn(random));
+      const auto agree = [&](const Shape& shape, double sphere_radius) {
+        const auto limit = separation(make_geometry<double>(shape), here, other, place);
+        const auto sphere = separation(make_geometry<double>(Sphere{sphere_radius}), here, other, place);
+        RC_ASSERT(std::abs(limit.gap - sphere.gap) < 2e-15);
+        if (std::abs(sphere.gap + sphere_radius) > 1e-2) RC_ASSERT(norm(limit.normal_W - sphere.normal_W) < 1e-13);
+        std::vector<Manifold<double>> one, two;
+        find_contacts(make_geometry<double>(shape), here, other, place, 0.01, one);
+        find_contacts(make_geometry<double>(Sphere{sphere_radius}), here, other, place, 0.01, two);
+        if (std::abs(sphere.gap - 0.01) < 1e-12) return;
+        RC_ASSERT(one.size() == two.size());
+        if (!one.empty()) RC_ASSERT(one[0].count == 1);
+      };
+      agree(Capsule{radius, 0}, radius);
+      agree(Box{{0, 0, 0}}, 0);
+      agree(Rectangle{{0, 0}}, 0);
+      if (kind == ShapeKind::sphere) agree(Cylinder{0, 0}, 0);
+    }
+  }));
 }
 
 TEST_CASE("what there is no test for is said") {
