@@ -108,7 +108,8 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
   for (int k = 0; k < 2; ++k) inverse[k] = bodies[k]->fixed ? S(0) : 1 / S(bodies[k]->mass_kg);
   const Vec<S> g = vec<S>(scene.gravity_m_per_s2), d0 = start[1].p_WB - start[0].p_WB, u = start[1].v_WB - start[0].v_WB;
   const PairLaw& law = pair_law(scene, two.a, two.b);
-  if (norm(d0) < (radius[0] + radius[1]) * (1 - 4 * unit_round_off<double>())) motion.misfit = "the spheres overlap at the start";
+  if (norm(d0) < (radius[0] + radius[1]) * (1 - 4 * unit_round_off<double>()))
+    motion.misfit = "the spheres overlap at the start";
   Meeting<S> hit = meet(d0, u, radius[0] + radius[1], S(law.restitution), inverse[0] + inverse[1]);
   if (hit.t > S(scenario.t_end_s)) hit.happens = false;
   const bool rough = hit.happens && law.friction != 0;

@@ -183,22 +183,13 @@ bool strikes_again(const Shape& rod, const Vec<S>& d, const Vec<S>& u, const Vec
   return !stays_open<S>(from, rest, gap, way, S(1e-9) * radius);
 }
 
+// What the blow gives: the impulse on the ball and both new spins, in the rod's axes.
 template <class S>
-Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
-  const Scene& scene = scenario.scene;
-  Motion<S> motion;
-  Pair<S> pair;
-  motion.misfit = find_pair(scene, pair);
-  if (!motion.misfit.empty()) return motion;
-  const Quat<S> to_rod = conjugate(pair.rod0.q_WB);
-  const Vec<S> d = rotate(to_rod, pair.ball0.p_WB - pair.rod0.p_WB), u = rotate(to_rod, pair.ball0.v_WB - pair.rod0.v_WB);
-  const Body& rod = scene.bodies[pair.rod];
-  Touch<S> touch = std::holds_alternative<Box>(rod.shape)
-                       ? touch_box(std::get<Box>(rod.shape), d, u, pair.radius, motion.misfit)
-                       : touch_capsule(std::get<Capsule>(rod.shape), d, u, pair.radius);
-  if (!motion.misfit.empty()) return motion;
-  touch.happens = touch.happens && touch.t <= S(scenario.t_end_s);
-  const PairLaw& law = pair_law(scene, pair.rod, pair.ball);
+struct Struck { std::string misfit; Blow<S> blow; Vec<S> J{}, rod_w{}, ball_w{}; };
+
+template <class S>
+Struck<S> strike(const Pair<S>& pair, const Touch<S>& touch, const Vec<S>& u, const PairLaw& law) {
+  Struck<S> made;
   const Vec<S>&n = touch.n_B, &r = touch.r_B;
   const auto turned_by = [&](const Vec<S>& impulse) {
     const Vec<S> moment = cross(r, impulse);
@@ -210,39 +201,73 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
     return dot(seen, given) * (pair.inverse_rod + pair.inverse_ball) + pair.ball_yield * aside +
            dot(seen, cross(turned_by(given), r));
   };
-  Blow<S> blow;
-  Vec<S> along{}, J{}, rod_w{}, ball_w{};
-  if (touch.happens) {
-    const S u_n = dot(u, n);
-    Vec<S> sliding = u - u_n * n;
-    const bool slides = norm(sliding) > S(0x1p-46) * norm(u);
-    along = slides ? (1 / norm(sliding)) * sliding : Vec<S>{};
-    if (law.friction != 0 && !slides && norm(cross(r, n)) > S(0x1p-46) * norm(r)) {
-      // Nothing slides yet; the blow itself may start it, along the plane of r and n.
-      const Vec<S> lean = r - dot(r, n) * n;
-      along = (1 / norm(lean)) * lean;
-    }
-    const Vec<S> across = cross(n, along);
-    if (law.friction != 0 && !is_zero(along) &&
-        magnitude(yields(across, n)) + magnitude(yields(across, along)) > S(0x1p-44) * yields(n, n))
-      motion.misfit = "the impact has friction and is not planar";
-    const S mu = is_zero(along) ? S(0) : S(law.friction), K_tt = is_zero(along) ? S(1) : yields(along, along);
-    const S K_tn = is_zero(along) ? S(0) : yields(along, n);
-    blow = routh(K_tt, K_tn, yields(n, n), slides ? norm(sliding) : S(0), u_n, S(law.restitution), mu);
-    J = blow.normal * n + blow.tangential * along;
-    rod_w = S(-1) * turned_by(J);
-    ball_w = (pair.ball_yield / (pair.radius)) * cross(S(-1) * n, J);
-    const Vec<S> L{pair.moment[0] * rod_w[0], pair.moment[1] * rod_w[1], pair.moment[2] * rod_w[2]};
-    if (norm(cross(rod_w, L)) > S(0x1p-44) * norm(rod_w) * norm(L))
-      motion.misfit = "the rod is not struck in one of its planes of symmetry: it tumbles";
-    const Vec<S> parts = u + (pair.inverse_rod + pair.inverse_ball) * J;
-    if (motion.misfit.empty() && strikes_again(rod.shape, d + touch.t * u, parts, rod_w, pair.radius, blow.after,
-                                               S(scenario.t_end_s) - touch.t))
-      motion.misfit = "the rod, turning, may strike the ball again";
-  }
+  const Vec<S> sliding = u - dot(u, n) * n, lean = r - dot(r, n) * n;
+  const bool slides = norm(sliding) > S(0x1p-46) * norm(u);
+  Vec<S> along{};
+  // Where nothing slides yet, the blow itself may start it, in the plane of r and n.
+  if (slides) along = (1 / norm(sliding)) * sliding;
+  else if (norm(lean) > S(0x1p-46) * norm(r)) along = (1 / norm(lean)) * lean;
+  const bool rough = law.friction != 0 && !is_zero(along);
+  const Vec<S> across = cross(n, along);
+  if (rough && magnitude(yields(across, n)) + magnitude(yields(across, along)) > S(0x1p-44) * yields(n, n))
+    made.misfit = "the impact has friction and is not planar";
+  made.blow = routh(rough ? yields(along, along) : S(1), rough ? yields(along, n) : S(0), yields(n, n),
+                    slides ? norm(sliding) : S(0), dot(u, n), S(law.restitution), rough ? S(law.friction) : S(0));
+  made.J = made.blow.normal * n + made.blow.tangential * along;
+  made.rod_w = S(-1) * turned_by(made.J);
+  made.ball_w = (pair.ball_yield / pair.radius) * cross(S(-1) * n, made.J);
+  const Vec<S>& w = made.rod_w;
+  const Vec<S> L{pair.moment[0] * w[0], pair.moment[1] * w[1], pair.moment[2] * w[2]};
+  if (norm(cross(w, L)) > S(0x1p-44) * norm(w) * norm(L))
+    made.misfit = "the rod is not struck in one of its planes of symmetry: it tumbles";
+  return made;
+}
+
+template <class S>
+Happening<S> happening(const Pair<S>& pair, const Touch<S>& touch, const Blow<S>& blow) {
+  const bool in_order = pair.rod < pair.ball;
+  Happening<S> hit;
+  hit.t_s = touch.t;
+  hit.body_a = in_order ? pair.rod : pair.ball;
+  hit.body_b = in_order ? pair.ball : pair.rod;
+  hit.x_W = pair.rod0.p_WB + touch.t * pair.rod0.v_WB + rotate(pair.rod0.q_WB, touch.r_B);
+  hit.normal_W = S(in_order ? 1 : -1) * rotate(pair.rod0.q_WB, touch.n_B);
+  hit.impulse_n_N_s = blow.normal;
+  hit.impulse_t_N_s = magnitude(blow.tangential);
+  hit.vn_before_m_per_s = blow.before;
+  hit.vn_after_m_per_s = blow.after;
+  return hit;
+}
+
+template <class S>
+Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+  const Scene& scene = scenario.scene;
+  const S t_end = scenario.t_end_s;
+  Motion<S> motion;
+  Pair<S> pair;
+  motion.misfit = find_pair(scene, pair);
   if (!motion.misfit.empty()) return motion;
-  const Vec<S> J_W = rotate(pair.rod0.q_WB, J);
-  const auto pose = [&](const Pose<S>& start, S t, S kick, const Vec<S>& spin_B) {
+  const Quat<S> to_rod = conjugate(pair.rod0.q_WB);
+  const Vec<S> d = rotate(to_rod, pair.ball0.p_WB - pair.rod0.p_WB), u = rotate(to_rod, pair.ball0.v_WB - pair.rod0.v_WB);
+  const Body& rod = scene.bodies[pair.rod];
+  const auto* box = std::get_if<Box>(&rod.shape);
+  Touch<S> touch = box != nullptr ? touch_box(*box, d, u, pair.radius, motion.misfit)
+                                  : touch_capsule(std::get<Capsule>(rod.shape), d, u, pair.radius);
+  if (!motion.misfit.empty()) return motion;
+  touch.happens = touch.happens && touch.t <= t_end;
+  Struck<S> struck;
+  if (touch.happens) {
+    struck = strike(pair, touch, u, pair_law(scene, pair.rod, pair.ball));
+    motion.misfit = struck.misfit;
+    const Vec<S> parts = u + (pair.inverse_rod + pair.inverse_ball) * struck.J;
+    if (motion.misfit.empty() && strikes_again(rod.shape, d + touch.t * u, parts, struck.rod_w, pair.radius,
+                                               struck.blow.after, t_end - touch.t))
+      motion.misfit = "the rod, turning, may strike the ball again";
+    if (!motion.misfit.empty()) return motion;
+    motion.happenings.push_back(happening(pair, touch, struck.blow));
+  }
+  const Vec<S> J_W = rotate(pair.rod0.q_WB, struck.J);
+  const auto fly = [&](const Pose<S>& start, S t, S kick, const Vec<S>& spin_B) {
     Pose<S> now = start;
     now.p_WB = start.p_WB + t * start.v_WB;
     if (!touch.happens || t < touch.t) return now;
@@ -253,26 +278,13 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
     if (rate != 0) now.q_WB = start.q_WB * turn((1 / rate) * spin_B, rate * since);
     return now;
   };
-  const Vec<S> ball_spin = rotate(conjugate(pair.ball0.q_WB), rotate(pair.rod0.q_WB, ball_w));
+  const Vec<S> ball_spin = rotate(conjugate(pair.ball0.q_WB), rotate(pair.rod0.q_WB, struck.ball_w));
   for (const S& t : t_s) {
     auto& poses = motion.poses.emplace_back();
     for (const Body& body : scene.bodies) poses.push_back(initial_pose<S>(body));
-    poses[pair.rod] = pose(pair.rod0, t, -pair.inverse_rod, rod_w);
-    poses[pair.ball] = pose(pair.ball0, t, pair.inverse_ball, ball_spin);
+    poses[pair.rod] = fly(pair.rod0, t, -pair.inverse_rod, struck.rod_w);
+    poses[pair.ball] = fly(pair.ball0, t, pair.inverse_ball, ball_spin);
   }
-  if (!touch.happens) return motion;
-  const bool in_order = pair.rod < pair.ball;
-  Happening<S> hit;
-  hit.t_s = touch.t;
-  hit.body_a = in_order ? pair.rod : pair.ball;
-  hit.body_b = in_order ? pair.ball : pair.rod;
-  hit.x_W = pair.rod0.p_WB + touch.t * pair.rod0.v_WB + rotate(pair.rod0.q_WB, r);
-  hit.normal_W = S(in_order ? 1 : -1) * rotate(pair.rod0.q_WB, n);
-  hit.impulse_n_N_s = blow.normal;
-  hit.impulse_t_N_s = magnitude(blow.tangential);
-  hit.vn_before_m_per_s = blow.before;
-  hit.vn_after_m_per_s = blow.after;
-  motion.happenings.push_back(hit);
   return motion;
 }
 

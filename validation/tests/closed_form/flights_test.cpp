@@ -268,7 +268,8 @@ TEST_CASE("A sample at the very instant of a rough impact has bars as wide as th
     CHECK(truth.note != "");
     for (int i = 0; i < 2; ++i)
       for (int c = 0; c < 3; ++c) {
-        const BodySample &before = truth.values[0].bodies[i], &after = truth.values[1].bodies[i], &bar = truth.bars[1].bodies[i];
+        const BodySample &before = truth.values[0].bodies[i], &after = truth.values[1].bodies[i];
+        const BodySample& bar = truth.bars[1].bodies[i];
         CHECK(bar.v_m_per_s[c] >= fabsq(after.v_m_per_s[c] - before.v_m_per_s[c]));
         CHECK(bar.w_rad_per_s[c] >= fabsq(after.w_rad_per_s[c] - before.w_rad_per_s[c]));
       }
