@@ -71,7 +71,7 @@ class Writer {
     const std::int64_t contacts = room_for_contacts(scene_, settings_), n = contacts * rows;
     const auto nv = 6 * static_cast<std::int64_t>(scene_.bodies.size());
     const std::int64_t guess = 5 * (n + nv) * (n + nv), seen = 5 * nv * nv + 200 * (n + nv) + 1000000;
-    out("<size nconmax=\"{}\" njmax=\"{}\" nstack=\"{}\"/>\n", contacts, n, std::min(std::max<std::int64_t>(guess, 1000), seen));
+    out("<size nconmax=\"{}\" njmax=\"{}\" nstack=\"{}\"/>\n", contacts, n, std::min(guess, seen));
   }
 
   void options() {
@@ -82,7 +82,8 @@ class Writer {
         order_ ? "all" : "predefined", rivals::count(settings_, "iterations", 1), number("tolerance"),
         rivals::count(settings_, "noslip_iterations", 0), number("noslip_tolerance"), number("impratio"),
         rivals::count(settings_, "mpr_iterations", 1), number("mpr_tolerance"));
-    out("<flag warmstart=\"{}\" refsafe=\"{}\" multiccd=\"{}\"/>\n</option>\n", on("warm_start"), on("refsafe"), on("multiccd"));
+    out("<flag warmstart=\"{}\" refsafe=\"{}\" multiccd=\"{}\"/>\n</option>\n", on("warm_start"), on("refsafe"),
+        on("multiccd"));
   }
   const char* on(const char* name) const { return rivals::flag(settings_, name) ? "enable" : "disable"; }
 

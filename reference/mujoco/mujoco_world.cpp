@@ -145,7 +145,7 @@ Settings default_settings() {
           {"step", std::string("mj_step")},
           {"pair_law", std::string("the scene's: by geom priorities, or pair by pair where these can't say it")},
           {"restitution", std::string("none: MuJoCo has no coefficient; scenes that ask for one are refused")},
-          {"spinning_friction", std::string("MuJoCo's least coefficient, 1e-5, where rolling friction is asked for; else none")},
+          {"spinning_friction", std::string("MuJoCo's least, 1e-5, where rolling friction is asked for; else none")},
           {"forces", std::string("all but uniform gravity: evaluated by the adapter once a step, at its beginning")},
           {"sleeping", std::string("none: MuJoCo 2.2 has none")},
           {"linear_damping", 0.0},

@@ -10,8 +10,8 @@ namespace {
 struct Context {
   const Scene& scene;
   double t_s, t_switch_s;
-  std::span<const Motion> motions;
-  std::span<Wrench> wrenches;
+  const std::vector<Motion>& motions;
+  std::vector<Wrench>& wrenches;
 
   double mass(int i) const { return scene.bodies[i].mass_kg; }
   void push(int i, const Real3& force_N) const { add(wrenches[i].force_N, force_N); }
@@ -157,8 +157,8 @@ const char* name_of(const Force& force) {
 
 }  // namespace
 
-void applied_wrenches(const Scene& scene, double t_s, double t_switch_s, std::span<const Motion> motions,
-                      std::span<Wrench> wrenches) {
+void applied_wrenches(const Scene& scene, double t_s, double t_switch_s, const std::vector<Motion>& motions,
+                      std::vector<Wrench>& wrenches) {
   for (auto& wrench : wrenches) wrench = {};
   const Context context{scene, t_s, t_switch_s, motions, wrenches};
   for (const auto& force : scene.forces) {

@@ -4,7 +4,6 @@
 // state (its precision widened to double) and handed over as one force through the centre of mass and one torque.
 #pragma once
 
-#include <span>
 #include <string>
 #include <vector>
 
@@ -26,8 +25,8 @@ struct Wrench {
 
 // Sets `wrenches` (one a body) to the sum of all forces but uniform gravity, at time t_s; thrusters and point forces
 // are on or off as they are at t_switch_s, the middle of the step.
-void applied_wrenches(const Scene& scene, double t_s, double t_switch_s, std::span<const Motion> motions,
-                      std::span<Wrench> wrenches);
+void applied_wrenches(const Scene& scene, double t_s, double t_switch_s, const std::vector<Motion>& motions,
+                      std::vector<Wrench>& wrenches);
 
 // Why these forces don't cover the scene; empty when they do.
 std::string uncovered_force(const Scene& scene);

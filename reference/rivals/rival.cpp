@@ -26,9 +26,15 @@ Outcome run(const Rival& rival, const MethodId& id, const Scene& scene, const Pl
   if (id.engine != rival.name || preset == rival.presets.end()) {
     return unsupported(rival.name + " offers " + schemes(rival) + ", not " + id.engine + "/" + id.scheme);
   }
-  if (const auto reason = refusal(rival.name, id, rival.scalar, scene); !reason.empty()) return unsupported(reason);
+  MethodId plain = id;
+  if (preset->adaptive) plain.rtol.reset(), plain.atol.reset();
+  if (const auto reason = refusal(rival.name, plain, rival.scalar, scene); !reason.empty()) return unsupported(reason);
   try {
-    const Settings settings = with_overrides(preset->settings, id.overrides, rival.fixed);
+    Settings settings = with_overrides(preset->settings, id.overrides, rival.fixed);
+    if (preset->adaptive && id.rtol) {
+      settings["accuracy"] = *id.rtol;
+      settings["steps"] = std::string("chosen");
+    }
     const std::int64_t substeps = count(settings, "substeps", 1);
     rival.check(settings);
     if (const auto reason = rival.refusal(scene, settings); !reason.empty()) return unsupported(reason);
@@ -56,6 +62,7 @@ Engine engine_of(const Rival& rival) {
     info.doc = preset.doc;
     info.source = rival.source;
     info.claimed_order = preset.claimed_order;
+    info.adaptive = preset.adaptive;
     info.settings = preset.settings;
     engine.methods.push_back(info);
   }

@@ -17,6 +17,7 @@ struct Preset {
   std::string scheme, doc;
   Settings settings;  // all of them, as printed
   std::map<std::string, double> claimed_order = {};
+  bool adaptive = false;  // takes a tolerance: its settings have "accuracy", and "steps" becomes "chosen"
 };
 
 struct Rival {

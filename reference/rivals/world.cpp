@@ -1,5 +1,6 @@
 #include "rivals/world.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <map>
@@ -20,7 +21,7 @@ class Stepper {
       if (!scene.bodies[i].fixed && scene.bodies[i].release_s > 0) held_.push_back(static_cast<int>(i));
     }
     motions_.resize(scene.bodies.size());
-    if (!scene.forces.empty()) wrenches_.resize(scene.bodies.size());
+    if (!scene.forces.empty() && world.rate_calls() < 0) wrenches_.resize(scene.bodies.size());
   }
 
   // Step n of the plan; `before` runs ahead of every inner step, `after` behind it, with the inner step's start time.
@@ -215,6 +216,7 @@ Outcome accuracy_pass(const WorldMaker& make, const Scene& scene, const Plan& pl
     sample.contacts = contacts_of(*world, stepper);
     observer.sample(sample);
   }
+  outcome.rate_evaluations = std::max<std::int64_t>(0, world->rate_calls());
   return outcome;
 }
 
@@ -234,6 +236,7 @@ Outcome timed_pass(const WorldMaker& make, const Scene& scene, const Plan& plan,
       return outcome;
     }
     if (repeat < 0) continue;
+    outcome.rate_evaluations = std::max<std::int64_t>(0, world->rate_calls());
     outcome.busy_ns.push_back(std::chrono::duration_cast<std::chrono::nanoseconds>(stop - start).count());
   }
   return outcome;
@@ -269,9 +272,11 @@ Outcome run_world(const WorldMaker& make, const Scene& scene, const Plan& plan, 
                     : repeats > 0 ? timed_pass(make, scene, plan, repeats, substeps)
                                     : accuracy_pass(make, scene, plan, observer, substeps);
   if (!scene.forces.empty()) {
-    outcome.rate_evaluations = outcome.steps_taken * substeps;
+    const bool at_each_rate_call = outcome.rate_evaluations > 0;
+    if (!at_each_rate_call) outcome.rate_evaluations = outcome.steps_taken * substeps;
     if (outcome.status == Status::ok) {
-      outcome.reason = "forces evaluated by the adapter once a step: " + names_of_forces(scene);
+      outcome.reason = std::string("forces evaluated by the adapter ") +
+                       (at_each_rate_call ? "at every rate call: " : "once a step: ") + names_of_forces(scene);
     }
   }
   return outcome;

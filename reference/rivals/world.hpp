@@ -24,6 +24,10 @@ class World {
   virtual Motion motion(int body) const = 0;  // engine state, widened without loss
   virtual void release(int body) = 0;         // a held body starts to move with its scene velocity
 
+  // How often the engine has asked for rates, where it asks for the scene's forces itself at each; then step() gets no
+  // wrenches. -1: it does not.
+  virtual std::int64_t rate_calls() const { return -1; }
+
   // Contacts that carried an impulse in the last step, point by point, a < b. Engines find them at the step's beginning, and
   // there x_m, normal and gap_m hold; run_world brings the gap to the step's end, where samples are taken.
   struct Touch {

@@ -35,15 +35,15 @@ std::string environment_or(const char* name, const std::string& otherwise) {
 
 // Engines that the default set-up does without: found when configuring, or not built.
 struct OptionalEngine { const char *name, *library, *packages; };
-constexpr OptionalEngine optional_engines[] = {{"mujoco", "MuJoCo", "libmujoco-dev"}};
+constexpr OptionalEngine optional_engines[] = {{"mujoco", "MuJoCo", "libmujoco-dev"}, {"simbody", "Simbody", "libsimbody-dev"}};
 
 // What to do about an optional engine whose executable is not there.
 void explain_missing(Worker& worker) {
   if (fs::exists(worker.path)) return;
   for (const auto& engine : optional_engines) {
     if (fs::path(worker.path).filename() != fmt::format("atwood-{}", engine.name)) continue;
-    worker.reason = fmt::format("{} was not there when this was built; `ATWOOD_ENGINES={} ./atwood run` installs it ({}) and builds "
-                                "its worker", engine.library, engine.name, engine.packages);
+    worker.reason = fmt::format("{} was not there when this was built; `ATWOOD_ENGINES={} ./atwood run` installs it ({}) and "
+                                "builds its worker", engine.library, engine.name, engine.packages);
   }
 }
 

@@ -54,7 +54,7 @@ void check_steps(const Scenario& scenario, const std::vector<std::int64_t>& step
 }
 
 // Engines that method ids may name before an adapter of theirs is built: their cells are `not built`, no mistake.
-const std::set<std::string> engines_to_come{"mujoco", "dart", "simbody"};
+const std::set<std::string> engines_to_come{"dart"};
 
 // All of a short list; the nearest few of a long one.
 std::string nearest_names(const std::string& id, const std::vector<MethodInfo>& known) {

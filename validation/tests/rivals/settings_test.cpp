@@ -43,7 +43,8 @@ TEST_CASE("every preset prints what decides accuracy") {
     // Nobody sleeps.
     const std::string sleep = engine.name == "ode" ? "auto_disable" : "sleeping";
     const SettingValue& sleeps = info.settings.at(sleep);
-    CHECK((std::holds_alternative<bool>(sleeps) ? !std::get<bool>(sleeps) : std::get<std::string>(sleeps).rfind("none", 0) == 0));
+    const auto* word = std::get_if<std::string>(&sleeps);
+    CHECK((word ? word->rfind("none", 0) == 0 : !std::get<bool>(sleeps)));
   }
   CHECK(method_info(engine, "default").settings != method_info(engine, "tuned").settings);
 }
@@ -126,7 +127,8 @@ TEST_CASE("the timed pass observes nothing and times every repeat") {
   int seen = 0;
   observer.sample = [&](const Sample&) { ++seen; };
   observer.event = [&](const Event&) { ++seen; };
-  const Outcome outcome = engine.run(method(engine, "tuned"), bounce(bounces(engine) ? 0.8 : 0, 0.2), Plan{1, 240, 240}, observer, 3);
+  const Scene scene = bounce(bounces(engine) ? 0.8 : 0, 0.2);
+  const Outcome outcome = engine.run(method(engine, "tuned"), scene, Plan{1, 240, 240}, observer, 3);
   CHECK(outcome.status == Status::ok);
   CHECK(outcome.busy_ns.size() == 3);
   for (auto ns : outcome.busy_ns) CHECK(ns > 0);

@@ -1,0 +1,4 @@
+#include "protocol/worker.hpp"
+#include "simbody/simbody.hpp"
+
+int main() { return atwood::serve(atwood::simbody_engine()); }

@@ -1,0 +1,10 @@
+// Simbody 3.7 as an engine to be judged.
+#pragma once
+
+#include "protocol/method.hpp"
+
+namespace atwood {
+
+Engine simbody_engine();
+
+}  // namespace atwood

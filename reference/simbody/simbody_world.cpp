@@ -1,0 +1,259 @@
+#include "simbody/simbody_world.hpp"
+
+#include <Simbody.h>
+
+#include <limits>
+#include <stdexcept>
+#include <vector>
+
+#include "rivals/vector.hpp"
+
+static_assert(sizeof(SimTK::Real) == 8, "the adapter is for Simbody in double precision");
+
+namespace atwood::simbody {
+namespace {
+
+using rivals::Motion;
+using rivals::Wrench;
+
+std::string first_complaint;
+
+SimTK::Vec3 vec3(const Real3& v) { return SimTK::Vec3(v[0], v[1], v[2]); }
+Real3 real3(const SimTK::Vec3& v) { return {v[0], v[1], v[2]}; }
+
+Motion motion_of(const SimTK::MobilizedBody& body, const SimTK::State& state) {
+  Motion m;
+  const SimTK::Transform& pose = body.getBodyTransform(state);
+  const SimTK::Quaternion q = pose.R().convertRotationToQuaternion();
+  m.p_WB = real3(pose.p());
+  m.q_WB = {q[0], q[1], q[2], q[3]};
+  const SimTK::SpatialVec& v = body.getBodyVelocity(state);
+  m.v_WB = real3(v[1]);
+  m.w_WB_B = real3(~pose.R() * v[0]);
+  return m;
+}
+
+// The scene's forces, from the state that the integrator asks about; switches stand as `switches_at_s` says.
+class SceneForces : public SimTK::Force::Custom::Implementation {
+ public:
+  SceneForces(const Scene& scene, const std::vector<SimTK::MobilizedBody>& bodies, const double& switches_at_s)
+      : scene_(scene), bodies_(bodies), switches_at_s_(switches_at_s) {}
+
+  void calcForce(const SimTK::State& state, SimTK::Vector_<SimTK::SpatialVec>& body_forces, SimTK::Vector_<SimTK::Vec3>&,
+                 SimTK::Vector&) const override {
+    std::vector<Motion> motions(scene_.bodies.size());
+    std::vector<Wrench> wrenches(scene_.bodies.size());
+    for (std::size_t i = 0; i < motions.size(); ++i) {
+      const Body& b = scene_.bodies[i];
+      motions[i] = b.fixed ? Motion{b.position_m, b.orientation_wxyz, {}, {}} : motion_of(bodies_[i], state);
+    }
+    rivals::applied_wrenches(scene_, state.getTime(), switches_at_s_, motions, wrenches);
+    for (std::size_t i = 0; i < motions.size(); ++i) {
+      if (scene_.bodies[i].fixed) continue;
+      const SimTK::Vec3 torque = rotates(scene_.bodies[i]) ? vec3(wrenches[i].torque_N_m) : SimTK::Vec3(0);
+      bodies_[i].applyBodyForce(state, SimTK::SpatialVec(torque, vec3(wrenches[i].force_N)), body_forces);
+    }
+  }
+  SimTK::Real calcPotentialEnergy(const SimTK::State&) const override { return 0; }
+  bool dependsOnlyOnPositions() const override { return false; }
+
+ private:
+  const Scene& scene_;
+  const std::vector<SimTK::MobilizedBody>& bodies_;
+  const double& switches_at_s_;
+};
+
+std::unique_ptr<SimTK::Integrator> integrator_of(const std::string& name, const SimTK::System& system) {
+  if (name == "RungeKuttaMerson") return std::make_unique<SimTK::RungeKuttaMersonIntegrator>(system);
+  if (name == "RungeKuttaFeldberg") return std::make_unique<SimTK::RungeKuttaFeldbergIntegrator>(system);
+  if (name == "RungeKutta3") return std::make_unique<SimTK::RungeKutta3Integrator>(system);
+  if (name == "Verlet") return std::make_unique<SimTK::VerletIntegrator>(system);
+  return std::make_unique<SimTK::SemiExplicitEuler2Integrator>(system);
+}
+
+class SimbodyWorld : public rivals::World {
+ public:
+  SimbodyWorld(const Scene& scene, const Settings& settings)
+      : scene_(scene), settings_(settings), matter_(system_), forces_(system_),
+        gravity_(forces_, matter_, vec3(scene.gravity_m_per_s2)) {
+    chooses_ = rivals::choice(settings, "steps", {"fixed", "chosen"}) == "chosen";
+    for (const Body& body : scene.bodies) add(body);
+    if (!scene.forces.empty()) SimTK::Force::Custom(forces_, new SceneForces(scene_, bodies_, switches_at_s_));
+    SimTK::State state = system_.realizeTopology();
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+      if (!scene.bodies[i].fixed) set_motion(static_cast<int>(i), state);
+    }
+    start(state);
+  }
+
+  void step(double h_s, const std::vector<Wrench>&) override {
+    if (h_s != h_s_) {
+      since_s_ = now_s();
+      count_ = 0;
+      h_s_ = h_s;
+      started_ = false;
+    }
+    switches_at_s_ = now_s() + 0.5 * h_s;
+    ++count_;
+    try {
+      if (!started_) start(integrator_->getState());
+      while (!lost_ && integrator_->getTime() < now_s()) integrator_->stepTo(now_s());
+    } catch (const std::exception& error) {
+      lost_ = true;
+      if (first_complaint.empty()) first_complaint = error.what();
+    }
+  }
+
+  Motion motion(int i) const override {
+    if (lost_) {
+      const double nan = std::numeric_limits<double>::quiet_NaN();
+      return {{nan, nan, nan}, {nan, nan, nan, nan}, {nan, nan, nan}, {nan, nan, nan}};
+    }
+    const SimTK::State& state = integrator_->getState();
+    system_.realize(state, SimTK::Stage::Velocity);
+    Motion m = motion_of(bodies_[i], state);
+    if (!rotates(scene_.bodies[i])) m.q_WB = scene_.bodies[i].orientation_wxyz;
+    return m;
+  }
+
+  void release(int i) override {
+    SimTK::State state = integrator_->getState();
+    bodies_[i].unlock(state);
+    system_.realizeModel(state);
+    bodies_[i].setUToFitVelocity(state, velocity_of(scene_.bodies[i]));
+    start(state);
+    started_ = h_s_ > 0;
+  }
+
+  std::vector<Touch> touches() const override { return {}; }
+  std::int64_t rate_calls() const override { return evaluations_before_ + (integrator_ ? realizations() : 0); }
+
+ private:
+  void add(const Body& body) {
+    if (body.fixed) {
+      bodies_.push_back(matter_.updGround());
+      return;
+    }
+    const Real33& i = body.inertia_kg_m2;
+    const bool turns = rotates(body);
+    const SimTK::Inertia inertia = turns ? SimTK::Inertia(i[0], i[4], i[8], i[1], i[2], i[5]) : SimTK::Inertia(1, 1, 1);
+    const SimTK::Body::Rigid rigid(SimTK::MassProperties(body.mass_kg, SimTK::Vec3(0), inertia));
+    if (turns) {
+      bodies_.push_back(SimTK::MobilizedBody::Free(matter_.updGround(), SimTK::Transform(), rigid, SimTK::Transform()));
+    } else {
+      bodies_.push_back(SimTK::MobilizedBody::Translation(matter_.updGround(), SimTK::Transform(), rigid, SimTK::Transform()));
+    }
+  }
+
+  static SimTK::SpatialVec velocity_of(const Body& b) {
+    const Real3 w = rivals::to_world(b.orientation_wxyz, b.angular_velocity_body_rad_per_s);
+    return SimTK::SpatialVec(rotates(b) ? vec3(w) : SimTK::Vec3(0), vec3(b.velocity_m_per_s));
+  }
+
+  void set_motion(int i, SimTK::State& state) {
+    const Body& b = scene_.bodies[i];
+    const Real4& q = b.orientation_wxyz;
+    const SimTK::Rotation turn = rotates(b) ? SimTK::Rotation(SimTK::Quaternion(SimTK::Vec4(q[0], q[1], q[2], q[3]))) : SimTK::Rotation();
+    bodies_[i].setQToFitTransform(state, SimTK::Transform(turn, vec3(b.position_m)));
+    if (b.release_s > 0) {
+      bodies_[i].lock(state);
+    } else {
+      bodies_[i].setUToFitVelocity(state, velocity_of(b));
+    }
+  }
+
+  // A fixed step is the integrator's for its life: another length, or a body set free, takes another integrator.
+  void start(const SimTK::State& state) {
+    if (integrator_) evaluations_before_ += realizations();
+    SimTK::State from = state;
+    integrator_ = integrator_of(std::get<std::string>(settings_.at("integrator")), system_);
+    integrator_->setAccuracy(rivals::number(settings_, "accuracy"));
+    integrator_->setConstraintTolerance(rivals::number(settings_, "constraint_tolerance"));
+    integrator_->setProjectEveryStep(rivals::flag(settings_, "project_every_step"));
+    if (!chooses_ && h_s_ > 0) integrator_->setFixedStepSize(h_s_);
+    if (chooses_ && h_s_ > 0) integrator_->setInitialStepSize(h_s_);
+    bool switched = false;
+    for (const auto& force : scene_.forces) {
+      const auto* thruster = std::get_if<Thruster>(&force);
+      const auto* push = std::get_if<PointForce>(&force);
+      switched = switched || (thruster && !thruster->on_s.empty()) || (push && !push->on_s.empty());
+    }
+    integrator_->setAllowInterpolation(chooses_ && !switched);  // no step goes past the end of one that may end a thrust
+    integrator_->initialize(from);
+    started_ = true;
+  }
+  std::int64_t realizations() const { return integrator_->getNumRealizations(); }
+  double now_s() const { return since_s_ + static_cast<double>(count_) * h_s_; }
+
+  const Scene& scene_;
+  const Settings& settings_;
+  SimTK::MultibodySystem system_;
+  SimTK::SimbodyMatterSubsystem matter_;
+  SimTK::GeneralForceSubsystem forces_;
+  SimTK::Force::UniformGravity gravity_;
+  std::vector<SimTK::MobilizedBody> bodies_;
+  double switches_at_s_ = 0;
+  std::unique_ptr<SimTK::Integrator> integrator_;
+  bool chooses_ = false, started_ = false, lost_ = false;
+  double h_s_ = 0, since_s_ = 0;
+  std::int64_t count_ = 0, evaluations_before_ = 0;
+};
+
+}  // namespace
+
+std::string version() {
+  int major = 0, minor = 0, patch = 0;
+  SimTK_version_simbody(&major, &minor, &patch);
+  return std::to_string(major) + "." + std::to_string(minor) + (patch > 0 ? "." + std::to_string(patch) : "");
+}
+
+Settings settings_of(const std::string& integrator, double accuracy) {
+  return {{"scalar", std::string("double")},
+          {"step", std::string("Integrator::stepTo")},
+          {"pair_law", std::string("none: scenes in which bodies can touch are refused")},
+          {"forces", std::string("all but uniform gravity: by the adapter as a Force::Custom, at every rate call")},
+          {"attitude", std::string("a quaternion")},
+          {"sleeping", std::string("none: Simbody has none")},
+          {"linear_damping", 0.0},
+          {"angular_damping", 0.0},
+          {"substeps", std::int64_t{1}},
+          {"integrator", integrator},
+          {"steps", std::string("fixed")},
+          {"accuracy", accuracy},
+          {"constraint_tolerance", 1e-10},
+          {"project_every_step", false}};
+}
+
+std::set<std::string> fixed_settings() {
+  return {"scalar", "step", "pair_law", "forces", "attitude", "sleeping", "linear_damping", "angular_damping", "steps"};
+}
+
+void check_settings(const Settings& settings) {
+  rivals::choice(settings, "integrator",
+                 {"RungeKuttaMerson", "RungeKuttaFeldberg", "RungeKutta3", "Verlet", "SemiExplicitEuler2"});
+  for (const char* name : {"accuracy", "constraint_tolerance"}) {
+    const double value = rivals::number(settings, name);
+    if (!(value > 0 && value < 1)) throw std::invalid_argument(std::string("setting `") + name + "` lies between 0 and 1");
+  }
+}
+
+std::string refusal(const Scene& scene) {
+  if (rivals::shapes_matter(scene)) {
+    return "Simbody has no contact with the pair's restitution and friction that a program can use: its rigid contacts are "
+           "experimental and trace every step on standard output, the others are compliant";
+  }
+  return "";
+}
+
+std::string doubts_since_last_asked() {
+  std::string text;
+  if (!first_complaint.empty()) text = "Simbody gave up: " + first_complaint;
+  first_complaint.clear();
+  return text;
+}
+
+std::unique_ptr<rivals::World> make_world(const Scene& scene, const Settings& settings, bool) {
+  return std::make_unique<SimbodyWorld>(scene, settings);
+}
+
+}  // namespace atwood::simbody
