@@ -101,7 +101,8 @@ template <class S> void nearest_edges(const BoxPair<S>& pair, int i, int j, Edge
 
 template <class S> BoxClosest<S> closest_of_boxes(const BoxPair<S>& pair) {
   const CornerNearest<S> of_b = nearest_corner(pair.h_a, pair.t_a, pair.h_b, pair.R);
-  const CornerNearest<S> of_a = nearest_corner(pair.h_b, Three<S>{-pair.t_b[0], -pair.t_b[1], -pair.t_b[2]}, pair.h_a, transposed(pair.R));
+  const Three<S> back{-pair.t_b[0], -pair.t_b[1], -pair.t_b[2]};
+  const CornerNearest<S> of_a = nearest_corner(pair.h_b, back, pair.h_a, transposed(pair.R));
   BoxClosest<S> out;
   Vec3<S> way{S(0), S(0), S(1)};
   if (nearer(of_a, of_b)) {

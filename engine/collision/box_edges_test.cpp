@@ -27,7 +27,7 @@ PosedBox posed_box(const Body& body) {
 
 V corner(const PosedBox& box, int bits) {
   V x = box.place.p_W;
-  for (int k = 0; k < 3; ++k) x += ((bits >> k) & 1 ? box.h[static_cast<std::size_t>(k)] : -box.h[static_cast<std::size_t>(k)]) * box.place.axis_W[k];
+  for (std::size_t k = 0; k < 3; ++k) x += ((bits >> k) & 1 ? box.h[k] : -box.h[k]) * box.place.axis_W[k];
   return x;
 }
 

@@ -65,7 +65,7 @@ template <class S> void put_other_face(const Facing<S>& f, Polygon<S>& polygon) 
     const S gap = x_k / f.n[f.k];
     return std::array<S, 3>{x_u - gap * f.n[u], x_v - gap * f.n[v], gap};
   };
-  const auto along = [&](int j, S length) { return projected(length * f.R[u][j], length * f.R[v][j], length * f.R[f.k][j]); };
+  const auto along = [&](int j, S s) { return projected(s * f.R[u][j], s * f.R[v][j], s * f.R[f.k][j]); };
   const auto depth = f.other_sign * f.other_h[f.l];
   const auto c = projected(f.t[u] + depth * f.R[u][f.l], f.t[v] + depth * f.R[v][f.l],
                            f.t[f.k] + depth * f.R[f.k][f.l] - f.sign * f.h[f.k]);
@@ -86,7 +86,7 @@ template <class S> void name_crossing(const Facing<S>& f, int side, int cut, Cor
   at.feature = kFeatureNone + static_cast<int>(f.sign) * kFeatureWeight[f.k] + sides(cut);
   at.other_feature = kFeatureNone + static_cast<int>(f.other_sign) * kFeatureWeight[f.l];
   if (side >= 4) at.feature += sides(side - 4);  // a corner of the reference face over the other's face
-  else at.other_feature += side % 2 == 0 ? (side == 0 ? 1 : -1) * kFeatureWeight[l2] : (side == 1 ? -1 : 1) * kFeatureWeight[l1];
+  else at.other_feature += (side == 0 || side == 3 ? 1 : -1) * kFeatureWeight[side % 2 == 0 ? l2 : l1];
 }
 
 // False: nothing lies beyond the side, and `kept` is not written.
@@ -107,7 +107,8 @@ template <class S> bool clip(const Facing<S>& f, int cut, const Polygon<S>& poly
     if (!p_out) kept.add(p);
     if (p_out == q_out) continue;
     const S part = (sign * h - coordinate(p)) / (coordinate(q) - coordinate(p));
-    Corner<S> at{p.u + part * (q.u - p.u), p.v + part * (q.v - p.v), p.gap + part * (q.gap - p.gap), 0, 0, q_out ? 4 + cut : p.side, S(0)};
+    const auto between = [part](S x, S y) { return x + part * (y - x); };
+    Corner<S> at{between(p.u, q.u), between(p.v, q.v), between(p.gap, q.gap), 0, 0, q_out ? 4 + cut : p.side, S(0)};
     (cut < 2 ? at.u : at.v) = sign * h;
     name_crossing(f, p.side, cut, at);
     // A corner that is cut off by a hair leaves its name to one of the cuts: flush boxes must not change names by round-off.
@@ -155,7 +156,8 @@ template <class S> void keep_four(Polygon<S>& polygon) {
       }
     }
   }
-  const std::array<Corner<S>, 4> four{polygon[deepest], polygon[index[best[0]]], polygon[index[best[1]]], polygon[index[best[2]]]};
+  const std::array<Corner<S>, 4> four{polygon[deepest], polygon[index[best[0]]], polygon[index[best[1]]],
+                                      polygon[index[best[2]]]};
   for (int i = 0; i < 4; ++i) polygon[i] = four[i];
   polygon.count = 4;
 }
@@ -185,7 +187,8 @@ Manifold<S> face_manifold(const BoxPair<S>& pair, bool reference_is_a, int k, co
     if (clip(f, cut, *polygon, *spare)) std::swap(polygon, spare);
   Polygon<S>& near = *polygon;
 
-  const S radius = reference_is_a ? pair.radius_a : pair.radius_b, other_radius = reference_is_a ? pair.radius_b : pair.radius_a;
+  const S radius = reference_is_a ? pair.radius_a : pair.radius_b;
+  const S other_radius = reference_is_a ? pair.radius_b : pair.radius_a;
   const S round_off = S(8) * real::epsilon<S>() * pair.size;
   deepest = std::numeric_limits<S>::infinity();
   if (near.count == 0) {  // beside each other; of overlapping boxes by no more than round-off
@@ -218,10 +221,11 @@ Manifold<S> face_manifold(const BoxPair<S>& pair, bool reference_is_a, int k, co
   const Vec3<S> outward = reference_is_a ? normal_W : -normal_W;  // from the reference to the other
   for (int i = 0; i < near.count; ++i) {
     const Corner<S>& c = near[i];
-    const Vec3<S> on_reference = c.u * place.axis_W[next(k)] + c.v * place.axis_W[next(next(k))] + (f.sign * f.h[k]) * place.axis_W[k];
+    const Vec3<S> on_reference =
+        c.u * place.axis_W[next(k)] + c.v * place.axis_W[next(next(k))] + (f.sign * f.h[k]) * place.axis_W[k];
     m.points[static_cast<std::size_t>(i)] = {
         place.p_W + (on_reference + (c.skin + c.gap / S(2)) * outward), c.gap,
-        reference_is_a ? feature_id(normal_W, c.feature, c.other_feature) : feature_id(normal_W, c.other_feature, c.feature)};
+        feature_id(normal_W, reference_is_a ? c.feature : c.other_feature, reference_is_a ? c.other_feature : c.feature)};
   }
   return m;
 }

@@ -59,8 +59,11 @@ bool gap_beside(const Side<S>& base, const Side<S>& other, const Vec3<S>& n_W, S
   const Vec3<S> from_W = base.at_W + way * base.along_W;
   skin = skin_thickness(base.radius, base.half_length, base.place + way, dot(n_W, base.along_W));
   bool found = true;
-  if (other.radius > S(0)) gap = way_to_capsule(from_W - other.center_W, n_W, other.along_W, other.radius, other.half_length, found) - skin;
-  else gap = core_gap + way * (dot(n_W, other.along_W) / dot(base.along_W, other.along_W) - dot(n_W, base.along_W)) - skin;
+  if (other.radius > S(0)) {
+    gap = way_to_capsule(from_W - other.center_W, n_W, other.along_W, other.radius, other.half_length, found) - skin;
+  } else {
+    gap = core_gap + way * (dot(n_W, other.along_W) / dot(base.along_W, other.along_W) - dot(n_W, base.along_W)) - skin;
+  }
   return found;
 }
 
@@ -78,7 +81,8 @@ template <class S> bool parallel_edges(const BoxPair<S>& pair, const Crossing<S>
   if (!(real::abs(dot(at.normal_W, A)) < askew && real::abs(dot(at.normal_W, B)) < askew)) return false;
   if (sharp && !(norm(cross(A, B)) < askew)) return false;
 
-  const Vec3<S> t_W = pair.place_b->p_W - pair.place_a->p_W, on_a_W = turned(*pair.place_a, Vec3<S>{at.on_a[0], at.on_a[1], at.on_a[2]});
+  const Vec3<S> t_W = pair.place_b->p_W - pair.place_a->p_W;
+  const Vec3<S> on_a_W = turned(*pair.place_a, Vec3<S>{at.on_a[0], at.on_a[1], at.on_a[2]});
   const Vec3<S> on_b_W = on_a_W + at.gap * at.normal_W;
   const Side<S> a{{}, on_a_W, A, at.on_a[i], pair.h_a[i], pair.radius_a};
   const Side<S> b{t_W, on_b_W, B, dot(on_b_W - t_W, B), pair.h_b[j], pair.radius_b};
@@ -93,7 +97,9 @@ template <class S> bool parallel_edges(const BoxPair<S>& pair, const Crossing<S>
   out.meeting = Meeting::edge;
   const std::uint32_t name = 1024u + 4u * static_cast<std::uint32_t>(3 * i + j);
   const S hair = S(1e-3) * (base.half_length + other.half_length);
-  const auto point_id = [&](S place) { return name + (real::abs(place - from) <= hair ? 1u : real::abs(place - to) <= hair ? 2u : 0u); };
+  const auto point_id = [&](S place) {
+    return name + (real::abs(place - from) <= hair ? 1u : real::abs(place - to) <= hair ? 2u : 0u);
+  };
   const auto add = [&](S way, S gap, S skin, std::uint32_t id) {
     out.points[static_cast<std::size_t>(out.count++)] = {
         pair.place_a->p_W + (base.at_W + way * base.along_W + (skin + gap / S(2)) * n_W), gap, id};
@@ -108,7 +114,8 @@ template <class S> bool parallel_edges(const BoxPair<S>& pair, const Crossing<S>
   return out.count > 1;
 }
 
-template <class S> void crossing_manifold(const BoxPair<S>& pair, const Crossing<S>& at, Meeting meeting, S margin, Manifold<S>& out) {
+template <class S>
+void crossing_manifold(const BoxPair<S>& pair, const Crossing<S>& at, Meeting meeting, S margin, Manifold<S>& out) {
   S deepest;
   const S round_off = S(64) * real::epsilon<S>() * pair.size;
   if (flat_faces(pair, at.normal_W, margin, out, deepest) && real::abs(deepest - at.gap) <= round_off) return;

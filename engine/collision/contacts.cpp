@@ -55,8 +55,8 @@ template <class S> Separation<S> with_mesh_separation(const Posed<S>& a, const P
 template <class S> constexpr PairTable<S> pair_table() {
   using enum ShapeKind;
   PairTable<S> table{};
-  const auto put = [&table](ShapeKind a, ShapeKind b, ContactTest<S> contacts, SeparationTest<S> separation, bool like = false) {
-    table[at(a)][at(b)] = {contacts, separation, like};
+  const auto put = [&table](ShapeKind a, ShapeKind b, ContactTest<S> contacts, SeparationTest<S> gap, bool like = false) {
+    table[at(a)][at(b)] = {contacts, gap, like};
   };
   put(sphere, sphere, sphere_sphere_contacts<S>, sphere_sphere_separation<S>);
   put(sphere, plane, sphere_plane_contacts<S>, sphere_plane_separation<S>);
@@ -71,7 +71,8 @@ template <class S> constexpr PairTable<S> pair_table() {
   for (const ShapeKind a : {rectangle, box, capsule})
     for (const ShapeKind b : {rectangle, box, capsule})
       if (a <= b) put(a, b, box_box_contacts<S>, box_box_separation<S>, a == b);
-  for (const ShapeKind a : {rectangle, box, capsule, cylinder}) put(a, cylinder, by_support<S>, by_support_separation<S>, a == cylinder);
+  for (const ShapeKind a : {rectangle, box, capsule, cylinder})
+    put(a, cylinder, by_support<S>, by_support_separation<S>, a == cylinder);
   for (const ShapeKind a : {sphere, rectangle, box, capsule, cylinder, convex})
     put(a, convex, by_support<S>, by_support_separation<S>, a == convex);
   put(plane, convex, plane_hull_contacts<S>, plane_hull_separation<S>);
@@ -145,15 +146,15 @@ Separation<S> separation(const Geometry<S>& a, const Placement<S>& place_a, cons
 
 const char* no_contact_test(ShapeKind a, ShapeKind b) {
   static const auto reasons = [] {
-    constexpr const char* names[] = {"point", "sphere", "plane", "rectangle", "box", "capsule", "cylinder", "convex", "mesh", "compound"};
+    constexpr const char* names[] = {"point",   "sphere",   "plane",  "rectangle", "box",
+                                     "capsule", "cylinder", "convex", "mesh",      "compound"};
     std::array<std::array<std::string, kKinds>, kKinds> table;
     for (std::size_t i = 0; i < kKinds; ++i) {
       for (std::size_t j = 0; j < kKinds; ++j) {
         const PairTable<double>& pairs = kPairs<double>;
         const auto missing = [&pairs](std::size_t x, std::size_t y) { return !pairs[std::min(x, y)][std::max(x, y)].contacts; };
-        const bool parts_missing = (j == at(ShapeKind::compound) && missing(i == j ? at(ShapeKind::box) : i, at(ShapeKind::box))) ||
-                                   (i == at(ShapeKind::compound) && missing(at(ShapeKind::box), j == i ? at(ShapeKind::box) : j));
-        if (missing(i, j) || parts_missing) table[i][j] = std::string(names[i]) + " against " + names[j];
+        const auto piece = [](std::size_t kind) { return kind == at(ShapeKind::compound) ? at(ShapeKind::box) : kind; };
+        if (missing(i, j) || missing(piece(i), piece(j))) table[i][j] = std::string(names[i]) + " against " + names[j];
       }
     }
     return table;

@@ -61,7 +61,8 @@ template <class S> Placement<S> placement(const Vec3<S>& p_WB, const Quat<S>& q)
   const S x = two * q.x, y = two * q.y, z = two * q.z;
   const S xx = x * q.x, yy = y * q.y, zz = z * q.z, xy = x * q.y, xz = x * q.z, yz = y * q.z;
   const S wx = x * q.w, wy = y * q.w, wz = z * q.w;
-  return {p_WB, {{S(1) - (yy + zz), xy + wz, xz - wy}, {xy - wz, S(1) - (xx + zz), yz + wx}, {xz + wy, yz - wx, S(1) - (xx + yy)}}};
+  return {p_WB,
+          {{S(1) - (yy + zz), xy + wz, xz - wy}, {xy - wz, S(1) - (xx + zz), yz + wx}, {xz + wy, yz - wx, S(1) - (xx + yy)}}};
 }
 
 template <class S> Placement<S> part_placement(const Placement<S>& body, const typename Geometry<S>::Part& part) {
@@ -122,7 +123,8 @@ template <class S> Aabb<S> bounds(const Geometry<S>& g, const Placement<S>& plac
     case ShapeKind::sphere: return around(place.p_W, {g.radius, g.radius, g.radius});
     case ShapeKind::rectangle:
     case ShapeKind::box: return around(place.p_W, box_reach(axis, g.half_extents));
-    case ShapeKind::capsule: return around(place.p_W, g.half_length * magnitude(axis[2]) + Vec3<S>{g.radius, g.radius, g.radius});
+    case ShapeKind::capsule:
+      return around(place.p_W, g.half_length * magnitude(axis[2]) + Vec3<S>{g.radius, g.radius, g.radius});
     case ShapeKind::cylinder: {  // a disc of unit normal z reaches sqrt(1 - z_k^2) = |(x_k, y_k)| along world axis k
       const Vec3<S> disc{real::sqrt(axis[0].x * axis[0].x + axis[1].x * axis[1].x),
                          real::sqrt(axis[0].y * axis[0].y + axis[1].y * axis[1].y),

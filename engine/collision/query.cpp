@@ -36,7 +36,8 @@ std::vector<Queried> queried_bodies(const Scene& scene) {
     const Body& body = scene.bodies[i];
     if (std::holds_alternative<std::monostate>(body.shape)) continue;
     const SweptBody<double> motion = swept_body(body);
-    out.push_back({static_cast<int>(i), body.fixed, make_geometry<double>(body.shape), motion, placement(motion.p_W, motion.q_WB)});
+    const Placement<double> place = placement(motion.p_W, motion.q_WB);
+    out.push_back({static_cast<int>(i), body.fixed, make_geometry<double>(body.shape), motion, place});
   }
   return out;
 }

@@ -204,7 +204,8 @@ TEST_CASE("turning and moving the world turns and moves the contact") {
 
 TEST_CASE("edge-edge contacts are told apart from faces") {
   const Q ridge = turn(kPi / 4, {1, 0, 0}), across = turn(kPi / 2, {0, 0, 1}) * ridge;
-  const auto m = contact(posed(Box{{1, 1, 1}}, {}, ridge), posed(Box{{1, 1, 1}}, {0.25, 0.5, 2 * std::sqrt(2.) - 0.25}, across));
+  const V above{0.25, 0.5, 2 * std::sqrt(2.) - 0.25};
+  const auto m = contact(posed(Box{{1, 1, 1}}, {}, ridge), posed(Box{{1, 1, 1}}, above, across));
   CHECK(m.meeting == Meeting::edge_edge);
   CHECK(m.count == 1);
   CHECK(m.points[0].gap == Approx(-0.25).epsilon(1e-14));
@@ -234,8 +235,10 @@ TEST_CASE("an octagon of contact keeps four corners that span it, with the deepe
   const auto m = contact(posed(Box{{1, 1, 1}}, {}), posed(Box{{1, 1, 1}}, {0, 0, 1.875}, turn(kPi / 4, {0, 0, 1})));
   REQUIRE(m.count == 4);
   const auto at = [&](std::size_t i) { return m.points[i].x_W; };
-  CHECK(std::abs(cross(at(2) - at(0), at(3) - at(1)).z) / 2 == Approx(2 / (std::cos(kPi / 8) * std::cos(kPi / 8))).epsilon(1e-12));  // a square
-  const Posed a = posed(Box{{1, 1, 1}}, {}), tilted = posed(Box{{1, 1, 1}}, {0, 0, 1.875}, turn(kPi / 4, {0, 0, 1}) * turn(0.01, {0.6, 0.8, 0}));
+  const double square = 2 / (std::cos(kPi / 8) * std::cos(kPi / 8));
+  CHECK(std::abs(cross(at(2) - at(0), at(3) - at(1)).z) / 2 == Approx(square).epsilon(1e-12));
+  const Q lean = turn(kPi / 4, {0, 0, 1}) * turn(0.01, {0.6, 0.8, 0});
+  const Posed a = posed(Box{{1, 1, 1}}, {}), tilted = posed(Box{{1, 1, 1}}, {0, 0, 1.875}, lean);
   CHECK(contact(a, tilted).count == 4);
   CHECK(deepest(contact(a, tilted)) == gap(a, tilted).gap);
 }
@@ -245,9 +248,13 @@ TEST_CASE("stacked boxes keep the names of their points while they tremble") {
   for (const V at : {V{0, 0, 1.9999}, V{0.25, 0.125, 1.9999}}) {
     std::set<std::uint32_t> first;
     for (int k = 0; k < 200; ++k) {
-      const auto tremble = [&] { const Real3 g = gauss3(random); return normalised(Q{1, 1e-7 * g[0], 1e-7 * g[1], 1e-7 * g[2]}); };
+      const auto tremble = [&] {
+        const Real3 turned = gauss3(random);
+        return normalised(Q{1, 1e-7 * turned[0], 1e-7 * turned[1], 1e-7 * turned[2]});
+      };
       const Real3 g = gauss3(random);
-      const auto m = contact(posed(Box{{1, 1, 1}}, {}, tremble()), posed(Box{{1, 1, 1}}, at + 1e-7 * V{g[0], g[1], g[2]}, tremble()));
+      const V moved = at + 1e-7 * V{g[0], g[1], g[2]};
+      const auto m = contact(posed(Box{{1, 1, 1}}, {}, tremble()), posed(Box{{1, 1, 1}}, moved, tremble()));
       std::set<std::uint32_t> ids;
       for (int i = 0; i < m.count; ++i) ids.insert(m.points[static_cast<std::size_t>(i)].id);
       if (k == 0) first = ids;

@@ -70,8 +70,9 @@ TEST_CASE("a compound meets what its boxes meet, one manifold for each") {
     const V p{uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)};
     const Quat<double> q = any_turn(random);
     const auto whole = make_geometry<double>(compound);
-    for (const ShapeKind kind : {ShapeKind::sphere, ShapeKind::plane, ShapeKind::rectangle, ShapeKind::box, ShapeKind::capsule}) {
-      const Shape shape = kind == ShapeKind::plane ? Shape(Plane{{0, 0.6, 0.8}, 0.1}) : random_shape(kind, random);
+    using Kind = ShapeKind;
+    for (const Kind kind : {Kind::sphere, Kind::plane, Kind::rectangle, Kind::box, Kind::capsule}) {
+      const Shape shape = kind == Kind::plane ? Shape(Plane{{0, 0.6, 0.8}, 0.1}) : random_shape(kind, random);
       const auto other = make_geometry<double>(shape);
       const auto place = placement(V{uniform(random, -1, 1), uniform(random, -1, 1), 0.5}, any_turn(random));
       const auto found = contacts(other, place, whole, placement(p, q));
@@ -100,7 +101,8 @@ TEST_CASE("compounds against compounds: every pair of pieces, named on both side
     const auto a = make_geometry<double>(one), b = make_geometry<double>(two);
     const V p{uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)};
     const Quat<double> q = any_turn(random);
-    const auto found = contacts(a, placement(V{}, {}), b, placement(p, q)), swapped = contacts(b, placement(p, q), a, placement(V{}, {}));
+    const auto here = placement(V{}, {}), there = placement(p, q);
+    const auto found = contacts(a, here, b, there), swapped = contacts(b, there, a, here);
     RC_ASSERT(found.size() == swapped.size());
     for (std::size_t i = 0; i < found.size(); ++i) {
       RC_ASSERT(found[i].piece_a == swapped[i].piece_b);
@@ -142,7 +144,8 @@ TEST_CASE("bounds and bounding spheres hold every shape") {
 TEST_CASE("a scene's contacts: each pair once, fixed pairs left out, touching counts") {
   Scene scene;
   scene.bodies = {body("ground", Plane{{0, 0, 1}, 0}, {}, true), body("wall", Plane{{1, 0, 0}, 0}, {}, true),
-                  body("ball", Sphere{1}, {1, 0, 0.75}), body("box", Box{{1, 1, 1}}, {3, 0, 1}), body("far", Box{{1, 1, 1}}, {9, 0, 9})};
+                  body("ball", Sphere{1}, {1, 0, 0.75}), body("box", Box{{1, 1, 1}}, {3, 0, 1}),
+                  body("far", Box{{1, 1, 1}}, {9, 0, 9})};
   const ContactAnswer answer = find_scene_contacts(scene, {});
   CHECK(answer.outcome.status == Status::ok);
   std::vector<std::pair<int, int>> pairs;

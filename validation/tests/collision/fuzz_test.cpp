@@ -1,6 +1,6 @@
-// Pairs of primitives and compounds, in every scalar, over inputs that break others: nothing is ever not finite, normals are unit vectors,
-// the deepest point is the gap, what is far apart has no contact. Runs under the sanitizers too. (Hulls, and cylinders but
-// against spheres and planes, go by support functions: gjk_test.cpp.)
+// Pairs of primitives and compounds, in every scalar, over inputs that break others: nothing is ever not finite, normals are
+// unit vectors, the deepest point is the gap, what is far apart has no contact. Runs under the sanitizers too. (Hulls, and
+// cylinders but against spheres and planes, go by support functions: gjk_test.cpp.)
 #include <catch2/catch.hpp>
 #include <rapidcheck.h>
 
@@ -39,10 +39,14 @@ Shape hostile_shape(ShapeKind kind, Random& random, double scale) {
   }
 }
 
-template <class S> bool finite(const Vec3<S>& v) { return real::is_finite(v.x) && real::is_finite(v.y) && real::is_finite(v.z); }
+template <class S> bool finite(const Vec3<S>& v) {
+  return real::is_finite(v.x) && real::is_finite(v.y) && real::is_finite(v.z);
+}
 template <class S> bool is_unit(const Vec3<S>& n) { return real::abs(norm(n) - S(1)) < S(16) * real::epsilon<S>(); }
 
-template <class S> void check_pair(const Shape& shape_a, const Shape& shape_b, const Placement<S>& place_a, const Placement<S>& place_b, double scale) {
+template <class S>
+void check_pair(const Shape& shape_a, const Shape& shape_b, const Placement<S>& place_a, const Placement<S>& place_b,
+                double scale) {
   const Geometry<S> a = make_geometry<S>(shape_a), b = make_geometry<S>(shape_b);
   if (no_contact_test(a.kind, b.kind)) return;
   const Separation<S> found = separation(a, place_a, b, place_b), back = separation(b, place_b, a, place_a);
@@ -96,7 +100,8 @@ TEST_CASE("no pair of shapes in no pose gives what is not finite") {
       const auto simple = [](ShapeKind kind) { return kind == ShapeKind::sphere || kind == ShapeKind::plane; };
       if (drum && !simple(a) && !simple(b)) continue;
       DYNAMIC_SECTION(static_cast<int>(a) << " against " << static_cast<int>(b)) {
-        CHECK(rc::check(std::to_string(static_cast<int>(a)) + " against " + std::to_string(static_cast<int>(b)), [&](std::uint64_t seed) {
+        const std::string pair = std::to_string(static_cast<int>(a)) + " against " + std::to_string(static_cast<int>(b));
+        CHECK(rc::check(pair, [&](std::uint64_t seed) {
           for (std::uint64_t k = 0; k < 10; ++k) {
             check_poses<double>(a, b, seed + k);
             check_poses<float>(a, b, seed + k);

@@ -68,7 +68,8 @@ void expect_one_way(const Shape& a, const Pose& pose_a, const Shape& b, const Po
   CHECK(std::abs(least - expected.gap) <= expected.tolerance);
 }
 
-void expect(const char* what, const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, const Expected& expected) {
+void expect(const char* what, const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
+            const Expected& expected) {
   INFO(what);
   expect_one_way(a, pose_a, b, pose_b, expected);
   Expected swapped = expected;
@@ -84,8 +85,10 @@ TEST_CASE("sphere against sphere") {
   expect("touching exactly", Sphere{1}, {}, Sphere{2}, {{0, 3, 0}}, {0, {0, 1, 0}, Meeting::point, {{0, 1, 0}}});
   expect("apart", Sphere{1}, {}, Sphere{1}, {{0, 3, 4}}, {3, {0, 0.6, 0.8}, Meeting::point, {{0, 1.5, 2}}});
   expect("one within the other", Sphere{2}, {}, Sphere{0.5}, {{0, 0, -0.5}}, {-2, {0, 0, -1}, Meeting::point, {{0, 0, -1}}});
-  expect("far from the origin", Sphere{1}, {{1e9, 0, 0}}, Sphere{1}, {{1e9, 1.5, 0}}, {-0.5, {0, 1, 0}, Meeting::point, {{1e9, 0.75, 0}}});
-  expect("of atoms' size", Sphere{1e-9}, {}, Sphere{1e-9}, {{0, 1.5e-9, 0}}, {-0.5e-9, {0, 1, 0}, Meeting::point, {{0, 0.75e-9, 0}}, 1e-15});
+  expect("far from the origin", Sphere{1}, {{1e9, 0, 0}}, Sphere{1}, {{1e9, 1.5, 0}},
+         {-0.5, {0, 1, 0}, Meeting::point, {{1e9, 0.75, 0}}});
+  expect("of atoms' size", Sphere{1e-9}, {}, Sphere{1e-9}, {{0, 1.5e-9, 0}},
+         {-0.5e-9, {0, 1, 0}, Meeting::point, {{0, 0.75e-9, 0}}, 1e-15});
   expect("concentric", Sphere{1}, {{1, 2, 3}}, Sphere{0.25}, {{1, 2, 3}}, {-1.25, {0, 0, 1}, Meeting::point, {{1, 2, 3.375}}});
 }
 
@@ -93,8 +96,10 @@ TEST_CASE("sphere against plane") {
   expect("resting", Sphere{1}, {{3, 4, 1}}, kGround, {}, {0, {0, 0, -1}, Meeting::point, {{3, 4, 0}}});
   expect("sunk", Sphere{1}, {{3, 4, 0.75}}, kGround, {}, {-0.25, {0, 0, -1}, Meeting::point, {{3, 4, -0.125}}});
   expect("its centre below", Sphere{1}, {{3, 4, -0.5}}, kGround, {}, {-1.5, {0, 0, -1}, Meeting::point, {{3, 4, -0.75}}});
-  expect("under a plane turned over", Sphere{0.75}, {{0, 0, 0.5}}, Plane{{0, 0, -1}, -1}, {}, {-0.25, {0, 0, 1}, Meeting::point, {{0, 0, 1.125}}});
-  expect("a tilted plane", Sphere{5}, {{6, 8, 0}}, Plane{{0.6, 0.8, 0}, 4}, {}, {1, {-0.6, -0.8, 0}, Meeting::point, {{2.7, 3.6, 0}}, 4e-15});
+  expect("under a plane turned over", Sphere{0.75}, {{0, 0, 0.5}}, Plane{{0, 0, -1}, -1}, {},
+         {-0.25, {0, 0, 1}, Meeting::point, {{0, 0, 1.125}}});
+  expect("a tilted plane", Sphere{5}, {{6, 8, 0}}, Plane{{0.6, 0.8, 0}, 4}, {},
+         {1, {-0.6, -0.8, 0}, Meeting::point, {{2.7, 3.6, 0}}, 4e-15});
 }
 
 TEST_CASE("sphere against rectangle: both sides, edges, corners") {
@@ -112,7 +117,8 @@ TEST_CASE("sphere against box") {
   const Box box{{1, 2, 3}};
   expect("on a face", Sphere{1}, {{1.5, 0.5, 0.5}}, box, {}, {-0.5, {-1, 0, 0}, Meeting::point, {{0.75, 0.5, 0.5}}});
   expect("on an edge", Sphere{5}, {{4, 6, 0}}, box, {}, {0, {-0.6, -0.8, 0}, Meeting::point, {{1, 2, 0}}});
-  expect("on a corner", Sphere{2}, {{2, 4, 5}}, box, {}, {1, {-1 / 3., -2 / 3., -2 / 3.}, Meeting::point, {{1 + 1 / 6., 2 + 1 / 3., 3 + 1 / 3.}}});
+  expect("on a corner", Sphere{2}, {{2, 4, 5}}, box, {},
+         {1, {-1 / 3., -2 / 3., -2 / 3.}, Meeting::point, {{1 + 1 / 6., 2 + 1 / 3., 3 + 1 / 3.}}});
   expect("its centre inside", Sphere{0.5}, {{0.25, 1.5, 0}}, box, {}, {-1, {0, -1, 0}, Meeting::point, {{0.25, 1.5, 0}}});
   expect("wholly inside", Sphere{0.25}, {{0, 0, -2.5}}, box, {}, {-0.75, {0, 0, 1}, Meeting::point, {{0, 0, -2.625}}});
   expect("at its centre", Sphere{0.5}, {}, box, {}, {-1.5, {-1, 0, 0}, Meeting::point, {{0.25, 0, 0}}});
@@ -140,7 +146,8 @@ TEST_CASE("plane against box and rectangle") {
   const V up{0, 0, 1};
   expect("flat", kGround, {}, Box{{1, 2, 3}}, {{0, 0, 2.5}},
          {-0.5, up, Meeting::face, {{1, 2, -0.25}, {-1, 2, -0.25}, {1, -2, -0.25}, {-1, -2, -0.25}}});
-  expect("resting exactly", kGround, {}, Box{{1, 2, 3}}, {{0, 0, 3}}, {0, up, Meeting::face, {{1, 2, 0}, {-1, 2, 0}, {1, -2, 0}, {-1, -2, 0}}});
+  expect("resting exactly", kGround, {}, Box{{1, 2, 3}}, {{0, 0, 3}},
+         {0, up, Meeting::face, {{1, 2, 0}, {-1, 2, 0}, {1, -2, 0}, {-1, -2, 0}}});
   expect("on an edge", kGround, {}, Box{{1, 1, 1}}, {{0, 0, std::sqrt(2.) - 0.25}, about_x(kPi / 4)},
          {-0.25, up, Meeting::edge, {{1, 0, -0.125}, {-1, 0, -0.125}}});
   const double lean = std::acos(1 / std::sqrt(3.)), s = std::sin(lean / 2) * kHalfRoot;
@@ -150,19 +157,23 @@ TEST_CASE("plane against box and rectangle") {
          {-4, up, Meeting::face, {{1, 1, -2}, {-1, 1, -2}, {1, -1, -2}, {-1, -1, -2}}});
   expect("a plate lying", kGround, {}, Rectangle{{1, 2}}, {{0, 0, -0.5}},
          {-0.5, up, Meeting::face, {{1, 2, -0.25}, {-1, 2, -0.25}, {1, -2, -0.25}, {-1, -2, -0.25}}});
-  expect("a plate standing", kGround, {}, Rectangle{{1, 2}}, {{0, 0, 1.75}, kOverX}, {-0.25, up, Meeting::edge, {{1, 0, -0.125}, {-1, 0, -0.125}}});
+  expect("a plate standing", kGround, {}, Rectangle{{1, 2}}, {{0, 0, 1.75}, kOverX},
+         {-0.25, up, Meeting::edge, {{1, 0, -0.125}, {-1, 0, -0.125}}});
 }
 
 TEST_CASE("plane against capsule and cylinder") {
   const V up{0, 0, 1};
   expect("capsule upright", kGround, {}, Capsule{0.5, 2}, {{1, 0, 2.25}}, {-0.25, up, Meeting::point, {{1, 0, -0.125}}});
-  expect("capsule lying", kGround, {}, Capsule{0.5, 2}, {{0, 0, 0.25}, kOverY}, {-0.25, up, Meeting::edge, {{2, 0, -0.125}, {-2, 0, -0.125}}});
-  expect("capsule lying, touching", kGround, {}, Capsule{0.5, 2}, {{0, 0, 0.5}, kOverY}, {0, up, Meeting::edge, {{2, 0, 0}, {-2, 0, 0}}});
+  expect("capsule lying", kGround, {}, Capsule{0.5, 2}, {{0, 0, 0.25}, kOverY},
+         {-0.25, up, Meeting::edge, {{2, 0, -0.125}, {-2, 0, -0.125}}});
+  expect("capsule lying, touching", kGround, {}, Capsule{0.5, 2}, {{0, 0, 0.5}, kOverY},
+         {0, up, Meeting::edge, {{2, 0, 0}, {-2, 0, 0}}});
   expect("drum on its disc", kGround, {}, Cylinder{2, 1}, {{0, 0, 0.5}},
          {-0.5, up, Meeting::face, {{2, 0, -0.25}, {-2, 0, -0.25}, {0, 2, -0.25}, {0, -2, -0.25}}});
   expect("drum on its other disc", kGround, {}, Cylinder{2, 1}, {{0, 0, 1}, {0, 1, 0, 0}},
          {0, up, Meeting::face, {{2, 0, 0}, {-2, 0, 0}, {0, 2, 0}, {0, -2, 0}}});
-  expect("drum lying", kGround, {}, Cylinder{2, 1}, {{0, 0, 1.5}, kOverY}, {-0.5, up, Meeting::edge, {{1, 0, -0.25}, {-1, 0, -0.25}}});
+  expect("drum lying", kGround, {}, Cylinder{2, 1}, {{0, 0, 1.5}, kOverY},
+         {-0.5, up, Meeting::edge, {{1, 0, -0.25}, {-1, 0, -0.25}}});
   expect("drum on its rim", kGround, {}, Cylinder{1, 1}, {{0, 0, std::sqrt(2.) - 0.25}, about_x(kPi / 4)},
          {-0.25, up, Meeting::point, {{0, 0, -0.125}}});
 }
@@ -183,16 +194,23 @@ TEST_CASE("box against rectangle, rectangle against rectangle") {
 
 TEST_CASE("capsule against capsule, box and rectangle") {
   const Capsule capsule{0.5, 2};
-  expect("crossing over", capsule, {}, capsule, {{0.75, 0, 0.5}, kOverX}, {-0.25, {1, 0, 0}, Meeting::point, {{0.375, 0, 0.5}}});
-  expect("side by side", capsule, {}, capsule, {{0.75, 0, 1}}, {-0.25, {1, 0, 0}, Meeting::edge, {{0.375, 0, 2}, {0.375, 0, -1}}});
+  expect("crossing over", capsule, {}, capsule, {{0.75, 0, 0.5}, kOverX},
+         {-0.25, {1, 0, 0}, Meeting::point, {{0.375, 0, 0.5}}});
+  expect("side by side", capsule, {}, capsule, {{0.75, 0, 1}},
+         {-0.25, {1, 0, 0}, Meeting::edge, {{0.375, 0, 2}, {0.375, 0, -1}}});
   expect("end to end", capsule, {}, capsule, {{0, 0, 4.75}}, {-0.25, {0, 0, 1}, Meeting::point, {{0, 0, 2.375}}});
   expect("end to end, aslant", capsule, {}, capsule, {{0.6, 0, 4.8}}, {0, {0.6, 0, 0.8}, Meeting::point, {{0.3, 0, 2.4}}});
-  expect("lying on a box", Box{{1, 1, 1}}, {}, capsule, {{0, 0, 1.25}, kOverX}, {-0.25, {0, 0, 1}, Meeting::edge, {{0, 1, 0.875}, {0, -1, 0.875}}});
-  expect("standing on a box", Box{{1, 1, 1}}, {}, capsule, {{0.5, 0.5, 3.25}}, {-0.25, {0, 0, 1}, Meeting::point, {{0.5, 0.5, 0.875}}});
-  expect("across a box's edge", Box{{1, 1, 1}}, {{0, 0, 0}, about_x(kPi / 4)}, capsule, {{0.25, 0, std::sqrt(2.) + 0.25}, kOverX},
+  expect("lying on a box", Box{{1, 1, 1}}, {}, capsule, {{0, 0, 1.25}, kOverX},
+         {-0.25, {0, 0, 1}, Meeting::edge, {{0, 1, 0.875}, {0, -1, 0.875}}});
+  expect("standing on a box", Box{{1, 1, 1}}, {}, capsule, {{0.5, 0.5, 3.25}},
+         {-0.25, {0, 0, 1}, Meeting::point, {{0.5, 0.5, 0.875}}});
+  expect("across a box's edge", Box{{1, 1, 1}}, {{0, 0, 0}, about_x(kPi / 4)}, capsule,
+         {{0.25, 0, std::sqrt(2.) + 0.25}, kOverX},
          {-0.25, {0, 0, 1}, Meeting::point, {{0.25, 0, std::sqrt(2.) - 0.125}}});
-  expect("through a box", Box{{1, 1, 1}}, {}, Capsule{0.25, 3}, {{0.5, 0, 0}}, {-0.75, {1, 0, 0}, Meeting::edge, {{0.625, 0, 1}, {0.625, 0, -1}}});
-  expect("lying on a plate", Rectangle{{1, 1}}, {}, capsule, {{0, 0, 0.5}, kOverY}, {0, {0, 0, 1}, Meeting::edge, {{1, 0, 0}, {-1, 0, 0}}});
+  expect("through a box", Box{{1, 1, 1}}, {}, Capsule{0.25, 3}, {{0.5, 0, 0}},
+         {-0.75, {1, 0, 0}, Meeting::edge, {{0.625, 0, 1}, {0.625, 0, -1}}});
+  expect("lying on a plate", Rectangle{{1, 1}}, {}, capsule, {{0, 0, 0.5}, kOverY},
+         {0, {0, 0, 1}, Meeting::edge, {{1, 0, 0}, {-1, 0, 0}}});
   expect("beside a plate", Rectangle{{1, 1}}, {}, capsule, {{1.25, 0, 0}}, {-0.25, {1, 0, 0}, Meeting::point, {{0.875, 0, 0}}});
 }
 
@@ -201,17 +219,21 @@ TEST_CASE("cylinder against box, rectangle, cylinder and capsule") {
   const V up{0, 0, 1};
   expect("on a box", Box{{1, 1, 1}}, {}, drum, {{0, 0, 1.75}},
          {-0.25, up, Meeting::face, {{0.5, 0, 0.875}, {-0.5, 0, 0.875}, {0, 0.5, 0.875}, {0, -0.5, 0.875}}});
-  expect("lying on a box", Box{{2, 2, 1}}, {}, drum, {{0, 0, 1.25}, kOverX}, {-0.25, up, Meeting::edge, {{0, 1, 0.875}, {0, -1, 0.875}}});
-  expect("lying on a plate", Rectangle{{2, 2}}, {}, drum, {{0, 0, 0.25}, kOverY}, {-0.25, up, Meeting::edge, {{1, 0, -0.125}, {-1, 0, -0.125}}});
+  expect("lying on a box", Box{{2, 2, 1}}, {}, drum, {{0, 0, 1.25}, kOverX},
+         {-0.25, up, Meeting::edge, {{0, 1, 0.875}, {0, -1, 0.875}}});
+  expect("lying on a plate", Rectangle{{2, 2}}, {}, drum, {{0, 0, 0.25}, kOverY},
+         {-0.25, up, Meeting::edge, {{1, 0, -0.125}, {-1, 0, -0.125}}});
   expect("side by side", drum, {}, drum, {{0.75, 0, 1}}, {-0.25, {1, 0, 0}, Meeting::edge, {{0.375, 0, 1}, {0.375, 0, 0}}});
-  expect("a capsule across", Capsule{0.5, 2}, {}, drum, {{0.75, 0, 0}, kOverX}, {-0.25, {1, 0, 0}, Meeting::edge_edge, {{0.375, 0, 0}}});
+  expect("a capsule across", Capsule{0.5, 2}, {}, drum, {{0.75, 0, 0}, kOverX},
+         {-0.25, {1, 0, 0}, Meeting::edge_edge, {{0.375, 0, 0}}});
 }
 
 // A capsule without length is a sphere; a box, a rectangle, a cylinder without extents is a point, a sphere without radius.
 TEST_CASE("the sphere is the limit of the other shapes") {
   CHECK(rc::check([](std::uint64_t seed) {
     Random random(seed);
-    for (const ShapeKind kind : {ShapeKind::sphere, ShapeKind::plane, ShapeKind::rectangle, ShapeKind::box, ShapeKind::capsule}) {
+    using enum ShapeKind;
+    for (const ShapeKind kind : {sphere, plane, rectangle, box, capsule}) {
       const Shape partner = kind == ShapeKind::plane ? Shape(Plane{{0.6, 0, 0.8}, 0.25}) : random_shape(kind, random);
       const double radius = uniform(random, 0.1, 1);
       const auto other = make_geometry<double>(partner);
@@ -219,13 +241,13 @@ TEST_CASE("the sphere is the limit of the other shapes") {
       const auto here = placement(V{uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)}, any_turn(random));
       const auto agree = [&](const Shape& shape, double sphere_radius) {
         const auto limit = separation(make_geometry<double>(shape), here, other, place);
-        const auto sphere = separation(make_geometry<double>(Sphere{sphere_radius}), here, other, place);
-        RC_ASSERT(std::abs(limit.gap - sphere.gap) < 2e-15);
-        if (std::abs(sphere.gap + sphere_radius) > 1e-2) RC_ASSERT(norm(limit.normal_W - sphere.normal_W) < 1e-13);
+        const auto ball = separation(make_geometry<double>(Sphere{sphere_radius}), here, other, place);
+        RC_ASSERT(std::abs(limit.gap - ball.gap) < 2e-15);
+        if (std::abs(ball.gap + sphere_radius) > 1e-2) RC_ASSERT(norm(limit.normal_W - ball.normal_W) < 1e-13);
         std::vector<Manifold<double>> one, two;
         find_contacts(make_geometry<double>(shape), here, other, place, 0.01, one);
         find_contacts(make_geometry<double>(Sphere{sphere_radius}), here, other, place, 0.01, two);
-        if (std::abs(sphere.gap - 0.01) < 1e-12) return;
+        if (std::abs(ball.gap - 0.01) < 1e-12) return;
         RC_ASSERT(one.size() == two.size());
         if (!one.empty()) RC_ASSERT(one[0].count == 1);
       };
