@@ -84,6 +84,7 @@ TEST_CASE("a thruster pushes and turns at every rate call, and switches when tol
     REQUIRE(end.outcome.status == Status::ok);
     CHECK_THAT(end.outcome.reason, Catch::Contains("every rate call") && Catch::Contains("thruster"));
     CHECK(static_cast<double>(end.samples[5].bodies[0].w_rad_per_s[2]) == 0);
+    CHECK(static_cast<double>(end.samples[10].bodies[0].w_rad_per_s[2]) == Approx(0.5 / 1.6).epsilon(1e-9));
     CHECK(end.w(0, 2) == Approx(0.5 / 1.6).epsilon(1e-9));
   }
 }
