@@ -22,5 +22,10 @@ add_executable(atwood-bench-scaling EXCLUDE_FROM_ALL ${PROJECT_SOURCE_DIR}/bench
 target_link_libraries(atwood-bench-scaling PRIVATE atwood_engine atwood_metrics atwood_scene benchmark::benchmark)
 target_include_directories(atwood-bench-scaling PRIVATE ${PROJECT_SOURCE_DIR})
 set_target_properties(atwood-bench-scaling PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
-add_custom_target(benches DEPENDS atwood-bench-engine atwood-bench-scaling atwood-bench-cvode atwood-bench-bullet64 atwood-bench-bullet32
+# Figures of its own, not Google Benchmark's: `atwood bench broad-phases`.
+add_executable(atwood-broad-phases EXCLUDE_FROM_ALL ${PROJECT_SOURCE_DIR}/benchmarks/broad_phases.cpp)
+target_link_libraries(atwood-broad-phases PRIVATE atwood_engine atwood_metrics atwood_scene nlohmann_json::nlohmann_json)
+target_include_directories(atwood-broad-phases PRIVATE ${PROJECT_SOURCE_DIR})
+set_target_properties(atwood-broad-phases PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+add_custom_target(benches DEPENDS atwood-broad-phases atwood-bench-engine atwood-bench-scaling atwood-bench-cvode atwood-bench-bullet64 atwood-bench-bullet32
                   atwood-bench-ode)

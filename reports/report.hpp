@@ -3,6 +3,7 @@
 
 #include <map>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "protocol/method.hpp"
@@ -16,6 +17,16 @@
 namespace atwood {
 
 struct BenchFigure { std::string scenario, method; std::int64_t steps; double ns_per_step_median, ns_per_step_p95; std::string name; };
+
+// A table of measured figures that stands for itself: broad phases side by side, what each engine steps within a frame.
+using TableCell = std::variant<double, std::string>;  // NaN: nothing to tell
+struct BenchTable {
+  std::string id, title;
+  std::vector<std::string> columns;
+  std::vector<std::vector<TableCell>> rows;  // one cell a column
+  std::vector<std::string> notes;            // how to read it
+};
+std::string render_bench_table(const BenchTable& table);  // for a terminal
 
 // A law that predicts a measured figure, printed beside it ("range error = v_x h").
 struct Law { std::string scenario, method, metric, statement; std::int64_t steps; double predicted, measured; std::string unit; };
@@ -38,6 +49,7 @@ struct GoalResult {
   GoalEntrant ours, rival, uncounted;  // the best of each
   double ratio = 0, ratio_low = 0, ratio_high = 0;  // rival's cost over ours [95 %], where both reach the error; else NaN
   std::string why;                     // what is missing, in words; empty when reached
+  double wanted_ratio = 0;             // the rival's cost over ours that is asked for; 0: none
 };
 
 std::string goal_words(const GoalResult& goal);  // "error-state-end 2e-10 in 40 us"
@@ -84,6 +96,7 @@ struct ReportData {
   std::vector<BenchFigure> bench;
   std::vector<Dominance> dominance;    // who is cheapest for an error, who most accurate for a budget
   std::vector<GoalResult> goals;
+  std::vector<BenchTable> tables;
   std::vector<AuditFinding> audit;     // of the study `audit`
   bool compared = false;               // methods side by side: nothing is judged
   std::vector<std::string> notes;      // how this report's cells came about, in sentences

@@ -19,8 +19,6 @@ namespace atwood {
 namespace fs = std::filesystem;
 using json = nlohmann::ordered_json;
 
-namespace {
-
 std::string capture(const std::vector<std::string>& words) {
   int ends[2];
   if (pipe(ends) != 0) throw std::runtime_error("pipe failed");
@@ -46,6 +44,8 @@ std::string capture(const std::vector<std::string>& words) {
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) throw std::runtime_error(fmt::format("{} failed", words[0]));
   return text;
 }
+
+namespace {
 
 // Benchmarks of a catalogue step are named step/SCENARIO/METHOD/STEPS; METHOD contains one slash.
 BenchFigure figure_of(const std::string& name, double median_ns, double p95_ns) {
@@ -133,7 +133,7 @@ std::vector<GoalResult> read_goal_results(const std::string& path) {
   for (json& g : document["goals"]) {
     goals.push_back({g.value("id", ""), g.value("title", ""), g.value("scenario", ""), g.value("metric", ""), g.value("unit", ""), real(g["wanted_error"]),
                      g.value("budget_kind", ""), real(g["budget"]), g.value("reached", false), entrant_from(g["ours"]), entrant_from(g["rival"]),
-                     entrant_from(g["uncounted"]), real(g["ratio"]), real(g["ratio_low"]), real(g["ratio_high"]), g.value("why", "")});
+                     entrant_from(g["uncounted"]), real(g["ratio"]), real(g["ratio_low"]), real(g["ratio_high"]), g.value("why", ""), g.value("wanted_ratio", 0.0)});
   }
   return goals;
 }
@@ -154,7 +154,7 @@ void keep_bench(const std::string& path, const Provenance& provenance, const std
       document["goals"].push_back({{"id", g.id}, {"title", g.title}, {"scenario", g.scenario}, {"metric", g.metric}, {"unit", g.unit},
                                    {"wanted_error", g.wanted_error}, {"budget_kind", g.budget_kind}, {"budget", g.budget}, {"reached", g.reached},
                                    {"ours", to_json(g.ours)}, {"rival", to_json(g.rival)}, {"uncounted", to_json(g.uncounted)},
-                                   {"ratio", g.ratio}, {"ratio_low", g.ratio_low}, {"ratio_high", g.ratio_high}, {"why", g.why}});
+                                   {"ratio", g.ratio}, {"ratio_low", g.ratio_low}, {"ratio_high", g.ratio_high}, {"why", g.why}, {"wanted_ratio", g.wanted_ratio}});
     }
   }
   std::error_code error;
@@ -182,6 +182,8 @@ std::vector<BenchFigure> run_benchmarks(const Place& place, const std::string& f
 
 int command_bench(const Place& place, const Options& options) {
   if (options.input == "goals") return command_goals(place, options);
+  if (options.input == "broad-phases") return command_broad_phases(place, options);
+  if (options.input == "frame-budget") return command_frame_budget(place, options);
   const bool any = std::any_of(fs::directory_iterator(place.bin_dir), fs::directory_iterator(),
                                [](const auto& entry) { return entry.path().filename().string().rfind("atwood-bench-", 0) == 0; });
   if (!any) throw InputError("no benchmarks are built; `./atwood bench` builds them");

@@ -96,6 +96,12 @@ std::vector<GoalResult> read_goal_results(const std::string& path);
 std::vector<BenchFigure> run_benchmarks(const Place& place, const std::string& filter);
 // Null: what the file has stays.
 void keep_bench(const std::string& path, const Provenance& provenance, const std::vector<BenchFigure>* figures, const std::vector<GoalResult>* goals);
+std::vector<BenchTable> read_bench_tables(const std::string& path);
+void keep_bench_table(const std::string& path, const Provenance& provenance, const BenchTable& table);  // in place of that id's last one
+std::vector<BenchTable> measure_broad_phases(const Place& place);
+// Prints tables, keeps them for the report.
+void show_bench_tables(const Place& place, const Options& options, const std::vector<BenchTable>& tables);
+std::string capture(const std::vector<std::string>& words);  // what a program prints; throws std::runtime_error unless it ends with 0
 
 int command_list(const Place&, const Options&);
 int command_describe(const Place&, const Options&);
@@ -110,6 +116,8 @@ int command_gate(const Place&, const Options&);
 int command_bless(const Place&, const Options&);
 int command_advise(const Place&, const Options&);
 int command_goals(const Place&, const Options&);  // bench goals
+int command_broad_phases(const Place&, const Options&);  // bench broad-phases
+int command_frame_budget(const Place&, const Options&);  // bench frame-budget
 int command_bench(const Place&, const Options&);
 int command_report(const Place&, const Options&);
 

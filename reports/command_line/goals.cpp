@@ -120,6 +120,7 @@ std::vector<Candidate> GoalRun::measured(const Goal& goal, const Scenario& scena
   }
   StudyOptions how = study_options(place_, options_);
   how.timing = false;
+  how.cell_limit_s = std::max(how.cell_limit_s, goal.limit_s);
   how.progress = progress_printer();
   const StudyResult result = run_study(cells, workers_, how);
   end_progress();
@@ -137,6 +138,16 @@ std::vector<Candidate> GoalRun::measured(const Goal& goal, const Scenario& scena
     candidates.push_back({sides.at(key), &cell, entrant, {}});
   }
   return candidates;
+}
+
+// Half the error of the most accurate rival: what that is, is known when all have run. Rivals then count as they are.
+void ask_by_rivals(Goal& goal, std::vector<Candidate>& candidates) {
+  double least = kNone;
+  for (const Candidate& c : candidates) {
+    if (c.side == Side::rival && !(c.entrant.error >= least)) least = c.entrant.error;
+  }
+  goal.error = goal.error_ratio * least;
+  for (Candidate& c : candidates) c.entrant.accurate = c.side == Side::rival || c.entrant.error <= goal.error;
 }
 
 void GoalRun::time(const Goal& goal, std::vector<Candidate>& candidates) {
@@ -164,6 +175,13 @@ void GoalRun::time(const Goal& goal, std::vector<Candidate>& candidates) {
         const auto key = [&](const Candidate* c) { return by_step ? c->entrant.seconds / static_cast<double>(c->entrant.steps) : c->entrant.seconds; };
         return key(a) < key(b);
       });
+    }
+    if (goal.limit_s > 0) {  // of runs that take minutes one look is enough
+      for (Candidate* c : own) {
+        c->times_s = {c->entrant.seconds};
+        c->entrant.ns_per_step = 1e9 * c->entrant.seconds / static_cast<double>(c->entrant.steps);
+      }
+      continue;
     }
     for (Candidate* c : own) c->entrant.seconds = kNone;
     if (own.size() > kTimed) own.resize(kTimed);
@@ -214,10 +232,12 @@ GoalResult blank_result(const Goal& goal) {
   result.budget_kind = goal.budget_kind;
   result.budget = goal.budget;
   result.ratio = result.ratio_low = result.ratio_high = kNone;
+  result.wanted_ratio = goal.times_faster;
   return result;
 }
 
-GoalResult GoalRun::run(const Goal& goal) {
+GoalResult GoalRun::run(const Goal& asked) {
+  Goal goal = asked;
   GoalResult result = blank_result(goal);
   for (const MetricInfo& metric : all_metrics()) {
     if (metric.name == goal.metric) result.unit = metric.unit;
@@ -227,7 +247,10 @@ GoalResult GoalRun::run(const Goal& goal) {
   if (!goal.steps.empty()) scenario.steps = goal.steps;
   std::vector<Cell> cells;
   cells.reserve(4096);  // candidates point at them
+  stopwatch_.allow(std::max(options_.cell_limit_s, goal.limit_s));
   std::vector<Candidate> candidates = measured(goal, scenario, cells);
+  if (goal.error_ratio > 0) ask_by_rivals(goal, candidates);
+  result.wanted_error = goal.error;
   if (!options_.no_timing) time(goal, candidates);
   const Candidate* ours = best(candidates, Side::ours, goal.budget_kind);
   const Candidate* rival = best(candidates, Side::rival, goal.budget_kind);
@@ -248,6 +271,10 @@ GoalResult GoalRun::run(const Goal& goal) {
       result.ratio_low = per_step * paired.low;
       result.ratio_high = per_step * paired.high;
     }
+  }
+  if (goal.times_faster > 0 && result.reached && !(result.ratio >= goal.times_faster)) {
+    result.reached = false;
+    result.why = std::isfinite(result.ratio) ? fmt::format("it is {:.3g} times as fast", result.ratio) : "there is no rival's time beside it";
   }
   return result;
 }
@@ -275,6 +302,27 @@ GoalResult judge_figure(const Goal& goal, const std::vector<BenchFigure>& figure
   else if (result.ours.ns_per_step > goal.budget) result.why = fmt::format("{:.3g} times over the budget", result.ours.ns_per_step / goal.budget);
   result.reached = result.why.empty();
   if (!result.ours.method.empty() && !result.rival.method.empty()) result.ratio = result.rival.ns_per_step / result.ours.ns_per_step;
+  return result;
+}
+
+// A figure of a table.
+GoalResult judge_table(const Goal& goal, const std::vector<BenchTable>& tables) {
+  GoalResult result = blank_result(goal);
+  result.metric = goal.column;
+  const auto table = std::find_if(tables.begin(), tables.end(), [&](const BenchTable& t) { return t.id == goal.table; });
+  if (table == tables.end()) {
+    result.why = fmt::format("there is no table `{}`", goal.table);
+    return result;
+  }
+  const auto column = std::find(table->columns.begin(), table->columns.end(), goal.column) - table->columns.begin();
+  for (const auto& row : table->rows) {
+    if (!std::holds_alternative<std::string>(row.at(0)) || std::get<std::string>(row[0]) != goal.row || column >= std::ssize(row)) continue;
+    if (const auto* value = std::get_if<double>(&row[static_cast<std::size_t>(column)]); value != nullptr && std::isfinite(*value)) {
+      result.ours = {goal.row, 0, *value, 0, kNone, kNone, kNone, *value <= goal.error};
+    }
+  }
+  result.why = result.ours.method.empty() ? fmt::format("no figure in `{}`, `{}`", goal.row, goal.column) : result.ours.accurate ? "" : "it is above that";
+  result.reached = result.why.empty();
   return result;
 }
 
@@ -338,10 +386,14 @@ int command_goals(const Place& place, const Options& options) {
   std::vector<GoalResult> results;
   const std::string filter = benchmark_filter(goals);
   const std::vector<BenchFigure> figures = filter.empty() || options.no_timing ? std::vector<BenchFigure>{} : run_benchmarks(place, filter);
+  std::vector<BenchTable> tables;
   try {
     for (const Goal& goal : goals) {
       fmt::print(stderr, "atwood: goal {}\n", goal.id);
-      results.push_back(goal.benchmark.empty() ? run_or_say_why(run, goal, !options.goals_file.empty()) : judge_figure(goal, figures));
+      if (goal.table == "broad-phases" && tables.empty()) tables = measure_broad_phases(place);
+      if (!goal.table.empty()) results.push_back(judge_table(goal, tables));
+      else if (!goal.benchmark.empty()) results.push_back(judge_figure(goal, figures));
+      else results.push_back(run_or_say_why(run, goal, !options.goals_file.empty()));
     }
   } catch (const Interrupted&) {
     if (!results.empty()) fmt::print("{}", goals_text(results));

@@ -24,6 +24,10 @@ struct Goal {
   std::string benchmark;                   // instead of a scenario: a figure of a benchmark, over `per`
   std::vector<std::string> rival_benchmarks;
   double per = 1;
+  double times_faster = 0;                 // 0: not asked. The cheapest rival's time over ours
+  double error_ratio = 0;                  // 0: not asked. Instead of `error`: of the most accurate rival's error
+  double limit_s = 0;                      // a run may take; 0: as --limit says. Long runs are timed once, not in turns
+  std::string table, row, column;          // instead of a scenario: a figure of `atwood bench TABLE`, at most `error`
 };
 
 std::vector<Goal> read_goals(const std::string& path);     // InputError

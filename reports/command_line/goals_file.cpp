@@ -64,7 +64,8 @@ struct GoalsFile {
 
   Goal goal(const toml::node& node) const {
     static const std::set<std::string> known{"id", "title", "scenario", "metric", "error", "time", "step_time", "figure", "evaluations", "samples", "steps", "tolerances",
-                                             "first_steps", "methods", "rivals", "uncounted", "benchmark", "rival_benchmarks", "per"};
+                                             "first_steps", "methods", "rivals", "uncounted", "benchmark", "rival_benchmarks", "per",
+                                             "times_faster", "error_ratio", "limit", "table", "row", "column", "at_most"};
     const toml::table* table = node.as_table();
     if (table == nullptr) refuse(node.source(), "expected [[goal]] to be tables");
     for (const auto& [key, value] : *table) {
@@ -88,8 +89,21 @@ struct GoalsFile {
     goal.benchmark = text(*table, "benchmark");
     goal.rival_benchmarks = list<std::string>(*table, "rival_benchmarks", "a list of benchmark names");
     goal.per = number(*table, "per", 1);
-    if (goal.scenario.empty() == goal.benchmark.empty()) refuse(table->source(), "goal `" + goal.id + "`: expected either `scenario` or `benchmark`");
+    goal.times_faster = number(*table, "times_faster", 0);
+    goal.error_ratio = number(*table, "error_ratio", 0);
+    if (goal.times_faster > 0 && goal.budget_kind.empty()) goal.budget_kind = "ns_per_step", goal.budget = std::numeric_limits<double>::infinity();
+    if (const std::string limit = text(*table, "limit"); !limit.empty()) goal.limit_s = parse_duration(limit, path + ": `limit`");
+    goal.table = text(*table, "table");
+    goal.row = text(*table, "row");
+    goal.column = text(*table, "column");
+    if (!goal.table.empty()) goal.error = number(*table, "at_most", goal.error);
+    const int works = !goal.scenario.empty() + !goal.benchmark.empty() + !goal.table.empty();
+    if (works != 1) refuse(table->source(), "goal `" + goal.id + "`: expected one of `scenario`, `benchmark` and `table`");
+    if (!goal.table.empty() && (goal.row.empty() || goal.column.empty() || !std::isfinite(goal.error)))
+      refuse(table->source(), "goal `" + goal.id + "`: a `table` needs its `row`, `column` and `at_most`");
     if (goal.scenario.empty()) return goal;
+    if (goal.error_ratio > 0 && (goal.metric.empty() || std::isfinite(goal.error)))
+      refuse(table->source(), "goal `" + goal.id + "`: an `error_ratio` needs its `metric`, and no `error` beside it");
     if (std::isfinite(goal.error) && goal.metric.empty()) refuse(table->source(), "goal `" + goal.id + "`: an `error` needs its `metric`");
     for (const std::int64_t n : goal.steps) {
       if (n <= 0 || n % goal.samples != 0) refuse(table->get("steps")->source(), "`steps`: expected multiples of `samples`");

@@ -118,11 +118,12 @@ void declare_commands(Parser& p) {
   bless->add_option("--baseline", o.baseline, "The file (atwood-baseline.tsv unless given)");
 
   auto* bench = p.add("bench", "Time kernels and steps with Google Benchmark; the figures join the report", command_bench);
-  bench->add_option("FILTER", o.input, "A regular expression over benchmark names; the word `goals`: the project's goals beside its rivals, in one run");
+  bench->add_option("FILTER", o.input, "A regular expression over benchmark names; the word `goals`: the project's goals beside its rivals, in one run; `frame-budget`: the largest heap that each engine steps within a frame; `broad-phases`: who finds pairs at what cost");
   bench->add_option("--goal", o.goals, "goals: only these ids or globs")->expected(1)->take_all();
   bench->add_option("--goals", o.goals_file, "goals: from this file instead of benchmarks/goals.toml");
-  bench->add_option("--engine", o.engines, "goals: also this executable")->expected(1)->take_all();
-  bench->add_option("--limit", o.cell_limit_s, "goals: seconds a run may take")->capture_default_str()->check(CLI::Range(0.01, 1e6));
+  bench->add_option("--method", o.methods, "frame-budget: only these methods")->expected(1)->take_all();
+  bench->add_option("--engine", o.engines, "goals, frame-budget: also this executable")->expected(1)->take_all();
+  bench->add_option("--limit", o.cell_limit_s, "goals, frame-budget: seconds a run may take")->capture_default_str()->check(CLI::Range(0.01, 1e6));
   bench->add_option("-j,--jobs", o.jobs, "goals: workers at once in the accuracy pass")->check(CLI::Range(1, 1024));
   bench->add_flag("--no-timing", o.no_timing, "goals: errors and evaluations only");
   bench->add_option("--out", o.out_dir, "Where the figures go")->capture_default_str();

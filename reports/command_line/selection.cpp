@@ -388,6 +388,7 @@ ReportData assemble_report(const Place& place, const Options& options, const Sel
   data.laws = find_laws(data.scenarios, data.rows);
   data.bench = read_bench(options.out_dir + "/bench.json");
   data.goals = read_goal_results(options.out_dir + "/bench.json");
+  data.tables = read_bench_tables(options.out_dir + "/bench.json");
   data.dominance = find_dominance(data.rows);
   if (selection.study == "audit") data.audit = audit_orders(data.engines, data.rows);
   return data;

@@ -24,6 +24,7 @@ struct Contender {
 class Stopwatch {
  public:
   explicit Stopwatch(double limit_s) : limit_s_(limit_s) {}
+  void allow(double limit_s) { limit_s_ = limit_s; }
   // Median seconds of one run over a burst of repeats (about 2 ms of them); NaN when it failed. Throws Interrupted.
   double seconds(const Contender& contender);
   // rounds x contenders: every contender once a round, in order.

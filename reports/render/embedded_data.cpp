@@ -9,6 +9,7 @@
 #include <numeric>
 #include <unordered_map>
 
+#include "bench_table.hpp"
 #include "compressed.hpp"
 #include "json_parts.hpp"
 #include "text.hpp"
@@ -193,6 +194,7 @@ std::string embedded_json(const ReportData& data, const Detail& detail) {
   append_bench(json.key("bench"), data.bench);
   append_dominance(json.key("dominance"), data.dominance, detail.ranks);
   append_goals(json.key("goals"), data.goals);
+  if (!data.tables.empty()) append_tables(json.key("tables"), data.tables);
   if (!data.audit.empty()) append_audit(json.key("audit"), data.audit);
   json.key("notes").begin_array();
   for (const std::string& note : data.notes) json.text(note);

@@ -1,4 +1,5 @@
 // The whole report as one JSON document: what other programs read. Nothing is left out and no digit is dropped.
+#include "bench_table.hpp"
 #include "json_parts.hpp"
 #include "text.hpp"
 
@@ -61,6 +62,7 @@ std::string render_json(const ReportData& data) {
   append_bench(json.key("bench"), data.bench);
   append_dominance(json.key("dominance"), data.dominance, static_cast<std::size_t>(-1));
   append_goals(json.key("goals"), data.goals);
+  if (!data.tables.empty()) append_tables(json.key("tables"), data.tables);
   if (!data.audit.empty()) append_audit(json.key("audit"), data.audit);
   json.key("notes").begin_array();
   for (const std::string& note : data.notes) json.text(note);

@@ -7,6 +7,7 @@
 #include "markdown_contests.hpp"
 #include "reports/report.hpp"
 #include "audit_table.hpp"
+#include "bench_table.hpp"
 #include "statistics_text.hpp"
 #include "text.hpp"
 
@@ -134,7 +135,7 @@ std::string render_markdown(const ReportData& data) {
   const char* verdict = data.verdicts.empty() ? "No gates" : all_pass ? "Pass" : "Fail";
   return fmt::format("# {}\n\n**{}.** {}; scenarios: {}, rows: {}.\n\n", cell(data.title), verdict, words(counts),
                      data.scenarios.size(), data.rows.size()) +
-         failing_section(data.verdicts) + audit_section(data.audit) + goals_section(data.goals) + dominance_section(data.dominance) + laws_section(data.laws) +
+         failing_section(data.verdicts) + audit_section(data.audit) + goals_section(data.goals) + tables_section(data.tables) + dominance_section(data.dominance) + laws_section(data.laws) +
          statistics_section(data.rows) +
          matrix_section(data.rows, "order-position", "Observed order of position") +
          matrix_section(data.rows, "order-attitude", "Observed order of attitude") + engines_section(data) +

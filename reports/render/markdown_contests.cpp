@@ -77,6 +77,9 @@ std::string entrant_words(const GoalEntrant& entrant) {
 std::string goal_words(const GoalResult& goal) {
   std::string words;
   if (std::isfinite(goal.wanted_error)) words = fmt::format("{} {:.2g}{}", goal.metric, goal.wanted_error, goal.unit.empty() || goal.unit == "1" ? "" : " " + goal.unit);
+  if (goal.wanted_ratio > 0 && !std::isfinite(goal.budget)) {
+    return fmt::format("{}{}{:.3g} times as fast as the best rival", words, words.empty() ? "" : " and ", goal.wanted_ratio);
+  }
   const std::string join = words.empty() ? "" : " in ";
   if (goal.budget_kind == "seconds") return words + join + time_words(goal.budget);
   if (goal.budget_kind == "evaluations") return words + join + fmt::format("{:.0f} evaluations", goal.budget);

@@ -64,6 +64,27 @@ TEST_CASE("golden documents") {
   check_golden("verdicts_colour.txt", render_verdict_table(data.verdicts, data.rows, true, 120));
 }
 
+TEST_CASE("tables of figures: aligned for a terminal, whole in JSON and Markdown, absent when there are none") {
+  BenchTable table{"frame", "What fits | a frame", {"method", "N"}, {{"ours", 8000.0}, {"rival|two\nlines", std::nan("")}, {"small", 0.12345678901}}, {"How to read it."}};
+  CHECK(render_bench_table(table) == "What fits | a frame\n\n"
+                                     "method               N\n"
+                                     "ours              8000\n"
+                                     "rival|two lines      -\n"
+                                     "small            0.123\n"
+                                     "\nHow to read it.\n");
+  ReportData data;
+  CHECK(render_json(data).find("\"tables\"") == std::string::npos);
+  CHECK(render_markdown(data).find("What fits") == std::string::npos);
+  data.tables = {table};
+  const auto json = nlohmann::json::parse(render_json(data)).at("tables").at(0);
+  CHECK(json.at("id") == "frame");
+  CHECK(json.at("rows").at(0).at(1) == 8000);
+  CHECK(json.at("rows").at(1).at(1).is_null());
+  CHECK(json.at("rows").at(2).at(1) == 0.12345678901);
+  const std::string markdown = render_markdown(data);
+  CHECK(markdown.find("| ours | 8000 |\n| rival\\|two lines | - |\n") != std::string::npos);
+}
+
 TEST_CASE("CSV has the contract's columns and reads back exactly") {
   const ReportData data = small_report();
   const auto records = parse_csv(render_csv(data.rows));

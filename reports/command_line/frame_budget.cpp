@@ -1,0 +1,206 @@
+// bench frame-budget: the largest heap that each engine steps within a frame, and where the time of ours goes.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <memory>
+
+#include "reports/command_line/command_line.hpp"
+#include "scene/files.hpp"
+#include "scene/split_mix.hpp"
+#include "validation/study/process.hpp"
+#include "validation/study/worker_client.hpp"
+
+namespace atwood {
+namespace {
+
+constexpr int frames_per_s = 60;
+constexpr int settling_frames = 90, measured_frames = 60;  // 1.5 s to fall and come to rest, one second to look at
+constexpr std::array<double, 2> budgets_ms{16.7, 40};
+constexpr int most_bodies = 64000;
+constexpr double closeness = 1.08;  // the answer is found when the next larger N tried is at most so much larger
+
+// As settling-N of the catalogue: the same bodies and bin around any number of them.
+Scene settling_scene(const Scene& like, int count) {
+  const auto first = std::find_if(like.bodies.begin(), like.bodies.end(), [](const Body& body) { return body.mass_kg > 0 && !body.fixed; });
+  const auto second = std::find_if(first + 1, like.bodies.end(), [](const Body& body) { return body.mass_kg > 0; });
+  const double spacing_m = std::round(100 * std::abs(second->position_m[2] - first->position_m[2])) / 100;  // but for the jitter
+  const int side = static_cast<int>(std::ceil(std::cbrt(count) - 1e-9));
+  Scene scene = like;
+  std::erase_if(scene.bodies, [](const Body& body) { return body.mass_kg > 0; });
+  for (Body& wall : scene.bodies) {
+    if (auto* plane = std::get_if<Plane>(&wall.shape); plane != nullptr && plane->normal[2] == 0) plane->offset_m = -(spacing_m * side / 2 + 0.05);
+  }
+  SplitMix64 random{42};
+  for (int n = 0; n < count; ++n) {
+    Body body = *first;
+    body.name = "body." + std::to_string(n);
+    const std::array<double, 3> at{(n % side - 0.5 * (side - 1)) * spacing_m, (n / side % side - 0.5 * (side - 1)) * spacing_m,
+                                   spacing_m / 2 + 0.005 + n / side / side * spacing_m};
+    for (std::size_t k = 0; k < 3; ++k) body.position_m[k] = at[k] + 0.001 * (2 * random.next_unit() - 1);
+    scene.bodies.push_back(std::move(body));
+  }
+  return scene;
+}
+
+struct Probe {
+  double p95_ms = std::nan("");   // of the steps of the settled heap; infinite: not within the limit
+  double mean_ms = std::nan("");  // over all steps
+  std::map<std::string, std::int64_t> phase_ns;
+  std::string why;                // why there is no figure
+};
+
+struct Entrant { const Worker* worker; std::string method; };
+
+class FrameBudget {
+ public:
+  FrameBudget(const Entrant& entrant, const Scene& like, double limit_s)
+      : entrant_(entrant), like_(like), limit_s_(limit_s), client_(entrant.worker->command, entrant.method.find("threads") == std::string::npos) {}
+
+  // Doubling until both budgets are passed, then halving the interval (of log N) on each side of each.
+  std::array<int, 2> largest() {
+    int n = 125;
+    while (n <= most_bodies && holds(n, budgets_ms.back())) n *= 2;
+    std::array<int, 2> found{};
+    for (std::size_t b = 0; b < budgets_ms.size(); ++b) found[b] = between(budgets_ms[b]);
+    return found;
+  }
+
+  const Probe& probe(int count) {
+    const auto [at, fresh] = probes_.try_emplace(count);
+    if (!fresh) return at->second;
+    fmt::print(stderr, "atwood: {} with {} bodies\n", entrant_.method, count);
+    Profile profile;
+    const std::int64_t steps = settling_frames + measured_frames;
+    const Outcome outcome = client_.profile(entrant_.method, scene_to_json(settling_scene(like_, count)),
+                                            {static_cast<double>(steps) / frames_per_s, steps, 1}, limit_s_, profile);
+    Probe& probe = at->second;
+    if (outcome.status == Status::timeout) probe.p95_ms = std::numeric_limits<double>::infinity();
+    if (outcome.status != Status::ok) probe.why = to_string(outcome.status) + ": " + outcome.reason;
+    else if (profile.step_ns.empty()) probe.why = "it does not tell the time of its steps";
+    if (!probe.why.empty()) return probe;
+    std::vector<std::int64_t> steps_ns(profile.step_ns.end() - measured_frames, profile.step_ns.end());
+    std::sort(steps_ns.begin(), steps_ns.end());
+    const auto i = static_cast<std::size_t>(std::ceil(0.95 * measured_frames)) - 1;
+    probe.p95_ms = 1e-6 * static_cast<double>(steps_ns[i]);
+    double sum_ns = 0;
+    for (const std::int64_t ns : profile.step_ns) sum_ns += static_cast<double>(ns);
+    probe.mean_ms = 1e-6 * sum_ns / static_cast<double>(steps);
+    probe.phase_ns = profile.phase_ns;
+    return probe;
+  }
+
+  const std::string& why() { return probe(125).why; }
+
+ private:
+  bool holds(int count, double budget_ms) { return probe(count).p95_ms <= budget_ms; }  // NaN does not
+
+  int between(double budget_ms) {
+    int low = 0, high = 0;
+    for (const auto& [n, probe] : probes_) {
+      if (probe.p95_ms <= budget_ms) low = std::max(low, n);
+    }
+    for (const auto& [n, probe] : probes_) {
+      if (n > low && (high == 0 || n < high)) high = n;
+    }
+    if (low == 0 || high == 0) return low;
+    while (high > closeness * low && high > low + 1) {
+      const int middle = std::clamp(static_cast<int>(std::lround(std::sqrt(static_cast<double>(low) * high))), low + 1, high - 1);
+      (holds(middle, budget_ms) ? low : high) = middle;
+    }
+    return low;
+  }
+
+  const Entrant entrant_;
+  const Scene& like_;
+  double limit_s_;
+  WorkerClient client_;
+  std::map<int, Probe> probes_;
+};
+
+// Ours with one thread and with two; the others as they come.
+std::vector<Entrant> entrants(const std::vector<Worker>& workers, const Options& options) {
+  std::vector<Entrant> all;
+  const auto add = [&](const std::string& method) {
+    const std::string engine = method.substr(0, method.find('/'));
+    for (const Worker& worker : workers) {
+      if (worker.status == Status::ok && worker.engine.name == engine) return all.push_back({&worker, method});
+    }
+    throw InputError(fmt::format("--method {}: no engine `{}` is there", method, engine));
+  };
+  for (const std::string& method : options.methods) add(method);
+  if (!all.empty()) return all;
+  for (const Worker& worker : workers) {
+    if (worker.status != Status::ok) continue;
+    if (worker.engine.name == "atwood") {
+      all.push_back({&worker, "atwood/symplectic-euler+impulse"});
+      const auto& responses = worker.engine.responses;
+      const bool teams = std::any_of(responses.begin(), responses.end(), [](const MethodInfo& r) { return r.id == "+impulse" && r.settings.contains("threads"); });
+      if (teams) all.push_back({&worker, "atwood/symplectic-euler+impulse{threads=2}"});
+    }
+    const bool world = std::any_of(worker.engine.methods.begin(), worker.engine.methods.end(),
+                                   [&](const MethodInfo& m) { return m.id == worker.engine.name + "/default"; });
+    if (world) all.push_back({&worker, worker.engine.name + "/default"});
+  }
+  return all;
+}
+
+}  // namespace
+
+int command_frame_budget(const Place& place, const Options& options) {
+  const std::vector<Worker> workers = require_workers(place, options);
+  make_out_dir(options.out_dir);
+  const InterruptGuard guard;
+  const BrokenPipeGuard pipes;
+  BenchTable budget{"frame-budget", "Frame budget: the largest settled heap that an engine steps within a frame",
+                    {"method", "shape", "N in 16.7 ms", "p95 ms", "N in 40 ms", "p95 ms", "us a body"}, {},
+                    {fmt::format("Bodies settle in a bin for {} steps of 1/{} s; the 95th percentile is of the {} steps that follow. N is found by bisection to {:.0f} %.",
+                                 settling_frames, frames_per_s, measured_frames, 100 * (closeness - 1)),
+                     "us a body: the mean step of the largest heap, settling included, over N. Every setting of a method: `atwood list methods`."}};
+  BenchTable phases{"phase-shares", "Where a step of ours goes: share of its time per phase [%]",
+                    {"method", "shape", "N", "ms a step", "broad", "narrow", "solve", "integrate", "rest"}, {},
+                    {"Mean over all steps of the largest heap within 40 ms, settling included; rest: what no phase claims."}};
+  for (const auto& [shape, scenario] : {std::pair{"spheres", "settling-100"}, {"boxes", "settling-boxes-100"}}) {
+    const Scene like = read_scene_argument(place, scenario).scene;
+    for (const Entrant& entrant : entrants(workers, options)) {
+      FrameBudget measured(entrant, like, options.cell_limit_s);
+      std::array<int, 2> n{};
+      try {
+        n = measured.largest();
+      } catch (const Interrupted&) {
+        show_bench_tables(place, options, {budget, phases});
+        fmt::print(stderr, "atwood: interrupted; what was not measured yet is left out\n");
+        return 128 + interrupt_signal();
+      }
+      if (!measured.why().empty()) {
+        const std::string why = measured.why();
+        budget.rows.push_back({entrant.method, shape, why.substr(0, why.find(": ")), std::nan(""), std::nan(""), std::nan(""), std::nan("")});
+        if (why.rfind("unsupported", 0) != 0) budget.notes.push_back(fmt::format("{}, {}: {}", entrant.method, shape, why));
+        continue;
+      }
+      const auto p95 = [&](int bodies) { return bodies > 0 ? measured.probe(bodies).p95_ms : std::nan(""); };
+      const Probe last = n[1] > 0 ? measured.probe(n[1]) : Probe{};
+      budget.rows.push_back({entrant.method, shape, double(n[0]), p95(n[0]), double(n[1]), p95(n[1]), 1e3 * last.mean_ms / n[1]});
+      if (last.phase_ns.empty()) continue;
+      const double total_ns = 1e6 * last.mean_ms * (settling_frames + measured_frames);
+      std::vector<TableCell> row{entrant.method, shape, double(n[1]), last.mean_ms};
+      double rest = 100;
+      for (const char* phase : {"broad", "narrow", "solve", "integrate"}) {
+        const auto found = last.phase_ns.find(phase);
+        const double share = found == last.phase_ns.end() ? 0 : 100 * static_cast<double>(found->second) / total_ns;
+        row.emplace_back(share);
+        rest -= share;
+      }
+      row.emplace_back(rest);
+      phases.rows.push_back(row);
+    }
+  }
+  std::vector<BenchTable> tables{budget};
+  if (!phases.rows.empty()) tables.push_back(phases);
+  show_bench_tables(place, options, tables);
+  return exit_pass;
+}
+
+}  // namespace atwood
