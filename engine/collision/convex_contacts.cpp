@@ -59,7 +59,8 @@ void hull_plane_contacts(const Geometry<S>& plane, const Geometry<S>& hull, cons
   for (std::size_t i = 0; i < hull.hull->vertices.size(); ++i) {
     const Vec3<S>& v = hull.hull->vertices[i];
     const S gap = dot(n, v) - at;
-    if (gap <= margin) found.push_back({placed(place_hull, v) - (gap / S(2)) * plane.normal_W, gap, static_cast<std::uint32_t>(i + 1)});
+    if (gap <= margin)
+      found.push_back({placed(place_hull, v) - (gap / S(2)) * plane.normal_W, gap, static_cast<std::uint32_t>(i + 1)});
   }
   if (found.empty()) return;
   Manifold<S> manifold;

@@ -79,11 +79,13 @@ template <class S> Feature<S> nearest_edge(const PlacedPiece<S>& body, const Vec
 template <class S> void add_side(const PlacedPiece<S>& body, const Vec3<S>& outwards, Polygon<S>& out) {
   const Vec3<S> d = turned_back(body.place, outwards), radial = unit_along(Vec3<S>{d.x, d.y, S(0)});
   const Vec3<S>& h = body.piece.half;
-  for (const S z : {-h.z, h.z}) out.push_back({placed(body.place, {h.x * radial.x, h.x * radial.y, z}), z < S(0) ? 101u : 102u});
+  for (const S z : {-h.z, h.z})
+    out.push_back({placed(body.place, {h.x * radial.x, h.x * radial.y, z}), z < S(0) ? 101u : 102u});
 }
 
 // The corners of a face, edge or cap; of a cap points of its rim, of which the first is the lowest along `outwards`.
-template <class S> void outline(const PlacedPiece<S>& body, const Feature<S>& feature, const Vec3<S>& outwards, Polygon<S>& out) {
+template <class S>
+void outline(const PlacedPiece<S>& body, const Feature<S>& feature, const Vec3<S>& outwards, Polygon<S>& out) {
   out.clear();
   const auto vertices = body.piece.vertices();
   if (feature.kind == Feature<S>::polygon) {
@@ -91,7 +93,8 @@ template <class S> void outline(const PlacedPiece<S>& body, const Feature<S>& fe
       out.push_back({placed(body.place, vertices[corner]), static_cast<std::uint32_t>(corner + 1)});
   } else if (feature.kind == Feature<S>::edge && body.piece.polyhedral()) {
     const auto& edge = body.piece.edges()[feature.index];
-    for (const int corner : {edge.from, edge.to}) out.push_back({placed(body.place, vertices[corner]), static_cast<std::uint32_t>(corner + 1)});
+    for (const int corner : {edge.from, edge.to})
+      out.push_back({placed(body.place, vertices[corner]), static_cast<std::uint32_t>(corner + 1)});
   } else if (feature.kind == Feature<S>::edge) {
     add_side(body, outwards, out);
   } else if (feature.kind == Feature<S>::disc) {
@@ -104,12 +107,14 @@ template <class S> void outline(const PlacedPiece<S>& body, const Feature<S>& fe
       out.push_back({feature.center + body.piece.half.x * (cosine * u + sine * v), 200u + static_cast<std::uint32_t>(k)});
     }
   } else {
-    for (std::size_t i = 0; i < vertices.size(); ++i) out.push_back({placed(body.place, vertices[i]), static_cast<std::uint32_t>(i + 1)});
+    for (std::size_t i = 0; i < vertices.size(); ++i)
+      out.push_back({placed(body.place, vertices[i]), static_cast<std::uint32_t>(i + 1)});
   }
 }
 
 // Keeps the part with side . (x - at) <= 0. Two points are a segment, more a closed polygon (Sutherland, Hodgman 1974).
-template <class S> void clip(Polygon<S>& polygon, const Vec3<S>& at, const Vec3<S>& side, std::uint32_t id, Polygon<S>& scratch) {
+template <class S>
+void clip(Polygon<S>& polygon, const Vec3<S>& at, const Vec3<S>& side, std::uint32_t id, Polygon<S>& scratch) {
   scratch.clear();
   const std::size_t n = polygon.size();
   for (std::size_t i = 0; i < n; ++i) {
@@ -124,7 +129,8 @@ template <class S> void clip(Polygon<S>& polygon, const Vec3<S>& at, const Vec3<
   polygon.swap(scratch);
 }
 
-template <class S> void clip_to_polygon(Polygon<S>& polygon, const Polygon<S>& face, const Vec3<S>& normal, Polygon<S>& scratch) {
+template <class S>
+void clip_to_polygon(Polygon<S>& polygon, const Polygon<S>& face, const Vec3<S>& normal, Polygon<S>& scratch) {
   for (std::size_t i = 0; i < face.size() && !polygon.empty(); ++i) {
     const Marked<S>&p = face[i], &q = face[(i + 1) % face.size()];
     clip(polygon, p.x, cross(q.x - p.x, normal), 1000u + p.id, scratch);
@@ -132,7 +138,8 @@ template <class S> void clip_to_polygon(Polygon<S>& polygon, const Polygon<S>& f
 }
 
 // Seen along the cap's normal: corners within the rim, places where edges cross it, and points of the rim within the polygon.
-template <class S> void clip_to_disc(Polygon<S>& polygon, const PlacedPiece<S>& body, const Feature<S>& disc, Polygon<S>& scratch) {
+template <class S>
+void clip_to_disc(Polygon<S>& polygon, const PlacedPiece<S>& body, const Feature<S>& disc, Polygon<S>& scratch) {
   scratch.clear();
   const S r = body.piece.half.x;
   const std::size_t n = polygon.size();
@@ -148,9 +155,10 @@ template <class S> void clip_to_disc(Polygon<S>& polygon, const PlacedPiece<S>& 
     for (const S t : {(-half_b - root) / a, (-half_b + root) / a})
       if (t > S(0) && t < S(1)) scratch.push_back({p.x + t * (q.x - p.x), mixed(300u + (root > S(0)), p.id)});
   }
-  if (n == 2 && dot(level(polygon[1].x - disc.center), level(polygon[1].x - disc.center)) <= r * r) scratch.push_back(polygon[1]);
+  if (n == 2 && dot(level(polygon[1].x - disc.center), level(polygon[1].x - disc.center)) <= r * r)
+    scratch.push_back(polygon[1]);
   if (n > 2) {
-    Polygon<S> rim;
+    static thread_local Polygon<S> rim;
     outline(body, disc, disc.normal, rim);
     Vec3<S> across = cross(polygon[1].x - polygon[0].x, polygon[2].x - polygon[0].x);
     for (std::size_t i = 3; i < n; ++i) across += cross(polygon[i - 1].x - polygon[0].x, polygon[i].x - polygon[0].x);
@@ -170,7 +178,8 @@ template <class S> void clip_to_disc(Polygon<S>& polygon, const PlacedPiece<S>& 
 
 // Both edges across the normal and parallel: the ends of their common stretch. `a` and `b` hold their ends.
 template <class S>
-void common_stretch(const Polygon<S>& a, const Polygon<S>& b, const Vec3<S>& along, std::vector<Marked<S>>& on_b, Polygon<S>& scratch) {
+void common_stretch(const Polygon<S>& a, const Polygon<S>& b, const Vec3<S>& along, std::vector<Marked<S>>& on_b,
+                    Polygon<S>& scratch) {
   on_b = b;
   const bool forward = dot(along, a[1].x - a[0].x) >= S(0);
   clip(on_b, a[forward ? 0 : 1].x, -along, 2000u + a[forward ? 0 : 1].id, scratch);
@@ -184,14 +193,16 @@ template <class S> struct Scratch {
 
 // A point with a gap between cores, as the surfaces around them have it.
 template <class S>
-ContactPoint<S> between_surfaces(const Vec3<S>& on_a, S core_gap, const Meet<S>& meet, S radius_a, S radius_b, std::uint32_t id) {
+ContactPoint<S> between_surfaces(const Vec3<S>& on_a, S core_gap, const Meet<S>& meet, S radius_a, S radius_b,
+                                 std::uint32_t id) {
   const S gap = core_gap - radius_a - radius_b;
   return {on_a + (radius_a + gap / S(2)) * meet.normal, gap, id};
 }
 
 }  // namespace
 
-template <class S> void keep_four(const std::vector<ContactPoint<S>>& candidates, const Vec3<S>& normal, Manifold<S>& manifold) {
+template <class S>
+void keep_four(const std::vector<ContactPoint<S>>& candidates, const Vec3<S>& normal, Manifold<S>& manifold) {
   const int n = static_cast<int>(candidates.size());
   manifold.count = real::min(n, 4);
   if (n <= 4) {
@@ -229,7 +240,8 @@ void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Plac
   std::vector<ContactPoint<S>>& found = scratch.candidates;
   found.clear();
   const auto add = [&](const Vec3<S>& on_a, S core_gap, std::uint32_t id) {
-    if (core_gap - a.radius - b.radius <= margin) found.push_back(between_surfaces(on_a, core_gap, meet, a.radius, b.radius, id));
+    if (core_gap - a.radius - b.radius <= margin)
+      found.push_back(between_surfaces(on_a, core_gap, meet, a.radius, b.radius, id));
   };
   int vertex_a = 0, vertex_b = 0;
   support(a, n, vertex_a);
@@ -240,8 +252,9 @@ void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Plac
   bool by_edges = false;
   if (flat_a || flat_b) {
     // Between two faces the better aligned one is clipped to; a polygon rather than a cap.
-    const bool to_a = flat_a && (!flat_b || (face_a.kind == Feature<S>::disc) < (face_b.kind == Feature<S>::disc) ||
-                                 ((face_a.kind == Feature<S>::disc) == (face_b.kind == Feature<S>::disc) && face_a.misfit <= face_b.misfit));
+    const bool to_a =
+        flat_a && (!flat_b || (face_a.kind == Feature<S>::disc) < (face_b.kind == Feature<S>::disc) ||
+                   ((face_a.kind == Feature<S>::disc) == (face_b.kind == Feature<S>::disc) && face_a.misfit <= face_b.misfit));
     const Feature<S>& face = to_a ? face_a : face_b;
     const PlacedPiece<S>&reference = to_a ? body_a : body_b, &other = to_a ? body_b : body_a;
     const Vec3<S> towards = to_a ? -n : n;  // from the other to the reference
@@ -257,7 +270,8 @@ void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Plac
     const Vec3<S> at = face.kind == Feature<S>::disc ? face.center : scratch.reference[0].x;
     for (const Marked<S>& p : scratch.incident) {
       const S height = -dot(towards, p.x - at);  // over the reference face, along the contact's normal
-      add(to_a ? p.x + height * towards : p.x, height, mixed(p.id, (to_a ? 1u : 2u) + 8u * static_cast<std::uint32_t>(face.index)));
+      add(to_a ? p.x + height * towards : p.x, height,
+          mixed(p.id, (to_a ? 1u : 2u) + 8u * static_cast<std::uint32_t>(face.index)));
     }
   } else {
     const Feature<S> edge_a = nearest_edge(body_a, n, vertex_a), edge_b = nearest_edge(body_b, -n, vertex_b);
@@ -265,7 +279,7 @@ void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Plac
     if (by_edges && norm(cross(edge_a.along, edge_b.along)) <= parallel<S>()) {
       outline(body_a, edge_a, n, scratch.reference);
       outline(body_b, edge_b, -n, scratch.incident);
-      Polygon<S> stretch;
+      static thread_local Polygon<S> stretch;
       common_stretch(scratch.reference, scratch.incident, edge_a.along, stretch, scratch.spare);
       for (const Marked<S>& p : stretch) {
         const S gap = dot(n, p.x - scratch.reference[0].x);
@@ -273,9 +287,13 @@ void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Plac
       }
     }
   }
-  if (found.empty()) add(meet.on_a, meet.gap, mixed(static_cast<std::uint32_t>(vertex_a + 2), static_cast<std::uint32_t>(vertex_b + 2)));
+  if (found.empty())
+    add(meet.on_a, meet.gap, mixed(static_cast<std::uint32_t>(vertex_a + 2), static_cast<std::uint32_t>(vertex_b + 2)));
   keep_four(found, n, manifold);
-  manifold.meeting = manifold.count > 2 ? Meeting::face : manifold.count == 2 ? Meeting::edge : by_edges ? Meeting::edge_edge : Meeting::point;
+  manifold.meeting = manifold.count > 2    ? Meeting::face
+                     : manifold.count == 2 ? Meeting::edge
+                     : by_edges            ? Meeting::edge_edge
+                                           : Meeting::point;
 }
 
 #define ATWOOD_CONVEX_MANIFOLD(S)                                                                                              \

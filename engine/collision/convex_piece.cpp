@@ -118,7 +118,8 @@ template <class S> Vec3<S> support(const ConvexPiece<S>& piece, const Vec3<S>& d
 
 template <class S> Placement<S> relative_placement(const Placement<S>& place_a, const Placement<S>& place_b) {
   return {turned_back(place_a, place_b.p_W - place_a.p_W),
-          {turned_back(place_a, place_b.axis_W[0]), turned_back(place_a, place_b.axis_W[1]), turned_back(place_a, place_b.axis_W[2])}};
+          {turned_back(place_a, place_b.axis_W[0]), turned_back(place_a, place_b.axis_W[1]),
+           turned_back(place_a, place_b.axis_W[2])}};
 }
 
 #define ATWOOD_PIECE(S)                                                                                       \

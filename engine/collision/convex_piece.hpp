@@ -38,7 +38,9 @@ template <class S> struct ConvexPiece {
     if (core == Core::triangle) return rim;
     return form ? std::span<const Edge>(form->edges) : std::span<const Edge>();
   }
-  std::span<const int> loop(const Face& face) const { return {form->corners.data() + face.first, static_cast<std::size_t>(face.count)}; }
+  std::span<const int> loop(const Face& face) const {
+    return {form->corners.data() + face.first, static_cast<std::size_t>(face.count)};
+  }
 };
 
 // Null pieces do not exist: a hull without vertices gives false. Kinds as in convex_contacts.hpp.

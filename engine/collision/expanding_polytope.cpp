@@ -49,8 +49,9 @@ bool first_tetrahedron(Polytope<S>& polytope, const Support& farthest, Vec3<S>& 
   S widest{};
   for (const Vec3<S>& axis : axes) {
     const DifferencePoint<S> high = farthest(axis), low = farthest(-axis);
-    extent = real::max(extent, real::max(real::max(largest(high.w), largest(low.w)),
-                                         real::max(real::max(largest(high.a), largest(high.b)), real::max(largest(low.a), largest(low.b)))));
+    extent = real::max(
+        extent, real::max(real::max(largest(high.w), largest(low.w)),
+                          real::max(real::max(largest(high.a), largest(high.b)), real::max(largest(low.a), largest(low.b)))));
     if (const S width = norm(high.w - low.w); p[0].vertex_a == -2 || width > widest) widest = width, p[0] = low, p[1] = high;
   }
   normal = axes[2];
@@ -161,7 +162,8 @@ LeastOverlap<S> expanding_polytope(const ConvexPiece<S>& a, const ConvexPiece<S>
     result.face.count = 1;
     return result;
   }
-  constexpr int start[4][3] = {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}}, next[4][3] = {{1, 2, 3}, {3, 2, 0}, {1, 3, 0}, {2, 1, 0}};
+  constexpr int start[4][3] = {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}},
+                next[4][3] = {{1, 2, 3}, {3, 2, 0}, {1, 3, 0}, {2, 1, 0}};
   polytope.faces = 4;
   for (int f = 0; f < 4; ++f) {
     polytope.set(f, start[f][0], start[f][1], start[f][2]);
@@ -181,7 +183,8 @@ LeastOverlap<S> expanding_polytope(const ConvexPiece<S>& a, const ConvexPiece<S>
       set_face(result, polytope, f);
     }
     result.certified = face.offset;
-    if (overlap - face.offset <= round_off || result.overlap <= face.offset || polytope.points == Polytope<S>::kMostPoints) break;
+    if (overlap - face.offset <= round_off || result.overlap <= face.offset || polytope.points == Polytope<S>::kMostPoints)
+      break;
     polytope.point[polytope.points] = p;
     if (!grow(polytope, f, polytope.points++)) break;
   }

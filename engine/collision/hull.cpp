@@ -57,7 +57,8 @@ Loops flat_outline(const std::vector<Real3>& points) {
   std::vector<Flat> sorted;
   for (int i = 0; i < static_cast<int>(points.size()); ++i)
     sorted.push_back({dot(x, wide(points[i]) - at), dot(y, wide(points[i]) - at), i});
-  std::sort(sorted.begin(), sorted.end(), [](const Flat& p, const Flat& q) { return std::pair(p.u, p.v) < std::pair(q.u, q.v); });
+  std::sort(sorted.begin(), sorted.end(),
+            [](const Flat& p, const Flat& q) { return std::pair(p.u, p.v) < std::pair(q.u, q.v); });
   const auto half = [&](auto from, auto to) {
     std::vector<Flat> chain;
     for (auto p = from; p != to; ++p) {

@@ -33,7 +33,8 @@ void mesh_plane_contacts(const TriangleMesh<S>& mesh, const Placement<S>& place,
   out.push_back(manifold);
 }
 
-template <class S> Separation<S> mesh_plane_separation(const TriangleMesh<S>& mesh, const Placement<S>& place, const Geometry<S>& plane) {
+template <class S>
+Separation<S> mesh_plane_separation(const TriangleMesh<S>& mesh, const Placement<S>& place, const Geometry<S>& plane) {
   const Vec3<S> n = turned_back(place, plane.normal_W);
   const S at = plane.offset - dot(plane.normal_W, place.p_W);
   Separation<S> least{std::numeric_limits<S>::infinity(), -plane.normal_W, place.p_W, place.p_W};
@@ -78,8 +79,8 @@ template <class S> Separation<S> nearest_point(const TriangleMesh<S>& mesh, cons
 }  // namespace
 
 template <class S>
-void mesh_contacts(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b, const Placement<S>& place_b, S margin,
-                   std::vector<Manifold<S>>& out) {
+void mesh_contacts(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b, const Placement<S>& place_b,
+                   S margin, std::vector<Manifold<S>>& out) {
   if (!a.mesh) return;
   if (b.kind == ShapeKind::plane) return mesh_plane_contacts(*a.mesh, place_a, b, margin, out);
   const std::size_t from = out.size();
@@ -92,7 +93,8 @@ void mesh_contacts(const Geometry<S>& a, const Placement<S>& place_a, const Geom
 }
 
 template <class S>
-Separation<S> mesh_separation(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b, const Placement<S>& place_b) {
+Separation<S> mesh_separation(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b,
+                              const Placement<S>& place_b) {
   static thread_local std::vector<Manifold<S>> overlapping;
   Separation<S> nearest{std::numeric_limits<S>::infinity(), {S(0), S(0), S(1)}, place_a.p_W, place_b.p_W};
   if (!a.mesh || a.mesh->nodes.empty()) return nearest;

@@ -12,7 +12,8 @@ template <class S> Aabb<S> turned_box(const Aabb<S>& box, const Placement<S>& b_
   const Vec3<S> center = placed(b_in_a, S(0.5) * (box.low + box.high)), h = S(0.5) * (box.high - box.low);
   const Vec3<S>* axis = b_in_a.axis_W;
   const auto reach = [&](S x, S y, S z) { return real::abs(x) * h.x + real::abs(y) * h.y + real::abs(z) * h.z; };
-  const Vec3<S> r{reach(axis[0].x, axis[1].x, axis[2].x), reach(axis[0].y, axis[1].y, axis[2].y), reach(axis[0].z, axis[1].z, axis[2].z)};
+  const Vec3<S> r{reach(axis[0].x, axis[1].x, axis[2].x), reach(axis[0].y, axis[1].y, axis[2].y),
+                  reach(axis[0].z, axis[1].z, axis[2].z)};
   return grown(Aabb<S>{center - r, center + r}, S(16) * real::epsilon<S>() * (norm(center) + norm(r)));
 }
 
@@ -27,7 +28,8 @@ template <class S> struct Walk {
     if (of_a.right < 0 && of_b.right < 0) {
       for (int t = of_a.first; t < of_a.first + of_a.count; ++t)
         for (int u = of_b.first; u < of_b.first + of_b.count; ++u) visit(t, u);
-    } else if (of_b.right < 0 || (of_a.right >= 0 && norm(of_a.box.high - of_a.box.low) >= norm(of_b.box.high - of_b.box.low))) {
+    } else if (of_b.right < 0 ||
+               (of_a.right >= 0 && norm(of_a.box.high - of_a.box.low) >= norm(of_b.box.high - of_b.box.low))) {
       down(m + 1, n, wanted, visit);
       down(of_a.right, n, wanted, visit);
     } else {
@@ -42,7 +44,10 @@ template <class S> ConvexPiece<S> placed_piece(const TriangleMesh<S>& mesh, int 
   return triangle_piece(placed(place, mesh.points[triangle.corner[0]]), placed(place, mesh.points[triangle.corner[1]]),
                         placed(place, mesh.points[triangle.corner[2]]), turned(place, triangle.normal));
 }
-template <class S> Corners<S> corners_of(const ConvexPiece<S>& triangle) { return {triangle.own[0], triangle.own[1], triangle.own[2]}; }
+template <class S>
+Corners<S> corners_of(const ConvexPiece<S>& triangle) {
+  return {triangle.own[0], triangle.own[1], triangle.own[2]};
+}
 
 // Points of contact along a face's normal, of the two the one that needs less way.
 template <class S>
@@ -74,7 +79,8 @@ void mesh_mesh_contacts(const TriangleMesh<S>& a, const TriangleMesh<S>& b, cons
     if (!hit && (meet.beyond || meet.gap > margin)) return;
     Manifold<S> manifold;
     Vec3<S> for_b = turned_back(b_in_a, -meet.normal);
-    if (normal_allowed(a, t, meet.normal) && normal_allowed(b, u, for_b)) contact_points(piece_t, piece_u, same, meet, margin, manifold);
+    if (normal_allowed(a, t, meet.normal) && normal_allowed(b, u, for_b))
+      contact_points(piece_t, piece_u, same, meet, margin, manifold);
     else along_a_face(piece_t, piece_u, margin, manifold);
     if (manifold.count == 0) return;
     manifold.piece_a = a.given[t], manifold.piece_b = b.given[u];
@@ -88,7 +94,8 @@ Separation<S> mesh_mesh_separation(const TriangleMesh<S>& a, const TriangleMesh<
   if (a.nodes.empty() || b.nodes.empty()) return nearest;
   const auto wanted = [&](const Aabb<S>& of_a, const Aabb<S>& of_b) { return distance_between(of_a, of_b) < nearest.gap; };
   Walk<S>{a, b, b_in_a}.down(0, 0, wanted, [&](int t, int u) {
-    const Meet<S> meet = nearest_features(piece_of(a, t), placed_piece(b, u, b_in_a), Placement<S>{}, real::max(nearest.gap, S(0)));
+    const Meet<S> meet =
+        nearest_features(piece_of(a, t), placed_piece(b, u, b_in_a), Placement<S>{}, real::max(nearest.gap, S(0)));
     if (!meet.beyond && meet.gap < nearest.gap) nearest = {meet.gap, meet.normal, meet.on_a, meet.on_b};
   });
   return nearest;

@@ -6,7 +6,8 @@
 namespace atwood {
 namespace {
 
-template <class S> Manifold<S> one_point(const TriangleMesh<S>& mesh, int t, const Vec3<S>& normal, const Vec3<S>& on_mesh, S gap) {
+template <class S>
+Manifold<S> one_point(const TriangleMesh<S>& mesh, int t, const Vec3<S>& normal, const Vec3<S>& on_mesh, S gap) {
   Manifold<S> manifold;
   manifold.normal_W = normal;
   manifold.count = 1;
@@ -19,7 +20,8 @@ template <class S> Manifold<S> one_point(const TriangleMesh<S>& mesh, int t, con
 template <class S>
 Manifold<S> way_out(const TriangleMesh<S>& mesh, const OnMesh<S>& nearest, const Vec3<S>& center, S reach) {
   const Vec3<S> back = unit_along(nearest.at.x - center);
-  const Vec3<S> normal = nearest.at.part == OnTriangle<S>::face || !(dot(back, back) > S(0)) ? mesh.triangles[nearest.triangle].normal : back;
+  const Vec3<S> normal =
+      nearest.at.part == OnTriangle<S>::face || !(dot(back, back) > S(0)) ? mesh.triangles[nearest.triangle].normal : back;
   return one_point(mesh, nearest.triangle, normal, nearest.at.x, -(nearest.at.distance + reach));
 }
 
@@ -33,7 +35,8 @@ template <class S> bool known(const std::vector<Manifold<S>>& out, std::size_t f
 }  // namespace
 
 template <class S>
-void mesh_sphere_contacts(const TriangleMesh<S>& mesh, const Vec3<S>& center, S radius, S margin, std::vector<Manifold<S>>& out) {
+void mesh_sphere_contacts(const TriangleMesh<S>& mesh, const Vec3<S>& center, S radius, S margin,
+                          std::vector<Manifold<S>>& out) {
   const S reach = radius + margin;
   const S tolerance = S(32) * real::epsilon<S>() * (norm(center) + radius);
   const std::size_t from = out.size();
@@ -89,7 +92,9 @@ void mesh_convex_contacts(const TriangleMesh<S>& mesh, const ConvexPiece<S>& b, 
     manifold.piece_a = mesh.given[t];
     out.push_back(manifold);
   });
-  if (!mesh.closed || out.size() > from || mesh.nodes.empty() || !overlap(mesh.nodes[0].box, Aabb<S>{b_in_mesh.p_W, b_in_mesh.p_W})) return;
+  if (!mesh.closed || out.size() > from || mesh.nodes.empty() ||
+      !overlap(mesh.nodes[0].box, Aabb<S>{b_in_mesh.p_W, b_in_mesh.p_W}))
+    return;
   const OnMesh<S> nearest = closest_on_mesh(mesh, b_in_mesh.p_W);
   if (!nearest.inside) return;
   const Manifold<S> out_of_it = way_out(mesh, nearest, b_in_mesh.p_W, S(0));

@@ -28,7 +28,8 @@ template <class S> OnTriangle<S> closest_on_triangle(const TriangleMesh<S>& mesh
   return {OnTriangle<S>::face, 0, c - height * triangle.normal, real::abs(height)};
 }
 
-template <class S> bool in_region(const TriangleMesh<S>& mesh, int t, const OnTriangle<S>& at, const Vec3<S>& out, S tolerance) {
+template <class S>
+bool in_region(const TriangleMesh<S>& mesh, int t, const OnTriangle<S>& at, const Vec3<S>& out, S tolerance) {
   const auto& triangle = mesh.triangles[t];
   if (at.part == OnTriangle<S>::face) return true;
   if (at.part == OnTriangle<S>::edge) {
@@ -101,7 +102,8 @@ template <class S> Aabb<S> bounds_of(const ConvexPiece<S>& piece, const Placemen
   }
   const Vec3<S>& p = place.p_W;
   const S slack = S(8) * real::epsilon<S>() * (norm(p) + norm(Vec3<S>{high[0] - low[0], high[1] - low[1], high[2] - low[2]}));
-  return grown(Aabb<S>{{p.x + low[0], p.y + low[1], p.z + low[2]}, {p.x + high[0], p.y + high[1], p.z + high[2]}}, piece.radius + slack);
+  return grown(Aabb<S>{{p.x + low[0], p.y + low[1], p.z + low[2]}, {p.x + high[0], p.y + high[1], p.z + high[2]}},
+               piece.radius + slack);
 }
 
 #define ATWOOD_MESH_QUERIES(S)                                                                                     \

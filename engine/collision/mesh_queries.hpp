@@ -17,7 +17,9 @@ template <class S> inline Aabb<S> grown(const Aabb<S>& box, S by) {
 }
 // Of two boxes, a point being one without size.
 template <class S> inline S distance_between(const Aabb<S>& a, const Aabb<S>& b) {
-  const auto apart = [](S low, S high, S other_low, S other_high) { return real::max(S(0), real::max(low - other_high, other_low - high)); };
+  const auto apart = [](S low, S high, S other_low, S other_high) {
+    return real::max(S(0), real::max(low - other_high, other_low - high));
+  };
   return norm(Vec3<S>{apart(a.low.x, a.high.x, b.low.x, b.high.x), apart(a.low.y, a.high.y, b.low.y, b.high.y),
                       apart(a.low.z, a.high.z, b.low.z, b.high.z)});
 }
@@ -36,7 +38,8 @@ template <class S, class Visit> void each_triangle(const TriangleMesh<S>& mesh, 
 }
 
 // Calls `least = visit(t)`, nearer halves first, for every triangle whose box lies nearer to `box` than `least`.
-template <class S, class Visit> void nearest_triangles(const TriangleMesh<S>& mesh, const Aabb<S>& box, S least, const Visit& visit) {
+template <class S, class Visit>
+void nearest_triangles(const TriangleMesh<S>& mesh, const Aabb<S>& box, S least, const Visit& visit) {
   if (mesh.nodes.empty()) return;
   struct Pending { int node; S distance; } stack[64];
   int height = 1;
@@ -88,13 +91,15 @@ template <class S> Aabb<S> bounds_of(const ConvexPiece<S>& piece, const Placemen
 
 // ---- one mesh (in its own axes) against one thing placed in those axes; manifolds in mesh axes ------------------------
 template <class S>
-void mesh_sphere_contacts(const TriangleMesh<S>& mesh, const Vec3<S>& center, S radius, S margin, std::vector<Manifold<S>>& out);
+void mesh_sphere_contacts(const TriangleMesh<S>& mesh, const Vec3<S>& center, S radius, S margin,
+                          std::vector<Manifold<S>>& out);
 template <class S>
 void mesh_convex_contacts(const TriangleMesh<S>& mesh, const ConvexPiece<S>& b, const Placement<S>& b_in_mesh, S margin,
                           std::vector<Manifold<S>>& out);
 template <class S>
 void mesh_mesh_contacts(const TriangleMesh<S>& a, const TriangleMesh<S>& b, const Placement<S>& b_in_a, S margin,
                         std::vector<Manifold<S>>& out);
-template <class S> Separation<S> mesh_mesh_separation(const TriangleMesh<S>& a, const TriangleMesh<S>& b, const Placement<S>& b_in_a);
+template <class S>
+Separation<S> mesh_mesh_separation(const TriangleMesh<S>& a, const TriangleMesh<S>& b, const Placement<S>& b_in_a);
 
 }  // namespace atwood

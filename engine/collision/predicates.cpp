@@ -57,8 +57,8 @@ void add_product(Expansion<S>& sum, const Difference<S>& x, const Difference<S>&
 }
 
 template <class S> int orient3d_exact(const Vec3<S>& a, const Vec3<S>& b, const Vec3<S>& c, const Vec3<S>& d) {
-  const Difference<S> ax(a.x, d.x), ay(a.y, d.y), az(a.z, d.z), bx(b.x, d.x), by(b.y, d.y), bz(b.z, d.z), cx(c.x, d.x), cy(c.y, d.y),
-      cz(c.z, d.z);
+  const Difference<S> ax(a.x, d.x), ay(a.y, d.y), az(a.z, d.z), bx(b.x, d.x), by(b.y, d.y), bz(b.z, d.z), cx(c.x, d.x),
+      cy(c.y, d.y), cz(c.z, d.z);
   Expansion<S> sum;
   add_product(sum, ax, by, cz, S(1)), add_product(sum, ax, bz, cy, S(-1));
   add_product(sum, ay, bz, cx, S(1)), add_product(sum, ay, bx, cz, S(-1));
@@ -75,7 +75,8 @@ template <class S> Flat<S> dropped(const Vec3<S>& v, int axis) {
 
 // x on the closed segment, when it is on its line.
 template <class S> bool between(const Flat<S>& x, const Flat<S>& a, const Flat<S>& b) {
-  return std::min(a[0], b[0]) <= x[0] && x[0] <= std::max(a[0], b[0]) && std::min(a[1], b[1]) <= x[1] && x[1] <= std::max(a[1], b[1]);
+  return std::min(a[0], b[0]) <= x[0] && x[0] <= std::max(a[0], b[0]) && std::min(a[1], b[1]) <= x[1] &&
+         x[1] <= std::max(a[1], b[1]);
 }
 
 template <class S> bool segments_meet(const Flat<S>& a, const Flat<S>& b, const Flat<S>& c, const Flat<S>& d) {
@@ -122,7 +123,8 @@ template <class S> bool edge_meets(const Vec3<S>& s, const Vec3<S>& t, const Cor
 template <class S> bool edges_meet(const Corners<S>& p, const std::array<int, 3>& side, const Corners<S>& q) {
   for (int k = 0; k < 3; ++k) {
     const int l = (k + 1) % 3;
-    if (side[k] * side[l] > 0 || (side[k] == 0 && side[l] == 0)) continue;  // an edge in the plane: its neighbours tell, or q's edges
+    if (side[k] * side[l] > 0 || (side[k] == 0 && side[l] == 0))
+      continue;  // an edge in the plane: its neighbours tell, or q's edges
     if (edge_meets(p[k], p[l], q)) return true;
   }
   return false;
@@ -134,7 +136,8 @@ template <class S> int orient3d(const Vec3<S>& a, const Vec3<S>& b, const Vec3<S
   const Vec3<S> u = a - d, v = b - d, w = c - d;
   const S vw_x = v.y * w.z, wv_x = v.z * w.y, vw_y = v.z * w.x, wv_y = v.x * w.z, vw_z = v.x * w.y, wv_z = v.y * w.x;
   const S determinant = u.x * (vw_x - wv_x) + u.y * (vw_y - wv_y) + u.z * (vw_z - wv_z);
-  const S permanent = real::abs(u.x) * (real::abs(vw_x) + real::abs(wv_x)) + real::abs(u.y) * (real::abs(vw_y) + real::abs(wv_y)) +
+  const S permanent = real::abs(u.x) * (real::abs(vw_x) + real::abs(wv_x)) +
+                      real::abs(u.y) * (real::abs(vw_y) + real::abs(wv_y)) +
                       real::abs(u.z) * (real::abs(vw_z) + real::abs(wv_z));
   const S bound = S(4) * real::epsilon<S>() * permanent;  // (7 + 56 e) e of Shewchuk's table, e = epsilon / 2
   if (determinant > bound || determinant < -bound) return sign_of(determinant);

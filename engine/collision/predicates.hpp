@@ -17,6 +17,7 @@ template <class S> int orient2d(const std::array<S, 2>& a, const std::array<S, 2
 template <class S> using Corners = std::array<Vec3<S>, 3>;
 // Closed triangles share a point, decided exactly by signs alone (Guigue, Devillers, J. Graph. Tools 8 (2003) 25 sort out the
 // cases in the same spirit): planes apart, then edges of one through the other, or both in one plane.
+// At least one of them has an area.
 template <class S> bool triangles_meet(const Corners<S>& p, const Corners<S>& q);
 
 }  // namespace atwood

@@ -38,7 +38,8 @@ std::optional<Touch<S>> spheres(const SweptBody<S>& a, const SweptBody<S>& b, S 
 }
 
 // The normal of the plane out of it; the touch's from the plane to the sphere.
-template <class S> std::optional<Touch<S>> plane_and_sphere(const Geometry<S>& plane, const SweptBody<S>& ball, S radius, S t_end_s) {
+template <class S>
+std::optional<Touch<S>> plane_and_sphere(const Geometry<S>& plane, const SweptBody<S>& ball, S radius, S t_end_s) {
   const S gap = dot(plane.normal_W, ball.p_W) - plane.offset - radius, closing = -dot(plane.normal_W, ball.v_W);
   if (gap > S(0) && !(closing > S(0))) return {};
   const S t = gap > S(0) ? gap / closing : S(0);
@@ -56,16 +57,19 @@ template <class S> S spin_along(const Geometry<S>& shape, const SweptBody<S>& bo
 // The gap along the normal of the nearest points can close no faster than `closing`: v and w are constant in world axes, so
 // the bound holds for all times, and each step ends before the touch. The step is Newton's for bodies that do not spin.
 template <class S>
-std::optional<Touch<S>> advance(const Geometry<S>& a, const SweptBody<S>& from_a, const Geometry<S>& b, const SweptBody<S>& from_b,
-                                S t_end_s) {
-  const auto finite_size = [](const Geometry<S>& g) { return g.kind == ShapeKind::plane ? real::abs(g.offset) : g.bounding_radius; };
+std::optional<Touch<S>> advance(const Geometry<S>& a, const SweptBody<S>& from_a, const Geometry<S>& b,
+                                const SweptBody<S>& from_b, S t_end_s) {
+  const auto finite_size = [](const Geometry<S>& g) {
+    return g.kind == ShapeKind::plane ? real::abs(g.offset) : g.bounding_radius;
+  };
   const S size = finite_size(a) + finite_size(b);
   for (S t{};;) {
     const Placement<S> place_a = placement_at(from_a, t), place_b = placement_at(from_b, t);
     const Separation<S> s = separation(a, place_a, b, place_b);
     const Touch<S> here{t, S(0.5) * (s.on_a_W + s.on_b_W), s.normal_W};
     if (!(s.gap > S(0))) return here;
-    const S closing = dot(from_a.v_W - from_b.v_W, s.normal_W) + spin_along(a, from_a, s.normal_W) + spin_along(b, from_b, s.normal_W);
+    const S closing =
+        dot(from_a.v_W - from_b.v_W, s.normal_W) + spin_along(a, from_a, s.normal_W) + spin_along(b, from_b, s.normal_W);
     if (!(closing > S(0))) return {};
     const S round_off = S(4) * real::epsilon<S>() * (size + norm(place_a.p_W) + norm(place_b.p_W));
     if (s.gap <= round_off) return here;

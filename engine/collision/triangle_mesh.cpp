@@ -37,7 +37,8 @@ Source welded(const std::vector<Real3>& points, const std::vector<std::array<int
   }
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     const std::array<int, 3> c{same[triangles[t][0]], same[triangles[t][1]], same[triangles[t][2]]};
-    const Long3 area = cross(wide(source.points[c[1]]) - wide(source.points[c[0]]), wide(source.points[c[2]]) - wide(source.points[c[0]]));
+    const Long3 area =
+        cross(wide(source.points[c[1]]) - wide(source.points[c[0]]), wide(source.points[c[2]]) - wide(source.points[c[0]]));
     if (!(dot(area, area) > 0)) continue;
     source.corner.push_back(c);
     source.given.push_back(static_cast<int>(t));
@@ -76,7 +77,8 @@ template <class S> struct TreeBuilder {
     if (count <= kLeaf) return node;
     Real3 low = center(order[first]), high = low;
     for (int i = first; i < first + count; ++i)
-      for (int k = 0; k < 3; ++k) low[k] = std::min(low[k], center(order[i])[k]), high[k] = std::max(high[k], center(order[i])[k]);
+      for (int k = 0; k < 3; ++k)
+        low[k] = std::min(low[k], center(order[i])[k]), high[k] = std::max(high[k], center(order[i])[k]);
     int axis = 0;
     for (int k = 1; k < 3; ++k)
       if (high[k] - low[k] > high[axis] - low[axis]) axis = k;
@@ -99,7 +101,8 @@ EdgeKind kind_of(const Source& source, int t, int k, int next) {
     if (c == source.corner[t][k] || c == source.corner[t][(k + 1) % 3]) continue;
     const Long3 out = wide(source.points[c]) - from;
     const long double height = dot(source.normal[t], out), reach = norm(cross(unit_of(to - from), out));
-    if (std::abs(height) <= kFlat * reach) return dot(source.normal[t], source.normal[next]) > 0 ? EdgeKind::flat : EdgeKind::concave;
+    if (std::abs(height) <= kFlat * reach)
+      return dot(source.normal[t], source.normal[next]) > 0 ? EdgeKind::flat : EdgeKind::concave;
     return height < 0 ? EdgeKind::convex : EdgeKind::concave;
   }
   return EdgeKind::concave;  // two triangles on the same three points, back to back
@@ -137,7 +140,8 @@ template <class S> void add_point_normals(const Source& source, TriangleMesh<S>&
   for (std::size_t t = 0; t < source.corner.size(); ++t)
     for (int k = 0; k < 3; ++k) {
       const Long3 at = wide(source.points[source.corner[t][k]]);
-      const Long3 u = wide(source.points[source.corner[t][(k + 1) % 3]]) - at, v = wide(source.points[source.corner[t][(k + 2) % 3]]) - at;
+      const Long3 u = wide(source.points[source.corner[t][(k + 1) % 3]]) - at,
+                  v = wide(source.points[source.corner[t][(k + 2) % 3]]) - at;
       sum[source.corner[t][k]] += std::atan2(norm(cross(u, v)), dot(u, v)) * source.normal[t];
     }
   for (const Long3& normal : sum) mesh.point_normals.push_back(narrow<S>(dot(normal, normal) > 0 ? unit_of(normal) : normal));

@@ -18,8 +18,8 @@ Geometry<double> shape(const Shape& s) { return make_geometry<double>(s); }
 Quat<double> turn(double angle, const V& axis) {
   return {std::cos(angle / 2), std::sin(angle / 2) * axis.x, std::sin(angle / 2) * axis.y, std::sin(angle / 2) * axis.z};
 }
-std::vector<Manifold<double>> meet(const Shape& a, const Placement<double>& place_a, const Shape& b, const Placement<double>& place_b,
-                                   double margin = 0) {
+std::vector<Manifold<double>> meet(const Shape& a, const Placement<double>& place_a, const Shape& b,
+                                   const Placement<double>& place_b, double margin = 0) {
   std::vector<Manifold<double>> out;
   convex_contacts(shape(a), place_a, shape(b), place_b, margin, out);
   return out;
@@ -150,7 +150,8 @@ TEST_CASE("convex against plane: the vertices below, at most four that span them
   CHECK(m[0].count == 4);
   CHECK(m[0].meeting == Meeting::face);
   for (int i = 0; i < 4; ++i) CHECK(m[0].points[i].gap == -0.125);
-  CHECK(hull_plane_separation(ground, hull, placed_at<double>({7, 8, 4}, turn(kPi / 2, {1, 0, 0}))).gap == Approx(1.5).epsilon(1e-15));
+  CHECK(hull_plane_separation(ground, hull, placed_at<double>({7, 8, 4}, turn(kPi / 2, {1, 0, 0}))).gap ==
+        Approx(1.5).epsilon(1e-15));
 }
 
 TEST_CASE("no direction tells two shapes apart better than the normal does") {
@@ -185,7 +186,8 @@ TEST_CASE("the expanding polytope agrees with every axis of two polyhedra") {
     const Geometry<double> a = shape(random_shape(ShapeKind::convex, random)), b = shape(random_shape(ShapeKind::box, random));
     ConvexPiece<double> piece_a, piece_b;
     convex_piece(a, piece_a), convex_piece(b, piece_b);
-    const Placement<double> b_in_a = placed_at<double>(uniform(random, 0, 0.5) * narrow3<double>(gauss3(random)), any_turn(random));
+    const Placement<double> b_in_a =
+        placed_at<double>(uniform(random, 0, 0.5) * narrow3<double>(gauss3(random)), any_turn(random));
     const Meet<double> meeting = nearest_features(piece_a, piece_b, b_in_a, 1e300);
     const double all = least_overlap_of_all_axes(piece_a, piece_b, b_in_a).overlap;
     if (meeting.gap < 0) RC_ASSERT(std::abs(meeting.gap + all) < 4e-15);
@@ -201,8 +203,8 @@ TEST_CASE("double and extended precision give the same gap and normal for the sa
     const V p = uniform(random, 0, 2) * narrow3<double>(gauss3(random));
     const Quat<double> q_a = any_turn(random), q_b = any_turn(random);
     const auto s = convex_separation(shape(a), placed_at<double>({}, q_a), shape(b), placed_at<double>(p, q_b));
-    const auto t = convex_separation(make_geometry<long double>(a), placed_at<long double>({}, q_a), make_geometry<long double>(b),
-                                     placed_at<long double>(p, q_b));
+    const auto t = convex_separation(make_geometry<long double>(a), placed_at<long double>({}, q_a),
+                                     make_geometry<long double>(b), placed_at<long double>(p, q_b));
     worst = std::max(worst, static_cast<double>(std::abs(s.gap - t.gap)));
     const V d{s.normal_W.x - double(t.normal_W.x), s.normal_W.y - double(t.normal_W.y), s.normal_W.z - double(t.normal_W.z)};
     worst_turn = std::max(worst_turn, norm(d));
@@ -214,13 +216,15 @@ TEST_CASE("double and extended precision give the same gap and normal for the sa
 TEST_CASE("swapping two shapes, or moving the world, changes nothing else") {
   CHECK(rc::check([](std::uint64_t seed) {
     Random random(seed);
-    const Geometry<double> a = shape(random_shape(kConvexKinds[random() % 6], random)), b = shape(random_shape(kConvexKinds[random() % 6], random));
+    const Geometry<double> a = shape(random_shape(kConvexKinds[random() % 6], random)),
+                           b = shape(random_shape(kConvexKinds[random() % 6], random));
     const V p = uniform(random, 0, 1.5) * narrow3<double>(gauss3(random)), shift = narrow3<double>(gauss3(random));
     const Quat<double> q_a = any_turn(random), q_b = any_turn(random), world = any_turn(random);
     const auto s = convex_separation(a, placed_at<double>({}, q_a), b, placed_at<double>(p, q_b));
     const auto t = convex_separation(b, placed_at<double>(p, q_b), a, placed_at<double>({}, q_a));
     RC_ASSERT(std::abs(s.gap - t.gap) < 1e-14);
-    const auto u = convex_separation(a, placed_at<double>(shift, world * q_a), b, placed_at<double>(shift + rotate(world, p), world * q_b));
+    const auto u = convex_separation(a, placed_at<double>(shift, world * q_a), b,
+                                     placed_at<double>(shift + rotate(world, p), world * q_b));
     RC_ASSERT(std::abs(s.gap - u.gap) < 2e-14);
     std::vector<Manifold<double>> m, n;
     convex_contacts(a, placed_at<double>({}, q_a), b, placed_at<double>(p, q_b), 1e-3, m);
@@ -247,15 +251,18 @@ TEST_CASE("a hull of a box's corners is that box; a hull of many points on a sph
   }));
   Random random(3);
   const auto ball = shape(Convex{boulder(random, 2000, {1, 1, 1})});
-  const auto s = convex_separation(ball, placed_at<double>({}), shape(Box{{0.3, 0.4, 0.5}}), placed_at<double>({1.2, 1.1, 0.7}, any_turn(random)));
-  const auto t = convex_separation(shape(Sphere{1}), placed_at<double>({}), shape(Box{{0.3, 0.4, 0.5}}), placed_at<double>({1.2, 1.1, 0.7}));
+  const auto s = convex_separation(ball, placed_at<double>({}), shape(Box{{0.3, 0.4, 0.5}}),
+                                   placed_at<double>({1.2, 1.1, 0.7}, any_turn(random)));
+  const auto t = convex_separation(shape(Sphere{1}), placed_at<double>({}), shape(Box{{0.3, 0.4, 0.5}}),
+                                   placed_at<double>({1.2, 1.1, 0.7}));
   CHECK(std::isfinite(t.gap));
   CHECK(s.gap > -2.5);
 }
 
 TEST_CASE("inputs that break others: coincident, flat, needles, tiny, huge, touching exactly") {
   const auto finite = [](const Separation<double>& s) {
-    return std::isfinite(s.gap) && std::abs(norm(s.normal_W) - 1) < 1e-12 && std::isfinite(norm(s.on_a_W)) && std::isfinite(norm(s.on_b_W));
+    return std::isfinite(s.gap) && std::abs(norm(s.normal_W) - 1) < 1e-12 && std::isfinite(norm(s.on_a_W)) &&
+           std::isfinite(norm(s.on_b_W));
   };
   const auto box = Box{{0.5, 0.5, 0.5}};
   for (const double scale : {1e-9, 1.0, 1e9}) {
@@ -266,23 +273,30 @@ TEST_CASE("inputs that break others: coincident, flat, needles, tiny, huge, touc
     CHECK(std::abs(touching.gap) <= 1e-15 * scale);
     CHECK(touching.normal_W.x == 1);
     const auto cylinder = shape(Cylinder{scale, scale});
-    CHECK(convex_separation(cylinder, placed_at<double>({}), cylinder, placed_at<double>({})).gap == Approx(-2 * scale).epsilon(1e-14));
+    CHECK(convex_separation(cylinder, placed_at<double>({}), cylinder, placed_at<double>({})).gap ==
+          Approx(-2 * scale).epsilon(1e-14));
     const auto plate = shape(Rectangle{{scale, scale}});
-    CHECK(std::abs(convex_separation(plate, placed_at<double>({}), plate, placed_at<double>({scale, 0, 0})).gap) <= 1e-15 * scale);
+    CHECK(std::abs(convex_separation(plate, placed_at<double>({}), plate, placed_at<double>({scale, 0, 0})).gap) <=
+          1e-15 * scale);
   }
   const auto needle = shape(Cylinder{1e-9, 1e3});
   CHECK(finite(convex_separation(needle, placed_at<double>({}), needle, placed_at<double>({0, 0, 0}, turn(1e-9, {1, 0, 0})))));
-  const auto crossing = convex_separation(needle, placed_at<double>({}), needle, placed_at<double>({0, 1e-6, 0}, turn(0.5, {0, 1, 0})));
+  const auto crossing =
+      convex_separation(needle, placed_at<double>({}), needle, placed_at<double>({0, 1e-6, 0}, turn(0.5, {0, 1, 0})));
   CHECK(crossing.gap == Approx(1e-6 - 2e-9).epsilon(1e-6));
   const auto slab = shape(Box{{1e3, 1e3, 1e-6}});
-  const auto on_slab = convex_separation(slab, placed_at<double>({}), shape(box), placed_at<double>({10, 20, 0.5 + 1e-6 - 1e-7}));
+  const auto on_slab =
+      convex_separation(slab, placed_at<double>({}), shape(box), placed_at<double>({10, 20, 0.5 + 1e-6 - 1e-7}));
   CHECK(on_slab.gap == Approx(-1e-7).epsilon(1e-6));
   CHECK(on_slab.normal_W.z == 1);
   const auto flat = shape(Convex{{{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}}});
-  CHECK(convex_separation(flat, placed_at<double>({}), shape(box), placed_at<double>({0, 0, 0.25})).gap == Approx(-0.25).epsilon(1e-15));
+  CHECK(convex_separation(flat, placed_at<double>({}), shape(box), placed_at<double>({0, 0, 0.25})).gap ==
+        Approx(-0.25).epsilon(1e-15));
   const auto line = shape(Convex{{{0, 0, -1}, {0, 0, 1}}});
-  CHECK(convex_separation(line, placed_at<double>({}), shape(Sphere{0.25}), placed_at<double>({0.5, 0, 0})).gap == Approx(0.25).epsilon(1e-15));
-  const auto nearly = convex_separation(shape(box), placed_at<double>({}), shape(box), placed_at<double>({0, 0, 1}, turn(1e-10, {1, 0, 0})));
+  CHECK(convex_separation(line, placed_at<double>({}), shape(Sphere{0.25}), placed_at<double>({0.5, 0, 0})).gap ==
+        Approx(0.25).epsilon(1e-15));
+  const auto nearly =
+      convex_separation(shape(box), placed_at<double>({}), shape(box), placed_at<double>({0, 0, 1}, turn(1e-10, {1, 0, 0})));
   CHECK(nearly.gap == Approx(-0.5e-10).epsilon(1e-4));
   CHECK(finite(nearly));
 }
@@ -303,7 +317,8 @@ TEST_CASE("convex pairs in float stay finite and right to its round-off") {
       }, s);
     };
     sized(a), sized(b);
-    const auto s = convex_separation(make_geometry<float>(a), placed_at<float>({}), make_geometry<float>(b), placed_at<float>(scale * p, q));
+    const auto s = convex_separation(make_geometry<float>(a), placed_at<float>({}), make_geometry<float>(b),
+                                     placed_at<float>(scale * p, q));
     const auto t = convex_separation(shape(a), placed_at<double>({}), shape(b), placed_at<double>(scale * p, q));
     REQUIRE(std::abs(static_cast<double>(s.gap) - t.gap) < 1e-5 * scale);
   }

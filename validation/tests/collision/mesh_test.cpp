@@ -27,7 +27,18 @@ Geometry<double> shape(const Shape& s) { return make_geometry<double>(s); }
 
 Surface box_surface(const Real3& h) {
   return {box_corners(h),
-          {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4}, {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}}};
+          {{0, 2, 3},
+           {0, 3, 1},
+           {4, 5, 7},
+           {4, 7, 6},
+           {0, 1, 5},
+           {0, 5, 4},
+           {2, 6, 7},
+           {2, 7, 3},
+           {0, 4, 6},
+           {0, 6, 2},
+           {1, 3, 7},
+           {1, 7, 5}}};
 }
 
 // n x n squares of side 1 about the origin at z = 0, each cut along either diagonal, corners moved about within the plane.
@@ -53,8 +64,8 @@ double deepest(const std::vector<Manifold<double>>& out) {
     for (int i = 0; i < m.count; ++i) least = std::min(least, m.points[i].gap);
   return least;
 }
-std::vector<Manifold<double>> on_mesh(const Geometry<double>& mesh, const Placement<double>& place_mesh, const Geometry<double>& b,
-                                      const Placement<double>& place_b, double margin = 0) {
+std::vector<Manifold<double>> on_mesh(const Geometry<double>& mesh, const Placement<double>& place_mesh,
+                                      const Geometry<double>& b, const Placement<double>& place_b, double margin = 0) {
   std::vector<Manifold<double>> out;
   mesh_contacts(mesh, place_mesh, b, place_b, margin, out);
   return out;
@@ -98,8 +109,9 @@ TEST_CASE("a ball anywhere over a triangulated plane touches the plane, once") {
       const Real3& corner = surface.points[12];  // an inner one
       const Real3& other = surface.points[13];
       const double s = uniform(random, 0, 1);
-      if (i % 3 == 1) x = {corner[0] + s * (other[0] - corner[0]), corner[1] + s * (other[1] - corner[1]), x.z};  // over an edge
-      if (i % 3 == 2) x = {corner[0], corner[1], x.z};                                                            // over a corner
+      if (i % 3 == 1)
+        x = {corner[0] + s * (other[0] - corner[0]), corner[1] + s * (other[1] - corner[1]), x.z};  // over an edge
+      if (i % 3 == 2) x = {corner[0], corner[1], x.z};                                              // over a corner
       const auto m = on_mesh(mesh, placed_at<double>(shift, world), ball, placed_at<double>(shift + rotate(world, x)));
       RC_ASSERT(m.size() == 1u);
       RC_ASSERT(std::abs(m[0].points[0].gap - (x.z - 0.5)) < 1e-14);
@@ -145,7 +157,8 @@ TEST_CASE("a closed mesh of a box: balls and boxes near it meet the box") {
     const Placement<double> place = placed_at<double>(narrow3<double>(gauss3(random)), any_turn(random));
     const V x = place.p_W + 0.8 * narrow3<double>(gauss3(random));
     const Geometry<double> ball = shape(Sphere{uniform(random, 0.05, 0.6)});
-    const auto s = mesh_separation(mesh, place, ball, placed_at<double>(x)), t = separation(box, place, ball, placed_at<double>(x));
+    const auto s = mesh_separation(mesh, place, ball, placed_at<double>(x)),
+               t = separation(box, place, ball, placed_at<double>(x));
     RC_ASSERT(std::abs(s.gap - t.gap) < 1e-14);
     RC_ASSERT(norm(s.normal_W - t.normal_W) < 1e-9);
     const auto m = on_mesh(mesh, place, ball, placed_at<double>(x), 0.01);
@@ -155,7 +168,8 @@ TEST_CASE("a closed mesh of a box: balls and boxes near it meet the box") {
       RC_ASSERT(m.size() == 1u);  // a box touches a ball in one place
     }
     const Geometry<double> other = shape(random_shape(kConvexKinds[random() % 6], random));
-    const Placement<double> place_other = placed_at<double>(place.p_W + 1.5 * narrow3<double>(gauss3(random)), any_turn(random));
+    const Placement<double> place_other =
+        placed_at<double>(place.p_W + 1.5 * narrow3<double>(gauss3(random)), any_turn(random));
     const auto u = mesh_separation(mesh, place, other, place_other), v = separation(box, place, other, place_other);
     if (v.gap > 0) RC_ASSERT(std::abs(u.gap - v.gap) < 1e-13);
     if (v.gap <= 0) RC_ASSERT(u.gap <= 1e-14);
@@ -167,7 +181,8 @@ TEST_CASE("two closed meshes hit or miss as the solids do; their distance is the
     Random random(seed);
     const Real3 g{0.5, 0.4, 0.3}, h{0.6, 0.2, 0.5};
     const Placement<double> place_a = placed_at<double>({}, any_turn(random));
-    const Placement<double> place_b = placed_at<double>(uniform(random, 0.3, 1) * narrow3<double>(gauss3(random)), any_turn(random));
+    const Placement<double> place_b =
+        placed_at<double>(uniform(random, 0.3, 1) * narrow3<double>(gauss3(random)), any_turn(random));
     const auto s = separation(shape(Box{g}), place_a, shape(Box{h}), place_b);
     const auto m = on_mesh(geometry_of(box_surface(g)), place_a, geometry_of(box_surface(h)), place_b);
     if (s.gap > 1e-12) RC_ASSERT(m.empty());
@@ -211,7 +226,8 @@ TEST_CASE("what lies wholly inside a closed mesh is shown the way out; behind a 
 }
 
 TEST_CASE("a mesh stands on a plane as its hull does") {
-  const auto m = on_mesh(geometry_of(box_surface({1, 2, 3})), placed_at<double>({5, 6, 2.75}), shape(Plane{{0, 0, 1}, 0}), placed_at<double>({}));
+  const auto m = on_mesh(geometry_of(box_surface({1, 2, 3})), placed_at<double>({5, 6, 2.75}), shape(Plane{{0, 0, 1}, 0}),
+                         placed_at<double>({}));
   REQUIRE(m.size() == 1);
   CHECK(m[0].count == 4);
   CHECK(m[0].normal_W.z == -1);
@@ -229,7 +245,8 @@ TEST_CASE("hostile meshes stay finite: needles, doubled triangles, three at an e
       s.points.push_back(p);
     }
     for (int i = 0; i < 20; ++i)
-      s.triangles.push_back({static_cast<int>(random() % 12), static_cast<int>(random() % 12), static_cast<int>(random() % 12)});
+      s.triangles.push_back(
+          {static_cast<int>(random() % 12), static_cast<int>(random() % 12), static_cast<int>(random() % 12)});
     s.triangles.push_back(s.triangles[0]);
     s.triangles.push_back({s.triangles[1][1], s.triangles[1][0], s.triangles[1][2]});
     const Geometry<double> mesh = geometry_of(s);

@@ -12,7 +12,9 @@ namespace atwood::testing {
 
 using Random = std::mt19937_64;
 
-inline double uniform(Random& random, double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); }
+inline double uniform(Random& random, double low, double high) {
+  return std::uniform_real_distribution<double>(low, high)(random);
+}
 inline Real3 gauss3(Random& random) {
   std::normal_distribution<double> n;
   return {n(random), n(random), n(random)};

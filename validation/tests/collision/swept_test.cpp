@@ -15,7 +15,8 @@ namespace {
 Geometry<double> shape(const Shape& s) { return make_geometry<double>(s); }
 SweptBody<double> moving(const V& p, const V& v, const Quat<double>& q = {}, const V& w = {}) { return {p, q, v, w}; }
 
-double gap_at(const Geometry<double>& a, const SweptBody<double>& from_a, const Geometry<double>& b, const SweptBody<double>& from_b, double t) {
+double gap_at(const Geometry<double>& a, const SweptBody<double>& from_a, const Geometry<double>& b,
+              const SweptBody<double>& from_b, double t) {
   const auto place = [t](const SweptBody<double>& s) { return placement(s.p_W + t * s.v_W, so3_exp(t * s.w_W) * s.q_WB); };
   return separation(a, place(from_a), b, place(from_b)).gap;
 }
@@ -41,7 +42,8 @@ TEST_CASE("spheres: head on, grazing, far and fast, overlapping, parting") {
   CHECK(5 - grazing->t_s == Approx(std::sqrt(2 * d - d * d)).epsilon(1e-9));
   CHECK_FALSE(first_touch(ball, moving({0, 0, 0}, {0, 0, 0}), ball, moving({5, 1 + d, 0}, {-1, 0, 0}), 10.0));
   // From 1e6 m at 1e6 m/s.
-  const auto bullet = first_touch(ball, moving({0, 0, 0}, {0, 0, 0}), shape(Sphere{1e-3}), moving({1e6, 0, 0}, {-1e6, 0, 0}), 10.0);
+  const auto bullet =
+      first_touch(ball, moving({0, 0, 0}, {0, 0, 0}), shape(Sphere{1e-3}), moving({1e6, 0, 0}, {-1e6, 0, 0}), 10.0);
   REQUIRE(bullet);
   CHECK(bullet->t_s == Approx((1e6 - 0.501) / 1e6).epsilon(1e-15));
   CHECK(first_touch(ball, moving({0, 0, 0}, {0, 0, 0}), ball, moving({0.9, 0, 0}, {1, 0, 0}), 10.0)->t_s == 0);
@@ -53,7 +55,8 @@ TEST_CASE("spheres: head on, grazing, far and fast, overlapping, parting") {
 
 TEST_CASE("a sphere and a plane: a line's root; spin changes nothing") {
   const auto plane = shape(Plane{{0, 0.6, 0.8}, 2});
-  const auto touch = first_touch(shape(Sphere{0.25}), moving({1, 6, 8}, {3, 0, -5}, {}, {9, 8, 7}), plane, moving({}, {}), 10.0);
+  const auto touch =
+      first_touch(shape(Sphere{0.25}), moving({1, 6, 8}, {3, 0, -5}, {}, {9, 8, 7}), plane, moving({}, {}), 10.0);
   REQUIRE(touch);
   CHECK(touch->t_s == Approx((10 - 2 - 0.25) / 4).epsilon(1e-15));
   CHECK(touch->normal_W.z == Approx(-0.8).epsilon(1e-15));
@@ -67,12 +70,14 @@ TEST_CASE("fast and small against thin: a ball through paper stops at the paper"
     const auto touch = first_touch(paper, moving({}, {}), shape(Sphere{1e-3}), moving({0.3, -0.2, 5}, {0, 0, -speed}), 10.0);
     REQUIRE(touch);
     CHECK(touch->t_s * speed == Approx(5 - 1e-3 - 5e-5).epsilon(1e-14));
-    const auto at_sheet = first_touch(sheet, moving({}, {}), shape(Sphere{1e-3}), moving({0.3, -0.2, 5}, {0, 0.1 * speed, -speed}), 10.0);
+    const auto at_sheet =
+        first_touch(sheet, moving({}, {}), shape(Sphere{1e-3}), moving({0.3, -0.2, 5}, {0, 0.1 * speed, -speed}), 10.0);
     REQUIRE(at_sheet);
     CHECK(at_sheet->t_s * speed == Approx(5 - 1e-3).epsilon(1e-14));
     CHECK(at_sheet->normal_W.z == Approx(1).epsilon(1e-12));
     Mesh wall{"", {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}}, {{0, 1, 2}, {0, 2, 3}}};
-    const auto at_mesh = first_touch(shape(wall), moving({}, {}), shape(Sphere{1e-3}), moving({0.3, 0.3, 5}, {0, 0, -speed}), 10.0);
+    const auto at_mesh =
+        first_touch(shape(wall), moving({}, {}), shape(Sphere{1e-3}), moving({0.3, 0.3, 5}, {0, 0, -speed}), 10.0);
     REQUIRE(at_mesh);
     CHECK(at_mesh->t_s * speed == Approx(5 - 1e-3).epsilon(1e-14));
     const auto box_at_mesh =
@@ -86,7 +91,8 @@ TEST_CASE("a spinning rod meets a plane when its end comes down") {
   // Centre at height 1, half-length 2 along x, turning about y with w: its end is at 1 - 2 sin(w t).
   const auto rod = shape(Capsule{0.1, 1.9});
   const Quat<double> lying{std::sqrt(0.5), 0, std::sqrt(0.5), 0};
-  const auto touch = first_touch(shape(Plane{{0, 0, 1}, 0}), moving({}, {}), rod, moving({0, 0, 1}, {0, 0, 0}, lying, {0, 0.7, 0}), 10.0);
+  const auto touch =
+      first_touch(shape(Plane{{0, 0, 1}, 0}), moving({}, {}), rod, moving({0, 0, 1}, {0, 0, 0}, lying, {0, 0.7, 0}), 10.0);
   REQUIRE(touch);
   CHECK(touch->t_s == Approx(std::asin(0.9 / 1.9) / 0.7).epsilon(1e-13));
 }
@@ -94,11 +100,13 @@ TEST_CASE("a spinning rod meets a plane when its end comes down") {
 TEST_CASE("the touch is the first zero of the gap, and never past it") {
   CHECK(rc::check([](std::uint64_t seed) {
     Random random(seed);
-    const Geometry<double> a = shape(random_shape(kConvexKinds[random() % 6], random)), b = shape(random_shape(kConvexKinds[random() % 6], random));
+    const Geometry<double> a = shape(random_shape(kConvexKinds[random() % 6], random)),
+                           b = shape(random_shape(kConvexKinds[random() % 6], random));
     const V at = narrow3<double>(gauss3(random));
-    const SweptBody<double> from_a = moving({}, 0.3 * narrow3<double>(gauss3(random)), any_turn(random), narrow3<double>(gauss3(random)));
-    const SweptBody<double> from_b = moving((4 / norm(at)) * at, -1 * at + 0.3 * narrow3<double>(gauss3(random)), any_turn(random),
-                                            narrow3<double>(gauss3(random)));
+    const SweptBody<double> from_a =
+        moving({}, 0.3 * narrow3<double>(gauss3(random)), any_turn(random), narrow3<double>(gauss3(random)));
+    const SweptBody<double> from_b = moving((4 / norm(at)) * at, -1 * at + 0.3 * narrow3<double>(gauss3(random)),
+                                            any_turn(random), narrow3<double>(gauss3(random)));
     const double t_end = 6;
     const auto touch = first_touch(a, from_a, b, from_b, t_end);
     const double end = touch ? touch->t_s : t_end;
