@@ -213,18 +213,18 @@ int rows_of(const PairLaw& law, bool elliptic) {
   return dim == 1 || elliptic ? dim : 2 * (dim - 1);
 }
 
-// Of rows n and velocities v one buffer keeps n^2 + 2 n v numbers and little else, and its size in bytes is an int.
+// Of rows n and velocities v one buffer keeps 3/2 n^2 + 3 n v numbers and little else, and its size in bytes is an int.
 std::int64_t room_for_contacts(const Scene& scene, const Settings& settings) {
   const bool elliptic = std::get<std::string>(settings.at("cone")) == "elliptic";
   int rows = 1;
   for (const auto& law : rivals::laws_in_play(scene)) rows = std::max(rows, rows_of(law, elliptic));
   const auto bodies = std::count_if(scene.bodies.begin(), scene.bodies.end(),
                                     [](const Body& b) { return !b.fixed && rivals::has_shape(b); });
-  const double v = 6.0 * static_cast<double>(scene.bodies.size()), numbers = 2.0e9 / 8 - 2 * v * v / 6;
-  const double most_rows = numbers > 0 ? std::sqrt(v * v + numbers) - v : 0;
+  const double v = 6.0 * static_cast<double>(scene.bodies.size()), numbers = 2.0e9 / 8;
+  const double most_rows = std::sqrt(v * v + 2 * numbers / 3) - v;
   const auto most = static_cast<std::int64_t>(most_rows / rows);
   const std::int64_t wanted = std::max<std::int64_t>(100, rivals::count(settings, "contacts_per_body", 1) * bodies);
-  return most < 3 * bodies ? 0 : std::min(wanted, most);
+  return most < 2 * bodies ? 0 : std::min(wanted, most);
 }
 
 std::int64_t listed_pairs(const Scene& scene) {

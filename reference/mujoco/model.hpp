@@ -28,7 +28,7 @@ std::string xml_of(const Scene& scene, const Settings& settings, const std::vect
 // Throws std::invalid_argument with MuJoCo's words.
 Model compile(const std::string& xml);
 
-// Contacts that the buffers have room for; 0: not even three a body, which one buffer of 2 GiB at most can't hold.
+// Contacts that the buffers have room for; 0: not even two a body, which one buffer of 2 GiB at most can't hold.
 std::int64_t room_for_contacts(const Scene& scene, const Settings& settings);
 
 // Rows of the constraint problem that a contact of this law takes.

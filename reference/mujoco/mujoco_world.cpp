@@ -222,7 +222,7 @@ std::string refusal(const Scene& scene, const Settings& settings) {
     if (compound) return "MuJoCo's adapter lists no pairs of parts of a compound, and these materials can't be ordered";
   }
   if (room_for_contacts(scene, settings) == 0) {
-    return "MuJoCo 2.2 keeps the rows of all contacts squared in one buffer of 2 GiB: too small for three contacts each of " +
+    return "MuJoCo 2.2 keeps the rows of all contacts squared in one buffer of 2 GiB: too small for two contacts each of " +
            std::to_string(scene.bodies.size()) + " bodies";
   }
   return "";
