@@ -40,4 +40,13 @@ target_sources(atwood_engine PRIVATE
   contact/penalty_force.cpp
   contact/response.cpp
   contact/slip_path.cpp
-  contact/time_stepping.cpp)
+  contact/stepping/balls.cpp
+  contact/stepping/candidates.cpp
+  contact/stepping/direct.cpp
+  contact/stepping/impacts.cpp
+  contact/stepping/manifolds.cpp
+  contact/stepping/manifolds_found.cpp
+  contact/stepping/options.cpp
+  contact/stepping/run.cpp
+  contact/stepping/seen.cpp
+  contact/stepping/step.cpp)

@@ -4,6 +4,7 @@
 
 #include "contact/options.hpp"
 #include "contact/response.hpp"
+#include "contact/stepping/run.hpp"
 #include "simulation.hpp"
 
 namespace atwood {
@@ -14,7 +15,6 @@ template <class S> using StepWithContacts = bool (*)(ContactRun<S>&, S, S);
 
 // A cut step needs a method that reproduces itself from any state; a step that starts at an impact has no past.
 template <class S> StepWithContacts<S> response_of(const std::string& name) {
-  if (name == "impulse") return &step_with_impulse<S>;
   if (name == "event") return &step_with_events<S>;
   return nullptr;
 }
@@ -87,6 +87,7 @@ Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const O
 }  // namespace
 
 Outcome run_with_contacts(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
+  if (id.response == "impulse") return run_impulse(id, scene, plan, observer, repeats);
   if (id.scalar == "float") return run_in<float>(id, scene, plan, observer, repeats);
   if (id.scalar.empty() || id.scalar == "double") return run_in<double>(id, scene, plan, observer, repeats);
   if (id.scalar == "long-double") return run_in<long double>(id, scene, plan, observer, repeats);

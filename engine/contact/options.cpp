@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "contact/stepping/options.hpp"
 #include "integrators/catalogue.hpp"
 
 namespace atwood {
@@ -11,8 +12,11 @@ namespace {
 std::vector<MethodInfo> make_responses() {
   MethodInfo impulse;
   impulse.id = "+impulse";
-  impulse.doc = "Time stepping: contacts found once a step, velocities solved so that no contact approaches.";
-  impulse.source = "Moreau (1988); Stewart and Trinkle (1996)";
+  impulse.doc = "Time stepping in small substeps: fast approaches bounce one after another in the order of their times, all "
+                "other contacts are solved at the level of velocities with a round cone, overlap is taken away in the "
+                "positions alone. Few contacts are solved at once by Newton's method, many by warm-started sweeps.";
+  impulse.source = "Moreau (1988); Stewart and Trinkle (1996); Alart and Curnier (1991); Macklin et al., Small Steps (2019)";
+  impulse.settings = stepping::default_settings();
   MethodInfo event;
   event.id = "+event";
   event.doc = "Impacts located to round-off on the method's own flow, lasting contacts as constrained motion between them.";

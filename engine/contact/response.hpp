@@ -33,10 +33,6 @@ template <class S> struct ContactRun {
 
 template <class S> ContactRun<S> make_contact_run(RigidModel<S>& model, Stepper<S>& stepper, const Scene& scene, std::string& why);
 
-// Plain time stepping (`+impulse`): a step that would end in overlap gets its impulse at its start, whenever inside it
-// the touch was. First order in time, no position is corrected, and a ball at rest keeps its place.
-template <class S> bool step_with_impulse(ContactRun<S>& run, S t_s, S h_s);
-
 // Located impacts (`+event`): the step is taken again up to the touch, found to round-off on the method's own flow; then
 // the impulse, then the rest of the step. A Zeno end (bounces that pile up in finite time) is summed as the geometric
 // series it is, and becomes one `rest` event; from there on the ball lies on the plane.

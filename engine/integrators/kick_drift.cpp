@@ -47,7 +47,7 @@ template <class S> void renormalise(const RigidModel<S>& model, S* y, Compensati
 template <class S>
 Kicker<S>::Kicker(RigidModel<S>& model)
     : model_(model), acceleration_(model.state_size()), middle_(model.state_size()), omega_W_(model.body_count()),
-      solver_(model.state_size()) {}
+      solver_(model.velocity_dependent() ? model.state_size() : 0) {}  // a square matrix: none where no kick is solved for
 
 template <class S> void Kicker<S>::add(S h_s, S* y, Compensation<S>& rest) const {
   for (const int i : model_.moving()) {

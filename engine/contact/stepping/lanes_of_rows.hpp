@@ -1,0 +1,27 @@
+// What the solvers of balls and of manifolds share: vectors out of gathered rows, and what a substep prepares with.
+#pragma once
+
+#include "contact/stepping/rows.hpp"
+
+namespace atwood::stepping {
+
+template <class S> ATWOOD_INLINE Pack<S> below(const Pack<S>& a, const Pack<S>& b) { return a < b ? a : b; }
+template <class S> ATWOOD_INLINE Pack<S> above(const Pack<S>& a, const Pack<S>& b) { return a > b ? a : b; }
+
+template <class S> ATWOOD_INLINE Vec3<Pack<S>> first3(const Pack<S> (&row)[lane_count]) { return {row[0], row[1], row[2]}; }
+template <class S> ATWOOD_INLINE Vec3<Pack<S>> second3(const Pack<S> (&row)[lane_count]) { return {row[3], row[4], row[5]}; }
+template <class S> ATWOOD_INLINE void put3(const Vec3<Pack<S>>& a, Pack<S>* row) {
+  row[0] = a.x;
+  row[1] = a.y;
+  row[2] = a.z;
+}
+template <class S> ATWOOD_INLINE void nothing(Pack<S> (&row)[lane_count]) {
+  for (auto& entry : row) entry = spread(S(0));
+}
+
+template <class S> struct Preparation {
+  S h_s{}, correction{};  // a substep; the share of an overlap that is pushed apart
+  bool push_apart = false, warm = false;
+};
+
+}  // namespace atwood::stepping

@@ -1,0 +1,58 @@
+#include "contact/stepping/options.hpp"
+
+#include <stdexcept>
+#include <variant>
+
+namespace atwood::stepping {
+
+Settings default_settings() {
+  const Options standard;
+  return {{"solver", std::string("auto")},
+          {"direct_points", std::int64_t(standard.direct_points)},
+          {"substeps", std::int64_t(standard.substeps)},
+          {"iterations", std::int64_t(standard.iterations)},
+          {"broad_phase", std::string("tree")},
+          {"correction", standard.correction},
+          {"restitution", std::string("newton")},
+          {"warm_start", standard.warm_start},
+          {"threads", std::int64_t(standard.threads)}};
+}
+
+namespace {
+
+int count_of(const Settings& settings, const char* name, std::int64_t least, std::int64_t most, std::string& why) {
+  const auto value = std::get<std::int64_t>(settings.at(name));
+  if (value < least || value > most)
+    why = "+impulse: " + std::string(name) + " is " + std::to_string(least) + " to " + std::to_string(most);
+  return static_cast<int>(value);
+}
+
+}  // namespace
+
+Options options_of(const Settings& settings, std::string& why) {
+  Options options;
+  const auto& solver = std::get<std::string>(settings.at("solver"));
+  if (solver == "sequential") options.solver = Solver::sequential;
+  else if (solver == "direct") options.solver = Solver::direct;
+  else if (solver != "auto") why = "+impulse: solver is auto, sequential or direct, not `" + solver + "`";
+  options.direct_points = count_of(settings, "direct_points", 1, 1000, why);
+  options.substeps = count_of(settings, "substeps", 1, 1000, why);
+  options.iterations = count_of(settings, "iterations", 1, 100000, why);
+  options.correction = std::get<double>(settings.at("correction"));
+  if (!(options.correction >= 0 && options.correction <= 1)) why = "+impulse: correction is 0 to 1";
+  options.push_apart = options.correction > 0;
+  try {
+    options.broad_phase = broad_phase_kind(std::get<std::string>(settings.at("broad_phase")));
+  } catch (const std::invalid_argument& fault) {
+    why = std::string("+impulse: ") + fault.what();
+  }
+  const auto& law = std::get<std::string>(settings.at("restitution"));
+  if (law == "poisson") options.restitution = Restitution::poisson;
+  else if (law == "stronge") options.restitution = Restitution::stronge;
+  else if (law != "newton") why = "+impulse: restitution is newton, poisson or stronge, not `" + law + "`";
+  options.warm_start = std::get<bool>(settings.at("warm_start"));
+  options.threads = count_of(settings, "threads", 1, 256, why);
+  return options;
+}
+
+}  // namespace atwood::stepping

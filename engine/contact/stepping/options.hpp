@@ -1,0 +1,31 @@
+// The settings of the response "+impulse".
+#pragma once
+
+#include <string>
+
+#include "collision/broad_phase.hpp"
+#include "contact/impulse.hpp"
+#include "protocol/method.hpp"
+
+namespace atwood::stepping {
+
+enum class Solver : unsigned char { automatic, sequential, direct };
+
+struct Options {
+  Solver solver = Solver::automatic;  // sequential impulses, or Newton on all contacts of an island at once (automatic: few)
+  int direct_points = 64;       // the most points that an island solved directly has
+  int substeps = 4;
+  int iterations = 2;           // sweeps of the velocities in a substep
+  bool push_apart = true;       // overlap is taken away, in the positions alone
+  double correction = 0.3;      // ... this share of it in a substep
+  BroadPhaseKind broad_phase = BroadPhaseKind::tree;
+  Restitution restitution = Restitution::newton;
+  bool warm_start = true;
+  bool sleeping = false;
+  int threads = 1;
+};
+
+Settings default_settings();
+Options options_of(const Settings& settings, std::string& why);  // `why`: a value out of range
+
+}  // namespace atwood::stepping

@@ -1,0 +1,160 @@
+#include "contact/stepping/run.hpp"
+
+#include <chrono>
+
+#include "contact/options.hpp"
+#include "contact/stepping/points.hpp"
+#include "simulation.hpp"
+
+namespace atwood {
+namespace {
+
+using namespace stepping;
+
+Outcome unsupported(const std::string& reason) { return {Status::unsupported, reason, 0, 0, {}}; }
+
+// What +impulse has no answer for, by name; "" otherwise.
+std::string missing(const Scene& scene) {
+  for (const PairLaw& pair : scene.pairs)
+    if (pair.rolling_friction_m > 0) return "atwood's +impulse has no rolling friction";
+  for (std::size_t a = 0; a < scene.bodies.size(); ++a)
+    for (std::size_t b = a + 1; b < scene.bodies.size(); ++b) {
+      const Body &first = scene.bodies[a], &second = scene.bodies[b];
+      if (first.fixed && second.fixed) continue;
+      if (first.shape.index() == 0 || second.shape.index() == 0) continue;
+      const char* what = no_contact_test(static_cast<ShapeKind>(first.shape.index()), static_cast<ShapeKind>(second.shape.index()));
+      if (what != nullptr) return "atwood has no contact test for `" + first.name + "` and `" + second.name + "`: " + what;
+    }
+  return "";
+}
+
+template <class S> void build_world(World<S>& world, const Scene& scene, Simulation<S>& simulation, const std::string& scheme) {
+  world.scene = &scene;
+  world.model = simulation.model.get();
+  world.stepper = scheme == "symplectic-euler" ? nullptr : simulation.stepper.get();
+  world.by_mean = world.stepper != nullptr;
+  world.width = widest_vectors();
+  world.gravity_W = world.model->uniform_gravity();
+  world.materials = static_cast<int>(scene.materials.size());
+  world.laws.resize(scene.materials.size() * scene.materials.size());
+  for (const PairLaw& pair : scene.pairs) {
+    const Law law{pair.restitution, pair.friction};
+    world.laws[static_cast<std::size_t>(pair.a * world.materials + pair.b)] = law;
+    world.laws[static_cast<std::size_t>(pair.b * world.materials + pair.a)] = law;
+    world.bounces = world.bounces || law.restitution > 0;
+    world.rough = world.rough || law.friction > 0;
+  }
+  const std::size_t count = scene.bodies.size();
+  for (const Body& body : scene.bodies) {
+    world.geometry.push_back(make_geometry<S>(body.shape));
+    world.material.push_back(body.material);
+  }
+  Bodies<S>& bodies = world.bodies;
+  bodies.count = static_cast<int>(count);
+  for (auto* rows : {&bodies.velocity, &bodies.place, &bodies.inertia, &bodies.kick, &bodies.rest, &bodies.shift, &bodies.before})
+    rows->assign(count + 1, Row<S>{});
+  bodies.q_WB.resize(count);
+  bodies.moves.resize(count);
+  bodies.isotropic.resize(count);
+  bodies.reach.resize(count);
+  world.margin.resize(count);
+  world.travelled.resize(count);
+  world.y.resize(world.model->state_size());
+  world.y_free.resize(world.model->state_size());
+  world.broad_phase = make_broad_phase<S>(world.options.broad_phase, world.team);
+}
+
+template <class S> void restart(World<S>& world) {
+  RigidModel<S>& model = *world.model;
+  model.system().evaluations = 0;
+  ++model.system().epoch;
+  model.initial_state(world.y.data());
+  world.candidates_hold = false;
+  world.balls.clear();
+  world.ball_pairs.clear();
+  world.plane_pairs.clear();
+  world.other_pairs.clear();
+  world.manifolds.clear();
+  world.manifolds_before.clear();
+  world.manifold_batches.clear();
+}
+
+// From the initial state to the end, with or without looking.
+template <class S> Outcome run_once(World<S>& world, const Plan& plan, const Observer& observer) {
+  RigidModel<S>& model = *world.model;
+  Outcome outcome;
+  restart(world);
+  world.profile = observer.profile;
+  world.observer = observer.sample || observer.event ? &observer : nullptr;
+  const S scale = state_scale(world.y.data(), model.state_size());
+  const std::int64_t stride = plan.steps / plan.samples;
+  std::int64_t epoch = -1;
+  Sample sample;
+  const bool tells = observer.sample != nullptr;
+  observe(model, plan, 0, world.y.data(), sample, observer);
+  for (std::int64_t n = 0; n < plan.steps; ++n) {
+    const S from_s = time_at<S>(plan, n), to_s = time_at<S>(plan, n + 1), h_s = to_s - from_s;
+    const auto begin = world.profile ? std::chrono::steady_clock::now() : std::chrono::steady_clock::time_point{};
+    model.select_interval(from_s, to_s);
+    if (model.system().epoch != epoch || h_s != world.h_s) {
+      if (n > 0) store_bodies(world);
+      world.h_s = h_s;
+      world.sub_s = h_s / S(world.options.substeps);
+      load_bodies(world);
+      if (model.system().epoch != epoch) world.candidates_hold = false;
+      epoch = model.system().epoch;
+    }
+    world.sums_impulses = tells && (n + 1) % stride == 0;
+    if (!step(world, from_s, h_s)) return {Status::diverged, "an implicit step has no solution", n, 0, {}};
+    if (world.profile) {
+      const auto busy = std::chrono::steady_clock::now() - begin;
+      world.profile->step_ns.push_back(std::chrono::duration_cast<std::chrono::nanoseconds>(busy).count());
+    }
+    outcome.steps_taken = n + 1;
+    if ((n + 1) % stride != 0) continue;
+    store_bodies(world);
+    if (!healthy(world.y.data(), model.state_size(), scale, to_s, outcome)) break;
+    if (tells) tell_contacts(world, h_s, sample);
+    observe(model, plan, (n + 1) / stride, world.y.data(), sample, observer);
+  }
+  outcome.rate_evaluations = model.system().evaluations;
+  return outcome;
+}
+
+template <class S>
+Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
+  std::string why;
+  const Options options = options_of(response_settings(id, why), why);
+  if (!why.empty()) return unsupported(why);
+  if (id.rtol) return unsupported("+impulse takes equal steps, no tolerance");
+  if (why = missing(scene); !why.empty()) return unsupported(why);
+  Simulation<S> simulation = prepare<S>(integrator_part(id), scene);
+  if (simulation.outcome.status != Status::ok) return simulation.outcome;
+  const std::unique_ptr<Team> team = options.threads > 1 ? std::make_unique<Team>(options.threads) : nullptr;
+  World<S> world;
+  world.options = options;
+  world.team = team.get();
+  build_world(world, scene, simulation, id.scheme);
+  if (repeats <= 0) return run_once(world, plan, observer);
+
+  const Observer nobody;
+  Outcome outcome = run_once(world, plan, nobody);  // warm-up
+  for (int i = 0; i < repeats && outcome.status == Status::ok; ++i) {
+    const auto start = std::chrono::steady_clock::now();
+    const Outcome timed = run_once(world, plan, nobody);
+    const auto busy = std::chrono::steady_clock::now() - start;
+    outcome.busy_ns.push_back(std::chrono::duration_cast<std::chrono::nanoseconds>(busy).count());
+    if (timed.status != Status::ok) outcome = timed;
+  }
+  return outcome;
+}
+
+}  // namespace
+
+Outcome run_impulse(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
+  if (id.scalar == "float") return run_in<float>(id, scene, plan, observer, repeats);
+  if (id.scalar.empty() || id.scalar == "double") return run_in<double>(id, scene, plan, observer, repeats);
+  return unsupported("atwood's +impulse runs in float and double, not in " + id.scalar);
+}
+
+}  // namespace atwood

@@ -1,0 +1,255 @@
+// All that a step of "+impulse" works on, as plain arrays; allocated once a run, grown where contacts grow.
+//
+// A step of h is `substeps` substeps of h_s (Macklin, Storey, Lu, Terdiman, Mueller, Chentanez, "Small Steps in Physics
+// Simulation", SCA 2019; Catto, "Solver2D", 2024), each of them
+//
+//   impacts    fast approaches that meet within the substep, one after another in the order of their times (impacts.cpp)
+//   kick       v += dv_free
+//   prepare    overlap is pushed apart in the positions alone: no velocity ever sees it; gaps and normals at the new
+//              positions; the impulses of the last substep are applied again (warm start)
+//   solve      sweeps over all contacts:  v_n >= -max(gap, 0) / h_s,  impulse inside its round cone
+//   drift      p += h_s v
+//
+// Contacts of a colour share no moving body, so they are solved eight at a time and by any number of threads; the order of
+// the colours depends on the contacts alone, and so do the bits.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "collision/broad_phase.hpp"
+#include "collision/contacts.hpp"
+#include "collision/geometry.hpp"
+#include "contact/stepping/colouring.hpp"
+#include "contact/stepping/options.hpp"
+#include "contact/stepping/rows.hpp"
+#include "integrators/implicit_lu.hpp"
+#include "integrators/stepper.hpp"
+#include "protocol/sample.hpp"
+#include "rigid/model.hpp"
+#include "threads.hpp"
+
+namespace atwood::stepping {
+
+// ---- rows of a body
+//   velocity  vx vy vz  wx wy wz  1/m  1/I     world axes; 1/I of bodies whose inertia is a multiple of 1, else 0
+//   place     px py pz  sx sy sz  .    .       s: turned by since the step began, a rotation vector
+//   inertia   I^-1 in world axes: xx xy xz yy yz zz  1/m  .
+template <class S> struct Bodies {
+  int count = 0;                            // row `count` is nobody's: all 0
+  std::vector<Row<S>> velocity, place, inertia;
+  std::vector<Quat<S>> q_WB;                // at the beginning of the step
+  std::vector<Row<S>> kick;                 // free flight's change of the velocity row in a substep
+  std::vector<Row<S>> rest;                 // ... and of the place row, beyond what the velocities give
+  std::vector<Row<S>> shift;                // ... and what impacts within the substep add to it
+  std::vector<Row<S>> before;               // velocities before the kick, where places go by the mean
+  std::vector<unsigned char> moves, isotropic;
+  std::vector<S> reach;                     // how far a surface point may get in a step
+};
+
+// ---- contacts of balls: with each other, with a fixed ball, with a plane
+enum class Side : unsigned char { two_balls, fixed_ball, plane };
+
+template <class S> struct BallBatch {
+  std::int32_t a[lane_count], b[lane_count];
+  std::int32_t count = 0;      // lanes in use; the others meet nobody with nobody
+  bool active = false;         // some lane may touch in this substep
+  Lanes<S> normal[3];          // unit, from a to b
+  Lanes<S> radius_a, radius_b; // of a plane: its offset along -normal, turned round
+  Lanes<S> friction, restitution;
+  Lanes<S> slop;               // overlap that is left alone
+  Lanes<S> gap, closing;       // m; and over the substep, m/s: how fast it may close
+  Lanes<S> arm_a, arm_b;       // from the centres to the point midway
+  Lanes<S> mass_n, mass_t;     // 1 / mobility along the normal, across it
+  Lanes<S> impulse_n, impulse_t[3];
+  Lanes<S> sum[3];             // impulse on b over the step, where somebody looks
+};
+
+// ---- contacts of all other shapes: a manifold a lane, up to four points
+template <class S> struct ManifoldPoint {
+  Lanes<S> r_a[3], r_b[3];     // from the centres, world axes, when it was found
+  Lanes<S> gap_found;          // gap = gap_found + n . D, D from the point moved with a to the point moved with b
+  Lanes<S> gap, closing;
+  Lanes<S> arm_a[3], arm_b[3]; // to the point midway between the surfaces
+  Lanes<S> mass_n;
+  Lanes<S> mass_t[3];          // inverse of the 2 x 2 mobility across the normal: 11 12 22
+  Lanes<S> step_t;             // 1 / its larger eigenvalue
+  Lanes<S> impulse_n, impulse_t[2];
+  Lanes<S> sum[3];
+};
+template <class S> struct ManifoldBatch {
+  std::int32_t a[lane_count], b[lane_count];
+  std::int32_t manifold[lane_count];  // its number in `manifolds`
+  std::int32_t count = 0, points = 0;
+  bool active = false;
+  Lanes<S> normal[3], tangent[3];     // unit, across each other; the second tangent is n x t
+  Lanes<S> friction, restitution, slop;
+  ManifoldPoint<S> point[4];
+};
+
+// Batches [first, last) that touch no moving body twice.
+struct Colour { int first = 0, last = 0; Side side = Side::two_balls; };
+
+template <class Batch> struct Contacts {
+  std::vector<Batch> batches;
+  std::vector<Colour> colours;
+  void clear() { batches.clear(); colours.clear(); }
+};
+
+// A pair that the broad phase let through. `slot`: batch * lane_count + lane of the balls' contact.
+struct Candidate { std::int32_t a = 0, b = 0, slot = 0; };
+
+// Of a body's size: overlap up to this is left alone. Without it contacts that are pushed apart open by a little, fall shut
+// again, and a heap never comes to rest.
+inline constexpr double slop_share = 5e-4;
+
+struct Law { double restitution = 0, friction = 0; };
+
+template <class S> struct FoundManifold {
+  std::int32_t a = 0, b = 0;           // a moves
+  Manifold<S> shape;                   // normal from a to b
+  Vec3<S> impulse_W[4];                // on b; from the last step where the point was there
+};
+
+// A pair of balls that pushed each other when the candidates were found anew.
+template <class S> struct Kept { std::int32_t a, b; S impulse_n, impulse_t[3], normal[3]; };
+
+// Room for what is built and thrown away.
+template <class S> struct Scratch {
+  Palette palette;
+  std::vector<int> count, at, colour, other_colour;
+  std::vector<Kept<S>> balls, planes;
+  std::vector<std::vector<FoundManifold<S>>> found;  // one a thread
+  std::vector<std::vector<Manifold<S>>> shapes;
+};
+
+// ---- the direct solver's island at hand
+template <class S> struct Point;  // points.hpp
+template <class S> struct UnitImpulse { Vec3<S> along, at_a, at_b, turn_a, turn_b; };
+template <class S> struct DirectSolver {
+  std::vector<int> parent;                     // of bodies: union-find
+  std::vector<std::pair<int, int>> contacts;   // point, island
+  std::vector<Point<S>> points;
+  std::vector<int> numbers;
+  std::vector<UnitImpulse<S>> unit;            // three a point
+  std::vector<S> W, q, l, step, z, z_try, F, F_try, change, l_try;
+  DenseLu<S> lu{0};
+  int n() const { return static_cast<int>(points.size()); }
+  const S& w(int i, int j) const { return W[static_cast<std::size_t>(i) * (3 * points.size()) + static_cast<std::size_t>(j)]; }
+  S& w(int i, int j) { return W[static_cast<std::size_t>(i) * (3 * points.size()) + static_cast<std::size_t>(j)]; }
+};
+
+// ---- impacts within a substep
+template <class S> struct Approach { S t_s{}; int contact = 0; };
+template <class S> struct Impacts {
+  std::vector<int> bouncing;         // contacts with restitution
+  std::vector<int> first, of_body;   // those of body i: of_body[first[i]] .. of_body[first[i + 1]]
+  std::vector<Approach<S>> queue;    // a heap, the earliest on top
+};
+
+// How fast the bodies of a contact without bounce came when the step began.
+template <class S> struct Onset { int contact = 0; S vn_m_per_s{}; };
+
+template <class S> struct World {
+  Options options;
+  const Scene* scene = nullptr;
+  RigidModel<S>* model = nullptr;
+  Team* team = nullptr;
+  VectorWidth width = VectorWidth::narrow;
+  std::vector<Geometry<S>> geometry;
+  std::vector<Law> laws;               // of materials a, b at a * materials + b
+  std::vector<std::int32_t> material;
+  int materials = 0;
+  bool bounces = false, rough = false; // some pair has restitution, friction
+  Vec3<S> gravity_W;
+  bool by_mean = false;                // places by the mean of the velocities before and after, not by those after
+  bool has_rest = false;               // some row of `rest` is not 0
+  Stepper<S>* stepper = nullptr;       // null: symplectic Euler, fused; else free flight is its own
+  std::vector<S> y, y_free;            // the state as the model lays it out
+  S t_s{};                             // when the substep begins
+  S h_s{}, sub_s{};                    // a step, a substep
+  Profile* profile = nullptr;
+  bool sums_impulses = false;          // somebody looks at the contacts of this step
+  const Observer* observer = nullptr;  // null: nobody looks
+
+  Bodies<S> bodies;
+  Contacts<BallBatch<S>> balls;
+  Contacts<ManifoldBatch<S>> manifold_batches;
+  Impacts<S> impacts;
+  std::vector<Onset<S>> onsets;
+  DirectSolver<S> direct;
+  std::vector<FoundManifold<S>> manifolds, manifolds_before;
+
+  // candidates hold until some body left its margin
+  std::vector<Candidate> ball_pairs, plane_pairs, other_pairs;
+  std::unique_ptr<BroadPhase<S>> broad_phase;
+  std::vector<BroadItem<S>> items;
+  std::vector<std::int32_t> item_body;
+  std::vector<BodyPair> found;
+  std::vector<S> margin, travelled;    // since they were found
+  bool candidates_hold = false, some_fixed = false;
+  Scratch<S> scratch;
+
+  const Law& law(int a, int b) const { return laws[static_cast<std::size_t>(material[a] * materials + material[b])]; }
+};
+
+// f(part's share of the batches of a colour, width); few batches stay on the caller's thread.
+template <class S, class F> void for_batches(World<S>& world, int first, int last, int worth, const F& f) {
+  const int count = last - first;
+  if (world.team == nullptr || count < worth) {
+    in_lanes<S>(world.width, [&](auto width) ATWOOD_INLINED { f(first, last, width); });
+    return;
+  }
+  world.team->run(true, [&](int part) {
+    const Share own = share(count, part, world.team->size());
+    in_lanes<S>(world.width, [&](auto width) ATWOOD_INLINED { f(first + own.first, first + own.last, width); });
+  });
+}
+
+// A body's share of work for the team, or all of it.
+template <class S, class F> void for_bodies(World<S>& world, const F& f) {
+  const int count = world.bodies.count;
+  if (world.team == nullptr || count < 1000) return f(0, count);
+  world.team->run(true, [&](int part) {
+    const Share own = share(count, part, world.team->size());
+    f(own.first, own.last);
+  });
+}
+
+// ---- step.cpp
+template <class S> void load_bodies(World<S>& world);                // rows from world.y, under the model's present interval
+template <class S> void store_bodies(World<S>& world);               // and back
+template <class S> bool step(World<S>& world, S t_s, S h_s);         // false: free flight's implicit equations were not solved
+
+// ---- candidates.cpp
+// Pairs that may touch within the coming step of h_s; those at hand serve as long as they hold.
+template <class S> void find_candidates(World<S>& world, S h_s);
+
+// ---- impacts.cpp
+template <class S> void list_bouncing(World<S>& world);           // once a step
+template <class S> void meet_impacts(World<S>& world, S sub_s);   // before the kick
+
+// ---- seen.cpp: nothing here changes the motion
+template <class S> void clear_sums(World<S>& world);
+template <class S> void add_sums(World<S>& world);                                // after each substep
+template <class S> void tell_contacts(const World<S>& world, S h_s, Sample& sample);  // of the step just taken
+template <class S> void note_approaches(World<S>& world);                         // at the start of a step, where events are wanted
+template <class S> void tell_onsets(World<S>& world);                             // at its end
+
+// ---- direct.cpp
+template <class S> bool solve_directly(World<S>& world);  // false: an island has too many points, nothing is done
+
+// ---- balls.cpp
+template <class S> void prepare_balls(World<S>& world, S h_s, bool push_apart, bool warm);
+template <class S> void solve_balls(World<S>& world);
+
+// ---- manifolds_found.cpp
+template <class S> void find_manifolds(World<S>& world);
+
+// ---- manifolds.cpp
+template <class S> void weigh_manifolds(World<S>& world);  // mobilities, once a step
+template <class S> void prepare_manifolds(World<S>& world, S h_s, bool push_apart, bool warm);
+template <class S> void solve_manifolds(World<S>& world);
+
+}  // namespace atwood::stepping

@@ -1,0 +1,304 @@
+// "+impulse": conservation, cones, rest, and the same bits however many threads there are.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <random>
+
+#include "contact/stepping/run.hpp"
+#include "scene/files.hpp"
+
+using namespace atwood;
+
+namespace {
+
+struct Recorded {
+  Outcome outcome;
+  std::vector<Sample> samples;
+  std::vector<Event> events;
+};
+
+Recorded run(const std::string& method, const Scene& scene, const Plan& plan) {
+  Recorded recorded;
+  Observer observer;
+  observer.sample = [&](const Sample& s) { recorded.samples.push_back(s); };
+  observer.event = [&](const Event& e) { recorded.events.push_back(e); };
+  recorded.outcome = run_impulse(parse_method_id(method), scene, plan, observer, 0);
+  return recorded;
+}
+
+Scene catalogue(const std::string& id) { return read_scenario(std::string(ATWOOD_SOURCE_DIR) + "/validation/scenarios/" + id + ".toml").scene; }
+
+Body ball(const std::string& name, double mass_kg, double radius_m, const Real3& p, const Real3& v, const Real3& w = {}) {
+  Body body;
+  body.name = name;
+  body.mass_kg = mass_kg;
+  const double I = 0.4 * mass_kg * radius_m * radius_m;
+  body.inertia_kg_m2 = {I, 0, 0, 0, I, 0, 0, 0, I};
+  body.shape = Sphere{radius_m};
+  body.position_m = p;
+  body.velocity_m_per_s = v;
+  body.angular_velocity_body_rad_per_s = w;
+  return body;
+}
+
+Body box(const std::string& name, double mass_kg, const Real3& half, const Real3& p) {
+  Body body;
+  body.name = name;
+  body.mass_kg = mass_kg;
+  const double x = half[0] * half[0], y = half[1] * half[1], z = half[2] * half[2];
+  body.inertia_kg_m2 = {mass_kg * (y + z) / 3, 0, 0, 0, mass_kg * (x + z) / 3, 0, 0, 0, mass_kg * (x + y) / 3};
+  body.shape = Box{half};
+  body.position_m = p;
+  return body;
+}
+
+Body floor_plane() {
+  Body plane;
+  plane.name = "floor";
+  plane.shape = Plane{{0, 0, 1}, 0};
+  plane.fixed = true;
+  return plane;
+}
+
+Scene scene_of(std::vector<Body> bodies, double restitution, double friction, double g = 0) {
+  Scene scene;
+  scene.gravity_m_per_s2 = {0, 0, -g};
+  scene.materials = {{"stuff", restitution, friction, 0}};
+  scene.pairs = {PairLaw{}};
+  scene.pairs[0].restitution = restitution;
+  scene.pairs[0].friction = friction;
+  scene.bodies = std::move(bodies);
+  return scene;
+}
+
+struct Total { Real3 P{}, L{}; double energy = 0; };
+Total total(const Scene& scene, const Sample& sample) {
+  Total out;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const Body& body = scene.bodies[i];
+    if (body.fixed) continue;
+    double p[3], v[3], w[3];
+    for (int c = 0; c < 3; ++c) {
+      p[c] = static_cast<double>(sample.bodies[i].p_m[c]);
+      v[c] = static_cast<double>(sample.bodies[i].v_m_per_s[c]);
+      w[c] = static_cast<double>(sample.bodies[i].w_rad_per_s[c]);
+    }
+    const double qw = static_cast<double>(sample.bodies[i].q_wxyz[0]);
+    const double q[3] = {static_cast<double>(sample.bodies[i].q_wxyz[1]), static_cast<double>(sample.bodies[i].q_wxyz[2]),
+                         static_cast<double>(sample.bodies[i].q_wxyz[3])};
+    double spin[3];
+    for (int c = 0; c < 3; ++c) spin[c] = body.inertia_kg_m2[4 * c] * w[c];
+    const auto cross = [](const double* a, const double* b, int c) { return a[(c + 1) % 3] * b[(c + 2) % 3] - a[(c + 2) % 3] * b[(c + 1) % 3]; };
+    double t[3], turned[3];
+    for (int c = 0; c < 3; ++c) t[c] = 2 * cross(q, spin, c);
+    for (int c = 0; c < 3; ++c) turned[c] = spin[c] + qw * t[c] + cross(q, t, c);
+    for (int c = 0; c < 3; ++c) {
+      out.P[c] += body.mass_kg * v[c];
+      out.L[c] += body.mass_kg * cross(p, v, c) + turned[c];
+      out.energy += body.mass_kg * (v[c] * v[c] / 2 - scene.gravity_m_per_s2[c] * p[c]) + body.inertia_kg_m2[4 * c] * w[c] * w[c] / 2;
+    }
+  }
+  return out;
+}
+
+double farthest_moved(const Recorded& r, const Scene& scene) {
+  double most = 0;
+  for (const Sample& s : r.samples)
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+      double square = 0;
+      for (int c = 0; c < 3; ++c) {
+        const auto d = static_cast<double>(s.bodies[i].p_m[c] - r.samples[0].bodies[i].p_m[c]);
+        square += d * d;
+      }
+      most = std::max(most, std::sqrt(square));
+    }
+  return most;
+}
+
+bool same_bits(const Sample& a, const Sample& b) {
+  for (std::size_t i = 0; i < a.bodies.size(); ++i)
+    if (a.bodies[i].p_m != b.bodies[i].p_m || a.bodies[i].q_wxyz != b.bodies[i].q_wxyz || a.bodies[i].v_m_per_s != b.bodies[i].v_m_per_s ||
+        a.bodies[i].w_rad_per_s != b.bodies[i].w_rad_per_s)
+      return false;
+  return true;
+}
+
+const std::string euler = "atwood/symplectic-euler+impulse";
+
+}  // namespace
+
+TEST_CASE("+impulse: collisions keep momentum and angular momentum, and never gain energy") {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> any(-1, 1);
+  int met = 0;
+  for (int k = 0; k < 200; ++k) {
+    const double e = k % 3 == 0 ? 0 : k % 3 == 1 ? 1 : 0.5 * (1 + any(random)), mu = k % 2 == 0 ? 0 : 0.4;
+    std::vector<Body> bodies;
+    for (int i = 0; i < 2; ++i)
+      bodies.push_back(ball("b" + std::to_string(i), 1.5 + any(random), 0.3, {1.0 * i, 0.3 * any(random), 0.3 * any(random)},
+                            {-1.0 * i, any(random), any(random)}, {any(random), any(random), any(random)}));
+    const Scene scene = scene_of(bodies, e, mu);
+    const Recorded r = run(euler, scene, {2, 60, 60});
+    REQUIRE(r.outcome.status == Status::ok);
+    met += static_cast<int>(r.events.size());
+    const Total start = total(scene, r.samples.front());
+    double before = start.energy;
+    for (const Sample& s : r.samples) {
+      const Total now = total(scene, s);
+      for (int c = 0; c < 3; ++c) {
+        CHECK(std::abs(now.P[c] - start.P[c]) < 1e-13);
+        CHECK(std::abs(now.L[c] - start.L[c]) < 1e-12);
+      }
+      CHECK(now.energy < before + 1e-13);
+      before = now.energy;
+    }
+  }
+  CHECK(met > 40);
+}
+
+TEST_CASE("+impulse: an isolated impact ends where straight flight and the closed form put it, at any step") {
+  for (const int steps : {3, 10, 64}) {
+    const Scene scene = scene_of({ball("a", 1, 0.5, {-2, 0, 0}, {2, 0, 0}), ball("b", 3, 0.5, {0, 0, 0}, {0, 0, 0})}, 0.5, 0);
+    const Recorded r = run(euler, scene, {2, steps, 1});
+    REQUIRE(r.events.size() == 1);
+    // They touch at 0.5 s; J = (1 + e) 2 / (1 + 1/3)
+    const double J = 1.5 * 2 / (4.0 / 3), a = 2 - J, b = J / 3;
+    CHECK(static_cast<double>(r.events[0].t_s) == Approx(0.5).epsilon(1e-14));
+    CHECK(static_cast<double>(r.samples[1].bodies[0].p_m[0]) == Approx(-1 + 1.5 * a).epsilon(1e-13));
+    CHECK(static_cast<double>(r.samples[1].bodies[1].p_m[0]) == Approx(1.5 * b).epsilon(1e-13));
+  }
+}
+
+TEST_CASE("+impulse: elastic balls in a heap never gain energy, and touching cradles pass it on") {
+  const Scene heap = catalogue("elastic-216");
+  const Recorded r = run(euler, heap, {1, 240, 60});
+  double before = total(heap, r.samples[0]).energy;
+  for (const Sample& s : r.samples) {
+    const double now = total(heap, s).energy;
+    CHECK(now <= before * (1 + 1e-13));
+    before = now;
+  }
+  const Scene cradle = catalogue("cradle-touching-1");
+  const Recorded c = run(euler, cradle, {1, 240, 1});
+  const Total start = total(cradle, c.samples[0]), end = total(cradle, c.samples[1]);
+  CHECK(end.energy == Approx(start.energy).epsilon(1e-13));
+  CHECK(static_cast<double>(c.samples[1].bodies[4].v_m_per_s[0]) == Approx(start.P[0] / cradle.bodies[4].mass_kg).epsilon(1e-13));
+}
+
+TEST_CASE("+impulse: friction stays inside the round cone, whatever its direction") {
+  const Scene scene = catalogue("pile-216");
+  for (const char* solver : {"sequential", "auto"}) {
+    const Recorded r = run(euler + "{substeps=1,solver=" + solver + "}", scene, {1, 240, 10});
+    int loaded = 0;
+    for (const Sample& s : r.samples)
+      for (const ContactSample& c : s.contacts) {
+        ++loaded;
+        const double t = std::sqrt(c.force_t_N[0] * c.force_t_N[0] + c.force_t_N[1] * c.force_t_N[1] + c.force_t_N[2] * c.force_t_N[2]);
+        CHECK(t <= 0.5 * c.force_n_N * (1 + 1e-10));
+      }
+    CHECK(loaded > 200);
+  }
+}
+
+TEST_CASE("+impulse: a box slides straight, with mu g, in any direction of the plane") {
+  for (const char* solver : {"sequential", "direct"})
+    for (const double angle : {0.0, 0.3, 0.785398, 1.2}) {
+      Body slab = box("slab", 2, {0.5, 0.5, 0.05}, {0, 0, 0.05});
+      slab.velocity_m_per_s = {2 * std::cos(angle), 2 * std::sin(angle), 0};
+      const Scene scene = scene_of({floor_plane(), slab}, 0, 0.4, 10);
+      const Recorded r = run(euler + "{iterations=40,solver=" + solver + "}", scene, {0.25, 60, 1});
+      const auto& v = r.samples[1].bodies[1].v_m_per_s;
+      INFO(solver << " " << angle);
+      CHECK(static_cast<double>(v[0]) == Approx(std::cos(angle)).margin(1e-5));
+      CHECK(static_cast<double>(v[1]) == Approx(std::sin(angle)).margin(1e-5));
+    }
+}
+
+TEST_CASE("+impulse: a stack and a house of cards stand still") {
+  for (const char* id : {"stack-10", "card-house"}) {
+    const Scene scene = catalogue(id);
+    const Recorded r = run(euler, scene, {1, 240, 10});
+    INFO(id);
+    CHECK(farthest_moved(r, scene) < 1e-6 / 60);  // a micrometre a minute
+  }
+}
+
+TEST_CASE("+impulse: the sweeps alone bring a heap to rest; overlap is taken away without a velocity") {
+  // Two balls start in each other, nothing else acts: they part, and nobody moves afterwards.
+  const Scene inside = scene_of({ball("a", 1, 0.5, {0, 0, 0}, {}), ball("b", 1, 0.5, {0.9, 0, 0}, {})}, 0, 0);
+  for (const char* solver : {"sequential", "direct"}) {
+    const Recorded r = run(euler + "{solver=" + solver + "}", inside, {1, 240, 1});
+    const auto& a = r.samples[1].bodies[0];
+    const auto& b = r.samples[1].bodies[1];
+    CHECK(static_cast<double>(b.p_m[0] - a.p_m[0]) > 0.999);
+    CHECK(static_cast<double>(b.p_m[0] - a.p_m[0]) < 1.0);
+    CHECK(static_cast<double>(b.v_m_per_s[0]) == 0);
+    CHECK(static_cast<double>(a.v_m_per_s[0]) == 0);
+  }
+}
+
+TEST_CASE("+impulse: the same bits for any number of threads, again and again") {
+  for (const char* id : {"settling-1000", "settling-boxes-100"}) {
+    const Scene scene = catalogue(id);
+    const Plan plan{0.5, 60, 2};
+    const Recorded one = run(euler, scene, plan);
+    REQUIRE(one.outcome.status == Status::ok);
+    for (const char* threads : {"{threads=1}", "{threads=2}", "{threads=3}"}) {
+      const Recorded other = run(euler + threads, scene, plan);
+      INFO(id << threads);
+      CHECK(same_bits(one.samples.back(), other.samples.back()));
+    }
+  }
+}
+
+TEST_CASE("+impulse: Newton on all contacts and sweeps to convergence agree") {
+  std::vector<Body> bodies{floor_plane(), ball("a", 2, 0.5, {0, 0, 0.5}, {1, 0.3, 0}, {0, 2, 1}), ball("b", 1, 0.25, {2, 0, 0.25}, {-1, 0, 0})};
+  const Scene scene = scene_of(bodies, 0, 0.3, 9.81);
+  const Recorded direct = run(euler + "{solver=direct}", scene, {1, 240, 1});
+  const Recorded swept = run(euler + "{solver=sequential,iterations=200}", scene, {1, 240, 1});
+  for (int i : {1, 2})
+    for (int c = 0; c < 3; ++c)
+      CHECK(static_cast<double>(direct.samples[1].bodies[i].p_m[c]) == Approx(static_cast<double>(swept.samples[1].bodies[i].p_m[c])).margin(1e-9));
+}
+
+TEST_CASE("+impulse: an exchange of the bodies and a turn of the world change one collision by round-off alone") {
+  const Body a = ball("a", 1, 0.5, {-2, 0.3, 0.1}, {2, 0, 0}, {1, 2, 3}), b = ball("b", 3, 0.4, {0, 0, 0}, {0.1, 0.2, -0.3});
+  const Recorded straight = run(euler, scene_of({a, b}, 0.6, 0.3), {2, 30, 1});
+  const Recorded swapped = run(euler, scene_of({b, a}, 0.6, 0.3), {2, 30, 1});
+  for (int c = 0; c < 3; ++c)
+    CHECK(static_cast<double>(straight.samples[1].bodies[0].v_m_per_s[c]) ==
+          Approx(static_cast<double>(swapped.samples[1].bodies[1].v_m_per_s[c])).margin(1e-14));
+  const auto turn = [](Body body) {  // by 90 degrees twice about other axes: x -> y -> z -> x
+    const auto cycle = [](Real3& v) { v = {v[2], v[0], v[1]}; };
+    cycle(body.position_m);
+    cycle(body.velocity_m_per_s);
+    cycle(body.angular_velocity_body_rad_per_s);
+    return body;
+  };
+  const Recorded turned = run(euler, scene_of({turn(a), turn(b)}, 0.6, 0.3), {2, 30, 1});
+  for (int i : {0, 1})
+    for (int c = 0; c < 3; ++c)
+      CHECK(static_cast<double>(straight.samples[1].bodies[i].v_m_per_s[c]) ==
+            Approx(static_cast<double>(turned.samples[1].bodies[i].v_m_per_s[(c + 1) % 3])).margin(1e-14));
+}
+
+TEST_CASE("+impulse: other schemes fly by their own step between contacts") {
+  const Scene scene = scene_of({floor_plane(), ball("a", 1, 0.1, {0, 0, 1}, {3, 0, 0})}, 0, 0, 9.81);
+  const Recorded flying = run("atwood/rk4+impulse", scene, {0.25, 10, 1});
+  CHECK(static_cast<double>(flying.samples[1].bodies[1].p_m[2]) == Approx(1 - 9.81 * 0.25 * 0.25 / 2).epsilon(1e-14));
+  const Recorded lying = run("atwood/rk4+impulse", scene_of({floor_plane(), ball("a", 1, 0.1, {0, 0, 0.1}, {})}, 0, 0, 9.81), {2, 480, 1});
+  CHECK(std::abs(static_cast<double>(lying.samples[1].bodies[1].p_m[2]) - 0.1) < 1e-13);
+}
+
+TEST_CASE("+impulse: a force of a resting contact is told, and the impact that began it") {
+  const Scene scene = scene_of({floor_plane(), ball("a", 2, 0.1, {0, 0, 0.3}, {})}, 0, 0.5, 10);
+  const Recorded r = run(euler, scene, {1, 240, 2});
+  REQUIRE(r.samples.back().contacts.size() == 1);
+  CHECK(r.samples.back().contacts[0].force_n_N == Approx(20).epsilon(1e-10));
+  CHECK(r.samples.back().contacts[0].body_a == 0);
+  CHECK(r.samples.back().contacts[0].normal[2] == Approx(1));
+  REQUIRE(r.events.size() == 1);
+  CHECK(static_cast<double>(r.events[0].vn_before_m_per_s) == Approx(-2).epsilon(0.03));
+}
