@@ -105,6 +105,7 @@ void append_goals(JsonText& json, const std::vector<GoalResult>& goals) {
   for (const GoalResult& goal : goals) {
     json.begin_object().member("id", goal.id).member("title", goal.title).member("scenario", goal.scenario);
     json.member("metric", goal.metric).member("unit", goal.unit).member_number("wanted_error", goal.wanted_error);
+    if (goal.wanted_ratio > 0) json.member_number("wanted_ratio", goal.wanted_ratio);
     json.member("budget_kind", goal.budget_kind).member_number("budget", goal.budget).key("reached").boolean(goal.reached);
     append_entrant(json.key("ours"), goal.ours);
     append_entrant(json.key("rival"), goal.rival);

@@ -25,7 +25,7 @@ export interface Bench {
 export interface GoalEntrant { method: string; steps: number; error: Loose; bar: Loose; seconds: Loose; evaluations: Loose; ns_per_step: Loose; accurate: boolean }
 export interface Goal {
   id: string; title: string; scenario: string; metric: string; unit: string; wanted_error: Loose; budget_kind: string; budget: Loose; reached: boolean;
-  ours: GoalEntrant | null; rival: GoalEntrant | null; uncounted: GoalEntrant | null; ratio: Loose; ratio_low: Loose; ratio_high: Loose; why: string;
+  ours: GoalEntrant | null; rival: GoalEntrant | null; uncounted: GoalEntrant | null; ratio: Loose; ratio_low: Loose; ratio_high: Loose; why: string; wanted_ratio?: number;
 }
 export interface Reached { family: string; method: string; steps: number; error: Loose; cost: Loose; interpolated?: boolean; at_bar?: boolean; coarsest?: boolean }
 export interface Contest { asked: Loose; contenders: number; ranked: Reached[]; to_next?: { value: Loose; low: Loose; high: Loose; pairs: number } }
@@ -47,12 +47,13 @@ export interface Rows {
 }
 export interface AuditProblem { scenario: string; verdict: string; order: Loose; half_width_95: Loose; quantity: string; reason: string }
 export interface AuditFinding { method: string; claim: string; claimed: Loose; verdict: string; problems: AuditProblem[] }
+export interface FigureTable { id: string; title: string; columns: string[]; rows: (string | number | null)[][]; notes: string[] }
 export interface Report {
   title: string; command: string; left_out: string; provenance: Record<string, string>;
   verdicts: Verdict[]; laws: Law[]; scenarios: Scenario[]; engines: Engine[];
   missing_engines: { name: string; reason: string }[];
   metrics: { name: string; unit: string; definition: string }[];
-  bench: Bench[]; dominance: Dominance[]; goals: Goal[]; audit?: AuditFinding[]; notes: string[]; own_files: Record<string, string>; rows: Rows; series: { instants: Loose[][]; runs: Run[] }; strings: Strings;
+  bench: Bench[]; dominance: Dominance[]; goals: Goal[]; tables?: FigureTable[]; audit?: AuditFinding[]; notes: string[]; own_files: Record<string, string>; rows: Rows; series: { instants: Loose[][]; runs: Run[] }; strings: Strings;
 }
 
 export async function readReport(): Promise<Report> {

@@ -5,6 +5,7 @@ import { Child, h, section } from './dom';
 function asked(goal: Goal): string {
   const error = real(goal.wanted_error), budget = real(goal.budget);
   const words = Number.isFinite(error) ? `${goal.metric} ${figure(error, 2)} ${unitWord(goal.unit)}`.trim() : '';
+  if (goal.wanted_ratio && !Number.isFinite(budget)) return `${words ? `${words} and ` : ''}${goal.wanted_ratio} times as fast as the best rival`;
   const kind: Record<string, string> = { seconds: seconds(budget), evaluations: `${budget} evaluations`, ns_per_step: `${figure(budget, 4)} ns a step`, ns: `${figure(budget, 4)} ns` };
   const limit = kind[goal.budget_kind] ?? '';
   return words && limit ? `${words} ${goal.budget_kind === 'ns_per_step' ? 'at' : 'in'} ${limit}` : words || limit;

@@ -3,6 +3,7 @@ import { h, section } from './dom';
 import { dominance } from './dominance';
 import { audit } from './audit';
 import { goals } from './goals';
+import { tables } from './tables';
 import { matrix } from './matrix';
 import { Plots } from './plots';
 import { RowIndex } from './rows';
@@ -34,7 +35,7 @@ function themeSwitch(changed: () => void): HTMLElement {
   return button;
 }
 
-const shortNames: Record<string, string> = { failing: 'Not passed', laws: 'Laws', audit: 'Audit', goals: 'Goals', dominance: 'Cheapest', cells: 'No figures', matrix: 'Matrix', compare: 'Side by side', plots: 'Plots', statistics: 'Statistics', rows: 'Rows', gates: 'Gates', bench: 'Benchmarks', engines: 'Engines', scenarios: 'Scenarios', metrics: 'Metrics', provenance: 'Provenance' };
+const shortNames: Record<string, string> = { failing: 'Not passed', laws: 'Laws', audit: 'Audit', goals: 'Goals', tables: 'Tables', dominance: 'Cheapest', cells: 'No figures', matrix: 'Matrix', compare: 'Side by side', plots: 'Plots', statistics: 'Statistics', rows: 'Rows', gates: 'Gates', bench: 'Benchmarks', engines: 'Engines', scenarios: 'Scenarios', metrics: 'Metrics', provenance: 'Provenance' };
 function navigation(parts: HTMLElement[]): HTMLElement {
   return h('nav', { 'aria-label': 'Sections' }, ...parts.map((part) => h('a', { href: `#${part.id}` }, shortNames[part.id] ?? part.id)));
 }
@@ -64,7 +65,7 @@ async function start(): Promise<void> {
     table!.filter({ scenario, method, metric: '', status: '' });
     plots!.element.scrollIntoView();
   };
-  const parts = [sections.failing(report), audit(report), goals(report), dominance(report), sections.laws(report), sections.troubles(report, index), index.count ? sideBySide(report, index) : null, index.count ? matrix(report, index, open) : null, plots?.element, index.count ? statistics(report, index) : null, rows, sections.gates(report),
+  const parts = [sections.failing(report), audit(report), goals(report), tables(report), dominance(report), sections.laws(report), sections.troubles(report, index), index.count ? sideBySide(report, index) : null, index.count ? matrix(report, index, open) : null, plots?.element, index.count ? statistics(report, index) : null, rows, sections.gates(report),
     sections.bench(report), sections.engines(report), sections.scenarios(report), sections.definitions(report), sections.provenance(report)].filter((part) => part) as HTMLElement[];
   document.getElementById('app')!.replaceChildren(...parts);
   document.getElementById('top')!.after(navigation(parts));
