@@ -4,6 +4,7 @@
 #include <cmath>
 #include <type_traits>
 
+#include "collision/query.hpp"
 #include "contact/contact.hpp"
 #include "contact/options.hpp"
 #include "contact/penalty.hpp"
@@ -69,7 +70,7 @@ Outcome run(const MethodId& id, const Scene& scene, const Plan& plan, const Obse
 
 }  // namespace
 
-Engine atwood_engine() { return {"atwood", "0.1.0", "double", integrator_catalogue(), run, true, contact_responses()}; }
+Engine atwood_engine() { return {"atwood", "0.1.0", "double", integrator_catalogue(), run, true, contact_responses(), find_scene_contacts}; }
 
 bool contacts_possible(const Scene& scene) {
   int shaped = 0, moving = 0;

@@ -22,7 +22,9 @@ struct PairGap {
 };
 
 struct PairQueries {
-  std::function<PairGap(const Scene&, int a, int b)> gap = {};  // throws std::invalid_argument: what it has no test for
+  // Throws std::invalid_argument: what it has no test for.
+  std::function<PairGap(const Scene&, int a, int b)> gap = {};
+  bool gap_decides = false;                // a truth: whether two bodies overlap is its sign, bars and all
   // Tests beside the engine's own contacts, by name.
   std::map<std::string, std::function<ContactAnswer(const Scene&, const ContactQuery&)>> tests = {};
 };

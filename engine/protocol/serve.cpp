@@ -162,7 +162,8 @@ PoseAnswer pose_answer(const ContactTest& test, const wire::Request& request, co
   ContactQuery query = request.contacts;
   query.t_end_s = kSweepEndS;
   const bool by_gap = own && !query.swept && test.queries.gap;
-  if (!by_gap || test.engine.contacts) {
+  const bool by_gap_alone = by_gap && test.queries.gap_decides;
+  if (!by_gap_alone) {
     const ContactAnswer found = test(request.test, scene, query);
     outcome = found.outcome;
     pose.hit = query.swept ? !found.touches.empty() : !found.contacts.empty();
@@ -183,7 +184,7 @@ PoseAnswer pose_answer(const ContactTest& test, const wire::Request& request, co
   pose.gap_m = static_cast<double>(gap.gap_m);
   pose.normal = narrowed(gap.normal), pose.x_m = narrowed(gap.x_m);
   pose.bar = gap.bar_m, pose.margin_m = gap.margin_m;
-  if (!test.engine.contacts) pose.hit = gap.gap_m <= 0;
+  if (by_gap_alone) pose.hit = gap.gap_m <= 0;
   return pose;
 }
 

@@ -265,4 +265,11 @@ double pair_size_m(const Scene& scene) {
   return size;
 }
 
+double largest_radius_m(const Scene& scene) {
+  double size = 0;
+  for (const Body& body : scene.bodies)
+    if (!std::holds_alternative<Plane>(body.shape)) size = std::max(size, radius(body));
+  return size;
+}
+
 }  // namespace atwood

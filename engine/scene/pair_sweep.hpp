@@ -27,5 +27,6 @@ Scene sweep_scene(const std::string& pair, std::uint64_t seed, std::int64_t inde
 
 // Bounding radius of the smaller bounded body about its origin [m]: what depths and distances are compared with.
 double pair_size_m(const Scene& scene);
+double largest_radius_m(const Scene& scene);  // of the bounded bodies
 
 }  // namespace atwood

@@ -3,6 +3,7 @@
 #include <LinearMath/btScalar.h>
 
 #include "bullet/bullet_world.hpp"
+#include "bullet/contacts.hpp"
 #include "rivals/rival.hpp"
 
 namespace atwood {
@@ -28,7 +29,9 @@ Engine bullet_engine() {
   rival.check = bullet::check_settings;
   rival.refusal = [](const Scene& scene, const Settings&) { return bullet::refusal(scene); };
   rival.make = bullet::make_world;
-  return rivals::engine_of(rival);
+  Engine engine = rivals::engine_of(rival);
+  engine.contacts = bullet::find_contacts;
+  return engine;
 }
 
 }  // namespace atwood

@@ -1,5 +1,6 @@
 #include "ode/ode.hpp"
 
+#include "ode/contacts.hpp"
 #include "ode/ode_world.hpp"
 #include "rivals/rival.hpp"
 
@@ -25,7 +26,9 @@ Engine ode_engine() {
   rival.refusal = [](const Scene& scene, const Settings&) { return ode::refusal(scene); };
   rival.make = ode::make_world;
   rival.doubts = ode::doubts_since_last_asked;
-  return rivals::engine_of(rival);
+  Engine engine = rivals::engine_of(rival);
+  engine.contacts = ode::find_contacts;
+  return engine;
 }
 
 }  // namespace atwood

@@ -97,7 +97,7 @@ Scenario read_scene_argument(const Place& place, const std::string& id_or_file) 
 
 std::vector<Worker> start_workers(const Place& place, const std::vector<std::string>& extra) {
   std::vector<std::string> paths;
-  for (const char* name : {"engine", "cvode", "bullet64", "bullet32", "ode", "arkode", "ida", "odeint"}) {
+  for (const char* name : {"engine", "cvode", "bullet64", "bullet32", "ode", "arkode", "ida", "odeint", "fcl", "libccd"}) {
     paths.push_back(fmt::format("{}/atwood-{}", place.bin_dir, name));
   }
   for (const auto& engine : optional_engines) paths.push_back(fmt::format("{}/atwood-{}", place.bin_dir, engine.name));

@@ -16,7 +16,9 @@ const std::vector<ProbeInfo>& all_probes() {
       {"symplecticity", "The end state's derivatives with respect to the initial canonical variables: |M^T J M - J|."},
       {"lyapunov", "Twins a part in 1e-10 apart: until when a state can be foretold, and the exponent of their separation."},
       {"round-off-v", "The ladder in float, double and long double, with and without compensated summation: the step of least error."},
-      {"tolerance", "Tolerances from 1e-3 to 1e-12: error over tolerance, and how the error follows it."}};
+      {"tolerance", "Tolerances from 1e-3 to 1e-12: error over tolerance, and how the error follows it."},
+      {"contact-sweep", "Contacts of seeded poses, `steps` of them a pair of shapes, against the exact ones: misses, false hits, depth, normal."},
+      {"touch-sweep", "First touches of seeded motions, `steps` of them a pair of shapes, against the exact ones: misses, time."}};
   return probes;
 }
 

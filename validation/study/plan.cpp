@@ -6,6 +6,7 @@
 #include "protocol/wire.hpp"
 #include "scene/files.hpp"
 #include "validation/gates/gates.hpp"
+#include "validation/metrics/probes.hpp"
 #include "validation/study/content_hash.hpp"
 #include "validation/study/study.hpp"
 
@@ -41,6 +42,15 @@ Found find_method(const std::string& base, const std::vector<Worker>& workers) {
     }
   }
   return {};
+}
+
+// A sweep of poses asks an engine's test of contacts ("bullet64/contacts"), which is no method of motion.
+std::vector<Offer> contact_test(const std::string& text, const std::vector<Worker>& workers) {
+  static const MethodInfo test{};
+  const std::string engine = parse_method_id(text).engine;
+  for (std::size_t i = 0; i < workers.size(); ++i)
+    if (workers[i].status == Status::ok && workers[i].engine.name == engine) return {{text, static_cast<int>(i), &test}};
+  return {{text, -1, nullptr}};
 }
 
 // "bullet64/*", "atwood/*+event@float": the glob is over base ids, what follows it is kept as it is.
@@ -198,7 +208,7 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
   for (const StudyCells& cells : study.cells) {
     std::vector<Offer> offers;
     for (const std::string& pattern : cells.methods) {
-      for (Offer& offer : expand(pattern, workers)) {
+      for (Offer& offer : is_sweep(cells.probe) ? contact_test(pattern, workers) : expand(pattern, workers)) {
         if (claims(cells, offer) && !excepted(cells, offer)) offers.push_back(std::move(offer));
       }
     }

@@ -14,6 +14,7 @@
 #include "validation/metrics/probes.hpp"
 #include "validation/study/content_hash.hpp"
 #include "validation/study/load_rows.hpp"
+#include "validation/study/pose_sweep.hpp"
 #include "validation/study/progress.hpp"
 #include "validation/study/worker_client.hpp"
 
@@ -86,6 +87,7 @@ class StudyRun {
   void solve_truth(TruthWork& work, WorkerClient& client);
   void run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& clients);
   void run_probe_cell(const Cell& cell, const Truth& truth, const std::string& truth_hash, std::map<int, WorkerClient>& clients);
+  void run_sweep_cell(const Cell& cell, const std::string& truth_hash, std::map<int, WorkerClient>& clients);
   std::shared_ptr<const Truth> truth_of(TruthWork& work);
   MeasuredRecord measured(const Cell& cell, const Truth& truth, const std::string& hash, const Recording& recording) const;
   std::vector<const Cell*> cells_to_time();
@@ -110,6 +112,7 @@ class StudyRun {
   bool stop_ = false;
   int failed_truths_ = 0;
   std::set<const Cell*> touched_;
+  PoseTruths pose_truths_{store_, options_.truth_worker};
 };
 
 // ---- the plan -----------------------------------------------------------------------------------------------------
@@ -256,6 +259,21 @@ void StudyRun::run_probe_cell(const Cell& cell, const Truth& truth, const std::s
   progress_.done("probes");
 }
 
+// The poses of every pair, against their exact answers; the worst are kept as scenes beside the store.
+void StudyRun::run_sweep_cell(const Cell& cell, const std::string& truth_hash, std::map<int, WorkerClient>& clients) {
+  WorkerClient& client =
+      clients.try_emplace(cell.worker, workers_[static_cast<std::size_t>(cell.worker)].command).first->second;
+  RunRecord run;
+  run.provenance = options_.provenance;
+  run.provenance.engine_version = workers_[static_cast<std::size_t>(cell.worker)].engine.version;
+  run.limit_s = options_.cell_limit_s;
+  MeasuredRecord record;
+  record.basis = content_hash({truth_hash, kMetricsVersion});
+  record.rows = sweep_rows(cell, client, pose_truths_, options_, run.outcome);
+  store_.put_run(cell.accuracy_hash, run, {}, measured_key(cell), record);
+  progress_.done("sweeps");
+}
+
 void StudyRun::run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& clients) {
   TruthWork& work = truths_[ladder.truth];
   const std::shared_ptr<const Truth> truth = truth_of(work);
@@ -263,6 +281,10 @@ void StudyRun::run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& cli
   std::int64_t hung_at = 0;
   for (const Todo& todo : ladder.todo) {
     const Cell& cell = *todo.cell;
+    if (is_sweep(cell.probe)) {
+      run_sweep_cell(cell, work.hash, clients);
+      continue;
+    }
     if (!cell.probe.empty()) {
       run_probe_cell(cell, *truth, work.hash, clients);
       continue;

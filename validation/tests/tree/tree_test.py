@@ -13,7 +13,7 @@ SHARED = ("scene/", "protocol/")
 SUNDIALS = ("reference/sundials", "reference/cvode", "reference/arkode", "reference/ida")
 THIRD_PARTY = {r"<btBullet|<BulletDynamics|<BulletCollision|<LinearMath": "reference/bullet", r"<ode/": "reference/ode",
                r"<cvode": "reference/cvode", r"<arkode": "reference/arkode", r"<ida": "reference/ida",
-               r"<boost/numeric/odeint": "reference/odeint",
+               r"<boost/numeric/odeint": "reference/odeint", r"<fcl/": "reference/fcl", r"<ccd/": "reference/libccd",
                r"<sundials|<nvector|<sunmatrix|<sunlinsol|<sunnonlinsol": SUNDIALS}
 
 

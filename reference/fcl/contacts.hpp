@@ -1,0 +1,15 @@
+// Where bodies touch, and how far apart they are, by FCL: fcl::collide with its own solver settings (contacts on, at most 64),
+// fcl::distance with nearest points. A plane is a half space, a rectangle a box of zero thickness, a mesh a surface in a tree of
+// oriented boxes. Not asked for sweeps: its continuous collision takes a list of times or meshes alone.
+#pragma once
+
+#include "protocol/contact_query.hpp"
+#include "protocol/pair_query.hpp"
+#include "scene/scene.hpp"
+
+namespace atwood::fcl_adapter {
+
+ContactAnswer find_contacts(const Scene& scene, const ContactQuery& query);
+PairGap find_gap(const Scene& scene, int a, int b);
+
+}  // namespace atwood::fcl_adapter

@@ -1,0 +1,125 @@
+#include "validation/metrics/pose_metrics.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "scene/pair_sweep.hpp"
+#include "validation/metrics/measurements.hpp"
+
+namespace atwood {
+namespace {
+
+// The largest coordinate of the pose [m], or along a swept path.
+double reach_m(const Scene& scene, bool swept) {
+  double reach = 0;
+  for (const Body& body : scene.bodies) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      reach = std::max(reach, std::fabs(body.position_m[i]));
+      if (swept) reach = std::max(reach, std::fabs(body.position_m[i] + kSweepEndS * body.velocity_m_per_s[i]));
+    }
+    if (const auto* plane = std::get_if<Plane>(&body.shape)) reach = std::max(reach, std::fabs(plane->offset_m));
+  }
+  return reach + largest_radius_m(scene);
+}
+
+// The angle between two directions; 0 in either is no direction.
+double angle(const std::array<double, 3>& a, const std::array<double, 3>& b) {
+  double cross = 0, dot = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t j = (i + 1) % 3, k = (i + 2) % 3;
+    const double c = a[j] * b[k] - a[k] * b[j];
+    cross += c * c;
+    dot += a[i] * b[i];
+  }
+  return cross == 0 && dot == 0 ? HUGE_VAL : std::atan2(std::sqrt(cross), dot);
+}
+
+class Tally {
+ public:
+  Tally(std::string pair, PoseRows& out) : pair_(std::move(pair)), out_(out) {}
+
+  void add(const std::string& what, std::int64_t index, double error) {
+    // Not a number is as wrong as can be.
+    errors_of(what).push_back({std::isnan(error) ? HUGE_VAL : error, index});
+  }
+  void count(const std::string& metric, const std::string& what, std::size_t poses) {
+    auto& list = errors_of(what);
+    put(metric, static_cast<double>(list.size()), "of " + std::to_string(poses) + " poses");
+    keep_worst(what, list);
+  }
+  // Median, 99th percentile and largest; no row where nothing was compared.
+  void spread(const std::string& metric, const std::string& what, const std::string& unit_note) {
+    auto& list = errors_of(what);
+    if (list.empty()) return;
+    std::sort(list.begin(), list.end());
+    const auto at = [&](double part) { return list[static_cast<std::size_t>(part * static_cast<double>(list.size() - 1))].first; };
+    const std::string reason = std::to_string(list.size()) + " poses" + unit_note;
+    put(metric + "-median", at(0.5), reason);
+    put(metric + "-p99", at(0.99), reason);
+    put(metric + "-max", at(1), reason + "; the worst is pose " + std::to_string(list.back().second));
+    keep_worst(what, list);
+  }
+
+ private:
+  using Errors = std::vector<std::pair<double, std::int64_t>>;
+  Errors& errors_of(const std::string& what) { return errors_[what]; }
+  void put(const std::string& metric, double value, const std::string& reason) {
+    Row row = metrics::row(metric, value, 0, reason);
+    row.body = pair_;
+    out_.rows.push_back(row);
+  }
+  void keep_worst(const std::string& what, const Errors& list) {
+    if (list.empty()) return;
+    const auto worst = *std::max_element(list.begin(), list.end());
+    if (worst.first > 0) out_.worst.push_back({what, worst.second, worst.first});
+  }
+
+  std::string pair_;
+  PoseRows& out_;
+  std::map<std::string, Errors> errors_;
+};
+
+}  // namespace
+
+PoseRows measure_poses(const std::string& pair, bool swept, std::uint64_t seed, std::span<const PoseAnswer> answers,
+                       std::span<const PoseAnswer> truths) {
+  PoseRows out;
+  Tally tally(pair, out);
+  const std::size_t poses = std::min(answers.size(), truths.size());
+  for (std::size_t k = 0; k < poses; ++k) {
+    const PoseAnswer &answer = answers[k], &truth = truths[k];
+    const auto index = static_cast<std::int64_t>(k);
+    const Scene scene = sweep_scene(pair, seed, index, swept);
+    const double size = pair_size_m(scene), reach = reach_m(scene, swept);
+    if (swept) {
+      if (truth.hit && !answer.hit) tally.add("miss", index, kSweepEndS - truth.toi_s);
+      if (!truth.hit && answer.hit) tally.add("false-hit", index, answer.toi_s);
+      if (truth.hit && answer.hit) tally.add("time", index, std::fabs(answer.toi_s - truth.toi_s));
+      continue;
+    }
+    const double doubt = std::max(truth.bar, 64 * 0x1p-53 * reach);
+    const bool decided = std::fabs(truth.gap_m) > doubt;
+    if (decided && truth.hit && !answer.hit) tally.add("miss", index, -truth.gap_m / size);
+    if (decided && !truth.hit && answer.hit) tally.add("false-hit", index, truth.gap_m / size);
+    if (truth.hit != answer.hit) continue;
+    if (!truth.hit) {
+      if (!std::isnan(answer.gap_m)) tally.add("distance", index, std::fabs(answer.gap_m - truth.gap_m) / size);
+      continue;
+    }
+    tally.add("depth", index, std::fabs(answer.gap_m - truth.gap_m) / size);
+    const bool unique = decided && truth.margin_m > 1e-3 * std::fabs(truth.gap_m) && truth.margin_m > 1e-9 * size && truth.margin_m > 64 * doubt;
+    if (unique) tally.add("normal", index, angle(answer.normal, truth.normal));
+  }
+  tally.count("contact-misses", "miss", poses);
+  tally.count("contact-false-hits", "false-hit", poses);
+  if (swept) tally.spread("touch-time-error", "time", "");
+  else {
+    tally.spread("contact-depth-error", "depth", ", relative to the smaller body");
+    tally.spread("contact-normal-error", "normal", " with one direction of least depth");
+    tally.spread("contact-distance-error", "distance", " apart, relative to the smaller body");
+  }
+  return out;
+}
+
+}  // namespace atwood

@@ -1,0 +1,29 @@
+// Sweeps of seeded poses, two bodies each: an engine's answers against the truth's.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "protocol/pair_query.hpp"
+#include "validation/row.hpp"
+
+namespace atwood {
+
+// A pose that shows what an engine did worst: "miss", "false-hit", "depth", "normal", "distance", "time".
+struct WorstPose { std::string what; std::int64_t index = 0; double error = 0; };
+
+struct PoseRows {
+  std::vector<Row> rows;         // body: the pair
+  std::vector<WorstPose> worst;  // at most one a kind; of misses and false hits the one deepest in or furthest out
+};
+
+// Answers to poses 0..n of the pair under the seed. A hit or miss counts only where the true gap is above what a double knows
+// of the bodies' places (64 units in the last place of the largest coordinate) and the truth's bar. Errors of depth and
+// distance are relative to pair_size_m; the normal's [rad] counts where the next direction's depth is 1e-3 of the depth (and
+// 1e-9 of the size) behind; depth, normal and distance where engine and truth agree on overlap.
+PoseRows measure_poses(const std::string& pair, bool swept, std::uint64_t seed, std::span<const PoseAnswer> answers,
+                       std::span<const PoseAnswer> truths);
+
+}  // namespace atwood

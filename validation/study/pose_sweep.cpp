@@ -1,0 +1,113 @@
+#include "validation/study/pose_sweep.hpp"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "scene/pair_sweep.hpp"
+#include "validation/metrics/measurements.hpp"
+#include "validation/metrics/pose_metrics.hpp"
+#include "validation/study/content_hash.hpp"
+#include "validation/study/pose_file.hpp"
+
+namespace atwood {
+namespace {
+
+// A pose's answer in the store's table of truths, one sample each: where there is a body's state, the answer's numbers.
+Sample packed(const PoseAnswer& pose) {
+  BodySample body;
+  for (std::size_t i = 0; i < 3; ++i) body.p_m[i] = pose.x_m[i], body.v_m_per_s[i] = pose.normal[i];
+  body.w_rad_per_s = {pose.gap_m, pose.toi_s, pose.margin_m};
+  body.q_wxyz = {pose.hit ? 1.0 : 0.0, static_cast<Wide>(pose.points), pose.bar, 0};
+  return {0, {body}};
+}
+
+PoseAnswer unpacked(const Sample& sample) {
+  const BodySample& body = sample.bodies.at(0);
+  const auto narrow = [](Wide x) { return static_cast<double>(x); };
+  PoseAnswer pose;
+  for (std::size_t i = 0; i < 3; ++i) pose.x_m[i] = narrow(body.p_m[i]), pose.normal[i] = narrow(body.v_m_per_s[i]);
+  pose.gap_m = narrow(body.w_rad_per_s[0]), pose.toi_s = narrow(body.w_rad_per_s[1]), pose.margin_m = narrow(body.w_rad_per_s[2]);
+  pose.hit = body.q_wxyz[0] != 0, pose.points = static_cast<int>(body.q_wxyz[1]), pose.bar = narrow(body.q_wxyz[2]);
+  return pose;
+}
+
+Row failed_row(const std::string& pair, const Outcome& outcome) {
+  Row row = metrics::row("contact-misses", 0, 0, outcome.reason);
+  row.body = pair;
+  row.status = outcome.status;
+  return row;
+}
+
+std::string file_name(std::string method) {
+  std::replace(method.begin(), method.end(), '/', '-');
+  return method;
+}
+
+// Of the sweep of one pair.
+void keep_poses(const Cell& cell, const std::string& pair, bool swept, const std::vector<WorstPose>& worst, const StudyOptions& options) {
+  const std::string folder = (std::filesystem::path(options.store_path).parent_path() / "poses" / (swept ? pair + "-swept" : pair)).string();
+  for (const WorstPose& pose : worst) {
+    const std::string name = file_name(cell.method) + "-" + pose.what;
+    write_pose_file(folder + "/" + name + ".toml", pair + "-" + name,
+                    cell.method + ": " + pose.what + ", pose " + std::to_string(pose.index) + " of seed " + std::to_string(kPoseSeed) +
+                        ", error " + format_double(pose.error),
+                    sweep_scene(pair, kPoseSeed, pose.index, swept), kSweepEndS);
+  }
+}
+
+}  // namespace
+
+const std::vector<PoseAnswer>& PoseTruths::of(const std::string& pair, std::int64_t count, bool swept, double limit_s, Outcome& outcome) {
+  const std::string key = content_hash({"poses 1", pair, std::to_string(kPoseSeed), std::to_string(count), swept ? "swept" : "still", file_hash(worker_)});
+  Entry* entry = nullptr;
+  {
+    const std::lock_guard<std::mutex> held(mutex_);
+    entry = &entries_[key];
+  }
+  const std::lock_guard<std::mutex> held(entry->mutex);
+  if (!entry->known) {
+    if (const auto stored = store_.truth(key)) {
+      for (const Sample& sample : stored->values) entry->poses.push_back(unpacked(sample));
+    } else {
+      WorkerClient client({worker_});
+      entry->poses = client.sweep("", pair, kPoseSeed, count, swept, limit_s, entry->outcome);
+      if (entry->outcome.status == Status::ok) {
+        Truth truth;
+        truth.source = "exact geometry in long double";
+        for (const PoseAnswer& pose : entry->poses) truth.values.push_back(packed(pose));
+        truth.bars = truth.values;
+        store_.put_truth(key, truth);
+      }
+    }
+    entry->known = true;
+  }
+  outcome = entry->outcome;
+  return entry->poses;
+}
+
+std::vector<Row> sweep_rows(const Cell& cell, WorkerClient& client, PoseTruths& truths, const StudyOptions& options, Outcome& outcome) {
+  const bool swept = cell.probe == "touch-sweep";
+  const std::string test = cell.method.substr(cell.method.find('/') + 1);
+  const double limit_s = 10 * options.cell_limit_s + 0.01 * static_cast<double>(cell.plan.steps);
+  std::vector<Row> rows;
+  for (const std::string& pair : swept ? touch_pairs() : sweep_pairs()) {
+    Outcome answered, known;
+    const std::vector<PoseAnswer> poses = client.sweep(test, pair, kPoseSeed, cell.plan.steps, swept, limit_s, answered);
+    if (answered.status != Status::ok) {
+      rows.push_back(failed_row(pair, answered));
+      if (answered.status != Status::unsupported) outcome = answered;
+      continue;
+    }
+    const std::vector<PoseAnswer>& exact = truths.of(pair, cell.plan.steps, swept, limit_s, known);
+    if (known.status != Status::ok) {
+      rows.push_back(failed_row(pair, {Status::unsupported, "no truth: " + known.reason, 0, 0, {}}));
+      continue;
+    }
+    const PoseRows measured = measure_poses(pair, swept, kPoseSeed, poses, exact);
+    rows.insert(rows.end(), measured.rows.begin(), measured.rows.end());
+    keep_poses(cell, pair, swept, measured.worst, options);
+  }
+  return rows;
+}
+
+}  // namespace atwood

@@ -1,0 +1,35 @@
+// Cells that are sweeps of poses: a worker's contacts against the truth's, pair by pair.
+#pragma once
+
+#include <map>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "validation/study/store.hpp"
+#include "validation/study/worker_client.hpp"
+
+namespace atwood {
+
+inline constexpr std::uint64_t kPoseSeed = 42;
+
+// The exact answers to the poses of a pair: asked of the truth's worker once, kept in the store, shared by all threads.
+class PoseTruths {
+ public:
+  PoseTruths(Store& store, std::string truth_worker) : store_(store), worker_(std::move(truth_worker)) {}
+  // Empty, with the outcome saying why, where there is none.
+  const std::vector<PoseAnswer>& of(const std::string& pair, std::int64_t count, bool swept, double limit_s, Outcome& outcome);
+
+ private:
+  struct Entry { std::mutex mutex; bool known = false; std::vector<PoseAnswer> poses; Outcome outcome; };
+  Store& store_;
+  std::string worker_;
+  std::mutex mutex_;
+  std::map<std::string, Entry> entries_;
+};
+
+// Rows of every pair (body: the pair); the worst poses go to FOLDER OF THE STORE/poses/PAIR/METHOD-WHAT.toml. `outcome`: of the
+// worker, where it did worse than not to know a pair.
+std::vector<Row> sweep_rows(const Cell& cell, WorkerClient& client, PoseTruths& truths, const StudyOptions& options, Outcome& outcome);
+
+}  // namespace atwood
