@@ -41,8 +41,12 @@ Piece polygon(std::vector<Vector> vertices, const Vector& normal) {
 Piece triangle(const Vector& a, const Vector& b, const Vector& c) {
   const Vector n = cross(b - a, c - a);
   const Real area = norm(n), longest = std::max({norm(b - a), norm(c - b), norm(a - c)});
-  if (area > 8 * kUnit * longest * longest) return polygon({a, b, c}, (1 / area) * n);
   Piece piece;
+  if (area > 8 * kUnit * longest * longest) {
+    piece = polygon({a, b, c}, (1 / area) * n);
+    piece.faces.front().sharpness = area / (longest * longest);
+    return piece;
+  }
   piece.dimension = longest > 0 ? 1 : 0;
   if (longest == 0) piece.vertices = {a};
   else if (longest == norm(b - a)) piece.vertices = {a, b};
@@ -62,6 +66,12 @@ template <class S> S side_of(const Real3& a, const std::array<S, 3>& normal, con
   S sum = 0;
   for (std::size_t i = 0; i < 3; ++i) sum += normal[i] * (static_cast<S>(d[i]) - a[i]);
   return sum;
+}
+
+// Squared.
+Real longest_side(const Real3& a, const Real3& b, const Real3& c) {
+  const Vector u = widened(b) - widened(a), v = widened(c) - widened(b), w = widened(a) - widened(c);
+  return std::max({dot(u, u), dot(v, v), dot(w, w)});
 }
 
 // Which sides of the plane through three of the points the others lie on. In long double where that decides, else in quad.
@@ -101,8 +111,9 @@ Piece hull(const std::vector<Real3>& points, const Place& place) {
         const Real sign = beyond ? -1 : 1;
         const Vector normal = (sign / norm(m_B)) * turned(place, m_B);
         const int a = static_cast<int>(i), b = static_cast<int>(j), c = static_cast<int>(k);
-        piece.faces.push_back({normal, beyond ? std::vector<int>{a, c, b} : std::vector<int>{a, b, c}});
-        if (!below && !beyond) piece.faces.push_back({-1 * normal, {a, c, b}});  // flat: both sides
+        const Real sharpness = std::min<Real>(1, norm(m_B) / longest_side(points[i], points[j], points[k]));
+        piece.faces.push_back({normal, beyond ? std::vector<int>{a, c, b} : std::vector<int>{a, b, c}, sharpness});
+        if (!below && !beyond) piece.faces.push_back({-1 * normal, {a, c, b}, sharpness});  // flat: both sides
         for (const auto& edge : {std::array{a, b}, std::array{b, c}, std::array{a, c}}) edges.push_back(edge);
       }
   std::sort(edges.begin(), edges.end());

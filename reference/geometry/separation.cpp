@@ -35,8 +35,8 @@ struct Axis { Vector normal; Real s; Real sharpness; };  // sharpness: sine of t
 class Axes {
  public:
   Axes(const Piece& a, const Piece& b) : a_(a), b_(b) {
-    for (const auto& face : a.faces) add(face.normal, 1);
-    for (const auto& face : b.faces) add(face.normal, 1);
+    for (const auto& face : a.faces) add(face.normal, face.sharpness);
+    for (const auto& face : b.faces) add(face.normal, face.sharpness);
     const auto edges_a = directions(a), edges_b = directions(b);
     for (const Vector& e : edges_a)
       for (const Vector& f : edges_b) add_cross(e, f);
@@ -93,10 +93,11 @@ struct Closest {
   Real squared = std::numeric_limits<Real>::infinity();
   Vector on_a{}, on_b{};
   Vector normal{};           // of the features, unit, sign open; zero: the points' own direction is all there is
+  Real sharpness = 1;        // of that normal
 
-  void offer(const Vector& p, const Vector& q, const Vector& n) {
+  void offer(const Vector& p, const Vector& q, const Vector& n, Real sharp = 1) {
     const Real d = dot(q - p, q - p);
-    if (d < squared) *this = {d, p, q, n};
+    if (d < squared) *this = {d, p, q, n, sharp};
   }
 };
 
@@ -119,8 +120,8 @@ void vertices_to_faces(const Piece& a, const Piece& b, bool swapped, Closest& cl
       if (height * height >= closest.squared) continue;
       const Vector foot = v - height * face.normal;
       if (!within(b, face, foot)) continue;
-      if (swapped) closest.offer(foot, v, face.normal);
-      else closest.offer(v, foot, face.normal);
+      if (swapped) closest.offer(foot, v, face.normal, face.sharpness);
+      else closest.offer(v, foot, face.normal, face.sharpness);
     }
 }
 
@@ -150,7 +151,8 @@ void segment_to_segment(const Segment& p, const Segment& q, Closest& closest) {
   const Vector r = q.from - p.from;
   const Real s = dot(cross(r, q.along), n) / nn, t = dot(cross(r, p.along), n) / nn;
   if (s < 0 || s > 1 || t < 0 || t > 1) return;
-  closest.offer(p.from + s * p.along, q.from + t * q.along, (1 / std::sqrt(nn)) * n);
+  closest.offer(p.from + s * p.along, q.from + t * q.along, (1 / std::sqrt(nn)) * n,
+                std::sqrt(nn / (pp * qq)));
 }
 
 Closest closest_features(const Piece& a, const Piece& b) {
@@ -182,7 +184,7 @@ Separation apart(const Piece& a, const Piece& b, Real coordinates) {
   else if (d > 0) found.normal = (1 / d) * across;
   else found.normal = {0, 0, 1};
   found.gap_m = of_feature ? dot(found.normal, across) : d;
-  found.bar_m = 32 * kUnit * coordinates;
+  found.bar_m = 32 * kUnit * coordinates * (1 + 1 / closest.sharpness);
   // Away from it the direction turns as the points' round-off over their distance.
   found.margin_m = of_feature ? coordinates : d > 1e6L * found.bar_m ? d : 0;
   round_off(found, a, b);

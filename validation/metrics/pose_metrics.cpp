@@ -111,15 +111,36 @@ PoseRows measure_poses(const std::string& pair, bool swept, std::uint64_t seed, 
     const bool unique = decided && truth.margin_m > 1e-3 * std::fabs(truth.gap_m) && truth.margin_m > 1e-9 * size && truth.margin_m > 64 * doubt;
     if (unique) tally.add("normal", index, angle(answer.normal, truth.normal));
   }
-  tally.count("contact-misses", "miss", poses);
-  tally.count("contact-false-hits", "false-hit", poses);
-  if (swept) tally.spread("touch-time-error", "time", "");
-  else {
+  tally.count(swept ? "touch-misses" : "contact-misses", "miss", poses);
+  tally.count(swept ? "touch-false-hits" : "contact-false-hits", "false-hit", poses);
+  if (swept) {
+    tally.spread("touch-time-error", "time", "");
+  } else {
     tally.spread("contact-depth-error", "depth", ", relative to the smaller body");
     tally.spread("contact-normal-error", "normal", " with one direction of least depth");
     tally.spread("contact-distance-error", "distance", " apart, relative to the smaller body");
   }
   return out;
+}
+
+std::vector<Row> over_all_pairs(std::span<const Row> rows) {
+  std::vector<Row> whole;
+  for (const Row& row : rows) {
+    if (row.status != Status::ok || row.body.empty()) continue;
+    const bool counted = row.metric.ends_with("-misses") || row.metric.ends_with("-hits");
+    auto found = std::find_if(whole.begin(), whole.end(), [&](const Row& w) { return w.metric == row.metric; });
+    if (found == whole.end()) {
+      whole.push_back(row);
+      whole.back().body.clear();
+      whole.back().reason = counted ? "over all pairs" : "the worst pair is " + row.body;
+    } else if (counted) {
+      found->value += row.value;
+    } else if (row.value > found->value) {
+      found->value = row.value;
+      found->reason = "the worst pair is " + row.body;
+    }
+  }
+  return whole;
 }
 
 }  // namespace atwood

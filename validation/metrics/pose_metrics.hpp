@@ -26,4 +26,8 @@ struct PoseRows {
 PoseRows measure_poses(const std::string& pair, bool swept, std::uint64_t seed, std::span<const PoseAnswer> answers,
                        std::span<const PoseAnswer> truths);
 
+// Of one method's rows, pair by pair: figures of the whole sweep, without a body. Misses and false hits are summed, of errors
+// the worst pair's stands.
+std::vector<Row> over_all_pairs(std::span<const Row> rows);
+
 }  // namespace atwood

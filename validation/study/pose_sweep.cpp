@@ -31,8 +31,8 @@ PoseAnswer unpacked(const Sample& sample) {
   return pose;
 }
 
-Row failed_row(const std::string& pair, const Outcome& outcome) {
-  Row row = metrics::row("contact-misses", 0, 0, outcome.reason);
+Row failed_row(const std::string& pair, bool swept, const Outcome& outcome) {
+  Row row = metrics::row(swept ? "touch-misses" : "contact-misses", 0, 0, outcome.reason);
   row.body = pair;
   row.status = outcome.status;
   return row;
@@ -94,19 +94,21 @@ std::vector<Row> sweep_rows(const Cell& cell, WorkerClient& client, PoseTruths& 
     Outcome answered, known;
     const std::vector<PoseAnswer> poses = client.sweep(test, pair, kPoseSeed, cell.plan.steps, swept, limit_s, answered);
     if (answered.status != Status::ok) {
-      rows.push_back(failed_row(pair, answered));
+      rows.push_back(failed_row(pair, swept, answered));
       if (answered.status != Status::unsupported) outcome = answered;
       continue;
     }
     const std::vector<PoseAnswer>& exact = truths.of(pair, cell.plan.steps, swept, limit_s, known);
     if (known.status != Status::ok) {
-      rows.push_back(failed_row(pair, {Status::unsupported, "no truth: " + known.reason, 0, 0, {}}));
+      rows.push_back(failed_row(pair, swept, {Status::unsupported, "no truth: " + known.reason, 0, 0, {}}));
       continue;
     }
     const PoseRows measured = measure_poses(pair, swept, kPoseSeed, poses, exact);
     rows.insert(rows.end(), measured.rows.begin(), measured.rows.end());
     keep_poses(cell, pair, swept, measured.worst, options);
   }
+  const std::vector<Row> whole = over_all_pairs(rows);
+  rows.insert(rows.begin(), whole.begin(), whole.end());
   return rows;
 }
 

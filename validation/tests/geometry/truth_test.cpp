@@ -1,0 +1,166 @@
+// The exact geometry against answers by hand, and against certificates that no formula of its own enters: any direction bounds
+// the gap from below, and the reported normal reaches it.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+#include "geometry/geometry.hpp"
+#include "scene/pair_sweep.hpp"
+
+using namespace atwood;
+using geometry::Real;
+using geometry::Vector;
+
+namespace {
+
+constexpr Real kRound = 1e-17L;
+
+Scene scene_of(const Shape& a, const Real3& p_a, const Shape& b, const Real3& p_b, const Real4& q_b = {1, 0, 0, 0}) {
+  Scene scene;
+  scene.bodies.resize(2);
+  scene.bodies[0].shape = a, scene.bodies[0].position_m = p_a;
+  scene.bodies[1].shape = b, scene.bodies[1].position_m = p_b, scene.bodies[1].orientation_wxyz = q_b;
+  return scene;
+}
+
+void check(const Scene& scene, Real gap, const Vector& normal) {
+  const auto found = geometry::separation_between(scene, 0, 1);
+  CHECK(std::fabs(found.gap_m - gap) <= kRound);
+  for (std::size_t i = 0; i < 3; ++i) CHECK(std::fabs(found.normal[i] - normal[i]) <= kRound);
+  for (std::size_t i = 0; i < 3; ++i) CHECK(std::fabs(found.on_b[i] - found.on_a[i] - gap * normal[i]) <= 4 * kRound);
+  const Scene other = [&] {
+    Scene s = scene;
+    std::swap(s.bodies[0], s.bodies[1]);
+    return s;
+  }();
+  const auto back = geometry::separation_between(other, 0, 1);
+  CHECK(std::fabs(back.gap_m - gap) <= kRound);
+  for (std::size_t i = 0; i < 3; ++i) CHECK(std::fabs(back.normal[i] + normal[i]) <= kRound);
+}
+
+Real dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+// The largest n . x over the body, by its definition, in its own axes.
+Real reach(const Body& body, const Vector& n) {
+  const auto& q = body.orientation_wxyz;
+  const Real w = q[0], x = q[1], y = q[2], z = q[3], s = 2 / (w * w + x * x + y * y + z * z);
+  const Vector axis_x{1 - s * (y * y + z * z), s * (x * y + w * z), s * (x * z - w * y)};
+  const Vector axis_y{s * (x * y - w * z), 1 - s * (x * x + z * z), s * (y * z + w * x)};
+  const Vector axis_z{s * (x * z + w * y), s * (y * z - w * x), 1 - s * (x * x + y * y)};
+  const Vector m{dot(axis_x, n), dot(axis_y, n), dot(axis_z, n)};
+  const auto of_points = [&](const std::vector<Real3>& points) {
+    Real most = -HUGE_VALL;
+    for (const Real3& p : points) most = std::max(most, dot(m, {p[0], p[1], p[2]}));
+    return most;
+  };
+  struct Support {
+    const Vector& m;
+    const decltype(of_points)& points;
+    Real operator()(const std::monostate&) const { return 0; }
+    Real operator()(const Plane&) const { return HUGE_VALL; }
+    Real operator()(const Mesh& b) const { return points(b.points_m); }
+    Real operator()(const Compound&) const { return HUGE_VALL; }
+    Real operator()(const Sphere& b) const { return b.radius_m; }
+    Real operator()(const Rectangle& b) const { return std::fabs(m[0]) * b.half_extents_m[0] + std::fabs(m[1]) * b.half_extents_m[1]; }
+    Real operator()(const Box& b) const {
+      return std::fabs(m[0]) * b.half_extents_m[0] + std::fabs(m[1]) * b.half_extents_m[1] + std::fabs(m[2]) * b.half_extents_m[2];
+    }
+    Real operator()(const Capsule& b) const { return b.radius_m + std::fabs(m[2]) * b.half_length_m; }
+    Real operator()(const Cylinder& b) const { return std::hypot(m[0], m[1]) * b.radius_m + std::fabs(m[2]) * b.half_length_m; }
+    Real operator()(const Convex& b) const { return points(b.points_m); }
+  };
+  const auto& p = body.position_m;
+  return dot(n, {p[0], p[1], p[2]}) + std::visit(Support{m, of_points}, body.shape);
+}
+
+// The gap between the two planes square to n that hold the bodies apart, or as far as they overlap.
+Real between(const Scene& scene, const Vector& n) {
+  return -reach(scene.bodies[1], {-n[0], -n[1], -n[2]}) - reach(scene.bodies[0], n);
+}
+
+}  // namespace
+
+TEST_CASE("separations by hand") {
+  const Sphere ball{0.5};
+  check(scene_of(ball, {0, 0, 0}, Sphere{0.25}, {0, 0.5, 0}), -0.25L, {0, 1, 0});
+  check(scene_of(ball, {0, 0, 0}, Sphere{0.25}, {0, 0, -1}), 0.25L, {0, 0, -1});
+  check(scene_of(ball, {1, 2, 0.25}, Plane{{0, 0, 2}, 0}, {}), -0.25L, {0, 0, -1});
+  check(scene_of(ball, {0, 0, 4}, Plane{{0, 0, 2}, 2}, {}), 2.5L, {0, 0, -1});
+  const Box box{{1, 2, 3}};
+  check(scene_of(box, {0, 0, 0}, ball, {1.25, 0, 0}), -0.25L, {1, 0, 0});       // a face
+  check(scene_of(box, {0, 0, 0}, ball, {1.75, 0, 0}), 0.25L, {1, 0, 0});
+  check(scene_of(box, {0, 0, 0}, ball, {4, 6, 0}), 4.5L, {0.6L, 0.8L, 0});      // an edge: (3, 4) away
+  check(scene_of(box, {0, 0, 0}, ball, {3, 4, 4}), 2.5L, {2 / 3.0L, 2 / 3.0L, 1 / 3.0L});  // a corner: (2, 2, 1) away
+  check(scene_of(box, {0, 0, 0}, ball, {0.75, 0, 0}), -0.75L, {1, 0, 0});       // the centre inside
+  check(scene_of(box, {0, 0, 0}, Box{{0.25, 0.25, 0.25}}, {0.5, 0, 0}), -0.75L, {1, 0, 0});  // one within the other
+  check(scene_of(box, {0, 0, 0}, Box{{1, 1, 1}}, {2.5, 0, 0}), 0.5L, {1, 0, 0});
+  check(scene_of(box, {0, 0, 0}, Box{{1, 1, 1}}, {5, 7, 0}), 5, {0.6L, 0.8L, 0});
+  check(scene_of(box, {0, 0, 5.5}, Plane{{0, 0, 1}, 2}, {}), 0.5L, {0, 0, -1});
+  const Capsule bar{0.5, 1};
+  check(scene_of(bar, {0, 0, 0}, ball, {0, 0.75, 0.5}), -0.25L, {0, 1, 0});
+  check(scene_of(bar, {0, 0, 0}, ball, {3, 0, 5}), 4, {0.6L, 0, 0.8L});
+  check(scene_of(bar, {0, 0, 0}, Capsule{0.25, 1}, {2, 0, 0}), 1.25L, {1, 0, 0});  // parallel
+  const Cylinder drum{1, 2};
+  check(scene_of(drum, {0, 0, 0}, ball, {0, 1.25, 1}), -0.25L, {0, 1, 0});      // the side
+  check(scene_of(drum, {0, 0, 0}, ball, {0.5, 0, 2.75}), 0.25L, {0, 0, 1});     // a cap
+  check(scene_of(drum, {0, 0, 0}, ball, {4, 0, 6}), 4.5L, {0.6L, 0, 0.8L});     // a rim
+  const Rectangle sheet{{1, 2}};
+  check(scene_of(sheet, {0, 0, 0}, ball, {0.5, 1, 0.25}), -0.25L, {0, 0, 1});
+  check(scene_of(sheet, {0, 0, 0}, ball, {4, 0, 4}), 4.5L, {0.6L, 0, 0.8L});
+  check(scene_of(sheet, {0, 0, 0}, ball, {4, 6, 0}), 4.5L, {0.6L, 0.8L, 0});    // beside a corner, in its plane
+  const Convex wedge{{{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1}, {-1, -1, 1}, {-1, 1, 1}}};
+  check(scene_of(wedge, {0, 0, 0}, ball, {-1.25, 0, 0}), -0.25L, {-1, 0, 0});
+  const Mesh triangle{"", {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}}, {{0, 1, 2}}};
+  check(scene_of(triangle, {0, 0, 0}, ball, {1, 1, 0.75}), 0.25L, {0, 0, 1});
+  check(scene_of(triangle, {0, 0, 0}, ball, {7, 0, 4}), 4.5L, {0.6L, 0, 0.8L});
+  check(scene_of(triangle, {0, 0, 0}, triangle, {7, 0, 4}), 5, {0.6L, 0, 0.8L});
+  const Compound pair{{{{1, 1, 1}, {-2, 0, 0}, {1, 0, 0, 0}}, {{1, 1, 1}, {2, 0, 0}, {1, 0, 0, 0}}}};
+  check(scene_of(pair, {0, 0, 0}, ball, {0.75, 0, 0}), -0.25L, {1, 0, 0});       // the second box is the nearer
+}
+
+TEST_CASE("no direction parts two shapes further than the gap, and its normal parts them that far") {
+  for (const char* pair : {"sphere-box", "sphere-capsule", "sphere-cylinder", "sphere-convex", "sphere-rectangle", "box-box", "box-rectangle",
+                           "capsule-box", "capsule-capsule", "convex-box", "convex-convex", "triangle-triangle"}) {
+    int overlapping = 0;
+    for (int k = 0; k < 300; ++k) {
+      const Scene scene = sweep_scene(pair, 7, k, false);
+      const auto found = geometry::separation_between(scene, 0, 1);
+      INFO(pair << " " << k);
+      // Of two points d apart the direction is as good as their round-off over d.
+      const Real turned = found.gap_m > 0 ? std::min<Real>(1, found.bar_m / found.gap_m) * largest_radius_m(scene) : 0;
+      CHECK(std::fabs(between(scene, found.normal) - found.gap_m) <= 8 * (found.bar_m + turned));
+      overlapping += found.gap_m < 0 ? 1 : 0;
+      // Directions near the normal and all around.
+      for (int i = 0; i < 60; ++i) {
+        const Real turn = i < 40 ? std::pow(10.0L, -static_cast<Real>(i) / 5) : 2;
+        Vector n = found.normal;
+        for (std::size_t c = 0; c < 3; ++c) n[c] += turn * std::sin(Real(1 + 12 * i) + 2.3L * c + k);
+        const Real length = std::sqrt(dot(n, n));
+        for (Real& c : n) c /= length;
+        CHECK(between(scene, n) <= found.gap_m + 8 * found.bar_m);
+      }
+    }
+    CHECK(overlapping > 20);
+    CHECK(overlapping < 280);
+  }
+}
+
+TEST_CASE("first touches by hand") {
+  Scene scene = scene_of(Sphere{1}, {0, 0, 0}, Sphere{1}, {7, 0, 0});
+  scene.bodies[1].velocity_m_per_s = {-10, 0, 0};
+  auto touch = geometry::first_touch(scene, 0, 1, 1);
+  REQUIRE(touch);
+  CHECK(std::fabs(touch->t_s - 0.5L) <= kRound);
+  CHECK(touch->normal[0] == 1);
+  CHECK(!geometry::first_touch(scene, 0, 1, 0.25));
+  scene.bodies[1].position_m = {7, 2.0000001, 0};  // passes by
+  CHECK(!geometry::first_touch(scene, 0, 1, 1));
+  // A spinning box's corner, sqrt(2) from its middle, reaches a plane 1.2 away: it stands at 1.2 once cos(45 deg - w t) sqrt(2) does.
+  Scene spun = scene_of(Box{{1, 1, 1}}, {0, 0, 0}, Plane{{1, 0, 0}, -1.2}, {});
+  spun.bodies[0].angular_velocity_body_rad_per_s = {0, 0, 1};
+  touch = geometry::first_touch(spun, 0, 1, 1);
+  REQUIRE(touch);
+  const Real due = std::acos(-1.0L) / 4 - std::acos(Real(1.2) / std::sqrt(2.0L));
+  CHECK(std::fabs(touch->t_s - due) <= touch->bar_s + kRound);
+  CHECK(touch->bar_s < 1e-16L);
+}
