@@ -82,7 +82,7 @@ class Tally {
 
 }  // namespace
 
-PoseRows measure_poses(const std::string& pair, bool swept, std::uint64_t seed, std::span<const PoseAnswer> answers,
+PoseRows measure_poses(const std::string& pair, bool swept, const SceneOfPose& scene_of, std::span<const PoseAnswer> answers,
                        std::span<const PoseAnswer> truths) {
   PoseRows out;
   Tally tally(pair, out);
@@ -90,7 +90,7 @@ PoseRows measure_poses(const std::string& pair, bool swept, std::uint64_t seed, 
   for (std::size_t k = 0; k < poses; ++k) {
     const PoseAnswer &answer = answers[k], &truth = truths[k];
     const auto index = static_cast<std::int64_t>(k);
-    const Scene scene = sweep_scene(pair, seed, index, swept);
+    const Scene scene = scene_of(index);
     const double size = pair_size_m(scene), reach = reach_m(scene, swept);
     if (swept) {
       if (truth.hit && !answer.hit) tally.add("miss", index, kSweepEndS - truth.toi_s);

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "protocol/pair_query.hpp"
+#include "scene/scene.hpp"
 #include "validation/row.hpp"
 
 namespace atwood {
@@ -19,11 +21,13 @@ struct PoseRows {
   std::vector<WorstPose> worst;  // at most one a kind; of misses and false hits the one deepest in or furthest out
 };
 
-// Answers to poses 0..n of the pair under the seed. A hit or miss counts only where the true gap is above what a double knows
+using SceneOfPose = std::function<Scene(std::int64_t index)>;
+
+// Answers to poses 0..n of a pair. A hit or miss counts only where the true gap is above what a double knows
 // of the bodies' places (64 units in the last place of the largest coordinate) and the truth's bar. Errors of depth and
 // distance are relative to pair_size_m; the normal's [rad] counts where the next direction's depth is 1e-3 of the depth (and
 // 1e-9 of the size) behind; depth, normal and distance where engine and truth agree on overlap.
-PoseRows measure_poses(const std::string& pair, bool swept, std::uint64_t seed, std::span<const PoseAnswer> answers,
+PoseRows measure_poses(const std::string& pair, bool swept, const SceneOfPose& scene_of, std::span<const PoseAnswer> answers,
                        std::span<const PoseAnswer> truths);
 
 // Of one method's rows, pair by pair: figures of the whole sweep, without a body. Misses and false hits are summed, of errors

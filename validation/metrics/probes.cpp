@@ -18,7 +18,8 @@ const std::vector<ProbeInfo>& all_probes() {
       {"round-off-v", "The ladder in float, double and long double, with and without compensated summation: the step of least error."},
       {"tolerance", "Tolerances from 1e-3 to 1e-12: error over tolerance, and how the error follows it."},
       {"contact-sweep", "Contacts of seeded poses, `steps` of them a pair of shapes, against the exact ones: misses, false hits, depth, normal."},
-      {"touch-sweep", "First touches of seeded motions, `steps` of them a pair of shapes, against the exact ones: misses, time."}};
+      {"touch-sweep", "First touches of seeded motions, `steps` of them a pair of shapes, against the exact ones: misses, time."},
+      {"contact-tables", "Contacts of the cases in the folder `geometry` beside the scenario, whose answers are known by hand."}};
   return probes;
 }
 

@@ -13,8 +13,8 @@ namespace atwood {
 struct ProbeInfo { std::string name, doc; };
 const std::vector<ProbeInfo>& all_probes();  // in the order of the README's table
 
-// Sweeps of poses: cells that need a worker's contacts and no run (validation/metrics/pose_metrics.hpp).
-inline bool is_sweep(const std::string& probe) { return probe == "contact-sweep" || probe == "touch-sweep"; }
+// Sweeps of poses and tables of cases: cells that need a worker's contacts and no run (validation/metrics/pose_metrics.hpp).
+inline bool is_sweep(const std::string& probe) { return probe == "contact-sweep" || probe == "touch-sweep" || probe == "contact-tables"; }
 
 // What a probe asks about, and how it gets a run.
 struct ProbeRequest {

@@ -103,7 +103,8 @@ std::vector<Row> sweep_rows(const Cell& cell, WorkerClient& client, PoseTruths& 
       rows.push_back(failed_row(pair, swept, {Status::unsupported, "no truth: " + known.reason, 0, 0, {}}));
       continue;
     }
-    const PoseRows measured = measure_poses(pair, swept, kPoseSeed, poses, exact);
+    const auto scene_of = [&, &pair = pair](std::int64_t k) { return sweep_scene(pair, kPoseSeed, k, swept); };
+    const PoseRows measured = measure_poses(pair, swept, scene_of, poses, exact);
     rows.insert(rows.end(), measured.rows.begin(), measured.rows.end());
     keep_poses(cell, pair, swept, measured.worst, options);
   }

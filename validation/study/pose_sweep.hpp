@@ -32,4 +32,16 @@ class PoseTruths {
 // worker, where it did worse than not to know a pair.
 std::vector<Row> sweep_rows(const Cell& cell, WorkerClient& client, PoseTruths& truths, const StudyOptions& options, Outcome& outcome);
 
+// ---- tables -------------------------------------------------------------------------------------------------------
+// A case with an answer by hand. A pair's file (validation/scenarios/geometry/PAIR.toml) lists them: name, gap_m, normal where
+// it is unique, and two [[case.body]] as in a scenario.
+struct ContactCase {
+  std::string name;
+  Scene scene;
+  PoseAnswer answer;
+};
+std::vector<ContactCase> read_contact_cases(const std::string& path);  // InputError
+// Rows of every pair's file in the folder (body: the pair).
+std::vector<Row> table_rows(WorkerClient& client, const std::string& folder, const StudyOptions& options, Outcome& outcome);
+
 }  // namespace atwood

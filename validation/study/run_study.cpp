@@ -3,6 +3,7 @@
 // First the truths and the accuracy cells, several processes at once: a thread owns one process an engine and takes one
 // ladder (a scenario x a method) after another, coarse rungs first. Then the timed pass, one process at a time, alone.
 #include <condition_variable>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <set>
@@ -269,7 +270,9 @@ void StudyRun::run_sweep_cell(const Cell& cell, const std::string& truth_hash, s
   run.limit_s = options_.cell_limit_s;
   MeasuredRecord record;
   record.basis = content_hash({truth_hash, kMetricsVersion});
-  record.rows = sweep_rows(cell, client, pose_truths_, options_, run.outcome);
+  const std::string tables = std::filesystem::path(cell.scenario.path).replace_filename("geometry").string();
+  record.rows = cell.probe == "contact-tables" ? table_rows(client, tables, options_, run.outcome)
+                                               : sweep_rows(cell, client, pose_truths_, options_, run.outcome);
   store_.put_run(cell.accuracy_hash, run, {}, measured_key(cell), record);
   progress_.done("sweeps");
 }

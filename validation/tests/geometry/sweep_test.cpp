@@ -43,3 +43,26 @@ TEST_CASE("a sweep of seeded poses passes its gates, and its worst poses are kep
   CHECK(kept > 10);
   fs::remove_all(folder);
 }
+
+TEST_CASE("the tables of cases by hand pass their gates, and the truth agrees with every one") {
+  char folder[] = "/tmp/atwood-tables-XXXXXX";
+  REQUIRE(mkdtemp(folder) != nullptr);
+  const auto workers = find_workers({ATWOOD_BIN_DIR "/atwood-engine", ATWOOD_BIN_DIR "/atwood-truth"});
+  Study study = read_study(ATWOOD_SOURCE_DIR "/validation/study/geometry-tables.toml");
+  study.cells.front().methods = {"atwood/contacts", "truth/contacts"};
+  const Scenario scenario = read_scenario(ATWOOD_SOURCE_DIR "/validation/scenarios/geometry-tables.toml");
+  StudyOptions options;
+  options.store_path = std::string(folder) + "/store.db";
+  options.truth_worker = ATWOOD_BIN_DIR "/atwood-truth";
+  const StudyResult result = run_study(plan_cells(study, {scenario}, workers, "cpu"), workers, options);
+  CHECK(result.failed_cells == 0);
+  for (const char* method : {"atwood/contacts", "truth/contacts"}) {
+    auto gates = read_gates(ATWOOD_SOURCE_DIR "/validation/gates/geometry_tables.toml");
+    for (Gate& gate : gates) gate.method = method;
+    for (const Verdict& verdict : judge(gates, result.rows)) {
+      INFO(method << ": " << verdict.text);
+      CHECK(verdict.judgement == Judgement::pass);
+    }
+  }
+  fs::remove_all(folder);
+}

@@ -73,6 +73,12 @@ Real reach(const Body& body, const Vector& n) {
   return dot(n, {p[0], p[1], p[2]}) + std::visit(Support{m, of_points}, body.shape);
 }
 
+Real rounding(const Shape& shape) {
+  if (const auto* ball = std::get_if<Sphere>(&shape)) return ball->radius_m;
+  if (const auto* bar = std::get_if<Capsule>(&shape)) return bar->radius_m;
+  return 0;
+}
+
 // The gap between the two planes square to n that hold the bodies apart, or as far as they overlap.
 Real between(const Scene& scene, const Vector& n) {
   return -reach(scene.bodies[1], {-n[0], -n[1], -n[2]}) - reach(scene.bodies[0], n);
@@ -115,7 +121,7 @@ TEST_CASE("separations by hand") {
   check(scene_of(triangle, {0, 0, 0}, ball, {7, 0, 4}), 4.5L, {0.6L, 0, 0.8L});
   check(scene_of(triangle, {0, 0, 0}, triangle, {7, 0, 4}), 5, {0.6L, 0, 0.8L});
   const Compound pair{{{{1, 1, 1}, {-2, 0, 0}, {1, 0, 0, 0}}, {{1, 1, 1}, {2, 0, 0}, {1, 0, 0, 0}}}};
-  check(scene_of(pair, {0, 0, 0}, ball, {0.75, 0, 0}), -0.25L, {1, 0, 0});       // the second box is the nearer
+  check(scene_of(pair, {0, 0, 0}, ball, {0.75, 0, 0}), -0.25L, {-1, 0, 0});      // the second box is the nearer
 }
 
 TEST_CASE("no direction parts two shapes further than the gap, and its normal parts them that far") {
@@ -126,8 +132,11 @@ TEST_CASE("no direction parts two shapes further than the gap, and its normal pa
       const Scene scene = sweep_scene(pair, 7, k, false);
       const auto found = geometry::separation_between(scene, 0, 1);
       INFO(pair << " " << k);
-      // Of two points d apart the direction is as good as their round-off over d.
-      const Real turned = found.gap_m > 0 ? std::min<Real>(1, found.bar_m / found.gap_m) * largest_radius_m(scene) : 0;
+      // Of two points d apart the direction is as good as their round-off over d; of an edge or a face, over its length, which
+      // in slabs and needles is a thousandth of the body's size.
+      const Real d = found.gap_m + rounding(scene.bodies[0].shape) + rounding(scene.bodies[1].shape);
+      const Real length = std::min<Real>(d > 0 ? d : HUGE_VALL, 1e-3L * static_cast<Real>(pair_size_m(scene)));
+      const Real turned = std::min<Real>(1, found.bar_m / length) * largest_radius_m(scene);
       CHECK(std::fabs(between(scene, found.normal) - found.gap_m) <= 8 * (found.bar_m + turned));
       overlapping += found.gap_m < 0 ? 1 : 0;
       // Directions near the normal and all around.
