@@ -133,11 +133,13 @@ TEST_CASE("no direction parts two shapes further than the gap, and its normal pa
       const auto found = geometry::separation_between(scene, 0, 1);
       INFO(pair << " " << k);
       // Of two points d apart the direction is as good as their round-off over d; of an edge or a face, over its length, which
-      // in slabs and needles is a thousandth of the body's size.
+      // in slabs and needles
+      // is down to a ten-thousandth of the body's size (a thousand times thinner, extents half a decade either way).
       const Real d = found.gap_m + rounding(scene.bodies[0].shape) + rounding(scene.bodies[1].shape);
-      const Real extent = std::min<Real>(d > 0 ? d : HUGE_VALL, 1e-3L * static_cast<Real>(pair_size_m(scene)));
+      const Real extent = std::min<Real>(d > 0 ? d : HUGE_VALL, 1e-4L * static_cast<Real>(pair_size_m(scene)));
       const Real turned = std::min<Real>(1, found.bar_m / extent) * largest_radius_m(scene);
-      CHECK(std::fabs(between(scene, found.normal) - found.gap_m) <= 8 * (found.bar_m + turned));
+      // No margin: the direction is not told apart from others.
+      if (found.margin_m > 0) CHECK(std::fabs(between(scene, found.normal) - found.gap_m) <= 8 * (found.bar_m + turned));
       overlapping += found.gap_m < 0 ? 1 : 0;
       // Directions near the normal and all around.
       for (int i = 0; i < 60; ++i) {
