@@ -124,7 +124,7 @@ TEST_CASE("separations by hand") {
   check(scene_of(pair, {0, 0, 0}, ball, {0.75, 0, 0}), -0.25L, {-1, 0, 0});      // the second box is the nearer
 }
 
-TEST_CASE("no direction parts two shapes further than the gap, and its normal parts them that far") {
+TEST_CASE("no direction parts two shapes further than the gap; the normal of an overlap does part them that far") {
   for (const char* pair : {"sphere-box", "sphere-capsule", "sphere-cylinder", "sphere-convex", "sphere-rectangle", "box-box", "box-rectangle",
                            "capsule-box", "capsule-capsule", "convex-box", "convex-convex", "triangle-triangle"}) {
     int overlapping = 0;
@@ -138,8 +138,12 @@ TEST_CASE("no direction parts two shapes further than the gap, and its normal pa
       const Real d = found.gap_m + rounding(scene.bodies[0].shape) + rounding(scene.bodies[1].shape);
       const Real extent = std::min<Real>(d > 0 ? d : HUGE_VALL, 1e-4L * static_cast<Real>(pair_size_m(scene)));
       const Real turned = std::min<Real>(1, found.bar_m / extent) * largest_radius_m(scene);
-      // No margin: the direction is not told apart from others.
-      if (found.margin_m > 0) CHECK(std::fabs(between(scene, found.normal) - found.gap_m) <= 8 * (found.bar_m + turned));
+      if (found.gap_m < 0) {
+        CHECK(std::fabs(between(scene, found.normal) - found.gap_m) <= 8 * (found.bar_m + turned));
+      } else {
+        const Vector across{found.on_b[0] - found.on_a[0], found.on_b[1] - found.on_a[1], found.on_b[2] - found.on_a[2]};
+        CHECK(std::fabs(std::sqrt(dot(across, across)) - found.gap_m) <= 8 * found.bar_m);
+      }
       overlapping += found.gap_m < 0 ? 1 : 0;
       // Directions near the normal and all around.
       for (int i = 0; i < 60; ++i) {
