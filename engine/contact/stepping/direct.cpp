@@ -14,7 +14,7 @@
 namespace atwood::stepping {
 namespace {
 
-constexpr int most_rounds = 60, sweeps_between = 8, halvings = 6;
+constexpr int most_rounds = 20, sweeps_between = 8, halvings = 6;
 constexpr double tolerance = 1000;  // of the impulses' round-off
 
 int root_of(std::vector<int>& parent, int i) {
@@ -170,9 +170,9 @@ template <class S> void fill_jacobian(DirectSolver<S>& d) {
   };
   for (int i = 0; i < d.n(); ++i) {
     const S* z = d.z.data() + 3 * i;
-    const S most = d.points[i].friction * real::max(z[0], S(0)), size_t_ = real::sqrt(z[1] * z[1] + z[2] * z[2]);
-    const bool slips = size_t_ > most;
-    const S e[2] = {slips ? z[1] / size_t_ : S(0), slips ? z[2] / size_t_ : S(0)}, factor = slips ? most / size_t_ : S(1);
+    const S most = d.points[i].friction * real::max(z[0], S(0)), slip_z = real::sqrt(z[1] * z[1] + z[2] * z[2]);
+    const bool slips = slip_z > most;
+    const S e[2] = {slips ? z[1] / slip_z : S(0), slips ? z[2] / slip_z : S(0)}, factor = slips ? most / slip_z : S(1);
     for (int j = 0; j < size; ++j) {
       const S dn = z[0] > S(0) ? dz(3 * i, j) : S(0);
       d.lu.at(3 * i, j) = (j == 3 * i ? S(1) : S(0)) - dn;

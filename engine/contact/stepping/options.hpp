@@ -21,7 +21,6 @@ struct Options {
   BroadPhaseKind broad_phase = BroadPhaseKind::tree;
   Restitution restitution = Restitution::newton;
   bool warm_start = true;
-  bool sleeping = false;
   int threads = 1;
 };
 

@@ -42,7 +42,6 @@ template <class S> void build_world(World<S>& world, const Scene& scene, Simulat
     world.laws[static_cast<std::size_t>(pair.a * world.materials + pair.b)] = law;
     world.laws[static_cast<std::size_t>(pair.b * world.materials + pair.a)] = law;
     world.bounces = world.bounces || law.restitution > 0;
-    world.rough = world.rough || law.friction > 0;
   }
   const std::size_t count = scene.bodies.size();
   for (const Body& body : scene.bodies) {

@@ -161,7 +161,7 @@ template <class S> struct World {
   std::vector<Law> laws;               // of materials a, b at a * materials + b
   std::vector<std::int32_t> material;
   int materials = 0;
-  bool bounces = false, rough = false; // some pair has restitution, friction
+  bool bounces = false;                // some pair has restitution
   Vec3<S> gravity_W;
   bool by_mean = false;                // places by the mean of the velocities before and after, not by those after
   bool has_rest = false;               // some row of `rest` is not 0
