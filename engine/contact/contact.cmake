@@ -33,12 +33,20 @@ target_sources(atwood_engine PRIVATE
   collision/swept.cpp
   collision/triangle_mesh.cpp
   contact/contact.cpp
+  contact/event/event.cpp
+  contact/event/features.cpp
+  contact/event/forces.cpp
+  contact/event/impacts.cpp
+  contact/event/linear.cpp
+  contact/event/modes.cpp
+  contact/event/motion.cpp
+  contact/event/pairs.cpp
+  contact/event/settle.cpp
+  contact/event/step.cpp
   contact/impulse.cpp
-  contact/located.cpp
   contact/options.cpp
   contact/penalty.cpp
   contact/penalty_force.cpp
-  contact/response.cpp
   contact/slip_path.cpp
   contact/stepping/balls.cpp
   contact/stepping/candidates.cpp

@@ -1,4 +1,4 @@
-// Motion with impacts and rest: the run that wraps contact/response.hpp.
+// Motion with impacts and rest.
 #pragma once
 
 #include "protocol/method.hpp"

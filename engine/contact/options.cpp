@@ -20,7 +20,13 @@ std::vector<MethodInfo> make_responses() {
   MethodInfo event;
   event.id = "+event";
   event.doc = "Impacts located to round-off on the method's own flow, lasting contacts as constrained motion between them.";
-  event.source = "Hairer, Norsett, Wanner (1993), II.6; Pfeiffer and Glocker (1996)";
+  event.doc +=
+      " restitution: newton (speeds; can gain energy in eccentric impacts with friction), poisson (impulses), stronge (work). "
+      "simultaneous: sequential (the pair that approaches fastest first, ties in the scene's order, until none approaches; points of "
+      "one pair at once) or together (one complementarity problem; there Stronge's law is taken as Poisson's). Methods that take "
+      "forces apart or as series hand lasting contacts to rk4 (with a tolerance: dopri5).";
+  event.source = "Hairer, Norsett, Wanner (1993), II.6; Pfeiffer and Glocker (1996); Stronge, Impact Mechanics (2000)";
+  event.settings = {{"restitution", std::string("newton")}, {"simultaneous", std::string("sequential")}};
   MethodInfo penalty;
   penalty.id = "+penalty";
   penalty.doc =

@@ -1,0 +1,218 @@
+#include "contact/event/features.hpp"
+
+namespace atwood::event {
+
+namespace {
+
+template <class S> S& component(Vec3<S>& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
+template <class S> S component(const Vec3<S>& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
+template <class S> Vec3<S> unit_axis(int i, S sign) {
+  Vec3<S> e;
+  component(e, i) = sign;
+  return e;
+}
+
+// Of a box or a rectangle: by how many axes the centre lies outside decides face, edge or vertex. Inside: the face of least depth.
+template <class S> Facet<S> nearest_of_slab(const Vec3<S>& half, const Vec3<S>& c) {
+  Facet<S> facet;
+  int outside = 0, last = 0, along = 0;
+  S shallowest = S(0);
+  for (int i = 0; i < 3; ++i) {
+    const S x = component(c, i), h = component(half, i), depth = real::abs(x) - h;
+    if (depth > S(0)) {
+      ++outside;
+      component(facet.point_B, i) = x > S(0) ? h : -h;
+      if (outside == 1 || depth > S(0)) last = i;
+    } else {
+      component(facet.point_B, i) = x;
+      along = i;
+    }
+    if (i == 0 || depth > shallowest) {
+      shallowest = depth;
+      if (outside == 0) last = i;
+    }
+  }
+  facet.dimension = outside == 0 ? 2 : 3 - outside;
+  if (facet.dimension == 2) {
+    const S sign = component(c, last) < S(0) ? S(-1) : S(1);
+    facet.direction_B = unit_axis<S>(last, sign);
+    facet.point_B = component(half, last) * facet.direction_B;
+  } else if (facet.dimension == 1) {
+    facet.direction_B = unit_axis<S>(along, S(1));
+    component(facet.point_B, along) = S(0);
+  }
+  return facet;
+}
+
+// The face under a corner, on its body's side.
+template <class S> Facet<S> face_of_slab(const Vec3<S>& half, const Vec3<S>& c, const Vec3<S>& side, S& beside) {
+  int face = 2;
+  S most{};
+  for (int i = 0; i < 3; ++i) {
+    const S out = real::abs(component(side, i)) - component(half, i);
+    if (i == 0 || out > most) {
+      most = out;
+      face = i;
+    }
+  }
+  const S sign = component(side, face) < S(0) ? S(-1) : S(1);
+  beside = S(0);
+  for (int i = 0; i < 3; ++i)
+    if (i != face) beside = real::max(beside, real::abs(component(c, i)) - component(half, i));
+  const Vec3<S> normal = unit_axis<S>(face, sign);
+  return {2, component(half, face) * normal, normal};
+}
+
+// Ericson, Real-Time Collision Detection (2005), 5.1.5.
+template <class S> Facet<S> nearest_of_triangle(const Triangle<S>& triangle, const Vec3<S>& c) {
+  const Vec3<S>&A = triangle.corner_B[0], &B = triangle.corner_B[1], &C = triangle.corner_B[2];
+  const Vec3<S> ab = B - A, ac = C - A, ap = c - A, bp = c - B, cp = c - C;
+  const S d1 = dot(ab, ap), d2 = dot(ac, ap), d3 = dot(ab, bp), d4 = dot(ac, bp), d5 = dot(ab, cp), d6 = dot(ac, cp);
+  const auto line = [](const Vec3<S>& from, const Vec3<S>& along) { return Facet<S>{1, from, (S(1) / norm(along)) * along}; };
+  if (d1 <= S(0) && d2 <= S(0)) return {0, A, {}};
+  if (d3 >= S(0) && d4 <= d3) return {0, B, {}};
+  if (d6 >= S(0) && d5 <= d6) return {0, C, {}};
+  if (d1 * d4 - d3 * d2 <= S(0) && d1 >= S(0) && d3 <= S(0)) return line(A, ab);
+  if (d5 * d2 - d1 * d6 <= S(0) && d2 >= S(0) && d6 <= S(0)) return line(A, ac);
+  if (d3 * d6 - d5 * d4 <= S(0) && d4 - d3 >= S(0) && d5 - d6 >= S(0)) return line(B, C - B);
+  return {2, A, dot(triangle.normal_B, ap) < S(0) ? -triangle.normal_B : triangle.normal_B};
+}
+
+template <class S> S distance_to(const Facet<S>& facet, const Vec3<S>& c) {
+  Vec3<S> away = c - facet.point_B;
+  if (facet.dimension == 2) return real::abs(dot(away, facet.direction_B));
+  if (facet.dimension == 1) away -= dot(away, facet.direction_B) * facet.direction_B;
+  return norm(away);
+}
+
+// A face wins over the edges and corners it shares a distance with: inner edges of a flat mesh are no edges.
+template <class S> Facet<S> nearest_of_mesh(const std::vector<Triangle<S>>& mesh, const Vec3<S>& c) {
+  Facet<S> best;
+  S least = S(-1);
+  for (const Triangle<S>& triangle : mesh) {
+    const Facet<S> facet = nearest_of_triangle(triangle, c);
+    const S distance = distance_to(facet, c);
+    const S round_off = S(8) * real::epsilon<S>() * (norm(c) + distance);
+    const bool nearer = least < S(0) || distance < least - round_off;
+    if (nearer || (distance <= least + round_off && facet.dimension > best.dimension)) {
+      best = facet;
+      least = nearer ? distance : real::min(least, distance);
+    }
+  }
+  return best;
+}
+
+template <class S> Facet<S> face_of_mesh(const std::vector<Triangle<S>>& mesh, const Vec3<S>& c, const Vec3<S>& side, S& beside) {
+  Facet<S> facet = nearest_of_mesh(mesh, c);
+  beside = facet.dimension == 2 ? S(0) : distance_to(facet, c);
+  if (facet.dimension == 2 && dot(facet.direction_B, side - facet.point_B) < S(0)) facet.direction_B = -facet.direction_B;
+  return facet;
+}
+
+template <class S, bool with_rates>
+Sight<S> see_ball(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, const Facet<S>& facet, const Pose<S>& on) {
+  Sight<S> sight;
+  const Vec3<S> arm = knob.centered ? Vec3<S>{} : turned(of, knob.center_B);
+  const Vec3<S> center = of.p + arm;
+  const Vec3<S> center_dot = knob.centered ? of.v : of.v + cross(of.w, arm);
+  if (surface.kind == SurfaceKind::plane) {
+    sight.normal = surface.normal_W;
+    sight.gap = dot(surface.normal_W, center) - surface.offset - knob.radius;
+    sight.rate = dot(surface.normal_W, center_dot);
+    sight.x = center - knob.radius * sight.normal;
+    if (with_rates) sight.x_dot = center_dot;
+    return sight;
+  }
+  const Vec3<S> from_body = center - on.p;
+  Vec3<S> away, along;
+  if (surface.kind == SurfaceKind::point) away = from_body;
+  else {
+    away = from_body - turned(on, facet.point_B);
+    along = turned(on, facet.direction_B);
+  }
+  const Vec3<S> drift = center_dot - on.v - (surface.kind == SurfaceKind::point ? cross(on.w, Vec3<S>{}) : cross(on.w, from_body));
+  S distance{};
+  Vec3<S> across{};  // the drift that turns the normal
+  if (facet.dimension == 2) {
+    sight.normal = along;
+    distance = dot(along, away);
+  } else {
+    if (facet.dimension == 1) away -= dot(away, along) * along;
+    distance = norm(away);
+    sight.normal = distance > S(0) ? (S(1) / distance) * away : Vec3<S>{S(0), S(0), S(1)};
+    across = drift - dot(drift, sight.normal) * sight.normal;
+    if (facet.dimension == 1) across -= dot(drift, along) * along;
+  }
+  sight.rate = dot(sight.normal, drift);
+  sight.gap = distance - knob.radius - surface.radius;
+  sight.x = center - knob.radius * sight.normal;
+  if (with_rates) {
+    if (surface.kind != SurfaceKind::point) sight.normal_dot = cross(on.w, sight.normal);
+    if (distance != S(0) && facet.dimension < 2) sight.normal_dot += (S(1) / distance) * across;
+    sight.x_dot = center_dot - knob.radius * sight.normal_dot;
+  }
+  return sight;
+}
+
+// The lowest point of a circle about the unit axis a: x = c - R e, e = (n - (n.a) a) / s, s its length.
+template <class S, bool with_rates> Sight<S> see_rim(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface) {
+  Sight<S> sight;
+  const Vec3<S> arm = turned(of, knob.center_B), axis = turned(of, knob.axis_B), &n = surface.normal_W;
+  const Vec3<S> center = of.p + arm;
+  const S lean = dot(n, axis);
+  const Vec3<S> up = n - lean * axis;
+  const S s = norm(up);
+  const Vec3<S> e = s > S(0) ? (S(1) / s) * up : Vec3<S>{};
+  sight.normal = n;
+  sight.x = center - knob.radius * e;
+  sight.gap = dot(n, center) - surface.offset - knob.radius * s;
+  sight.rate = dot(n, of.v + cross(of.w, sight.x - of.p));
+  if (with_rates && s > S(0)) {
+    const Vec3<S> axis_dot = cross(of.w, axis);
+    const Vec3<S> up_dot = -dot(n, axis_dot) * axis - lean * axis_dot;
+    const Vec3<S> e_dot = (S(1) / s) * (up_dot - dot(e, up_dot) * e);
+    sight.x_dot = of.v + cross(of.w, arm) - knob.radius * e_dot;
+  }
+  return sight;
+}
+
+}  // namespace
+
+template <class S>
+Facet<S> nearest_facet(const Surface<S>& surface, const Vec3<S>& center_B, bool corner, const Vec3<S>& side_B, S& beside) {
+  beside = S(0);
+  switch (surface.kind) {
+    case SurfaceKind::plane: return {2, {}, {}};
+    case SurfaceKind::point: return {0, {}, {}};
+    case SurfaceKind::segment: {
+      const S h = surface.half_extents.z;
+      if (center_B.z > h) return {0, {S(0), S(0), h}, {}};
+      if (center_B.z < -h) return {0, {S(0), S(0), -h}, {}};
+      return {1, {}, {S(0), S(0), S(1)}};
+    }
+    case SurfaceKind::slab:
+      return corner ? face_of_slab(surface.half_extents, center_B, side_B, beside) : nearest_of_slab(surface.half_extents, center_B);
+    case SurfaceKind::mesh: break;
+  }
+  return corner ? face_of_mesh(surface.mesh, center_B, side_B, beside) : nearest_of_mesh(surface.mesh, center_B);
+}
+
+template <class S>
+Sight<S> look(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, const Facet<S>& facet, const Pose<S>& on) {
+  return knob.rim ? see_rim<S, false>(knob, of, surface) : see_ball<S, false>(knob, of, surface, facet, on);
+}
+template <class S>
+Sight<S> watch(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, const Facet<S>& facet, const Pose<S>& on) {
+  return knob.rim ? see_rim<S, true>(knob, of, surface) : see_ball<S, true>(knob, of, surface, facet, on);
+}
+
+#define ATWOOD_FEATURES(S)                                                                                              \
+  template Facet<S> nearest_facet<S>(const Surface<S>&, const Vec3<S>&, bool, const Vec3<S>&, S&);                       \
+  template Sight<S> look<S>(const Knob<S>&, const Pose<S>&, const Surface<S>&, const Facet<S>&, const Pose<S>&);         \
+  template Sight<S> watch<S>(const Knob<S>&, const Pose<S>&, const Surface<S>&, const Facet<S>&, const Pose<S>&);
+ATWOOD_FEATURES(float)
+ATWOOD_FEATURES(double)
+ATWOOD_FEATURES(long double)
+#undef ATWOOD_FEATURES
+
+}  // namespace atwood::event

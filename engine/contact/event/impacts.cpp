@@ -1,0 +1,327 @@
+// The impacts of one instant.
+//
+// "sequential": the pair of bodies that approaches fastest collides (ties: the first in the scene's order), then the next, until
+// no pair approaches: right for touching cradles. Several points of one pair (a box that lands flat) are solved together.
+// "together": all points of all pairs in one complementarity problem (Newton's or Poisson's law at each; for several points at
+// once Stronge's is taken as Poisson's):
+//   v_n + e v_n- >= 0,  p_n >= 0,  (v_n + e v_n-) p_n = 0,  |p_t| <= mu p_n, slip opposed         (Moreau; Glocker and Pfeiffer)
+// solved point after point, friction on a round cone, until nothing changes.
+#include <algorithm>
+#include <cmath>
+
+#include "contact/event/run.hpp"
+
+namespace atwood::event {
+
+namespace {
+
+constexpr int most_impacts_at_once = 2000;
+
+template <class S> struct Instant {
+  EventRun<S>& run;
+  S still;  // approach below it is round-off
+
+  const Feature<S>& feature(const Hit<S>& hit) const { return run.features[hit.feature]; }
+  Vec3<S> u(const Hit<S>& hit) const {
+    const Feature<S>& f = feature(hit);
+    const Pose<S>&k = run.poses[f.knob_body], &s = run.poses[f.surface_body];
+    return (k.v + cross(k.w, hit.sight.x - k.p)) - (s.v + cross(s.w, hit.sight.x - s.p));
+  }
+  S vn(const Hit<S>& hit) const { return dot(u(hit), hit.sight.normal); }
+};
+
+template <class S> void find_hits(EventRun<S>& run) {
+  run.hits.clear();
+  for (const int p : run.near) {
+    const ShapePair<S>& pair = run.pairs[p];
+    if (!run.moves[pair.a] && !run.moves[pair.b]) continue;
+    for (int f = pair.first; f < pair.first + pair.count; ++f) {
+      const Feature<S>& feature = run.features[f];
+      Sight<S> sight = sight_of(run, feature, run.y.data());
+      if (!(sight.gap <= run.gap_round_off())) continue;
+      Hit<S> hit;
+      hit.feature = f;
+      hit.pair = p;
+      hit.sight = sight;
+      run.hits.push_back(hit);
+    }
+  }
+  for (const Hit<S>& hit : run.hits) pose_bodies(run, run.features[hit.feature], run.y.data());
+}
+
+template <class S> ImpactLaw<S> law_of(const EventRun<S>& run, int pair) {
+  const ShapePair<S>& p = run.pairs[pair];
+  return {p.ends ? S(0) : p.restitution, p.friction, p.rolling_friction_m, run.options.restitution};
+}
+
+template <class S> void take_back(EventRun<S>& run, const Feature<S>& f, const ImpactBody<S>& surface, const ImpactBody<S>& knob) {
+  if (run.moves[f.surface_body]) {
+    run.poses[f.surface_body].v = surface.v_W;
+    run.poses[f.surface_body].w = surface.w_W;
+  }
+  if (run.moves[f.knob_body]) {
+    run.poses[f.knob_body].v = knob.v_W;
+    run.poses[f.knob_body].w = knob.w_W;
+  }
+}
+
+template <class S> void collide_one(Instant<S>& now, Hit<S>& hit) {
+  EventRun<S>& run = now.run;
+  const Feature<S>& f = now.feature(hit);
+  ImpactBody<S> surface = impact_body(run, f.surface_body, hit.sight.x), knob = impact_body(run, f.knob_body, hit.sight.x);
+  const Impulse<S> impulse = collide(law_of(run, hit.pair), hit.sight.normal, surface, knob);
+  take_back(run, f, surface, knob);
+  run.pending.push_back({hit.pair, f.knob_body == run.pairs[hit.pair].a, hit.sight, impulse});
+}
+
+// ---- several points at once ---------------------------------------------------------------------------------------------------
+template <class S> void push_at(Instant<S>& now, Hit<S>& hit, const Vec3<S>& impulse) {
+  const Feature<S>& f = now.feature(hit);
+  EventRun<S>& run = now.run;
+  const auto apply = [&](int body, const ImpactBody<S>& side, const Vec3<S>& j) {
+    if (!run.moves[body]) return;
+    const Vec3<S> turn = cross(side.r_W, j);
+    run.poses[body].v += side.inverse_mass_per_kg * j;
+    run.poses[body].w += Vec3<S>{dot(side.I_inverse_W_row[0], turn), dot(side.I_inverse_W_row[1], turn), dot(side.I_inverse_W_row[2], turn)};
+  };
+  apply(f.surface_body, hit.surface, -impulse);
+  apply(f.knob_body, hit.knob, impulse);
+}
+
+// Until v_n >= hit.target wherever p_n = hit.least, p_n >= hit.least.
+template <class S> void settle(Instant<S>& now, std::vector<Hit<S>>& hits, int first, int count) {
+  for (int sweep = 0; sweep < 20000; ++sweep) {
+    S change = S(0), size = S(0);
+    for (int i = first; i < first + count; ++i) {
+      Hit<S>& hit = hits[i];
+      const Vec3<S>& n = hit.sight.normal;
+      const S friction = now.run.pairs[hit.pair].friction;
+      const S p = real::max(hit.least, hit.normal_N_s - (now.vn(hit) - hit.target) / hit.mobility_n);
+      push_at(now, hit, (p - hit.normal_N_s) * n);
+      change = real::max(change, real::abs(p - hit.normal_N_s));
+      hit.normal_N_s = p;
+      size = real::max(size, p);
+      if (!(friction > S(0))) continue;
+      const Vec3<S> u = now.u(hit), slip = u - dot(u, n) * n;
+      Vec3<S> t = hit.tangential_N_s - (S(1) / hit.mobility_t) * slip;
+      const S length = norm(t), most = friction * p;
+      if (length > most) t = (most / length) * t;
+      push_at(now, hit, t - hit.tangential_N_s);
+      change = real::max(change, norm(t - hit.tangential_N_s));
+      hit.tangential_N_s = t;
+    }
+    if (!(change > S(4) * real::epsilon<S>() * size)) return;
+  }
+}
+
+template <class S> void report_group(Instant<S>& now, int first, int count) {
+  EventRun<S>& run = now.run;
+  for (int i = first; i < first + count;) {  // one event a pair
+    const int pair = run.hits[i].pair;
+    int end = i;
+    Impulse<S> total;
+    Sight<S> at = run.hits[i].sight;
+    Vec3<S> x{}, tangential{};
+    S before = S(0), after = S(0);
+    for (; end < first + count && run.hits[end].pair == pair; ++end) {
+      const Hit<S>& hit = run.hits[end];
+      const S p = hit.normal_N_s;
+      total.normal_N_s += p;
+      x += p * hit.sight.x;
+      tangential += hit.tangential_N_s;
+      before += p * hit.before;
+      after += p * now.vn(hit);
+    }
+    if (total.normal_N_s > S(0)) {
+      at.x = (S(1) / total.normal_N_s) * x;  // where the impulses' resultant acts; v_n is linear in the point
+      total.vn_before_m_per_s = before / total.normal_N_s;
+      total.vn_after_m_per_s = after / total.normal_N_s;
+      total.tangential_N_s = norm(tangential);
+      run.pending.push_back({pair, now.feature(run.hits[i]).knob_body == run.pairs[pair].a, at, total});
+    }
+    i = end;
+  }
+}
+
+template <class S> void collide_together(Instant<S>& now, int first, int count) {
+  EventRun<S>& run = now.run;
+  const bool newton = run.options.restitution == Restitution::newton;
+  for (int i = first; i < first + count; ++i) {
+    Hit<S>& hit = run.hits[i];
+    const Feature<S>& f = now.feature(hit);
+    const ImpactLaw<S> law = law_of(run, hit.pair);
+    hit.surface = impact_body(run, f.surface_body, hit.sight.x);
+    hit.knob = impact_body(run, f.knob_body, hit.sight.x);
+    const Vec3<S>& n = hit.sight.normal;
+    const Vec3<S> axis = real::abs(n.x) < S(0.6) ? Vec3<S>{S(1), S(0), S(0)} : Vec3<S>{S(0), S(1), S(0)};
+    Vec3<S> t = axis - dot(axis, n) * n;
+    t = (S(1) / norm(t)) * t;
+    const Vec3<S> t2 = cross(n, t);
+    hit.mobility_n = mobility(hit.surface, hit.knob, n);
+    hit.mobility_t = real::max(mobility(hit.surface, hit.knob, t), mobility(hit.surface, hit.knob, t2)) +
+                     real::abs(mobility(hit.surface, hit.knob, t, t2));
+    hit.before = now.vn(hit);
+    hit.normal_N_s = hit.least = S(0);
+    hit.tangential_N_s = {};
+    hit.target = newton && hit.before < S(0) ? -law.restitution * hit.before : S(0);
+  }
+  settle(now, run.hits, first, count);
+  if (!newton) {
+    bool restores = false;
+    for (int i = first; i < first + count; ++i) {
+      Hit<S>& hit = run.hits[i];
+      hit.least = (S(1) + law_of(run, hit.pair).restitution) * hit.normal_N_s;
+      restores = restores || hit.least > hit.normal_N_s;
+    }
+    if (restores) settle(now, run.hits, first, count);
+  }
+  report_group(now, first, count);
+}
+
+// ---- the order of impacts -----------------------------------------------------------------------------------------------------
+template <class S> int end_of_pair(const EventRun<S>& run, int first) {
+  int end = first;
+  while (end < static_cast<int>(run.hits.size()) && run.hits[end].pair == run.hits[first].pair) ++end;
+  return end;
+}
+
+template <class S> bool all_impacts(Instant<S>& now) {
+  EventRun<S>& run = now.run;
+  run.pending.clear();
+  const int count = static_cast<int>(run.hits.size());
+  if (run.options.together) {
+    if (count == 1) collide_one(now, run.hits[0]);
+    else collide_together(now, 0, count);
+    return true;
+  }
+  for (int impacts = 0; impacts < most_impacts_at_once; ++impacts) {
+    int fastest = -1;
+    S least = -now.still;
+    for (int i = 0; i < count; ++i) {
+      const S vn = now.vn(run.hits[i]);
+      if (vn < least) {
+        least = vn;
+        fastest = i;
+      }
+    }
+    if (fastest < 0) return true;
+    int first = fastest;
+    while (first > 0 && run.hits[first - 1].pair == run.hits[fastest].pair) --first;
+    const int end = end_of_pair(run, first);
+    if (end - first == 1) collide_one(now, run.hits[first]);
+    else collide_together(now, first, end - first);
+  }
+  collide_together(now, 0, count);  // ever smaller impacts back and forth: what is left of them, at once
+  return true;
+}
+
+// ---- the end of a series of bounces -------------------------------------------------------------------------------------------
+// Each touch is located to about eps r / v, so late bounces cost more than they tell: a series is summed once a bounce rises by
+// less than eps^(2/3) r.   flight T_k = 2 v / a,  rise a T^2 / 8,  rest of the series T_k / (1 - e)
+// The impact that ends it is taken without restitution: friction's impulse over the rest of the series, and the way that it
+// takes from a sliding body, are then those of a body that slides under its weight from here on, exactly.
+template <class S> bool find_ends(Instant<S>& now, S t_s) {
+  EventRun<S>& run = now.run;
+  bool found = false, known = false;
+  for (int first = 0; first < static_cast<int>(run.hits.size()); first = end_of_pair(run, first)) {
+    ShapePair<S>& pair = run.pairs[run.hits[first].pair];
+    if (pair.ends || !(pair.restitution > S(0)) || pair.restitution >= S(1)) continue;
+    const int end = end_of_pair(run, first);
+    S rises = -S(1);
+    for (int i = first; i < end; ++i) rises = real::max(rises, now.vn(run.hits[i]));
+    const bool hit = std::any_of(run.pending.begin(), run.pending.end(), [&](const auto& p) { return p.pair == run.hits[first].pair; });
+    if (!hit || !(rises > S(0))) continue;
+    if (!known) {  // what the bodies would do without the contacts of this instant
+      known = true;
+      for (Contact<S>& contact : run.contacts) contact.carries = contact.carries && std::none_of(run.pending.begin(), run.pending.end(), [&](const auto& p) {
+        return p.pair == run.features[contact.feature].pair;
+      });
+      run.carrying = static_cast<int>(std::count_if(run.contacts.begin(), run.contacts.end(), [](const auto& c) { return c.carries; }));
+      run.free_rate_of(run.free_context, t_s, run.y.data(), run.dydt.data());
+      if (run.carrying > 0) contact_rates(run, t_s, run.y.data(), run.dydt.data());
+    }
+    S pressing = S(0);
+    for (int i = first; i < end; ++i) {
+      Contact<S> contact;
+      contact.feature = run.hits[i].feature;
+      S beside{};
+      const Feature<S>& f = run.features[contact.feature];
+      contact.facet = facet_under(run, f, beside);
+      contact.sight = watch(f.knob, run.poses[f.knob_body], run.surfaces[f.surface], contact.facet, run.poses[f.surface_body]);
+      contact.u = now.u(run.hits[i]);
+      pressing = real::max(pressing, -normal_acceleration(run, contact, run.dydt.data()));
+    }
+    if (!(pressing > S(0))) continue;
+    const S size_a = run.reach[pair.a] > S(0) ? run.reach[pair.a] : run.reach[pair.b];
+    const S size = run.reach[pair.b] > S(0) ? real::min(size_a, run.reach[pair.b]) : size_a;
+    const S flight = S(2) * rises / pressing, root = std::cbrt(real::epsilon<S>());
+    if (pressing * flight * flight / S(8) > root * root * size) continue;
+    pair.ends = true;
+    pair.tail_s = flight / (S(1) - pair.restitution);
+    found = true;
+  }
+  return found;
+}
+
+template <class S> void load_poses(EventRun<S>& run) {
+  for (const Hit<S>& hit : run.hits) pose_bodies(run, run.features[hit.feature], run.y.data());
+}
+
+template <class S> void store_velocities(EventRun<S>& run) {
+  for (const Hit<S>& hit : run.hits)
+    for (const int body : {run.features[hit.feature].knob_body, run.features[hit.feature].surface_body})
+      store_velocity(run, body, run.poses[body].v, run.poses[body].w, run.y.data());
+}
+
+template <class S> void drop_kicked(EventRun<S>& run, S still) {
+  std::erase_if(run.contacts, [&](const Contact<S>& contact) {
+    const Sight<S> sight = sight_of(run, run.features[contact.feature], run.y.data());
+    if (!(real::abs(sight.rate) > still)) return false;
+    run.features[contact.feature].lasting = false;
+    return true;
+  });
+}
+
+}  // namespace
+
+template <class S> bool resolve_impacts(EventRun<S>& run, S t_s) {
+  find_hits(run);
+  Instant<S> now{run, run.approach_round_off()};
+  for (const Hit<S>& hit : run.hits) run.pairs[hit.pair].ends = false;
+  run.y_kept = run.y;
+  all_impacts(now);
+  store_velocities(run);
+  if (find_ends(now, t_s)) {
+    run.y = run.y_kept;
+    load_poses(run);
+    all_impacts(now);
+    store_velocities(run);
+  }
+  for (const Pending<S>& made : run.pending) report_event(run, EventKind::impact, run.pairs[made.pair], made.sight, made.knob_is_a, made.impulse, t_s);
+  drop_kicked(run, run.slip_round_off());
+  if (!review_contacts(run, t_s, true)) return false;
+  for (std::size_t i = 0; i < run.pending.size(); ++i) {
+    const Pending<S>& made = run.pending[i];
+    ShapePair<S>& pair = run.pairs[made.pair];
+    const bool again = std::any_of(run.pending.begin(), run.pending.begin() + static_cast<std::ptrdiff_t>(i),
+                                   [&](const Pending<S>& earlier) { return earlier.pair == made.pair; });
+    const bool plastic = !again && (pair.ends || !(pair.restitution > S(0)));
+    const bool carries = std::any_of(run.contacts.begin(), run.contacts.end(), [&](const Contact<S>& contact) {
+      return contact.carries && run.features[contact.feature].pair == made.pair;
+    });
+    const bool was = std::any_of(run.contacts_before.begin(), run.contacts_before.end(), [&](const Contact<S>& contact) {
+      return run.features[contact.feature].pair == made.pair;
+    });
+    if (plastic && carries && !was)
+      report_event(run, EventKind::rest, pair, made.sight, made.knob_is_a, Impulse<S>{}, t_s + (pair.ends ? pair.tail_s : S(0)));
+  }
+  for (const Pending<S>& made : run.pending) run.pairs[made.pair].ends = false;
+  project_contacts(run, run.y.data());
+  return true;
+}
+
+template bool resolve_impacts<float>(EventRun<float>&, float);
+template bool resolve_impacts<double>(EventRun<double>&, double);
+template bool resolve_impacts<long double>(EventRun<long double>&, long double);
+
+}  // namespace atwood::event

@@ -1,0 +1,112 @@
+// Poses and gaps of bodies in a state.
+#include "contact/event/run.hpp"
+#include "math/so3.hpp"
+
+namespace atwood::event {
+
+template <class S> Pose<S> pose_of(const EventRun<S>& run, int body, const S* y) {
+  const int offset = run.model.offset(body);
+  Pose<S> pose;
+  if (offset < 0) return run.poses[body];
+  const S* at = y + offset;
+  pose.p = load3(at + at_position);
+  pose.v = run.moves[body] ? load3(at + at_velocity) : Vec3<S>{};
+  if (!run.model.rotates(body)) return pose;
+  const Quat<S> q = load4(at + at_attitude);
+  const S two = S(2) / (q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);  // a method's stages are not of unit length
+  const S x = two * q.x, y2 = two * q.y, z = two * q.z;
+  const S xx = x * q.x, yy = y2 * q.y, zz = z * q.z, xy = x * q.y, xz = x * q.z, yz = y2 * q.z, wx = x * q.w, wy = y2 * q.w, wz = z * q.w;
+  pose.axis[0] = {S(1) - yy - zz, xy + wz, xz - wy};
+  pose.axis[1] = {xy - wz, S(1) - xx - zz, yz + wx};
+  pose.axis[2] = {xz + wy, yz - wx, S(1) - xx - yy};
+  if (run.moves[body]) pose.w = turned(pose, load3(at + at_body_rate));
+  return pose;
+}
+
+template <class S> void pose_bodies(EventRun<S>& run, const Feature<S>& feature, const S* y) {
+  run.poses[feature.knob_body] = pose_of(run, feature.knob_body, y);
+  run.poses[feature.surface_body] = pose_of(run, feature.surface_body, y);
+}
+
+template <class S> Facet<S> facet_under(const EventRun<S>& run, const Feature<S>& feature, S& beside) {
+  const Surface<S>& surface = run.surfaces[feature.surface];
+  beside = S(0);
+  if (surface.kind == SurfaceKind::plane) return {2, {}, {}};
+  if (surface.kind == SurfaceKind::point) return {0, {}, {}};
+  const Pose<S>&of = run.poses[feature.knob_body], &on = run.poses[feature.surface_body];
+  const Vec3<S> center = feature.knob.centered ? of.p : of.p + turned(of, feature.knob.center_B);
+  const bool corner = surface.radius + feature.knob.radius == S(0) || !feature.knob.centered;
+  return nearest_facet(surface, turned_back(on, center - on.p), corner, turned_back(on, of.p - on.p), beside);
+}
+
+template <class S> Sight<S> sight_of(EventRun<S>& run, const Feature<S>& feature, const S* y) {
+  const Surface<S>& surface = run.surfaces[feature.surface];
+  Sight<S> sight;
+  if (feature.knob.centered && surface.kind <= SurfaceKind::point) {  // balls on planes and balls: no axes needed
+    const int k = run.model.offset(feature.knob_body), s = run.model.offset(feature.surface_body);
+    const Vec3<S> p = k < 0 ? run.poses[feature.knob_body].p : load3(y + k), v = k < 0 || !run.moves[feature.knob_body] ? Vec3<S>{} : load3(y + k + at_velocity);
+    if (surface.kind == SurfaceKind::plane) {
+      sight.normal = surface.normal_W;
+      sight.gap = dot(sight.normal, p) - surface.offset - feature.knob.radius;
+      sight.rate = dot(sight.normal, v);
+    } else {
+      const Vec3<S> away = p - (s < 0 ? run.poses[feature.surface_body].p : load3(y + s));
+      const Vec3<S> drift = v - (s < 0 || !run.moves[feature.surface_body] ? Vec3<S>{} : load3(y + s + at_velocity));
+      const S distance = norm(away);
+      sight.normal = distance > S(0) ? (S(1) / distance) * away : Vec3<S>{S(0), S(0), S(1)};
+      sight.gap = distance - feature.knob.radius - surface.radius;
+      sight.rate = dot(sight.normal, drift);
+    }
+    sight.x = p - feature.knob.radius * sight.normal;
+    return sight;
+  }
+  pose_bodies(run, feature, y);
+  S beside{};
+  const Facet<S> facet = facet_under(run, feature, beside);
+  sight = look(feature.knob, run.poses[feature.knob_body], surface, facet, run.poses[feature.surface_body]);
+  sight.gap = real::max(sight.gap, beside);
+  return sight;
+}
+
+// I^-1 in world axes, R I_B^-1 R^T, by its action on the world's axes (it is symmetric, so columns are rows).
+template <class S> ImpactBody<S> impact_body(const EventRun<S>& run, int body, const Vec3<S>& x_W) {
+  const Pose<S>& pose = run.poses[body];
+  ImpactBody<S> out;
+  out.r_W = x_W - pose.p;
+  if (!run.moves[body]) return out;
+  const MassProperties<S>& mass = run.model.mass(body);
+  out.inverse_mass_per_kg = mass.inverse_mass_per_kg;
+  out.v_W = pose.v;
+  if (!run.model.rotates(body)) return out;
+  out.w_W = pose.w;
+  const Vec3<S> axes[3] = {{S(1), S(0), S(0)}, {S(0), S(1), S(0)}, {S(0), S(0), S(1)}};
+  for (int i = 0; i < 3; ++i)
+    out.I_inverse_W_row[i] = run.round[body] ? mass.I_inverse_row[0].x * axes[i]
+                                             : turned(pose, mass.times_inverse_inertia(turned_back(pose, axes[i])));
+  return out;
+}
+
+template <class S> void store_velocity(EventRun<S>& run, int body, const Vec3<S>& v_W, const Vec3<S>& w_W, S* y) {
+  if (!run.moves[body]) return;
+  Pose<S>& pose = run.poses[body];
+  S* at = y + run.model.offset(body);
+  pose.v = v_W;
+  store3(v_W, at + at_velocity);
+  if (!run.model.rotates(body)) return;
+  pose.w = w_W;
+  store3(turned_back(pose, w_W), at + at_body_rate);
+}
+
+#define ATWOOD_MOTION(S)                                                                            \
+  template Pose<S> pose_of<S>(const EventRun<S>&, int, const S*);                                   \
+  template void pose_bodies<S>(EventRun<S>&, const Feature<S>&, const S*);                          \
+  template Facet<S> facet_under<S>(const EventRun<S>&, const Feature<S>&, S&);                      \
+  template Sight<S> sight_of<S>(EventRun<S>&, const Feature<S>&, const S*);                         \
+  template ImpactBody<S> impact_body<S>(const EventRun<S>&, int, const Vec3<S>&);                   \
+  template void store_velocity<S>(EventRun<S>&, int, const Vec3<S>&, const Vec3<S>&, S*);
+ATWOOD_MOTION(float)
+ATWOOD_MOTION(double)
+ATWOOD_MOTION(long double)
+#undef ATWOOD_MOTION
+
+}  // namespace atwood::event

@@ -1,0 +1,201 @@
+// Which knobs of which body may touch which surfaces of which other.
+#include <algorithm>
+#include <cmath>
+
+#include "contact/event/run.hpp"
+
+namespace atwood::event {
+
+namespace {
+
+const char* shape_name(const Shape& shape) {
+  constexpr const char* names[] = {"point", "sphere", "plane", "rectangle", "box", "capsule", "cylinder", "convex", "mesh", "compound"};
+  return names[shape.index()];
+}
+
+template <class S> Knob<S> corner(const Vec3<S>& at_B) { return {at_B, S(0), false, false, {}}; }
+
+template <class S> void box_corners(const Real3& half, const Vec3<S>& p, const Quat<S>& q, std::vector<Knob<S>>& knobs) {
+  for (int i = 0; i < 8; ++i) {
+    const Vec3<S> at{S(i & 1 ? half[0] : -half[0]), S(i & 2 ? half[1] : -half[1]), S(i & 4 ? half[2] : -half[2])};
+    knobs.push_back(corner(p + rotate(q, at)));
+  }
+}
+
+template <class S> void ball_ends(double radius_m, double half_length_m, std::vector<Knob<S>>& knobs) {
+  for (const double z : {-half_length_m, half_length_m}) knobs.push_back({{S(0), S(0), S(z)}, S(radius_m), false, z == 0, {}});
+}
+
+// What may touch a plane: whatever lies outermost in some direction.
+template <class S> std::vector<Knob<S>> knobs_for_planes(const Shape& shape) {
+  std::vector<Knob<S>> knobs;
+  if (const auto* sphere = std::get_if<Sphere>(&shape)) knobs.push_back({{}, S(sphere->radius_m), false, true, {}});
+  if (const auto* box = std::get_if<Box>(&shape)) box_corners<S>(box->half_extents_m, {}, {}, knobs);
+  if (const auto* sheet = std::get_if<Rectangle>(&shape)) {
+    for (int i = 0; i < 4; ++i)
+      knobs.push_back(corner(Vec3<S>{S(i & 1 ? 1 : -1) * S(sheet->half_extents_m[0]), S(i & 2 ? 1 : -1) * S(sheet->half_extents_m[1]), S(0)}));
+  }
+  if (const auto* capsule = std::get_if<Capsule>(&shape)) ball_ends(capsule->radius_m, capsule->half_length_m, knobs);
+  if (const auto* cylinder = std::get_if<Cylinder>(&shape))
+    for (const double z : {-cylinder->half_length_m, cylinder->half_length_m})
+      knobs.push_back({{S(0), S(0), S(z)}, S(cylinder->radius_m), true, false, {S(0), S(0), S(1)}});
+  if (const auto* hull = std::get_if<Convex>(&shape))
+    for (const Real3& point : hull->points_m) knobs.push_back(corner(narrow3<S>(point)));
+  if (const auto* mesh = std::get_if<Mesh>(&shape))
+    for (const Real3& point : mesh->points_m) knobs.push_back(corner(narrow3<S>(point)));
+  if (const auto* compound = std::get_if<Compound>(&shape))
+    for (const auto& part : compound->boxes) {
+      const Real4& q = part.orientation_wxyz;
+      box_corners<S>(part.half_extents_m, narrow3<S>(part.position_body_m),
+                     normalised(Quat<S>{S(q[0]), S(q[1]), S(q[2]), S(q[3])}), knobs);
+    }
+  return knobs;
+}
+
+template <class S> Surface<S> mesh_surface(const Mesh& mesh) {
+  Surface<S> surface;
+  surface.kind = SurfaceKind::mesh;
+  for (const auto& corners : mesh.triangles) {
+    Triangle<S> triangle;
+    for (int i = 0; i < 3; ++i) triangle.corner_B[i] = narrow3<S>(mesh.points_m[static_cast<std::size_t>(corners[i])]);
+    const Vec3<S> n = cross(triangle.corner_B[1] - triangle.corner_B[0], triangle.corner_B[2] - triangle.corner_B[0]);
+    if (!(norm(n) > S(0))) continue;
+    triangle.normal_B = (S(1) / norm(n)) * n;
+    surface.mesh.push_back(triangle);
+  }
+  return surface;
+}
+
+template <class S> bool is_flat(const Surface<S>& mesh) {
+  if (mesh.mesh.empty()) return false;
+  const Triangle<S>& first = mesh.mesh.front();
+  return std::all_of(mesh.mesh.begin(), mesh.mesh.end(), [&](const Triangle<S>& triangle) {
+    return std::all_of(triangle.corner_B, triangle.corner_B + 3, [&](const Vec3<S>& corner) {
+      const Vec3<S> from = corner - first.corner_B[0];
+      return real::abs(dot(from, first.normal_B)) <= S(64) * real::epsilon<S>() * (norm(from) + norm(corner));
+    });
+  });
+}
+
+// What a ball may touch.
+template <class S> bool surface_for_balls(const Shape& shape, Surface<S>& surface) {
+  if (const auto* sphere = std::get_if<Sphere>(&shape)) {
+    surface.kind = SurfaceKind::point;
+    surface.radius = S(sphere->radius_m);
+    return true;
+  }
+  if (const auto* box = std::get_if<Box>(&shape)) {
+    surface.kind = SurfaceKind::slab;
+    surface.half_extents = narrow3<S>(box->half_extents_m);
+    return true;
+  }
+  if (const auto* sheet = std::get_if<Rectangle>(&shape)) {
+    surface.kind = SurfaceKind::slab;
+    surface.half_extents = {S(sheet->half_extents_m[0]), S(sheet->half_extents_m[1]), S(0)};
+    return true;
+  }
+  if (const auto* capsule = std::get_if<Capsule>(&shape)) {
+    surface.kind = SurfaceKind::segment;
+    surface.radius = S(capsule->radius_m);
+    surface.half_extents = {S(0), S(0), S(capsule->half_length_m)};
+    return true;
+  }
+  if (const auto* mesh = std::get_if<Mesh>(&shape)) {
+    surface = mesh_surface<S>(*mesh);
+    return true;
+  }
+  return false;
+}
+
+template <class S> S bounding_radius(const Shape& shape) {
+  S radius = S(0);
+  for (const Knob<S>& knob : knobs_for_planes<S>(shape)) radius = real::max(radius, norm(knob.center_B) + knob.radius);
+  return radius;
+}
+
+struct Builder {
+  const Scene& scene;
+
+  template <class S> void add(EventRun<S>& run, ShapePair<S>& pair, int index, int knob_body, int surface_body, std::vector<Knob<S>> knobs,
+                              Surface<S> surface) const {
+    run.surfaces.push_back(std::move(surface));
+    for (const Knob<S>& knob : knobs) {
+      Feature<S> feature;
+      feature.pair = index;
+      feature.knob_body = knob_body;
+      feature.surface_body = surface_body;
+      feature.surface = static_cast<int>(run.surfaces.size()) - 1;
+      feature.knob = knob;
+      run.features.push_back(feature);
+      ++pair.count;
+    }
+  }
+
+  // Knobs of one body against a surface of the other; false: not this way round.
+  template <class S> bool meet(EventRun<S>& run, ShapePair<S>& pair, int index, int knob_body, int surface_body) const {
+    const Shape &k = scene.bodies[knob_body].shape, &s = scene.bodies[surface_body].shape;
+    Surface<S> surface;
+    if (const auto* plane = std::get_if<Plane>(&s)) {
+      const Vec3<S> normal = narrow3<S>(plane->normal);
+      const S length = norm(normal);
+      surface.normal_W = (S(1) / length) * normal;
+      surface.offset = S(plane->offset_m) / length;
+      auto knobs = knobs_for_planes<S>(k);
+      if (knobs.empty()) return false;
+      add(run, pair, index, knob_body, surface_body, std::move(knobs), std::move(surface));
+      pair.plane = static_cast<int>(run.surfaces.size()) - 1;
+      pair.plane_is_a = surface_body == pair.a;
+      return true;
+    }
+    if (std::holds_alternative<Sphere>(k) && surface_for_balls(s, surface)) {
+      add(run, pair, index, knob_body, surface_body, knobs_for_planes<S>(k), std::move(surface));
+      return true;
+    }
+    const bool sheet = std::holds_alternative<Rectangle>(s), flat = std::holds_alternative<Mesh>(s) && is_flat(mesh_surface<S>(std::get<Mesh>(s)));
+    const bool corners = std::holds_alternative<Box>(k) || std::holds_alternative<Convex>(k) || std::holds_alternative<Capsule>(k);
+    if (corners && (sheet || flat) && surface_for_balls(s, surface)) {
+      add(run, pair, index, knob_body, surface_body, knobs_for_planes<S>(k), std::move(surface));
+      return true;
+    }
+    return false;
+  }
+};
+
+}  // namespace
+
+template <class S> void find_pairs(EventRun<S>& run, const Scene& scene) {
+  const int n = static_cast<int>(scene.bodies.size());
+  const Builder builder{scene};
+  run.reach.resize(static_cast<std::size_t>(n));
+  run.length_scale = S(0);
+  for (int i = 0; i < n; ++i) {
+    const Body& body = scene.bodies[i];
+    run.reach[i] = bounding_radius<S>(body.shape);
+    run.length_scale = real::max(run.length_scale, norm(narrow3<S>(body.position_m)) + run.reach[i]);
+  }
+  for (int a = 0; a < n; ++a)
+    for (int b = a + 1; b < n; ++b) {
+      const Body &body_a = scene.bodies[a], &body_b = scene.bodies[b];
+      if (body_a.shape.index() == 0 || body_b.shape.index() == 0 || (body_a.fixed && body_b.fixed)) continue;
+      ShapePair<S> pair;
+      pair.a = a;
+      pair.b = b;
+      const PairLaw& law = pair_law(scene, a, b);
+      pair.restitution = S(law.restitution);
+      pair.friction = S(law.friction);
+      pair.rolling_friction_m = S(law.rolling_friction_m);
+      pair.reach = run.reach[a] + run.reach[b];
+      pair.first = static_cast<int>(run.features.size());
+      const int index = static_cast<int>(run.pairs.size());
+      if (!builder.meet(run, pair, index, b, a) && !builder.meet(run, pair, index, a, b))
+        pair.refused = std::string("atwood's +event has no contact between ") + shape_name(body_a.shape) + " `" + body_a.name + "` and " +
+                       shape_name(body_b.shape) + " `" + body_b.name + "`";
+      run.pairs.push_back(std::move(pair));
+    }
+}
+
+template void find_pairs<float>(EventRun<float>&, const Scene&);
+template void find_pairs<double>(EventRun<double>&, const Scene&);
+template void find_pairs<long double>(EventRun<long double>&, const Scene&);
+
+}  // namespace atwood::event

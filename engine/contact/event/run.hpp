@@ -1,0 +1,190 @@
+// A run of `+event`: free flight by the method, impacts located on its flow, and between them contacts that last, held by the
+// forces that their geometry and Coulomb's law ask for.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "contact/event/features.hpp"
+#include "contact/impulse.hpp"
+#include "integrators/stepper.hpp"
+#include "protocol/method.hpp"
+#include "protocol/sample.hpp"
+#include "rigid/model.hpp"
+
+namespace atwood::event {
+
+// Two bodies that may touch, with the knobs and surfaces by which they do.
+template <class S> struct ShapePair {
+  int a = 0, b = 0;              // a < b
+  int first = 0, count = 0;      // features
+  S restitution{}, friction{}, rolling_friction_m{};
+  S reach{};                     // of both bodies' bounding spheres; a plane's is 0
+  int plane = -1;                // surface, if one of them is a plane
+  bool plane_is_a = false;
+  std::string refused;           // not empty: no test for this pair; it must not come near
+  S look_again_at{};             // the two bodies' travel until which they cannot have met
+  std::int64_t known_at = -1;    // step at whose start its features' gaps are known
+  bool ends = false;             // this instant's impact ends its series of bounces, tail_s later
+  S tail_s{};
+};
+
+// A feature that touches at the instant of an impact.
+template <class S> struct Hit {
+  int feature = 0, pair = 0;
+  Sight<S> sight;
+  ImpactBody<S> surface, knob;
+  S mobility_n{}, mobility_t{};
+  S before{}, target{}, least{}, normal_N_s{};  // v_n before, ... to reach; normal impulse at least, and so far
+  Vec3<S> tangential_N_s;
+};
+template <class S> struct Pending { int pair = 0; bool knob_is_a = false; Sight<S> sight; Impulse<S> impulse; };
+
+template <class S> struct Feature {
+  int pair = 0, knob_body = 0, surface_body = 0, surface = 0;
+  Knob<S> knob;
+  bool lasting = false;          // among EventRun::contacts
+  S gap{}, rate{};               // at the start of the step, where its pair's are known
+  S gap_end{}, rate_end{};
+};
+
+enum class Mode : unsigned char { smooth, slips, sticks };     // smooth: no friction
+enum class Turning : unsigned char { free, rolls, held };      // free: no rolling friction
+
+// A knob that keeps touching. Directions and forces: of the knob's body against the surface's, world axes.
+template <class S> struct Contact {
+  int feature = 0;
+  Facet<S> facet;
+  Mode mode = Mode::smooth;
+  Turning turning = Turning::free;
+  bool carries = false;          // a normal force is solved for; else it touches, and others carry
+  bool waits = false;            // stands at the edge of its cone, with no slip yet
+  bool gives_way = false, turns_over = false;  // what an event found: friction, couple at its bound
+  S rest_gap{};                  // what the gap is held at: below 0 for bodies that overlap at the start
+  Vec3<S> slip_direction, roll_direction;
+  S slip_speed{}, roll_speed{};  // at the start of the step
+  // Of the last evaluation:
+  Sight<S> sight;
+  Vec3<S> u, w;                  // slip velocity of the knob's point, relative angular velocity
+  S normal_N{}, largest_N{};     // now; since it carries
+  Vec3<S> friction_N, couple_N_m;
+  int first_row = -1;
+  S share_N{};                   // of the load, among redundant contacts: as settled when they last changed
+  // Of settle_forces() alone:
+  Vec3<S> along_W, along_couple_W, u_dot, alpha;
+  S mobility_n{}, mobility_t{}, mobility_c{};
+};
+
+// A direction in the velocities of the two bodies, and as forces: on the knob's body, the opposite on the surface's.
+template <class S> struct Wrench { Vec3<S> linear, angular_k, angular_s; };
+template <class S> struct Row {
+  int contact = 0, knob_body = 0, surface_body = 0;
+  Wrench<S> row, column;                       // the acceleration asked for; the load that one unknown stands for
+  Vec3<S> a_k, alpha_k, a_s, alpha_s;          // what the column does to both bodies
+};
+
+template <class S> struct Wind { int body = 0; Vec3<S> velocity_W; };  // |u| u of quadratic drag has a kink at u = v - wind = 0
+
+struct EventOptions {
+  Restitution restitution = Restitution::newton;
+  bool together = false;         // one solve for all impacts of an instant, instead of pair after pair
+};
+
+template <class S> struct EventRun {
+  EventRun(RigidModel<S>& of_model, Stepper<S>& of_stepper) : model(of_model), stepper(of_stepper) {}
+
+  RigidModel<S>& model;
+  Stepper<S>& stepper;
+  EventOptions options;
+  std::unique_ptr<Stepper<S>> substitute;  // for lasting contacts, where the method asks for no rates
+  std::vector<ShapePair<S>> pairs;
+  std::vector<Feature<S>> features;
+  std::vector<Surface<S>> surfaces;
+  std::vector<Wind<S>> winds;
+  std::vector<Pose<S>> poses;              // of every body; fixed ones never change
+  std::vector<S> travel, excursions, reach;  // a body: the length of its way so far, within the step; bounding radius
+  std::vector<unsigned char> moves;        // neither fixed nor held now
+  std::vector<unsigned char> round;        // isotropic inertia
+  std::vector<int> near;                   // pairs looked at in this step
+  std::vector<Contact<S>> contacts, contacts_before;
+  std::vector<Hit<S>> hits;
+  std::vector<Pending<S>> pending;         // events of the impacts of an instant
+  std::vector<int> contact_bodies;         // each once
+  int carrying = 0;
+
+  // ---- the model's own equations, which those with contacts wrap
+  void (*free_rate_of)(void*, S, const S*, S*) = nullptr;
+  void (*free_project_of)(void*, S*) = nullptr;
+  void (*free_projection_of)(void*, const S*, S*) = nullptr;
+  void* free_context = nullptr;
+  std::int64_t wrapped_calls = 0;
+
+  // ---- linear algebra of the contacts
+  std::vector<Row<S>> rows;
+  std::vector<S> matrix, factors, right, unknown, residual;
+  std::vector<int> pivots;
+  std::vector<Vec3<S>> a_W, alpha_W;       // of bodies, in settle_forces()
+  S least_margin{};                        // over the evaluations of a step: how near a force came to its bound, relative
+  bool solvable = true;
+
+  // ---- states
+  std::vector<S> y, y_new, y_probe, y_kept, dydt;
+  S length_scale{};                        // of coordinates and sizes: what round-off of a gap is relative to
+  S speed_scale{};                         // largest speed of a body's points so far
+  S rtol{}, atol{}, h_next_s{};
+  std::int64_t seen_epoch = -1, step_count = 0;
+  bool starts = true;                      // nothing is known of contacts yet
+  const Observer* observer = nullptr;
+  Outcome outcome;
+
+  S gap_round_off() const { return S(64) * real::epsilon<S>() * length_scale; }
+  S approach_round_off() const { return S(256) * real::epsilon<S>() * speed_scale; }
+  S slip_round_off() const { return S(4096) * real::epsilon<S>() * speed_scale; }
+};
+
+// ---- pairs.cpp
+template <class S> void find_pairs(EventRun<S>& run, const Scene& scene);
+
+// ---- motion.cpp: poses, gaps
+template <class S> Pose<S> pose_of(const EventRun<S>& run, int body, const S* y);
+template <class S> void pose_bodies(EventRun<S>& run, const Feature<S>& feature, const S* y);  // the two of them, into run.poses
+template <class S> Facet<S> facet_under(const EventRun<S>& run, const Feature<S>& feature, S& beside);  // run.poses are current
+template <class S> Sight<S> sight_of(EventRun<S>& run, const Feature<S>& feature, const S* y);
+template <class S> ImpactBody<S> impact_body(const EventRun<S>& run, int body, const Vec3<S>& x_W);  // from run.poses
+template <class S> void store_velocity(EventRun<S>& run, int body, const Vec3<S>& v_W, const Vec3<S>& w_W, S* y);
+
+// ---- forces.cpp: contact forces in the rates
+template <class S> void wrap_rates(EventRun<S>& run);
+template <class S> void unwrap_rates(EventRun<S>& run);
+template <class S> void contact_rates(EventRun<S>& run, S t_s, const S* y, S* dydt);
+// The contact's relative acceleration along n and across it, with all forces in `dydt`.
+template <class S> Vec3<S> relative_acceleration(const EventRun<S>& run, const Contact<S>& contact, const S* dydt);
+template <class S> S normal_acceleration(const EventRun<S>& run, const Contact<S>& contact, const S* dydt);
+// What a force and a couple on the knob's body (the opposite on the surface's) do; and along a force and a couple of the same kind.
+template <class S> Row<S> load_row(const EventRun<S>& run, const Contact<S>& contact, const Vec3<S>& force, const Vec3<S>& couple);
+template <class S> S effect_of_load(const EventRun<S>& run, const Contact<S>& contact, const Vec3<S>& on, const Vec3<S>& on_couple,
+                                    const Vec3<S>& force, const Vec3<S>& couple);
+// Takes drift off the constraints: positions along the normals, velocities as the impulse that costs least energy.
+template <class S> void project_contacts(EventRun<S>& run, S* y);
+
+// ---- linear.cpp: run.matrix unknown = run.right, n x n; where redundant contacts make it singular, the solution
+// nearest to what stands in run.unknown
+template <class S> void solve_rows(EventRun<S>& run, int n, bool redundant);
+
+// ---- settle.cpp: normal forces, friction and couples of run.contacts, and u_dot, alpha under them; `free_dydt`: without contacts
+template <class S> void settle_forces(EventRun<S>& run, const S* free_dydt);
+
+// ---- modes.cpp: which contacts touch, carry, slip, stick at this instant; `forced`: a contact whose friction is at its bound
+template <class S> bool review_contacts(EventRun<S>& run, S t_s, bool report);
+template <class S> void report_event(const EventRun<S>& run, EventKind kind, const ShapePair<S>& pair, const Sight<S>& sight,
+                                     bool knob_is_a, const Impulse<S>& impulse, S t_s);
+
+// ---- impacts.cpp: the impacts of an instant, at run.y
+template <class S> bool resolve_impacts(EventRun<S>& run, S t_s);
+
+// ---- step.cpp
+template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s);
+
+}  // namespace atwood::event

@@ -1,0 +1,106 @@
+// Contacts that last under `+event`: closed forms, the kinds and times of events, forces at samples.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <vector>
+
+#include "contact/contact.hpp"
+#include "scene/scene.hpp"
+
+using namespace atwood;
+
+namespace {
+
+constexpr double g = 9.8;
+
+struct Recorded {
+  Outcome outcome;
+  std::vector<Sample> samples;
+  std::vector<Event> events;
+};
+
+Recorded run(const std::string& method, const Scene& scene, const Plan& plan) {
+  Recorded recorded;
+  Observer observer;
+  observer.sample = [&](const Sample& s) { recorded.samples.push_back(s); };
+  observer.event = [&](const Event& e) { recorded.events.push_back(e); };
+  recorded.outcome = run_with_contacts(parse_method_id(method), scene, plan, observer, 0);
+  return recorded;
+}
+
+Scene on_floor(Shape shape, const Real3& I, double height_m, double friction, double rolling_friction_m = 0) {
+  Scene scene;
+  scene.gravity_m_per_s2 = {0, 0, -g};
+  scene.materials = {{"stuff", 0, friction, rolling_friction_m}};
+  scene.pairs = {{0, 0, 0, friction, rolling_friction_m}};
+  Body floor, body;
+  floor.name = "floor";
+  floor.shape = Plane{{0, 0, 1}, 0};
+  floor.fixed = true;
+  body.name = "body";
+  body.mass_kg = 2;
+  body.inertia_kg_m2 = {2 * I[0], 0, 0, 0, 2 * I[1], 0, 0, 0, 2 * I[2]};
+  body.shape = std::move(shape);
+  body.position_m = {0, 0, height_m};
+  scene.bodies = {floor, body};
+  return scene;
+}
+
+Scene ball(double r, double friction, double rolling_friction_m = 0) {
+  return on_floor(Sphere{r}, {0.4 * r * r, 0.4 * r * r, 0.4 * r * r}, r, friction, rolling_friction_m);
+}
+Scene box(double friction) { return on_floor(Box{{0.2, 0.2, 0.05}}, {0.0425 / 3, 0.0425 / 3, 0.08 / 3}, 0.05, friction); }
+
+double at(const Recorded& r, int axis) { return static_cast<double>(r.samples.back().bodies[1].p_m[axis]); }
+double speed(const Recorded& r, int axis) { return static_cast<double>(r.samples.back().bodies[1].v_m_per_s[axis]); }
+
+}  // namespace
+
+TEST_CASE("a sliding ball rolls at 2 v0 / (7 mu g) with 5/7 of its speed") {
+  const double v0 = 2, mu = 0.3, t_roll = 2 * v0 / (7 * mu * g);
+  Scene scene = ball(0.1, mu);
+  scene.bodies[1].velocity_m_per_s = {v0, 0, 0};
+  for (const char* method : {"atwood/rk4+event", "atwood/dopri5+event", "atwood/velocity-verlet+event", "atwood/gauss4+event"}) {
+    INFO(method);
+    const auto r = run(method, scene, {1, 50, 50});
+    REQUIRE(r.outcome.status == Status::ok);
+    REQUIRE(r.events.size() == 1);
+    CHECK(r.events[0].kind == EventKind::roll);
+    CHECK(static_cast<double>(r.events[0].t_s) == Approx(t_roll).epsilon(1e-12));
+    CHECK(speed(r, 0) == Approx(5 * v0 / 7).epsilon(1e-12));
+    CHECK(at(r, 0) == Approx(v0 * t_roll - mu * g * t_roll * t_roll / 2 + 5 * v0 / 7 * (1 - t_roll)).epsilon(1e-12));
+  }
+}
+
+TEST_CASE("a box stops after v0^2 / (2 mu g), on its line whatever its direction, and stays") {
+  const double v0 = 2, mu = 0.4;
+  for (const double degrees : {0., 17., 30., 45., 60., 81.}) {
+    INFO(degrees);
+    const double c = std::cos(degrees * M_PI / 180), s = std::sin(degrees * M_PI / 180);
+    Scene scene = box(mu);
+    scene.bodies[1].velocity_m_per_s = {v0 * c, v0 * s, 0};
+    const auto r = run("atwood/rk4+event", scene, {1, 60, 60});
+    REQUIRE(r.outcome.status == Status::ok);
+    REQUIRE(r.events.size() == 1);
+    CHECK(r.events[0].kind == EventKind::stick);
+    CHECK(static_cast<double>(r.events[0].t_s) == Approx(v0 / (mu * g)).epsilon(1e-11));
+    const double way = v0 * v0 / (2 * mu * g);
+    CHECK(std::abs(at(r, 0) * c + at(r, 1) * s - way) < 1e-11);
+    CHECK(std::abs(at(r, 1) * c - at(r, 0) * s) < 1e-11);
+    double carried = 0;
+    for (const auto& contact : r.samples.back().contacts) carried += contact.force_n_N;
+    CHECK(carried == Approx(2 * g).epsilon(1e-11));
+  }
+}
+
+TEST_CASE("rolling friction brings a rolling ball to rest") {
+  // I alpha = -delta N + r F, m a = -F, a = r alpha:  a = -(5/7) delta g / r.
+  const double r = 0.1, delta = 0.01, v0 = 1, a = 5.0 / 7 * delta * g / r;
+  Scene scene = ball(r, 0.5, delta);
+  scene.bodies[1].velocity_m_per_s = {v0, 0, 0};
+  scene.bodies[1].angular_velocity_body_rad_per_s = {0, v0 / r, 0};
+  const auto result = run("atwood/rk4+event", scene, {2, 100, 100});
+  REQUIRE(result.outcome.status == Status::ok);
+  CHECK(at(result, 0) == Approx(v0 * v0 / (2 * a)).epsilon(1e-10));
+  CHECK(std::abs(speed(result, 0)) < 1e-12);
+}
