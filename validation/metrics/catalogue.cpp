@@ -78,7 +78,7 @@ const std::vector<MetricInfo>& all_metrics() {
       {"cone-violation", "1", "Largest max(0, |f_t| - mu f_n) over the largest f_n, of the contacts in the samples and the reported impulses."},
       {"signorini-gap", "m", "Largest |gap| of a contact that carries force, over the samples: force and gap exclude each other."},
       {"signorini-pull", "N", "Largest pull of a contact, max(0, -f_n), over the samples."},
-      {"dissipation-defect", "1", "Largest mu f_n |u_t| + f_t . u_t over the largest mu f_n times the largest speed of slip or of a touching body (u_t: slip of b on a): 0 where friction opposes slip with all it has."},
+      {"dissipation-defect", "1", "Largest mu f_n |u_t| + f_t . u_t over the largest mu f_n times the largest speed of slip or of a touching body (u_t: slip of b on a): 0 where friction opposes slip with all it has; none where nothing moves."},
       {"contact-misses", "1", "Poses of a sweep that overlap by more than round-off of their places and where the engine finds no contact."},
       {"contact-false-hits", "1", "Poses of a sweep that are apart by more than round-off of their places and where the engine finds a contact."},
       {"touch-misses", "1", "Swept poses that touch within a second and where the engine finds no touch."},

@@ -223,7 +223,7 @@ void append_contact(const Scenario& scenario, const Truth& truth, const Recordin
     append_apexes(scenario, truth, run, rows);
   }
   append_restitution(scenario, run, rows);
-  append_contact_forces(scenario.scene, run, rows);
+  append_contact_forces(scenario, run, rows);
   append_penetration(scenario.scene, run, rows);
 }
 

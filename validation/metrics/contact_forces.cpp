@@ -47,6 +47,9 @@ Triple slip(const Scene& scene, const Sample& sample, const ContactSample& conta
 // A contact with less than this part of the run's largest force carries none: it has just been let go.
 constexpr double kLoaded = 1e-9;
 
+// Speeds of less than this part of what gravity gives over the run are round-off of bodies at rest: nothing slides.
+constexpr double kAtRest = 1e-12;
+
 struct Excess {  // over a cone, and what it is measured by
   double beyond = 0, normal = 0;
   void take(double f_n, double f_t, double mu) {
@@ -58,7 +61,8 @@ struct Excess {  // over a cone, and what it is measured by
 
 }  // namespace
 
-void append_contact_forces(const Scene& scene, const Recording& run, std::vector<Row>& rows) {
+void append_contact_forces(const Scenario& scenario, const Recording& run, std::vector<Row>& rows) {
+  const Scene& scene = scenario.scene;
   Excess impulses, forces;
   for (const Event& e : run.events) {
     if (e.kind != EventKind::impact) continue;
@@ -88,7 +92,7 @@ void append_contact_forces(const Scene& scene, const Recording& run, std::vector
     }
   rows.push_back(row("signorini-gap", gap));
   rows.push_back(row("signorini-pull", pull));
-  if (most_friction > 0 && fastest > 0) rows.push_back(row("dissipation-defect", least / (most_friction * fastest)));
+  if (most_friction > 0 && fastest > kAtRest * length(scene.gravity_m_per_s2) * scenario.t_end_s) rows.push_back(row("dissipation-defect", least / (most_friction * fastest)));
 }
 
 }  // namespace atwood::metrics

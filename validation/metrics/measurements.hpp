@@ -29,7 +29,7 @@ void append_state_errors(const Scenario& scenario, const Truth& truth, const Rec
 void append_sizes(const Scenario& scenario, const Truth& truth, std::vector<Row>& rows);
 void append_conservation(const Scenario& scenario, const Recording& run, std::vector<Row>& rows);
 void append_contact(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows);
-void append_contact_forces(const Scene& scene, const Recording& run, std::vector<Row>& rows);
+void append_contact_forces(const Scenario& scenario, const Recording& run, std::vector<Row>& rows);
 void append_penetration(const Scene& scene, const Recording& run, std::vector<Row>& rows);
 void append_landing(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows);
 void append_growth(const Series& series, double truth_bar_m, std::vector<Row>& rows);
