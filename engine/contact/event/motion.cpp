@@ -64,7 +64,7 @@ template <class S> Sight<S> sight_of(EventRun<S>& run, const Feature<S>& feature
   S beside{};
   const Facet<S> facet = facet_under(run, feature, beside);
   sight = look(feature.knob, run.poses[feature.knob_body], surface, facet, run.poses[feature.surface_body]);
-  sight.gap = real::max(sight.gap, beside);
+  if (beside > S(0)) sight.gap = real::max(sight.gap, beside);  // a corner past the face's end is above nothing
   return sight;
 }
 

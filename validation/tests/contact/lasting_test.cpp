@@ -104,3 +104,29 @@ TEST_CASE("rolling friction brings a rolling ball to rest") {
   CHECK(at(result, 0) == Approx(v0 * v0 / (2 * a)).epsilon(1e-10));
   CHECK(std::abs(speed(result, 0)) < 1e-12);
 }
+
+TEST_CASE("balls fall on sheets, boxes and capsules, boxes on sheets, and meet them within the step") {
+  const double drop = 0.5, t_touch = std::sqrt(2 * drop / g), end_s = 0.4;
+  Scene onto = ball(0.1, 0);
+  onto.pairs = {{0, 0, 0.5, 0, 0}};
+  for (const bool falling_box : {false, true})
+    for (const Shape& under : {Shape{Rectangle{{1, 1}}}, Shape{Box{{1, 1, 0.25}}}, Shape{Capsule{0.25, 1}}}) {
+      if (falling_box && !std::holds_alternative<Rectangle>(under)) continue;
+      INFO(falling_box << " on shape " << under.index());
+      Scene scene = onto;
+      scene.bodies[0].shape = under;
+      const double top = std::holds_alternative<Rectangle>(under) ? 0 : 0.25;
+      if (std::holds_alternative<Capsule>(under)) scene.bodies[0].orientation_wxyz = {std::sqrt(0.5), std::sqrt(0.5), 0, 0};
+      if (falling_box) scene.bodies[1].shape = Box{{0.1, 0.1, 0.1}};
+      scene.bodies[1].position_m = {0, 0, top + 0.1 + drop};
+      for (const int steps : {3, 7, 100}) {
+        INFO(steps << " steps");
+        const auto r = run("atwood/rk4+event", scene, {end_s, steps, 1});
+        REQUIRE(r.outcome.status == Status::ok);
+        REQUIRE(r.events.size() == 1);
+        CHECK(r.events[0].kind == EventKind::impact);
+        CHECK(static_cast<double>(r.events[0].t_s) == Approx(t_touch).epsilon(1e-14));
+        CHECK(speed(r, 2) == Approx(0.5 * g * t_touch - g * (end_s - t_touch)).epsilon(1e-12));
+      }
+    }
+}
