@@ -63,20 +63,25 @@ std::optional<Touch<S>> advance(const Geometry<S>& a, const SweptBody<S>& from_a
     return g.kind == ShapeKind::plane ? real::abs(g.offset) : g.bounding_radius;
   };
   const S size = finite_size(a) + finite_size(b);
+  Vec3<S> normal_before{};
   for (S t{};;) {
     const Placement<S> place_a = placement_at(from_a, t), place_b = placement_at(from_b, t);
     const Separation<S> s = separation(a, place_a, b, place_b);
-    const Touch<S> here{t, S(0.5) * (s.on_a_W + s.on_b_W), s.normal_W};
+    // Which way a gap of round-off points is chance; the step before was to its right side.
+    const Vec3<S> normal_W = dot(s.normal_W, normal_before) < S(0) ? normal_before : s.normal_W;
+    const Touch<S> here{t, S(0.5) * (s.on_a_W + s.on_b_W), normal_W};
     if (!(s.gap > S(0))) return here;
+    // Within round-off they touch, and between points so close together the normal says nothing of the closing.
+    const S round_off = S(4) * real::epsilon<S>() * (size + norm(place_a.p_W) + norm(place_b.p_W));
+    if (s.gap <= round_off) return here;
     const S closing =
         dot(from_a.v_W - from_b.v_W, s.normal_W) + spin_along(a, from_a, s.normal_W) + spin_along(b, from_b, s.normal_W);
     if (!(closing > S(0))) return {};
-    const S round_off = S(4) * real::epsilon<S>() * (size + norm(place_a.p_W) + norm(place_b.p_W));
-    if (s.gap <= round_off) return here;
     const S next = t + s.gap / closing;
     if (next > t_end_s) return {};
     if (!(next > t)) return here;  // the touch is within round-off of the time
     t = next;
+    normal_before = s.normal_W;
   }
 }
 

@@ -36,7 +36,7 @@ struct Made {
 };
 
 struct Maker {
-  bool against_mesh;  // a mesh meets another mesh: GImpact
+  bool against_surface;  // a mesh meets a mesh or a plane: GImpact; Bullet's other meshes meet only convex shapes
 
   Made one(std::unique_ptr<btCollisionShape> shape) const {
     Made made;
@@ -47,7 +47,9 @@ struct Maker {
   Made operator()(const Sphere& s) const { return one(std::make_unique<btSphereShape>(narrow(s.radius_m))); }
   Made operator()(const Plane& s) const {
     const double n = rivals::length(s.normal);
-    return one(std::make_unique<btStaticPlaneShape>(narrow((1 / n) * s.normal), narrow(s.offset_m / n)));
+    auto shape = std::make_unique<btStaticPlaneShape>(narrow((1 / n) * s.normal), narrow(s.offset_m / n));
+    shape->setMargin(0);
+    return one(std::move(shape));
   }
   static std::unique_ptr<btBoxShape> box(const Real3& half) {
     auto shape = std::make_unique<btBoxShape>(narrow(half));
@@ -76,7 +78,7 @@ struct Maker {
     made.triangles = std::make_unique<btTriangleMesh>();
     const auto at = [&](int i) { return narrow(s.points_m[static_cast<std::size_t>(i)]); };
     for (const auto& t : s.triangles) made.triangles->addTriangle(at(t[0]), at(t[1]), at(t[2]));
-    if (against_mesh) {
+    if (against_surface) {
       auto shape = std::make_unique<btGImpactMeshShape>(made.triangles.get());
       shape->setMargin(0);
       shape->updateBound();
@@ -100,8 +102,8 @@ struct Maker {
 };
 
 Made make(const Body& body, const Body& other) {
-  const bool meshes = std::holds_alternative<Mesh>(body.shape) && std::holds_alternative<Mesh>(other.shape);
-  return std::visit(Maker{meshes}, body.shape);
+  const bool surface = std::holds_alternative<Mesh>(other.shape) || std::holds_alternative<Plane>(other.shape);
+  return std::visit(Maker{surface}, body.shape);
 }
 
 btTransform place(const Body& body) {
@@ -116,13 +118,15 @@ struct Collector : btCollisionWorld::ContactResultCallback {
   std::vector<FoundContact>& found;
   int body_a, body_b;
 
-  Collector(const btCollisionObject* a, std::vector<FoundContact>& out, int i, int j) : first(a), found(out), body_a(i), body_b(j) {}
-  btScalar addSingleResult(btManifoldPoint& point, const btCollisionObjectWrapper* one, int, int, const btCollisionObjectWrapper*, int,
-                           int) override {
+  Collector(const btCollisionObject* a, std::vector<FoundContact>& out, int i, int j)
+      : first(a), found(out), body_a(i), body_b(j) {}
+  btScalar addSingleResult(btManifoldPoint& point, const btCollisionObjectWrapper* one, int, int,
+                           const btCollisionObjectWrapper*, int, int) override {
     if (point.getDistance() > 0) return 0;
     const double sign = one->getCollisionObject() == first ? -1 : 1;  // Bullet's normal points from its second object to its first
     const Real3 middle = 0.5 * (wide(point.getPositionWorldOnA()) + wide(point.getPositionWorldOnB()));
-    found.push_back({body_a, body_b, rivals::widened(middle), rivals::widened(sign * wide(point.m_normalWorldOnB)), -static_cast<Wide>(point.getDistance())});
+    found.push_back({body_a, body_b, rivals::widened(middle), rivals::widened(sign * wide(point.m_normalWorldOnB)),
+                     -static_cast<Wide>(point.getDistance())});
     return 0;
   }
 };
@@ -140,7 +144,12 @@ struct Room {
     return info;
   }
   Room() : configuration(small()), dispatcher(&configuration), world(&dispatcher, &broad, &configuration) {
-    btGImpactCollisionAlgorithm::registerAlgorithm(&dispatcher);
+    // registerAlgorithm serves a stepping world's dispatch; questions of one pair go by the table of closest points.
+    static btGImpactCollisionAlgorithm::CreateFunc gimpact;
+    for (int other = 0; other < MAX_BROADPHASE_COLLISION_TYPES; ++other) {
+      dispatcher.registerClosestPointsCreateFunc(GIMPACT_SHAPE_PROXYTYPE, other, &gimpact);
+      dispatcher.registerClosestPointsCreateFunc(other, GIMPACT_SHAPE_PROXYTYPE, &gimpact);
+    }
   }
 };
 
@@ -169,7 +178,8 @@ btTransform moved(const Body& body, double t_s) {
 
 void first_touch(const Scene& scene, const ContactQuery& query, int i, int j, ContactAnswer& answer) {
   const bool swap = std::holds_alternative<Plane>(scene.bodies[static_cast<std::size_t>(i)].shape);
-  const Body &a = scene.bodies[static_cast<std::size_t>(swap ? j : i)], &b = scene.bodies[static_cast<std::size_t>(swap ? i : j)];
+  const Body& a = scene.bodies[static_cast<std::size_t>(swap ? j : i)];
+  const Body& b = scene.bodies[static_cast<std::size_t>(swap ? i : j)];
   const Made of_a = make(a, b), of_b = make(b, a);
   if (of_a.parts.size() != 1 || of_b.parts.size() != 1) throw std::invalid_argument("it casts convex shapes, not compounds");
   const auto* convex = dynamic_cast<const btConvexShape*>(of_a.parts[0].shape.get());
@@ -191,9 +201,11 @@ void first_touch(const Scene& scene, const ContactQuery& query, int i, int j, Co
 }  // namespace
 
 ContactAnswer find_contacts(const Scene& scene, const ContactQuery& query) {
-  if (query.swept) return rivals::ask_pairs(kName, scene, [&](int a, int b, ContactAnswer& answer) { first_touch(scene, query, a, b, answer); });
   Room room;
-  return rivals::ask_pairs(kName, scene, [&](int a, int b, ContactAnswer& answer) { overlap(room, scene, a, b, answer); });
+  return rivals::ask_pairs(kName, scene, [&](int a, int b, ContactAnswer& answer) {
+    if (query.swept) first_touch(scene, query, a, b, answer);
+    else overlap(room, scene, a, b, answer);
+  });
 }
 
 }  // namespace atwood::bullet

@@ -2,6 +2,8 @@
 
 #include <fcl/fcl.h>
 
+#include <cmath>
+#include <limits>
 #include <memory>
 #include <stdexcept>
 
@@ -85,7 +87,10 @@ void ask(const Scene& scene, int i, int j, ContactAnswer& answer) {
       fcl::collide(a.get(), b.get(), request, result);
       for (std::size_t k = 0; k < result.numContacts(); ++k) {
         const auto& c = result.getContact(k);
-        answer.contacts.push_back({i, j, wide(c.pos), wide(c.normal), c.penetration_depth});
+        // Contacts are told in the order of FCL's own tables of shapes: a mesh first. Spheres against triangles tell depths
+        // below zero.
+        const double sign = c.o1 == a->collisionGeometry().get() ? 1 : -1;
+        answer.contacts.push_back({i, j, wide(c.pos), wide(sign * c.normal), std::fabs(c.penetration_depth)});
       }
     }
 }
@@ -101,6 +106,11 @@ ContactAnswer find_contacts(const Scene& scene, const ContactQuery& query) {
 
 PairGap find_gap(const Scene& scene, int i, int j) {
   PairGap gap;
+  const auto is_plane = [&](int body) { return std::holds_alternative<Plane>(scene.bodies.at(static_cast<std::size_t>(body)).shape); };
+  if (is_plane(i) || is_plane(j)) {  // its distance to a half-space ends in a null support function
+    gap.gap_m = std::numeric_limits<double>::quiet_NaN();
+    return gap;
+  }
   gap.gap_m = HUGE_VAL;
   const Objects of_a = make(scene.bodies.at(static_cast<std::size_t>(i))), of_b = make(scene.bodies.at(static_cast<std::size_t>(j)));
   for (const auto& a : of_a)

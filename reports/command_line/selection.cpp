@@ -149,6 +149,13 @@ std::vector<std::string> engine_methods(const Worker& worker) {
   return ids;
 }
 
+bool names_scenario(const Study& study, const std::string& id) {
+  return std::any_of(study.cells.begin(), study.cells.end(), [&](const StudyCells& cells) {
+    return std::any_of(cells.scenarios.begin(), cells.scenarios.end(),
+                       [&](const std::string& name) { return glob_match(name, id); });
+  });
+}
+
 // Only the scenarios that have cells.
 void keep_used(Selection& selection) {
   std::set<std::string> used;
@@ -213,7 +220,8 @@ Selection select_cells(const Place& place, const Options& options) {
     }
   }
   if (!options.steps.empty()) {
-    for (const auto& scenario : selection.scenarios) check_steps(scenario, options.steps);
+    for (const auto& scenario : selection.scenarios)
+      if (names_scenario(study, scenario.id)) check_steps(scenario, options.steps);
     for (auto& cells : study.cells) cells.steps = options.steps;
   }
   selection.cells = plan_cells(study, selection.scenarios, selection.workers, place.provenance.cpu);
