@@ -97,7 +97,7 @@ class Inspecting(Case):
 
 class OptionalEngines(Case):
     """A build without them: the programs of this one, without those executables."""
-    ENGINES = ["mujoco", "simbody"]
+    ENGINES = ["dart", "mujoco", "simbody"]
 
     def setUp(self):
         super().setUp()
@@ -132,7 +132,7 @@ class Wrapper(unittest.TestCase):
                                 env={**os.environ, "ATWOOD_ENGINES": "mujoco,havok"})
         self.assertEqual(result.returncode, 2)
         self.assertIn("havok", result.stderr)
-        self.assertIn("mujoco,simbody", result.stderr)
+        self.assertIn("dart,mujoco,simbody", result.stderr)
 
 
 class Comparing(Case):

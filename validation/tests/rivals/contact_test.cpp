@@ -34,7 +34,7 @@ Scene sliding(double friction, const Real3& v) {
 
 TEST_CASE("tuned beats default at least tenfold on bouncing, in Bullet; ODE stays within its step") {
   const Engine engine = engine_under_test();
-  if (!bounces(engine)) return;
+  if (!bounces(engine) || engine.name == "dart") return;  // DART's law of a bounce: dart_test
   const double plain = worst_bounce(engine, "default"), tuned = worst_bounce(engine, "tuned");
   INFO("worst of five apexes, default " << plain << ", tuned " << tuned);
   if (is_bullet(engine)) {

@@ -1,0 +1,403 @@
+#include "dart/dart_world.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <dart/collision/CollisionFilter.hpp>
+#include <dart/collision/CollisionObject.hpp>
+#include <dart/collision/dart/DARTCollisionDetector.hpp>
+#include <dart/collision/ode/OdeCollisionDetector.hpp>
+#include <dart/config.hpp>
+#include <dart/constraint/BoxedLcpConstraintSolver.hpp>
+#include <dart/constraint/ContactConstraint.hpp>
+#include <dart/constraint/DantzigBoxedLcpSolver.hpp>
+#include <dart/constraint/PgsBoxedLcpSolver.hpp>
+#include <dart/dynamics/BodyNode.hpp>
+#include <dart/dynamics/FreeJoint.hpp>
+#include <dart/dynamics/Skeleton.hpp>
+#include <dart/dynamics/TranslationalJoint.hpp>
+#include <dart/dynamics/WeldJoint.hpp>
+#include <dart/simulation/World.hpp>
+#include <iostream>
+#include <limits>
+#include <unordered_map>
+
+#include "dart/shapes.hpp"
+#include "dart/surfaces.hpp"
+#include "rivals/vector.hpp"
+
+namespace atwood::dartsim {
+namespace {
+
+using rivals::operator*;
+using rivals::operator-;
+using rivals::operator+;
+using rivals::Motion;
+using rivals::Wrench;
+namespace dynamics = dart::dynamics;
+namespace collision = dart::collision;
+namespace constraint = dart::constraint;
+
+Eigen::Vector3d vector3(const Real3& v) { return {v[0], v[1], v[2]}; }
+Real3 real3(const Eigen::Vector3d& v) { return {v[0], v[1], v[2]}; }
+Eigen::Isometry3d pose(const Real3& p, const Real4& q) {
+  Eigen::Isometry3d transform = Eigen::Isometry3d::Identity();
+  transform.linear() = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix();
+  transform.translation() = vector3(p);
+  return transform;
+}
+
+// DART writes its warnings to std::cerr, thousands a run, and remarks to std::cout, which is the worker's line to the program.
+// While a world is at work they are counted instead.
+std::int64_t lines_heard = 0;
+std::string first_line;
+class Ear : public std::streambuf {
+ public:
+  Ear() : errors_(std::cerr.rdbuf(this)), remarks_(std::cout.rdbuf(this)) {}
+  ~Ear() override {
+    std::cerr.rdbuf(errors_);
+    std::cout.rdbuf(remarks_);
+  }
+
+ protected:
+  int overflow(int c) override {
+    if (c == '\n') ++lines_heard;
+    if (c != '\n' && lines_heard == 0) first_line += static_cast<char>(c);
+    return c;
+  }
+
+ private:
+  std::streambuf *errors_, *remarks_;
+};
+
+// Whose shape this is, and for which material of the other body (-1: all).
+struct Owner { int body = 0, partner = -1; };
+using Owners = std::unordered_map<const dynamics::ShapeFrame*, Owner>;
+
+class PairsOfTheScene : public collision::CollisionFilter {
+ public:
+  PairsOfTheScene(const Scene& scene, const std::vector<dynamics::SkeletonPtr>& skeletons, const Owners& owners)
+      : scene_(scene), skeletons_(skeletons), owners_(owners) {}
+  bool ignoresCollision(const collision::CollisionObject* first, const collision::CollisionObject* second) const override {
+    const Owner a = owners_.at(first->getShapeFrame()), b = owners_.at(second->getShapeFrame());
+    if (a.body == b.body) return true;
+    if (a.partner >= 0 && a.partner != scene_.bodies[b.body].material) return true;
+    if (b.partner >= 0 && b.partner != scene_.bodies[a.body].material) return true;
+    return !skeletons_[a.body]->isMobile() && !skeletons_[b.body]->isMobile();
+  }
+
+ private:
+  const Scene& scene_;
+  const std::vector<dynamics::SkeletonPtr>& skeletons_;
+  const Owners& owners_;
+};
+
+const dynamics::ShapeNode* shape_node(const collision::CollisionObject* object) {
+  return object->getShapeFrame()->asShapeNode();
+}
+
+// Turns the friction pyramids along the slip before constraints are made of the contacts.
+class SlipDetector : public collision::OdeCollisionDetector {
+ public:
+  bool collide(collision::CollisionGroup* group, const collision::CollisionOption& option,
+               collision::CollisionResult* result) override {
+    const bool met = OdeCollisionDetector::collide(group, option, result);
+    if (result) align(*result);
+    return met;
+  }
+  using OdeCollisionDetector::collide;
+
+ private:
+  void align(const collision::CollisionResult& result) {
+    for (auto& [node, speed] : fastest_) {
+      node->getDynamicsAspect()->setFirstFrictionDirection(Eigen::Vector3d::Zero());
+      speed = 0;
+    }
+    for (const auto& contact : result.getContacts()) {
+      const auto velocity = [&](const dynamics::ShapeNode* node) -> Eigen::Vector3d {
+        const auto body = node->getBodyNodePtr();
+        return body->getLinearVelocity(body->getWorldTransform().inverse() * contact.point);
+      };
+      const dynamics::ShapeNode* nodes[] = {shape_node(contact.collisionObject1), shape_node(contact.collisionObject2)};
+      const Eigen::Vector3d u = velocity(nodes[0]) - velocity(nodes[1]);
+      const Eigen::Vector3d slip = u - u.dot(contact.normal) * contact.normal;
+      const double speed = slip.norm();
+      if (!(speed > 1e-9)) continue;
+      for (const auto* node : nodes) {
+        double& fastest = fastest_[const_cast<dynamics::ShapeNode*>(node)];
+        if (!(speed > fastest)) continue;
+        fastest = speed;
+        auto* aspect = const_cast<dynamics::ShapeNode*>(node)->getDynamicsAspect();
+        aspect->setFirstFrictionDirectionFrame(dynamics::Frame::World());
+        aspect->setFirstFrictionDirection(slip / speed);
+      }
+    }
+  }
+  std::unordered_map<dynamics::ShapeNode*, double> fastest_;
+};
+
+std::shared_ptr<collision::CollisionDetector> detector_of(const Settings& settings) {
+  const auto& name = std::get<std::string>(settings.at("collision_detector"));
+  if (name == "dart") return collision::DARTCollisionDetector::create();
+  if (std::get<std::string>(settings.at("friction_direction")) == "slip") return std::make_shared<SlipDetector>();
+  return collision::OdeCollisionDetector::create();
+}
+
+constraint::BoxedLcpSolverPtr lcp_solver(const Settings& settings, const std::string& setting) {
+  const auto& name = std::get<std::string>(settings.at(setting));
+  if (name == "none") return nullptr;
+  if (name == "dantzig") return std::make_shared<constraint::DantzigBoxedLcpSolver>();
+  auto pgs = std::make_shared<constraint::PgsBoxedLcpSolver>();
+  pgs->setOption({static_cast<int>(rivals::count(settings, "pgs_iterations", 1)), rivals::number(settings, "pgs_tolerance"),
+                  rivals::number(settings, "pgs_relative_tolerance"), 1e-9, false});
+  return pgs;
+}
+
+class DartWorld : public rivals::World {
+ public:
+  DartWorld(const Scene& scene, const Settings& settings)
+      : scene_(scene), laws_(rivals::laws_in_play(scene)), world_(dart::simulation::World::create()) {
+    const Ear ear;
+    world_->setGravity(vector3(scene.gravity_m_per_s2));
+    using constraint::ContactConstraint;
+    ContactConstraint::setErrorAllowance(rivals::number(settings, "error_allowance_m"));
+    ContactConstraint::setErrorReductionParameter(rivals::number(settings, "erp"));
+    ContactConstraint::setMaxErrorReductionVelocity(rivals::number(settings, "max_erv_m_per_s"));
+    ContactConstraint::setConstraintForceMixing(rivals::number(settings, "cfm"));
+    world_->setConstraintSolver(std::make_unique<constraint::BoxedLcpConstraintSolver>(
+        lcp_solver(settings, "lcp_solver"), lcp_solver(settings, "secondary_lcp_solver")));
+    auto* solver = world_->getConstraintSolver();
+    if (std::get<std::string>(settings.at("collision_detector")) != "fcl") solver->setCollisionDetector(detector_of(settings));
+    solver->getCollisionOption().collisionFilter = std::make_shared<PairsOfTheScene>(scene_, skeletons_, owners_);
+    const auto room = static_cast<std::size_t>(rivals::count(settings, "contacts_per_body", 1)) * scene.bodies.size();
+    solver->getCollisionOption().maxNumContacts = std::max<std::size_t>(1000, room);
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) add(static_cast<int>(i));
+  }
+
+  void step(double h_s, const std::vector<Wrench>& wrenches) override {
+    if (lost_) return;
+    for (std::size_t i = 0; i < wrenches.size(); ++i) {
+      if (scene_.bodies[i].fixed) continue;
+      const Eigen::Vector3d force = vector3(wrenches[i].force_N), torque = vector3(wrenches[i].torque_N_m);
+      lost_ = lost_ || !force.allFinite() || !torque.allFinite();
+      if (lost_) return;
+      nodes_[i]->setExtForce(force, Eigen::Vector3d::Zero(), false, true);
+      if (rotates(scene_.bodies[i])) nodes_[i]->addExtTorque(torque, false);
+    }
+    if (h_s != h_s_) world_->setTimeStep(h_s);
+    h_s_ = h_s;
+    const Ear ear;
+    world_->step();
+    // Squares of speeds enter the next step, and DART's assertions would end the process on what is not a number.
+    constexpr double kFastest = 1e60;
+    for (const auto* node : nodes_) lost_ = lost_ || !(node->getSpatialVelocity().cwiseAbs().maxCoeff() < kFastest);
+  }
+
+  Motion motion(int i) const override {
+    if (lost_) {
+      const double nan = std::numeric_limits<double>::quiet_NaN();
+      return {{nan, nan, nan}, {nan, nan, nan, nan}, {nan, nan, nan}, {nan, nan, nan}};
+    }
+    const dynamics::BodyNode* node = nodes_[i];
+    const Eigen::Isometry3d& at = node->getWorldTransform();
+    const Eigen::Matrix3d& r = at.linear();
+    Motion m;
+    m.p_WB = real3(at.translation());
+    m.v_WB = real3(node->getLinearVelocity());
+    m.q_WB = scene_.bodies[i].orientation_wxyz;
+    if (!rotates(scene_.bodies[i])) return m;
+    m.q_WB = rivals::quaternion_of({r(0, 0), r(0, 1), r(0, 2), r(1, 0), r(1, 1), r(1, 2), r(2, 0), r(2, 1), r(2, 2)});
+    m.w_WB_B = real3(node->getSpatialVelocity().head<3>());
+    return m;
+  }
+
+  void release(int i) override {
+    skeletons_[i]->setMobile(true);
+    set_velocity(i);
+  }
+
+  std::vector<Touch> touches() const override {
+    std::vector<Touch> all;
+    for (const auto& contact : world_->getLastCollisionResult().getContacts()) {
+      const int first = owner_of(contact.collisionObject1), second = owner_of(contact.collisionObject2);
+      const double to_b = first < second ? -1.0 : 1.0;
+      const Real3 force = to_b * real3(contact.force), normal = to_b * real3(contact.normal);
+      const double along = rivals::dot(force, normal);
+      if (!(along > 0)) continue;
+      all.push_back({std::min(first, second), std::max(first, second), real3(contact.point), normal, -contact.penetrationDepth,
+                     along * h_s_, h_s_ * (force - along * normal)});
+    }
+    return all;
+  }
+
+ private:
+  int owner_of(const collision::CollisionObject* object) const { return owners_.at(object->getShapeFrame()).body; }
+
+  void add(int i) {
+    const Body& body = scene_.bodies[i];
+    const auto skeleton = dynamics::Skeleton::create(std::to_string(i));
+    const bool in_world_axes = std::holds_alternative<Plane>(body.shape);
+    const Eigen::Isometry3d at = in_world_axes ? Eigen::Isometry3d::Identity() : pose(body.position_m, body.orientation_wxyz);
+    if (body.fixed) {
+      const auto [joint, node] = skeleton->createJointAndBodyNodePair<dynamics::WeldJoint>();
+      joint->setTransformFromParentBodyNode(at);
+      nodes_.push_back(node);
+    } else if (rotates(body)) {
+      const auto [joint, node] = skeleton->createJointAndBodyNodePair<dynamics::FreeJoint>();
+      joint->setTransform(at);
+      nodes_.push_back(node);
+    } else {
+      const auto [joint, node] = skeleton->createJointAndBodyNodePair<dynamics::TranslationalJoint>();
+      joint->setTransformFromChildBodyNode(pose({}, body.orientation_wxyz).inverse());
+      joint->setPositions(vector3(body.position_m));
+      nodes_.push_back(node);
+    }
+    skeletons_.push_back(skeleton);
+    if (!body.fixed) set_inertia(i);
+    add_shapes(i);
+    skeleton->setMobile(!body.fixed && !(body.release_s > 0));
+    if (skeleton->isMobile()) set_velocity(i);
+    world_->addSkeleton(skeleton);
+  }
+
+  void set_inertia(int i) {
+    const Body& body = scene_.bodies[i];
+    const Real33& m = body.inertia_kg_m2;
+    Eigen::Matrix3d moment = Eigen::Matrix3d::Identity();  // of a point mass: never turned
+    if (rotates(body)) moment << m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], m[8];
+    nodes_[i]->setInertia(dynamics::Inertia(body.mass_kg, Eigen::Vector3d::Zero(), moment));
+  }
+
+  void add_shapes(int i) {
+    const Body& body = scene_.bodies[i];
+    if (!rivals::shapes_matter(scene_)) return;
+    const std::vector<PlacedShape> shapes = shapes_of(body);
+    for (const Surface& surface : surfaces_of(body.material, laws_)) {
+      for (const PlacedShape& placed : shapes) {
+        auto* node = nodes_[i]->createShapeNodeWith<dynamics::CollisionAspect, dynamics::DynamicsAspect>(placed.shape);
+        node->setRelativeTransform(pose(placed.p_B, placed.q_B));
+        node->getDynamicsAspect()->setFrictionCoeff(surface.friction);
+        node->getDynamicsAspect()->setRestitutionCoeff(surface.restitution);
+        owners_[node] = {i, surface.partner};
+      }
+    }
+  }
+
+  void set_velocity(int i) {
+    const Body& body = scene_.bodies[i];
+    auto* joint = nodes_[i]->getParentJoint();
+    const Eigen::Vector3d v = vector3(body.velocity_m_per_s);
+    if (!rotates(body)) {
+      joint->setVelocities(v);
+      return;
+    }
+    Eigen::VectorXd twist(6);
+    twist << vector3(body.angular_velocity_body_rad_per_s), nodes_[i]->getWorldTransform().linear().transpose() * v;
+    joint->setVelocities(twist);
+  }
+
+  const Scene& scene_;
+  std::vector<PairLaw> laws_;
+  std::vector<dynamics::SkeletonPtr> skeletons_;
+  std::vector<dynamics::BodyNode*> nodes_;
+  Owners owners_;
+  dart::simulation::WorldPtr world_;  // goes first: it refers to the others
+  double h_s_ = 0;
+  bool lost_ = false;
+};
+
+}  // namespace
+
+std::string version() { return DART_VERSION; }
+
+// World::create, ConstraintSolver and ContactConstraint as they come; contacts_per_body only makes room beyond World's 1000.
+Settings default_settings() {
+  return {{"scalar", std::string("double")},
+          {"step", std::string("World::step")},
+          {"pair_law", std::string("the scene's: a shape for each material that a body can meet, where laws differ")},
+          {"friction_model", std::string("pyramid of two axes, mu times the normal force")},
+          {"forces", std::string("all but uniform gravity: evaluated by the adapter once a step, at its beginning")},
+          {"gyroscopic", std::string("explicit: always on")},
+          {"split_impulse", std::string("none: DART 6.12 has none for rigid bodies")},
+          {"slip_compliance", std::string("none")},
+          {"bouncing_velocity_m_per_s", 0.1},
+          {"max_bouncing_velocity_m_per_s", 100.0},
+          {"sleeping", std::string("none: DART 6.12 has none")},
+          {"rectangle", std::string("a box of the least thickness")},
+          {"linear_damping", 0.0},
+          {"angular_damping", 0.0},
+          {"substeps", std::int64_t{1}},
+          {"collision_detector", std::string("ode")},
+          {"contacts_per_body", std::int64_t{16}},
+          {"lcp_solver", std::string("dantzig")},
+          {"secondary_lcp_solver", std::string("pgs")},
+          {"pgs_iterations", std::int64_t{30}},
+          {"pgs_tolerance", 1e-6},
+          {"pgs_relative_tolerance", 1e-3},
+          {"error_allowance_m", 0.0},
+          {"erp", 0.01},
+          {"max_erv_m_per_s", 1e-3},
+          {"cfm", 1e-5},
+          {"friction_direction", std::string("engine")}};
+}
+
+Settings tuned_settings() {
+  Settings tuned = default_settings();
+  tuned["erp"] = 0.0;  // penetration recovery by velocity leaves bodies that met moving apart
+  tuned["cfm"] = 1e-9;
+  tuned["friction_direction"] = std::string("slip");
+  return tuned;
+}
+
+std::set<std::string> fixed_settings() {
+  return {"scalar", "step", "pair_law", "friction_model", "forces", "gyroscopic", "split_impulse", "slip_compliance",
+          "bouncing_velocity_m_per_s", "max_bouncing_velocity_m_per_s", "sleeping", "rectangle", "linear_damping",
+          "angular_damping"};
+}
+
+void check_settings(const Settings& settings) {
+  const std::string detector = rivals::choice(settings, "collision_detector", {"ode", "fcl", "dart"});
+  const std::string direction = rivals::choice(settings, "friction_direction", {"engine", "slip"});
+  if (direction == "slip" && detector != "ode") {
+    throw std::invalid_argument("setting `friction_direction`: slip needs the collision_detector ode");
+  }
+  rivals::choice(settings, "lcp_solver", {"dantzig", "pgs"});
+  rivals::choice(settings, "secondary_lcp_solver", {"dantzig", "pgs", "none"});
+  rivals::count(settings, "pgs_iterations", 1);
+  rivals::count(settings, "contacts_per_body", 1);
+  const auto at_least = [&](const char* name, double least) {
+    if (!(rivals::number(settings, name) >= least)) {
+      throw std::invalid_argument(std::string("setting `") + name + "` is at least " + (least > 0 ? "1e-9" : "0"));
+    }
+  };
+  for (const char* name : {"error_allowance_m", "erp", "max_erv_m_per_s", "pgs_tolerance", "pgs_relative_tolerance"}) {
+    at_least(name, 0);
+  }
+  at_least("cfm", 1e-9);  // DART's own bound
+  if (!(rivals::number(settings, "erp") <= 1)) throw std::invalid_argument("setting `erp` is at most 1");
+}
+
+std::string refusal(const Scene& scene, const Settings& settings) {
+  if (!rivals::shapes_matter(scene)) return "";
+  int meshes = 0;
+  for (const auto& body : scene.bodies) {
+    const auto& detector = std::get<std::string>(settings.at("collision_detector"));
+    if (const auto reason = refused_shape(body, detector); !reason.empty()) return reason;
+    meshes += std::holds_alternative<Mesh>(body.shape);
+    if (meshes > 1) return "DART's adapter has no contact between two meshes (`" + body.name + "`)";
+  }
+  return refused_law(rivals::laws_in_play(scene));
+}
+
+std::string doubts_since_last_asked() {
+  std::string text;
+  if (lines_heard > 0) text = "DART complained in " + std::to_string(lines_heard) + " lines, first: " + first_line;
+  lines_heard = 0;
+  first_line.clear();
+  return text;
+}
+
+std::unique_ptr<rivals::World> make_world(const Scene& scene, const Settings& settings, bool) {
+  return std::make_unique<DartWorld>(scene, settings);
+}
+
+}  // namespace atwood::dartsim

@@ -1,0 +1,10 @@
+// DART 6.12 as an engine to be judged. (Not dart.hpp: that is the name of DART's own header.)
+#pragma once
+
+#include "protocol/method.hpp"
+
+namespace atwood {
+
+Engine dart_engine();
+
+}  // namespace atwood

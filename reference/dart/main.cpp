@@ -1,0 +1,4 @@
+#include "dart/engine.hpp"
+#include "protocol/worker.hpp"
+
+int main() { return atwood::serve(atwood::dart_engine()); }
