@@ -86,12 +86,11 @@ Encounter<S> meeting_of_point(const ManifoldBatch<S>& batch, int k, int i, const
   const ManifoldPoint<S>& point = batch.point[i];
   if (!(point.gap_found.lane[k] < S(1e29))) return out;
   out.normal = lane_of(batch.normal, k);
-  const Vec3<S> r_a = lane_of(point.r_a, k), r_b = lane_of(point.r_b, k);
-  const Vec3<S> x_a = r_a + cross(moved_a, r_a), x_b = r_b + cross(moved_b, r_b);
-  const Vec3<S> between = (b.p - a.p) + (x_b - x_a);
-  out.arm_a = x_a + S(0.5) * between;
-  out.arm_b = x_b - S(0.5) * between;
-  const S gap = point.gap_found.lane[k] + dot(out.normal, between);
+  const Outline<S> outline_a{lane_of(batch.axis_a, k), batch.round_a.lane[k]}, outline_b{lane_of(batch.axis_b, k), batch.round_b.lane[k]};
+  const auto [arm_a, arm_b, gap] = moved_point<S, S>(out.normal, lane_of(point.r_a, k), lane_of(point.r_b, k), point.gap_found.lane[k],
+                                                     b.p - a.p, moved_a, moved_b, outline_a, outline_b, batch.lean.lane[k]);
+  out.arm_a = arm_a;
+  out.arm_b = arm_b;
   const Vec3<S> u = (b.v + cross(b.w, out.arm_b)) - (a.v + cross(a.w, out.arm_a));
   const S closing = -dot(u, out.normal), fall = -dot(b.dv - a.dv, out.normal);
   if (!(closing > real::abs(fall))) return out;

@@ -84,16 +84,16 @@ ATWOOD_INLINE void prepare(ManifoldBatch<S>& c, const Preparation<S>& p, Row<S>*
   gather<S>(places, c.b, place_b);
   const Vec3<Pack<S>> n = load_lanes<S>(c.normal), t = load_lanes<S>(c.tangent), s = cross(n, t);
   const Pack<S> zero = spread(S(0));
+  const Outline<Pack<S>> outline_a{load_lanes<S>(c.axis_a), load(c.round_a.lane)};
+  const Outline<Pack<S>> outline_b{load_lanes<S>(c.axis_b), load(c.round_b.lane)};
+  const Pack<S> lean = load(c.lean.lane);
   bool pushed = false, warmed = false;
   for (int i = 0; i < c.points; ++i) {
     ManifoldPoint<S>& point = c.point[i];
-    const Vec3<Pack<S>> r_a = load_lanes<S>(point.r_a), r_b = load_lanes<S>(point.r_b);
-    Vec3<Pack<S>> x_a = r_a + cross(second3<S>(place_a), r_a), x_b = r_b + cross(second3<S>(place_b), r_b);
-    const Vec3<Pack<S>> between = (first3<S>(place_b) - first3<S>(place_a)) + (x_b - x_a);
-    const Pack<S> gap = load(point.gap_found.lane) + dot(n, between);
+    const auto [x_a, x_b, gap] = moved_point<S, Pack<S>>(
+        n, load_lanes<S>(point.r_a), load_lanes<S>(point.r_b), load(point.gap_found.lane),
+        first3<S>(place_b) - first3<S>(place_a), second3<S>(place_a), second3<S>(place_b), outline_a, outline_b, lean);
     const auto used = load(point.gap_found.lane) < spread(S(1e29));
-    x_a = x_a + S(0.5) * between;
-    x_b = x_b - S(0.5) * between;
     const Pack<S> beyond = gap + load(c.slop.lane), overlap = used && beyond < zero ? beyond : zero;
     if (p.push_apart && any_above_zero<S>(-overlap)) {
       pushed = true;

@@ -90,6 +90,19 @@ template <class S> ManifoldBatch<S> blank(const World<S>& world) {
   return batch;
 }
 
+template <class S> Outline<S> outline(const World<S>& world, int body) {
+  const Geometry<S>& shape = world.geometry[body];
+  if (shape.kind == ShapeKind::cylinder) return {rotate(world.bodies.q_WB[body], Vec3<S>{S(0), S(0), S(1)}), S(0)};
+  return {{}, shape.kind == ShapeKind::sphere || shape.kind == ShapeKind::capsule ? shape.radius : S(0)};
+}
+
+// Of a ball on a slab what touches is under the ball, wherever the slab slides to; a box on a plane takes its corners along.
+template <class S> S lean(ShapeKind a, ShapeKind b) {
+  const auto is_round = [](ShapeKind kind) { return kind == ShapeKind::sphere || kind == ShapeKind::capsule || kind == ShapeKind::cylinder; };
+  if (b == ShapeKind::plane || (is_round(a) && !is_round(b))) return S(-0.5);
+  return is_round(b) && !is_round(a) ? S(0.5) : S(0);
+}
+
 template <class S> void put_manifold(const World<S>& world, int index, ManifoldBatch<S>& batch, int k) {
   const FoundManifold<S>& found = world.manifolds[static_cast<std::size_t>(index)];
   const Law& law = world.law(found.a, found.b);
@@ -104,6 +117,12 @@ template <class S> void put_manifold(const World<S>& world, int index, ManifoldB
   batch.friction.lane[k] = S(law.friction);
   batch.restitution.lane[k] = S(law.restitution);
   batch.slop.lane[k] = S(slop_share) * real::min(world.geometry[found.a].bounding_radius, world.geometry[found.b].bounding_radius);
+  const Outline<S> a = outline(world, found.a), b = outline(world, found.b);
+  put_lane(a.axis, k, batch.axis_a);
+  put_lane(b.axis, k, batch.axis_b);
+  batch.round_a.lane[k] = a.round_m;
+  batch.round_b.lane[k] = b.round_m;
+  batch.lean.lane[k] = lean<S>(world.geometry[found.a].kind, world.geometry[found.b].kind);
   for (int i = 0; i < found.shape.count; ++i) {
     ManifoldPoint<S>& point = batch.point[i];
     const ContactPoint<S>& from = found.shape.points[i];

@@ -56,6 +56,23 @@ template <class S> Vec3<S> tangent_of(const Vec3<S>& n) {
   return (S(1) / norm(across)) * across;
 }
 
+// Where a manifold's point is after the bodies have moved by d (b less a) and turned by s since it was found, first order.
+//
+// A corner goes with its body, but what touches of a ball does not turn with it: at speed w the material point leaves the line
+// from the centre by w h r, and the normal force would brake the ball on that arm. Of a capsule the point of its axis turns,
+// of a cylinder what is not along its axis. `lean`: 1/2 where b's surface says what touches, -1/2 where a's, 0 midway.
+template <class T> struct MovedPoint { Vec3<T> arm_a, arm_b; T gap; };
+template <class S, class T>
+ATWOOD_INLINE MovedPoint<T> moved_point(const Vec3<T>& n, const Vec3<T>& r_a, const Vec3<T>& r_b, const T& gap_found, const Vec3<T>& d,
+                                        const Vec3<T>& s_a, const Vec3<T>& s_b, const Outline<T>& a, const Outline<T>& b, const T& lean) {
+  const Vec3<T> x_a = r_a + cross(s_a - dot(s_a, a.axis) * a.axis, r_a - a.round_m * n);
+  const Vec3<T> x_b = r_b + cross(s_b - dot(s_b, b.axis) * b.axis, r_b + b.round_m * n);
+  const Vec3<T> between = d + (x_b - x_a);
+  const T along = dot(n, between);
+  const Vec3<T> aside = lean * (between - along * n);
+  return {x_a + S(0.5) * between + aside, x_b - S(0.5) * between + aside, gap_found + along};
+}
+
 // As a substep has prepared it. The impulse is on b, in the frame n, t, n x t.
 template <class S> struct Point {
   int a = 0, b = 0;

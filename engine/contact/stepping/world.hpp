@@ -67,6 +67,9 @@ template <class S> struct BallBatch {
 };
 
 // ---- contacts of all other shapes: a manifold a lane, up to four points
+// What of a body's surface stays where it is when the body turns: all around a unit axis (cylinder, else 0), a ball of that
+// radius about the body's centre or axis.
+template <class T> struct Outline { Vec3<T> axis; T round_m; };
 template <class S> struct ManifoldPoint {
   Lanes<S> r_a[3], r_b[3];     // from the centres, world axes, when it was found
   Lanes<S> gap_found;          // gap = gap_found + n . D, D from the point moved with a to the point moved with b
@@ -85,6 +88,7 @@ template <class S> struct ManifoldBatch {
   bool active = false;
   Lanes<S> normal[3], tangent[3];     // unit, across each other; the second tangent is n x t
   Lanes<S> friction, restitution, slop;
+  Lanes<S> axis_a[3], axis_b[3], round_a, round_b, lean;  // moved_point()
   ManifoldPoint<S> point[4];
 };
 
