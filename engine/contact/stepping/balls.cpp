@@ -77,7 +77,17 @@ ATWOOD_INLINE void prepare(BallBatch<S>& c, const Preparation<S>& p, Row<S>* pla
   store<S>(arm_b, c.arm_b.lane);
   const Pack<S> mobility_t = a[6] + b[6] + arm_a * arm_a * a[7] + arm_b * arm_b * b[7];
   store<S>(mobility_t > S(0) ? S(1) / mobility_t : zero, c.mass_t.lane);
-  Pack<S> closing = above<S>(gap, zero) * (S(1) / p.h_s);
+  Pack<S> apart = gap;
+  if (p.shifts != nullptr) {
+    Pack<S> shift_a[lane_count], shift_b[lane_count];
+    gather<S>(p.shifts, c.a, shift_a);
+    if constexpr (side == Side::two_balls) gather<S>(p.shifts, c.b, shift_b);
+    else nothing<S>(shift_b);
+    const Vec3<Pack<S>> shift = first3<S>(shift_b) - first3<S>(shift_a);
+    apart = apart + dot(n, shift);
+    d = d + shift;
+  }
+  Pack<S> closing = above<S>(apart, zero) * (S(1) / p.h_s);
 
   Vec3<Pack<S>> t = load_lanes<S>(c.impulse_t);
   Pack<S> jn = load(c.impulse_n.lane);
@@ -90,14 +100,14 @@ ATWOOD_INLINE void prepare(BallBatch<S>& c, const Preparation<S>& p, Row<S>* pla
     const Vec3<Pack<S>> nearest = d + s * u;
     const Pack<S> radii = load(c.radius_a.lane) + load(c.radius_b.lane);
     const Pack<S> misses = dot(nearest, nearest) > radii * radii ? spread(S(1)) : zero;
-    const Pack<S> passes = gap > S(0) ? (jn > S(0) ? zero : misses) : zero;
+    const Pack<S> passes = apart > S(0) ? (jn > S(0) ? zero : misses) : zero;
     closing = passes > S(0) ? spread(S(1e30)) : closing;
   }
   store<S>(closing, c.closing.lane);
 
   // Neighbours may push it nearer than its own velocity says.
   const Pack<S> un = dot(u, n), radius_a = load(c.radius_a.lane);
-  const Pack<S> near = S(0.01) * radius_a + S(2) * p.h_s * above<S>(un, -un) - gap;
+  const Pack<S> near = S(0.01) * radius_a + S(2) * p.h_s * above<S>(un, -un) - below<S>(gap, apart);
   c.active = any_above_zero<S>(above<S>(near, jn));
   if (!p.warm) {
     store<S>(zero, c.impulse_n.lane);
@@ -162,7 +172,8 @@ template <class S, class Visit> void for_colours(World<S>& world, const Visit& v
 }  // namespace
 
 template <class S> void prepare_balls(World<S>& world, S h_s, bool push_apart, bool warm) {
-  const Preparation<S> p{h_s, S(world.options.correction), push_apart, warm};
+  const Preparation<S> p{h_s, S(world.options.correction), push_apart, warm,
+                         world.bounces ? world.bodies.shift.data() : nullptr};
   Row<S>* places = world.bodies.place.data();
   Row<S>* velocities = world.bodies.velocity.data();
   for_colours(world, [&](BallBatch<S>& batch, auto side, auto width) ATWOOD_INLINED {

@@ -65,8 +65,7 @@ template <class S> BallBatch<S> blank_batch(const World<S>& world) {
   const auto fill = [](Lanes<S>& lanes, S value) { std::fill(lanes.lane, lanes.lane + lane_count, value); };
   for (Lanes<S>* lanes : {&batch.slop, &batch.normal[0], &batch.normal[1], &batch.radius_a, &batch.radius_b, &batch.friction,
                           &batch.restitution, &batch.gap, &batch.closing, &batch.arm_a, &batch.arm_b, &batch.mass_n,
-                          &batch.mass_t, &batch.impulse_n, &batch.impulse_t[0], &batch.impulse_t[1], &batch.impulse_t[2],
-                          &batch.sum[0], &batch.sum[1], &batch.sum[2]})
+                          &batch.mass_t, &batch.impulse_n, &batch.impulse_t[0], &batch.impulse_t[1], &batch.impulse_t[2]})
     fill(*lanes, S(0));
   fill(batch.normal[2], S(1));
   return batch;

@@ -170,11 +170,13 @@ template <class S> void collide_contact(World<S>& world, int contact, const Enco
   const Impulse<S> impulse = collide(impact, meeting.normal, left, right);
   const Vec3<S> change = right.inverse_mass_per_kg > S(0) ? (S(1) / right.inverse_mass_per_kg) * (right.v_W - v_before)
                                                           : (S(-1) / left.inverse_mass_per_kg) * (left.v_W - v_before);
-  const Place at = place_of(world, contact);
-  Lanes<S>(&sum)[3] = sum_of(world, at);
-  sum[0].lane[at.lane] += change.x;
-  sum[1].lane[at.lane] += change.y;
-  sum[2].lane[at.lane] += change.z;
+  if (world.sums_impulses) {
+    Told<S>& told = world.told[static_cast<std::size_t>(contact)];
+    const Vec3<S> along = dot(change, meeting.normal) * meeting.normal;
+    told.size += dot(change, meeting.normal);
+    told.along += along;
+    told.across += change - along;
+  }
   if (world.observer != nullptr && world.observer->event) {
     Event event;
     const Flight<S> fa = flight(world, a);

@@ -19,9 +19,12 @@ template <class S> ATWOOD_INLINE void nothing(Pack<S> (&row)[lane_count]) {
   for (auto& entry : row) entry = spread(S(0));
 }
 
+// `shifts`: what impacts within the substep add to the places at its end (impacts.cpp); null without bounces. What stands
+// apart by then is measured from the shifted places, what overlaps now from the real ones.
 template <class S> struct Preparation {
   S h_s{}, correction{};  // a substep; the share of an overlap that is pushed apart
   bool push_apart = false, warm = false;
+  const Row<S>* shifts = nullptr;
 };
 
 }  // namespace atwood::stepping

@@ -87,6 +87,11 @@ ATWOOD_INLINE void prepare(ManifoldBatch<S>& c, const Preparation<S>& p, Row<S>*
   const Outline<Pack<S>> outline_a{load_lanes<S>(c.axis_a), load(c.round_a.lane)};
   const Outline<Pack<S>> outline_b{load_lanes<S>(c.axis_b), load(c.round_b.lane)};
   const Pack<S> lean = load(c.lean.lane);
+  Pack<S> shift_a[lane_count], shift_b[lane_count];
+  if (p.shifts != nullptr) {
+    gather<S>(p.shifts, c.a, shift_a);
+    gather<S>(p.shifts, c.b, shift_b);
+  }
   bool pushed = false, warmed = false;
   for (int i = 0; i < c.points; ++i) {
     ManifoldPoint<S>& point = c.point[i];
@@ -104,8 +109,11 @@ ATWOOD_INLINE void prepare(ManifoldBatch<S>& c, const Preparation<S>& p, Row<S>*
       put3<S>(second3<S>(place_b) - b.turn(cross(x_b, push)), place_b + 3);
     }
     store<S>(gap, point.gap.lane);
+    Pack<S> apart = gap;
+    if (p.shifts != nullptr)
+      apart = apart + dot(n, (first3<S>(shift_b) + cross(second3<S>(shift_b), x_b)) - (first3<S>(shift_a) + cross(second3<S>(shift_a), x_a)));
     // A gap of round-off is none: at rest the impulses of the last substep then solve this one as they are.
-    store<S>(above<S>(gap - S(1e-6) * load(c.slop.lane), zero) * (S(1) / p.h_s), point.closing.lane);
+    store<S>(above<S>(apart - S(1e-6) * load(c.slop.lane), zero) * (S(1) / p.h_s), point.closing.lane);
     store_lanes<S>(x_a, point.arm_a);
     store_lanes<S>(x_b, point.arm_b);
     if (!p.warm) {
@@ -180,7 +188,8 @@ template <class S> void weigh_manifolds(World<S>& world) {
 }
 
 template <class S> void prepare_manifolds(World<S>& world, S h_s, bool push_apart, bool warm) {
-  const Preparation<S> p{h_s, S(world.options.correction), push_apart, warm};
+  const Preparation<S> p{h_s, S(world.options.correction), push_apart, warm,
+                         world.bounces ? world.bodies.shift.data() : nullptr};
   Row<S>*places = world.bodies.place.data(), *velocities = world.bodies.velocity.data();
   const Row<S>* inertias = world.bodies.inertia.data();
   const unsigned char* moves = world.bodies.moves.data();

@@ -79,7 +79,6 @@ template <class S> struct Point {
   Vec3<S> n, t, s, arm_a, arm_b;
   S gap{}, closing{}, friction{}, restitution{};
   S impulse[3] = {};
-  Vec3<S> sum_W;
 };
 
 template <class S> Point<S> point_at(const World<S>& world, int contact) {
@@ -91,7 +90,7 @@ template <class S> Point<S> point_at(const World<S>& world, int contact) {
     const Vec3<S> n = lane_of(batch.normal, k), t = tangent_of(n), s = cross(n, t), P = lane_of(batch.impulse_t, k);
     out = {batch.a[k], batch.b[k], n, t, s, batch.arm_a.lane[k] * n, -batch.arm_b.lane[k] * n,
            batch.gap.lane[k], batch.closing.lane[k], batch.friction.lane[k], batch.restitution.lane[k],
-           {batch.impulse_n.lane[k], dot(P, t), dot(P, s)}, lane_of(batch.sum, k)};
+           {batch.impulse_n.lane[k], dot(P, t), dot(P, s)}};
     return out;
   }
   const ManifoldBatch<S>& batch = manifolds_at(world, at);
@@ -99,7 +98,7 @@ template <class S> Point<S> point_at(const World<S>& world, int contact) {
   const Vec3<S> n = lane_of(batch.normal, k), t = lane_of(batch.tangent, k);
   out = {batch.a[k], batch.b[k], n, t, cross(n, t), lane_of(point.arm_a, k), lane_of(point.arm_b, k),
          point.gap.lane[k], point.closing.lane[k], batch.friction.lane[k], batch.restitution.lane[k],
-         {point.impulse_n.lane[k], point.impulse_t[0].lane[k], point.impulse_t[1].lane[k]}, lane_of(point.sum, k)};
+         {point.impulse_n.lane[k], point.impulse_t[0].lane[k], point.impulse_t[1].lane[k]}};
   return out;
 }
 
@@ -116,11 +115,6 @@ template <class S> void put_impulse(World<S>& world, int contact, const Point<S>
   point.impulse_n.lane[k] = from.impulse[0];
   point.impulse_t[0].lane[k] = from.impulse[1];
   point.impulse_t[1].lane[k] = from.impulse[2];
-}
-
-template <class S> Lanes<S> (&sum_of(World<S>& world, const Place& at))[3] {
-  if (at.point < 0) return balls_at(world, at).sum;
-  return manifolds_at(world, at).point[at.point].sum;
 }
 
 // I^-1 L in world axes.

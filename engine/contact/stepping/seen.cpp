@@ -4,8 +4,6 @@
 namespace atwood::stepping {
 namespace {
 
-template <class S> Vec3<S> impulse_of(const Point<S>& p) { return p.impulse[0] * p.n + p.impulse[1] * p.t + p.impulse[2] * p.s; }
-
 template <class S> std::array<double, 3> wide(const Vec3<S>& v) {
   return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
 }
@@ -18,15 +16,18 @@ template <class S> Vec3<S> place_of_point(const World<S>& world, const Point<S>&
 }  // namespace
 
 template <class S> void clear_sums(World<S>& world) {
-  for (int i = 0; i < point_count(world); ++i)
-    if (used(world, i)) put_lane(Vec3<S>{}, place_of(world, i).lane, sum_of(world, place_of(world, i)));
+  world.told.assign(static_cast<std::size_t>(point_count(world)), Told<S>{});
 }
 
 template <class S> void add_sums(World<S>& world) {
   for (int i = 0; i < point_count(world); ++i) {
     if (!used(world, i)) continue;
     const Point<S> p = point_at(world, i);
-    if (p.impulse[0] > S(0)) put_lane(p.sum_W + impulse_of(p), place_of(world, i).lane, sum_of(world, place_of(world, i)));
+    if (!(p.impulse[0] > S(0))) continue;
+    Told<S>& told = world.told[static_cast<std::size_t>(i)];
+    told.size += p.impulse[0];
+    told.along += p.impulse[0] * p.n;
+    told.across += p.impulse[1] * p.t + p.impulse[2] * p.s;
   }
 }
 
@@ -34,19 +35,20 @@ template <class S> void tell_contacts(const World<S>& world, S h_s, Sample& samp
   sample.contacts.clear();
   for (int i = 0; i < point_count(world); ++i) {
     if (!used(world, i)) continue;
+    const Told<S>& told = world.told[static_cast<std::size_t>(i)];
+    if (!(told.size > S(0))) continue;
     const Point<S> p = point_at(world, i);
-    const S normal = dot(p.sum_W, p.n);
-    if (!(normal > S(0))) continue;
+    const Vec3<S> n = (S(1) / norm(told.along)) * told.along;
     const bool swap = p.a > p.b;
     const S sign = (swap ? S(-1) : S(1));
     ContactSample out;
     out.body_a = swap ? p.b : p.a;
     out.body_b = swap ? p.a : p.b;
     out.x_m = wide(place_of_point(world, p));
-    out.normal = wide(sign * p.n);
+    out.normal = wide(sign * n);
     out.gap_m = static_cast<double>(p.gap);
-    out.force_n_N = static_cast<double>(normal / h_s);
-    out.force_t_N = wide((sign / h_s) * (p.sum_W - normal * p.n));
+    out.force_n_N = static_cast<double>(told.size / h_s);
+    out.force_t_N = wide((sign / h_s) * (told.across - dot(told.across, n) * n));
     sample.contacts.push_back(out);
   }
 }
@@ -82,8 +84,8 @@ template <class S> void note_approaches(World<S>& world) {
 template <class S> void tell_onsets(World<S>& world) {
   for (const Onset<S>& onset : world.onsets) {
     const Point<S> p = point_at(world, onset.contact);
-    const S normal = dot(p.sum_W, p.n);
-    if (!(normal > S(0))) continue;
+    const Told<S>& told = world.told[static_cast<std::size_t>(onset.contact)];
+    if (!(told.size > S(0))) continue;
     const bool swap = p.a > p.b;
     const S sign = swap ? S(-1) : S(1);
     const std::array<double, 3> x = wide(place_of_point(world, p)), n = wide(sign * p.n);
@@ -94,8 +96,8 @@ template <class S> void tell_onsets(World<S>& world) {
     event.body_b = swap ? p.a : p.b;
     event.x_m = {x[0], x[1], x[2]};
     event.normal = {n[0], n[1], n[2]};
-    event.impulse_n_N_s = Wide(normal);
-    event.impulse_t_N_s = Wide(norm(p.sum_W - normal * p.n));
+    event.impulse_n_N_s = Wide(told.size);
+    event.impulse_t_N_s = Wide(norm(told.across));
     event.vn_before_m_per_s = Wide(onset.vn_m_per_s);
     event.vn_after_m_per_s = Wide(dot(velocity_at(world.bodies, p), p.n));
     world.observer->event(event);

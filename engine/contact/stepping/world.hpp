@@ -63,7 +63,6 @@ template <class S> struct BallBatch {
   Lanes<S> arm_a, arm_b;       // from the centres to the point midway
   Lanes<S> mass_n, mass_t;     // 1 / mobility along the normal, across it
   Lanes<S> impulse_n, impulse_t[3];
-  Lanes<S> sum[3];             // impulse on b over the step, where somebody looks
 };
 
 // ---- contacts of all other shapes: a manifold a lane, up to four points
@@ -79,7 +78,6 @@ template <class S> struct ManifoldPoint {
   Lanes<S> mass_t[3];          // inverse of the 2 x 2 mobility across the normal: 11 12 22
   Lanes<S> step_t;             // 1 / its larger eigenvalue
   Lanes<S> impulse_n, impulse_t[2];
-  Lanes<S> sum[3];
 };
 template <class S> struct ManifoldBatch {
   std::int32_t a[lane_count], b[lane_count];
@@ -152,6 +150,13 @@ template <class S> struct Impacts {
   std::vector<Approach<S>> queue;    // a heap, the earliest on top
 };
 
+// A contact's impulse on b over a step, where somebody looks. The normal may turn meanwhile; friction stays in its cone:
+// |across| <= mu size.
+template <class S> struct Told {
+  S size{};              // of the normal impulses
+  Vec3<S> along, across; // sums of the normal and of the tangential ones
+};
+
 // How fast the bodies of a contact without bounce came when the step began.
 template <class S> struct Onset { int contact = 0; S vn_m_per_s{}; };
 
@@ -182,6 +187,7 @@ template <class S> struct World {
   Contacts<ManifoldBatch<S>> manifold_batches;
   Impacts<S> impacts;
   std::vector<Onset<S>> onsets;
+  std::vector<Told<S>> told;           // by the contact's number
   DirectSolver<S> direct;
   std::vector<FoundManifold<S>> manifolds, manifolds_before;
 
