@@ -15,6 +15,10 @@ std::vector<MethodInfo> make_responses() {
   impulse.doc = "Time stepping in small substeps: fast approaches bounce one after another in the order of their times, all "
                 "other contacts are solved at the level of velocities with a round cone, overlap is taken away in the "
                 "positions alone. Few contacts are solved at once by Newton's method, many by warm-started sweeps.";
+  impulse.doc +=
+      " substeps: 0 is at least four, none longer than 1/480 s. solver: direct refuses islands of more than direct_points, auto "
+      "sweeps them. rest_sweeps: up to so many while up to 1000 pairs are slower than a substep's fall, until velocities stay. No "
+      "body is ever put to sleep.";
   impulse.source = "Moreau (1988); Stewart and Trinkle (1996); Alart and Curnier (1991); Macklin et al., Small Steps (2019)";
   impulse.settings = stepping::default_settings();
   MethodInfo event;

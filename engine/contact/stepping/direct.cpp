@@ -18,21 +18,33 @@ constexpr int most_rounds = 20, sweeps_between = 8, halvings = 6;
 constexpr double tolerance = 1000;  // of the impulses' round-off
 
 int root_of(std::vector<int>& parent, int i) {
-  while (parent[static_cast<std::size_t>(i)] != i) i = parent[static_cast<std::size_t>(i)] = parent[static_cast<std::size_t>(parent[static_cast<std::size_t>(i)])];
+  while (parent[i] != i) i = parent[i] = parent[parent[i]];
   return i;
 }
 
-// Points by islands, each island in the order of its points.
-template <class S> void build_islands(World<S>& world, DirectSolver<S>& d) {
+// Whether it is in question: a point that pushes nobody and is farther than this substep gets may be left out. Who is kept out
+// wrongly, pushed by his neighbours, is seen afterwards.
+template <class S> bool may_push(const World<S>& world, const Point<S>& p) {
+  if (p.impulse[0] > S(0) || p.closing == S(0)) return true;
+  return p.closing + S(2) * dot(velocity_at(world.bodies, p), p.n) < S(4) * norm(world.gravity_W) * world.sub_s;
+}
+
+// Points by islands, each island in the order of its points; those left out go to `d.left_out`.
+template <class S> void build_islands(World<S>& world, DirectSolver<S>& d, bool all) {
   const Bodies<S>& bodies = world.bodies;
   d.parent.resize(static_cast<std::size_t>(bodies.count));
   for (int i = 0; i < bodies.count; ++i) d.parent[static_cast<std::size_t>(i)] = i;
   d.contacts.clear();
+  d.left_out.clear();
   for (int contact = 0; contact < point_count(world); ++contact) {
     if (!used(world, contact)) continue;
     const auto [a, b] = bodies_of(world, contact);
     const Place at = place_of(world, contact);
     if (at.point < 0 && !(balls_at(world, at).active && balls_at(world, at).closing.lane[at.lane] < S(1e29))) continue;
+    if (!all && !may_push(world, point_at(world, contact))) {
+      d.left_out.push_back(contact);
+      continue;
+    }
     d.contacts.push_back({contact, a});
     if (!bodies.moves[b]) continue;
     const int x = root_of(d.parent, a), y = root_of(d.parent, b);
@@ -250,29 +262,24 @@ template <class S> void into_cone(DirectSolver<S>& d) {
   }
 }
 
-}  // namespace
-
-template <class S> bool solve_directly(World<S>& world) {
-  DirectSolver<S>& d = world.direct;
-  const int most = world.options.direct_points;
-  const std::size_t pairs = world.ball_pairs.size() + world.plane_pairs.size() + world.manifolds.size();
-  if (world.options.solver == Solver::automatic && pairs > 4 * static_cast<std::size_t>(most)) return false;
-  build_islands(world, d);
-  if (world.options.solver == Solver::automatic && static_cast<int>(d.contacts.size()) > most) return false;
-  bool all = true;
+// Points of the largest island; in `auto` a scene is solved directly as a whole or not at all.
+template <class S> int points_at_once(const World<S>& world, const DirectSolver<S>& d) {
+  if (world.options.solver == Solver::automatic) return static_cast<int>(d.contacts.size());
+  std::size_t most = 0;
   for (std::size_t first = 0, last = 0; first < d.contacts.size(); first = last) {
     while (last < d.contacts.size() && d.contacts[last].second == d.contacts[first].second) ++last;
-    if (static_cast<int>(last - first) > most) all = false;
+    most = std::max(most, last - first);
   }
-  if (!all) return false;
+  return static_cast<int>(most);
+}
+
+template <class S> void solve_islands(World<S>& world, DirectSolver<S>& d) {
   for (std::size_t first = 0, last = 0; first < d.contacts.size(); first = last) {
-    while (last < d.contacts.size() && d.contacts[last].second == d.contacts[first].second) ++last;
     d.points.clear();
     d.numbers.clear();
-    for (std::size_t i = first; i < last; ++i) {
-      const Point<S> point = point_at(world, d.contacts[i].first);
-      d.points.push_back(point);
-      d.numbers.push_back(d.contacts[i].first);
+    for (; last < d.contacts.size() && d.contacts[last].second == d.contacts[first].second; ++last) {
+      d.points.push_back(point_at(world, d.contacts[last].first));
+      d.numbers.push_back(d.contacts[last].first);
     }
     unit_impulses(world, d);
     if (already_solved(world, d)) continue;
@@ -280,6 +287,31 @@ template <class S> bool solve_directly(World<S>& world) {
     solve_island(d);
     into_cone(d);
     apply(world, d);
+  }
+}
+
+template <class S> bool hits_somebody_left_out(const World<S>& world, const DirectSolver<S>& d) {
+  for (const int contact : d.left_out) {
+    const Point<S> p = point_at(world, contact);
+    if (p.closing + dot(velocity_at(world.bodies, p), p.n) < S(0)) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+template <class S> bool solve_directly(World<S>& world) {
+  DirectSolver<S>& d = world.direct;
+  const std::size_t pairs = world.ball_pairs.size() + world.plane_pairs.size() + world.manifolds.size();
+  if (world.options.solver == Solver::automatic && pairs > 4 * static_cast<std::size_t>(world.options.direct_points)) return false;
+  for (const bool all : {false, true}) {
+    build_islands(world, d, all);
+    if (const int points = points_at_once(world, d); points > world.options.direct_points) {
+      if (world.options.solver == Solver::direct) world.refused_points = points;
+      return false;
+    }
+    solve_islands(world, d);
+    if (!hits_somebody_left_out(world, d)) break;
   }
   return true;
 }

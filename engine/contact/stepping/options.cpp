@@ -1,5 +1,7 @@
 #include "contact/stepping/options.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <variant>
 
@@ -11,6 +13,7 @@ Settings default_settings() {
           {"direct_points", std::int64_t(standard.direct_points)},
           {"substeps", std::int64_t(standard.substeps)},
           {"iterations", std::int64_t(standard.iterations)},
+          {"rest_sweeps", std::int64_t(standard.rest_sweeps)},
           {"broad_phase", std::string("tree")},
           {"correction", standard.correction},
           {"restitution", std::string("newton")},
@@ -29,6 +32,12 @@ int count_of(const Settings& settings, const char* name, std::int64_t least, std
 
 }  // namespace
 
+int substeps_of(const Options& options, double h_s) {
+  constexpr double most_per_s = 480, round_off = 1e-9;
+  if (options.substeps > 0) return options.substeps;
+  return static_cast<int>(std::clamp(std::ceil(h_s * most_per_s * (1 - round_off)), 4.0, 1000.0));
+}
+
 Options options_of(const Settings& settings, std::string& why) {
   Options options;
   const auto& solver = std::get<std::string>(settings.at("solver"));
@@ -36,8 +45,9 @@ Options options_of(const Settings& settings, std::string& why) {
   else if (solver == "direct") options.solver = Solver::direct;
   else if (solver != "auto") why = "+impulse: solver is auto, sequential or direct, not `" + solver + "`";
   options.direct_points = count_of(settings, "direct_points", 1, 1000, why);
-  options.substeps = count_of(settings, "substeps", 1, 1000, why);
+  options.substeps = count_of(settings, "substeps", 0, 1000, why);
   options.iterations = count_of(settings, "iterations", 1, 100000, why);
+  options.rest_sweeps = count_of(settings, "rest_sweeps", 0, 100000, why);
   options.correction = std::get<double>(settings.at("correction"));
   if (!(options.correction >= 0 && options.correction <= 1)) why = "+impulse: correction is 0 to 1";
   options.push_apart = options.correction > 0;

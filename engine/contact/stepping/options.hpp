@@ -14,8 +14,9 @@ enum class Solver : unsigned char { automatic, sequential, direct };
 struct Options {
   Solver solver = Solver::automatic;  // sequential impulses, or Newton on all contacts of an island at once (automatic: few)
   int direct_points = 64;       // the most points that an island solved directly has
-  int substeps = 4;
+  int substeps = 0;             // 0: four or more, none longer than 1/480 s
   int iterations = 2;           // sweeps of the velocities in a substep
+  int rest_sweeps = 1000;       // ... up to, where nothing moves faster than a substep's fall: few are needed once it stands
   bool push_apart = true;       // overlap is taken away, in the positions alone
   double correction = 0.3;      // ... this share of it in a substep
   BroadPhaseKind broad_phase = BroadPhaseKind::tree;
@@ -25,6 +26,7 @@ struct Options {
 };
 
 Settings default_settings();
+int substeps_of(const Options& options, double h_s);
 Options options_of(const Settings& settings, std::string& why);  // `why`: a value out of range
 
 }  // namespace atwood::stepping

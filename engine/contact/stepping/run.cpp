@@ -50,7 +50,8 @@ template <class S> void build_world(World<S>& world, const Scene& scene, Simulat
   }
   Bodies<S>& bodies = world.bodies;
   bodies.count = static_cast<int>(count);
-  for (auto* rows : {&bodies.velocity, &bodies.place, &bodies.inertia, &bodies.kick, &bodies.rest, &bodies.shift, &bodies.before})
+  for (auto* rows : {&bodies.velocity, &bodies.place, &bodies.inertia, &bodies.kick, &bodies.rest, &bodies.shift, &bodies.before,
+                     &bodies.swept})
     rows->assign(count + 1, Row<S>{});
   bodies.q_WB.resize(count);
   bodies.moves.resize(count);
@@ -69,6 +70,7 @@ template <class S> void restart(World<S>& world) {
   ++model.system().epoch;
   model.initial_state(world.y.data());
   world.candidates_hold = false;
+  world.refused_points = 0;
   world.balls.clear();
   world.ball_pairs.clear();
   world.plane_pairs.clear();
@@ -98,7 +100,8 @@ template <class S> Outcome run_once(World<S>& world, const Plan& plan, const Obs
     if (model.system().epoch != epoch || h_s != world.h_s) {
       if (n > 0) store_bodies(world);
       world.h_s = h_s;
-      world.sub_s = h_s / S(world.options.substeps);
+      world.substeps = substeps_of(world.options, static_cast<double>(h_s));
+      world.sub_s = h_s / S(world.substeps);
       load_bodies(world);
       if (model.system().epoch != epoch) world.candidates_hold = false;
       epoch = model.system().epoch;
@@ -109,6 +112,9 @@ template <class S> Outcome run_once(World<S>& world, const Plan& plan, const Obs
       const auto busy = std::chrono::steady_clock::now() - begin;
       world.profile->step_ns.push_back(std::chrono::duration_cast<std::chrono::nanoseconds>(busy).count());
     }
+    if (world.refused_points > 0)
+      return unsupported("+impulse{solver=direct}: an island has " + std::to_string(world.refused_points) +
+                         " contact points, direct_points is " + std::to_string(world.options.direct_points));
     outcome.steps_taken = n + 1;
     if ((n + 1) % stride != 0) continue;
     store_bodies(world);

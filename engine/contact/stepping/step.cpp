@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <chrono>
 
 #include "contact/stepping/points.hpp"
@@ -52,7 +53,7 @@ template <class S> void turn_freely(World<S>& world, int i, S h_s) {
   const Quat<S> moved = q * turn.less_one;
   const Quat<S> after = normalised(Quat<S>{q.w + moved.w, q.x + moved.x, q.y + moved.y, q.z + moved.z});
   const Vec3<S> dw_W = rotate(after, w_B + turn.dw_B) - w_W;
-  const S n = S(world.options.substeps);
+  const S n = S(world.substeps);
   // sum over k = 1..n of h/n (w + k/n dw) = h (w + (n + 1) / (2 n) dw)
   const Vec3<S> by_velocities = h_s * (w_W + ((n + S(1)) / (S(2) * n)) * dw_W);
   const Vec3<S> rest = (S(1) / n) * (so3_log(after * conjugate(q)) - by_velocities);
@@ -71,7 +72,7 @@ template <class S> void prepare_fused_flight(World<S>& world, S t_s, S h_s) {
     store_bodies(world);
     model.accelerations(t_s, world.y.data(), world.y_free.data());
   }
-  const S sub_s = h_s / S(world.options.substeps);
+  const S sub_s = h_s / S(world.substeps);
   for_bodies(world, [&](int first, int last) {
     for (int i = first; i < last; ++i) {
       store3(Vec3<S>{}, bodies.place[i].at + 3);
@@ -100,7 +101,7 @@ template <class S> bool prepare_flight(World<S>& world, S t_s, S h_s) {
   RigidModel<S>& model = *world.model;
   store_bodies(world);
   if (!world.stepper->step(t_s, h_s, world.y.data(), world.y_free.data())) return false;
-  const S share = S(1) / S(world.options.substeps), half_s = h_s / S(2);
+  const S share = S(1) / S(world.substeps), half_s = h_s / S(2);
   for (int i = 0; i < bodies.count; ++i) {
     store3(Vec3<S>{}, bodies.place[i].at + 3);
     if (!bodies.moves[i]) continue;
@@ -161,19 +162,56 @@ template <class S> void turn_bodies(World<S>& world) {
   });
 }
 
+// Few enough contacts, and no body faster than what gravity brings within a substep: then the sweeps go on until the velocities
+// stay, so that what stands does not creep while its forces build up. Once they have, the first sweep changes nothing.
+template <class S> bool at_rest(const World<S>& world) {
+  constexpr std::size_t most_pairs = 1000;
+  if (world.ball_pairs.size() + world.plane_pairs.size() + world.manifolds.size() > most_pairs) return false;
+  const S most = norm(world.gravity_W) * world.sub_s;
+  const Bodies<S>& bodies = world.bodies;
+  for (int i = 0; i < bodies.count; ++i) {
+    const S* v = bodies.velocity[i].at;
+    if (bodies.moves[i] && !(norm(load3(v)) + world.geometry[i].bounding_radius * norm(load3(v + 3)) <= most)) return false;
+  }
+  return true;
+}
+
+template <class S> S largest_change(const World<S>& world) {
+  const Bodies<S>& bodies = world.bodies;
+  S most{};
+  for (int i = 0; i < bodies.count; ++i)
+    for (int c = 0; c < 3; ++c) {
+      const S turned = world.geometry[i].bounding_radius * (bodies.velocity[i].at[3 + c] - bodies.swept[i].at[3 + c]);
+      if (bodies.moves[i])
+        most = real::max(most, real::max(real::abs(bodies.velocity[i].at[c] - bodies.swept[i].at[c]), real::abs(turned)));
+    }
+  return most;
+}
+
+template <class S> void sweep(World<S>& world, bool rests) {
+  constexpr int look_every = 8;
+  const int sweeps = rests ? std::max(world.options.iterations, world.options.rest_sweeps) : world.options.iterations;
+  const S still = S(1e-10) * norm(world.gravity_W) * world.sub_s;
+  for (int k = 0; k < sweeps; ++k) {
+    const bool looks = rests && k % look_every == 0 && k + 1 >= world.options.iterations;
+    if (looks) world.bodies.swept = world.bodies.velocity;
+    solve_balls(world);
+    solve_manifolds(world);
+    if (looks && largest_change(world) <= still) return;
+  }
+}
+
 template <class S> void substep(World<S>& world, S sub_s, Phases& phases) {
   const Options& options = world.options;
   meet_impacts(world, sub_s);
+  const bool rests = options.rest_sweeps > options.iterations && at_rest(world);
   phases.end("solve");
   kick(world);
   phases.end("integrate");
   prepare_balls(world, sub_s, options.push_apart, options.warm_start);
   prepare_manifolds(world, sub_s, options.push_apart, options.warm_start);
   const bool solved = options.solver != Solver::sequential && solve_directly(world);
-  for (int k = 0; k < options.iterations && !solved; ++k) {
-    solve_balls(world);
-    solve_manifolds(world);
-  }
+  if (!solved) sweep(world, rests);
   if (world.sums_impulses) add_sums(world);
   phases.end("solve");
   drift(world, sub_s);
@@ -219,7 +257,7 @@ template <class S> void store_bodies(World<S>& world) {
 
 template <class S> bool step(World<S>& world, S t_s, S h_s) {
   Phases phases(world.profile);
-  world.sub_s = h_s / S(world.options.substeps);
+  world.sub_s = h_s / S(world.substeps);
   if (world.stepper == nullptr) prepare_fused_flight(world, t_s, h_s);
   else if (!prepare_flight(world, t_s, h_s)) return false;
   phases.end("integrate");
@@ -232,7 +270,7 @@ template <class S> bool step(World<S>& world, S t_s, S h_s) {
   if (world.sums_impulses) clear_sums(world);
   if (events) note_approaches(world);
   phases.end("narrow");
-  for (int k = 0; k < world.options.substeps; ++k) {
+  for (int k = 0; k < world.substeps; ++k) {
     world.t_s = t_s + S(k) * world.sub_s;
     substep(world, world.sub_s, phases);
   }

@@ -44,6 +44,7 @@ template <class S> struct Bodies {
   std::vector<Row<S>> rest;                 // ... and of the place row, beyond what the velocities give
   std::vector<Row<S>> shift;                // ... and what impacts within the substep add to it
   std::vector<Row<S>> before;               // velocities before the kick, where places go by the mean
+  std::vector<Row<S>> swept;                // ... and before the last sweep, where a scene at rest is swept until it is still
   std::vector<unsigned char> moves, isotropic;
   std::vector<S> reach;                     // how far a surface point may get in a step
 };
@@ -132,6 +133,7 @@ template <class S> struct UnitImpulse { Vec3<S> along, at_a, at_b, turn_a, turn_
 template <class S> struct DirectSolver {
   std::vector<int> parent;                     // of bodies: union-find
   std::vector<std::pair<int, int>> contacts;   // point, island
+  std::vector<int> left_out;                   // too far to push in this substep
   std::vector<Point<S>> points;
   std::vector<int> numbers;
   std::vector<UnitImpulse<S>> unit;            // three a point
@@ -178,6 +180,8 @@ template <class S> struct World {
   std::vector<S> y, y_free;            // the state as the model lays it out
   S t_s{};                             // when the substep begins
   S h_s{}, sub_s{};                    // a step, a substep
+  int substeps = 1;
+  int refused_points = 0;              // solver=direct: of an island that is too large for it; the run ends
   Profile* profile = nullptr;
   bool sums_impulses = false;          // somebody looks at the contacts of this step
   const Observer* observer = nullptr;  // null: nobody looks
@@ -248,7 +252,7 @@ template <class S> void note_approaches(World<S>& world);                       
 template <class S> void tell_onsets(World<S>& world);                             // at its end
 
 // ---- direct.cpp
-template <class S> bool solve_directly(World<S>& world);  // false: an island has too many points, nothing is done
+template <class S> bool solve_directly(World<S>& world);  // false: too many points; the sweeps are to go on, but see refused_points
 
 // ---- balls.cpp
 template <class S> void prepare_balls(World<S>& world, S h_s, bool push_apart, bool warm);
