@@ -98,7 +98,7 @@ template <class S> void add_rows(EventRun<S>& run, int index, bool plain) {
   };
   Row<S> row = start(force_along(n, r_k, r_s));
   if (!plain && contact.mode == Mode::slips) {
-    const Vec3<S> d = direction_of(contact.u, n, contact.slip_direction, contact.waits, contact.slip_speed, run.approach_round_off() / S(64));
+    const Vec3<S> d = direction_of(contact.u, n, contact.slip_direction, contact.waits || contact.sets_in, contact.slip_speed, run.approach_round_off() / S(64));
     contact.friction_N = -pair.friction * d;  // for 1 N
     row.column = force_along(n - pair.friction * d, r_k, r_s);
   }
@@ -130,11 +130,13 @@ template <class S> void fill_matrix(EventRun<S>& run) {
   if (run.matrix.size() < size * size) {  // grows with the number of contacts, in the step in which they appear
     run.matrix.resize(size * size);
     run.factors.reserve(size * size);
-    for (auto* v : {&run.right, &run.unknown, &run.residual}) v->resize(size);
+    for (auto* v : {&run.right, &run.unknown, &run.residual, &run.weight}) v->resize(size);
     run.pivots.resize(size);
   }
-  for (int i = 0; i < n; ++i)
+  for (int i = 0; i < n; ++i) {
+    run.weight[i] = S(1);
     for (int j = 0; j < n; ++j) run.matrix[i * n + j] = effect(run.rows[i], run.rows[j]);
+  }
 }
 
 template <class S> void pose_contact_bodies(EventRun<S>& run, const S* y) {
@@ -178,6 +180,29 @@ template <class S> void read_forces(EventRun<S>& run, Contact<S>& contact) {
     margin = real::min(margin, bound > S(0) ? S(1) - norm(contact.couple_N_m) / bound : S(0));
   }
   run.least_margin = real::min(run.least_margin, margin);
+}
+
+// Which of several knobs holds how much of the friction moves nothing as long as they all hold; but it tells when the first lets go.
+// Shared in proportion to what presses on them, knobs under a pull through the middle of the pressure reach their cones as one.
+template <class S> void share_by_pressure(EventRun<S>& run, int n) {
+  S pressed = S(0);
+  int sticking = 0;
+  for (const Contact<S>& contact : run.contacts) {
+    if (!contact.carries || contact.mode != Mode::sticks) continue;
+    ++sticking;
+    pressed += run.unknown[contact.first_row];
+  }
+  if (sticking < 2 || !(pressed > S(0))) return;
+  const S mean = pressed / S(sticking);
+  for (const Contact<S>& contact : run.contacts) {
+    if (!contact.carries || contact.mode != Mode::sticks) continue;
+    const S weight = mean / real::max(run.unknown[contact.first_row], S(0x1p-10) * mean);
+    for (int i = 1; i <= 2; ++i) {
+      run.weight[contact.first_row + i] = weight;
+      run.unknown[contact.first_row + i] = S(0);
+    }
+  }
+  solve_rows(run, n, true);
 }
 
 template <class S> void rate_with_contacts(void* context, S t_s, const S* y, S* dydt) {
@@ -239,6 +264,7 @@ template <class S> void contact_rates(EventRun<S>& run, S, const S* y, S* dydt) 
   for (const Contact<S>& contact : run.contacts)
     if (contact.carries) run.unknown[contact.first_row] = contact.share_N;
   solve_rows(run, n, run.carrying > 1);
+  if (run.carrying > 1) share_by_pressure(run, n);
   for (Contact<S>& contact : run.contacts)
     if (contact.carries) read_forces(run, contact);
   for (int i = 0; i < n; ++i) {

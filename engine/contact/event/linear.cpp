@@ -40,12 +40,12 @@ template <class S> void substitute(const std::vector<S>& a, const std::vector<in
 
 }  // namespace
 
-// Redundant contacts make A singular, its equations consistent. (A + e D) (x_(k+1) - x_k) = right - A x_k, D the diagonal (the
+// Redundant contacts make A singular, its equations consistent. (A + e D) (x_(k+1) - x_k) = right - A x_k, D the weighted diagonal (the
 // proximal point method), converges by a factor of about e a turn on what A sees, and leaves what it does not see where it started.
 template <class S> void solve_rows(EventRun<S>& run, int n, bool redundant) {
   run.factors.assign(run.matrix.begin(), run.matrix.begin() + static_cast<std::ptrdiff_t>(n) * n);
   const S shift = redundant ? real::sqrt(real::epsilon<S>()) * S(16) : S(0);
-  for (int i = 0; i < n; ++i) run.factors[i * n + i] += shift * real::abs(run.matrix[i * n + i]);
+  for (int i = 0; i < n; ++i) run.factors[i * n + i] += shift * run.weight[i] * real::abs(run.matrix[i * n + i]);
   if (!factorise(run.factors, run.pivots, n)) {
     run.solvable = false;
     std::fill(run.unknown.begin(), run.unknown.begin() + n, S(0));

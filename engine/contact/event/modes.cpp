@@ -109,6 +109,10 @@ template <class S> void first_modes(EventRun<S>& run) {
   }
 }
 
+template <class S> void forget_who_gave_way(EventRun<S>& run) {
+  for (Contact<S>& contact : run.contacts) contact.gives_way = false;
+}
+
 template <class S> void count_carrying(EventRun<S>& run) {
   run.carrying = static_cast<int>(std::count_if(run.contacts.begin(), run.contacts.end(), [](const Contact<S>& c) { return c.carries; }));
 }
@@ -159,7 +163,6 @@ template <class S> void take_modes(EventRun<S>& run, S tiny_N, S tiny_accelerati
 // A pair whose contacts all stand at the edge of their cones has nothing left that holds it.
 template <class S> void start_sliding(EventRun<S>& run) {
   for (Contact<S>& contact : run.contacts) {
-    contact.gives_way = false;
     if (!contact.waits) continue;
     const int pair = run.features[contact.feature].pair;
     contact.waits = std::any_of(run.contacts.begin(), run.contacts.end(), [&](const Contact<S>& other) {
@@ -221,6 +224,7 @@ template <class S> bool review_contacts(EventRun<S>& run, S t_s, bool report) {
     list_bodies(run);
     see_all(run);
     first_modes(run);
+    start_sliding(run);
     count_carrying(run);
     run.solvable = true;
     run.free_rate_of(run.free_context, t_s, run.y.data(), run.dydt.data());
@@ -232,13 +236,14 @@ template <class S> bool review_contacts(EventRun<S>& run, S t_s, bool report) {
     if (run.carrying > 0) contact_rates(run, t_s, run.y.data(), run.dydt.data());
     if (!obeys(run, tiny_N)) {
       run.free_rate_of(run.free_context, t_s, run.y.data(), run.dydt.data());
-      settle_forces(run, run.dydt.data());
+      settle_forces(run, run.dydt.data(), S(0));
       take_modes(run, tiny_N, tiny_acceleration);
       start_sliding(run);
       count_carrying(run);
       run.solvable = true;
       if (run.carrying > 0) contact_rates(run, t_s, run.y.data(), run.dydt.data());
     }
+    forget_who_gave_way(run);
     if (!run.solvable) {
       run.outcome = {Status::diverged, "atwood's +event found no contact forces that obey Coulomb's law", 0, 0, {}};
       return false;

@@ -61,6 +61,7 @@ template <class S> struct Contact {
   Turning turning = Turning::free;
   bool carries = false;          // a normal force is solved for; else it touches, and others carry
   bool waits = false;            // stands at the edge of its cone, with no slip yet
+  bool sets_in = false;          // slips too slowly to turn within a step, and faster and faster: along slip_direction
   bool gives_way = false, turns_over = false;  // what an event found: friction, couple at its bound
   S rest_gap{};                  // what the gap is held at: below 0 for bodies that overlap at the start
   Vec3<S> slip_direction, roll_direction;
@@ -123,7 +124,7 @@ template <class S> struct EventRun {
 
   // ---- linear algebra of the contacts
   std::vector<Row<S>> rows;
-  std::vector<S> matrix, factors, right, unknown, residual;
+  std::vector<S> matrix, factors, right, unknown, residual, weight;
   std::vector<int> pivots;
   std::vector<Vec3<S>> a_W, alpha_W;       // of bodies, in settle_forces()
   S least_margin{};                        // over the evaluations of a step: how near a force came to its bound, relative
@@ -170,11 +171,12 @@ template <class S> S effect_of_load(const EventRun<S>& run, const Contact<S>& co
 template <class S> void project_contacts(EventRun<S>& run, S* y);
 
 // ---- linear.cpp: run.matrix unknown = run.right, n x n; where redundant contacts make it singular, the solution
-// nearest to what stands in run.unknown
+// nearest to what stands in run.unknown, unknowns weighted by run.weight
 template <class S> void solve_rows(EventRun<S>& run, int n, bool redundant);
 
-// ---- settle.cpp: normal forces, friction and couples of run.contacts, and u_dot, alpha under them; `free_dydt`: without contacts
-template <class S> void settle_forces(EventRun<S>& run, const S* free_dydt);
+// ---- settle.cpp: normal forces, friction and couples of run.contacts, and u_dot, alpha under them; `free_dydt`: without contacts.
+// Where slip sets in, friction opposes the slip at the end of a step of 1 / rate_per_s, whose direction becomes slip_direction.
+template <class S> void settle_forces(EventRun<S>& run, const S* free_dydt, S rate_per_s);
 
 // ---- modes.cpp: which contacts touch, carry, slip, stick at this instant; `forced`: a contact whose friction is at its bound
 template <class S> bool review_contacts(EventRun<S>& run, S t_s, bool report);

@@ -40,7 +40,7 @@ template <class S> Vec3<S> shortened(const Vec3<S>& v, S most) {
 
 }  // namespace
 
-template <class S> void settle_forces(EventRun<S>& run, const S* free_dydt) {
+template <class S> void settle_forces(EventRun<S>& run, const S* free_dydt, S rate_per_s) {
   const auto bodies = static_cast<std::size_t>(run.model.body_count());
   run.a_W.assign(bodies, {});
   run.alpha_W.assign(bodies, {});
@@ -55,12 +55,17 @@ template <class S> void settle_forces(EventRun<S>& run, const S* free_dydt) {
     const Feature<S>& f = run.features[contact.feature];
     const ShapePair<S>& pair = run.pairs[f.pair];
     const Vec3<S>& n = contact.sight.normal;
-    contact.normal_N = S(0);
-    contact.friction_N = contact.couple_N_m = {};
+    const bool warm = contact.sets_in && contact.mode == Mode::slips && !contact.waits;  // the forces as they are
+    if (!warm) {
+      contact.normal_N = S(0);
+      contact.friction_N = {};
+    }
+    contact.couple_N_m = {};
     contact.along_W = n;
     contact.along_couple_W = {};
-    if (contact.mode == Mode::slips && !contact.waits) contact.along_W = n - pair.friction * contact.slip_direction;
+    if (contact.mode == Mode::slips && !contact.waits && !contact.sets_in) contact.along_W = n - pair.friction * contact.slip_direction;
     if (contact.turning == Turning::rolls) contact.along_couple_W = -pair.rolling_friction_m * contact.roll_direction;
+    if (warm) settler.apply(contact, contact.normal_N * contact.along_W + contact.friction_N, contact.normal_N * contact.along_couple_W);
     contact.mobility_n = effect_of_load(run, contact, n, {}, contact.along_W, contact.along_couple_W);
     const Vec3<S> axis = real::abs(n.x) < S(0.6) ? Vec3<S>{S(1), S(0), S(0)} : Vec3<S>{S(0), S(1), S(0)};
     Vec3<S> t = axis - dot(axis, n) * n;
@@ -82,8 +87,8 @@ template <class S> void settle_forces(EventRun<S>& run, const S* free_dydt) {
       change = real::max(change, real::abs(normal - contact.normal_N));
       contact.normal_N = normal;
       size = real::max(size, normal);
-      if (contact.mode != Mode::smooth && (contact.mode == Mode::sticks || contact.waits)) {
-        const Vec3<S> u_dot = settler.relative(contact), across = u_dot - dot(u_dot, n) * n;
+      if (contact.mode != Mode::smooth && (contact.mode == Mode::sticks || contact.waits || contact.sets_in)) {
+        const Vec3<S> u_dot = settler.relative(contact) + (contact.sets_in ? rate_per_s : S(0)) * contact.u, across = u_dot - dot(u_dot, n) * n;
         const Vec3<S> friction = shortened(contact.friction_N - (S(1) / contact.mobility_t) * across, pair.friction * normal);
         settler.apply(contact, friction - contact.friction_N, {});
         change = real::max(change, norm(friction - contact.friction_N));
@@ -101,11 +106,15 @@ template <class S> void settle_forces(EventRun<S>& run, const S* free_dydt) {
   for (Contact<S>& contact : run.contacts) {
     contact.u_dot = settler.relative(contact);
     contact.alpha = settler.turning(contact);
+    if (!contact.sets_in || contact.mode != Mode::slips || contact.waits) continue;
+    const Vec3<S> u_end = contact.u_dot + rate_per_s * contact.u, across = u_end - dot(u_end, contact.sight.normal) * contact.sight.normal;
+    const S braking = run.pairs[run.features[contact.feature].pair].friction * contact.normal_N * contact.mobility_t;
+    if (norm(across) > S(0x1p-16) * braking) contact.slip_direction = (S(1) / norm(across)) * across;
   }
 }
 
-template void settle_forces<float>(EventRun<float>&, const float*);
-template void settle_forces<double>(EventRun<double>&, const double*);
-template void settle_forces<long double>(EventRun<long double>&, const long double*);
+template void settle_forces<float>(EventRun<float>&, const float*, float);
+template void settle_forces<double>(EventRun<double>&, const double*, double);
+template void settle_forces<long double>(EventRun<long double>&, const long double*, long double);
 
 }  // namespace atwood::event

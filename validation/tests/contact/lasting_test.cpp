@@ -130,3 +130,23 @@ TEST_CASE("balls fall on sheets, boxes and capsules, boxes on sheets, and meet t
       }
     }
 }
+
+TEST_CASE("a box under a slowly growing pull lets go as one, along the pull") {
+  // F(t) = m c sin(w t) along d through the centre; slip sets in at mu g = c sin(w t), then v = (c/w)(cos(w t0) - cos(w t)) - mu g (t - t0).
+  const double mu = 0.4, c = 8, w = 0.5, m = 2, t0 = std::asin(mu * g / c) / w, end_s = 2;
+  const double moved = c / w * (std::cos(w * t0) - std::cos(w * end_s)) - mu * g * (end_s - t0);
+  for (const double degrees : {0., 17., 45., 71.}) {
+    INFO(degrees);
+    const double along = std::cos(degrees * M_PI / 180), beside = std::sin(degrees * M_PI / 180);
+    Scene scene = box(mu);
+    scene.forces.push_back(Drive{{1}, {m * c * along, m * c * beside, 0}, w, -M_PI / 2});
+    const auto r = run("atwood/rk4+event", scene, {end_s, 400, 100});
+    REQUIRE(r.outcome.status == Status::ok);
+    REQUIRE(r.events.size() == 1);
+    CHECK(r.events[0].kind == EventKind::slip);
+    CHECK(static_cast<double>(r.events[0].t_s) == Approx(t0).epsilon(1e-9));
+    CHECK(speed(r, 0) * along + speed(r, 1) * beside == Approx(moved).epsilon(1e-8));
+    CHECK(std::abs(speed(r, 1) * along - speed(r, 0) * beside) < 1e-10);
+    for (const auto& w_B : r.samples.back().bodies[1].w_rad_per_s) CHECK(std::abs(static_cast<double>(w_B)) < 1e-10);
+  }
+}
