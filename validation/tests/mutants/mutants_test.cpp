@@ -8,9 +8,13 @@
 #include <map>
 
 #include "scene/files.hpp"
+#include "scene/pair_sweep.hpp"
 #include "validation/gates/gates.hpp"
 #include "validation/metrics/metrics.hpp"
+#include "validation/metrics/pose_metrics.hpp"
+#include "validation/study/pose_sweep.hpp"
 #include "validation/study/study.hpp"
+#include "validation/study/worker_client.hpp"
 
 using namespace atwood;
 namespace fs = std::filesystem;
@@ -18,7 +22,8 @@ namespace fs = std::filesystem;
 namespace {
 
 // `motion`: the class of motion whose claimed order the gate is about (claims.toml); empty: the gate has its own numbers.
-struct Mutant { std::string name, fault, scenario, method, metric, motion; };
+// `pair`: the shapes whose poses are swept, where the gate is about contacts; empty: the scenario moves.
+struct Mutant { std::string name, fault, scenario, method, metric, motion, pair; };
 
 // The head of a patch: lines "# key: value" before the difference itself.
 Mutant read_head(const fs::path& path) {
@@ -28,7 +33,8 @@ Mutant read_head(const fs::path& path) {
     const auto colon = line.find(": ");
     if (colon != std::string::npos) head[line.substr(2, colon - 2)] = line.substr(colon + 2);
   }
-  return {path.stem().string(), head.at("fault"), head.at("scenario"), head.at("method"), head.at("metric"), head["motion"]};
+  return {path.stem().string(), head.at("fault"), head.at("scenario"), head.at("method"), head.at("metric"), head["motion"],
+          head["pair"]};
 }
 
 std::vector<Mutant> all_mutants() {
@@ -78,8 +84,27 @@ const Truth& truth_of(const Scenario& scenario) {
   return found->second;
 }
 
+// The rows of a small sweep of seeded poses.
+std::vector<Row> rows_of_poses(const std::string& path, const Mutant& mutant) {
+  constexpr std::int64_t kPoses = 2000;  // a skipped axis parts one pose in a thousand alone
+  const auto poses_of = [&](const std::string& worker) {
+    WorkerClient client({worker});
+    Outcome outcome;
+    auto poses = client.sweep("contacts", mutant.pair, kPoseSeed, kPoses, false, 60, outcome);
+    INFO(outcome.reason);
+    REQUIRE(outcome.status == Status::ok);
+    return poses;
+  };
+  const auto scene_of = [&](std::int64_t k) { return sweep_scene(mutant.pair, kPoseSeed, k, false); };
+  const auto measured = measure_poses(mutant.pair, false, scene_of, poses_of(path), poses_of(ATWOOD_BIN_DIR "/atwood-truth"));
+  std::vector<Row> rows = over_all_pairs(measured.rows);
+  for (Row& row : rows) row.scenario = mutant.scenario, row.method = mutant.method, row.steps = kPoses;
+  return rows;
+}
+
 // The rows of one scenario and method, whole ladder, by the engine at `path`.
 std::vector<Row> rows_of(const std::string& path, const Mutant& mutant) {
+  if (!mutant.pair.empty()) return rows_of_poses(path, mutant);
   const auto workers = find_workers({path});
   REQUIRE(workers.size() == 1);
   REQUIRE(workers[0].status == Status::ok);
@@ -118,7 +143,7 @@ TEST_CASE("every mutant is caught by the gate that names its fault") {
     const auto gates = gates_naming(mutant);
     REQUIRE(!gates.empty());
 
-    auto [known, fresh] = sound.try_emplace(mutant.scenario + " " + mutant.method);
+    auto [known, fresh] = sound.try_emplace(mutant.scenario + " " + mutant.method + " " + mutant.pair);
     if (fresh) known->second = rows_of(ATWOOD_BIN_DIR "/atwood-engine", mutant);
     const auto without = judge(gates, known->second);
     INFO("without the fault:" << words_of(without));
