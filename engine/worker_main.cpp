@@ -4,4 +4,7 @@
 #include "protocol/worker.hpp"
 #include "simulation.hpp"
 
-int main() { return atwood::serve(atwood::atwood_engine(), {&atwood::find_pair_gap, false, {{"box-edges", atwood::find_contacts_by_box_edges}}}); }
+int main() {
+  return atwood::serve(atwood::atwood_engine(),
+                       {&atwood::find_pair_gap, false, {{"box-edges", atwood::find_contacts_by_box_edges}}});
+}

@@ -123,7 +123,8 @@ struct Collector : btCollisionWorld::ContactResultCallback {
   btScalar addSingleResult(btManifoldPoint& point, const btCollisionObjectWrapper* one, int, int,
                            const btCollisionObjectWrapper*, int, int) override {
     if (point.getDistance() > 0) return 0;
-    const double sign = one->getCollisionObject() == first ? -1 : 1;  // Bullet's normal points from its second object to its first
+    // Bullet's normal points from its second object to its first.
+    const double sign = one->getCollisionObject() == first ? -1 : 1;
     const Real3 middle = 0.5 * (wide(point.getPositionWorldOnA()) + wide(point.getPositionWorldOnB()));
     found.push_back({body_a, body_b, rivals::widened(middle), rivals::widened(sign * wide(point.m_normalWorldOnB)),
                      -static_cast<Wide>(point.getDistance())});
@@ -194,8 +195,8 @@ void first_touch(const Scene& scene, const ContactQuery& query, int i, int j, Co
   result.m_fraction = 1;
   if (!cast.calcTimeOfImpact(place(a), moved(a, query.t_end_s), place(b), moved(b, query.t_end_s), result)) return;
   const double sign = swap ? 1 : -1;
-  answer.touches.push_back({i, j, static_cast<Wide>(result.m_fraction) * query.t_end_s, rivals::widened(wide(result.m_hitPoint)),
-                            rivals::widened(sign * wide(result.m_normal))});
+  answer.touches.push_back({i, j, static_cast<Wide>(result.m_fraction) * query.t_end_s,
+                            rivals::widened(wide(result.m_hitPoint)), rivals::widened(sign * wide(result.m_normal))});
 }
 
 }  // namespace

@@ -3,8 +3,11 @@
 //
 // Margins: 0 for boxes, cylinders, hulls and triangles (Bullet's default of 0.04 m is a fact of its dynamics; with it a hull
 // would be 0.04 m too large); a sphere's or capsule's margin is its radius. Contacts that Bullet reports ahead of touching
-// (distance > 0) are left out. Meshes against meshes go through GImpact, against anything else through the triangles'
-// bounding-volume tree. A rectangle is a box of zero thickness.
+// (distance > 0) are left out. Meshes against meshes and planes go through GImpact, against anything else through the
+// triangles' bounding-volume tree. A rectangle is a box of zero thickness.
+//
+// What is Bullet's own: boxes against boxes go by GJK here (its separating-axis test serves the stepped world alone); GImpact
+// leaves out a mesh wholly beneath a plane, and finds triangles touching that are apart by its own tolerance.
 #pragma once
 
 #include "protocol/contact_query.hpp"

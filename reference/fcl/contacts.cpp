@@ -31,16 +31,19 @@ struct Maker {
   const Body& body;
   Objects& made;
 
-  void keep(Geometry geometry) const {
-    made.push_back(std::make_unique<fcl::CollisionObjectd>(std::move(geometry), transform(body.position_m, body.orientation_wxyz)));
+  void keep_at(Geometry geometry, const fcl::Transform3d& at) const {
+    made.push_back(std::make_unique<fcl::CollisionObjectd>(std::move(geometry), at));
   }
+  void keep(Geometry geometry) const { keep_at(std::move(geometry), transform(body.position_m, body.orientation_wxyz)); }
   void operator()(const std::monostate&) const { throw std::invalid_argument("a body without a shape"); }
   void operator()(const Sphere& s) const { keep(std::make_shared<fcl::Sphered>(s.radius_m)); }
   void operator()(const Plane& s) const {
     const double n = rivals::length(s.normal);
-    made.push_back(std::make_unique<fcl::CollisionObjectd>(std::make_shared<fcl::Halfspaced>(vector(s.normal) / n, s.offset_m / n)));
+    keep_at(std::make_shared<fcl::Halfspaced>(vector(s.normal) / n, s.offset_m / n), fcl::Transform3d::Identity());
   }
-  void operator()(const Rectangle& s) const { keep(std::make_shared<fcl::Boxd>(2 * s.half_extents_m[0], 2 * s.half_extents_m[1], 0.0)); }
+  void operator()(const Rectangle& s) const {
+    keep(std::make_shared<fcl::Boxd>(2 * s.half_extents_m[0], 2 * s.half_extents_m[1], 0.0));
+  }
   void operator()(const Box& s) const { keep(std::make_shared<fcl::Boxd>(Vector(2 * vector(s.half_extents_m)))); }
   void operator()(const Capsule& s) const { keep(std::make_shared<fcl::Capsuled>(s.radius_m, 2 * s.half_length_m)); }
   void operator()(const Cylinder& s) const { keep(std::make_shared<fcl::Cylinderd>(s.radius_m, 2 * s.half_length_m)); }
@@ -66,8 +69,9 @@ struct Maker {
   }
   void operator()(const Compound& s) const {
     for (const Compound::Part& part : s.boxes) {
-      const fcl::Transform3d at = transform(body.position_m, body.orientation_wxyz) * transform(part.position_body_m, part.orientation_wxyz);
-      made.push_back(std::make_unique<fcl::CollisionObjectd>(std::make_shared<fcl::Boxd>(Vector(2 * vector(part.half_extents_m))), at));
+      const fcl::Transform3d in_body = transform(part.position_body_m, part.orientation_wxyz);
+      keep_at(std::make_shared<fcl::Boxd>(Vector(2 * vector(part.half_extents_m))),
+              transform(body.position_m, body.orientation_wxyz) * in_body);
     }
   }
 };
@@ -106,13 +110,13 @@ ContactAnswer find_contacts(const Scene& scene, const ContactQuery& query) {
 
 PairGap find_gap(const Scene& scene, int i, int j) {
   PairGap gap;
-  const auto is_plane = [&](int body) { return std::holds_alternative<Plane>(scene.bodies.at(static_cast<std::size_t>(body)).shape); };
-  if (is_plane(i) || is_plane(j)) {  // its distance to a half-space ends in a null support function
+  const Body &one = scene.bodies.at(static_cast<std::size_t>(i)), &other = scene.bodies.at(static_cast<std::size_t>(j));
+  if (std::holds_alternative<Plane>(one.shape) || std::holds_alternative<Plane>(other.shape)) {  // its distance to a half-space ends in a null support function
     gap.gap_m = std::numeric_limits<double>::quiet_NaN();
     return gap;
   }
   gap.gap_m = HUGE_VAL;
-  const Objects of_a = make(scene.bodies.at(static_cast<std::size_t>(i))), of_b = make(scene.bodies.at(static_cast<std::size_t>(j)));
+  const Objects of_a = make(one), of_b = make(other);
   for (const auto& a : of_a)
     for (const auto& b : of_b) {
       const fcl::DistanceRequestd request(true);

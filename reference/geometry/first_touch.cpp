@@ -39,7 +39,8 @@ Real lever(const Body& body) {
 std::optional<Wide> spheres_meet(const Body& a, const Body& b, Wide sum) {
   Wide rr = 0, rv = 0, vv = 0;
   for (std::size_t i = 0; i < 3; ++i) {
-    const Wide r = static_cast<Wide>(b.position_m[i]) - a.position_m[i], v = static_cast<Wide>(b.velocity_m_per_s[i]) - a.velocity_m_per_s[i];
+    const Wide r = static_cast<Wide>(b.position_m[i]) - a.position_m[i];
+    const Wide v = static_cast<Wide>(b.velocity_m_per_s[i]) - a.velocity_m_per_s[i];
     rr += r * r, rv += r * v, vv += v * v;
   }
   const Wide c = rr - sum * sum;
@@ -70,7 +71,8 @@ FirstTouch at(const Body& a, const Body& b, Real t_s, Real bar_s) {
 // spin allow: gap(t + h) >= gap(t) - h (n . (v_a - v_b) + |w_a| r_a + |w_b| r_b).
 std::optional<FirstTouch> advance(const Body& a, const Body& b, Real t_end_s) {
   const Vector v = widened(a.velocity_m_per_s) - widened(b.velocity_m_per_s);
-  const Real spin = norm(widened(a.angular_velocity_body_rad_per_s)) * lever(a) + norm(widened(b.angular_velocity_body_rad_per_s)) * lever(b);
+  const auto spin_of = [](const Body& body) { return norm(widened(body.angular_velocity_body_rad_per_s)) * lever(body); };
+  const Real spin = spin_of(a) + spin_of(b);
   Real t_s = 0;
   constexpr int kMost = 20000;
   for (int i = 0; i < kMost; ++i) {
@@ -89,7 +91,8 @@ std::optional<FirstTouch> advance(const Body& a, const Body& b, Real t_end_s) {
 
 std::optional<FirstTouch> first_touch(const Scene& scene, int body_a, int body_b, double t_end_s) {
   const Body &a = scene.bodies.at(static_cast<std::size_t>(body_a)), &b = scene.bodies.at(static_cast<std::size_t>(body_b));
-  if (const std::string why = no_separation(a.shape, b.shape); !why.empty()) throw std::invalid_argument("truth: no separation of " + why);
+  if (const std::string why = no_separation(a.shape, b.shape); !why.empty())
+    throw std::invalid_argument("truth: no separation of " + why);
   const auto *ball_a = std::get_if<Sphere>(&a.shape), *ball_b = std::get_if<Sphere>(&b.shape);
   const auto *plane_a = std::get_if<Plane>(&a.shape), *plane_b = std::get_if<Plane>(&b.shape);
   std::optional<Wide> t;

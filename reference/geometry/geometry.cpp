@@ -20,7 +20,9 @@ Separation swapped(Separation found) {
   return found;
 }
 
-RoundBar round_bar(const Cylinder& shape, const Place& place) { return {place.p_W, place.axis_W[2], shape.radius_m, shape.half_length_m}; }
+RoundBar round_bar(const Cylinder& shape, const Place& place) {
+  return {place.p_W, place.axis_W[2], shape.radius_m, shape.half_length_m};
+}
 
 HalfSpace half_space(const Plane& plane) {
   const Vector n{plane.normal[0], plane.normal[1], plane.normal[2]};
@@ -32,7 +34,8 @@ HalfSpace half_space(const Plane& plane) {
 template <class Each> Separation smallest(const std::vector<Piece>& pieces, Each each) {
   std::vector<Separation> all;
   for (const Piece& piece : pieces) all.push_back(each(piece));
-  const auto best = std::min_element(all.begin(), all.end(), [](const Separation& x, const Separation& y) { return x.gap_m < y.gap_m; });
+  const auto nearer = [](const Separation& x, const Separation& y) { return x.gap_m < y.gap_m; };
+  const auto best = std::min_element(all.begin(), all.end(), nearer);
   Separation found = *best;
   for (const Separation& other : all)
     if (norm(other.normal - found.normal) > 1e-7L) found.margin_m = std::min(found.margin_m, other.gap_m - found.gap_m);

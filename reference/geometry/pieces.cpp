@@ -13,8 +13,8 @@ Piece box(const Real3& half, const Place& place) {
   Piece piece;
   const Vector h = widened(half);
   for (int corner = 0; corner < 8; ++corner) {
-    const auto side = [&](int i) { return (corner >> i & 1) != 0 ? h[static_cast<std::size_t>(i)] : -h[static_cast<std::size_t>(i)]; };
-    piece.vertices.push_back(place.p_W + turned(place, {side(0), side(1), side(2)}));
+    const auto side = [&](int i) -> Real { return (corner >> i & 1) != 0 ? 1 : -1; };
+    piece.vertices.push_back(place.p_W + turned(place, {side(0) * h[0], side(1) * h[1], side(2) * h[2]}));
   }
   for (int i = 0; i < 3; ++i) {
     const int j = (i + 1) % 3, k = (i + 2) % 3, bi = 1 << i, bj = 1 << j, bk = 1 << k;
@@ -141,7 +141,8 @@ struct Pieces {
     return {{1, {place.p_W - along, place.p_W + along}, {}, {{0, 1}}, s.radius_m}};
   }
   std::vector<Piece> operator()(const Rectangle& s) const {
-    const Vector x = static_cast<Real>(s.half_extents_m[0]) * place.axis_W[0], y = static_cast<Real>(s.half_extents_m[1]) * place.axis_W[1];
+    const Vector x = static_cast<Real>(s.half_extents_m[0]) * place.axis_W[0];
+    const Vector y = static_cast<Real>(s.half_extents_m[1]) * place.axis_W[1];
     const Vector& p = place.p_W;
     return {polygon({p - x - y, p + x - y, p + x + y, p - x + y}, place.axis_W[2])};
   }

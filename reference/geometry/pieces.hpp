@@ -43,7 +43,7 @@ struct Piece {
 std::vector<Piece> pieces_of(const Shape& shape, const Place& place);
 
 struct RoundBar { Vector centre, axis; Real radius_m = 0, half_length_m = 0; };  // a cylinder
-struct HalfSpace { Vector normal; Real offset_m = 0; };                          // unit normal; the plane's free side is outside
+struct HalfSpace { Vector normal; Real offset_m = 0; };  // unit normal; the plane's free side is outside
 
 // ---- separations of one piece -------------------------------------------------------------------------------------
 Separation separation(const Piece& a, const Piece& b);

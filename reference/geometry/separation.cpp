@@ -62,8 +62,8 @@ class Axes {
       const Real length = norm(e);
       if (!(length > 0)) continue;
       const Vector unit = (1 / length) * e;
-      const bool known = std::any_of(all.begin(), all.end(), [&](const Vector& other) { return norm(cross(unit, other)) < 4 * kUnit; });
-      if (!known) all.push_back(unit);
+      const auto same = [&](const Vector& other) { return norm(cross(unit, other)) < 4 * kUnit; };
+      if (std::none_of(all.begin(), all.end(), same)) all.push_back(unit);
     }
     return all;
   }
@@ -89,15 +89,23 @@ class Axes {
 };
 
 // ---- closest features ---------------------------------------------------------------------------------------------
+// Two points, and the normal of the features they are on: unit, sign open; zero: the points' own direction is all there is.
+struct Candidate { Real distance; Vector on_a, on_b, normal; Real sharpness; };
+
+// The closest points, and all that are as close within slack_m: a point d away that is off by e along its feature looks no
+// further than by e^2 / 2 d, so round-off of the distances leaves the feature open, and with it the direction.
 struct Closest {
-  Real squared = std::numeric_limits<Real>::infinity();
-  Vector on_a{}, on_b{};
-  Vector normal{};           // of the features, unit, sign open; zero: the points' own direction is all there is
-  Real sharpness = 1;        // of that normal
+  Real slack_m = 0, least_m = std::numeric_limits<Real>::infinity();
+  std::vector<Candidate> tied{};
 
   void offer(const Vector& p, const Vector& q, const Vector& n, Real sharp = 1) {
-    const Real d = dot(q - p, q - p);
-    if (d < squared) *this = {d, p, q, n, sharp};
+    const Real d = norm(q - p);
+    if (d > least_m + slack_m) return;
+    least_m = std::min(least_m, d);
+    tied.push_back({d, p, q, n, sharp});
+  }
+  const Candidate& least() const {
+    return *std::min_element(tied.begin(), tied.end(), [](const auto& x, const auto& y) { return x.distance < y.distance; });
   }
 };
 
@@ -117,7 +125,7 @@ void vertices_to_faces(const Piece& a, const Piece& b, bool swapped, Closest& cl
   for (const Vector& v : a.vertices)
     for (const auto& face : b.faces) {
       const Real height = dot(face.normal, v - b.vertices[static_cast<std::size_t>(face.corners[0])]);
-      if (height * height >= closest.squared) continue;
+      if (std::fabs(height) > closest.least_m + closest.slack_m) continue;
       const Vector foot = v - height * face.normal;
       if (!within(b, face, foot)) continue;
       if (swapped) closest.offer(foot, v, face.normal, face.sharpness);
@@ -155,8 +163,8 @@ void segment_to_segment(const Segment& p, const Segment& q, Closest& closest) {
                 std::sqrt(nn / (pp * qq)));
 }
 
-Closest closest_features(const Piece& a, const Piece& b) {
-  Closest closest;
+Closest closest_features(const Piece& a, const Piece& b, Real slack_m) {
+  Closest closest{slack_m};
   vertices_to_faces(a, b, false, closest);
   vertices_to_faces(b, a, true, closest);
   const auto of_a = segments(a), of_b = segments(b);
@@ -173,20 +181,26 @@ void round_off(Separation& found, const Piece& a, const Piece& b) {
 }
 
 Separation apart(const Piece& a, const Piece& b, Real coordinates) {
-  const Closest closest = closest_features(a, b);
+  const Closest closest = closest_features(a, b, 8 * kUnit * coordinates);
   Separation found;
-  const Vector across = closest.on_b - closest.on_a;
-  const Real d = norm(across);
-  found.on_a = closest.on_a, found.on_b = closest.on_b;
-  const bool of_feature = dot(closest.normal, closest.normal) > 0;
-  // A feature's normal is exact where the difference of two points close together is not.
-  if (of_feature) found.normal = (dot(closest.normal, across) < 0 ? -1 : 1) * closest.normal;
-  else if (d > 0) found.normal = (1 / d) * across;
-  else found.normal = {0, 0, 1};
-  found.gap_m = of_feature ? dot(found.normal, across) : d;
-  found.bar_m = 32 * kUnit * coordinates * (1 + 1 / closest.sharpness);
-  // Away from it the direction turns as the points' round-off over their distance.
-  found.margin_m = of_feature ? coordinates : d > 1e6L * found.bar_m ? d : 0;
+  Real most = -std::numeric_limits<Real>::infinity();
+  for (const Candidate& each : closest.tied) {
+    if (each.distance > closest.least_m + closest.slack_m) continue;
+    const Vector across = each.on_b - each.on_a;
+    const bool of_feature = dot(each.normal, each.normal) > 0;
+    // A feature's normal is exact where the difference of two points close together is not.
+    Vector n{0, 0, 1};
+    if (of_feature) n = (dot(each.normal, across) < 0 ? -1 : 1) * each.normal;
+    else if (each.distance > 0) n = (1 / each.distance) * across;
+    const Real parted = range(b, n).low - range(a, n).high;
+    if (parted <= most) continue;
+    most = parted;
+    found.normal = n, found.on_a = each.on_a, found.on_b = each.on_b;
+    found.gap_m = of_feature ? dot(n, across) : each.distance;
+    found.bar_m = 32 * kUnit * coordinates * (1 + 1 / each.sharpness);
+    // Away from it the direction turns as the points' round-off over their distance.
+    found.margin_m = of_feature ? coordinates : each.distance > 1e6L * found.bar_m ? each.distance : 0;
+  }
   round_off(found, a, b);
   return found;
 }
@@ -221,15 +235,16 @@ Separation separation(const Piece& a, const Piece& b) {
   const Vector mean_a = support_mean(a, axis.normal, range(a, axis.normal).high, bar, corners_a);
   const Vector mean_b = support_mean(b, axis.normal, range(b, axis.normal).low, bar, corners_b);
   if (corners_a == 2 && corners_b == 2) {
-    const auto edge = [&](const Piece& piece, const Vector& n, Real level) {
+    const auto edge = [&](const Piece& piece, const Vector& along, Real level) {
       std::vector<Vector> ends;
       for (const Vector& v : piece.vertices)
-        if (std::fabs(dot(n, v) - level) <= bar) ends.push_back(v);
+        if (std::fabs(dot(along, v) - level) <= bar) ends.push_back(v);
       return Segment{ends[0], ends[1] - ends[0]};
     };
     Closest closest;
-    segment_to_segment(edge(a, axis.normal, range(a, axis.normal).high), edge(b, axis.normal, range(b, axis.normal).low), closest);
-    found.on_a = closest.on_a, found.on_b = closest.on_b;
+    const Vector& n = axis.normal;
+    segment_to_segment(edge(a, n, range(a, n).high), edge(b, n, range(b, n).low), closest);
+    found.on_a = closest.least().on_a, found.on_b = closest.least().on_b;
   } else if (corners_b <= corners_a) {
     found.on_b = mean_b, found.on_a = mean_b - axis.s * axis.normal;
   } else {

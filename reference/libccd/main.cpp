@@ -1,6 +1,7 @@
 // libccd as a worker: a rival in contact queries, no engine of motion.
 #include "libccd/contacts.hpp"
 #include "protocol/worker.hpp"
+#include "rivals/unit_size.hpp"
 
 int main() {
   atwood::Engine engine;
@@ -11,5 +12,6 @@ int main() {
     return atwood::Outcome{atwood::Status::unsupported, "libccd answers questions about contacts, it moves nothing", 0, 0, {}};
   };
   engine.contacts = atwood::libccd::find_contacts;
-  return atwood::serve(engine);
+  const auto at_unit_size = atwood::rivals::at_unit_size(atwood::libccd::find_contacts);
+  return atwood::serve(engine, {{}, false, {{"unit-size", at_unit_size}}});
 }

@@ -83,8 +83,10 @@ struct Maker {
   }
   void operator()(const Mesh& s) const {
     points(s.points_m);
-    for (const auto& t : s.triangles)
-      for (const int corner : t) made.triangles.push_back(static_cast<dTriIndex>(corner));
+    // Of a single triangle its library makes no tree, and dies of that when asked about two meshes: given twice it is one.
+    for (int times = s.triangles.size() == 1 ? 2 : 1; times > 0; --times)
+      for (const auto& t : s.triangles)
+        for (const int corner : t) made.triangles.push_back(static_cast<dTriIndex>(corner));
     made.mesh = dGeomTriMeshDataCreate();
     dGeomTriMeshDataBuildDouble(made.mesh, made.points.data(), 3 * sizeof(dReal), static_cast<int>(s.points_m.size()),
                                 made.triangles.data(), static_cast<int>(made.triangles.size()), 3 * sizeof(dTriIndex));
@@ -93,11 +95,11 @@ struct Maker {
   void operator()(const Compound& s) const {
     for (const Compound::Part& part : s.boxes) {
       made.geoms.push_back(box(part.half_extents_m));
-      const dQuaternion outer = {body.orientation_wxyz[0], body.orientation_wxyz[1], body.orientation_wxyz[2], body.orientation_wxyz[3]};
-      const dQuaternion inner = {part.orientation_wxyz[0], part.orientation_wxyz[1], part.orientation_wxyz[2], part.orientation_wxyz[3]};
+      const Real4 &q = body.orientation_wxyz, &r = part.orientation_wxyz;
+      const dQuaternion outer = {q[0], q[1], q[2], q[3]}, inner = {r[0], r[1], r[2], r[3]};
       dQuaternion both;
       dQMultiply0(both, outer, inner);
-      put(made.geoms.back(), body.position_m + rivals::to_world(body.orientation_wxyz, part.position_body_m), {both[0], both[1], both[2], both[3]});
+      put(made.geoms.back(), body.position_m + rivals::to_world(q, part.position_body_m), {both[0], both[1], both[2], both[3]});
     }
   }
 };

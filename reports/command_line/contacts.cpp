@@ -31,7 +31,8 @@ std::string worker_path(const Place& place, const std::string& engine) {
     names.emplace_back(known.name);
   }
   if (!fs::exists(engine))
-    throw InputError(fmt::format("--engine {}: no such engine or file; expected a worker's path or one of {}", engine, fmt::join(names, ", ")));
+    throw InputError(fmt::format("--engine {}: no such engine or file; expected a worker's path or one of {}", engine,
+                                 fmt::join(names, ", ")));
   if (!fs::is_regular_file(engine)) throw InputError(fmt::format("--engine {}: not a file", engine));
   if (access(engine.c_str(), X_OK) != 0) throw InputError(fmt::format("--engine {}: not executable (chmod +x?)", engine));
   return fs::absolute(engine).string();
@@ -54,7 +55,8 @@ int exit_of(const Outcome& outcome) {
 int command_contacts(const Place& place, const Options& options) {
   const Scenario scenario = read_scene_argument(place, options.input);
   if (!scenario.scene.problem.empty())
-    throw InputError(fmt::format("{}: the bare system `{}` has no bodies that could touch", options.input, scenario.scene.problem));
+    throw InputError(fmt::format("{}: the bare system `{}` has no bodies that could touch", options.input,
+                                 scenario.scene.problem));
   const std::string engine = options.engines.empty() ? "atwood" : options.engines.front();
   const Worker worker = find_workers({worker_path(place, engine)}).front();
   if (worker.status != Status::ok) return exit_of({worker.status, worker.reason, 0, 0, {}});
@@ -68,9 +70,11 @@ int command_contacts(const Place& place, const Options& options) {
   };
   Table table(options.swept ? touch_columns : contact_columns, options.json);
   for (const FoundContact& c : answer.contacts)
-    table.row(pair(c.body_a, c.body_b) + joined(c.x_m, digits) + joined(c.normal, digits) + "," + format_number(c.depth_m, digits));
+    table.row(pair(c.body_a, c.body_b) + joined(c.x_m, digits) + joined(c.normal, digits) + "," +
+              format_number(c.depth_m, digits));
   for (const FoundTouch& t : answer.touches)
-    table.row(pair(t.body_a, t.body_b) + "," + format_number(t.toi_s, digits) + joined(t.x_m, digits) + joined(t.normal, digits));
+    table.row(pair(t.body_a, t.body_b) + "," + format_number(t.toi_s, digits) + joined(t.x_m, digits) +
+              joined(t.normal, digits));
   return exit_pass;
 }
 

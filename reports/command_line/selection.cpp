@@ -105,7 +105,8 @@ void check_methods(const std::vector<std::string>& methods, const std::vector<Wo
     for (const auto& worker : workers) {
       if (worker.status != Status::ok || worker.engine.name != id.engine) continue;
       const auto& known = worker.engine.methods;
-      if (id.scheme == "contacts" || id.scheme == "box-edges") continue;  // tests of contacts, which sweeps of poses ask
+      // tests of contacts, which sweeps of poses ask
+      if (id.scheme == "contacts" || id.scheme == "box-edges" || id.scheme == "unit-size") continue;
       if (std::none_of(known.begin(), known.end(),
                        [&](const MethodInfo& info) { return info.id == id.engine + "/" + id.scheme; })) {
         throw InputError(fmt::format("--method {}: {} has no `{}`; expected one of {}", text, id.engine, id.scheme, nearest_names(id.engine + "/" + id.scheme, known)));

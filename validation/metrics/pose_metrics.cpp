@@ -61,7 +61,8 @@ class Tally {
     auto& list = errors_of(what);
     if (list.empty()) return;
     std::sort(list.begin(), list.end());
-    const auto at = [&](double part) { return list[static_cast<std::size_t>(part * static_cast<double>(list.size() - 1))].first; };
+    const auto last = static_cast<double>(list.size() - 1);
+    const auto at = [&](double part) { return list[static_cast<std::size_t>(part * last)].first; };
     const std::string reason = std::to_string(list.size()) + " poses" + unit_note;
     put(metric + "-median", at(0.5), reason);
     put(metric + "-p99", at(0.99), reason);
@@ -117,8 +118,8 @@ PoseRows measure_poses(const std::string& pair, bool swept, const SceneOfPose& s
     }
     if (surfaces(scene)) continue;
     tally.add("depth", index, std::fabs(answer.gap_m - truth.gap_m) / size);
-    const bool unique = decided && truth.margin_m > 1e-3 * std::fabs(truth.gap_m) && truth.margin_m > 1e-9 * size && truth.margin_m > 64 * doubt;
-    if (unique) tally.add("normal", index, angle(answer.normal, truth.normal));
+    const double needed = std::max({1e-3 * std::fabs(truth.gap_m), 1e-9 * size, 64 * doubt});
+    if (decided && truth.margin_m > needed) tally.add("normal", index, angle(answer.normal, truth.normal));
   }
   tally.count(swept ? "touch-misses" : "contact-misses", "miss", poses);
   tally.count(swept ? "touch-false-hits" : "contact-false-hits", "false-hit", poses);

@@ -26,7 +26,8 @@ ContactCase read_case(const toml::table& table, const std::string& path, int num
   const auto name = table["name"].value<std::string>();
   const auto gap = table["gap_m"].value<double>();
   const toml::array* bodies = table["body"].as_array();
-  if (!name || !gap || !bodies || bodies->size() != 2) throw InputError(where + ": expected `name`, `gap_m` and two [[case.body]]");
+  if (!name || !gap || !bodies || bodies->size() != 2)
+    throw InputError(where + ": expected `name`, `gap_m` and two [[case.body]]");
   read.name = *name;
   read.answer.gap_m = *gap;
   read.answer.hit = *gap <= 0;

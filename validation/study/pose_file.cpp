@@ -32,10 +32,13 @@ struct ShapeText {
   std::string operator()(const Plane& s) const {
     return "shape.plane = { normal = " + list(s.normal) + ", offset_m = " + format_double(s.offset_m) + " }\n";
   }
-  std::string operator()(const Rectangle& s) const { return "shape.rectangle = { half_extents_m = " + list(s.half_extents_m) + " }\n"; }
+  std::string operator()(const Rectangle& s) const {
+    return "shape.rectangle = { half_extents_m = " + list(s.half_extents_m) + " }\n";
+  }
   std::string operator()(const Box& s) const { return "shape.box = { half_extents_m = " + list(s.half_extents_m) + " }\n"; }
   static std::string round(const char* kind, double radius, double half) {
-    return std::string("shape.") + kind + " = { radius_m = " + format_double(radius) + ", half_length_m = " + format_double(half) + " }\n";
+    return std::string("shape.") + kind + " = { radius_m = " + format_double(radius) + ", half_length_m = " +
+           format_double(half) + " }\n";
   }
   std::string operator()(const Capsule& s) const { return round("capsule", s.radius_m, s.half_length_m); }
   std::string operator()(const Cylinder& s) const { return round("cylinder", s.radius_m, s.half_length_m); }
@@ -46,8 +49,16 @@ struct ShapeText {
   }
   std::string operator()(const Mesh& s) const {
     std::string text;
-    for (const Real3& p : s.points_m) text += "v " + format_double(p[0]) + " " + format_double(p[1]) + " " + format_double(p[2]) + "\n";
-    for (const auto& t : s.triangles) text += "f " + std::to_string(t[0] + 1) + " " + std::to_string(t[1] + 1) + " " + std::to_string(t[2] + 1) + "\n";
+    for (const Real3& p : s.points_m) {
+      text += "v";
+      for (const double x : p) text += " " + format_double(x);
+      text += "\n";
+    }
+    for (const auto& t : s.triangles) {
+      text += "f";
+      for (const int corner : t) text += " " + std::to_string(corner + 1);
+      text += "\n";
+    }
     const std::string name = stem.filename().string() + "." + body + ".obj";
     write(stem.parent_path() / name, text);
     return "shape.mesh = { file = \"" + name + "\" }\n";
@@ -63,14 +74,16 @@ struct ShapeText {
 
 }  // namespace
 
-void write_pose_file(const std::string& file, const std::string& id, const std::string& claim, const Scene& scene, double t_end_s) {
+void write_pose_file(const std::string& file, const std::string& id, const std::string& claim, const Scene& scene,
+                     double t_end_s) {
   const fs::path path(file);
   std::error_code error;
   fs::create_directories(path.parent_path(), error);
   fs::path stem = path;
   stem.replace_extension();
-  std::string text = "id = \"" + id + "\"\ntitle = \"" + id + "\"\nclaim = \"" + claim + "\"\nsource = \"A pose of geometry-sweep\"\n\n" +
-                     "[run]\nt_end_s = " + format_double(t_end_s) + "\nsteps = [1]\nsamples = 1\n\n[world]\ngravity_m_per_s2 = [0, 0, 0]\n";
+  std::string text = "id = \"" + id + "\"\ntitle = \"" + id + "\"\nclaim = \"" + claim + "\"\n" +
+                     "source = \"A pose of geometry-sweep\"\n\n[run]\nt_end_s = " + format_double(t_end_s) +
+                     "\nsteps = [1]\nsamples = 1\n\n[world]\ngravity_m_per_s2 = [0, 0, 0]\n";
   for (const Body& body : scene.bodies) {
     text += "\n[[body]]\nname = \"" + body.name + "\"\n" + std::visit(ShapeText{stem, body.name}, body.shape);
     if (body.fixed) {

@@ -26,7 +26,8 @@ PoseAnswer unpacked(const Sample& sample) {
   const auto narrow = [](Wide x) { return static_cast<double>(x); };
   PoseAnswer pose;
   for (std::size_t i = 0; i < 3; ++i) pose.x_m[i] = narrow(body.p_m[i]), pose.normal[i] = narrow(body.v_m_per_s[i]);
-  pose.gap_m = narrow(body.w_rad_per_s[0]), pose.toi_s = narrow(body.w_rad_per_s[1]), pose.margin_m = narrow(body.w_rad_per_s[2]);
+  pose.gap_m = narrow(body.w_rad_per_s[0]), pose.toi_s = narrow(body.w_rad_per_s[1]);
+  pose.margin_m = narrow(body.w_rad_per_s[2]);
   pose.hit = body.q_wxyz[0] != 0, pose.points = static_cast<int>(body.q_wxyz[1]), pose.bar = narrow(body.q_wxyz[2]);
   return pose;
 }
@@ -44,21 +45,25 @@ std::string file_name(std::string method) {
 }
 
 // Of the sweep of one pair.
-void keep_poses(const Cell& cell, const std::string& pair, bool swept, const std::vector<WorstPose>& worst, const StudyOptions& options) {
-  const std::string folder = (std::filesystem::path(options.store_path).parent_path() / "poses" / (swept ? pair + "-swept" : pair)).string();
+void keep_poses(const Cell& cell, const std::string& pair, bool swept, const std::vector<WorstPose>& worst,
+                const StudyOptions& options) {
+  const auto beside_store = std::filesystem::path(options.store_path).parent_path();
+  const std::string folder = (beside_store / "poses" / (swept ? pair + "-swept" : pair)).string();
   for (const WorstPose& pose : worst) {
     const std::string name = file_name(cell.method) + "-" + pose.what;
     write_pose_file(folder + "/" + name + ".toml", pair + "-" + name,
-                    cell.method + ": " + pose.what + ", pose " + std::to_string(pose.index) + " of seed " + std::to_string(kPoseSeed) +
-                        ", error " + format_double(pose.error),
+                    cell.method + ": " + pose.what + ", pose " + std::to_string(pose.index) + " of seed " +
+                        std::to_string(kPoseSeed) + ", error " + format_double(pose.error),
                     sweep_scene(pair, kPoseSeed, pose.index, swept), kSweepEndS);
   }
 }
 
 }  // namespace
 
-const std::vector<PoseAnswer>& PoseTruths::of(const std::string& pair, std::int64_t count, bool swept, double limit_s, Outcome& outcome) {
-  const std::string key = content_hash({"poses 1", pair, std::to_string(kPoseSeed), std::to_string(count), swept ? "swept" : "still", file_hash(worker_)});
+const std::vector<PoseAnswer>& PoseTruths::of(const std::string& pair, std::int64_t count, bool swept, double limit_s,
+                                              Outcome& outcome) {
+  const std::string key = content_hash({"poses 1", pair, std::to_string(kPoseSeed), std::to_string(count),
+                                        swept ? "swept" : "still", file_hash(worker_)});
   Entry* entry = nullptr;
   {
     const std::lock_guard<std::mutex> held(mutex_);
@@ -75,7 +80,6 @@ const std::vector<PoseAnswer>& PoseTruths::of(const std::string& pair, std::int6
         Truth truth;
         truth.source = "exact geometry in long double";
         for (const PoseAnswer& pose : entry->poses) truth.values.push_back(packed(pose));
-        truth.bars = truth.values;
         store_.put_truth(key, truth);
       }
     }
@@ -85,7 +89,8 @@ const std::vector<PoseAnswer>& PoseTruths::of(const std::string& pair, std::int6
   return entry->poses;
 }
 
-std::vector<Row> sweep_rows(const Cell& cell, WorkerClient& client, PoseTruths& truths, const StudyOptions& options, Outcome& outcome) {
+std::vector<Row> sweep_rows(const Cell& cell, WorkerClient& client, PoseTruths& truths, const StudyOptions& options,
+                            Outcome& outcome) {
   const bool swept = cell.probe == "touch-sweep";
   const std::string test = cell.method.substr(cell.method.find('/') + 1);
   const double limit_s = 10 * options.cell_limit_s + 0.01 * static_cast<double>(cell.plan.steps);

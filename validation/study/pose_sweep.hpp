@@ -30,7 +30,8 @@ class PoseTruths {
 
 // Rows of every pair (body: the pair); the worst poses go to FOLDER OF THE STORE/poses/PAIR/METHOD-WHAT.toml. `outcome`: of the
 // worker, where it did worse than not to know a pair.
-std::vector<Row> sweep_rows(const Cell& cell, WorkerClient& client, PoseTruths& truths, const StudyOptions& options, Outcome& outcome);
+std::vector<Row> sweep_rows(const Cell& cell, WorkerClient& client, PoseTruths& truths, const StudyOptions& options,
+                            Outcome& outcome);
 
 // ---- tables -------------------------------------------------------------------------------------------------------
 // A case with an answer by hand. A pair's file (validation/scenarios/geometry/PAIR.toml) lists them: name, gap_m, normal where
