@@ -111,7 +111,8 @@ ContactAnswer find_contacts(const Scene& scene, const ContactQuery& query) {
 PairGap find_gap(const Scene& scene, int i, int j) {
   PairGap gap;
   const Body &one = scene.bodies.at(static_cast<std::size_t>(i)), &other = scene.bodies.at(static_cast<std::size_t>(j));
-  if (std::holds_alternative<Plane>(one.shape) || std::holds_alternative<Plane>(other.shape)) {  // its distance to a half-space ends in a null support function
+  // Its distance to a half-space ends in a null support function.
+  if (std::holds_alternative<Plane>(one.shape) || std::holds_alternative<Plane>(other.shape)) {
     gap.gap_m = std::numeric_limits<double>::quiet_NaN();
     return gap;
   }
