@@ -423,19 +423,46 @@ Request read_request(std::string_view line, std::int64_t& cell) {
 }
 
 // ---- hello --------------------------------------------------------------------------------------------------------
-std::string hello_line(const Engine& engine) {
-  Json json{{"engine", engine.name}, {"version", engine.version}, {"scalar", engine.scalar}, {"frames", engine.frames}};
-  Json& methods = json["methods"] = Json::array();
-  for (const MethodInfo& method : engine.methods) {
+namespace {
+
+Json describe(const std::vector<MethodInfo>& methods) {
+  Json list = Json::array();
+  for (const MethodInfo& method : methods) {
     Json claims = Json::object();
     for (const auto& [motion, order] : method.claimed_order) claims[motion] = json_number(order);
-    methods.push_back({{"id", method.id},
-                       {"doc", method.doc},
-                       {"settings", to_json(method.settings)},
-                       {"source", method.source},
-                       {"claims", claims},
-                       {"adaptive", method.adaptive}});
+    list.push_back({{"id", method.id},
+                    {"doc", method.doc},
+                    {"settings", to_json(method.settings)},
+                    {"source", method.source},
+                    {"claims", claims},
+                    {"adaptive", method.adaptive}});
   }
+  return list;
+}
+
+std::vector<MethodInfo> read_methods(const Json& list, const char* what) {
+  std::vector<MethodInfo> methods;
+  for (const Json& each : array(list, what)) {
+    if (!each.is_object()) throw Garbage("a method is not an object: " + each.dump().substr(0, 60));
+    MethodInfo& method = methods.emplace_back();
+    method.id = text(need(each, "id"), "id");
+    method.doc = text_or(each, "doc", "");
+    method.source = text_or(each, "source", "");
+    if (each.contains("settings")) method.settings = read_settings(each["settings"]);
+    if (each.contains("adaptive")) method.adaptive = each["adaptive"].is_boolean() && each["adaptive"].get<bool>();
+    if (each.contains("claims") && each["claims"].is_object()) {
+      for (const auto& [motion, order] : each["claims"].items()) method.claimed_order[motion] = narrow_number(order);
+    }
+  }
+  return methods;
+}
+
+}  // namespace
+
+std::string hello_line(const Engine& engine) {
+  Json json{{"engine", engine.name}, {"version", engine.version}, {"scalar", engine.scalar}, {"frames", engine.frames}};
+  json["methods"] = describe(engine.methods);
+  if (!engine.responses.empty()) json["responses"] = describe(engine.responses);
   return dump(json);
 }
 
@@ -446,18 +473,8 @@ Engine read_hello(std::string_view line) {
   engine.version = text_or(json, "version", "");
   engine.scalar = text_or(json, "scalar", "double");
   engine.frames = json.contains("frames") && json["frames"].is_boolean() && json["frames"].get<bool>();
-  for (const Json& each : array(need(json, "methods"), "methods")) {
-    if (!each.is_object()) throw Garbage("a method is not an object: " + each.dump().substr(0, 60));
-    MethodInfo& method = engine.methods.emplace_back();
-    method.id = text(need(each, "id"), "id");
-    method.doc = text_or(each, "doc", "");
-    method.source = text_or(each, "source", "");
-    if (each.contains("settings")) method.settings = read_settings(each["settings"]);
-    if (each.contains("adaptive")) method.adaptive = each["adaptive"].is_boolean() && each["adaptive"].get<bool>();
-    if (each.contains("claims") && each["claims"].is_object()) {
-      for (const auto& [motion, order] : each["claims"].items()) method.claimed_order[motion] = narrow_number(order);
-    }
-  }
+  engine.methods = read_methods(need(json, "methods"), "methods");
+  if (json.contains("responses")) engine.responses = read_methods(json["responses"], "responses");
   return engine;
 }
 

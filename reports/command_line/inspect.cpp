@@ -89,6 +89,7 @@ json list_json(const Place& place, const Options& options, const std::string& wh
   if (what.empty() || what == "methods") {
     for (const auto& worker : require_workers(place, options)) {
       for (const auto& info : worker.engine.methods) out["methods"].push_back(method_json(info));
+      for (const auto& info : worker.engine.responses) out["responses"].push_back(method_json(info));
     }
   }
   if (what.empty() || what == "metrics") {
@@ -100,6 +101,13 @@ json list_json(const Place& place, const Options& options, const std::string& wh
   return out;
 }
 
+void print_description(const MethodInfo& info, std::size_t width) {
+  fmt::print("{}", wrapped(info.doc, 4, width));
+  if (!info.source.empty()) fmt::print("{}", wrapped("Source: " + info.source, 4, width));
+  for (const auto& [name, value] : info.settings) fmt::print("    {} = {}\n", name, text_of(value));
+  fmt::print("\n");
+}
+
 void print_methods(const Place& place, const Options& options) {
   const auto width = static_cast<std::size_t>(std::clamp(terminal_width(), 60, 120));
   for (const auto& worker : require_workers(place, options)) {
@@ -108,11 +116,12 @@ void print_methods(const Place& place, const Options& options) {
       continue;
     }
     for (const auto& info : worker.engine.methods) {
-      fmt::print("{}{}\n    order: {}\n{}", info.id, info.adaptive ? "[:rtol[,atol]]" : "", claims_text(info),
-                 wrapped(info.doc, 4, width));
-      if (!info.source.empty()) fmt::print("{}", wrapped("Source: " + info.source, 4, width));
-      for (const auto& [name, value] : info.settings) fmt::print("    {} = {}\n", name, text_of(value));
-      fmt::print("\n");
+      fmt::print("{}{}\n    order: {}\n", info.id, info.adaptive ? "[:rtol[,atol]]" : "", claims_text(info));
+      print_description(info, width);
+    }
+    for (const auto& info : worker.engine.responses) {
+      fmt::print("{}/...{}\n    what contacts do, after any method of {}\n", worker.engine.name, info.id, worker.engine.name);
+      print_description(info, width);
     }
   }
   fmt::print("truth\n    The scene's certified truth, with a bar on every value (`atwood trace SCENE --method truth`).\n");

@@ -152,6 +152,8 @@ void hash_cell(Cell& cell, const Offer& offer, const std::vector<Worker>& worker
   MethodId id = parse_method_id(cell.method);
   const std::string canonical = to_string(id);
   Settings all = offer.info->settings;
+  for (const MethodInfo& response : worker.engine.responses)
+    if (response.id == "+" + id.response) all.insert(response.settings.begin(), response.settings.end());
   for (const auto& [key, value] : id.overrides) all[key] = value;
   id.overrides = all;
   const std::string version = worker.engine.name + " " + worker.engine.version + " " + worker.engine.scalar;

@@ -137,8 +137,14 @@ TEST_CASE("hello carries every setting with its type") {
   engine.scalar = "float";
   engine.methods.push_back({"demo/a", "doc", "source", {{"rotation", 4.0}}, true,
                             {{"flag", true}, {"n", std::int64_t{3}}, {"x", 1.0}, {"name", std::string("v")}}});
+  engine.responses.push_back({"+bounce", "what contacts do", "who says so", {}, false, {{"restitution", std::string("newton")}}});
   const Engine back = wire::read_hello(wire::hello_line(engine));
   CHECK(back.name == "demo");
+  REQUIRE(back.responses.size() == 1);
+  CHECK(back.responses[0].id == "+bounce");
+  CHECK(back.responses[0].doc == "what contacts do");
+  CHECK(back.responses[0].source == "who says so");
+  CHECK(back.responses[0].settings == engine.responses[0].settings);
   CHECK(back.version == "1.2");
   CHECK(back.scalar == "float");
   REQUIRE(back.methods.size() == 1);
