@@ -198,8 +198,10 @@ Separation apart(const Piece& a, const Piece& b, Real coordinates) {
     found.normal = n, found.on_a = each.on_a, found.on_b = each.on_b;
     found.gap_m = of_feature ? dot(n, across) : each.distance;
     found.bar_m = 32 * kUnit * coordinates * (1 + 1 / each.sharpness);
-    // Away from it the direction turns as the points' round-off over their distance.
-    found.margin_m = of_feature ? coordinates : each.distance > 1e6L * found.bar_m ? each.distance : 0;
+    // Away from it the direction turns as the points' round-off over their distance; on a feature it may point the other way,
+    // twice the distance behind.
+    if (of_feature) found.margin_m = std::min(coordinates, 2 * each.distance);
+    else found.margin_m = each.distance > 1e6L * found.bar_m ? each.distance : 0;
   }
   round_off(found, a, b);
   return found;
