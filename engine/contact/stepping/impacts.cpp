@@ -54,8 +54,9 @@ template <class S> Encounter<S> meeting_of_balls(const BallBatch<S>& batch, int 
   const S distance = norm(at);
   if (!(distance > S(0))) return out;
   out.normal = (S(1) / distance) * at;
-  out.arm_a = r_a * out.normal;
-  out.arm_b = -r_b * out.normal;
+  const S half = (distance - reach) / S(2);  // where they overlap already, the point midway: one for both
+  out.arm_a = (r_a + half) * out.normal;
+  out.arm_b = -(r_b + half) * out.normal;
   out.meets = dot(u, out.normal) < -real::abs(dot(fall, out.normal));
   return out;
 }

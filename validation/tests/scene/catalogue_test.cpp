@@ -125,6 +125,7 @@ TEST_CASE("the catalogue has its rows") {
                          "bouncing-49",
                          "pile-216",
                          "elastic-216",
+                         "balls-overlapping",
                          "stack-10",
                          "wall",
                          "card-house",
