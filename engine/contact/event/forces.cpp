@@ -187,12 +187,15 @@ template <class S> void read_forces(EventRun<S>& run, Contact<S>& contact) {
 template <class S> void share_by_pressure(EventRun<S>& run, int n) {
   S pressed = S(0);
   int sticking = 0;
+  bool near_edge = false;
   for (const Contact<S>& contact : run.contacts) {
     if (!contact.carries || contact.mode != Mode::sticks) continue;
     ++sticking;
-    pressed += run.unknown[contact.first_row];
+    const S *force = &run.unknown[contact.first_row], bound = S(0.5) * run.pairs[run.features[contact.feature].pair].friction * force[0];
+    pressed += force[0];
+    near_edge = near_edge || !(force[1] * force[1] + force[2] * force[2] < bound * bound);
   }
-  if (sticking < 2 || !(pressed > S(0))) return;
+  if (sticking < 2 || !near_edge || !(pressed > S(0))) return;  // far from their cones, any share will do
   const S mean = pressed / S(sticking);
   for (const Contact<S>& contact : run.contacts) {
     if (!contact.carries || contact.mode != Mode::sticks) continue;
