@@ -124,6 +124,11 @@ template <class S> void add_rows(EventRun<S>& run, int index, bool plain) {
   }
 }
 
+template <class S> bool share_a_moving_body(const EventRun<S>& run, const Row<S>& a, const Row<S>& b) {
+  const auto holds = [&](int body) { return run.moves[body] && (body == b.knob_body || body == b.surface_body); };
+  return holds(a.knob_body) || holds(a.surface_body);
+}
+
 template <class S> void fill_matrix(EventRun<S>& run) {
   const int n = static_cast<int>(run.rows.size());
   const auto size = static_cast<std::size_t>(n);
@@ -135,7 +140,8 @@ template <class S> void fill_matrix(EventRun<S>& run) {
   }
   for (int i = 0; i < n; ++i) {
     run.weight[i] = S(1);
-    for (int j = 0; j < n; ++j) run.matrix[i * n + j] = effect(run.rows[i], run.rows[j]);
+    for (int j = 0; j < n; ++j)
+      run.matrix[i * n + j] = share_a_moving_body(run, run.rows[i], run.rows[j]) ? effect(run.rows[i], run.rows[j]) : S(0);
   }
 }
 
