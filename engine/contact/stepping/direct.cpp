@@ -303,7 +303,8 @@ template <class S> bool hits_somebody_left_out(const World<S>& world, const Dire
 template <class S> bool solve_directly(World<S>& world) {
   DirectSolver<S>& d = world.direct;
   const std::size_t pairs = world.ball_pairs.size() + world.plane_pairs.size() + world.manifolds.size();
-  if (world.options.solver == Solver::automatic && pairs > 4 * static_cast<std::size_t>(world.options.direct_points)) return false;
+  const std::size_t most_pairs = 4 * static_cast<std::size_t>(world.options.direct_points);
+  if (world.options.solver == Solver::automatic && pairs > most_pairs) return false;
   for (const bool all : {false, true}) {
     build_islands(world, d, all);
     if (const int points = points_at_once(world, d); points > world.options.direct_points) {

@@ -87,9 +87,10 @@ Encounter<S> meeting_of_point(const ManifoldBatch<S>& batch, int k, int i, const
   const ManifoldPoint<S>& point = batch.point[i];
   if (!(point.gap_found.lane[k] < S(1e29))) return out;
   out.normal = lane_of(batch.normal, k);
-  const Outline<S> outline_a{lane_of(batch.axis_a, k), batch.round_a.lane[k]}, outline_b{lane_of(batch.axis_b, k), batch.round_b.lane[k]};
-  const auto [arm_a, arm_b, gap] = moved_point<S, S>(out.normal, lane_of(point.r_a, k), lane_of(point.r_b, k), point.gap_found.lane[k],
-                                                     b.p - a.p, moved_a, moved_b, outline_a, outline_b, batch.lean.lane[k]);
+  const Outline<S> outline_a{lane_of(batch.axis_a, k), batch.round_a.lane[k]};
+  const Outline<S> outline_b{lane_of(batch.axis_b, k), batch.round_b.lane[k]};
+  const auto [arm_a, arm_b, gap] = moved_point<S, S>(out.normal, lane_of(point.r_a, k), lane_of(point.r_b, k),
+                                                     point.gap_found.lane[k], b.p - a.p, moved_a, moved_b, outline_a, outline_b, batch.lean.lane[k]);
   out.arm_a = arm_a;
   out.arm_b = arm_b;
   const Vec3<S> u = (b.v + cross(b.w, out.arm_b)) - (a.v + cross(a.w, out.arm_a));

@@ -111,7 +111,8 @@ ATWOOD_INLINE void prepare(ManifoldBatch<S>& c, const Preparation<S>& p, Row<S>*
     store<S>(gap, point.gap.lane);
     Pack<S> apart = gap;
     if (p.shifts != nullptr)
-      apart = apart + dot(n, (first3<S>(shift_b) + cross(second3<S>(shift_b), x_b)) - (first3<S>(shift_a) + cross(second3<S>(shift_a), x_a)));
+      apart = apart + dot(n, (first3<S>(shift_b) + cross(second3<S>(shift_b), x_b)) -
+                                 (first3<S>(shift_a) + cross(second3<S>(shift_a), x_a)));
     // A gap of round-off is none: at rest the impulses of the last substep then solve this one as they are.
     store<S>(above<S>(apart - S(1e-6) * load(c.slop.lane), zero) * (S(1) / p.h_s), point.closing.lane);
     store_lanes<S>(x_a, point.arm_a);
