@@ -22,6 +22,8 @@ constexpr double touching = 1e-10;  // of the scene's size
 constexpr double lowest_bounce = 100;
 constexpr double lowest_bounce_cap = 1e-4;  // of the scene's size, for coarse tolerances
 
+constexpr int most_strikes = 2000;  // bodies that stay together without a pull meet again at every round-off of their gap
+
 double scene_size(const Scene& scene) {
   double size = 1e-3;
   for (const Body& body : scene.bodies) {
@@ -85,6 +87,7 @@ void Contacts::strike(const ContactPair& pair, double t_s, std::vector<double>& 
       if (!scene_.bodies[body].fixed && (body == held.a || body == held.b))
         failure_ = "CVODE: " + name(body) + " is struck while it rests: not covered";
   if (const std::string why = dynamics::unstrikable(scene_, pair); !why.empty()) failure_ = "CVODE: " + why + " is not covered";
+  if (++strikes_ > most_strikes) failure_ = "CVODE: more than " + std::to_string(most_strikes) + " impacts";
   const dynamics::Strike<double> impulse = dynamics::strike(scene_, equations_.layout(), pair, y.data());
   Event made = event_at(t_s, EventKind::impact, pair, before);
   made.impulse_n_N_s = impulse.normal_N_s;

@@ -35,6 +35,7 @@ class Contacts {
   double size_m_, low_bounce_m_;
   std::vector<dynamics::ContactPair> pairs_, held_;
   std::string failure_;
+  int strikes_ = 0;
 };
 
 }  // namespace atwood::cvode
