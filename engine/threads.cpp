@@ -3,7 +3,7 @@
 namespace atwood {
 namespace {
 
-constexpr int spins = 4000;  // some 10 us to 50 us
+constexpr int spins = 4000;  // some 10 us to 100 us
 
 void relax() {
 #if defined(__x86_64__)
@@ -11,11 +11,17 @@ void relax() {
 #endif
 }
 
+constexpr std::uint64_t ticket_of(std::uint32_t round, int next, int end) {
+  return std::uint64_t(round) << 32 | std::uint64_t(next) << 16 | std::uint64_t(end);
+}
+constexpr int next_of(std::uint64_t ticket) { return static_cast<int>(ticket >> 16 & 0xffff); }
+constexpr int end_of(std::uint64_t ticket) { return static_cast<int>(ticket & 0xffff); }
+
 }  // namespace
 
-Team::Team(int threads) {
+Team::Team(int threads) : queues_(std::make_unique<Queue[]>(static_cast<std::size_t>(threads > 1 ? threads : 1))) {
   members_.reserve(threads > 1 ? threads - 1 : 0);
-  for (int part = 1; part < threads; ++part) members_.emplace_back([this, part] { serve(part); });
+  for (int member = 1; member < threads; ++member) members_.emplace_back([this, member] { serve(member); });
 }
 
 Team::~Team() {
@@ -25,29 +31,55 @@ Team::~Team() {
   for (std::thread& member : members_) member.join();
 }
 
-// call_ and work_ are written before round_ grows (release) and read after a member sees it (acquire); what the members wrote
-// is seen by the caller through busy_.
-void Team::share_out(Call call, const void* work) {
+// call_ and work_ are written before the tickets (release) and read after one is claimed (acquire); they stay until its part is done.
+// What the members wrote is seen by the caller through left_. A ticket of an earlier round cannot be claimed: its queue was empty
+// when that round ended, and its word never comes back.
+void Team::share_out(Call call, const void* work, int parts) {
   call_ = call;
   work_ = work;
-  busy_.store(static_cast<int>(members_.size()), std::memory_order_relaxed);
-  round_.fetch_add(1, std::memory_order_release);
+  left_.store(parts, std::memory_order_relaxed);
+  const std::uint32_t round = round_.load(std::memory_order_relaxed) + 1;
+  for (int member = 0; member < size(); ++member) {
+    const Share own = share(parts, member, size());
+    queues_[member].ticket.store(ticket_of(round, own.first, own.last), std::memory_order_release);
+  }
+  round_.store(round, std::memory_order_release);
   round_.notify_all();
-  call(work, 0);
-  for (int n = 0; n < spins && busy_.load(std::memory_order_acquire) != 0; ++n) relax();
-  for (int left = busy_.load(std::memory_order_acquire); left != 0; left = busy_.load(std::memory_order_acquire))
-    busy_.wait(left, std::memory_order_acquire);
+  int left = left_.fetch_sub(do_parts(0), std::memory_order_acq_rel);
+  for (int n = 0; n < spins && (left = left_.load(std::memory_order_acquire)) != 0; ++n) relax();
+  for (; left != 0; left = left_.load(std::memory_order_acquire)) left_.wait(left, std::memory_order_acquire);
 }
 
-void Team::serve(int part) {
+bool Team::claim(int owner, int& part) {
+  std::atomic<std::uint64_t>& ticket = queues_[owner].ticket;
+  std::uint64_t seen = ticket.load(std::memory_order_acquire);
+  while (next_of(seen) < end_of(seen)) {
+    if (!ticket.compare_exchange_weak(seen, seen + (std::uint64_t(1) << 16), std::memory_order_acq_rel)) continue;
+    part = next_of(seen);
+    return true;
+  }
+  return false;
+}
+
+// One's own first, then everybody's; how many they were.
+int Team::do_parts(int member) {
+  int done = 0;
+  for (int i = 0; i < size(); ++i) {
+    const int owner = (member + i) % size();
+    for (int part; claim(owner, part); ++done) call_(work_, part);
+  }
+  return done;
+}
+
+void Team::serve(int member) {
   std::uint32_t seen = 0;
   for (;;) {
     for (int n = 0; n < spins && round_.load(std::memory_order_acquire) == seen; ++n) relax();
     round_.wait(seen, std::memory_order_acquire);
-    ++seen;
+    seen = round_.load(std::memory_order_acquire);
     if (closing_.load(std::memory_order_relaxed)) return;
-    call_(work_, part);
-    if (busy_.fetch_sub(1, std::memory_order_acq_rel) == 1) busy_.notify_one();
+    const int done = do_parts(member);
+    if (done > 0 && left_.fetch_sub(done, std::memory_order_acq_rel) == done) left_.notify_one();
   }
 }
 

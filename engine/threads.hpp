@@ -1,16 +1,19 @@
-// A team of threads that lives as long as a run: work is handed out in parts fixed by their number, so what is computed never
-// depends on who is quick.
+// A team of threads that lives as long as a run: work is handed out in numbered parts, so what is computed never depends on who
+// does it.
 #pragma once
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <thread>
 #include <vector>
 
 namespace atwood {
 
 // The caller is the first of the team; a team of one starts no thread. Idle members spin for some microseconds, enough for the
-// next stage of a step, and then sleep. run() allocates nothing. One caller at a time; parts do not throw.
+// next stage of a step, and then sleep. Every member has parts of his own, and takes those that nobody has begun when his are
+// done: one without a core delays the others by the part that he is at, by nothing if he is at none. run() allocates nothing.
+// One caller at a time; parts do not throw.
 class Team {
  public:
   explicit Team(int threads);
@@ -20,27 +23,37 @@ class Team {
 
   int size() const { return static_cast<int>(members_.size()) + 1; }
 
-  // Below some ten microseconds of work the team costs more than it brings: then call it with `worth_it` false, and the caller
-  // does all parts in turn. Results must not depend on who does what.
-  //
-  // work(part) for part = 0 .. size() - 1, each on its own thread; returns when all are done.
-  template <class Work> void run(bool worth_it, const Work& work) {
-    if (members_.empty() || !worth_it) {
-      for (int part = 0; part < size(); ++part) work(part);
+  // work(part) for part = 0 .. parts - 1 (at most 65535), each once, by whoever comes to it; returns when all are done. Neighbouring
+  // parts are a member's own, the same in every call. Results must not depend on who does what.
+  template <class Work> void run(int parts, const Work& work) {
+    if (members_.empty() || parts == 1) {
+      for (int part = 0; part < parts; ++part) work(part);
       return;
     }
-    share_out([](const void* w, int part) { (*static_cast<const Work*>(w))(part); }, &work);
+    share_out([](const void* w, int part) { (*static_cast<const Work*>(w))(part); }, &work, parts);
+  }
+
+  // A part a member. Below some ten microseconds of work the team costs more than it brings: then call it with `worth_it` false,
+  // and the caller does all parts in turn.
+  template <class Work> void run(bool worth_it, const Work& work) {
+    if (worth_it) return run(size(), work);
+    for (int part = 0; part < size(); ++part) work(part);
   }
 
  private:
   using Call = void (*)(const void* work, int part);
-  void share_out(Call call, const void* work);
-  void serve(int part);
+  // A member's parts of the present round that nobody has begun: its number, the next and the end, in one word.
+  struct alignas(64) Queue { std::atomic<std::uint64_t> ticket{0}; };
+  void share_out(Call call, const void* work, int parts);
+  void serve(int member);
+  int do_parts(int member);
+  bool claim(int owner, int& part);
 
   Call call_ = nullptr;
   const void* work_ = nullptr;
-  std::atomic<std::uint32_t> round_{0};  // grows by one for each run(); members wait for it to change
-  std::atomic<int> busy_{0};
+  std::unique_ptr<Queue[]> queues_;                   // one a member
+  alignas(64) std::atomic<std::uint32_t> round_{0};   // grows by one for each run(); members wait for it to change
+  alignas(64) std::atomic<int> left_{0};              // parts of the round that are not done
   std::atomic<bool> closing_{false};
   std::vector<std::thread> members_;
 };

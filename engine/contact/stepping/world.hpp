@@ -14,6 +14,7 @@
 // the colours depends on the contacts alone, and so do the bits.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -208,16 +209,16 @@ template <class S> struct World {
   const Law& law(int a, int b) const { return laws[static_cast<std::size_t>(material[a] * materials + material[b])]; }
 };
 
-// f(part's share of the batches of a colour, width); few batches stay on the caller's thread.
+// f(part's share of the batches of a colour, width); few batches stay on the caller's thread. Several parts a member, so that one
+// who has lost his core delays the others by little.
 template <class S, class F> void for_batches(World<S>& world, int first, int last, int worth, const F& f) {
+  const auto work = [&](int from, int to) { in_lanes<S>(world.width, [&](auto width) ATWOOD_INLINED { f(from, to, width); }); };
   const int count = last - first;
-  if (world.team == nullptr || count < worth) {
-    in_lanes<S>(world.width, [&](auto width) ATWOOD_INLINED { f(first, last, width); });
-    return;
-  }
-  world.team->run(true, [&](int part) {
-    const Share own = share(count, part, world.team->size());
-    in_lanes<S>(world.width, [&](auto width) ATWOOD_INLINED { f(first + own.first, first + own.last, width); });
+  if (world.team == nullptr || count < worth) return work(first, last);
+  const int parts = std::min(4 * world.team->size(), 2 * count / worth);
+  world.team->run(parts, [&](int part) {
+    const Share own = share(count, part, parts);
+    work(first + own.first, first + own.last);
   });
 }
 
