@@ -35,10 +35,10 @@ ATWOOD_INLINE void look(const BallBatch<S>& c, const Pack<S> (&place_a)[lane_cou
   } else {
     d = first3<S>(place_b) - first3<S>(place_a);
     const Pack<S> distance = root(WholePack<width>{}, dot(d, d));
-    const Pack<S> inverse = S(1) / distance;
-    n.x = distance > S(0) ? inverse * d.x : n.x;
-    n.y = distance > S(0) ? inverse * d.y : n.y;
-    n.z = distance > S(0) ? inverse * d.z : n.z;
+    const Pack<S> inverse = S(1) / distance, zero = spread(S(0));
+    n.x = where_above<S, width>(distance, zero, inverse * d.x, n.x);
+    n.y = where_above<S, width>(distance, zero, inverse * d.y, n.y);
+    n.z = where_above<S, width>(distance, zero, inverse * d.z, n.z);
     gap = distance - radii;
   }
 }
@@ -46,26 +46,26 @@ ATWOOD_INLINE void look(const BallBatch<S>& c, const Pack<S> (&place_a)[lane_cou
 template <class S, Side side, VectorWidth width>
 ATWOOD_INLINE void prepare(BallBatch<S>& c, const Preparation<S>& p, Row<S>* places, Row<S>* velocities) {
   Pack<S> place_a[lane_count], place_b[lane_count], a[lane_count], b[lane_count];
-  gather<S>(places, c.a, place_a);
-  if constexpr (side != Side::plane) gather<S>(places, c.b, place_b);
+  gather<S, width>(places, c.a, place_a);
+  if constexpr (side != Side::plane) gather<S, width>(places, c.b, place_b);
   else nothing<S>(place_b);
   Vec3<Pack<S>> n, d;
   Pack<S> gap;
   look<S, side, width>(c, place_a, place_b, n, d, gap);
   const Pack<S> zero = spread(S(0));
-  gather<S>(velocities, c.a, a);
-  if constexpr (side == Side::two_balls) gather<S>(velocities, c.b, b);
+  gather<S, width>(velocities, c.a, a);
+  if constexpr (side == Side::two_balls) gather<S, width>(velocities, c.b, b);
   else nothing<S>(b);
 
   const Pack<S> mass_n = load(c.mass_n.lane);
-  const Pack<S> overlap = below<S>(gap + load(c.slop.lane), zero);
-  if (p.push_apart && any_above_zero<S>(-overlap)) {
+  const Pack<S> overlap = below<S, width>(gap + load(c.slop.lane), zero);
+  if (p.push_apart && any_above_zero<S, width>(-overlap)) {
     const Vec3<Pack<S>> push = (p.correction * overlap * mass_n) * n;
     put3<S>(first3<S>(place_a) + a[6] * push, place_a);
-    scatter<S>(place_a, c.a, c.count, places);
+    scatter<S, width>(place_a, c.a, c.count, places);
     if constexpr (side == Side::two_balls) {
       put3<S>(first3<S>(place_b) - b[6] * push, place_b);
-      scatter<S>(place_b, c.b, c.count, places);
+      scatter<S, width>(place_b, c.b, c.count, places);
     }
   }
 
@@ -76,18 +76,18 @@ ATWOOD_INLINE void prepare(BallBatch<S>& c, const Preparation<S>& p, Row<S>* pla
   store<S>(arm_a, c.arm_a.lane);
   store<S>(arm_b, c.arm_b.lane);
   const Pack<S> mobility_t = a[6] + b[6] + arm_a * arm_a * a[7] + arm_b * arm_b * b[7];
-  store<S>(mobility_t > S(0) ? S(1) / mobility_t : zero, c.mass_t.lane);
+  store<S>(where_above<S, width>(mobility_t, zero, S(1) / mobility_t, zero), c.mass_t.lane);
   Pack<S> apart = gap;
   if (p.shifts != nullptr) {
     Pack<S> shift_a[lane_count], shift_b[lane_count];
-    gather<S>(p.shifts, c.a, shift_a);
-    if constexpr (side == Side::two_balls) gather<S>(p.shifts, c.b, shift_b);
+    gather<S, width>(p.shifts, c.a, shift_a);
+    if constexpr (side == Side::two_balls) gather<S, width>(p.shifts, c.b, shift_b);
     else nothing<S>(shift_b);
     const Vec3<Pack<S>> shift = first3<S>(shift_b) - first3<S>(shift_a);
     apart = apart + dot(n, shift);
     d = d + shift;
   }
-  Pack<S> closing = above<S>(apart, zero) * (S(1) / p.h_s);
+  Pack<S> closing = above<S, width>(apart, zero) * (S(1) / p.h_s);
 
   Vec3<Pack<S>> t = load_lanes<S>(c.impulse_t);
   Pack<S> jn = load(c.impulse_n.lane);
@@ -95,31 +95,31 @@ ATWOOD_INLINE void prepare(BallBatch<S>& c, const Preparation<S>& p, Row<S>* pla
   const Vec3<Pack<S>> u = first3<S>(b) - first3<S>(a);
   if constexpr (side != Side::plane) {
     const Pack<S> uu = dot(u, u), du = dot(d, u);
-    Pack<S> s = uu > S(0) ? -du / uu : zero;
-    s = below<S>(above<S>(s, zero), spread(p.h_s));
+    Pack<S> s = where_above<S, width>(uu, zero, -du / uu, zero);
+    s = below<S, width>(above<S, width>(s, zero), spread(p.h_s));
     const Vec3<Pack<S>> nearest = d + s * u;
     const Pack<S> radii = load(c.radius_a.lane) + load(c.radius_b.lane);
-    const Pack<S> misses = dot(nearest, nearest) > radii * radii ? spread(S(1)) : zero;
-    const Pack<S> passes = apart > S(0) ? (jn > S(0) ? zero : misses) : zero;
-    closing = passes > S(0) ? spread(S(1e30)) : closing;
+    const Pack<S> misses = where_above<S, width>(dot(nearest, nearest), radii * radii, spread(S(1)), zero);
+    const Pack<S> passes = where_above<S, width>(apart, zero, where_above<S, width>(jn, zero, zero, misses), zero);
+    closing = where_above<S, width>(passes, zero, spread(S(1e30)), closing);
   }
   store<S>(closing, c.closing.lane);
 
   // Neighbours may push it nearer than its own velocity says.
   const Pack<S> un = dot(u, n), radius_a = load(c.radius_a.lane);
-  const Pack<S> near = S(0.01) * radius_a + S(2) * p.h_s * above<S>(un, -un) - below<S>(gap, apart);
-  c.active = any_above_zero<S>(above<S>(near, jn));
+  const Pack<S> near = S(0.01) * radius_a + S(2) * p.h_s * above<S, width>(un, -un) - below<S, width>(gap, apart);
+  c.active = any_above_zero<S, width>(above<S, width>(near, jn));
   if (!p.warm) {
     store<S>(zero, c.impulse_n.lane);
     store_lanes<S>(Vec3<Pack<S>>{zero, zero, zero}, c.impulse_t);
     return;
   }
-  if (!any_above_zero<S>(jn)) return;
+  if (!any_above_zero<S, width>(jn)) return;
   t = t - dot(t, n) * n;
   store_lanes<S>(t, c.impulse_t);
   push<S, side>(a, b, arm_a, arm_b, jn * n + t, cross(n, t));
-  scatter<S>(a, c.a, c.count, velocities);
-  if constexpr (side == Side::two_balls) scatter<S>(b, c.b, c.count, velocities);
+  scatter<S, width>(a, c.a, c.count, velocities);
+  if constexpr (side == Side::two_balls) scatter<S, width>(b, c.b, c.count, velocities);
 }
 
 // One turn of projected Gauss-Seidel: the normal impulse stays >= 0, the tangential one inside the disc of the round cone.
@@ -128,15 +128,15 @@ ATWOOD_INLINE void prepare(BallBatch<S>& c, const Preparation<S>& p, Row<S>* pla
 template <class S, Side side, VectorWidth width>
 ATWOOD_INLINE void solve(BallBatch<S>& c, Row<S>* velocities) {
   Pack<S> a[lane_count], b[lane_count];
-  gather<S>(velocities, c.a, a);
-  if constexpr (side == Side::two_balls) gather<S>(velocities, c.b, b);
+  gather<S, width>(velocities, c.a, a);
+  if constexpr (side == Side::two_balls) gather<S, width>(velocities, c.b, b);
   else nothing<S>(b);
   const Pack<S> zero = spread(S(0)), arm_a = load(c.arm_a.lane), arm_b = load(c.arm_b.lane);
   const Vec3<Pack<S>> n = load_lanes<S>(c.normal);
   const Vec3<Pack<S>> between = first3<S>(b) - first3<S>(a);
   const Pack<S> un = dot(between, n);
   const Pack<S> jn_old = load(c.impulse_n.lane);
-  const Pack<S> jn = above<S>(jn_old - load(c.mass_n.lane) * (un + load(c.closing.lane)), zero);
+  const Pack<S> jn = above<S, width>(jn_old - load(c.mass_n.lane) * (un + load(c.closing.lane)), zero);
   store<S>(jn, c.impulse_n.lane);
 
   const Vec3<Pack<S>> turning = arm_a * second3<S>(a) + arm_b * second3<S>(b);
@@ -144,14 +144,14 @@ ATWOOD_INLINE void solve(BallBatch<S>& c, Row<S>* velocities) {
   const Vec3<Pack<S>> t_old = load_lanes<S>(c.impulse_t);
   Vec3<Pack<S>> t = t_old - load(c.mass_t.lane) * ut;
   const Pack<S> size = root(WholePack<width>{}, dot(t, t)), most = load(c.friction.lane) * jn;
-  const Pack<S> factor = size > most ? most / size : spread(S(1));
+  const Pack<S> factor = where_above<S, width>(size, most, most / size, spread(S(1)));
   t = factor * t;
   store_lanes<S>(t, c.impulse_t);
 
   const Vec3<Pack<S>> dt = t - t_old;
   push<S, side>(a, b, arm_a, arm_b, (jn - jn_old) * n + dt, cross(n, dt));
-  scatter<S>(a, c.a, c.count, velocities);
-  if constexpr (side == Side::two_balls) scatter<S>(b, c.b, c.count, velocities);
+  scatter<S, width>(a, c.a, c.count, velocities);
+  if constexpr (side == Side::two_balls) scatter<S, width>(b, c.b, c.count, velocities);
 }
 
 template <class S, class Visit> void for_colours(World<S>& world, const Visit& visit) {

@@ -5,8 +5,12 @@
 
 namespace atwood::stepping {
 
-template <class S> ATWOOD_INLINE Pack<S> below(const Pack<S>& a, const Pack<S>& b) { return a < b ? a : b; }
-template <class S> ATWOOD_INLINE Pack<S> above(const Pack<S>& a, const Pack<S>& b) { return a > b ? a : b; }
+template <class S, VectorWidth width> ATWOOD_INLINE Pack<S> below(const Pack<S>& a, const Pack<S>& b) {
+  return where_above<S, width>(b, a, a, b);
+}
+template <class S, VectorWidth width> ATWOOD_INLINE Pack<S> above(const Pack<S>& a, const Pack<S>& b) {
+  return where_above<S, width>(a, b, a, b);
+}
 
 template <class S> ATWOOD_INLINE Vec3<Pack<S>> first3(const Pack<S> (&row)[lane_count]) { return {row[0], row[1], row[2]}; }
 template <class S> ATWOOD_INLINE Vec3<Pack<S>> second3(const Pack<S> (&row)[lane_count]) { return {row[3], row[4], row[5]}; }

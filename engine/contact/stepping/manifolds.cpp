@@ -26,51 +26,54 @@ template <class S> struct Partner {
   }
 };
 
-template <class S> ATWOOD_INLINE void read(const ManifoldBatch<S>& c, const Row<S>* velocities, const Row<S>* inertias, Partner<S>& a, Partner<S>& b) {
-  gather<S>(velocities, c.a, a.velocity);
-  gather<S>(velocities, c.b, b.velocity);
-  gather<S>(inertias, c.a, a.inertia);
-  gather<S>(inertias, c.b, b.inertia);
+template <class S, VectorWidth width>
+ATWOOD_INLINE void read(const ManifoldBatch<S>& c, const Row<S>* velocities, const Row<S>* inertias, Partner<S>& a, Partner<S>& b) {
+  gather<S, width>(velocities, c.a, a.velocity);
+  gather<S, width>(velocities, c.b, b.velocity);
+  gather<S, width>(inertias, c.a, a.inertia);
+  gather<S, width>(inertias, c.b, b.inertia);
 }
 
 // Only rows of bodies that move: what is fixed may stand in many lanes, and of many threads.
-template <class S>
-ATWOOD_INLINE void write(const ManifoldBatch<S>& c, const unsigned char* moves, Pack<S> (&a)[lane_count], Pack<S> (&b)[lane_count], Row<S>* rows) {
-  scatter<S>(a, c.a, c.count, rows);
-  transpose<S>(b);
+template <class S, VectorWidth width>
+ATWOOD_INLINE void write(const ManifoldBatch<S>& c, const unsigned char* moves, Pack<S> (&a)[lane_count], Pack<S> (&b)[lane_count],
+                         Row<S>* rows) {
+  scatter<S, width>(a, c.a, c.count, rows);
+  transpose<S, width>(b);
   for (int k = 0; k < lane_count; ++k)
     if (k < c.count && moves[c.b[k]]) store<S>(b[k], rows[c.b[k]].at);
 }
 
-template <class S> ATWOOD_INLINE Pack<S> inverse_or_none(const Pack<S>& a) {
-  return a > S(0) ? S(1) / a : spread(S(0));
+template <class S, VectorWidth width> ATWOOD_INLINE Pack<S> inverse_or_none(const Pack<S>& a) {
+  return where_above<S, width>(a, spread(S(0)), S(1) / a, spread(S(0)));
 }
 
 template <class S, VectorWidth width>
 ATWOOD_INLINE void weigh(ManifoldBatch<S>& c, const Row<S>* velocities, const Row<S>* inertias) {
   Partner<S> a, b;
-  read<S>(c, velocities, inertias, a, b);
+  read<S, width>(c, velocities, inertias, a, b);
   const Vec3<Pack<S>> n = load_lanes<S>(c.normal), t = load_lanes<S>(c.tangent), s = cross(n, t);
   const Pack<S> linear = a.inverse_mass() + b.inverse_mass();
   for (int i = 0; i < c.points; ++i) {
     ManifoldPoint<S>& point = c.point[i];
     const Vec3<Pack<S>> r_a = load_lanes<S>(point.r_a), r_b = load_lanes<S>(point.r_b);
-    const auto used = load(point.gap_found.lane) < spread(S(1e29));
+    const auto if_used = [&](const Pack<S>& x) ATWOOD_INLINED {
+      return where_above<S, width>(spread(S(1e29)), load(point.gap_found.lane), x, spread(S(0)));
+    };
     const Vec3<Pack<S>> an = cross(r_a, n), bn = cross(r_b, n), at = cross(r_a, t), bt = cross(r_b, t), as = cross(r_a, s),
                         bs = cross(r_b, s);
     const Vec3<Pack<S>> Iat = a.turn(at), Ibt = b.turn(bt);
     const Pack<S> nn = linear + dot(an, a.turn(an)) + dot(bn, b.turn(bn));
     const Pack<S> tt = linear + dot(at, Iat) + dot(bt, Ibt), ts = dot(as, Iat) + dot(bs, Ibt);
     const Pack<S> ss = linear + dot(as, a.turn(as)) + dot(bs, b.turn(bs));
-    const Pack<S> zero = spread(S(0));
-    store<S>(used ? inverse_or_none<S>(nn) : zero, point.mass_n.lane);
-    const Pack<S> by_determinant = inverse_or_none<S>(tt * ss - ts * ts);
-    store<S>(used ? by_determinant * ss : zero, point.mass_t[0].lane);
-    store<S>(used ? -by_determinant * ts : zero, point.mass_t[1].lane);
-    store<S>(used ? by_determinant * tt : zero, point.mass_t[2].lane);
+    store<S>(if_used(inverse_or_none<S, width>(nn)), point.mass_n.lane);
+    const Pack<S> by_determinant = inverse_or_none<S, width>(tt * ss - ts * ts);
+    store<S>(if_used(by_determinant * ss), point.mass_t[0].lane);
+    store<S>(if_used(-by_determinant * ts), point.mass_t[1].lane);
+    store<S>(if_used(by_determinant * tt), point.mass_t[2].lane);
     const Pack<S> half = S(0.5) * (tt - ss);
     const Pack<S> larger = S(0.5) * (tt + ss) + root(WholePack<width>{}, half * half + ts * ts);
-    store<S>(used ? inverse_or_none<S>(larger) : zero, point.step_t.lane);
+    store<S>(if_used(inverse_or_none<S, width>(larger)), point.step_t.lane);
   }
 }
 
@@ -78,10 +81,10 @@ template <class S, VectorWidth width>
 ATWOOD_INLINE void prepare(ManifoldBatch<S>& c, const Preparation<S>& p, Row<S>* places, Row<S>* velocities,
                            const Row<S>* inertias, const unsigned char* moves) {
   Partner<S> a, b;
-  read<S>(c, velocities, inertias, a, b);
+  read<S, width>(c, velocities, inertias, a, b);
   Pack<S> place_a[lane_count], place_b[lane_count];
-  gather<S>(places, c.a, place_a);
-  gather<S>(places, c.b, place_b);
+  gather<S, width>(places, c.a, place_a);
+  gather<S, width>(places, c.b, place_b);
   const Vec3<Pack<S>> n = load_lanes<S>(c.normal), t = load_lanes<S>(c.tangent), s = cross(n, t);
   const Pack<S> zero = spread(S(0));
   const Outline<Pack<S>> outline_a{load_lanes<S>(c.axis_a), load(c.round_a.lane)};
@@ -89,8 +92,8 @@ ATWOOD_INLINE void prepare(ManifoldBatch<S>& c, const Preparation<S>& p, Row<S>*
   const Pack<S> lean = load(c.lean.lane);
   Pack<S> shift_a[lane_count], shift_b[lane_count];
   if (p.shifts != nullptr) {
-    gather<S>(p.shifts, c.a, shift_a);
-    gather<S>(p.shifts, c.b, shift_b);
+    gather<S, width>(p.shifts, c.a, shift_a);
+    gather<S, width>(p.shifts, c.b, shift_b);
   }
   bool pushed = false, warmed = false;
   for (int i = 0; i < c.points; ++i) {
@@ -98,9 +101,11 @@ ATWOOD_INLINE void prepare(ManifoldBatch<S>& c, const Preparation<S>& p, Row<S>*
     const auto [x_a, x_b, gap] = moved_point<S, Pack<S>>(
         n, load_lanes<S>(point.r_a), load_lanes<S>(point.r_b), load(point.gap_found.lane),
         first3<S>(place_b) - first3<S>(place_a), second3<S>(place_a), second3<S>(place_b), outline_a, outline_b, lean);
-    const auto used = load(point.gap_found.lane) < spread(S(1e29));
-    const Pack<S> beyond = gap + load(c.slop.lane), overlap = used && beyond < zero ? beyond : zero;
-    if (p.push_apart && any_above_zero<S>(-overlap)) {
+    const auto if_used = [&](const Pack<S>& x) ATWOOD_INLINED {
+      return where_above<S, width>(spread(S(1e29)), load(point.gap_found.lane), x, spread(S(0)));
+    };
+    const Pack<S> overlap = if_used(below<S, width>(gap + load(c.slop.lane), zero));
+    if (p.push_apart && any_above_zero<S, width>(-overlap)) {
       pushed = true;
       const Vec3<Pack<S>> push = (p.correction * overlap * load(point.mass_n.lane)) * n;  // on a
       put3<S>(first3<S>(place_a) + a.inverse_mass() * push, place_a);
@@ -114,7 +119,7 @@ ATWOOD_INLINE void prepare(ManifoldBatch<S>& c, const Preparation<S>& p, Row<S>*
       apart = apart + dot(n, (first3<S>(shift_b) + cross(second3<S>(shift_b), x_b)) -
                                  (first3<S>(shift_a) + cross(second3<S>(shift_a), x_a)));
     // A gap of round-off is none: at rest the impulses of the last substep then solve this one as they are.
-    store<S>(above<S>(apart - S(1e-6) * load(c.slop.lane), zero) * (S(1) / p.h_s), point.closing.lane);
+    store<S>(above<S, width>(apart - S(1e-6) * load(c.slop.lane), zero) * (S(1) / p.h_s), point.closing.lane);
     store_lanes<S>(x_a, point.arm_a);
     store_lanes<S>(x_b, point.arm_b);
     if (!p.warm) {
@@ -124,14 +129,14 @@ ATWOOD_INLINE void prepare(ManifoldBatch<S>& c, const Preparation<S>& p, Row<S>*
       continue;
     }
     const Pack<S> jn = load(point.impulse_n.lane);
-    if (!any_above_zero<S>(jn)) continue;
+    if (!any_above_zero<S, width>(jn)) continue;
     warmed = true;
     const Vec3<Pack<S>> P = jn * n + load(point.impulse_t[0].lane) * t + load(point.impulse_t[1].lane) * s;
     a.push(x_a, -P);
     b.push(x_b, P);
   }
-  if (pushed) write<S>(c, moves, place_a, place_b, places);
-  if (warmed) write<S>(c, moves, a.velocity, b.velocity, velocities);
+  if (pushed) write<S, width>(c, moves, place_a, place_b, places);
+  if (warmed) write<S, width>(c, moves, a.velocity, b.velocity, velocities);
 }
 
 // The normal impulse first, then the tangential pair: if what would stop the slip lies inside the disc of the round cone, that;
@@ -139,7 +144,7 @@ ATWOOD_INLINE void prepare(ManifoldBatch<S>& c, const Preparation<S>& p, Row<S>*
 template <class S, VectorWidth width>
 ATWOOD_INLINE void solve(ManifoldBatch<S>& c, Row<S>* velocities, const Row<S>* inertias, const unsigned char* moves) {
   Partner<S> a, b;
-  read<S>(c, velocities, inertias, a, b);
+  read<S, width>(c, velocities, inertias, a, b);
   const Vec3<Pack<S>> n = load_lanes<S>(c.normal), t = load_lanes<S>(c.tangent), s = cross(n, t);
   const Pack<S> zero = spread(S(0)), mu = load(c.friction.lane);
   for (int i = 0; i < c.points; ++i) {
@@ -147,7 +152,7 @@ ATWOOD_INLINE void solve(ManifoldBatch<S>& c, Row<S>* velocities, const Row<S>* 
     const Vec3<Pack<S>> r_a = load_lanes<S>(point.arm_a), r_b = load_lanes<S>(point.arm_b);
     Vec3<Pack<S>> u = (b.v() + cross(b.w(), r_b)) - (a.v() + cross(a.w(), r_a));
     const Pack<S> jn_old = load(point.impulse_n.lane);
-    const Pack<S> jn = above<S>(jn_old - load(point.mass_n.lane) * (dot(u, n) + load(point.closing.lane)), zero);
+    const Pack<S> jn = above<S, width>(jn_old - load(point.mass_n.lane) * (dot(u, n) + load(point.closing.lane)), zero);
     store<S>(jn, point.impulse_n.lane);
     const Vec3<Pack<S>> dn = (jn - jn_old) * n;
     a.push(r_a, -dn);
@@ -158,19 +163,20 @@ ATWOOD_INLINE void solve(ManifoldBatch<S>& c, Row<S>* velocities, const Row<S>* 
     const Pack<S> t_old = load(point.impulse_t[0].lane), s_old = load(point.impulse_t[1].lane);
     const Pack<S> m11 = load(point.mass_t[0].lane), m12 = load(point.mass_t[1].lane), m22 = load(point.mass_t[2].lane);
     const Pack<S> stick_t = t_old - (m11 * ut + m12 * us), stick_s = s_old - (m12 * ut + m22 * us);
-    const auto sticks = stick_t * stick_t + stick_s * stick_s <= most * most;
+    const Pack<S> wanted2 = stick_t * stick_t + stick_s * stick_s, most2 = most * most;
     const Pack<S> step = load(point.step_t.lane);
     const Pack<S> slip_t = t_old - step * ut, slip_s = s_old - step * us;
     const Pack<S> size = root(WholePack<width>{}, slip_t * slip_t + slip_s * slip_s);
-    const Pack<S> factor = size > most ? most / size : spread(S(1));
-    const Pack<S> jt = sticks ? stick_t : factor * slip_t, js = sticks ? stick_s : factor * slip_s;
+    const Pack<S> factor = where_above<S, width>(size, most, most / size, spread(S(1)));
+    const Pack<S> jt = where_above<S, width>(wanted2, most2, factor * slip_t, stick_t);
+    const Pack<S> js = where_above<S, width>(wanted2, most2, factor * slip_s, stick_s);
     store<S>(jt, point.impulse_t[0].lane);
     store<S>(js, point.impulse_t[1].lane);
     const Vec3<Pack<S>> dt = (jt - t_old) * t + (js - s_old) * s;
     a.push(r_a, -dt);
     b.push(r_b, dt);
   }
-  write<S>(c, moves, a.velocity, b.velocity, velocities);
+  write<S, width>(c, moves, a.velocity, b.velocity, velocities);
 }
 
 template <class S, class Visit> void for_colours(World<S>& world, const Visit& visit) {

@@ -21,8 +21,62 @@ template <class S> ATWOOD_INLINE void store_lanes(const Vec3<Pack<S>>& a, Lanes<
   store<S>(a.z, to[2].lane);
 }
 
-// In place. Stage by stage, bit k of the row's number changes places with bit k of the lane's.
-template <class S> ATWOOD_INLINE void transpose(Pack<S> (&r)[lane_count]) {
+// Without registers of 512 bits GCC takes comparisons and shuffles of packs of doubles apart, lane by lane. As halves they are
+// instructions of AVX2.
+template <class S, VectorWidth width> inline constexpr bool by_halves = sizeof(Pack<S>) == 64 && width == VectorWidth::v3;
+using HalfPack = double __attribute__((vector_size(32)));
+struct Halves { HalfPack low, high; };
+ATWOOD_INLINE Halves halves_of(const DoublePack& a) {
+  Halves out;
+  __builtin_memcpy(&out, &a, sizeof(a));
+  return out;
+}
+ATWOOD_INLINE DoublePack whole_of(const Halves& a) {
+  DoublePack out;
+  __builtin_memcpy(&out, &a, sizeof(a));
+  return out;
+}
+
+// x where a > b; y elsewhere, and where a or b is not a number.
+template <class S, VectorWidth width>
+ATWOOD_INLINE Pack<S> where_above(const Pack<S>& a, const Pack<S>& b, const Pack<S>& x, const Pack<S>& y) {
+  if constexpr (by_halves<S, width>) {
+    const Halves ha = halves_of(a), hb = halves_of(b), hx = halves_of(x), hy = halves_of(y);
+    return whole_of({ha.low > hb.low ? hx.low : hy.low, ha.high > hb.high ? hx.high : hy.high});
+  } else {
+    return a > b ? x : y;
+  }
+}
+
+// Four rows of four, in place.
+ATWOOD_INLINE void transpose4(HalfPack& a, HalfPack& b, HalfPack& c, HalfPack& d) {
+  using I = decltype(a < a);
+  constexpr I even{0, 4, 2, 6}, odd{1, 5, 3, 7}, low{0, 1, 4, 5}, high{2, 3, 6, 7};
+  const HalfPack ab_even = __builtin_shuffle(a, b, even), ab_odd = __builtin_shuffle(a, b, odd);
+  const HalfPack cd_even = __builtin_shuffle(c, d, even), cd_odd = __builtin_shuffle(c, d, odd);
+  a = __builtin_shuffle(ab_even, cd_even, low);
+  b = __builtin_shuffle(ab_odd, cd_odd, low);
+  c = __builtin_shuffle(ab_even, cd_even, high);
+  d = __builtin_shuffle(ab_odd, cd_odd, high);
+}
+
+// In place. Stage by stage, bit k of the row's number changes places with bit k of the lane's; or quarter by quarter.
+template <class S, VectorWidth width> ATWOOD_INLINE void transpose(Pack<S> (&r)[lane_count]) {
+  if constexpr (by_halves<S, width>) {
+    Halves h[lane_count];
+#pragma GCC unroll 8
+    for (int i = 0; i < lane_count; ++i) h[i] = halves_of(r[i]);
+    transpose4(h[0].low, h[1].low, h[2].low, h[3].low);
+    transpose4(h[4].low, h[5].low, h[6].low, h[7].low);
+    transpose4(h[0].high, h[1].high, h[2].high, h[3].high);
+    transpose4(h[4].high, h[5].high, h[6].high, h[7].high);
+#pragma GCC unroll 4
+    for (int i = 0; i < 4; ++i) {
+      r[i] = whole_of({h[i].low, h[i + 4].low});
+      r[i + 4] = whole_of({h[i].high, h[i + 4].high});
+    }
+    return;
+  }
   using I = decltype(r[0] < r[0]);
   constexpr I low[3] = {{0, 8, 2, 10, 4, 12, 6, 14}, {0, 1, 8, 9, 4, 5, 12, 13}, {0, 1, 2, 3, 8, 9, 10, 11}};
   constexpr I high[3] = {{1, 9, 3, 11, 5, 13, 7, 15}, {2, 3, 10, 11, 6, 7, 14, 15}, {4, 5, 6, 7, 12, 13, 14, 15}};
@@ -39,15 +93,16 @@ template <class S> ATWOOD_INLINE void transpose(Pack<S> (&r)[lane_count]) {
   }
 }
 
-template <class S> ATWOOD_INLINE void gather(const Row<S>* rows, const std::int32_t (&index)[lane_count], Pack<S> (&out)[lane_count]) {
+template <class S, VectorWidth width>
+ATWOOD_INLINE void gather(const Row<S>* rows, const std::int32_t (&index)[lane_count], Pack<S> (&out)[lane_count]) {
 #pragma GCC unroll 8
   for (int k = 0; k < lane_count; ++k) out[k] = load(rows[index[k]].at);
-  transpose<S>(out);
+  transpose<S, width>(out);
 }
 // The first `count` lanes; their rows are different ones.
-template <class S>
+template <class S, VectorWidth width>
 ATWOOD_INLINE void scatter(Pack<S> (&in)[lane_count], const std::int32_t (&index)[lane_count], int count, Row<S>* rows) {
-  transpose<S>(in);
+  transpose<S, width>(in);
   if (count == lane_count) {
 #pragma GCC unroll 8
     for (int k = 0; k < lane_count; ++k) store<S>(in[k], rows[index[k]].at);
@@ -58,11 +113,15 @@ ATWOOD_INLINE void scatter(Pack<S> (&in)[lane_count], const std::int32_t (&index
   }
 }
 
-template <class S> ATWOOD_INLINE bool any_above_zero(const Pack<S>& a) {
-  bool any = false;
-#pragma GCC unroll 8
-  for (int k = 0; k < lane_count; ++k) any |= a[k] > S(0);
-  return any;
+template <class S, VectorWidth width> ATWOOD_INLINE bool any_above_zero(const Pack<S>& a) {
+  const Pack<S> found = where_above<S, width>(a, spread(S(0)), spread(S(1)), spread(S(0)));
+  if constexpr (by_halves<S, width>) {
+    const Halves halves = halves_of(found);
+    const HalfPack sum = halves.low + halves.high;
+    return (sum[0] + sum[2]) + (sum[1] + sum[3]) > S(0);
+  }
+  const S evens = (found[0] + found[4]) + (found[2] + found[6]), odds = (found[1] + found[5]) + (found[3] + found[7]);
+  return evens + odds > S(0);
 }
 
 }  // namespace atwood::stepping
