@@ -154,7 +154,9 @@ template <class S> Encounter<S> meeting_from(const World<S>& world, int contact,
     const Bodies<S>& all = world.bodies;
     return load3(all.place[body].at + 3) + load3(all.shift[body].at + 3) + now_s * load3(all.velocity[body].at + 3);
   };
-  return meeting_of_point(manifolds_at(world, at), at.lane, at.point, fa, fb, turned(a), turned(b), h_s);
+  const ManifoldBatch<S>& batch = manifolds_at(world, at);
+  const Vec3<S> moved_a = turned(a) - lane_of(batch.turned_a, at.lane), moved_b = turned(b) - lane_of(batch.turned_b, at.lane);
+  return meeting_of_point(batch, at.lane, at.point, fa, fb, moved_a, moved_b, h_s);
 }
 
 template <class S> Encounter<S> meeting_of(const World<S>& world, int contact, S now_s, S h_s) {

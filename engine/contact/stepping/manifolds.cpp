@@ -89,6 +89,7 @@ ATWOOD_INLINE void prepare(ManifoldBatch<S>& c, const Preparation<S>& p, Row<S>*
   const Pack<S> zero = spread(S(0));
   const Outline<Pack<S>> outline_a{load_lanes<S>(c.axis_a), load(c.round_a.lane)};
   const Outline<Pack<S>> outline_b{load_lanes<S>(c.axis_b), load(c.round_b.lane)};
+  const Vec3<Pack<S>> turned_a = load_lanes<S>(c.turned_a), turned_b = load_lanes<S>(c.turned_b);
   const Pack<S> lean = load(c.lean.lane);
   Pack<S> shift_a[lane_count], shift_b[lane_count];
   if (p.shifts != nullptr) {
@@ -100,7 +101,8 @@ ATWOOD_INLINE void prepare(ManifoldBatch<S>& c, const Preparation<S>& p, Row<S>*
     ManifoldPoint<S>& point = c.point[i];
     const auto [x_a, x_b, gap] = moved_point<S, Pack<S>>(
         n, load_lanes<S>(point.r_a), load_lanes<S>(point.r_b), load(point.gap_found.lane),
-        first3<S>(place_b) - first3<S>(place_a), second3<S>(place_a), second3<S>(place_b), outline_a, outline_b, lean);
+        first3<S>(place_b) - first3<S>(place_a), second3<S>(place_a) - turned_a, second3<S>(place_b) - turned_b, outline_a,
+        outline_b, lean);
     const auto if_used = [&](const Pack<S>& x) ATWOOD_INLINED {
       return where_above<S, width>(spread(S(1e29)), load(point.gap_found.lane), x, spread(S(0)));
     };
@@ -194,6 +196,10 @@ template <class S> void weigh_manifolds(World<S>& world) {
   for_colours(world, [&](ManifoldBatch<S>& batch, auto width) ATWOOD_INLINED { weigh<S, width()>(batch, velocities, inertias); });
 }
 
+template <class S> void weigh_batch(World<S>& world, ManifoldBatch<S>& batch) {
+  weigh<S, VectorWidth::narrow>(batch, world.bodies.velocity.data(), world.bodies.inertia.data());
+}
+
 template <class S> void prepare_manifolds(World<S>& world, S h_s, bool push_apart, bool warm) {
   const Preparation<S> p{h_s, S(world.options.correction), push_apart, warm,
                          world.bounces ? world.bodies.shift.data() : nullptr};
@@ -216,6 +222,7 @@ template <class S> void solve_manifolds(World<S>& world) {
 
 #define ATWOOD_MANIFOLDS(S)                                         \
   template void weigh_manifolds<S>(World<S>&);                      \
+  template void weigh_batch<S>(World<S>&, ManifoldBatch<S>&);       \
   template void prepare_manifolds<S>(World<S>&, S, bool, bool);     \
   template void solve_manifolds<S>(World<S>&);
 ATWOOD_MANIFOLDS(float)

@@ -3,23 +3,48 @@
 #include <algorithm>
 
 #include "contact/stepping/points.hpp"
+#include "math/so3.hpp"
 
 namespace atwood::stepping {
 namespace {
 
 constexpr double near = 0.01;        // of the smaller body's size: contacts within this gap are watched, moving or not
+constexpr double handed_on_within = 0.1;
 constexpr int pairs_worth_a_team = 32;
+constexpr double stale_share = 0.01; // of the smaller body's size: a manifold serves until its bodies have moved so far apart or along
+
+template <class S> Vec3<S> impulse_of(const ManifoldBatch<S>& batch, int k, int i) {
+  const Vec3<S> n = lane_of(batch.normal, k), t = lane_of(batch.tangent, k);
+  const ManifoldPoint<S>& point = batch.point[i];
+  return point.impulse_n.lane[k] * n + point.impulse_t[0].lane[k] * t + point.impulse_t[1].lane[k] * cross(n, t);
+}
 
 template <class S> void keep_impulses(World<S>& world) {
   for (const ManifoldBatch<S>& batch : world.manifold_batches.batches)
     for (int k = 0; k < batch.count; ++k) {
       FoundManifold<S>& found = world.manifolds[static_cast<std::size_t>(batch.manifold[k])];
-      const Vec3<S> n = lane_of(batch.normal, k), t = lane_of(batch.tangent, k), s = cross(n, t);
-      for (int i = 0; i < found.shape.count; ++i) {
-        const ManifoldPoint<S>& point = batch.point[i];
-        found.impulse_W[i] = point.impulse_n.lane[k] * n + point.impulse_t[0].lane[k] * t + point.impulse_t[1].lane[k] * s;
-      }
+      for (int i = 0; i < found.shape.count; ++i) found.impulse_W[i] = impulse_of(batch, k, i);
     }
+}
+
+template <class S> Vec3<S> turned_by(const World<S>& world, int body) { return load3(world.bodies.place[body].at + 3); }
+template <class S> Vec3<S> center(const World<S>& world, int body) { return load3(world.bodies.place[body].at); }
+
+// Now: q_WB is that of the step's start.
+template <class S> Quat<S> attitude(const World<S>& world, int body) {
+  const Vec3<S> s = turned_by(world, body);
+  const Quat<S>& q = world.bodies.q_WB[body];
+  return s.x == S(0) && s.y == S(0) && s.z == S(0) ? q : normalised(so3_exp(s) * q);
+}
+
+template <class S> void find_pair(const World<S>& world, int a, int b, S margin, std::vector<Manifold<S>>& shapes) {
+  shapes.clear();
+  find_contacts(world.geometry[a], placement(center(world, a), attitude(world, a)), world.geometry[b],
+                placement(center(world, b), attitude(world, b)), margin, shapes);
+}
+
+template <class S> S smaller_size(const World<S>& world, int a, int b) {
+  return real::min(world.geometry[a].bounding_radius, world.geometry[b].bounding_radius);
 }
 
 // Pairs [first, last) of other_pairs, in their order.
@@ -29,16 +54,14 @@ void find_share(const World<S>& world, int first, int last, std::vector<Manifold
   out.clear();
   for (int i = first; i < last; ++i) {
     const Candidate& pair = world.other_pairs[static_cast<std::size_t>(i)];
-    const Geometry<S>&a = world.geometry[pair.a], &b = world.geometry[pair.b];
-    const S margin = bodies.reach[pair.a] + bodies.reach[pair.b] + S(near) * real::min(a.bounding_radius, b.bounding_radius);
-    const Vec3<S> p_a = load3(bodies.place[pair.a].at), p_b = load3(bodies.place[pair.b].at);
-    if (b.kind != ShapeKind::plane) {
-      const S most = a.bounding_radius + b.bounding_radius + margin;
-      if (dot(p_b - p_a, p_b - p_a) > most * most) continue;
+    const S margin = bodies.reach[pair.a] + bodies.reach[pair.b] + S(near) * smaller_size(world, pair.a, pair.b);
+    if (world.geometry[pair.b].kind != ShapeKind::plane) {
+      const Vec3<S> between = center(world, pair.b) - center(world, pair.a);
+      const S most = world.geometry[pair.a].bounding_radius + world.geometry[pair.b].bounding_radius + margin;
+      if (dot(between, between) > most * most) continue;
     }
-    shapes.clear();
-    find_contacts(a, placement(p_a, bodies.q_WB[pair.a]), b, placement(p_b, bodies.q_WB[pair.b]), margin, shapes);
-    for (const Manifold<S>& shape : shapes) out.push_back({pair.a, pair.b, shape, {}});
+    find_pair(world, pair.a, pair.b, margin, shapes);
+    for (const Manifold<S>& shape : shapes) out.push_back({pair.a, pair.b, shape, {}, 0, {}});
   }
 }
 
@@ -73,7 +96,7 @@ template <class S> void hand_on(World<S>& world) {
   const auto& old = world.manifolds_before;
   std::size_t at = 0;
   for (FoundManifold<S>& now : world.manifolds) {
-    const S near_m = S(0.1) * real::min(world.geometry[now.a].bounding_radius, world.geometry[now.b].bounding_radius);
+    const S near_m = S(handed_on_within) * smaller_size(world, now.a, now.b);
     while (at < old.size() && pair_before(old[at].a, old[at].b, now.a, now.b)) ++at;
     for (std::size_t j = at; j < old.size() && old[j].a == now.a && old[j].b == now.b; ++j)
       if (old[j].shape.piece_a == now.shape.piece_a && old[j].shape.piece_b == now.shape.piece_b) hand_on(old[j], near_m, now);
@@ -92,7 +115,7 @@ template <class S> ManifoldBatch<S> blank(const World<S>& world) {
 
 template <class S> Outline<S> outline(const World<S>& world, int body) {
   const Geometry<S>& shape = world.geometry[body];
-  if (shape.kind == ShapeKind::cylinder) return {rotate(world.bodies.q_WB[body], Vec3<S>{S(0), S(0), S(1)}), S(0)};
+  if (shape.kind == ShapeKind::cylinder) return {rotate(attitude(world, body), Vec3<S>{S(0), S(0), S(1)}), S(0)};
   return {{}, shape.kind == ShapeKind::sphere || shape.kind == ShapeKind::capsule ? shape.radius : S(0)};
 }
 
@@ -103,42 +126,61 @@ template <class S> S lean(ShapeKind a, ShapeKind b) {
   return is_round(b) && !is_round(a) ? S(0.5) : S(0);
 }
 
-template <class S> void put_manifold(const World<S>& world, int index, ManifoldBatch<S>& batch, int k) {
-  const FoundManifold<S>& found = world.manifolds[static_cast<std::size_t>(index)];
-  const Law& law = world.law(found.a, found.b);
-  const Vec3<S> n = found.shape.normal_W, t = tangent_of(n), s = cross(n, t);
-  batch.a[k] = found.a;
-  batch.b[k] = found.b;
-  batch.manifold[k] = index;
-  batch.count = k + 1;
+template <class S> void put_point(const World<S>& world, const FoundManifold<S>& found, int i, ManifoldBatch<S>& batch, int k) {
+  ManifoldPoint<S>& point = batch.point[i];
+  if (i >= found.shape.count) {
+    point.gap_found.lane[k] = S(1e30);
+    point.impulse_n.lane[k] = point.impulse_t[0].lane[k] = point.impulse_t[1].lane[k] = S(0);
+    return;
+  }
+  const Vec3<S> n = lane_of(batch.normal, k), t = lane_of(batch.tangent, k);
+  const ContactPoint<S>& from = found.shape.points[i];
+  put_lane(from.x_W - center(world, found.a), k, point.r_a);
+  put_lane(from.x_W - center(world, found.b), k, point.r_b);
+  point.gap_found.lane[k] = from.gap;
+  point.impulse_n.lane[k] = real::max(S(0), dot(found.impulse_W[i], n));
+  point.impulse_t[0].lane[k] = dot(found.impulse_W[i], t);
+  point.impulse_t[1].lane[k] = dot(found.impulse_W[i], cross(n, t));
+}
+
+// What a pair's shapes have to say, wherever its lane is; the bodies stand as they do now.
+template <class S> void put_shape(const World<S>& world, FoundManifold<S>& found, ManifoldBatch<S>& batch, int k) {
+  const Vec3<S> n = found.shape.normal_W;
   batch.points = std::max(batch.points, found.shape.count);
   put_lane(n, k, batch.normal);
-  put_lane(t, k, batch.tangent);
-  batch.friction.lane[k] = S(law.friction);
-  batch.restitution.lane[k] = S(law.restitution);
-  batch.slop.lane[k] = S(slop_share) * real::min(world.geometry[found.a].bounding_radius, world.geometry[found.b].bounding_radius);
+  put_lane(tangent_of(n), k, batch.tangent);
   const Outline<S> a = outline(world, found.a), b = outline(world, found.b);
   put_lane(a.axis, k, batch.axis_a);
   put_lane(b.axis, k, batch.axis_b);
   batch.round_a.lane[k] = a.round_m;
   batch.round_b.lane[k] = b.round_m;
+  put_lane(turned_by(world, found.a), k, batch.turned_a);
+  put_lane(turned_by(world, found.b), k, batch.turned_b);
+  for (int i = 0; i < 4; ++i) put_point(world, found, i, batch, k);
+  found.between_W = center(world, found.b) - center(world, found.a);
+}
+
+template <class S> void put_manifold(World<S>& world, int index, int slot) {
+  FoundManifold<S>& found = world.manifolds[static_cast<std::size_t>(index)];
+  ManifoldBatch<S>& batch = world.manifold_batches.batches[static_cast<std::size_t>(slot / lane_count)];
+  const int k = slot % lane_count;
+  const Law& law = world.law(found.a, found.b);
+  found.slot = slot;
+  batch.a[k] = found.a;
+  batch.b[k] = found.b;
+  batch.manifold[k] = index;
+  batch.count = k + 1;
+  batch.friction.lane[k] = S(law.friction);
+  batch.restitution.lane[k] = S(law.restitution);
+  batch.slop.lane[k] = S(slop_share) * smaller_size(world, found.a, found.b);
   batch.lean.lane[k] = lean<S>(world.geometry[found.a].kind, world.geometry[found.b].kind);
-  for (int i = 0; i < found.shape.count; ++i) {
-    ManifoldPoint<S>& point = batch.point[i];
-    const ContactPoint<S>& from = found.shape.points[i];
-    put_lane(from.x_W - load3(world.bodies.place[found.a].at), k, point.r_a);
-    put_lane(from.x_W - load3(world.bodies.place[found.b].at), k, point.r_b);
-    point.gap_found.lane[k] = from.gap;
-    point.impulse_n.lane[k] = real::max(S(0), dot(found.impulse_W[i], n));
-    point.impulse_t[0].lane[k] = dot(found.impulse_W[i], t);
-    point.impulse_t[1].lane[k] = dot(found.impulse_W[i], s);
-  }
+  put_shape(world, found, batch, k);
 }
 
 // A colour's manifolds with few points stand apart from those with many.
 template <class S> void lay_out(World<S>& world) {
   const Bodies<S>& bodies = world.bodies;
-  auto& [palette, count, at, colour, other, balls, planes, found, shapes] = world.scratch;
+  auto& [palette, count, at, colour, other, balls, planes, found, shapes, renewed] = world.scratch;
   palette.used.assign(static_cast<std::size_t>(bodies.count), 0);
   colour.clear();
   int own = 2 * colour_count;  // beyond the palette: a colour each
@@ -158,10 +200,72 @@ template <class S> void lay_out(World<S>& world) {
     batches.resize(batches.size() + static_cast<std::size_t>((count[c] + lane_count - 1) / lane_count), blank(world));
     world.manifold_batches.colours.push_back({first, static_cast<int>(batches.size()), Side::two_balls});
   }
-  for (std::size_t i = 0; i < colour.size(); ++i) {
-    const int slot = at[colour[i]]++;
-    put_manifold(world, static_cast<int>(i), batches[static_cast<std::size_t>(slot / lane_count)], slot % lane_count);
+  for (std::size_t i = 0; i < colour.size(); ++i) put_manifold(world, static_cast<int>(i), at[colour[i]]++);
+}
+
+// ---- within a step ----------------------------------------------------------------------------------------------------------
+// At most, of points of the two surfaces against each other.
+template <class S> S moved_since_found(const World<S>& world, const FoundManifold<S>& found) {
+  const ManifoldBatch<S>& batch = world.manifold_batches.batches[static_cast<std::size_t>(found.slot / lane_count)];
+  const int k = found.slot % lane_count;
+  const auto turn = [&](int body, const Vec3<S>& before) {
+    return world.bodies.moves[body] ? world.geometry[body].bounding_radius * norm(turned_by(world, body) - before) : S(0);
+  };
+  return norm(center(world, found.b) - center(world, found.a) - found.between_W) + turn(found.a, lane_of(batch.turned_a, k)) +
+         turn(found.b, lane_of(batch.turned_b, k));
+}
+
+template <class S> S coming_motion(const World<S>& world, const FoundManifold<S>& found) {
+  const S *a = world.bodies.velocity[found.a].at, *b = world.bodies.velocity[found.b].at;
+  const auto turn = [&](int body, const S* v) {
+    return world.bodies.moves[body] ? world.geometry[body].bounding_radius * norm(load3(v + 3)) : S(0);
+  };
+  return world.sub_s * (norm(load3(b) - load3(a)) + turn(found.a, a) + turn(found.b, b));
+}
+
+template <class S> bool is_stale(const World<S>& world, const FoundManifold<S>& found) {
+  const S moved = moved_since_found(world, found);
+  if (!(moved > S(stale_share) * smaller_size(world, found.a, found.b))) return false;
+  S gap = found.shape.points[0].gap;
+  for (int i = 1; i < found.shape.count; ++i) gap = real::min(gap, found.shape.points[i].gap);
+  return gap <= moved + S(2) * coming_motion(world, found);  // may touch within the substep
+}
+
+template <class S> bool stands_alone(const World<S>& world, std::size_t i) {  // its pair has no other manifold
+  const auto same_pair = [&](const FoundManifold<S>& x) { return x.a == world.manifolds[i].a && x.b == world.manifolds[i].b; };
+  return !(i > 0 && same_pair(world.manifolds[i - 1])) && !(i + 1 < world.manifolds.size() && same_pair(world.manifolds[i + 1]));
+}
+
+template <class S> void list_restless(World<S>& world) {
+  world.restless.clear();
+  for (std::size_t i = 0; i < world.manifolds.size(); ++i) {
+    const FoundManifold<S>& found = world.manifolds[i];
+    const S most = world.bodies.reach[found.a] + (world.bodies.moves[found.b] ? world.bodies.reach[found.b] : S(0));
+    if (most > S(stale_share) * smaller_size(world, found.a, found.b) && stands_alone(world, i)) world.restless.push_back(static_cast<int>(i));
   }
+}
+
+// What a step's sums tell of points that are no longer there goes to the first of the manifold.
+template <class S> void hand_on_sums(World<S>& world, const FoundManifold<S>& found) {
+  const std::size_t first = lane_count * world.balls.batches.size() + 4 * static_cast<std::size_t>(found.slot);
+  for (int i = found.shape.count; i < 4; ++i) {
+    Told<S>&to = world.told[first], &from = world.told[first + static_cast<std::size_t>(i)];
+    to.size += from.size;
+    to.along += from.along;
+    to.across += from.across;
+    from = {};
+  }
+}
+
+template <class S> void renew(World<S>& world, FoundManifold<S>& found, const Manifold<S>& shape) {
+  ManifoldBatch<S>& batch = world.manifold_batches.batches[static_cast<std::size_t>(found.slot / lane_count)];
+  const int k = found.slot % lane_count;
+  for (int i = 0; i < found.shape.count; ++i) found.impulse_W[i] = impulse_of(batch, k, i);
+  FoundManifold<S> now{found.a, found.b, shape, {}, found.slot, {}};
+  if (world.options.warm_start) hand_on(found, S(handed_on_within) * smaller_size(world, found.a, found.b), now);
+  found = now;
+  put_shape(world, found, batch, k);
+  if (world.sums_impulses) hand_on_sums(world, found);
 }
 
 }  // namespace
@@ -192,9 +296,43 @@ template <class S> void find_manifolds(World<S>& world) {
   if (world.options.warm_start) hand_on(world);
   lay_out(world);
   weigh_manifolds(world);
+  list_restless(world);
+}
+
+// A manifold knows the points that were nearest when it was found. Bodies that turn or pass along each other bring others near: a
+// corner that none of them stands for would sink in until the next step.
+template <class S> void renew_manifolds(World<S>& world) {
+  std::vector<int>& stale = world.stale;
+  stale.clear();
+  for (const int i : world.restless)
+    if (is_stale(world, world.manifolds[static_cast<std::size_t>(i)])) stale.push_back(i);
+  if (stale.empty()) return;
+  const int count = static_cast<int>(stale.size());
+  auto& shapes = world.scratch.renewed;
+  if (shapes.size() < stale.size()) shapes.resize(stale.size());
+  const int parts = world.team != nullptr && count >= pairs_worth_a_team ? 4 * world.team->size() : 1;
+  const auto work = [&](int part) {
+    const Share own = share(count, part, parts);
+    for (int i = own.first; i < own.last; ++i) {
+      const FoundManifold<S>& found = world.manifolds[static_cast<std::size_t>(stale[static_cast<std::size_t>(i)])];
+      const S margin = world.bodies.reach[found.a] + world.bodies.reach[found.b] + S(near) * smaller_size(world, found.a, found.b);
+      find_pair(world, found.a, found.b, margin, shapes[static_cast<std::size_t>(i)]);
+    }
+  };
+  if (parts == 1) work(0);
+  else world.team->run(parts, work);
+  for (int i = 0; i < count; ++i) {
+    if (shapes[static_cast<std::size_t>(i)].size() != 1) continue;
+    FoundManifold<S>& found = world.manifolds[static_cast<std::size_t>(stale[static_cast<std::size_t>(i)])];
+    renew(world, found, shapes[static_cast<std::size_t>(i)].front());
+    weigh_batch(world, world.manifold_batches.batches[static_cast<std::size_t>(found.slot / lane_count)]);
+  }
+  list_bouncing(world);
 }
 
 template void find_manifolds<float>(World<float>&);
 template void find_manifolds<double>(World<double>&);
+template void renew_manifolds<float>(World<float>&);
+template void renew_manifolds<double>(World<double>&);
 
 }  // namespace atwood::stepping

@@ -272,6 +272,8 @@ template <class S> bool step(World<S>& world, S t_s, S h_s) {
   phases.end("narrow");
   for (int k = 0; k < world.substeps; ++k) {
     world.t_s = t_s + S(k) * world.sub_s;
+    if (k > 0) renew_manifolds(world);
+    phases.end("narrow");
     substep(world, world.sub_s, phases);
   }
   if (events) tell_onsets(world);

@@ -89,6 +89,7 @@ template <class S> struct ManifoldBatch {
   Lanes<S> normal[3], tangent[3];     // unit, across each other; the second tangent is n x t
   Lanes<S> friction, restitution, slop;
   Lanes<S> axis_a[3], axis_b[3], round_a, round_b, lean;  // moved_point()
+  Lanes<S> turned_a[3], turned_b[3];  // how far the bodies had turned since the step began when it was found
   ManifoldPoint<S> point[4];
 };
 
@@ -114,6 +115,8 @@ template <class S> struct FoundManifold {
   std::int32_t a = 0, b = 0;           // a moves
   Manifold<S> shape;                   // normal from a to b
   Vec3<S> impulse_W[4];                // on b; from the last step where the point was there
+  int slot = 0;                        // batch * lane_count + lane
+  Vec3<S> between_W;                   // from a's centre to b's when it was found
 };
 
 // A pair of balls that pushed each other when the candidates were found anew.
@@ -124,8 +127,9 @@ template <class S> struct Scratch {
   Palette palette;
   std::vector<int> count, at, colour, other_colour;
   std::vector<Kept<S>> balls, planes;
-  std::vector<std::vector<FoundManifold<S>>> found;  // one a thread
-  std::vector<std::vector<Manifold<S>>> shapes;
+  std::vector<std::vector<FoundManifold<S>>> found;  // one a part
+  std::vector<std::vector<Manifold<S>>> shapes;      // one a part
+  std::vector<std::vector<Manifold<S>>> renewed;     // one a manifold that is found anew
 };
 
 // ---- the direct solver's island at hand
@@ -195,6 +199,7 @@ template <class S> struct World {
   std::vector<Told<S>> told;           // by the contact's number
   DirectSolver<S> direct;
   std::vector<FoundManifold<S>> manifolds, manifolds_before;
+  std::vector<int> restless, stale;    // manifolds whose bodies may move far within the step; that have, and are found anew
 
   // candidates hold until some body left its margin
   std::vector<Candidate> ball_pairs, plane_pairs, other_pairs;
@@ -260,10 +265,12 @@ template <class S> void prepare_balls(World<S>& world, S h_s, bool push_apart, b
 template <class S> void solve_balls(World<S>& world);
 
 // ---- manifolds_found.cpp
-template <class S> void find_manifolds(World<S>& world);
+template <class S> void find_manifolds(World<S>& world);   // once a step
+template <class S> void renew_manifolds(World<S>& world);  // before a later substep: those whose bodies have moved against each other
 
 // ---- manifolds.cpp
-template <class S> void weigh_manifolds(World<S>& world);  // mobilities, once a step
+template <class S> void weigh_manifolds(World<S>& world);                     // mobilities
+template <class S> void weigh_batch(World<S>& world, ManifoldBatch<S>& batch);  // ... of one batch alone
 template <class S> void prepare_manifolds(World<S>& world, S h_s, bool push_apart, bool warm);
 template <class S> void solve_manifolds(World<S>& world);
 
