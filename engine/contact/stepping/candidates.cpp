@@ -8,13 +8,15 @@ namespace atwood::stepping {
 namespace {
 
 constexpr double skin = 0.08;           // of a body's size: margin of one at rest
-constexpr double steps_of_reach = 3;    // ... and what one in motion has besides, in steps
+constexpr double steps_ahead = 2;       // ... and what one in motion has besides the coming step, in steps
+constexpr double most_ahead = 0.25;     // ... of its size: in a crowd that falls, far pairs would cost more than finding anew
 
 template <class S> bool is_ball(const World<S>& world, int i) { return world.geometry[i].kind == ShapeKind::sphere; }
 
 template <class S> S size_of(const World<S>& world, int i) { return world.geometry[i].bounding_radius; }
 
-// How far a point of the surface gets within a step, and the sum of it since the candidates were found.
+// How far a point of the surface gets within the coming step; and whether nobody can have left his margin by its end. Places are
+// compared with where they were, so that what rests or trembles keeps its candidates; turns are added up.
 template <class S> bool candidates_still_hold(World<S>& world, S h_s) {
   Bodies<S>& bodies = world.bodies;
   const S fall_m_per_s = norm(world.gravity_W) * h_s;
@@ -22,16 +24,15 @@ template <class S> bool candidates_still_hold(World<S>& world, S h_s) {
   for (int i = 0; i < bodies.count; ++i) {
     if (!bodies.moves[i]) continue;
     const S* v = bodies.velocity[i].at;
-    S speed = norm(load3(v)) + fall_m_per_s;
-    if (!is_ball(world, i)) speed += norm(load3(v + 3)) * size_of(world, i);
-    bodies.reach[i] = h_s * speed;
-    world.travelled[i] += bodies.reach[i];
-    if (!(world.travelled[i] + bodies.reach[i] <= world.margin[i])) hold = false;
+    const S turn = is_ball(world, i) ? S(0) : h_s * norm(load3(v + 3)) * size_of(world, i);
+    bodies.reach[i] = h_s * (norm(load3(v)) + fall_m_per_s) + turn;
+    if (!(norm(load3(bodies.place[i].at) - world.found_at[i]) + world.turned[i] + bodies.reach[i] <= world.margin[i])) hold = false;
+    world.turned[i] += turn;
   }
   return hold;
 }
 
-template <class S> void gather_items(World<S>& world) {
+template <class S> void gather_items(World<S>& world, S h_s) {
   world.items.clear();
   world.item_body.clear();
   const Bodies<S>& bodies = world.bodies;
@@ -39,10 +40,11 @@ template <class S> void gather_items(World<S>& world) {
     const ShapeKind kind = world.geometry[i].kind;
     if (kind == ShapeKind::none || kind == ShapeKind::plane) continue;
     BroadItem<S> item;
-    const S margin = world.margin[i] = bodies.moves[i] ? S(skin) * size_of(world, i) + S(steps_of_reach) * bodies.reach[i] : S(0);
-    world.travelled[i] = S(0);
-    item.center = load3(bodies.place[i].at);
-    item.radius = size_of(world, i) + margin;
+    const S size = size_of(world, i), ahead = real::min(S(steps_ahead) * bodies.reach[i], S(most_ahead) * size);
+    const S margin = world.margin[i] = bodies.moves[i] ? S(skin) * size + bodies.reach[i] + ahead : S(0);
+    item.center = world.found_at[i] = load3(bodies.place[i].at);
+    world.turned[i] = is_ball(world, i) ? S(0) : h_s * norm(load3(bodies.velocity[i].at + 3)) * size;
+    item.radius = size + margin;
     item.moves = bodies.moves[i] != 0;
     if (kind == ShapeKind::sphere) {
       const Vec3<S> out{item.radius, item.radius, item.radius};
@@ -212,7 +214,7 @@ template <class S> void find_candidates(World<S>& world, S h_s) {
   std::vector<Kept<S>>&kept_balls = world.scratch.balls, &kept_planes = world.scratch.planes;
   keep_impulses(world, world.ball_pairs, kept_balls);
   keep_impulses(world, world.plane_pairs, kept_planes);
-  gather_items(world);
+  gather_items(world, h_s);
   world.broad_phase->find(world.items, world.found);
   world.ball_pairs.clear();
   world.plane_pairs.clear();

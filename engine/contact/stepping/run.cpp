@@ -1,5 +1,6 @@
 #include "contact/stepping/run.hpp"
 
+#include <algorithm>
 #include <chrono>
 
 #include "contact/options.hpp"
@@ -17,13 +18,17 @@ Outcome unsupported(const std::string& reason) { return {Status::unsupported, re
 std::string missing(const Scene& scene) {
   for (const PairLaw& pair : scene.pairs)
     if (pair.rolling_friction_m > 0) return "atwood's +impulse has no rolling friction";
-  for (std::size_t a = 0; a < scene.bodies.size(); ++a)
-    for (std::size_t b = a + 1; b < scene.bodies.size(); ++b) {
-      const Body &first = scene.bodies[a], &second = scene.bodies[b];
-      if (first.fixed && second.fixed) continue;
-      if (first.shape.index() == 0 || second.shape.index() == 0) continue;
-      const char* what = no_contact_test(static_cast<ShapeKind>(first.shape.index()), static_cast<ShapeKind>(second.shape.index()));
-      if (what != nullptr) return "atwood has no contact test for `" + first.name + "` and `" + second.name + "`: " + what;
+  // A pair of shapes is met or not whoever has them: the first moving and the first fixed body of each kind stand for all.
+  std::vector<const Body*> one;
+  for (const Body& body : scene.bodies) {
+    const auto alike = [&](const Body* other) { return other->shape.index() == body.shape.index() && other->fixed == body.fixed; };
+    if (body.shape.index() != 0 && std::count_if(one.begin(), one.end(), alike) < 2) one.push_back(&body);
+  }
+  for (std::size_t a = 0; a < one.size(); ++a)
+    for (std::size_t b = a + 1; b < one.size(); ++b) {
+      if (one[a]->fixed && one[b]->fixed) continue;
+      const char* what = no_contact_test(static_cast<ShapeKind>(one[a]->shape.index()), static_cast<ShapeKind>(one[b]->shape.index()));
+      if (what != nullptr) return "atwood has no contact test for `" + one[a]->name + "` and `" + one[b]->name + "`: " + what;
     }
   return "";
 }
@@ -58,7 +63,8 @@ template <class S> void build_world(World<S>& world, const Scene& scene, Simulat
   bodies.isotropic.resize(count);
   bodies.reach.resize(count);
   world.margin.resize(count);
-  world.travelled.resize(count);
+  world.turned.resize(count);
+  world.found_at.resize(count);
   world.y.resize(world.model->state_size());
   world.y_free.resize(world.model->state_size());
   world.broad_phase = make_broad_phase<S>(world.options.broad_phase, world.team);

@@ -207,7 +207,8 @@ template <class S> struct World {
   std::vector<BroadItem<S>> items;
   std::vector<std::int32_t> item_body;
   std::vector<BodyPair> found;
-  std::vector<S> margin, travelled;    // since they were found
+  std::vector<S> margin, turned;       // ... where he was when they were found; by what points of his surface have turned since
+  std::vector<Vec3<S>> found_at;
   bool candidates_hold = false, some_fixed = false;
   Scratch<S> scratch;
 
