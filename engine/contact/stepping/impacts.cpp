@@ -11,11 +11,13 @@
 
 #include "contact/impulse.hpp"
 #include "contact/stepping/points.hpp"
+#include "math/so3.hpp"
 
 namespace atwood::stepping {
 namespace {
 
 constexpr int impacts_a_contact = 8;  // on average, in a substep
+constexpr int most_turns = 20;
 
 // One body as the substep's straight motion has it.
 template <class S> struct Flight { Vec3<S> p, v, w, dv; };
@@ -165,6 +167,56 @@ template <class S> Encounter<S> meeting_of(const World<S>& world, int contact, S
   return out;
 }
 
+// Where the bodies' straight motion has them `t_s` into the substep.
+template <class S> Placement<S> placement_at(const World<S>& world, int body, S t_s) {
+  const Bodies<S>& bodies = world.bodies;
+  const Flight<S> f = flight(world, body);
+  if (!bodies.moves[body]) return placement(f.p, bodies.q_WB[body]);
+  const Vec3<S> turned = load3(bodies.place[body].at + 3) + load3(bodies.shift[body].at + 3) + t_s * f.w;
+  return placement(f.p + t_s * f.v, normalised(so3_exp(turned) * bodies.q_WB[body]));
+}
+
+// A manifold's point goes along its normal in a straight line; round and turning surfaces do not. Before an impact is dealt, the shapes
+// themselves say where and when they touch: Newton on the gap of the point that is nearest to the one foretold. False: they do
+// not meet within the substep.
+template <class S> bool meet_on_surfaces(World<S>& world, int contact, S from_s, S sub_s, Encounter<S>& meeting) {
+  const Place at = place_of(world, contact);
+  if (at.point < 0) return true;  // balls and planes: exact as they are
+  const auto [a, b] = bodies_of(world, contact);
+  const S size = real::min(world.geometry[a].bounding_radius, world.geometry[b].bounding_radius);
+  const S near_enough = S(16) * real::epsilon<S>() * size;
+  auto& shapes = world.impacts.shapes;
+  for (int turn = 0; turn < most_turns; ++turn) {
+    const Placement<S> place_a = placement_at(world, a, meeting.t_s), place_b = placement_at(world, b, meeting.t_s);
+    shapes.clear();
+    find_contacts(world.geometry[a], place_a, world.geometry[b], place_b, size, shapes);
+    const Vec3<S> foretold = place_a.p_W + meeting.arm_a;
+    const ContactPoint<S>* point = nullptr;
+    S least{};
+    for (const Manifold<S>& shape : shapes)
+      for (int i = 0; i < shape.count; ++i) {
+        const Vec3<S> d = shape.points[i].x_W - foretold;
+        if (point != nullptr && !(dot(d, d) < least)) continue;
+        least = dot(d, d);
+        point = &shape.points[i];
+        meeting.normal = shape.normal_W;
+      }
+    if (point == nullptr) return false;
+    meeting.arm_a = point->x_W - place_a.p_W;
+    meeting.arm_b = point->x_W - place_b.p_W;
+    const Flight<S> fa = flight(world, a), fb = flight(world, b);
+    const auto speed = [&](const Vec3<S>& v_a, const Vec3<S>& v_b) { return -dot(v_b - v_a, meeting.normal); };
+    const S closing = speed(fa.v + cross(fa.w, meeting.arm_a), fb.v + cross(fb.w, meeting.arm_b));
+    if (!(closing > real::abs(speed(fa.dv, fb.dv)))) return false;
+    if (real::abs(point->gap) <= near_enough) return true;
+    const S t_s = meeting.t_s + point->gap / closing;
+    if (t_s > sub_s && meeting.t_s >= sub_s) return true;  // what free flight adds closes the rest
+    meeting.t_s = real::min(real::max(t_s, from_s), sub_s);
+    if (t_s <= from_s && turn > 0) return true;  // overlapping already
+  }
+  return true;
+}
+
 template <class S> void collide_contact(World<S>& world, int contact, const Encounter<S>& meeting, S t_s) {
   const auto [a, b] = bodies_of(world, contact);
   const Law& law = world.law(a, b);
@@ -250,13 +302,14 @@ template <class S> void meet_impacts(World<S>& world, S sub_s) {
     std::pop_heap(queue.begin(), queue.end(), later);
     const Approach<S> next = queue.back();
     queue.pop_back();
-    const Encounter<S> meeting = meeting_of(world, next.contact, now_s, sub_s);
+    Encounter<S> meeting = meeting_of(world, next.contact, now_s, sub_s);
     if (!meeting.meets) continue;  // an impact since then changed it
     if (!queue.empty() && meeting.t_s > queue.front().t_s) {  // it has become later: back into the order
       queue.push_back({meeting.t_s, next.contact});
       std::push_heap(queue.begin(), queue.end(), later);
       continue;
     }
+    if (!meet_on_surfaces(world, next.contact, now_s, sub_s, meeting)) continue;
     now_s = meeting.t_s;
     collide_contact(world, next.contact, meeting, now_s);
     const auto [a, b] = bodies_of(world, next.contact);

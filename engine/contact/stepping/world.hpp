@@ -155,6 +155,7 @@ template <class S> struct Impacts {
   std::vector<int> bouncing;         // contacts with restitution
   std::vector<int> first, of_body;   // those of body i: of_body[first[i]] .. of_body[first[i + 1]]
   std::vector<Approach<S>> queue;    // a heap, the earliest on top
+  std::vector<Manifold<S>> shapes;   // room
 };
 
 // A contact's impulse on b over a step, where somebody looks. The normal may turn meanwhile; friction stays in its cone:
