@@ -120,8 +120,10 @@ ATWOOD_INLINE void prepare(ManifoldBatch<S>& c, const Preparation<S>& p, Row<S>*
     if (p.shifts != nullptr)
       apart = apart + dot(n, (first3<S>(shift_b) + cross(second3<S>(shift_b), x_b)) -
                                  (first3<S>(shift_a) + cross(second3<S>(shift_a), x_a)));
-    // A gap of round-off is none: at rest the impulses of the last substep then solve this one as they are.
-    store<S>(above<S, width>(apart - S(1e-6) * load(c.slop.lane), zero) * (S(1) / p.h_s), point.closing.lane);
+    // Of what carries, a gap of round-off is none: at rest the impulses of the last substep then solve this one as they are.
+    const Pack<S> carried = load(point.impulse_n.lane), round_off = S(1e-6) * load(c.slop.lane);
+    const Pack<S> room = apart - where_above<S, width>(carried, zero, round_off, zero);
+    store<S>(above<S, width>(room, zero) * (S(1) / p.h_s), point.closing.lane);
     store_lanes<S>(x_a, point.arm_a);
     store_lanes<S>(x_b, point.arm_b);
     if (!p.warm) {
