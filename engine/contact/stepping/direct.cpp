@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/stepping/islands.hpp"
 #include "contact/stepping/points.hpp"
 
 namespace atwood::stepping {
@@ -16,11 +17,6 @@ namespace {
 
 constexpr int most_rounds = 20, sweeps_between = 8, halvings = 6;
 constexpr double tolerance = 1000;  // of the impulses' round-off
-
-int root_of(std::vector<int>& parent, int i) {
-  while (parent[i] != i) i = parent[i] = parent[parent[i]];
-  return i;
-}
 
 // Whether it is in question: a point that pushes nobody and is farther than this substep gets may be left out. Who is kept out
 // wrongly, pushed by his neighbours, is seen afterwards.
@@ -47,8 +43,7 @@ template <class S> void build_islands(World<S>& world, DirectSolver<S>& d, bool 
     }
     d.contacts.push_back({contact, a});
     if (!bodies.moves[b]) continue;
-    const int x = root_of(d.parent, a), y = root_of(d.parent, b);
-    d.parent[static_cast<std::size_t>(std::max(x, y))] = std::min(x, y);
+    join(d.parent, a, b);
   }
   for (auto& [contact, island] : d.contacts) island = root_of(d.parent, island);
   std::stable_sort(d.contacts.begin(), d.contacts.end(), [](const auto& x, const auto& y) { return x.second < y.second; });

@@ -18,7 +18,10 @@ Settings default_settings() {
           {"correction", standard.correction},
           {"restitution", std::string("newton")},
           {"warm_start", standard.warm_start},
-          {"threads", std::int64_t(standard.threads)}};
+          {"threads", std::int64_t(standard.threads)},
+          {"sleeping", standard.sleeping},
+          {"sleep_after_s", standard.sleep_after_s},
+          {"sleep_below_m_per_s", standard.sleep_below_m_per_s}};
 }
 
 namespace {
@@ -62,6 +65,11 @@ Options options_of(const Settings& settings, std::string& why) {
   else if (law != "newton") why = "+impulse: restitution is newton, poisson or stronge, not `" + law + "`";
   options.warm_start = std::get<bool>(settings.at("warm_start"));
   options.threads = count_of(settings, "threads", 1, 256, why);
+  options.sleeping = std::get<bool>(settings.at("sleeping"));
+  options.sleep_after_s = std::get<double>(settings.at("sleep_after_s"));
+  options.sleep_below_m_per_s = std::get<double>(settings.at("sleep_below_m_per_s"));
+  if (!(options.sleep_after_s >= 0)) why = "+impulse: sleep_after_s is 0 or more";
+  if (!(options.sleep_below_m_per_s > 0)) why = "+impulse: sleep_below_m_per_s is above 0";
   return options;
 }
 

@@ -23,6 +23,9 @@ struct Options {
   Restitution restitution = Restitution::newton;
   bool warm_start = true;
   int threads = 1;
+  bool sleeping = false;        // islands at rest stand still, unsolved, until somebody comes (sleep.cpp)
+  double sleep_after_s = 0.5;   // ... at rest for so long
+  double sleep_below_m_per_s = 0.05;  // ... every point of theirs slower than this
 };
 
 Settings default_settings();

@@ -62,6 +62,11 @@ template <class S> void build_world(World<S>& world, const Scene& scene, Simulat
   bodies.moves.resize(count);
   bodies.isotropic.resize(count);
   bodies.reach.resize(count);
+  if (world.options.sleeping) {
+    world.sleep.island.resize(count);
+    world.sleep.still_s.resize(count);
+    world.sleep.parent.resize(count);
+  }
   world.margin.resize(count);
   world.turned.resize(count);
   world.found_at.resize(count);
@@ -76,6 +81,7 @@ template <class S> void restart(World<S>& world) {
   ++model.system().epoch;
   model.initial_state(world.y.data());
   world.candidates_hold = false;
+  wake_all(world);
   world.refused_points = 0;
   world.balls.clear();
   world.ball_pairs.clear();
@@ -108,8 +114,11 @@ template <class S> Outcome run_once(World<S>& world, const Plan& plan, const Obs
       world.h_s = h_s;
       world.substeps = substeps_of(world.options, static_cast<double>(h_s));
       world.sub_s = h_s / S(world.substeps);
+      if (model.system().epoch != epoch) {  // other forces, somebody released
+        world.candidates_hold = false;
+        wake_all(world);
+      }
       load_bodies(world);
-      if (model.system().epoch != epoch) world.candidates_hold = false;
       epoch = model.system().epoch;
     }
     world.sums_impulses = tells && (n + 1) % stride == 0;
@@ -139,6 +148,8 @@ Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const O
   if (!why.empty()) return unsupported(why);
   if (id.rtol) return unsupported("+impulse takes equal steps, no tolerance");
   if (why = missing(scene); !why.empty()) return unsupported(why);
+  if (options.sleeping && !scene.forces.empty())
+    return unsupported("+impulse{sleeping=true}: only gravity and contacts may act, for a force that changes would not wake anybody");
   Simulation<S> simulation = prepare<S>(integrator_part(id), scene);
   if (simulation.outcome.status != Status::ok) return simulation.outcome;
   const std::unique_ptr<Team> team = options.threads > 1 ? std::make_unique<Team>(options.threads) : nullptr;

@@ -225,23 +225,29 @@ template <class S> void load_bodies(World<S>& world) {
   const RigidModel<S>& model = *world.model;
   std::fill(bodies.moves.begin(), bodies.moves.end(), 0);
   for (const int i : model.moving()) bodies.moves[i] = 1;
-  const S sub_s = world.sub_s;
   world.has_rest = false;
   for (int i = 0; i < bodies.count; ++i) {
-    const BodyState<S> state = model.body(i, world.y.data());
-    const MassProperties<S>& mass = model.mass(i);
-    const bool turns = bodies.moves[i] && model.rotates(i);
-    bodies.isotropic[i] = is_isotropic(mass);
-    bodies.q_WB[i] = state.q_WB;
-    bodies.kick[i] = bodies.rest[i] = bodies.inertia[i] = bodies.velocity[i] = Row<S>{};
-    bodies.place[i] = row(state.p_WB, Vec3<S>{});
-    if (!bodies.moves[i]) continue;
-    bodies.velocity[i] = row(state.v_WB, turns ? rotate(state.q_WB, state.w_WB_B) : Vec3<S>{}, mass.inverse_mass_per_kg,
-                             turns && bodies.isotropic[i] ? mass.I_inverse_row[0].x : S(0));
-    bodies.inertia[i] = turns ? inverse_inertia(mass, state.q_WB) : Row<S>{{S(0), S(0), S(0), S(0), S(0), S(0), mass.inverse_mass_per_kg, S(0)}};
-    bodies.kick[i] = row(sub_s * world.gravity_W, Vec3<S>{});
-    world.has_rest = world.has_rest || (turns && !bodies.isotropic[i]);
+    load_body(world, i);
+    if (!world.sleep.island.empty() && world.sleep.island[i] >= 0) lay_down(world, i);
   }
+}
+
+template <class S> void load_body(World<S>& world, int i) {
+  Bodies<S>& bodies = world.bodies;
+  const RigidModel<S>& model = *world.model;
+  const BodyState<S> state = model.body(i, world.y.data());
+  const MassProperties<S>& mass = model.mass(i);
+  const bool turns = bodies.moves[i] && model.rotates(i);
+  bodies.isotropic[i] = is_isotropic(mass);
+  bodies.q_WB[i] = state.q_WB;
+  bodies.kick[i] = bodies.rest[i] = bodies.inertia[i] = bodies.velocity[i] = Row<S>{};
+  bodies.place[i] = row(state.p_WB, Vec3<S>{});
+  if (!bodies.moves[i]) return;
+  bodies.velocity[i] = row(state.v_WB, turns ? rotate(state.q_WB, state.w_WB_B) : Vec3<S>{}, mass.inverse_mass_per_kg,
+                           turns && bodies.isotropic[i] ? mass.I_inverse_row[0].x : S(0));
+  bodies.inertia[i] = turns ? inverse_inertia(mass, state.q_WB) : row(Vec3<S>{}, Vec3<S>{}, mass.inverse_mass_per_kg);
+  bodies.kick[i] = row(world.sub_s * world.gravity_W, Vec3<S>{});
+  world.has_rest = world.has_rest || (turns && !bodies.isotropic[i]);
 }
 
 template <class S> void store_bodies(World<S>& world) {
@@ -264,6 +270,10 @@ template <class S> bool step(World<S>& world, S t_s, S h_s) {
   find_candidates(world, h_s);
   phases.end("broad");
   find_manifolds(world);
+  if (world.options.sleeping && wake_whom_others_meet(world)) {
+    find_candidates(world, h_s);
+    find_manifolds(world);
+  }
   list_bouncing(world);
   const bool events = world.observer != nullptr && world.observer->event;
   world.sums_impulses = world.sums_impulses || events;
@@ -278,12 +288,14 @@ template <class S> bool step(World<S>& world, S t_s, S h_s) {
   }
   if (events) tell_onsets(world);
   turn_bodies(world);
+  if (world.options.sleeping) fall_asleep(world, h_s);
   phases.end("integrate");
   return true;
 }
 
 #define ATWOOD_STEP(S)                             \
   template void load_bodies<S>(World<S>&);         \
+  template void load_body<S>(World<S>&, int);      \
   template void store_bodies<S>(World<S>&);        \
   template bool step<S>(World<S>&, S, S);
 ATWOOD_STEP(float)

@@ -122,6 +122,13 @@ template <class S> struct FoundManifold {
 // A pair of balls that pushed each other when the candidates were found anew.
 template <class S> struct Kept { std::int32_t a, b; S impulse_n, impulse_t[3], normal[3]; };
 
+// Who sleeps: empty unless the option is on.
+struct Sleep {
+  std::vector<int> island;      // of body i, by the number of one of its bodies; -1: awake
+  std::vector<double> still_s;  // how long body i has been at rest
+  std::vector<int> parent;      // union-find
+};
+
 // Room for what is built and thrown away.
 template <class S> struct Scratch {
   Palette palette;
@@ -199,6 +206,7 @@ template <class S> struct World {
   std::vector<Onset<S>> onsets;
   std::vector<Told<S>> told;           // by the contact's number
   DirectSolver<S> direct;
+  Sleep sleep;
   std::vector<FoundManifold<S>> manifolds, manifolds_before;
   std::vector<int> restless, stale;    // manifolds whose bodies may move far within the step; that have, and are found anew
 
@@ -241,12 +249,19 @@ template <class S, class F> void for_bodies(World<S>& world, const F& f) {
 
 // ---- step.cpp
 template <class S> void load_bodies(World<S>& world);                // rows from world.y, under the model's present interval
+template <class S> void load_body(World<S>& world, int body);        // ... of one that moves
 template <class S> void store_bodies(World<S>& world);               // and back
 template <class S> bool step(World<S>& world, S t_s, S h_s);         // false: free flight's implicit equations were not solved
 
 // ---- candidates.cpp
 // Pairs that may touch within the coming step of h_s; those at hand serve as long as they hold.
 template <class S> void find_candidates(World<S>& world, S h_s);
+
+// ---- sleep.cpp: who sleeps stands as if fixed
+template <class S> void fall_asleep(World<S>& world, S h_s);       // at a step's end
+template <class S> void lay_down(World<S>& world, int body);       // its rows are those of a fixed body
+template <class S> bool wake_whom_others_meet(World<S>& world);    // true: somebody woke; contacts are to be found again
+template <class S> void wake_all(World<S>& world);
 
 // ---- impacts.cpp
 template <class S> void list_bouncing(World<S>& world);           // once a step
