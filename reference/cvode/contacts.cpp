@@ -22,7 +22,13 @@ constexpr double touching = 1e-10;  // of the scene's size
 constexpr double lowest_bounce = 100;
 constexpr double lowest_bounce_cap = 1e-4;  // of the scene's size, for coarse tolerances
 
-constexpr int most_strikes = 2000;  // bodies that stay together without a pull meet again at every round-off of their gap
+// What a few sums and products of its terms leave of a value that should be zero.
+constexpr double round_off = 16 * 0x1p-52;
+constexpr double overlooked = 1e-7;  // of the scene's size: an overlap that no root has shown
+
+constexpr int most_strikes = 2000;
+
+double length(const Triple<double>& v) { return std::sqrt(dynamics::dot(v, v)); }
 
 double scene_size(const Scene& scene) {
   double size = 1e-3;
@@ -51,10 +57,11 @@ Event event_at(double t_s, EventKind kind, const ContactPair& pair, const Gap<do
 
 Contacts::Contacts(const Scene& scene, dynamics::Dynamics<double>& equations, const Options& options)
     : scene_(scene), equations_(equations), size_m_(scene_size(scene)),
-      low_bounce_m_(std::min(lowest_bounce * (options.rtol * size_m_ + options.atol), lowest_bounce_cap * size_m_)) {
+      low_bounce_m_(std::min(lowest_bounce * (options.rtol * size_m_ + options.atol), lowest_bounce_cap * size_m_)),
+      rtol_(options.rtol), atol_(options.atol) {
   const dynamics::ContactPairs found = dynamics::contact_pairs(scene);
-  pairs_ = found.pairs;
-  std::erase_if(pairs_, [](const ContactPair& pair) { return pair.gives; });  // giving_contacts.hpp
+  for (const ContactPair& pair : found.pairs)
+    if (!pair.gives) pairs_.push_back({pair});  // else giving_contacts.hpp
   if (!found.unsupported.empty()) failure_ = "CVODE: " + found.unsupported + " is not covered";
   const std::vector<double> y = dynamics::pack<double>(scene);
   for (const ContactPair& pair : pairs_)
@@ -62,19 +69,24 @@ Contacts::Contacts(const Scene& scene, dynamics::Dynamics<double>& equations, co
       failure_ = "CVODE: " + name(pair.a) + " and " + name(pair.b) + " overlap at the start";
 }
 
-int Contacts::roots() const {
-  int count = static_cast<int>(pairs_.size());
-  for (const ContactPair& pair : pairs_) count += dynamics::plane_of(scene_, pair) < 0;
-  return count;
+void Contacts::evaluate(const double* y, double* g) const {
+  const double near = touching * size_m_;
+  for (const Pair& pair : pairs_) {
+    const Gap<double> now = gap(scene_, equations_.layout(), pair, y);
+    *g++ = pair.together ? now.gap_m + near : now.gap_m;
+    *g++ = pair.together ? 2 * near - now.gap_m : dynamics::plane_of(scene_, pair) < 0 ? -now.rate_m_per_s : 1;
+  }
 }
 
-void Contacts::evaluate(const double* y, double* g) const {
-  std::size_t next = pairs_.size();
-  for (std::size_t k = 0; k < pairs_.size(); ++k) {
-    const Gap<double> now = gap(scene_, equations_.layout(), pairs_[k], y);
-    g[k] = now.gap_m;
-    if (dynamics::plane_of(scene_, pairs_[k]) < 0) g[next++] = -now.rate_m_per_s;
+// The speed below which two bodies that touch neither approach nor leave: round-off of their velocities, and for those that
+// are together and do not overlap yet the solver's error in them.
+double Contacts::slow(const Pair& pair, double gap_m, const std::vector<double>& y) const {
+  double speeds = 0;
+  for (const int body : {pair.a, pair.b}) {
+    const int at = equations_.layout().slots[body].velocity;
+    if (at >= 0) speeds += length(dynamics::read3(&y[at]));
   }
+  return pair.together && gap_m > -touching / 2 * size_m_ ? rtol_ * speeds + atol_ : round_off * speeds;
 }
 
 void Contacts::strike(const ContactPair& pair, double t_s, std::vector<double>& y, std::vector<Event>& events) {
@@ -98,18 +110,21 @@ void Contacts::strike(const ContactPair& pair, double t_s, std::vector<double>& 
 }
 
 // A ball that leaves a plane at speed v against a pull a flies 2 v / a; all flights to come take 2 v / (a (1 - e)).
-bool Contacts::rests(const ContactPair& pair, double t_s, std::vector<double>& y, int interval,
+bool Contacts::rests(const Pair& pair, double t_s, std::vector<double>& y, int interval,
                      std::vector<Event>& events) {
   const Gap<double> now = gap(scene_, equations_.layout(), pair, y.data());
   std::vector<double> dydt(y.size());
   equations_.rate(t_s, y.data(), dydt.data(), interval);
-  double pull = 0;
+  double pull = 0, pulls = 0;
   for (const int body : {pair.a, pair.b}) {
     const int at = equations_.layout().slots[body].velocity;
-    if (at >= 0) pull += (body == pair.a ? 1 : -1) * dynamics::dot(dynamics::read3(&dydt[at]), now.normal);
+    if (at < 0) continue;
+    pull += (body == pair.a ? 1 : -1) * dynamics::dot(dynamics::read3(&dydt[at]), now.normal);
+    pulls += length(dynamics::read3(&dydt[at]));
   }
+  if (!(pull > (pair.together ? rtol_ : round_off) * pulls)) return false;
   const double speed = std::fabs(now.rate_m_per_s), flight = 2 * speed / pull;
-  if (!(pull > 0) || pair.restitution >= 1 || speed * speed > 2 * pull * low_bounce_m_) return false;
+  if ((pair.restitution >= 1 && !pair.together) || speed * speed > 2 * pull * low_bounce_m_) return false;
   const int plane = dynamics::plane_of(scene_, pair), ball = dynamics::ball_of(scene_, pair);
   if (plane < 0) {
     failure_ = "CVODE: " + name(pair.a) + " and " + name(pair.b) + " come to rest on each other: not covered";
@@ -120,7 +135,7 @@ bool Contacts::rests(const ContactPair& pair, double t_s, std::vector<double>& y
     return false;
   }
   const int at = equations_.layout().slots[ball].velocity;
-  const double rest_s = t_s + flight / (1 - pair.restitution);
+  const double rest_s = pair.together ? t_s : t_s + flight / (1 - pair.restitution);
   const double outward = ball == pair.b ? now.rate_m_per_s : -now.rate_m_per_s;
   for (int k = 0; k < 3; ++k) y[at + k] -= outward * now.normal[k];
   equations_.hold_on_plane(ball, std::get<Plane>(scene_.bodies[plane].shape).normal);
@@ -133,13 +148,18 @@ bool Contacts::settle(double t_s, std::vector<double>& y, int interval, std::vec
   for (bool changed = true; changed && failure_.empty();) {
     changed = false;
     for (std::size_t k = 0; k < pairs_.size() && failure_.empty(); ++k) {
-      const ContactPair pair = pairs_[k];
-      const Gap<double> now = gap(scene_, equations_.layout(), pair, y.data());
-      if (now.gap_m > touching * size_m_) continue;
-      if (now.rate_m_per_s < 0) {
+      Pair& pair = pairs_[k];
+      Gap<double> now = gap(scene_, equations_.layout(), pair, y.data());
+      const bool near = now.gap_m <= touching * size_m_;
+      if (near && now.rate_m_per_s < -slow(pair, now.gap_m, y)) {
         strike(pair, t_s, y, events);
         changed = ever = true;
+        now = gap(scene_, equations_.layout(), pair, y.data());
       }
+      const bool together = near && std::fabs(now.rate_m_per_s) <= slow(pair, now.gap_m, y);
+      ever |= together != pair.together;
+      pair.together = together;
+      if (!near) continue;
       if (failure_.empty() && rests(pair, t_s, y, interval, events)) {
         held_.push_back(pair);
         pairs_.erase(pairs_.begin() + static_cast<std::ptrdiff_t>(k));
@@ -151,7 +171,10 @@ bool Contacts::settle(double t_s, std::vector<double>& y, int interval, std::vec
   return ever;
 }
 
-void Contacts::check_held(const std::vector<double>& y) {
+void Contacts::check(const std::vector<double>& y) {
+  for (const Pair& pair : pairs_)
+    if (gap(scene_, equations_.layout(), pair, y.data()).gap_m < -overlooked * size_m_)
+      failure_ = "CVODE: " + name(pair.a) + " and " + name(pair.b) + " press on each other and got into each other: not covered";
   for (const ContactPair& pair : held_)
     if (gap(scene_, equations_.layout(), pair, y.data()).gap_m > 1e-6 * size_m_)
       failure_ = "CVODE: " + name(dynamics::ball_of(scene_, pair)) + " leaves the plane it rests on: not covered";

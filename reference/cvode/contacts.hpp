@@ -14,26 +14,32 @@ class Contacts {
  public:
   Contacts(const Scene& scene, dynamics::Dynamics<double>& equations, const Options& options);
 
-  // Root functions: the gap of every pair, then, falling through zero at the closest approach, minus the gap's rate of
-  // every pair without a plane: a ball may pass through another or a thin wall and out again within a step. Closing in on the nearest approach
-  // CVODE's root finder meets the overlap, and goes on to the first root of the gap.
-  int roots() const;
+  // Two root functions a pair. Apart: its gap, and, without a plane, minus the gap's rate, which falls through zero at the
+  // closest approach: a ball may pass through another or a thin wall and out again within a step. Closing in on the nearest
+  // approach CVODE's root finder meets the overlap, and goes on to the first root of the gap. Together: an overlap, and a
+  // gap, beyond what round-off makes; within it the gap has a root at every step, and none of them is an impact.
+  int roots() const { return 2 * static_cast<int>(pairs_.size()); }
   void evaluate(const double* y, double* g) const;
   // Strikes what touches and approaches, lays to rest what bounces no more. Returns whether anything changed.
   bool settle(double t_s, std::vector<double>& y, int interval, std::vector<Event>& events);
-  void check_held(const std::vector<double>& y);
+  // Have bodies got into each other, or left a plane that they rest on, unseen by the roots?
+  void check(const std::vector<double>& y);
   const std::string& failure() const { return failure_; }
 
  private:
+  struct Pair : dynamics::ContactPair {
+    bool together = false;  // touches, and after an impact without rebound neither approaches nor leaves
+  };
+  double slow(const Pair& pair, double gap_m, const std::vector<double>& y) const;
   void strike(const dynamics::ContactPair& pair, double t_s, std::vector<double>& y, std::vector<Event>& events);
-  bool rests(const dynamics::ContactPair& pair, double t_s, std::vector<double>& y, int interval,
+  bool rests(const Pair& pair, double t_s, std::vector<double>& y, int interval,
              std::vector<Event>& events);
   std::string name(int body) const { return "`" + scene_.bodies[body].name + "`"; }
 
   const Scene& scene_;
   dynamics::Dynamics<double>& equations_;
-  double size_m_, low_bounce_m_;
-  std::vector<dynamics::ContactPair> pairs_, held_;
+  double size_m_, low_bounce_m_, rtol_, atol_;
+  std::vector<Pair> pairs_, held_;
   std::string failure_;
   int strikes_ = 0;
 };

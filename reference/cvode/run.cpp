@@ -50,7 +50,7 @@ struct Course {  // one run under way
       made.t_s = Wide(t_end_s) * sampled / samples;
       observer.sample(made);
     }
-    contacts.check_held(state);
+    contacts.check(state);
     ++sampled;
   }
   double next_stop() const {
