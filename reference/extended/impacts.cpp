@@ -103,8 +103,9 @@ bool Impacts<S>::rests(const Pair& pair, S t, S* y, int interval, std::vector<Ev
     if (body == pair.a) approach -= dynamics::read3(&dydt[at]); else approach += dynamics::read3(&dydt[at]);
   }
   const S pull = -dynamics::dot(approach, now.normal);
-  if (!(pull > 0) || pair.restitution >= 1) return false;
   const S speed = magnitude(now.rate_m_per_s);
+  const bool lies = speed <= tiny_;  // already, and at any restitution
+  if (!(pull > 0) || (pair.restitution >= 1 && !lies)) return false;
   if (2 * speed / pull > last_flight<S> * t_end_s_) return false;
   if (ball < 0) {
     failure_ = "`" + scene_.bodies[pair.a].name + "` and `" + scene_.bodies[pair.b].name +
@@ -116,7 +117,7 @@ bool Impacts<S>::rests(const Pair& pair, S t, S* y, int interval, std::vector<Ev
                "` comes to rest on a plane with friction, and slides or is pulled along: not covered by the extended truth";
     return false;
   }
-  const S rest_t = t + 2 * speed / (pull * (1 - S(pair.restitution)));
+  const S rest_t = lies ? t : t + 2 * speed / (pull * (1 - S(pair.restitution)));
   const int at = dynamics_.layout().slots[ball].velocity;
   const S outward = ball == pair.b ? now.rate_m_per_s : -now.rate_m_per_s;
   for (int k = 0; k < 3; ++k) y[at + k] -= outward * now.normal[k];

@@ -87,6 +87,15 @@ TEST_CASE("elastic: never at rest, energy kept") {
   CHECK(size(energy - Wide(9.81) / 2) < 1e-25);
 }
 
+TEST_CASE("a ball that lies on its plane rests there, whatever its restitution") {
+  for (const double e : {0.0, 0.5, 1.0}) {
+    const Truth truth = extended_truth(scenes::bounce(e, 0, false, 2), 8);
+    REQUIRE(truth.outcome.reason == "");
+    CHECK(truth.events.empty());
+    CHECK(truth.values.back().bodies[1].p_m[2] == Wide(0.125));
+  }
+}
+
 TEST_CASE("spheres meet inside one long free step") {
   SECTION("head-on: at t = 3/4; momentum shared") {
     const Truth truth = extended_truth(two_spheres(0.5, 0), 2);
