@@ -28,7 +28,7 @@ Outcome run(const Rival& rival, const MethodId& id, const Scene& scene, const Pl
   }
   MethodId plain = id;
   if (preset->adaptive) plain.rtol.reset(), plain.atol.reset();
-  if (const auto reason = refusal(rival.name, plain, rival.scalar, scene); !reason.empty()) return unsupported(reason);
+  if (const auto reason = refusal(rival.name, plain, rival.scalar, scene, rival.gives_way); !reason.empty()) return unsupported(reason);
   try {
     Settings settings = with_overrides(preset->settings, id.overrides, rival.fixed);
     if (preset->adaptive && id.rtol) {

@@ -24,6 +24,7 @@ struct Rival {
   std::string name, version, scalar, source;
   std::vector<Preset> presets;
   std::set<std::string> fixed;  // settings that are printed and can't be changed
+  bool gives_way = false;       // may hold contacts of a given stiffness: `refusal` says which
   // Throws std::invalid_argument on a value out of range.
   std::function<void(const Settings&)> check;
   // What the engine can't hold beyond what every adapter refuses; empty when it can.

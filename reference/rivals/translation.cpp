@@ -31,7 +31,8 @@ std::string listing(const Settings& settings, const std::set<std::string>& fixed
 const char* shape_name(const Shape& shape) { return kShapeNames[shape.index()]; }
 bool has_shape(const Body& body) { return !std::holds_alternative<std::monostate>(body.shape); }
 
-std::string refusal(const std::string& engine, const MethodId& id, const std::string& scalar, const Scene& scene) {
+std::string refusal(const std::string& engine, const MethodId& id, const std::string& scalar, const Scene& scene,
+                    bool gives_way) {
   if (id.rtol || id.atol) return engine + " has no error control: a tolerance means nothing to it";
   if (!id.response.empty()) return engine + " has its own contact response: +" + id.response + " is not offered";
   if (!id.scalar.empty() && id.scalar != scalar) return engine + " computes in " + scalar + ", not " + id.scalar;
@@ -45,7 +46,7 @@ std::string refusal(const std::string& engine, const MethodId& id, const std::st
     if (matter && std::holds_alternative<Plane>(body.shape)) return engine + " has no moving plane (`" + body.name + "`)";
   }
   for (const auto& law : laws_in_play(scene)) {
-    if (law.contact_law != ContactLaw::rigid) return engine + "'s adapter has no contact of a given stiffness";
+    if (!gives_way && law.contact_law != ContactLaw::rigid) return engine + "'s adapter has no contact of a given stiffness";
   }
   return "";
 }

@@ -49,8 +49,10 @@ using WorldMaker = std::function<std::unique_ptr<World>(const Scene&, bool obser
 Outcome run_world(const WorldMaker& make, const Scene& scene, const Plan& plan, const Observer& observer, int repeats,
                   std::int64_t substeps);
 
-// What every adapter refuses, with `engine` named; empty when the scene can run.
-std::string refusal(const std::string& engine, const MethodId& id, const std::string& scalar, const Scene& scene);
+// What every adapter refuses, with `engine` named; empty when the scene can run. Contacts of a given stiffness are refused
+// unless it `gives_way`.
+std::string refusal(const std::string& engine, const MethodId& id, const std::string& scalar, const Scene& scene,
+                    bool gives_way = false);
 
 // Shapes matter where two bodies have one, not both fixed; elsewhere they can't touch anything and are no obstacle.
 bool shapes_matter(const Scene& scene);

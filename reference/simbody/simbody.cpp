@@ -22,6 +22,7 @@ Engine simbody_engine() {
       {"rk-merson", "Runge-Kutta-Merson; with a tolerance, which is Simbody's accuracy, it chooses its steps.",
        simbody::settings_of("RungeKuttaMerson", 1e-3), {}, true}};
   rival.fixed = simbody::fixed_settings();
+  rival.gives_way = true;
   rival.check = simbody::check_settings;
   rival.refusal = [](const Scene& scene, const Settings&) { return simbody::refusal(scene); };
   rival.make = simbody::make_world;

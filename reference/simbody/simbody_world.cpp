@@ -2,6 +2,7 @@
 
 #include <Simbody.h>
 
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <vector>
@@ -17,6 +18,37 @@ using rivals::Motion;
 using rivals::Wrench;
 
 std::string first_complaint;
+
+// The law of every pair that can touch, where all have the same; `why` says where they don't, or it is none of Simbody's.
+const PairLaw* one_law(const Scene& scene, std::string& why) {
+  const PairLaw* one = nullptr;
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    for (std::size_t a = 0; a < b; ++a) {
+      const Body &first = scene.bodies[a], &second = scene.bodies[b];
+      if (!rivals::has_shape(first) || !rivals::has_shape(second) || (first.fixed && second.fixed)) continue;
+      const PairLaw& law = pair_law(scene, static_cast<int>(a), static_cast<int>(b));
+      if (law.contact_law == ContactLaw::rigid) {
+        why = "Simbody has no contact with the pair's restitution and friction that a program can use: its rigid contacts are "
+              "experimental and trace every step on standard output; its compliant ones have a stiffness and a dissipation "
+              "(scenes with contact_law = \"hertz\")";
+      } else if (law.contact_law == ContactLaw::linear) {
+        why = "Simbody's compliant contacts follow Hertz: no linear spring and dashpot";
+      } else if (law.friction != 0 || law.rolling_friction_m != 0) {
+        why = "Simbody's compliant contacts creep where friction should hold: only pairs without friction are run";
+      } else if (one && (one->modulus_Pa != law.modulus_Pa || one->damping_s_per_m != law.damping_s_per_m)) {
+        why = "Simbody mixes the stiffness of materials by a rule of its own: pairs of different modulus or damping are not realised";
+      }
+      for (const Body* body : {&first, &second}) {
+        if (!std::holds_alternative<Sphere>(body->shape) && !std::holds_alternative<Plane>(body->shape))
+          why = "Simbody's Hertz contact is one of spheres and half-spaces, not of `" + body->name + "`, a " +
+                rivals::shape_name(body->shape);
+      }
+      if (!why.empty()) return nullptr;
+      one = &law;
+    }
+  }
+  return one;
+}
 
 SimTK::Vec3 vec3(const Real3& v) { return SimTK::Vec3(v[0], v[1], v[2]); }
 Real3 real3(const SimTK::Vec3& v) { return {v[0], v[1], v[2]}; }
@@ -77,6 +109,12 @@ class SimbodyWorld : public rivals::World {
       : scene_(scene), settings_(settings), matter_(system_), forces_(system_),
         gravity_(forces_, matter_, vec3(scene.gravity_m_per_s2)) {
     chooses_ = rivals::choice(settings, "steps", {"fixed", "chosen"}) == "chosen";
+    std::string why;
+    law_ = one_law(scene, why);
+    if (law_) {
+      tracker_ = std::make_unique<SimTK::ContactTrackerSubsystem>(system_);
+      contacts_ = std::make_unique<SimTK::CompliantContactSubsystem>(system_, *tracker_);
+    }
     for (const Body& body : scene.bodies) add(body);
     if (!scene.forces.empty()) SimTK::Force::Custom(forces_, new SceneForces(scene_, bodies_, switches_at_s_));
     SimTK::State state = system_.realizeTopology();
@@ -131,18 +169,33 @@ class SimbodyWorld : public rivals::World {
  private:
   void add(const Body& body) {
     if (body.fixed) {
+      if (law_ && rivals::has_shape(body)) add_surface(body, SimTK::Transform(vec3(body.position_m)), matter_.updGround().updBody());
       bodies_.push_back(matter_.updGround());
       return;
     }
     const Real33& i = body.inertia_kg_m2;
     const bool turns = rotates(body);
     const SimTK::Inertia inertia = turns ? SimTK::Inertia(i[0], i[4], i[8], i[1], i[2], i[5]) : SimTK::Inertia(1, 1, 1);
-    const SimTK::Body::Rigid rigid(SimTK::MassProperties(body.mass_kg, SimTK::Vec3(0), inertia));
+    SimTK::Body::Rigid rigid(SimTK::MassProperties(body.mass_kg, SimTK::Vec3(0), inertia));
+    if (law_ && rivals::has_shape(body)) add_surface(body, SimTK::Transform(), rigid);
     if (turns) {
       bodies_.push_back(SimTK::MobilizedBody::Free(matter_.updGround(), SimTK::Transform(), rigid, SimTK::Transform()));
     } else {
       bodies_.push_back(SimTK::MobilizedBody::Translation(matter_.updGround(), SimTK::Transform(), rigid, SimTK::Transform()));
     }
+  }
+
+  // A half-space of Simbody's fills x > 0 of its own frame.
+  void add_surface(const Body& body, const SimTK::Transform& at, SimTK::Body& to) {
+    const SimTK::ContactMaterial material(std::pow(2.0, 1.5) * law_->modulus_Pa, law_->damping_s_per_m / 1.5, 0, 0);
+    if (const auto* sphere = std::get_if<Sphere>(&body.shape)) {
+      to.addContactSurface(at, SimTK::ContactSurface(SimTK::ContactGeometry::Sphere(sphere->radius_m), material));
+      return;
+    }
+    const Plane& plane = std::get<Plane>(body.shape);
+    const SimTK::UnitVec3 inward(-vec3(plane.normal));
+    to.addContactSurface(SimTK::Transform(SimTK::Rotation(inward, SimTK::XAxis), -plane.offset_m * SimTK::Vec3(inward)),
+                         SimTK::ContactSurface(SimTK::ContactGeometry::HalfSpace(), material));
   }
 
   static SimTK::SpatialVec velocity_of(const Body& b) {
@@ -172,6 +225,8 @@ class SimbodyWorld : public rivals::World {
     integrator_->setProjectEveryStep(rivals::flag(settings_, "project_every_step"));
     if (!chooses_ && h_s_ > 0) integrator_->setFixedStepSize(h_s_);
     if (chooses_ && h_s_ > 0) integrator_->setInitialStepSize(h_s_);
+    // Free flight has no error, so chosen steps grow until one leaps over a contact.
+    if (law_ && chooses_ && h_s_ > 0) integrator_->setMaximumStepSize(h_s_);
     bool switched = false;
     for (const auto& force : scene_.forces) {
       const auto* thruster = std::get_if<Thruster>(&force);
@@ -191,6 +246,9 @@ class SimbodyWorld : public rivals::World {
   SimTK::SimbodyMatterSubsystem matter_;
   SimTK::GeneralForceSubsystem forces_;
   SimTK::Force::UniformGravity gravity_;
+  const PairLaw* law_ = nullptr;
+  std::unique_ptr<SimTK::ContactTrackerSubsystem> tracker_;
+  std::unique_ptr<SimTK::CompliantContactSubsystem> contacts_;
   std::vector<SimTK::MobilizedBody> bodies_;
   double switches_at_s_ = 0;
   std::unique_ptr<SimTK::Integrator> integrator_;
@@ -210,7 +268,8 @@ std::string version() {
 Settings settings_of(const std::string& integrator, double accuracy) {
   return {{"scalar", std::string("double")},
           {"step", std::string("Integrator::stepTo")},
-          {"pair_law", std::string("none: scenes in which bodies can touch are refused")},
+          {"pair_law", std::string("hertz between spheres and planes: CompliantContactSubsystem, dissipation 2/3 of the damping; "
+                                   "others are refused")},
           {"forces", std::string("all but uniform gravity: by the adapter as a Force::Custom, at every rate call")},
           {"attitude", std::string("a quaternion")},
           {"sleeping", std::string("none: Simbody has none")},
@@ -219,13 +278,15 @@ Settings settings_of(const std::string& integrator, double accuracy) {
           {"substeps", std::int64_t{1}},
           {"integrator", integrator},
           {"steps", std::string("fixed")},
+          {"longest_step", std::string("chosen steps where bodies can touch: the plan's; else none is set")},
           {"accuracy", accuracy},
           {"constraint_tolerance", 1e-10},
           {"project_every_step", false}};
 }
 
 std::set<std::string> fixed_settings() {
-  return {"scalar", "step", "pair_law", "forces", "attitude", "sleeping", "linear_damping", "angular_damping", "steps"};
+  return {"scalar", "step", "pair_law", "forces", "attitude", "sleeping", "linear_damping", "angular_damping", "steps",
+          "longest_step"};
 }
 
 void check_settings(const Settings& settings) {
@@ -238,11 +299,9 @@ void check_settings(const Settings& settings) {
 }
 
 std::string refusal(const Scene& scene) {
-  if (rivals::shapes_matter(scene)) {
-    return "Simbody has no contact with the pair's restitution and friction that a program can use: its rigid contacts are "
-           "experimental and trace every step on standard output, the others are compliant";
-  }
-  return "";
+  std::string why;
+  one_law(scene, why);
+  return why;
 }
 
 std::string doubts_since_last_asked() {

@@ -1,4 +1,5 @@
-// Simbody: motion without contacts, at the order of its integrators; fixed and chosen steps; what it refuses.
+// Simbody: motion at the order of its integrators, fixed and chosen steps; Hertz's contacts by their own closed forms; what it
+// refuses.
 #include <catch2/catch.hpp>
 
 #include "rivals/vector.hpp"
@@ -134,10 +135,72 @@ TEST_CASE("an inertia given off its principal axes moves the same body") {
   CHECK(angle_between(rivals::product(b.q(0), turn), a.q(0)) < 1e-8);
 }
 
-TEST_CASE("where bodies can touch it refuses, and says why") {
-  const Run refused = run_with("tuned", bounce(0.5, 1), Plan{1, 100, 10});
-  CHECK(to_string(refused.outcome.status) == "unsupported");
-  CHECK_THAT(refused.outcome.reason, Catch::Contains("restitution and friction"));
+// Hunt and Crossley 1975: with F = k d^3/2 (1 + c d'), m v dv / (1 + c v) = -k d^3/2 dd, and the same way in and out:
+//   c (v_in + v_out) = log((1 + c v_in) / (1 - c v_out));  c = 0: v_out = v_in
+TEST_CASE("balls that give way by Hertz's law part as fast as the law says, with and without damping") {
+  for (const double c : {0.0, 0.4}) {
+    Scene scene = head_on(0, 1, 3);
+    scene.pairs[0].contact_law = ContactLaw::hertz;
+    scene.pairs[0].modulus_Pa = 5e5;
+    scene.pairs[0].damping_s_per_m = c;
+    const Run end = run_with("tuned", scene, Plan{2, 1000, 10});
+    INFO(end.outcome.reason);
+    REQUIRE(end.outcome.status == Status::ok);
+    const double out = end.v(1, 0) - end.v(0, 0);
+    if (c > 0) CHECK(c * (1.5 + out) == Approx(std::log((1 + c * 1.5) / (1 - c * out))).epsilon(1e-6));
+    else CHECK(out == Approx(1.5).epsilon(1e-8));
+    CHECK(end.v(0, 0) + 3 * end.v(1, 0) == Approx(-0.5).epsilon(1e-9));
+  }
+}
+
+// Up to the deepest overlap d: m v^2 / 2 = 8/15 E R^1/2 d^5/2, and it takes 1.4716 d / v (Landau and Lifshitz, section 9).
+TEST_CASE("a ball bounces off a slanting plane by Hertz's law") {
+  Scene scene = bounce(0, 0.3);
+  scene.gravity_m_per_s2 = {0, 0, 0};
+  scene.pairs[0].contact_law = ContactLaw::hertz;
+  scene.pairs[0].modulus_Pa = 1e5;
+  scene.bodies[0].shape = Plane{{0.6, 0, 0.8}, 0.25};
+  const Real3 n{0.6, 0, 0.8};
+  for (int k = 0; k < 3; ++k) {
+    scene.bodies[1].position_m[k] = 0.85 * n[k];   // 0.5 above its touch
+    scene.bodies[1].velocity_m_per_s[k] = -n[k];
+  }
+  scene.bodies[1].velocity_m_per_s[1] = 0.7;  // along the plane
+  const double deepest = std::pow(15.0 / (16 * 1e5 * std::sqrt(0.1)), 0.4), half = 1.4716375 * deepest;
+  const Run end = run_with("tuned", scene, Plan{0.5 + half, 100, 10});
+  INFO(end.outcome.reason);
+  REQUIRE(end.outcome.status == Status::ok);
+  CHECK(0.6 * end.p(1, 0) + 0.8 * end.p(1, 2) - 0.25 - 0.1 == Approx(-deepest).epsilon(1e-6));
+  CHECK(end.v(1, 1) == Approx(0.7).epsilon(1e-9));
+  const Run after = run_with("tuned", scene, Plan{1.5, 100, 10});
+  CHECK(0.6 * after.v(1, 0) + 0.8 * after.v(1, 2) == Approx(1).epsilon(1e-8));
+}
+
+TEST_CASE("contacts that are not Hertz's alone it refuses, and says why") {
+  const auto reason = [](const Scene& scene) {
+    const Run refused = run_with("tuned", scene, Plan{1, 100, 10});
+    CHECK(to_string(refused.outcome.status) == "unsupported");
+    return refused.outcome.reason;
+  };
+  CHECK_THAT(reason(bounce(0.5, 1)), Catch::Contains("restitution and friction"));
+  Scene scene = bounce(0, 1);
+  PairLaw& law = scene.pairs[0];
+  law.contact_law = ContactLaw::linear;
+  law.stiffness_N_per_m = 1000;
+  CHECK_THAT(reason(scene), Catch::Contains("no linear spring"));
+  law.contact_law = ContactLaw::hertz;
+  law.modulus_Pa = 1e5;
+  law.friction = 0.1;
+  CHECK_THAT(reason(scene), Catch::Contains("creep"));
+  law.friction = 0;
+  scene.bodies[1].shape = Box{{0.1, 0.1, 0.1}};
+  CHECK_THAT(reason(scene), Catch::Contains("`ball`, a box"));
+  scene.bodies[1].shape = Sphere{0.1};
+  scene.materials.push_back({"soft", 0, 0, 0});
+  scene.pairs.push_back({0, 1, 0, 0, 0, ContactLaw::hertz, 0, 0, false, 2e4, 0});
+  scene.bodies.push_back(sphere_body("soft", 1, 0.1, {0.5, 0, 1}));
+  scene.bodies.back().material = 1;
+  CHECK_THAT(reason(scene), Catch::Contains("different modulus"));
   MethodId toleranced = method(engine(), "tuned");
   toleranced.rtol = 1e-6;
   CHECK_THAT(run(engine(), toleranced, free_box_complex(), Plan{1, 10, 10}).outcome.reason, Catch::Contains("tolerance"));
