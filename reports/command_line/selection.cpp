@@ -16,7 +16,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The scenarios named on the command line: globs over the catalogue, ids, or files of the user's own.
+// The scenarios named on the command line: globs over the catalogue, ids, families (`cradle` for `cradle-*`), or files of the
+// user's own.
 std::vector<Scenario> choose_scenarios(const Place& place, const std::vector<std::string>& wanted) {
   const std::vector<Scenario> catalogue = read_catalogue(place);
   if (wanted.empty()) return catalogue;
@@ -25,6 +26,11 @@ std::vector<Scenario> choose_scenarios(const Place& place, const std::vector<std
     const auto before = chosen.size();
     for (const auto& scenario : catalogue) {
       if (glob_match(name, scenario.id)) chosen.push_back(scenario);
+    }
+    if (chosen.size() == before && !fs::exists(name)) {
+      for (const auto& scenario : catalogue) {
+        if (scenario.id.starts_with(name + "-")) chosen.push_back(scenario);
+      }
     }
     if (chosen.size() == before) {
       if (name.find_first_of("*?") != std::string::npos) throw InputError(fmt::format("no scenario matches `{}`", name));
@@ -52,9 +58,6 @@ void check_steps(const Scenario& scenario, const std::vector<std::int64_t>& step
     }
   }
 }
-
-// Engines that method ids may name before an adapter of theirs is built: their cells are `not built`, no mistake.
-const std::set<std::string> engines_to_come{"dart"};
 
 // All of a short list; the nearest few of a long one.
 std::string nearest_names(const std::string& id, const std::vector<MethodInfo>& known) {
@@ -95,7 +98,7 @@ void check_methods(const std::vector<std::string>& methods, const std::vector<Wo
       return worker.status == Status::ok ? worker.engine.name == id.engine
                                          : file == "atwood-" + id.engine || (id.engine == "atwood" && file == "atwood-engine");
     };
-    if (std::none_of(workers.begin(), workers.end(), is_named) && !engines_to_come.contains(id.engine)) {
+    if (std::none_of(workers.begin(), workers.end(), is_named)) {
       std::string names;
       for (const auto& worker : workers) {
         if (worker.status == Status::ok) names += (names.empty() ? "" : ", ") + worker.engine.name;

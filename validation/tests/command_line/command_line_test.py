@@ -322,6 +322,15 @@ class BadScenes(Case):
         self.error(SCENE.replace("samples = 64", "samples = 60"), "samples")
         self.error("")
 
+    def test_a_family_is_told_by_its_members(self):
+        self.expect(self.run_in("describe", "cradle"), 2, "nearest: cradle-apart-1, cradle-apart-2, cradle-apart-3")
+        self.expect(self.run_in("describe", "kepler-e0.6x"), 2, "nearest: kepler-e0.6,")
+        result = self.expect(self.run_in("run", "--scenario", "mesh-floor", "--method", "atwood/rk4+event", "--steps", "90",
+                                         "--no-timing", "-o", "csv:rows.csv"), 0)
+        with open(self.path("rows.csv"), newline="") as file:
+            ran = {row["scenario"] for row in csv.DictReader(file)}
+        self.assertEqual(ran, {"mesh-floor-roll", "mesh-floor-slide"}, result.stdout)
+
     def test_missing_files(self):
         self.expect(self.run_in("describe", "nowhere.toml"), 2, "nowhere.toml")
         self.expect(self.run_in("describe", self.here + "/"), 2)
