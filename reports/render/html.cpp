@@ -22,14 +22,19 @@ std::string tile(const char* kind, const char* name, std::int64_t number) {
                      name);
 }
 
-// Cells whose engine crashed or hung, in words; empty when none did.
+// Cells whose engine crashed or did not answer in time, in words; empty when none did.
 std::string broken_cells(const std::vector<Row>& rows) {
-  std::set<std::tuple<std::string, std::string, std::int64_t>> cells;
+  using Cells = std::set<std::tuple<std::string, std::string, std::int64_t>>;
+  Cells crashed, late;
   for (const Row& row : rows) {
-    if (row.status == Status::crashed || row.status == Status::timeout) cells.emplace(row.scenario, row.method, row.steps);
+    if (row.status == Status::crashed) crashed.emplace(row.scenario, row.method, row.steps);
+    if (row.status == Status::timeout) late.emplace(row.scenario, row.method, row.steps);
   }
-  if (cells.empty()) return "";
-  return fmt::format(" In {} {} an engine crashed or hung.", cells.size(), cells.size() == 1 ? "cell" : "cells");
+  const auto words = [](const Cells& cells, const char* what) {
+    return cells.empty() ? std::string()
+                         : fmt::format(" In {} {} an engine {}.", cells.size(), cells.size() == 1 ? "cell" : "cells", what);
+  };
+  return words(crashed, "crashed") + words(late, "did not answer in time");
 }
 
 std::string header(const ReportData& data) {

@@ -10,6 +10,7 @@ import { RowIndex } from './rows';
 import * as sections from './sections';
 import { sideBySide } from './side_by_side';
 import { statistics } from './statistics';
+import { sweep } from './sweep';
 import { isDark, setPaper } from './style';
 import { RowTable } from './table';
 
@@ -35,7 +36,7 @@ function themeSwitch(changed: () => void): HTMLElement {
   return button;
 }
 
-const shortNames: Record<string, string> = { failing: 'Not passed', laws: 'Laws', audit: 'Audit', goals: 'Goals', tables: 'Tables', dominance: 'Cheapest', cells: 'No figures', matrix: 'Matrix', compare: 'Side by side', plots: 'Plots', statistics: 'Statistics', rows: 'Rows', gates: 'Gates', bench: 'Benchmarks', engines: 'Engines', scenarios: 'Scenarios', metrics: 'Metrics', provenance: 'Provenance' };
+const shortNames: Record<string, string> = { failing: 'Not passed', laws: 'Laws', audit: 'Audit', goals: 'Goals', tables: 'Tables', dominance: 'Cheapest', cells: 'No figures', matrix: 'Matrix', compare: 'Side by side', sweep: 'Geometry', plots: 'Plots', statistics: 'Statistics', rows: 'Rows', gates: 'Gates', bench: 'Benchmarks', engines: 'Engines', scenarios: 'Scenarios', metrics: 'Metrics', provenance: 'Provenance' };
 function navigation(parts: HTMLElement[]): HTMLElement {
   return h('nav', { 'aria-label': 'Sections' }, ...parts.map((part) => h('a', { href: `#${part.id}` }, shortNames[part.id] ?? part.id)));
 }
@@ -65,7 +66,7 @@ async function start(): Promise<void> {
     table!.filter({ scenario, method, metric: '', status: '' });
     plots!.element.scrollIntoView();
   };
-  const parts = [sections.failing(report), audit(report), goals(report), tables(report), dominance(report), sections.laws(report), sections.troubles(report, index), index.count ? sideBySide(report, index) : null, index.count ? matrix(report, index, open) : null, plots?.element, index.count ? statistics(report, index) : null, rows, sections.gates(report),
+  const parts = [sections.failing(report), audit(report), goals(report), tables(report), dominance(report), sections.laws(report), sections.troubles(report, index), index.count ? sweep(index) : null, index.count ? sideBySide(report, index) : null, index.count ? matrix(report, index, open) : null, plots?.element, index.count ? statistics(report, index) : null, rows, sections.gates(report),
     sections.bench(report), sections.engines(report), sections.scenarios(report), sections.definitions(report), sections.provenance(report)].filter((part) => part) as HTMLElement[];
   document.getElementById('app')!.replaceChildren(...parts);
   document.getElementById('top')!.after(navigation(parts));

@@ -5,6 +5,11 @@ import { Cell, RowIndex } from './rows';
 
 const short: Record<string, string> = { unsupported: 'n/s', diverged: 'div', 'not finite': 'nan', timeout: 'time', crashed: 'crash', 'not built': 'n/b' };
 
+// A long id breaks before its response and its settings.
+function parts(method: string): (string | HTMLElement)[] {
+  return method.split(/(?=[+{])/).flatMap((part, k) => (k ? [h('wbr'), part] : [part]));
+}
+
 export function matrix(report: Report, index: RowIndex, chosen: (scenario: string, method: string) => void): HTMLElement {
   const table = h('table', { class: 'matrix' });
   const allScenarios = index.names('scenario');
@@ -45,7 +50,7 @@ export function matrix(report: Report, index: RowIndex, chosen: (scenario: strin
     rungSelect.box.hidden = isLadder;
     const logs = found.flat().filter((cell) => cell && cell.value !== 0 && Number.isFinite(cell.value)).map((cell) => Math.log10(Math.abs(cell!.value)));
     const low = Math.min(...logs), high = Math.max(...logs);
-    const head = h('thead', {}, h('tr', {}, h('th', { scope: 'col' }, 'scenario'), ...methods.map((method) => h('th', { scope: 'col', class: 'tilted' }, h('span', {}, method)))));
+    const head = h('thead', {}, h('tr', {}, h('th', { scope: 'col' }, 'scenario'), ...methods.map((method) => h('th', { scope: 'col', class: 'tilted' }, h('span', {}, ...parts(method))))));
     const body = h('tbody', {}, ...scenarios.map((scenario, s) => h('tr', {}, h('th', { scope: 'row', title: scenario }, scenario), ...methods.map((method, m) => {
       const cell = found[s][m];
       const gates = verdicts.get(`${scenario}\n${method}`);

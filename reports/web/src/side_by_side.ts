@@ -5,7 +5,9 @@ import { Cell, RowIndex, richest } from './rows';
 import { Column, smallTable } from './table';
 
 const figures = ['error-position-end', 'error-velocity-end', 'error-attitude-end', 'error-body-rate-end', 'energy-max', 'angular-momentum-error',
-  'impact-time-error', 'apex-error', 'landing-range-error', 'rate-evaluations', 'step-time'];
+  'landing-range-error', 'impact-time-error', 'impact-place-error', 'impact-normal-impulse-error', 'impact-tangential-impulse-error', 'impact-count-error',
+  'transition-time-error', 'restitution-error', 'apex-error', 'penetration-max', 'penetration-relative', 'cone-violation', 'signorini-gap', 'signorini-pull',
+  'dissipation-defect', 'contact-energy-gain', 'rate-evaluations', 'step-time'];
 
 export function sideBySide(report: Report, index: RowIndex): HTMLElement | null {
   const ids = index.names('scenario');

@@ -183,6 +183,19 @@ def side_by_side(browser):
     check(lines() != before and lines(), "another step count shows the same figures")
 
 
+def contacts(browser):
+    lines = browser.run("return [...document.querySelectorAll('#sweep tbody tr')].map(r => [...r.children].map(c => c.textContent))")
+    check(lines == [["all pairs", "0", "14"], ["box-box", "0", "14"], ["sphere-plane", "0", "\u2013"]], f"the sweep shows {lines}")
+    marked = browser.run("return [...document.querySelectorAll('#sweep .short')].map(c => c.textContent)")
+    check(marked == ["14", "14"], f"misses that are marked: {marked}")
+    browser.run("""const s = document.querySelector('#compare-scenario'); s.value = 'stack-10'; s.dispatchEvent(new Event('change'));""")
+    heads = browser.run("return [...document.querySelectorAll('#compare th')].map(c => c.textContent)")
+    check(heads == ["method", "penetration-max [m]"], f"side by side has {heads}")
+    cut = browser.run("""return [...document.querySelectorAll('#matrix .tilted span')].filter(s => s.scrollHeight > s.clientHeight || s.scrollWidth > s.clientWidth)
+        .map(s => s.textContent)""")
+    check(not cut, f"headings of the matrix are cut off: {cut}")
+
+
 def plots(browser):
     browser.run("""const s = document.querySelector('#plot-scenario'); s.value = 'kepler-e0.6'; s.dispatchEvent(new Event('change'));
         document.querySelector('#plot-step').scrollIntoView({block: 'center'});""")
@@ -292,7 +305,7 @@ def main():
         browser = Browser(driver_path, browser_path)
         try:
             opens(browser, path)
-            for use in (sorts, filters, side_by_side, plots, dark, narrow, prints):
+            for use in (sorts, filters, side_by_side, contacts, plots, dark, narrow, prints):
                 use(browser)
                 print("ok:", use.__name__)
             silence(browser, path)
