@@ -135,7 +135,8 @@ TEST_CASE("the catalogue has its rows") {
                          "settling-10000",
                          "settling-boxes-100",
                          "settling-boxes-1000",
-                         "settling-boxes-8000"}) {
+                         "settling-boxes-8000",
+                         "settling-boxes-10000"}) {
     INFO(id);
     REQUIRE(ids.count(id) == 1);
   }
