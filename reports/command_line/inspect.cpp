@@ -132,7 +132,8 @@ std::string worker_line(const Worker& worker) {
   if (worker.status != Status::ok) return fmt::format("{:<18} {}: {}", name, to_string(worker.status), worker.reason);
   std::vector<std::string> ids;
   for (const auto& info : worker.engine.methods) ids.push_back(info.id.substr(info.id.find('/') + 1));
-  return fmt::format("{:<18} {} {}, {}: {}", name, worker.engine.name, worker.engine.version, worker.engine.scalar, join(ids, " "));
+  return fmt::format("{:<18} {} {}, {}: {}", name, worker.engine.name, worker.engine.version, worker.engine.scalar,
+                     ids.empty() ? "contacts only (atwood contacts, geometry-sweep)" : join(ids, " "));
 }
 
 }  // namespace
@@ -188,6 +189,26 @@ void print_method(const MethodInfo& info, const Engine& engine, const std::strin
   for (const auto& [name, value] : info.settings) fmt::print("    {} = {}\n", name, text_of(value));
 }
 
+// What the words after the plus name; null: the method is named without any.
+const MethodInfo* response_of(const Engine& engine, const MethodId& id, const std::string& asked) {
+  if (id.response.empty()) return nullptr;
+  std::vector<std::string> known;
+  for (const auto& info : engine.responses) {
+    if (info.id == "+" + id.response) return &info;
+    known.push_back(info.id);
+  }
+  throw InputError(fmt::format("describe {}: {} has no response `+{}`; expected {}", asked, engine.name, id.response,
+                               known.empty() ? "none: contacts are the engine's own affair" : "one of " + join(known, ", ")));
+}
+
+void print_response(const MethodInfo& info) {
+  const auto width = static_cast<std::size_t>(std::clamp(terminal_width(), 60, 120));
+  fmt::print("\n{}\n{}", info.id, wrapped(info.doc, 2, width));
+  if (!info.source.empty()) fmt::print("{}", wrapped("Source: " + info.source, 2, width));
+  fmt::print("  settings:\n");
+  for (const auto& [name, value] : info.settings) fmt::print("    {} = {}\n", name, text_of(value));
+}
+
 int describe_method(const Place& place, const Options& options) {
   const MethodId id = parse_method_id(options.input);
   const std::string base = id.engine + "/" + id.scheme;
@@ -201,15 +222,19 @@ int describe_method(const Place& place, const Options& options) {
     for (const auto& info : worker.engine.methods) {
       known.push_back(info.id);
       if (info.id != base) continue;
+      const MethodInfo* response = response_of(worker.engine, id, options.input);
       if (options.evidence) {
         const Scenario scenario = read_scene_argument(place, options.scenarios.empty() ? "kepler-e0.6" : options.scenarios.front());
         const Truth truth = truth_once(place.truth_worker, scenario, 1, 120);
         if (truth.values.empty()) throw InputError(fmt::format("--program: no truth of `{}`: {}", scenario.id, truth.outcome.reason));
         fmt::print("{}", evidence_program(id, info, worker.engine.version, scenario, truth));
       } else if (options.json) {
-        fmt::print("{}\n", method_json(info).dump(2));
+        json out = method_json(info);
+        if (response) out["response"] = method_json(*response);
+        fmt::print("{}\n", out.dump(2));
       } else {
         print_method(info, worker.engine, options.input);
+        if (response) print_response(*response);
       }
       return exit_pass;
     }

@@ -118,7 +118,10 @@ void declare_commands(Parser& p) {
   bless->add_option("--baseline", o.baseline, "The file (atwood-baseline.tsv unless given)");
 
   auto* bench = p.add("bench", "Time kernels and steps with Google Benchmark; the figures join the report", command_bench);
-  bench->add_option("FILTER", o.input, "A regular expression over benchmark names; the word `goals`: the project's goals beside its rivals, in one run; `frame-budget`: the largest heap that each engine steps within a frame; `broad-phases`: who finds pairs at what cost");
+  bench->add_option("FILTER", o.input, "A regular expression over benchmark names, or one of\n"
+                    "  goals         the project's goals beside its rivals, in one run\n"
+                    "  frame-budget  the largest heap that each engine steps within a frame\n"
+                    "  broad-phases  who finds pairs at what cost");
   bench->add_option("--goal", o.goals, "goals: only these ids or globs")->expected(1)->take_all();
   bench->add_option("--goals", o.goals_file, "goals: from this file instead of benchmarks/goals.toml");
   bench->add_option("--method", o.methods, "frame-budget: only these methods")->expected(1)->take_all();

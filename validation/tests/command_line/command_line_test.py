@@ -80,7 +80,14 @@ class Inspecting(Case):
         schema = json.loads(self.expect(self.run_in("schema"), 0).stdout)
         self.assertIn("$schema", schema)
         json.loads(self.expect(self.run_in("schema", "rows"), 0).stdout)
-        self.expect(self.run_in("doctor"), 0, "bullet64", "ode", "cvode")
+        self.expect(self.run_in("doctor"), 0, "bullet64", "ode", "cvode", "atwood-fcl", "contacts only")
+
+    def test_a_method_is_described_with_its_response(self):
+        self.expect(self.run_in("describe", "atwood/rk4+event"), 0, "order:", "+event", "restitution = newton", "simultaneous = sequential")
+        told = json.loads(self.expect(self.run_in("describe", "atwood/rk4+penalty", "--json"), 0).stdout)
+        self.assertEqual(told["response"]["id"], "+penalty")
+        self.expect(self.run_in("describe", "atwood/rk4+bounce"), 2, "no response `+bounce`", "+impulse, +event, +penalty")
+        self.expect(self.run_in("describe", "ode/default+impulse"), 2, "the engine's own affair")
 
     def test_no_ansi_off_a_terminal(self):
         for words in (["list"], ["doctor"], ["run", *SMALL]):
