@@ -17,6 +17,7 @@ template <class S> struct Facing {
   std::array<std::array<S, 3>, 3> R;             // R[i][j] = reference axis i . other's axis j
   int k, l;                                      // the faces' axes
   S sign, other_sign;                            // and which of the two faces each
+  S round_off;                                   // of places on the face
 };
 
 template <class S> Facing<S> facing(const BoxPair<S>& pair, bool reference_is_a, int k, const Vec3<S>& normal_W) {
@@ -36,6 +37,7 @@ template <class S> Facing<S> facing(const BoxPair<S>& pair, bool reference_is_a,
   f.h = reference_is_a ? pair.h_a : pair.h_b;
   f.other_h = reference_is_a ? pair.h_b : pair.h_a;
   f.sign = f.n[k] < S(0) ? S(-1) : S(1);
+  f.round_off = S(8) * real::epsilon<S>() * pair.size;
   return f;
 }
 
@@ -93,7 +95,8 @@ template <class S> void name_crossing(const Facing<S>& f, int side, int cut, Cor
 template <class S> bool clip(const Facing<S>& f, int cut, const Polygon<S>& polygon, Polygon<S>& kept) {
   const S sign = cut % 2 == 0 ? S(1) : S(-1), h = f.h[next(cut < 2 ? f.k : next(f.k))];
   const auto coordinate = [cut](const Corner<S>& c) { return cut < 2 ? c.u : c.v; };
-  const auto beyond = [&](const Corner<S>& c) { return sign * coordinate(c) > h; };
+  // By round-off alone nothing lies beyond: of a capsule's line along another's it would cut an end off.
+  const auto beyond = [&](const Corner<S>& c) { return sign * coordinate(c) > h + f.round_off; };
   bool any = false;
   for (int i = 0; i < polygon.count; ++i) any = any || beyond(polygon[i]);
   if (!any) return false;
@@ -106,7 +109,8 @@ template <class S> bool clip(const Facing<S>& f, int cut, const Polygon<S>& poly
     const bool p_out = beyond(p), q_out = beyond(q);
     if (!p_out) kept.add(p);
     if (p_out == q_out) continue;
-    const S part = (sign * h - coordinate(p)) / (coordinate(q) - coordinate(p));
+    const S way = (sign * h - coordinate(p)) / (coordinate(q) - coordinate(p));
+    const S part = real::max(S(0), real::min(S(1), way));  // within round-off of the side both ends may lie beyond it
     const auto between = [part](S x, S y) { return x + part * (y - x); };
     Corner<S> at{between(p.u, q.u), between(p.v, q.v), between(p.gap, q.gap), 0, 0, q_out ? 4 + cut : p.side, S(0)};
     (cut < 2 ? at.u : at.v) = sign * h;
@@ -189,7 +193,6 @@ Manifold<S> face_manifold(const BoxPair<S>& pair, bool reference_is_a, int k, co
 
   const S radius = reference_is_a ? pair.radius_a : pair.radius_b;
   const S other_radius = reference_is_a ? pair.radius_b : pair.radius_a;
-  const S round_off = S(8) * real::epsilon<S>() * pair.size;
   deepest = std::numeric_limits<S>::infinity();
   if (near.count == 0) {  // beside each other; of overlapping boxes by no more than round-off
     const S u = f.h[next(k)], v = f.h[next(next(k))];
@@ -205,12 +208,12 @@ Manifold<S> face_manifold(const BoxPair<S>& pair, bool reference_is_a, int k, co
   }
   int kept = 0;
   for (int i = 0; i < near.count; ++i) {
-    if (!(near[i].gap <= margin || near[i].gap <= least + round_off)) continue;
+    if (!(near[i].gap <= margin || near[i].gap <= least + f.round_off)) continue;
     if (kept != i) near[kept] = near[i];
     ++kept;
   }
   near.count = kept;
-  drop_doubles(near, round_off);
+  drop_doubles(near, f.round_off);
   if (near.count > 4) keep_four(near);
 
   Manifold<S> m;

@@ -214,6 +214,28 @@ TEST_CASE("capsule against capsule, box and rectangle") {
   expect("beside a plate", Rectangle{{1, 1}}, {}, capsule, {{1.25, 0, 0}}, {-0.25, {1, 0, 0}, Meeting::point, {{0.875, 0, 0}}});
 }
 
+TEST_CASE("capsules side by side keep both ends of their stretch, however the world is turned") {
+  Random random(5);
+  const auto capsule = make_geometry<double>(Capsule{0.25, 1});
+  for (int k = 0; k < 400; ++k) {
+    const auto a = placement(V{}, any_turn(random));
+    Placement<double> beside = a;
+    beside.p_W = turned(a, V{0.375, 0, 0.5});
+    std::vector<Manifold<double>> found;
+    find_contacts(capsule, a, capsule, beside, 0.0, found);
+    REQUIRE(found.size() == 1);
+    REQUIRE(found[0].count == 2);
+    double low = 2, high = -2;
+    for (int i = 0; i < 2; ++i) {
+      CHECK(found[0].points[static_cast<std::size_t>(i)].gap == Approx(-0.125).epsilon(1e-14));
+      const double along = dot(found[0].points[static_cast<std::size_t>(i)].x_W, a.axis_W[2]);
+      low = std::min(low, along), high = std::max(high, along);
+    }
+    CHECK(low == Approx(-0.5).epsilon(1e-14));
+    CHECK(high == Approx(1).epsilon(1e-14));
+  }
+}
+
 TEST_CASE("cylinder against box, rectangle, cylinder and capsule") {
   const Cylinder drum{0.5, 1};
   const V up{0, 0, 1};
