@@ -107,7 +107,8 @@ Separation<S> mesh_separation(const Geometry<S>& a, const Placement<S>& place_a,
   else return nearest;
   nearest.normal_W = turned(place_a, nearest.normal_W);
   nearest.on_a_W = placed(place_a, nearest.on_a_W), nearest.on_b_W = placed(place_a, nearest.on_b_W);
-  if (b.kind == ShapeKind::sphere || (nearest.gap > S(0) && !a.mesh->closed)) return nearest;
+  const bool closed = a.mesh->closed || (b.mesh && b.mesh->closed);
+  if (b.kind == ShapeKind::sphere || (nearest.gap > S(0) && !closed)) return nearest;
   overlapping.clear();
   mesh_contacts(a, place_a, b, place_b, S(0), overlapping);
   deepest(overlapping, nearest);

@@ -1,5 +1,6 @@
 // Two meshes: pairs of triangles whose boxes meet, hit or miss by exact signs.
 #include <limits>
+#include <utility>
 
 #include "collision/mesh_queries.hpp"
 #include "collision/predicates.hpp"
@@ -7,43 +8,6 @@
 namespace atwood {
 namespace {
 
-// The box around a box of B's axes, in A's.
-template <class S> Aabb<S> turned_box(const Aabb<S>& box, const Placement<S>& b_in_a) {
-  const Vec3<S> center = placed(b_in_a, S(0.5) * (box.low + box.high)), h = S(0.5) * (box.high - box.low);
-  const Vec3<S>* axis = b_in_a.axis_W;
-  const auto reach = [&](S x, S y, S z) { return real::abs(x) * h.x + real::abs(y) * h.y + real::abs(z) * h.z; };
-  const Vec3<S> r{reach(axis[0].x, axis[1].x, axis[2].x), reach(axis[0].y, axis[1].y, axis[2].y),
-                  reach(axis[0].z, axis[1].z, axis[2].z)};
-  return grown(Aabb<S>{center - r, center + r}, S(16) * real::epsilon<S>() * (norm(center) + norm(r)));
-}
-
-// Walks both trees; `visit(t, u)` for leaves while wanted(box of a, box of b in A's axes) holds.
-template <class S> struct Walk {
-  const TriangleMesh<S>&a, &b;
-  const Placement<S>& b_in_a;
-
-  template <class Wanted, class Visit> void down(int m, int n, const Wanted& wanted, const Visit& visit) const {
-    const auto &of_a = a.nodes[m], &of_b = b.nodes[n];
-    if (!wanted(of_a.box, turned_box(of_b.box, b_in_a))) return;
-    if (of_a.right < 0 && of_b.right < 0) {
-      for (int t = of_a.first; t < of_a.first + of_a.count; ++t)
-        for (int u = of_b.first; u < of_b.first + of_b.count; ++u) visit(t, u);
-    } else if (of_b.right < 0 ||
-               (of_a.right >= 0 && norm(of_a.box.high - of_a.box.low) >= norm(of_b.box.high - of_b.box.low))) {
-      down(m + 1, n, wanted, visit);
-      down(of_a.right, n, wanted, visit);
-    } else {
-      down(m, n + 1, wanted, visit);
-      down(m, of_b.right, wanted, visit);
-    }
-  }
-};
-
-template <class S> ConvexPiece<S> placed_piece(const TriangleMesh<S>& mesh, int t, const Placement<S>& place) {
-  const auto& triangle = mesh.triangles[t];
-  return triangle_piece(placed(place, mesh.points[triangle.corner[0]]), placed(place, mesh.points[triangle.corner[1]]),
-                        placed(place, mesh.points[triangle.corner[2]]), turned(place, triangle.normal));
-}
 template <class S>
 Corners<S> corners_of(const ConvexPiece<S>& triangle) {
   return {triangle.own[0], triangle.own[1], triangle.own[2]};
@@ -62,6 +26,24 @@ void along_a_face(const ConvexPiece<S>& t, const ConvexPiece<S>& u, S margin, Ma
   }
 }
 
+// Of meshes whose surfaces do not meet one point tells.
+template <class S> bool all_inside(const TriangleMesh<S>& mesh, const TriangleMesh<S>& inner, const Placement<S>& place) {
+  if (!mesh.closed || mesh.nodes.empty() || inner.points.empty()) return false;
+  const Vec3<S> x = placed(place, inner.points[0]);
+  return overlap(mesh.nodes[0].box, Aabb<S>{x, x}) && closest_on_mesh(mesh, x).inside;
+}
+
+template <class S>
+Manifold<S> way_out_of(const TriangleMesh<S>& mesh, const TriangleMesh<S>& inner, const Placement<S>& place) {
+  return way_out(mesh, closest_on_mesh(mesh, place.p_W), place.p_W, [&](const Vec3<S>& n) {
+    const Vec3<S> d = turned_back(place, n);
+    const Vec3<S>* lowest = &inner.points[0];
+    for (const Vec3<S>& p : inner.points)
+      if (dot(d, p) < dot(d, *lowest)) lowest = &p;
+    return placed(place, *lowest);
+  });
+}
+
 }  // namespace
 
 template <class S>
@@ -70,7 +52,8 @@ void mesh_mesh_contacts(const TriangleMesh<S>& a, const TriangleMesh<S>& b, cons
   if (a.nodes.empty() || b.nodes.empty()) return;
   const auto wanted = [&](const Aabb<S>& of_a, const Aabb<S>& of_b) { return overlap(of_a, grown(of_b, margin)); };
   const Placement<S> same;
-  Walk<S>{a, b, b_in_a}.down(0, 0, wanted, [&](int t, int u) {
+  const std::size_t from = out.size();
+  each_pair_of_triangles(a, b, b_in_a, wanted, [&](int t, int u) {
     const ConvexPiece<S> piece_t = piece_of(a, t), piece_u = placed_piece(b, u, b_in_a);
     if (!overlap(bounds_of(piece_t, same), grown(bounds_of(piece_u, same), margin))) return;
     const bool hit = triangles_meet(corners_of(piece_t), corners_of(piece_u));
@@ -86,6 +69,24 @@ void mesh_mesh_contacts(const TriangleMesh<S>& a, const TriangleMesh<S>& b, cons
     manifold.piece_a = a.given[t], manifold.piece_b = b.given[u];
     out.push_back(manifold);
   });
+  if (out.size() > from) return;
+  Placement<S> a_in_b;
+  for (int k = 0; k < 3; ++k) {
+    const Vec3<S>* axis = b_in_a.axis_W;
+    a_in_b.axis_W[k] = k == 0   ? Vec3<S>{axis[0].x, axis[1].x, axis[2].x}
+                       : k == 1 ? Vec3<S>{axis[0].y, axis[1].y, axis[2].y}
+                                : Vec3<S>{axis[0].z, axis[1].z, axis[2].z};
+  }
+  a_in_b.p_W = -turned_back(b_in_a, b_in_a.p_W);
+  if (all_inside(a, b, b_in_a)) {
+    out.push_back(way_out_of(a, b, b_in_a));
+  } else if (all_inside(b, a, a_in_b)) {
+    Manifold<S> manifold = way_out_of(b, a, a_in_b);
+    manifold.normal_W = turned(b_in_a, -manifold.normal_W);
+    manifold.points[0].x_W = placed(b_in_a, manifold.points[0].x_W);
+    std::swap(manifold.piece_a, manifold.piece_b);
+    out.push_back(manifold);
+  }
 }
 
 template <class S>
@@ -93,7 +94,7 @@ Separation<S> mesh_mesh_separation(const TriangleMesh<S>& a, const TriangleMesh<
   Separation<S> nearest{std::numeric_limits<S>::infinity(), {S(0), S(0), S(1)}, {}, b_in_a.p_W};
   if (a.nodes.empty() || b.nodes.empty()) return nearest;
   const auto wanted = [&](const Aabb<S>& of_a, const Aabb<S>& of_b) { return distance_between(of_a, of_b) < nearest.gap; };
-  Walk<S>{a, b, b_in_a}.down(0, 0, wanted, [&](int t, int u) {
+  each_pair_of_triangles(a, b, b_in_a, wanted, [&](int t, int u) {
     const Meet<S> meet =
         nearest_features(piece_of(a, t), placed_piece(b, u, b_in_a), Placement<S>{}, real::max(nearest.gap, S(0)));
     if (!meet.beyond && meet.gap < nearest.gap) nearest = {meet.gap, meet.normal, meet.on_a, meet.on_b};

@@ -16,20 +16,23 @@ Manifold<S> one_point(const TriangleMesh<S>& mesh, int t, const Vec3<S>& normal,
   return manifold;
 }
 
-// The way out of a closed mesh for a shape whose centre is inside: past the surface, and then by its whole reach.
-template <class S>
-Manifold<S> way_out(const TriangleMesh<S>& mesh, const OnMesh<S>& nearest, const Vec3<S>& center, S reach) {
-  const Vec3<S> back = unit_along(nearest.at.x - center);
-  const Vec3<S> normal =
-      nearest.at.part == OnTriangle<S>::face || !(dot(back, back) > S(0)) ? mesh.triangles[nearest.triangle].normal : back;
-  return one_point(mesh, nearest.triangle, normal, nearest.at.x, -(nearest.at.distance + reach));
-}
-
 // Triangles with an edge or corner in common find the same point there, up to the slack of regions at sharp corners.
 template <class S> bool known(const std::vector<Manifold<S>>& out, std::size_t from, const Manifold<S>& made, S tolerance) {
   for (std::size_t i = from; i < out.size(); ++i)
     if (norm(out[i].points[0].x_W - made.points[0].x_W) <= tolerance) return true;
   return false;
+}
+
+// The point of a placed piece that lies least along n: in the middle of those that do by round-off.
+template <class S> Vec3<S> lowest_of(const ConvexPiece<S>& piece, const Placement<S>& place, const Vec3<S>& n) {
+  const Vec3<S> d = turned_back(place, -n);
+  int vertex = 0, count = 0;
+  Vec3<S> deepest = support(piece, d, vertex), sum;
+  if (!piece.polyhedral() && norm(Vec3<S>{d.x, d.y, S(0)}) <= S(8) * real::epsilon<S>()) deepest.x = deepest.y = S(0);
+  const S level = dot(d, deepest) - S(32) * real::epsilon<S>() * norm(deepest);
+  for (const Vec3<S>& v : piece.vertices())
+    if (dot(d, v) >= level) sum += v, ++count;
+  return placed(place, count > 0 ? (S(1) / S(count)) * sum : deepest) - piece.radius * n;
 }
 
 }  // namespace
@@ -63,7 +66,7 @@ void mesh_sphere_contacts(const TriangleMesh<S>& mesh, const Vec3<S>& center, S 
   const OnMesh<S> nearest = closest_on_mesh(mesh, center);
   if (!nearest.inside) return;
   out.resize(from);
-  out.push_back(way_out(mesh, nearest, center, radius));
+  out.push_back(way_out(mesh, nearest, center, [&](const Vec3<S>& n) { return center - radius * n; }));
 }
 
 template <class S>
@@ -97,10 +100,7 @@ void mesh_convex_contacts(const TriangleMesh<S>& mesh, const ConvexPiece<S>& b, 
     return;
   const OnMesh<S> nearest = closest_on_mesh(mesh, b_in_mesh.p_W);
   if (!nearest.inside) return;
-  const Manifold<S> out_of_it = way_out(mesh, nearest, b_in_mesh.p_W, S(0));
-  int vertex = 0;
-  const Vec3<S> inwards = turned_back(b_in_mesh, -out_of_it.normal_W);
-  out.push_back(way_out(mesh, nearest, b_in_mesh.p_W, dot(inwards, support(b, inwards, vertex)) + b.radius));
+  out.push_back(way_out(mesh, nearest, b_in_mesh.p_W, [&](const Vec3<S>& n) { return lowest_of(b, b_in_mesh, n); }));
 }
 
 #define ATWOOD_MESH_PAIRS(S)                                                                                                  \

@@ -82,12 +82,83 @@ template <class S> struct OnMesh {
 };
 template <class S> OnMesh<S> closest_on_mesh(const TriangleMesh<S>& mesh, const Vec3<S>& c);
 
+// The way out of a closed mesh for what is all inside of it. `lowest(n)` is its point that lies least along n, `center` the
+// place that chooses the way out of a mesh that is not convex.
+template <class S, class Lowest>
+Manifold<S> way_out(const TriangleMesh<S>& mesh, const OnMesh<S>& nearest, const Vec3<S>& center, const Lowest& lowest) {
+  int t = nearest.triangle;
+  const Vec3<S> back = unit_along(nearest.at.x - center);
+  const bool slanted = nearest.at.part != OnTriangle<S>::face && dot(back, back) > S(0);
+  Vec3<S> normal = slanted ? back : mesh.triangles[t].normal;
+  const auto depth_past = [&](const Vec3<S>& n, const Vec3<S>& on_face) { return dot(n, on_face - lowest(n)); };
+  S depth = depth_past(normal, nearest.at.x);
+  if (mesh.convex) {
+    for (int i = 0; i < static_cast<int>(mesh.triangles.size()); ++i) {
+      const Vec3<S>& n = mesh.triangles[i].normal;
+      const S here = depth_past(n, mesh.points[mesh.triangles[i].corner[0]]);
+      if (here < depth) depth = here, normal = n, t = i;
+    }
+  }
+  Manifold<S> manifold;
+  manifold.normal_W = normal;
+  manifold.count = 1;
+  manifold.points[0] = {lowest(normal) + (depth / S(2)) * normal, -depth, 1};
+  manifold.piece_a = mesh.given[t];
+  return manifold;
+}
+
 template <class S> ConvexPiece<S> piece_of(const TriangleMesh<S>& mesh, int t) {
   const auto& triangle = mesh.triangles[t];
   return triangle_piece(mesh.points[triangle.corner[0]], mesh.points[triangle.corner[1]], mesh.points[triangle.corner[2]],
                         triangle.normal);
 }
 template <class S> Aabb<S> bounds_of(const ConvexPiece<S>& piece, const Placement<S>& place);
+
+// ---- two meshes, b placed in a's axes -------------------------------------------------------------------------------------
+// The box around a box of B's axes, in A's.
+template <class S> Aabb<S> turned_box(const Aabb<S>& box, const Placement<S>& b_in_a) {
+  const Vec3<S> center = placed(b_in_a, S(0.5) * (box.low + box.high)), h = S(0.5) * (box.high - box.low);
+  const Vec3<S>* axis = b_in_a.axis_W;
+  const auto reach = [&](S x, S y, S z) { return real::abs(x) * h.x + real::abs(y) * h.y + real::abs(z) * h.z; };
+  const Vec3<S> r{reach(axis[0].x, axis[1].x, axis[2].x), reach(axis[0].y, axis[1].y, axis[2].y),
+                  reach(axis[0].z, axis[1].z, axis[2].z)};
+  return grown(Aabb<S>{center - r, center + r}, S(16) * real::epsilon<S>() * (norm(center) + norm(r)));
+}
+
+// Walks both trees.
+template <class S> struct Walk {
+  const TriangleMesh<S>&a, &b;
+  const Placement<S>& b_in_a;
+
+  template <class Wanted, class Visit> void down(int m, int n, const Wanted& wanted, const Visit& visit) const {
+    const auto &of_a = a.nodes[m], &of_b = b.nodes[n];
+    if (!wanted(of_a.box, turned_box(of_b.box, b_in_a))) return;
+    if (of_a.right < 0 && of_b.right < 0) {
+      for (int t = of_a.first; t < of_a.first + of_a.count; ++t)
+        for (int u = of_b.first; u < of_b.first + of_b.count; ++u) visit(t, u);
+    } else if (of_b.right < 0 ||
+               (of_a.right >= 0 && norm(of_a.box.high - of_a.box.low) >= norm(of_b.box.high - of_b.box.low))) {
+      down(m + 1, n, wanted, visit);
+      down(of_a.right, n, wanted, visit);
+    } else {
+      down(m, n + 1, wanted, visit);
+      down(m, of_b.right, wanted, visit);
+    }
+  }
+};
+
+template <class S> ConvexPiece<S> placed_piece(const TriangleMesh<S>& mesh, int t, const Placement<S>& place) {
+  const auto& triangle = mesh.triangles[t];
+  return triangle_piece(placed(place, mesh.points[triangle.corner[0]]), placed(place, mesh.points[triangle.corner[1]]),
+                        placed(place, mesh.points[triangle.corner[2]]), turned(place, triangle.normal));
+}
+
+// Calls visit(t, u) for the triangles in leaves that are reached while wanted(box of a, box of b in A's axes) holds.
+template <class S, class Wanted, class Visit>
+void each_pair_of_triangles(const TriangleMesh<S>& a, const TriangleMesh<S>& b, const Placement<S>& b_in_a, const Wanted& wanted,
+                            const Visit& visit) {
+  if (!a.nodes.empty() && !b.nodes.empty()) Walk<S>{a, b, b_in_a}.down(0, 0, wanted, visit);
+}
 
 // ---- one mesh (in its own axes) against one thing placed in those axes; manifolds in mesh axes ------------------------
 template <class S>

@@ -135,6 +135,22 @@ template <class S> void add_adjacency(const Source& source, TriangleMesh<S>& mes
   mesh.first_around.push_back(static_cast<int>(mesh.around.size()));
 }
 
+// Whether a closed mesh bounds a convex solid. Edges that are not concave are needed and for one surface in one piece enough;
+// of several pieces the points tell, and of very many triangles nothing is claimed.
+template <class S> bool is_convex(const Source& source, const TriangleMesh<S>& mesh) {
+  constexpr std::size_t kMost = 4096;
+  if (!mesh.closed || mesh.triangles.size() > kMost) return false;
+  for (const auto& t : mesh.triangles)
+    for (const EdgeKind kind : t.edge)
+      if (kind == EdgeKind::concave) return false;
+  for (std::size_t t = 0; t < source.corner.size(); ++t)
+    for (const Real3& p : source.points) {
+      const Long3 way = wide(p) - wide(source.points[source.corner[t][0]]);
+      if (dot(source.normal[t], way) > 64 * 0x1p-52L * norm(way)) return false;
+    }
+  return true;
+}
+
 template <class S> void add_point_normals(const Source& source, TriangleMesh<S>& mesh) {
   std::vector<Long3> sum(source.points.size());
   for (std::size_t t = 0; t < source.corner.size(); ++t)
@@ -168,6 +184,7 @@ TriangleMesh<S> build_triangle_mesh(const std::vector<Real3>& points, const std:
   for (const auto& t : mesh.triangles)
     for (const int c : t.corner) mesh.bounding_radius = real::max(mesh.bounding_radius, norm(mesh.points[c]));
   add_adjacency(source, mesh);
+  mesh.convex = is_convex(source, mesh);
   add_point_normals(source, mesh);
   return mesh;
 }

@@ -34,7 +34,7 @@ template <class S> struct TriangleMesh {
   std::vector<Node> nodes;
   std::vector<int> around, first_around;  // points joined to point i by an edge: around[first_around[i] ... )
   std::vector<Vec3<S>> point_normals;     // weighted by angle (Baerentzen, Aanaes 2005): tells the inside of a closed mesh
-  bool closed = false;
+  bool closed = false, convex = false;    // convex: closed, and no point lies before any triangle
   S bounding_radius{};              // about the body's origin
 };
 
@@ -48,7 +48,8 @@ template <class S> std::shared_ptr<const TriangleMesh<S>> make_triangle_mesh(con
 // A mesh (first) against any kind but compound, planes included. One manifold for each triangle that touches (a pair of
 // triangles for two meshes; one for all of the mesh against a plane), `piece_a` its index in the scene. At an inner edge or
 // corner the normal stays within what the neighbouring triangles leave to it, so what slides over a triangulated plane meets
-// the plane. A shape all inside of a closed mesh meets it once, by the way out from its centre.
+// the plane. A shape all inside of a closed mesh meets it once: by the least way out of a convex one, else by that from its
+// centre.
 // The separation of what overlaps a mesh is that of its deepest contact.
 template <class S>
 void mesh_contacts(const Geometry<S>& mesh, const Placement<S>& place_mesh, const Geometry<S>& b, const Placement<S>& place_b,

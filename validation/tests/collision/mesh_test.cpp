@@ -225,6 +225,27 @@ TEST_CASE("what lies wholly inside a closed mesh is shown the way out; behind a 
   CHECK(below[0].points[0].gap == -0.125);
 }
 
+TEST_CASE("out of a closed mesh that is convex leads the least way, for a mesh within a mesh too") {
+  const Geometry<double> mesh = geometry_of(box_surface({1, 1, 1}));
+  // The centre is nearer to +x, but the long side lies that way: 0.5 + 0.4 against 0.55 + 0.1.
+  const auto box = on_mesh(mesh, placed_at<double>({}), shape(Box{{0.4, 0.1, 0.1}}), placed_at<double>({0.5, 0, 0.45}));
+  REQUIRE(box.size() == 1);
+  CHECK(box[0].normal_W.z == 1);
+  CHECK(box[0].points[0].gap == Approx(-0.65).epsilon(1e-15));
+  CHECK(norm(box[0].points[0].x_W - V{0.5, 0, 0.35 + 0.325}) < 1e-15);
+  const Geometry<double> small = geometry_of(box_surface({0.25, 0.25, 0.5}));
+  for (const bool swapped : {false, true}) {
+    const auto place = placed_at<double>({0.5, 0, 0.3}), origin = placed_at<double>({});
+    const auto m = swapped ? on_mesh(small, place, mesh, origin) : on_mesh(mesh, origin, small, place);
+    REQUIRE(m.size() == 1);
+    CHECK(norm(m[0].normal_W - V{swapped ? -1. : 1., 0, 0}) < 1e-15);
+    CHECK(m[0].points[0].gap == Approx(-0.75).epsilon(1e-15));
+    const auto s = swapped ? separation(small, place, mesh, origin) : separation(mesh, origin, small, place);
+    CHECK(s.gap == Approx(-0.75).epsilon(1e-15));
+  }
+  CHECK(on_mesh(mesh, placed_at<double>({}), small, placed_at<double>({3, 0, 0})).empty());
+}
+
 TEST_CASE("a mesh stands on a plane as its hull does") {
   const auto m = on_mesh(geometry_of(box_surface({1, 2, 3})), placed_at<double>({5, 6, 2.75}), shape(Plane{{0, 0, 1}, 0}),
                          placed_at<double>({}));
