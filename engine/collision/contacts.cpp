@@ -144,6 +144,18 @@ Separation<S> separation(const Geometry<S>& a, const Placement<S>& place_a, cons
   return {other.gap, -other.normal_W, other.on_b_W, other.on_a_W};
 }
 
+template <class S>
+S touch_round_off(const Geometry<S>& a, const Vec3<S>& p_a, const Geometry<S>& b, const Vec3<S>& p_b) {
+  const auto along = [](const Vec3<S>& n, const Vec3<S>& p) {
+    return real::abs(n.x * p.x) + real::abs(n.y * p.y) + real::abs(n.z * p.z);
+  };
+  const auto size = [](const Geometry<S>& g) { return g.kind == ShapeKind::plane ? real::abs(g.offset) : g.bounding_radius; };
+  const S sizes = S(4) * (size(a) + size(b));
+  if (a.kind == ShapeKind::plane) return real::epsilon<S>() * (sizes + S(4) * along(a.normal_W, p_b));
+  if (b.kind == ShapeKind::plane) return real::epsilon<S>() * (sizes + S(4) * along(b.normal_W, p_a));
+  return real::epsilon<S>() * (sizes + norm(p_a) + norm(p_b));
+}
+
 const char* no_contact_test(ShapeKind a, ShapeKind b) {
   static const auto reasons = [] {
     constexpr const char* names[] = {"point",   "sphere",   "plane",  "rectangle", "box",
@@ -166,6 +178,7 @@ const char* no_contact_test(ShapeKind a, ShapeKind b) {
 #define ATWOOD_CONTACTS(S)                                                                                                \
   template void find_contacts<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&, const Placement<S>&, S,     \
                                  std::vector<Manifold<S>>&);                                                              \
+  template S touch_round_off<S>(const Geometry<S>&, const Vec3<S>&, const Geometry<S>&, const Vec3<S>&);                  \
   template Separation<S> separation<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&, const Placement<S>&);
 ATWOOD_CONTACTS(float)
 ATWOOD_CONTACTS(double)

@@ -38,6 +38,11 @@ void find_contacts(const Geometry<S>& a, const Placement<S>& place_a, const Geom
 // Null when this pair of kinds has a test; else what is missing ("plane against plane", "mesh against ...").
 const char* no_contact_test(ShapeKind a, ShapeKind b);
 
+// How far apart rounding alone may put surfaces that touch: that of the positions as they are given, and of what is worked out
+// from them. Spheres of radius 0.1 and 0.7 whose centres are 0.8 apart touch, although these doubles leave 8e-17 between them.
+template <class S>
+S touch_round_off(const Geometry<S>& a, const Vec3<S>& p_a, const Geometry<S>& b, const Vec3<S>& p_b);
+
 // ---- closest features ---------------------------------------------------------------------------------------------
 template <class S> struct Separation {
   S gap{};                 // signed: negative is the depth of least penetration

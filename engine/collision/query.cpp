@@ -1,5 +1,6 @@
 #include "collision/query.hpp"
 
+#include <cmath>
 #include <stdexcept>
 #include <string>
 
@@ -42,21 +43,41 @@ std::vector<Queried> queried_bodies(const Scene& scene) {
   return out;
 }
 
-bool spheres_apart(const Queried& a, const Queried& b) {
+bool spheres_apart(const Queried& a, const Queried& b, double margin) {
   if (a.shape.kind == ShapeKind::plane || b.shape.kind == ShapeKind::plane) return false;
-  const double reach = a.shape.bounding_radius + b.shape.bounding_radius;
+  const double reach = a.shape.bounding_radius + b.shape.bounding_radius + margin;
   return norm(b.place.p_W - a.place.p_W) > reach * (1 + 8 * real::epsilon<double>());
 }
 
+// Triangles and pieces that share a corner each find it: it is told once.
+bool told(const std::vector<FoundContact>& contacts, std::size_t from, const FoundContact& made, double round_off) {
+  const auto near = [](const std::array<Wide, 3>& x, const std::array<Wide, 3>& y, double least) {
+    bool all = true;
+    for (std::size_t i = 0; i < 3; ++i) all = all && std::abs(static_cast<double>(x[i] - y[i])) <= least;
+    return all;
+  };
+  constexpr double kSameDirection = 1e-9;
+  for (std::size_t i = from; i < contacts.size(); ++i) {
+    const FoundContact& c = contacts[i];
+    if (near(c.x_m, made.x_m, round_off) && near(c.normal, made.normal, kSameDirection) &&
+        std::abs(static_cast<double>(c.depth_m - made.depth_m)) <= round_off)
+      return true;
+  }
+  return false;
+}
+
 void find_pair(const Queried& a, const Queried& b, std::vector<Manifold<double>>& manifolds, ContactAnswer& answer) {
-  if (spheres_apart(a, b)) return;
+  const double round_off = touch_round_off(a.shape, a.place.p_W, b.shape, b.place.p_W);
+  if (spheres_apart(a, b, round_off)) return;
   manifolds.clear();
-  find_contacts(a.shape, a.place, b.shape, b.place, 0.0, manifolds);
+  find_contacts(a.shape, a.place, b.shape, b.place, round_off, manifolds);
+  const std::size_t from = answer.contacts.size();
   for (const Manifold<double>& m : manifolds) {
     for (int k = 0; k < m.count; ++k) {
       const ContactPoint<double>& point = m.points[static_cast<std::size_t>(k)];
       const Wide depth = point.gap < 0 ? -Wide(point.gap) : Wide(0);
-      answer.contacts.push_back({a.index, b.index, widened(point.x_W), widened(m.normal_W), depth});
+      const FoundContact made{a.index, b.index, widened(point.x_W), widened(m.normal_W), depth};
+      if (manifolds.size() == 1 || !told(answer.contacts, from, made, 16 * round_off)) answer.contacts.push_back(made);
     }
   }
 }

@@ -30,6 +30,7 @@ target_sources(atwood_engine PRIVATE
   collision/predicates.cpp
   collision/query.cpp
   collision/sphere_pairs.cpp
+  collision/stay_apart.cpp
   collision/swept.cpp
   collision/triangle_mesh.cpp
   contact/contact.cpp

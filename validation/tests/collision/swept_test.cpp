@@ -121,3 +121,124 @@ TEST_CASE("the touch is the first zero of the gap, and never past it") {
     }
   }));
 }
+
+// ---- bodies that are not convex: the nearest part says nothing of the wall ahead -----------------------------------------
+namespace {
+
+const Compound kFloorAndWall{{{{5, 5, 0.5}, {0, 0, -0.5}, {1, 0, 0, 0}}, {{0.5, 5, 2}, {3.5, 0, 1}, {1, 0, 0, 0}}}};
+const Mesh kFloorAndWallMesh{"",
+                             {{-5, -5, 0}, {3, -5, 0}, {3, 5, 0}, {-5, 5, 0}, {3, -5, 5}, {3, 5, 5}},
+                             {{0, 1, 2}, {0, 2, 3}, {1, 4, 5}, {1, 5, 2}}};
+Mesh cube_mesh(double h) {
+  Mesh mesh{"", box_corners({h, h, h}), {}};
+  for (const auto& q : {std::array{0, 2, 3, 1}, std::array{4, 5, 7, 6}, std::array{0, 1, 5, 4}, std::array{2, 6, 7, 3},
+                        std::array{0, 4, 6, 2}, std::array{1, 3, 7, 5}}) {
+    mesh.triangles.push_back({q[0], q[1], q[2]});
+    mesh.triangles.push_back({q[0], q[2], q[3]});
+  }
+  return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("what flies close above a floor meets the wall, whatever the two are made of") {
+  const std::vector<Shape> flyers = {Sphere{0.25},           Box{{0.25, 0.25, 0.25}},
+                                     Capsule{0.125, 0.125},  Cylinder{0.25, 0.25},
+                                     cube_mesh(0.25),        Convex{box_corners({0.25, 0.25, 0.25})},
+                                     Rectangle{{0.25, 0.1}}, Compound{{{{0.25, 0.25, 0.25}, {0, 0, 0}, {1, 0, 0, 0}}}}};
+  for (const Shape& room : {Shape(kFloorAndWall), Shape(kFloorAndWallMesh)}) {
+    for (const Shape& flyer : flyers) {
+      const double half = std::holds_alternative<Capsule>(flyer) ? 0.125 : 0.25;
+      INFO(room.index() << " " << flyer.index());
+      const auto touch = first_touch(shape(room), moving({}, {}), shape(flyer), moving({0, 0, 0.3}, {1, 0, 0}), 5.0);
+      REQUIRE(touch);
+      CHECK(touch->t_s == Approx(3 - half).epsilon(1e-14));
+      CHECK(norm(touch->normal_W - V{-1, 0, 0}) < 1e-12);
+      const auto swapped = first_touch(shape(flyer), moving({0, 0, 0.3}, {1, 0, 0}), shape(room), moving({}, {}), 5.0);
+      REQUIRE(swapped);
+      CHECK(swapped->t_s == Approx(3 - half).epsilon(1e-14));
+      CHECK_FALSE(first_touch(shape(room), moving({}, {}), shape(flyer), moving({0, 0, 0.3}, {1, 0, 0}), 2.7));
+    }
+  }
+}
+
+TEST_CASE("a compound's arm sweeps round") {
+  const Compound arms{{{{0.25, 0, 0}, {2, 0, 0}, {1, 0, 0, 0}}, {{0.25, 0, 0}, {-2, 0, 0}, {1, 0, 0, 0}}}};
+  // The arm is a segment of the radius, the ball's centre at radius 2: it touches where sin(angle between) = 0.25 / 2.
+  const auto touch =
+      first_touch(shape(arms), moving({}, {}, {}, {0, 0, 0.5}), shape(Sphere{0.25}), moving({0, 2, 0}, {}), 10.0);
+  REQUIRE(touch);
+  CHECK(touch->t_s == Approx((std::acos(-1.0) / 2 - std::asin(0.125)) / 0.5).epsilon(1e-13));
+}
+
+TEST_CASE("the first zero of the gap with compounds and meshes in it, too") {
+  CHECK(rc::check([](std::uint64_t seed) {
+    Random random(seed);
+    const auto part = [&] {
+      const Quat<double> q = any_turn(random);
+      const Real3 p = gauss3(random);
+      return Compound::Part{{uniform(random, 0.1, 0.5), uniform(random, 0.1, 0.5), uniform(random, 0.1, 0.5)},
+                            {0.5 * p[0], 0.5 * p[1], 0.5 * p[2]}, {q.w, q.x, q.y, q.z}};
+    };
+    const auto any = [&]() -> Shape {
+      const auto how = random() % 3;
+      if (how == 0) return Compound{{part(), part(), part()}};
+      if (how == 1) return Mesh{"", {gauss3(random), gauss3(random), gauss3(random), gauss3(random)}, {{0, 1, 2}, {0, 3, 1}}};
+      return random_shape(kConvexKinds[random() % 6], random);
+    };
+    const Geometry<double> a = shape(any()), b = shape(any());
+    const V at = narrow3<double>(gauss3(random));
+    const auto from_a = moving({}, 0.3 * narrow3<double>(gauss3(random)), any_turn(random), narrow3<double>(gauss3(random)));
+    const auto from_b = moving((6 / norm(at)) * at, -1 * at + 0.3 * narrow3<double>(gauss3(random)), any_turn(random),
+                               narrow3<double>(gauss3(random)));
+    const auto touch = first_touch(a, from_a, b, from_b, 6.0);
+    const double end = touch ? touch->t_s : 6;
+    constexpr int kSamples = 200;
+    for (int i = 0; i < kSamples; ++i) RC_ASSERT(gap_at(a, from_a, b, from_b, end * i / kSamples) > -1e-12);
+    if (touch) RC_ASSERT(std::abs(gap_at(a, from_a, b, from_b, touch->t_s)) < 1e-12);
+  }));
+}
+
+TEST_CASE("a graze ends: steps shrink with the root of the gap, not with the gap") {
+  // A rod's end comes down to the plane, or to within d of it, and goes up again.
+  const Quat<double> lying{std::sqrt(0.5), 0, std::sqrt(0.5), 0};
+  const auto plane = shape(Plane{{0, 0, 1}, 0}), rod = shape(Capsule{0.25, 1}), sheet = shape(Rectangle{{5, 5}});
+  const double down = std::acos(-1.0) / 2;
+  for (const auto& ground : {plane, sheet}) {
+    for (const double d : {0.0, 1e-15, 1e-12, 1e-9}) {
+      for (const bool swapped : {false, true}) {
+        const auto spun = moving({0, 0, 1.25 + d}, {}, lying, {0, 1, 0});
+        const auto touch = swapped ? first_touch(rod, spun, ground, moving({}, {}), 3.0)
+                                   : first_touch(ground, moving({}, {}), rod, spun, 3.0);
+        INFO(d);
+        CHECK((d > 1e-14) != touch.has_value());  // within round-off it touches
+        if (touch) CHECK(std::abs(touch->t_s - down) < 4e-7);  // the root of twice the gap's round-off, 4e-14 for the sheet
+      }
+    }
+  }
+}
+
+TEST_CASE("a touch at the very end, or at the very start, as decimals round") {
+  const auto tenth = shape(Sphere{0.1}), plane = shape(Plane{{0, 0, 1}, 0}), box = shape(Box{{0.1, 0.1, 0.1}});
+  const auto still = moving({}, {});
+  CHECK(first_touch(tenth, moving({0, 0, 0.8}, {0, 0, -1}), plane, still, 0.7));         // (0.8 - 0.1) / 1 > 0.7
+  CHECK_FALSE(first_touch(tenth, moving({0, 0, 0.8}, {0, 0, -1}), plane, still, 0.7 - 1e-12));
+  CHECK(first_touch(box, moving({0, 0, 0.8}, {0, 0, -1}), plane, still, 0.7));
+  CHECK(first_touch(box, moving({0, 0, 0.9}, {0, 0, -0.3}), shape(Box{{1, 1, 0.2}}), still, 2.0));
+  CHECK(first_touch(tenth, moving({0, 0, 0.9}, {0, 0, -0.3}), shape(Sphere{0.2}), still, 2.0));
+  CHECK_FALSE(first_touch(tenth, moving({0, 0, 0.9}, {0, 0, -0.3}), shape(Sphere{0.2}), still, 2.0 - 1e-12));
+  const auto parting = first_touch(tenth, moving({0, 0, 0.8}, {0, 0, 1}), shape(Sphere{0.7}), still, 1.0);  // 0.1 + 0.7 < 0.8
+  REQUIRE(parting);
+  CHECK(parting->t_s == 0);
+  CHECK_FALSE(first_touch(tenth, moving({0, 0, 0.8 + 1e-14}, {0, 0, 1}), shape(Sphere{0.7}), still, 1.0));
+}
+
+TEST_CASE("far from each other for long, and spinning fast about what moves nothing") {
+  const double t_end = 1e6;
+  const auto touch = first_touch(shape(Box{{1, 1, 1}}), moving({}, {}), shape(Cylinder{0.5, 0.5}),
+                                 moving({0, 0, 1e5}, {0, 0, -1}, {}, {0, 0, 1e3}), t_end);
+  REQUIRE(touch);
+  CHECK(touch->t_s == Approx(1e5 - 1.5).epsilon(1e-14));
+  CHECK_FALSE(first_touch(shape(Box{{1, 1, 1}}), moving({}, {}), shape(Box{{1, 1, 1}}),
+                          moving({0, 0, 2 + 1e-9}, {}, {}, {0, 0, 1e3}), t_end));
+}
