@@ -1,7 +1,9 @@
 #include "geometry/geometry.hpp"
 
 #include <algorithm>
+#include <map>
 #include <stdexcept>
+#include <utility>
 
 #include "geometry/pieces.hpp"
 
@@ -58,6 +60,75 @@ void require(const Shape& a, const Shape& b) {
   if (const std::string why = no_separation(a, b); !why.empty()) throw std::invalid_argument("truth: no separation of " + why);
 }
 
+// ---- inside of closed meshes ------------------------------------------------------------------------------------------
+// Every edge joins two triangles that run along it in opposite ways.
+bool closed(const Mesh& mesh) {
+  std::map<std::pair<int, int>, int> ways;
+  for (const auto& t : mesh.triangles)
+    for (std::size_t k = 0; k < 3; ++k) ++ways[{t[k], t[(k + 1) % 3]}];
+  return !ways.empty() && std::all_of(ways.begin(), ways.end(), [&](const auto& way) {
+    const auto back = ways.find({way.first.second, way.first.first});
+    return way.second == 1 && back != ways.end() && back->second == 1;
+  });
+}
+
+// Solid angles of the triangles over 4 pi (van Oosterom, Strackee 1983): 1 inside of a closed mesh, 0 outside.
+Real winding(const std::vector<std::array<Vector, 3>>& triangles, const Vector& x) {
+  Real sum = 0;
+  for (const auto& t : triangles) {
+    const Vector a = t[0] - x, b = t[1] - x, c = t[2] - x;
+    const Real la = norm(a), lb = norm(b), lc = norm(c);
+    sum += 2 * std::atan2(dot(a, cross(b, c)), la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb);
+  }
+  return sum / (4 * std::acos(Real(-1)));
+}
+
+// A closed mesh that is convex is what it bounds. (Hulls are found by trying all triples of points: of small ones.)
+Shape filled(const Shape& shape) {
+  const auto* mesh = std::get_if<Mesh>(&shape);
+  constexpr std::size_t kMostPoints = 64;
+  if (mesh == nullptr || mesh->points_m.size() > kMostPoints || !closed(*mesh)) return shape;
+  const auto at = [&](int i) {
+    const Real3& p = mesh->points_m[static_cast<std::size_t>(i)];
+    return Vector{p[0], p[1], p[2]};
+  };
+  for (const auto& t : mesh->triangles) {
+    const Vector n = cross(at(t[1]) - at(t[0]), at(t[2]) - at(t[0]));
+    for (const auto& other : mesh->triangles)
+      for (const int corner : other) {
+        const Vector way = at(corner) - at(t[0]);
+        if (dot(n, way) > 64 * kUnit * norm(n) * norm(way)) return shape;
+      }
+  }
+  return Convex{mesh->points_m};
+}
+
+// Of a shape within another closed mesh; none where the mesh's triangles say all.
+std::optional<Separation> inside_mesh(const Shape& shape, const Place& place, const Mesh& mesh, const Place& place_mesh) {
+  if (!closed(mesh)) return {};
+  std::vector<std::array<Vector, 3>> triangles;
+  const auto at = [&](int i) {
+    const Real3& p = mesh.points_m[static_cast<std::size_t>(i)];
+    return place_mesh.p_W + turned(place_mesh, {p[0], p[1], p[2]});
+  };
+  for (const auto& t : mesh.triangles) triangles.push_back({at(t[0]), at(t[1]), at(t[2])});
+  const std::vector<Piece> of_shape = pieces_of(shape, place), of_mesh = pieces_of(mesh, place_mesh);
+  const auto* ball = std::get_if<Sphere>(&shape);
+  if (!(winding(triangles, ball != nullptr ? place.p_W : of_shape.front().vertices.front()) > 0.5L)) return {};
+  if (ball == nullptr) {
+    const auto surfaces = [&](const Piece& p) { return smallest(of_mesh, [&](const Piece& q) { return separation(p, q); }); };
+    if (!(smallest(of_shape, surfaces).gap_m > 0)) return {};
+    throw std::invalid_argument("truth: no separation of what is inside of a mesh that is not convex");
+  }
+  const Piece centre{0, {place.p_W}, {}, {}, 0};
+  Separation found = smallest(of_mesh, [&](const Piece& piece) { return separation(centre, piece); });
+  if (!(found.gap_m > 0)) return {};  // on the surface
+  found.gap_m = -found.gap_m - ball->radius_m;
+  found.normal = -1 * found.normal;
+  found.on_a = place.p_W + static_cast<Real>(ball->radius_m) * found.normal;
+  return found;
+}
+
 }  // namespace
 
 std::string no_separation(const Shape& a, const Shape& b) {
@@ -69,7 +140,8 @@ std::string no_separation(const Shape& a, const Shape& b) {
   return none || planes || cylinder ? std::string(name_of(a)) + " against " + name_of(b) : std::string();
 }
 
-Separation separation(const Shape& a, const Place& place_a, const Shape& b, const Place& place_b) {
+Separation separation(const Shape& shape_a, const Place& place_a, const Shape& shape_b, const Place& place_b) {
+  const Shape a = filled(shape_a), b = filled(shape_b);
   if (std::holds_alternative<Plane>(a)) return swapped(separation(b, place_b, a, place_a));
   if (const auto* plane = std::get_if<Plane>(&b)) {
     const HalfSpace half = half_space(*plane);
@@ -79,8 +151,28 @@ Separation separation(const Shape& a, const Place& place_a, const Shape& b, cons
   if (const auto* cylinder = std::get_if<Cylinder>(&b))
     return from_ball(place_a.p_W, std::get<Sphere>(a).radius_m, round_bar(*cylinder, place_b));
   if (std::holds_alternative<Cylinder>(a)) return swapped(separation(b, place_b, a, place_a));
+  if (std::holds_alternative<Mesh>(b))
+    if (const auto within = inside_mesh(a, place_a, std::get<Mesh>(b), place_b)) return *within;
+  if (std::holds_alternative<Mesh>(a))
+    if (const auto within = inside_mesh(b, place_b, std::get<Mesh>(a), place_a)) return swapped(*within);
   const std::vector<Piece> of_a = pieces_of(a, place_a), of_b = pieces_of(b, place_b);
   return smallest(of_a, [&](const Piece& p) { return smallest(of_b, [&](const Piece& q) { return separation(p, q); }); });
+}
+
+Real given_round_off(const Scene& scene, int body_a, int body_b) {
+  const auto numbers = [](const Body& body) {
+    if (const auto* plane = std::get_if<Plane>(&body.shape)) return std::fabs(static_cast<Real>(plane->offset_m));
+    const Real at = norm({body.position_m[0], body.position_m[1], body.position_m[2]});
+    if (const auto* drum = std::get_if<Cylinder>(&body.shape))
+      return at + std::hypot(Real(drum->radius_m), Real(drum->half_length_m));
+    Real size = 0;
+    for (const Piece& piece : pieces_of(body.shape, Place{}))
+      for (const Vector& v : piece.vertices) size = std::max(size, norm(v) + piece.radius_m);
+    return at + size;
+  };
+  constexpr Real kDoubleRounding = 0x1p-52L;
+  return 4 * kDoubleRounding *
+         (numbers(scene.bodies.at(static_cast<std::size_t>(body_a))) + numbers(scene.bodies.at(static_cast<std::size_t>(body_b))));
 }
 
 Separation separation_between(const Scene& scene, int body_a, int body_b) {
@@ -107,7 +199,7 @@ void answer_pair(const Scene& scene, int a, int b, const ContactQuery& query, Co
     return;
   }
   const Separation found = separation_between(scene, a, b);
-  if (found.gap_m > found.bar_m) return;
+  if (found.gap_m > found.bar_m + given_round_off(scene, a, b)) return;
   const Real depth = found.gap_m < 0 ? -found.gap_m : 0;
   answer.contacts.push_back({a, b, wide(Real(0.5) * (found.on_a + found.on_b)), wide(found.normal), depth});
 }

@@ -183,3 +183,69 @@ TEST_CASE("first touches by hand") {
   CHECK(std::fabs(touch->t_s - due) <= touch->bar_s + kRound);
   CHECK(touch->bar_s < 1e-16L);
 }
+
+TEST_CASE("first touches of bodies that are not convex: the part in the way, not the nearest") {
+  const Compound room{{{{5, 5, 0.5}, {0, 0, -0.5}, {1, 0, 0, 0}}, {{0.5, 5, 2}, {3.5, 0, 1}, {1, 0, 0, 0}}}};
+  const Mesh sheets{"",
+                    {{-5, -5, 0}, {3, -5, 0}, {3, 5, 0}, {-5, 5, 0}, {3, -5, 5}, {3, 5, 5}},
+                    {{0, 1, 2}, {0, 2, 3}, {1, 4, 5}, {1, 5, 2}}};
+  for (const Shape& walls : {Shape(room), Shape(sheets)})
+    for (const Shape& flyer : {Shape(Sphere{0.25}), Shape(Box{{0.25, 0.25, 0.25}})}) {
+      Scene scene = scene_of(walls, {0, 0, 0}, flyer, {0, 0, 0.375});
+      scene.bodies[1].velocity_m_per_s = {1, 0, 0};
+      const auto touch = geometry::first_touch(scene, 0, 1, 5);
+      REQUIRE(touch);
+      CHECK(std::fabs(touch->t_s - 2.75L) <= touch->bar_s + kRound);
+      CHECK(touch->bar_s < 1e-15L);
+      CHECK(touch->normal[0] == -1);
+      CHECK(!geometry::first_touch(scene, 0, 1, 2.7));
+    }
+}
+
+TEST_CASE("a graze is found, and a miss by a hair is a miss") {
+  // A rod of half-length 1 turns about its middle, 1 + d above the plane less its radius.
+  Scene scene = scene_of(Capsule{0.25, 1}, {0, 0, 1.25}, Plane{{0, 0, 1}, 0}, {});
+  scene.bodies[0].orientation_wxyz = {std::sqrt(0.5), 0, std::sqrt(0.5), 0};
+  scene.bodies[0].angular_velocity_body_rad_per_s = {0, 1, 0};
+  const auto touch = geometry::first_touch(scene, 0, 1, 3);
+  REQUIRE(touch);
+  CHECK(std::fabs(touch->t_s - std::acos(-1.0L) / 2) < 1e-7L);
+  scene.bodies[0].position_m[2] = 1.25 + 1e-12;
+  CHECK(!geometry::first_touch(scene, 0, 1, 3));
+}
+
+TEST_CASE("decimals that touch do, though their doubles leave a gap") {
+  Scene scene = scene_of(Sphere{0.1}, {0, 0, 0}, Sphere{0.7}, {0.8, 0, 0});
+  REQUIRE(geometry::separation_between(scene, 0, 1).gap_m > geometry::separation_between(scene, 0, 1).bar_m);
+  CHECK(geometry::find_contacts(scene, {}).contacts.size() == 1);
+  ContactQuery swept;
+  swept.swept = true, swept.t_end_s = 0.7;
+  CHECK(geometry::find_contacts(scene, swept).touches.size() == 1);
+  scene.bodies[1].position_m[0] += 1e-13;
+  CHECK(geometry::find_contacts(scene, {}).contacts.empty());
+  Scene falling = scene_of(Sphere{0.1}, {0, 0, 0.8}, Plane{{0, 0, 1}, 0}, {});
+  falling.bodies[0].velocity_m_per_s = {0, 0, -1};
+  CHECK(geometry::find_contacts(falling, swept).touches.size() == 1);
+  swept.t_end_s = 0.7 - 1e-12;
+  CHECK(geometry::find_contacts(falling, swept).touches.empty());
+}
+
+TEST_CASE("a closed mesh is solid") {
+  Mesh cube{"", {}, {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4}, {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2},
+                    {1, 3, 7}, {1, 7, 5}}};
+  for (int i = 0; i < 8; ++i) cube.points_m.push_back({i & 1 ? 1. : -1., i & 2 ? 1. : -1., i & 4 ? 1. : -1.});
+  check(scene_of(cube, {0, 0, 0}, Sphere{0.5}, {0.75, 0, 0}), -0.75L, {1, 0, 0});
+  check(scene_of(cube, {0, 0, 0}, Box{{0.25, 0.25, 0.25}}, {0.5, 0, 0}), -0.75L, {1, 0, 0});
+  check(scene_of(cube, {0, 0, 0}, Box{{0.25, 0.25, 1}}, {0, 0, 1.5}), -0.5L, {0, 0, 1});
+  check(scene_of(cube, {0, 0, 0}, cube, {0.25, 0.125, 1.5}), -0.5L, {0, 0, 1});
+  check(scene_of(cube, {0, 0, 0}, Sphere{0.5}, {1.75, 0, 0}), 0.25L, {1, 0, 0});
+  // A dent in the top down to the middle makes it no longer convex: a ball inside still finds the nearest way out.
+  Mesh dented = cube;
+  dented.points_m.push_back({0, 0, 0});
+  dented.triangles[2] = {4, 5, 8}, dented.triangles[3] = {5, 7, 8};
+  dented.triangles.push_back({7, 6, 8}), dented.triangles.push_back({6, 4, 8});
+  check(scene_of(dented, {0, 0, 0}, Sphere{0.125}, {0, 0, -0.75}), -0.375L, {0, 0, -1});
+  CHECK(geometry::separation_between(scene_of(dented, {0, 0, 0}, Sphere{0.125}, {0, 0, 0.5}), 0, 1).gap_m > 0);
+  CHECK_THROWS_AS(geometry::separation_between(scene_of(dented, {0, 0, 0}, Box{{0.1, 0.1, 0.1}}, {0, 0, -0.75}), 0, 1),
+                  std::invalid_argument);
+}
