@@ -85,7 +85,8 @@ template <class S> S distance_to(const Facet<S>& facet, const Vec3<S>& c) {
   return norm(away);
 }
 
-// A face wins over the edges and corners it shares a distance with: inner edges of a flat mesh are no edges.
+// A face wins over the edges and corners it shares a distance with: inner edges of a flat mesh are no edges, nor is what stands
+// right above one beside a face.
 template <class S> Facet<S> nearest_of_mesh(const std::vector<Triangle<S>>& mesh, const Vec3<S>& c) {
   Facet<S> best;
   S least = S(-1);
@@ -98,6 +99,13 @@ template <class S> Facet<S> nearest_of_mesh(const std::vector<Triangle<S>>& mesh
       best = facet;
       least = nearer ? distance : real::min(least, distance);
     }
+  }
+  if (best.dimension == 2) return best;
+  const S round_off = S(8) * real::epsilon<S>() * (norm(c) + least);
+  for (const Triangle<S>& triangle : mesh) {
+    const S above = dot(triangle.normal_B, c - triangle.corner_B[0]);
+    if (real::abs(above) <= least + round_off && within_triangle(triangle, c) >= -round_off)
+      return {2, triangle.corner_B[0], above < S(0) ? -triangle.normal_B : triangle.normal_B};
   }
   return best;
 }
@@ -178,6 +186,17 @@ template <class S, bool with_rates> Sight<S> see_rim(const Knob<S>& knob, const 
 
 }  // namespace
 
+template <class S> S within_triangle(const Triangle<S>& triangle, const Vec3<S>& at_B) {
+  S least{};
+  for (int i = 0; i < 3; ++i) {
+    const Vec3<S>& from = triangle.corner_B[i];
+    const Vec3<S> inward = cross(triangle.normal_B, triangle.corner_B[(i + 1) % 3] - from);
+    const S in = dot(inward, at_B - from) / norm(inward);
+    least = i == 0 ? in : real::min(least, in);
+  }
+  return least;
+}
+
 template <class S>
 Facet<S> nearest_facet(const Surface<S>& surface, const Vec3<S>& center_B, bool corner, const Vec3<S>& side_B, S& beside) {
   beside = S(0);
@@ -207,6 +226,7 @@ Sight<S> watch(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface
 }
 
 #define ATWOOD_FEATURES(S)                                                                                              \
+  template S within_triangle<S>(const Triangle<S>&, const Vec3<S>&);                                                     \
   template Facet<S> nearest_facet<S>(const Surface<S>&, const Vec3<S>&, bool, const Vec3<S>&, S&);                       \
   template Sight<S> look<S>(const Knob<S>&, const Pose<S>&, const Surface<S>&, const Facet<S>&, const Pose<S>&);         \
   template Sight<S> watch<S>(const Knob<S>&, const Pose<S>&, const Surface<S>&, const Facet<S>&, const Pose<S>&);

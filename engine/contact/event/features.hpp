@@ -38,6 +38,9 @@ template <class S> struct Facet {
 
 template <class S> struct Triangle { Vec3<S> corner_B[3], normal_B; };
 
+// Between the planes through the sides of a triangle, square to it: the least of three signed distances.
+template <class S> S within_triangle(const Triangle<S>& triangle, const Vec3<S>& at_B);
+
 enum class SurfaceKind : unsigned char { plane, point, segment, slab, mesh };
 
 template <class S> struct Surface {
