@@ -35,6 +35,7 @@ target_sources(atwood_engine PRIVATE
   collision/triangle_mesh.cpp
   contact/contact.cpp
   contact/event/event.cpp
+  contact/event/facets.cpp
   contact/event/features.cpp
   contact/event/forces.cpp
   contact/event/impacts.cpp

@@ -99,6 +99,7 @@ template <class S> void restart(EventRun<S>& run, const Plan& plan) {
     pair.look_again_at = S(0);
     pair.known_at = -1;
     pair.ends = false;
+    pair.ends_s = S(0);
   }
   run.model.initial_state(run.y.data());
   run.model.system().evaluations = 0;

@@ -154,6 +154,14 @@ struct Builder {
     const bool sheet = std::holds_alternative<Rectangle>(s), flat = std::holds_alternative<Mesh>(s) && is_flat(mesh_surface<S>(std::get<Mesh>(s)));
     const bool corners = std::holds_alternative<Box>(k) || std::holds_alternative<Convex>(k) || std::holds_alternative<Capsule>(k);
     if (corners && (sheet || flat) && surface_for_balls(s, surface)) {
+      pair.past_the_end = std::string("atwood's +event has no contact of ") + shape_name(k) + " `" + scene.bodies[knob_body].name +
+                          "` with the end of " + shape_name(s) + " `" + scene.bodies[surface_body].name + "`, over which it lies";
+      SheetEnds<S> ends{index, knob_body, surface_body, make_geometry<S>(k), make_geometry<S>(s), {}, {S(0), S(0), S(1)}};
+      if (flat) {
+        ends.on_it_B = surface.mesh.front().corner_B[0];
+        ends.normal_B = surface.mesh.front().normal_B;
+      }
+      run.ends.push_back(std::move(ends));
       add(run, pair, index, knob_body, surface_body, knobs_for_planes<S>(k), std::move(surface));
       return true;
     }
@@ -172,6 +180,8 @@ template <class S> void find_pairs(EventRun<S>& run, const Scene& scene) {
     const Body& body = scene.bodies[i];
     run.reach[i] = bounding_radius<S>(body.shape);
     run.length_scale = real::max(run.length_scale, norm(narrow3<S>(body.position_m)) + run.reach[i]);
+    if (const auto* plane = std::get_if<Plane>(&body.shape))
+      run.length_scale = real::max(run.length_scale, real::abs(S(plane->offset_m)) / norm(narrow3<S>(plane->normal)));
   }
   for (int a = 0; a < n; ++a)
     for (int b = a + 1; b < n; ++b) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "collision/geometry.hpp"
 #include "contact/event/features.hpp"
 #include "contact/impulse.hpp"
 #include "integrators/stepper.hpp"
@@ -24,11 +25,19 @@ template <class S> struct ShapePair {
   S reach{};                     // of both bodies' bounding spheres; a plane's is 0
   int plane = -1;                // surface, if one of them is a plane
   bool plane_is_a = false;
+  std::string past_the_end;      // why corners must not slide over the end of what they stand on; empty: they cannot
   std::string refused;           // not empty: no test for this pair; it must not come near
   S look_again_at{};             // the two bodies' travel until which they cannot have met
   std::int64_t known_at = -1;    // step at whose start its features' gaps are known
   bool ends = false;             // this instant's impact ends its series of bounces, tail_s later
-  S tail_s{};
+  S tail_s{}, ends_s{};          // ends_s: when its series will have ended, as its impacts so far tell
+};
+
+// A body of corners and the sheet or flat mesh that they may stand on, whose ends they do not know.
+template <class S> struct SheetEnds {
+  int pair = 0, knob_body = 0, surface_body = 0;
+  Geometry<S> knob, surface;
+  Vec3<S> on_it_B, normal_B;
 };
 
 // A feature that touches at the instant of an impact.
@@ -103,6 +112,7 @@ template <class S> struct EventRun {
   std::vector<ShapePair<S>> pairs;
   std::vector<Feature<S>> features;
   std::vector<Surface<S>> surfaces;
+  std::vector<SheetEnds<S>> ends;
   std::vector<Wind<S>> winds;
   std::vector<Pose<S>> poses;              // of every body; fixed ones never change
   std::vector<S> travel, excursions, reach;  // a body: the length of its way so far, within the step; bounding radius
@@ -169,6 +179,15 @@ template <class S> S effect_of_load(const EventRun<S>& run, const Contact<S>& co
                                     const Vec3<S>& force, const Vec3<S>& couple);
 // Takes drift off the constraints: positions along the normals, velocities as the impulse that costs least energy.
 template <class S> void project_contacts(EventRun<S>& run, S* y);
+
+// ---- facets.cpp: does the contact's surface end? How far its knob is from leaving the facet it is on (poses are current); the
+// facet that it leaves for, or false: no contact is known there.
+template <class S> bool has_ends(const EventRun<S>& run, const Contact<S>& contact);
+template <class S> S within_facet(const EventRun<S>& run, const Contact<S>& contact);
+template <class S> bool leave_facet(EventRun<S>& run, Contact<S>& contact);
+// False: something lies over the end of a sheet in y. Does a body come to a sheet's other side on the way?
+template <class S> bool clear_of_ends(EventRun<S>& run, const S* y);
+template <class S> bool passes_a_sheet(const EventRun<S>& run, const S* y, const S* y_end);
 
 // ---- linear.cpp: run.matrix unknown = run.right, n x n; where redundant contacts make it singular, the solution
 // nearest to what stands in run.unknown, unknowns weighted by run.weight

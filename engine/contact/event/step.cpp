@@ -15,7 +15,7 @@ namespace {
 
 constexpr int most_events_a_step = 1000, most_pieces_of_a_step = 100000;
 
-enum class Condition : unsigned char { none, gap, force, cone, slip, couple, roll, calm };
+enum class Condition : unsigned char { none, gap, force, cone, slip, couple, roll, facet, calm };
 
 template <class S> struct Fall {
   S theta = S(2);
@@ -214,6 +214,7 @@ template <class S> S value_of(const EventRun<S>& run, Condition condition, const
     case Condition::cone: return pair.friction * contact.normal_N - norm(contact.friction_N);
     case Condition::couple: return pair.rolling_friction_m * contact.normal_N - norm(contact.couple_N_m);
     case Condition::slip: return dot(contact.u, contact.slip_direction);
+    case Condition::facet: return within_facet(run, contact) + run.gap_round_off();  // 0 above inner edges
     default: return dot(contact.w, contact.roll_direction);
   }
 }
@@ -222,12 +223,13 @@ template <class S> bool about_forces(Condition condition, S) {
   return condition == Condition::force || condition == Condition::cone || condition == Condition::couple;
 }
 
-template <class S> bool applies(Condition condition, const Contact<S>& contact) {
+template <class S> bool applies(const EventRun<S>& run, Condition condition, const Contact<S>& contact) {
   switch (condition) {
     case Condition::force: return true;
     case Condition::cone: return contact.mode == Mode::sticks;
     case Condition::couple: return contact.turning == Turning::held;
     case Condition::slip: return contact.mode == Mode::slips && !contact.waits;
+    case Condition::facet: return has_ends(run, contact);
     default: return contact.turning == Turning::rolls;
   }
 }
@@ -280,16 +282,16 @@ template <class S> S locate(Flow<S>& flow, Condition condition, int index, S f_l
 
 template <class S> void earliest_switch(Flow<S>& flow, Fall<S>& first) {
   EventRun<S>& run = flow.run;
-  constexpr Condition of_forces[] = {Condition::force, Condition::cone, Condition::couple}, of_motion[] = {Condition::slip, Condition::roll};
+  constexpr Condition of_forces[] = {Condition::force, Condition::cone, Condition::couple}, of_motion[] = {Condition::slip, Condition::roll, Condition::facet};
   const int count = static_cast<int>(run.contacts.size());
   const auto search = [&](Condition condition, bool forces) {
     for (int i = 0; i < count; ++i) {
-      if (!run.contacts[i].carries || !applies(condition, run.contacts[i])) continue;
+      if (!run.contacts[i].carries || !applies(run, condition, run.contacts[i])) continue;
       const S until = real::min(first.theta, S(1));
       const S* y = until < S(1) ? flow.at(until) : run.y_new.data();
       see_contacts(run, flow.t_s + until * flow.h_s, y, forces);
       const S end = value_of(run, condition, run.contacts[i]);
-      const S tiny = condition == Condition::slip || condition == Condition::roll ? S(0) : -S(64) * real::epsilon<S>() * run.contacts[i].largest_N;
+      const S tiny = about_forces(condition, S(0)) ? -S(64) * real::epsilon<S>() * run.contacts[i].largest_N : S(0);
       if (!(end < tiny)) continue;
       see_contacts(run, flow.t_s, run.y.data(), forces);
       const S start = value_of(run, condition, run.contacts[i]);
@@ -299,7 +301,7 @@ template <class S> void earliest_switch(Flow<S>& flow, Fall<S>& first) {
   };
   if (run.least_margin < S(0.1)) for (const Condition condition : of_forces) search(condition, true);
   for (const Condition condition : of_motion) {
-    const bool any = std::any_of(run.contacts.begin(), run.contacts.end(), [&](const Contact<S>& c) { return c.carries && applies(condition, c); });
+    const bool any = std::any_of(run.contacts.begin(), run.contacts.end(), [&](const Contact<S>& c) { return c.carries && applies(run, condition, c); });
     if (any) search(condition, false);
   }
 }
@@ -340,6 +342,19 @@ template <class S> void earliest_calm(Flow<S>& flow, Fall<S>& first) {
     }
     if (theta < S(1) && theta < first.theta) first = {theta, Condition::calm, static_cast<int>(i)};
   }
+}
+
+// ---- bodies over the end of a sheet -------------------------------------------------------------------------------------------
+template <class S> bool stays_clear_of_ends(Flow<S>& flow, S until) {
+  EventRun<S>& run = flow.run;
+  if (run.ends.empty()) return true;
+  const bool whole = until >= S(1);
+  const int looks = passes_a_sheet(run, run.y.data(), run.y_new.data()) ? 32 : 1;
+  for (int k = 1; k <= looks; ++k) {
+    const S* y = k == looks && whole ? run.y_new.data() : flow.at(until * S(k) / S(looks));
+    if (!clear_of_ends(run, y)) return false;
+  }
+  return true;
 }
 
 // ---- steps --------------------------------------------------------------------------------------------------------------------
@@ -481,6 +496,10 @@ template <class S> bool respond(EventRun<S>& run, const Fall<S>& fall, S t_s) {
     contact.turning = Turning::rolls;
     contact.roll_direction = (S(-1) / norm(contact.couple_N_m)) * contact.couple_N_m;
   }
+  if (fall.condition == Condition::facet) {
+    see_contacts(run, t_s, run.y.data(), false);
+    if (!leave_facet(run, contact)) return false;
+  }
   if (!review_contacts(run, t_s, true)) return false;
   project_contacts(run, run.y.data());
   return true;
@@ -531,7 +550,7 @@ template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s) {
     earliest_touch(flow, first);
     if (run.carrying > 0) earliest_switch(flow, first);
     if (!run.winds.empty()) earliest_calm(flow, first);
-    if (!flow.ok) return false;
+    if (!flow.ok || !stays_clear_of_ends(flow, real::min(first.theta, S(1)))) return false;
     advance_travel(run, real::min(first.theta, S(1)));
     if (first.condition == Condition::none) {
       run.y.swap(run.y_new);
