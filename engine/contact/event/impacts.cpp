@@ -1,7 +1,8 @@
 // The impacts of one instant.
 //
 // "sequential": the pair of bodies that approaches fastest collides (ties: the first in the scene's order), then the next, until
-// no pair approaches: right for touching cradles. Several points of one pair (a box that lands flat) are solved together.
+// no pair approaches: right for touching cradles. Several points of one pair that move alike (an edge on a floor) are as one
+// point; others (a sliding box that lands flat) are solved together.
 // "together": all points of all pairs in one complementarity problem (Newton's or Poisson's law at each; for several points at
 // once Stronge's is taken as Poisson's):
 //   v_n + e v_n- >= 0,  p_n >= 0,  (v_n + e v_n-) p_n = 0,  |p_t| <= mu p_n, slip opposed         (Moreau; Glocker and Pfeiffer)
@@ -29,6 +30,15 @@ template <class S> struct Instant {
   }
   S vn(const Hit<S>& hit) const { return dot(u(hit), hit.sight.normal); }
 };
+
+// Bodies may have gone far from where they began, and round-off of a gap grows with their coordinates.
+template <class S> void note_places(EventRun<S>& run) {
+  for (const int p : run.near)
+    for (const int body : {run.pairs[p].a, run.pairs[p].b}) {
+      const int offset = run.model.offset(body);
+      if (offset >= 0) run.length_scale = real::max(run.length_scale, norm(load3(run.y.data() + offset)) + run.reach[body]);
+    }
+}
 
 template <class S> void find_hits(EventRun<S>& run) {
   run.hits.clear();
@@ -72,6 +82,53 @@ template <class S> void collide_one(Instant<S>& now, Hit<S>& hit) {
   const Impulse<S> impulse = collide(law_of(run, hit.pair), hit.sight.normal, surface, knob);
   take_back(run, f, surface, knob);
   run.pending.push_back({hit.pair, f.knob_body == run.pairs[hit.pair].a, hit.sight, impulse});
+}
+
+// ---- several points of one pair that move alike ------------------------------------------------------------------------------
+// Is x within the hull of the points, all of them on a plane of normal n?
+template <class S> bool supported(const Hit<S>* hits, int count, const Vec3<S>& n, const Vec3<S>& x, S tiny_m) {
+  for (int i = 0; i < count; ++i)
+    for (int j = 0; j < i; ++j) {
+      const Vec3<S>& from = hits[j].sight.x;
+      const Vec3<S> side = cross(n, hits[i].sight.x - from);
+      const S tiny = tiny_m * norm(side);
+      S least = S(0), most = S(0);
+      for (int k = 0; k < count; ++k) {
+        least = real::min(least, dot(side, hits[k].sight.x - from));
+        most = real::max(most, dot(side, hits[k].sight.x - from));
+      }
+      const S at = dot(side, x - from);
+      if ((most <= tiny && at > tiny) || (least >= -tiny && at < -tiny)) return false;
+    }
+  return true;
+}
+
+// An edge that lands on a face, or a face without friction: the points' velocities are equal, and stay so where the impulse acts
+// below the centre of mass. They are then as one point there, and every law holds as for one.
+template <class S> bool collide_as_one(Instant<S>& now, int first, int count) {
+  EventRun<S>& run = now.run;
+  const Hit<S>* hits = &run.hits[first];
+  const Feature<S>& f = now.feature(hits[0]);
+  const Vec3<S>& n = hits[0].sight.normal;
+  const S tiny_m = S(4) * run.gap_round_off();
+  const Vec3<S> u = now.u(hits[0]), along = hits[1].sight.x - hits[0].sight.x;
+  for (int i = 1; i < count; ++i)
+    if (norm(hits[i].sight.normal - n) > S(64) * real::epsilon<S>() || norm(now.u(hits[i]) - u) > now.still ||
+        now.feature(hits[i]).knob_body != f.knob_body)
+      return false;
+  Hit<S> one = hits[0];
+  const Vec3<S> from = run.poses[run.moves[f.knob_body] ? f.knob_body : f.surface_body].p - hits[0].sight.x;
+  one.sight.x += count == 2 ? (dot(from, along) / dot(along, along)) * along : from - dot(from, n) * n;
+  if (!supported(hits, count, n, one.sight.x, tiny_m)) return false;
+  if (count == 2 && !(dot(one.sight.x - hits[0].sight.x, one.sight.x - hits[1].sight.x) < S(0))) return false;
+  ImpactBody<S> surface = impact_body(run, f.surface_body, one.sight.x), knob = impact_body(run, f.knob_body, one.sight.x);
+  const Impulse<S> impulse = collide(law_of(run, one.pair), n, surface, knob);
+  const Vec3<S> turns = knob.w_W - surface.w_W;
+  for (int i = 0; i < count; ++i)
+    if (norm(cross(turns, hits[i].sight.x - one.sight.x)) > S(16) * now.still) return false;
+  take_back(run, f, surface, knob);
+  run.pending.push_back({one.pair, f.knob_body == run.pairs[one.pair].a, one.sight, impulse});
+  return true;
 }
 
 // ---- several points at once ---------------------------------------------------------------------------------------------------
@@ -191,7 +248,7 @@ template <class S> bool all_impacts(Instant<S>& now) {
   const int count = static_cast<int>(run.hits.size());
   if (run.options.together) {
     if (count == 1) collide_one(now, run.hits[0]);
-    else collide_together(now, 0, count);
+    else if (count > 1 && !(end_of_pair(run, 0) == count && collide_as_one(now, 0, count))) collide_together(now, 0, count);
     return true;
   }
   for (int impacts = 0; impacts < most_impacts_at_once; ++impacts) {
@@ -209,7 +266,7 @@ template <class S> bool all_impacts(Instant<S>& now) {
     while (first > 0 && run.hits[first - 1].pair == run.hits[fastest].pair) --first;
     const int end = end_of_pair(run, first);
     if (end - first == 1) collide_one(now, run.hits[first]);
-    else collide_together(now, first, end - first);
+    else if (!collide_as_one(now, first, end - first)) collide_together(now, first, end - first);
   }
   collide_together(now, 0, count);  // ever smaller impacts back and forth: what is left of them, at once
   return true;
@@ -220,6 +277,14 @@ template <class S> bool all_impacts(Instant<S>& now) {
 // less than eps^(2/3) r.   flight T_k = 2 v / a,  rise a T^2 / 8,  rest of the series T_k / (1 - e)
 // The impact that ends it is taken without restitution: friction's impulse over the rest of the series, and the way that it
 // takes from a sliding body, are then those of a body that slides under its weight from here on, exactly.
+// Each impact of a series tells when the series will end, early ones to less round-off: of those that agree with all later ones
+// within that of the last, the first is believed.
+template <class S> void forecast_end(EventRun<S>& run, ShapePair<S>& pair, S t_s, S rises, S series_s) {
+  const S places = norm(run.poses[pair.a].p) + norm(run.poses[pair.b].p) + pair.reach, e = pair.restitution;
+  const S round_off = S(4) * real::epsilon<S>() * (places / (rises * (S(1) - e)) + t_s);
+  if (!(real::abs(t_s + series_s - pair.ends_s) <= round_off)) pair.ends_s = t_s + series_s;
+}
+
 template <class S> bool find_ends(Instant<S>& now, S t_s) {
   EventRun<S>& run = now.run;
   bool found = false, known = false;
@@ -255,9 +320,10 @@ template <class S> bool find_ends(Instant<S>& now, S t_s) {
     const S size_a = run.reach[pair.a] > S(0) ? run.reach[pair.a] : run.reach[pair.b];
     const S size = run.reach[pair.b] > S(0) ? real::min(size_a, run.reach[pair.b]) : size_a;
     const S flight = S(2) * rises / pressing, root = std::cbrt(real::epsilon<S>());
+    forecast_end(run, pair, t_s, rises, flight / (S(1) - pair.restitution));
     if (pressing * flight * flight / S(8) > root * root * size) continue;
     pair.ends = true;
-    pair.tail_s = flight / (S(1) - pair.restitution);
+    pair.tail_s = real::max(S(0), pair.ends_s - t_s);
     found = true;
   }
   return found;
@@ -285,6 +351,7 @@ template <class S> void drop_kicked(EventRun<S>& run, S still) {
 }  // namespace
 
 template <class S> bool resolve_impacts(EventRun<S>& run, S t_s) {
+  note_places(run);
   find_hits(run);
   Instant<S> now{run, run.approach_round_off()};
   for (const Hit<S>& hit : run.hits) run.pairs[hit.pair].ends = false;
