@@ -1,0 +1,90 @@
+// A run of a scene built in the test, with all that it tells.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "contact/contact.hpp"
+#include "scene/scene.hpp"
+
+namespace atwood::recorded {
+
+struct Recorded {
+  Outcome outcome;
+  std::vector<Sample> samples;
+  std::vector<Event> events;
+
+  Real3 p(int body) const { return doubles(samples.back().bodies[static_cast<std::size_t>(body)].p_m); }
+  Real3 v(int body) const { return doubles(samples.back().bodies[static_cast<std::size_t>(body)].v_m_per_s); }
+  Real3 w(int body) const { return doubles(samples.back().bodies[static_cast<std::size_t>(body)].w_rad_per_s); }
+  int count(EventKind kind) const {
+    int found = 0;
+    for (const Event& event : events) found += event.kind == kind;
+    return found;
+  }
+  static Real3 doubles(const std::array<Wide, 3>& x) {
+    return {static_cast<double>(x[0]), static_cast<double>(x[1]), static_cast<double>(x[2])};
+  }
+};
+
+inline Recorded run(const std::string& method, const Scene& scene, const Plan& plan) {
+  Recorded recorded;
+  Observer observer;
+  observer.sample = [&](const Sample& s) { recorded.samples.push_back(s); };
+  observer.event = [&](const Event& e) { recorded.events.push_back(e); };
+  recorded.outcome = run_with_contacts(parse_method_id(method), scene, plan, observer, 0);
+  return recorded;
+}
+
+inline double time_of(const Event& event) { return static_cast<double>(event.t_s); }
+
+inline Scene world(const Real3& gravity, double restitution, double friction) {
+  Scene scene;
+  scene.gravity_m_per_s2 = gravity;
+  scene.materials = {{"stuff", restitution, friction, 0}};
+  scene.pairs = {{0, 0, restitution, friction, 0}};
+  return scene;
+}
+
+inline Body fixed(const std::string& name, Shape shape, const Real3& at = {}) {
+  Body body;
+  body.name = name;
+  body.shape = std::move(shape);
+  body.fixed = true;
+  body.position_m = at;
+  return body;
+}
+
+// I: principal moments for 1 kg.
+inline Body moving(const std::string& name, Shape shape, double mass_kg, const Real3& I, const Real3& at, const Real3& velocity = {},
+                   const Real3& spin = {}) {
+  Body body;
+  body.name = name;
+  body.shape = std::move(shape);
+  body.mass_kg = mass_kg;
+  body.inertia_kg_m2 = {mass_kg * I[0], 0, 0, 0, mass_kg * I[1], 0, 0, 0, mass_kg * I[2]};
+  body.position_m = at;
+  body.velocity_m_per_s = velocity;
+  body.angular_velocity_body_rad_per_s = spin;
+  return body;
+}
+
+inline Body ball(const std::string& name, double mass_kg, double r, const Real3& at, const Real3& velocity = {}, const Real3& spin = {}) {
+  return moving(name, Sphere{r}, mass_kg, {0.4 * r * r, 0.4 * r * r, 0.4 * r * r}, at, velocity, spin);
+}
+
+inline Body box(const std::string& name, double mass_kg, const Real3& half, const Real3& at, const Real3& velocity = {}) {
+  const double a = half[0] * half[0], b = half[1] * half[1], c = half[2] * half[2];
+  return moving(name, Box{half}, mass_kg, {(b + c) / 3, (a + c) / 3, (a + b) / 3}, at, velocity);
+}
+
+inline Mesh flat_mesh(double a, double b) {  // two triangles that share a diagonal through the origin
+  Mesh mesh;
+  mesh.points_m = {{-a, -b, 0}, {a, -b, 0}, {a, b, 0}, {-a, b, 0}};
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  return mesh;
+}
+
+}  // namespace atwood::recorded
