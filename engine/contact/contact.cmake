@@ -34,15 +34,20 @@ target_sources(atwood_engine PRIVATE
   collision/swept.cpp
   collision/triangle_mesh.cpp
   contact/contact.cpp
+  contact/event/alone.cpp
   contact/event/event.cpp
   contact/event/facets.cpp
+  contact/event/fall.cpp
   contact/event/features.cpp
   contact/event/forces.cpp
   contact/event/impacts.cpp
   contact/event/linear.cpp
   contact/event/modes.cpp
   contact/event/motion.cpp
+  contact/event/near.cpp
   contact/event/pairs.cpp
+  contact/event/project.cpp
+  contact/event/rows.cpp
   contact/event/settle.cpp
   contact/event/step.cpp
   contact/impulse.cpp

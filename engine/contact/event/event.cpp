@@ -68,11 +68,14 @@ template <class S> void prepare_run(EventRun<S>& run, const MethodId& id, const 
   }
   find_pairs(run, scene);
   find_winds(run, scene);
-  for (auto* list : {&run.near}) list->reserve(run.pairs.size());
+  hold_inverses(run);
+  for (auto* v : {&run.free_acceleration, &run.acceleration}) v->resize(bodies);
+  run.touches.resize(bodies);
+  run.near.reserve(run.pairs.size());
+  run.contact_bodies.reserve(bodies);
   run.hits.reserve(run.features.size());
   run.contacts.reserve(run.features.size());
   run.contacts_before.reserve(run.features.size());
-  run.rows.reserve(64);
   wrap_rates(run);
   if (id.rtol) {
     run.rtol = S(*id.rtol);
@@ -90,6 +93,7 @@ template <class S> void restart(EventRun<S>& run, const Plan& plan) {
   run.contacts.clear();
   run.carrying = 0;
   run.starts = true;
+  run.has_factors = false;
   run.seen_epoch = -1;
   run.h_next_s = S(0);
   run.speed_scale = norm(run.model.uniform_gravity()) * S(plan.t_end_s) / S(plan.steps);

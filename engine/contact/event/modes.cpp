@@ -232,7 +232,10 @@ template <class S> bool review_contacts(EventRun<S>& run, S t_s, bool report) {
     S heaviest = S(0);
     for (const int body : run.contact_bodies) heaviest = real::max(heaviest, run.model.mass(body).mass_kg);
     const S tiny_acceleration = S(1e6) * real::epsilon<S>() * size, tiny_N = S(1e5) * real::epsilon<S>() * size * heaviest;
-    for (Contact<S>& contact : run.contacts) contact.share_N = contact.largest_N = S(0);
+    for (Contact<S>& contact : run.contacts) {
+      contact.share_N = contact.largest_N = S(0);
+      contact.share_friction_N = contact.share_couple_N_m = {};
+    }
     if (run.carrying > 0) contact_rates(run, t_s, run.y.data(), run.dydt.data());
     if (!obeys(run, tiny_N)) {
       run.free_rate_of(run.free_context, t_s, run.y.data(), run.dydt.data());

@@ -39,33 +39,41 @@ template <class S> Facet<S> facet_under(const EventRun<S>& run, const Feature<S>
   return nearest_facet(surface, turned_back(on, center - on.p), corner, turned_back(on, of.p - on.p), beside);
 }
 
-template <class S> Sight<S> sight_of(EventRun<S>& run, const Feature<S>& feature, const S* y) {
+template <class S> Sight<S> sight_of_ball(const EventRun<S>& run, const Feature<S>& feature, const S* y) {
   const Surface<S>& surface = run.surfaces[feature.surface];
   Sight<S> sight;
-  if (feature.knob.centered && surface.kind <= SurfaceKind::point) {  // balls on planes and balls: no axes needed
-    const int k = run.model.offset(feature.knob_body), s = run.model.offset(feature.surface_body);
-    const Vec3<S> p = k < 0 ? run.poses[feature.knob_body].p : load3(y + k), v = k < 0 || !run.moves[feature.knob_body] ? Vec3<S>{} : load3(y + k + at_velocity);
-    if (surface.kind == SurfaceKind::plane) {
-      sight.normal = surface.normal_W;
-      sight.gap = dot(sight.normal, p) - surface.offset - feature.knob.radius;
-      sight.rate = dot(sight.normal, v);
-    } else {
-      const Vec3<S> away = p - (s < 0 ? run.poses[feature.surface_body].p : load3(y + s));
-      const Vec3<S> drift = v - (s < 0 || !run.moves[feature.surface_body] ? Vec3<S>{} : load3(y + s + at_velocity));
-      const S distance = norm(away);
-      sight.normal = distance > S(0) ? (S(1) / distance) * away : Vec3<S>{S(0), S(0), S(1)};
-      sight.gap = distance - feature.knob.radius - surface.radius;
-      sight.rate = dot(sight.normal, drift);
-    }
-    sight.x = p - feature.knob.radius * sight.normal;
-    return sight;
+  const auto place = [&](int body) { const int at = run.model.offset(body); return at < 0 ? run.poses[body].p : load3(y + at); };
+  const auto speed = [&](int body) { return run.moves[body] ? load3(y + run.model.offset(body) + at_velocity) : Vec3<S>{}; };
+  const Vec3<S> p = place(feature.knob_body), v = speed(feature.knob_body);
+  if (surface.kind == SurfaceKind::plane) {
+    sight.normal = surface.normal_W;
+    sight.gap = dot(sight.normal, p) - surface.offset - feature.knob.radius;
+    sight.rate = dot(sight.normal, v);
+  } else {
+    const Vec3<S> away = p - place(feature.surface_body);
+    const Vec3<S> drift = v - speed(feature.surface_body);
+    const S distance = norm(away);
+    sight.normal = distance > S(0) ? (S(1) / distance) * away : Vec3<S>{S(0), S(0), S(1)};
+    sight.gap = distance - feature.knob.radius - surface.radius;
+    sight.rate = dot(sight.normal, drift);
   }
-  pose_bodies(run, feature, y);
+  sight.x = p - feature.knob.radius * sight.normal;
+  return sight;
+}
+
+template <class S> Sight<S> posed_sight(const EventRun<S>& run, const Feature<S>& feature) {
   S beside{};
   const Facet<S> facet = facet_under(run, feature, beside);
-  sight = look(feature.knob, run.poses[feature.knob_body], surface, facet, run.poses[feature.surface_body]);
+  const Surface<S>& surface = run.surfaces[feature.surface];
+  Sight<S> sight = look(feature.knob, run.poses[feature.knob_body], surface, facet, run.poses[feature.surface_body]);
   if (beside > S(0)) sight.gap = real::max(sight.gap, beside);  // a corner past the face's end is above nothing
   return sight;
+}
+
+template <class S> Sight<S> sight_of(EventRun<S>& run, const Feature<S>& feature, const S* y) {
+  if (!needs_axes(run, feature)) return sight_of_ball(run, feature, y);
+  pose_bodies(run, feature, y);
+  return posed_sight(run, feature);
 }
 
 // I^-1 in world axes, R I_B^-1 R^T, by its action on the world's axes (it is symmetric, so columns are rows).
@@ -101,6 +109,8 @@ template <class S> void store_velocity(EventRun<S>& run, int body, const Vec3<S>
   template Pose<S> pose_of<S>(const EventRun<S>&, int, const S*);                                   \
   template void pose_bodies<S>(EventRun<S>&, const Feature<S>&, const S*);                          \
   template Facet<S> facet_under<S>(const EventRun<S>&, const Feature<S>&, S&);                      \
+  template Sight<S> sight_of_ball<S>(const EventRun<S>&, const Feature<S>&, const S*);              \
+  template Sight<S> posed_sight<S>(const EventRun<S>&, const Feature<S>&);                          \
   template Sight<S> sight_of<S>(EventRun<S>&, const Feature<S>&, const S*);                         \
   template ImpactBody<S> impact_body<S>(const EventRun<S>&, int, const Vec3<S>&);                   \
   template void store_velocity<S>(EventRun<S>&, int, const Vec3<S>&, const Vec3<S>&, S*);

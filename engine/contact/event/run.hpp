@@ -80,20 +80,28 @@ template <class S> struct Contact {
   Vec3<S> u, w;                  // slip velocity of the knob's point, relative angular velocity
   S normal_N{}, largest_N{};     // now; since it carries
   Vec3<S> friction_N, couple_N_m;
-  int first_row = -1;
-  S share_N{};                   // of the load, among redundant contacts: as settled when they last changed
+  bool alone = false;            // shares no moving body with another contact that carries: solved by itself (alone.cpp)
+  int first_row = -1, force_rows = 1, couple_rows = 0;  // -1: none of the linear system's
+  Vec3<S> tangent[2];            // of the rows after the normal one
+  Vec3<S> along_W, along_couple_W;  // what comes with 1 N along the normal: that and friction, a couple
+  S share_N{};                   // of the load, among redundant contacts: as settled when they last changed, then as at the last step's end
+  Vec3<S> share_friction_N, share_couple_N_m;
   // Of settle_forces() alone:
-  Vec3<S> along_W, along_couple_W, u_dot, alpha;
+  Vec3<S> u_dot, alpha;
   S mobility_n{}, mobility_t{}, mobility_c{};
 };
 
-// A direction in the velocities of the two bodies, and as forces: on the knob's body, the opposite on the surface's.
-template <class S> struct Wrench { Vec3<S> linear, angular_k, angular_s; };
+// Of one body, world axes: a direction in its velocities, a load on it, or its acceleration.
+template <class S> struct Twist { Vec3<S> linear, angular; };
+template <class S> S dot(const Twist<S>& a, const Twist<S>& b) { return dot(a.linear, b.linear) + dot(a.angular, b.angular); }
+
+// What is asked of the accelerations of a contact's two bodies, and what one unit of the load that sees to it does to them.
 template <class S> struct Row {
-  int contact = 0, knob_body = 0, surface_body = 0;
-  Wrench<S> row, column;                       // the acceleration asked for; the load that one unknown stands for
-  Vec3<S> a_k, alpha_k, a_s, alpha_s;          // what the column does to both bodies
+  int body[2] = {-1, -1};                      // the knob's, the surface's; -1: does not move
+  Twist<S> row[2], answer[2];                  // of each body: the sum of row . acceleration is asked for; acceleration
 };
+
+template <class S> struct Inverse { S mass_per_kg{}; Vec3<S> I_row[3]; };  // of mass and inertia, world axes
 
 template <class S> struct Wind { int body = 0; Vec3<S> velocity_W; };  // |u| u of quadratic drag has a kink at u = v - wind = 0
 
@@ -123,6 +131,7 @@ template <class S> struct EventRun {
   std::vector<Hit<S>> hits;
   std::vector<Pending<S>> pending;         // events of the impacts of an instant
   std::vector<int> contact_bodies;         // each once
+  std::vector<int> touches;                // a body: contacts that carry on it
   int carrying = 0;
 
   // ---- the model's own equations, which those with contacts wrap
@@ -133,12 +142,18 @@ template <class S> struct EventRun {
   std::int64_t wrapped_calls = 0;
 
   // ---- linear algebra of the contacts
-  std::vector<Row<S>> rows;
-  std::vector<S> matrix, factors, right, unknown, residual, weight;
-  std::vector<int> pivots;
-  std::vector<Vec3<S>> a_W, alpha_W;       // of bodies, in settle_forces()
-  S least_margin{};                        // over the evaluations of a step: how near a force came to its bound, relative
+  std::vector<Row<S>> rows;                // room for them: the first row_count are in use
+  int row_count = 0, row_contacts = 0;
+  std::vector<Inverse<S>> inverse;         // of moving bodies; kept up where they are posed as contact_bodies
+  std::vector<S> matrix, right, unknown, residual, weight, diagonal;
+  std::vector<int> pivots, block_ends;
+  bool has_factors = false;                // matrix: of the rows of an earlier evaluation, and
+  std::uint64_t factors_of = 0;            // of which contacts in which modes
+  bool answered = false;                   // acceleration: what the unknowns do to the bodies
+  std::vector<Twist<S>> free_acceleration, acceleration;  // of bodies in one evaluation: without contacts, and by them
+  bool near_bound = false;                 // in an evaluation of this step a force came near to its bound
   bool solvable = true;
+  bool sights_at_end = false;              // the contacts' last sights are of y_new
 
   // ---- states
   std::vector<S> y, y_new, y_probe, y_kept, dydt;
@@ -162,6 +177,12 @@ template <class S> void find_pairs(EventRun<S>& run, const Scene& scene);
 template <class S> Pose<S> pose_of(const EventRun<S>& run, int body, const S* y);
 template <class S> void pose_bodies(EventRun<S>& run, const Feature<S>& feature, const S* y);  // the two of them, into run.poses
 template <class S> Facet<S> facet_under(const EventRun<S>& run, const Feature<S>& feature, S& beside);  // run.poses are current
+// Centred balls on planes and balls need no axes of their bodies.
+template <class S> bool needs_axes(const EventRun<S>& run, const Feature<S>& feature) {
+  return !feature.knob.centered || run.surfaces[feature.surface].kind > SurfaceKind::point;
+}
+template <class S> Sight<S> sight_of_ball(const EventRun<S>& run, const Feature<S>& feature, const S* y);  // of such
+template <class S> Sight<S> posed_sight(const EventRun<S>& run, const Feature<S>& feature);  // run.poses are current
 template <class S> Sight<S> sight_of(EventRun<S>& run, const Feature<S>& feature, const S* y);
 template <class S> ImpactBody<S> impact_body(const EventRun<S>& run, int body, const Vec3<S>& x_W);  // from run.poses
 template <class S> void store_velocity(EventRun<S>& run, int body, const Vec3<S>& v_W, const Vec3<S>& w_W, S* y);
@@ -170,15 +191,28 @@ template <class S> void store_velocity(EventRun<S>& run, int body, const Vec3<S>
 template <class S> void wrap_rates(EventRun<S>& run);
 template <class S> void unwrap_rates(EventRun<S>& run);
 template <class S> void contact_rates(EventRun<S>& run, S t_s, const S* y, S* dydt);
+template <class S> void keep_shares(EventRun<S>& run);           // of the last evaluation: where the next step's solutions start
 // The contact's relative acceleration along n and across it, with all forces in `dydt`.
 template <class S> Vec3<S> relative_acceleration(const EventRun<S>& run, const Contact<S>& contact, const S* dydt);
 template <class S> S normal_acceleration(const EventRun<S>& run, const Contact<S>& contact, const S* dydt);
+
+// ---- rows.cpp: contacts as conditions on their bodies' accelerations
+template <class S> void hold_inverses(EventRun<S>& run);         // once: of bodies whose inertia does not turn
+template <class S> void pose_contact_bodies(EventRun<S>& run, const S* y);
+template <class S> void see_contact(EventRun<S>& run, Contact<S>& contact);  // from run.poses
+template <class S> void see_contacts(EventRun<S>& run, const S* y);          // those that carry
+// What rows are for: under the loads that forces are, under pure ones, along normals alone.
+enum class Rows : unsigned char { forces, velocities, gaps };
+template <class S> void take_direction(const EventRun<S>& run, Contact<S>& contact, Rows what);  // along_W, along_couple_W
+template <class S> void list_unknowns(EventRun<S>& run, Rows what);  // of contacts that carry; forces: and are not alone
+template <class S> void fill_matrix(EventRun<S>& run);           // and run.diagonal
+template <class S> void answer_unknowns(EventRun<S>& run);       // what they do, into run.acceleration of contact_bodies
+template <class S> void read_rows(const EventRun<S>& run, const Contact<S>& contact, S* values);  // of run.acceleration
+template <class S> void read_unknowns(const EventRun<S>& run, Contact<S>& contact);  // as forces and a couple
 // What a force and a couple on the knob's body (the opposite on the surface's) do; and along a force and a couple of the same kind.
 template <class S> Row<S> load_row(const EventRun<S>& run, const Contact<S>& contact, const Vec3<S>& force, const Vec3<S>& couple);
 template <class S> S effect_of_load(const EventRun<S>& run, const Contact<S>& contact, const Vec3<S>& on, const Vec3<S>& on_couple,
                                     const Vec3<S>& force, const Vec3<S>& couple);
-// Takes drift off the constraints: positions along the normals, velocities as the impulse that costs least energy.
-template <class S> void project_contacts(EventRun<S>& run, S* y);
 
 // ---- facets.cpp: does the contact's surface end? How far its knob is from leaving the facet it is on (poses are current); the
 // facet that it leaves for, or false: no contact is known there.
@@ -189,9 +223,16 @@ template <class S> bool leave_facet(EventRun<S>& run, Contact<S>& contact);
 template <class S> bool clear_of_ends(EventRun<S>& run, const S* y);
 template <class S> bool passes_a_sheet(const EventRun<S>& run, const S* y, const S* y_end);
 
-// ---- linear.cpp: run.matrix unknown = run.right, n x n; where redundant contacts make it singular, the solution
-// nearest to what stands in run.unknown, unknowns weighted by run.weight
-template <class S> void solve_rows(EventRun<S>& run, int n, bool redundant);
+// ---- alone.cpp: force and couple under which the contact's point gains `b`, and what they do to its bodies; false: there is none
+template <class S> bool solve_alone(const EventRun<S>& run, Contact<S>& contact, const Vec3<S>& b, Twist<S> (&answer)[2]);
+
+// ---- project.cpp
+// Takes drift off the constraints: positions along the normals, velocities as the impulse that costs least energy.
+template <class S> void project_contacts(EventRun<S>& run, S* y, bool seen = false);  // seen: the contacts' sights are of y
+
+// ---- linear.cpp: run.matrix unknown = run.right, of run.row_count rows; where redundant contacts make it singular, the solution
+// nearest to what stands in run.unknown, unknowns weighted by run.weight; keep_factors: those of an earlier solve will do
+template <class S> void solve_rows(EventRun<S>& run, bool redundant, bool keep_factors = false);
 
 // ---- settle.cpp: normal forces, friction and couples of run.contacts, and u_dot, alpha under them; `free_dydt`: without contacts.
 // Where slip sets in, friction opposes the slip at the end of a step of 1 / rate_per_s, whose direction becomes slip_direction.
@@ -204,6 +245,12 @@ template <class S> void report_event(const EventRun<S>& run, EventKind kind, con
 
 // ---- impacts.cpp: the impacts of an instant, at run.y
 template <class S> bool resolve_impacts(EventRun<S>& run, S t_s);
+
+// ---- near.cpp: which pairs to look at in the step from run.y to run.y_new, and gaps at its ends
+template <class S> bool find_near(EventRun<S>& run, S h_s);      // false: a pair comes near for which there is no test
+template <class S> void measure_gaps(EventRun<S>& run);
+template <class S> void advance_travel(EventRun<S>& run);        // after each piece of a step
+template <class S> void pass_gaps_on(EventRun<S>& run);          // ... if it went its whole way
 
 // ---- step.cpp
 template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s);

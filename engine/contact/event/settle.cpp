@@ -4,6 +4,8 @@
 //   (n . u)' >= 0, N >= 0, one of them 0;   no slip: |T| <= mu N, and T against u' at the edge;   slip: T = -mu N u_t / |u_t|
 //
 // Each turn solves one contact exactly for the others' present forces; Jourdan, Alart, Jean, Comp. Meth. Appl. Mech. Engng 155 (1998) 31.
+#include <algorithm>
+
 #include "contact/event/run.hpp"
 
 namespace atwood::event {
@@ -17,19 +19,21 @@ template <class S> struct Settler {
     const Feature<S>& f = run.features[contact.feature];
     const Pose<S>&k = run.poses[f.knob_body], &s = run.poses[f.surface_body];
     const Vec3<S>&x = contact.sight.x, &x_dot = contact.sight.x_dot;
-    return run.a_W[f.knob_body] + cross(run.alpha_W[f.knob_body], x - k.p) + cross(k.w, x_dot - k.v) -
-           (run.a_W[f.surface_body] + cross(run.alpha_W[f.surface_body], x - s.p) + cross(s.w, x_dot - s.v));
+    const Twist<S>&a = run.acceleration[f.knob_body], &b = run.acceleration[f.surface_body];
+    return a.linear + cross(a.angular, x - k.p) + cross(k.w, x_dot - k.v) -
+           (b.linear + cross(b.angular, x - s.p) + cross(s.w, x_dot - s.v));
   }
   Vec3<S> turning(const Contact<S>& contact) const {
     const Feature<S>& f = run.features[contact.feature];
-    return run.alpha_W[f.knob_body] - run.alpha_W[f.surface_body];
+    return run.acceleration[f.knob_body].angular - run.acceleration[f.surface_body].angular;
   }
   void apply(const Contact<S>& contact, const Vec3<S>& force, const Vec3<S>& couple) {
     const Row<S> row = load_row(run, contact, force, couple);
-    run.a_W[row.knob_body] += row.a_k;
-    run.alpha_W[row.knob_body] += row.alpha_k;
-    run.a_W[row.surface_body] += row.a_s;
-    run.alpha_W[row.surface_body] += row.alpha_s;
+    for (int side = 0; side < 2; ++side) {
+      if (row.body[side] < 0) continue;
+      run.acceleration[row.body[side]].linear += row.answer[side].linear;
+      run.acceleration[row.body[side]].angular += row.answer[side].angular;
+    }
   }
 };
 
@@ -41,14 +45,12 @@ template <class S> Vec3<S> shortened(const Vec3<S>& v, S most) {
 }  // namespace
 
 template <class S> void settle_forces(EventRun<S>& run, const S* free_dydt, S rate_per_s) {
-  const auto bodies = static_cast<std::size_t>(run.model.body_count());
-  run.a_W.assign(bodies, {});
-  run.alpha_W.assign(bodies, {});
+  std::fill(run.acceleration.begin(), run.acceleration.end(), Twist<S>{});
   for (const int body : run.contact_bodies) {
     if (!run.moves[body]) continue;
     const S* at = free_dydt + run.model.offset(body);
-    run.a_W[body] = load3(at + at_velocity);
-    if (run.model.rotates(body)) run.alpha_W[body] = turned(run.poses[body], load3(at + at_body_rate));
+    run.acceleration[body].linear = load3(at + at_velocity);
+    if (run.model.rotates(body)) run.acceleration[body].angular = turned(run.poses[body], load3(at + at_body_rate));
   }
   Settler<S> settler{run};
   for (Contact<S>& contact : run.contacts) {

@@ -1,0 +1,36 @@
+// What ends a step before its time: the first condition to fall of those that must stay positive within it.
+#pragma once
+
+#include "contact/event/run.hpp"
+
+namespace atwood::event {
+
+enum class Condition : unsigned char { none, gap, force, cone, slip, couple, roll, facet, calm };
+
+template <class S> struct Fall {
+  S theta = S(2);
+  Condition condition = Condition::none;
+  int index = -1;  // feature, contact or wind
+};
+
+// A run's probe: the state after theta h, from run.y into run.y_probe.
+template <class S> struct Flow {
+  EventRun<S>& run;
+  Stepper<S>& stepper;
+  S t_s, h_s;
+  bool ok = true;
+  S probed = S(-1);  // theta of what stands in run.y_probe
+
+  const S* at(S theta) {
+    if (theta != probed) ok = stepper.step(t_s, theta * h_s, run.y.data(), run.y_probe.data()) && ok;
+    probed = theta;
+    return run.y_probe.data();
+  }
+};
+
+template <class S> void earliest_touch(Flow<S>& flow, Fall<S>& first);   // of run.near, whose gaps are measured
+template <class S> void earliest_switch(Flow<S>& flow, Fall<S>& first);  // of lasting contacts; sees them
+template <class S> void earliest_calm(Flow<S>& flow, Fall<S>& first);    // of winds
+template <class S> bool stays_clear_of_ends(Flow<S>& flow, S until);       // false: some body comes over the end of a sheet
+
+}  // namespace atwood::event
