@@ -156,10 +156,12 @@ template <class S> void RigidModel<S>::select_interval(S from_s, S to_s) {
     if (is_on(term->on_s, middle_s)) active_.push_back(term.get());
   lanes_ = std::all_of(active_.begin(), active_.end(), [](const ForceTerm<S>* term) { return term->has_lanes(); });
   moving_.clear();
+  holds_ = false;
   for (std::size_t i = 0; i < slots_.size(); ++i) {
     const bool stands = slots_[i].offset < 0 || middle_s < release_s_[i];
     slots_[i].resting = stands ? resting_.data() + i * rotating_size : nullptr;
     if (!stands) moving_.push_back(static_cast<int>(i));
+    holds_ = holds_ || (stands && slots_[i].offset >= 0);
   }
 }
 

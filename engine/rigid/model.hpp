@@ -136,6 +136,7 @@ template <class S> class RigidModel {
   std::vector<const ForceTerm<S>*> active_;
   std::vector<double> switch_times_s_;
   std::vector<int> moving_;
+  bool holds_ = false;                     // some body of the state does not move now
   bool lanes_ = true;                      // every active force has a law over lanes
   VectorWidth width_ = widest_vectors();
   LaneArray<S> resting_lanes_, load_lanes_;

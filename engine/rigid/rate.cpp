@@ -13,7 +13,7 @@ template <class S> void RigidModel<S>::add_loads(S t_s, const S* y) {
 //   p' = v    v' = g + F / m    q' = 1/2 q (0, w)    I w' = tau - w x (I w)      (w, tau in body axes)
 template <class S> void RigidModel<S>::rate_of(void* context, S t_s, const S* y, S* dydt) {
   RigidModel& model = *static_cast<RigidModel*>(context);
-  if (model.moving_.size() < model.slots_.size())
+  if (model.holds_)
     for (int i = 0; i < model.state_size_; ++i) dydt[i] = S(0);  // held bodies do not move
   model.add_loads(t_s, y);
   for (const int i : model.moving_) {

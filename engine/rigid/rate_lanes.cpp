@@ -69,7 +69,7 @@ void RigidModel<S>::rates_of(void* context, int count, const S* t_s, const S* y,
     }
     return;
   }
-  if (model.moving_.size() < model.slots_.size())
+  if (model.holds_)
     for (int i = 0; i < model.state_size_ * count; ++i) dydt[i] = S(0);  // held bodies do not move
   for (int first = 0; first < count; first += lane_count) {
     const int block = std::min(lane_count, count - first);

@@ -71,6 +71,7 @@ template <class S> void prepare_run(EventRun<S>& run, const MethodId& id, const 
   hold_inverses(run);
   for (auto* v : {&run.free_acceleration, &run.acceleration}) v->resize(bodies);
   run.touches.resize(bodies);
+  run.loaded.resize(bodies);
   run.near.reserve(run.pairs.size());
   run.contact_bodies.reserve(bodies);
   run.hits.reserve(run.features.size());
@@ -94,6 +95,7 @@ template <class S> void restart(EventRun<S>& run, const Plan& plan) {
   run.carrying = 0;
   run.starts = true;
   run.has_factors = false;
+  run.modes = 0;
   run.seen_epoch = -1;
   run.h_next_s = S(0);
   run.speed_scale = norm(run.model.uniform_gravity()) * S(plan.t_end_s) / S(plan.steps);

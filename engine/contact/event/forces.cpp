@@ -62,26 +62,27 @@ template <class S> void share_by_pressure(EventRun<S>& run) {
   run.has_factors = false;  // of these weights alone
 }
 
-// The acceleration between the bodies at the point that is asked of the contact's forces, all others being in run.free_acceleration:
-// (n . u)' = 0, (t . u)' = 0.
-template <class S> Vec3<S> asked_at_point(const EventRun<S>& run, const Contact<S>& contact) {
+// What is asked of the contact's rows, less what the bodies' accelerations make of them: (n . u)' = 0, (t . u)' = 0, (t . w)' = 0
+// for t that turn with n.
+template <class S> void ask(EventRun<S>& run, const Contact<S>& contact) {
   const Feature<S>& feature = run.features[contact.feature];
-  const Vec3<S>&x = contact.sight.x, &x_dot = contact.sight.x_dot, &n = contact.sight.normal;
-  const auto at = [&](int body) {
-    const Pose<S>& pose = run.poses[body];
-    const Twist<S>& acceleration = run.free_acceleration[body];
-    return acceleration.linear + cross(acceleration.angular, x - pose.p) + cross(pose.w, x_dot - pose.v);
-  };
-  Vec3<S> b = -at(feature.knob_body) - dot(contact.u, contact.sight.normal_dot) * n;
-  if (run.moves[feature.surface_body]) b += at(feature.surface_body);
-  return b;
+  const Sight<S>& sight = contact.sight;
+  const auto circling = [&](int body) { return cross(run.poses[body].w, sight.x_dot - run.poses[body].v); };
+  Vec3<S> b = -circling(feature.knob_body) - dot(contact.u, sight.normal_dot) * sight.normal, couple{};
+  if (run.moves[feature.surface_body]) b += circling(feature.surface_body);
+  if (contact.couple_rows > 0) couple = dot(contact.w, sight.normal) * sight.normal_dot;
+  project_rows(contact, b, couple, run.right.data() + contact.first_row);
 }
 
-// ... and of its couple: (t . w)' = 0 for t that turn with n.
-template <class S> Vec3<S> asked_of_couple(const EventRun<S>& run, const Contact<S>& contact) {
-  const Feature<S>& feature = run.features[contact.feature];
-  const Vec3<S> alpha = run.free_acceleration[feature.knob_body].angular - run.free_acceleration[feature.surface_body].angular;
-  return dot(contact.w, contact.sight.normal) * contact.sight.normal_dot - alpha;
+// Contacts that carry, and how: of the same, rows are near to each other from one evaluation to the next.
+template <class S> std::uint64_t modes_of(const EventRun<S>& run) {
+  std::uint64_t key = 1;
+  for (const Contact<S>& contact : run.contacts) {
+    if (!contact.carries) continue;
+    const auto feature = static_cast<std::uint64_t>(contact.feature);
+    key = key * 0x9e3779b97f4a7c15u + feature * 16 + static_cast<std::uint64_t>(contact.mode) * 4 + static_cast<std::uint64_t>(contact.turning);
+  }
+  return key;
 }
 
 template <class S> void find_alone(EventRun<S>& run) {
@@ -95,24 +96,13 @@ template <class S> void find_alone(EventRun<S>& run) {
   }
   const auto shared = [&](int body) { return run.moves[body] && run.touches[body] > 1; };
   for (Contact<S>& contact : run.contacts) {
-    const bool forces_alone = contact.turning == Turning::free || (contact.turning == Turning::rolls && contact.mode != Mode::sticks);
-    contact.alone = forces_alone && !shared(knob(contact)) && !shared(surface(contact));
+    const bool forces = contact.turning == Turning::free || (contact.turning == Turning::rolls && contact.mode != Mode::sticks);
+    contact.alone = forces && !shared(knob(contact)) && !shared(surface(contact));
   }
-}
-
-// Contacts that carry, and how: rows of the same are near to each other from one evaluation to the next.
-template <class S> std::uint64_t modes_of(const EventRun<S>& run) {
-  std::uint64_t key = 1;
-  for (const Contact<S>& contact : run.contacts) {
-    if (!contact.carries) continue;
-    const auto feature = static_cast<std::uint64_t>(contact.feature);
-    key = key * 0x9e3779b97f4a7c15u + feature * 16 + static_cast<std::uint64_t>(contact.mode) * 4 + static_cast<std::uint64_t>(contact.turning);
-  }
-  return key;
 }
 
 // Where redundant unknowns start: what the solution does not decide stays as it is.
-template <class S> bool start_from_shares(EventRun<S>& run) {
+template <class S> void start_from_shares(EventRun<S>& run) {
   std::fill_n(run.weight.begin(), run.row_count, S(1));
   for (const Contact<S>& contact : run.contacts) {
     if (contact.first_row < 0) continue;
@@ -121,33 +111,31 @@ template <class S> bool start_from_shares(EventRun<S>& run) {
     for (int i = 0; i + 1 < contact.force_rows; ++i) *x++ = dot(contact.share_friction_N, contact.tangent[i]);
     for (int i = 0; i < contact.couple_rows; ++i) *x++ = dot(contact.share_couple_N_m, contact.tangent[i]);
   }
-  return std::any_of(run.unknown.begin(), run.unknown.begin() + run.row_count, [](S x) { return x != S(0); });
+  run.answered = false;
 }
 
 template <class S> void solve_contacts(EventRun<S>& run) {
   list_unknowns(run, Rows::forces);
-  run.answered = false;
-  if (run.row_count == 0) return;
-  bool loaded = start_from_shares(run);
+  start_from_shares(run);
   for (const Contact<S>& contact : run.contacts)
-    if (contact.first_row >= 0) project_rows(contact, asked_at_point(run, contact), asked_of_couple(run, contact), run.right.data() + contact.first_row);
-  for (int i = 0; i < run.row_count; ++i) loaded = loaded || run.right[i] != S(0);
-  if (!loaded) return;  // nothing is asked for, and nothing was there
+    if (contact.first_row >= 0) ask(run, contact);
   if (run.row_contacts == 1) return solve_rows(run, false);
-  const std::uint64_t modes = modes_of(run);
-  solve_rows(run, true, modes == run.factors_of);
-  run.factors_of = modes;
+  solve_rows(run, true, run.modes == run.factors_of);
+  run.factors_of = run.modes;
   share_by_pressure(run);
 }
 
-template <class S> void solve_those_alone(EventRun<S>& run) {
-  for (Contact<S>& contact : run.contacts) {
-    if (!contact.carries || !contact.alone) continue;
-    const Feature<S>& feature = run.features[contact.feature];
-    Twist<S> answer[2];
-    if (!solve_alone(run, contact, asked_at_point(run, contact), answer)) run.solvable = false;
-    if (run.moves[feature.knob_body]) run.acceleration[feature.knob_body] = answer[0];
-    if (run.moves[feature.surface_body]) run.acceleration[feature.surface_body] = answer[1];
+template <class S> void add_together(EventRun<S>& run, S* dydt) {
+  for (const int body : run.contact_bodies) run.free_acceleration[body] = {linear_of(run, body, dydt), angular_of(run, body, dydt)};
+  solve_contacts(run);
+  if (!run.answered) answer_unknowns(run);
+  for (Contact<S>& contact : run.contacts)
+    if (contact.first_row >= 0) read_unknowns(run, contact);
+  for (const int body : run.contact_bodies) {
+    if (!run.moves[body] || !run.loaded[body]) continue;
+    S* at = dydt + run.model.offset(body);
+    store3(run.acceleration[body].linear, at + at_velocity);
+    if (run.model.rotates(body)) store3(turned_back(run.poses[body], run.acceleration[body].angular), at + at_body_rate);
   }
 }
 
@@ -183,25 +171,19 @@ template <class S> void wrap_rates(EventRun<S>& run) {
 
 template <class S> void contact_rates(EventRun<S>& run, S, const S* y, S* dydt) {
   pose_contact_bodies(run, y);
-  for (const int body : run.contact_bodies) run.free_acceleration[body] = {linear_of(run, body, dydt), angular_of(run, body, dydt)};
-  for (Contact<S>& contact : run.contacts)
-    if (contact.carries) see_contact(run, contact);
-  find_alone(run);
-  solve_contacts(run);
-  if (!run.answered) answer_unknowns(run);
-  solve_those_alone(run);
+  const std::uint64_t modes = modes_of(run);
+  if (modes != run.modes) find_alone(run);
+  run.modes = modes;
+  bool together = false;
   for (Contact<S>& contact : run.contacts) {
     if (!contact.carries) continue;
-    if (!contact.alone) read_unknowns(run, contact);
-    note_bounds(run, contact);
+    see_contact(run, contact);
+    if (contact.alone && !add_alone(run, contact, dydt)) run.solvable = false;
+    together = together || !contact.alone;
   }
-  for (const int body : run.contact_bodies) {
-    if (!run.moves[body]) continue;
-    S* at = dydt + run.model.offset(body);
-    store3(load3(at + at_velocity) + run.acceleration[body].linear, at + at_velocity);
-    if (!run.model.rotates(body)) continue;
-    store3(load3(at + at_body_rate) + turned_back(run.poses[body], run.acceleration[body].angular), at + at_body_rate);
-  }
+  if (together) add_together(run, dydt);
+  for (Contact<S>& contact : run.contacts)
+    if (contact.carries) note_bounds(run, contact);
 }
 
 template <class S> void keep_shares(EventRun<S>& run) {

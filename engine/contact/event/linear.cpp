@@ -103,6 +103,7 @@ template <class S> S residual(EventRun<S>& run) {
     left_square = real::max(left_square, left * left / run.diagonal[i]);
     size_square = real::max(size_square, unknown * run.unknown[i]);
   }
+  if (left_square == S(0)) return S(0);
   return size_square > S(0) ? left_square / size_square : std::numeric_limits<S>::infinity();
 }
 
@@ -118,7 +119,9 @@ template <class S> void solve_rows(EventRun<S>& run, bool redundant, bool keep_f
   S* x = run.unknown.data();
   if (!redundant) {
     factorise_rows(run, false);
-    std::copy(run.right.begin(), run.right.begin() + run.row_count, x);
+    std::fill_n(x, run.row_count, S(0));
+    residual(run);
+    std::copy_n(run.residual.begin(), run.row_count, x);
     substitute_rows(run, x);
     run.has_factors = run.answered = false;
     return;

@@ -121,7 +121,7 @@ template <class S> void count_carrying(EventRun<S>& run) {
 template <class S> bool obeys(const EventRun<S>& run, S tiny_N) {
   return run.solvable && std::all_of(run.contacts.begin(), run.contacts.end(), [&](const Contact<S>& contact) {
     const ShapePair<S>& pair = run.pairs[run.features[contact.feature].pair];
-    if (!contact.carries || contact.waits || contact.normal_N < tiny_N) return false;
+    if (!contact.carries || contact.waits || !(contact.normal_N > tiny_N)) return false;
     if (contact.mode == Mode::sticks && norm(contact.friction_N) > pair.friction * contact.normal_N) return false;
     return contact.turning != Turning::held || norm(contact.couple_N_m) <= pair.rolling_friction_m * contact.normal_N;
   });

@@ -4,14 +4,15 @@
 
 namespace atwood::event {
 
-template <class S> Pose<S> pose_of(const EventRun<S>& run, int body, const S* y) {
+template <class S> void take_pose(const EventRun<S>& run, int body, const S* y, Pose<S>& pose) {
   const int offset = run.model.offset(body);
-  Pose<S> pose;
-  if (offset < 0) return run.poses[body];
+  if (offset < 0) return;
   const S* at = y + offset;
+  const bool moves = run.moves[body] != 0;
   pose.p = load3(at + at_position);
-  pose.v = run.moves[body] ? load3(at + at_velocity) : Vec3<S>{};
-  if (!run.model.rotates(body)) return pose;
+  pose.v = moves ? load3(at + at_velocity) : Vec3<S>{};
+  pose.w = {};
+  if (!run.model.rotates(body)) return;
   const Quat<S> q = load4(at + at_attitude);
   const S two = S(2) / (q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);  // a method's stages are not of unit length
   const S x = two * q.x, y2 = two * q.y, z = two * q.z;
@@ -19,13 +20,17 @@ template <class S> Pose<S> pose_of(const EventRun<S>& run, int body, const S* y)
   pose.axis[0] = {S(1) - yy - zz, xy + wz, xz - wy};
   pose.axis[1] = {xy - wz, S(1) - xx - zz, yz + wx};
   pose.axis[2] = {xz + wy, yz - wx, S(1) - xx - yy};
-  if (run.moves[body]) pose.w = turned(pose, load3(at + at_body_rate));
+  if (moves) pose.w = turned(pose, load3(at + at_body_rate));
+}
+
+template <class S> Pose<S> pose_of(const EventRun<S>& run, int body, const S* y) {
+  Pose<S> pose = run.poses[body];
+  take_pose(run, body, y, pose);
   return pose;
 }
 
 template <class S> void pose_bodies(EventRun<S>& run, const Feature<S>& feature, const S* y) {
-  run.poses[feature.knob_body] = pose_of(run, feature.knob_body, y);
-  run.poses[feature.surface_body] = pose_of(run, feature.surface_body, y);
+  for (const int body : {feature.knob_body, feature.surface_body}) take_pose(run, body, y, run.poses[body]);
 }
 
 template <class S> Facet<S> facet_under(const EventRun<S>& run, const Feature<S>& feature, S& beside) {
@@ -106,6 +111,7 @@ template <class S> void store_velocity(EventRun<S>& run, int body, const Vec3<S>
 }
 
 #define ATWOOD_MOTION(S)                                                                            \
+  template void take_pose<S>(const EventRun<S>&, int, const S*, Pose<S>&);                          \
   template Pose<S> pose_of<S>(const EventRun<S>&, int, const S*);                                   \
   template void pose_bodies<S>(EventRun<S>&, const Feature<S>&, const S*);                          \
   template Facet<S> facet_under<S>(const EventRun<S>&, const Feature<S>&, S&);                      \

@@ -10,6 +10,7 @@ namespace {
 
 // The loads of least size that do what run.right asks for, and what they do to the bodies.
 template <class S> void spread(EventRun<S>& run) {
+  for (const int body : run.contact_bodies) run.free_acceleration[body] = {};
   std::fill_n(run.unknown.begin(), run.row_count, S(0));
   std::fill_n(run.weight.begin(), run.row_count, S(1));
   solve_rows(run, run.row_contacts > 1);

@@ -125,7 +125,7 @@ template <class S> void hold_inverses(EventRun<S>& run) {
 
 template <class S> void pose_contact_bodies(EventRun<S>& run, const S* y) {
   for (const int body : run.contact_bodies) {
-    run.poses[body] = pose_of(run, body, y);
+    take_pose(run, body, y, run.poses[body]);
     if (run.moves[body] && run.model.rotates(body) && !run.round[body]) turn_inertia(run, body);
   }
 }
@@ -135,7 +135,7 @@ template <class S> void see_contact(EventRun<S>& run, Contact<S>& contact) {
   const Pose<S>&of = run.poses[feature.knob_body], &on = run.poses[feature.surface_body];
   contact.sight = watch(feature.knob, of, run.surfaces[feature.surface], contact.facet, on);
   const Vec3<S>& x = contact.sight.x;
-  contact.u = of.v + cross(of.w, x - of.p);
+  contact.u = feature.knob.radius == S(0) ? contact.sight.x_dot : of.v + cross(of.w, x - of.p);  // a corner is fixed in its body
   contact.w = of.w;
   if (!run.moves[feature.surface_body]) return;
   contact.u -= on.v + cross(on.w, x - on.p);
@@ -180,7 +180,10 @@ template <class S> void fill_matrix(EventRun<S>& run) {
 }
 
 template <class S> void answer_unknowns(EventRun<S>& run) {
-  for (const int body : run.contact_bodies) run.acceleration[body] = {};
+  for (const int body : run.contact_bodies) {
+    run.acceleration[body] = {};
+    run.loaded[body] = 0;
+  }
   for (const Contact<S>& contact : run.contacts) {
     if (contact.first_row < 0) continue;
     const Place<S> place = place_of(run, contact);
@@ -192,10 +195,14 @@ template <class S> void answer_unknowns(EventRun<S>& run) {
       const Twist<S> more = load_of(force, couple, place.arm[side], side == 0 ? S(1) : S(-1));
       load.linear += more.linear;
       load.angular += more.angular;
+      run.loaded[place.body[side]] = 1;
     }
   }
-  for (const int body : run.contact_bodies)
-    if (run.moves[body]) run.acceleration[body] = answer_of(run.inverse[body], run.acceleration[body]);
+  for (const int body : run.contact_bodies) {
+    if (!run.loaded[body]) continue;
+    const Twist<S> answer = answer_of(run.inverse[body], run.acceleration[body]), &free = run.free_acceleration[body];
+    run.acceleration[body] = {free.linear + answer.linear, free.angular + answer.angular};
+  }
   run.answered = true;
 }
 

@@ -148,9 +148,10 @@ template <class S> struct EventRun {
   std::vector<S> matrix, right, unknown, residual, weight, diagonal;
   std::vector<int> pivots, block_ends;
   bool has_factors = false;                // matrix: of the rows of an earlier evaluation, and
-  std::uint64_t factors_of = 0;            // of which contacts in which modes
-  bool answered = false;                   // acceleration: what the unknowns do to the bodies
-  std::vector<Twist<S>> free_acceleration, acceleration;  // of bodies in one evaluation: without contacts, and by them
+  std::uint64_t modes = 0, factors_of = 0; // which contacts carry in which modes: of this evaluation, of the matrix
+  bool answered = false;                   // acceleration: under these unknowns
+  std::vector<unsigned char> loaded;       // a body: by some of them
+  std::vector<Twist<S>> free_acceleration, acceleration;  // of bodies in one evaluation: without and with them
   bool near_bound = false;                 // in an evaluation of this step a force came near to its bound
   bool solvable = true;
   bool sights_at_end = false;              // the contacts' last sights are of y_new
@@ -174,6 +175,7 @@ template <class S> struct EventRun {
 template <class S> void find_pairs(EventRun<S>& run, const Scene& scene);
 
 // ---- motion.cpp: poses, gaps
+template <class S> void take_pose(const EventRun<S>& run, int body, const S* y, Pose<S>& pose);  // a fixed body's stays as it is
 template <class S> Pose<S> pose_of(const EventRun<S>& run, int body, const S* y);
 template <class S> void pose_bodies(EventRun<S>& run, const Feature<S>& feature, const S* y);  // the two of them, into run.poses
 template <class S> Facet<S> facet_under(const EventRun<S>& run, const Feature<S>& feature, S& beside);  // run.poses are current
@@ -206,7 +208,7 @@ enum class Rows : unsigned char { forces, velocities, gaps };
 template <class S> void take_direction(const EventRun<S>& run, Contact<S>& contact, Rows what);  // along_W, along_couple_W
 template <class S> void list_unknowns(EventRun<S>& run, Rows what);  // of contacts that carry; forces: and are not alone
 template <class S> void fill_matrix(EventRun<S>& run);           // and run.diagonal
-template <class S> void answer_unknowns(EventRun<S>& run);       // what they do, into run.acceleration of contact_bodies
+template <class S> void answer_unknowns(EventRun<S>& run);       // run.acceleration of contact_bodies, under them and the free one
 template <class S> void read_rows(const EventRun<S>& run, const Contact<S>& contact, S* values);  // of run.acceleration
 template <class S> void read_unknowns(const EventRun<S>& run, Contact<S>& contact);  // as forces and a couple
 // What a force and a couple on the knob's body (the opposite on the surface's) do; and along a force and a couple of the same kind.
@@ -223,8 +225,8 @@ template <class S> bool leave_facet(EventRun<S>& run, Contact<S>& contact);
 template <class S> bool clear_of_ends(EventRun<S>& run, const S* y);
 template <class S> bool passes_a_sheet(const EventRun<S>& run, const S* y, const S* y_end);
 
-// ---- alone.cpp: force and couple under which the contact's point gains `b`, and what they do to its bodies; false: there is none
-template <class S> bool solve_alone(const EventRun<S>& run, Contact<S>& contact, const Vec3<S>& b, Twist<S> (&answer)[2]);
+// ---- alone.cpp: the contact's forces, solved for and added to the rates; false: there are none
+template <class S> bool add_alone(const EventRun<S>& run, Contact<S>& contact, S* dydt);
 
 // ---- project.cpp
 // Takes drift off the constraints: positions along the normals, velocities as the impulse that costs least energy.
