@@ -1,6 +1,7 @@
 // contacts: where a scene's bodies touch in the initial pose, or when they first would, as CSV.
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include <fmt/format.h>
@@ -22,7 +23,19 @@ constexpr const char* touch_columns = "body_a,body_b,toi_s,x_m,y_m,z_m,nx,ny,nz"
 struct Known { const char* name; const char* worker; };
 constexpr Known known_engines[] = {{"atwood", "engine"}, {"truth", "truth"},   {"bullet64", "bullet64"},
                                    {"bullet32", "bullet32"}, {"ode", "ode"},   {"fcl", "fcl"},
-                                   {"libccd", "libccd"},     {"box-edges", "box-edges"}};
+                                   {"libccd", "libccd"}};
+
+// "bullet64/unit-size", "atwood/box-edges": another test of contacts that an engine's worker offers, as sweeps name it.
+// "box-edges" alone is ours, too.
+struct Asked { std::string engine, test; };
+Asked asked_of(const std::string& words) {
+  if (words == "box-edges") return {"atwood", "box-edges"};
+  const std::size_t slash = words.find('/');
+  const std::string engine = words.substr(0, slash);
+  const bool known = std::any_of(std::begin(known_engines), std::end(known_engines), [&](const Known& k) { return engine == k.name; });
+  if (slash == std::string::npos || !known) return {words, ""};
+  return {engine, words.substr(slash + 1)};
+}
 
 std::string worker_path(const Place& place, const std::string& engine) {
   std::vector<std::string> names;
@@ -31,7 +44,7 @@ std::string worker_path(const Place& place, const std::string& engine) {
     names.emplace_back(known.name);
   }
   if (!fs::exists(engine))
-    throw InputError(fmt::format("--engine {}: no such engine or file; expected a worker's path or one of {}", engine,
+    throw InputError(fmt::format("--engine {}: no such engine or file; expected a worker's path or one of {}, box-edges", engine,
                                  fmt::join(names, ", ")));
   if (!fs::is_regular_file(engine)) throw InputError(fmt::format("--engine {}: not a file", engine));
   if (access(engine.c_str(), X_OK) != 0) throw InputError(fmt::format("--engine {}: not executable (chmod +x?)", engine));
@@ -57,10 +70,11 @@ int command_contacts(const Place& place, const Options& options) {
   if (!scenario.scene.problem.empty())
     throw InputError(fmt::format("{}: the bare system `{}` has no bodies that could touch", options.input,
                                  scenario.scene.problem));
-  const std::string engine = options.engines.empty() ? "atwood" : options.engines.front();
-  const Worker worker = find_workers({worker_path(place, engine)}).front();
+  const Asked asked = asked_of(options.engines.empty() ? "atwood" : options.engines.front());
+  const Worker worker = find_workers({worker_path(place, asked.engine)}).front();
   if (worker.status != Status::ok) return exit_of({worker.status, worker.reason, 0, 0, {}});
-  const ContactAnswer answer = contacts_once(worker, scenario.scene, {options.swept, scenario.t_end_s}, options.cell_limit_s);
+  const ContactAnswer answer = contacts_once(worker, scenario.scene, {options.swept, scenario.t_end_s}, options.cell_limit_s,
+                                             asked.test);
   if (answer.outcome.status != Status::ok) return exit_of(answer.outcome);
 
   const int digits = worker.engine.name == "truth" ? 21 : 17;

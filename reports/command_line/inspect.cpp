@@ -175,8 +175,9 @@ bool names_method(const std::string& text) {
   try {
     parse_method_id(text);
     return true;
-  } catch (const std::invalid_argument&) {
-    return false;
+  } catch (const std::invalid_argument& error) {
+    if (text.find('+') == std::string::npos) return false;  // a scene's file that is not there
+    throw InputError(fmt::format("describe {}: {}", text, error.what()));
   }
 }
 

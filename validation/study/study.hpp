@@ -60,7 +60,9 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
 
 // Runs one request in a worker process of its own, for `trace` and tests. time limit in seconds.
 Recording run_once(const Worker& worker, const std::string& method, const Scene& scene, const Plan& plan, double limit_s);
-ContactAnswer contacts_once(const Worker& worker, const Scene& scene, const ContactQuery& query, double limit_s);
+// `test`: one beside the engine's own, as sweeps of poses name it ("unit-size"); empty: its own.
+ContactAnswer contacts_once(const Worker& worker, const Scene& scene, const ContactQuery& query, double limit_s,
+                            const std::string& test = "");
 Truth truth_once(const std::string& truth_worker, const Scenario& scenario, std::int64_t samples, double limit_s);
 
 // ---- running -----------------------------------------------------------------------------------------------------

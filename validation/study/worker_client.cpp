@@ -208,10 +208,12 @@ Truth WorkerClient::truth(const std::string& scenario_json, std::size_t bodies, 
 }
 
 // ---- contacts -----------------------------------------------------------------------------------------------------
-ContactAnswer WorkerClient::contacts(const std::string& scene_json, std::size_t bodies, const ContactQuery& query, double limit_s) {
+ContactAnswer WorkerClient::contacts(const std::string& scene_json, std::size_t bodies, const ContactQuery& query,
+                                     double limit_s, const std::string& test) {
   wire::Request request;
   request.kind = wire::Request::Kind::contacts;
   request.contacts = query;
+  request.test = test;
   request.json = scene_json;
   ContactAnswer found;
   const auto known = [&](int a, int b) {
@@ -274,10 +276,11 @@ Recording run_once(const Worker& worker, const std::string& method, const Scene&
   return client.run(method, scene_to_json(scene), sampled_bodies(scene), plan, 0, limit_s);
 }
 
-ContactAnswer contacts_once(const Worker& worker, const Scene& scene, const ContactQuery& query, double limit_s) {
+ContactAnswer contacts_once(const Worker& worker, const Scene& scene, const ContactQuery& query, double limit_s,
+                            const std::string& test) {
   const BrokenPipeGuard guard;
   WorkerClient client(worker.command);
-  return client.contacts(scene_to_json(scene), scene.bodies.size(), query, limit_s);
+  return client.contacts(scene_to_json(scene), scene.bodies.size(), query, limit_s, test);
 }
 
 Truth truth_once(const std::string& truth_worker, const Scenario& scenario, std::int64_t samples, double limit_s) {

@@ -29,7 +29,8 @@ class WorkerClient {
                 double limit_s);
   // The time of every step; a worker that does not tell leaves it empty.
   Outcome profile(const std::string& method, const std::string& scene_json, const Plan& plan, double limit_s, Profile& profile);
-  ContactAnswer contacts(const std::string& scene_json, std::size_t bodies, const ContactQuery& query, double limit_s);
+  ContactAnswer contacts(const std::string& scene_json, std::size_t bodies, const ContactQuery& query, double limit_s,
+                         const std::string& test = "");
   // Poses from..from + count of a pair; `outcome` says how it ended. `test`: one beside the engine's own, or empty.
   std::vector<PoseAnswer> sweep(const std::string& test, const std::string& pair, std::uint64_t seed, std::int64_t count,
                                 bool swept, double limit_s, Outcome& outcome);

@@ -82,11 +82,23 @@ class Inspecting(Case):
         json.loads(self.expect(self.run_in("schema", "rows"), 0).stdout)
         self.expect(self.run_in("doctor"), 0, "bullet64", "ode", "cvode", "atwood-fcl", "contacts only")
 
+    def test_contacts_by_other_tests_of_an_engine(self):
+        box = "shape.box = { half_extents_m = [1, 1, 1] }"
+        inside = SCENE.replace("[truth]", 'shape.sphere = { radius_m = 0.5 }\n[truth]').replace("shape.sphere = { radius_m = 0.5 }", box)
+        inner = inside[inside.index("[[body]]"):inside.index("[truth]")].replace("stone", "pebble").replace("[1, 1, 1]", "[0.1, 0.1, 0.1]")
+        path = self.path("inside.toml", inside.replace("[truth]", inner + "[truth]"))
+        rows = lambda engine: len(self.expect(self.run_in("contacts", path, "--engine", engine), 0).stdout.splitlines()) - 1
+        self.assertGreater(rows("atwood"), 0)
+        self.assertEqual(rows("box-edges"), 0)  # no edge of either meets a face of the other: containment is missed
+        self.assertEqual(rows("atwood/box-edges"), 0)
+        self.assertGreater(rows("ode/unit-size"), 0)
+        self.expect(self.run_in("contacts", path, "--engine", "ode/nonsense"), 0, "unsupported", "has no test `nonsense`")
+
     def test_a_method_is_described_with_its_response(self):
         self.expect(self.run_in("describe", "atwood/rk4+event"), 0, "order:", "+event", "restitution = newton", "simultaneous = sequential")
         told = json.loads(self.expect(self.run_in("describe", "atwood/rk4+penalty", "--json"), 0).stdout)
         self.assertEqual(told["response"]["id"], "+penalty")
-        self.expect(self.run_in("describe", "atwood/rk4+bounce"), 2, "no response `+bounce`", "+impulse, +event, +penalty")
+        self.expect(self.run_in("describe", "atwood/rk4+bounce"), 2, "atwood/rk4+bounce", "+impulse, +event, +penalty")
         self.expect(self.run_in("describe", "ode/default+impulse"), 2, "the engine's own affair")
 
     def test_no_ansi_off_a_terminal(self):
