@@ -16,7 +16,12 @@
 
 namespace atwood {
 
-struct BenchFigure { std::string scenario, method; std::int64_t steps; double ns_per_step_median, ns_per_step_p95; std::string name; };
+struct BenchFigure {
+  std::string scenario, method;
+  std::int64_t steps;
+  double ns_per_step_median, ns_per_step_p95;
+  std::string name;
+};
 
 // A table of measured figures that stands for itself: broad phases side by side, what each engine steps within a frame.
 using TableCell = std::variant<double, std::string>;  // NaN: nothing to tell
@@ -29,7 +34,12 @@ struct BenchTable {
 std::string render_bench_table(const BenchTable& table);  // for a terminal
 
 // A law that predicts a measured figure, printed beside it ("range error = v_x h").
-struct Law { std::string scenario, method, metric, statement; std::int64_t steps; double predicted, measured; std::string unit; };
+struct Law {
+  std::string scenario, method, metric, statement;
+  std::int64_t steps;
+  double predicted, measured;
+  std::string unit;
+};
 
 // A goal of the project, measured beside its rivals in one run (benchmarks/goals.toml).
 struct GoalEntrant {
@@ -43,19 +53,21 @@ struct GoalEntrant {
 struct GoalResult {
   std::string id, title, scenario, metric, unit;
   double wanted_error = 0;             // NaN: none
-  std::string budget_kind;             // "seconds", "evaluations", "ns_per_step", "ns" (a benchmark's figure), "" (none)
+  std::string budget_kind;  // "seconds", "evaluations", "ns_per_step", "ns" (a benchmark's figure), "" (none)
   double budget = 0;
   bool reached = false;
   GoalEntrant ours, rival, uncounted;  // the best of each
-  double ratio = 0, ratio_low = 0, ratio_high = 0;  // rival's cost over ours [95 %], where both reach the error; else NaN
+  double ratio = 0, ratio_low = 0,
+         ratio_high = 0;               // rival's cost over ours [95 %], where both reach the error; else NaN
   std::string why;                     // what is missing, in words; empty when reached
   double wanted_ratio = 0;             // the rival's cost over ours that is asked for; 0: none
 };
 
 std::string goal_words(const GoalResult& goal);  // "error-state-end 2e-10 in 40 us"
 
-// A library's own claim beside what its method does, problem by problem (the study `audit`). A method's order is a whole
-// number, so an executed order within a quarter of one is evidence of that one; in between it is evidence of none.
+// A library's own claim beside what its method does, problem by problem (the study `audit`). A method's order is a
+// whole number, so an executed order within a quarter of one is evidence of that one; in between it is evidence of
+// none.
 enum class AuditVerdict { as_claimed, lower, higher, inconclusive, unsupported };
 struct AuditProblem {
   std::string scenario;
@@ -73,9 +85,9 @@ struct AuditFinding {
 };
 std::string to_string(AuditVerdict verdict);
 // Of every method whose engine is not ours and that claims an order, at equal steps. And of every method run with three
-// tolerances or more, as "lib/method:tol": the claim is then an error in proportion to the tolerance, and the executed figure
-// the exponent p of error ~ tolerance^p (largest position error of the run); under 1/2, or an error over tolerance that varies a
-// thousandfold, counts as lower where the error is over a hundred times its tolerance.
+// tolerances or more, as "lib/method:tol": the claim is then an error in proportion to the tolerance, and the executed
+// figure the exponent p of error ~ tolerance^p (largest position error of the run); under 1/2, or an error over
+// tolerance that varies a thousandfold, counts as lower where the error is over a hundred times its tolerance.
 std::vector<AuditFinding> audit_orders(const std::vector<Engine>& engines, const std::vector<Row>& rows);
 // Findings first, each with its claim, its executed orders and the command that prints its evidence.
 std::string render_audit_table(const std::vector<AuditFinding>& findings, bool colour, int width);
@@ -107,7 +119,8 @@ std::string render_json(const ReportData& data);
 std::string render_csv(const std::vector<Row>& rows); // the contract's columns
 std::string render_markdown(const ReportData& data);
 std::string render_junit(const std::vector<Verdict>& verdicts);
-std::string render_verdict_table(const std::vector<Verdict>& verdicts, const std::vector<Row>& rows, bool colour, int width);
+std::string render_verdict_table(const std::vector<Verdict>& verdicts, const std::vector<Row>& rows, bool colour,
+                                 int width);
 
 // Writes to a temporary beside the target, fsyncs, renames: a full disk leaves no partial file. Throws
 // std::runtime_error with the system's words.

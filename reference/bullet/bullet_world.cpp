@@ -36,7 +36,9 @@ Real33 widen(const btMatrix3x3& m) {
 const PairLaw& law_of(const btCollisionObject* a, const btCollisionObject* b) {
   return pair_law(*static_cast<const Scene*>(a->getUserPointer()), a->getUserIndex(), b->getUserIndex());
 }
-btScalar restitution_of(const btCollisionObject* a, const btCollisionObject* b) { return narrow(law_of(a, b).restitution); }
+btScalar restitution_of(const btCollisionObject* a, const btCollisionObject* b) {
+  return narrow(law_of(a, b).restitution);
+}
 btScalar friction_of(const btCollisionObject* a, const btCollisionObject* b) { return narrow(law_of(a, b).friction); }
 
 btScalar rolling_friction_of(const btCollisionObject* a, const btCollisionObject* b) {
@@ -115,22 +117,26 @@ class BulletWorld : public rivals::World {
     insert(i);
   }
 
-  // m_normalWorldOnB points from the manifold's second body to its first; friction's impulses act on the first, along the
-  // lateral directions. Friction is held to a load of the iteration before, so a point may carry friction and no load.
+  // m_normalWorldOnB points from the manifold's second body to its first; friction's impulses act on the first, along
+  // the lateral directions. Friction is held to a load of the iteration before, so a point may carry friction and no
+  // load.
   std::vector<Touch> touches() const override {
     std::vector<Touch> all;
     for (int m = 0; m < dispatcher_.getNumManifolds(); ++m) {
-      const btPersistentManifold* manifold = const_cast<btCollisionDispatcher&>(dispatcher_).getManifoldByIndexInternal(m);
+      const btPersistentManifold* manifold =
+          const_cast<btCollisionDispatcher&>(dispatcher_).getManifoldByIndexInternal(m);
       const int first = manifold->getBody0()->getUserIndex(), second = manifold->getBody1()->getUserIndex();
       const double to_b = first < second ? -1.0 : 1.0;
       for (int k = 0; k < manifold->getNumContacts(); ++k) {
         const btManifoldPoint& point = manifold->getContactPoint(k);
-        if (point.getDistance() > manifold->getContactProcessingThreshold()) continue;  // holds an earlier step's impulses
+        if (point.getDistance() > manifold->getContactProcessingThreshold())
+          continue;  // holds an earlier step's impulses
         const Real3 lateral = double(point.m_appliedImpulseLateral1) * widen(point.m_lateralFrictionDir1) +
                               double(point.m_appliedImpulseLateral2) * widen(point.m_lateralFrictionDir2);
         if (point.getAppliedImpulse() == 0 && rivals::length(lateral) == 0) continue;
         all.push_back({std::min(first, second), std::max(first, second), widen(point.getPositionWorldOnB()),
-                       to_b * widen(point.m_normalWorldOnB), point.getDistance(), point.getAppliedImpulse(), to_b * lateral});
+                       to_b * widen(point.m_normalWorldOnB), point.getDistance(), point.getAppliedImpulse(),
+                       to_b * lateral});
       }
     }
     return all;
@@ -156,10 +162,11 @@ class BulletWorld : public rivals::World {
     info.m_restitutionVelocityThreshold = value("restitution_velocity_threshold_m_per_s");
     info.m_leastSquaresResidualThreshold = value("least_squares_residual_threshold");
     const auto bit = [this](const char* name, int mask) { return flag(settings_, name) ? mask : 0; };
-    info.m_solverMode = bit("simd", SOLVER_SIMD) | bit("warm_starting", SOLVER_USE_WARMSTARTING) |
-                        bit("randomized_order", SOLVER_RANDMIZE_ORDER) |
-                        (count(settings_, "friction_directions", 1) == 2 ? SOLVER_USE_2_FRICTION_DIRECTIONS : 0) |
-                        (flag(settings_, "friction_along_slip") ? 0 : SOLVER_DISABLE_VELOCITY_DEPENDENT_FRICTION_DIRECTION);
+    info.m_solverMode =
+        bit("simd", SOLVER_SIMD) | bit("warm_starting", SOLVER_USE_WARMSTARTING) |
+        bit("randomized_order", SOLVER_RANDMIZE_ORDER) |
+        (count(settings_, "friction_directions", 1) == 2 ? SOLVER_USE_2_FRICTION_DIRECTIONS : 0) |
+        (flag(settings_, "friction_along_slip") ? 0 : SOLVER_DISABLE_VELOCITY_DEPENDENT_FRICTION_DIRECTION);
   }
 
   void add(int i) {
@@ -273,8 +280,9 @@ Settings default_settings() {
           {"hull_margin_m", 0.04},
           {"smooth_inner_edges", false},
           {"rectangle", std::string("a box without thickness")},
-          {"rolling_friction", std::string("Bullet's: torque impulse up to coefficient x load impulse, by two axes; the load "
-                                           "counts up to 1 N s a step")},
+          {"rolling_friction",
+           std::string("Bullet's: torque impulse up to coefficient x load impulse, by two axes; the load "
+                       "counts up to 1 N s a step")},
           {"gyroscopic", std::string("implicit-body")},
           {"linear_damping", 0.0},
           {"angular_damping", 0.0},

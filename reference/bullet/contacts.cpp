@@ -94,7 +94,8 @@ struct Maker {
     Made made;
     for (const Compound::Part& part : s.boxes) {
       const Real4& q = part.orientation_wxyz;
-      const btTransform at(btQuaternion(narrow(q[1]), narrow(q[2]), narrow(q[3]), narrow(q[0])), narrow(part.position_body_m));
+      const btTransform at(btQuaternion(narrow(q[1]), narrow(q[2]), narrow(q[3]), narrow(q[0])),
+                           narrow(part.position_body_m));
       made.parts.push_back({box(part.half_extents_m), at});
     }
     return made;
@@ -182,7 +183,8 @@ void first_touch(const Scene& scene, const ContactQuery& query, int i, int j, Co
   const Body& a = scene.bodies[static_cast<std::size_t>(swap ? j : i)];
   const Body& b = scene.bodies[static_cast<std::size_t>(swap ? i : j)];
   const Made of_a = make(a, b), of_b = make(b, a);
-  if (of_a.parts.size() != 1 || of_b.parts.size() != 1) throw std::invalid_argument("it casts convex shapes, not compounds");
+  if (of_a.parts.size() != 1 || of_b.parts.size() != 1)
+    throw std::invalid_argument("it casts convex shapes, not compounds");
   const auto* convex = dynamic_cast<const btConvexShape*>(of_a.parts[0].shape.get());
   const auto* other = dynamic_cast<const btConvexShape*>(of_b.parts[0].shape.get());
   const auto* plane = dynamic_cast<const btStaticPlaneShape*>(of_b.parts[0].shape.get());

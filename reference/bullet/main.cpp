@@ -4,5 +4,6 @@
 #include "rivals/unit_size.hpp"
 
 int main() {
-  return atwood::serve(atwood::bullet_engine(), {{}, false, {{"unit-size", atwood::rivals::at_unit_size(atwood::bullet::find_contacts)}}});
+  return atwood::serve(atwood::bullet_engine(),
+                       {{}, false, {{"unit-size", atwood::rivals::at_unit_size(atwood::bullet::find_contacts)}}});
 }

@@ -1,8 +1,10 @@
 // A scene's shapes as Bullet's. What differs from one engine to the next, said here:
 //   - a rectangle is a box without thickness (Bullet's own plate, btBox2dShape, is for flat worlds);
-//   - a box's and a cylinder's collision margin lies inside and is Bullet's own choice: the margin asked for, or a tenth of the
+//   - a box's and a cylinder's collision margin lies inside and is Bullet's own choice: the margin asked for, or a
+//   tenth of the
 //     least half extent where that is smaller; a hull's margin lies outside, so the hull grows by it;
-//   - a mesh is a btBvhTriangleMeshShape, which must be fixed; its inner edges catch what slides over them unless smoothed;
+//   - a mesh is a btBvhTriangleMeshShape, which must be fixed; its inner edges catch what slides over them unless
+//   smoothed;
 //   - a compound is a btCompoundShape of boxes.
 #pragma once
 
@@ -25,7 +27,8 @@ class Shapes {
  public:
   Shapes(const Margins& margins, bool smooth_inner_edges);
   ~Shapes();
-  // `q_PB`: body axes from the principal axes that Bullet's body frame is. Null for no shape, and for a plane when it moves.
+  // `q_PB`: body axes from the principal axes that Bullet's body frame is. Null for no shape, and for a plane when it
+  // moves.
   btCollisionShape* make(const Shape& shape, const Real4& q_PB);
   btCollisionShape* speck();  // of a body that nothing touches
 

@@ -78,8 +78,8 @@ void Contacts::evaluate(const double* y, double* g) const {
   }
 }
 
-// The speed below which two bodies that touch neither approach nor leave: round-off of their velocities, and for those that
-// are together and do not overlap yet the solver's error in them.
+// The speed below which two bodies that touch neither approach nor leave: round-off of their velocities, and for those
+// that are together and do not overlap yet the solver's error in them.
 double Contacts::slow(const Pair& pair, double gap_m, const std::vector<double>& y) const {
   double speeds = 0;
   for (const int body : {pair.a, pair.b}) {
@@ -98,7 +98,8 @@ void Contacts::strike(const ContactPair& pair, double t_s, std::vector<double>& 
     for (const int body : {pair.a, pair.b})
       if (!scene_.bodies[body].fixed && (body == held.a || body == held.b))
         failure_ = "CVODE: " + name(body) + " is struck while it rests: not covered";
-  if (const std::string why = dynamics::unstrikable(scene_, pair); !why.empty()) failure_ = "CVODE: " + why + " is not covered";
+  if (const std::string why = dynamics::unstrikable(scene_, pair); !why.empty())
+    failure_ = "CVODE: " + why + " is not covered";
   if (++strikes_ > most_strikes) failure_ = "CVODE: more than " + std::to_string(most_strikes) + " impacts";
   const dynamics::Strike<double> impulse = dynamics::strike(scene_, equations_.layout(), pair, y.data());
   Event made = event_at(t_s, EventKind::impact, pair, before);
@@ -131,7 +132,8 @@ bool Contacts::rests(const Pair& pair, double t_s, std::vector<double>& y, int i
     return false;
   }
   if (dynamics::rubs(scene_, equations_.layout(), pair, y.data(), dydt.data(), 1e-8 * speed + 1e-9)) {
-    failure_ = "CVODE: " + name(ball) + " comes to rest on a plane with friction, and slides or is pulled along: not covered";
+    failure_ =
+        "CVODE: " + name(ball) + " comes to rest on a plane with friction, and slides or is pulled along: not covered";
     return false;
   }
   const int at = equations_.layout().slots[ball].velocity;
@@ -174,7 +176,8 @@ bool Contacts::settle(double t_s, std::vector<double>& y, int interval, std::vec
 void Contacts::check(const std::vector<double>& y) {
   for (const Pair& pair : pairs_)
     if (gap(scene_, equations_.layout(), pair, y.data()).gap_m < -overlooked * size_m_)
-      failure_ = "CVODE: " + name(pair.a) + " and " + name(pair.b) + " press on each other and got into each other: not covered";
+      failure_ = "CVODE: " + name(pair.a) + " and " + name(pair.b) +
+                 " press on each other and got into each other: not covered";
   for (const ContactPair& pair : held_)
     if (gap(scene_, equations_.layout(), pair, y.data()).gap_m > 1e-6 * size_m_)
       failure_ = "CVODE: " + name(dynamics::ball_of(scene_, pair)) + " leaves the plane it rests on: not covered";

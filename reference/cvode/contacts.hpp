@@ -14,10 +14,11 @@ class Contacts {
  public:
   Contacts(const Scene& scene, dynamics::Dynamics<double>& equations, const Options& options);
 
-  // Two root functions a pair. Apart: its gap, and, without a plane, minus the gap's rate, which falls through zero at the
-  // closest approach: a ball may pass through another or a thin wall and out again within a step. Closing in on the nearest
-  // approach CVODE's root finder meets the overlap, and goes on to the first root of the gap. Together: an overlap, and a
-  // gap, beyond what round-off makes; within it the gap has a root at every step, and none of them is an impact.
+  // Two root functions a pair. Apart: its gap, and, without a plane, minus the gap's rate, which falls through zero at
+  // the closest approach: a ball may pass through another or a thin wall and out again within a step. Closing in on the
+  // nearest approach CVODE's root finder meets the overlap, and goes on to the first root of the gap. Together: an
+  // overlap, and a gap, beyond what round-off makes; within it the gap has a root at every step, and none of them is an
+  // impact.
   int roots() const { return 2 * static_cast<int>(pairs_.size()); }
   void evaluate(const double* y, double* g) const;
   // Strikes what touches and approaches, lays to rest what bounces no more. Returns whether anything changed.

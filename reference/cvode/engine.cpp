@@ -25,9 +25,10 @@ Settings settings(bool adams) {
 MethodInfo info(bool adams) {
   MethodInfo made;
   made.id = adams ? "cvode/adams" : "cvode/bdf";
-  made.doc = adams ? "CVODE's Adams-Moulton methods of order 1 to 12 with functional iteration, variable step and order."
-                   : "CVODE's backward differentiation formulas of order 1 to 5 with Newton iteration, variable step and "
-                     "order.";
+  made.doc = adams
+                 ? "CVODE's Adams-Moulton methods of order 1 to 12 with functional iteration, variable step and order."
+                 : "CVODE's backward differentiation formulas of order 1 to 5 with Newton iteration, variable step and "
+                   "order.";
   made.source = "Hindmarsh et al., SUNDIALS, ACM Trans. Math. Softw. 31 (2005) 363";
   made.adaptive = true;
   made.settings = settings(adams);
@@ -53,9 +54,12 @@ std::string read_options(const MethodId& id, cvode::Options& options) {
   if (!(options.rtol > 0) || !(options.atol >= 0)) return "cvode needs rtol > 0 and atol >= 0";
   for (const auto& [key, value] : id.overrides) {
     const auto* number = std::get_if<std::int64_t>(&value);
-    if (key == "max_order" && number && *number >= 1 && *number <= highest) options.max_order = static_cast<int>(*number);
+    if (key == "max_order" && number && *number >= 1 && *number <= highest)
+      options.max_order = static_cast<int>(*number);
     else if (key == "max_steps" && number && *number >= 1) options.max_steps = *number;
-    else return "cvode has no setting `" + key + "` of that value; it has max_order (1 to " + std::to_string(highest) + "), max_steps";
+    else
+      return "cvode has no setting `" + key + "` of that value; it has max_order (1 to " + std::to_string(highest) +
+             "), max_steps";
   }
   return "";
 }

@@ -35,7 +35,8 @@ GivingContacts::GivingContacts(const Scene& scene, const dynamics::Layout& layou
 
 double GivingContacts::force(const Pair& pair, const Gap<double>& gap) const {
   const double d = -gap.gap_m, closing = -gap.rate_m_per_s;
-  if (pair.law->contact_law == ContactLaw::linear) return pair.law->stiffness_N_per_m * d + pair.law->damping_N_s_per_m * closing;
+  if (pair.law->contact_law == ContactLaw::linear)
+    return pair.law->stiffness_N_per_m * d + pair.law->damping_N_s_per_m * closing;
   return d <= 0 ? 0 : pair.hertz_N_per_m32 * d * std::sqrt(d) * (1 + pair.law->damping_s_per_m * closing);
 }
 

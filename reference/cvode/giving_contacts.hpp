@@ -8,7 +8,8 @@
 
 namespace atwood::cvode {
 
-// Pairs whose materials have a contact law: linear F = k d + c d', Hertz F = K d^(3/2) (1 + a d'), K = 4/3 E sqrt(R). Each is
+// Pairs whose materials have a contact law: linear F = k d + c d', Hertz F = K d^(3/2) (1 + a d'), K = 4/3 E sqrt(R).
+// Each is
 //   apart    until the gap falls to 0
 //   pressed  until the gap is 0 again, or (unless it may pull) the force is
 //   spent    overlapping without force, until the gap is 0 or the force grows again

@@ -33,8 +33,14 @@ struct Course {  // one run under way
   std::vector<Event> events;
 
   Course(const Scene& given, double end, std::int64_t count, const Options& options, const Observer& to)
-      : scene(given), t_end_s(end), samples(count), observer(to), equations(given, end), contacts(given, equations, options),
-        giving(given, equations.layout()), solver(options, equations.size(),
+      : scene(given),
+        t_end_s(end),
+        samples(count),
+        observer(to),
+        equations(given, end),
+        contacts(given, equations, options),
+        giving(given, equations.layout()),
+        solver(options, equations.size(),
                [this](double t, const double* from, double* dydt) {
                  equations.rate(t, from, dydt, interval);
                  giving.add_rates(from, dydt);
@@ -110,7 +116,8 @@ struct Course {  // one run under way
 
 }  // namespace
 
-Outcome run(const Scene& scene, double t_end_s, std::int64_t samples, const Options& options, const Observer& observer) {
+Outcome run(const Scene& scene, double t_end_s, std::int64_t samples, const Options& options,
+            const Observer& observer) {
   if (const std::string why = dynamics::unsupported(scene); !why.empty()) return refusal("CVODE: " + why);
   if (!(t_end_s > 0) || samples < 1) return refusal("CVODE: nothing to run");
   Course course(scene, t_end_s, samples, options, observer);

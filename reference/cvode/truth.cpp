@@ -26,8 +26,9 @@ Solved solve(const Scenario& scenario, std::int64_t samples, cvode::Family famil
   options.atol = rtol / 100;
   options.max_order = family == cvode::Family::adams ? 12 : 5;
   Solved made;
-  made.outcome = cvode::run(scenario.scene, scenario.t_end_s, samples, options,
-                            {[&](const Sample& s) { made.values.push_back(s); }, [&](const Event& e) { made.events.push_back(e); }});
+  made.outcome = cvode::run(
+      scenario.scene, scenario.t_end_s, samples, options,
+      {[&](const Sample& s) { made.values.push_back(s); }, [&](const Event& e) { made.events.push_back(e); }});
   if (made.outcome.status != Status::ok)
     made.outcome.reason += std::string(" (") + (family == cvode::Family::adams ? "Adams" : "BDF") + " at rtol " +
                            format_double(rtol) + ")";
@@ -90,7 +91,8 @@ Unresolved unresolved(const std::vector<Event>& events, int body, Wide t_s, doub
 // in the last place of the time), so it is added rather than seen in their differences.
 class Turned {
  public:
-  Turned(const Scene& scene, const std::vector<Event>& events) : scene_(scene), events_(events), kicks_(scene.bodies.size()) {}
+  Turned(const Scene& scene, const std::vector<Event>& events)
+      : scene_(scene), events_(events), kicks_(scene.bodies.size()) {}
 
   // Events up to t_s, with the bars of the sample before.
   void pass(Wide t_s, const Sample* before) {
@@ -105,7 +107,8 @@ class Turned {
         if (before != nullptr) off += 2 * before->bodies[body].p_m[0];
       }
       off += 8 * 0x1p-52 * size;
-      const Wide kick = fabsq(event.vn_after_m_per_s - event.vn_before_m_per_s) * off / (Wide(a->radius_m) + b->radius_m);
+      const Wide kick =
+          fabsq(event.vn_after_m_per_s - event.vn_before_m_per_s) * off / (Wide(a->radius_m) + b->radius_m);
       for (const int body : {event.body_a, event.body_b}) kicks_[body].push_back({event.t_s, safety * kick});
     }
   }
@@ -181,7 +184,8 @@ Truth cvode_truth(const Scenario& scenario, std::int64_t samples) {
       truth.outcome.steps_taken += runs.back().outcome.steps_taken;
       truth.outcome.rate_evaluations += runs.back().outcome.rate_evaluations;
     }
-  truth.source = "cvode: SUNDIALS " + cvode::version() + ", Adams at rtol 1e-12; bar: twice the largest difference, so far "
+  truth.source = "cvode: SUNDIALS " + cvode::version() +
+                 ", Adams at rtol 1e-12; bar: twice the largest difference, so far "
                  "in the run, among Adams and BDF at rtol 1e-12 and 1e-10 (atol = rtol / 100), plus 1e-13 of the scale";
   truth.values = runs.front().values;
   truth.events = runs.front().events;

@@ -46,8 +46,8 @@ Eigen::Isometry3d pose(const Real3& p, const Real4& q) {
   return transform;
 }
 
-// DART writes its warnings to std::cerr, thousands a run, and remarks to std::cout, which is the worker's line to the program.
-// While a world is at work they are counted instead.
+// DART writes its warnings to std::cerr, thousands a run, and remarks to std::cout, which is the worker's line to the
+// program. While a world is at work they are counted instead.
 std::int64_t lines_heard = 0;
 std::string first_line;
 class Ear : public std::streambuf {
@@ -77,7 +77,8 @@ class PairsOfTheScene : public collision::CollisionFilter {
  public:
   PairsOfTheScene(const Scene& scene, const std::vector<dynamics::SkeletonPtr>& skeletons, const Owners& owners)
       : scene_(scene), skeletons_(skeletons), owners_(owners) {}
-  bool ignoresCollision(const collision::CollisionObject* first, const collision::CollisionObject* second) const override {
+  bool ignoresCollision(const collision::CollisionObject* first,
+                        const collision::CollisionObject* second) const override {
     const Owner a = owners_.at(first->getShapeFrame()), b = owners_.at(second->getShapeFrame());
     if (a.body == b.body) return true;
     if (a.partner >= 0 && a.partner != scene_.bodies[b.body].material) return true;
@@ -147,8 +148,9 @@ constraint::BoxedLcpSolverPtr lcp_solver(const Settings& settings, const std::st
   if (name == "none") return nullptr;
   if (name == "dantzig") return std::make_shared<constraint::DantzigBoxedLcpSolver>();
   auto pgs = std::make_shared<constraint::PgsBoxedLcpSolver>();
-  pgs->setOption({static_cast<int>(rivals::count(settings, "pgs_iterations", 1)), rivals::number(settings, "pgs_tolerance"),
-                  rivals::number(settings, "pgs_relative_tolerance"), 1e-9, false});
+  pgs->setOption({static_cast<int>(rivals::count(settings, "pgs_iterations", 1)),
+                  rivals::number(settings, "pgs_tolerance"), rivals::number(settings, "pgs_relative_tolerance"), 1e-9,
+                  false});
   return pgs;
 }
 
@@ -166,7 +168,8 @@ class DartWorld : public rivals::World {
     world_->setConstraintSolver(std::make_unique<constraint::BoxedLcpConstraintSolver>(
         lcp_solver(settings, "lcp_solver"), lcp_solver(settings, "secondary_lcp_solver")));
     auto* solver = world_->getConstraintSolver();
-    if (std::get<std::string>(settings.at("collision_detector")) != "fcl") solver->setCollisionDetector(detector_of(settings));
+    if (std::get<std::string>(settings.at("collision_detector")) != "fcl")
+      solver->setCollisionDetector(detector_of(settings));
     solver->getCollisionOption().collisionFilter = std::make_shared<PairsOfTheScene>(scene_, skeletons_, owners_);
     const auto room = static_cast<std::size_t>(rivals::count(settings, "contacts_per_body", 1)) * scene.bodies.size();
     solver->getCollisionOption().maxNumContacts = std::max<std::size_t>(1000, room);
@@ -223,8 +226,8 @@ class DartWorld : public rivals::World {
       const Real3 force = to_b * real3(contact.force), normal = to_b * real3(contact.normal);
       const double along = rivals::dot(force, normal);
       if (!(along > 0)) continue;
-      all.push_back({std::min(first, second), std::max(first, second), real3(contact.point), normal, -contact.penetrationDepth,
-                     along * h_s_, h_s_ * (force - along * normal)});
+      all.push_back({std::min(first, second), std::max(first, second), real3(contact.point), normal,
+                     -contact.penetrationDepth, along * h_s_, h_s_ * (force - along * normal)});
     }
     return all;
   }
@@ -236,7 +239,8 @@ class DartWorld : public rivals::World {
     const Body& body = scene_.bodies[i];
     const auto skeleton = dynamics::Skeleton::create(std::to_string(i));
     const bool in_world_axes = std::holds_alternative<Plane>(body.shape);
-    const Eigen::Isometry3d at = in_world_axes ? Eigen::Isometry3d::Identity() : pose(body.position_m, body.orientation_wxyz);
+    const Eigen::Isometry3d at =
+        in_world_axes ? Eigen::Isometry3d::Identity() : pose(body.position_m, body.orientation_wxyz);
     if (body.fixed) {
       const auto [joint, node] = skeleton->createJointAndBodyNodePair<dynamics::WeldJoint>();
       joint->setTransformFromParentBodyNode(at);
@@ -309,7 +313,8 @@ class DartWorld : public rivals::World {
 
 std::string version() { return DART_VERSION; }
 
-// World::create, ConstraintSolver and ContactConstraint as they come; contacts_per_body only makes room beyond World's 1000.
+// World::create, ConstraintSolver and ContactConstraint as they come; contacts_per_body only makes room beyond World's
+// 1000.
 Settings default_settings() {
   return {{"scalar", std::string("double")},
           {"step", std::string("World::step")},

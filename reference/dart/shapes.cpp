@@ -29,10 +29,12 @@ std::shared_ptr<dynamics::Shape> mesh_shape(const Mesh& mesh) {
   triangles->mPrimitiveTypes = aiPrimitiveType_TRIANGLE;
   triangles->mNumVertices = static_cast<unsigned>(mesh.points_m.size());
   triangles->mVertices = new aiVector3D[mesh.points_m.size()];
-  triangles->mNormals = new aiVector3D[mesh.points_m.size()];  // DART copies them unasked; only two meshes would use them
+  triangles->mNormals =
+      new aiVector3D[mesh.points_m.size()];  // DART copies them unasked; only two meshes would use them
   for (std::size_t i = 0; i < mesh.points_m.size(); ++i) {
     const Real3& p = mesh.points_m[i];
-    triangles->mVertices[i] = aiVector3D(static_cast<ai_real>(p[0]), static_cast<ai_real>(p[1]), static_cast<ai_real>(p[2]));
+    triangles->mVertices[i] =
+        aiVector3D(static_cast<ai_real>(p[0]), static_cast<ai_real>(p[1]), static_cast<ai_real>(p[2]));
   }
   triangles->mNumFaces = static_cast<unsigned>(mesh.triangles.size());
   triangles->mFaces = new aiFace[mesh.triangles.size()];
@@ -48,7 +50,9 @@ std::shared_ptr<dynamics::Shape> mesh_shape(const Mesh& mesh) {
   return std::make_shared<dynamics::MeshShape>(Eigen::Vector3d::Ones(), scene);
 }
 
-std::string quoted(const Body& body) { return std::string("a ") + rivals::shape_name(body.shape) + " (`" + body.name + "`)"; }
+std::string quoted(const Body& body) {
+  return std::string("a ") + rivals::shape_name(body.shape) + " (`" + body.name + "`)";
+}
 
 }  // namespace
 

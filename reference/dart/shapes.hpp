@@ -1,7 +1,9 @@
 // A scene's shapes as DART's, for the detectors that really collide them:
-//   - ode: ODE 0.16 in double. A rectangle is a box of the least thickness; a mesh has corners in float (assimp's), and one
+//   - ode: ODE 0.16 in double. A rectangle is a box of the least thickness; a mesh has corners in float (assimp's), and
+//   one
 //     side; two meshes don't meet: DART hands ODE normals of corners where it wants those of faces;
-//   - fcl: FCL 0.7 over triangles, whatever the shape was: a ball is a polyhedron. A plane would be an upright box: refused;
+//   - fcl: FCL 0.7 over triangles, whatever the shape was: a ball is a polyhedron. A plane would be an upright box:
+//   refused;
 //   - dart: boxes and balls only.
 // DART 6.12 has no convex hull for any of them.
 #pragma once

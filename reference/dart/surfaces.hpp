@@ -1,7 +1,7 @@
-// A pair's law out of what DART lets a shape say: its restitution is the product of the two shapes', its friction the lesser
-// of the two. Where all pairs of a scene have one law, every shape says the same. Where they differ, a body has its shape once
-// for each material that it can meet, and a shape meets only those that were made for its own material: then the two together
-// say the pair's law and nothing else.
+// A pair's law out of what DART lets a shape say: its restitution is the product of the two shapes', its friction the
+// lesser of the two. Where all pairs of a scene have one law, every shape says the same. Where they differ, a body has
+// its shape once for each material that it can meet, and a shape meets only those that were made for its own material:
+// then the two together say the pair's law and nothing else.
 #pragma once
 
 #include <string>

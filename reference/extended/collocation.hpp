@@ -19,9 +19,9 @@ struct GaussTableau {
 };
 const GaussTableau& gauss_tableau();
 
-// The stage equations F_i = f(y + h sum_j A_ij F_j) are solved to round-off in quad: a fixed point in double first, then
-// residuals in quad, each answered by the linearised equations solved in double (a Newton iteration whose derivative
-// is a difference quotient). Every pass gains about eight digits.
+// The stage equations F_i = f(y + h sum_j A_ij F_j) are solved to round-off in quad: a fixed point in double first,
+// then residuals in quad, each answered by the linearised equations solved in double (a Newton iteration whose
+// derivative is a difference quotient). Every pass gains about eight digits.
 class Collocation : public Stepper<Wide> {
  public:
   Collocation(const Problem& problem, Wide tolerance);

@@ -19,7 +19,8 @@ using dynamics::magnitude;
 
 constexpr double target_bar = 1e-20;  // of the scale
 constexpr double unbounded = 1e-3;     // a bar this wide bounds nothing
-// When one of the methods is right the largest difference is the other's whole error, and no more: twice that is the bar.
+// When one of the methods is right the largest difference is the other's whole error, and no more: twice that is the
+// bar.
 constexpr double bar_safety = 2;
 constexpr double quad_round_off = 1e-33;
 
@@ -64,7 +65,8 @@ Bars compare(const Layout& layout, const Trial& trial) {
   for (std::size_t k = 1; k < made.values.size(); ++k)
     for (int i = 0; i < layout.size; ++i) {
       const Wide value = trial.close.states[k][i];
-      const Wide apart = std::max(magnitude(value - trial.wide.states[k][i]), magnitude(value - trial.gauss.states[k][i]));
+      const Wide apart =
+          std::max(magnitude(value - trial.wide.states[k][i]), magnitude(value - trial.gauss.states[k][i]));
       const Wide bar = bar_safety * apart + Wide(quad_round_off) * scale[i];
       made.values[k][i] = bar;
       made.largest = std::max(made.largest, static_cast<double>(bar / scale[i]));
@@ -116,7 +118,8 @@ std::string note_on(const Bars& bars, double condition, double t_end_s, std::int
   std::string note;
   if (bars.bounded <= static_cast<std::size_t>(samples)) {
     const double last_s = t_end_s * static_cast<double>(bars.bounded - 1) / static_cast<double>(samples);
-    note = "not bounded after t = " + format_double(last_s) + " s: the methods differ by more than a thousandth of the scale; ";
+    note = "not bounded after t = " + format_double(last_s) +
+           " s: the methods differ by more than a thousandth of the scale; ";
   }
   return note + "bars up to " + in_digits(bars.largest) + " of the scale: the flow magnifies a perturbation " +
          in_digits(condition) + " times, and quad carries 1e-33";

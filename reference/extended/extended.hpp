@@ -11,7 +11,8 @@ namespace atwood {
 // Values by extrapolation of order up to 24. The bar of each value is the largest difference among that run, the same
 // method at a tolerance a thousand times wider, and 10-stage Gauss-Legendre collocation (order 20), plus the round-off
 // of quad. When a bar exceeds 1e-20 of the scale (the largest value of its kind over the run) the three are run again,
-// closer; if that does not help the note says what the motion's conditioning allows, and from when on nothing is bounded.
+// closer; if that does not help the note says what the motion's conditioning allows, and from when on nothing is
+// bounded.
 //
 // Covers every smooth scene and, with located impacts, smooth contacts of spheres with spheres and planes. Anything
 // else is answered with Status::unsupported and a reason. Never throws on a scene.

@@ -75,7 +75,8 @@ void Impacts<S>::strike_pair(const Pair& pair, S t, S* y, std::vector<Event>& ev
       failure_ = name(body) + " is struck before its release: not covered by the extended truth";
   for (const Pair& other : held_)
     for (const int body : {pair.a, pair.b})
-      if (body == dynamics::ball_of(scene_, other)) failure_ = name(body) + " is struck while it rests: not covered by the extended truth";
+      if (body == dynamics::ball_of(scene_, other))
+        failure_ = name(body) + " is struck while it rests: not covered by the extended truth";
   if (const std::string why = dynamics::unstrikable(scene_, pair); !why.empty())
     failure_ = why + " is not covered by the extended truth";
   if (++strikes_ > most_strikes) failure_ = "more than " + std::to_string(most_strikes) + " impacts";
@@ -113,8 +114,9 @@ bool Impacts<S>::rests(const Pair& pair, S t, S* y, int interval, std::vector<Ev
     return false;
   }
   if (dynamics::rubs(scene_, dynamics_.layout(), pair, y, dydt.data(), tiny_)) {
-    failure_ = "`" + scene_.bodies[ball].name +
-               "` comes to rest on a plane with friction, and slides or is pulled along: not covered by the extended truth";
+    failure_ =
+        "`" + scene_.bodies[ball].name +
+        "` comes to rest on a plane with friction, and slides or is pulled along: not covered by the extended truth";
     return false;
   }
   const S rest_t = lies ? t : t + 2 * speed / (pull * (1 - S(pair.restitution)));
@@ -159,7 +161,8 @@ template <class S>
 void Impacts<S>::check_held(const S* y) {
   for (const Pair& pair : held_)
     if (gap(scene_, dynamics_.layout(), pair, y).gap_m > 1e-9 * scene_size(scene_))
-      failure_ = "`" + scene_.bodies[dynamics::ball_of(scene_, pair)].name + "` leaves the plane it rests on: not covered by the extended truth";
+      failure_ = "`" + scene_.bodies[dynamics::ball_of(scene_, pair)].name +
+                 "` leaves the plane it rests on: not covered by the extended truth";
 }
 
 // g(high) < 0, g > 0 before the root. Newton from the parabola through g(0), g'(0), g(high); a step that leaves the
@@ -215,7 +218,8 @@ template <class S>
 std::optional<S> Impacts<S>::first_touch(const S* before, const S* after, S taken, const Again& again) const {
   std::optional<S> first;
   for (const Pair& pair : pairs_)
-    if (const std::optional<S> at = touch(pair, before, after, taken, again); at && (!first || *at < *first)) first = at;
+    if (const std::optional<S> at = touch(pair, before, after, taken, again); at && (!first || *at < *first))
+      first = at;
   return first;
 }
 

@@ -1,5 +1,5 @@
-// Where contacts begin inside a step, and how a bouncing ball comes to rest on a plane. Balls against each other, planes and
-// fixed rectangles and boxes; Newton's restitution, Coulomb's friction.
+// Where contacts begin inside a step, and how a bouncing ball comes to rest on a plane. Balls against each other,
+// planes and fixed rectangles and boxes; Newton's restitution, Coulomb's friction.
 #pragma once
 
 #include <functional>

@@ -97,7 +97,8 @@ struct Walk {
   }
 
   bool singular() {
-    path.failure = "no step is small enough at t = " + format_double(static_cast<double>(t)) + " s: the motion is singular";
+    path.failure =
+        "no step is small enough at t = " + format_double(static_cast<double>(t)) + " s: the motion is singular";
     return false;
   }
 

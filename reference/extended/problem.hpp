@@ -1,4 +1,5 @@
-// A system of equations y' = f(t, y) as the two certified methods see it: smooth on the whole stretch it is stepped over.
+// A system of equations y' = f(t, y) as the two certified methods see it: smooth on the whole stretch it is stepped
+// over.
 #pragma once
 
 #include <cstdint>

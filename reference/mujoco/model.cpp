@@ -30,7 +30,8 @@ Real4 from_z_to(const Real3& n) {
 
 int dimension(double friction, double rolling_friction_m) { return rolling_friction_m > 0 ? 6 : friction > 0 ? 3 : 1; }
 
-// Sliding; spinning, which the scene's law has not: MuJoCo's floor under every coefficient (1e-5) is what is left; rolling.
+// Sliding; spinning, which the scene's law has not: MuJoCo's floor under every coefficient (1e-5) is what is left;
+// rolling.
 std::string coefficients(double friction, double rolling_friction_m) {
   return fmt::format("{} 0 {}", friction, rolling_friction_m);
 }
@@ -38,7 +39,11 @@ std::string coefficients(double friction, double rolling_friction_m) {
 class Writer {
  public:
   Writer(const Scene& scene, const Settings& settings, const std::vector<bool>& held)
-      : scene_(scene), settings_(settings), held_(held), order_(precedences(scene)), collide_(rivals::shapes_matter(scene)) {}
+      : scene_(scene),
+        settings_(settings),
+        held_(held),
+        order_(precedences(scene)),
+        collide_(rivals::shapes_matter(scene)) {}
 
   std::string write() {
     out("<mujoco>\n<compiler angle=\"radian\" inertiafromgeom=\"false\"/>\n");
@@ -88,9 +93,10 @@ class Writer {
   const char* on(const char* name) const { return rivals::flag(settings_, name) ? "enable" : "disable"; }
 
   std::string solver_words() const {
-    return fmt::format("solref=\"{} {}\" solimp=\"{} {} {} {} {}\" margin=\"{}\" gap=\"{}\"", number("solref_time_constant_s"),
-                       number("solref_damping_ratio"), number("solimp_least"), number("solimp_most"), number("solimp_width_m"),
-                       number("solimp_midpoint"), number("solimp_power"), number("margin_m"), number("gap_m"));
+    return fmt::format("solref=\"{} {}\" solimp=\"{} {} {} {} {}\" margin=\"{}\" gap=\"{}\"",
+                       number("solref_time_constant_s"), number("solref_damping_ratio"), number("solimp_least"),
+                       number("solimp_most"), number("solimp_width_m"), number("solimp_midpoint"),
+                       number("solimp_power"), number("margin_m"), number("gap_m"));
   }
   void defaults() {
     const std::string words = solver_words();
@@ -125,8 +131,8 @@ class Writer {
     if (!b.fixed && !held_[i]) {
       if (rotates(b)) {
         const auto axes = rivals::principal_axes(b.inertia_kg_m2);
-        out("<freejoint/><inertial pos=\"0 0 0\" mass=\"{}\" quat=\"{}\" diaginertia=\"{}\"/>", b.mass_kg, text(axes.q_BP),
-            text(axes.moments_kg_m2));
+        out("<freejoint/><inertial pos=\"0 0 0\" mass=\"{}\" quat=\"{}\" diaginertia=\"{}\"/>", b.mass_kg,
+            text(axes.q_BP), text(axes.moments_kg_m2));
       } else {  // never turned: slides don't
         for (const char* axis : {"1 0 0", "0 1 0", "0 0 1"}) out("<joint type=\"slide\" axis=\"{}\"/>", axis);
         out("<inertial pos=\"0 0 0\" mass=\"{}\" diaginertia=\"1 1 1\"/>", b.mass_kg);
@@ -159,8 +165,8 @@ class Writer {
     } else if (const auto* compound = std::get_if<Compound>(&b.shape)) {
       for (const auto& part : compound->boxes) {
         const std::size_t cut = law.find(' ');  // a name is for one geom
-        out("<geom type=\"box\" size=\"{}\" pos=\"{}\" quat=\"{}\"{}/>", text(part.half_extents_m), text(part.position_body_m),
-            text(part.orientation_wxyz), cut == std::string::npos ? "" : law.substr(cut));
+        out("<geom type=\"box\" size=\"{}\" pos=\"{}\" quat=\"{}\"{}/>", text(part.half_extents_m),
+            text(part.position_body_m), text(part.orientation_wxyz), cut == std::string::npos ? "" : law.substr(cut));
       }
     }
   }

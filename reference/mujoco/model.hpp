@@ -1,8 +1,11 @@
 // A scene as the XML that MuJoCo compiles. Conventions met on the way:
-//   - MuJoCo's floor under mass and inertia of what moves is 1e-15: lighter bodies its compiler refuses, in its own words;
-//   - a body that rotates gets a free joint (position and velocity in the world, rate in body axes), a point mass three slides;
+//   - MuJoCo's floor under mass and inertia of what moves is 1e-15: lighter bodies its compiler refuses, in its own
+//   words;
+//   - a body that rotates gets a free joint (position and velocity in the world, rate in body axes), a point mass three
+//   slides;
 //   - every body of the scene is a <body> of the world, in the scene's order: body i is MuJoCo's i + 1;
-//   - extents are half extents, a capsule's and cylinder's axis is z and its half length excludes the caps: as the scene's;
+//   - extents are half extents, a capsule's and cylinder's axis is z and its half length excludes the caps: as the
+//   scene's;
 //   - a mesh is collided as its convex hull;
 //   - friction is one coefficient a contact, the larger of two geoms' unless priority decides (pair_laws.hpp).
 #pragma once

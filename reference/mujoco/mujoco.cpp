@@ -20,22 +20,24 @@ Engine mujoco_engine() {
   rival.name = "mujoco";
   rival.version = mj_versionString();
   rival.scalar = "double";
-  rival.source = "Todorov, Erez and Tassa 2012, MuJoCo: A physics engine for model-based control; MuJoCo 2.2.2 documentation";
+  rival.source =
+      "Todorov, Erez and Tassa 2012, MuJoCo: A physics engine for model-based control; MuJoCo 2.2.2 documentation";
   rival.presets = {
       {"default",
-       "MuJoCo as its options are when nothing is set: semi-implicit Euler, soft contacts by a convex problem that Newton's "
+       "MuJoCo as its options are when nothing is set: semi-implicit Euler, soft contacts by a convex problem that "
+       "Newton's "
        "method solves, a pyramid for friction's cone. No restitution: scenes that ask for some are refused.",
        mujoco::default_settings()},
       {"tuned",
-       "MuJoCo with its Runge-Kutta method of order 4, the elliptic cone, friction a hundred times stiffer than the normal "
+       "MuJoCo with its Runge-Kutta method of order 4, the elliptic cone, friction a hundred times stiffer than the "
+       "normal "
        "(impratio), stiffer contacts and a tighter solver.",
        mujoco::tuned_settings()},
       {"rk4",
        "MuJoCo with its Runge-Kutta method of order 4, all else as in default. Forces that the adapter evaluates stay "
        "constant over the step.",
        with_integrator(mujoco::default_settings(), "RK4")},
-      {"implicit",
-       "MuJoCo with its integrator that is implicit in velocity, all else as in default.",
+      {"implicit", "MuJoCo with its integrator that is implicit in velocity, all else as in default.",
        with_integrator(mujoco::default_settings(), "implicit")}};
   rival.fixed = mujoco::fixed_settings();
   rival.check = mujoco::check_settings;

@@ -51,7 +51,8 @@ class MujocoWorld : public rivals::World {
     }
     h_s_ = model_->opt.timestep = h_s;
     mj_step(model_.get(), data_.get());
-    for (const int bad : {mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC}) lost_ = lost_ || data_->warning[bad].number > 0;
+    for (const int bad : {mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC})
+      lost_ = lost_ || data_->warning[bad].number > 0;
   }
 
   Motion motion(int i) const override {
@@ -132,8 +133,10 @@ class MujocoWorld : public rivals::World {
 };
 
 std::string refused_shape(const Body& body) {
-  if (std::holds_alternative<Rectangle>(body.shape)) return "MuJoCo has no plate without thickness (`" + body.name + "`)";
-  if (std::holds_alternative<Mesh>(body.shape)) return "MuJoCo collides a mesh as its convex hull (`" + body.name + "`)";
+  if (std::holds_alternative<Rectangle>(body.shape))
+    return "MuJoCo has no plate without thickness (`" + body.name + "`)";
+  if (std::holds_alternative<Mesh>(body.shape))
+    return "MuJoCo collides a mesh as its convex hull (`" + body.name + "`)";
   return "";
 }
 
@@ -222,7 +225,8 @@ std::string refusal(const Scene& scene, const Settings& settings) {
     if (compound) return "MuJoCo's adapter lists no pairs of parts of a compound, and these materials can't be ordered";
   }
   if (room_for_contacts(scene, settings) == 0) {
-    return "MuJoCo 2.2 keeps the rows of all contacts squared in one buffer of 2 GiB: too small for two contacts each of " +
+    return "MuJoCo 2.2 keeps the rows of all contacts squared in one buffer of 2 GiB: too small for two contacts each "
+           "of " +
            std::to_string(scene.bodies.size()) + " bodies";
   }
   return "";

@@ -1,5 +1,6 @@
 // One scene in one mjModel and mjData: motion, contacts, complaints.
-//   - contacts are found at a step's beginning; Euler: v += h (M^-1 (f + J^T force)), then x += h v; RK4: four times so;
+//   - contacts are found at a step's beginning; Euler: v += h (M^-1 (f + J^T force)), then x += h v; RK4: four times
+//   so;
 //   - contacts are soft: a force grows with overlap, so a body at rest lies a little inside the floor;
 //   - a state that is not a number makes MuJoCo start the scene afresh with a warning: here the run ends as not finite.
 #pragma once

@@ -1,6 +1,6 @@
-// A pair's law out of what MuJoCo lets a geom say. The geom of higher priority decides a contact's friction; at equal priority
-// the larger coefficient wins. So one priority and one law a material do where the materials can be put in an order in which
-// each has the same law with all that come below it (and with itself, where it can meet itself).
+// A pair's law out of what MuJoCo lets a geom say. The geom of higher priority decides a contact's friction; at equal
+// priority the larger coefficient wins. So one priority and one law a material do where the materials can be put in an
+// order in which each has the same law with all that come below it (and with itself, where it can meet itself).
 #pragma once
 
 #include <optional>

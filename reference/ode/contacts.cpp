@@ -83,7 +83,8 @@ struct Maker {
   }
   void operator()(const Mesh& s) const {
     points(s.points_m);
-    // Of a single triangle its library makes no tree, and dies of that when asked about two meshes: given twice it is one.
+    // Of a single triangle its library makes no tree, and dies of that when asked about two meshes: given twice it is
+    // one.
     for (int times = s.triangles.size() == 1 ? 2 : 1; times > 0; --times)
       for (const auto& t : s.triangles)
         for (const int corner : t) made.triangles.push_back(static_cast<dTriIndex>(corner));
@@ -99,7 +100,8 @@ struct Maker {
       const dQuaternion outer = {q[0], q[1], q[2], q[3]}, inner = {r[0], r[1], r[2], r[3]};
       dQuaternion both;
       dQMultiply0(both, outer, inner);
-      put(made.geoms.back(), body.position_m + rivals::to_world(q, part.position_body_m), {both[0], both[1], both[2], both[3]});
+      put(made.geoms.back(), body.position_m + rivals::to_world(q, part.position_body_m),
+          {both[0], both[1], both[2], both[3]});
     }
   }
 };
@@ -117,7 +119,8 @@ void ask(const Scene& scene, int i, int j, ContactAnswer& answer) {
       for (int k = 0; k < count; ++k) {
         const dContactGeom& c = points[static_cast<std::size_t>(k)];
         // ODE's normal points into the first geom.
-        answer.contacts.push_back({i, j, {c.pos[0], c.pos[1], c.pos[2]}, {-c.normal[0], -c.normal[1], -c.normal[2]}, c.depth});
+        answer.contacts.push_back(
+            {i, j, {c.pos[0], c.pos[1], c.pos[2]}, {-c.normal[0], -c.normal[1], -c.normal[2]}, c.depth});
       }
     }
 }

@@ -4,5 +4,6 @@
 #include "rivals/unit_size.hpp"
 
 int main() {
-  return atwood::serve(atwood::ode_engine(), {{}, false, {{"unit-size", atwood::rivals::at_unit_size(atwood::ode::find_contacts)}}});
+  return atwood::serve(atwood::ode_engine(),
+                       {{}, false, {{"unit-size", atwood::rivals::at_unit_size(atwood::ode::find_contacts)}}});
 }

@@ -54,7 +54,8 @@ dMass mass_of(const Body& body) {
   dMassSetZero(&mass);
   if (rotates(body)) {
     const Real33& inertia = body.inertia_kg_m2;
-    dMassSetParameters(&mass, body.mass_kg, 0, 0, 0, inertia[0], inertia[4], inertia[8], inertia[1], inertia[2], inertia[5]);
+    dMassSetParameters(&mass, body.mass_kg, 0, 0, 0, inertia[0], inertia[4], inertia[8], inertia[1], inertia[2],
+                       inertia[5]);
   } else {
     dMassSetSphereTotal(&mass, body.mass_kg, 1);  // never turned: no torque is applied to a point mass
   }
@@ -327,7 +328,8 @@ std::string refusal(const Scene& scene) {
     capsules += std::holds_alternative<Capsule>(body.shape);
   }
   if (cylinders > 1 || (cylinders > 0 && capsules > 0)) {
-    if (!dCheckConfiguration("ODE_EXT_libccd")) return "this ODE has no collision of a cylinder with a cylinder or capsule";
+    if (!dCheckConfiguration("ODE_EXT_libccd"))
+      return "this ODE has no collision of a cylinder with a cylinder or capsule";
   }
   return "";
 }

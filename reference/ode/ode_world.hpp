@@ -24,7 +24,8 @@ void check_settings(const Settings& settings);  // throws std::invalid_argument
 // What ODE can't hold beyond what every adapter refuses; empty when it can.
 std::string refusal(const Scene& scene);
 
-// What ODE's own messages said since the last call: "ODE complained 3 times, first: LCP internal error"; empty: nothing.
+// What ODE's own messages said since the last call: "ODE complained 3 times, first: LCP internal error"; empty:
+// nothing.
 std::string doubts_since_last_asked();
 
 std::unique_ptr<rivals::World> make_world(const Scene& scene, const Settings& settings, bool observe);

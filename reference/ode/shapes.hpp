@@ -1,5 +1,6 @@
 // A scene's shapes as ODE's geoms. What differs from one engine to the next, said here:
-//   - a rectangle is a box of the least thickness that a double holds (one of none ODE passes over): a trimesh, the other
+//   - a rectangle is a box of the least thickness that a double holds (one of none ODE passes over): a trimesh, the
+//   other
 //     choice, computes in float and has one side;
 //   - a convex shape is a dConvex over the triangles of its hull; with a box it meets in one point, and the box sinks;
 //   - a mesh is a trimesh, whose insides are float whatever ODE's precision;

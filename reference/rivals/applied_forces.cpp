@@ -149,8 +149,9 @@ void apply(const Potential& f, const Context& c) {
 }
 
 const char* name_of(const Force& force) {
-  static constexpr const char* kNames[] = {"gravity", "attractor", "drag",     "drag",        "spring",         "drive",
-                                           "lorentz", "coulomb",   "thruster", "point-force", "rotating-frame", "potential"};
+  static constexpr const char* kNames[] = {"gravity",  "attractor",   "drag",           "drag",
+                                           "spring",   "drive",       "lorentz",        "coulomb",
+                                           "thruster", "point-force", "rotating-frame", "potential"};
   static_assert(std::size(kNames) == std::variant_size_v<Force>);
   return kNames[force.index()];
 }

@@ -8,7 +8,8 @@
 
 namespace atwood::rivals {
 
-ContactAnswer ask_pairs(const char* engine, const Scene& scene, const std::function<void(int a, int b, ContactAnswer&)>& ask) {
+ContactAnswer ask_pairs(const char* engine, const Scene& scene,
+                        const std::function<void(int a, int b, ContactAnswer&)>& ask) {
   ContactAnswer answer;
   const int n = static_cast<int>(scene.bodies.size());
   try {

@@ -8,9 +8,10 @@
 
 namespace atwood::rivals {
 
-// `ask` for each pair of bodies with shapes, not both fixed, a < b; what it throws as std::invalid_argument makes the answer
-// unsupported, with `engine` before it.
-ContactAnswer ask_pairs(const char* engine, const Scene& scene, const std::function<void(int a, int b, ContactAnswer&)>& ask);
+// `ask` for each pair of bodies with shapes, not both fixed, a < b; what it throws as std::invalid_argument makes the
+// answer unsupported, with `engine` before it.
+ContactAnswer ask_pairs(const char* engine, const Scene& scene,
+                        const std::function<void(int a, int b, ContactAnswer&)>& ask);
 
 std::array<Wide, 3> widened(const Real3& v);
 

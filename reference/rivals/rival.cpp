@@ -28,7 +28,8 @@ Outcome run(const Rival& rival, const MethodId& id, const Scene& scene, const Pl
   }
   MethodId plain = id;
   if (preset->adaptive) plain.rtol.reset(), plain.atol.reset();
-  if (const auto reason = refusal(rival.name, plain, rival.scalar, scene, rival.gives_way); !reason.empty()) return unsupported(reason);
+  if (const auto reason = refusal(rival.name, plain, rival.scalar, scene, rival.gives_way); !reason.empty())
+    return unsupported(reason);
   try {
     Settings settings = with_overrides(preset->settings, id.overrides, rival.fixed);
     if (preset->adaptive && id.rtol) {
@@ -66,9 +67,8 @@ Engine engine_of(const Rival& rival) {
     info.settings = preset.settings;
     engine.methods.push_back(info);
   }
-  engine.run = [rival](const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
-    return run(rival, id, scene, plan, observer, repeats);
-  };
+  engine.run = [rival](const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer,
+                       int repeats) { return run(rival, id, scene, plan, observer, repeats); };
   engine.frames = true;
   return engine;
 }

@@ -1,5 +1,5 @@
-// A rival as its adapter describes it, and the Engine that comes of it: refusals, overrides, presets and the run are the same
-// for all of them.
+// A rival as its adapter describes it, and the Engine that comes of it: refusals, overrides, presets and the run are
+// the same for all of them.
 #pragma once
 
 #include <functional>

@@ -36,17 +36,20 @@ std::string refusal(const std::string& engine, const MethodId& id, const std::st
   if (id.rtol || id.atol) return engine + " has no error control: a tolerance means nothing to it";
   if (!id.response.empty()) return engine + " has its own contact response: +" + id.response + " is not offered";
   if (!id.scalar.empty() && id.scalar != scalar) return engine + " computes in " + scalar + ", not " + id.scalar;
-  if (!scene.problem.empty()) return engine + " moves bodies: it can't integrate the bare equations `" + scene.problem + "`";
+  if (!scene.problem.empty())
+    return engine + " moves bodies: it can't integrate the bare equations `" + scene.problem + "`";
   if (const auto reason = uncovered_force(scene); !reason.empty()) return engine + "'s adapter has " + reason;
 
   const bool matter = shapes_matter(scene);
   for (const auto& body : scene.bodies) {
     if (body.fixed) continue;
     if (!(body.mass_kg > 0)) return engine + " can't move `" + body.name + "`, which has no mass";
-    if (matter && std::holds_alternative<Plane>(body.shape)) return engine + " has no moving plane (`" + body.name + "`)";
+    if (matter && std::holds_alternative<Plane>(body.shape))
+      return engine + " has no moving plane (`" + body.name + "`)";
   }
   for (const auto& law : laws_in_play(scene)) {
-    if (!gives_way && law.contact_law != ContactLaw::rigid) return engine + "'s adapter has no contact of a given stiffness";
+    if (!gives_way && law.contact_law != ContactLaw::rigid)
+      return engine + "'s adapter has no contact of a given stiffness";
   }
   return "";
 }
@@ -70,7 +73,8 @@ Settings with_overrides(const Settings& preset, const Settings& overrides, const
       given = static_cast<double>(std::get<std::int64_t>(given));
     }
     if (given.index() != known->second.index()) {
-      throw std::invalid_argument("setting `" + name + "` takes " + type_name(known->second) + ", not " + type_name(given));
+      throw std::invalid_argument("setting `" + name + "` takes " + type_name(known->second) + ", not " +
+                                  type_name(given));
     }
     known->second = given;
   }

@@ -26,7 +26,8 @@ struct Scale {
     for (Real3& p : s.points_m) p = k * p;
   }
   void operator()(Compound& s) const {
-    for (auto& box : s.boxes) box.half_extents_m = k * box.half_extents_m, box.position_body_m = k * box.position_body_m;
+    for (auto& box : s.boxes)
+      box.half_extents_m = k * box.half_extents_m, box.position_body_m = k * box.position_body_m;
   }
 };
 

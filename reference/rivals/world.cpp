@@ -102,8 +102,8 @@ Real3 relative_velocity(const World::Touch& touch, const Motion& a, const Motion
   return velocity(b) - velocity(a);
 }
 
-// The contacts of the last inner step: forces are its mean; the gap, found at its beginning, goes on with the velocity that the
-// step ended with, as semi-implicit engines move their bodies.
+// The contacts of the last inner step: forces are its mean; the gap, found at its beginning, goes on with the velocity
+// that the step ended with, as semi-implicit engines move their bodies.
 std::vector<ContactSample> contacts_of(const World& world, const Stepper& stepper) {
   std::vector<ContactSample> contacts;
   const double h_s = stepper.inner_h_s();
@@ -243,7 +243,8 @@ Outcome timed_pass(const WorldMaker& make, const Scene& scene, const Plan& plan,
 }
 
 // One run, the clock read around every step of the plan.
-Outcome profile_pass(const WorldMaker& make, const Scene& scene, const Plan& plan, std::int64_t substeps, Profile& profile) {
+Outcome profile_pass(const WorldMaker& make, const Scene& scene, const Plan& plan, std::int64_t substeps,
+                     Profile& profile) {
   Outcome outcome;
   const auto world = make(scene, false);
   Stepper stepper(scene, plan, substeps, *world);

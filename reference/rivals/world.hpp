@@ -28,8 +28,9 @@ class World {
   // wrenches. -1: it does not.
   virtual std::int64_t rate_calls() const { return -1; }
 
-  // Contacts that carried an impulse in the last step, point by point, a < b. Engines find them at the step's beginning, and
-  // there x_m, normal and gap_m hold; run_world brings the gap to the step's end, where samples are taken.
+  // Contacts that carried an impulse in the last step, point by point, a < b. Engines find them at the step's
+  // beginning, and there x_m, normal and gap_m hold; run_world brings the gap to the step's end, where samples are
+  // taken.
   struct Touch {
     int body_a = 0, body_b = 0;
     Real3 x_m{}, normal{};     // unit, from a to b
@@ -43,14 +44,14 @@ class World {
 // Builds a world; called once a run and once a repeat. `observe` asks it to keep what touches() needs.
 using WorldMaker = std::function<std::unique_ptr<World>(const Scene&, bool observe)>;
 
-// Runs the scene: an accuracy pass that observes and is not timed, or (repeats > 0) a timed pass that only steps, or (the
-// observer has a profile) one that reads the clock every step.
-// `substeps` inner steps make one step; forces are evaluated once an inner step.
+// Runs the scene: an accuracy pass that observes and is not timed, or (repeats > 0) a timed pass that only steps, or
+// (the observer has a profile) one that reads the clock every step. `substeps` inner steps make one step; forces are
+// evaluated once an inner step.
 Outcome run_world(const WorldMaker& make, const Scene& scene, const Plan& plan, const Observer& observer, int repeats,
                   std::int64_t substeps);
 
-// What every adapter refuses, with `engine` named; empty when the scene can run. Contacts of a given stiffness are refused
-// unless it `gives_way`.
+// What every adapter refuses, with `engine` named; empty when the scene can run. Contacts of a given stiffness are
+// refused unless it `gives_way`.
 std::string refusal(const std::string& engine, const MethodId& id, const std::string& scalar, const Scene& scene,
                     bool gives_way = false);
 

@@ -15,12 +15,17 @@ Engine simbody_engine() {
   tuned["steps"] = std::string("chosen");
   rival.presets = {
       {"default",
-       "Simbody's Runge-Kutta-Merson in steps of fixed size: it pays for the error estimate and takes the step whatever that says.",
+       "Simbody's Runge-Kutta-Merson in steps of fixed size: it pays for the error estimate and takes the step "
+       "whatever that says.",
        simbody::settings_of("RungeKuttaMerson", 1e-3)},
-      {"tuned", "Runge-Kutta-Merson that chooses its steps at an accuracy of 1e-10, whatever the plan's; N is the first guess.",
+      {"tuned",
+       "Runge-Kutta-Merson that chooses its steps at an accuracy of 1e-10, whatever the plan's; N is the first guess.",
        tuned},
-      {"rk-merson", "Runge-Kutta-Merson; with a tolerance, which is Simbody's accuracy, it chooses its steps.",
-       simbody::settings_of("RungeKuttaMerson", 1e-3), {}, true}};
+      {"rk-merson",
+       "Runge-Kutta-Merson; with a tolerance, which is Simbody's accuracy, it chooses its steps.",
+       simbody::settings_of("RungeKuttaMerson", 1e-3),
+       {},
+       true}};
   rival.fixed = simbody::fixed_settings();
   rival.gives_way = true;
   rival.check = simbody::check_settings;

@@ -19,7 +19,8 @@ using rivals::Wrench;
 
 std::string first_complaint;
 
-// The law of every pair that can touch, where all have the same; `why` says where they don't, or it is none of Simbody's.
+// The law of every pair that can touch, where all have the same; `why` says where they don't, or it is none of
+// Simbody's.
 const PairLaw* one_law(const Scene& scene, std::string& why) {
   const PairLaw* one = nullptr;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
@@ -28,15 +29,20 @@ const PairLaw* one_law(const Scene& scene, std::string& why) {
       if (!rivals::has_shape(first) || !rivals::has_shape(second) || (first.fixed && second.fixed)) continue;
       const PairLaw& law = pair_law(scene, static_cast<int>(a), static_cast<int>(b));
       if (law.contact_law == ContactLaw::rigid) {
-        why = "Simbody has no contact with the pair's restitution and friction that a program can use: its rigid contacts are "
-              "experimental and trace every step on standard output; its compliant ones have a stiffness and a dissipation "
-              "(scenes with contact_law = \"hertz\")";
+        why =
+            "Simbody has no contact with the pair's restitution and friction that a program can use: its rigid "
+            "contacts are "
+            "experimental and trace every step on standard output; its compliant ones have a stiffness and a "
+            "dissipation "
+            "(scenes with contact_law = \"hertz\")";
       } else if (law.contact_law == ContactLaw::linear) {
         why = "Simbody's compliant contacts follow Hertz: no linear spring and dashpot";
       } else if (law.friction != 0 || law.rolling_friction_m != 0) {
         why = "Simbody's compliant contacts creep where friction should hold: only pairs without friction are run";
       } else if (one && (one->modulus_Pa != law.modulus_Pa || one->damping_s_per_m != law.damping_s_per_m)) {
-        why = "Simbody mixes the stiffness of materials by a rule of its own: pairs of different modulus or damping are not realised";
+        why =
+            "Simbody mixes the stiffness of materials by a rule of its own: pairs of different modulus or damping are "
+            "not realised";
       }
       for (const Body* body : {&first, &second}) {
         if (!std::holds_alternative<Sphere>(body->shape) && !std::holds_alternative<Plane>(body->shape))
@@ -71,8 +77,8 @@ class SceneForces : public SimTK::Force::Custom::Implementation {
   SceneForces(const Scene& scene, const std::vector<SimTK::MobilizedBody>& bodies, const double& switches_at_s)
       : scene_(scene), bodies_(bodies), switches_at_s_(switches_at_s) {}
 
-  void calcForce(const SimTK::State& state, SimTK::Vector_<SimTK::SpatialVec>& body_forces, SimTK::Vector_<SimTK::Vec3>&,
-                 SimTK::Vector&) const override {
+  void calcForce(const SimTK::State& state, SimTK::Vector_<SimTK::SpatialVec>& body_forces,
+                 SimTK::Vector_<SimTK::Vec3>&, SimTK::Vector&) const override {
     std::vector<Motion> motions(scene_.bodies.size());
     std::vector<Wrench> wrenches(scene_.bodies.size());
     for (std::size_t i = 0; i < motions.size(); ++i) {
@@ -169,7 +175,8 @@ class SimbodyWorld : public rivals::World {
  private:
   void add(const Body& body) {
     if (body.fixed) {
-      if (law_ && rivals::has_shape(body)) add_surface(body, SimTK::Transform(vec3(body.position_m)), matter_.updGround().updBody());
+      if (law_ && rivals::has_shape(body))
+        add_surface(body, SimTK::Transform(vec3(body.position_m)), matter_.updGround().updBody());
       bodies_.push_back(matter_.updGround());
       return;
     }
@@ -181,7 +188,8 @@ class SimbodyWorld : public rivals::World {
     if (turns) {
       bodies_.push_back(SimTK::MobilizedBody::Free(matter_.updGround(), SimTK::Transform(), rigid, SimTK::Transform()));
     } else {
-      bodies_.push_back(SimTK::MobilizedBody::Translation(matter_.updGround(), SimTK::Transform(), rigid, SimTK::Transform()));
+      bodies_.push_back(
+          SimTK::MobilizedBody::Translation(matter_.updGround(), SimTK::Transform(), rigid, SimTK::Transform()));
     }
   }
 
@@ -206,7 +214,8 @@ class SimbodyWorld : public rivals::World {
   void set_motion(int i, SimTK::State& state) {
     const Body& b = scene_.bodies[i];
     const Real4& q = b.orientation_wxyz;
-    const SimTK::Rotation turn = rotates(b) ? SimTK::Rotation(SimTK::Quaternion(SimTK::Vec4(q[0], q[1], q[2], q[3]))) : SimTK::Rotation();
+    const SimTK::Rotation turn =
+        rotates(b) ? SimTK::Rotation(SimTK::Quaternion(SimTK::Vec4(q[0], q[1], q[2], q[3]))) : SimTK::Rotation();
     bodies_[i].setQToFitTransform(state, SimTK::Transform(turn, vec3(b.position_m)));
     if (b.release_s > 0) {
       bodies_[i].lock(state);
@@ -233,7 +242,8 @@ class SimbodyWorld : public rivals::World {
       const auto* push = std::get_if<PointForce>(&force);
       switched = switched || (thruster && !thruster->on_s.empty()) || (push && !push->on_s.empty());
     }
-    integrator_->setAllowInterpolation(chooses_ && !switched);  // no step goes past the end of one that may end a thrust
+    integrator_->setAllowInterpolation(chooses_ &&
+                                       !switched);  // no step goes past the end of one that may end a thrust
     integrator_->initialize(from);
     started_ = true;
   }
@@ -268,8 +278,9 @@ std::string version() {
 Settings settings_of(const std::string& integrator, double accuracy) {
   return {{"scalar", std::string("double")},
           {"step", std::string("Integrator::stepTo")},
-          {"pair_law", std::string("hertz between spheres and planes: CompliantContactSubsystem, dissipation 2/3 of the damping; "
-                                   "others are refused")},
+          {"pair_law",
+           std::string("hertz between spheres and planes: CompliantContactSubsystem, dissipation 2/3 of the damping; "
+                       "others are refused")},
           {"forces", std::string("all but uniform gravity: by the adapter as a Force::Custom, at every rate call")},
           {"attitude", std::string("a quaternion")},
           {"sleeping", std::string("none: Simbody has none")},
@@ -294,7 +305,8 @@ void check_settings(const Settings& settings) {
                  {"RungeKuttaMerson", "RungeKuttaFeldberg", "RungeKutta3", "Verlet", "SemiExplicitEuler2"});
   for (const char* name : {"accuracy", "constraint_tolerance"}) {
     const double value = rivals::number(settings, name);
-    if (!(value > 0 && value < 1)) throw std::invalid_argument(std::string("setting `") + name + "` lies between 0 and 1");
+    if (!(value > 0 && value < 1))
+      throw std::invalid_argument(std::string("setting `") + name + "` lies between 0 and 1");
   }
 }
 

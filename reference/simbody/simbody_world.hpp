@@ -2,12 +2,14 @@
 //   - a body that rotates has a free mobilizer (a quaternion, rates in the world), a point mass a translation;
 //   - forces that Simbody lacks are a Force::Custom: evaluated by the adapter at every rate call, as Simbody's own are;
 //   - a step of fixed size still pays for its error estimate, and is taken whatever that says;
-//   - contacts: CompliantContactSubsystem's Hertz contact between spheres and half-spaces, with the dissipation of Hunt and
-//     Crossley, never pulling: F = 4/3 E R^1/2 d^3/2 (1 + 3/2 c d'), the law `hertz` of a scene with c = 2/3 of its damping.
-//     Materials mix as 1/E^2/3 = 1/E_a^2/3 + 1/E_b^2/3 (E_a, E_b as they are given to Simbody), so one law for all pairs
-//     comes of one material, 2^3/2 E. Its friction creeps below a transition speed, and restitution is no parameter: scenes with
-//     either, or with other shapes, are refused. The unilateral contacts with a coefficient of restitution belong to
-//     SemiExplicitEulerTimeStepper, which is called experimental and traces every step on standard output.
+//   - contacts: CompliantContactSubsystem's Hertz contact between spheres and half-spaces, with the dissipation of Hunt
+//   and
+//     Crossley, never pulling: F = 4/3 E R^1/2 d^3/2 (1 + 3/2 c d'), the law `hertz` of a scene with c = 2/3 of its
+//     damping. Materials mix as 1/E^2/3 = 1/E_a^2/3 + 1/E_b^2/3 (E_a, E_b as they are given to Simbody), so one law for
+//     all pairs comes of one material, 2^3/2 E. Its friction creeps below a transition speed, and restitution is no
+//     parameter: scenes with either, or with other shapes, are refused. The unilateral contacts with a coefficient of
+//     restitution belong to SemiExplicitEulerTimeStepper, which is called experimental and traces every step on
+//     standard output.
 #pragma once
 
 #include <memory>

@@ -18,8 +18,8 @@
 namespace atwood {
 namespace {
 
-// The measured error must be this much under the asked one: another start, another end and the fit between rungs all cost
-// some of it. A run must be this much under the budget: machines are not always quiet.
+// The measured error must be this much under the asked one: another start, another end and the fit between rungs all
+// cost some of it. A run must be this much under the budget: machines are not always quiet.
 constexpr double kErrorSafety = 3, kTimeSafety = 1.25;
 constexpr std::size_t kRefined = 5;     // families that are looked at closely
 constexpr int kPairs = 9;
@@ -27,7 +27,8 @@ constexpr double kRunLimit_s = 3;       // what takes longer than this is not ad
 
 class Search {
  public:
-  Search(const Place& place, const Options& options, const std::vector<Worker>& workers, Scenario scenario, Advice& advice)
+  Search(const Place& place, const Options& options, const std::vector<Worker>& workers, Scenario scenario,
+         Advice& advice)
       : place_(place), options_(options), workers_(workers), scenario_(std::move(scenario)), advice_(advice) {}
 
   bool coarse(const std::vector<std::string>& ids);     // false: interrupted; each of these too
@@ -81,7 +82,8 @@ bool Search::run(const Rungs& rungs) {
       if (planned_.insert(method + " " + std::to_string(n)).second) cells.steps.push_back(n);
     }
     if (cells.steps.empty()) continue;
-    for (Cell& cell : plan_cells({"advise", {cells}}, {scenario_}, workers_, place_.provenance.cpu)) cells_.push_back(std::move(cell));
+    for (Cell& cell : plan_cells({"advise", {cells}}, {scenario_}, workers_, place_.provenance.cpu))
+      cells_.push_back(std::move(cell));
   }
   StudyOptions how = study_options(place_, options_);
   how.cell_limit_s = std::min(how.cell_limit_s, kRunLimit_s);
@@ -94,7 +96,8 @@ bool Search::run(const Rungs& rungs) {
 }
 
 bool Search::truth_failed() const {
-  return std::any_of(rows_.begin(), rows_.end(), [](const Row& row) { return row.metric == "truth" && row.status != Status::ok; }) ||
+  return std::any_of(rows_.begin(), rows_.end(),
+                     [](const Row& row) { return row.metric == "truth" && row.status != Status::ok; }) ||
          std::none_of(rows_.begin(), rows_.end(), [](const Row& row) { return row.metric.rfind("error-", 0) == 0; });
 }
 
@@ -104,7 +107,8 @@ bool Search::coarse(const std::vector<std::string>& ids) {
   for (const std::string& id : ids) {
     const std::size_t at = id.find(":tol");
     if (at != std::string::npos) {
-      for (const char* rtol : {"1e-4", "1e-6", "1e-8", "1e-10", "1e-12", "1e-13"}) rungs[id.substr(0, at) + ":" + rtol + id.substr(at + 4)] = {scenario_.steps.front()};
+      for (const char* rtol : {"1e-4", "1e-6", "1e-8", "1e-10", "1e-12", "1e-13"})
+        rungs[id.substr(0, at) + ":" + rtol + id.substr(at + 4)] = {scenario_.steps.front()};
       continue;
     }
     for (std::int64_t n = scenario_.samples; n <= std::max(finest, 64 * scenario_.samples); n *= 4) rungs[id].insert(n);
@@ -117,7 +121,8 @@ Search::Rungs Search::between(const WorkPoint& a, const WorkPoint& b) const {
   Rungs rungs;
   for (const double part : {0.25, 0.5, 0.75}) {
     if (method_family(a.method) == a.method) {
-      rungs[a.method].insert(whole(std::pow(static_cast<double>(a.steps), 1 - part) * std::pow(static_cast<double>(b.steps), part)));
+      rungs[a.method].insert(
+          whole(std::pow(static_cast<double>(a.steps), 1 - part) * std::pow(static_cast<double>(b.steps), part)));
       continue;
     }
     MethodId id = parse_method_id(a.method);
@@ -133,7 +138,8 @@ Search::Rungs Search::between(const WorkPoint& a, const WorkPoint& b) const {
 std::vector<std::pair<double, const WorkCurve*>> Search::ranked(const std::vector<WorkCurve>& all) const {
   std::vector<std::pair<double, const WorkCurve*>> order;
   for (const WorkCurve& curve : all) {
-    const auto reached = advice_.wanted_error > 0 ? cheapest(curve, allowed_error(), Cost::seconds) : most_accurate(curve, allowed_time(), Cost::seconds);
+    const auto reached = advice_.wanted_error > 0 ? cheapest(curve, allowed_error(), Cost::seconds)
+                                                  : most_accurate(curve, allowed_time(), Cost::seconds);
     if (reached) order.emplace_back(advice_.wanted_error > 0 ? reached->cost : reached->error, &curve);
   }
   std::stable_sort(order.begin(), order.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
@@ -148,10 +154,13 @@ bool Search::refine() {
     for (std::size_t i = 0; i < std::min(kRefined, order.size()); ++i) {
       const auto& points = order[i].second->points;
       for (std::size_t k = 0; k + 1 < points.size(); ++k) {
-        const bool crossed = advice_.wanted_error > 0 ? known_error(points[k]) > allowed_error() && known_error(points[k + 1]) <= allowed_error()
-                                                      : points[k].seconds <= allowed_time() && !(points[k + 1].seconds <= allowed_time());
+        const bool crossed =
+            advice_.wanted_error > 0
+                ? known_error(points[k]) > allowed_error() && known_error(points[k + 1]) <= allowed_error()
+                : points[k].seconds <= allowed_time() && !(points[k + 1].seconds <= allowed_time());
         if (!crossed) continue;
-        for (auto& [method, steps] : between(points[k], points[k + 1])) rungs[method].insert(steps.begin(), steps.end());
+        for (auto& [method, steps] : between(points[k], points[k + 1]))
+          rungs[method].insert(steps.begin(), steps.end());
       }
     }
     if (!rungs.empty() && !run(rungs)) return false;
@@ -166,8 +175,11 @@ const WorkPoint* Search::pick(const WorkCurve& curve) const {
   for (auto point = curve.points.rbegin(); point != curve.points.rend(); ++point) {
     const bool timed = point->seconds > 0;
     if (advice_.wanted_error > 0) {
-      if (timed && known_error(*point) <= allowed_error() && worst_finer <= advice_.wanted_error && (best == nullptr || point->seconds < best->seconds)) best = &*point;
-    } else if (timed && point->seconds <= allowed_time() && (best == nullptr || known_error(*point) < known_error(*best))) {
+      if (timed && known_error(*point) <= allowed_error() && worst_finer <= advice_.wanted_error &&
+          (best == nullptr || point->seconds < best->seconds))
+        best = &*point;
+    } else if (timed && point->seconds <= allowed_time() &&
+               (best == nullptr || known_error(*point) < known_error(*best))) {
       best = &*point;
     }
     worst_finer = std::max(worst_finer, known_error(*point));
@@ -186,7 +198,8 @@ std::pair<std::string, std::int64_t> neighbour_key(const AdviceRung& rung, doubl
     id.rtol = std::strtod(fmt::format("{:.1e}", *id.rtol * (factor > 1 ? 10 : 0.1)).c_str(), nullptr);
     return {to_string(id), rung.steps};
   }
-  const double n = std::max(1.0, std::round(static_cast<double>(rung.steps) / factor / static_cast<double>(scenario.samples)));
+  const double n =
+      std::max(1.0, std::round(static_cast<double>(rung.steps) / factor / static_cast<double>(scenario.samples)));
   return {rung.method, static_cast<std::int64_t>(n) * scenario.samples};
 }
 
@@ -202,7 +215,8 @@ std::optional<AdviceRung> Search::neighbour(const AdviceRung& rung, double facto
   const auto [method, steps] = neighbour_key(rung, factor, scenario_);
   for (const WorkCurve& curve : curves()) {
     for (const WorkPoint& point : curve.points) {
-      if (point.method == method && point.steps == steps && (method != rung.method || steps != rung.steps)) return rung_of(point);
+      if (point.method == method && point.steps == steps && (method != rung.method || steps != rung.steps))
+        return rung_of(point);
     }
   }
   return std::nullopt;
@@ -222,8 +236,12 @@ bool Search::time_in_turns() {
   try {
     Stopwatch stopwatch(options_.cell_limit_s);
     std::vector<double> first, second;
-    for (const auto& round : stopwatch.in_turns({{&workers_[static_cast<std::size_t>(a->worker)], a->method, &scenario_.scene, a->plan, advice_.best.seconds, advice_.best.evaluations},
-                                                 {&workers_[static_cast<std::size_t>(b->worker)], b->method, &scenario_.scene, b->plan, advice_.next.seconds, advice_.next.evaluations}}, kPairs)) {
+    for (const auto& round :
+         stopwatch.in_turns({{&workers_[static_cast<std::size_t>(a->worker)], a->method, &scenario_.scene, a->plan,
+                              advice_.best.seconds, advice_.best.evaluations},
+                             {&workers_[static_cast<std::size_t>(b->worker)], b->method, &scenario_.scene, b->plan,
+                              advice_.next.seconds, advice_.next.evaluations}},
+                            kPairs)) {
       first.push_back(round[0]);
       second.push_back(round[1]);
     }
@@ -244,24 +262,36 @@ bool Search::time_in_turns() {
 // Who ran and is not recommended, and why.
 void Search::tell_losers(const std::vector<WorkCurve>& all) {
   std::map<std::string, std::string> reasons;
-  const auto tell = [&](const std::string& reason, const std::string& family) { reasons[reason] += (reasons[reason].empty() ? "" : ", ") + family; };
+  const auto tell = [&](const std::string& reason, const std::string& family) {
+    reasons[reason] += (reasons[reason].empty() ? "" : ", ") + family;
+  };
   for (const WorkCurve& curve : all) {
-    const bool named = (advice_.found && curve.family == method_family(advice_.best.method)) || (!advice_.next.method.empty() && curve.family == method_family(advice_.next.method));
+    const bool named = (advice_.found && curve.family == method_family(advice_.best.method)) ||
+                       (!advice_.next.method.empty() && curve.family == method_family(advice_.next.method));
     if (named) continue;
     if (curve.points.empty()) {
-      tell(curve.failed.empty() ? "no figure of this kind" : to_string(curve.failed.back().status) + ": " + curve.failed.back().reason, curve.family);
+      tell(curve.failed.empty() ? "no figure of this kind"
+                                : to_string(curve.failed.back().status) + ": " + curve.failed.back().reason,
+           curve.family);
     } else if (const WorkPoint* rung = pick(curve); rung != nullptr) {
       tell(advice_.wanted_error > 0 ? "dearer" : "less accurate within the budget",
-           fmt::format("{} ({})", curve.family, advice_.wanted_error > 0 ? time_words(rung->seconds) : fmt::format("{:.2g}", known_error(*rung))));
+           fmt::format(
+               "{} ({})", curve.family,
+               advice_.wanted_error > 0 ? time_words(rung->seconds) : fmt::format("{:.2g}", known_error(*rung))));
     } else if (advice_.wanted_error > 0) {
-      const auto least = std::min_element(curve.points.begin(), curve.points.end(), [](const WorkPoint& a, const WorkPoint& b) { return known_error(a) < known_error(b); });
+      const auto least =
+          std::min_element(curve.points.begin(), curve.points.end(),
+                           [](const WorkPoint& a, const WorkPoint& b) { return known_error(a) < known_error(b); });
       const bool untimed = known_error(*least) <= allowed_error();
-      tell(untimed ? "reached the error, in runs too long to be timed, or not on every finer rung" : "did not reach the error with its margin on the rungs that were run", fmt::format("{} (best {:.2g})", curve.family, known_error(*least)));
+      tell(untimed ? "reached the error, in runs too long to be timed, or not on every finer rung"
+                   : "did not reach the error with its margin on the rungs that were run",
+           fmt::format("{} (best {:.2g})", curve.family, known_error(*least)));
     } else {
       tell("no rung within the budget", curve.family);
     }
   }
-  std::vector<std::pair<std::string, std::string>> told(reasons.begin(), reasons.end());  // before those that were never run
+  std::vector<std::pair<std::string, std::string>> told(reasons.begin(),
+                                                        reasons.end());  // before those that were never run
   advice_.left_out.insert(advice_.left_out.begin(), told.begin(), told.end());
 }
 
@@ -295,7 +325,8 @@ bool Search::decide() {
     advice_.found = true;
     advice_.best = rung_of(*rungs[0]);
     for (const WorkPoint* rung : rungs) {
-      if (advice_.next.method.empty() && method_family(rung->method) != method_family(advice_.best.method)) advice_.next = rung_of(*rung);
+      if (advice_.next.method.empty() && method_family(rung->method) != method_family(advice_.best.method))
+        advice_.next = rung_of(*rung);
     }
   }
   if (!advice_.next.method.empty() && !time_in_turns()) return false;
@@ -308,18 +339,23 @@ bool Search::decide() {
 }
 
 std::string metric_of(const std::string& asked) {
-  static const std::map<std::string, std::string> known{{"position", "error-position-max"}, {"velocity", "error-velocity-max"}, {"attitude", "error-attitude-max"},
-                                                        {"body-rate", "error-body-rate-max"}, {"state", "error-state-end"}, {"energy", "energy-max"}};
+  static const std::map<std::string, std::string> known{
+      {"position", "error-position-max"},   {"velocity", "error-velocity-max"}, {"attitude", "error-attitude-max"},
+      {"body-rate", "error-body-rate-max"}, {"state", "error-state-end"},       {"energy", "energy-max"}};
   if (asked.empty()) return "error-position-max";
   if (const auto found = known.find(asked); found != known.end()) return found->second;
   for (const MetricInfo& metric : all_metrics()) {
     if (metric.name == asked) return asked;
   }
-  throw InputError(fmt::format("--metric {}: expected position, velocity, attitude, body-rate, state, energy, or a metric of `atwood list metrics`", asked));
+  throw InputError(
+      fmt::format("--metric {}: expected position, velocity, attitude, body-rate, state, energy, or a metric of "
+                  "`atwood list metrics`",
+                  asked));
 }
 
 void read_request(const Options& options, Advice& advice) {
-  if (options.wanted_error.empty() == options.budget.empty()) throw InputError("advise: expected either --error E or --budget TIME");
+  if (options.wanted_error.empty() == options.budget.empty())
+    throw InputError("advise: expected either --error E or --budget TIME");
   advice.metric = metric_of(options.metric);
   for (const MetricInfo& metric : all_metrics()) {
     if (metric.name == advice.metric) advice.unit = metric.unit == "1" ? "" : metric.unit;
@@ -348,11 +384,14 @@ int command_advise(const Place& place, const Options& options) {
   advice.scenario = read_scene_argument(place, options.input);
   advice.motion = classify(advice.scenario.scene);
   if (advice.metric.find("attitude") != std::string::npos || advice.metric.find("body-rate") != std::string::npos) {
-    if (!advice.motion.rotates) throw InputError(fmt::format("--metric {}: nothing rotates in `{}`", options.metric, advice.scenario.id));
+    if (!advice.motion.rotates)
+      throw InputError(fmt::format("--metric {}: nothing rotates in `{}`", options.metric, advice.scenario.id));
   }
   const std::vector<Worker> workers = require_workers(place, options);
   const Candidates candidates = choose_candidates(advice.motion, workers, options.engines.size());
-  if (candidates.ids.empty()) throw InputError(fmt::format("advise: no method here claims an order for `{}` ({})", advice.scenario.id, class_words(advice.motion)));
+  if (candidates.ids.empty())
+    throw InputError(fmt::format("advise: no method here claims an order for `{}` ({})", advice.scenario.id,
+                                 class_words(advice.motion)));
   advice.left_out = candidates.left_out;
   make_out_dir(options.out_dir);
   const auto interrupted = [] { return 128 + std::max(interrupt_signal(), 2); };

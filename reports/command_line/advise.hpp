@@ -10,7 +10,10 @@
 namespace atwood {
 
 // What moves in a scene decides who may compete.
-struct MotionClass { bool rotates = false, velocity_dependent = false, conservative = false, contacts = false, magnetic = false, bare = false; };
+struct MotionClass {
+  bool rotates = false, velocity_dependent = false, conservative = false, contacts = false, magnetic = false,
+       bare = false;
+};
 MotionClass classify(const Scene& scene);
 std::string class_words(const MotionClass& motion);  // "rotation, no velocity-dependent force"
 
@@ -21,20 +24,24 @@ struct Candidates {
 };
 Candidates choose_candidates(const MotionClass& motion, const std::vector<Worker>& workers, std::size_t own_engines);
 
-// A scene without a truth gets one: certified in extended precision, else CVODE's, else a method's own convergence, written
-// to a file of values in `folder`. `words` says which. Throws InputError where none can be had.
+// A scene without a truth gets one: certified in extended precision, else CVODE's, else a method's own convergence,
+// written to a file of values in `folder`. `words` says which. Throws InputError where none can be had.
 struct AdviceTruth { Scenario scenario; std::string words; };
-AdviceTruth find_truth(const Place& place, const Scenario& scenario, const std::vector<Worker>& workers, const Candidates& candidates,
-                       const std::string& folder, double limit_s);
+AdviceTruth find_truth(const Place& place, const Scenario& scenario, const std::vector<Worker>& workers,
+                       const Candidates& candidates, const std::string& folder, double limit_s);
 
 // One measured run that the advice stands on.
-struct AdviceRung { std::string method; std::int64_t steps = 0; double h_s = 0, error = 0, bar = 0, seconds = 0, evaluations = 0; };
+struct AdviceRung {
+  std::string method;
+  std::int64_t steps = 0;
+  double h_s = 0, error = 0, bar = 0, seconds = 0, evaluations = 0;
+};
 struct Advice {
   Scenario scenario;
   MotionClass motion;
   std::string metric, unit, truth;
   double wanted_error = 0, budget_s = 0;  // one of them; 0: the other was asked
-  double safety = 0;                      // the asked error over the largest allowed one, or the budget over the longest run
+  double safety = 0;  // the asked error over the largest allowed one, or the budget over the longest run
   bool found = false;
   AdviceRung best, next;                  // next.method empty: nobody else
   std::optional<AdviceRung> coarser, finer;  // twice and half the step; a tenfold tolerance and a tenth

@@ -18,14 +18,23 @@ bool shaped(const Body& body) { return !std::holds_alternative<std::monostate>(b
 // The catalogue's good ones, by what they are good at; ids that this build does not have fall away.
 std::vector<std::string> wanted_ids(const MotionClass& motion) {
   if (motion.contacts) {
-    return {"atwood/rk4+event", "atwood/dopri5+event", "atwood/verner6+event", "atwood/verner8+event", "atwood/velocity-verlet+event", "atwood/symplectic-euler+impulse",
-            "atwood/rk4+impulse", "cvode/adams:tol"};
+    return {"atwood/rk4+event",
+            "atwood/dopri5+event",
+            "atwood/verner6+event",
+            "atwood/verner8+event",
+            "atwood/velocity-verlet+event",
+            "atwood/symplectic-euler+impulse",
+            "atwood/rk4+impulse",
+            "cvode/adams:tol"};
   }
-  std::vector<std::string> ids{"atwood/rk4", "atwood/dopri5:tol", "atwood/tsit5:tol", "atwood/verner6:tol", "atwood/verner8", "atwood/verner8:tol", "atwood/verner9:tol",
-                               "atwood/dop853", "atwood/dop853:tol", "atwood/radau15", "atwood/radau15:tol", "atwood/ias15:tol", "atwood/gbs:tol", "atwood/taylor:tol",
-                               "atwood/gauss8", "atwood/adams-moulton8", "cvode/adams:tol"};
+  std::vector<std::string> ids{"atwood/rk4",        "atwood/dopri5:tol",  "atwood/tsit5:tol",   "atwood/verner6:tol",
+                               "atwood/verner8",    "atwood/verner8:tol", "atwood/verner9:tol", "atwood/dop853",
+                               "atwood/dop853:tol", "atwood/radau15",     "atwood/radau15:tol", "atwood/ias15:tol",
+                               "atwood/gbs:tol",    "atwood/taylor:tol",  "atwood/gauss8",      "atwood/adams-moulton8",
+                               "cvode/adams:tol"};
   const auto add = [&](std::initializer_list<const char*> more) { ids.insert(ids.end(), more.begin(), more.end()); };
-  if (!motion.rotates && motion.conservative) add({"atwood/dprkn12", "atwood/dprkn12:tol", "atwood/kahan-li8", "atwood/blanes-moan-rkn6", "atwood/leapfrog"});
+  if (!motion.rotates && motion.conservative)
+    add({"atwood/dprkn12", "atwood/dprkn12:tol", "atwood/kahan-li8", "atwood/blanes-moan-rkn6", "atwood/leapfrog"});
   if (motion.rotates) add({"atwood/free-top4", "atwood/free-top6", "atwood/lie4", "atwood/rkmk4"});
   if (motion.magnetic) add({"atwood/boris", "atwood/boris4", "atwood/boris6"});
   return ids;
@@ -74,7 +83,8 @@ MotionClass classify(const Scene& scene) {
   }
   motion.contacts = shapes > 1;
   for (const Force& force : scene.forces) {
-    bool depends = std::holds_alternative<LinearDrag>(force) || std::holds_alternative<QuadraticDrag>(force) || std::holds_alternative<RotatingFrame>(force);
+    bool depends = std::holds_alternative<LinearDrag>(force) || std::holds_alternative<QuadraticDrag>(force) ||
+                   std::holds_alternative<RotatingFrame>(force);
     if (const auto* spring = std::get_if<Spring>(&force)) depends = spring->damping_N_s_per_m != 0;
     if (const auto* lorentz = std::get_if<Lorentz>(&force)) {
       const bool magnetic = lorentz->magnetic_T != Real3{};
@@ -82,7 +92,8 @@ MotionClass classify(const Scene& scene) {
       depends = magnetic;
     }
     motion.velocity_dependent = motion.velocity_dependent || depends;
-    const bool pushed = std::holds_alternative<Drive>(force) || std::holds_alternative<Thruster>(force) || std::holds_alternative<PointForce>(force);
+    const bool pushed = std::holds_alternative<Drive>(force) || std::holds_alternative<Thruster>(force) ||
+                        std::holds_alternative<PointForce>(force);
     if (depends || pushed) motion.conservative = false;
   }
   return motion;
@@ -100,7 +111,9 @@ Candidates choose_candidates(const MotionClass& motion, const std::vector<Worker
   Candidates chosen;
   std::set<std::string> tried;
   std::map<std::string, std::string> out;
-  const auto leave = [&](const std::string& reason, const std::string& id) { out[reason] += (out[reason].empty() ? "" : ", ") + id; };
+  const auto leave = [&](const std::string& reason, const std::string& id) {
+    out[reason] += (out[reason].empty() ? "" : ", ") + id;
+  };
   for (const std::string& id : wanted_ids(motion)) {
     const MethodInfo* info = find_info(base_of(id), workers);
     if (info == nullptr || !tried.insert(id).second) continue;
@@ -109,7 +122,8 @@ Candidates choose_candidates(const MotionClass& motion, const std::vector<Worker
     if (missing.empty()) chosen.ids.push_back(id);
   }
   for (std::size_t i = workers.size() - own_engines; i < workers.size(); ++i) {
-    for (const MethodInfo& info : workers[i].engine.methods) chosen.ids.push_back(info.adaptive ? info.id + ":tol" : info.id);
+    for (const MethodInfo& info : workers[i].engine.methods)
+      chosen.ids.push_back(info.adaptive ? info.id + ":tol" : info.id);
   }
   std::set<std::string> bases;
   for (const std::string& id : chosen.ids) bases.insert(base_of(id));
@@ -128,8 +142,9 @@ Candidates choose_candidates(const MotionClass& motion, const std::vector<Worker
 // ---- a truth for a scene that has none ----------------------------------------------------------------------------
 namespace {
 
-// Two runs of one method, the finer at twice the steps: the finer is the value, their difference times the safety factor of
-// the grid convergence index (Roache 1994) the bar; the method's order makes its true error smaller than that.
+// Two runs of one method, the finer at twice the steps: the finer is the value, their difference times the safety
+// factor of the grid convergence index (Roache 1994) the bar; the method's order makes its true error smaller than
+// that.
 struct SelfConvergence { std::string method; std::int64_t steps = 0; Recording coarse, fine; };
 
 constexpr double kRoache = 1.25;
@@ -141,7 +156,8 @@ void append_sample(std::string& text, const Scene& scene, const Sample& coarse, 
     const auto group = [&](const auto& x, const auto& y) {  // a vector shares one bar: its largest difference
       double bar = 0;
       for (std::size_t i = 0; i < x.size(); ++i) bar = std::max(bar, std::fabs(static_cast<double>(x[i] - y[i])));
-      for (std::size_t i = 0; i < x.size(); ++i) text += "," + format_number(x[i], 36) + "," + format_double(kRoache * bar);
+      for (std::size_t i = 0; i < x.size(); ++i)
+        text += "," + format_number(x[i], 36) + "," + format_double(kRoache * bar);
     };
     group(f.p_m, c.p_m);
     group(f.q_wxyz, c.q_wxyz);
@@ -153,11 +169,13 @@ void append_sample(std::string& text, const Scene& scene, const Sample& coarse, 
 
 std::string values_file(const Scene& scene, const SelfConvergence& runs) {
   std::string text = fmt::format("# source: {} at {} and {} steps\nt_s,body", runs.method, runs.steps, 2 * runs.steps);
-  for (const char* column : {"px_m", "py_m", "pz_m", "qw", "qx", "qy", "qz", "vx_m_per_s", "vy_m_per_s", "vz_m_per_s", "wx_rad_per_s", "wy_rad_per_s", "wz_rad_per_s"}) {
+  for (const char* column : {"px_m", "py_m", "pz_m", "qw", "qx", "qy", "qz", "vx_m_per_s", "vy_m_per_s", "vz_m_per_s",
+                             "wx_rad_per_s", "wy_rad_per_s", "wz_rad_per_s"}) {
     text += fmt::format(",{0},{0}_bar", column);
   }
   text += "\n";
-  for (std::size_t k = 0; k < runs.fine.values.size(); ++k) append_sample(text, scene, runs.coarse.values[k], runs.fine.values[k]);
+  for (std::size_t k = 0; k < runs.fine.values.size(); ++k)
+    append_sample(text, scene, runs.coarse.values[k], runs.fine.values[k]);
   return text;
 }
 
@@ -172,7 +190,8 @@ double largest_difference(const SelfConvergence& runs) {
 }
 
 // Finer and finer while the difference still falls.
-std::optional<SelfConvergence> converge(const Scenario& scenario, const std::string& method, const Worker& worker, double limit_s) {
+std::optional<SelfConvergence> converge(const Scenario& scenario, const std::string& method, const Worker& worker,
+                                        double limit_s) {
   std::optional<SelfConvergence> best;
   Recording last;
   std::int64_t steps = scenario.steps.empty() ? scenario.samples : scenario.steps.front();
@@ -195,8 +214,8 @@ std::optional<SelfConvergence> converge(const Scenario& scenario, const std::str
 
 }  // namespace
 
-AdviceTruth find_truth(const Place& place, const Scenario& scenario, const std::vector<Worker>& workers, const Candidates& candidates,
-                       const std::string& folder, double limit_s) {
+AdviceTruth find_truth(const Place& place, const Scenario& scenario, const std::vector<Worker>& workers,
+                       const Candidates& candidates, const std::string& folder, double limit_s) {
   AdviceTruth found{scenario, ""};
   std::string why;
   for (const TruthKind kind : {TruthKind::extended, TruthKind::cvode}) {
@@ -204,8 +223,9 @@ AdviceTruth find_truth(const Place& place, const Scenario& scenario, const std::
     found.scenario.truth = {kind, "", ""};
     const Truth truth = truth_once(place.truth_worker, found.scenario, scenario.samples, limit_s);
     if (truth.outcome.status == Status::ok) {
-      found.words = kind == TruthKind::extended ? "extended precision by two methods (the scene names no truth that could be had)"
-                                                : "CVODE, two methods and two tolerances (the scene names no truth that could be had)";
+      found.words = kind == TruthKind::extended
+                        ? "extended precision by two methods (the scene names no truth that could be had)"
+                        : "CVODE, two methods and two tolerances (the scene names no truth that could be had)";
       return found;
     }
     why += (why.empty() ? "" : "; ") + truth.outcome.reason;
@@ -223,8 +243,10 @@ AdviceTruth find_truth(const Place& place, const Scenario& scenario, const std::
         const std::string path = std::filesystem::absolute(folder).string() + "/advise-" + scenario.id + "-values.csv";
         write_file(path, values_file(scenario.scene, *runs));
         found.scenario.truth = {TruthKind::values, "", path};
-        found.words = fmt::format("none: self-convergence of {} at {} and {} steps (positions {:.2g} m apart). An error that all runs share does not show",
-                                  method, runs->steps, 2 * runs->steps, largest_difference(*runs));
+        found.words = fmt::format(
+            "none: self-convergence of {} at {} and {} steps (positions {:.2g} m apart). An error that all runs share "
+            "does not show",
+            method, runs->steps, 2 * runs->steps, largest_difference(*runs));
         return found;
       }
     }

@@ -12,7 +12,9 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
-std::string with_unit(double value, const std::string& unit) { return fmt::format("{:.3g}{}", value, unit.empty() ? "" : " " + unit); }
+std::string with_unit(double value, const std::string& unit) {
+  return fmt::format("{:.3g}{}", value, unit.empty() ? "" : " " + unit);
+}
 
 std::string step_words(const AdviceRung& rung, double t_end_s) {
   if (method_family(rung.method) != rung.method) return rung_words(rung.method, rung.steps);
@@ -20,20 +22,28 @@ std::string step_words(const AdviceRung& rung, double t_end_s) {
 }
 
 std::string evidence(const char* name, const AdviceRung& rung, const Advice& advice) {
-  return fmt::format("    {:<10} {:<28} {:>14} {:>9}{}\n", name, step_words(rung, advice.scenario.t_end_s), format_measure(rung.error, rung.bar, 3), time_words(rung.seconds),
+  return fmt::format("    {:<10} {:<28} {:>14} {:>9}{}\n", name, step_words(rung, advice.scenario.t_end_s),
+                     format_measure(rung.error, rung.bar, 3), time_words(rung.seconds),
                      std::isfinite(rung.evaluations) ? fmt::format(" {:>9.0f}", rung.evaluations) : "");
 }
 
 std::string asked_words(const Advice& advice) {
-  if (advice.wanted_error > 0) return fmt::format("an error of at most {} ({})", with_unit(advice.wanted_error, advice.unit), norm_words(advice.metric));
-  return fmt::format("the least error ({}) within {} for the whole run", norm_words(advice.metric), time_words(advice.budget_s));
+  if (advice.wanted_error > 0)
+    return fmt::format("an error of at most {} ({})", with_unit(advice.wanted_error, advice.unit),
+                       norm_words(advice.metric));
+  return fmt::format("the least error ({}) within {} for the whole run", norm_words(advice.metric),
+                     time_words(advice.budget_s));
 }
 
-std::string quoted(const std::string& text) { return text.find_first_of(" '\"$&;()*?{}") == std::string::npos ? text : "'" + text + "'"; }
+std::string quoted(const std::string& text) {
+  return text.find_first_of(" '\"$&;()*?{}") == std::string::npos ? text : "'" + text + "'";
+}
 
 std::string rerun(const Advice& advice) {
   const bool own = advice.scenario.path.find("validation/scenarios/") == std::string::npos;
-  return fmt::format("./atwood run --scenario {} --method {} --steps {}", quoted(own ? advice.scenario.path : advice.scenario.id), quoted(advice.best.method), advice.best.steps);
+  return fmt::format("./atwood run --scenario {} --method {} --steps {}",
+                     quoted(own ? advice.scenario.path : advice.scenario.id), quoted(advice.best.method),
+                     advice.best.steps);
 }
 
 std::string wrapped(const std::string& text, std::size_t indent, std::size_t width) {
@@ -53,7 +63,8 @@ std::string wrapped(const std::string& text, std::size_t indent, std::size_t wid
 
 json to_json(const AdviceRung& rung, const Advice& advice) {
   if (rung.method.empty()) return nullptr;
-  json out{{"method", rung.method}, {"steps", rung.steps}, {"error", rung.error}, {"bar", rung.bar}, {"seconds", rung.seconds}, {"evaluations", rung.evaluations}};
+  json out{{"method", rung.method}, {"steps", rung.steps},     {"error", rung.error},
+           {"bar", rung.bar},       {"seconds", rung.seconds}, {"evaluations", rung.evaluations}};
   if (method_family(rung.method) == rung.method) out["h_s"] = advice.scenario.t_end_s / static_cast<double>(rung.steps);
   else out["rtol"] = *parse_method_id(rung.method).rtol;
   return out;
@@ -62,32 +73,47 @@ json to_json(const AdviceRung& rung, const Advice& advice) {
 }  // namespace
 
 std::string advice_text(const Advice& advice) {
-  std::string text = fmt::format("{}: {}, {:.4g} s\n  asked      {}\n", advice.scenario.id, class_words(advice.motion), advice.scenario.t_end_s, asked_words(advice));
+  std::string text = fmt::format("{}: {}, {:.4g} s\n  asked      {}\n", advice.scenario.id, class_words(advice.motion),
+                                 advice.scenario.t_end_s, asked_words(advice));
   if (advice.found) {
     const AdviceRung& best = advice.best;
-    text += fmt::format("  use        {}, {}: {} in {}\n\n", best.method, step_words(best, advice.scenario.t_end_s), format_measure(best.error, best.bar, 3), time_words(best.seconds));
-    text += fmt::format("    {:<10} {:<28} {:>14} {:>9} {:>9}\n", "evidence", "", "error" + (advice.unit.empty() ? "" : " [" + advice.unit + "]"), "time", "evals");
+    text += fmt::format("  use        {}, {}: {} in {}\n\n", best.method, step_words(best, advice.scenario.t_end_s),
+                        format_measure(best.error, best.bar, 3), time_words(best.seconds));
+    text += fmt::format("    {:<10} {:<28} {:>14} {:>9} {:>9}\n", "evidence", "",
+                        "error" + (advice.unit.empty() ? "" : " [" + advice.unit + "]"), "time", "evals");
     const bool tolerance = method_family(best.method) != best.method;
     if (advice.coarser) text += evidence(tolerance ? "looser" : "coarser", *advice.coarser, advice);
-    else if (!tolerance) text += fmt::format("    coarser    none below {} steps: the scene's {} samples divide them\n", best.steps, advice.scenario.samples);
+    else if (!tolerance)
+      text += fmt::format("    coarser    none below {} steps: the scene's {} samples divide them\n", best.steps,
+                          advice.scenario.samples);
     text += evidence("advised", best, advice);
     if (advice.finer) text += evidence(tolerance ? "tighter" : "finer", *advice.finer, advice);
     const double known = best.bar > 0 && best.error < 3 * best.bar ? best.error + best.bar : best.error;
-    const std::string margin = advice.wanted_error > 0
-                                   ? fmt::format("the measured error is {:.3g} times under the asked one (at least {:g} was wanted)", advice.wanted_error / known, advice.safety)
-                                   : fmt::format("the run takes {:.3g} of the budget (at most 1/{:g} was wanted)", best.seconds / advice.budget_s, advice.safety);
+    const std::string margin =
+        advice.wanted_error > 0
+            ? fmt::format("the measured error is {:.3g} times under the asked one (at least {:g} was wanted)",
+                          advice.wanted_error / known, advice.safety)
+            : fmt::format("the run takes {:.3g} of the budget (at most 1/{:g} was wanted)",
+                          best.seconds / advice.budget_s, advice.safety);
     text += fmt::format("\n  margin     {}\n", margin);
     if (advice.next.method.empty()) {
       text += "  runner-up  nobody else\n";
     } else {
-      text += fmt::format("  runner-up  {}, {}: {} in {}", advice.next.method, step_words(advice.next, advice.scenario.t_end_s), format_measure(advice.next.error, advice.next.bar, 3), time_words(advice.next.seconds));
+      text += fmt::format("  runner-up  {}, {}: {} in {}", advice.next.method,
+                          step_words(advice.next, advice.scenario.t_end_s),
+                          format_measure(advice.next.error, advice.next.bar, 3), time_words(advice.next.seconds));
       const PairedRatio& ratio = advice.next_over_best;
-      text += std::isfinite(ratio.ratio) ? fmt::format("; it takes {:.2f} [{:.2f}, {:.2f}] times as long\n", ratio.ratio, ratio.low, ratio.high) : "\n";
+      text += std::isfinite(ratio.ratio) ? fmt::format("; it takes {:.2f} [{:.2f}, {:.2f}] times as long\n",
+                                                       ratio.ratio, ratio.low, ratio.high)
+                                         : "\n";
     }
   } else {
-    text += fmt::format("  use        nothing that was tried: {}\n", advice.wanted_error > 0 ? "no rung has that error with its margin" : "every run with an error smaller than the motion takes longer");
+    text += fmt::format("  use        nothing that was tried: {}\n",
+                        advice.wanted_error > 0 ? "no rung has that error with its margin"
+                                                : "every run with an error smaller than the motion takes longer");
   }
-  text += fmt::format("  truth      {}; the evidence's bar {:.2g}\n  runs       {}\n", advice.truth, advice.best.bar, advice.runs);
+  text += fmt::format("  truth      {}; the evidence's bar {:.2g}\n  runs       {}\n", advice.truth, advice.best.bar,
+                      advice.runs);
   if (advice.found) text += fmt::format("  rerun      {}\n", rerun(advice));
   text += "\n  left out\n";
   for (const auto& [reason, methods] : advice.left_out) text += "    " + reason + "\n" + wrapped(methods, 6, 80);
@@ -95,7 +121,11 @@ std::string advice_text(const Advice& advice) {
 }
 
 std::string advice_json(const Advice& advice) {
-  json out{{"scenario", advice.scenario.id}, {"motion", class_words(advice.motion)}, {"t_end_s", advice.scenario.t_end_s}, {"metric", advice.metric}, {"unit", advice.unit}};
+  json out{{"scenario", advice.scenario.id},
+           {"motion", class_words(advice.motion)},
+           {"t_end_s", advice.scenario.t_end_s},
+           {"metric", advice.metric},
+           {"unit", advice.unit}};
   if (advice.wanted_error > 0) out["wanted_error"] = advice.wanted_error;
   else out["budget_s"] = advice.budget_s;
   out["safety"] = advice.safety;
@@ -105,11 +135,15 @@ std::string advice_json(const Advice& advice) {
   out["finer"] = advice.finer ? to_json(*advice.finer, advice) : json(nullptr);
   out["runner_up"] = to_json(advice.next, advice);
   const PairedRatio& ratio = advice.next_over_best;
-  out["runner_up_over_advice"] = std::isfinite(ratio.ratio) ? json{{"ratio", ratio.ratio}, {"low", ratio.low}, {"high", ratio.high}, {"pairs", ratio.pairs}} : json(nullptr);
+  out["runner_up_over_advice"] =
+      std::isfinite(ratio.ratio)
+          ? json{{"ratio", ratio.ratio}, {"low", ratio.low}, {"high", ratio.high}, {"pairs", ratio.pairs}}
+          : json(nullptr);
   out["truth"] = advice.truth;
   out["runs"] = advice.runs;
   out["left_out"] = json::array();
-  for (const auto& [reason, methods] : advice.left_out) out["left_out"].push_back({{"reason", reason}, {"methods", methods}});
+  for (const auto& [reason, methods] : advice.left_out)
+    out["left_out"].push_back({{"reason", reason}, {"methods", methods}});
   if (advice.found) out["rerun"] = rerun(advice);
   return out.dump(2) + "\n";
 }

@@ -40,7 +40,8 @@ json to_json(const BenchTable& table) {
   json rows = json::array();
   for (const auto& row : table.rows) {
     json cells = json::array();
-    for (const TableCell& cell : row) std::visit([&](const auto& value) { cells.push_back(value); }, cell);  // NaN becomes null
+    for (const TableCell& cell : row)
+      std::visit([&](const auto& value) { cells.push_back(value); }, cell);  // NaN becomes null
     rows.push_back(cells);
   }
   return {{"id", table.id}, {"title", table.title}, {"columns", table.columns}, {"rows", rows}, {"notes", table.notes}};
@@ -58,7 +59,10 @@ std::vector<BenchTable> read_bench_tables(const std::string& path) { return tabl
 
 void keep_bench_table(const std::string& path, const Provenance& provenance, const BenchTable& table) {
   json document = read_document(path);
-  document.update({{"commit", provenance.commit}, {"compiler", provenance.compiler}, {"flags", provenance.flags}, {"cpu", provenance.cpu}});
+  document.update({{"commit", provenance.commit},
+                   {"compiler", provenance.compiler},
+                   {"flags", provenance.flags},
+                   {"cpu", provenance.cpu}});
   json kept = json::array();
   for (const BenchTable& old : tables_from(document)) {
     if (old.id != table.id) kept.push_back(to_json(old));

@@ -57,10 +57,12 @@ Columns read_header(const std::string& line, const std::string& path) {
   Columns columns;
   const auto names = fields_of(line);
   for (std::size_t i = 0; i < names.size(); ++i) {
-    if (!columns.at.emplace(names[i], i).second) throw InputError(fmt::format("{}:1:{}: column `{}` appears twice", path, i + 1, names[i]));
+    if (!columns.at.emplace(names[i], i).second)
+      throw InputError(fmt::format("{}:1:{}: column `{}` appears twice", path, i + 1, names[i]));
   }
   auto require = [&](const char* name) {
-    if (!columns.has(name)) throw InputError(fmt::format("{}:1:1: found no column `{}`; expected the columns of `atwood trace`", path, name));
+    if (!columns.has(name))
+      throw InputError(fmt::format("{}:1:1: found no column `{}`; expected the columns of `atwood trace`", path, name));
   };
   require("t_s");
   require("body");
@@ -81,7 +83,8 @@ Recording read_trace(const std::string& path, const Scene& scene) {
   std::ifstream file(path);
   if (!file) throw InputError(fmt::format("{}: cannot be read: {}", path, std::strerror(errno)));
   std::string line;
-  if (!std::getline(file, line)) throw InputError(fmt::format("{}:1:1: found an empty file; expected a header line", path));
+  if (!std::getline(file, line))
+    throw InputError(fmt::format("{}:1:1: found an empty file; expected a header line", path));
   const Columns columns = read_header(line, path);
   std::map<std::string, std::size_t> index;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) index[scene.bodies[i].name] = i;
@@ -91,7 +94,8 @@ Recording read_trace(const std::string& path, const Scene& scene) {
   auto complete = [&](int number) {
     for (std::size_t i = 0; i < seen.size(); ++i) {
       if (!seen[i] && !scene.bodies[i].fixed) {
-        throw InputError(fmt::format("{}:{}: found no row for body `{}` at the instant before this line", path, number, scene.bodies[i].name));
+        throw InputError(fmt::format("{}:{}: found no row for body `{}` at the instant before this line", path, number,
+                                     scene.bodies[i].name));
       }
     }
   };
@@ -102,12 +106,14 @@ Recording read_trace(const std::string& path, const Scene& scene) {
     const auto fields = fields_of(line);
     const std::string where = fmt::format("{}:{}", path, number);
     if (fields.size() != columns.at.size()) {
-      throw InputError(fmt::format("{}: found {} fields; expected {}, as in the header", where, fields.size(), columns.at.size()));
+      throw InputError(
+          fmt::format("{}: found {} fields; expected {}, as in the header", where, fields.size(), columns.at.size()));
     }
     std::array<Wide, 1> t{};
     read_group<1>({"t_s"}, columns, fields, where, t);
     const std::string& name = fields.at(columns.at.at("body"));
-    if (!index.contains(name)) throw InputError(fmt::format("{}: found body `{}`, which the scene does not have", where, name));
+    if (!index.contains(name))
+      throw InputError(fmt::format("{}: found body `{}`, which the scene does not have", where, name));
     if (run.values.empty() || t[0] != run.values.back().t_s) {
       if (!run.values.empty()) {
         complete(number);
@@ -128,7 +134,8 @@ Recording read_trace(const std::string& path, const Scene& scene) {
     if (columns.has("qw")) read_group(q_names, columns, fields, where, body.q_wxyz);
     if (columns.has("wx_rad_per_s")) read_group(w_names, columns, fields, where, body.w_rad_per_s);
   }
-  if (run.values.size() < 2) throw InputError(fmt::format("{}: found {} instants; expected at least two", path, run.values.size()));
+  if (run.values.size() < 2)
+    throw InputError(fmt::format("{}: found {} instants; expected at least two", path, run.values.size()));
   complete(number + 1);
   return run;
 }
@@ -197,7 +204,8 @@ int command_check(const Place& place, const Options& options) {
     const bool of_rate = row.metric.find("body-rate") != std::string::npos || row.metric.find("energy") == 0 ||
                          row.metric.find("angular-momentum") == 0;
     return (of_attitude && lacks("qw")) || (of_rate && lacks("wx_rad_per_s") &&
-           std::any_of(scenario.scene.bodies.begin(), scenario.scene.bodies.end(), [](const Body& b) { return rotates(b); }));
+                                            std::any_of(scenario.scene.bodies.begin(), scenario.scene.bodies.end(),
+                                                        [](const Body& b) { return rotates(b); }));
   });
   for (auto& row : rows) {
     row.scenario = scenario.id;
@@ -236,10 +244,12 @@ int command_check(const Place& place, const Options& options) {
     fmt::print("{}\n", render_json(data));
   } else {
     for (const auto& row : rows) {
-      fmt::print("{:<28} {:>24} {:<8} bar {}\n", row.metric, format_double(row.value), row.unit, fmt::format("{:.2g}", row.truth_bar));
+      fmt::print("{:<28} {:>24} {:<8} bar {}\n", row.metric, format_double(row.value), row.unit,
+                 fmt::format("{:.2g}", row.truth_bar));
     }
     fmt::print("\n");
-    if (verdicts.empty()) fmt::print("no gate applies: nothing was judged (--max METRIC=VALUE, --tolerances FILE or --as METHOD)\n");
+    if (verdicts.empty())
+      fmt::print("no gate applies: nothing was judged (--max METRIC=VALUE, --tolerances FILE or --as METHOD)\n");
     else fmt::print("{}", render_verdict_table(verdicts, rows, use_colour(STDOUT_FILENO), terminal_width()));
   }
   if (!options.junit.empty()) write_file(options.junit, render_junit(verdicts));

@@ -52,7 +52,8 @@ Place find_place();
 std::vector<Scenario> read_catalogue(const Place& place);
 Scenario read_scene_argument(const Place& place, const std::string& id_or_file);  // InputError
 std::vector<Worker> start_workers(const Place& place, const std::vector<std::string>& extra);
-std::vector<Worker> require_workers(const Place& place, const Options& options);  // an --engine that fails is an InputError
+std::vector<Worker> require_workers(const Place& place,
+                                    const Options& options);  // an --engine that fails is an InputError
 std::vector<std::string> nearest(const std::string& word, std::vector<std::string> known, std::size_t count);
 bool is_terminal(int fd);
 int terminal_width();
@@ -66,17 +67,19 @@ struct Selection {
   std::string study;       // the study's id
   bool narrowed = false;   // gates left without cells are dropped
 };
-std::string own_file(const Place& place, const Scenario& scenario);  // of a scene of the user's own; empty: of the catalogue
-// A command that reruns a cell of this scenario, with what the catalogue does not have: a scene's file, an engine, gates.
-std::string with_own_files(const Place& place, const Options& options, const Selection& selection, const std::string& scenario_id,
-                           const std::string& rerun);
+std::string own_file(const Place& place,
+                     const Scenario& scenario);  // of a scene of the user's own; empty: of the catalogue
+// A command that reruns a cell of this scenario, with what the catalogue does not have: a scene's file, an engine,
+// gates.
+std::string with_own_files(const Place& place, const Options& options, const Selection& selection,
+                           const std::string& scenario_id, const std::string& rerun);
 std::vector<Gate> read_all_gates(const Place& place);  // the catalogue's own, file by file
 StudyOptions study_options(const Place& place, const Options& options);  // without progress
 Selection select_cells(const Place& place, const Options& options);
 std::vector<Verdict> judge_selection(const Place& place, const Options& options, const Selection& selection,
                                      const std::vector<Row>& rows);
-ReportData assemble_report(const Place& place, const Options& options, const Selection& selection, const StudyResult& result,
-                           const std::vector<Verdict>& verdicts);
+ReportData assemble_report(const Place& place, const Options& options, const Selection& selection,
+                           const StudyResult& result, const std::vector<Verdict>& verdicts);
 void write_outputs(const Options& options, const ReportData& data);        // report.html, and what -o names
 void write_named_outputs(const Options& options, const ReportData& data);  // what -o names
 void require_outputs_make_sense(const Options& options);                   // before the work: InputError
@@ -85,7 +88,8 @@ std::function<void(const std::string&)> progress_printer();  // one line that re
 void end_progress();
 // Methods that take a tolerance and were named without one: a ladder of tolerances besides their equal steps. Globs are
 // spelled out, and last words of ids ("odeint/dopri5"); `notes` gets a sentence on each of the latter.
-std::vector<std::string> with_tolerances(const std::vector<std::string>& methods, const std::vector<Worker>& workers, std::vector<std::string>& notes);
+std::vector<std::string> with_tolerances(const std::vector<std::string>& methods, const std::vector<Worker>& workers,
+                                         std::vector<std::string>& notes);
 
 int gate_exit(const std::vector<Verdict>& verdicts);
 
@@ -95,13 +99,16 @@ std::vector<BenchFigure> read_bench(const std::string& path);
 std::vector<GoalResult> read_goal_results(const std::string& path);
 std::vector<BenchFigure> run_benchmarks(const Place& place, const std::string& filter);
 // Null: what the file has stays.
-void keep_bench(const std::string& path, const Provenance& provenance, const std::vector<BenchFigure>* figures, const std::vector<GoalResult>* goals);
+void keep_bench(const std::string& path, const Provenance& provenance, const std::vector<BenchFigure>* figures,
+                const std::vector<GoalResult>* goals);
 std::vector<BenchTable> read_bench_tables(const std::string& path);
-void keep_bench_table(const std::string& path, const Provenance& provenance, const BenchTable& table);  // in place of that id's last one
+void keep_bench_table(const std::string& path, const Provenance& provenance,
+                      const BenchTable& table);  // in place of that id's last one
 std::vector<BenchTable> measure_broad_phases(const Place& place);
 // Prints tables, keeps them for the report.
 void show_bench_tables(const Place& place, const Options& options, const std::vector<BenchTable>& tables);
-std::string capture(const std::vector<std::string>& words);  // what a program prints; throws std::runtime_error unless it ends with 0
+std::string capture(
+    const std::vector<std::string>& words);  // what a program prints; throws std::runtime_error unless it ends with 0
 
 int command_list(const Place&, const Options&);
 int command_describe(const Place&, const Options&);

@@ -1,4 +1,5 @@
-// compare: methods side by side on each scenario: error, order, cost; who is cheapest, what a budget buys, what is stable.
+// compare: methods side by side on each scenario: error, order, cost; who is cheapest, what a budget buys, what is
+// stable.
 #include <unistd.h>
 
 #include <algorithm>
@@ -21,20 +22,24 @@ constexpr int kPairs = 15;
 
 const Cell* find_cell(const Selection& selection, const std::string& scenario, const Reached& reached) {
   for (const auto& cell : selection.cells) {
-    if (cell.worker >= 0 && cell.scenario.id == scenario && cell.method == reached.method && cell.plan.steps == reached.steps) return &cell;
+    if (cell.worker >= 0 && cell.scenario.id == scenario && cell.method == reached.method &&
+        cell.plan.steps == reached.steps)
+      return &cell;
   }
   return nullptr;
 }
 
 double rung_seconds(const std::vector<Row>& rows, const Cell& cell) {
   for (const Row& row : rows) {
-    if (row.metric == "run-time" && row.scenario == cell.scenario.id && row.method == cell.method && row.steps == cell.plan.steps) return row.value;
+    if (row.metric == "run-time" && row.scenario == cell.scenario.id && row.method == cell.method &&
+        row.steps == cell.plan.steps)
+      return row.value;
   }
   return 0;
 }
 
-// The second against the first of each error level, timed in turns at the rungs they stand on; where a cost lies between
-// two rungs, its share of its rung's cost goes with it.
+// The second against the first of each error level, timed in turns at the rungs they stand on; where a cost lies
+// between two rungs, its share of its rung's cost goes with it.
 class PairedTimes {
  public:
   PairedTimes(const Selection& selection, const std::vector<Row>& rows, double limit_s)
@@ -50,7 +55,8 @@ class PairedTimes {
       if (!(a_s > 0) || !(b_s > 0) || a_s + b_s > 1) continue;  // thirty runs of a second each are too many
       const PairedRatio& ratio = measured(*a, *b, a_s, b_s);
       const double part = (second.cost / b_s) / (first.cost / a_s);
-      if (std::isfinite(ratio.ratio)) contest.to_next = TimedRatio{part * ratio.ratio, part * ratio.low, part * ratio.high, kPairs};
+      if (std::isfinite(ratio.ratio))
+        contest.to_next = TimedRatio{part * ratio.ratio, part * ratio.low, part * ratio.high, kPairs};
     }
   }
 
@@ -70,7 +76,12 @@ class PairedTimes {
     return place->second;
   }
   Contender contender(const Cell& cell, double seconds) const {
-    return {&selection_.workers[static_cast<std::size_t>(cell.worker)], cell.method, &cell.scenario.scene, cell.plan, seconds, 0};
+    return {&selection_.workers[static_cast<std::size_t>(cell.worker)],
+            cell.method,
+            &cell.scenario.scene,
+            cell.plan,
+            seconds,
+            0};
   }
 
   const Selection& selection_;
@@ -85,12 +96,15 @@ struct Half {
   std::int64_t fewest_steps = 0, most_steps = 0;
   double fewest_evaluations = 0, most_evaluations = 0;
   // Four times the steps, and hardly more work: they were not its steps.
-  bool idle() const { return most_steps >= 4 * fewest_steps && most_evaluations > 0 && most_evaluations < 1.5 * fewest_evaluations; }
+  bool idle() const {
+    return most_steps >= 4 * fewest_steps && most_evaluations > 0 && most_evaluations < 1.5 * fewest_evaluations;
+  }
 };
 
 // A method that takes a tolerance was run both ways. A half that it refuses is no failure of it, and where equal steps
 // change nothing (it chooses its own, at a tolerance of its own) they are no ladder: the other half stands for it.
-std::vector<Row> without_idle_halves(const std::vector<Row>& rows, const std::vector<std::string>& asked, std::vector<std::string>& notes) {
+std::vector<Row> without_idle_halves(const std::vector<Row>& rows, const std::vector<std::string>& asked,
+                                     std::vector<std::string>& notes) {
   std::map<std::pair<std::string, std::string>, Half> halves;  // scenario, family
   for (const Row& row : rows) {
     if (row.steps == 0 || row.status != Status::ok || !row.body.empty() || row.t_s) continue;
@@ -107,7 +121,8 @@ std::vector<Row> without_idle_halves(const std::vector<Row>& rows, const std::ve
     const bool tolerance = family != row.method;
     if (tolerance && std::find(asked.begin(), asked.end(), row.method) != asked.end()) return false;
     const std::size_t at = tolerance ? family.find(":tol") : std::min(family.find_first_of("+@{"), family.size());
-    const std::string other = tolerance ? family.substr(0, at) + family.substr(at + 4) : family.substr(0, at) + ":tol" + family.substr(at);
+    const std::string other =
+        tolerance ? family.substr(0, at) + family.substr(at + 4) : family.substr(0, at) + ":tol" + family.substr(at);
     const auto twin = halves.find({row.scenario, other});
     if (twin == halves.end() || !twin->second.runs) return false;
     const auto own = halves.find({row.scenario, family});
@@ -117,29 +132,35 @@ std::vector<Row> without_idle_halves(const std::vector<Row>& rows, const std::ve
   std::set<std::string> said;
   for (const Row& row : rows) {
     if (!is_idle(row)) kept.push_back(row);
-    else if (method_family(row.method) == row.method && said.insert(row.method).second) notes.push_back(row.method + " chooses its own steps: run at a ladder of tolerances instead of equal steps.");
+    else if (method_family(row.method) == row.method && said.insert(row.method).second)
+      notes.push_back(row.method + " chooses its own steps: run at a ladder of tolerances instead of equal steps.");
   }
   return kept;
 }
 
 // What was added to what was asked for.
-void note_tolerances(const std::vector<std::string>& asked, const std::vector<std::string>& run, std::vector<std::string>& notes) {
+void note_tolerances(const std::vector<std::string>& asked, const std::vector<std::string>& run,
+                     std::vector<std::string>& notes) {
   std::set<std::string> seen;
   std::string families;
   for (const auto& method : run) {
     const std::string family = method_family(method);
-    if (family == method || std::find(asked.begin(), asked.end(), method) != asked.end() || !seen.insert(family).second) continue;
+    if (family == method || std::find(asked.begin(), asked.end(), method) != asked.end() || !seen.insert(family).second)
+      continue;
     families += (families.empty() ? "" : ", ") + family;
   }
-  if (!families.empty()) notes.push_back(families + ": named without a tolerance and taking one; run at 1e-4, 1e-5 .. 1e-13 each.");
+  if (!families.empty())
+    notes.push_back(families + ": named without a tolerance and taking one; run at 1e-4, 1e-5 .. 1e-13 each.");
 }
 
 void write_documents(const Options& options, const ReportData& data) {
-  const bool html = std::any_of(options.outputs.begin(), options.outputs.end(), [](const auto& o) { return o.rfind("html:", 0) == 0; });
+  const bool html = std::any_of(options.outputs.begin(), options.outputs.end(),
+                                [](const auto& o) { return o.rfind("html:", 0) == 0; });
   write_named_outputs(options, data);
   const std::string standard = options.out_dir + "/compare.html";
   if (!html) write_file(standard, render_html(data));
-  for (const auto& output : options.outputs) fmt::print(stderr, "{}: {}\n", output.substr(0, output.find(':')), output.substr(output.find(':') + 1));
+  for (const auto& output : options.outputs)
+    fmt::print(stderr, "{}: {}\n", output.substr(0, output.find(':')), output.substr(output.find(':') + 1));
   if (!html) fmt::print(stderr, "report: {}\n", standard);
 }
 

@@ -22,13 +22,19 @@ char letter(std::size_t index) {
   return index < all.size() ? all[index] : '?';
 }
 
-std::string fit_to(const std::string& text, std::size_t width) { return text.size() <= width ? text : text.substr(0, width - 3) + "..."; }
+std::string fit_to(const std::string& text, std::size_t width) {
+  return text.size() <= width ? text : text.substr(0, width - 3) + "...";
+}
 // Of a long id the end tells most.
-std::string fit_id(const std::string& id, std::size_t width) { return id.size() <= width ? id : "..." + id.substr(id.size() - width + 3); }
+std::string fit_id(const std::string& id, std::size_t width) {
+  return id.size() <= width ? id : "..." + id.substr(id.size() - width + 3);
+}
 
-std::string plot(const std::vector<WorkCurve>& curves, const Letters& letters, const std::string& metric, const std::string& unit, int width) {
+std::string plot(const std::vector<WorkCurve>& curves, const Letters& letters, const std::string& metric,
+                 const std::string& unit, int width) {
   const bool timed = std::any_of(curves.begin(), curves.end(), [](const WorkCurve& curve) {
-    return std::any_of(curve.points.begin(), curve.points.end(), [](const WorkPoint& point) { return point.seconds > 0; });
+    return std::any_of(curve.points.begin(), curve.points.end(),
+                       [](const WorkPoint& point) { return point.seconds > 0; });
   });
   Scatter scatter;
   scatter.width = width;
@@ -50,7 +56,8 @@ std::string order_words(const ReportData& data, const std::string& scenario, con
   for (const Row& row : data.rows) {
     if (row.scenario != scenario || row.method != family || row.steps != 0 || !std::isfinite(row.value)) continue;
     if (row.metric != "order-position" && row.metric != "order-attitude") continue;
-    words += fmt::format("{}{} {:.2f} +/- {:.2f}", words.empty() ? "order of " : ", ", row.metric.substr(6), row.value, row.truth_bar);
+    words += fmt::format("{}{} {:.2f} +/- {:.2f}", words.empty() ? "order of " : ", ", row.metric.substr(6), row.value,
+                         row.truth_bar);
   }
   return words;
 }
@@ -58,10 +65,12 @@ std::string order_words(const ReportData& data, const std::string& scenario, con
 // Rungs that failed alike on one line.
 std::string failed_lines(const std::vector<FailedRung>& failed) {
   std::map<std::string, std::vector<std::string>> alike;
-  for (const FailedRung& rung : failed) alike[to_string(rung.status) + ": " + rung.reason].push_back(rung_words(rung.method, rung.steps));
+  for (const FailedRung& rung : failed)
+    alike[to_string(rung.status) + ": " + rung.reason].push_back(rung_words(rung.method, rung.steps));
   std::string text;
   for (const auto& [what, rungs] : alike) {
-    const std::string where = rungs.size() == 1 ? rungs[0] : fmt::format("{} .. {} ({} rungs)", rungs.front(), rungs.back(), rungs.size());
+    const std::string where =
+        rungs.size() == 1 ? rungs[0] : fmt::format("{} .. {} ({} rungs)", rungs.front(), rungs.back(), rungs.size());
     text += fmt::format("     {}: {}\n", where, fit_to(what, 200));
   }
   return text;
@@ -74,21 +83,29 @@ const WorkPoint* same_rung(const WorkCurve& curve, const WorkPoint& point) {
   return nullptr;
 }
 
-std::string measured(const WorkPoint* point) { return point == nullptr ? "-" : format_measure(point->error, point->bar, 3); }
+std::string measured(const WorkPoint* point) {
+  return point == nullptr ? "-" : format_measure(point->error, point->bar, 3);
+}
 
-std::string rungs_table(const ReportData& data, const Scenario& scenario, const std::vector<WorkCurve>& curves, const Letters& letters,
-                        const std::string& metric) {
+std::string rungs_table(const ReportData& data, const Scenario& scenario, const std::vector<WorkCurve>& curves,
+                        const Letters& letters, const std::string& metric) {
   const bool turns = metric == "error-attitude-max";
   const std::string other = turns ? "error-position-max" : "error-velocity-max";
   const auto others = work_curves(data.rows, scenario.id, other);
-  std::string text = fmt::format("     {:<14} {:>17} {:>17} {:>8} {:>9}\n", "rung", turns ? "attitude max [rad]" : "position max [m]",
-                                 turns ? "position max [m]" : "velocity max[m/s]", "time", "evals");
+  std::string text =
+      fmt::format("     {:<14} {:>17} {:>17} {:>8} {:>9}\n", "rung", turns ? "attitude max [rad]" : "position max [m]",
+                  turns ? "position max [m]" : "velocity max[m/s]", "time", "evals");
   for (const WorkCurve& curve : curves) {
-    text += fmt::format("  {}  {}{}\n", letters.at(curve.family), curve.family, order_words(data, scenario.id, curve.family).empty() ? "" : "   " + order_words(data, scenario.id, curve.family));
-    const auto second = std::find_if(others.begin(), others.end(), [&](const WorkCurve& o) { return o.family == curve.family; });
+    text += fmt::format("  {}  {}{}\n", letters.at(curve.family), curve.family,
+                        order_words(data, scenario.id, curve.family).empty()
+                            ? ""
+                            : "   " + order_words(data, scenario.id, curve.family));
+    const auto second =
+        std::find_if(others.begin(), others.end(), [&](const WorkCurve& o) { return o.family == curve.family; });
     for (const WorkPoint& point : curve.points) {
-      text += fmt::format("     {:<14} {:>17} {:>17} {:>8} {:>9}\n", rung_words(point.method, point.steps), measured(&point),
-                          measured(second == others.end() ? nullptr : same_rung(*second, point)), time_words(point.seconds),
+      text += fmt::format("     {:<14} {:>17} {:>17} {:>8} {:>9}\n", rung_words(point.method, point.steps),
+                          measured(&point), measured(second == others.end() ? nullptr : same_rung(*second, point)),
+                          time_words(point.seconds),
                           std::isfinite(point.evaluations) ? fmt::format("{:.0f}", point.evaluations) : "-");
     }
     text += failed_lines(curve.failed);
@@ -105,29 +122,38 @@ std::string over_next(const Contest& contest, const Letters& letters) {
   const Reached& next = contest.ranked[1];
   const char name = letters.at(next.family);
   if (!contest.to_next) return fmt::format("{:.2f} x under {}", next.cost / contest.ranked[0].cost, name);
-  return fmt::format("{:.2f} x under {} [{:.2f}, {:.2f}]", contest.to_next->value, name, contest.to_next->low, contest.to_next->high);
+  return fmt::format("{:.2f} x under {} [{:.2f}, {:.2f}]", contest.to_next->value, name, contest.to_next->low,
+                     contest.to_next->high);
 }
 
 // The best of the other engine's side: ours where a rival leads, a rival where we do.
 std::string cheapest_table(const Dominance& table, const Letters& letters) {
-  std::string text = fmt::format("\n  cheapest for a wanted error, by {}\n  ({} [{}])\n", table.cost == Cost::seconds ? "time" : "evaluations",
-                                 norm_words(table.metric), table.unit);
+  std::string text =
+      fmt::format("\n  cheapest for a wanted error, by {}\n  ({} [{}])\n",
+                  table.cost == Cost::seconds ? "time" : "evaluations", norm_words(table.metric), table.unit);
   for (const Contest& contest : table.by_error) {
     const Reached& best = contest.ranked.front();
-    text += fmt::format("    {:<6.0e} {}  {:<24} {:>8}{} {}\n", contest.asked, letters.at(best.family), fit_id(best.family, 24), cost_words(best.cost, table.cost),
-                        mark(best), over_next(contest, letters));
+    text += fmt::format("    {:<6.0e} {}  {:<24} {:>8}{} {}\n", contest.asked, letters.at(best.family),
+                        fit_id(best.family, 24), cost_words(best.cost, table.cost), mark(best),
+                        over_next(contest, letters));
   }
   return table.by_error.empty() ? "" : text;
 }
 
 std::string budget_table(const Dominance& table, const Letters& letters) {
   if (table.by_budget.empty()) return "";
-  std::string text = fmt::format("\n  what {} buys ({} [{}])\n", table.cost == Cost::seconds ? "a budget of time" : "a number of evaluations", norm_words(table.metric), table.unit);
+  std::string text = fmt::format("\n  what {} buys ({} [{}])\n",
+                                 table.cost == Cost::seconds ? "a budget of time" : "a number of evaluations",
+                                 norm_words(table.metric), table.unit);
   for (const Contest& contest : table.by_budget) {
     const Reached& best = contest.ranked.front();
-    const std::string next = contest.ranked.size() < 2 ? "alone" : fmt::format("next {}: {:.2g}", letters.at(contest.ranked[1].family), contest.ranked[1].error);
-    text += fmt::format("    {:>8} {}  {:<24} {:>8.2g}{} {:<11} {}\n", cost_words(contest.asked, table.cost), letters.at(best.family), fit_id(best.family, 24), best.error,
-                        mark(best), rung_words(best.method, best.steps), next);
+    const std::string next =
+        contest.ranked.size() < 2
+            ? "alone"
+            : fmt::format("next {}: {:.2g}", letters.at(contest.ranked[1].family), contest.ranked[1].error);
+    text += fmt::format("    {:>8} {}  {:<24} {:>8.2g}{} {:<11} {}\n", cost_words(contest.asked, table.cost),
+                        letters.at(best.family), fit_id(best.family, 24), best.error, mark(best),
+                        rung_words(best.method, best.steps), next);
   }
   return text;
 }
@@ -135,13 +161,17 @@ std::string budget_table(const Dominance& table, const Letters& letters) {
 std::string stable_table(const Dominance& table, const Letters& letters, double t_end_s) {
   std::string text = "\n  stable from (no finer rung diverges, its error is below the motion's size)\n";
   for (const StableRange& range : table.stable) {
-    const std::string where = !range.stable ? "nowhere on this ladder"
-                              : range.first.h_s > 0 ? fmt::format("{} steps (h = {:.3g} s), error {:.2g}", range.first.steps, t_end_s / static_cast<double>(range.first.steps), known_error(range.first))
-                                                    : fmt::format("{}, error {:.2g}", rung_words(range.first.method, range.first.steps), known_error(range.first));
+    const std::string where =
+        !range.stable         ? "nowhere on this ladder"
+        : range.first.h_s > 0 ? fmt::format("{} steps (h = {:.3g} s), error {:.2g}", range.first.steps,
+                                            t_end_s / static_cast<double>(range.first.steps), known_error(range.first))
+                              : fmt::format("{}, error {:.2g}", rung_words(range.first.method, range.first.steps),
+                                            known_error(range.first));
     text += fmt::format("    {}  {:<24} {}\n", letters.at(range.family), fit_id(range.family, 24), where);
     std::vector<FailedRung> unstable;
-    std::copy_if(range.failed.begin(), range.failed.end(), std::back_inserter(unstable),
-                 [](const FailedRung& rung) { return rung.status == Status::diverged || rung.status == Status::not_finite; });
+    std::copy_if(range.failed.begin(), range.failed.end(), std::back_inserter(unstable), [](const FailedRung& rung) {
+      return rung.status == Status::diverged || rung.status == Status::not_finite;
+    });
     text += failed_lines(unstable);
   }
   return text;
@@ -154,7 +184,8 @@ std::string compare_text(const ReportData& data, const Scenario& scenario, int w
   const std::string metric = telling_metric(data.rows, scenario.id);
   if (metric.empty()) {
     // Nothing was measured against a truth: what there is to say is why.
-    for (const WorkCurve& curve : work_curves(data.rows, scenario.id, "error-position-max")) text += fmt::format("  {}\n{}", curve.family, failed_lines(curve.failed));
+    for (const WorkCurve& curve : work_curves(data.rows, scenario.id, "error-position-max"))
+      text += fmt::format("  {}\n{}", curve.family, failed_lines(curve.failed));
     return text + "  no run of this scenario has an error: nothing to compare\n\n";
   }
   const auto curves = work_curves(data.rows, scenario.id, metric);

@@ -32,7 +32,8 @@ Asked asked_of(const std::string& words) {
   if (words == "box-edges") return {"atwood", "box-edges"};
   const std::size_t slash = words.find('/');
   const std::string engine = words.substr(0, slash);
-  const bool known = std::any_of(std::begin(known_engines), std::end(known_engines), [&](const Known& k) { return engine == k.name; });
+  const bool known =
+      std::any_of(std::begin(known_engines), std::end(known_engines), [&](const Known& k) { return engine == k.name; });
   if (slash == std::string::npos || !known) return {words, ""};
   return {engine, words.substr(slash + 1)};
 }
@@ -44,10 +45,12 @@ std::string worker_path(const Place& place, const std::string& engine) {
     names.emplace_back(known.name);
   }
   if (!fs::exists(engine))
-    throw InputError(fmt::format("--engine {}: no such engine or file; expected a worker's path or one of {}, box-edges", engine,
-                                 fmt::join(names, ", ")));
+    throw InputError(
+        fmt::format("--engine {}: no such engine or file; expected a worker's path or one of {}, box-edges", engine,
+                    fmt::join(names, ", ")));
   if (!fs::is_regular_file(engine)) throw InputError(fmt::format("--engine {}: not a file", engine));
-  if (access(engine.c_str(), X_OK) != 0) throw InputError(fmt::format("--engine {}: not executable (chmod +x?)", engine));
+  if (access(engine.c_str(), X_OK) != 0)
+    throw InputError(fmt::format("--engine {}: not executable (chmod +x?)", engine));
   return fs::absolute(engine).string();
 }
 
@@ -73,8 +76,8 @@ int command_contacts(const Place& place, const Options& options) {
   const Asked asked = asked_of(options.engines.empty() ? "atwood" : options.engines.front());
   const Worker worker = find_workers({worker_path(place, asked.engine)}).front();
   if (worker.status != Status::ok) return exit_of({worker.status, worker.reason, 0, 0, {}});
-  const ContactAnswer answer = contacts_once(worker, scenario.scene, {options.swept, scenario.t_end_s}, options.cell_limit_s,
-                                             asked.test);
+  const ContactAnswer answer =
+      contacts_once(worker, scenario.scene, {options.swept, scenario.t_end_s}, options.cell_limit_s, asked.test);
   if (answer.outcome.status != Status::ok) return exit_of(answer.outcome);
 
   const int digits = worker.engine.name == "truth" ? 21 : 17;

@@ -24,20 +24,24 @@ constexpr double closeness = 1.08;  // the answer is found when the next larger 
 
 // As settling-N of the catalogue: the same bodies and bin around any number of them.
 Scene settling_scene(const Scene& like, int count) {
-  const auto first = std::find_if(like.bodies.begin(), like.bodies.end(), [](const Body& body) { return body.mass_kg > 0 && !body.fixed; });
+  const auto first = std::find_if(like.bodies.begin(), like.bodies.end(),
+                                  [](const Body& body) { return body.mass_kg > 0 && !body.fixed; });
   const auto second = std::find_if(first + 1, like.bodies.end(), [](const Body& body) { return body.mass_kg > 0; });
-  const double spacing_m = std::round(100 * std::abs(second->position_m[2] - first->position_m[2])) / 100;  // but for the jitter
+  const double spacing_m =
+      std::round(100 * std::abs(second->position_m[2] - first->position_m[2])) / 100;  // but for the jitter
   const int side = static_cast<int>(std::ceil(std::cbrt(count) - 1e-9));
   Scene scene = like;
   std::erase_if(scene.bodies, [](const Body& body) { return body.mass_kg > 0; });
   for (Body& wall : scene.bodies) {
-    if (auto* plane = std::get_if<Plane>(&wall.shape); plane != nullptr && plane->normal[2] == 0) plane->offset_m = -(spacing_m * side / 2 + 0.05);
+    if (auto* plane = std::get_if<Plane>(&wall.shape); plane != nullptr && plane->normal[2] == 0)
+      plane->offset_m = -(spacing_m * side / 2 + 0.05);
   }
   SplitMix64 random{42};
   for (int n = 0; n < count; ++n) {
     Body body = *first;
     body.name = "body." + std::to_string(n);
-    const std::array<double, 3> at{(n % side - 0.5 * (side - 1)) * spacing_m, (n / side % side - 0.5 * (side - 1)) * spacing_m,
+    const std::array<double, 3> at{(n % side - 0.5 * (side - 1)) * spacing_m,
+                                   (n / side % side - 0.5 * (side - 1)) * spacing_m,
                                    spacing_m / 2 + 0.005 + n / side / side * spacing_m};
     for (std::size_t k = 0; k < 3; ++k) body.position_m[k] = at[k] + 0.001 * (2 * random.next_unit() - 1);
     scene.bodies.push_back(std::move(body));
@@ -57,7 +61,10 @@ struct Entrant { const Worker* worker; std::string method; };
 class FrameBudget {
  public:
   FrameBudget(const Entrant& entrant, const Scene& like, double limit_s)
-      : entrant_(entrant), like_(like), limit_s_(limit_s), client_(entrant.worker->command, entrant.method.find("threads") == std::string::npos) {}
+      : entrant_(entrant),
+        like_(like),
+        limit_s_(limit_s),
+        client_(entrant.worker->command, entrant.method.find("threads") == std::string::npos) {}
 
   // Doubling until both budgets are passed, then halving the interval (of log N) on each side of each.
   std::array<int, 2> largest() {
@@ -107,7 +114,8 @@ class FrameBudget {
     }
     if (low == 0 || high == 0) return low;
     while (high > closeness * low && high > low + 1) {
-      const int middle = std::clamp(static_cast<int>(std::lround(std::sqrt(static_cast<double>(low) * high))), low + 1, high - 1);
+      const int middle =
+          std::clamp(static_cast<int>(std::lround(std::sqrt(static_cast<double>(low) * high))), low + 1, high - 1);
       (holds(middle, budget_ms) ? low : high) = middle;
     }
     return low;
@@ -137,13 +145,16 @@ std::vector<Entrant> entrants(const std::vector<Worker>& workers, const Options&
     if (worker.engine.name == "atwood") {
       all.push_back({&worker, "atwood/symplectic-euler+impulse"});
       const auto& responses = worker.engine.responses;
-      const bool teams = std::any_of(responses.begin(), responses.end(), [](const MethodInfo& r) { return r.id == "+impulse" && r.settings.contains("threads"); });
+      const bool teams = std::any_of(responses.begin(), responses.end(), [](const MethodInfo& r) {
+        return r.id == "+impulse" && r.settings.contains("threads");
+      });
       if (teams) all.push_back({&worker, "atwood/symplectic-euler+impulse{threads=2}"});
     }
     const bool world = std::any_of(worker.engine.methods.begin(), worker.engine.methods.end(),
                                    [&](const MethodInfo& m) { return m.id == worker.engine.name + "/default"; });
     if (world) all.push_back({&worker, worker.engine.name + "/default"});
-    if (world && worker.engine.name == "ode") all.push_back({&worker, "ode/default{step=dWorldQuickStep}"});  // its step for many bodies
+    if (world && worker.engine.name == "ode")
+      all.push_back({&worker, "ode/default{step=dWorldQuickStep}"});  // its step for many bodies
   }
   return all;
 }
@@ -160,14 +171,21 @@ int command_frame_budget(const Place& place, const Options& options) {
   make_out_dir(options.out_dir);
   const InterruptGuard guard;
   const BrokenPipeGuard pipes;
-  BenchTable budget{"frame-budget", "Frame budget: the largest settled heap that an engine steps within a frame",
-                    {"method", "shape", "N in 16.7 ms", "p95 ms", "N in 40 ms", "p95 ms", "us a body"}, {},
-                    {fmt::format("Bodies settle in a bin for {} steps of 1/{} s; the 95th percentile is of the {} steps that follow. N is found by bisection to {:.0f} %.",
+  BenchTable budget{"frame-budget",
+                    "Frame budget: the largest settled heap that an engine steps within a frame",
+                    {"method", "shape", "N in 16.7 ms", "p95 ms", "N in 40 ms", "p95 ms", "us a body"},
+                    {},
+                    {fmt::format("Bodies settle in a bin for {} steps of 1/{} s; the 95th percentile is of the {} "
+                                 "steps that follow. N is found by bisection to {:.0f} %.",
                                  settling_frames, frames_per_s, measured_frames, 100 * (closeness - 1)),
-                     "us a body: the mean step of the largest heap, settling included, over N. Every setting of a method: `atwood list methods`."}};
-  BenchTable phases{"phase-shares", "Where a step of ours goes: share of its time per phase [%]",
-                    {"method", "shape", "N", "ms a step", "broad", "narrow", "solve", "integrate", "rest"}, {},
-                    {"Mean over all steps of the largest heap within 40 ms, settling included; rest: what no phase claims."}};
+                     "us a body: the mean step of the largest heap, settling included, over N. Every setting of a "
+                     "method: `atwood list methods`."}};
+  BenchTable phases{
+      "phase-shares",
+      "Where a step of ours goes: share of its time per phase [%]",
+      {"method", "shape", "N", "ms a step", "broad", "narrow", "solve", "integrate", "rest"},
+      {},
+      {"Mean over all steps of the largest heap within 40 ms, settling included; rest: what no phase claims."}};
   for (const auto& [shape, scenario] : {std::pair{"spheres", "settling-100"}, {"boxes", "settling-boxes-100"}}) {
     const Scene like = read_scene_argument(place, scenario).scene;
     for (const Entrant& entrant : entrants(workers, options)) {
@@ -182,13 +200,16 @@ int command_frame_budget(const Place& place, const Options& options) {
       }
       if (!measured.why().empty()) {
         const std::string why = measured.why();
-        budget.rows.push_back({entrant.method, shape, why.substr(0, why.find(": ")), std::nan(""), std::nan(""), std::nan(""), std::nan("")});
-        if (why.rfind("unsupported", 0) != 0) budget.notes.push_back(fmt::format("{}, {}: {}", entrant.method, shape, why));
+        budget.rows.push_back({entrant.method, shape, why.substr(0, why.find(": ")), std::nan(""), std::nan(""),
+                               std::nan(""), std::nan("")});
+        if (why.rfind("unsupported", 0) != 0)
+          budget.notes.push_back(fmt::format("{}, {}: {}", entrant.method, shape, why));
         continue;
       }
       const auto p95 = [&](int bodies) { return bodies > 0 ? measured.probe(bodies).p95_ms : std::nan(""); };
       const Probe last = n[1] > 0 ? measured.probe(n[1]) : Probe{};
-      budget.rows.push_back({entrant.method, shape, double(n[0]), p95(n[0]), double(n[1]), p95(n[1]), 1e3 * last.mean_ms / n[1]});
+      budget.rows.push_back(
+          {entrant.method, shape, double(n[0]), p95(n[0]), double(n[1]), p95(n[1]), 1e3 * last.mean_ms / n[1]});
       if (last.phase_ns.empty()) continue;
       const double total_ns = 1e6 * last.mean_ms * (settling_frames + measured_frames);
       std::vector<TableCell> row{entrant.method, shape, double(n[1]), last.mean_ms};

@@ -35,12 +35,15 @@ std::vector<std::string> spelled_out(const std::vector<std::string>& patterns, c
   for (const std::string& pattern : patterns) {
     const std::size_t at = pattern.find(":tol");
     if (at == std::string::npos) methods.push_back(pattern);
-    else for (const double rtol : tolerances) methods.push_back(pattern.substr(0, at) + ":" + format_double(rtol) + pattern.substr(at + 4));
+    else
+      for (const double rtol : tolerances)
+        methods.push_back(pattern.substr(0, at) + ":" + format_double(rtol) + pattern.substr(at + 4));
   }
   return methods;
 }
 
-std::vector<Cell> plan_goal(const Goal& goal, const Scenario& scenario, const std::vector<std::string>& patterns, const std::vector<Worker>& workers, const std::string& cpu) {
+std::vector<Cell> plan_goal(const Goal& goal, const Scenario& scenario, const std::vector<std::string>& patterns,
+                            const std::vector<Worker>& workers, const std::string& cpu) {
   Study study{goal.id, {}};
   StudyCells equal, adaptive;
   for (const std::string& method : spelled_out(patterns, goal.tolerances)) {
@@ -61,7 +64,9 @@ std::vector<Cell> plan_goal(const Goal& goal, const Scenario& scenario, const st
 GoalEntrant entrant_of(const Cell& cell, const std::vector<Row>& rows, const Goal& goal) {
   GoalEntrant entrant{cell.method, cell.plan.steps, kNone, 0, kNone, kNone, kNone, false};
   for (const Row& row : rows) {
-    if (row.method != cell.method || row.steps != cell.plan.steps || !row.body.empty() || row.t_s || row.status != Status::ok) continue;
+    if (row.method != cell.method || row.steps != cell.plan.steps || !row.body.empty() || row.t_s ||
+        row.status != Status::ok)
+      continue;
     if (row.metric == goal.metric) {
       entrant.error = std::fabs(row.value);
       entrant.bar = row.truth_bar;
@@ -100,7 +105,11 @@ class GoalRun {
   std::vector<Candidate> measured(const Goal& goal, const Scenario& scenario, std::vector<Cell>& cells);
   void time(const Goal& goal, std::vector<Candidate>& candidates);
   Contender contender(const Candidate& candidate) const {
-    return {&workers_[static_cast<std::size_t>(candidate.cell->worker)], candidate.cell->method, &candidate.cell->scenario.scene, candidate.cell->plan, candidate.entrant.seconds,
+    return {&workers_[static_cast<std::size_t>(candidate.cell->worker)],
+            candidate.cell->method,
+            &candidate.cell->scenario.scene,
+            candidate.cell->plan,
+            candidate.entrant.seconds,
             candidate.entrant.evaluations};
   }
 
@@ -112,10 +121,12 @@ class GoalRun {
 
 std::vector<Candidate> GoalRun::measured(const Goal& goal, const Scenario& scenario, std::vector<Cell>& cells) {
   std::map<std::string, Side> sides;
-  for (const auto& [side, patterns] : {std::pair{Side::uncounted, &goal.uncounted}, {Side::ours, &goal.methods}, {Side::rival, &goal.rivals}}) {
+  for (const auto& [side, patterns] :
+       {std::pair{Side::uncounted, &goal.uncounted}, {Side::ours, &goal.methods}, {Side::rival, &goal.rivals}}) {
     if (patterns->empty()) continue;
     for (Cell& cell : plan_goal(goal, scenario, *patterns, workers_, place_.provenance.cpu)) {
-      if (sides.emplace(cell.method + " " + std::to_string(cell.plan.steps), side).second) cells.push_back(std::move(cell));
+      if (sides.emplace(cell.method + " " + std::to_string(cell.plan.steps), side).second)
+        cells.push_back(std::move(cell));
     }
   }
   StudyOptions how = study_options(place_, options_);
@@ -166,13 +177,16 @@ void GoalRun::time(const Goal& goal, std::vector<Candidate>& candidates) {
     }
     if (goal.budget_kind == "evaluations") {  // the fewest evaluations decide; their times are told beside
       std::erase_if(own, [&](const Candidate* c) { return own.size() > 1 && !std::isfinite(c->entrant.evaluations); });
-      std::sort(own.begin(), own.end(), [](const Candidate* a, const Candidate* b) { return a->entrant.evaluations < b->entrant.evaluations; });
+      std::sort(own.begin(), own.end(),
+                [](const Candidate* a, const Candidate* b) { return a->entrant.evaluations < b->entrant.evaluations; });
     } else {
       for (Candidate* c : own) c->entrant.seconds = stopwatch_.seconds(contender(*c));
       std::erase_if(own, [](const Candidate* c) { return !std::isfinite(c->entrant.seconds); });
       const bool by_step = goal.budget_kind == "ns_per_step";
       std::sort(own.begin(), own.end(), [&](const Candidate* a, const Candidate* b) {
-        const auto key = [&](const Candidate* c) { return by_step ? c->entrant.seconds / static_cast<double>(c->entrant.steps) : c->entrant.seconds; };
+        const auto key = [&](const Candidate* c) {
+          return by_step ? c->entrant.seconds / static_cast<double>(c->entrant.steps) : c->entrant.seconds;
+        };
         return key(a) < key(b);
       });
     }
@@ -200,7 +214,8 @@ void GoalRun::time(const Goal& goal, std::vector<Candidate>& candidates) {
   }
   for (Candidate* c : chosen) {
     c->entrant.seconds = median(c->times_s);
-    if (method_family(c->entrant.method) == c->entrant.method) c->entrant.ns_per_step = 1e9 * c->entrant.seconds / static_cast<double>(c->entrant.steps);
+    if (method_family(c->entrant.method) == c->entrant.method)
+      c->entrant.ns_per_step = 1e9 * c->entrant.seconds / static_cast<double>(c->entrant.steps);
   }
 }
 
@@ -266,7 +281,9 @@ GoalResult GoalRun::run(const Goal& asked) {
       result.ratio = result.ratio_low = result.ratio_high = rival->entrant.evaluations / ours->entrant.evaluations;
     } else {
       const PairedRatio paired = paired_ratio(rival->times_s, ours->times_s);
-      const double per_step = goal.budget_kind == "ns_per_step" ? static_cast<double>(ours->entrant.steps) / static_cast<double>(rival->entrant.steps) : 1;
+      const double per_step = goal.budget_kind == "ns_per_step"
+                                  ? static_cast<double>(ours->entrant.steps) / static_cast<double>(rival->entrant.steps)
+                                  : 1;
       result.ratio = per_step * paired.ratio;
       result.ratio_low = per_step * paired.low;
       result.ratio_high = per_step * paired.high;
@@ -274,7 +291,8 @@ GoalResult GoalRun::run(const Goal& asked) {
   }
   if (goal.times_faster > 0 && result.reached && !(result.ratio >= goal.times_faster)) {
     result.reached = false;
-    result.why = std::isfinite(result.ratio) ? fmt::format("it is {:.3g} times as fast", result.ratio) : "there is no rival's time beside it";
+    result.why = std::isfinite(result.ratio) ? fmt::format("it is {:.3g} times as fast", result.ratio)
+                                             : "there is no rival's time beside it";
   }
   return result;
 }
@@ -290,7 +308,9 @@ GoalResult judge_figure(const Goal& goal, const std::vector<BenchFigure>& figure
   const auto entrant = [&](const std::vector<std::string>& names) {
     GoalEntrant best{"", 0, kNone, 0, kNone, kNone, kNone, true};
     for (const BenchFigure& figure : figures) {
-      if (std::none_of(names.begin(), names.end(), [&](const std::string& name) { return glob_match(name, figure.name); })) continue;
+      if (std::none_of(names.begin(), names.end(),
+                       [&](const std::string& name) { return glob_match(name, figure.name); }))
+        continue;
       const double ns = figure.ns_per_step_median / goal.per;
       if (best.method.empty() || ns < best.ns_per_step) best.method = figure.name, best.ns_per_step = ns;
     }
@@ -299,9 +319,11 @@ GoalResult judge_figure(const Goal& goal, const std::vector<BenchFigure>& figure
   result.ours = entrant({goal.benchmark});
   result.rival = entrant(goal.rival_benchmarks);
   if (result.ours.method.empty()) result.why = "no benchmark of that name was run";
-  else if (result.ours.ns_per_step > goal.budget) result.why = fmt::format("{:.3g} times over the budget", result.ours.ns_per_step / goal.budget);
+  else if (result.ours.ns_per_step > goal.budget)
+    result.why = fmt::format("{:.3g} times over the budget", result.ours.ns_per_step / goal.budget);
   result.reached = result.why.empty();
-  if (!result.ours.method.empty() && !result.rival.method.empty()) result.ratio = result.rival.ns_per_step / result.ours.ns_per_step;
+  if (!result.ours.method.empty() && !result.rival.method.empty())
+    result.ratio = result.rival.ns_per_step / result.ours.ns_per_step;
   return result;
 }
 
@@ -309,24 +331,31 @@ GoalResult judge_figure(const Goal& goal, const std::vector<BenchFigure>& figure
 GoalResult judge_table(const Goal& goal, const std::vector<BenchTable>& tables) {
   GoalResult result = blank_result(goal);
   result.metric = goal.column;
-  const auto table = std::find_if(tables.begin(), tables.end(), [&](const BenchTable& t) { return t.id == goal.table; });
+  const auto table =
+      std::find_if(tables.begin(), tables.end(), [&](const BenchTable& t) { return t.id == goal.table; });
   if (table == tables.end()) {
     result.why = fmt::format("there is no table `{}`", goal.table);
     return result;
   }
   const auto column = std::find(table->columns.begin(), table->columns.end(), goal.column) - table->columns.begin();
   for (const auto& row : table->rows) {
-    if (!std::holds_alternative<std::string>(row.at(0)) || std::get<std::string>(row[0]) != goal.row || column >= std::ssize(row)) continue;
-    if (const auto* value = std::get_if<double>(&row[static_cast<std::size_t>(column)]); value != nullptr && std::isfinite(*value)) {
+    if (!std::holds_alternative<std::string>(row.at(0)) || std::get<std::string>(row[0]) != goal.row ||
+        column >= std::ssize(row))
+      continue;
+    if (const auto* value = std::get_if<double>(&row[static_cast<std::size_t>(column)]);
+        value != nullptr && std::isfinite(*value)) {
       result.ours = {goal.row, 0, *value, 0, kNone, kNone, kNone, *value <= goal.error};
     }
   }
-  result.why = result.ours.method.empty() ? fmt::format("no figure in `{}`, `{}`", goal.row, goal.column) : result.ours.accurate ? "" : "it is above that";
+  result.why = result.ours.method.empty() ? fmt::format("no figure in `{}`, `{}`", goal.row, goal.column)
+               : result.ours.accurate     ? ""
+                                          : "it is above that";
   result.reached = result.why.empty();
   return result;
 }
 
-// A goal of the project whose scene this build does not have is not reached; in a file of the user's own it is a mistake.
+// A goal of the project whose scene this build does not have is not reached; in a file of the user's own it is a
+// mistake.
 GoalResult run_or_say_why(GoalRun& run, const Goal& goal, bool strict) {
   try {
     return run.run(goal);
@@ -359,7 +388,8 @@ std::string benchmark_filter(const std::vector<Goal>& goals) {
 }
 
 std::vector<Goal> chosen_goals(const Place& place, const Options& options) {
-  std::vector<Goal> goals = read_goals(options.goals_file.empty() ? place.source_dir + "/benchmarks/goals.toml" : options.goals_file);
+  std::vector<Goal> goals =
+      read_goals(options.goals_file.empty() ? place.source_dir + "/benchmarks/goals.toml" : options.goals_file);
   if (options.goals.empty()) return goals;
   std::vector<std::string> ids;
   for (const Goal& goal : goals) ids.push_back(goal.id);
@@ -370,7 +400,8 @@ std::vector<Goal> chosen_goals(const Place& place, const Options& options) {
     throw InputError(fmt::format("--goal {}: no goal of that id; nearest: {}", pattern, names));
   }
   std::erase_if(goals, [&](const Goal& goal) {
-    return std::none_of(options.goals.begin(), options.goals.end(), [&](const std::string& pattern) { return glob_match(pattern, goal.id); });
+    return std::none_of(options.goals.begin(), options.goals.end(),
+                        [&](const std::string& pattern) { return glob_match(pattern, goal.id); });
   });
   return goals;
 }
@@ -385,7 +416,8 @@ int command_goals(const Place& place, const Options& options) {
   GoalRun run(place, options, workers);
   std::vector<GoalResult> results;
   const std::string filter = benchmark_filter(goals);
-  const std::vector<BenchFigure> figures = filter.empty() || options.no_timing ? std::vector<BenchFigure>{} : run_benchmarks(place, filter);
+  const std::vector<BenchFigure> figures =
+      filter.empty() || options.no_timing ? std::vector<BenchFigure>{} : run_benchmarks(place, filter);
   std::vector<BenchTable> tables;
   try {
     for (const Goal& goal : goals) {

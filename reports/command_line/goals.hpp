@@ -1,4 +1,5 @@
-// The goals of the project: works with a wanted error and a budget, as data (benchmarks/goals.toml), and what is reached.
+// The goals of the project: works with a wanted error and a budget, as data (benchmarks/goals.toml), and what is
+// reached.
 #pragma once
 
 #include <cmath>
@@ -14,7 +15,7 @@ struct Goal {
   std::string id, title;
   std::string scenario, metric;            // the work, and the figure that is judged
   double error = std::numeric_limits<double>::quiet_NaN();  // in the metric's unit; NaN: none is asked
-  std::string budget_kind;                 // "seconds", "evaluations", "ns_per_step", "ns" (of a benchmark's figure), ""
+  std::string budget_kind;  // "seconds", "evaluations", "ns_per_step", "ns" (of a benchmark's figure), ""
   double budget = 0;
   std::int64_t samples = 1;                // of the accuracy pass, the end included; the timed pass observes nothing
   std::vector<std::int64_t> steps;         // of candidates without a tolerance

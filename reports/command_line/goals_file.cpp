@@ -31,7 +31,8 @@ struct GoalsFile {
     const toml::node* node = table.get(key);
     if (node == nullptr) return otherwise;
     const auto value = node->value<double>();
-    if (!node->is_number() || !value || !(*value > 0)) refuse(node->source(), std::string("`") + key + "`: expected a number above 0");
+    if (!node->is_number() || !value || !(*value > 0))
+      refuse(node->source(), std::string("`") + key + "`: expected a number above 0");
     return *value;
   }
 
@@ -50,7 +51,8 @@ struct GoalsFile {
   }
 
   void read_budget(const toml::table& table, Goal& goal) const {
-    for (const auto& [key, kind, scale] : {std::tuple{"time", "seconds", 1.0}, {"step_time", "ns_per_step", 1e9}, {"figure", "ns", 1e9}}) {
+    for (const auto& [key, kind, scale] :
+         {std::tuple{"time", "seconds", 1.0}, {"step_time", "ns_per_step", 1e9}, {"figure", "ns", 1e9}}) {
       const std::string words = text(table, key);
       if (words.empty()) continue;
       goal.budget_kind = kind;
@@ -63,13 +65,17 @@ struct GoalsFile {
   }
 
   Goal goal(const toml::node& node) const {
-    static const std::set<std::string> known{"id", "title", "scenario", "metric", "error", "time", "step_time", "figure", "evaluations", "samples", "steps", "tolerances",
-                                             "first_steps", "methods", "rivals", "uncounted", "benchmark", "rival_benchmarks", "per",
-                                             "times_faster", "error_ratio", "limit", "table", "row", "column", "at_most"};
+    static const std::set<std::string> known{
+        "id",          "title",        "scenario",    "metric",    "error",     "time",
+        "step_time",   "figure",       "evaluations", "samples",   "steps",     "tolerances",
+        "first_steps", "methods",      "rivals",      "uncounted", "benchmark", "rival_benchmarks",
+        "per",         "times_faster", "error_ratio", "limit",     "table",     "row",
+        "column",      "at_most"};
     const toml::table* table = node.as_table();
     if (table == nullptr) refuse(node.source(), "expected [[goal]] to be tables");
     for (const auto& [key, value] : *table) {
-      if (!known.contains(std::string(key.str()))) refuse(key.source(), "unknown key `" + std::string(key.str()) + "` in [[goal]]");
+      if (!known.contains(std::string(key.str())))
+        refuse(key.source(), "unknown key `" + std::string(key.str()) + "` in [[goal]]");
     }
     Goal goal;
     goal.id = text(*table, "id");
@@ -82,7 +88,8 @@ struct GoalsFile {
     goal.samples = static_cast<std::int64_t>(number(*table, "samples", 1));
     goal.steps = list<std::int64_t>(*table, "steps", "a list of step counts");
     goal.tolerances = list<double>(*table, "tolerances", "a list of tolerances");
-    goal.first_steps = static_cast<std::int64_t>(number(*table, "first_steps", goal.steps.empty() ? 1000.0 : static_cast<double>(goal.steps.front())));
+    goal.first_steps = static_cast<std::int64_t>(
+        number(*table, "first_steps", goal.steps.empty() ? 1000.0 : static_cast<double>(goal.steps.front())));
     goal.methods = list<std::string>(*table, "methods", "a list of method ids");
     goal.rivals = list<std::string>(*table, "rivals", "a list of method ids");
     goal.uncounted = list<std::string>(*table, "uncounted", "a list of method ids");
@@ -91,22 +98,27 @@ struct GoalsFile {
     goal.per = number(*table, "per", 1);
     goal.times_faster = number(*table, "times_faster", 0);
     goal.error_ratio = number(*table, "error_ratio", 0);
-    if (goal.times_faster > 0 && goal.budget_kind.empty()) goal.budget_kind = "ns_per_step", goal.budget = std::numeric_limits<double>::infinity();
-    if (const std::string limit = text(*table, "limit"); !limit.empty()) goal.limit_s = parse_duration(limit, path + ": `limit`");
+    if (goal.times_faster > 0 && goal.budget_kind.empty())
+      goal.budget_kind = "ns_per_step", goal.budget = std::numeric_limits<double>::infinity();
+    if (const std::string limit = text(*table, "limit"); !limit.empty())
+      goal.limit_s = parse_duration(limit, path + ": `limit`");
     goal.table = text(*table, "table");
     goal.row = text(*table, "row");
     goal.column = text(*table, "column");
     if (!goal.table.empty()) goal.error = number(*table, "at_most", goal.error);
     const int works = !goal.scenario.empty() + !goal.benchmark.empty() + !goal.table.empty();
-    if (works != 1) refuse(table->source(), "goal `" + goal.id + "`: expected one of `scenario`, `benchmark` and `table`");
+    if (works != 1)
+      refuse(table->source(), "goal `" + goal.id + "`: expected one of `scenario`, `benchmark` and `table`");
     if (!goal.table.empty() && (goal.row.empty() || goal.column.empty() || !std::isfinite(goal.error)))
       refuse(table->source(), "goal `" + goal.id + "`: a `table` needs its `row`, `column` and `at_most`");
     if (goal.scenario.empty()) return goal;
     if (goal.error_ratio > 0 && (goal.metric.empty() || std::isfinite(goal.error)))
       refuse(table->source(), "goal `" + goal.id + "`: an `error_ratio` needs its `metric`, and no `error` beside it");
-    if (std::isfinite(goal.error) && goal.metric.empty()) refuse(table->source(), "goal `" + goal.id + "`: an `error` needs its `metric`");
+    if (std::isfinite(goal.error) && goal.metric.empty())
+      refuse(table->source(), "goal `" + goal.id + "`: an `error` needs its `metric`");
     for (const std::int64_t n : goal.steps) {
-      if (n <= 0 || n % goal.samples != 0) refuse(table->get("steps")->source(), "`steps`: expected multiples of `samples`");
+      if (n <= 0 || n % goal.samples != 0)
+        refuse(table->get("steps")->source(), "`steps`: expected multiples of `samples`");
     }
     return goal;
   }
@@ -148,7 +160,8 @@ std::vector<Goal> read_goals(const std::string& path) {
   std::set<std::string> ids;
   for (const toml::node& each : *list) {
     goals.push_back(file.goal(each));
-    if (!ids.insert(goals.back().id).second) file.refuse(each.source(), "two goals are called `" + goals.back().id + "`");
+    if (!ids.insert(goals.back().id).second)
+      file.refuse(each.source(), "two goals are called `" + goals.back().id + "`");
   }
   return goals;
 }

@@ -12,13 +12,15 @@ namespace {
 std::string line(const char* who, const GoalEntrant& entrant) {
   if (entrant.method.empty()) return fmt::format("    {:<10} nobody\n", who);
   std::string words = fmt::format("    {:<10} {}", who, entrant.method);
-  if (entrant.steps > 0 && method_family(entrant.method) == entrant.method) words += fmt::format(", {} steps", entrant.steps);
+  if (entrant.steps > 0 && method_family(entrant.method) == entrant.method)
+    words += fmt::format(", {} steps", entrant.steps);
   std::string figures;
   const auto add = [&](const std::string& text) { figures += (figures.empty() ? "" : ", ") + text; };
   if (std::isfinite(entrant.error)) add(fmt::format("error {}", format_measure(entrant.error, entrant.bar, 2)));
   if (std::isfinite(entrant.evaluations)) add(fmt::format("{:.0f} evaluations", entrant.evaluations));
   if (std::isfinite(entrant.seconds)) add(time_words(entrant.seconds));
-  if (std::isfinite(entrant.ns_per_step)) add(fmt::format("{:.4g} ns{}", entrant.ns_per_step, entrant.steps > 0 ? " a step" : ""));
+  if (std::isfinite(entrant.ns_per_step))
+    add(fmt::format("{:.4g} ns{}", entrant.ns_per_step, entrant.steps > 0 ? " a step" : ""));
   if (!entrant.accurate) add("not accurate enough");
   return words + ": " + figures + "\n";
 }
@@ -28,12 +30,14 @@ std::string line(const char* who, const GoalEntrant& entrant) {
 std::string goals_text(const std::vector<GoalResult>& goals) {
   std::string text;
   for (const GoalResult& goal : goals) {
-    text += fmt::format("{}  {}\n    asked      {}\n", goal.reached ? "reached    " : "NOT REACHED", goal.title, goal_words(goal));
+    text += fmt::format("{}  {}\n    asked      {}\n", goal.reached ? "reached    " : "NOT REACHED", goal.title,
+                        goal_words(goal));
     text += line("ours", goal.ours) + line("rival", goal.rival);
     if (!goal.uncounted.method.empty()) text += line("uncounted", goal.uncounted);
     if (std::isfinite(goal.ratio)) {
       const bool interval = std::isfinite(goal.ratio_low) && goal.ratio_low < goal.ratio_high;
-      text += fmt::format("    ratio      the rival costs {:.3g} x ours{}\n", goal.ratio, interval ? fmt::format(" [{:.3g}, {:.3g}]", goal.ratio_low, goal.ratio_high) : "");
+      text += fmt::format("    ratio      the rival costs {:.3g} x ours{}\n", goal.ratio,
+                          interval ? fmt::format(" [{:.3g}, {:.3g}]", goal.ratio_low, goal.ratio_high) : "");
     }
     if (!goal.why.empty()) text += fmt::format("    missing    {}\n", goal.why);
   }

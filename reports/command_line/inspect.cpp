@@ -33,11 +33,14 @@ json json_of(const SettingValue& value) {
   return std::visit([](const auto& v) { return json(v); }, value);
 }
 
-std::string join(const std::vector<std::string>& words, const char* between) { return fmt::format("{}", fmt::join(words, between)); }
+std::string join(const std::vector<std::string>& words, const char* between) {
+  return fmt::format("{}", fmt::join(words, between));
+}
 
 std::string claims_text(const MethodInfo& info) {
   std::string text;
-  for (const auto& [motion, order] : info.claimed_order) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", motion, order);
+  for (const auto& [motion, order] : info.claimed_order)
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", motion, order);
   return text.empty() ? "no claim" : text;
 }
 
@@ -82,8 +85,13 @@ json list_json(const Place& place, const Options& options, const std::string& wh
   json out = json::object();
   if (what.empty() || what == "scenarios") {
     for (const auto& s : read_catalogue(place)) {
-      out["scenarios"].push_back({{"id", s.id}, {"title", s.title}, {"claim", s.claim}, {"tags", s.tags}, {"steps", s.steps},
-                                  {"samples", s.samples}, {"t_end_s", s.t_end_s}});
+      out["scenarios"].push_back({{"id", s.id},
+                                  {"title", s.title},
+                                  {"claim", s.claim},
+                                  {"tags", s.tags},
+                                  {"steps", s.steps},
+                                  {"samples", s.samples},
+                                  {"t_end_s", s.t_end_s}});
     }
   }
   if (what.empty() || what == "methods") {
@@ -93,7 +101,8 @@ json list_json(const Place& place, const Options& options, const std::string& wh
     }
   }
   if (what.empty() || what == "metrics") {
-    for (const auto& m : all_metrics()) out["metrics"].push_back({{"name", m.name}, {"unit", m.unit}, {"definition", m.definition}});
+    for (const auto& m : all_metrics())
+      out["metrics"].push_back({{"name", m.name}, {"unit", m.unit}, {"definition", m.definition}});
   }
   if (what.empty() || what == "gates") {
     for (const auto& gate : read_all_gates(place)) out["gates"].push_back(gate_json(gate));
@@ -120,11 +129,13 @@ void print_methods(const Place& place, const Options& options) {
       print_description(info, width);
     }
     for (const auto& info : worker.engine.responses) {
-      fmt::print("{}/...{}\n    what contacts do, after any method of {}\n", worker.engine.name, info.id, worker.engine.name);
+      fmt::print("{}/...{}\n    what contacts do, after any method of {}\n", worker.engine.name, info.id,
+                 worker.engine.name);
       print_description(info, width);
     }
   }
-  fmt::print("truth\n    The scene's certified truth, with a bar on every value (`atwood trace SCENE --method truth`).\n");
+  fmt::print(
+      "truth\n    The scene's certified truth, with a bar on every value (`atwood trace SCENE --method truth`).\n");
 }
 
 std::string worker_line(const Worker& worker) {
@@ -169,9 +180,11 @@ int command_list(const Place& place, const Options& options) {
 
 namespace {
 
-// The method that the words name, when they name one that an engine offers or could offer; no scene has `/` and no file.
+// The method that the words name, when they name one that an engine offers or could offer; no scene has `/` and no
+// file.
 bool names_method(const std::string& text) {
-  if (text.find('/') == std::string::npos || fs::exists(text) || text.ends_with(".toml") || text.ends_with(".json")) return false;
+  if (text.find('/') == std::string::npos || fs::exists(text) || text.ends_with(".toml") || text.ends_with(".json"))
+    return false;
   try {
     parse_method_id(text);
     return true;
@@ -183,8 +196,9 @@ bool names_method(const std::string& text) {
 
 void print_method(const MethodInfo& info, const Engine& engine, const std::string& asked) {
   const auto width = static_cast<std::size_t>(std::clamp(terminal_width(), 60, 120));
-  fmt::print("{}{}\n  engine:  {} {}, {}\n  order:   {}\n{}", asked, info.adaptive ? "  (takes a tolerance: [:rtol[,atol]])" : "", engine.name,
-             engine.version, engine.scalar, claims_text(info), wrapped(info.doc, 2, width));
+  fmt::print("{}{}\n  engine:  {} {}, {}\n  order:   {}\n{}", asked,
+             info.adaptive ? "  (takes a tolerance: [:rtol[,atol]])" : "", engine.name, engine.version, engine.scalar,
+             claims_text(info), wrapped(info.doc, 2, width));
   if (!info.source.empty()) fmt::print("{}", wrapped("Source: " + info.source, 2, width));
   if (!info.settings.empty()) fmt::print("  settings:\n");
   for (const auto& [name, value] : info.settings) fmt::print("    {} = {}\n", name, text_of(value));
@@ -198,8 +212,9 @@ const MethodInfo* response_of(const Engine& engine, const MethodId& id, const st
     if (info.id == "+" + id.response) return &info;
     known.push_back(info.id);
   }
-  throw InputError(fmt::format("describe {}: {} has no response `+{}`; expected {}", asked, engine.name, id.response,
-                               known.empty() ? "none: contacts are the engine's own affair" : "one of " + join(known, ", ")));
+  throw InputError(
+      fmt::format("describe {}: {} has no response `+{}`; expected {}", asked, engine.name, id.response,
+                  known.empty() ? "none: contacts are the engine's own affair" : "one of " + join(known, ", ")));
 }
 
 void print_response(const MethodInfo& info) {
@@ -217,7 +232,8 @@ int describe_method(const Place& place, const Options& options) {
   std::string absent;
   for (const auto& worker : require_workers(place, options)) {
     if (worker.status != Status::ok) {
-      if (fs::path(worker.path).filename().string() == "atwood-" + id.engine) absent = to_string(worker.status) + ": " + worker.reason;
+      if (fs::path(worker.path).filename().string() == "atwood-" + id.engine)
+        absent = to_string(worker.status) + ": " + worker.reason;
       continue;
     }
     for (const auto& info : worker.engine.methods) {
@@ -225,9 +241,11 @@ int describe_method(const Place& place, const Options& options) {
       if (info.id != base) continue;
       const MethodInfo* response = response_of(worker.engine, id, options.input);
       if (options.evidence) {
-        const Scenario scenario = read_scene_argument(place, options.scenarios.empty() ? "kepler-e0.6" : options.scenarios.front());
+        const Scenario scenario =
+            read_scene_argument(place, options.scenarios.empty() ? "kepler-e0.6" : options.scenarios.front());
         const Truth truth = truth_once(place.truth_worker, scenario, 1, 120);
-        if (truth.values.empty()) throw InputError(fmt::format("--program: no truth of `{}`: {}", scenario.id, truth.outcome.reason));
+        if (truth.values.empty())
+          throw InputError(fmt::format("--program: no truth of `{}`: {}", scenario.id, truth.outcome.reason));
         fmt::print("{}", evidence_program(id, info, worker.engine.version, scenario, truth));
       } else if (options.json) {
         json out = method_json(info);
@@ -240,22 +258,26 @@ int describe_method(const Place& place, const Options& options) {
       return exit_pass;
     }
   }
-  if (!absent.empty()) throw InputError(fmt::format("describe {}: the engine {} is {}", options.input, id.engine, absent));
-  throw InputError(fmt::format("describe {}: no engine offers `{}`; near it: {}", options.input, base, join(nearest(base, known, 3), ", ")));
+  if (!absent.empty())
+    throw InputError(fmt::format("describe {}: the engine {} is {}", options.input, id.engine, absent));
+  throw InputError(fmt::format("describe {}: no engine offers `{}`; near it: {}", options.input, base,
+                               join(nearest(base, known, 3), ", ")));
 }
 
 }  // namespace
 
 int command_describe(const Place& place, const Options& options) {
   if (names_method(options.input)) return describe_method(place, options);
-  if (options.evidence) throw InputError(fmt::format("--program is about a library's method, as in arkode/erkstep/VERNER_8_5_6; found `{}`", options.input));
+  if (options.evidence)
+    throw InputError(fmt::format("--program is about a library's method, as in arkode/erkstep/VERNER_8_5_6; found `{}`",
+                                 options.input));
   const Scenario scenario = read_scene_argument(place, options.input);
   if (options.json) {
     fmt::print("{}\n", scenario_to_json(scenario));
     return exit_pass;
   }
-  fmt::print("{}: {}\n  claim:   {}\n  source:  {}\n  tags:    {}\n", scenario.id, scenario.title, scenario.claim, scenario.source,
-             join(scenario.tags, " "));
+  fmt::print("{}: {}\n  claim:   {}\n  source:  {}\n  tags:    {}\n", scenario.id, scenario.title, scenario.claim,
+             scenario.source, join(scenario.tags, " "));
   fmt::print("  run:     {} s, {} samples, steps {}\n\n", format_double(scenario.t_end_s), scenario.samples,
              fmt::join(scenario.steps, " "));
   fmt::print("{}\n", json::parse(scene_to_json(scenario.scene)).dump(2));
@@ -266,19 +288,30 @@ int command_doctor(const Place& place, const Options& options) {
   const auto workers = require_workers(place, options);
   struct statvfs disk{};
   const bool disk_known = statvfs(fs::exists(options.out_dir) ? options.out_dir.c_str() : ".", &disk) == 0;
-  const double free_GiB = disk_known ? static_cast<double>(disk.f_bavail) * static_cast<double>(disk.f_frsize) / (1 << 30) : 0;
+  const double free_GiB =
+      disk_known ? static_cast<double>(disk.f_bavail) * static_cast<double>(disk.f_frsize) / (1 << 30) : 0;
   const bool truth_here = fs::exists(place.truth_worker);
   if (options.json) {
-    json out = {{"commit", place.provenance.commit}, {"compiler", place.provenance.compiler}, {"flags", place.provenance.flags},
-                {"cpu", place.provenance.cpu}, {"truth", truth_here}, {"free_GiB", free_GiB}, {"engines", json::array()}};
+    json out = {{"commit", place.provenance.commit},
+                {"compiler", place.provenance.compiler},
+                {"flags", place.provenance.flags},
+                {"cpu", place.provenance.cpu},
+                {"truth", truth_here},
+                {"free_GiB", free_GiB},
+                {"engines", json::array()}};
     for (const auto& w : workers) {
-      out["engines"].push_back({{"path", w.path}, {"status", to_string(w.status)}, {"reason", w.reason}, {"name", w.engine.name},
-                                {"version", w.engine.version}, {"scalar", w.engine.scalar}, {"build_id", w.build_id}});
+      out["engines"].push_back({{"path", w.path},
+                                {"status", to_string(w.status)},
+                                {"reason", w.reason},
+                                {"name", w.engine.name},
+                                {"version", w.engine.version},
+                                {"scalar", w.engine.scalar},
+                                {"build_id", w.build_id}});
     }
     fmt::print("{}\n", out.dump(2));
   } else {
-    fmt::print("commit    {}\ncompiler  {}\nflags     {}\ncpu       {}\n", place.provenance.commit, place.provenance.compiler,
-               place.provenance.flags, place.provenance.cpu);
+    fmt::print("commit    {}\ncompiler  {}\nflags     {}\ncpu       {}\n", place.provenance.commit,
+               place.provenance.compiler, place.provenance.flags, place.provenance.cpu);
     fmt::print("disk      {:.1f} GiB free for {}\ntruth     {}\n\n", free_GiB, options.out_dir,
                truth_here ? place.truth_worker : "missing: " + place.truth_worker);
     for (const auto& worker : workers) fmt::print("{}\n", worker_line(worker));
@@ -305,16 +338,21 @@ int command_schema(const Place&, const Options& options) {
   properties["t_s"] = number_or_empty;
   for (const char* name : {"metric", "unit"}) properties[name] = text;
   properties["value"] = {{"type", json::array({"number", "string"})}, {"description", "a string when not finite"}};
-  properties["truth_bar"] = {{"type", json::array({"number", "string"})},
-                             {"description", "the truth's half-width; of an order or exponent: half of its 95 % interval"}};
+  properties["truth_bar"] = {
+      {"type", json::array({"number", "string"})},
+      {"description", "the truth's half-width; of an order or exponent: half of its 95 % interval"}};
   properties["status"] = {{"enum", {"ok", "unsupported", "diverged", "not finite", "timeout", "crashed", "not built"}}};
-  for (const char* name : {"reason", "settings_hash", "engine_version", "commit", "compiler", "flags", "cpu", "run_id"}) {
+  for (const char* name :
+       {"reason", "settings_hash", "engine_version", "commit", "compiler", "flags", "cpu", "run_id"}) {
     properties[name] = text;
   }
   json required = json::array();
   for (const auto& [name, value] : properties.items()) required.push_back(name);
-  const json schema = {{"$schema", "https://json-schema.org/draft/2020-12/schema"}, {"title", "A row of results"}, {"type", "object"},
-                       {"required", required}, {"properties", properties}};
+  const json schema = {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
+                       {"title", "A row of results"},
+                       {"type", "object"},
+                       {"required", required},
+                       {"properties", properties}};
   fmt::print("{}\n", schema.dump(2));
   return exit_pass;
 }

@@ -26,7 +26,9 @@ const char* kind_name(BaselineChange::Kind kind) {
   return "";
 }
 
-std::string baseline_path(const Options& options) { return options.baseline.empty() ? "atwood-baseline.tsv" : options.baseline; }
+std::string baseline_path(const Options& options) {
+  return options.baseline.empty() ? "atwood-baseline.tsv" : options.baseline;
+}
 
 // A change of a baseline as a verdict, so that it reaches JUnit like any gate.
 Verdict as_verdict(const BaselineChange& change) {
@@ -47,10 +49,12 @@ Verdict as_verdict(const BaselineChange& change) {
   return verdict;
 }
 
-int judge_against_baseline(const Place& place, const Options& options, const Selection& selection, const StudyResult& stored) {
+int judge_against_baseline(const Place& place, const Options& options, const Selection& selection,
+                           const StudyResult& stored) {
   const std::string path = baseline_path(options);
   if (!fs::exists(path)) {
-    fmt::print(stderr, "atwood: no baseline at {}; `atwood bless --reason TEXT --baseline {}` writes one\n", path, path);
+    fmt::print(stderr, "atwood: no baseline at {}; `atwood bless --reason TEXT --baseline {}` writes one\n", path,
+               path);
     return exit_no_baseline;
   }
   auto changes = compare_baseline(path, stored.rows);
@@ -71,8 +75,8 @@ int judge_against_baseline(const Place& place, const Options& options, const Sel
     }
     fmt::print("{}\n", out.dump(2));
   } else {
-    for (const auto kind : {BaselineChange::Kind::regression, BaselineChange::Kind::missing, BaselineChange::Kind::improvement,
-                            BaselineChange::Kind::added}) {
+    for (const auto kind : {BaselineChange::Kind::regression, BaselineChange::Kind::missing,
+                            BaselineChange::Kind::improvement, BaselineChange::Kind::added}) {
       int shown = 0;
       for (const auto& change : changes) {
         if (change.kind != kind) continue;
@@ -86,7 +90,8 @@ int judge_against_baseline(const Place& place, const Options& options, const Sel
                counts[BaselineChange::Kind::regression], counts[BaselineChange::Kind::missing],
                counts[BaselineChange::Kind::improvement], counts[BaselineChange::Kind::added],
                counts[BaselineChange::Kind::unchanged], path);
-    if (counts[BaselineChange::Kind::improvement] > 0) fmt::print("to keep the improvements: atwood bless --reason TEXT\n");
+    if (counts[BaselineChange::Kind::improvement] > 0)
+      fmt::print("to keep the improvements: atwood bless --reason TEXT\n");
   }
   if (!options.junit.empty()) write_file(options.junit, render_junit(verdicts));
   return gate_exit(verdicts);
@@ -117,13 +122,15 @@ int command_gate(const Place& place, const Options& options) {
 }
 
 int command_bless(const Place& place, const Options& options) {
-  if (options.reason.find_first_not_of(" \t\n") == std::string::npos) throw InputError("bless: --reason is empty; expected why");
+  if (options.reason.find_first_not_of(" \t\n") == std::string::npos)
+    throw InputError("bless: --reason is empty; expected why");
   const Selection selection = select_cells(place, options);
   const StudyResult stored = load_rows(options.out_dir + "/store.db", selection.cells);
   if (stored.rows.empty()) throw InputError("bless: the store has no rows of this study; run it first");
   write_baseline(baseline_path(options), stored.rows, options.reason);
   if (options.json) {
-    const nlohmann::ordered_json out{{"baseline", baseline_path(options)}, {"rows", stored.rows.size()}, {"reason", options.reason}};
+    const nlohmann::ordered_json out{
+        {"baseline", baseline_path(options)}, {"rows", stored.rows.size()}, {"reason", options.reason}};
     fmt::print("{}\n", out.dump(2));
   } else {
     fmt::print("blessed as {}: its rows that can be judged, and the environment beside it\n", baseline_path(options));

@@ -14,9 +14,10 @@ using namespace atwood;
 using Command = int (*)(const Place&, const Options&);
 
 struct Parser {
-  CLI::App app{"Atwood holds physics engines to account: convergence, conservation, collision and cost, against truths with "
-               "error bars.",
-               "atwood"};
+  CLI::App app{
+      "Atwood holds physics engines to account: convergence, conservation, collision and cost, against truths with "
+      "error bars.",
+      "atwood"};
   Options options;
   Command chosen = nullptr;
 
@@ -27,18 +28,26 @@ struct Parser {
     return sub;
   }
   void narrowing(CLI::App* sub) {
-    sub->add_option("--scenario,--filter", options.scenarios, "Only these scenarios: ids, globs or files")->expected(1)->take_all();
+    sub->add_option("--scenario,--filter", options.scenarios, "Only these scenarios: ids, globs or files")
+        ->expected(1)
+        ->take_all();
     sub->add_option("--method", options.methods, "Only these methods: ids or globs")->expected(1)->take_all();
     sub->add_option("--steps", options.steps, "Only these step counts")->expected(1)->take_all();
-    sub->add_option("--engine", options.engines, "Also this executable, which speaks the worker protocol")->expected(1)->take_all();
+    sub->add_option("--engine", options.engines, "Also this executable, which speaks the worker protocol")
+        ->expected(1)
+        ->take_all();
     sub->add_option("--out", options.out_dir, "Where the store and the report go")->capture_default_str();
   }
   void running(CLI::App* sub) {
     narrowing(sub);
     sub->add_option("-j,--jobs", options.jobs, "Workers at once (one a core unless given)")->check(CLI::Range(1, 1024));
-    sub->add_option("--limit", options.cell_limit_s, "Seconds a cell may take")->capture_default_str()->check(CLI::Range(0.01, 1e6));
+    sub->add_option("--limit", options.cell_limit_s, "Seconds a cell may take")
+        ->capture_default_str()
+        ->check(CLI::Range(0.01, 1e6));
     sub->add_flag("--no-timing", options.no_timing, "Leave out the timed pass");
-    sub->add_option("-o,--output", options.outputs, "FORMAT:FILE, format csv, json, markdown, junit or html")->expected(1)->take_all();
+    sub->add_option("-o,--output", options.outputs, "FORMAT:FILE, format csv, json, markdown, junit or html")
+        ->expected(1)
+        ->take_all();
     sub->add_option("--junit", options.junit, "Write verdicts as JUnit XML");
     sub->add_option("--tolerances", options.tolerances, "Gates from this file instead of the catalogue's own");
   }
@@ -50,14 +59,17 @@ void declare_commands(Parser& p) {
   list->add_option("what", o.input, "scenarios, methods, metrics or gates (all unless given)");
   list->add_option("--engine", o.engines, "Also this executable")->expected(1)->take_all();
 
-  auto* describe = p.add("describe", "A scene as it was understood, or a method with its claims and settings", command_describe);
+  auto* describe =
+      p.add("describe", "A scene as it was understood, or a method with its claims and settings", command_describe);
   describe->add_option("SCENE|METHOD", o.input, "A file, a catalogue id, or a method id")->required();
-  describe->add_flag("--program", o.evidence, "Of a library's method: print a program without Atwood that shows its executed order");
+  describe->add_flag("--program", o.evidence,
+                     "Of a library's method: print a program without Atwood that shows its executed order");
   describe->add_option("--scenario", o.scenarios, "The scene of that program (kepler-e0.6 unless given)")->expected(1);
   describe->add_option("--engine", o.engines, "Also this executable")->expected(1)->take_all();
 
   auto* run = p.add("run", "Run a study: measure, judge, report", command_run);
-  run->add_option("STUDY", o.study, "A study file, or the id of one of the catalogue's (the default study unless given)");
+  run->add_option("STUDY", o.study,
+                  "A study file, or the id of one of the catalogue's (the default study unless given)");
   p.running(run);
 
   auto* trace = p.add("trace", "The motion as CSV; --method truth prints the truth and its bars", command_trace);
@@ -69,11 +81,19 @@ void declare_commands(Parser& p) {
   trace->add_option("--limit", o.cell_limit_s, "Seconds it may take")->capture_default_str();
   trace->add_flag("--events", o.events, "Contacts instead of the motion");
 
-  auto* contacts = p.add("contacts", "Where bodies touch in the initial pose, or (--swept) when they first would, as CSV", command_contacts);
+  auto* contacts =
+      p.add("contacts", "Where bodies touch in the initial pose, or (--swept) when they first would, as CSV",
+            command_contacts);
   contacts->add_option("SCENE", o.input, "A file or a catalogue id")->required();
-  contacts->add_option("--engine", o.engines, "atwood (unless given), truth, bullet64, bullet32, ode, fcl, libccd, box-edges, or a worker's path")->expected(1);
-  contacts->add_flag("--swept", o.swept, "Straight motion with constant spin to the scene's end, instead of the initial pose");
-  contacts->add_option("--limit", o.cell_limit_s, "Seconds it may take")->capture_default_str()->check(CLI::Range(0.01, 1e6));
+  contacts
+      ->add_option("--engine", o.engines,
+                   "atwood (unless given), truth, bullet64, bullet32, ode, fcl, libccd, box-edges, or a worker's path")
+      ->expected(1);
+  contacts->add_flag("--swept", o.swept,
+                     "Straight motion with constant spin to the scene's end, instead of the initial pose");
+  contacts->add_option("--limit", o.cell_limit_s, "Seconds it may take")
+      ->capture_default_str()
+      ->check(CLI::Range(0.01, 1e6));
 
   auto* compare = p.add("compare", "Methods side by side: error, order and cost on each scenario", command_compare);
   compare->add_option("METHODS", o.methods, "Two or more method ids")->required()->expected(1, 64);
@@ -84,17 +104,24 @@ void declare_commands(Parser& p) {
   compare->add_option("-j,--jobs", o.jobs, "Workers at once");
   compare->add_option("--limit", o.cell_limit_s, "Seconds a cell may take")->capture_default_str();
   compare->add_flag("--no-timing", o.no_timing, "Leave out the timed pass");
-  compare->add_option("-o,--output", o.outputs, "FORMAT:FILE, format csv, json, markdown, junit or html (OUT/compare.html unless given)")->expected(1)->take_all();
+  compare
+      ->add_option("-o,--output", o.outputs,
+                   "FORMAT:FILE, format csv, json, markdown, junit or html (OUT/compare.html unless given)")
+      ->expected(1)
+      ->take_all();
 
   auto* advise = p.add("advise", "Recommend a method and its step for a scene, with evidence", command_advise);
   advise->add_option("SCENE", o.input, "A file or a catalogue id")->required();
   advise->add_option("--error", o.wanted_error, "The error that is allowed, in metres unless --metric says otherwise");
   advise->add_option("--budget", o.budget, "The time that a whole run may take: 16.7ms, 40us");
-  advise->add_option("--metric", o.metric, "position (unless given), velocity, attitude, body-rate, state, energy, or a metric's name");
+  advise->add_option("--metric", o.metric,
+                     "position (unless given), velocity, attitude, body-rate, state, energy, or a metric's name");
   advise->add_option("--engine", o.engines, "Also this executable")->expected(1)->take_all();
   advise->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
   advise->add_option("-j,--jobs", o.jobs, "Workers at once (one a core unless given)")->check(CLI::Range(1, 1024));
-  advise->add_option("--limit", o.cell_limit_s, "Seconds a run may take")->capture_default_str()->check(CLI::Range(0.01, 1e6));
+  advise->add_option("--limit", o.cell_limit_s, "Seconds a run may take")
+      ->capture_default_str()
+      ->check(CLI::Range(0.01, 1e6));
 
   auto* check = p.add("check", "Judge a trace that any program recorded", command_check);
   check->add_option("RUN.CSV", o.input, "Columns as `atwood trace` prints them; q and w may be missing")->required();
@@ -117,7 +144,8 @@ void declare_commands(Parser& p) {
   bless->add_option("--reason", o.reason, "Why this is the new baseline")->required();
   bless->add_option("--baseline", o.baseline, "The file (atwood-baseline.tsv unless given)");
 
-  auto* bench = p.add("bench", "Time kernels and steps with Google Benchmark; the figures join the report", command_bench);
+  auto* bench =
+      p.add("bench", "Time kernels and steps with Google Benchmark; the figures join the report", command_bench);
   bench->add_option("FILTER", o.input, "A regular expression over benchmark names, or one of\n"
                     "  goals         the project's goals beside its rivals, in one run\n"
                     "  frame-budget  the largest heap that each engine steps within a frame\n"
@@ -126,7 +154,9 @@ void declare_commands(Parser& p) {
   bench->add_option("--goals", o.goals_file, "goals: from this file instead of benchmarks/goals.toml");
   bench->add_option("--method", o.methods, "frame-budget: only these methods")->expected(1)->take_all();
   bench->add_option("--engine", o.engines, "goals, frame-budget: also this executable")->expected(1)->take_all();
-  bench->add_option("--limit", o.cell_limit_s, "goals, frame-budget: seconds a run may take")->capture_default_str()->check(CLI::Range(0.01, 1e6));
+  bench->add_option("--limit", o.cell_limit_s, "goals, frame-budget: seconds a run may take")
+      ->capture_default_str()
+      ->check(CLI::Range(0.01, 1e6));
   bench->add_option("-j,--jobs", o.jobs, "goals: workers at once in the accuracy pass")->check(CLI::Range(1, 1024));
   bench->add_flag("--no-timing", o.no_timing, "goals: errors and evaluations only");
   bench->add_option("--out", o.out_dir, "Where the figures go")->capture_default_str();
@@ -149,8 +179,9 @@ int run(int argc, char** argv) {
   Parser parser;
   parser.app.require_subcommand(1);
   parser.app.set_version_flag("--version", "atwood 0.1.0");
-  parser.app.footer("Exit codes: 0 pass; 1 a gate failed, is unverifiable or was not run; 2 input or usage; 3 a cell crashed, hung\n"
-                    "or sent garbage; 4 no baseline; 5 input/output or internal; 130, 143 interrupted.");
+  parser.app.footer(
+      "Exit codes: 0 pass; 1 a gate failed, is unverifiable or was not run; 2 input or usage; 3 a cell crashed, hung\n"
+      "or sent garbage; 4 no baseline; 5 input/output or internal; 130, 143 interrupted.");
   declare_commands(parser);
   try {
     parser.app.parse(argc, argv);

@@ -23,7 +23,8 @@ std::size_t letters_apart(const std::string& a, const std::string& b) {
 }  // namespace
 
 std::vector<std::string> nearest(const std::string& word, std::vector<std::string> known, std::size_t count) {
-  // Names that begin with the word, or the word with one of them, are meant rather than those that are a few letters off.
+  // Names that begin with the word, or the word with one of them, are meant rather than those that are a few letters
+  // off.
   const auto begins = [&](const std::string& name) { return name.starts_with(word) || word.starts_with(name); };
   std::stable_sort(known.begin(), known.end(), [&](const auto& a, const auto& b) {
     return begins(a) != begins(b) ? begins(a) : letters_apart(word, a) < letters_apart(word, b);

@@ -45,8 +45,10 @@ void explain_missing(Worker& worker) {
   if (fs::exists(worker.path)) return;
   for (const auto& engine : optional_engines) {
     if (fs::path(worker.path).filename() != fmt::format("atwood-{}", engine.name)) continue;
-    worker.reason = fmt::format("{} was not there when this was built; `ATWOOD_ENGINES={} ./atwood run` installs it ({}) and "
-                                "builds its worker", engine.library, engine.name, engine.packages);
+    worker.reason = fmt::format(
+        "{} was not there when this was built; `ATWOOD_ENGINES={} ./atwood run` installs it ({}) and "
+        "builds its worker",
+        engine.library, engine.name, engine.packages);
   }
 }
 
@@ -58,13 +60,13 @@ Place find_place() {
   place.source_dir = environment_or("ATWOOD_ROOT", build_info::source_dir);
   place.truth_worker = place.bin_dir + "/atwood-truth";
   const auto now = std::chrono::system_clock::now();
-  place.provenance = {.engine_version = "",
-                      .commit = build_info::commit,
-                      .compiler = build_info::compiler,
-                      .flags = build_info::flags,
-                      .cpu = cpu_name(),
-                      .run_id = fmt::format("{:%Y%m%dT%H%M%SZ}-{}", fmt::gmtime(std::chrono::system_clock::to_time_t(now)),
-                                            getpid())};
+  place.provenance = {
+      .engine_version = "",
+      .commit = build_info::commit,
+      .compiler = build_info::compiler,
+      .flags = build_info::flags,
+      .cpu = cpu_name(),
+      .run_id = fmt::format("{:%Y%m%dT%H%M%SZ}-{}", fmt::gmtime(std::chrono::system_clock::to_time_t(now)), getpid())};
   return place;
 }
 
@@ -85,22 +87,25 @@ std::vector<Scenario> read_catalogue(const Place& place) {
 
 Scenario read_scene_argument(const Place& place, const std::string& id_or_file) {
   const fs::path in_catalogue = fs::path(place.source_dir) / "validation/scenarios" / (id_or_file + ".toml");
-  const bool looks_like_file = id_or_file.find('/') != std::string::npos || id_or_file.find(".toml") != std::string::npos;
+  const bool looks_like_file =
+      id_or_file.find('/') != std::string::npos || id_or_file.find(".toml") != std::string::npos;
   if (!looks_like_file && fs::exists(in_catalogue)) return read_scenario(in_catalogue.string());
   if (!looks_like_file && !fs::exists(id_or_file)) {
     std::vector<std::string> ids;
     for (const auto& scenario : read_catalogue(place)) ids.push_back(scenario.id);
     std::string names;
     for (const auto& id : nearest(id_or_file, ids, 3)) names += (names.empty() ? "" : ", ") + id;
-    throw InputError(fmt::format("no scenario `{}` in the catalogue and no file of that name; nearest: {}; `atwood list` shows the ids",
-                                 id_or_file, names));
+    throw InputError(fmt::format(
+        "no scenario `{}` in the catalogue and no file of that name; nearest: {}; `atwood list` shows the ids",
+        id_or_file, names));
   }
   return read_scenario(id_or_file);
 }
 
 std::vector<Worker> start_workers(const Place& place, const std::vector<std::string>& extra) {
   std::vector<std::string> paths;
-  for (const char* name : {"engine", "cvode", "bullet64", "bullet32", "ode", "arkode", "ida", "odeint", "fcl", "libccd"}) {
+  for (const char* name :
+       {"engine", "cvode", "bullet64", "bullet32", "ode", "arkode", "ida", "odeint", "fcl", "libccd"}) {
     paths.push_back(fmt::format("{}/atwood-{}", place.bin_dir, name));
   }
   for (const auto& engine : optional_engines) paths.push_back(fmt::format("{}/atwood-{}", place.bin_dir, engine.name));

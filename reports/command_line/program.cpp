@@ -20,7 +20,8 @@ bool flag(const MethodId& id, const std::string& name) {
 }
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size()) text.replace(at, from.size(), to);
+  for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
+    text.replace(at, from.size(), to);
   return text;
 }
 
@@ -38,24 +39,32 @@ std::string acceleration(const Force& force, const Body& body, const std::string
                        "    for (int i = 0; i < 3; ++i) a[i] -= real({}) * d[i] / (r * r * r); }}\n",
                        list(pull->center_m), format_double(pull->mu_m3_per_s2));
   }
-  if (const auto* spring = std::get_if<Spring>(&force); spring && spring->bodies.size() == 1 && spring->rest_length_m == 0) {
-    return fmt::format("  {{ const real c[3] = {}, d[3] = {{p[0] - c[0], p[1] - c[1], p[2] - c[2]}};\n"
-                       "    const real dd = d[0] * d[0] + d[1] * d[1] + d[2] * d[2], dv = d[0] * v[0] + d[1] * v[1] + d[2] * v[2];\n"
-                       "    for (int i = 0; i < 3; ++i) a[i] -= (real({}) * d[i] + real({}) * dv / dd * d[i]) / real({}); }}\n",
-                       list(spring->anchor_m), format_double(spring->stiffness_N_per_m), format_double(spring->damping_N_s_per_m), mass);
+  if (const auto* spring = std::get_if<Spring>(&force);
+      spring && spring->bodies.size() == 1 && spring->rest_length_m == 0) {
+    return fmt::format(
+        "  {{ const real c[3] = {}, d[3] = {{p[0] - c[0], p[1] - c[1], p[2] - c[2]}};\n"
+        "    const real dd = d[0] * d[0] + d[1] * d[1] + d[2] * d[2], dv = d[0] * v[0] + d[1] * v[1] + d[2] * v[2];\n"
+        "    for (int i = 0; i < 3; ++i) a[i] -= (real({}) * d[i] + real({}) * dv / dd * d[i]) / real({}); }}\n",
+        list(spring->anchor_m), format_double(spring->stiffness_N_per_m), format_double(spring->damping_N_s_per_m),
+        mass);
   }
   if (const auto* drive = std::get_if<Drive>(&force)) {
-    return fmt::format("  {{ const real F[3] = {};\n"
-                       "    for (int i = 0; i < 3; ++i) a[i] += F[i] * std::cos(real({}) * t + real({})) / real({}); }}\n",
-                       list(drive->force_N), format_double(drive->angular_frequency_rad_per_s), format_double(drive->phase_rad), mass);
+    return fmt::format(
+        "  {{ const real F[3] = {};\n"
+        "    for (int i = 0; i < 3; ++i) a[i] += F[i] * std::cos(real({}) * t + real({})) / real({}); }}\n",
+        list(drive->force_N), format_double(drive->angular_frequency_rad_per_s), format_double(drive->phase_rad), mass);
   }
   if (const auto* field = std::get_if<Lorentz>(&force)) {
-    return fmt::format("  {{ const real E[3] = {}, B[3] = {}, s = real({}) / real({});\n"
-                       "    for (int i = 0; i < 3; ++i) {{ const int j = (i + 1) % 3, k = (i + 2) % 3; a[i] += s * (E[i] + v[j] * B[k] - v[k] * B[j]); }} }}\n",
-                       list(field->electric_V_per_m), list(field->magnetic_T), format_double(body.charge_C), mass);
+    return fmt::format(
+        "  {{ const real E[3] = {}, B[3] = {}, s = real({}) / real({});\n"
+        "    for (int i = 0; i < 3; ++i) {{ const int j = (i + 1) % 3, k = (i + 2) % 3; a[i] += s * (E[i] + v[j] * "
+        "B[k] - v[k] * B[j]); }} }}\n",
+        list(field->electric_V_per_m), list(field->magnetic_T), format_double(body.charge_C), mass);
   }
-  throw InputError(fmt::format("--program: `{}` has a force that the printed program does not know; it knows attractor, spring to an "
-                               "anchor, drive and lorentz", scene));
+  throw InputError(fmt::format(
+      "--program: `{}` has a force that the printed program does not know; it knows attractor, spring to an "
+      "anchor, drive and lorentz",
+      scene));
 }
 
 std::string digits(Wide value, bool wide) { return format_number(value, wide ? 21 : 17) + (wide ? "L" : ""); }
@@ -77,10 +86,14 @@ Written write_problem(const Scenario& scenario, const Truth& truth, bool wide) {
     made.size = 3;
     start.resize(3);
     end.resize(3);
-    made.rate = "  (void)t;\n  dydt[0] = 10 * (y[1] - y[0]);\n  dydt[1] = y[0] * (28 - y[2]) - y[1];\n  dydt[2] = y[0] * y[1] - real(8) / 3 * y[2];\n";
+    made.rate =
+        "  (void)t;\n  dydt[0] = 10 * (y[1] - y[0]);\n  dydt[1] = y[0] * (28 - y[2]) - y[1];\n  dydt[2] = y[0] * y[1] "
+        "- real(8) / 3 * y[2];\n";
   } else {
-    made.rate = fmt::format("  (void)t;\n  const real *p = y, *v = y + 3, g[3] = {};\n  real* a = dydt + 3;\n"
-                            "  for (int i = 0; i < 3; ++i) {{ dydt[i] = v[i]; a[i] = g[i]; }}\n", list(scene.gravity_m_per_s2));
+    made.rate = fmt::format(
+        "  (void)t;\n  const real *p = y, *v = y + 3, g[3] = {};\n  real* a = dydt + 3;\n"
+        "  for (int i = 0; i < 3; ++i) {{ dydt[i] = v[i]; a[i] = g[i]; }}\n",
+        list(scene.gravity_m_per_s2));
     for (const Force& force : scene.forces) made.rate += acceleration(force, body, scenario.id);
   }
   made.start = list(start);
@@ -170,19 +183,23 @@ constexpr const char* kToleranceMain = R"frame(int main() {
 }
 )frame";
 
-// Coarse to fine, from the catalogue's first rung: ratios that a method of order 8 in double and one of order 1 can both use.
+// Coarse to fine, from the catalogue's first rung: ratios that a method of order 8 in double and one of order 1 can
+// both use.
 std::string ladder(const Scenario& scenario) {
   const std::int64_t first = scenario.steps.empty() ? 240 : scenario.steps.front();
   std::vector<std::int64_t> rungs;
-  for (const std::int64_t quarters : {4, 6, 8, 12, 16, 24, 32, 48, 64, 128, 256, 512}) rungs.push_back(first * quarters / 4);
+  for (const std::int64_t quarters : {4, 6, 8, 12, 16, 24, 32, 48, 64, 128, 256, 512})
+    rungs.push_back(first * quarters / 4);
   return fmt::format("{}", fmt::join(rungs, ", "));
 }
 
 // The frame up to its main, then the other main.
 std::string tolerance_frame() {
   const std::string frame = kFrame;
-  return replaced(frame.substr(0, frame.find("int main() {")), "claims order @CLAIM@ (@FROM@); this shows the order it executes",
-                  "is given tolerances; this shows whether its error follows them") + kToleranceMain;
+  return replaced(frame.substr(0, frame.find("int main() {")),
+                  "claims order @CLAIM@ (@FROM@); this shows the order it executes",
+                  "is given tolerances; this shows whether its error follows them") +
+         kToleranceMain;
 }
 
 struct Solver { std::string compile, includes, solve, claimed; };
@@ -216,35 +233,50 @@ constexpr const char* kArkodeNewton = R"(
   ARKStepSetLSetupFrequency(memory, 1);
   ARKStepSetJacEvalFrequency(memory, 1);)";
 
-// Fixed steps become a tolerance: defaults of the library, and for Newton's users a second run with one of them changed.
+// Fixed steps become a tolerance: defaults of the library, and for Newton's users a second run with one of them
+// changed.
 std::string by_tolerance(std::string solve, const std::string& module, bool newton) {
   solve = replaced(solve, "solve(long steps, real* y)", "solve(double rtol, int cure, real* y)");
   solve = replaced(solve, "  " + module + "SetFixedStep(memory, t_end / steps);\n",
-                   "  " + module + "SStolerances(memory, rtol, rtol / 100);\n  " + module + "SetMaxNumSteps(memory, 10000000);\n  " + module +
-                       "SetStopTime(memory, t_end);\n" + (newton ? "  if (cure) ARKStepSetNonlinCRDown(memory, 1);\n" : "  (void)cure;\n"));
-  solve = replaced(solve, "for (long k = 0; k < steps; ++k) " + module + "Evolve(memory, 2 * t_end, v, &t, ARK_ONE_STEP);",
-                   module + "Evolve(memory, t_end, v, &t, ARK_NORMAL);");
-  for (const char* line : {"  ARKStepSStolerances(memory, 1e-13, 1e-15);  // Newton stops at a tenth of this: no spoiler of the order\n",
-                           "  ARKStepSetMaxNonlinIters(memory, 20);\n", "  ARKStepSetLSetupFrequency(memory, 1);\n",
-                           "  ARKStepSetJacEvalFrequency(memory, 1);"})
+                   "  " + module + "SStolerances(memory, rtol, rtol / 100);\n  " + module +
+                       "SetMaxNumSteps(memory, 10000000);\n  " + module + "SetStopTime(memory, t_end);\n" +
+                       (newton ? "  if (cure) ARKStepSetNonlinCRDown(memory, 1);\n" : "  (void)cure;\n"));
+  solve =
+      replaced(solve, "for (long k = 0; k < steps; ++k) " + module + "Evolve(memory, 2 * t_end, v, &t, ARK_ONE_STEP);",
+               module + "Evolve(memory, t_end, v, &t, ARK_NORMAL);");
+  for (const char* line :
+       {"  ARKStepSStolerances(memory, 1e-13, 1e-15);  // Newton stops at a tenth of this: no spoiler of the order\n",
+        "  ARKStepSetMaxNonlinIters(memory, 20);\n", "  ARKStepSetLSetupFrequency(memory, 1);\n",
+        "  ARKStepSetJacEvalFrequency(memory, 1);"})
     solve = replaced(solve, line, "");
   return solve;
 }
 
 Solver arkode(const MethodInfo& info, bool tolerance) {
-  const std::string module = setting(info, "module"), e = setting(info, "explicit_table"), i = setting(info, "implicit_table");
+  const std::string module = setting(info, "module"), e = setting(info, "explicit_table"),
+                    i = setting(info, "implicit_table");
   const bool additive = !e.empty() && !i.empty();
   Solver made;
   made.compile = "g++ -std=c++17 -O1 program.cpp -o program -lsundials_arkode -lsundials_nvecserial && ./program";
-  made.includes = fmt::format("#include <arkode/arkode_{}.h>\n#include <nvector/nvector_serial.h>\n", module == "ERKStep" ? "erkstep" : "arkstep");
-  if (!i.empty()) made.includes += "#include <sunlinsol/sunlinsol_dense.h>\n#include <sunmatrix/sunmatrix_dense.h>\n#include <sunnonlinsol/sunnonlinsol_newton.h>\n";
-  made.claimed = fmt::format("ARKodeButcherTable_Load{}ByName(\"{}\")->q", e.empty() ? "DIRK" : "ERK", e.empty() ? i : e);
+  made.includes = fmt::format("#include <arkode/arkode_{}.h>\n#include <nvector/nvector_serial.h>\n",
+                              module == "ERKStep" ? "erkstep" : "arkstep");
+  if (!i.empty())
+    made.includes +=
+        "#include <sunlinsol/sunlinsol_dense.h>\n#include <sunmatrix/sunmatrix_dense.h>\n#include "
+        "<sunnonlinsol/sunnonlinsol_newton.h>\n";
+  made.claimed =
+      fmt::format("ARKodeButcherTable_Load{}ByName(\"{}\")->q", e.empty() ? "DIRK" : "ERK", e.empty() ? i : e);
   std::string create;
   if (module == "ERKStep") {
     create = fmt::format("ERKStepCreate(rate, 0, v, context);\n  ERKStepSetTableName(memory, \"{}\");", e);
   } else {
     create = fmt::format("ARKStepCreate({}, {}, 0, v, context);\n  ARKStepSetTableName(memory, \"{}\", \"{}\");",
-                         additive ? "explicit_half" : e.empty() ? "nullptr" : "rate", additive ? "implicit_half" : i.empty() ? "nullptr" : "rate",
+                         additive    ? "explicit_half"
+                         : e.empty() ? "nullptr"
+                                     : "rate",
+                         additive    ? "implicit_half"
+                         : i.empty() ? "nullptr"
+                                     : "rate",
                          i.empty() ? "ARKODE_DIRK_NONE" : i, e.empty() ? "ARKODE_ERK_NONE" : e);
     if (!i.empty()) create += kArkodeNewton;
   }
@@ -264,12 +296,17 @@ Solver arkode(const MethodInfo& info, bool tolerance) {
 }
 )", "@CREATE@", create), "@M@", module);
   if (tolerance) made.solve = by_tolerance(made.solve, module, !i.empty());
-  if (!i.empty()) made.compile = replaced(made.compile, " -lsundials_nvecserial", " -lsundials_nvecserial -lsundials_sunnonlinsolnewton -lsundials_sunlinsoldense -lsundials_sunmatrixdense");
+  if (!i.empty())
+    made.compile = replaced(
+        made.compile, " -lsundials_nvecserial",
+        " -lsundials_nvecserial -lsundials_sunnonlinsolnewton -lsundials_sunlinsoldense -lsundials_sunmatrixdense");
   return made;
 }
 
-// ---- odeint ----------------------------------------------------------------------------------------------------------
-constexpr const char* kOdeintPlain = R"(struct System { void operator()(const state& x, state& dxdt, real t) const { f(t, x.data(), dxdt.data()); } };
+// ---- odeint
+// ----------------------------------------------------------------------------------------------------------
+constexpr const char* kOdeintPlain =
+    R"(struct System { void operator()(const state& x, state& dxdt, real t) const { f(t, x.data(), dxdt.data()); } };
 static void solve(long steps, real* y) {
   @TYPE@ stepper;
   state x(y, y + n)@OUT@;
@@ -328,48 +365,76 @@ static void solve(long steps, real* y) {
 )";
 
 Solver odeint(const MethodId& id, const MethodInfo& info) {
-  const std::string type = setting(info, "stepper"), claim = setting(info, "claim"), name = type.substr(0, type.find('<'));
-  if (info.adaptive) throw InputError(fmt::format("--program: {} chooses its steps; the program shows an order in the step", info.id));
+  const std::string type = setting(info, "stepper"), claim = setting(info, "claim"),
+                    name = type.substr(0, type.find('<'));
+  if (info.adaptive)
+    throw InputError(fmt::format("--program: {} chooses its steps; the program shows an order in the step", info.id));
   const bool implicit = name == "rosenbrock4" || name == "implicit_euler";
   const bool verlet = name == "velocity_verlet", pairs = verlet || name.rfind("symplectic", 0) == 0;
   const bool in_place = flag(id, "in_place") || verlet || name == "implicit_euler" ;
   const std::string system = implicit ? "system" : pairs ? "Force()" : "System()";
   Solver made;
-  made.compile = std::string("g++ -std=c++17 -O1 ") + (implicit ? "-DNDEBUG " : "") + "program.cpp -o program && ./program";
-  made.includes = fmt::format("#include <utility>\n#include <vector>\n#include <boost/numeric/odeint/stepper/{}.hpp>\n", name);
+  made.compile =
+      std::string("g++ -std=c++17 -O1 ") + (implicit ? "-DNDEBUG " : "") + "program.cpp -o program && ./program";
+  made.includes =
+      fmt::format("#include <utility>\n#include <vector>\n#include <boost/numeric/odeint/stepper/{}.hpp>\n", name);
   const std::string corrector = "order() of ";
   if (claim == "its order()") made.claimed = fmt::format("{}().order()", type);
-  else if (claim.rfind(corrector, 0) == 0) made.claimed = replaced(claim.substr(corrector.size()), ">", ", state, real>") + "().order()";
+  else if (claim.rfind(corrector, 0) == 0)
+    made.claimed = replaced(claim.substr(corrector.size()), ">", ", state, real>") + "().order()";
   else made.claimed = fmt::format("{}", info.claimed_order.empty() ? 0.0 : info.claimed_order.begin()->second);
-  if (made.claimed.rfind("adams_moulton<", 0) == 0) made.includes += "#include <boost/numeric/odeint/stepper/adams_moulton.hpp>\n";
-  made.solve = std::string("using namespace boost::numeric::odeint;\n") + (implicit ? "" : "typedef std::vector<real> state;\n") + replaced(std::string(implicit ? kOdeintImplicit : pairs ? kOdeintPairs : kOdeintPlain), "@TYPE@", type);
+  if (made.claimed.rfind("adams_moulton<", 0) == 0)
+    made.includes += "#include <boost/numeric/odeint/stepper/adams_moulton.hpp>\n";
+  made.solve = std::string("using namespace boost::numeric::odeint;\n") +
+               (implicit ? "" : "typedef std::vector<real> state;\n") +
+               replaced(std::string(implicit ? kOdeintImplicit
+                                    : pairs  ? kOdeintPairs
+                                             : kOdeintPlain),
+                        "@TYPE@", type);
   made.solve = replaced(made.solve, "@OUT@", in_place ? "" : implicit ? ", out(n)" : pairs ? ", out = x" : ", out(n)");
-  made.solve = replaced(made.solve, "@STEP@", in_place ? fmt::format("stepper.do_step({}, x, k * h, h);", system)
-                                                       : fmt::format("{{ stepper.do_step({}, x, k * h, out, h); std::swap(x, out); }}", system));
+  made.solve =
+      replaced(made.solve, "@STEP@",
+               in_place ? fmt::format("stepper.do_step({}, x, k * h, h);", system)
+                        : fmt::format("{{ stepper.do_step({}, x, k * h, out, h); std::swap(x, out); }}", system));
   return made;
 }
 
 }  // namespace
 
-std::string evidence_program(const MethodId& id, const MethodInfo& info, const std::string& version, const Scenario& scenario,
-                             const Truth& truth) {
+std::string evidence_program(const MethodId& id, const MethodInfo& info, const std::string& version,
+                             const Scenario& scenario, const Truth& truth) {
   const bool is_odeint = id.engine == "odeint", wide = id.scalar == "long-double";
-  if (!is_odeint && id.engine != "arkode") throw InputError(fmt::format("--program: {} is no method of ARKODE or odeint", to_string(id)));
+  if (!is_odeint && id.engine != "arkode")
+    throw InputError(fmt::format("--program: {} is no method of ARKODE or odeint", to_string(id)));
   const bool tolerance = id.rtol.has_value();
-  if (tolerance && is_odeint) throw InputError("--program: of odeint's methods those with equal steps, not those with a tolerance");
+  if (tolerance && is_odeint)
+    throw InputError("--program: of odeint's methods those with equal steps, not those with a tolerance");
   const Written problem = write_problem(scenario, truth, wide);
   const Solver solver = is_odeint ? odeint(id, info) : arkode(info, tolerance);
   const std::string claim = setting(info, "claim");
   const bool newton = !setting(info, "implicit_table").empty();
   std::string text = tolerance ? tolerance_frame() : kFrame;
   for (const auto& [from, to] : std::initializer_list<std::pair<std::string, std::string>>{
-           {"@WHAT@", fmt::format("{} {}{}", is_odeint ? "Boost.odeint," : "SUNDIALS ARKODE", version, ": " + to_string(id).substr(id.engine.size() + 1))},
+           {"@WHAT@", fmt::format("{} {}{}", is_odeint ? "Boost.odeint," : "SUNDIALS ARKODE", version,
+                                  ": " + to_string(id).substr(id.engine.size() + 1))},
            {"@CLAIM@", fmt::format("{}", info.claimed_order.empty() ? 0.0 : info.claimed_order.begin()->second)},
            {"@FROM@", is_odeint ? claim : "the q of its table"},
-           {"@COMPILE@", solver.compile}, {"@INCLUDES@", solver.includes}, {"@SOLVE@", solver.solve}, {"@CLAIMED@", solver.claimed},
-           {"@CURES@", newton ? "2" : "1"}, {"@CURE_NAME@", "with ARKStepSetNonlinCRDown(memory, 1)"}, {"@SCENE@", scenario.id}, {"@T@", format_double(scenario.t_end_s)}, {"@REAL@", wide ? "long double" : "double"},
-           {"@N@", fmt::format("{}", problem.size)}, {"@START@", problem.start}, {"@END@", problem.end}, {"@SOURCE@", truth.source},
-           {"@RATE@", problem.rate}, {"@LADDER@", ladder(scenario)}, {"@FLOOR@", wide ? "1e-15" : "2e-12"}}) {
+           {"@COMPILE@", solver.compile},
+           {"@INCLUDES@", solver.includes},
+           {"@SOLVE@", solver.solve},
+           {"@CLAIMED@", solver.claimed},
+           {"@CURES@", newton ? "2" : "1"},
+           {"@CURE_NAME@", "with ARKStepSetNonlinCRDown(memory, 1)"},
+           {"@SCENE@", scenario.id},
+           {"@T@", format_double(scenario.t_end_s)},
+           {"@REAL@", wide ? "long double" : "double"},
+           {"@N@", fmt::format("{}", problem.size)},
+           {"@START@", problem.start},
+           {"@END@", problem.end},
+           {"@SOURCE@", truth.source},
+           {"@RATE@", problem.rate},
+           {"@LADDER@", ladder(scenario)},
+           {"@FLOOR@", wide ? "1e-15" : "2e-12"}}) {
     text = replaced(text, from, to);
   }
   return text;

@@ -24,7 +24,8 @@ std::string count_statuses(const std::vector<Row>& rows) {
     if (row.metric == "status" && row.status != Status::ok) ++counts[row.status];
   }
   std::string text;
-  for (const auto& [status, count] : counts) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, to_string(status));
+  for (const auto& [status, count] : counts)
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, to_string(status));
   return text;
 }
 
@@ -36,17 +37,21 @@ int exit_code(const StudyResult& result, const std::vector<Verdict>& verdicts) {
 
 // Cells that no engine at the table can run: in no store either.
 int count_absent(const Selection& selection) {
-  return static_cast<int>(std::count_if(selection.cells.begin(), selection.cells.end(), [](const Cell& cell) { return cell.worker < 0; }));
+  return static_cast<int>(
+      std::count_if(selection.cells.begin(), selection.cells.end(), [](const Cell& cell) { return cell.worker < 0; }));
 }
 
-void print_result(const Options& options, const Selection& selection, const ReportData& data, const StudyResult& result) {
+void print_result(const Options& options, const Selection& selection, const ReportData& data,
+                  const StudyResult& result) {
   if (options.json) {
     fmt::print("{}\n", render_json(data));
     return;
   }
   fmt::print("{}", render_verdict_table(data.verdicts, data.rows, use_colour(STDOUT_FILENO), terminal_width()));
-  if (!data.audit.empty()) fmt::print("\n{}", render_audit_table(data.audit, use_colour(STDOUT_FILENO), terminal_width()));
-  fmt::print("\n{} cell{}, {} of them found in the store, {} rows", result.cells, result.cells == 1 ? "" : "s", result.skipped - count_absent(selection), data.rows.size());
+  if (!data.audit.empty())
+    fmt::print("\n{}", render_audit_table(data.audit, use_colour(STDOUT_FILENO), terminal_width()));
+  fmt::print("\n{} cell{}, {} of them found in the store, {} rows", result.cells, result.cells == 1 ? "" : "s",
+             result.skipped - count_absent(selection), data.rows.size());
   const auto statuses = count_statuses(data.rows);
   fmt::print("{}{}\nreport: {}/report.html\n", statuses.empty() ? "" : "; ", statuses, options.out_dir);
 }
@@ -54,7 +59,8 @@ void print_result(const Options& options, const Selection& selection, const Repo
 // Before the work, not after it.
 void require_folder(const std::string& file) {
   const fs::path folder = fs::absolute(file).parent_path();
-  if (!fs::is_directory(folder)) throw std::runtime_error(fmt::format("{}: cannot be written: no folder {}", file, folder.string()));
+  if (!fs::is_directory(folder))
+    throw std::runtime_error(fmt::format("{}: cannot be written: no folder {}", file, folder.string()));
   if (!fs::exists(file) && access(folder.c_str(), W_OK) != 0) {
     throw std::runtime_error(fmt::format("{}: cannot be written: {}: {}", file, folder.string(), std::strerror(errno)));
   }
@@ -62,8 +68,8 @@ void require_folder(const std::string& file) {
 
 }  // namespace
 
-// One line that rewrites itself on a terminal, plain lines elsewhere. A reader that has gone (`2>&1 | head`) ends no run:
-// fputs, which does not throw.
+// One line that rewrites itself on a terminal, plain lines elsewhere. A reader that has gone (`2>&1 | head`) ends no
+// run: fputs, which does not throw.
 std::function<void(const std::string&)> progress_printer() {
   if (!is_terminal(STDERR_FILENO)) return [](const std::string& line) { std::fputs((line + "\n").c_str(), stderr); };
   return [](const std::string& line) {
@@ -79,9 +85,11 @@ void require_outputs_make_sense(const Options& options) {
   for (const auto& output : options.outputs) {
     const auto colon = output.find(':');
     const auto format = output.substr(0, colon);
-    const bool known = format == "csv" || format == "json" || format == "markdown" || format == "md" || format == "junit" || format == "html";
+    const bool known = format == "csv" || format == "json" || format == "markdown" || format == "md" ||
+                       format == "junit" || format == "html";
     if (!known || colon == std::string::npos || colon + 1 == output.size()) {
-      throw InputError(fmt::format("-o {}: expected FORMAT:FILE, format one of csv, json, markdown, junit, html", output));
+      throw InputError(
+          fmt::format("-o {}: expected FORMAT:FILE, format one of csv, json, markdown, junit, html", output));
     }
     require_folder(output.substr(colon + 1));
   }
@@ -118,7 +126,8 @@ int command_run(const Place& place, const Options& options) {
                stored == 1 ? "the cell is" : fmt::format("all {} cells are", stored));
   }
   if (result.interrupted) {
-    fmt::print(stderr, "atwood: interrupted; what was done is in {}, and the same command goes on from there\n", how.store_path);
+    fmt::print(stderr, "atwood: interrupted; what was done is in {}, and the same command goes on from there\n",
+               how.store_path);
     return exit_code(result, {});
   }
   const auto verdicts = judge_selection(place, options, selection, result.rows);
@@ -136,8 +145,10 @@ int command_report(const Place& place, const Options& options) {
   const Selection selection = select_cells(place, options);
   const StudyResult result = load_rows(options.out_dir + "/store.db", selection.cells);
   if (result.rows.empty()) {
-    throw InputError(fmt::format("{}/store.db holds none of these cells: they were never run, or by an earlier build; `atwood run` "
-                                 "makes them", options.out_dir));
+    throw InputError(
+        fmt::format("{}/store.db holds none of these cells: they were never run, or by an earlier build; `atwood run` "
+                    "makes them",
+                    options.out_dir));
   }
   const auto verdicts = judge_selection(place, options, selection, result.rows);
   const ReportData data = assemble_report(place, options, selection, result, verdicts);

@@ -16,8 +16,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The scenarios named on the command line: globs over the catalogue, ids, families (`cradle` for `cradle-*`), or files of the
-// user's own.
+// The scenarios named on the command line: globs over the catalogue, ids, families (`cradle` for `cradle-*`), or files
+// of the user's own.
 std::vector<Scenario> choose_scenarios(const Place& place, const std::vector<std::string>& wanted) {
   const std::vector<Scenario> catalogue = read_catalogue(place);
   if (wanted.empty()) return catalogue;
@@ -33,7 +33,8 @@ std::vector<Scenario> choose_scenarios(const Place& place, const std::vector<std
       }
     }
     if (chosen.size() == before) {
-      if (name.find_first_of("*?") != std::string::npos) throw InputError(fmt::format("no scenario matches `{}`", name));
+      if (name.find_first_of("*?") != std::string::npos)
+        throw InputError(fmt::format("no scenario matches `{}`", name));
       chosen.push_back(read_scene_argument(place, name));
     }
   }
@@ -42,8 +43,8 @@ std::vector<Scenario> choose_scenarios(const Place& place, const std::vector<std
   return chosen;
 }
 
-// Rungs below the ladder's coarsest: halved while the samples divide them. Methods of high order live there, and it shows
-// from which step on a method is stable.
+// Rungs below the ladder's coarsest: halved while the samples divide them. Methods of high order live there, and it
+// shows from which step on a method is stable.
 void lengthen_ladder(Scenario& scenario) {
   std::set<std::int64_t> steps(scenario.steps.begin(), scenario.steps.end());
   for (std::int64_t n = *steps.begin(); n % 2 == 0 && (n / 2) % scenario.samples == 0; n /= 2) steps.insert(n / 2);
@@ -53,8 +54,9 @@ void lengthen_ladder(Scenario& scenario) {
 void check_steps(const Scenario& scenario, const std::vector<std::int64_t>& steps) {
   for (const auto n : steps) {
     if (n <= 0 || n % scenario.samples != 0) {
-      throw InputError(fmt::format("--steps {}: found a count that {} samples of `{}` do not divide; expected a multiple of {}",
-                                   n, scenario.samples, scenario.id, scenario.samples));
+      throw InputError(
+          fmt::format("--steps {}: found a count that {} samples of `{}` do not divide; expected a multiple of {}", n,
+                      scenario.samples, scenario.id, scenario.samples));
     }
   }
 }
@@ -69,9 +71,12 @@ std::string nearest_names(const std::string& id, const std::vector<MethodInfo>& 
   return many ? names + ", ... (`atwood list methods` shows all)" : names;
 }
 
-// A setting that the method does not list is a slip of the pen. Engines of the user's own may list none: theirs to judge.
-void check_settings(const std::string& text, const MethodId& id, const std::vector<MethodInfo>& known, const Worker& worker) {
-  const auto info = std::find_if(known.begin(), known.end(), [&](const MethodInfo& m) { return m.id == id.engine + "/" + id.scheme; });
+// A setting that the method does not list is a slip of the pen. Engines of the user's own may list none: theirs to
+// judge.
+void check_settings(const std::string& text, const MethodId& id, const std::vector<MethodInfo>& known,
+                    const Worker& worker) {
+  const auto info = std::find_if(known.begin(), known.end(),
+                                 [&](const MethodInfo& m) { return m.id == id.engine + "/" + id.scheme; });
   const bool ours = fs::path(worker.path).filename().string().rfind("atwood-", 0) == 0;
   if (info == known.end() || (info->settings.empty() && !ours)) return;
   for (const auto& [key, value] : id.overrides) {
@@ -95,15 +100,17 @@ void check_methods(const std::vector<std::string>& methods, const std::vector<Wo
     }
     const auto is_named = [&](const Worker& worker) {
       const std::string file = fs::path(worker.path).filename().string();
-      return worker.status == Status::ok ? worker.engine.name == id.engine
-                                         : file == "atwood-" + id.engine || (id.engine == "atwood" && file == "atwood-engine");
+      return worker.status == Status::ok
+                 ? worker.engine.name == id.engine
+                 : file == "atwood-" + id.engine || (id.engine == "atwood" && file == "atwood-engine");
     };
     if (std::none_of(workers.begin(), workers.end(), is_named)) {
       std::string names;
       for (const auto& worker : workers) {
         if (worker.status == Status::ok) names += (names.empty() ? "" : ", ") + worker.engine.name;
       }
-      throw InputError(fmt::format("--method {}: no engine `{}` at the table; expected one of {}, or --engine FILE", text, id.engine, names));
+      throw InputError(fmt::format("--method {}: no engine `{}` at the table; expected one of {}, or --engine FILE",
+                                   text, id.engine, names));
     }
     for (const auto& worker : workers) {
       if (worker.status != Status::ok || worker.engine.name != id.engine) continue;
@@ -112,7 +119,8 @@ void check_methods(const std::vector<std::string>& methods, const std::vector<Wo
       if (id.scheme == "contacts" || id.scheme == "box-edges" || id.scheme == "unit-size") continue;
       if (std::none_of(known.begin(), known.end(),
                        [&](const MethodInfo& info) { return info.id == id.engine + "/" + id.scheme; })) {
-        throw InputError(fmt::format("--method {}: {} has no `{}`; expected one of {}", text, id.engine, id.scheme, nearest_names(id.engine + "/" + id.scheme, known)));
+        throw InputError(fmt::format("--method {}: {} has no `{}`; expected one of {}", text, id.engine, id.scheme,
+                                     nearest_names(id.engine + "/" + id.scheme, known)));
       }
       check_settings(text, id, known, worker);
     }
@@ -131,8 +139,8 @@ std::string study_path(const Place& place, const std::string& study) {
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (entry.path().extension() == ".toml") known.insert(entry.path().stem().string());
   }
-  throw InputError(fmt::format("no study `{}` in the catalogue and no file of that name; expected a file or one of {}", study,
-                               fmt::join(known, ", ")));
+  throw InputError(fmt::format("no study `{}` in the catalogue and no file of that name; expected a file or one of {}",
+                               study, fmt::join(known, ", ")));
 }
 
 // Of a study's cells those of the wanted methods, by the whole id or by the part before tolerance and suffixes.
@@ -180,7 +188,8 @@ Selection select_cells(const Place& place, const Options& options) {
   }
   Study study = read_study(study_path(place, options.study));
   selection.study = study.id;
-  selection.narrowed = !options.scenarios.empty() || !options.methods.empty() || !options.steps.empty() || !options.study.empty();
+  selection.narrowed =
+      !options.scenarios.empty() || !options.methods.empty() || !options.steps.empty() || !options.study.empty();
   check_methods(options.methods, selection.workers);
   selection.scenarios = choose_scenarios(place, options.scenarios);
   if (options.whole_ladders) {
@@ -191,13 +200,15 @@ Selection select_cells(const Place& place, const Options& options) {
     if (!options.steps.empty()) {
       for (auto& cells : study.cells) cells.steps = options.steps;
     }
-    selection.cells = cells_of_methods(plan_cells(study, selection.scenarios, selection.workers, place.provenance.cpu), options.methods);
+    selection.cells = cells_of_methods(plan_cells(study, selection.scenarios, selection.workers, place.provenance.cpu),
+                                       options.methods);
     if (!selection.cells.empty()) {
       keep_used(selection);
       return selection;
     }
   }
-  if (!options.methods.empty()) {  // the command line's methods on the command line's scenarios, whatever the study pairs
+  if (!options.methods
+           .empty()) {  // the command line's methods on the command line's scenarios, whatever the study pairs
     StudyCells cells{.scenarios = {"*"}, .methods = options.methods, .steps = {}, .repeats = 5, .sweep = {}};
     study.cells = {cells};
   } else {
@@ -219,8 +230,11 @@ Selection select_cells(const Place& place, const Options& options) {
       }
     }
     for (std::size_t i = selection.workers.size() - options.engines.size(); i < selection.workers.size(); ++i) {
-      study.cells.push_back(
-          {.scenarios = {"*"}, .methods = engine_methods(selection.workers[i]), .steps = {}, .repeats = 5, .sweep = {}});
+      study.cells.push_back({.scenarios = {"*"},
+                             .methods = engine_methods(selection.workers[i]),
+                             .steps = {},
+                             .repeats = 5,
+                             .sweep = {}});
     }
   }
   if (!options.steps.empty()) {
@@ -229,20 +243,23 @@ Selection select_cells(const Place& place, const Options& options) {
     for (auto& cells : study.cells) cells.steps = options.steps;
   }
   selection.cells = plan_cells(study, selection.scenarios, selection.workers, place.provenance.cpu);
-  if (selection.cells.empty()) throw InputError("nothing to run: no cell is left of this study; `atwood list` shows ids and methods");
+  if (selection.cells.empty())
+    throw InputError("nothing to run: no cell is left of this study; `atwood list` shows ids and methods");
   keep_used(selection);
   return selection;
 }
 
 std::string own_file(const Place& place, const Scenario& scenario) {
   if (scenario.path.empty()) return "";
-  const bool in_catalogue = fs::weakly_canonical(fs::path(scenario.path).parent_path()) == fs::weakly_canonical(place.source_dir + "/validation/scenarios");
+  const bool in_catalogue = fs::weakly_canonical(fs::path(scenario.path).parent_path()) ==
+                            fs::weakly_canonical(place.source_dir + "/validation/scenarios");
   return in_catalogue ? "" : scenario.path;
 }
 
-// The command that reruns a verdict's cell must bring along what the catalogue does not have: a scene's file, an engine, gates.
-std::string with_own_files(const Place& place, const Options& options, const Selection& selection, const std::string& scenario_id,
-                           const std::string& rerun) {
+// The command that reruns a verdict's cell must bring along what the catalogue does not have: a scene's file, an
+// engine, gates.
+std::string with_own_files(const Place& place, const Options& options, const Selection& selection,
+                           const std::string& scenario_id, const std::string& rerun) {
   std::string text = rerun;
   const auto word = [](const std::string& path) {
     return path.find_first_of(" '\"$&;()*?") == std::string::npos ? path : "'" + path + "'";
@@ -288,7 +305,8 @@ std::vector<std::string> by_last_word(const std::string& base, const std::vector
     if (worker.status != Status::ok) continue;
     for (const auto& info : worker.engine.methods) {
       const bool ends = info.id.size() > word.size() && info.id.rfind(engine, 0) == 0 && info.id.ends_with(word);
-      if (ends && std::string("/_-").find(info.id[info.id.size() - word.size() - 1]) != std::string::npos) ids.push_back(info.id);
+      if (ends && std::string("/_-").find(info.id[info.id.size() - word.size() - 1]) != std::string::npos)
+        ids.push_back(info.id);
     }
   }
   return ids;
@@ -296,7 +314,8 @@ std::vector<std::string> by_last_word(const std::string& base, const std::vector
 
 }  // namespace
 
-std::vector<std::string> with_tolerances(const std::vector<std::string>& methods, const std::vector<Worker>& workers, std::vector<std::string>& notes) {
+std::vector<std::string> with_tolerances(const std::vector<std::string>& methods, const std::vector<Worker>& workers,
+                                         std::vector<std::string>& notes) {
   std::vector<std::string> chosen;
   std::set<std::string> seen;
   const auto add = [&](const std::string& method) {
@@ -311,7 +330,8 @@ std::vector<std::string> with_tolerances(const std::vector<std::string>& methods
         offered = true;
         const bool has_tolerance = !rest.empty() && rest.front() == ':';
         add(info.id + rest);
-        for (int digits = 4; info.adaptive && !has_tolerance && digits <= 13; ++digits) add(fmt::format("{}:1e-{}{}", info.id, digits, rest));
+        for (int digits = 4; info.adaptive && !has_tolerance && digits <= 13; ++digits)
+          add(fmt::format("{}:1e-{}{}", info.id, digits, rest));
       }
     }
     return offered;
@@ -357,7 +377,8 @@ std::vector<Verdict> judge_selection(const Place& place, const Options& options,
       if (of_ladder && !options.steps.empty()) return true;
       if (whole_study && !gate.study.empty()) return false;
       return std::none_of(selection.cells.begin(), selection.cells.end(), [&](const Cell& cell) {
-        if (!cell.probe.empty() && gate.study.empty()) return false;  // a probe asks only what its study's gates are about
+        if (!cell.probe.empty() && gate.study.empty())
+          return false;  // a probe asks only what its study's gates are about
         return glob_match(gate.scenario, cell.scenario.id) && glob_match(gate.method, cell.method) &&
                (!gate.steps || *gate.steps == cell.plan.steps);
       });
@@ -369,7 +390,8 @@ std::vector<Verdict> judge_selection(const Place& place, const Options& options,
   std::vector<Claim> claims;
   for (const auto& [scenario, method, motion, order] : claimed) claims.push_back({scenario, method, motion, order});
   auto verdicts = judge(gates_of_claims(gates, claims), rows);
-  for (auto& verdict : verdicts) verdict.rerun = with_own_files(place, options, selection, verdict.scenario, verdict.rerun);
+  for (auto& verdict : verdicts)
+    verdict.rerun = with_own_files(place, options, selection, verdict.scenario, verdict.rerun);
   return verdicts;
 }
 
@@ -379,8 +401,8 @@ int gate_exit(const std::vector<Verdict>& verdicts) {
   return all_pass ? exit_pass : exit_gate;
 }
 
-ReportData assemble_report(const Place& place, const Options& options, const Selection& selection, const StudyResult& result,
-                           const std::vector<Verdict>& verdicts) {
+ReportData assemble_report(const Place& place, const Options& options, const Selection& selection,
+                           const StudyResult& result, const std::vector<Verdict>& verdicts) {
   ReportData data;
   data.title = options.study.empty() ? "Atwood: the default study" : "Atwood: " + options.study;
   data.command = options.program;
@@ -423,7 +445,9 @@ void write_named_outputs(const Options& options, const ReportData& data) {
     else if (format == "markdown" || format == "md") write_file(path, render_markdown(data));
     else if (format == "junit") write_file(path, render_junit(data.verdicts));
     else if (format == "html") write_file(path, render_html(data));
-    else throw InputError(fmt::format("-o {}: found format `{}`; expected csv, json, markdown, junit or html", output, format));
+    else
+      throw InputError(
+          fmt::format("-o {}: found format `{}`; expected csv, json, markdown, junit or html", output, format));
   }
   if (!options.junit.empty()) write_file(options.junit, render_junit(data.verdicts));
 }

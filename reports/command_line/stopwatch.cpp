@@ -26,12 +26,15 @@ double Stopwatch::seconds(const Contender& contender) {
   constexpr double burst_s = 2e-3;
   const double expected_s = contender.expected_s > 0 ? contender.expected_s : burst_s;
   const int repeats = static_cast<int>(std::clamp(burst_s / expected_s, 1.0, 99.0));
-  const Outcome outcome = client(*contender.worker).run(contender.method, scene_to_json(*contender.scene), sampled_bodies(*contender.scene),
-                                                        contender.plan, repeats, limit_s_ * repeats).outcome;
+  const Outcome outcome = client(*contender.worker)
+                              .run(contender.method, scene_to_json(*contender.scene), sampled_bodies(*contender.scene),
+                                   contender.plan, repeats, limit_s_ * repeats)
+                              .outcome;
   if (outcome.status != Status::ok || outcome.busy_ns.empty()) return std::numeric_limits<double>::quiet_NaN();
   // Sampling may cost some evaluations more; half of them is another run, or a worker that is not well.
   const double counted = static_cast<double>(outcome.rate_evaluations);
-  if (contender.evaluations > 0 && counted > 0 && counted < 0.5 * contender.evaluations) return std::numeric_limits<double>::quiet_NaN();
+  if (contender.evaluations > 0 && counted > 0 && counted < 0.5 * contender.evaluations)
+    return std::numeric_limits<double>::quiet_NaN();
   std::vector<double> values;
   for (const std::int64_t ns : outcome.busy_ns) values.push_back(1e-9 * static_cast<double>(ns));
   return median(values);

@@ -24,8 +24,9 @@ std::vector<std::string> split(const std::string& line) {
 
 std::string as_json(const std::string& field) {
   const auto parsed = nlohmann::json::parse(field, nullptr, false);
-  const auto digits = std::count_if(field.begin(), field.begin() + static_cast<std::ptrdiff_t>(std::min(field.find('e'), field.size())),
-                                    [](char c) { return c >= '0' && c <= '9'; });
+  const auto digits =
+      std::count_if(field.begin(), field.begin() + static_cast<std::ptrdiff_t>(std::min(field.find('e'), field.size())),
+                    [](char c) { return c >= '0' && c <= '9'; });
   if (parsed.is_number() && std::isfinite(parsed.get<double>()) && digits <= 18) return field;
   return nlohmann::json(field).dump();
 }

@@ -9,8 +9,8 @@ namespace atwood {
 // A field of CSV, in quotes where it needs them (RFC 4180).
 std::string quoted(const std::string& text);
 
-// CSV lines, or with `json` one array of objects with the columns as keys. Numbers wider than double, and those that are not
-// finite, are strings there.
+// CSV lines, or with `json` one array of objects with the columns as keys. Numbers wider than double, and those that
+// are not finite, are strings there.
 class Table {
  public:
   Table(const std::string& columns, bool json);

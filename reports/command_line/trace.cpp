@@ -14,7 +14,8 @@ namespace {
 constexpr const char* motion_columns =
     "t_s,body,px_m,py_m,pz_m,qw,qx,qy,qz,vx_m_per_s,vy_m_per_s,vz_m_per_s,wx_rad_per_s,wy_rad_per_s,wz_rad_per_s";
 constexpr const char* bar_columns =
-    ",px_m_bar,py_m_bar,pz_m_bar,qw_bar,qx_bar,qy_bar,qz_bar,vx_m_per_s_bar,vy_m_per_s_bar,vz_m_per_s_bar,wx_rad_per_s_bar,"
+    ",px_m_bar,py_m_bar,pz_m_bar,qw_bar,qx_bar,qy_bar,qz_bar,vx_m_per_s_bar,vy_m_per_s_bar,vz_m_per_s_bar,wx_rad_per_s_"
+    "bar,"
     "wy_rad_per_s_bar,wz_rad_per_s_bar,source";
 constexpr const char* event_columns =
     "t_s,kind,body_a,body_b,x_m,y_m,z_m,nx,ny,nz,impulse_n_N_s,impulse_t_N_s,vn_before_m_per_s,vn_after_m_per_s";
@@ -59,7 +60,8 @@ void print_events(const Scene& scene, const std::vector<Event>& events, const Tr
                                    body_name(scene, static_cast<std::size_t>(e.body_b)));
     append(line, e.x_m, digits);
     append(line, e.normal, digits);
-    append(line, std::array<Wide, 4>{e.impulse_n_N_s, e.impulse_t_N_s, e.vn_before_m_per_s, e.vn_after_m_per_s}, digits);
+    append(line, std::array<Wide, 4>{e.impulse_n_N_s, e.impulse_t_N_s, e.vn_before_m_per_s, e.vn_after_m_per_s},
+           digits);
     if (truth) line += "," + format_double(k < truth->event_bar_s.size() ? truth->event_bar_s[k] : 0);
     table.row(line);
   }
@@ -99,9 +101,12 @@ const Worker& worker_of(const std::vector<Worker>& workers, const std::string& m
 void require_frames(const Scenario& scenario, const Worker& worker, std::int64_t steps, std::int64_t samples) {
   const auto frames = static_cast<std::int64_t>(scenario.frame_ends_s.size());
   if (frames == 0) return;
-  if (!worker.engine.frames) throw InputError(fmt::format("{} takes equal steps, no recorded frames", worker.engine.name));
-  if (samples != 1) throw InputError(fmt::format("--samples {}: expected 1 with recorded frames: the start and the end", samples));
-  if (steps % frames != 0) throw InputError(fmt::format("--steps {}: expected a multiple of the {} recorded frames", steps, frames));
+  if (!worker.engine.frames)
+    throw InputError(fmt::format("{} takes equal steps, no recorded frames", worker.engine.name));
+  if (samples != 1)
+    throw InputError(fmt::format("--samples {}: expected 1 with recorded frames: the start and the end", samples));
+  if (steps % frames != 0)
+    throw InputError(fmt::format("--steps {}: expected a multiple of the {} recorded frames", steps, frames));
 }
 
 }  // namespace
@@ -117,21 +122,24 @@ int command_trace(const Place& place, const Options& options) {
     if (truth.outcome.status != Status::ok) return status_exit(truth.outcome);
     if (options.events) print_events(scenario.scene, truth.events, &truth, 36, options.json);
     else print_motion(scenario.scene, truth.values, &truth, 36, options.json);
-    if (truth.condition > 0) fmt::print(stderr, "atwood: condition {:.1e}: how much the motion grows a relative perturbation of its start\n", truth.condition);
+    if (truth.condition > 0)
+      fmt::print(stderr, "atwood: condition {:.1e}: how much the motion grows a relative perturbation of its start\n",
+                 truth.condition);
     if (!truth.note.empty()) fmt::print(stderr, "atwood: {}\n", truth.note);
     return exit_pass;
   }
 
   const std::int64_t steps = options.steps.empty() ? scenario.steps.back() : options.steps.front();
   if (steps <= 0 || steps % samples != 0) {
-    throw InputError(fmt::format("--steps {}: found a count that {} samples do not divide; expected a multiple of {}", steps,
-                                 samples, samples));
+    throw InputError(fmt::format("--steps {}: found a count that {} samples do not divide; expected a multiple of {}",
+                                 steps, samples, samples));
   }
   const auto workers = require_workers(place, options);
   const Worker& worker = worker_of(workers, method);
   require_frames(scenario, worker, steps, samples);
   const MethodId id = parse_method_id(method);
-  const Recording run = run_once(worker, method, scenario.scene, {scenario.t_end_s, steps, samples, scenario.frame_ends_s}, options.cell_limit_s);
+  const Recording run = run_once(worker, method, scenario.scene,
+                                 {scenario.t_end_s, steps, samples, scenario.frame_ends_s}, options.cell_limit_s);
   const int digits = digits_of(id.scalar.empty() ? worker.engine.scalar : id.scalar);
   if (run.outcome.status != Status::unsupported) {
     if (options.events) print_events(scenario.scene, run.events, nullptr, digits, options.json);

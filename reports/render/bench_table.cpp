@@ -24,7 +24,8 @@ std::string render_bench_table(const BenchTable& table) {
   std::vector<std::size_t> widths;
   for (const std::string& column : table.columns) widths.push_back(display_width(column));
   for (const auto& row : table.rows) {
-    for (std::size_t i = 0; i < row.size() && i < widths.size(); ++i) widths[i] = std::max(widths[i], display_width(cell_words(row[i])));
+    for (std::size_t i = 0; i < row.size() && i < widths.size(); ++i)
+      widths[i] = std::max(widths[i], display_width(cell_words(row[i])));
   }
   std::string text = table.title + "\n\n";
   const auto line = [&](const auto& cells, const auto& text_of) {

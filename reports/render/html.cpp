@@ -31,8 +31,9 @@ std::string broken_cells(const std::vector<Row>& rows) {
     if (row.status == Status::timeout) late.emplace(row.scenario, row.method, row.steps);
   }
   const auto words = [](const Cells& cells, const char* what) {
-    return cells.empty() ? std::string()
-                         : fmt::format(" In {} {} an engine {}.", cells.size(), cells.size() == 1 ? "cell" : "cells", what);
+    return cells.empty()
+               ? std::string()
+               : fmt::format(" In {} {} an engine {}.", cells.size(), cells.size() == 1 ? "cell" : "cells", what);
   };
   return words(crashed, "crashed") + words(late, "did not answer in time");
 }
@@ -41,14 +42,17 @@ std::string header(const ReportData& data) {
   const JudgementCounts counts = count(data.verdicts);
   const std::int64_t bad = counts.fail + counts.unverifiable + counts.not_run;
   const char* state = data.verdicts.empty() ? "empty" : bad == 0 ? "pass" : counts.fail == 0 ? "warn" : "fail";
-  const std::string sentence =
-      data.compared           ? fmt::format("{} scenario{}, methods side by side; nothing is judged here.", data.scenarios.size(), data.scenarios.size() == 1 ? "" : "s")
-      : data.verdicts.empty() ? "Nothing was judged: the report holds no gates."
-      : bad == 0            ? fmt::format("All {} gates pass.", counts.pass)
-                 : fmt::format("{} of {} gates did not pass.", bad, data.verdicts.size());
+  const std::string sentence = data.compared
+                                   ? fmt::format("{} scenario{}, methods side by side; nothing is judged here.",
+                                                 data.scenarios.size(), data.scenarios.size() == 1 ? "" : "s")
+                               : data.verdicts.empty() ? "Nothing was judged: the report holds no gates."
+                               : bad == 0              ? fmt::format("All {} gates pass.", counts.pass)
+                                          : fmt::format("{} of {} gates did not pass.", bad, data.verdicts.size());
   const char* word = data.compared ? "Compared" : data.verdicts.empty() ? "No gates" : bad == 0 ? "Pass" : "Fail";
-  const std::string tiles = data.compared ? "" : tile("pass", "pass", counts.pass) + tile("fail", "fail", counts.fail) +
-                                                     tile("unverifiable", "unverifiable", counts.unverifiable) + tile("not-run", "not run", counts.not_run);
+  const std::string tiles = data.compared ? ""
+                                          : tile("pass", "pass", counts.pass) + tile("fail", "fail", counts.fail) +
+                                                tile("unverifiable", "unverifiable", counts.unverifiable) +
+                                                tile("not-run", "not run", counts.not_run);
   return fmt::format(
              "<header id=\"top\"><div class=\"masthead\"><h1>{}</h1><div id=\"tools\"></div></div>"
              "<section id=\"verdict\" class=\"{}\" aria-label=\"Verdict\"><p class=\"word\">{}</p><p>{}</p>"

@@ -37,7 +37,9 @@ void append_reached(JsonText& json, const Reached& reached) {
 void append_contests(JsonText& json, const std::vector<Contest>& contests, std::size_t ranks) {
   json.begin_array();
   for (const Contest& contest : contests) {
-    json.begin_object().member_number("asked", contest.asked).member_integer("contenders", static_cast<std::int64_t>(contest.ranked.size()));
+    json.begin_object()
+        .member_number("asked", contest.asked)
+        .member_integer("contenders", static_cast<std::int64_t>(contest.ranked.size()));
     // The best of our engine and of the others stay, however far down.
     const Reached *ours = best_of(contest, "atwood"), *rival = best_rival(contest, "atwood");
     json.key("ranked").begin_array();
@@ -61,7 +63,10 @@ void append_stable(JsonText& json, const std::vector<StableRange>& ranges) {
   for (const StableRange& range : ranges) {
     json.begin_object().inline_from_here().member("family", range.family).key("stable").boolean(range.stable);
     if (range.stable) {
-      json.member("method", range.first.method).member_integer("steps", range.first.steps).key("h_s").number(range.first.h_s, 6);
+      json.member("method", range.first.method)
+          .member_integer("steps", range.first.steps)
+          .key("h_s")
+          .number(range.first.h_s, 6);
       json.key("error").number(known_error(range.first), 6);
     }
     json.key("failed").begin_array();
@@ -80,7 +85,12 @@ void append_entrant(JsonText& json, const GoalEntrant& entrant) {
     return;
   }
   json.begin_object().inline_from_here().member("method", entrant.method).member_integer("steps", entrant.steps);
-  json.key("error").number(entrant.error, 6).key("bar").number(entrant.bar, 3).key("seconds").number(entrant.seconds, 6);
+  json.key("error")
+      .number(entrant.error, 6)
+      .key("bar")
+      .number(entrant.bar, 3)
+      .key("seconds")
+      .number(entrant.seconds, 6);
   json.member_number("evaluations", entrant.evaluations).key("ns_per_step").number(entrant.ns_per_step, 6);
   json.key("accurate").boolean(entrant.accurate).end_object();
 }
@@ -106,11 +116,19 @@ void append_goals(JsonText& json, const std::vector<GoalResult>& goals) {
     json.begin_object().member("id", goal.id).member("title", goal.title).member("scenario", goal.scenario);
     json.member("metric", goal.metric).member("unit", goal.unit).member_number("wanted_error", goal.wanted_error);
     if (goal.wanted_ratio > 0) json.member_number("wanted_ratio", goal.wanted_ratio);
-    json.member("budget_kind", goal.budget_kind).member_number("budget", goal.budget).key("reached").boolean(goal.reached);
+    json.member("budget_kind", goal.budget_kind)
+        .member_number("budget", goal.budget)
+        .key("reached")
+        .boolean(goal.reached);
     append_entrant(json.key("ours"), goal.ours);
     append_entrant(json.key("rival"), goal.rival);
     append_entrant(json.key("uncounted"), goal.uncounted);
-    json.key("ratio").number(goal.ratio, 6).key("ratio_low").number(goal.ratio_low, 6).key("ratio_high").number(goal.ratio_high, 6);
+    json.key("ratio")
+        .number(goal.ratio, 6)
+        .key("ratio_low")
+        .number(goal.ratio_low, 6)
+        .key("ratio_high")
+        .number(goal.ratio_high, 6);
     json.member("why", goal.why).end_object();
   }
   json.end_array();

@@ -14,7 +14,8 @@ void append_metrics(JsonText& json, const std::vector<MetricInfo>& metrics);
 void append_verdicts(JsonText& json, const std::vector<Verdict>& verdicts);
 void append_laws(JsonText& json, const std::vector<Law>& laws);
 void append_bench(JsonText& json, const std::vector<BenchFigure>& bench);
-void append_dominance(JsonText& json, const std::vector<Dominance>& tables, std::size_t ranks);  // the best `ranks` of each
+void append_dominance(JsonText& json, const std::vector<Dominance>& tables,
+                      std::size_t ranks);  // the best `ranks` of each
 void append_audit(JsonText& json, const std::vector<AuditFinding>& findings);
 void append_goals(JsonText& json, const std::vector<GoalResult>& goals);
 

@@ -135,9 +135,9 @@ std::string render_markdown(const ReportData& data) {
   const char* verdict = data.verdicts.empty() ? "No gates" : all_pass ? "Pass" : "Fail";
   return fmt::format("# {}\n\n**{}.** {}; scenarios: {}, rows: {}.\n\n", cell(data.title), verdict, words(counts),
                      data.scenarios.size(), data.rows.size()) +
-         failing_section(data.verdicts) + audit_section(data.audit) + goals_section(data.goals) + tables_section(data.tables) + dominance_section(data.dominance) + laws_section(data.laws) +
-         statistics_section(data.rows) +
-         matrix_section(data.rows, "order-position", "Observed order of position") +
+         failing_section(data.verdicts) + audit_section(data.audit) + goals_section(data.goals) +
+         tables_section(data.tables) + dominance_section(data.dominance) + laws_section(data.laws) +
+         statistics_section(data.rows) + matrix_section(data.rows, "order-position", "Observed order of position") +
          matrix_section(data.rows, "order-attitude", "Observed order of attitude") + engines_section(data) +
          provenance_section(data);
 }

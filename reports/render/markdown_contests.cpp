@@ -23,11 +23,13 @@ std::string times(const Reached* other, const Reached& best) {
 std::string runner_up(const Contest& contest) {
   if (contest.ranked.size() < 2) return "alone | -";
   if (!contest.to_next) return times(&contest.ranked[1], contest.ranked[0]);
-  return fmt::format("{} | {:.2f} [{:.2f}, {:.2f}]", cell(contest.ranked[1].family), contest.to_next->value, contest.to_next->low, contest.to_next->high);
+  return fmt::format("{} | {:.2f} [{:.2f}, {:.2f}]", cell(contest.ranked[1].family), contest.to_next->value,
+                     contest.to_next->low, contest.to_next->high);
 }
 
 std::string error_words(const Reached* reached) {
-  return reached == nullptr ? "- | -" : fmt::format("{} | {:.2g}{}", cell(reached->family), reached->error, mark(*reached));
+  return reached == nullptr ? "- | -"
+                            : fmt::format("{} | {:.2g}{}", cell(reached->family), reached->error, mark(*reached));
 }
 
 // Levels that our engine leads, and that another one leads.
@@ -41,30 +43,43 @@ std::string summary_line(const Dominance& table) {
     }
     return level > 0 ? fmt::format("{:.0e}", level) : std::string("-");
   };
-  return fmt::format("| {} | {} | {} | {} | {} | {} |\n", cell(table.scenario), cell(norm_words(table.metric)), ours, theirs, finest(true), finest(false));
+  return fmt::format("| {} | {} | {} | {} | {} | {} |\n", cell(table.scenario), cell(norm_words(table.metric)), ours,
+                     theirs, finest(true), finest(false));
 }
 
 std::string table_section(const Dominance& table) {
-  std::string out = fmt::format("<details><summary>{}: {} against {} [{}]</summary>\n\n", escape_html(table.scenario), table.cost == Cost::seconds ? "time of the run" : "evaluations",
+  std::string out = fmt::format("<details><summary>{}: {} against {} [{}]</summary>\n\n", escape_html(table.scenario),
+                                table.cost == Cost::seconds ? "time of the run" : "evaluations",
                                 escape_html(norm_words(table.metric)), escape_html(table.unit));
-  if (!table.by_error.empty()) out += "| error | cheapest | at | cost | runner-up | ratio | best other engine | ratio |\n| ---: | --- | --- | ---: | --- | ---: | --- | ---: |\n";
+  if (!table.by_error.empty())
+    out +=
+        "| error | cheapest | at | cost | runner-up | ratio | best other engine | ratio |\n| ---: | --- | --- | ---: | "
+        "--- | ---: | --- | ---: |\n";
   for (const Contest& contest : table.by_error) {
     const Reached& best = contest.ranked[0];
-    out += fmt::format("| {:.0e} | {} | {} | {}{} | {} | {} |\n", contest.asked, cell(best.family), rung_words(best.method, best.steps), cost_words(best.cost, table.cost), mark(best),
+    out += fmt::format("| {:.0e} | {} | {} | {}{} | {} | {} |\n", contest.asked, cell(best.family),
+                       rung_words(best.method, best.steps), cost_words(best.cost, table.cost), mark(best),
                        runner_up(contest), times(best_rival(contest, engine_of(best.family)), best));
   }
-  if (!table.by_budget.empty()) out += "\n| budget | most accurate | error | at | runner-up | error | best other engine | error |\n| ---: | --- | ---: | --- | --- | ---: | --- | ---: |\n";
+  if (!table.by_budget.empty())
+    out +=
+        "\n| budget | most accurate | error | at | runner-up | error | best other engine | error |\n| ---: | --- | "
+        "---: | --- | --- | ---: | --- | ---: |\n";
   for (const Contest& contest : table.by_budget) {
     const Reached& best = contest.ranked[0];
-    out += fmt::format("| {} | {} | {:.2g}{} | {} | {} | {} |\n", cost_words(contest.asked, table.cost), cell(best.family), best.error, mark(best), rung_words(best.method, best.steps),
-                       error_words(contest.ranked.size() < 2 ? nullptr : &contest.ranked[1]), error_words(best_rival(contest, engine_of(best.family))));
+    out += fmt::format("| {} | {} | {:.2g}{} | {} | {} | {} |\n", cost_words(contest.asked, table.cost),
+                       cell(best.family), best.error, mark(best), rung_words(best.method, best.steps),
+                       error_words(contest.ranked.size() < 2 ? nullptr : &contest.ranked[1]),
+                       error_words(best_rival(contest, engine_of(best.family))));
   }
   return out + "\n</details>\n\n";
 }
 
 std::string entrant_words(const GoalEntrant& entrant) {
   if (entrant.method.empty()) return "-";
-  std::string words = cell(entrant.method) + (method_family(entrant.method) == entrant.method && entrant.steps > 0 ? fmt::format(", {} steps", entrant.steps) : "");
+  std::string words = cell(entrant.method) + (method_family(entrant.method) == entrant.method && entrant.steps > 0
+                                                  ? fmt::format(", {} steps", entrant.steps)
+                                                  : "");
   if (std::isfinite(entrant.error)) words += ": " + format_measure(entrant.error, entrant.bar, 2);
   if (std::isfinite(entrant.evaluations)) words += fmt::format(", {:.0f} evaluations", entrant.evaluations);
   if (std::isfinite(entrant.seconds)) words += ", " + time_words(entrant.seconds);
@@ -76,23 +91,30 @@ std::string entrant_words(const GoalEntrant& entrant) {
 
 std::string goal_words(const GoalResult& goal) {
   std::string words;
-  if (std::isfinite(goal.wanted_error)) words = fmt::format("{} {:.2g}{}", goal.metric, goal.wanted_error, goal.unit.empty() || goal.unit == "1" ? "" : " " + goal.unit);
+  if (std::isfinite(goal.wanted_error))
+    words = fmt::format("{} {:.2g}{}", goal.metric, goal.wanted_error,
+                        goal.unit.empty() || goal.unit == "1" ? "" : " " + goal.unit);
   if (goal.wanted_ratio > 0 && !std::isfinite(goal.budget)) {
-    return fmt::format("{}{}{:.3g} times as fast as the best rival", words, words.empty() ? "" : " and ", goal.wanted_ratio);
+    return fmt::format("{}{}{:.3g} times as fast as the best rival", words, words.empty() ? "" : " and ",
+                       goal.wanted_ratio);
   }
   const std::string join = words.empty() ? "" : " in ";
   if (goal.budget_kind == "seconds") return words + join + time_words(goal.budget);
   if (goal.budget_kind == "evaluations") return words + join + fmt::format("{:.0f} evaluations", goal.budget);
-  if (goal.budget_kind == "ns_per_step") return words + (words.empty() ? "" : " at ") + fmt::format("{:.4g} ns a step", goal.budget);
+  if (goal.budget_kind == "ns_per_step")
+    return words + (words.empty() ? "" : " at ") + fmt::format("{:.4g} ns a step", goal.budget);
   if (goal.budget_kind == "ns") return words + join + fmt::format("{:.4g} ns", goal.budget);
   return words;
 }
 
 std::string dominance_section(const std::vector<Dominance>& tables) {
   if (tables.empty()) return "";
-  std::string out = "## Who is cheapest\n\nErrors from 1e-3 to 1e-13 that somebody reaches; a ratio is the other's cost over the winner's. ~ between two measured rungs on the "
-                    "logs, < nothing cheaper was measured, * at the truth's bar.\n\n"
-                    "| scenario | error | levels atwood leads | levels another engine leads | finest level of atwood | of others |\n| --- | --- | ---: | ---: | ---: | ---: |\n";
+  std::string out =
+      "## Who is cheapest\n\nErrors from 1e-3 to 1e-13 that somebody reaches; a ratio is the other's cost over the "
+      "winner's. ~ between two measured rungs on the "
+      "logs, < nothing cheaper was measured, * at the truth's bar.\n\n"
+      "| scenario | error | levels atwood leads | levels another engine leads | finest level of atwood | of others "
+      "|\n| --- | --- | ---: | ---: | ---: | ---: |\n";
   std::string details, last;
   for (const Dominance& table : tables) {
     if (table.scenario != last) out += summary_line(table);
@@ -104,11 +126,15 @@ std::string dominance_section(const std::vector<Dominance>& tables) {
 
 std::string goals_section(const std::vector<GoalResult>& goals) {
   if (goals.empty()) return "";
-  std::string out = "## Goals\n\nMeasured beside the rivals in one run; a ratio is the best rival's cost over ours, where both reach the error.\n\n"
-                    "| goal | asked | | ours | best rival | ratio |\n| --- | --- | --- | --- | --- | ---: |\n";
+  std::string out =
+      "## Goals\n\nMeasured beside the rivals in one run; a ratio is the best rival's cost over ours, where both reach "
+      "the error.\n\n"
+      "| goal | asked | | ours | best rival | ratio |\n| --- | --- | --- | --- | --- | ---: |\n";
   for (const GoalResult& goal : goals) {
-    out += fmt::format("| {} | {} | {} | {}{} | {} | {} |\n", cell(goal.title), cell(goal_words(goal)), goal.reached ? "reached" : "**not reached**", entrant_words(goal.ours),
-                       goal.why.empty() ? "" : "; " + cell(goal.why), entrant_words(goal.rival), std::isfinite(goal.ratio) ? fmt::format("{:.3g}", goal.ratio) : "-");
+    out += fmt::format("| {} | {} | {} | {}{} | {} | {} |\n", cell(goal.title), cell(goal_words(goal)),
+                       goal.reached ? "reached" : "**not reached**", entrant_words(goal.ours),
+                       goal.why.empty() ? "" : "; " + cell(goal.why), entrant_words(goal.rival),
+                       std::isfinite(goal.ratio) ? fmt::format("{:.3g}", goal.ratio) : "-");
   }
   return out + "\n";
 }

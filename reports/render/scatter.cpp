@@ -27,7 +27,8 @@ struct Field {
   double column(double log_x) const { return (log_x - x.low) / (x.high - x.low) * (columns - 1); }
   double row(double log_y) const { return (y.high - log_y) / (y.high - y.low) * (rows - 1); }
   char& at(double r, double c) {
-    const int i = std::clamp(static_cast<int>(std::lround(r)), 0, rows - 1), j = std::clamp(static_cast<int>(std::lround(c)), 0, columns - 1);
+    const int i = std::clamp(static_cast<int>(std::lround(r)), 0, rows - 1),
+              j = std::clamp(static_cast<int>(std::lround(c)), 0, columns - 1);
     return cells[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)];
   }
 };
@@ -81,17 +82,20 @@ void round_out(Range& range) {
 }
 
 std::string axis_below(const Field& field, int margin, const std::string& label) {
-  std::string rule(static_cast<std::size_t>(field.columns), '-'), numbers(static_cast<std::size_t>(margin + field.columns), ' ');
+  std::string rule(static_cast<std::size_t>(field.columns), '-'),
+      numbers(static_cast<std::size_t>(margin + field.columns), ' ');
   for (const double tick : ticks(field.x, field.columns / 9)) {
     const int c = static_cast<int>(std::lround(field.column(tick)));
     rule[static_cast<std::size_t>(c)] = '+';
     const std::string word = power(tick);
-    const int from = std::clamp(margin + c - static_cast<int>(word.size()) / 2, 0, static_cast<int>(numbers.size() - word.size()));
+    const int from =
+        std::clamp(margin + c - static_cast<int>(word.size()) / 2, 0, static_cast<int>(numbers.size() - word.size()));
     numbers.replace(static_cast<std::size_t>(from), word.size(), word);
   }
   while (!numbers.empty() && numbers.back() == ' ') numbers.pop_back();
   const int middle = std::max(0, margin + (field.columns - static_cast<int>(label.size())) / 2);
-  return std::string(static_cast<std::size_t>(margin - 1), ' ') + "+" + rule + "\n" + numbers + "\n" + std::string(static_cast<std::size_t>(middle), ' ') + label + "\n";
+  return std::string(static_cast<std::size_t>(margin - 1), ' ') + "+" + rule + "\n" + numbers + "\n" +
+         std::string(static_cast<std::size_t>(middle), ' ') + label + "\n";
 }
 
 }  // namespace
@@ -114,10 +118,13 @@ std::string render_scatter(const Scatter& scatter) {
   for (const ScatterCurve& curve : scatter.curves) draw(field, curve);
   for (const ScatterCurve& curve : scatter.curves) mark(field, curve);
   std::vector<std::string> labels(static_cast<std::size_t>(field.rows));
-  for (const double tick : ticks(y, field.rows / 2)) labels[static_cast<std::size_t>(std::lround(field.row(tick)))] = power(tick);
+  for (const double tick : ticks(y, field.rows / 2))
+    labels[static_cast<std::size_t>(std::lround(field.row(tick)))] = power(tick);
   std::string out = scatter.y_label + "\n";
   for (int r = 0; r < field.rows; ++r) {
-    std::string line = fmt::format("{:>{}} {}{}", labels[static_cast<std::size_t>(r)], margin - 2, labels[static_cast<std::size_t>(r)].empty() ? '|' : '+', field.cells[static_cast<std::size_t>(r)]);
+    std::string line =
+        fmt::format("{:>{}} {}{}", labels[static_cast<std::size_t>(r)], margin - 2,
+                    labels[static_cast<std::size_t>(r)].empty() ? '|' : '+', field.cells[static_cast<std::size_t>(r)]);
     while (line.back() == ' ') line.pop_back();
     out += line + "\n";
   }

@@ -6,7 +6,10 @@
 
 namespace atwood {
 
-struct ScatterCurve { char letter; std::vector<double> x, y; };  // same length; points that are not positive are left out
+struct ScatterCurve {
+  char letter;
+  std::vector<double> x, y;
+};  // same length; points that are not positive are left out
 struct Scatter {
   std::string x_label, y_label;
   std::vector<ScatterCurve> curves;   // neighbouring points are joined by dots

@@ -13,10 +13,17 @@ namespace atwood {
 namespace {
 
 // In the order in which they are shown.
-constexpr std::array<const char*, 11> kShown = {
-    "growth-exponent-round-off-energy", "growth-exponent-round-off-position", "growth-exponent-round-off-attitude",
-    "reversal-over-round-off", "symplecticity-defect", "poisson-defect", "lyapunov-exponent", "horizon", "round-off-best-error",
-    "round-off-best-step", "tolerance-exponent"};
+constexpr std::array<const char*, 11> kShown = {"growth-exponent-round-off-energy",
+                                                "growth-exponent-round-off-position",
+                                                "growth-exponent-round-off-attitude",
+                                                "reversal-over-round-off",
+                                                "symplecticity-defect",
+                                                "poisson-defect",
+                                                "lyapunov-exponent",
+                                                "horizon",
+                                                "round-off-best-error",
+                                                "round-off-best-step",
+                                                "tolerance-exponent"};
 
 std::vector<const Row*> of_metric(const std::vector<Row>& rows, const std::string& metric) {
   std::vector<const Row*> found;
@@ -29,7 +36,8 @@ std::string value_words(const Row& row) {
   if (row.status != Status::ok) return to_string(row.status);
   if (std::isnan(row.value)) return "inconclusive";
   const bool fitted = row.metric.find("exponent") != std::string::npos;
-  const std::string text = fitted ? fmt::format("{} +/- {}", figure(row.value, 3), figure(row.truth_bar, 2)) : format_measure(row.value, row.truth_bar);
+  const std::string text = fitted ? fmt::format("{} +/- {}", figure(row.value, 3), figure(row.truth_bar, 2))
+                                  : format_measure(row.value, row.truth_bar);
   return row.unit.empty() || row.unit == "1" ? text : text + " " + row.unit;
 }
 
@@ -48,12 +56,13 @@ std::string statistics_section(const std::vector<Row>& rows) {
     if (found.empty()) continue;
     definitions += fmt::format("- {}: {}\n", metric, escape_markdown_cell(definition_of(metric)));
     for (const Row* row : found)
-      table += fmt::format("| {} | {} | {} | {} | {} | {} |\n", metric, escape_markdown_cell(row->scenario), escape_markdown_cell(row->method),
-                           row->steps > 0 ? std::to_string(row->steps) : "-", escape_markdown_cell(value_words(*row)),
-                           escape_markdown_cell(row->reason));
+      table += fmt::format("| {} | {} | {} | {} | {} | {} |\n", metric, escape_markdown_cell(row->scenario),
+                           escape_markdown_cell(row->method), row->steps > 0 ? std::to_string(row->steps) : "-",
+                           escape_markdown_cell(value_words(*row)), escape_markdown_cell(row->reason));
   }
   if (table.empty()) return "";
-  return "## Statistics\n\n| metric | scenario | method | steps | figure | what was found |\n| --- | --- | --- | ---: | ---: | --- |\n" +
+  return "## Statistics\n\n| metric | scenario | method | steps | figure | what was found |\n| --- | --- | --- | ---: "
+         "| ---: | --- |\n" +
          table + "\n" + definitions + "\n";
 }
 
@@ -76,8 +85,8 @@ std::string render_statistics(const std::vector<Row>& rows, int width) {
     }
     for (const Row* row : found) {
       const std::string steps = row->steps > 0 ? std::to_string(row->steps) : "";
-      out += fmt::format("    {:<22} {:<34} {:>7}  {}\n", fit(one_line(row->scenario), 22), fit(one_line(row->method), 34), steps,
-                         value_words(*row));
+      out += fmt::format("    {:<22} {:<34} {:>7}  {}\n", fit(one_line(row->scenario), 22),
+                         fit(one_line(row->method), 34), steps, value_words(*row));
     }
     out += "\n";
   }

@@ -126,7 +126,8 @@ std::string cost_words(double cost, Cost kind) {
 
 std::string norm_words(const std::string& metric) {
   const std::string words = metric.rfind("error-", 0) == 0 ? metric.substr(6) : metric;
-  for (const auto& [end, meaning] : {std::pair{"-max", ", largest over the run"}, {"-end", ", at the end"}, {"-rms", ", root mean square"}}) {
+  for (const auto& [end, meaning] :
+       {std::pair{"-max", ", largest over the run"}, {"-end", ", at the end"}, {"-rms", ", root mean square"}}) {
     const std::size_t at = words.rfind(end);
     if (at != std::string::npos && at + 4 == words.size()) return words.substr(0, at) + meaning;
   }

@@ -31,7 +31,8 @@ std::string truth_words(const TruthSpec& truth);
 std::string allowed_words(const Verdict& verdict);  // "[3.9, 4.2]", "<= 1e-12", ">= 2"
 std::string measured_words(const Verdict& verdict);  // value, with its bar where that matters; "-" when not run
 
-// Where a gate stands. A gate of the project is named from the project's root: where that lies on a disk tells no reader.
+// Where a gate stands. A gate of the project is named from the project's root: where that lies on a disk tells no
+// reader.
 std::string origin_words(const std::string& origin);
 
 struct JudgementCounts { std::int64_t pass = 0, fail = 0, unverifiable = 0, not_run = 0; };

@@ -148,8 +148,8 @@ std::string render_verdict_table(const std::vector<Verdict>& verdicts, const std
     const Line& line = table.lines.at(scenario);
     out += padded(fit(one_line(scenario), name_width), name_width) + cell(line.gates.pass, 0, palette.green) +
            cell(line.gates.fail, 1, palette.red) + cell(line.gates.unverifiable, 2, palette.yellow) +
-           cell(line.gates.not_run, 3, palette.yellow) + cell(line.cells, 4, "") + cell(line.not_ok, 5, palette.yellow) +
-           '\n';
+           cell(line.gates.not_run, 3, palette.yellow) + cell(line.cells, 4, "") +
+           cell(line.not_ok, 5, palette.yellow) + '\n';
   }
   const JudgementCounts counts = count(verdicts);
   const bool all_pass = counts.pass == static_cast<std::int64_t>(verdicts.size()) && !verdicts.empty();

@@ -66,11 +66,13 @@ std::vector<ContactCase> read_contact_cases(const std::string& path) {
   const toml::array* list = root["case"].as_array();
   if (!list || list->empty()) throw InputError(path + ": no [[case]]; expected at least one");
   std::vector<ContactCase> cases;
-  for (const toml::node& each : *list) cases.push_back(read_case(*each.as_table(), path, static_cast<int>(cases.size()) + 1));
+  for (const toml::node& each : *list)
+    cases.push_back(read_case(*each.as_table(), path, static_cast<int>(cases.size()) + 1));
   return cases;
 }
 
-std::vector<Row> table_rows(WorkerClient& client, const std::string& folder, const StudyOptions& options, Outcome& outcome) {
+std::vector<Row> table_rows(WorkerClient& client, const std::string& folder, const StudyOptions& options,
+                            Outcome& outcome) {
   std::set<std::string> files;
   for (const auto& entry : fs::directory_iterator(folder))
     if (entry.path().extension() == ".toml") files.insert(entry.path().string());

@@ -51,7 +51,8 @@ void append_timing(Store& store, const Cell& cell, std::int64_t accuracy_steps, 
   }
   std::vector<std::int64_t> ns = outcome.busy_ns;
   std::nth_element(ns.begin(), ns.begin() + static_cast<std::ptrdiff_t>(ns.size() / 2), ns.end());
-  append(result.rows, plain_row("run-time", "s", 1e-9 * static_cast<double>(ns[ns.size() / 2])), cell, timing->provenance);
+  append(result.rows, plain_row("run-time", "s", 1e-9 * static_cast<double>(ns[ns.size() / 2])), cell,
+         timing->provenance);
 }
 
 void append_cell(Store& store, const Cell& cell, StudyResult& result) {
@@ -68,14 +69,16 @@ void append_cell(Store& store, const Cell& cell, StudyResult& result) {
   ++result.skipped;
   for (const Row& row : measured->rows) append(result.rows, row, cell, run->provenance);
   if (parse_method_id(cell.method).rtol && run->outcome.status == Status::ok && run->outcome.steps_taken > 0) {
-    append(result.rows, plain_row("steps-taken", "1", static_cast<double>(run->outcome.steps_taken)), cell, run->provenance);
+    append(result.rows, plain_row("steps-taken", "1", static_cast<double>(run->outcome.steps_taken)), cell,
+           run->provenance);
   }
   if (failed(run->outcome.status)) ++result.failed_cells;
   append_timing(store, cell, run->outcome.steps_taken, result);
 }
 
 // Where the runs of a ladder ended; of a method with a tolerance, none.
-std::map<std::pair<std::string, std::string>, std::vector<LadderEnd>> ladder_ends(Store& store, const std::vector<Cell>& cells) {
+std::map<std::pair<std::string, std::string>, std::vector<LadderEnd>> ladder_ends(Store& store,
+                                                                                  const std::vector<Cell>& cells) {
   std::map<std::pair<std::string, std::string>, std::vector<LadderEnd>> ends;
   for (const Cell& cell : cells) {
     if (cell.worker < 0 || !cell.probe.empty() || cell.method.find(':') != std::string::npos) continue;
@@ -83,8 +86,9 @@ std::map<std::pair<std::string, std::string>, std::vector<LadderEnd>> ladder_end
     if (!run || run->outcome.status != Status::ok) continue;
     Recording recording = store.recording(cell.accuracy_hash, run->outcome);
     if (recording.values.empty()) continue;
-    ends[{cell.scenario.id, cell.method}].push_back(
-        {cell.plan.steps, cell.plan.t_end_s / static_cast<double>(cell.plan.steps), std::move(recording.values.back())});
+    ends[{cell.scenario.id, cell.method}].push_back({cell.plan.steps,
+                                                     cell.plan.t_end_s / static_cast<double>(cell.plan.steps),
+                                                     std::move(recording.values.back())});
   }
   return ends;
 }
@@ -107,7 +111,8 @@ void append_ladders(Store& store, const std::vector<Cell>& cells, StudyResult& r
     std::vector<Row> fitted = fit_ladder(ladder);
     const auto append_all = [&](std::vector<Row> more) { fitted.insert(fitted.end(), more.begin(), more.end()); };
     append_all(fit_round_off_v(ladder));
-    if (const auto found = ends.find(key); found != ends.end()) append_all(fit_ends(*by_id[key.first], found->second, ladder));
+    if (const auto found = ends.find(key); found != ends.end())
+      append_all(fit_ends(*by_id[key.first], found->second, ladder));
     for (Row& row : fitted) {
       row.scenario = key.first;
       row.method = key.second;
@@ -129,7 +134,8 @@ std::string measured_key(const Cell& cell) {
   judged += "\n";
   for (const Invariant& invariant : scenario.invariants) judged += invariant.quantity + "\n";
   return content_hash({"measured 1", cell.accuracy_hash, scenario.id, judged,
-                       std::to_string(static_cast<int>(scenario.truth.kind)), scenario.truth.solution, scenario.truth.file});
+                       std::to_string(static_cast<int>(scenario.truth.kind)), scenario.truth.solution,
+                       scenario.truth.file});
 }
 
 StudyResult collect_rows(Store& store, const std::vector<Cell>& cells) {

@@ -49,7 +49,8 @@ std::vector<Offer> contact_test(const std::string& text, const std::vector<Worke
   static const MethodInfo test{};
   const std::string engine = parse_method_id(text).engine;
   for (std::size_t i = 0; i < workers.size(); ++i)
-    if (workers[i].status == Status::ok && workers[i].engine.name == engine) return {{text, static_cast<int>(i), &test}};
+    if (workers[i].status == Status::ok && workers[i].engine.name == engine)
+      return {{text, static_cast<int>(i), &test}};
   return {{text, -1, nullptr}};
 }
 
@@ -137,7 +138,8 @@ void explain_absence(Cell& cell, const std::vector<Worker>& workers) {
 }
 
 bool frames_taken(const Cell& cell, const std::vector<Worker>& workers) {
-  return cell.worker < 0 || cell.plan.frame_ends_s.empty() || workers[static_cast<std::size_t>(cell.worker)].engine.frames;
+  return cell.worker < 0 || cell.plan.frame_ends_s.empty() ||
+         workers[static_cast<std::size_t>(cell.worker)].engine.frames;
 }
 
 void refuse_frames(Cell& cell) {
@@ -158,16 +160,17 @@ void hash_cell(Cell& cell, const Offer& offer, const std::vector<Worker>& worker
   id.overrides = all;
   const std::string version = worker.engine.name + " " + worker.engine.version + " " + worker.engine.scalar;
   cell.settings_hash = content_hash({to_string(id), version}).substr(0, 16);
-  cell.accuracy_hash = content_hash({"cell 1", scene_hash, format_double(cell.plan.t_end_s), std::to_string(cell.plan.steps),
-                                     std::to_string(cell.plan.samples), canonical, to_string(id),
-                                     std::to_string(wire::kProtocol), worker.build_id, version});
-  for (const double end_s : cell.plan.frame_ends_s) cell.accuracy_hash = content_hash({cell.accuracy_hash, format_double(end_s)});
+  cell.accuracy_hash = content_hash({"cell 1", scene_hash, format_double(cell.plan.t_end_s),
+                                     std::to_string(cell.plan.steps), std::to_string(cell.plan.samples), canonical,
+                                     to_string(id), std::to_string(wire::kProtocol), worker.build_id, version});
+  for (const double end_s : cell.plan.frame_ends_s)
+    cell.accuracy_hash = content_hash({cell.accuracy_hash, format_double(end_s)});
   if (!cell.probe.empty()) cell.accuracy_hash = content_hash({cell.accuracy_hash, "probe 1", cell.probe});
   cell.timing_hash = content_hash({"timing 1", cell.accuracy_hash, cpu, std::to_string(cell.repeats)});
 }
 
-// The two probes that are ladders of ordinary cells: of scalars and compensated summation, and of tolerances. A method that
-// names its scalar or tolerance is left as it is.
+// The two probes that are ladders of ordinary cells: of scalars and compensated summation, and of tolerances. A method
+// that names its scalar or tolerance is left as it is.
 std::vector<std::string> ladder_of_probe(const std::string& probe, const std::string& method, const MethodInfo* info) {
   if (probe == "tolerance" && info && info->adaptive && !parse_method_id(method).rtol) {
     std::vector<std::string> methods;
@@ -203,8 +206,8 @@ void check_steps(const std::vector<std::int64_t>& steps, const Scenario& scenari
 
 }  // namespace
 
-std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& catalogue, const std::vector<Worker>& workers,
-                             const std::string& cpu) {
+std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& catalogue,
+                             const std::vector<Worker>& workers, const std::string& cpu) {
   std::vector<Cell> planned;
   std::map<std::string, std::size_t> index;  // a cell named twice is planned once, with the larger number of repeats
   for (const StudyCells& cells : study.cells) {
@@ -221,9 +224,11 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
       check_steps(ladder, scenario, study);
       std::sort(ladder.begin(), ladder.end());
       for (const Offer& offer : offers) {
-        const std::vector<Settings> sweep = has_glob(offer.text) ? std::vector<Settings>{{}} : combinations(cells, offer.info);
+        const std::vector<Settings> sweep =
+            has_glob(offer.text) ? std::vector<Settings>{{}} : combinations(cells, offer.info);
         for (const Settings& settings : sweep) {
-          for (const std::string& method : ladder_of_probe(cells.probe, with_settings(offer.text, settings), offer.info)) {
+          for (const std::string& method :
+               ladder_of_probe(cells.probe, with_settings(offer.text, settings), offer.info)) {
             const bool adaptive = offer.worker >= 0 && parse_method_id(method).rtol.has_value();
             for (const std::int64_t steps : ladder) {
               const std::string probe = is_ladder(cells.probe) ? "" : cells.probe;
@@ -237,8 +242,19 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
                 if (adaptive) break;
                 continue;
               }
-              Cell cell{scenario, method, {scenario.t_end_s, steps, scenario.samples, scenario.frame_ends_s}, offer.worker, cells.repeats, cells.claim,
-                        claimed_order(cells, offer), {}, {}, {}, Status::not_built, {}, probe};
+              Cell cell{scenario,
+                        method,
+                        {scenario.t_end_s, steps, scenario.samples, scenario.frame_ends_s},
+                        offer.worker,
+                        cells.repeats,
+                        cells.claim,
+                        claimed_order(cells, offer),
+                        {},
+                        {},
+                        {},
+                        Status::not_built,
+                        {},
+                        probe};
               if (!probe.empty()) cell.repeats = 0;
               if (!frames_taken(cell, workers)) refuse_frames(cell);
               else if (offer.worker >= 0) hash_cell(cell, offer, workers, scene_hash, cpu);

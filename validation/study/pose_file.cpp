@@ -28,14 +28,18 @@ struct ShapeText {
   const std::string& body;
 
   std::string operator()(const std::monostate&) const { return ""; }
-  std::string operator()(const Sphere& s) const { return "shape.sphere = { radius_m = " + format_double(s.radius_m) + " }\n"; }
+  std::string operator()(const Sphere& s) const {
+    return "shape.sphere = { radius_m = " + format_double(s.radius_m) + " }\n";
+  }
   std::string operator()(const Plane& s) const {
     return "shape.plane = { normal = " + list(s.normal) + ", offset_m = " + format_double(s.offset_m) + " }\n";
   }
   std::string operator()(const Rectangle& s) const {
     return "shape.rectangle = { half_extents_m = " + list(s.half_extents_m) + " }\n";
   }
-  std::string operator()(const Box& s) const { return "shape.box = { half_extents_m = " + list(s.half_extents_m) + " }\n"; }
+  std::string operator()(const Box& s) const {
+    return "shape.box = { half_extents_m = " + list(s.half_extents_m) + " }\n";
+  }
   static std::string round(const char* kind, double radius, double half) {
     return std::string("shape.") + kind + " = { radius_m = " + format_double(radius) + ", half_length_m = " +
            format_double(half) + " }\n";
@@ -91,7 +95,8 @@ void write_pose_file(const std::string& file, const std::string& id, const std::
       continue;
     }
     text += "mass_kg = 1\ninertia_kg_m2 = [1, 1, 1]\nposition_m = " + list(body.position_m) +
-            "\norientation_wxyz = " + list(body.orientation_wxyz) + "\nvelocity_m_per_s = " + list(body.velocity_m_per_s) +
+            "\norientation_wxyz = " + list(body.orientation_wxyz) +
+            "\nvelocity_m_per_s = " + list(body.velocity_m_per_s) +
             "\nangular_velocity_body_rad_per_s = " + list(body.angular_velocity_body_rad_per_s) + "\n";
   }
   write(path, text + "\n[truth]\nkind = \"none\"\n");

@@ -97,7 +97,8 @@ std::vector<Row> sweep_rows(const Cell& cell, WorkerClient& client, PoseTruths& 
   std::vector<Row> rows;
   for (const std::string& pair : swept ? touch_pairs() : sweep_pairs()) {
     Outcome answered, known;
-    const std::vector<PoseAnswer> poses = client.sweep(test, pair, kPoseSeed, cell.plan.steps, swept, limit_s, answered);
+    const std::vector<PoseAnswer> poses =
+        client.sweep(test, pair, kPoseSeed, cell.plan.steps, swept, limit_s, answered);
     if (answered.status != Status::ok) {
       rows.push_back(failed_row(pair, swept, answered));
       if (answered.status != Status::unsupported) outcome = answered;

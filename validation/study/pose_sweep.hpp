@@ -18,7 +18,8 @@ class PoseTruths {
  public:
   PoseTruths(Store& store, std::string truth_worker) : store_(store), worker_(std::move(truth_worker)) {}
   // Empty, with the outcome saying why, where there is none.
-  const std::vector<PoseAnswer>& of(const std::string& pair, std::int64_t count, bool swept, double limit_s, Outcome& outcome);
+  const std::vector<PoseAnswer>& of(const std::string& pair, std::int64_t count, bool swept, double limit_s,
+                                    Outcome& outcome);
 
  private:
   struct Entry { std::mutex mutex; bool known = false; std::vector<PoseAnswer> poses; Outcome outcome; };
@@ -28,14 +29,14 @@ class PoseTruths {
   std::map<std::string, Entry> entries_;
 };
 
-// Rows of every pair (body: the pair); the worst poses go to FOLDER OF THE STORE/poses/PAIR/METHOD-WHAT.toml. `outcome`: of the
-// worker, where it did worse than not to know a pair.
+// Rows of every pair (body: the pair); the worst poses go to FOLDER OF THE STORE/poses/PAIR/METHOD-WHAT.toml.
+// `outcome`: of the worker, where it did worse than not to know a pair.
 std::vector<Row> sweep_rows(const Cell& cell, WorkerClient& client, PoseTruths& truths, const StudyOptions& options,
                             Outcome& outcome);
 
 // ---- tables -------------------------------------------------------------------------------------------------------
-// A case with an answer by hand. A pair's file (validation/scenarios/geometry/PAIR.toml) lists them: name, gap_m, normal where
-// it is unique, and two [[case.body]] as in a scenario.
+// A case with an answer by hand. A pair's file (validation/scenarios/geometry/PAIR.toml) lists them: name, gap_m,
+// normal where it is unique, and two [[case.body]] as in a scenario.
 struct ContactCase {
   std::string name;
   Scene scene;
@@ -43,6 +44,7 @@ struct ContactCase {
 };
 std::vector<ContactCase> read_contact_cases(const std::string& path);  // InputError
 // Rows of every pair's file in the folder (body: the pair).
-std::vector<Row> table_rows(WorkerClient& client, const std::string& folder, const StudyOptions& options, Outcome& outcome);
+std::vector<Row> table_rows(WorkerClient& client, const std::string& folder, const StudyOptions& options,
+                            Outcome& outcome);
 
 }  // namespace atwood

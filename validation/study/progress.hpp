@@ -11,7 +11,8 @@ namespace atwood {
 
 class Progress {
  public:
-  Progress(std::size_t total, std::function<void(const std::string&)> print) : total_(total), print_(std::move(print)) {}
+  Progress(std::size_t total, std::function<void(const std::string&)> print)
+      : total_(total), print_(std::move(print)) {}
 
   void expect(std::size_t total);               // when more, or less, turns out to be needed
   void done(const std::string& what);           // one piece of work; `what` is the phase it belongs to

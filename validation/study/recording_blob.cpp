@@ -87,7 +87,8 @@ std::vector<Sample> unpack_samples(std::string_view bytes) {
     sample.t_s = reader.get<Wide>();
     sample.bodies.resize(reader.count(13 * (narrow ? 8 : 16)));
     for (BodySample& body : sample.bodies) {
-      each_value(body, [&](Wide& value) { value = narrow ? static_cast<Wide>(reader.get<double>()) : reader.get<Wide>(); });
+      each_value(body,
+                 [&](Wide& value) { value = narrow ? static_cast<Wide>(reader.get<double>()) : reader.get<Wide>(); });
     }
     sample.contacts.resize(reader.count(sizeof(ContactSample)));
     for (ContactSample& contact : sample.contacts) contact = reader.get<ContactSample>();
@@ -106,7 +107,8 @@ std::string pack_events(const std::vector<Event>& events) {
     writer.put(static_cast<std::int32_t>(event.body_b));
     for (const Wide value : event.x_m) writer.put(value);
     for (const Wide value : event.normal) writer.put(value);
-    for (const Wide value : {event.impulse_n_N_s, event.impulse_t_N_s, event.vn_before_m_per_s, event.vn_after_m_per_s}) {
+    for (const Wide value :
+         {event.impulse_n_N_s, event.impulse_t_N_s, event.vn_before_m_per_s, event.vn_after_m_per_s}) {
       writer.put(value);
     }
   }
@@ -123,7 +125,8 @@ std::vector<Event> unpack_events(std::string_view bytes) {
     event.body_b = reader.get<std::int32_t>();
     for (Wide& value : event.x_m) value = reader.get<Wide>();
     for (Wide& value : event.normal) value = reader.get<Wide>();
-    for (Wide* value : {&event.impulse_n_N_s, &event.impulse_t_N_s, &event.vn_before_m_per_s, &event.vn_after_m_per_s}) {
+    for (Wide* value :
+         {&event.impulse_n_N_s, &event.impulse_t_N_s, &event.vn_before_m_per_s, &event.vn_after_m_per_s}) {
       *value = reader.get<Wide>();
     }
   }

@@ -69,7 +69,8 @@ struct Ladder {
 // One run of a study. Threads take work under `mutex_`; everything below "the plan" is theirs.
 class StudyRun {
  public:
-  StudyRun(const std::vector<Cell>& cells, const std::vector<Worker>& workers, const StudyOptions& options, Store& store)
+  StudyRun(const std::vector<Cell>& cells, const std::vector<Worker>& workers, const StudyOptions& options,
+           Store& store)
       : cells_(cells), workers_(workers), options_(options), store_(store), progress_(0, options.progress) {}
 
   void accuracy_pass();
@@ -87,10 +88,12 @@ class StudyRun {
   void work();
   void solve_truth(TruthWork& work, WorkerClient& client);
   void run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& clients);
-  void run_probe_cell(const Cell& cell, const Truth& truth, const std::string& truth_hash, std::map<int, WorkerClient>& clients);
+  void run_probe_cell(const Cell& cell, const Truth& truth, const std::string& truth_hash,
+                      std::map<int, WorkerClient>& clients);
   void run_sweep_cell(const Cell& cell, const std::string& truth_hash, std::map<int, WorkerClient>& clients);
   std::shared_ptr<const Truth> truth_of(TruthWork& work);
-  MeasuredRecord measured(const Cell& cell, const Truth& truth, const std::string& hash, const Recording& recording) const;
+  MeasuredRecord measured(const Cell& cell, const Truth& truth, const std::string& hash,
+                          const Recording& recording) const;
   std::vector<const Cell*> cells_to_time();
 
   const std::vector<Cell>& cells_;
@@ -142,7 +145,8 @@ void StudyRun::plan_cell(const Cell& cell) {
   const std::string basis = content_hash({truths_[truth].hash, kMetricsVersion});
   if (run && store_.measured_basis(measured_key(cell)) == basis) return;
   if (!cell.probe.empty()) run.reset();  // a probe keeps no samples to measure again
-  const auto [place, fresh] = ladder_index_.emplace(cell.scenario.id + "\n" + cell.method + "\n" + cell.probe, ladders_.size());
+  const auto [place, fresh] =
+      ladder_index_.emplace(cell.scenario.id + "\n" + cell.method + "\n" + cell.probe, ladders_.size());
   if (fresh) ladders_.push_back({{}, truth});
   touched_.insert(&cell);
   ladders_[place->second].todo.push_back({&cell, std::move(run)});
@@ -229,9 +233,10 @@ MeasuredRecord StudyRun::measured(const Cell& cell, const Truth& truth, const st
   return record;
 }
 
-// Several runs, of which the rows alone are kept. The cell's time limit is each run's, and what all of them may take is ten
-// times that.
-void StudyRun::run_probe_cell(const Cell& cell, const Truth& truth, const std::string& truth_hash, std::map<int, WorkerClient>& clients) {
+// Several runs, of which the rows alone are kept. The cell's time limit is each run's, and what all of them may take is
+// ten times that.
+void StudyRun::run_probe_cell(const Cell& cell, const Truth& truth, const std::string& truth_hash,
+                              std::map<int, WorkerClient>& clients) {
   WorkerClient& client =
       clients.try_emplace(cell.worker, workers_[static_cast<std::size_t>(cell.worker)].command).first->second;
   RunRecord run;
@@ -248,14 +253,16 @@ void StudyRun::run_probe_cell(const Cell& cell, const Truth& truth, const std::s
     Recording recording = client.run(method, scene_to_json(scene), sampled_bodies(scene), plan, 0, run.limit_s);
     run.wall_ns += client.wall_ns();
     left_s -= 1e-9 * static_cast<double>(client.wall_ns());
-    run.killed_from_outside = run.killed_from_outside || client.killed_from_outside() || recording.outcome.status == Status::not_built;
+    run.killed_from_outside =
+        run.killed_from_outside || client.killed_from_outside() || recording.outcome.status == Status::not_built;
     return recording;
   };
   MeasuredRecord record;
   record.basis = content_hash({truth_hash, kMetricsVersion});
   record.rows = run_probe(cell.probe, {cell.scenario, cell.method, cell.plan, truth, one});
   for (const Row& row : record.rows)
-    if (row.status == Status::crashed || row.status == Status::timeout) run.outcome = outcome_of(row.status, row.reason);
+    if (row.status == Status::crashed || row.status == Status::timeout)
+      run.outcome = outcome_of(row.status, row.reason);
   store_.put_run(cell.accuracy_hash, run, {}, measured_key(cell), record);
   progress_.done("probes");
 }
@@ -315,7 +322,8 @@ void StudyRun::run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& cli
       if (recording.outcome.status == Status::timeout) hung_at = cell.plan.steps;
     }
     run.outcome = recording.outcome;
-    store_.put_run(cell.accuracy_hash, run, recording, measured_key(cell), measured(cell, *truth, work.hash, recording));
+    store_.put_run(cell.accuracy_hash, run, recording, measured_key(cell),
+                   measured(cell, *truth, work.hash, recording));
     progress_.done("accuracy");
   }
 }
@@ -390,7 +398,8 @@ void StudyRun::timed_pass() {
     }
     const auto run = store_.run(cell->accuracy_hash);
     const double expected_ns = std::max(1.0, static_cast<double>(run->wall_ns));
-    const int repeats = static_cast<int>(std::clamp(kTimedBudgetNs / expected_ns, 1.0, static_cast<double>(cell->repeats)));
+    const int repeats =
+        static_cast<int>(std::clamp(kTimedBudgetNs / expected_ns, 1.0, static_cast<double>(cell->repeats)));
     TimingRecord timing;
     timing.provenance = options_.provenance;
     timing.provenance.engine_version = workers_[static_cast<std::size_t>(worker)].engine.version;

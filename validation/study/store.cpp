@@ -45,7 +45,8 @@ double real_or_nan(const SQLite::Column& column) {
 
 std::string blob(const SQLite::Column& column) {
   const void* bytes = column.getBlob();
-  return bytes ? std::string(static_cast<const char*>(bytes), static_cast<std::size_t>(column.getBytes())) : std::string();
+  return bytes ? std::string(static_cast<const char*>(bytes), static_cast<std::size_t>(column.getBytes()))
+               : std::string();
 }
 
 void bind_blob(SQLite::Statement& statement, int index, const std::string& bytes) {
@@ -90,9 +91,12 @@ struct Store::Database {
       case SQLITE_IOERR: fail(why_not_written(system, error.what()) + kept);
       case SQLITE_READONLY:
       case SQLITE_PERM: fail("cannot be written: it or its folder is read-only");
-      case SQLITE_CANTOPEN: fail(std::string("cannot be opened: ") + (system != 0 ? std::strerror(system) : error.what()));
-      case SQLITE_CORRUPT: fail(std::string("is damaged (") + error.what() + "); move it away, and the next run starts afresh");
-      case SQLITE_NOTADB: fail("is not a store: it is no SQLite database; move it away or choose another output folder");
+      case SQLITE_CANTOPEN:
+        fail(std::string("cannot be opened: ") + (system != 0 ? std::strerror(system) : error.what()));
+      case SQLITE_CORRUPT:
+        fail(std::string("is damaged (") + error.what() + "); move it away, and the next run starts afresh");
+      case SQLITE_NOTADB:
+        fail("is not a store: it is no SQLite database; move it away or choose another output folder");
       case SQLITE_BUSY:
       case SQLITE_LOCKED: fail("is in use by another program");
       case SQLITE_NOMEM: fail("out of memory");
@@ -156,8 +160,8 @@ struct Store::Database {
     transaction.commit();
   }
 
-  // SQLite makes files beside a log-keeping database even to read it. Where it may not, and no log is left, the database
-  // cannot change either: it is read as it lies.
+  // SQLite makes files beside a log-keeping database even to read it. Where it may not, and no log is left, the
+  // database cannot change either: it is read as it lies.
   void open_for_reading() {
     const std::size_t slash = path.rfind('/');
     const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
@@ -208,11 +212,13 @@ struct Store::Database {
       }
     };
     auto& insert = prepared(
-        "INSERT OR IGNORE INTO provenances(engine_version, commit_id, compiler, flags, cpu, run_id) VALUES(?,?,?,?,?,?)");
+        "INSERT OR IGNORE INTO provenances(engine_version, commit_id, compiler, flags, cpu, run_id) "
+        "VALUES(?,?,?,?,?,?)");
     bind(insert);
     insert.exec();
     auto& select = prepared(
-        "SELECT id FROM provenances WHERE engine_version=? AND commit_id=? AND compiler=? AND flags=? AND cpu=? AND run_id=?");
+        "SELECT id FROM provenances WHERE engine_version=? AND commit_id=? AND compiler=? AND flags=? AND cpu=? AND "
+        "run_id=?");
     bind(select);
     select.executeStep();
     return select.getColumn(0).getInt64();
@@ -303,7 +309,8 @@ Store::~Store() = default;
 std::optional<RunRecord> Store::run(const std::string& cell_hash) {
   return database_->guarded([&]() -> std::optional<RunRecord> {
     auto& select = database_->prepared(
-        "SELECT status, reason, steps_taken, rate_evaluations, wall_ns, limit_s, killed_from_outside, provenance FROM cells "
+        "SELECT status, reason, steps_taken, rate_evaluations, wall_ns, limit_s, killed_from_outside, provenance FROM "
+        "cells "
         "WHERE hash=?");
     select.bind(1, cell_hash);
     if (!select.executeStep()) return std::nullopt;
@@ -398,8 +405,8 @@ std::optional<Truth> Store::truth(const std::string& truth_hash) {
   });
 }
 
-void Store::put_run(const std::string& cell_hash, const RunRecord& run, const Recording& recording, const std::string& key,
-                    const MeasuredRecord& measured) {
+void Store::put_run(const std::string& cell_hash, const RunRecord& run, const Recording& recording,
+                    const std::string& key, const MeasuredRecord& measured) {
   database_->guarded([&] {
     SQLite::Transaction transaction(*database_->sql);
     const std::int64_t provenance = database_->provenance_id(run.provenance);

@@ -55,11 +55,12 @@ struct Cell {
   std::string absent_reason;
   std::string probe = {};                        // a question of several runs instead of one run, measured
 };
-std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& catalogue, const std::vector<Worker>& workers,
-                             const std::string& cpu);
+std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& catalogue,
+                             const std::vector<Worker>& workers, const std::string& cpu);
 
 // Runs one request in a worker process of its own, for `trace` and tests. time limit in seconds.
-Recording run_once(const Worker& worker, const std::string& method, const Scene& scene, const Plan& plan, double limit_s);
+Recording run_once(const Worker& worker, const std::string& method, const Scene& scene, const Plan& plan,
+                   double limit_s);
 // `test`: one beside the engine's own, as sweeps of poses name it ("unit-size"); empty: its own.
 ContactAnswer contacts_once(const Worker& worker, const Scene& scene, const ContactQuery& query, double limit_s,
                             const std::string& test = "");

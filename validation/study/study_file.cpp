@@ -27,7 +27,8 @@ struct StudyFile {
       if (std::find(known.begin(), known.end(), key.str()) != known.end()) continue;
       std::string expected;
       for (const char* name : known) expected += (expected.empty() ? "" : ", ") + std::string(name);
-      refuse(key.source(), "unknown key `" + std::string(key.str()) + "` in " + where + "; expected one of " + expected);
+      refuse(key.source(),
+             "unknown key `" + std::string(key.str()) + "` in " + where + "; expected one of " + expected);
     }
   }
 
@@ -35,7 +36,8 @@ struct StudyFile {
     const toml::node* node = table.get(key);
     if (!node) refuse(table.source(), "no `" + std::string(key) + "` in [[cells]]; expected a list of strings");
     const toml::array* list = node->as_array();
-    if (!list || list->empty()) refuse(node->source(), "`" + std::string(key) + "`: expected a list of strings, at least one");
+    if (!list || list->empty())
+      refuse(node->source(), "`" + std::string(key) + "`: expected a list of strings, at least one");
     std::vector<std::string> values;
     for (const toml::node& each : *list) {
       const auto text = each.value_exact<std::string>();
@@ -67,7 +69,8 @@ struct StudyFile {
     std::map<std::string, std::vector<SettingValue>> sweep;
     for (const auto& [key, list] : *table) {
       const std::string name(key.str());
-      if (!list.is_array() || list.as_array()->empty()) refuse(list.source(), "`" + name + "`: expected a list of values");
+      if (!list.is_array() || list.as_array()->empty())
+        refuse(list.source(), "`" + name + "`: expected a list of values");
       for (const toml::node& each : *list.as_array()) {
         if (const auto flag = each.value_exact<bool>()) sweep[name].push_back(*flag);
         else if (const auto integer = each.value_exact<std::int64_t>()) sweep[name].push_back(*integer);
@@ -84,7 +87,8 @@ struct StudyFile {
     static const std::array known{"point-mass", "velocity-dependent", "rotation", "contact"};
     const auto name = claim.value_exact<std::string>();
     if (!name || std::find(known.begin(), known.end(), *name) == known.end())
-      refuse(claim.source(), "`claim`: expected a class of motion: point-mass, velocity-dependent, rotation or contact");
+      refuse(claim.source(),
+             "`claim`: expected a class of motion: point-mass, velocity-dependent, rotation or contact");
     cells.claim = *name;
     if (!orders) return;
     const toml::array* pair = orders->as_array();
@@ -101,13 +105,17 @@ struct StudyFile {
       if (name && *name == probe.name) return *name;
       known += (known.empty() ? "" : ", ") + probe.name;
     }
-    refuse(node.source(), "`probe`: " + (name ? "unknown probe `" + *name + "`; " : std::string()) + "expected one of " + known);
+    refuse(node.source(),
+           "`probe`: " + (name ? "unknown probe `" + *name + "`; " : std::string()) + "expected one of " + known);
   }
 
   StudyCells cells(const toml::node& node) const {
     const toml::table* table = node.as_table();
     if (!table) refuse(node.source(), "expected [[cells]] to be tables");
-    check_keys(*table, std::array{"scenarios", "methods", "steps", "repeats", "sweep", "timing", "claim", "orders", "except", "probe"}, "[[cells]]");
+    check_keys(
+        *table,
+        std::array{"scenarios", "methods", "steps", "repeats", "sweep", "timing", "claim", "orders", "except", "probe"},
+        "[[cells]]");
     StudyCells cells;
     cells.scenarios = strings(*table, "scenarios");
     cells.methods = strings(*table, "methods");

@@ -40,7 +40,8 @@ void check_sample(const wire::Answer& answer, std::size_t k, double t_end_s, std
 void append_events(const wire::Answer& answer, std::size_t bodies, std::vector<Event>& events) {
   for (const Event& event : answer.events) {
     const auto known = [&](int body) { return body >= 0 && static_cast<std::size_t>(body) < bodies; };
-    if (!known(event.body_a) || !known(event.body_b)) throw wire::Garbage("an event names a body that the scene has not");
+    if (!known(event.body_a) || !known(event.body_b))
+      throw wire::Garbage("an event names a body that the scene has not");
     if (events.size() >= kMostEvents) throw wire::Garbage("more than a million events");
     events.push_back(event);
   }
@@ -120,7 +121,8 @@ Outcome WorkerClient::ask(wire::Request request, double limit_s, const std::func
     try {
       const wire::Answer answer = wire::read_answer(line);
       if (answer.cell != cell_) {
-        throw wire::Garbage("an answer to cell " + std::to_string(answer.cell) + "; asked was " + std::to_string(cell_));
+        throw wire::Garbage("an answer to cell " + std::to_string(answer.cell) + "; asked was " +
+                            std::to_string(cell_));
       }
       take(answer);
       if (!answer.done) continue;
@@ -132,8 +134,8 @@ Outcome WorkerClient::ask(wire::Request request, double limit_s, const std::func
   }
 }
 
-Recording WorkerClient::run(const std::string& method, const std::string& scene_json, std::size_t bodies, const Plan& plan,
-                            int repeats, double limit_s) {
+Recording WorkerClient::run(const std::string& method, const std::string& scene_json, std::size_t bodies,
+                            const Plan& plan, int repeats, double limit_s) {
   wire::Request request;
   request.kind = wire::Request::Kind::run;
   request.method = method;
@@ -158,7 +160,8 @@ Recording WorkerClient::run(const std::string& method, const std::string& scene_
   return recording;
 }
 
-Outcome WorkerClient::profile(const std::string& method, const std::string& scene_json, const Plan& plan, double limit_s, Profile& profile) {
+Outcome WorkerClient::profile(const std::string& method, const std::string& scene_json, const Plan& plan,
+                              double limit_s, Profile& profile) {
   wire::Request request;
   request.kind = wire::Request::Kind::run;
   request.method = method;
@@ -171,7 +174,8 @@ Outcome WorkerClient::profile(const std::string& method, const std::string& scen
     profile = answer.profile;
     const bool whole = profile.step_ns.empty() || profile.step_ns.size() == static_cast<std::size_t>(plan.steps);
     if (answer.outcome.status == Status::ok && !whole)
-      throw wire::Garbage("step_ns of " + std::to_string(profile.step_ns.size()) + " of " + std::to_string(plan.steps) + " steps");
+      throw wire::Garbage("step_ns of " + std::to_string(profile.step_ns.size()) + " of " + std::to_string(plan.steps) +
+                          " steps");
   });
   outcome.reason = printable(outcome.reason);
   return outcome;
@@ -217,7 +221,8 @@ ContactAnswer WorkerClient::contacts(const std::string& scene_json, std::size_t 
   request.json = scene_json;
   ContactAnswer found;
   const auto known = [&](int a, int b) {
-    if (a < 0 || b <= a || static_cast<std::size_t>(b) >= bodies) throw wire::Garbage("contacts of bodies that the scene has not, or of a body before another");
+    if (a < 0 || b <= a || static_cast<std::size_t>(b) >= bodies)
+      throw wire::Garbage("contacts of bodies that the scene has not, or of a body before another");
   };
   found.outcome = ask(std::move(request), limit_s, [&](const wire::Answer& answer) {
     for (const FoundContact& each : answer.contacts) known(each.body_a, each.body_b), found.contacts.push_back(each);
@@ -239,9 +244,11 @@ std::vector<PoseAnswer> WorkerClient::sweep(const std::string& test, const std::
   std::vector<PoseAnswer> poses;
   outcome = ask(std::move(request), limit_s, [&](const wire::Answer& answer) {
     poses.insert(poses.end(), answer.poses.begin(), answer.poses.end());
-    if (poses.size() > static_cast<std::size_t>(count)) throw wire::Garbage("more poses than the " + std::to_string(count) + " asked for");
+    if (poses.size() > static_cast<std::size_t>(count))
+      throw wire::Garbage("more poses than the " + std::to_string(count) + " asked for");
     if (answer.done && answer.outcome.status == Status::ok && poses.size() != static_cast<std::size_t>(count))
-      throw wire::Garbage("ended as ok with " + std::to_string(poses.size()) + " of " + std::to_string(count) + " poses");
+      throw wire::Garbage("ended as ok with " + std::to_string(poses.size()) + " of " + std::to_string(count) +
+                          " poses");
   });
   outcome.reason = printable(outcome.reason);
   return poses;
@@ -270,7 +277,8 @@ std::vector<Worker> find_workers(const std::vector<std::string>& paths) {
   return workers;
 }
 
-Recording run_once(const Worker& worker, const std::string& method, const Scene& scene, const Plan& plan, double limit_s) {
+Recording run_once(const Worker& worker, const std::string& method, const Scene& scene, const Plan& plan,
+                   double limit_s) {
   const BrokenPipeGuard guard;
   WorkerClient client(worker.command);
   return client.run(method, scene_to_json(scene), sampled_bodies(scene), plan, 0, limit_s);

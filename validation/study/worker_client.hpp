@@ -25,16 +25,18 @@ class WorkerClient {
 
   // All throw Interrupted. `limit_s` counts from the request; starting has a limit of its own.
   Engine hello(Outcome& outcome);
-  Recording run(const std::string& method, const std::string& scene_json, std::size_t bodies, const Plan& plan, int repeats,
-                double limit_s);
+  Recording run(const std::string& method, const std::string& scene_json, std::size_t bodies, const Plan& plan,
+                int repeats, double limit_s);
   // The time of every step; a worker that does not tell leaves it empty.
-  Outcome profile(const std::string& method, const std::string& scene_json, const Plan& plan, double limit_s, Profile& profile);
+  Outcome profile(const std::string& method, const std::string& scene_json, const Plan& plan, double limit_s,
+                  Profile& profile);
   ContactAnswer contacts(const std::string& scene_json, std::size_t bodies, const ContactQuery& query, double limit_s,
                          const std::string& test = "");
   // Poses from..from + count of a pair; `outcome` says how it ended. `test`: one beside the engine's own, or empty.
-  std::vector<PoseAnswer> sweep(const std::string& test, const std::string& pair, std::uint64_t seed, std::int64_t count,
-                                bool swept, double limit_s, Outcome& outcome);
-  Truth truth(const std::string& scenario_json, std::size_t bodies, double t_end_s, std::int64_t samples, double limit_s);
+  std::vector<PoseAnswer> sweep(const std::string& test, const std::string& pair, std::uint64_t seed,
+                                std::int64_t count, bool swept, double limit_s, Outcome& outcome);
+  Truth truth(const std::string& scenario_json, std::size_t bodies, double t_end_s, std::int64_t samples,
+              double limit_s);
 
   // From sending the last request to the end of its answer, without the start of the process.
   std::int64_t wall_ns() const { return wall_ns_; }
