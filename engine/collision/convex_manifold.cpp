@@ -1,5 +1,6 @@
 #include "collision/convex_manifold.hpp"
 
+#include <limits>
 #include <vector>
 
 namespace atwood {
@@ -98,9 +99,10 @@ void outline(const PlacedPiece<S>& body, const Feature<S>& feature, const Vec3<S
   } else if (feature.kind == Feature<S>::edge) {
     add_side(body, outwards, out);
   } else if (feature.kind == Feature<S>::disc) {
-    const Vec3<S> tilt = outwards - dot(outwards, feature.normal) * feature.normal;
+    // Within the cap whatever the tilt: by the body's own axes, for what is left of a hair's tilt off the normal is round-off.
+    const Vec3<S> d = turned_back(body.place, outwards), tilt{d.x, d.y, S(0)};
     const bool level = norm(tilt) <= S(64) * real::epsilon<S>();
-    const Vec3<S> u = level ? body.place.axis_W[0] : unit_along(tilt), v = cross(feature.normal, u);
+    const Vec3<S> u = level ? body.place.axis_W[0] : turned(body.place, unit_along(tilt)), v = cross(feature.normal, u);
     for (int k = 0; k < kRimPoints; ++k) {
       S sine, cosine;
       real::sin_cos(S(k) * (S(6.283185307179586476925286766559L) / S(kRimPoints)), sine, cosine);
@@ -287,7 +289,12 @@ void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Plac
       }
     }
   }
-  if (found.empty())
+  // Where faces lie nearly over each other the deepest vertex may be a neighbouring face's, and clipped away.
+  S deepest = std::numeric_limits<S>::infinity();
+  for (const ContactPoint<S>& p : found) deepest = real::min(deepest, p.gap);
+  const S round_off = S(256) * real::epsilon<S>() * (norm(meet.on_a) + norm(b_in_a.p_W));
+  const bool lost = real::is_finite(meet.gap) && deepest > meet.gap - a.radius - b.radius + round_off;
+  if (found.empty() || lost)
     add(meet.on_a, meet.gap, mixed(static_cast<std::uint32_t>(vertex_a + 2), static_cast<std::uint32_t>(vertex_b + 2)));
   keep_four(found, n, manifold);
   manifold.meeting = manifold.count > 2    ? Meeting::face

@@ -5,6 +5,7 @@
 #include "collision/convex_contacts.hpp"
 #include "collision/nearest_features.hpp"
 #include "posed_shapes.hpp"
+#include "scene/pair_sweep.hpp"
 
 using namespace atwood;
 using namespace atwood::testing;
@@ -113,6 +114,23 @@ TEST_CASE("cylinder against box: standing, lying, hanging over, beside a corner"
   }
 }
 
+TEST_CASE("a cylinder that stands on a face but for a hair keeps its cap's points on the cap") {
+  for (int power = -16; power <= -7; ++power) {
+    for (const double sign : {1.0, -3.0}) {
+      const double tilt = sign * std::pow(10.0, power);
+      const Quat<double> q = normalised(Quat<double>{1, tilt / 2, tilt / 3, 0});
+      std::vector<Manifold<double>> m;
+      convex_contacts(shape(Box{{1, 1, 1}}), placed_at<double>({}), shape(Cylinder{0.5, 0.25}), placed_at<double>({0, 0, 1.125}, q),
+                      0.0, m);
+      REQUIRE(m.size() == 1);
+      CHECK(m[0].count == 4);
+      INFO(tilt);
+      for (int i = 0; i < m[0].count; ++i)  // half a metre of the tilt's rise
+        CHECK(std::abs(m[0].points[static_cast<std::size_t>(i)].gap + 0.125) <= 0.7 * std::abs(tilt) + 1e-15);
+    }
+  }
+}
+
 TEST_CASE("cylinders: crossed, in line, side by side") {
   const auto cylinder = Cylinder{0.5, 2};
   const auto crossed = convex_separation(shape(cylinder), placed_at<double>({}), shape(cylinder),
@@ -178,6 +196,22 @@ TEST_CASE("no direction tells two shapes apart better than the normal does") {
     }
     RC_ASSERT(norm(s.on_b_W - s.on_a_W - s.gap * s.normal_W) <= 1e-13 * size);
   }));
+}
+
+TEST_CASE("faces that lie nearly over each other keep the deepest vertex, although it is a neighbouring face's") {
+  const Scene scene = sweep_scene("convex-convex", 42, 50803, false);
+  const auto place = [&](std::size_t i) {
+    const Body& body = scene.bodies[i];
+    const auto& q = body.orientation_wxyz;
+    return placement(narrow3<double>(body.position_m), Quat<double>{q[0], q[1], q[2], q[3]});
+  };
+  const Geometry<double> a = shape(scene.bodies[0].shape), b = shape(scene.bodies[1].shape);
+  std::vector<Manifold<double>> m;
+  convex_contacts(a, place(0), b, place(1), 0.0, m);
+  REQUIRE(m.size() == 1);
+  double deepest = 1;
+  for (int i = 0; i < m[0].count; ++i) deepest = std::min(deepest, m[0].points[static_cast<std::size_t>(i)].gap);
+  CHECK(std::abs(deepest - convex_separation(a, place(0), b, place(1)).gap) < 1e-16);  // 2e-8 without it
 }
 
 TEST_CASE("the expanding polytope agrees with every axis of two polyhedra") {
