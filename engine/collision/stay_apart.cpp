@@ -101,7 +101,6 @@ template <class S> struct Look {
   S most_s, round_off;
   S fastest{};           // no gap closes faster
   Stay<S> stay{};
-  S nearest = std::numeric_limits<S>::infinity();
 
   Look(const Spinning<S>& of_a, const Spinning<S>& of_b, const Vec3<S>& v, S left_s, S touch)
       : a(of_a), b(of_b), w_a(moving_spin(a)), w_b(moving_spin(b)), v_W(v), most_s(left_s), round_off(touch) {
@@ -113,9 +112,10 @@ template <class S> struct Look {
 
   template <class SupportA, class SupportB>
   void parts(S gap, const Vec3<S>& n, const SupportA& of_a, S reach_a, const SupportB& of_b, S reach_b) {
+    const bool nearest = gap < stay.gap;
+    stay.gap = real::min(stay.gap, gap);
     if (gap <= round_off) {
-      if (gap < nearest) stay.normal_W = n;
-      nearest = real::min(nearest, gap);
+      if (nearest || !stay.touching) stay.normal_W = n;
       stay.touching = true;
       stay.until_s = S(0);
       return;

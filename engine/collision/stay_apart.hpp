@@ -4,6 +4,7 @@
 // close above the floor.
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "collision/contacts.hpp"
@@ -20,6 +21,7 @@ template <class S> struct Spinning {
 template <class S> struct Stay {
   S until_s{};             // from now; infinite: to the end
   bool touching = false;   // within round-off
+  S gap = std::numeric_limits<S>::infinity();  // the least of the parts looked at
   Vec3<S> normal_W{};      // from a to b, between the parts that rule
 };
 
