@@ -10,6 +10,13 @@ template <class S> void add3(int at, const Vec3<S>& increment, S* y, Compensatio
   y[at + 1] = rest.add(at + 1, y[at + 1], increment.y);
   y[at + 2] = rest.add(at + 2, y[at + 2], increment.z);
 }
+// Free of torque, such a body keeps its attitude: exactly, in every free top.
+template <class S> bool turns(const RigidModel<S>& model, int body, const S* y) {
+  if (!model.rotates(body)) return false;
+  const S* w = y + model.offset(body) + at_body_rate;
+  return w[0] != S(0) || w[1] != S(0) || w[2] != S(0);
+}
+
 template <class S> void add4(int at, const Quat<S>& increment, S* y, Compensation<S>& rest) {
   y[at] = rest.add(at, y[at], increment.w);
   add3(at + 1, Vec3<S>{increment.x, increment.y, increment.z}, y, rest);
@@ -24,7 +31,7 @@ bool drift(const RigidModel<S>& model, FreeTop top, S direct_s, S adjoint_s, S* 
   for (const int i : model.moving()) {
     const int at = model.offset(i);
     add3(at + at_position, h_s * load3(y + at + at_velocity), y, rest);
-    if (!model.rotates(i)) continue;
+    if (!turns(model, i, y)) continue;
     FreeTurn<S> turn;
     solved = free_turn(top, model.mass(i), direct_s, adjoint_s, load3(y + at + at_body_rate), turn) && solved;
     add4(at + at_attitude, load4(y + at + at_attitude) * turn.less_one, y, rest);

@@ -1,4 +1,5 @@
-// A contact that shares no moving body with another, and has no couple besides friction that holds: at most three unknowns.
+// A contact that shares no moving body with another, and has no couple besides friction that holds: at most three
+// unknowns.
 #include "contact/event/rows.hpp"
 
 namespace atwood::event {
@@ -15,15 +16,16 @@ template <class S> struct Side {
   S* dydt = nullptr;
 };
 
-template <class S> Side<S> side_of(const EventRun<S>& run, const Contact<S>& contact, int body, S sign, S* dydt) {
+template <class S> Side<S> side_of(const EventRun<S>& run, const Contact<S>& contact, int i, S sign, S* dydt) {
   Side<S> side;
-  side.moves = run.moves[body] != 0;
+  const int body = contact.place.body[i];
+  side.moves = body >= 0;
   if (!side.moves) return side;
   side.rotates = run.model.rotates(body);
   side.sign = sign;
   side.pose = &run.poses[body];
   side.inverse = &run.inverse[body];
-  side.arm = contact.sight.x - side.pose->p;
+  side.arm = contact.place.arm[i];
   side.dydt = dydt + run.model.offset(body);
   return side;
 }
@@ -38,7 +40,8 @@ template <class S> Vec3<S> point_acceleration(const Side<S>& side, const Vec3<S>
 
 template <class S> void add_answer(const Side<S>& side, const Twist<S>& answer) {
   store3(load3(side.dydt + at_velocity) + answer.linear, side.dydt + at_velocity);
-  if (side.rotates) store3(load3(side.dydt + at_body_rate) + turned_back(*side.pose, answer.angular), side.dydt + at_body_rate);
+  if (side.rotates)
+    store3(load3(side.dydt + at_body_rate) + turned_back(*side.pose, answer.angular), side.dydt + at_body_rate);
 }
 
 // [r]^T I^-1 [r] + 1 / m, row after row: row i of I^-1 [r] is (I^-1)_i x r.
@@ -68,12 +71,12 @@ template <class S> bool solve(const Vec3<S> (&K)[3], const Vec3<S>& b, Vec3<S>& 
 
 }  // namespace
 
-// In world axes. With K f the acceleration between the bodies that a force f at the point gives, (1/m) f + (I^-1 (r x f)) x r of
-// both, and b = -u' - (u . n') n what is asked for, u' under all other forces:
-//   sticks   K f = b          else   f = N l,  N = n . b / (n . K l),   l = n - mu d, with the couple that comes with it
+// In world axes. With K f the acceleration between the bodies that a force f at the point gives, (1/m) f + (I^-1 (r x
+// f)) x r of both, and b = -u' - (u . n') n what is asked for, u' under all other forces:
+//   sticks   K f = b          else   f = N l,  N = n . b / (n . K l),   l = n - mu d, with the couple that comes with
+//   it
 template <class S> bool add_alone(const EventRun<S>& run, Contact<S>& contact, S* dydt) {
-  const Feature<S>& feature = run.features[contact.feature];
-  const Side<S> sides[2] = {side_of(run, contact, feature.knob_body, S(1), dydt), side_of(run, contact, feature.surface_body, S(-1), dydt)};
+  const Side<S> sides[2] = {side_of(run, contact, 0, S(1), dydt), side_of(run, contact, 1, S(-1), dydt)};
   const Vec3<S>& n = contact.sight.normal;
   Vec3<S> b = -dot(contact.u, contact.sight.normal_dot) * n;
   for (const Side<S>& side : sides)
@@ -95,7 +98,8 @@ template <class S> bool add_alone(const EventRun<S>& run, Contact<S>& contact, S
   S gives{};
   for (int i = 0; i < 2; ++i) {
     if (!sides[i].moves) continue;
-    answer[i] = answer_of(*sides[i].inverse, load_of(contact.along_W, contact.along_couple_W, sides[i].arm, sides[i].sign));
+    answer[i] =
+        answer_of(*sides[i].inverse, load_of(contact.along_W, contact.along_couple_W, sides[i].arm, sides[i].sign));
     gives += sides[i].sign * dot(n, answer[i].linear + cross(answer[i].angular, sides[i].arm));
   }
   const S N = dot(n, b) / gives;

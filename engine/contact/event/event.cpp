@@ -22,9 +22,11 @@ EventOptions read_options(const MethodId& id, std::string& why) {
   const auto& simultaneous = std::get<std::string>(settings.at("simultaneous"));
   if (restitution == "poisson") options.restitution = Restitution::poisson;
   else if (restitution == "stronge") options.restitution = Restitution::stronge;
-  else if (restitution != "newton") why = "+event: restitution is newton, poisson or stronge, not `" + restitution + "`";
+  else if (restitution != "newton")
+    why = "+event: restitution is newton, poisson or stronge, not `" + restitution + "`";
   options.together = simultaneous == "together";
-  if (!options.together && simultaneous != "sequential") why = "+event: simultaneous is sequential or together, not `" + simultaneous + "`";
+  if (!options.together && simultaneous != "sequential")
+    why = "+event: simultaneous is sequential or together, not `" + simultaneous + "`";
   return options;
 }
 
@@ -63,8 +65,8 @@ template <class S> void prepare_run(EventRun<S>& run, const MethodId& id, const 
     const Vec3<S> axes[3] = {{S(1), S(0), S(0)}, {S(0), S(1), S(0)}, {S(0), S(0), S(1)}};
     for (int k = 0; k < 3; ++k) pose.axis[k] = rotate(state.q_WB, axes[k]);
     const MassProperties<S>& mass = run.model.mass(i);
-    run.round[i] = run.model.offset(i) >= 0 && run.model.rotates(i) && mass.diagonal && mass.I_row[0].x == mass.I_row[1].y &&
-                   mass.I_row[0].x == mass.I_row[2].z;
+    run.round[i] = run.model.offset(i) >= 0 && run.model.rotates(i) && mass.diagonal &&
+                   mass.I_row[0].x == mass.I_row[1].y && mass.I_row[0].x == mass.I_row[2].z;
   }
   find_pairs(run, scene);
   find_winds(run, scene);
@@ -77,6 +79,8 @@ template <class S> void prepare_run(EventRun<S>& run, const MethodId& id, const 
   run.hits.reserve(run.features.size());
   run.contacts.reserve(run.features.size());
   run.contacts_before.reserve(run.features.size());
+  run.standing_before.reserve(run.features.size());
+  run.pending.reserve(run.features.size());
   wrap_rates(run);
   if (id.rtol) {
     run.rtol = S(*id.rtol);
@@ -112,7 +116,9 @@ template <class S> void restart(EventRun<S>& run, const Plan& plan) {
   ++run.model.system().epoch;
 }
 
-std::array<double, 3> as_doubles(const auto& v) { return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)}; }
+std::array<double, 3> as_doubles(const auto& v) {
+  return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
+}
 
 // Forces at this instant, of the law that held up to it.
 template <class S> void write_contacts(EventRun<S>& run, S t_s, Sample& sample) {
@@ -152,9 +158,11 @@ template <class S> Outcome run_once(EventRun<S>& run, const Plan& plan, const Ob
     const auto begin = observer.profile ? std::chrono::steady_clock::now() : std::chrono::steady_clock::time_point{};
     const bool stepped = step_with_events(run, from_s, to_s - from_s);
     if (observer.profile)
-      observer.profile->step_ns.push_back(std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now() - begin).count());
+      observer.profile->step_ns.push_back(
+          std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now() - begin).count());
     if (!stepped) {
-      if (run.outcome.status == Status::ok) run.outcome = {Status::diverged, "an implicit step has no solution", 0, 0, {}};
+      if (run.outcome.status == Status::ok)
+        run.outcome = {Status::diverged, "an implicit step has no solution", 0, 0, {}};
       break;
     }
     step_end = n + 1;
@@ -167,7 +175,8 @@ template <class S> Outcome run_once(EventRun<S>& run, const Plan& plan, const Ob
   return run.outcome;
 }
 
-template <class S> Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
+template <class S>
+Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
   std::string why;
   const EventOptions options = read_options(id, why);
   if (!why.empty()) return unsupported(why);

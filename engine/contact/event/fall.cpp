@@ -7,10 +7,12 @@ namespace atwood::event {
 
 namespace {
 
-// ---- impacts ----------------------------------------------------------------------------------------------------------------
-// Where in (0, high] a gap falls through zero that is at or above it at 0 and below at `high`. Newton on the gap, from where the
-// parabola through the start and the end falls through zero (free flight onto a plane is that), kept in a bracket; a gap that
-// starts at zero, after an impact, rises first. Ends where corrections no longer shrink: what is left of the gap is round-off.
+// ---- impacts
+// ----------------------------------------------------------------------------------------------------------------
+// Where in (0, high] a gap falls through zero that is at or above it at 0 and below at `high`. Newton on the gap, from
+// where the parabola through the start and the end falls through zero (free flight onto a plane is that), kept in a
+// bracket; a gap that starts at zero, after an impact, rises first. Ends where corrections no longer shrink: what is
+// left of the gap is round-off.
 template <class S> S refine(Flow<S>& flow, const Feature<S>& feature, S high, S gap_high) {
   const bool leaves = feature.rate > S(0);
   const S rise = feature.rate * flow.h_s * high, bend = gap_high - feature.gap - rise;
@@ -36,8 +38,9 @@ template <class S> S refine(Flow<S>& flow, const Feature<S>& feature, S high, S 
   return flow.probed;
 }
 
-// The end of the first part of [0, 1] in which the gap falls below zero, and the gap there; above 1 if there is none. A dip inside
-// the step shows as a gap that falls at the start and rises at the end: its lowest point is sought by the sign of the rate.
+// The end of the first part of [0, 1] in which the gap falls below zero, and the gap there; above 1 if there is none. A
+// dip inside the step shows as a gap that falls at the start and rises at the end: its lowest point is sought by the
+// sign of the rate.
 template <class S> struct Overlap { S theta = S(2), gap{}; };
 template <class S> Overlap<S> overlap_within(Flow<S>& flow, const Feature<S>& feature) {
   const Overlap<S> none;
@@ -73,8 +76,9 @@ template <class S> S touch_of(Flow<S>& flow, const Feature<S>& feature) {
   return refine(flow, feature, overlap.theta, overlap.gap);
 }
 
-// ---- conditions of lasting contacts -----------------------------------------------------------------------------------------
-// Forces as of the contact's last evaluation; slips as of the last look at it.
+// ---- conditions of lasting contacts
+// ----------------------------------------------------------------------------------------- Forces as of the contact's
+// last evaluation; slips as of the last look at it.
 template <class S> S value_of(const EventRun<S>& run, Condition condition, const Contact<S>& contact) {
   const ShapePair<S>& pair = run.pairs[run.features[contact.feature].pair];
   switch (condition) {
@@ -160,7 +164,8 @@ template <class S> void search(Watch<S>& watch, Condition condition, Fall<S>& fi
   }
 }
 
-// ---- the kink of quadratic drag -----------------------------------------------------------------------------------------------
+// ---- the kink of quadratic drag
+// -----------------------------------------------------------------------------------------------
 template <class S> Vec3<S> through_air(const EventRun<S>& run, const Wind<S>& wind, const S* y) {
   return load3(y + run.model.offset(wind.body) + at_velocity) - wind.velocity_W;
 }
@@ -184,12 +189,15 @@ template <class S> void earliest_switch(Flow<S>& flow, Fall<S>& first) {
   const EventRun<S>& run = flow.run;
   Watch<S> watch{flow};
   if (run.near_bound)
-    for (const Condition condition : {Condition::force, Condition::cone, Condition::couple}) search(watch, condition, first);
-  for (const Condition condition : {Condition::slip, Condition::roll, Condition::facet}) search(watch, condition, first);
+    for (const Condition condition : {Condition::force, Condition::cone, Condition::couple})
+      search(watch, condition, first);
+  for (const Condition condition : {Condition::slip, Condition::roll, Condition::facet})
+    search(watch, condition, first);
 }
 
-// Where in the step a body's velocity through the air has turned square to what it was at the start. Steps are cut there:
-// across the kink of |u| u no method keeps more than third order. False position (Illinois), from the smooth side.
+// Where in the step a body's velocity through the air has turned square to what it was at the start. Steps are cut
+// there: across the kink of |u| u no method keeps more than third order. False position (Illinois), from the smooth
+// side.
 template <class S> void earliest_calm(Flow<S>& flow, Fall<S>& first) {
   EventRun<S>& run = flow.run;
   for (std::size_t i = 0; i < run.winds.size(); ++i) {

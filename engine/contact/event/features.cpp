@@ -12,7 +12,8 @@ template <class S> Vec3<S> unit_axis(int i, S sign) {
   return e;
 }
 
-// Of a box or a rectangle: by how many axes the centre lies outside decides face, edge or vertex. Inside: the face of least depth.
+// Of a box or a rectangle: by how many axes the centre lies outside decides face, edge or vertex. Inside: the face of
+// least depth.
 template <class S> Facet<S> nearest_of_slab(const Vec3<S>& half, const Vec3<S>& c) {
   Facet<S> facet;
   int outside = 0, last = 0, along = 0;
@@ -68,7 +69,9 @@ template <class S> Facet<S> nearest_of_triangle(const Triangle<S>& triangle, con
   const Vec3<S>&A = triangle.corner_B[0], &B = triangle.corner_B[1], &C = triangle.corner_B[2];
   const Vec3<S> ab = B - A, ac = C - A, ap = c - A, bp = c - B, cp = c - C;
   const S d1 = dot(ab, ap), d2 = dot(ac, ap), d3 = dot(ab, bp), d4 = dot(ac, bp), d5 = dot(ab, cp), d6 = dot(ac, cp);
-  const auto line = [](const Vec3<S>& from, const Vec3<S>& along) { return Facet<S>{1, from, (S(1) / norm(along)) * along}; };
+  const auto line = [](const Vec3<S>& from, const Vec3<S>& along) {
+    return Facet<S>{1, from, (S(1) / norm(along)) * along};
+  };
   if (d1 <= S(0) && d2 <= S(0)) return {0, A, {}};
   if (d3 >= S(0) && d4 <= d3) return {0, B, {}};
   if (d6 >= S(0) && d5 <= d6) return {0, C, {}};
@@ -110,16 +113,19 @@ template <class S> Facet<S> nearest_of_mesh(const std::vector<Triangle<S>>& mesh
   return best;
 }
 
-template <class S> Facet<S> face_of_mesh(const std::vector<Triangle<S>>& mesh, const Vec3<S>& c, const Vec3<S>& side, S& beside) {
+template <class S>
+Facet<S> face_of_mesh(const std::vector<Triangle<S>>& mesh, const Vec3<S>& c, const Vec3<S>& side, S& beside) {
   Facet<S> facet = nearest_of_mesh(mesh, c);
   beside = facet.dimension == 2 ? S(0) : distance_to(facet, c);
-  if (facet.dimension == 2 && dot(facet.direction_B, side - facet.point_B) < S(0)) facet.direction_B = -facet.direction_B;
+  if (facet.dimension == 2 && dot(facet.direction_B, side - facet.point_B) < S(0))
+    facet.direction_B = -facet.direction_B;
   return facet;
 }
 
 template <class S, bool with_rates>
-Sight<S> see_ball(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, const Facet<S>& facet, const Pose<S>& on) {
-  Sight<S> sight;
+void see_ball(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, const Facet<S>& facet,
+              const Pose<S>& on, Sight<S>& sight) {
+  sight.normal_dot = {};
   const Vec3<S> arm = knob.centered ? Vec3<S>{} : turned(of, knob.center_B);
   const Vec3<S> center = of.p + arm;
   const Vec3<S> center_dot = knob.centered ? of.v : of.v + cross(of.w, arm);
@@ -129,7 +135,7 @@ Sight<S> see_ball(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surf
     sight.rate = dot(surface.normal_W, center_dot);
     sight.x = center - knob.radius * sight.normal;
     if (with_rates) sight.x_dot = center_dot;
-    return sight;
+    return;
   }
   const Vec3<S> from_body = center - on.p;
   Vec3<S> away, along;
@@ -138,7 +144,8 @@ Sight<S> see_ball(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surf
     away = from_body - turned(on, facet.point_B);
     along = turned(on, facet.direction_B);
   }
-  const Vec3<S> drift = center_dot - on.v - (surface.kind == SurfaceKind::point ? cross(on.w, Vec3<S>{}) : cross(on.w, from_body));
+  const Vec3<S> drift =
+      center_dot - on.v - (surface.kind == SurfaceKind::point ? cross(on.w, Vec3<S>{}) : cross(on.w, from_body));
   S distance{};
   Vec3<S> across{};  // the drift that turns the normal
   if (facet.dimension == 2) {
@@ -159,12 +166,12 @@ Sight<S> see_ball(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surf
     if (distance != S(0) && facet.dimension < 2) sight.normal_dot += (S(1) / distance) * across;
     sight.x_dot = center_dot - knob.radius * sight.normal_dot;
   }
-  return sight;
 }
 
 // The lowest point of a circle about the unit axis a: x = c - R e, e = (n - (n.a) a) / s, s its length.
-template <class S, bool with_rates> Sight<S> see_rim(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface) {
-  Sight<S> sight;
+template <class S, bool with_rates>
+void see_rim(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, Sight<S>& sight) {
+  sight.normal_dot = sight.x_dot = {};
   const Vec3<S> arm = turned(of, knob.center_B), axis = turned(of, knob.axis_B), &n = surface.normal_W;
   const Vec3<S> center = of.p + arm;
   const S lean = dot(n, axis);
@@ -181,7 +188,6 @@ template <class S, bool with_rates> Sight<S> see_rim(const Knob<S>& knob, const 
     const Vec3<S> e_dot = (S(1) / s) * (up_dot - dot(e, up_dot) * e);
     sight.x_dot = of.v + cross(of.w, arm) - knob.radius * e_dot;
   }
-  return sight;
 }
 
 }  // namespace
@@ -198,7 +204,8 @@ template <class S> S within_triangle(const Triangle<S>& triangle, const Vec3<S>&
 }
 
 template <class S>
-Facet<S> nearest_facet(const Surface<S>& surface, const Vec3<S>& center_B, bool corner, const Vec3<S>& side_B, S& beside) {
+Facet<S> nearest_facet(const Surface<S>& surface, const Vec3<S>& center_B, bool corner, const Vec3<S>& side_B,
+                       S& beside) {
   beside = S(0);
   switch (surface.kind) {
     case SurfaceKind::plane: return {2, {}, {}};
@@ -210,26 +217,33 @@ Facet<S> nearest_facet(const Surface<S>& surface, const Vec3<S>& center_B, bool 
       return {1, {}, {S(0), S(0), S(1)}};
     }
     case SurfaceKind::slab:
-      return corner ? face_of_slab(surface.half_extents, center_B, side_B, beside) : nearest_of_slab(surface.half_extents, center_B);
+      return corner ? face_of_slab(surface.half_extents, center_B, side_B, beside)
+                    : nearest_of_slab(surface.half_extents, center_B);
     case SurfaceKind::mesh: break;
   }
   return corner ? face_of_mesh(surface.mesh, center_B, side_B, beside) : nearest_of_mesh(surface.mesh, center_B);
 }
 
 template <class S>
-Sight<S> look(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, const Facet<S>& facet, const Pose<S>& on) {
-  return knob.rim ? see_rim<S, false>(knob, of, surface) : see_ball<S, false>(knob, of, surface, facet, on);
+Sight<S> look(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, const Facet<S>& facet,
+              const Pose<S>& on) {
+  Sight<S> sight;
+  if (knob.rim) see_rim<S, false>(knob, of, surface, sight);
+  else see_ball<S, false>(knob, of, surface, facet, on, sight);
+  return sight;
 }
 template <class S>
-Sight<S> watch(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, const Facet<S>& facet, const Pose<S>& on) {
-  return knob.rim ? see_rim<S, true>(knob, of, surface) : see_ball<S, true>(knob, of, surface, facet, on);
+void watch(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, const Facet<S>& facet, const Pose<S>& on,
+           Sight<S>& sight) {
+  if (knob.rim) see_rim<S, true>(knob, of, surface, sight);
+  else see_ball<S, true>(knob, of, surface, facet, on, sight);
 }
 
-#define ATWOOD_FEATURES(S)                                                                                              \
-  template S within_triangle<S>(const Triangle<S>&, const Vec3<S>&);                                                     \
-  template Facet<S> nearest_facet<S>(const Surface<S>&, const Vec3<S>&, bool, const Vec3<S>&, S&);                       \
-  template Sight<S> look<S>(const Knob<S>&, const Pose<S>&, const Surface<S>&, const Facet<S>&, const Pose<S>&);         \
-  template Sight<S> watch<S>(const Knob<S>&, const Pose<S>&, const Surface<S>&, const Facet<S>&, const Pose<S>&);
+#define ATWOOD_FEATURES(S)                                                                                       \
+  template S within_triangle<S>(const Triangle<S>&, const Vec3<S>&);                                             \
+  template Facet<S> nearest_facet<S>(const Surface<S>&, const Vec3<S>&, bool, const Vec3<S>&, S&);               \
+  template Sight<S> look<S>(const Knob<S>&, const Pose<S>&, const Surface<S>&, const Facet<S>&, const Pose<S>&); \
+  template void watch<S>(const Knob<S>&, const Pose<S>&, const Surface<S>&, const Facet<S>&, const Pose<S>&, Sight<S>&);
 ATWOOD_FEATURES(float)
 ATWOOD_FEATURES(double)
 ATWOOD_FEATURES(long double)

@@ -1,7 +1,8 @@
-// Smooth gaps: a knob of one body (a ball or a rim fixed in it) against a facet of another (a face, an edge line, a point).
+// Smooth gaps: a knob of one body (a ball or a rim fixed in it) against a facet of another (a face, an edge line, a
+// point).
 //
-// Where shapes keep touching with the same features, their gap is a smooth function of the motion; its second derivative is what
-// contact forces are solved for. Round shapes are knobs with a radius, corners knobs without.
+// Where shapes keep touching with the same features, their gap is a smooth function of the motion; its second
+// derivative is what contact forces are solved for. Round shapes are knobs with a radius, corners knobs without.
 #pragma once
 
 #include <vector>
@@ -59,13 +60,26 @@ template <class S> struct Sight {
   Vec3<S> normal_dot, x_dot;      // filled by watch() alone
 };
 
-// The facet of a slab, segment or mesh that is nearest to a knob. Corners (radius 0) see faces alone, from the side on which
-// `side_B` lies; where they stand beside the face, `beside` is by how much.
-template <class S> Facet<S> nearest_facet(const Surface<S>& surface, const Vec3<S>& center_B, bool corner, const Vec3<S>& side_B, S& beside);
+// The facet of a slab, segment or mesh that is nearest to a knob. Corners (radius 0) see faces alone, from the side on
+// which `side_B` lies; where they stand beside the face, `beside` is by how much.
+template <class S>
+Facet<S> nearest_facet(const Surface<S>& surface, const Vec3<S>& center_B, bool corner, const Vec3<S>& side_B,
+                       S& beside);
 
 // Gap, rate, normal and point.
-template <class S> Sight<S> look(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, const Facet<S>& facet, const Pose<S>& on);
+template <class S>
+Sight<S> look(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, const Facet<S>& facet,
+              const Pose<S>& on);
 // ... and how normal and point move.
-template <class S> Sight<S> watch(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, const Facet<S>& facet, const Pose<S>& on);
+template <class S>
+void watch(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, const Facet<S>& facet, const Pose<S>& on,
+           Sight<S>& sight);
+template <class S>
+Sight<S> watch(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, const Facet<S>& facet,
+               const Pose<S>& on) {
+  Sight<S> sight;
+  watch(knob, of, surface, facet, on, sight);
+  return sight;
+}
 
 }  // namespace atwood::event

@@ -30,28 +30,31 @@ template <class S> void note_bounds(EventRun<S>& run, Contact<S>& contact) {
   const ShapePair<S>& pair = run.pairs[run.features[contact.feature].pair];
   contact.largest_N = real::max(contact.largest_N, contact.normal_N);
   const auto near = [&](const Vec3<S>& load, S bound) { return !(dot(load, load) <= S(0.81) * bound * bound); };
-  run.near_bound = run.near_bound || !(contact.normal_N >= S(0.1) * contact.largest_N) ||
-                   (contact.mode == Mode::sticks && near(contact.friction_N, pair.friction * contact.normal_N)) ||
-                   (contact.turning == Turning::held && near(contact.couple_N_m, pair.rolling_friction_m * contact.normal_N));
+  run.near_bound =
+      run.near_bound || !(contact.normal_N >= S(0.1) * contact.largest_N) ||
+      (contact.mode == Mode::sticks && near(contact.friction_N, pair.friction * contact.normal_N)) ||
+      (contact.turning == Turning::held && near(contact.couple_N_m, pair.rolling_friction_m * contact.normal_N));
 }
 
-// Which of several knobs holds how much of the friction moves nothing as long as they all hold; but it tells when the first lets go.
-// Shared in proportion to what presses on them, knobs under a pull through the middle of the pressure reach their cones as one.
+// Which of several knobs holds how much of the friction moves nothing as long as they all hold; but it tells when the
+// first lets go. Shared in proportion to what presses on them, knobs under a pull through the middle of the pressure
+// reach their cones as one.
 template <class S> void share_by_pressure(EventRun<S>& run) {
   S pressed = S(0);
   int sticking = 0;
   bool near_edge = false;
   for (const Contact<S>& contact : run.contacts) {
-    if (!contact.carries || contact.mode != Mode::sticks) continue;
+    if (contact.first_row < 0 || contact.mode != Mode::sticks) continue;
     ++sticking;
-    const S *force = &run.unknown[contact.first_row], bound = S(0.5) * run.pairs[run.features[contact.feature].pair].friction * force[0];
+    const S* force = &run.unknown[contact.first_row];
+    const S bound = S(0.5) * run.pairs[run.features[contact.feature].pair].friction * force[0];
     pressed += force[0];
     near_edge = near_edge || !(force[1] * force[1] + force[2] * force[2] < bound * bound);
   }
   if (sticking < 2 || !near_edge || !(pressed > S(0))) return;  // far from their cones, any share will do
   const S mean = pressed / S(sticking);
   for (const Contact<S>& contact : run.contacts) {
-    if (!contact.carries || contact.mode != Mode::sticks) continue;
+    if (contact.first_row < 0 || contact.mode != Mode::sticks) continue;
     const S weight = mean / real::max(run.unknown[contact.first_row], S(0x1p-10) * mean);
     for (int i = 1; i <= 2; ++i) {
       run.weight[contact.first_row + i] = weight;
@@ -62,14 +65,17 @@ template <class S> void share_by_pressure(EventRun<S>& run) {
   run.has_factors = false;  // of these weights alone
 }
 
-// What is asked of the contact's rows, less what the bodies' accelerations make of them: (n . u)' = 0, (t . u)' = 0, (t . w)' = 0
-// for t that turn with n.
+// What is asked of the contact's rows, less what the bodies' accelerations make of them: (n . u)' = 0, (t . u)' = 0,
+// (t . w)' = 0 for t that turn with n.
 template <class S> void ask(EventRun<S>& run, const Contact<S>& contact) {
-  const Feature<S>& feature = run.features[contact.feature];
   const Sight<S>& sight = contact.sight;
-  const auto circling = [&](int body) { return cross(run.poses[body].w, sight.x_dot - run.poses[body].v); };
-  Vec3<S> b = -circling(feature.knob_body) - dot(contact.u, sight.normal_dot) * sight.normal, couple{};
-  if (run.moves[feature.surface_body]) b += circling(feature.surface_body);
+  Vec3<S> b = -dot(contact.u, sight.normal_dot) * sight.normal, couple{};
+  for (int side = 0; side < 2; ++side) {
+    if (contact.place.body[side] < 0) continue;
+    const Pose<S>& pose = run.poses[contact.place.body[side]];
+    const Vec3<S> circling = cross(pose.w, sight.x_dot - pose.v);
+    b = side == 0 ? b - circling : b + circling;
+  }
   if (contact.couple_rows > 0) couple = dot(contact.w, sight.normal) * sight.normal_dot;
   project_rows(contact, b, couple, run.right.data() + contact.first_row);
 }
@@ -80,7 +86,8 @@ template <class S> std::uint64_t modes_of(const EventRun<S>& run) {
   for (const Contact<S>& contact : run.contacts) {
     if (!contact.carries) continue;
     const auto feature = static_cast<std::uint64_t>(contact.feature);
-    key = key * 0x9e3779b97f4a7c15u + feature * 16 + static_cast<std::uint64_t>(contact.mode) * 4 + static_cast<std::uint64_t>(contact.turning);
+    key = key * 0x9e3779b97f4a7c15u + feature * 16 + static_cast<std::uint64_t>(contact.mode) * 4 +
+          static_cast<std::uint64_t>(contact.turning) + 0x100000000u * contact.alone;
   }
   return key;
 }
@@ -96,7 +103,8 @@ template <class S> void find_alone(EventRun<S>& run) {
   }
   const auto shared = [&](int body) { return run.moves[body] && run.touches[body] > 1; };
   for (Contact<S>& contact : run.contacts) {
-    const bool forces = contact.turning == Turning::free || (contact.turning == Turning::rolls && contact.mode != Mode::sticks);
+    const bool forces =
+        contact.turning == Turning::free || (contact.turning == Turning::rolls && contact.mode != Mode::sticks);
     contact.alone = forces && !shared(knob(contact)) && !shared(surface(contact));
   }
 }
@@ -107,9 +115,8 @@ template <class S> void start_from_shares(EventRun<S>& run) {
   for (const Contact<S>& contact : run.contacts) {
     if (contact.first_row < 0) continue;
     S* x = run.unknown.data() + contact.first_row;
-    *x++ = contact.share_N;
-    for (int i = 0; i + 1 < contact.force_rows; ++i) *x++ = dot(contact.share_friction_N, contact.tangent[i]);
-    for (int i = 0; i < contact.couple_rows; ++i) *x++ = dot(contact.share_couple_N_m, contact.tangent[i]);
+    project_rows(contact, contact.share_friction_N, contact.share_couple_N_m, x);
+    x[0] = contact.share_N;
   }
   run.answered = false;
 }
@@ -126,7 +133,8 @@ template <class S> void solve_contacts(EventRun<S>& run) {
 }
 
 template <class S> void add_together(EventRun<S>& run, S* dydt) {
-  for (const int body : run.contact_bodies) run.free_acceleration[body] = {linear_of(run, body, dydt), angular_of(run, body, dydt)};
+  for (const int body : run.contact_bodies)
+    run.free_acceleration[body] = {linear_of(run, body, dydt), angular_of(run, body, dydt)};
   solve_contacts(run);
   if (!run.answered) answer_unknowns(run);
   for (Contact<S>& contact : run.contacts)
@@ -135,7 +143,8 @@ template <class S> void add_together(EventRun<S>& run, S* dydt) {
     if (!run.moves[body] || !run.loaded[body]) continue;
     S* at = dydt + run.model.offset(body);
     store3(run.acceleration[body].linear, at + at_velocity);
-    if (run.model.rotates(body)) store3(turned_back(run.poses[body], run.acceleration[body].angular), at + at_body_rate);
+    if (run.model.rotates(body))
+      store3(turned_back(run.poses[body], run.acceleration[body].angular), at + at_body_rate);
   }
 }
 
@@ -171,9 +180,10 @@ template <class S> void wrap_rates(EventRun<S>& run) {
 
 template <class S> void contact_rates(EventRun<S>& run, S, const S* y, S* dydt) {
   pose_contact_bodies(run, y);
-  const std::uint64_t modes = modes_of(run);
-  if (modes != run.modes) find_alone(run);
-  run.modes = modes;
+  if (modes_of(run) != run.modes) {
+    find_alone(run);
+    run.modes = modes_of(run);
+  }
   bool together = false;
   for (Contact<S>& contact : run.contacts) {
     if (!contact.carries) continue;
@@ -204,7 +214,8 @@ template <class S> Vec3<S> relative_acceleration(const EventRun<S>& run, const C
 }
 
 template <class S> S normal_acceleration(const EventRun<S>& run, const Contact<S>& contact, const S* dydt) {
-  return dot(contact.sight.normal, relative_acceleration(run, contact, dydt)) + dot(contact.u, contact.sight.normal_dot);
+  return dot(contact.sight.normal, relative_acceleration(run, contact, dydt)) +
+         dot(contact.u, contact.sight.normal_dot);
 }
 
 #define ATWOOD_FORCES(S)                                                                               \

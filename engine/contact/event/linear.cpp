@@ -90,8 +90,9 @@ template <class S> void substitute_rows(const EventRun<S>& run, S* x) {
   }
 }
 
-// What the unknowns leave of the right side, into run.residual, by way of what they do to the bodies: A is not needed. Returns the
-// square of its size relative to the unknowns' in the norm |r_i| / sqrt(A_ii), |x_i| sqrt(A_ii), where forces and couples compare.
+// What the unknowns leave of the right side, into run.residual, by way of what they do to the bodies: A is not needed.
+// Returns the square of its size relative to the unknowns' in the norm |r_i| / sqrt(A_ii), |x_i| sqrt(A_ii), where
+// forces and couples compare.
 template <class S> S residual(EventRun<S>& run) {
   answer_unknowns(run);
   for (const Contact<S>& contact : run.contacts)
@@ -109,10 +110,11 @@ template <class S> S residual(EventRun<S>& run) {
 
 }  // namespace
 
-// Redundant contacts make A singular, its equations consistent. (A + e D) (x_(k+1) - x_k) = right - A x_k, D the weighted diagonal (the
-// proximal point method), converges by a factor of about e a turn on what A sees, and leaves what it does not see where it started,
-// but for round-off of about eps / e: with e = eps^(1/3) three turns are enough of a well conditioned A, and that noise is eps^(2/3).
-// Factors of an earlier A do as well as long as they are near enough; where the unknowns start as the solution, they are not used.
+// Redundant contacts make A singular, its equations consistent. (A + e D) (x_(k+1) - x_k) = right - A x_k, D the
+// weighted diagonal (the proximal point method), converges by a factor of about e a turn on what A sees, and leaves
+// what it does not see where it started, but for round-off of about eps / e: with e = eps^(1/3) three turns are enough
+// of a well conditioned A, and that noise is eps^(2/3). Factors of an earlier A do as well as long as they are near
+// enough; where the unknowns start as the solution, they are not used.
 template <class S> void solve_rows(EventRun<S>& run, bool redundant, bool keep_factors) {
   constexpr int most_turns = 12;
   constexpr S round_off = S(4) * real::epsilon<S>(), noise = S(16) * round_off, slow = S(0x1p-6), stalled = S(0.25);
@@ -126,6 +128,7 @@ template <class S> void solve_rows(EventRun<S>& run, bool redundant, bool keep_f
     run.has_factors = run.answered = false;
     return;
   }
+  std::copy_n(x, run.row_count, run.start.begin());
   bool fresh = !run.has_factors || !keep_factors;
   if (fresh) factorise_rows(run, true);
   S last = std::numeric_limits<S>::infinity();
@@ -135,10 +138,12 @@ template <class S> void solve_rows(EventRun<S>& run, bool redundant, bool keep_f
     const bool shrinks = error <= (fresh ? stalled * stalled : slow * slow) * last;
     if (!shrinks && (fresh || error <= noise * noise)) return;
     last = error;
-    if (!shrinks) {
+    if (!shrinks) {  // the earlier factors led nowhere: from the start again
+      std::copy_n(run.start.begin(), run.row_count, x);
       factorise_rows(run, true);
       fresh = true;
       last = std::numeric_limits<S>::infinity();
+      continue;
     }
     substitute_rows(run, run.residual.data());
     for (int i = 0; i < run.row_count; ++i) x[i] += run.residual[i];

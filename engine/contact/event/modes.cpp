@@ -215,9 +215,10 @@ void report_event(const EventRun<S>& run, EventKind kind, const ShapePair<S>& pa
 template <class S> bool review_contacts(EventRun<S>& run, S t_s, bool report) {
   const std::vector<Contact<S>>& old = run.contacts_before;
   run.contacts_before = run.contacts;
-  std::vector<Standing> standing;  // of each old contact's pair: few, and only where contacts change
+  std::vector<unsigned char>& standing = run.standing_before;  // of each old contact's pair
+  standing.clear();
   if (report)
-    for (const Contact<S>& contact : old) standing.push_back(standing_of(run, run.features[contact.feature].pair));
+    for (const Contact<S>& contact : old) standing.push_back(static_cast<unsigned char>(standing_of(run, run.features[contact.feature].pair)));
   gather(run);
   run.carrying = 0;
   if (!run.contacts.empty()) {
@@ -261,7 +262,7 @@ template <class S> bool review_contacts(EventRun<S>& run, S t_s, bool report) {
   for (std::size_t i = 0; i < old.size(); ++i) {
     const int pair = run.features[old[i].feature].pair;
     if (i > 0 && run.features[old[i - 1].feature].pair == pair) continue;  // one event a pair; its contacts stand together
-    report_change(run, old[i], standing[i], standing_of(run, pair), t_s);
+    report_change(run, old[i], static_cast<Standing>(standing[i]), standing_of(run, pair), t_s);
   }
   return true;
 }

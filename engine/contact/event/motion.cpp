@@ -16,7 +16,8 @@ template <class S> void take_pose(const EventRun<S>& run, int body, const S* y, 
   const Quat<S> q = load4(at + at_attitude);
   const S two = S(2) / (q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);  // a method's stages are not of unit length
   const S x = two * q.x, y2 = two * q.y, z = two * q.z;
-  const S xx = x * q.x, yy = y2 * q.y, zz = z * q.z, xy = x * q.y, xz = x * q.z, yz = y2 * q.z, wx = x * q.w, wy = y2 * q.w, wz = z * q.w;
+  const S xx = x * q.x, yy = y2 * q.y, zz = z * q.z, xy = x * q.y, xz = x * q.z, yz = y2 * q.z, wx = x * q.w,
+          wy = y2 * q.w, wz = z * q.w;
   pose.axis[0] = {S(1) - yy - zz, xy + wz, xz - wy};
   pose.axis[1] = {xy - wz, S(1) - xx - zz, yz + wx};
   pose.axis[2] = {xz + wy, yz - wx, S(1) - xx - yy};
@@ -47,8 +48,13 @@ template <class S> Facet<S> facet_under(const EventRun<S>& run, const Feature<S>
 template <class S> Sight<S> sight_of_ball(const EventRun<S>& run, const Feature<S>& feature, const S* y) {
   const Surface<S>& surface = run.surfaces[feature.surface];
   Sight<S> sight;
-  const auto place = [&](int body) { const int at = run.model.offset(body); return at < 0 ? run.poses[body].p : load3(y + at); };
-  const auto speed = [&](int body) { return run.moves[body] ? load3(y + run.model.offset(body) + at_velocity) : Vec3<S>{}; };
+  const auto place = [&](int body) {
+    const int at = run.model.offset(body);
+    return at < 0 ? run.poses[body].p : load3(y + at);
+  };
+  const auto speed = [&](int body) {
+    return run.moves[body] ? load3(y + run.model.offset(body) + at_velocity) : Vec3<S>{};
+  };
   const Vec3<S> p = place(feature.knob_body), v = speed(feature.knob_body);
   if (surface.kind == SurfaceKind::plane) {
     sight.normal = surface.normal_W;

@@ -38,7 +38,8 @@ template <class S> bool refuse_if_near(EventRun<S>& run, const ShapePair<S>& pai
 
 // Gaps and rates at `y` of those of a pair's features [feature, end) that do not last.
 template <class S>
-void measure(EventRun<S>& run, Feature<S>* feature, const Feature<S>* end, const S* y, S Feature<S>::*gap, S Feature<S>::*rate) {
+void measure(EventRun<S>& run, Feature<S>* feature, const Feature<S>* end, const S* y, S Feature<S>::*gap,
+             S Feature<S>::*rate) {
   bool posed = false;
   for (; feature != end; ++feature) {
     if (feature->lasting) continue;
@@ -66,7 +67,8 @@ template <class S> bool find_near(EventRun<S>& run, S h_s) {
       continue;
     }
     const S so_far = run.travel[pair.a] + run.travel[pair.b];
-    const S in_step = few ? excursion(run, pair.a, h_s) + excursion(run, pair.b, h_s) : run.excursions[pair.a] + run.excursions[pair.b];
+    const S in_step = few ? excursion(run, pair.a, h_s) + excursion(run, pair.b, h_s)
+                          : run.excursions[pair.a] + run.excursions[pair.b];
     if (!few && so_far + in_step < pair.look_again_at) continue;
     const S clear = clearance(run, pair, run.y.data());
     pair.look_again_at = so_far + clear - run.gap_round_off();
@@ -79,7 +81,8 @@ template <class S> bool find_near(EventRun<S>& run, S h_s) {
 
 template <class S> void advance_travel(EventRun<S>& run) {
   if (static_cast<int>(run.pairs.size()) <= few_pairs) return;
-  for (std::size_t i = 0; i < run.travel.size(); ++i) run.travel[i] += run.excursions[i];  // of the whole step: bounds a part's
+  for (std::size_t i = 0; i < run.travel.size(); ++i)
+    run.travel[i] += run.excursions[i];  // of the whole step: bounds a part's
 }
 
 // Lasting contacts are not looked at: their gaps are held.
@@ -90,7 +93,8 @@ template <class S> void measure_gaps(EventRun<S>& run) {
     Feature<S>* const end = feature + pair.count;
     while (feature != end && feature->lasting) ++feature;
     if (feature != end) {
-      if (pair.known_at != run.step_count) measure(run, feature, end, run.y.data(), &Feature<S>::gap, &Feature<S>::rate);
+      if (pair.known_at != run.step_count)
+        measure(run, feature, end, run.y.data(), &Feature<S>::gap, &Feature<S>::rate);
       measure(run, feature, end, run.y_new.data(), &Feature<S>::gap_end, &Feature<S>::rate_end);
     }
     pair.known_at = run.step_count;

@@ -32,7 +32,8 @@ template <class S> void kick(const EventRun<S>& run, int body, S* y) {
   S* at = y + run.model.offset(body);
   const Twist<S>& by = run.acceleration[body];
   store3(load3(at + at_velocity) + by.linear, at + at_velocity);
-  if (run.model.rotates(body)) store3(load3(at + at_body_rate) + turned_back(run.poses[body], by.angular), at + at_body_rate);
+  if (run.model.rotates(body))
+    store3(load3(at + at_body_rate) + turned_back(run.poses[body], by.angular), at + at_body_rate);
 }
 
 // Bodies' gaps back to what they are held at, each by the least way.

@@ -5,16 +5,18 @@ namespace atwood::event {
 
 namespace {
 
-// Duff et al., J. Comput. Graph. Tech. 6 (2017) 1: two unit vectors that make a right-handed frame with n, without a root.
+// Duff et al., J. Comput. Graph. Tech. 6 (2017) 1: two unit vectors that make a right-handed frame with n, without a
+// root.
 template <class S> void tangents_of(const Vec3<S>& n, Vec3<S> (&t)[2]) {
   const S sign = n.z < S(0) ? S(-1) : S(1), a = S(-1) / (sign + n.z), b = n.x * n.y * a;
   t[0] = {S(1) + sign * n.x * n.x * a, sign * b, -sign * n.x};
   t[1] = {b, sign + n.y * n.y * a, -n.y};
 }
 
-// Along v's part across n. Its sign follows what was kept from the step's start, so that a trial step past the zero of v stays
-// smooth; and next to that zero, where v's direction is round-off, what was kept stands in.
-template <class S> Vec3<S> direction_of(const Vec3<S>& v, const Vec3<S>& n, const Vec3<S>& kept, bool keep, S kept_speed, S round_off) {
+// Along v's part across n. Its sign follows what was kept from the step's start, so that a trial step past the zero of
+// v stays smooth; and next to that zero, where v's direction is round-off, what was kept stands in.
+template <class S>
+Vec3<S> direction_of(const Vec3<S>& v, const Vec3<S>& n, const Vec3<S>& kept, bool keep, S kept_speed, S round_off) {
   const Vec3<S> across = v - dot(v, n) * n;
   const S length = norm(across);
   if (keep || !(length > round_off && length > S(0x1p-13) * kept_speed)) {
@@ -56,13 +58,14 @@ template <class S> void add_resistance(const EventRun<S>& run, Contact<S>& conta
     contact.along_W = n - pair.friction * d;
   }
   if (contact.turning == Turning::rolls) {
-    const Vec3<S> d = direction_of(contact.w, n, contact.roll_direction, false, contact.roll_speed, round_off / pair.reach);
+    const Vec3<S> d =
+        direction_of(contact.w, n, contact.roll_direction, false, contact.roll_speed, round_off / pair.reach);
     contact.along_couple_W = -pair.rolling_friction_m * d;
   }
 }
 
 // Forces and couple on the knob's body of a contact's unknowns.
-template <class S> void load_by(const Contact<S>& contact, const S* x, Vec3<S>& force, Vec3<S>& couple) {
+template <class S> ATWOOD_INLINE void load_by(const Contact<S>& contact, const S* x, Vec3<S>& force, Vec3<S>& couple) {
   force = x[0] * contact.along_W;
   couple = x[0] * contact.along_couple_W;
   if (contact.force_rows == 3) force += x[1] * contact.tangent[0] + x[2] * contact.tangent[1];
@@ -83,8 +86,8 @@ template <class S> S effect(const Row<S>& on, const Row<S>& of) {
 
 // `force` or `couple` alone; the load is the same, or `load_force` and `load_couple`.
 template <class S>
-void put_row(const EventRun<S>& run, const Place<S>& place, const Vec3<S>& force, const Vec3<S>& couple, const Vec3<S>& load_force,
-             const Vec3<S>& load_couple, Row<S>& row) {
+void put_row(const EventRun<S>& run, const Place<S>& place, const Vec3<S>& force, const Vec3<S>& couple,
+             const Vec3<S>& load_force, const Vec3<S>& load_couple, Row<S>& row) {
   for (int side = 0; side < 2; ++side) {
     const int body = row.body[side] = place.body[side];
     if (body < 0) continue;
@@ -95,19 +98,21 @@ void put_row(const EventRun<S>& run, const Place<S>& place, const Vec3<S>& force
 }
 
 template <class S> void put_rows(EventRun<S>& run, const Contact<S>& contact) {
-  const Place<S> place = place_of(run, contact);
+  const Place<S>& place = contact.place;
   const Vec3<S> none{};
   Row<S>* row = run.rows.data() + contact.first_row;
   put_row(run, place, contact.sight.normal, none, contact.along_W, contact.along_couple_W, *row++);
-  for (int i = 0; i + 1 < contact.force_rows; ++i) put_row(run, place, contact.tangent[i], none, contact.tangent[i], none, *row++);
-  for (int i = 0; i < contact.couple_rows; ++i) put_row(run, place, none, contact.tangent[i], none, contact.tangent[i], *row++);
+  for (int i = 0; i + 1 < contact.force_rows; ++i)
+    put_row(run, place, contact.tangent[i], none, contact.tangent[i], none, *row++);
+  for (int i = 0; i < contact.couple_rows; ++i)
+    put_row(run, place, none, contact.tangent[i], none, contact.tangent[i], *row++);
 }
 
 template <class S> void make_room(EventRun<S>& run) {  // in the step in which contacts appear
   const auto size = static_cast<std::size_t>(run.row_count);
   if (run.unknown.size() >= size) return;
   run.matrix.resize(size * size);
-  for (auto* v : {&run.right, &run.unknown, &run.residual, &run.weight, &run.diagonal}) v->resize(size);
+  for (auto* v : {&run.right, &run.unknown, &run.residual, &run.start, &run.weight, &run.diagonal}) v->resize(size);
   run.rows.resize(size);
   run.pivots.resize(size);
   run.block_ends.reserve(size);
@@ -132,13 +137,19 @@ template <class S> void pose_contact_bodies(EventRun<S>& run, const S* y) {
 
 template <class S> void see_contact(EventRun<S>& run, Contact<S>& contact) {
   const Feature<S>& feature = run.features[contact.feature];
-  const Pose<S>&of = run.poses[feature.knob_body], &on = run.poses[feature.surface_body];
-  contact.sight = watch(feature.knob, of, run.surfaces[feature.surface], contact.facet, on);
-  const Vec3<S>& x = contact.sight.x;
-  contact.u = feature.knob.radius == S(0) ? contact.sight.x_dot : of.v + cross(of.w, x - of.p);  // a corner is fixed in its body
+  const int k = feature.knob_body, s = feature.surface_body;
+  const Pose<S>&of = run.poses[k], &on = run.poses[s];
+  watch(feature.knob, of, run.surfaces[feature.surface], contact.facet, on, contact.sight);
+  Place<S>& place = contact.place;
+  place.body[0] = run.moves[k] ? k : -1;
+  place.body[1] = run.moves[s] ? s : -1;
+  place.arm[0] = contact.sight.x - of.p;
+  contact.u = feature.knob.radius == S(0) ? contact.sight.x_dot
+                                          : of.v + cross(of.w, place.arm[0]);  // a corner is fixed in its body
   contact.w = of.w;
-  if (!run.moves[feature.surface_body]) return;
-  contact.u -= on.v + cross(on.w, x - on.p);
+  if (place.body[1] < 0) return;
+  place.arm[1] = contact.sight.x - on.p;
+  contact.u -= on.v + cross(on.w, place.arm[1]);
   contact.w -= on.w;
 }
 
@@ -186,7 +197,7 @@ template <class S> void answer_unknowns(EventRun<S>& run) {
   }
   for (const Contact<S>& contact : run.contacts) {
     if (contact.first_row < 0) continue;
-    const Place<S> place = place_of(run, contact);
+    const Place<S>& place = contact.place;
     Vec3<S> force, couple;
     load_by(contact, run.unknown.data() + contact.first_row, force, couple);
     for (int side = 0; side < 2; ++side) {
@@ -207,7 +218,7 @@ template <class S> void answer_unknowns(EventRun<S>& run) {
 }
 
 template <class S> void read_rows(const EventRun<S>& run, const Contact<S>& contact, S* values) {
-  const Place<S> place = place_of(run, contact);
+  const Place<S>& place = contact.place;
   Vec3<S> a{}, alpha{};
   for (int side = 0; side < 2; ++side) {
     if (place.body[side] < 0) continue;
@@ -227,7 +238,8 @@ template <class S> void read_unknowns(const EventRun<S>& run, Contact<S>& contac
   contact.friction_N = force - x[0] * contact.sight.normal;
 }
 
-template <class S> Row<S> load_row(const EventRun<S>& run, const Contact<S>& contact, const Vec3<S>& force, const Vec3<S>& couple) {
+template <class S>
+Row<S> load_row(const EventRun<S>& run, const Contact<S>& contact, const Vec3<S>& force, const Vec3<S>& couple) {
   const Place<S> place = place_of(run, contact);
   Row<S> row;
   for (int side = 0; side < 2; ++side) {
@@ -238,14 +250,15 @@ template <class S> Row<S> load_row(const EventRun<S>& run, const Contact<S>& con
     row.answer[side].linear = run.inverse[body].mass_per_kg * row.row[side].linear;
     if (!run.model.rotates(body)) continue;
     const Pose<S>& pose = run.poses[body];
-    row.answer[side].angular = turned(pose, run.model.mass(body).times_inverse_inertia(turned_back(pose, row.row[side].angular)));
+    row.answer[side].angular =
+        turned(pose, run.model.mass(body).times_inverse_inertia(turned_back(pose, row.row[side].angular)));
   }
   return row;
 }
 
 template <class S>
-S effect_of_load(const EventRun<S>& run, const Contact<S>& contact, const Vec3<S>& on, const Vec3<S>& on_couple, const Vec3<S>& force,
-                 const Vec3<S>& couple) {
+S effect_of_load(const EventRun<S>& run, const Contact<S>& contact, const Vec3<S>& on, const Vec3<S>& on_couple,
+                 const Vec3<S>& force, const Vec3<S>& couple) {
   return effect(load_row(run, contact, on, on_couple), load_row(run, contact, force, couple));
 }
 

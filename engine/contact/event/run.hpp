@@ -1,5 +1,5 @@
-// A run of `+event`: free flight by the method, impacts located on its flow, and between them contacts that last, held by the
-// forces that their geometry and Coulomb's law ask for.
+// A run of `+event`: free flight by the method, impacts located on its flow, and between them contacts that last, held
+// by the forces that their geometry and Coulomb's law ask for.
 #pragma once
 
 #include <cstdint>
@@ -62,6 +62,12 @@ template <class S> struct Feature {
 enum class Mode : unsigned char { smooth, slips, sticks };     // smooth: no friction
 enum class Turning : unsigned char { free, rolls, held };      // free: no rolling friction
 
+// Where a contact acts: its point as its two bodies see it.
+template <class S> struct Place {
+  int body[2] = {-1, -1};  // the knob's, the surface's; -1: does not move
+  Vec3<S> arm[2];
+};
+
 // A knob that keeps touching. Directions and forces: of the knob's body against the surface's, world axes.
 template <class S> struct Contact {
   int feature = 0;
@@ -77,14 +83,15 @@ template <class S> struct Contact {
   S slip_speed{}, roll_speed{};  // at the start of the step
   // Of the last evaluation:
   Sight<S> sight;
+  Place<S> place;
   Vec3<S> u, w;                  // slip velocity of the knob's point, relative angular velocity
   S normal_N{}, largest_N{};     // now; since it carries
   Vec3<S> friction_N, couple_N_m;
-  bool alone = false;            // shares no moving body with another contact that carries: solved by itself (alone.cpp)
+  bool alone = false;  // shares no moving body with another contact that carries: solved by itself (alone.cpp)
   int first_row = -1, force_rows = 1, couple_rows = 0;  // -1: none of the linear system's
   Vec3<S> tangent[2];            // of the rows after the normal one
   Vec3<S> along_W, along_couple_W;  // what comes with 1 N along the normal: that and friction, a couple
-  S share_N{};                   // of the load, among redundant contacts: as settled when they last changed, then as at the last step's end
+  S share_N{};  // of the load, where contacts are redundant: as settled when they last changed, then of the last step
   Vec3<S> share_friction_N, share_couple_N_m;
   // Of settle_forces() alone:
   Vec3<S> u_dot, alpha;
@@ -93,9 +100,12 @@ template <class S> struct Contact {
 
 // Of one body, world axes: a direction in its velocities, a load on it, or its acceleration.
 template <class S> struct Twist { Vec3<S> linear, angular; };
-template <class S> S dot(const Twist<S>& a, const Twist<S>& b) { return dot(a.linear, b.linear) + dot(a.angular, b.angular); }
+template <class S>
+S dot(const Twist<S>& a, const Twist<S>& b) {
+  return dot(a.linear, b.linear) + dot(a.angular, b.angular);
+}
 
-// What is asked of the accelerations of a contact's two bodies, and what one unit of the load that sees to it does to them.
+// What is asked of the accelerations of a contact's two bodies, and what a unit of the load for it does to them.
 template <class S> struct Row {
   int body[2] = {-1, -1};                      // the knob's, the surface's; -1: does not move
   Twist<S> row[2], answer[2];                  // of each body: the sum of row . acceleration is asked for; acceleration
@@ -103,7 +113,7 @@ template <class S> struct Row {
 
 template <class S> struct Inverse { S mass_per_kg{}; Vec3<S> I_row[3]; };  // of mass and inertia, world axes
 
-template <class S> struct Wind { int body = 0; Vec3<S> velocity_W; };  // |u| u of quadratic drag has a kink at u = v - wind = 0
+template <class S> struct Wind { int body = 0; Vec3<S> velocity_W; };  // |u| u has a kink at u = v - wind = 0
 
 struct EventOptions {
   Restitution restitution = Restitution::newton;
@@ -128,6 +138,7 @@ template <class S> struct EventRun {
   std::vector<unsigned char> round;        // isotropic inertia
   std::vector<int> near;                   // pairs looked at in this step
   std::vector<Contact<S>> contacts, contacts_before;
+  std::vector<unsigned char> standing_before;  // of contacts_before (modes.cpp)
   std::vector<Hit<S>> hits;
   std::vector<Pending<S>> pending;         // events of the impacts of an instant
   std::vector<int> contact_bodies;         // each once
@@ -145,7 +156,7 @@ template <class S> struct EventRun {
   std::vector<Row<S>> rows;                // room for them: the first row_count are in use
   int row_count = 0, row_contacts = 0;
   std::vector<Inverse<S>> inverse;         // of moving bodies; kept up where they are posed as contact_bodies
-  std::vector<S> matrix, right, unknown, residual, weight, diagonal;
+  std::vector<S> matrix, right, unknown, residual, start, weight, diagonal;
   std::vector<int> pivots, block_ends;
   bool has_factors = false;                // matrix: of the rows of an earlier evaluation, and
   std::uint64_t modes = 0, factors_of = 0; // which contacts carry in which modes: of this evaluation, of the matrix
@@ -175,10 +186,13 @@ template <class S> struct EventRun {
 template <class S> void find_pairs(EventRun<S>& run, const Scene& scene);
 
 // ---- motion.cpp: poses, gaps
-template <class S> void take_pose(const EventRun<S>& run, int body, const S* y, Pose<S>& pose);  // a fixed body's stays as it is
+template <class S>
+void take_pose(const EventRun<S>& run, int body, const S* y, Pose<S>& pose);  // a fixed body's stays as it is
 template <class S> Pose<S> pose_of(const EventRun<S>& run, int body, const S* y);
-template <class S> void pose_bodies(EventRun<S>& run, const Feature<S>& feature, const S* y);  // the two of them, into run.poses
-template <class S> Facet<S> facet_under(const EventRun<S>& run, const Feature<S>& feature, S& beside);  // run.poses are current
+template <class S>
+void pose_bodies(EventRun<S>& run, const Feature<S>& feature, const S* y);  // the two of them, into run.poses
+template <class S>
+Facet<S> facet_under(const EventRun<S>& run, const Feature<S>& feature, S& beside);  // run.poses are current
 // Centred balls on planes and balls need no axes of their bodies.
 template <class S> bool needs_axes(const EventRun<S>& run, const Feature<S>& feature) {
   return !feature.knob.centered || run.surfaces[feature.surface].kind > SurfaceKind::point;
@@ -193,7 +207,8 @@ template <class S> void store_velocity(EventRun<S>& run, int body, const Vec3<S>
 template <class S> void wrap_rates(EventRun<S>& run);
 template <class S> void unwrap_rates(EventRun<S>& run);
 template <class S> void contact_rates(EventRun<S>& run, S t_s, const S* y, S* dydt);
-template <class S> void keep_shares(EventRun<S>& run);           // of the last evaluation: where the next step's solutions start
+template <class S>
+void keep_shares(EventRun<S>& run);  // of the last evaluation: where the next step's solutions start
 // The contact's relative acceleration along n and across it, with all forces in `dydt`.
 template <class S> Vec3<S> relative_acceleration(const EventRun<S>& run, const Contact<S>& contact, const S* dydt);
 template <class S> S normal_acceleration(const EventRun<S>& run, const Contact<S>& contact, const S* dydt);
@@ -205,16 +220,22 @@ template <class S> void see_contact(EventRun<S>& run, Contact<S>& contact);  // 
 template <class S> void see_contacts(EventRun<S>& run, const S* y);          // those that carry
 // What rows are for: under the loads that forces are, under pure ones, along normals alone.
 enum class Rows : unsigned char { forces, velocities, gaps };
-template <class S> void take_direction(const EventRun<S>& run, Contact<S>& contact, Rows what);  // along_W, along_couple_W
-template <class S> void list_unknowns(EventRun<S>& run, Rows what);  // of contacts that carry; forces: and are not alone
+template <class S>
+void take_direction(const EventRun<S>& run, Contact<S>& contact, Rows what);  // along_W, along_couple_W
+template <class S>
+void list_unknowns(EventRun<S>& run, Rows what);                 // of contacts that carry; forces: and are not alone
 template <class S> void fill_matrix(EventRun<S>& run);           // and run.diagonal
-template <class S> void answer_unknowns(EventRun<S>& run);       // run.acceleration of contact_bodies, under them and the free one
+template <class S>
+void answer_unknowns(EventRun<S>& run);  // run.acceleration of contact_bodies, under them and the free one
 template <class S> void read_rows(const EventRun<S>& run, const Contact<S>& contact, S* values);  // of run.acceleration
 template <class S> void read_unknowns(const EventRun<S>& run, Contact<S>& contact);  // as forces and a couple
-// What a force and a couple on the knob's body (the opposite on the surface's) do; and along a force and a couple of the same kind.
-template <class S> Row<S> load_row(const EventRun<S>& run, const Contact<S>& contact, const Vec3<S>& force, const Vec3<S>& couple);
-template <class S> S effect_of_load(const EventRun<S>& run, const Contact<S>& contact, const Vec3<S>& on, const Vec3<S>& on_couple,
-                                    const Vec3<S>& force, const Vec3<S>& couple);
+// What a force and a couple on the knob's body (the opposite on the surface's) do; and along a force and a couple of
+// the same kind.
+template <class S>
+Row<S> load_row(const EventRun<S>& run, const Contact<S>& contact, const Vec3<S>& force, const Vec3<S>& couple);
+template <class S>
+S effect_of_load(const EventRun<S>& run, const Contact<S>& contact, const Vec3<S>& on, const Vec3<S>& on_couple,
+                 const Vec3<S>& force, const Vec3<S>& couple);
 
 // ---- facets.cpp: does the contact's surface end? How far its knob is from leaving the facet it is on (poses are current); the
 // facet that it leaves for, or false: no contact is known there.
@@ -230,20 +251,25 @@ template <class S> bool add_alone(const EventRun<S>& run, Contact<S>& contact, S
 
 // ---- project.cpp
 // Takes drift off the constraints: positions along the normals, velocities as the impulse that costs least energy.
-template <class S> void project_contacts(EventRun<S>& run, S* y, bool seen = false);  // seen: the contacts' sights are of y
+template <class S>
+void project_contacts(EventRun<S>& run, S* y, bool seen = false);  // seen: the contacts' sights are of y
 
-// ---- linear.cpp: run.matrix unknown = run.right, of run.row_count rows; where redundant contacts make it singular, the solution
-// nearest to what stands in run.unknown, unknowns weighted by run.weight; keep_factors: those of an earlier solve will do
+// ---- linear.cpp: run.matrix unknown = run.right, of run.row_count rows; where redundant contacts make it singular,
+// the solution nearest to what stands in run.unknown, unknowns weighted by run.weight; keep_factors: those of an
+// earlier solve will do
 template <class S> void solve_rows(EventRun<S>& run, bool redundant, bool keep_factors = false);
 
-// ---- settle.cpp: normal forces, friction and couples of run.contacts, and u_dot, alpha under them; `free_dydt`: without contacts.
-// Where slip sets in, friction opposes the slip at the end of a step of 1 / rate_per_s, whose direction becomes slip_direction.
+// ---- settle.cpp: normal forces, friction and couples of run.contacts, and u_dot, alpha under them; `free_dydt`:
+// without contacts. Where slip sets in, friction opposes the slip at the end of a step of 1 / rate_per_s, whose
+// direction becomes slip_direction.
 template <class S> void settle_forces(EventRun<S>& run, const S* free_dydt, S rate_per_s);
 
-// ---- modes.cpp: which contacts touch, carry, slip, stick at this instant; `forced`: a contact whose friction is at its bound
+// ---- modes.cpp: which contacts touch, carry, slip, stick at this instant; `forced`: a contact whose friction is at
+// its bound
 template <class S> bool review_contacts(EventRun<S>& run, S t_s, bool report);
-template <class S> void report_event(const EventRun<S>& run, EventKind kind, const ShapePair<S>& pair, const Sight<S>& sight,
-                                     bool knob_is_a, const Impulse<S>& impulse, S t_s);
+template <class S>
+void report_event(const EventRun<S>& run, EventKind kind, const ShapePair<S>& pair, const Sight<S>& sight,
+                  bool knob_is_a, const Impulse<S>& impulse, S t_s);
 
 // ---- impacts.cpp: the impacts of an instant, at run.y
 template <class S> bool resolve_impacts(EventRun<S>& run, S t_s);

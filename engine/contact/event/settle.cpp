@@ -1,9 +1,11 @@
-// Contact forces at one instant by Gauss and Seidel, contact after contact on a round cone: right where forces must be chosen (which
-// of several points lets go, along what slip sets in), slow, and so only where contacts change.
+// Contact forces at one instant by Gauss and Seidel, contact after contact on a round cone: right where forces must be
+// chosen (which of several points lets go, along what slip sets in), slow, and so only where contacts change.
 //
-//   (n . u)' >= 0, N >= 0, one of them 0;   no slip: |T| <= mu N, and T against u' at the edge;   slip: T = -mu N u_t / |u_t|
+//   (n . u)' >= 0, N >= 0, one of them 0;   no slip: |T| <= mu N, and T against u' at the edge;   slip: T = -mu N u_t /
+//   |u_t|
 //
-// Each turn solves one contact exactly for the others' present forces; Jourdan, Alart, Jean, Comp. Meth. Appl. Mech. Engng 155 (1998) 31.
+// Each turn solves one contact exactly for the others' present forces; Jourdan, Alart, Jean, Comp. Meth. Appl. Mech.
+// Engng 155 (1998) 31.
 #include <algorithm>
 
 #include "contact/event/run.hpp"
@@ -65,18 +67,23 @@ template <class S> void settle_forces(EventRun<S>& run, const S* free_dydt, S ra
     contact.couple_N_m = {};
     contact.along_W = n;
     contact.along_couple_W = {};
-    if (contact.mode == Mode::slips && !contact.waits && !contact.sets_in) contact.along_W = n - pair.friction * contact.slip_direction;
+    if (contact.mode == Mode::slips && !contact.waits && !contact.sets_in)
+      contact.along_W = n - pair.friction * contact.slip_direction;
     if (contact.turning == Turning::rolls) contact.along_couple_W = -pair.rolling_friction_m * contact.roll_direction;
-    if (warm) settler.apply(contact, contact.normal_N * contact.along_W + contact.friction_N, contact.normal_N * contact.along_couple_W);
+    if (warm)
+      settler.apply(contact, contact.normal_N * contact.along_W + contact.friction_N,
+                    contact.normal_N * contact.along_couple_W);
     contact.mobility_n = effect_of_load(run, contact, n, {}, contact.along_W, contact.along_couple_W);
     const Vec3<S> axis = real::abs(n.x) < S(0.6) ? Vec3<S>{S(1), S(0), S(0)} : Vec3<S>{S(0), S(1), S(0)};
     Vec3<S> t = axis - dot(axis, n) * n;
     t = (S(1) / norm(t)) * t;
     const Vec3<S> t2 = cross(n, t);
-    contact.mobility_t = real::max(effect_of_load(run, contact, t, {}, t, {}), effect_of_load(run, contact, t2, {}, t2, {})) +
-                         real::abs(effect_of_load(run, contact, t, {}, t2, {}));
-    contact.mobility_c = real::max(effect_of_load(run, contact, {}, t, {}, t), effect_of_load(run, contact, {}, t2, {}, t2)) +
-                         real::abs(effect_of_load(run, contact, {}, t, {}, t2));
+    contact.mobility_t =
+        real::max(effect_of_load(run, contact, t, {}, t, {}), effect_of_load(run, contact, t2, {}, t2, {})) +
+        real::abs(effect_of_load(run, contact, t, {}, t2, {}));
+    contact.mobility_c =
+        real::max(effect_of_load(run, contact, {}, t, {}, t), effect_of_load(run, contact, {}, t2, {}, t2)) +
+        real::abs(effect_of_load(run, contact, {}, t, {}, t2));
   }
   for (int sweep = 0; sweep < 5000; ++sweep) {
     S change = S(0), size = S(0);
@@ -85,20 +92,24 @@ template <class S> void settle_forces(EventRun<S>& run, const S* free_dydt, S ra
       const Vec3<S>& n = contact.sight.normal;
       const S lifts = dot(n, settler.relative(contact)) + dot(contact.u, contact.sight.normal_dot);
       const S normal = real::max(S(0), contact.normal_N - lifts / contact.mobility_n);
-      settler.apply(contact, (normal - contact.normal_N) * contact.along_W, (normal - contact.normal_N) * contact.along_couple_W);
+      settler.apply(contact, (normal - contact.normal_N) * contact.along_W,
+                    (normal - contact.normal_N) * contact.along_couple_W);
       change = real::max(change, real::abs(normal - contact.normal_N));
       contact.normal_N = normal;
       size = real::max(size, normal);
       if (contact.mode != Mode::smooth && (contact.mode == Mode::sticks || contact.waits || contact.sets_in)) {
-        const Vec3<S> u_dot = settler.relative(contact) + (contact.sets_in ? rate_per_s : S(0)) * contact.u, across = u_dot - dot(u_dot, n) * n;
-        const Vec3<S> friction = shortened(contact.friction_N - (S(1) / contact.mobility_t) * across, pair.friction * normal);
+        const Vec3<S> u_dot = settler.relative(contact) + (contact.sets_in ? rate_per_s : S(0)) * contact.u,
+                      across = u_dot - dot(u_dot, n) * n;
+        const Vec3<S> friction =
+            shortened(contact.friction_N - (S(1) / contact.mobility_t) * across, pair.friction * normal);
         settler.apply(contact, friction - contact.friction_N, {});
         change = real::max(change, norm(friction - contact.friction_N));
         contact.friction_N = friction;
       }
       if (contact.turning == Turning::held) {
         const Vec3<S> alpha = settler.turning(contact), across = alpha - dot(alpha, n) * n;
-        const Vec3<S> couple = shortened(contact.couple_N_m - (S(1) / contact.mobility_c) * across, pair.rolling_friction_m * normal);
+        const Vec3<S> couple =
+            shortened(contact.couple_N_m - (S(1) / contact.mobility_c) * across, pair.rolling_friction_m * normal);
         settler.apply(contact, {}, couple - contact.couple_N_m);
         contact.couple_N_m = couple;
       }
@@ -109,7 +120,8 @@ template <class S> void settle_forces(EventRun<S>& run, const S* free_dydt, S ra
     contact.u_dot = settler.relative(contact);
     contact.alpha = settler.turning(contact);
     if (!contact.sets_in || contact.mode != Mode::slips || contact.waits) continue;
-    const Vec3<S> u_end = contact.u_dot + rate_per_s * contact.u, across = u_end - dot(u_end, contact.sight.normal) * contact.sight.normal;
+    const Vec3<S> u_end = contact.u_dot + rate_per_s * contact.u,
+                  across = u_end - dot(u_end, contact.sight.normal) * contact.sight.normal;
     const S braking = run.pairs[run.features[contact.feature].pair].friction * contact.normal_N * contact.mobility_t;
     if (norm(across) > S(0x1p-16) * braking) contact.slip_direction = (S(1) / norm(across)) * across;
   }

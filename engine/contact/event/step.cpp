@@ -1,9 +1,9 @@
 // One step of `+event`.
 //
-// A trial step is taken whole. Each condition that must stay positive within it (gaps, normal forces, the way to a cone's edge, slip
-// that must not reverse) is looked at on its end; the first that fell is located, theta in (0, 1], by shorter steps from the same
-// state, not by interpolation, so an event is as accurate as the method. The step is cut there, the event dealt with, and the
-// rest of the step follows.
+// A trial step is taken whole. Each condition that must stay positive within it (gaps, normal forces, the way to a
+// cone's edge, slip that must not reverse) is looked at on its end; the first that fell is located, theta in (0, 1], by
+// shorter steps from the same state, not by interpolation, so an event is as accurate as the method. The step is cut
+// there, the event dealt with, and the rest of the step follows.
 #include <algorithm>
 
 #include "contact/event/fall.hpp"
@@ -14,10 +14,14 @@ namespace {
 
 constexpr int most_events_a_step = 1000, most_pieces_of_a_step = 100000;
 
-template <class S> Stepper<S>& stepper_of(EventRun<S>& run) { return run.carrying > 0 && run.substitute ? *run.substitute : run.stepper; }
+template <class S>
+Stepper<S>& stepper_of(EventRun<S>& run) {
+  return run.carrying > 0 && run.substitute ? *run.substitute : run.stepper;
+}
 
-// Across its slip a body feels friction as a damper of rate mu N k / |u|: stiff where slip is slow. Explicit methods are kept stable
-// there by steps of at most 2 |u| / (mu N k), which still span the way to a stop. Slip that sets in starts from the floor.
+// Across its slip a body feels friction as a damper of rate mu N k / |u|: stiff where slip is slow. Explicit methods
+// are kept stable there by steps of at most 2 |u| / (mu N k), which still span the way to a stop. Slip that sets in
+// starts from the floor.
 template <class S> S stable_step(const EventRun<S>& run, S h_s) {
   S longest = h_s;
   for (std::size_t i = 0; i < run.contacts.size();) {
@@ -30,21 +34,23 @@ template <class S> S stable_step(const EventRun<S>& run, S h_s) {
       braking -= effect_of_load(run, contact, contact.slip_direction, {}, force, {});
       speed = speed < S(0) ? contact.slip_speed : real::min(speed, contact.slip_speed);
     }
-    if (speed >= S(0) && braking > S(0)) longest = real::min(longest, real::max(S(2) * speed / braking, h_s * S(0x1p-40)));
+    if (speed >= S(0) && braking > S(0))
+      longest = real::min(longest, real::max(S(2) * speed / braking, h_s * S(0x1p-40)));
   }
   return longest;
 }
 
-// Where forces balance nearly as slip sets in, it grows from nothing by far smaller steps than that. Until it is fast enough, it keeps
-// its direction within a step: that at the step's end, as an implicit step finds it, so that no damper is felt. Of first order in that
-// direction alone. False: some slip slows down.
+// Where forces balance nearly as slip sets in, it grows from nothing by far smaller steps than that. Until it is fast
+// enough, it keeps its direction within a step: that at the step's end, as an implicit step finds it, so that no damper
+// is felt. Of first order in that direction alone. False: some slip slows down.
 template <class S> bool slip_sets_in(EventRun<S>& run, S t_s) {
   run.model.system().rate(t_s, run.y.data(), run.dydt.data());
   for (const Contact<S>& contact : run.contacts) {
     if (!contact.carries || contact.mode != Mode::slips || contact.waits) continue;
     const S friction = run.pairs[run.features[contact.feature].pair].friction * contact.normal_N;
     const S braking = -effect_of_load(run, contact, contact.slip_direction, {}, -friction * contact.slip_direction, {});
-    if (dot(contact.slip_direction, relative_acceleration(run, contact, run.dydt.data())) < -S(0x1p-10) * braking) return false;
+    if (dot(contact.slip_direction, relative_acceleration(run, contact, run.dydt.data())) < -S(0x1p-10) * braking)
+      return false;
   }
   return true;
 }
@@ -55,7 +61,8 @@ template <class S> S step_with_slip(EventRun<S>& run, S t_s, S h_s, S left_s) {
   if (stable >= left_s) return left_s;
   if (!slip_sets_in(run, t_s)) return stable;
   for (Contact<S>& contact : run.contacts) contact.sets_in = true;
-  const bool moves = std::any_of(run.contacts.begin(), run.contacts.end(), [&](const Contact<S>& c) { return c.slip_speed > run.slip_round_off(); });
+  const bool moves = std::any_of(run.contacts.begin(), run.contacts.end(),
+                                 [&](const Contact<S>& c) { return c.slip_speed > run.slip_round_off(); });
   if (!moves) return left_s;  // along what held it until now
   run.free_rate_of(run.free_context, t_s, run.y.data(), run.dydt.data());
   settle_forces(run, run.dydt.data(), S(1) / left_s);
@@ -178,6 +185,8 @@ template <class S> bool respond(EventRun<S>& run, const Fall<S>& fall, S t_s) {
 template <class S> bool look_anew(EventRun<S>& run, S t_s) {
   std::fill(run.moves.begin(), run.moves.end(), static_cast<unsigned char>(0));
   for (const int body : run.model.moving()) run.moves[body] = 1;
+  run.modes = 0;  // which bodies move has a say in which contacts are alone
+  run.has_factors = false;
   note_speeds(run);
   run.y_new = run.y;
   for (ShapePair<S>& pair : run.pairs) pair.look_again_at = S(0);
@@ -189,7 +198,8 @@ template <class S> bool look_anew(EventRun<S>& run, S t_s) {
     measure_gaps(run);
     for (const int p : run.near)
       for (int f = run.pairs[p].first; f < run.pairs[p].first + run.pairs[p].count; ++f)
-        approach = approach || (run.features[f].gap <= run.gap_round_off() && run.features[f].rate < -run.approach_round_off());
+        approach = approach ||
+                   (run.features[f].gap <= run.gap_round_off() && run.features[f].rate < -run.approach_round_off());
     if (approach) return resolve_impacts(run, t_s);
   }
   if (!review_contacts(run, t_s, true)) return false;
@@ -245,7 +255,9 @@ template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s) {
     ++run.step_count;
     if (!(left_s > S(0))) return true;
   }
-  run.outcome = {Status::diverged, "atwood's +event met more than 1000 events in one step, or slip that asks for 100000 pieces of it", 0, 0, {}};
+  run.outcome.status = Status::diverged;
+  run.outcome.reason =
+      "atwood's +event met more than 1000 events in one step, or slip that asks for 100000 pieces of it";
   return false;
 }
 
