@@ -7,8 +7,7 @@ namespace atwood::event {
 
 namespace {
 
-// ---- impacts
-// ----------------------------------------------------------------------------------------------------------------
+// ---- impacts --------------------------------------------------------------------------------------------------------
 // Where in (0, high] a gap falls through zero that is at or above it at 0 and below at `high`. Newton on the gap, from
 // where the parabola through the start and the end falls through zero (free flight onto a plane is that), kept in a
 // bracket; a gap that starts at zero, after an impact, rises first. Ends where corrections no longer shrink: what is
@@ -76,8 +75,7 @@ template <class S> S touch_of(Flow<S>& flow, const Feature<S>& feature) {
   return refine(flow, feature, overlap.theta, overlap.gap);
 }
 
-// ---- conditions of lasting contacts
-// ----------------------------------------------------------------------------------------- Forces as of the contact's
+// ---- conditions of lasting contacts ---------------------------------------------------------------------------------
 // last evaluation; slips as of the last look at it.
 template <class S> S value_of(const EventRun<S>& run, Condition condition, const Contact<S>& contact) {
   const ShapePair<S>& pair = run.pairs[run.features[contact.feature].pair];
@@ -164,8 +162,7 @@ template <class S> void search(Watch<S>& watch, Condition condition, Fall<S>& fi
   }
 }
 
-// ---- the kink of quadratic drag
-// -----------------------------------------------------------------------------------------------
+// ---- the kink of quadratic drag -------------------------------------------------------------------------------------
 template <class S> Vec3<S> through_air(const EventRun<S>& run, const Wind<S>& wind, const S* y) {
   return load3(y + run.model.offset(wind.body) + at_velocity) - wind.velocity_W;
 }
