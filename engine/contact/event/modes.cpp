@@ -218,7 +218,10 @@ template <class S> bool review_contacts(EventRun<S>& run, S t_s, bool report) {
   std::vector<unsigned char>& standing = run.standing_before;  // of each old contact's pair
   standing.clear();
   if (report)
-    for (const Contact<S>& contact : old) standing.push_back(static_cast<unsigned char>(standing_of(run, run.features[contact.feature].pair)));
+    for (const Contact<S>& contact : old) {
+      const int pair = run.features[contact.feature].pair;
+      standing.push_back(static_cast<unsigned char>(standing_of(run, pair)));
+    }
   gather(run);
   run.carrying = 0;
   if (!run.contacts.empty()) {
