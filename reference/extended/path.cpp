@@ -142,8 +142,8 @@ struct Walk {
 
   void run(double t_end_s, std::int64_t samples) {
     const std::vector<double>& switches = dynamics.switch_times();
+    path.states.push_back(y);  // the scene itself, before what happens at its first instant
     impacts.settle(S(0), y.data(), interval, path.events);
-    path.states.push_back(y);
     if (failed()) return;
     std::size_t next = 0;
     for (std::int64_t k = 1; k <= samples; ++k) {

@@ -115,6 +115,23 @@ TEST_CASE("spheres meet inside one long free step") {
   }
 }
 
+TEST_CASE("balls that touch and approach at the start: the first sample is the scene itself, in every truth") {
+  Scenario given = two_spheres(1, 0);
+  given.scene.bodies[1].position_m = {0.5, 0, 0};
+  for (const char* solution : {"", "sphere-impact", "ball-flights"}) {
+    INFO("solution " << solution);
+    given.truth.solution = solution;
+    const Truth truth = *solution == 0 ? extended_truth(given, 2) : closed_form_truth(given, 2);
+    REQUIRE(truth.events.size() == 1);
+    CHECK(truth.events[0].t_s == 0);
+    for (int i = 0; i < 2; ++i) {
+      CHECK(static_cast<double>(truth.values[0].bodies[i].v_m_per_s[0]) == given.scene.bodies[i].velocity_m_per_s[0]);
+      CHECK(static_cast<double>(truth.bars[0].bodies[i].v_m_per_s[0]) == 0);
+    }
+    CHECK(static_cast<double>(truth.values[1].bodies[0].v_m_per_s[0]) == Approx(-1.4));  // 2 v_cm - v, v_cm = (2 - 3) / 5
+  }
+}
+
 TEST_CASE("thrusters: restarts at switches leave no trace in the bars") {
   const Scenario scenario = scenes::thrusters();
   const Truth truth = extended_truth(scenario, 7);  // samples that miss every switch
