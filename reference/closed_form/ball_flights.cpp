@@ -67,7 +67,8 @@ class Table {
       if (!misfit_.empty()) return motion_;
       const bool last = !(next.happens && next.t <= t_end_);
       // Samples at the instant of an impact show what it leaves; the run's first one, the scene itself.
-      while (next_sample < t_s.size() && (last || t_s[next_sample] < until || t_s[next_sample] == 0)) sample(t_s[next_sample++]);
+      while (next_sample < t_s.size() && (last || t_s[next_sample] < until || t_s[next_sample] == 0))
+        sample(t_s[next_sample++]);
       if (last) return motion_;
       now_ = until;
       strike(next);

@@ -1,5 +1,6 @@
-// Where surfaces end. A contact that lasts leaves its facet there: a ball that rolls off the end of a sheet goes on about the edge,
-// or flies. Corners see faces alone, so a body that lies over an end, or is larger than the whole sheet, is refused.
+// Where surfaces end. A contact that lasts leaves its facet there: a ball that rolls off the end of a sheet goes on
+// about the edge, or flies. Corners see faces alone, so a body that lies over an end, or is larger than the whole
+// sheet, is refused.
 #include <algorithm>
 
 #include "collision/contacts.hpp"
@@ -9,15 +10,20 @@ namespace atwood::event {
 
 namespace {
 
-template <class S> S component(const Vec3<S>& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
+template <class S>
+S component(const Vec3<S>& v, int i) {
+  return i == 0 ? v.x : i == 1 ? v.y : v.z;
+}
 
 // A face of a mesh goes on over all triangles of its plane: inner edges are no ends.
-template <class S> S within_face(const std::vector<Triangle<S>>& mesh, const Facet<S>& facet, const Vec3<S>& c, S tiny) {
+template <class S>
+S within_face(const std::vector<Triangle<S>>& mesh, const Facet<S>& facet, const Vec3<S>& c, S tiny) {
   S most = S(-1);
   bool any = false;
   for (const Triangle<S>& triangle : mesh) {
     bool same = true;
-    for (const Vec3<S>& corner : triangle.corner_B) same = same && real::abs(dot(corner - facet.point_B, facet.direction_B)) <= tiny;
+    for (const Vec3<S>& corner : triangle.corner_B)
+      same = same && real::abs(dot(corner - facet.point_B, facet.direction_B)) <= tiny;
     if (!same) continue;
     const S in = within_triangle(triangle, c);
     most = any ? real::max(most, in) : in;
@@ -26,8 +32,10 @@ template <class S> S within_face(const std::vector<Triangle<S>>& mesh, const Fac
   return most;
 }
 
-// Of a box or a sheet: on a face c lies between its sides; beside an edge or a corner it lies outside along the axes that meet there.
-template <class S> S within_slab(const Vec3<S>& half, const Facet<S>& facet, const Vec3<S>& c) {
+// Of a box or a sheet: on a face c lies between its sides; beside an edge or a corner it lies outside along the axes
+// that meet there.
+template <class S>
+S within_slab(const Vec3<S>& half, const Facet<S>& facet, const Vec3<S>& c) {
   S least{};
   bool any = false;
   for (int i = 0; i < 3; ++i) {
@@ -41,21 +49,26 @@ template <class S> S within_slab(const Vec3<S>& half, const Facet<S>& facet, con
   return least;
 }
 
-template <class S> bool same_facet(const Facet<S>& a, const Facet<S>& b) {
-  return a.dimension == b.dimension && norm(a.point_B - b.point_B) == S(0) && norm(a.direction_B - b.direction_B) == S(0);
+template <class S>
+bool same_facet(const Facet<S>& a, const Facet<S>& b) {
+  return a.dimension == b.dimension && norm(a.point_B - b.point_B) == S(0) &&
+         norm(a.direction_B - b.direction_B) == S(0);
 }
 
-template <class S> bool sees_faces_alone(const Surface<S>& surface, const Knob<S>& knob) {
+template <class S>
+bool sees_faces_alone(const Surface<S>& surface, const Knob<S>& knob) {
   return surface.radius + knob.radius == S(0) || !knob.centered;  // as facet_under() has it
 }
 
 }  // namespace
 
-template <class S> bool has_ends(const EventRun<S>& run, const Contact<S>& contact) {
+template <class S>
+bool has_ends(const EventRun<S>& run, const Contact<S>& contact) {
   return run.surfaces[run.features[contact.feature].surface].kind > SurfaceKind::point;
 }
 
-template <class S> S within_facet(const EventRun<S>& run, const Contact<S>& contact) {
+template <class S>
+S within_facet(const EventRun<S>& run, const Contact<S>& contact) {
   const Feature<S>& feature = run.features[contact.feature];
   const Surface<S>& surface = run.surfaces[feature.surface];
   const Facet<S>& facet = contact.facet;
@@ -67,7 +80,8 @@ template <class S> S within_facet(const EventRun<S>& run, const Contact<S>& cont
       const S inside = surface.half_extents.z - real::abs(c.z);
       return facet.dimension == 1 ? inside : -inside;
     }
-    case SurfaceKind::slab: return within_slab(surface.half_extents, facet, c);
+    case SurfaceKind::slab:
+      return within_slab(surface.half_extents, facet, c);
     case SurfaceKind::mesh: {
       if (facet.dimension == 2) return within_face(surface.mesh, facet, c, run.gap_round_off());
       S beside{};
@@ -75,11 +89,13 @@ template <class S> S within_facet(const EventRun<S>& run, const Contact<S>& cont
       if (same_facet(nearest, facet)) return run.length_scale;
       return nearest.dimension == 2 ? -within_face(surface.mesh, nearest, c, run.gap_round_off()) : -run.length_scale;
     }
-    default: return S(1);
+    default:
+      return S(1);
   }
 }
 
-template <class S> bool leave_facet(EventRun<S>& run, Contact<S>& contact) {
+template <class S>
+bool leave_facet(EventRun<S>& run, Contact<S>& contact) {
   const Feature<S>& feature = run.features[contact.feature];
   if (sees_faces_alone(run.surfaces[feature.surface], feature.knob)) {
     run.outcome = {Status::unsupported, run.pairs[feature.pair].past_the_end, 0, 0, {}};
@@ -92,20 +108,23 @@ template <class S> bool leave_facet(EventRun<S>& run, Contact<S>& contact) {
   const S speed = norm(drift), ahead_m = S(2) * run.gap_round_off();
   const Vec3<S> ahead = speed > S(0) ? center + (ahead_m / speed) * drift : center;
   S beside{};
-  contact.facet = nearest_facet(run.surfaces[feature.surface], turned_back(on, ahead - on.p), false, turned_back(on, of.p - on.p), beside);
+  contact.facet = nearest_facet(run.surfaces[feature.surface], turned_back(on, ahead - on.p), false,
+                                turned_back(on, of.p - on.p), beside);
   return true;
 }
 
 namespace {
 
-template <class S> Placement<S> placed(const EventRun<S>& run, int body, const S* y) {
+template <class S>
+Placement<S> placed(const EventRun<S>& run, int body, const S* y) {
   const Pose<S> pose = pose_of(run, body, y);
   return {pose.p, {pose.axis[0], pose.axis[1], pose.axis[2]}};
 }
 
 }  // namespace
 
-template <class S> bool clear_of_ends(EventRun<S>& run, const S* y) {
+template <class S>
+bool clear_of_ends(EventRun<S>& run, const S* y) {
   for (const SheetEnds<S>& ends : run.ends) {
     const ShapePair<S>& pair = run.pairs[ends.pair];
     if (std::find(run.near.begin(), run.near.end(), ends.pair) == run.near.end()) continue;
@@ -118,21 +137,23 @@ template <class S> bool clear_of_ends(EventRun<S>& run, const S* y) {
   return true;
 }
 
-template <class S> bool passes_a_sheet(const EventRun<S>& run, const S* y, const S* y_end) {
+template <class S>
+bool passes_a_sheet(const EventRun<S>& run, const S* y, const S* y_end) {
   return std::any_of(run.ends.begin(), run.ends.end(), [&](const SheetEnds<S>& ends) {
     const auto side = [&](const S* at) {
       const Placement<S> sheet = placed(run, ends.surface_body, at);
-      return dot(turned(sheet, ends.normal_B), placed(run, ends.knob_body, at).p_W - sheet.p_W) - dot(ends.normal_B, ends.on_it_B);
+      return dot(turned(sheet, ends.normal_B), placed(run, ends.knob_body, at).p_W - sheet.p_W) -
+             dot(ends.normal_B, ends.on_it_B);
     };
     return side(y) * side(y_end) < S(0);
   });
 }
 
-#define ATWOOD_FACETS(S)                                                    \
-  template bool clear_of_ends<S>(EventRun<S>&, const S*);                   \
-  template bool passes_a_sheet<S>(const EventRun<S>&, const S*, const S*);  \
-  template bool has_ends<S>(const EventRun<S>&, const Contact<S>&);         \
-  template S within_facet<S>(const EventRun<S>&, const Contact<S>&);        \
+#define ATWOOD_FACETS(S)                                                   \
+  template bool clear_of_ends<S>(EventRun<S>&, const S*);                  \
+  template bool passes_a_sheet<S>(const EventRun<S>&, const S*, const S*); \
+  template bool has_ends<S>(const EventRun<S>&, const Contact<S>&);        \
+  template S within_facet<S>(const EventRun<S>&, const Contact<S>&);       \
   template bool leave_facet<S>(EventRun<S>&, Contact<S>&);
 ATWOOD_FACETS(float)
 ATWOOD_FACETS(double)

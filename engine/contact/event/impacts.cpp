@@ -36,7 +36,8 @@ template <class S> void note_places(EventRun<S>& run) {
   for (const int p : run.near)
     for (const int body : {run.pairs[p].a, run.pairs[p].b}) {
       const int offset = run.model.offset(body);
-      if (offset >= 0) run.length_scale = real::max(run.length_scale, norm(load3(run.y.data() + offset)) + run.reach[body]);
+      if (offset < 0) continue;
+      run.length_scale = real::max(run.length_scale, norm(load3(run.y.data() + offset)) + run.reach[body]);
     }
 }
 
@@ -103,8 +104,8 @@ template <class S> bool supported(const Hit<S>* hits, int count, const Vec3<S>& 
   return true;
 }
 
-// An edge that lands on a face, or a face without friction: the points' velocities are equal, and stay so where the impulse acts
-// below the centre of mass. They are then as one point there, and every law holds as for one.
+// An edge that lands on a face, or a face without friction: the points' velocities are equal, and stay so where the
+// impulse acts below the centre of mass. They are then as one point there, and every law holds as for one.
 template <class S> bool collide_as_one(Instant<S>& now, int first, int count) {
   EventRun<S>& run = now.run;
   const Hit<S>* hits = &run.hits[first];
@@ -121,7 +122,8 @@ template <class S> bool collide_as_one(Instant<S>& now, int first, int count) {
   one.sight.x += count == 2 ? (dot(from, along) / dot(along, along)) * along : from - dot(from, n) * n;
   if (!supported(hits, count, n, one.sight.x, tiny_m)) return false;
   if (count == 2 && !(dot(one.sight.x - hits[0].sight.x, one.sight.x - hits[1].sight.x) < S(0))) return false;
-  ImpactBody<S> surface = impact_body(run, f.surface_body, one.sight.x), knob = impact_body(run, f.knob_body, one.sight.x);
+  ImpactBody<S> surface = impact_body(run, f.surface_body, one.sight.x);
+  ImpactBody<S> knob = impact_body(run, f.knob_body, one.sight.x);
   const Impulse<S> impulse = collide(law_of(run, one.pair), n, surface, knob);
   const Vec3<S> turns = knob.w_W - surface.w_W;
   for (int i = 0; i < count; ++i)
@@ -248,7 +250,8 @@ template <class S> bool all_impacts(Instant<S>& now) {
   const int count = static_cast<int>(run.hits.size());
   if (run.options.together) {
     if (count == 1) collide_one(now, run.hits[0]);
-    else if (count > 1 && !(end_of_pair(run, 0) == count && collide_as_one(now, 0, count))) collide_together(now, 0, count);
+    else if (count > 1 && !(end_of_pair(run, 0) == count && collide_as_one(now, 0, count)))
+      collide_together(now, 0, count);
     return true;
   }
   for (int impacts = 0; impacts < most_impacts_at_once; ++impacts) {
@@ -277,8 +280,8 @@ template <class S> bool all_impacts(Instant<S>& now) {
 // less than eps^(2/3) r.   flight T_k = 2 v / a,  rise a T^2 / 8,  rest of the series T_k / (1 - e)
 // The impact that ends it is taken without restitution: friction's impulse over the rest of the series, and the way that it
 // takes from a sliding body, are then those of a body that slides under its weight from here on, exactly.
-// Each impact of a series tells when the series will end, early ones to less round-off: of those that agree with all later ones
-// within that of the last, the first is believed.
+// Each impact of a series tells when the series will end, early ones to less round-off: of those that agree with all
+// later ones within that of the last, the first is believed.
 template <class S> void forecast_end(EventRun<S>& run, ShapePair<S>& pair, S t_s, S rises, S series_s) {
   const S places = norm(run.poses[pair.a].p) + norm(run.poses[pair.b].p) + pair.reach, e = pair.restitution;
   const S round_off = S(4) * real::epsilon<S>() * (places / (rises * (S(1) - e)) + t_s);

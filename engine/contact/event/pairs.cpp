@@ -154,9 +154,11 @@ struct Builder {
     const bool sheet = std::holds_alternative<Rectangle>(s), flat = std::holds_alternative<Mesh>(s) && is_flat(mesh_surface<S>(std::get<Mesh>(s)));
     const bool corners = std::holds_alternative<Box>(k) || std::holds_alternative<Convex>(k) || std::holds_alternative<Capsule>(k);
     if (corners && (sheet || flat) && surface_for_balls(s, surface)) {
-      pair.past_the_end = std::string("atwood's +event has no contact of ") + shape_name(k) + " `" + scene.bodies[knob_body].name +
-                          "` with the end of " + shape_name(s) + " `" + scene.bodies[surface_body].name + "`, over which it lies";
-      SheetEnds<S> ends{index, knob_body, surface_body, make_geometry<S>(k), make_geometry<S>(s), {}, {S(0), S(0), S(1)}};
+      pair.past_the_end = std::string("atwood's +event has no contact of ") + shape_name(k) + " `" +
+                          scene.bodies[knob_body].name + "` with the end of " + shape_name(s) + " `" +
+                          scene.bodies[surface_body].name + "`, over which it lies";
+      SheetEnds<S> ends{index, knob_body,         surface_body, make_geometry<S>(k), make_geometry<S>(s),
+                        {},    {S(0), S(0), S(1)}};
       if (flat) {
         ends.on_it_B = surface.mesh.front().corner_B[0];
         ends.normal_B = surface.mesh.front().normal_B;

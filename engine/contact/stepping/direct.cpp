@@ -47,7 +47,8 @@ template <class S> void build_islands(World<S>& world, DirectSolver<S>& d, bool 
   }
   for (auto& [contact, island] : d.contacts) island = root_of(d.parent, island);
   // Within an island as they come; std::stable_sort would ask for memory each time.
-  std::sort(d.contacts.begin(), d.contacts.end(), [](const auto& x, const auto& y) { return std::pair(x.second, x.first) < std::pair(y.second, y.first); });
+  std::sort(d.contacts.begin(), d.contacts.end(),
+            [](const auto& x, const auto& y) { return std::pair(x.second, x.first) < std::pair(y.second, y.first); });
 }
 
 template <class S> const Vec3<S>& axis(const Point<S>& p, int c) { return c == 0 ? p.n : c == 1 ? p.t : p.s; }

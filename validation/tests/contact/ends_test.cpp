@@ -1,6 +1,6 @@
-// Where surfaces end, and where touches do: balls that roll off a sheet, bodies over its end, graze, and dead impacts in free flight.
+// Where surfaces end, and where touches do: balls that roll off a sheet, bodies over its end, graze, and dead impacts
+// in free flight.
 #include <catch2/catch.hpp>
-
 #include <random>
 
 #include "recorded.hpp"
@@ -15,9 +15,12 @@ constexpr double g = 9.81, r = 0.1;
 std::vector<Shape> tops() { return {Rectangle{{0.5, 0.4}}, Box{{0.5, 0.4, 0.2}}, flat_mesh(0.5, 0.4)}; }
 double top_of(const Shape& shape) { return std::holds_alternative<Box>(shape) ? 0.2 : 0; }
 
-// A ball that slides without friction about an edge, from its top at speed v0: R theta'^2 = v^2 / R = v0^2 / R + 2 g (1 - cos theta), and
-// N = m (g cos theta - v^2 / R) vanishes at 3 cos theta = v0^2 / (g R) + 2. The time there by Simpson's rule.
-struct Leaves { double angle = 0, after_s = 0; };
+// A ball that slides without friction about an edge, from its top at speed v0: R theta'^2 = v^2 / R = v0^2 / R + 2 g (1
+// - cos theta), and N = m (g cos theta - v^2 / R) vanishes at 3 cos theta = v0^2 / (g R) + 2. The time there by
+// Simpson's rule.
+struct Leaves {
+  double angle = 0, after_s = 0;
+};
 Leaves leaves_edge(double v0, double R) {
   Leaves leaves;
   leaves.angle = std::acos((v0 * v0 / (g * R) + 2) / 3);
@@ -70,7 +73,8 @@ TEST_CASE("a slow ball goes about the edge until nothing presses it on, at the m
       CHECK(error[i] < 1e-8);
       const double v = std::sqrt(g * r * std::cos(leaves.angle)), fell = end_s - at_s;
       CHECK(std::abs(it.p(1)[0] - (0.5 + r * std::sin(leaves.angle) + v * std::cos(leaves.angle) * fell)) < 1e-8);
-      CHECK(std::abs(it.p(1)[2] - (top_of(top) + r * std::cos(leaves.angle) - v * std::sin(leaves.angle) * fell - g * fell * fell / 2)) < 1e-8);
+      CHECK(std::abs(it.p(1)[2] - (top_of(top) + r * std::cos(leaves.angle) - v * std::sin(leaves.angle) * fell -
+                                   g * fell * fell / 2)) < 1e-8);
     }
     CHECK(std::log2(error[0] / error[1]) == Approx(4).margin(0.4));
   }
@@ -91,12 +95,17 @@ TEST_CASE("a ball slides from a capsule's side over its end") {
 
 TEST_CASE("bodies with corners over the end of a sheet are refused by name, in any step") {
   const double s = std::sqrt(0.5);
-  struct Case { const char* what; Shape on; Body body; };
+  struct Case {
+    const char* what;
+    Shape on;
+    Body body;
+  };
   std::vector<Case> cases = {
       {"slides off", Rectangle{{0.5, 0.5}}, box("crate", 1, {0.1, 0.1, 0.05}, {0, 0, 0.05}, {2, 0, 0})},
       {"larger than the sheet", Rectangle{{0.05, 0.05}}, box("crate", 1, {0.1, 0.1, 0.05}, {0, 0, 0.5})},
       {"lands half over the end", Rectangle{{0.5, 0.5}}, box("crate", 1, {0.1, 0.1, 0.05}, {0.45, 0, 0.5})},
-      {"a capsule across", Rectangle{{0.1, 0.1}}, moving("crate", Capsule{0.05, 0.3}, 1, {0.1, 0.1, 0.01}, {0, 0, 0.5})},
+      {"a capsule across", Rectangle{{0.1, 0.1}},
+       moving("crate", Capsule{0.05, 0.3}, 1, {0.1, 0.1, 0.01}, {0, 0, 0.5})},
       {"larger than a mesh", flat_mesh(0.05, 0.05), box("crate", 1, {0.1, 0.1, 0.05}, {0, 0, 0.5})}};
   cases[3].body.orientation_wxyz = {s, 0, s, 0};
   for (const Case& one : cases)
@@ -111,12 +120,14 @@ TEST_CASE("bodies with corners over the end of a sheet are refused by name, in a
     }
   Scene beside = world({0, 0, -g}, 0, 0.1);  // past the sheet, it is another thing
   beside.bodies = {fixed("ledge", Rectangle{{0.5, 0.5}}), box("crate", 1, {0.1, 0.1, 0.05}, {0.601, 0, 0.5})};
-  for (const int steps : {1, 7, 100}) CHECK(run("atwood/rk4+event", beside, {1, steps, 1}).outcome.status == Status::ok);
+  for (const int steps : {1, 7, 100})
+    CHECK(run("atwood/rk4+event", beside, {1, steps, 1}).outcome.status == Status::ok);
 }
 
 TEST_CASE("right above an inner edge of a mesh is above a face") {
   Scene scene = world({0, 0, -g}, 0, 0.5);
-  scene.bodies = {fixed("floor", flat_mesh(1, 1)), box("box", 1, {0.1, 0.1, 0.05}, {0, 0, 0.05})};  // two corners above the diagonal
+  scene.bodies = {fixed("floor", flat_mesh(1, 1)),
+                  box("box", 1, {0.1, 0.1, 0.05}, {0, 0, 0.05})};  // two corners above the diagonal
   const Recorded rests = run("atwood/rk4+event", scene, {0.5, 10, 1});
   REQUIRE(rests.outcome.status == Status::ok);
   CHECK(rests.samples.back().contacts.size() == 4);
@@ -147,7 +158,8 @@ TEST_CASE("balls that meet dead and rough in empty space stay whole, and pass on
       at[1][k] = 0.3 + 2 * r * n[k] - 0.2 * v[1][k];
     }
     Scene scene = world({}, 0, i % 3);
-    scene.bodies = {ball("a", 1 + i, r, at[0], v[0], {3 * any(random), 0, 5}), ball("b", 2, r, at[1], v[1], {0, 7 * any(random), 0})};
+    scene.bodies = {ball("a", 1 + i, r, at[0], v[0], {3 * any(random), 0, 5}),
+                    ball("b", 2, r, at[1], v[1], {0, 7 * any(random), 0})};
     for (const char* method : {"atwood/rk4+event", "atwood/dopri5+event", "atwood/rk4+event@long-double"})
       for (const int steps : {1, 7, 64}) {
         INFO(i << " " << method << " " << steps);
@@ -162,7 +174,9 @@ TEST_CASE("balls that meet dead and rough in empty space stay whole, and pass on
   }
 }
 
-TEST_CASE("grazing: a ball that just overlaps on its way is struck, one that just misses is not; at none of both round-off may choose") {
+TEST_CASE(
+    "grazing: a ball that just overlaps on its way is struck, one that just misses is not; at none of both round-off "
+    "may choose") {
   for (const double overlap : {1e-3, 1e-6, 1e-9, 0.0, -1e-12, -1e-9, -1e-3}) {
     Scene scene = world({}, 1, 0);
     scene.bodies = {ball("a", 1, r, {0, 0, 0}), ball("b", 1, r, {-1, 2 * r - overlap, 0}, {1, 0, 0})};
@@ -170,7 +184,8 @@ TEST_CASE("grazing: a ball that just overlaps on its way is struck, one that jus
       INFO(overlap << " m, " << steps << " steps");
       const Recorded it = run("atwood/rk4+event", scene, {2, steps, 1});
       REQUIRE(it.outcome.status == Status::ok);
-      if (overlap == 0) {  // the gap is round-off, eps, over 2 sqrt(eps d) m of the way: at most that much of an approach
+      if (overlap ==
+          0) {  // the gap is round-off, eps, over 2 sqrt(eps d) m of the way: at most that much of an approach
         for (const Event& event : it.events) CHECK(std::abs(static_cast<double>(event.vn_before_m_per_s)) < 1e-7);
         CHECK(it.v(0)[1] == Approx(0).margin(1e-7));
         continue;
@@ -180,13 +195,15 @@ TEST_CASE("grazing: a ball that just overlaps on its way is struck, one that jus
       // They touch where x = -sqrt(overlap (4 r - overlap)); that is the approach's sine, too.
       const double before = std::sqrt(overlap * (4 * r - overlap));
       CHECK(time_of(it.events[0]) == Approx(1 - before).epsilon(1e-15 / before + 1e-13));
-      CHECK(static_cast<double>(it.events[0].vn_before_m_per_s) == Approx(-before / (2 * r)).epsilon(1e-15 / overlap + 1e-13));
+      CHECK(static_cast<double>(it.events[0].vn_before_m_per_s) ==
+            Approx(-before / (2 * r)).epsilon(1e-15 / overlap + 1e-13));
     }
   }
   for (const double over : {1e-3, 1e-6, -1e-9, -1e-3}) {  // an apex at a ceiling
     const double v = 3, rises = v * v / (2 * g);
     Scene scene = world({0, 0, -g}, 0.5, 0);
-    scene.bodies = {fixed("ceiling", Plane{{0, 0, -1}, -(rises + r - over)}), ball("ball", 1, r, {0, 0, 0}, {0.3, 0, v})};
+    scene.bodies = {fixed("ceiling", Plane{{0, 0, -1}, -(rises + r - over)}),
+                    ball("ball", 1, r, {0, 0, 0}, {0.3, 0, v})};
     for (const int steps : {1, 4, 33}) {
       INFO(over << " m over the ceiling, " << steps << " steps");
       const Recorded it = run("atwood/rk4+event", scene, {0.5, steps, 1});
@@ -205,7 +222,8 @@ TEST_CASE("an impact far from where the bodies began is found") {
     Scene chase = world({}, 0.5, 0);
     chase.bodies = {ball("slow", 1, r, {1, 0, 0}, {far, 0, 0}), ball("fast", 1, r, {0, 0, 0}, {far + 1, 0, 0})};
     for (const int steps : {1, 10}) {
-      const Recorded it = run("atwood/rk4+event", wall, {2, steps, 1}), caught = run("atwood/rk4+event", chase, {2, steps, 1});
+      const Recorded it = run("atwood/rk4+event", wall, {2, steps, 1}),
+                     caught = run("atwood/rk4+event", chase, {2, steps, 1});
       REQUIRE(it.outcome.status == Status::ok);
       REQUIRE(it.events.size() == 1);
       CHECK(time_of(it.events[0]) == Approx((far - r) / far).epsilon(1e-13));

@@ -1,8 +1,7 @@
-// Located impacts against answers by hand: edges on floors, corners of rooms, rows of balls, series of bounces with friction, bodies
-// held until their release; and the order of constrained motion.
-#include <catch2/catch.hpp>
-
+// Located impacts against answers by hand: edges on floors, corners of rooms, rows of balls, series of bounces with
+// friction, bodies held until their release; and the order of constrained motion.
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <random>
 
 #include "recorded.hpp"
@@ -14,9 +13,14 @@ namespace {
 
 constexpr double g = 9.81, r = 0.1;
 
-// Routh's construction in the plane: x along the floor, z up, K of the point that touches; everything straight in p, piece by piece.
-struct Planar { double Kxx, Kzz, Kxz; };
-struct Routh { double p = 0, j = 0, ux = 0, uz = 0; };
+// Routh's construction in the plane: x along the floor, z up, K of the point that touches; everything straight in p,
+// piece by piece.
+struct Planar {
+  double Kxx, Kzz, Kxz;
+};
+struct Routh {
+  double p = 0, j = 0, ux = 0, uz = 0;
+};
 enum class Law { newton, poisson, stronge };
 
 Routh routh(const Planar& K, double ux, double uz, double mu, double e, Law law) {
@@ -25,15 +29,22 @@ Routh routh(const Planar& K, double ux, double uz, double mu, double e, Law law)
   double work = 0, p_compression = 0, work_compression = 0;
   for (bool compression = true;;) {
     double d = 0;  // friction for 1 N s of normal impulse
-    if (at.ux != 0) d = at.ux > 0 ? -mu : mu;
-    else d = std::clamp(-K.Kxz / K.Kxx, -mu, mu);
+    if (at.ux != 0)
+      d = at.ux > 0 ? -mu : mu;
+    else
+      d = std::clamp(-K.Kxz / K.Kxx, -mu, mu);
     const double along = K.Kxx * d + K.Kxz, up = K.Kzz + K.Kxz * d;
     double dp = 0;
-    if (compression) dp = -at.uz / up;
-    else if (law == Law::newton) dp = (-e * uz0 - at.uz) / up;
-    else if (law == Law::poisson) dp = (1 + e) * p_compression - at.p;
-    else if (const double root = at.uz * at.uz + 2 * up * ((1 - e * e) * work_compression - work); root >= 0) dp = (-at.uz + std::sqrt(root)) / up;
-    else dp = -1;  // slip stops before
+    if (compression)
+      dp = -at.uz / up;
+    else if (law == Law::newton)
+      dp = (-e * uz0 - at.uz) / up;
+    else if (law == Law::poisson)
+      dp = (1 + e) * p_compression - at.p;
+    else if (const double root = at.uz * at.uz + 2 * up * ((1 - e * e) * work_compression - work); root >= 0)
+      dp = (-at.uz + std::sqrt(root)) / up;
+    else
+      dp = -1;  // slip stops before
     const bool stops = at.ux * along < 0 && (dp < 0 || -at.ux / along < dp);
     if (stops) dp = -at.ux / along;
     work += at.uz * dp + up * dp * dp / 2;
@@ -77,17 +88,20 @@ TEST_CASE("a box that lands on an edge obeys each hypothesis as one point does")
     const double ux = vx + w * low_z, uz = vz - w * low_x;
     if (uz > -0.3) continue;
     Scene scene = world({}, e, mu);
-    scene.bodies = {fixed("floor", Plane{{0, 0, 1}, 0}), box("box", m, {a, 0.25, c}, {-vx * at_s, 0, -low_z - vz * at_s}, {vx, 0, vz})};
+    scene.bodies = {fixed("floor", Plane{{0, 0, 1}, 0}),
+                    box("box", m, {a, 0.25, c}, {-vx * at_s, 0, -low_z - vz * at_s}, {vx, 0, vz})};
     Body& body = scene.bodies[1];
     body.angular_velocity_body_rad_per_s = {0, w, 0};
     const double half = (tilt - w * at_s) / 2;
     body.orientation_wxyz = {std::cos(half), 0, std::sin(half), 0};
-    const Recorded it = run(std::string("atwood/rk4+event{restitution=") + names[static_cast<int>(law)] + "}", scene, {at_s + 1e-3, 40, 1});
+    const Recorded it = run(std::string("atwood/rk4+event{restitution=") + names[static_cast<int>(law)] + "}", scene,
+                            {at_s + 1e-3, 40, 1});
     REQUIRE(it.outcome.status == Status::ok);
     if (it.events.size() != 1 || std::abs(time_of(it.events[0]) - at_s) > 1e-7) continue;  // another edge came first
     ++met;
     const double I = body.inertia_kg_m2[4];
-    const Routh by_hand = routh({1 / m + low_z * low_z / I, 1 / m + low_x * low_x / I, -low_x * low_z / I}, ux, uz, mu, e, law);
+    const Routh by_hand =
+        routh({1 / m + low_z * low_z / I, 1 / m + low_x * low_x / I, -low_x * low_z / I}, ux, uz, mu, e, law);
     INFO(names[static_cast<int>(law)] << " mu " << mu << " e " << e << " tilt " << tilt);
     const Event& event = it.events[0];
     CHECK(static_cast<double>(event.impulse_n_N_s) == Approx(by_hand.p).epsilon(1e-8));  // RK4's attitude at 400 Hz
@@ -111,7 +125,8 @@ TEST_CASE("boxes that land flat or on edges, sliding and spinning, gain no energ
   for (int i = 0; i < 90; ++i) {
     const double mu = std::array{0.1, 0.5, 2.}[i % 3], e = std::array{0., 0.5, 1.}[i / 3 % 3];
     Scene scene = world({}, e, mu);
-    scene.bodies = {fixed("floor", Plane{{0, 0, 1}, 0}), box("box", 1.5, {0.2, 0.3, 0.1}, {0, 0, 0.2}, {3 * any(), 3 * any(), -1})};
+    scene.bodies = {fixed("floor", Plane{{0, 0, 1}, 0}),
+                    box("box", 1.5, {0.2, 0.3, 0.1}, {0, 0, 0.2}, {3 * any(), 3 * any(), -1})};
     Body& body = scene.bodies[1];
     body.angular_velocity_body_rad_per_s = {0, 0, i % 2 ? 6 * any() : 0};
     for (const char* law : {"poisson", "stronge"}) {
@@ -121,7 +136,8 @@ TEST_CASE("boxes that land flat or on edges, sliding and spinning, gain no energ
       REQUIRE(!it.events.empty());
       CHECK(time_of(it.events[0]) == Approx(0.1).epsilon(1e-13));
       CHECK(it.events[0].impulse_t_N_s <= mu * it.events[0].impulse_n_N_s * (1 + 1e-9));
-      const double before = energy_of(body, body.velocity_m_per_s, body.angular_velocity_body_rad_per_s), after = energy_of(body, it.v(1), it.w(1));
+      const double before = energy_of(body, body.velocity_m_per_s, body.angular_velocity_body_rad_per_s),
+                   after = energy_of(body, it.v(1), it.w(1));
       CHECK(after <= before * (1 + 1e-10));
     }
   }
@@ -155,13 +171,15 @@ TEST_CASE("a ball into the corner of a room, every octant: each wall reverses it
 }
 
 TEST_CASE("together: the row of balls that Newton's law at once gives, not Mariotte's") {
-  // n touching balls, k of them arrive at speed 1, e = 1: contacts at rest stay closed, the struck one opens at speed 1, so the k
-  // leave it at c and the others at c + 1:  k c + (n - k)(c + 1) = k,  c = 2 k / n - 1.
+  // n touching balls, k of them arrive at speed 1, e = 1: contacts at rest stay closed, the struck one opens at speed
+  // 1, so the k leave it at c and the others at c + 1:  k c + (n - k)(c + 1) = k,  c = 2 k / n - 1.
   for (int n = 2; n <= 7; ++n)
     for (int k = 1; k < n; ++k) {
       Scene scene = world({}, 1, 0);
-      for (int i = 0; i < n; ++i) scene.bodies.push_back(ball("b" + std::to_string(i), 1, 0.125, {0.25 * i, 0, 0}, {i < k ? 1. : 0., 0, 0}));
-      const Recorded at_once = run("atwood/rk4+event{simultaneous=together}", scene, {1, 7, 1}), in_turn = run("atwood/rk4+event", scene, {1, 7, 1});
+      for (int i = 0; i < n; ++i)
+        scene.bodies.push_back(ball("b" + std::to_string(i), 1, 0.125, {0.25 * i, 0, 0}, {i < k ? 1. : 0., 0, 0}));
+      const Recorded at_once = run("atwood/rk4+event{simultaneous=together}", scene, {1, 7, 1}),
+                     in_turn = run("atwood/rk4+event", scene, {1, 7, 1});
       REQUIRE(at_once.outcome.status == Status::ok);
       REQUIRE(in_turn.outcome.status == Status::ok);
       for (int i = 0; i < n; ++i) {
@@ -175,7 +193,8 @@ TEST_CASE("together: the row of balls that Newton's law at once gives, not Mario
 TEST_CASE("together: what comes from both sides alike leaves alike") {
   for (const double e : {0., 0.5, 1.}) {
     Scene scene = world({}, e, 0);
-    scene.bodies = {ball("left", 1, r, {-0.7, 0, 0}, {1, 0, 0}), ball("middle", 3, r, {0, 0, 0}), ball("right", 1, r, {0.7, 0, 0}, {-1, 0, 0})};
+    scene.bodies = {ball("left", 1, r, {-0.7, 0, 0}, {1, 0, 0}), ball("middle", 3, r, {0, 0, 0}),
+                    ball("right", 1, r, {0.7, 0, 0}, {-1, 0, 0})};
     const Recorded it = run("atwood/rk4+event{simultaneous=together}", scene, {1, 20, 1});
     REQUIRE(it.outcome.status == Status::ok);
     CHECK(it.v(0)[0] == Approx(-e).margin(1e-14));
@@ -204,10 +223,13 @@ TEST_CASE("a series of bounces ends when it should, from small heights too") {
 }
 
 TEST_CASE("a rough ball bounces, slides on where its bounces end, and rolls") {
-  struct Throw { double v, w, mu; };
+  struct Throw {
+    double v, w, mu;
+  };
   for (const Throw& thrown : {Throw{2, 0, 0.1}, {2, 0, 0.02}, {0, 30, 0.05}, {1, -40, 0.08}, {3, 0, 0.5}}) {
     const double e = 0.5, h = 0.4, mu = thrown.mu;
-    // Impact by impact: j_n = (1 + e) v_n for 1 kg, friction up to mu j_n or to the end of slip (2/7 of it); free flights between.
+    // Impact by impact: j_n = (1 + e) v_n for 1 kg, friction up to mu j_n or to the end of slip (2/7 of it); free
+    // flights between.
     double t = std::sqrt(2 * h / g), vn = g * t, v = thrown.v, w = thrown.w, x = v * t;
     while (vn > 1e-13) {
       const double u = v - r * w, j = std::min(mu * (1 + e) * vn, std::abs(u) / 3.5) * (u > 0 ? 1 : -1);
@@ -217,13 +239,15 @@ TEST_CASE("a rough ball bounces, slides on where its bounces end, and rolls") {
       x += v * 2 * vn / g;
       t += 2 * vn / g;
     }
-    const double u = v - r * w, slides_s = std::abs(u) > 1e-9 ? std::abs(u) / (3.5 * mu * g) : 0, braking = u > 0 ? mu * g : -mu * g;
+    const double u = v - r * w, slides_s = std::abs(u) > 1e-9 ? std::abs(u) / (3.5 * mu * g) : 0,
+                 braking = u > 0 ? mu * g : -mu * g;
     const double end_s = t + 3;
     x += v * slides_s - braking * slides_s * slides_s / 2;
     v -= braking * slides_s;
     x += v * (end_s - t - slides_s);
     Scene scene = world({0, 0, -g}, e, mu);
-    scene.bodies = {fixed("floor", Plane{{0, 0, 1}, 0}), ball("ball", 1, r, {0, 0, r + h}, {thrown.v, 0, 0}, {0, thrown.w, 0})};
+    scene.bodies = {fixed("floor", Plane{{0, 0, 1}, 0}),
+                    ball("ball", 1, r, {0, 0, r + h}, {thrown.v, 0, 0}, {0, thrown.w, 0})};
     for (const int steps : {50, 333}) {
       INFO("v " << thrown.v << " w " << thrown.w << " mu " << mu << " steps " << steps);
       const Recorded it = run("atwood/rk4+event", scene, {end_s, steps, 1});
@@ -298,29 +322,36 @@ TEST_CASE("lasting contact keeps the method's order under forces that vary") {
   SECTION("a box slides against friction and drag") {  // v' = -mu g - c v / m
     const double mu = 0.2, c = 6, m = 2, v0 = 5, end_s = 0.4, k = c / m, A = mu * g / k;
     Scene scene = world({0, 0, -g}, 0, mu);
-    scene.bodies = {fixed("floor", Plane{{0, 0, 1}, 0}), box("box", m, {0.3, 0.3, 0.02}, {0, 0, 0.02}, {v0 * 0.6, v0 * 0.8, 0})};
+    scene.bodies = {fixed("floor", Plane{{0, 0, 1}, 0}),
+                    box("box", m, {0.3, 0.3, 0.02}, {0, 0, 0.02}, {v0 * 0.6, v0 * 0.8, 0})};
     scene.forces.push_back(LinearDrag{{1}, c, {}, 0});
-    order(scene, end_s, 10, 0.6 * ((v0 + A) / k * (1 - std::exp(-k * end_s)) - A * end_s), [](const Recorded& it) { return it.p(1)[0]; });
+    order(scene, end_s, 10, 0.6 * ((v0 + A) / k * (1 - std::exp(-k * end_s)) - A * end_s),
+          [](const Recorded& it) { return it.p(1)[0]; });
   }
 }
 
 TEST_CASE("a single collision knows neither the bodies' order nor where or how the world stands") {
   std::mt19937 random(29);
   const auto any = [&] { return std::uniform_real_distribution<double>(-1, 1)(random); };
-  const auto turned = [](const Real3& v) { return Real3{v[1], v[2], v[0]}; };  // by a third about (1, 1, 1), exact in doubles
+  const auto turned = [](const Real3& v) {
+    return Real3{v[1], v[2], v[0]};
+  };  // by a third about (1, 1, 1), exact in doubles
   int met = 0;
   for (int i = 0; i < 60; ++i) {
     Scene scene = world({}, 0.5 * (1 + any()), std::array{0., 0.2, 1.}[i % 3]);
-    scene.bodies = {ball("a", 1.5 + any(), 0.15, {-0.5, 0.2 * any(), 0.1 * any()}, {1, 0.2 * any(), 0.2 * any()}, {5 * any(), 5 * any(), 5 * any()}),
+    scene.bodies = {ball("a", 1.5 + any(), 0.15, {-0.5, 0.2 * any(), 0.1 * any()}, {1, 0.2 * any(), 0.2 * any()},
+                         {5 * any(), 5 * any(), 5 * any()}),
                     ball("b", 1.5 + any(), 0.1, {0.5, 0, 0}, {-1, 0.2 * any(), 0}, {5 * any(), 5 * any(), 5 * any()})};
     Scene swapped = scene, rotated = scene;
     std::swap(swapped.bodies[0], swapped.bodies[1]);
     for (Body& body : rotated.bodies) {
-      for (Real3* x : {&body.position_m, &body.velocity_m_per_s, &body.angular_velocity_body_rad_per_s}) *x = turned(*x);
+      for (Real3* x : {&body.position_m, &body.velocity_m_per_s, &body.angular_velocity_body_rad_per_s})
+        *x = turned(*x);
       for (int k = 0; k < 3; ++k) body.position_m[k] += k + 1;
     }
     const Plan plan{0.8, 16, 1};
-    const Recorded plain = run("atwood/rk4+event", scene, plan), other = run("atwood/rk4+event", swapped, plan), moved = run("atwood/rk4+event", rotated, plan);
+    const Recorded plain = run("atwood/rk4+event", scene, plan), other = run("atwood/rk4+event", swapped, plan),
+                   moved = run("atwood/rk4+event", rotated, plan);
     INFO(i);
     if (plain.events.empty()) continue;
     ++met;

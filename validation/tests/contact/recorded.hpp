@@ -58,8 +58,8 @@ inline Body fixed(const std::string& name, Shape shape, const Real3& at = {}) {
 }
 
 // I: principal moments for 1 kg.
-inline Body moving(const std::string& name, Shape shape, double mass_kg, const Real3& I, const Real3& at, const Real3& velocity = {},
-                   const Real3& spin = {}) {
+inline Body moving(const std::string& name, Shape shape, double mass_kg, const Real3& I, const Real3& at,
+                   const Real3& velocity = {}, const Real3& spin = {}) {
   Body body;
   body.name = name;
   body.shape = std::move(shape);
@@ -71,11 +71,13 @@ inline Body moving(const std::string& name, Shape shape, double mass_kg, const R
   return body;
 }
 
-inline Body ball(const std::string& name, double mass_kg, double r, const Real3& at, const Real3& velocity = {}, const Real3& spin = {}) {
+inline Body ball(const std::string& name, double mass_kg, double r, const Real3& at, const Real3& velocity = {},
+                 const Real3& spin = {}) {
   return moving(name, Sphere{r}, mass_kg, {0.4 * r * r, 0.4 * r * r, 0.4 * r * r}, at, velocity, spin);
 }
 
-inline Body box(const std::string& name, double mass_kg, const Real3& half, const Real3& at, const Real3& velocity = {}) {
+inline Body box(const std::string& name, double mass_kg, const Real3& half, const Real3& at,
+                const Real3& velocity = {}) {
   const double a = half[0] * half[0], b = half[1] * half[1], c = half[2] * half[2];
   return moving(name, Box{half}, mass_kg, {(b + c) / 3, (a + c) / 3, (a + b) / 3}, at, velocity);
 }

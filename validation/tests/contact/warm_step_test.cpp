@@ -1,7 +1,6 @@
 // A step that changes no contact allocates nothing: runs twice as long ask for as much memory.
-#include <catch2/catch.hpp>
-
 #include <atomic>
+#include <catch2/catch.hpp>
 #include <cstdlib>
 #include <new>
 
@@ -44,7 +43,8 @@ namespace {
 long allocations_of(const char* method, const Scene& scene, double t_end_s) {
   const Observer nobody;
   const long before = allocations;
-  const Outcome outcome = run_with_contacts(parse_method_id(method), scene, {t_end_s, static_cast<std::int64_t>(std::lround(t_end_s * 120)), 1}, nobody, 0);
+  const Outcome outcome = run_with_contacts(
+      parse_method_id(method), scene, {t_end_s, static_cast<std::int64_t>(std::lround(t_end_s * 120)), 1}, nobody, 0);
   REQUIRE(outcome.status == Status::ok);
   return allocations - before;
 }
