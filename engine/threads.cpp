@@ -31,9 +31,9 @@ Team::~Team() {
   for (std::thread& member : members_) member.join();
 }
 
-// call_ and work_ are written before the tickets (release) and read after one is claimed (acquire); they stay until its part is done.
-// What the members wrote is seen by the caller through left_. A ticket of an earlier round cannot be claimed: its queue was empty
-// when that round ended, and its word never comes back.
+// call_ and work_ are written before the tickets (release) and read after one is claimed (acquire); they stay until its
+// part is done. What the members wrote is seen by the caller through left_. A ticket of an earlier round cannot be
+// claimed: its queue was empty when that round ended, and its word never comes back.
 void Team::share_out(Call call, const void* work, int parts) {
   call_ = call;
   work_ = work;

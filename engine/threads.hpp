@@ -1,5 +1,5 @@
-// A team of threads that lives as long as a run: work is handed out in numbered parts, so what is computed never depends on who
-// does it.
+// A team of threads that lives as long as a run: work is handed out in numbered parts, so what is computed never
+// depends on who does it.
 #pragma once
 
 #include <atomic>
@@ -10,10 +10,10 @@
 
 namespace atwood {
 
-// The caller is the first of the team; a team of one starts no thread. Idle members spin for some microseconds, enough for the
-// next stage of a step, and then sleep. Every member has parts of his own, and takes those that nobody has begun when his are
-// done: one without a core delays the others by the part that he is at, by nothing if he is at none. run() allocates nothing.
-// One caller at a time; parts do not throw.
+// The caller is the first of the team; a team of one starts no thread. Idle members spin for some microseconds, enough
+// for the next stage of a step, and then sleep. Every member has parts of his own, and takes those that nobody has
+// begun when his are done: one without a core delays the others by the part that he is at, by nothing if he is at none.
+// run() allocates nothing. One caller at a time; parts do not throw.
 class Team {
  public:
   explicit Team(int threads);
@@ -23,8 +23,8 @@ class Team {
 
   int size() const { return static_cast<int>(members_.size()) + 1; }
 
-  // work(part) for part = 0 .. parts - 1 (at most 65535), each once, by whoever comes to it; returns when all are done. Neighbouring
-  // parts are a member's own, the same in every call. Results must not depend on who does what.
+  // work(part) for part = 0 .. parts - 1 (at most 65535), each once, by whoever comes to it; returns when all are done.
+  // Neighbouring parts are a member's own, the same in every call. Results must not depend on who does what.
   template <class Work> void run(int parts, const Work& work) {
     if (members_.empty() || parts == 1) {
       for (int part = 0; part < parts; ++part) work(part);
@@ -33,8 +33,8 @@ class Team {
     share_out([](const void* w, int part) { (*static_cast<const Work*>(w))(part); }, &work, parts);
   }
 
-  // A part a member. Below some ten microseconds of work the team costs more than it brings: then call it with `worth_it` false,
-  // and the caller does all parts in turn.
+  // A part a member. Below some ten microseconds of work the team costs more than it brings: then call it with
+  // `worth_it` false, and the caller does all parts in turn.
   template <class Work> void run(bool worth_it, const Work& work) {
     if (worth_it) return run(size(), work);
     for (int part = 0; part < size(); ++part) work(part);

@@ -2,7 +2,8 @@
 //
 // Relative velocity at the point midway, arms r_a = arm_a n and r_b = -arm_b n:
 //   u = v_b - v_a - (arm_a w_a + arm_b w_b) x n
-// An impulse P on b, -P on a changes u by P_n / mass_n + P_t / mass_t, so normal and tangent are independent of each other.
+// An impulse P on b, -P on a changes u by P_n / mass_n + P_t / mass_t, so normal and tangent are independent of each
+// other.
 #include "contact/stepping/lanes_of_rows.hpp"
 #include "contact/stepping/points.hpp"
 
@@ -25,8 +26,8 @@ ATWOOD_INLINE void push(Pack<S> (&a)[lane_count], Pack<S> (&b)[lane_count], cons
 
 // Sets normal and gap; n stays what it was where the centres coincide.
 template <class S, Side side, VectorWidth width>
-ATWOOD_INLINE void look(const BallBatch<S>& c, const Pack<S> (&place_a)[lane_count], const Pack<S> (&place_b)[lane_count],
-                        Vec3<Pack<S>>& n, Vec3<Pack<S>>& d, Pack<S>& gap) {
+ATWOOD_INLINE void look(const BallBatch<S>& c, const Pack<S> (&place_a)[lane_count],
+                        const Pack<S> (&place_b)[lane_count], Vec3<Pack<S>>& n, Vec3<Pack<S>>& d, Pack<S>& gap) {
   const Pack<S> radii = load(c.radius_a.lane) + load(c.radius_b.lane);
   n = load_lanes<S>(c.normal);
   if constexpr (side == Side::plane) {
@@ -122,7 +123,8 @@ ATWOOD_INLINE void prepare(BallBatch<S>& c, const Preparation<S>& p, Row<S>* pla
   if constexpr (side == Side::two_balls) scatter<S, width>(b, c.b, c.count, velocities);
 }
 
-// One turn of projected Gauss-Seidel: the normal impulse stays >= 0, the tangential one inside the disc of the round cone.
+// One turn of projected Gauss-Seidel: the normal impulse stays >= 0, the tangential one inside the disc of the round
+// cone.
 //   P_n <- max(0, P_n - mass_n (u_n + closing))
 //   P_t <- project(P_t - mass_t u_t, radius mu P_n)
 template <class S, Side side, VectorWidth width>
@@ -160,11 +162,14 @@ template <class S, class Visit> void for_colours(World<S>& world, const Visit& v
                 [&](int first, int last, auto width) ATWOOD_INLINED {
                   BallBatch<S>* batches = world.balls.batches.data();
                   if (colour.side == Side::two_balls)
-                    for (int i = first; i < last; ++i) visit(batches[i], std::integral_constant<Side, Side::two_balls>{}, width);
+                    for (int i = first; i < last; ++i)
+                      visit(batches[i], std::integral_constant<Side, Side::two_balls>{}, width);
                   else if (colour.side == Side::fixed_ball)
-                    for (int i = first; i < last; ++i) visit(batches[i], std::integral_constant<Side, Side::fixed_ball>{}, width);
+                    for (int i = first; i < last; ++i)
+                      visit(batches[i], std::integral_constant<Side, Side::fixed_ball>{}, width);
                   else
-                    for (int i = first; i < last; ++i) visit(batches[i], std::integral_constant<Side, Side::plane>{}, width);
+                    for (int i = first; i < last; ++i)
+                      visit(batches[i], std::integral_constant<Side, Side::plane>{}, width);
                 });
   }
 }

@@ -9,14 +9,15 @@ namespace {
 
 constexpr double skin = 0.08;           // of a body's size: margin of one at rest
 constexpr double steps_ahead = 2;       // ... and what one in motion has besides the coming step, in steps
-constexpr double most_ahead = 0.25;     // ... of its size: in a crowd that falls, far pairs would cost more than finding anew
+// ... of its size: in a crowd that falls, far pairs would cost more than finding anew
+constexpr double most_ahead = 0.25;
 
 template <class S> bool is_ball(const World<S>& world, int i) { return world.geometry[i].kind == ShapeKind::sphere; }
 
 template <class S> S size_of(const World<S>& world, int i) { return world.geometry[i].bounding_radius; }
 
-// How far a point of the surface gets within the coming step; and whether nobody can have left his margin by its end. Places are
-// compared with where they were, so that what rests or trembles keeps its candidates; turns are added up.
+// How far a point of the surface gets within the coming step; and whether nobody can have left his margin by its end.
+// Places are compared with where they were, so that what rests or trembles keeps its candidates; turns are added up.
 template <class S> bool candidates_still_hold(World<S>& world, S h_s) {
   Bodies<S>& bodies = world.bodies;
   const S fall_m_per_s = norm(world.gravity_W) * h_s;
@@ -26,7 +27,8 @@ template <class S> bool candidates_still_hold(World<S>& world, S h_s) {
     const S* v = bodies.velocity[i].at;
     const S turn = is_ball(world, i) ? S(0) : h_s * norm(load3(v + 3)) * size_of(world, i);
     bodies.reach[i] = h_s * (norm(load3(v)) + fall_m_per_s) + turn;
-    if (!(norm(load3(bodies.place[i].at) - world.found_at[i]) + world.turned[i] + bodies.reach[i] <= world.margin[i])) hold = false;
+    if (!(norm(load3(bodies.place[i].at) - world.found_at[i]) + world.turned[i] + bodies.reach[i] <= world.margin[i]))
+      hold = false;
     world.turned[i] += turn;
   }
   return hold;
@@ -65,9 +67,10 @@ template <class S> BallBatch<S> blank_batch(const World<S>& world) {
   std::fill(std::begin(batch.a), std::end(batch.a), world.bodies.count);
   std::fill(std::begin(batch.b), std::end(batch.b), world.bodies.count);
   const auto fill = [](Lanes<S>& lanes, S value) { std::fill(lanes.lane, lanes.lane + lane_count, value); };
-  for (Lanes<S>* lanes : {&batch.slop, &batch.normal[0], &batch.normal[1], &batch.radius_a, &batch.radius_b, &batch.friction,
-                          &batch.restitution, &batch.gap, &batch.closing, &batch.arm_a, &batch.arm_b, &batch.mass_n,
-                          &batch.mass_t, &batch.impulse_n, &batch.impulse_t[0], &batch.impulse_t[1], &batch.impulse_t[2]})
+  for (Lanes<S>* lanes :
+       {&batch.slop, &batch.normal[0], &batch.normal[1], &batch.radius_a, &batch.radius_b, &batch.friction,
+        &batch.restitution, &batch.gap, &batch.closing, &batch.arm_a, &batch.arm_b, &batch.mass_n, &batch.mass_t,
+        &batch.impulse_n, &batch.impulse_t[0], &batch.impulse_t[1], &batch.impulse_t[2]})
     fill(*lanes, S(0));
   fill(batch.normal[2], S(1));
   return batch;
@@ -84,8 +87,9 @@ template <class S> void put_ball_contact(World<S>& world, BallBatch<S>& batch, i
   batch.friction.lane[lane] = S(law.friction);
   batch.restitution.lane[lane] = S(law.restitution);
   batch.gap.lane[lane] = S(1e30);
-  batch.slop.lane[lane] = S(slop_share) * (other.kind == ShapeKind::plane ? world.geometry[pair.a].radius
-                                                                          : real::min(world.geometry[pair.a].radius, other.radius));
+  batch.slop.lane[lane] =
+      S(slop_share) * (other.kind == ShapeKind::plane ? world.geometry[pair.a].radius
+                                                      : real::min(world.geometry[pair.a].radius, other.radius));
   const S mobility = bodies.velocity[pair.a].at[6] + bodies.velocity[pair.b].at[6];
   batch.mass_n.lane[lane] = mobility > S(0) ? S(1) / mobility : S(0);
   if (other.kind == ShapeKind::plane) {
@@ -101,7 +105,8 @@ template <class S> void put_ball_contact(World<S>& world, BallBatch<S>& batch, i
 }
 
 // What a pair had before, over from the old batches.
-template <class S> void keep_impulses(const World<S>& world, const std::vector<Candidate>& pairs, std::vector<Kept<S>>& kept) {
+template <class S>
+void keep_impulses(const World<S>& world, const std::vector<Candidate>& pairs, std::vector<Kept<S>>& kept) {
   kept.clear();
   for (const Candidate& pair : pairs) {
     const BallBatch<S>& batch = world.balls.batches[static_cast<std::size_t>(pair.slot / lane_count)];
@@ -152,7 +157,8 @@ void lay_out(World<S>& world, std::vector<Candidate>& pairs, const std::vector<i
     if (count[c] == 0) continue;
     const int first = static_cast<int>(batches.size());
     at[c] = first * lane_count;
-    batches.resize(batches.size() + static_cast<std::size_t>((count[c] + lane_count - 1) / lane_count), blank_batch(world));
+    batches.resize(batches.size() + static_cast<std::size_t>((count[c] + lane_count - 1) / lane_count),
+                   blank_batch(world));
     world.balls.colours.push_back({first, static_cast<int>(batches.size()), side});
   }
   for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -231,7 +237,8 @@ template <class S> void find_candidates(World<S>& world, S h_s) {
   }
   pairs_with_planes(world);
   const auto by_a = [](const Candidate& x, const Candidate& y) { return before(x.a, x.b, y.a, y.b); };
-  if (world.some_fixed) std::sort(world.ball_pairs.begin(), world.ball_pairs.end(), by_a);  // else as the broad phase sorts
+  // else as the broad phase sorts
+  if (world.some_fixed) std::sort(world.ball_pairs.begin(), world.ball_pairs.end(), by_a);
   std::sort(world.other_pairs.begin(), world.other_pairs.end(), by_a);
   const auto by_plane = [](const Candidate& x, const Candidate& y) { return before(x.b, x.a, y.b, y.a); };
   std::sort(world.plane_pairs.begin(), world.plane_pairs.end(), by_plane);

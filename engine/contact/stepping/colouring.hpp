@@ -1,4 +1,5 @@
-// Colours of contacts: each takes the first that neither of its moving bodies has, so a colour touches no moving body twice.
+// Colours of contacts: each takes the first that neither of its moving bodies has, so a colour touches no moving body
+// twice.
 #pragma once
 
 #include <bit>

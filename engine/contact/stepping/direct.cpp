@@ -4,8 +4,8 @@
 //   0 <= l_n  _|_  u_n + closing >= 0,    |l_ts| <= mu l_n, friction straight against the slip, on the cone where there is slip
 // is F(l) = 0 with a step r of each row's own size (Alart and Curnier, Comput. Methods Appl. Mech. Eng. 92 (1991) 353):
 //   z = l - r (u + closing),   F_n = l_n - max(0, z_n),   F_ts = l_ts - project(z_ts, disc of radius mu max(0, z_n)).
-// W is singular where a body stands on more points than it needs; Newton's matrix takes W + eps diag(W) instead, F does not.
-// Rounds of Newton's step with halving; where no step is shorter, sweeps of projected Gauss-Seidel.
+// W is singular where a body stands on more points than it needs; Newton's matrix takes W + eps diag(W) instead, F does
+// not. Rounds of Newton's step with halving; where no step is shorter, sweeps of projected Gauss-Seidel.
 #include <algorithm>
 #include <cmath>
 
@@ -18,8 +18,8 @@ namespace {
 constexpr int most_rounds = 20, sweeps_between = 8, halvings = 6;
 constexpr double tolerance = 1000;  // of the impulses' round-off
 
-// Whether it is in question: a point that pushes nobody and is farther than this substep gets may be left out. Who is kept out
-// wrongly, pushed by his neighbours, is seen afterwards.
+// Whether it is in question: a point that pushes nobody and is farther than this substep gets may be left out. Who is
+// kept out wrongly, pushed by his neighbours, is seen afterwards.
 template <class S> bool may_push(const World<S>& world, const Point<S>& p) {
   if (p.impulse[0] > S(0) || p.closing == S(0)) return true;
   return p.closing + S(2) * dot(velocity_at(world.bodies, p), p.n) < S(4) * norm(world.gravity_W) * world.sub_s;
@@ -88,7 +88,8 @@ template <class S> S coupling(const World<S>& world, const DirectSolver<S>& d, i
   return sum;
 }
 
-// The velocities there are, each row's step, and whether the impulses at hand solve the law already: then W is not needed.
+// The velocities there are, each row's step, and whether the impulses at hand solve the law already: then W is not
+// needed.
 template <class S> bool already_solved(const World<S>& world, DirectSolver<S>& d) {
   const int n = d.n();
   for (auto* v : {&d.q, &d.step, &d.l, &d.z}) v->resize(static_cast<std::size_t>(3 * n));
@@ -130,11 +131,13 @@ template <class S> S velocity_of(const DirectSolver<S>& d, int row, const std::v
 }
 
 // F(l), and its largest entry.
-template <class S> S residual(const DirectSolver<S>& d, const std::vector<S>& l, std::vector<S>& z_out, std::vector<S>& F) {
+template <class S>
+S residual(const DirectSolver<S>& d, const std::vector<S>& l, std::vector<S>& z_out, std::vector<S>& F) {
   S largest{};
   for (int i = 0; i < d.n(); ++i) {
     S z[3], law[3];
-    for (int r = 0; r < 3; ++r) z[r] = z_out[3 * i + r] = l[3 * i + r] - d.step[3 * i + r] * velocity_of(d, 3 * i + r, l);
+    for (int r = 0; r < 3; ++r)
+      z[r] = z_out[3 * i + r] = l[3 * i + r] - d.step[3 * i + r] * velocity_of(d, 3 * i + r, l);
     project(d, i, z, law);
     for (int r = 0; r < 3; ++r) {
       F[3 * i + r] = l[3 * i + r] - law[r];
@@ -170,7 +173,8 @@ template <class S> void sweep(DirectSolver<S>& d) {
 template <class S> void fill_jacobian(DirectSolver<S>& d) {
   const int size = 3 * d.n();
   d.lu.size = size;
-  if (d.lu.entry.size() < static_cast<std::size_t>(size) * size) d.lu.entry.resize(static_cast<std::size_t>(size) * size);
+  if (d.lu.entry.size() < static_cast<std::size_t>(size) * size)
+    d.lu.entry.resize(static_cast<std::size_t>(size) * size);
   if (d.lu.pivot.size() < static_cast<std::size_t>(size)) d.lu.pivot.resize(static_cast<std::size_t>(size));
   const S eps = real::sqrt(real::epsilon<S>());
   const auto dz = [&](int row, int column) {  // of z[row] by l[column], W with its diagonal raised
@@ -218,7 +222,8 @@ template <class S> void solve_island(DirectSolver<S>& d) {
   const std::size_t size = static_cast<std::size_t>(3 * d.n());
   for (auto* v : {&d.z, &d.z_try, &d.F, &d.F_try, &d.change, &d.l_try}) v->assign(size, S(0));
   S scale{};
-  for (std::size_t i = 0; i < size; ++i) scale = real::max(scale, real::max(real::abs(d.l[i]), d.step[i] * real::abs(d.q[i])));
+  for (std::size_t i = 0; i < size; ++i)
+    scale = real::max(scale, real::max(real::abs(d.l[i]), d.step[i] * real::abs(d.q[i])));
   const S wanted = S(tolerance) * real::epsilon<S>() * scale;
   S left = residual(d, d.l, d.z, d.F);
   for (int round = 0; round < most_rounds && left > wanted; ++round) {

@@ -1,12 +1,13 @@
 // Fast approaches within a substep, one impact after another in the order of their times.
 //
-// Bodies move straight from where the substep finds them, p + v t. An impact at t changes v by dv, and from then on the body
-// moves as if it had started from p - t dv: that shift is kept apart and added where the substep's motion is (drift), so an
-// isolated impact ends where event-driven motion would, at any step, and no gap is closed by slowing down what should bounce.
+// Bodies move straight from where the substep finds them, p + v t. An impact at t changes v by dv, and from then on the
+// body moves as if it had started from p - t dv: that shift is kept apart and added where the substep's motion is
+// (drift), so an isolated impact ends where event-driven motion would, at any step, and no gap is closed by slowing
+// down what should bounce.
 //
-// An approach no faster than the velocity that free flight itself brings within a substep is no impact but a contact that
-// lasts: the sweeps over all contacts have it. So have contacts without restitution, and what is left when impacts never end
-// (inelastic collapse).
+// An approach no faster than the velocity that free flight itself brings within a substep is no impact but a contact
+// that lasts: the sweeps over all contacts have it. So have contacts without restitution, and what is left when impacts
+// never end (inelastic collapse).
 #include <algorithm>
 
 #include "contact/impulse.hpp"
@@ -36,7 +37,8 @@ template <class S> struct Encounter {
 };
 
 // Balls: |d + u t| = r_a + r_b.
-template <class S> Encounter<S> meeting_of_balls(const BallBatch<S>& batch, int k, const Flight<S>& a, const Flight<S>& b, S h_s) {
+template <class S>
+Encounter<S> meeting_of_balls(const BallBatch<S>& batch, int k, const Flight<S>& a, const Flight<S>& b, S h_s) {
   Encounter<S> out;
   const S r_a = batch.radius_a.lane[k], r_b = batch.radius_b.lane[k], reach = r_a + r_b;
   const Vec3<S> d = b.p - a.p, u = b.v - a.v, fall = b.dv - a.dv;
@@ -91,8 +93,9 @@ Encounter<S> meeting_of_point(const ManifoldBatch<S>& batch, int k, int i, const
   out.normal = lane_of(batch.normal, k);
   const Outline<S> outline_a{lane_of(batch.axis_a, k), batch.round_a.lane[k]};
   const Outline<S> outline_b{lane_of(batch.axis_b, k), batch.round_b.lane[k]};
-  const auto [arm_a, arm_b, gap] = moved_point<S, S>(out.normal, lane_of(point.r_a, k), lane_of(point.r_b, k),
-                                                     point.gap_found.lane[k], b.p - a.p, moved_a, moved_b, outline_a, outline_b, batch.lean.lane[k]);
+  const auto [arm_a, arm_b, gap] =
+      moved_point<S, S>(out.normal, lane_of(point.r_a, k), lane_of(point.r_b, k), point.gap_found.lane[k], b.p - a.p,
+                        moved_a, moved_b, outline_a, outline_b, batch.lean.lane[k]);
   out.arm_a = arm_a;
   out.arm_b = arm_b;
   const Vec3<S> u = (b.v + cross(b.w, out.arm_b)) - (a.v + cross(a.w, out.arm_a));
@@ -136,7 +139,8 @@ template <class S> void put_impact(World<S>& world, int body, const ImpactBody<S
 
 template <class S> S restitution_of(const World<S>& world, int contact) {
   const Place at = place_of(world, contact);
-  return at.point < 0 ? balls_at(world, at).restitution.lane[at.lane] : manifolds_at(world, at).restitution.lane[at.lane];
+  return at.point < 0 ? balls_at(world, at).restitution.lane[at.lane]
+                      : manifolds_at(world, at).restitution.lane[at.lane];
 }
 
 // The next one from now_s on: what moved before is where its straight motion since then has it.
@@ -157,7 +161,8 @@ template <class S> Encounter<S> meeting_from(const World<S>& world, int contact,
     return load3(all.place[body].at + 3) + load3(all.shift[body].at + 3) + now_s * load3(all.velocity[body].at + 3);
   };
   const ManifoldBatch<S>& batch = manifolds_at(world, at);
-  const Vec3<S> moved_a = turned(a) - lane_of(batch.turned_a, at.lane), moved_b = turned(b) - lane_of(batch.turned_b, at.lane);
+  const Vec3<S> moved_a = turned(a) - lane_of(batch.turned_a, at.lane),
+                moved_b = turned(b) - lane_of(batch.turned_b, at.lane);
   return meeting_of_point(batch, at.lane, at.point, fa, fb, moved_a, moved_b, h_s);
 }
 
@@ -176,9 +181,9 @@ template <class S> Placement<S> placement_at(const World<S>& world, int body, S 
   return placement(f.p + t_s * f.v, normalised(so3_exp(turned) * bodies.q_WB[body]));
 }
 
-// A manifold's point goes along its normal in a straight line; round and turning surfaces do not. Before an impact is dealt, the shapes
-// themselves say where and when they touch: Newton on the gap of the point that is nearest to the one foretold. False: they do
-// not meet within the substep.
+// A manifold's point goes along its normal in a straight line; round and turning surfaces do not. Before an impact is
+// dealt, the shapes themselves say where and when they touch: Newton on the gap of the point that is nearest to the one
+// foretold. False: they do not meet within the substep.
 template <class S> bool meet_on_surfaces(World<S>& world, int contact, S from_s, S sub_s, Encounter<S>& meeting) {
   const Place at = place_of(world, contact);
   if (at.point < 0) return true;  // balls and planes: exact as they are
@@ -288,7 +293,9 @@ template <class S> void meet_impacts(World<S>& world, S sub_s) {
   Impacts<S>& impacts = world.impacts;
   auto& queue = impacts.queue;
   queue.clear();
-  const auto later = [](const Approach<S>& x, const Approach<S>& y) { return x.t_s != y.t_s ? x.t_s > y.t_s : x.contact > y.contact; };
+  const auto later = [](const Approach<S>& x, const Approach<S>& y) {
+    return x.t_s != y.t_s ? x.t_s > y.t_s : x.contact > y.contact;
+  };
   S now_s{};
   const auto watch = [&](int contact) {
     const Encounter<S> meeting = meeting_of(world, contact, now_s, sub_s);
@@ -315,7 +322,8 @@ template <class S> void meet_impacts(World<S>& world, S sub_s) {
     const auto [a, b] = bodies_of(world, next.contact);
     for (const int body : {a, b}) {
       if (!world.bodies.moves[body]) continue;
-      for (int i = impacts.first[body]; i < impacts.first[body + 1]; ++i) watch(impacts.of_body[static_cast<std::size_t>(i)]);
+      for (int i = impacts.first[body]; i < impacts.first[body + 1]; ++i)
+        watch(impacts.of_body[static_cast<std::size_t>(i)]);
     }
   }
 }

@@ -12,8 +12,14 @@ template <class S, VectorWidth width> ATWOOD_INLINE Pack<S> above(const Pack<S>&
   return where_above<S, width>(a, b, a, b);
 }
 
-template <class S> ATWOOD_INLINE Vec3<Pack<S>> first3(const Pack<S> (&row)[lane_count]) { return {row[0], row[1], row[2]}; }
-template <class S> ATWOOD_INLINE Vec3<Pack<S>> second3(const Pack<S> (&row)[lane_count]) { return {row[3], row[4], row[5]}; }
+template <class S>
+ATWOOD_INLINE Vec3<Pack<S>> first3(const Pack<S> (&row)[lane_count]) {
+  return {row[0], row[1], row[2]};
+}
+template <class S>
+ATWOOD_INLINE Vec3<Pack<S>> second3(const Pack<S> (&row)[lane_count]) {
+  return {row[3], row[4], row[5]};
+}
 template <class S> ATWOOD_INLINE void put3(const Vec3<Pack<S>>& a, Pack<S>* row) {
   row[0] = a.x;
   row[1] = a.y;
@@ -23,8 +29,8 @@ template <class S> ATWOOD_INLINE void nothing(Pack<S> (&row)[lane_count]) {
   for (auto& entry : row) entry = spread(S(0));
 }
 
-// `shifts`: what impacts within the substep add to the places at its end (impacts.cpp); null without bounces. What stands
-// apart by then is measured from the shifted places, what overlaps now from the real ones.
+// `shifts`: what impacts within the substep add to the places at its end (impacts.cpp); null without bounces. What
+// stands apart by then is measured from the shifted places, what overlaps now from the real ones.
 template <class S> struct Preparation {
   S h_s{}, correction{};  // a substep; the share of an overlap that is pushed apart
   bool push_apart = false, warm = false;

@@ -17,7 +17,8 @@ template <class S> struct Partner {
   ATWOOD_INLINE Vec3<Pack<S>> w() const { return second3<S>(velocity); }
   ATWOOD_INLINE const Pack<S>& inverse_mass() const { return inertia[6]; }
   ATWOOD_INLINE Vec3<Pack<S>> turn(const Vec3<Pack<S>>& L) const {
-    return {inertia[0] * L.x + inertia[1] * L.y + inertia[2] * L.z, inertia[1] * L.x + inertia[3] * L.y + inertia[4] * L.z,
+    return {inertia[0] * L.x + inertia[1] * L.y + inertia[2] * L.z,
+            inertia[1] * L.x + inertia[3] * L.y + inertia[4] * L.z,
             inertia[2] * L.x + inertia[4] * L.y + inertia[5] * L.z};
   }
   ATWOOD_INLINE void push(const Vec3<Pack<S>>& arm, const Vec3<Pack<S>>& P) {
@@ -27,7 +28,8 @@ template <class S> struct Partner {
 };
 
 template <class S, VectorWidth width>
-ATWOOD_INLINE void read(const ManifoldBatch<S>& c, const Row<S>* velocities, const Row<S>* inertias, Partner<S>& a, Partner<S>& b) {
+ATWOOD_INLINE void read(const ManifoldBatch<S>& c, const Row<S>* velocities, const Row<S>* inertias, Partner<S>& a,
+                        Partner<S>& b) {
   gather<S, width>(velocities, c.a, a.velocity);
   gather<S, width>(velocities, c.b, b.velocity);
   gather<S, width>(inertias, c.a, a.inertia);
@@ -36,8 +38,8 @@ ATWOOD_INLINE void read(const ManifoldBatch<S>& c, const Row<S>* velocities, con
 
 // Only rows of bodies that move: what is fixed may stand in many lanes, and of many threads.
 template <class S, VectorWidth width>
-ATWOOD_INLINE void write(const ManifoldBatch<S>& c, const unsigned char* moves, Pack<S> (&a)[lane_count], Pack<S> (&b)[lane_count],
-                         Row<S>* rows) {
+ATWOOD_INLINE void write(const ManifoldBatch<S>& c, const unsigned char* moves, Pack<S> (&a)[lane_count],
+                         Pack<S> (&b)[lane_count], Row<S>* rows) {
   scatter<S, width>(a, c.a, c.count, rows);
   transpose<S, width>(b);
   for (int k = 0; k < lane_count; ++k)
@@ -60,8 +62,8 @@ ATWOOD_INLINE void weigh(ManifoldBatch<S>& c, const Row<S>* velocities, const Ro
     const auto if_used = [&](const Pack<S>& x) ATWOOD_INLINED {
       return where_above<S, width>(spread(S(1e29)), load(point.gap_found.lane), x, spread(S(0)));
     };
-    const Vec3<Pack<S>> an = cross(r_a, n), bn = cross(r_b, n), at = cross(r_a, t), bt = cross(r_b, t), as = cross(r_a, s),
-                        bs = cross(r_b, s);
+    const Vec3<Pack<S>> an = cross(r_a, n), bn = cross(r_b, n), at = cross(r_a, t), bt = cross(r_b, t),
+                        as = cross(r_a, s), bs = cross(r_b, s);
     const Vec3<Pack<S>> Iat = a.turn(at), Ibt = b.turn(bt);
     const Pack<S> nn = linear + dot(an, a.turn(an)) + dot(bn, b.turn(bn));
     const Pack<S> tt = linear + dot(at, Iat) + dot(bt, Ibt), ts = dot(as, Iat) + dot(bs, Ibt);
@@ -99,10 +101,10 @@ ATWOOD_INLINE void prepare(ManifoldBatch<S>& c, const Preparation<S>& p, Row<S>*
   bool pushed = false, warmed = false;
   for (int i = 0; i < c.points; ++i) {
     ManifoldPoint<S>& point = c.point[i];
-    const auto [x_a, x_b, gap] = moved_point<S, Pack<S>>(
-        n, load_lanes<S>(point.r_a), load_lanes<S>(point.r_b), load(point.gap_found.lane),
-        first3<S>(place_b) - first3<S>(place_a), second3<S>(place_a) - turned_a, second3<S>(place_b) - turned_b, outline_a,
-        outline_b, lean);
+    const auto [x_a, x_b, gap] =
+        moved_point<S, Pack<S>>(n, load_lanes<S>(point.r_a), load_lanes<S>(point.r_b), load(point.gap_found.lane),
+                                first3<S>(place_b) - first3<S>(place_a), second3<S>(place_a) - turned_a,
+                                second3<S>(place_b) - turned_b, outline_a, outline_b, lean);
     const auto if_used = [&](const Pack<S>& x) ATWOOD_INLINED {
       return where_above<S, width>(spread(S(1e29)), load(point.gap_found.lane), x, spread(S(0)));
     };
@@ -120,7 +122,8 @@ ATWOOD_INLINE void prepare(ManifoldBatch<S>& c, const Preparation<S>& p, Row<S>*
     if (p.shifts != nullptr)
       apart = apart + dot(n, (first3<S>(shift_b) + cross(second3<S>(shift_b), x_b)) -
                                  (first3<S>(shift_a) + cross(second3<S>(shift_a), x_a)));
-    // Of what carries, a gap of round-off is none: at rest the impulses of the last substep then solve this one as they are.
+    // Of what carries, a gap of round-off is none: at rest the impulses of the last substep then solve this one as they
+    // are.
     const Pack<S> carried = load(point.impulse_n.lane), round_off = S(1e-6) * load(c.slop.lane);
     const Pack<S> room = apart - where_above<S, width>(carried, zero, round_off, zero);
     store<S>(above<S, width>(room, zero) * (S(1) / p.h_s), point.closing.lane);
@@ -143,8 +146,9 @@ ATWOOD_INLINE void prepare(ManifoldBatch<S>& c, const Preparation<S>& p, Row<S>*
   if (warmed) write<S, width>(c, moves, a.velocity, b.velocity, velocities);
 }
 
-// The normal impulse first, then the tangential pair: if what would stop the slip lies inside the disc of the round cone, that;
-// else a step of projected gradient, whose fixed point has friction straight against the slip whatever K is.
+// The normal impulse first, then the tangential pair: if what would stop the slip lies inside the disc of the round
+// cone, that; else a step of projected gradient, whose fixed point has friction straight against the slip whatever K
+// is.
 template <class S, VectorWidth width>
 ATWOOD_INLINE void solve(ManifoldBatch<S>& c, Row<S>* velocities, const Row<S>* inertias, const unsigned char* moves) {
   Partner<S> a, b;
@@ -185,17 +189,19 @@ ATWOOD_INLINE void solve(ManifoldBatch<S>& c, Row<S>* velocities, const Row<S>* 
 
 template <class S, class Visit> void for_colours(World<S>& world, const Visit& visit) {
   for (const Colour& colour : world.manifold_batches.colours)
-    for_batches(world, colour.first, colour.last, batches_worth_a_team, [&](int first, int last, auto width) ATWOOD_INLINED {
-      ManifoldBatch<S>* batches = world.manifold_batches.batches.data();
-      for (int i = first; i < last; ++i) visit(batches[i], width);
-    });
+    for_batches(world, colour.first, colour.last, batches_worth_a_team,
+                [&](int first, int last, auto width) ATWOOD_INLINED {
+                  ManifoldBatch<S>* batches = world.manifold_batches.batches.data();
+                  for (int i = first; i < last; ++i) visit(batches[i], width);
+                });
 }
 
 }  // namespace
 
 template <class S> void weigh_manifolds(World<S>& world) {
   const Row<S>*velocities = world.bodies.velocity.data(), *inertias = world.bodies.inertia.data();
-  for_colours(world, [&](ManifoldBatch<S>& batch, auto width) ATWOOD_INLINED { weigh<S, width()>(batch, velocities, inertias); });
+  for_colours(world, [&](ManifoldBatch<S>& batch, auto width)
+                         ATWOOD_INLINED { weigh<S, width()>(batch, velocities, inertias); });
 }
 
 template <class S> void weigh_batch(World<S>& world, ManifoldBatch<S>& batch) {

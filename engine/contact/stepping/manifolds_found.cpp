@@ -1,5 +1,5 @@
-// The narrow phase of all pairs but balls with balls and planes: manifolds of the step, with the impulses that their points
-// carried in the last one, laid out by colours.
+// The narrow phase of all pairs but balls with balls and planes: manifolds of the step, with the impulses that their
+// points carried in the last one, laid out by colours.
 #include <algorithm>
 
 #include "contact/stepping/points.hpp"
@@ -11,7 +11,8 @@ namespace {
 constexpr double near = 0.01;        // of the smaller body's size: contacts within this gap are watched, moving or not
 constexpr double handed_on_within = 0.1;
 constexpr int pairs_worth_a_team = 32;
-constexpr double stale_share = 0.01; // of the smaller body's size: a manifold serves until its bodies have moved so far apart or along
+// of the smaller body's size: a manifold serves until its bodies have moved so far apart or along
+constexpr double stale_share = 0.01;
 
 template <class S> Vec3<S> impulse_of(const ManifoldBatch<S>& batch, int k, int i) {
   const Vec3<S> n = lane_of(batch.normal, k), t = lane_of(batch.tangent, k);
@@ -49,7 +50,8 @@ template <class S> S smaller_size(const World<S>& world, int a, int b) {
 
 // Pairs [first, last) of other_pairs, in their order.
 template <class S>
-void find_share(const World<S>& world, int first, int last, std::vector<Manifold<S>>& shapes, std::vector<FoundManifold<S>>& out) {
+void find_share(const World<S>& world, int first, int last, std::vector<Manifold<S>>& shapes,
+                std::vector<FoundManifold<S>>& out) {
   const Bodies<S>& bodies = world.bodies;
   out.clear();
   for (int i = first; i < last; ++i) {
@@ -67,8 +69,8 @@ void find_share(const World<S>& world, int first, int last, std::vector<Manifold
 
 bool pair_before(std::int32_t a, std::int32_t b, std::int32_t c, std::int32_t d) { return a != c ? a < c : b < d; }
 
-// Points of the same name go on with their impulse. What is left on both sides (the face that names them may change from one
-// body's to the other's) goes to the nearest that is near, each once.
+// Points of the same name go on with their impulse. What is left on both sides (the face that names them may change
+// from one body's to the other's) goes to the nearest that is near, each once.
 template <class S> void hand_on(const FoundManifold<S>& old, S near_m, FoundManifold<S>& now) {
   bool given[4] = {}, served[4] = {};
   for (int i = 0; i < now.shape.count; ++i)
@@ -99,7 +101,8 @@ template <class S> void hand_on(World<S>& world) {
     const S near_m = S(handed_on_within) * smaller_size(world, now.a, now.b);
     while (at < old.size() && pair_before(old[at].a, old[at].b, now.a, now.b)) ++at;
     for (std::size_t j = at; j < old.size() && old[j].a == now.a && old[j].b == now.b; ++j)
-      if (old[j].shape.piece_a == now.shape.piece_a && old[j].shape.piece_b == now.shape.piece_b) hand_on(old[j], near_m, now);
+      if (old[j].shape.piece_a == now.shape.piece_a && old[j].shape.piece_b == now.shape.piece_b)
+        hand_on(old[j], near_m, now);
   }
 }
 
@@ -109,7 +112,8 @@ template <class S> ManifoldBatch<S> blank(const World<S>& world) {
   std::fill(std::begin(batch.b), std::end(batch.b), world.bodies.count);
   std::fill(batch.normal[2].lane, batch.normal[2].lane + lane_count, S(1));
   std::fill(batch.tangent[0].lane, batch.tangent[0].lane + lane_count, S(1));
-  for (ManifoldPoint<S>& point : batch.point) std::fill(point.gap_found.lane, point.gap_found.lane + lane_count, S(1e30));
+  for (ManifoldPoint<S>& point : batch.point)
+    std::fill(point.gap_found.lane, point.gap_found.lane + lane_count, S(1e30));
   return batch;
 }
 
@@ -119,14 +123,18 @@ template <class S> Outline<S> outline(const World<S>& world, int body) {
   return {{}, shape.kind == ShapeKind::sphere || shape.kind == ShapeKind::capsule ? shape.radius : S(0)};
 }
 
-// Of a ball on a slab what touches is under the ball, wherever the slab slides to; a box on a plane takes its corners along.
+// Of a ball on a slab what touches is under the ball, wherever the slab slides to; a box on a plane takes its corners
+// along.
 template <class S> S lean(ShapeKind a, ShapeKind b) {
-  const auto is_round = [](ShapeKind kind) { return kind == ShapeKind::sphere || kind == ShapeKind::capsule || kind == ShapeKind::cylinder; };
+  const auto is_round = [](ShapeKind kind) {
+    return kind == ShapeKind::sphere || kind == ShapeKind::capsule || kind == ShapeKind::cylinder;
+  };
   if (b == ShapeKind::plane || (is_round(a) && !is_round(b))) return S(-0.5);
   return is_round(b) && !is_round(a) ? S(0.5) : S(0);
 }
 
-template <class S> void put_point(const World<S>& world, const FoundManifold<S>& found, int i, ManifoldBatch<S>& batch, int k) {
+template <class S>
+void put_point(const World<S>& world, const FoundManifold<S>& found, int i, ManifoldBatch<S>& batch, int k) {
   ManifoldPoint<S>& point = batch.point[i];
   if (i >= found.shape.count) {
     point.gap_found.lane[k] = S(1e30);
@@ -209,10 +217,11 @@ template <class S> S moved_since_found(const World<S>& world, const FoundManifol
   const ManifoldBatch<S>& batch = world.manifold_batches.batches[static_cast<std::size_t>(found.slot / lane_count)];
   const int k = found.slot % lane_count;
   const auto turn = [&](int body, const Vec3<S>& before) {
-    return world.bodies.moves[body] ? world.geometry[body].bounding_radius * norm(turned_by(world, body) - before) : S(0);
+    return world.bodies.moves[body] ? world.geometry[body].bounding_radius * norm(turned_by(world, body) - before)
+                                    : S(0);
   };
-  return norm(center(world, found.b) - center(world, found.a) - found.between_W) + turn(found.a, lane_of(batch.turned_a, k)) +
-         turn(found.b, lane_of(batch.turned_b, k));
+  return norm(center(world, found.b) - center(world, found.a) - found.between_W) +
+         turn(found.a, lane_of(batch.turned_a, k)) + turn(found.b, lane_of(batch.turned_b, k));
 }
 
 template <class S> S coming_motion(const World<S>& world, const FoundManifold<S>& found) {
@@ -232,8 +241,11 @@ template <class S> bool is_stale(const World<S>& world, const FoundManifold<S>& 
 }
 
 template <class S> bool stands_alone(const World<S>& world, std::size_t i) {  // its pair has no other manifold
-  const auto same_pair = [&](const FoundManifold<S>& x) { return x.a == world.manifolds[i].a && x.b == world.manifolds[i].b; };
-  return !(i > 0 && same_pair(world.manifolds[i - 1])) && !(i + 1 < world.manifolds.size() && same_pair(world.manifolds[i + 1]));
+  const auto same_pair = [&](const FoundManifold<S>& x) {
+    return x.a == world.manifolds[i].a && x.b == world.manifolds[i].b;
+  };
+  return !(i > 0 && same_pair(world.manifolds[i - 1])) &&
+         !(i + 1 < world.manifolds.size() && same_pair(world.manifolds[i + 1]));
 }
 
 template <class S> void list_restless(World<S>& world) {
@@ -241,7 +253,8 @@ template <class S> void list_restless(World<S>& world) {
   for (std::size_t i = 0; i < world.manifolds.size(); ++i) {
     const FoundManifold<S>& found = world.manifolds[i];
     const S most = world.bodies.reach[found.a] + (world.bodies.moves[found.b] ? world.bodies.reach[found.b] : S(0));
-    if (most > S(stale_share) * smaller_size(world, found.a, found.b) && stands_alone(world, i)) world.restless.push_back(static_cast<int>(i));
+    if (most > S(stale_share) * smaller_size(world, found.a, found.b) && stands_alone(world, i))
+      world.restless.push_back(static_cast<int>(i));
   }
 }
 
@@ -285,7 +298,8 @@ template <class S> void find_manifolds(World<S>& world) {
   }
   const auto work = [&](int part) {
     const Share own = share(count, part, parts);
-    find_share(world, own.first, own.last, shapes[static_cast<std::size_t>(part)], found[static_cast<std::size_t>(part)]);
+    find_share(world, own.first, own.last, shapes[static_cast<std::size_t>(part)],
+               found[static_cast<std::size_t>(part)]);
   };
   if (parts == 1) work(0);
   else world.team->run(true, work);
@@ -299,8 +313,8 @@ template <class S> void find_manifolds(World<S>& world) {
   list_restless(world);
 }
 
-// A manifold knows the points that were nearest when it was found. Bodies that turn or pass along each other bring others near: a
-// corner that none of them stands for would sink in until the next step.
+// A manifold knows the points that were nearest when it was found. Bodies that turn or pass along each other bring
+// others near: a corner that none of them stands for would sink in until the next step.
 template <class S> void renew_manifolds(World<S>& world) {
   std::vector<int>& stale = world.stale;
   stale.clear();
@@ -315,7 +329,8 @@ template <class S> void renew_manifolds(World<S>& world) {
     const Share own = share(count, part, parts);
     for (int i = own.first; i < own.last; ++i) {
       const FoundManifold<S>& found = world.manifolds[static_cast<std::size_t>(stale[static_cast<std::size_t>(i)])];
-      const S margin = world.bodies.reach[found.a] + world.bodies.reach[found.b] + S(near) * smaller_size(world, found.a, found.b);
+      const S margin =
+          world.bodies.reach[found.a] + world.bodies.reach[found.b] + S(near) * smaller_size(world, found.a, found.b);
       find_pair(world, found.a, found.b, margin, shapes[static_cast<std::size_t>(i)]);
     }
   };

@@ -12,11 +12,13 @@ namespace atwood::stepping {
 enum class Solver : unsigned char { automatic, sequential, direct };
 
 struct Options {
-  Solver solver = Solver::automatic;  // sequential impulses, or Newton on all contacts of an island at once (automatic: few)
+  // sequential impulses, or Newton on all contacts of an island at once (automatic: few)
+  Solver solver = Solver::automatic;
   int direct_points = 64;       // the most points that an island solved directly has
   int substeps = 0;             // 0: four or more, none longer than 1/480 s
   int iterations = 2;           // sweeps of the velocities in a substep
-  int rest_sweeps = 1000;       // ... up to, where nothing moves faster than a substep's fall: few are needed once it stands
+  // ... up to, where nothing moves faster than a substep's fall: few are needed once it stands
+  int rest_sweeps = 1000;
   bool push_apart = true;       // overlap is taken away, in the positions alone
   double correction = 0.3;      // ... this share of it in a substep
   BroadPhaseKind broad_phase = BroadPhaseKind::tree;

@@ -11,7 +11,8 @@ struct Place { int batch = 0, lane = 0, point = -1; };  // point -1: a contact o
 
 // Lanes without a contact are numbered too; see `used`.
 template <class S> int point_count(const World<S>& world) {
-  return static_cast<int>(world.balls.batches.size() * lane_count + world.manifold_batches.batches.size() * 4 * lane_count);
+  return static_cast<int>(world.balls.batches.size() * lane_count +
+                          world.manifold_batches.batches.size() * 4 * lane_count);
 }
 template <class S> Place place_of(const World<S>& world, int contact) {
   const int balls = static_cast<int>(world.balls.batches.size()) * lane_count;
@@ -19,7 +20,10 @@ template <class S> Place place_of(const World<S>& world, int contact) {
   const int rest = contact - balls;
   return {rest / (4 * lane_count), rest / 4 % lane_count, rest % 4};
 }
-template <class S> BallBatch<S>& balls_at(World<S>& world, const Place& at) { return world.balls.batches[static_cast<std::size_t>(at.batch)]; }
+template <class S>
+BallBatch<S>& balls_at(World<S>& world, const Place& at) {
+  return world.balls.batches[static_cast<std::size_t>(at.batch)];
+}
 template <class S> const BallBatch<S>& balls_at(const World<S>& world, const Place& at) {
   return world.balls.batches[static_cast<std::size_t>(at.batch)];
 }
@@ -51,20 +55,25 @@ template <class S> void put_lane(const Vec3<S>& v, int k, Lanes<S> (&to)[3]) {
 // Across n, along the axis of the world that n is least along.
 template <class S> Vec3<S> tangent_of(const Vec3<S>& n) {
   const S x = real::abs(n.x), y = real::abs(n.y), z = real::abs(n.z);
-  const Vec3<S> axis = x <= y && x <= z ? Vec3<S>{S(1), S(0), S(0)} : y <= z ? Vec3<S>{S(0), S(1), S(0)} : Vec3<S>{S(0), S(0), S(1)};
+  const Vec3<S> axis = x <= y && x <= z ? Vec3<S>{S(1), S(0), S(0)}
+                       : y <= z         ? Vec3<S>{S(0), S(1), S(0)}
+                                        : Vec3<S>{S(0), S(0), S(1)};
   const Vec3<S> across = cross(n, axis);
   return (S(1) / norm(across)) * across;
 }
 
-// Where a manifold's point is after the bodies have moved by d (b less a) and turned by s since it was found, first order.
+// Where a manifold's point is after the bodies have moved by d (b less a) and turned by s since it was found, first
+// order.
 //
-// A corner goes with its body, but what touches of a ball does not turn with it: at speed w the material point leaves the line
-// from the centre by w h r, and the normal force would brake the ball on that arm. Of a capsule the point of its axis turns,
-// of a cylinder what is not along its axis. `lean`: 1/2 where b's surface says what touches, -1/2 where a's, 0 midway.
+// A corner goes with its body, but what touches of a ball does not turn with it: at speed w the material point leaves
+// the line from the centre by w h r, and the normal force would brake the ball on that arm. Of a capsule the point of
+// its axis turns, of a cylinder what is not along its axis. `lean`: 1/2 where b's surface says what touches, -1/2 where
+// a's, 0 midway.
 template <class T> struct MovedPoint { Vec3<T> arm_a, arm_b; T gap; };
 template <class S, class T>
-ATWOOD_INLINE MovedPoint<T> moved_point(const Vec3<T>& n, const Vec3<T>& r_a, const Vec3<T>& r_b, const T& gap_found, const Vec3<T>& d,
-                                        const Vec3<T>& s_a, const Vec3<T>& s_b, const Outline<T>& a, const Outline<T>& b, const T& lean) {
+ATWOOD_INLINE MovedPoint<T> moved_point(const Vec3<T>& n, const Vec3<T>& r_a, const Vec3<T>& r_b, const T& gap_found,
+                                        const Vec3<T>& d, const Vec3<T>& s_a, const Vec3<T>& s_b, const Outline<T>& a,
+                                        const Outline<T>& b, const T& lean) {
   const Vec3<T> x_a = r_a + cross(s_a - dot(s_a, a.axis) * a.axis, r_a - a.round_m * n);
   const Vec3<T> x_b = r_b + cross(s_b - dot(s_b, b.axis) * b.axis, r_b + b.round_m * n);
   const Vec3<T> between = d + (x_b - x_a);
@@ -120,7 +129,8 @@ template <class S> void put_impulse(World<S>& world, int contact, const Point<S>
 // I^-1 L in world axes.
 template <class S> Vec3<S> turned_by(const Row<S>& inertia, const Vec3<S>& L) {
   const S* I = inertia.at;
-  return {I[0] * L.x + I[1] * L.y + I[2] * L.z, I[1] * L.x + I[3] * L.y + I[4] * L.z, I[2] * L.x + I[4] * L.y + I[5] * L.z};
+  return {I[0] * L.x + I[1] * L.y + I[2] * L.z, I[1] * L.x + I[3] * L.y + I[4] * L.z,
+          I[2] * L.x + I[4] * L.y + I[5] * L.z};
 }
 // Relative velocity at the point.
 template <class S> Vec3<S> velocity_at(const Bodies<S>& bodies, const Point<S>& point) {

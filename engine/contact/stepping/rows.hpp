@@ -1,4 +1,5 @@
-// Eight scalars of a body in one cache line, and eight bodies' rows turned into packs: lane k of pack c is row k's entry c.
+// Eight scalars of a body in one cache line, and eight bodies' rows turned into packs: lane k of pack c is row k's
+// entry c.
 #pragma once
 
 #include <cstdint>
@@ -21,9 +22,10 @@ template <class S> ATWOOD_INLINE void store_lanes(const Vec3<Pack<S>>& a, Lanes<
   store<S>(a.z, to[2].lane);
 }
 
-// Without registers of 512 bits GCC takes comparisons and shuffles of packs of doubles apart, lane by lane. As halves they are
-// instructions of AVX2.
-template <class S, VectorWidth width> inline constexpr bool by_halves = sizeof(Pack<S>) == 64 && width == VectorWidth::v3;
+// Without registers of 512 bits GCC takes comparisons and shuffles of packs of doubles apart, lane by lane. As halves
+// they are instructions of AVX2.
+template <class S, VectorWidth width>
+inline constexpr bool by_halves = sizeof(Pack<S>) == 64 && width == VectorWidth::v3;
 using HalfPack = double __attribute__((vector_size(32)));
 struct Halves { HalfPack low, high; };
 ATWOOD_INLINE Halves halves_of(const DoublePack& a) {
@@ -101,7 +103,8 @@ ATWOOD_INLINE void gather(const Row<S>* rows, const std::int32_t (&index)[lane_c
 }
 // The first `count` lanes; their rows are different ones.
 template <class S, VectorWidth width>
-ATWOOD_INLINE void scatter(Pack<S> (&in)[lane_count], const std::int32_t (&index)[lane_count], int count, Row<S>* rows) {
+ATWOOD_INLINE void scatter(Pack<S> (&in)[lane_count], const std::int32_t (&index)[lane_count], int count,
+                           Row<S>* rows) {
   transpose<S, width>(in);
   if (count == lane_count) {
 #pragma GCC unroll 8

@@ -18,22 +18,28 @@ Outcome unsupported(const std::string& reason) { return {Status::unsupported, re
 std::string missing(const Scene& scene) {
   for (const PairLaw& pair : scene.pairs)
     if (pair.rolling_friction_m > 0) return "atwood's +impulse has no rolling friction";
-  // A pair of shapes is met or not whoever has them: the first moving and the first fixed body of each kind stand for all.
+  // A pair of shapes is met or not whoever has them: the first moving and the first fixed body of each kind stand for
+  // all.
   std::vector<const Body*> one;
   for (const Body& body : scene.bodies) {
-    const auto alike = [&](const Body* other) { return other->shape.index() == body.shape.index() && other->fixed == body.fixed; };
+    const auto alike = [&](const Body* other) {
+      return other->shape.index() == body.shape.index() && other->fixed == body.fixed;
+    };
     if (body.shape.index() != 0 && std::count_if(one.begin(), one.end(), alike) < 2) one.push_back(&body);
   }
   for (std::size_t a = 0; a < one.size(); ++a)
     for (std::size_t b = a + 1; b < one.size(); ++b) {
       if (one[a]->fixed && one[b]->fixed) continue;
-      const char* what = no_contact_test(static_cast<ShapeKind>(one[a]->shape.index()), static_cast<ShapeKind>(one[b]->shape.index()));
-      if (what != nullptr) return "atwood has no contact test for `" + one[a]->name + "` and `" + one[b]->name + "`: " + what;
+      const char* what =
+          no_contact_test(static_cast<ShapeKind>(one[a]->shape.index()), static_cast<ShapeKind>(one[b]->shape.index()));
+      if (what != nullptr)
+        return "atwood has no contact test for `" + one[a]->name + "` and `" + one[b]->name + "`: " + what;
     }
   return "";
 }
 
-template <class S> void build_world(World<S>& world, const Scene& scene, Simulation<S>& simulation, const std::string& scheme) {
+template <class S>
+void build_world(World<S>& world, const Scene& scene, Simulation<S>& simulation, const std::string& scheme) {
   world.scene = &scene;
   world.model = simulation.model.get();
   world.stepper = scheme == "symplectic-euler" ? nullptr : simulation.stepper.get();
@@ -55,8 +61,8 @@ template <class S> void build_world(World<S>& world, const Scene& scene, Simulat
   }
   Bodies<S>& bodies = world.bodies;
   bodies.count = static_cast<int>(count);
-  for (auto* rows : {&bodies.velocity, &bodies.place, &bodies.inertia, &bodies.kick, &bodies.rest, &bodies.shift, &bodies.before,
-                     &bodies.swept})
+  for (auto* rows : {&bodies.velocity, &bodies.place, &bodies.inertia, &bodies.kick, &bodies.rest, &bodies.shift,
+                     &bodies.before, &bodies.swept})
     rows->assign(count + 1, Row<S>{});
   bodies.q_WB.resize(count);
   bodies.moves.resize(count);
@@ -149,7 +155,8 @@ Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const O
   if (id.rtol) return unsupported("+impulse takes equal steps, no tolerance");
   if (why = missing(scene); !why.empty()) return unsupported(why);
   if (options.sleeping && !scene.forces.empty())
-    return unsupported("+impulse{sleeping=true}: only gravity and contacts may act, for a force that changes would not wake anybody");
+    return unsupported(
+        "+impulse{sleeping=true}: only gravity and contacts may act, for a force that changes would not wake anybody");
   Simulation<S> simulation = prepare<S>(integrator_part(id), scene);
   if (simulation.outcome.status != Status::ok) return simulation.outcome;
   const std::unique_ptr<Team> team = options.threads > 1 ? std::make_unique<Team>(options.threads) : nullptr;

@@ -58,7 +58,8 @@ template <class S> void note_approaches(World<S>& world) {
   for (int i = 0; i < point_count(world); ++i) {
     if (!used(world, i)) continue;
     const Point<S> p = point_at(world, i);
-    if (p.restitution > S(0) || p.impulse[0] > S(0)) continue;  // bounces are told where they happen; others have begun before
+    // bounces are told where they happen; others have begun before
+    if (p.restitution > S(0) || p.impulse[0] > S(0)) continue;
     const S* a = world.bodies.place[p.a].at;
     Vec3<S> n = p.n;
     Vec3<S> arm_a = p.arm_a, arm_b = p.arm_b;

@@ -1,8 +1,9 @@
-// Sleep: bodies that touch each other form an island; one that has been at rest as a whole stands still from then on, as if fixed, and
-// costs nothing. It wakes, as a whole, when a body that moves may meet one of its own within the step, or when the law changes.
+// Sleep: bodies that touch each other form an island; one that has been at rest as a whole stands still from then on,
+// as if fixed, and costs nothing. It wakes, as a whole, when a body that moves may meet one of its own within the step,
+// or when the law changes.
 //
-// What lies down on sleepers joins their island. Momentum of the last tremble (below sleep_below_m_per_s) is lost, which is why sleeping
-// is off unless asked for, and forces between sleepers are not told.
+// What lies down on sleepers joins their island. Momentum of the last tremble (below sleep_below_m_per_s) is lost,
+// which is why sleeping is off unless asked for, and forces between sleepers are not told.
 #include <algorithm>
 #include <numeric>
 

@@ -32,7 +32,9 @@ template <class S> Row<S> row(const Vec3<S>& first, const Vec3<S>& second, S sev
 
 // R I^-1 R^T, entry by entry from the images of the world's axes.
 template <class S> Row<S> inverse_inertia(const MassProperties<S>& mass, const Quat<S>& q_WB) {
-  const auto image = [&](const Vec3<S>& axis) { return rotate(q_WB, mass.times_inverse_inertia(rotate_back(q_WB, axis))); };
+  const auto image = [&](const Vec3<S>& axis) {
+    return rotate(q_WB, mass.times_inverse_inertia(rotate_back(q_WB, axis)));
+  };
   const Vec3<S> x = image({S(1), S(0), S(0)}), y = image({S(0), S(1), S(0)}), z = image({S(0), S(0), S(1)});
   return {{x.x, x.y, x.z, y.y, y.z, z.z, mass.inverse_mass_per_kg, S(0)}};
 }
@@ -41,8 +43,8 @@ template <class S> bool is_isotropic(const MassProperties<S>& mass) {
   return mass.diagonal && mass.I_row[0].x == mass.I_row[1].y && mass.I_row[1].y == mass.I_row[2].z;
 }
 
-// Turning free of torque over the step, with the scheme's own gyroscopic term: the body rate's change is spread over the
-// substeps, and what they miss of the attitude is `rest`.
+// Turning free of torque over the step, with the scheme's own gyroscopic term: the body rate's change is spread over
+// the substeps, and what they miss of the attitude is `rest`.
 template <class S> void turn_freely(World<S>& world, int i, S h_s) {
   Bodies<S>& bodies = world.bodies;
   const MassProperties<S>& mass = world.model->mass(i);
@@ -138,7 +140,8 @@ template <class S> void drift(World<S>& world, S sub_s) {
       S* place = bodies.place[i].at;
       const S* v = bodies.velocity[i].at;
       if (world.by_mean)
-        for (int c = 0; c < lane_count; ++c) place[c] += by[c] * ((v[c] + bodies.before[i].at[c]) / S(2)) + bodies.rest[i].at[c];
+        for (int c = 0; c < lane_count; ++c)
+          place[c] += by[c] * ((v[c] + bodies.before[i].at[c]) / S(2)) + bodies.rest[i].at[c];
       else if (world.has_rest)
         for (int c = 0; c < lane_count; ++c) place[c] += by[c] * v[c] + bodies.rest[i].at[c];
       else
@@ -162,8 +165,9 @@ template <class S> void turn_bodies(World<S>& world) {
   });
 }
 
-// Few enough contacts, and no body faster than what gravity brings within a substep: then the sweeps go on until the velocities
-// stay, so that what stands does not creep while its forces build up. Once they have, the first sweep changes nothing.
+// Few enough contacts, and no body faster than what gravity brings within a substep: then the sweeps go on until the
+// velocities stay, so that what stands does not creep while its forces build up. Once they have, the first sweep
+// changes nothing.
 template <class S> bool at_rest(const World<S>& world) {
   constexpr std::size_t most_pairs = 1000;
   if (world.ball_pairs.size() + world.plane_pairs.size() + world.manifolds.size() > most_pairs) return false;
@@ -171,7 +175,8 @@ template <class S> bool at_rest(const World<S>& world) {
   const Bodies<S>& bodies = world.bodies;
   for (int i = 0; i < bodies.count; ++i) {
     const S* v = bodies.velocity[i].at;
-    if (bodies.moves[i] && !(norm(load3(v)) + world.geometry[i].bounding_radius * norm(load3(v + 3)) <= most)) return false;
+    if (bodies.moves[i] && !(norm(load3(v)) + world.geometry[i].bounding_radius * norm(load3(v + 3)) <= most))
+      return false;
   }
   return true;
 }
@@ -183,7 +188,8 @@ template <class S> S largest_change(const World<S>& world) {
     for (int c = 0; c < 3; ++c) {
       const S turned = world.geometry[i].bounding_radius * (bodies.velocity[i].at[3 + c] - bodies.swept[i].at[3 + c]);
       if (bodies.moves[i])
-        most = real::max(most, real::max(real::abs(bodies.velocity[i].at[c] - bodies.swept[i].at[c]), real::abs(turned)));
+        most =
+            real::max(most, real::max(real::abs(bodies.velocity[i].at[c] - bodies.swept[i].at[c]), real::abs(turned)));
     }
   return most;
 }

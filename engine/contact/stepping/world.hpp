@@ -10,8 +10,8 @@
 //   solve      sweeps over all contacts:  v_n >= -max(gap, 0) / h_s,  impulse inside its round cone
 //   drift      p += h_s v
 //
-// Contacts of a colour share no moving body, so they are solved eight at a time and by any number of threads; the order of
-// the colours depends on the contacts alone, and so do the bits.
+// Contacts of a colour share no moving body, so they are solved eight at a time and by any number of threads; the order
+// of the colours depends on the contacts alone, and so do the bits.
 #pragma once
 
 #include <algorithm>
@@ -45,7 +45,8 @@ template <class S> struct Bodies {
   std::vector<Row<S>> rest;                 // ... and of the place row, beyond what the velocities give
   std::vector<Row<S>> shift;                // ... and what impacts within the substep add to it
   std::vector<Row<S>> before;               // velocities before the kick, where places go by the mean
-  std::vector<Row<S>> swept;                // ... and before the last sweep, where a scene at rest is swept until it is still
+  // ... and before the last sweep, where a scene at rest is swept until it is still
+  std::vector<Row<S>> swept;
   std::vector<unsigned char> moves, isotropic;
   std::vector<S> reach;                     // how far a surface point may get in a step
 };
@@ -68,8 +69,8 @@ template <class S> struct BallBatch {
 };
 
 // ---- contacts of all other shapes: a manifold a lane, up to four points
-// What of a body's surface stays where it is when the body turns: all around a unit axis (cylinder, else 0), a ball of that
-// radius about the body's centre or axis.
+// What of a body's surface stays where it is when the body turns: all around a unit axis (cylinder, else 0), a ball of
+// that radius about the body's centre or axis.
 template <class T> struct Outline { Vec3<T> axis; T round_m; };
 template <class S> struct ManifoldPoint {
   Lanes<S> r_a[3], r_b[3];     // from the centres, world axes, when it was found
@@ -105,8 +106,8 @@ template <class Batch> struct Contacts {
 // A pair that the broad phase let through. `slot`: batch * lane_count + lane of the balls' contact.
 struct Candidate { std::int32_t a = 0, b = 0, slot = 0; };
 
-// Of a body's size: overlap up to this is left alone. Without it contacts that are pushed apart open by a little, fall shut
-// again, and a heap never comes to rest.
+// Of a body's size: overlap up to this is left alone. Without it contacts that are pushed apart open by a little, fall
+// shut again, and a heap never comes to rest.
 inline constexpr double slop_share = 5e-4;
 
 struct Law { double restitution = 0, friction = 0; };
@@ -152,7 +153,9 @@ template <class S> struct DirectSolver {
   std::vector<S> W, q, l, step, z, z_try, F, F_try, change, l_try;
   DenseLu<S> lu{0};
   int n() const { return static_cast<int>(points.size()); }
-  const S& w(int i, int j) const { return W[static_cast<std::size_t>(i) * (3 * points.size()) + static_cast<std::size_t>(j)]; }
+  const S& w(int i, int j) const {
+    return W[static_cast<std::size_t>(i) * (3 * points.size()) + static_cast<std::size_t>(j)];
+  }
   S& w(int i, int j) { return W[static_cast<std::size_t>(i) * (3 * points.size()) + static_cast<std::size_t>(j)]; }
 };
 
@@ -165,8 +168,8 @@ template <class S> struct Impacts {
   std::vector<Manifold<S>> shapes;   // room
 };
 
-// A contact's impulse on b over a step, where somebody looks. The normal may turn meanwhile; friction stays in its cone:
-// |across| <= mu size.
+// A contact's impulse on b over a step, where somebody looks. The normal may turn meanwhile; friction stays in its
+// cone: |across| <= mu size.
 template <class S> struct Told {
   S size{};              // of the normal impulses
   Vec3<S> along, across; // sums of the normal and of the tangential ones
@@ -208,7 +211,8 @@ template <class S> struct World {
   DirectSolver<S> direct;
   Sleep sleep;
   std::vector<FoundManifold<S>> manifolds, manifolds_before;
-  std::vector<int> restless, stale;    // manifolds whose bodies may move far within the step; that have, and are found anew
+  // manifolds whose bodies may move far within the step; that have, and are found anew
+  std::vector<int> restless, stale;
 
   // candidates hold until some body left its margin
   std::vector<Candidate> ball_pairs, plane_pairs, other_pairs;
@@ -216,7 +220,8 @@ template <class S> struct World {
   std::vector<BroadItem<S>> items;
   std::vector<std::int32_t> item_body;
   std::vector<BodyPair> found;
-  std::vector<S> margin, turned;       // ... where he was when they were found; by what points of his surface have turned since
+  // ... where he was when they were found; by what points of his surface have turned since
+  std::vector<S> margin, turned;
   std::vector<Vec3<S>> found_at;
   bool candidates_hold = false, some_fixed = false;
   Scratch<S> scratch;
@@ -224,10 +229,12 @@ template <class S> struct World {
   const Law& law(int a, int b) const { return laws[static_cast<std::size_t>(material[a] * materials + material[b])]; }
 };
 
-// f(part's share of the batches of a colour, width); few batches stay on the caller's thread. Several parts a member, so that one
-// who has lost his core delays the others by little.
+// f(part's share of the batches of a colour, width); few batches stay on the caller's thread. Several parts a member,
+// so that one who has lost his core delays the others by little.
 template <class S, class F> void for_batches(World<S>& world, int first, int last, int worth, const F& f) {
-  const auto work = [&](int from, int to) { in_lanes<S>(world.width, [&](auto width) ATWOOD_INLINED { f(from, to, width); }); };
+  const auto work = [&](int from, int to) {
+    in_lanes<S>(world.width, [&](auto width) ATWOOD_INLINED { f(from, to, width); });
+  };
   const int count = last - first;
   if (world.team == nullptr || count < worth) return work(first, last);
   const int parts = std::min(4 * world.team->size(), 2 * count / worth);
@@ -248,10 +255,12 @@ template <class S, class F> void for_bodies(World<S>& world, const F& f) {
 }
 
 // ---- step.cpp
-template <class S> void load_bodies(World<S>& world);                // rows from world.y, under the model's present interval
+// rows from world.y, under the model's present interval
+template <class S> void load_bodies(World<S>& world);
 template <class S> void load_body(World<S>& world, int body);        // ... of one that moves
 template <class S> void store_bodies(World<S>& world);               // and back
-template <class S> bool step(World<S>& world, S t_s, S h_s);         // false: free flight's implicit equations were not solved
+// false: free flight's implicit equations were not solved
+template <class S> bool step(World<S>& world, S t_s, S h_s);
 
 // ---- candidates.cpp
 // Pairs that may touch within the coming step of h_s; those at hand serve as long as they hold.
@@ -260,7 +269,8 @@ template <class S> void find_candidates(World<S>& world, S h_s);
 // ---- sleep.cpp: who sleeps stands as if fixed
 template <class S> void fall_asleep(World<S>& world, S h_s);       // at a step's end
 template <class S> void lay_down(World<S>& world, int body);       // its rows are those of a fixed body
-template <class S> bool wake_whom_others_meet(World<S>& world);    // true: somebody woke; contacts are to be found again
+// true: somebody woke; contacts are to be found again
+template <class S> bool wake_whom_others_meet(World<S>& world);
 template <class S> void wake_all(World<S>& world);
 
 // ---- impacts.cpp
@@ -271,11 +281,13 @@ template <class S> void meet_impacts(World<S>& world, S sub_s);   // before the 
 template <class S> void clear_sums(World<S>& world);
 template <class S> void add_sums(World<S>& world);                                // after each substep
 template <class S> void tell_contacts(const World<S>& world, S h_s, Sample& sample);  // of the step just taken
-template <class S> void note_approaches(World<S>& world);                         // at the start of a step, where events are wanted
+// at the start of a step, where events are wanted
+template <class S> void note_approaches(World<S>& world);
 template <class S> void tell_onsets(World<S>& world);                             // at its end
 
 // ---- direct.cpp
-template <class S> bool solve_directly(World<S>& world);  // false: too many points; the sweeps are to go on, but see refused_points
+// false: too many points; the sweeps are to go on, but see refused_points
+template <class S> bool solve_directly(World<S>& world);
 
 // ---- balls.cpp
 template <class S> void prepare_balls(World<S>& world, S h_s, bool push_apart, bool warm);
@@ -283,7 +295,8 @@ template <class S> void solve_balls(World<S>& world);
 
 // ---- manifolds_found.cpp
 template <class S> void find_manifolds(World<S>& world);   // once a step
-template <class S> void renew_manifolds(World<S>& world);  // before a later substep: those whose bodies have moved against each other
+// before a later substep: those whose bodies have moved against each other
+template <class S> void renew_manifolds(World<S>& world);
 
 // ---- manifolds.cpp
 template <class S> void weigh_manifolds(World<S>& world);                     // mobilities

@@ -43,7 +43,8 @@ double deepest_overlap(const Scene& scene, const Sample& sample) {
 
 Scene tower_and_ball(const Real3& from, double along_x_m_per_s) {  // three cubes on each other, and a ball in flight
   std::vector<Body> bodies{floor_plane()};
-  for (int i = 0; i < 3; ++i) bodies.push_back(box("cube" + std::to_string(i), 1, {0.1, 0.1, 0.1}, {0, 0, 0.1 + 0.2 * i}));
+  for (int i = 0; i < 3; ++i)
+    bodies.push_back(box("cube" + std::to_string(i), 1, {0.1, 0.1, 0.1}, {0, 0, 0.1 + 0.2 * i}));
   bodies.push_back(ball("ball", 0.5, 0.05, from, {along_x_m_per_s, 0, 0}));
   return scene_of(bodies, 0, 0.5, 9.81);
 }
@@ -58,28 +59,31 @@ double speed_of(const BodySample& body) {
 }  // namespace
 
 TEST_CASE("+impulse: an impact on a round or turning surface is where the shapes touch, at any step") {
-  // The ball meets the cap of a capsule aslant: its normal is known only when it is there. Momentum is kept whatever the normal, so it is
-  // the motion afterwards that tells.
+  // The ball meets the cap of a capsule aslant: its normal is known only when it is there. Momentum is kept whatever
+  // the normal, so it is the motion afterwards that tells.
   const Scene scene = catalogue("struck-rod-rough");
   const Recorded fine = run(euler, scene, {2.0, 7680, 60});
   for (const int steps : {60, 120, 420, 1920}) {
     const Recorded coarse = run(euler, scene, {2.0, steps, 60});
     REQUIRE(coarse.outcome.status == Status::ok);
-    for (std::size_t i = 0; i < scene.bodies.size(); ++i) CHECK(apart(coarse.samples.back().bodies[i].p_m, fine.samples.back().bodies[i].p_m) < 1e-11);
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i)
+      CHECK(apart(coarse.samples.back().bodies[i].p_m, fine.samples.back().bodies[i].p_m) < 1e-11);
   }
 }
 
 TEST_CASE("+impulse: an impact at a step's very end is as fast as any other") {
-  const Recorded at_end = run(euler, catalogue("struck-rod"), {2.0, 1920, 60});  // it touches at t = 458 / 1920 of two seconds
-  const auto impact = std::find_if(at_end.events.begin(), at_end.events.end(), [](const Event& e) { return e.kind == EventKind::impact; });
+  // it touches at t = 458 / 1920 of two seconds
+  const Recorded at_end = run(euler, catalogue("struck-rod"), {2.0, 1920, 60});
+  const auto impact = std::find_if(at_end.events.begin(), at_end.events.end(),
+                                   [](const Event& e) { return e.kind == EventKind::impact; });
   REQUIRE(impact != at_end.events.end());
   CHECK(static_cast<double>(impact->vn_before_m_per_s) == Approx(-6).epsilon(1e-13));
   CHECK(static_cast<double>(impact->vn_after_m_per_s) == Approx(3).epsilon(1e-13));
 }
 
 TEST_CASE("+impulse: corners that come near within a step are met") {
-  // Boxes tumble into a heap at 60 steps a second: within one, corners pass each other that were far when it began. Contacts kept as they
-  // were then let boxes sink in by more than half an edge.
+  // Boxes tumble into a heap at 60 steps a second: within one, corners pass each other that were far when it began.
+  // Contacts kept as they were then let boxes sink in by more than half an edge.
   const Scene scene = catalogue("settling-boxes-100");
   const Recorded r = run(euler, scene, {0.5, 30, 30});
   REQUIRE(r.outcome.status == Status::ok);
@@ -104,9 +108,11 @@ TEST_CASE("+impulse: sleeping is off unless asked for, and holds still what has 
 }
 
 TEST_CASE("+impulse: who sleeps wakes before he is hit, with all that lie on him") {
-  const Scene scene = tower_and_ball({-1.65, 0, 0.5 + 9.81 / 8}, 3);  // meets the uppermost cube's side after half a second
+  // meets the uppermost cube's side after half a second
+  const Scene scene = tower_and_ball({-1.65, 0, 0.5 + 9.81 / 8}, 3);
   const Plan plan{1.5, 720, 90};
-  const Recorded sleeping = run(euler + "{sleeping=true,sleep_after_s=0.25}", scene, plan), awake = run(euler, scene, plan);
+  const Recorded sleeping = run(euler + "{sleeping=true,sleep_after_s=0.25}", scene, plan),
+                 awake = run(euler, scene, plan);
   REQUIRE(sleeping.outcome.status == Status::ok);
   double fastest = 0;
   for (std::size_t k = 0; k < awake.samples.size(); ++k) {
@@ -134,7 +140,8 @@ TEST_CASE("+impulse: sleeping is refused where forces act that would wake nobody
 TEST_CASE("+impulse: who sleeps does not depend on the number of threads") {
   const Scene scene = catalogue("settling-boxes-100");
   const Plan plan{3.0, 720, 12};
-  const Recorded one = run(euler + "{sleeping=true}", scene, plan), two = run(euler + "{sleeping=true,threads=2}", scene, plan);
+  const Recorded one = run(euler + "{sleeping=true}", scene, plan),
+                 two = run(euler + "{sleeping=true,threads=2}", scene, plan);
   REQUIRE(one.samples.size() == two.samples.size());
   for (std::size_t k = 0; k < one.samples.size(); ++k) CHECK(same_bits(one.samples[k], two.samples[k]));
 }

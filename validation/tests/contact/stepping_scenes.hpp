@@ -26,9 +26,12 @@ inline Recorded run(const std::string& method, const Scene& scene, const Plan& p
   return recorded;
 }
 
-inline Scene catalogue(const std::string& id) { return read_scenario(std::string(ATWOOD_SOURCE_DIR) + "/validation/scenarios/" + id + ".toml").scene; }
+inline Scene catalogue(const std::string& id) {
+  return read_scenario(std::string(ATWOOD_SOURCE_DIR) + "/validation/scenarios/" + id + ".toml").scene;
+}
 
-inline Body ball(const std::string& name, double mass_kg, double radius_m, const Real3& p, const Real3& v, const Real3& w = {}) {
+inline Body ball(const std::string& name, double mass_kg, double radius_m, const Real3& p, const Real3& v,
+                 const Real3& w = {}) {
   Body body;
   body.name = name;
   body.mass_kg = mass_kg;
@@ -84,18 +87,22 @@ inline Total total(const Scene& scene, const Sample& sample) {
       w[c] = static_cast<double>(sample.bodies[i].w_rad_per_s[c]);
     }
     const double qw = static_cast<double>(sample.bodies[i].q_wxyz[0]);
-    const double q[3] = {static_cast<double>(sample.bodies[i].q_wxyz[1]), static_cast<double>(sample.bodies[i].q_wxyz[2]),
+    const double q[3] = {static_cast<double>(sample.bodies[i].q_wxyz[1]),
+                         static_cast<double>(sample.bodies[i].q_wxyz[2]),
                          static_cast<double>(sample.bodies[i].q_wxyz[3])};
     double spin[3];
     for (int c = 0; c < 3; ++c) spin[c] = body.inertia_kg_m2[4 * c] * w[c];
-    const auto cross = [](const double* a, const double* b, int c) { return a[(c + 1) % 3] * b[(c + 2) % 3] - a[(c + 2) % 3] * b[(c + 1) % 3]; };
+    const auto cross = [](const double* a, const double* b, int c) {
+      return a[(c + 1) % 3] * b[(c + 2) % 3] - a[(c + 2) % 3] * b[(c + 1) % 3];
+    };
     double t[3], turned[3];
     for (int c = 0; c < 3; ++c) t[c] = 2 * cross(q, spin, c);
     for (int c = 0; c < 3; ++c) turned[c] = spin[c] + qw * t[c] + cross(q, t, c);
     for (int c = 0; c < 3; ++c) {
       out.P[c] += body.mass_kg * v[c];
       out.L[c] += body.mass_kg * cross(p, v, c) + turned[c];
-      out.energy += body.mass_kg * (v[c] * v[c] / 2 - scene.gravity_m_per_s2[c] * p[c]) + body.inertia_kg_m2[4 * c] * w[c] * w[c] / 2;
+      out.energy += body.mass_kg * (v[c] * v[c] / 2 - scene.gravity_m_per_s2[c] * p[c]) +
+                    body.inertia_kg_m2[4 * c] * w[c] * w[c] / 2;
     }
   }
   return out;
@@ -117,8 +124,8 @@ inline double farthest_moved(const Recorded& r, const Scene& scene) {
 
 inline bool same_bits(const Sample& a, const Sample& b) {
   for (std::size_t i = 0; i < a.bodies.size(); ++i)
-    if (a.bodies[i].p_m != b.bodies[i].p_m || a.bodies[i].q_wxyz != b.bodies[i].q_wxyz || a.bodies[i].v_m_per_s != b.bodies[i].v_m_per_s ||
-        a.bodies[i].w_rad_per_s != b.bodies[i].w_rad_per_s)
+    if (a.bodies[i].p_m != b.bodies[i].p_m || a.bodies[i].q_wxyz != b.bodies[i].q_wxyz ||
+        a.bodies[i].v_m_per_s != b.bodies[i].v_m_per_s || a.bodies[i].w_rad_per_s != b.bodies[i].w_rad_per_s)
       return false;
   return true;
 }

@@ -19,8 +19,9 @@ TEST_CASE("+impulse: collisions keep momentum and angular momentum, and never ga
     const double e = k % 3 == 0 ? 0 : k % 3 == 1 ? 1 : 0.5 * (1 + any(random)), mu = k % 2 == 0 ? 0 : 0.4;
     std::vector<Body> bodies;
     for (int i = 0; i < 2; ++i)
-      bodies.push_back(ball("b" + std::to_string(i), 1.5 + any(random), 0.3, {1.0 * i, 0.3 * any(random), 0.3 * any(random)},
-                            {-1.0 * i, any(random), any(random)}, {any(random), any(random), any(random)}));
+      bodies.push_back(ball("b" + std::to_string(i), 1.5 + any(random), 0.3,
+                            {1.0 * i, 0.3 * any(random), 0.3 * any(random)}, {-1.0 * i, any(random), any(random)},
+                            {any(random), any(random), any(random)}));
     const Scene scene = scene_of(bodies, e, mu);
     const Recorded r = run(euler, scene, {2, 60, 60});
     REQUIRE(r.outcome.status == Status::ok);
@@ -41,7 +42,8 @@ TEST_CASE("+impulse: collisions keep momentum and angular momentum, and never ga
 }
 
 TEST_CASE("+impulse: angular momentum is kept to round-off by many balls that meet at once") {
-  // Not by what takes overlap away: it shifts places across velocities. Balls that stay together overlap, so it is off for them.
+  // Not by what takes overlap away: it shifts places across velocities. Balls that stay together overlap, so it is off
+  // for them.
   std::mt19937 random(5);
   std::uniform_real_distribution<double> any(-1, 1);
   std::size_t met = 0;
@@ -49,7 +51,8 @@ TEST_CASE("+impulse: angular momentum is kept to round-off by many balls that me
     std::vector<Body> bodies;
     for (int i = 0; i < 4; ++i) {  // from the corners of a square to its middle
       const double x = i % 2 == 0 ? 1 : -1, y = i / 2 == 0 ? 1 : -1;
-      bodies.push_back(ball("b" + std::to_string(i), 1.5 + any(random), 0.4, {x + 0.1 * any(random), y + 0.1 * any(random), 0.1 * any(random)},
+      bodies.push_back(ball("b" + std::to_string(i), 1.5 + any(random), 0.4,
+                            {x + 0.1 * any(random), y + 0.1 * any(random), 0.1 * any(random)},
                             {-x, -y, 0.1 * any(random)}, {any(random), any(random), any(random)}));
     }
     const Scene scene = scene_of(bodies, k % 3 == 0 ? 0 : k % 3 == 1 ? 1 : 0.5, k % 2 == 0 ? 0 : 0.4);
@@ -74,7 +77,8 @@ TEST_CASE("+impulse: angular momentum is kept to round-off by many balls that me
 
 TEST_CASE("+impulse: an isolated impact ends where straight flight and the closed form put it, at any step") {
   for (const int steps : {3, 10, 64}) {
-    const Scene scene = scene_of({ball("a", 1, 0.5, {-2, 0, 0}, {2, 0, 0}), ball("b", 3, 0.5, {0, 0, 0}, {0, 0, 0})}, 0.5, 0);
+    const Scene scene =
+        scene_of({ball("a", 1, 0.5, {-2, 0, 0}, {2, 0, 0}), ball("b", 3, 0.5, {0, 0, 0}, {0, 0, 0})}, 0.5, 0);
     const Recorded r = run(euler, scene, {2, steps, 1});
     REQUIRE(r.events.size() == 1);
     // They touch at 0.5 s; J = (1 + e) 2 / (1 + 1/3)
@@ -98,7 +102,8 @@ TEST_CASE("+impulse: elastic balls in a heap never gain energy, and touching cra
   const Recorded c = run(euler, cradle, {1, 240, 1});
   const Total start = total(cradle, c.samples[0]), end = total(cradle, c.samples[1]);
   CHECK(end.energy == Approx(start.energy).epsilon(1e-13));
-  CHECK(static_cast<double>(c.samples[1].bodies[4].v_m_per_s[0]) == Approx(start.P[0] / cradle.bodies[4].mass_kg).epsilon(1e-13));
+  CHECK(static_cast<double>(c.samples[1].bodies[4].v_m_per_s[0]) ==
+        Approx(start.P[0] / cradle.bodies[4].mass_kg).epsilon(1e-13));
 }
 
 TEST_CASE("+impulse: friction stays inside the round cone, whatever its direction") {
@@ -109,7 +114,8 @@ TEST_CASE("+impulse: friction stays inside the round cone, whatever its directio
     for (const Sample& s : r.samples)
       for (const ContactSample& c : s.contacts) {
         ++loaded;
-        const double t = std::sqrt(c.force_t_N[0] * c.force_t_N[0] + c.force_t_N[1] * c.force_t_N[1] + c.force_t_N[2] * c.force_t_N[2]);
+        const double t = std::sqrt(c.force_t_N[0] * c.force_t_N[0] + c.force_t_N[1] * c.force_t_N[1] +
+                                   c.force_t_N[2] * c.force_t_N[2]);
         CHECK(t <= 0.5 * c.force_n_N * (1 + 1e-10));
       }
     CHECK(loaded > 200);
@@ -136,10 +142,12 @@ TEST_CASE("+impulse: a ball rolls on a sliding slab by Newton and Euler, and a r
     const Recorded r = run(euler, slab, {1, steps, 1});
     const auto speed = [&](std::size_t i) {
       const auto& v = r.samples[1].bodies[i].v_m_per_s;
-      CHECK(static_cast<double>(v[1]) == Approx(std::sqrt(3.0) * static_cast<double>(v[0])).epsilon(1e-10));  // 60 degrees
+      CHECK(static_cast<double>(v[1]) ==
+            Approx(std::sqrt(3.0) * static_cast<double>(v[0])).epsilon(1e-10));  // 60 degrees
       return std::hypot(static_cast<double>(v[0]), static_cast<double>(v[1]));
     };
-    const double push = 150 - 0.4 * 35 * 9.81, slab_a = push / (10 + 25 / 3.5);  // 25 balls of 1 kg, 7/2 of it felt as 2/7
+    // 25 balls of 1 kg, 7/2 of it felt as 2/7
+    const double push = 150 - 0.4 * 35 * 9.81, slab_a = push / (10 + 25 / 3.5);
     CHECK(speed(0) == Approx(slab_a).epsilon(1e-10));
     for (std::size_t i = 1; i <= 25; ++i) CHECK(speed(i) == Approx(slab_a / 3.5).epsilon(1e-10));
   }
@@ -165,7 +173,8 @@ TEST_CASE("+impulse: an impact within a substep is seen by the contacts around i
     const Scenario scenario = read_scenario(std::string(ATWOOD_SOURCE_DIR) + "/validation/scenarios/" + id + ".toml");
     const Recorded r = run(euler, scenario.scene, {scenario.t_end_s, steps, 1});
     INFO(id);
-    CHECK(total(scenario.scene, r.samples[1]).energy == Approx(total(scenario.scene, r.samples[0]).energy).epsilon(1e-12));
+    CHECK(total(scenario.scene, r.samples[1]).energy ==
+          Approx(total(scenario.scene, r.samples[0]).energy).epsilon(1e-12));
   }
 }
 
@@ -204,17 +213,20 @@ TEST_CASE("+impulse: the same bits for any number of threads, again and again") 
 }
 
 TEST_CASE("+impulse: Newton on all contacts and sweeps to convergence agree") {
-  std::vector<Body> bodies{floor_plane(), ball("a", 2, 0.5, {0, 0, 0.5}, {1, 0.3, 0}, {0, 2, 1}), ball("b", 1, 0.25, {2, 0, 0.25}, {-1, 0, 0})};
+  std::vector<Body> bodies{floor_plane(), ball("a", 2, 0.5, {0, 0, 0.5}, {1, 0.3, 0}, {0, 2, 1}),
+                           ball("b", 1, 0.25, {2, 0, 0.25}, {-1, 0, 0})};
   const Scene scene = scene_of(bodies, 0, 0.3, 9.81);
   const Recorded direct = run(euler + "{solver=direct}", scene, {1, 240, 1});
   const Recorded swept = run(euler + "{solver=sequential,iterations=200}", scene, {1, 240, 1});
   for (int i : {1, 2})
     for (int c = 0; c < 3; ++c)
-      CHECK(static_cast<double>(direct.samples[1].bodies[i].p_m[c]) == Approx(static_cast<double>(swept.samples[1].bodies[i].p_m[c])).margin(1e-9));
+      CHECK(static_cast<double>(direct.samples[1].bodies[i].p_m[c]) ==
+            Approx(static_cast<double>(swept.samples[1].bodies[i].p_m[c])).margin(1e-9));
 }
 
 TEST_CASE("+impulse: an exchange of the bodies and a turn of the world change one collision by round-off alone") {
-  const Body a = ball("a", 1, 0.5, {-2, 0.3, 0.1}, {2, 0, 0}, {1, 2, 3}), b = ball("b", 3, 0.4, {0, 0, 0}, {0.1, 0.2, -0.3});
+  const Body a = ball("a", 1, 0.5, {-2, 0.3, 0.1}, {2, 0, 0}, {1, 2, 3}),
+             b = ball("b", 3, 0.4, {0, 0, 0}, {0.1, 0.2, -0.3});
   const Recorded straight = run(euler, scene_of({a, b}, 0.6, 0.3), {2, 30, 1});
   const Recorded swapped = run(euler, scene_of({b, a}, 0.6, 0.3), {2, 30, 1});
   for (int c = 0; c < 3; ++c)
@@ -238,7 +250,8 @@ TEST_CASE("+impulse: other schemes fly by their own step between contacts") {
   const Scene scene = scene_of({floor_plane(), ball("a", 1, 0.1, {0, 0, 1}, {3, 0, 0})}, 0, 0, 9.81);
   const Recorded flying = run("atwood/rk4+impulse", scene, {0.25, 10, 1});
   CHECK(static_cast<double>(flying.samples[1].bodies[1].p_m[2]) == Approx(1 - 9.81 * 0.25 * 0.25 / 2).epsilon(1e-14));
-  const Recorded lying = run("atwood/rk4+impulse", scene_of({floor_plane(), ball("a", 1, 0.1, {0, 0, 0.1}, {})}, 0, 0, 9.81), {2, 480, 1});
+  const Recorded lying =
+      run("atwood/rk4+impulse", scene_of({floor_plane(), ball("a", 1, 0.1, {0, 0, 0.1}, {})}, 0, 0, 9.81), {2, 480, 1});
   CHECK(std::abs(static_cast<double>(lying.samples[1].bodies[1].p_m[2]) - 0.1) < 1e-13);
 }
 
