@@ -376,13 +376,13 @@ template <class S> bool resolve_impacts(EventRun<S>& run, S t_s) {
     const bool again = std::any_of(run.pending.begin(), run.pending.begin() + static_cast<std::ptrdiff_t>(i),
                                    [&](const Pending<S>& earlier) { return earlier.pair == made.pair; });
     const bool plastic = !again && (pair.ends || !(pair.restitution > S(0)));
-    const bool carries = std::any_of(run.contacts.begin(), run.contacts.end(), [&](const Contact<S>& contact) {
-      return contact.carries && run.features[contact.feature].pair == made.pair;
+    const bool lasts = std::any_of(run.contacts.begin(), run.contacts.end(), [&](const Contact<S>& contact) {
+      return run.features[contact.feature].pair == made.pair;
     });
     const bool was = std::any_of(run.contacts_before.begin(), run.contacts_before.end(), [&](const Contact<S>& contact) {
       return run.features[contact.feature].pair == made.pair;
     });
-    if (plastic && carries && !was)
+    if (plastic && lasts && !was)
       report_event(run, EventKind::rest, pair, made.sight, made.knob_is_a, Impulse<S>{}, t_s + (pair.ends ? pair.tail_s : S(0)));
   }
   for (const Pending<S>& made : run.pending) run.pairs[made.pair].ends = false;

@@ -210,7 +210,7 @@ template <class S> bool look_anew(EventRun<S>& run, S t_s) {
 }  // namespace
 
 template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s) {
-  const S t_end_s = t_s + h_s;
+  const S round_off_s = S(4) * real::epsilon<S>() * real::abs(t_s + h_s);  // of the step's ends: no step of its own
   S left_s = h_s;
   int pieces = 0;
   for (int events = 0; events < most_events_a_step && pieces < most_pieces_of_a_step; ++events, ++pieces) {
@@ -238,7 +238,7 @@ template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s) {
       keep_contacts(run, run.sights_at_end);
       left_s -= step_s;
       t_s += step_s;
-      if (!(left_s > real::epsilon<S>() * real::abs(t_end_s))) return true;
+      if (!(left_s > round_off_s)) return true;
       --events;
       continue;
     }
@@ -253,7 +253,7 @@ template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s) {
     }
     if (!respond(run, first, t_s)) return false;
     ++run.step_count;
-    if (!(left_s > S(0))) return true;
+    if (!(left_s > round_off_s)) return true;
   }
   run.outcome.status = Status::diverged;
   run.outcome.reason =
