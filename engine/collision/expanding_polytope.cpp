@@ -153,7 +153,15 @@ LeastOverlap<S> expanding_polytope(const ConvexPiece<S>& a, const ConvexPiece<S>
   S extent{};
   polytope.point[0].vertex_a = -2;  // none yet
   result.certified = -std::numeric_limits<S>::infinity();
-  if (!first_tetrahedron(polytope, farthest, result.normal, extent)) {
+  constexpr int start[4][3] = {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}},
+                next[4][3] = {{1, 2, 3}, {3, 2, 0}, {1, 3, 0}, {2, 1, 0}};
+  bool solid = first_tetrahedron(polytope, farthest, result.normal, extent);
+  polytope.faces = 4;
+  for (int f = 0; f < 4 && solid; ++f) {
+    solid = polytope.set(f, start[f][0], start[f][1], start[f][2]);  // a face without a normal is a sliver's
+    for (int k = 0; k < 3; ++k) polytope.face[f].across[k] = next[f][k];
+  }
+  if (!solid) {
     const DifferencePoint<S> p = farthest(result.normal), q = farthest(-result.normal);
     const S front = dot(result.normal, p.w), back = -dot(result.normal, q.w);
     if (back < front) result.normal = -result.normal;
@@ -161,13 +169,6 @@ LeastOverlap<S> expanding_polytope(const ConvexPiece<S>& a, const ConvexPiece<S>
     result.face.corner[0] = back < front ? q : p;
     result.face.count = 1;
     return result;
-  }
-  constexpr int start[4][3] = {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}},
-                next[4][3] = {{1, 2, 3}, {3, 2, 0}, {1, 3, 0}, {2, 1, 0}};
-  polytope.faces = 4;
-  for (int f = 0; f < 4; ++f) {
-    polytope.set(f, start[f][0], start[f][1], start[f][2]);
-    for (int k = 0; k < 3; ++k) polytope.face[f].across[k] = next[f][k];
   }
   const S round_off = S(8) * real::epsilon<S>() * extent;
   result.overlap = std::numeric_limits<S>::infinity();

@@ -79,6 +79,14 @@ Long greatest_of_fifteen(const Wide3& a, const Wide3& b) {
   }
   return best;
 }
+// The least angle between an axis of one and an axis of the other that are not parallel to round-off.
+Long nearly_parallel(const Wide3& a, const Wide3& b) {
+  Long least = 1;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      if (const Long sine = norm(cross(a.axis[i], b.axis[j])); sine > 1e-15L) least = std::min(least, sine);
+  return least;
+}
 // Signed distance of a point from the surface.
 Long off_surface(const Wide3& body, const V& x_W) {
   const Vec3<Long> x = wide(x_W) - body.p;
@@ -136,7 +144,10 @@ TEST_CASE("gap and normal are the best of all directions, the points lie on both
       const Long round_off = 1e-12L * (size_of(a, b) + std::max(0.0, found.gap));
       RC_ASSERT(std::abs(norm(n) - 1) < 1e-15L * 4);
       // Apart, n shows the gap, so no smaller distance exists; overlapping, moving by -gap along n parts them.
-      RC_ASSERT(std::abs(gap_along(a, b, n) - found.gap) <= round_off);
+      // ... but for one pose in some 50 000: edges parallel to 1e-6 leave the direction across them to eps / angle, 2e-12 seen.
+      const Long off = std::abs(gap_along(a, b, n) - found.gap);
+      RC_ASSERT(off <= 10 * round_off);
+      if (off > round_off) RC_ASSERT(nearly_parallel(a, b) < 1e-5L);
       if (found.gap + body_a.shape.radius + body_b.shape.radius <= 0)
         RC_ASSERT(std::abs(greatest_of_fifteen(a, b) - found.gap) <= 1e-14L * size_of(a, b));
       // ... and the points show that it is no more.
