@@ -75,11 +75,14 @@ void mesh_convex_contacts(const TriangleMesh<S>& mesh, const ConvexPiece<S>& b, 
   const Aabb<S> box = grown(bounds_of(b, b_in_mesh), margin);
   const std::size_t from = out.size();
   const S reach = margin + b.radius;
+  int left = -1;  // the nearest triangle, whose normal the others may have left to each other
+  Meet<S> left_meet;
   each_triangle(mesh, box, [&](int t) {
     const ConvexPiece<S> triangle = piece_of(mesh, t);
     if (!overlap(box, bounds_of(triangle, Placement<S>{}))) return;
     Meet<S> meet = nearest_features(triangle, b, b_in_mesh, reach);
     if (meet.beyond || meet.gap > reach) return;
+    if (left < 0 || meet.gap < left_meet.gap) left = t, left_meet = meet;
     const Vec3<S>& face = mesh.triangles[t].normal;
     const Vec3<S> found = meet.normal;
     if (!normal_allowed(mesh, t, meet.normal)) {
@@ -95,12 +98,24 @@ void mesh_convex_contacts(const TriangleMesh<S>& mesh, const ConvexPiece<S>& b, 
     manifold.piece_a = mesh.given[t];
     out.push_back(manifold);
   });
-  if (!mesh.closed || out.size() > from || mesh.nodes.empty() ||
-      !overlap(mesh.nodes[0].box, Aabb<S>{b_in_mesh.p_W, b_in_mesh.p_W}))
-    return;
-  const OnMesh<S> nearest = closest_on_mesh(mesh, b_in_mesh.p_W);
-  if (!nearest.inside) return;
-  out.push_back(way_out(mesh, nearest, b_in_mesh.p_W, [&](const Vec3<S>& n) { return lowest_of(b, b_in_mesh, n); }));
+  if (out.size() > from || mesh.nodes.empty()) return;
+  if (mesh.closed && overlap(mesh.nodes[0].box, Aabb<S>{b_in_mesh.p_W, b_in_mesh.p_W})) {
+    const OnMesh<S> nearest = closest_on_mesh(mesh, b_in_mesh.p_W);
+    const auto lowest = [&](const Vec3<S>& n) { return lowest_of(b, b_in_mesh, n); };
+    if (nearest.inside) return out.push_back(way_out(mesh, nearest, b_in_mesh.p_W, lowest));
+  }
+  if (left < 0) return;
+  // Where a surface cuts itself each triangle may leave its normal to a neighbour: then the nearest speaks for all.
+  Manifold<S> manifold;
+  contact_points(piece_of(mesh, left), b, b_in_mesh, left_meet, margin, manifold);
+  if (manifold.count == 0) {  // no more than the point that is known
+    manifold.normal_W = left_meet.normal;
+    manifold.count = 1;
+    const S gap = left_meet.gap - b.radius;
+    manifold.points[0] = {left_meet.on_a + (gap / S(2)) * left_meet.normal, gap, 1};
+  }
+  manifold.piece_a = mesh.given[left];
+  out.push_back(manifold);
 }
 
 #define ATWOOD_MESH_PAIRS(S)                                                                                                  \
