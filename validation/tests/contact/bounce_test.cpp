@@ -6,8 +6,11 @@
 
 #include "contact/contact.hpp"
 #include "scene/scene.hpp"
+#include "recorded.hpp"
 
 using namespace atwood;
+using recorded::Recorded;
+using recorded::run;
 
 namespace {
 
@@ -31,21 +34,6 @@ Scene ball_over_plane(double clearance_m, double restitution) {
   ball.position_m = {0, 0, radius + clearance_m};
   scene.bodies = {plane, ball};
   return scene;
-}
-
-struct Recorded {
-  Outcome outcome;
-  std::vector<Sample> samples;
-  std::vector<Event> events;
-};
-
-Recorded run(const std::string& method, const Scene& scene, const Plan& plan) {
-  Recorded recorded;
-  Observer observer;
-  observer.sample = [&](const Sample& s) { recorded.samples.push_back(s); };
-  observer.event = [&](const Event& e) { recorded.events.push_back(e); };
-  recorded.outcome = run_with_contacts(parse_method_id(method), scene, plan, observer, 0);
-  return recorded;
 }
 
 // Height of the ball's lowest point at t: impacts at t_0 = sqrt(2 h / g), then flights of 2 e^k v / g.

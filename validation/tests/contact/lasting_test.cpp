@@ -6,27 +6,15 @@
 
 #include "contact/contact.hpp"
 #include "scene/scene.hpp"
+#include "recorded.hpp"
 
 using namespace atwood;
+using recorded::Recorded;
+using recorded::run;
 
 namespace {
 
 constexpr double g = 9.8;
-
-struct Recorded {
-  Outcome outcome;
-  std::vector<Sample> samples;
-  std::vector<Event> events;
-};
-
-Recorded run(const std::string& method, const Scene& scene, const Plan& plan) {
-  Recorded recorded;
-  Observer observer;
-  observer.sample = [&](const Sample& s) { recorded.samples.push_back(s); };
-  observer.event = [&](const Event& e) { recorded.events.push_back(e); };
-  recorded.outcome = run_with_contacts(parse_method_id(method), scene, plan, observer, 0);
-  return recorded;
-}
 
 Scene on_floor(Shape shape, const Real3& I, double height_m, double friction, double rolling_friction_m = 0) {
   Scene scene;
