@@ -6,6 +6,7 @@ namespace atwood {
 namespace {
 
 constexpr std::int64_t least_shared = 4000;  // bodies times steps: some 15 us
+constexpr std::size_t few_bodies = 3;
 constexpr FlightKind kinds[] = {FlightKind::about_body_axes, FlightKind::about_any_axes, FlightKind::point_mass};
 
 template <class S> FlightKind kind_of(const RigidModel<S>& model, int body) {
@@ -20,12 +21,13 @@ template <int rows, class S> void copy_out(const S (&from)[rows][flight_lanes], 
   for (int r = 0; r < rows; ++r) to[r] = from[r][l];
 }
 
-// About body axes the diagonals are enough.
-template <class S> void gather_inertia(FlightKind kind, const MassProperties<S>& mass, FlightLanes<S>& lanes, int l) {
+template <class S, int lanes>
+void put_inertia(FlightKind kind, const MassProperties<S>& mass, FlightInertia<S, lanes>& inertia, int l) {
   const auto put = [&](int entry, S I, S I_inverse) {
-    lanes.I[entry][l] = I;
-    lanes.twice_I_inverse[entry][l] = S(2) * I_inverse;
+    inertia.I[entry][l] = I;
+    inertia.twice_I_inverse[entry][l] = S(2) * I_inverse;
   };
+  if (kind == FlightKind::point_mass) return;
   if (kind == FlightKind::about_body_axes) {
     put(0, mass.I_row[0].x, mass.I_inverse_row[0].x);
     put(4, mass.I_row[1].y, mass.I_inverse_row[1].y);
@@ -46,6 +48,11 @@ FreeFlight<S>::FreeFlight(RigidModel<S>& model, ExplicitWeights<S> weights)
     : model_(model), weights_(std::move(weights)), steps_(weights_), lanes_(model.team() == nullptr ? 1 : model.team()->size()) {
   for (FlightLanes<S>& lanes : lanes_) lanes.rates.resize(weights_.a.size() * 7 * flight_lanes);
   sorted_.reserve(model.body_count());
+  for (int i = 0; i < model.body_count(); ++i) fixed_ += model.offset(i) < 0;
+  steps_.set_gravity(model.uniform_gravity() + Vec3<S>{});
+  if (!steps_.classical) return;
+  inertia_.resize(model.body_count());
+  for (int i = 0; i < model.body_count(); ++i) put_inertia(kind_of(model, i), model.mass(i), inertia_[i], 0);
 }
 
 // Held bodies are not among the moving ones; who is held changes with the model's epoch.
@@ -72,7 +79,7 @@ template <class S> void FreeFlight<S>::gather(FlightKind kind, const S* y, Share
     for (int r = 0; r < 3; ++r) {
       lanes.half_w[r][l] = S(0.5) * at[at_body_rate + r];
     }
-    gather_inertia(kind, mass, lanes, l);
+    put_inertia(kind, mass, lanes.inertia, l);
   }
 }
 
@@ -115,7 +122,7 @@ template <class S> void hold_still(const RigidModel<S>& model, S* y) {
 template <class S> void FreeFlight<S>::march(S h_s, std::int64_t count, S* y) {
   if (count <= 0) return;
   sort_bodies();
-  steps_.set(h_s, model_.uniform_gravity() + Vec3<S>{});
+  steps_.set_step(h_s);
   const auto part = [&](int p, int parts) {
     for (const FlightKind kind : kinds) {
       const int k = static_cast<int>(kind), begin = k == 0 ? 0 : end_[k - 1];
@@ -130,6 +137,19 @@ template <class S> void FreeFlight<S>::march(S h_s, std::int64_t count, S* y) {
   model_.system().evaluations += count * (weights_.first_same_as_last ? stages - 1 : stages);
   if (weights_.first_same_as_last && counted_epoch_ != epoch_) ++model_.system().evaluations;  // the first step's first stage
   counted_epoch_ = epoch_;
+}
+
+// A few bodies repay no lanes.
+template <class S> void FreeFlight<S>::step(S h_s, const S* y, S* y_new) {
+  const auto bodies = model_.moving();
+  if (!steps_.classical || bodies.size() > few_bodies || static_cast<int>(bodies.size()) < model_.body_count() - fixed_) {
+    std::copy_n(y, model_.state_size(), y_new);
+    return march(h_s, 1, y_new);
+  }
+  steps_.set_step(h_s);
+  for (const int i : bodies)
+    fly_classically(kind_of(model_, i), steps_, inertia_[i], y + model_.offset(i), y_new + model_.offset(i));
+  model_.system().evaluations += weights_.stages();
 }
 
 template <class S> std::unique_ptr<FreeFlight<S>> make_free_flight(RigidModel<S>& model, const ExplicitWeights<S>* weights) {

@@ -23,6 +23,9 @@ template <class S> class FreeFlight {
   // Counts the rate evaluations that the general stepper would make. Allocates nothing.
   void march(S h_s, std::int64_t count, S* y);
 
+  // One step from y to y_new, which do not overlap: the same bits.
+  void step(S h_s, const S* y, S* y_new);
+
  private:
   void sort_bodies();
   void march_group(FlightKind kind, std::int64_t count, S* y, Share bodies, FlightLanes<S>& lanes) const;
@@ -34,6 +37,8 @@ template <class S> class FreeFlight {
   FlightSteps<S> steps_;
   VectorWidth width_ = widest_vectors();
   std::vector<FlightLanes<S>> lanes_;  // one a thread
+  std::vector<FlightInertia<S, 1>> inertia_;  // a body
+  int fixed_ = 0;
   std::vector<int> sorted_;            // the moving bodies by kind, and in each kind by index
   int end_[3] = {};                    // of each kind in sorted_
   std::int64_t epoch_ = -1, counted_epoch_ = -1;

@@ -19,7 +19,8 @@ template <class S> ATWOOD_INLINE Quat<S> add(const Quat<S>& a, const Quat<S>& b)
 template <class S> ATWOOD_INLINE Vec3<S> scale(S s, const Vec3<S>& a) { return {s * a.x, s * a.y, s * a.z}; }
 template <class S> ATWOOD_INLINE Quat<S> scale(S s, const Quat<S>& a) { return {s * a.w, s * a.x, s * a.y, s * a.z}; }
 
-template <FlightKind kind, class S> ATWOOD_INLINE Vec3<S> times(const S (&I)[9][flight_lanes], const Vec3<S>& v, int l) {
+template <FlightKind kind, class S, int lanes>
+ATWOOD_INLINE Vec3<S> times(const S (&I)[9][lanes], const Vec3<S>& v, int l) {
   if constexpr (kind == FlightKind::about_body_axes) return {I[0][l] * v.x, I[4][l] * v.y, I[8][l] * v.z};
   return {I[0][l] * v.x + I[1][l] * v.y + I[2][l] * v.z, I[3][l] * v.x + I[4][l] * v.y + I[5][l] * v.z,
           I[6][l] * v.x + I[7][l] * v.y + I[8][l] * v.z};
@@ -27,15 +28,16 @@ template <FlightKind kind, class S> ATWOOD_INLINE Vec3<S> times(const S (&I)[9][
 
 // w' = I^-1 (0 - w x (I w)), as rate.cpp has it, for u = w / 2: u' = 2 I^-1 (0 - u x (I u)). About body axes the two products
 // of each component of the cross product have the same sign, so 0 - (a - b) is b - a even where it is a zero.
-template <FlightKind kind, class S> ATWOOD_INLINE Vec3<S> half_rate_rate(const FlightLanes<S>& lanes, const Vec3<S>& u, int l) {
-  const Vec3<S> L = times<kind>(lanes.I, u, l);
+template <FlightKind kind, class S, int lanes>
+ATWOOD_INLINE Vec3<S> half_rate_rate(const FlightInertia<S, lanes>& inertia, const Vec3<S>& u, int l) {
+  const Vec3<S> L = times<kind>(inertia.I, u, l);
   Vec3<S> torque;
   if constexpr (kind == FlightKind::about_body_axes) {
     torque = {u.z * L.y - u.y * L.z, u.x * L.z - u.z * L.x, u.y * L.x - u.x * L.y};
   } else {
     torque = {S(0) - (u.y * L.z - u.z * L.y), S(0) - (u.z * L.x - u.x * L.z), S(0) - (u.x * L.y - u.y * L.x)};
   }
-  return times<kind>(lanes.twice_I_inverse, torque, l);
+  return times<kind>(inertia.twice_I_inverse, torque, l);
 }
 
 // q' = 1/2 q (0, w), given w / 2
@@ -55,35 +57,76 @@ template <class T, class S> ATWOOD_INLINE T weigh(const S* b, const T& k1, const
   return add(add(add(scale(b[0], k1), scale(b[1], k2)), scale(b[2], k3)), scale(b[3], k4));
 }
 
+template <class S> struct ClassicalSteps {
+  S h, half_h, b[4];
+  Vec3<S> fall_half, fall_whole, fall;
+
+  explicit ClassicalSteps(const FlightSteps<S>& steps)
+      : h(steps.h_s), half_h(steps.h_s * S(0.5)),
+        b{steps.weights.b.weight[0], steps.weights.b.weight[1], steps.weights.b.weight[1], steps.weights.b.weight[3]},
+        fall_half(steps.stage_m_per_s[1]), fall_whole(steps.stage_m_per_s[3]), fall(steps.step_m_per_s) {}
+};
+
+template <class S> ATWOOD_INLINE void translate_classically(const ClassicalSteps<S>& by, Vec3<S>& p, Vec3<S>& v) {
+  const Vec3<S> v_half = add(v, by.fall_half), v_whole = add(v, by.fall_whole);
+  p = add(p, scale(by.h, weigh(by.b, v, v_half, v_half, v_whole)));
+  v = add(v, by.fall);
+}
+
+template <FlightKind kind, class S, int lanes>
+ATWOOD_INLINE void rotate_classically(const ClassicalSteps<S>& by, const FlightInertia<S, lanes>& inertia, int l, Quat<S>& q,
+                                      Vec3<S>& u) {
+  const S h = by.h, half_h = by.half_h;
+  const Vec3<S> u1 = half_rate_rate<kind>(inertia, u, l);
+  const Quat<S> q1 = attitude_rate(q, u);
+  const Vec3<S> u_b = add(u, scale(half_h, u1));
+  const Vec3<S> u2 = half_rate_rate<kind>(inertia, u_b, l);
+  const Quat<S> q2 = attitude_rate(add(q, scale(half_h, q1)), u_b);
+  const Vec3<S> u_c = add(u, scale(half_h, u2));
+  const Vec3<S> u3 = half_rate_rate<kind>(inertia, u_c, l);
+  const Quat<S> q3 = attitude_rate(add(q, scale(half_h, q2)), u_c);
+  const Vec3<S> u_d = add(u, scale(h, u3));
+  const Vec3<S> u4 = half_rate_rate<kind>(inertia, u_d, l);
+  const Quat<S> q4 = attitude_rate(add(q, scale(h, q3)), u_d);
+  u = add(u, scale(h, weigh(by.b, u1, u2, u3, u4)));
+  q = unit(add(q, scale(h, weigh(by.b, q1, q2, q3, q4))));
+}
+
 template <FlightKind kind, class S>
 ATWOOD_INLINE void classical_steps(int bodies, const FlightSteps<S>& steps, std::int64_t count, FlightLanes<S>& lanes) {
-  const S h = steps.h_s, half_h = h * S(0.5);
-  const S b[4] = {steps.weights.b.weight[0], steps.weights.b.weight[1], steps.weights.b.weight[1], steps.weights.b.weight[3]};
-  const Vec3<S> fall_half = steps.stage_m_per_s[1], fall_whole = steps.stage_m_per_s[3], fall = steps.step_m_per_s;
+  const ClassicalSteps<S> by(steps);
   for (std::int64_t n = 0; n < count; ++n) {
 #pragma GCC ivdep
     for (int l = 0; l < bodies; ++l) {
-      const Vec3<S> v = get(lanes.v, l), v_half = add(v, fall_half), v_whole = add(v, fall_whole);
-      put(add(get(lanes.p, l), scale(h, weigh(b, v, v_half, v_half, v_whole))), lanes.p, l);
-      put(add(v, fall), lanes.v, l);
+      Vec3<S> p = get(lanes.p, l), v = get(lanes.v, l);
+      translate_classically(by, p, v);
+      put(p, lanes.p, l);
+      put(v, lanes.v, l);
       if constexpr (kind != FlightKind::point_mass) {
-        const Quat<S> q = get(lanes.q, l);
-        const Vec3<S> u = get(lanes.half_w, l);
-        const Vec3<S> u1 = half_rate_rate<kind>(lanes, u, l);
-        const Quat<S> q1 = attitude_rate(q, u);
-        const Vec3<S> u_b = add(u, scale(half_h, u1));
-        const Vec3<S> u2 = half_rate_rate<kind>(lanes, u_b, l);
-        const Quat<S> q2 = attitude_rate(add(q, scale(half_h, q1)), u_b);
-        const Vec3<S> u_c = add(u, scale(half_h, u2));
-        const Vec3<S> u3 = half_rate_rate<kind>(lanes, u_c, l);
-        const Quat<S> q3 = attitude_rate(add(q, scale(half_h, q2)), u_c);
-        const Vec3<S> u_d = add(u, scale(h, u3));
-        const Vec3<S> u4 = half_rate_rate<kind>(lanes, u_d, l);
-        const Quat<S> q4 = attitude_rate(add(q, scale(h, q3)), u_d);
-        put(add(u, scale(h, weigh(b, u1, u2, u3, u4))), lanes.half_w, l);
-        put(unit(add(q, scale(h, weigh(b, q1, q2, q3, q4)))), lanes.q, l);
+        Quat<S> q = get(lanes.q, l);
+        Vec3<S> u = get(lanes.half_w, l);
+        rotate_classically<kind>(by, lanes.inertia, l, q, u);
+        put(u, lanes.half_w, l);
+        put(q, lanes.q, l);
       }
     }
+  }
+}
+
+// One body, from its part of a state to that of another: position, velocity, attitude, body rate.
+template <FlightKind kind, class S>
+void classical_step(const FlightSteps<S>& steps, const FlightInertia<S, 1>& inertia, const S* from, S* to) {
+  const ClassicalSteps<S> by(steps);
+  Vec3<S> p = load3(from), v = load3(from + 3);
+  translate_classically(by, p, v);
+  store3(p, to);
+  store3(v, to + 3);
+  if constexpr (kind != FlightKind::point_mass) {
+    Quat<S> q = load4(from + 6);
+    Vec3<S> u = scale(S(0.5), load3(from + 10));
+    rotate_classically<kind>(by, inertia, 0, q, u);
+    store4(q, to + 6);
+    store3(scale(S(2), u), to + 10);
   }
 }
 
@@ -123,7 +166,7 @@ ATWOOD_INLINE void rotate_stages(int bodies, const FlightSteps<S>& steps, Flight
     for (int l = 0; l < bodies; ++l) {
       const Vec3<S> u = get(u_at, l);
       put(attitude_rate(get(q_at, l), u), q_rate, l);
-      put(half_rate_rate<kind>(lanes, u, l), u_rate, l);
+      put(half_rate_rate<kind>(lanes.inertia, u, l), u_rate, l);
     }
   }
   for (int r = 0; r < 4; ++r) advance<S>(steps.weights.b, r, steps.h_s, bodies, lanes.q[r], lanes, lanes.q[r]);
@@ -177,12 +220,17 @@ template <class S> bool is_classical(const ExplicitWeights<S>& w) {
 }  // namespace
 
 template <class S>
-FlightSteps<S>::FlightSteps(const ExplicitWeights<S>& w) : weights(w), stage_m_per_s(w.a.size()), classical(is_classical(w)) {}
+FlightSteps<S>::FlightSteps(const ExplicitWeights<S>& w)
+    : weights(w), stage_m_per_s2(w.a.size()), stage_m_per_s(w.a.size()), classical(is_classical(w)) {}
 
-template <class S> void FlightSteps<S>::set(S h, const Vec3<S>& gravity_m_per_s2) {
+template <class S> void FlightSteps<S>::set_gravity(const Vec3<S>& gravity_m_per_s2) {
+  for (int i = 1; i < weights.stages(); ++i) stage_m_per_s2[i] = slope_of<S>(weights.a[i], gravity_m_per_s2);
+  step_m_per_s2 = slope_of<S>(weights.b, gravity_m_per_s2);
+}
+template <class S> void FlightSteps<S>::set_step(S h) {
   h_s = h;
-  for (int i = 1; i < weights.stages(); ++i) stage_m_per_s[i] = h * slope_of<S>(weights.a[i], gravity_m_per_s2);
-  step_m_per_s = h * slope_of<S>(weights.b, gravity_m_per_s2);
+  for (int i = 1; i < weights.stages(); ++i) stage_m_per_s[i] = h * stage_m_per_s2[i];
+  step_m_per_s = h * step_m_per_s2;
 }
 
 template <class S>
@@ -192,9 +240,18 @@ void fly(VectorWidth width, FlightKind kind, int bodies, const FlightSteps<S>& s
   else fly_kind<FlightKind::point_mass>(width, bodies, steps, count, lanes);
 }
 
+template <class S>
+void fly_classically(FlightKind kind, const FlightSteps<S>& steps, const FlightInertia<S, 1>& inertia, const S* from, S* to) {
+  if (kind == FlightKind::about_body_axes) classical_step<FlightKind::about_body_axes>(steps, inertia, from, to);
+  else if (kind == FlightKind::about_any_axes) classical_step<FlightKind::about_any_axes>(steps, inertia, from, to);
+  else classical_step<FlightKind::point_mass>(steps, inertia, from, to);
+}
+
 template struct FlightSteps<float>;
 template struct FlightSteps<double>;
 template void fly(VectorWidth, FlightKind, int, const FlightSteps<float>&, std::int64_t, FlightLanes<float>&);
 template void fly(VectorWidth, FlightKind, int, const FlightSteps<double>&, std::int64_t, FlightLanes<double>&);
+template void fly_classically(FlightKind, const FlightSteps<float>&, const FlightInertia<float, 1>&, const float*, float*);
+template void fly_classically(FlightKind, const FlightSteps<double>&, const FlightInertia<double, 1>&, const double*, double*);
 
 }  // namespace atwood

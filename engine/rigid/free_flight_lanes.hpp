@@ -15,13 +15,16 @@ inline constexpr int flight_lanes = 32;  // bodies that march together: what the
 // How a body's inertia stands: along the body axes, in any way; or it does not rotate.
 enum class FlightKind { about_body_axes, about_any_axes, point_mass };
 
+// About body axes the diagonals are enough.
+template <class S, int lanes> struct FlightInertia { S I[9][lanes], twice_I_inverse[9][lanes]; };
+
 // Body rates are carried halved, as the attitude's rate takes them, and the inverse inertia doubled. Scaling by 2 commutes with
 // every rounding, so the bits stay those of the equations in w, unless a product underflows.
 template <class S> struct FlightLanes {
   template <int rows> using Rows = S[rows][flight_lanes];
   Rows<3> p, v, half_w, half_w_stage;
   Rows<4> q, q_stage;
-  Rows<9> I, twice_I_inverse;
+  FlightInertia<S, flight_lanes> inertia;
   std::vector<S> rates;  // of q and half_w, 7 rows a stage
 };
 
@@ -30,16 +33,21 @@ template <class S> struct FlightLanes {
 template <class S> struct FlightSteps {
   const ExplicitWeights<S>& weights;
   S h_s{};
-  std::vector<Vec3<S>> stage_m_per_s;  // h a_i g
-  Vec3<S> step_m_per_s{};              // h sum b_i g
+  std::vector<Vec3<S>> stage_m_per_s2, stage_m_per_s;  // a_i g, h a_i g
+  Vec3<S> step_m_per_s2{}, step_m_per_s{};             // sum b_i g, h sum b_i g
   bool classical = false;              // the tableau is RK4's, for which there is a loop of its own
 
   explicit FlightSteps(const ExplicitWeights<S>& w);
-  void set(S h, const Vec3<S>& gravity_m_per_s2);
+  void set_gravity(const Vec3<S>& gravity_m_per_s2);
+  void set_step(S h);
 };
 
 // `count` steps of the first `bodies` lanes. In float and double.
 template <class S>
 void fly(VectorWidth width, FlightKind kind, int bodies, const FlightSteps<S>& steps, std::int64_t count, FlightLanes<S>& lanes);
+
+// One step of one body, where steps.classical: of 13 scalars in the order of a state (6 of a point mass).
+template <class S>
+void fly_classically(FlightKind kind, const FlightSteps<S>& steps, const FlightInertia<S, 1>& inertia, const S* from, S* to);
 
 }  // namespace atwood

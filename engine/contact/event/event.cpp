@@ -184,6 +184,7 @@ Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const O
   if (simulation.outcome.status != Status::ok) return simulation.outcome;
   EventRun<S> run(*simulation.model, *simulation.stepper);
   run.options = options;
+  if (!id.rtol) run.free_flight = simulation.free_flight.get();
   prepare_run(run, id, scene);
   if (repeats <= 0) return run_once(run, plan, observer);
 

@@ -13,6 +13,16 @@ template <class S> struct Fall {
   int index = -1;  // feature, contact or wind
 };
 
+// The state after a step of h_s by the run's stepper, or by what does the same for bodies that nothing but gravity pulls.
+template <class S> bool take_step(EventRun<S>& run, Stepper<S>& stepper, S t_s, S h_s, const S* y, S* y_new) {
+  if constexpr (has_vector_lanes<S>)
+    if (run.free_flight != nullptr && run.carrying == 0) {
+      run.free_flight->step(h_s, y, y_new);
+      return true;
+    }
+  return stepper.step(t_s, h_s, y, y_new);
+}
+
 // A run's probe: the state after theta h, from run.y into run.y_probe.
 template <class S> struct Flow {
   EventRun<S>& run;
@@ -22,7 +32,7 @@ template <class S> struct Flow {
   S probed = S(-1);  // theta of what stands in run.y_probe
 
   const S* at(S theta) {
-    if (theta != probed) ok = stepper.step(t_s, theta * h_s, run.y.data(), run.y_probe.data()) && ok;
+    if (theta != probed) ok = take_step(run, stepper, t_s, theta * h_s, run.y.data(), run.y_probe.data()) && ok;
     probed = theta;
     return run.y_probe.data();
   }

@@ -13,6 +13,7 @@
 #include "integrators/stepper.hpp"
 #include "protocol/method.hpp"
 #include "protocol/sample.hpp"
+#include "rigid/free_flight.hpp"
 #include "rigid/model.hpp"
 
 namespace atwood::event {
@@ -72,6 +73,7 @@ template <class S> struct Place {
 template <class S> struct Contact {
   int feature = 0;
   Facet<S> facet;
+  int over_triangle = 0;         // of a mesh: the last that it was within
   Mode mode = Mode::smooth;
   Turning turning = Turning::free;
   bool carries = false;          // a normal force is solved for; else it touches, and others carry
@@ -88,6 +90,7 @@ template <class S> struct Contact {
   S normal_N{}, largest_N{};     // now; since it carries
   Vec3<S> friction_N, couple_N_m;
   bool alone = false;  // shares no moving body with another contact that carries: solved by itself (alone.cpp)
+  bool of_balls = false;  // and who moves is a ball: a force through the middle does not turn it
   int first_row = -1, force_rows = 1, couple_rows = 0;  // -1: none of the linear system's
   Vec3<S> tangent[2];            // of the rows after the normal one
   Vec3<S> along_W, along_couple_W;  // what comes with 1 N along the normal: that and friction, a couple
@@ -127,6 +130,7 @@ template <class S> struct EventRun {
   Stepper<S>& stepper;
   EventOptions options;
   std::unique_ptr<Stepper<S>> substitute;  // for lasting contacts, where the method asks for no rates
+  FreeFlight<S>* free_flight = nullptr;    // the stepper's equal steps, bit for bit, while no contact carries; may be null
   std::vector<ShapePair<S>> pairs;
   std::vector<Feature<S>> features;
   std::vector<Surface<S>> surfaces;
@@ -240,7 +244,7 @@ S effect_of_load(const EventRun<S>& run, const Contact<S>& contact, const Vec3<S
 // ---- facets.cpp: does the contact's surface end? How far its knob is from leaving the facet it is on (poses are current); the
 // facet that it leaves for, or false: no contact is known there.
 template <class S> bool has_ends(const EventRun<S>& run, const Contact<S>& contact);
-template <class S> S within_facet(const EventRun<S>& run, const Contact<S>& contact);
+template <class S> S within_facet(const EventRun<S>& run, Contact<S>& contact);
 template <class S> bool leave_facet(EventRun<S>& run, Contact<S>& contact);
 // False: something lies over the end of a sheet in y. Does a body come to a sheet's other side on the way?
 template <class S> bool clear_of_ends(EventRun<S>& run, const S* y);

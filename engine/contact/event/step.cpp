@@ -73,7 +73,7 @@ template <class S> S step_with_slip(EventRun<S>& run, S t_s, S h_s, S left_s) {
 template <class S> bool trial_step(EventRun<S>& run, Stepper<S>& stepper, S t_s, S& h_s) {
   run.near_bound = false;
   run.sights_at_end = false;
-  if (run.rtol <= S(0)) return stepper.step(t_s, h_s, run.y.data(), run.y_new.data());
+  if (run.rtol <= S(0)) return take_step(run, stepper, t_s, h_s, run.y.data(), run.y_new.data());
   if (run.h_next_s > S(0) && run.h_next_s < h_s) h_s = run.h_next_s;
   for (int i = 0; i < 60; ++i) {
     if (!stepper.step(t_s, h_s, run.y.data(), run.y_new.data())) return false;
