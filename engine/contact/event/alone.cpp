@@ -69,6 +69,38 @@ template <class S> bool solve(const Vec3<S> (&K)[3], const Vec3<S>& b, Vec3<S>& 
   return d2 > S(0);
 }
 
+// Of balls the arms r are along n, so that K is 1/m along n and 1/m + r^2 / I in every direction across.
+template <class S>
+bool add_to_balls(const EventRun<S>& run, Contact<S>& contact, const Side<S> (&sides)[2], const Vec3<S>& b) {
+  const Vec3<S>& n = contact.sight.normal;
+  S along{}, across{};
+  for (const Side<S>& side : sides) {
+    if (!side.moves) continue;
+    along += side.inverse->mass_per_kg;
+    if (side.rotates) across += dot(side.arm, side.arm) * side.inverse->I_row[0].x;
+  }
+  const S asked = dot(n, b), N = asked / along;
+  contact.normal_N = N;
+  contact.couple_N_m = {};
+  if (contact.mode == Mode::sticks) {
+    contact.friction_N = (S(1) / (along + across)) * (b - asked * n);
+  } else {
+    take_direction(run, contact, Rows::forces);
+    contact.friction_N = N * (contact.along_W - n);
+    contact.couple_N_m = N * contact.along_couple_W;
+  }
+  const Vec3<S> force = N * n + contact.friction_N;
+  for (const Side<S>& side : sides) {
+    if (!side.moves) continue;
+    store3(load3(side.dydt + at_velocity) + (side.sign * side.inverse->mass_per_kg) * force, side.dydt + at_velocity);
+    if (!side.rotates || contact.mode == Mode::smooth) continue;
+    const Vec3<S> load = cross(side.arm, contact.friction_N) + contact.couple_N_m;
+    const Vec3<S> turns = turned_back(*side.pose, (side.sign * side.inverse->I_row[0].x) * load);
+    store3(load3(side.dydt + at_body_rate) + turns, side.dydt + at_body_rate);
+  }
+  return along > S(0);
+}
+
 }  // namespace
 
 // In world axes. With K f the acceleration between the bodies that a force f at the point gives, (1/m) f + (I^-1 (r x
@@ -81,6 +113,7 @@ template <class S> bool add_alone(const EventRun<S>& run, Contact<S>& contact, S
   Vec3<S> b = -dot(contact.u, contact.sight.normal_dot) * n;
   for (const Side<S>& side : sides)
     if (side.moves) b -= side.sign * point_acceleration(side, contact.sight.x_dot);
+  if (contact.of_balls) return add_to_balls(run, contact, sides, b);
   if (contact.mode == Mode::sticks) {
     Vec3<S> K[3] = {}, force;
     for (const Side<S>& side : sides)

@@ -15,18 +15,27 @@ S component(const Vec3<S>& v, int i) {
   return i == 0 ? v.x : i == 1 ? v.y : v.z;
 }
 
-// A face of a mesh goes on over all triangles of its plane: inner edges are no ends.
+// A face of a mesh goes on over all triangles of its plane: inner edges are no ends. The greatest of the distances
+// within them; where c is within one, that one's, and `over` is which: where it is looked for first.
 template <class S>
-S within_face(const std::vector<Triangle<S>>& mesh, const Facet<S>& facet, const Vec3<S>& c, S tiny) {
+S within_face(const std::vector<Triangle<S>>& mesh, const Facet<S>& facet, const Vec3<S>& c, S tiny, int& over) {
+  const int count = static_cast<int>(mesh.size());
+  const auto on_the_face = [&](const Triangle<S>& triangle) {
+    return std::all_of(triangle.corner_B, triangle.corner_B + 3, [&](const Vec3<S>& corner) {
+      return real::abs(dot(corner - facet.point_B, facet.direction_B)) <= tiny;
+    });
+  };
+  if (over < count && on_the_face(mesh[over]))
+    if (const S in = within_triangle(mesh[over], c); in > S(0)) return in;
   S most = S(-1);
   bool any = false;
-  for (const Triangle<S>& triangle : mesh) {
-    bool same = true;
-    for (const Vec3<S>& corner : triangle.corner_B)
-      same = same && real::abs(dot(corner - facet.point_B, facet.direction_B)) <= tiny;
-    if (!same) continue;
-    const S in = within_triangle(triangle, c);
-    most = any ? real::max(most, in) : in;
+  for (int i = 0; i < count; ++i) {
+    if (!on_the_face(mesh[i])) continue;
+    const S in = within_triangle(mesh[i], c);
+    if (!any || in > most) {
+      most = in;
+      over = i;
+    }
     any = true;
   }
   return most;
@@ -68,7 +77,7 @@ bool has_ends(const EventRun<S>& run, const Contact<S>& contact) {
 }
 
 template <class S>
-S within_facet(const EventRun<S>& run, const Contact<S>& contact) {
+S within_facet(const EventRun<S>& run, Contact<S>& contact) {
   const Feature<S>& feature = run.features[contact.feature];
   const Surface<S>& surface = run.surfaces[feature.surface];
   const Facet<S>& facet = contact.facet;
@@ -83,11 +92,12 @@ S within_facet(const EventRun<S>& run, const Contact<S>& contact) {
     case SurfaceKind::slab:
       return within_slab(surface.half_extents, facet, c);
     case SurfaceKind::mesh: {
-      if (facet.dimension == 2) return within_face(surface.mesh, facet, c, run.gap_round_off());
+      if (facet.dimension == 2) return within_face(surface.mesh, facet, c, run.gap_round_off(), contact.over_triangle);
       S beside{};
       const Facet<S> nearest = facet_under(run, feature, beside);
       if (same_facet(nearest, facet)) return run.length_scale;
-      return nearest.dimension == 2 ? -within_face(surface.mesh, nearest, c, run.gap_round_off()) : -run.length_scale;
+      return nearest.dimension == 2 ? -within_face(surface.mesh, nearest, c, run.gap_round_off(), contact.over_triangle)
+                                    : -run.length_scale;
     }
     default:
       return S(1);
@@ -153,7 +163,7 @@ bool passes_a_sheet(const EventRun<S>& run, const S* y, const S* y_end) {
   template bool clear_of_ends<S>(EventRun<S>&, const S*);                  \
   template bool passes_a_sheet<S>(const EventRun<S>&, const S*, const S*); \
   template bool has_ends<S>(const EventRun<S>&, const Contact<S>&);        \
-  template S within_facet<S>(const EventRun<S>&, const Contact<S>&);       \
+  template S within_facet<S>(const EventRun<S>&, Contact<S>&);             \
   template bool leave_facet<S>(EventRun<S>&, Contact<S>&);
 ATWOOD_FACETS(float)
 ATWOOD_FACETS(double)

@@ -77,7 +77,7 @@ template <class S> S touch_of(Flow<S>& flow, const Feature<S>& feature) {
 
 // ---- conditions of lasting contacts ---------------------------------------------------------------------------------
 // last evaluation; slips as of the last look at it.
-template <class S> S value_of(const EventRun<S>& run, Condition condition, const Contact<S>& contact) {
+template <class S> S value_of(const EventRun<S>& run, Condition condition, Contact<S>& contact) {
   const ShapePair<S>& pair = run.pairs[run.features[contact.feature].pair];
   switch (condition) {
     case Condition::force: return contact.normal_N;
