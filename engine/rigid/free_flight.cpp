@@ -50,7 +50,6 @@ FreeFlight<S>::FreeFlight(RigidModel<S>& model, ExplicitWeights<S> weights)
   sorted_.reserve(model.body_count());
   for (int i = 0; i < model.body_count(); ++i) fixed_ += model.offset(i) < 0;
   steps_.set_gravity(model.uniform_gravity() + Vec3<S>{});
-  if (!steps_.classical) return;
   inertia_.resize(model.body_count());
   for (int i = 0; i < model.body_count(); ++i) put_inertia(kind_of(model, i), model.mass(i), inertia_[i], 0);
 }
@@ -133,23 +132,28 @@ template <class S> void FreeFlight<S>::march(S h_s, std::int64_t count, S* y) {
   if (model_.team() == nullptr) part(0, 1);
   else model_.team()->run(count * static_cast<std::int64_t>(sorted_.size()) >= least_shared, [&](int p) { part(p, model_.team()->size()); });
   hold_still(model_, y);
-  const int stages = weights_.stages();
-  model_.system().evaluations += count * (weights_.first_same_as_last ? stages - 1 : stages);
-  if (weights_.first_same_as_last && counted_epoch_ != epoch_) ++model_.system().evaluations;  // the first step's first stage
-  counted_epoch_ = epoch_;
+  count_evaluations(count);
+}
+
+template <class S> void FreeFlight<S>::count_evaluations(std::int64_t steps) {
+  System<S>& system = model_.system();
+  system.evaluations += steps * (weights_.first_same_as_last ? weights_.stages() - 1 : weights_.stages());
+  if (weights_.first_same_as_last && counted_epoch_ != system.epoch) ++system.evaluations;  // the first step's first stage
+  counted_epoch_ = system.epoch;
 }
 
 // A few bodies repay no lanes.
 template <class S> void FreeFlight<S>::step(S h_s, const S* y, S* y_new) {
   const auto bodies = model_.moving();
-  if (!steps_.classical || bodies.size() > few_bodies || static_cast<int>(bodies.size()) < model_.body_count() - fixed_) {
+  const bool some_are_held = static_cast<int>(bodies.size()) < model_.body_count() - fixed_;
+  if (bodies.size() > few_bodies || some_are_held || weights_.stages() > most_stages_alone) {
     std::copy_n(y, model_.state_size(), y_new);
     return march(h_s, 1, y_new);
   }
   steps_.set_step(h_s);
   for (const int i : bodies)
-    fly_classically(kind_of(model_, i), steps_, inertia_[i], y + model_.offset(i), y_new + model_.offset(i));
-  model_.system().evaluations += weights_.stages();
+    fly_alone(kind_of(model_, i), steps_, inertia_[i], y + model_.offset(i), y_new + model_.offset(i));
+  count_evaluations(1);
 }
 
 template <class S> std::unique_ptr<FreeFlight<S>> make_free_flight(RigidModel<S>& model, const ExplicitWeights<S>* weights) {

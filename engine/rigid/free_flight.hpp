@@ -28,6 +28,7 @@ template <class S> class FreeFlight {
 
  private:
   void sort_bodies();
+  void count_evaluations(std::int64_t steps);
   void march_group(FlightKind kind, std::int64_t count, S* y, Share bodies, FlightLanes<S>& lanes) const;
   void gather(FlightKind kind, const S* y, Share bodies, FlightLanes<S>& lanes) const;
   void scatter(FlightKind kind, S* y, Share bodies, const FlightLanes<S>& lanes) const;

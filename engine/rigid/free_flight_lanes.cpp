@@ -61,7 +61,7 @@ template <class S> struct ClassicalSteps {
   S h, half_h, b[4];
   Vec3<S> fall_half, fall_whole, fall;
 
-  explicit ClassicalSteps(const FlightSteps<S>& steps)
+  explicit ClassicalSteps(const FlightSteps<S>& steps)  // of a classical tableau
       : h(steps.h_s), half_h(steps.h_s * S(0.5)),
         b{steps.weights.b.weight[0], steps.weights.b.weight[1], steps.weights.b.weight[1], steps.weights.b.weight[3]},
         fall_half(steps.stage_m_per_s[1]), fall_whole(steps.stage_m_per_s[3]), fall(steps.step_m_per_s) {}
@@ -113,23 +113,6 @@ ATWOOD_INLINE void classical_steps(int bodies, const FlightSteps<S>& steps, std:
   }
 }
 
-// One body, from its part of a state to that of another: position, velocity, attitude, body rate.
-template <FlightKind kind, class S>
-void classical_step(const FlightSteps<S>& steps, const FlightInertia<S, 1>& inertia, const S* from, S* to) {
-  const ClassicalSteps<S> by(steps);
-  Vec3<S> p = load3(from), v = load3(from + 3);
-  translate_classically(by, p, v);
-  store3(p, to);
-  store3(v, to + 3);
-  if constexpr (kind != FlightKind::point_mass) {
-    Quat<S> q = load4(from + 6);
-    Vec3<S> u = scale(S(0.5), load3(from + 10));
-    rotate_classically<kind>(by, inertia, 0, q, u);
-    store4(q, to + 6);
-    store3(scale(S(2), u), to + 10);
-  }
-}
-
 // ---- any tableau, a stage at a time ------------------------------------------------------------------------------------------
 // Row r of 7: the attitude's four, then three of half the body rate.
 template <class S> ATWOOD_INLINE S* rates_row(FlightLanes<S>& lanes, int stage, int r) {
@@ -175,15 +158,21 @@ ATWOOD_INLINE void rotate_stages(int bodies, const FlightSteps<S>& steps, Flight
   for (int l = 0; l < bodies; ++l) put(unit(get(lanes.q, l)), lanes.q, l);
 }
 
-template <class S> ATWOOD_INLINE void translate(int bodies, const FlightSteps<S>& steps, FlightLanes<S>& lanes) {
+template <class S> ATWOOD_INLINE void translate(const FlightSteps<S>& steps, Vec3<S>& p, Vec3<S>& v) {
   const auto& b = steps.weights.b;
+  Vec3<S> slope = scale(b.weight[0], b.stage[0] == 0 ? v : add(v, steps.stage_m_per_s[b.stage[0]]));
+  for (std::size_t j = 1; j < b.stage.size(); ++j)
+    slope = add(slope, scale(b.weight[j], b.stage[j] == 0 ? v : add(v, steps.stage_m_per_s[b.stage[j]])));
+  p = add(p, scale(steps.h_s, slope));
+  v = add(v, steps.step_m_per_s);
+}
+
+template <class S> ATWOOD_INLINE void translate(int bodies, const FlightSteps<S>& steps, FlightLanes<S>& lanes) {
   for (int l = 0; l < bodies; ++l) {
-    const Vec3<S> v = get(lanes.v, l);
-    Vec3<S> slope = scale(b.weight[0], b.stage[0] == 0 ? v : add(v, steps.stage_m_per_s[b.stage[0]]));
-    for (std::size_t j = 1; j < b.stage.size(); ++j)
-      slope = add(slope, scale(b.weight[j], b.stage[j] == 0 ? v : add(v, steps.stage_m_per_s[b.stage[j]])));
-    put(add(get(lanes.p, l), scale(steps.h_s, slope)), lanes.p, l);
-    put(add(v, steps.step_m_per_s), lanes.v, l);
+    Vec3<S> p = get(lanes.p, l), v = get(lanes.v, l);
+    translate(steps, p, v);
+    put(p, lanes.p, l);
+    put(v, lanes.v, l);
   }
 }
 
@@ -193,6 +182,69 @@ ATWOOD_INLINE void any_steps(int bodies, const FlightSteps<S>& steps, std::int64
     translate(bodies, steps, lanes);
     if constexpr (kind != FlightKind::point_mass) rotate_stages<kind>(bodies, steps, lanes);
   }
+}
+
+// ---- one body by itself -------------------------------------------------------------------------------------------------------
+template <class S> struct Turning { Quat<S> q; Vec3<S> u; };
+
+// Room that nobody fills with zeros first.
+template <class S> struct TurningRates {
+  S rate[most_stages_alone][7];
+
+  ATWOOD_INLINE void put(int stage, const Quat<S>& q, const Vec3<S>& u) {
+    store4(q, rate[stage]);
+    store3(u, rate[stage] + 4);
+  }
+  ATWOOD_INLINE Turning<S> scaled(S weight, int stage) const {
+    return {scale(weight, load4(rate[stage])), scale(weight, load3(rate[stage] + 4))};
+  }
+};
+template <class S> ATWOOD_INLINE Turning<S> add(const Turning<S>& a, const Turning<S>& b) { return {add(a.q, b.q), add(a.u, b.u)}; }
+
+template <class S>
+ATWOOD_INLINE Turning<S> advance(const typename ExplicitWeights<S>::Row& row, S h, const Turning<S>& from, const TurningRates<S>& rates) {
+  Turning<S> slope = rates.scaled(row.weight[0], row.stage[0]);
+  for (std::size_t j = 1; j < row.stage.size(); ++j) slope = add(slope, rates.scaled(row.weight[j], row.stage[j]));
+  return {add(from.q, scale(h, slope.q)), add(from.u, scale(h, slope.u))};
+}
+
+template <FlightKind kind, class S>
+ATWOOD_INLINE void rotate(const FlightSteps<S>& steps, const FlightInertia<S, 1>& inertia, Quat<S>& q, Vec3<S>& u) {
+  const int stages = steps.weights.stages() - (steps.weights.first_same_as_last ? 1 : 0);
+  const Turning<S> start{q, u};
+  TurningRates<S> rates;
+  for (int i = 0; i < stages; ++i) {
+    const Turning<S> at = i > 0 ? advance(steps.weights.a[i], steps.h_s, start, rates) : start;
+    rates.put(i, attitude_rate(at.q, at.u), half_rate_rate<kind>(inertia, at.u, 0));
+  }
+  const Turning<S> end = advance(steps.weights.b, steps.h_s, start, rates);
+  q = unit(end.q);
+  u = end.u;
+}
+
+template <FlightKind kind, class S, class Translate, class Rotate>
+ATWOOD_INLINE void fly_by(const S* from, S* to, const Translate& translate_by, const Rotate& rotate_by) {
+  Vec3<S> p = load3(from), v = load3(from + 3);
+  translate_by(p, v);
+  store3(p, to);
+  store3(v, to + 3);
+  if constexpr (kind != FlightKind::point_mass) {
+    Quat<S> q = load4(from + 6);
+    Vec3<S> u = scale(S(0.5), load3(from + 10));
+    rotate_by(q, u);
+    store4(q, to + 6);
+    store3(scale(S(2), u), to + 10);
+  }
+}
+
+template <FlightKind kind, class S>
+void fly_alone_as(const FlightSteps<S>& steps, const FlightInertia<S, 1>& inertia, const S* from, S* to) {
+  if (!steps.classical)
+    return fly_by<kind>(from, to, [&](auto& p, auto& v) { translate(steps, p, v); },
+                        [&](auto& q, auto& u) { rotate<kind>(steps, inertia, q, u); });
+  const ClassicalSteps<S> by(steps);
+  fly_by<kind>(from, to, [&](auto& p, auto& v) { translate_classically(by, p, v); },
+               [&](auto& q, auto& u) { rotate_classically<kind>(by, inertia, 0, q, u); });
 }
 
 template <FlightKind kind, class S>
@@ -241,17 +293,17 @@ void fly(VectorWidth width, FlightKind kind, int bodies, const FlightSteps<S>& s
 }
 
 template <class S>
-void fly_classically(FlightKind kind, const FlightSteps<S>& steps, const FlightInertia<S, 1>& inertia, const S* from, S* to) {
-  if (kind == FlightKind::about_body_axes) classical_step<FlightKind::about_body_axes>(steps, inertia, from, to);
-  else if (kind == FlightKind::about_any_axes) classical_step<FlightKind::about_any_axes>(steps, inertia, from, to);
-  else classical_step<FlightKind::point_mass>(steps, inertia, from, to);
+void fly_alone(FlightKind kind, const FlightSteps<S>& steps, const FlightInertia<S, 1>& inertia, const S* from, S* to) {
+  if (kind == FlightKind::about_body_axes) fly_alone_as<FlightKind::about_body_axes>(steps, inertia, from, to);
+  else if (kind == FlightKind::about_any_axes) fly_alone_as<FlightKind::about_any_axes>(steps, inertia, from, to);
+  else fly_alone_as<FlightKind::point_mass>(steps, inertia, from, to);
 }
 
 template struct FlightSteps<float>;
 template struct FlightSteps<double>;
 template void fly(VectorWidth, FlightKind, int, const FlightSteps<float>&, std::int64_t, FlightLanes<float>&);
 template void fly(VectorWidth, FlightKind, int, const FlightSteps<double>&, std::int64_t, FlightLanes<double>&);
-template void fly_classically(FlightKind, const FlightSteps<float>&, const FlightInertia<float, 1>&, const float*, float*);
-template void fly_classically(FlightKind, const FlightSteps<double>&, const FlightInertia<double, 1>&, const double*, double*);
+template void fly_alone(FlightKind, const FlightSteps<float>&, const FlightInertia<float, 1>&, const float*, float*);
+template void fly_alone(FlightKind, const FlightSteps<double>&, const FlightInertia<double, 1>&, const double*, double*);
 
 }  // namespace atwood

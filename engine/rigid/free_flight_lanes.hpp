@@ -46,8 +46,9 @@ template <class S> struct FlightSteps {
 template <class S>
 void fly(VectorWidth width, FlightKind kind, int bodies, const FlightSteps<S>& steps, std::int64_t count, FlightLanes<S>& lanes);
 
-// One step of one body, where steps.classical: of 13 scalars in the order of a state (6 of a point mass).
+// One step of one body, of 13 scalars in the order of a state (6 of a point mass), by at most so many stages.
+inline constexpr int most_stages_alone = 16;
 template <class S>
-void fly_classically(FlightKind kind, const FlightSteps<S>& steps, const FlightInertia<S, 1>& inertia, const S* from, S* to);
+void fly_alone(FlightKind kind, const FlightSteps<S>& steps, const FlightInertia<S, 1>& inertia, const S* from, S* to);
 
 }  // namespace atwood

@@ -184,7 +184,9 @@ template <class S> void wrap_rates(EventRun<S>& run) {
 }
 
 template <class S> void contact_rates(EventRun<S>& run, S, const S* y, S* dydt) {
-  pose_contact_bodies(run, y);
+  const bool seen = run.sights_at_start && y == run.y.data();
+  run.sights_at_start = false;
+  if (!seen) pose_contact_bodies(run, y);
   if (modes_of(run) != run.modes) {
     find_alone(run);
     run.modes = modes_of(run);
@@ -192,7 +194,7 @@ template <class S> void contact_rates(EventRun<S>& run, S, const S* y, S* dydt) 
   bool together = false;
   for (Contact<S>& contact : run.contacts) {
     if (!contact.carries) continue;
-    see_contact(run, contact);
+    if (!seen) see_contact(run, contact);
     if (contact.alone && !add_alone(run, contact, dydt)) run.solvable = false;
     together = together || !contact.alone;
   }

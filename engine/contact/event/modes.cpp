@@ -223,6 +223,7 @@ void report_event(const EventRun<S>& run, EventKind kind, const ShapePair<S>& pa
 }
 
 template <class S> bool review_contacts(EventRun<S>& run, S t_s, bool report) {
+  run.sights_at_start = false;
   const std::vector<Contact<S>>& old = run.contacts_before;
   run.contacts_before = run.contacts;
   std::vector<unsigned char>& standing = run.standing_before;  // of each old contact's pair

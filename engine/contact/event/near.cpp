@@ -46,6 +46,14 @@ void measure(EventRun<S>& run, Feature<S>* feature, const Feature<S>* end, const
     const bool axes = needs_axes(run, *feature);
     if (axes && !posed) pose_bodies(run, *feature, y);
     posed = posed || axes;
+    const Surface<S>& surface = run.surfaces[feature->surface];
+    if (axes && surface.kind == SurfaceKind::plane && !feature->knob.rim) {  // of many corners: no more than is asked
+      const Pose<S>& pose = run.poses[feature->knob_body];
+      const Vec3<S> arm = turned(pose, feature->knob.center_B);
+      feature->*gap = dot(surface.normal_W, pose.p + arm) - surface.offset - feature->knob.radius;
+      feature->*rate = dot(surface.normal_W, pose.v + cross(pose.w, arm));
+      continue;
+    }
     const Sight<S> sight = axes ? posed_sight(run, *feature) : sight_of_ball(run, *feature, y);
     feature->*gap = sight.gap;
     feature->*rate = sight.rate;

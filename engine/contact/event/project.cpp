@@ -79,7 +79,8 @@ template <class S> void project_contacts(EventRun<S>& run, S* y, bool seen) {
   if (run.carrying == 0) return;
   if (!seen) see_contacts(run, y);
   close_gaps(run, y);
-  if (velocities_agree(run)) return;
+  run.sights_at_start = velocities_agree(run);
+  if (run.sights_at_start) return;
   list_unknowns(run, Rows::velocities);
   for (const Contact<S>& contact : run.contacts)
     if (contact.carries) project_rows(contact, -contact.u, -contact.w, run.right.data() + contact.first_row);

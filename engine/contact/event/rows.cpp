@@ -122,8 +122,13 @@ template <class S> void make_room(EventRun<S>& run) {  // in the step in which c
 
 template <class S> void hold_inverses(EventRun<S>& run) {
   run.inverse.resize(static_cast<std::size_t>(run.model.body_count()));
+  run.mobility.resize(run.inverse.size());
   for (int i = 0; i < run.model.body_count(); ++i) {
-    run.inverse[i].mass_per_kg = run.model.mass(i).inverse_mass_per_kg;
+    const MassProperties<S>& mass = run.model.mass(i);
+    const Vec3<S>(&I_inverse)[3] = mass.I_inverse_row;
+    run.inverse[i].mass_per_kg = mass.inverse_mass_per_kg;
+    run.mobility[i] = mass.inverse_mass_per_kg +
+                      run.reach[i] * run.reach[i] * (I_inverse[0].x + I_inverse[1].y + I_inverse[2].z);
     if (run.round[i]) turn_inertia(run, i);
   }
 }

@@ -138,6 +138,7 @@ template <class S> struct EventRun {
   std::vector<Wind<S>> winds;
   std::vector<Pose<S>> poses;              // of every body; fixed ones never change
   std::vector<S> travel, excursions, reach;  // a body: the length of its way so far, within the step; bounding radius
+  std::vector<S> mobility;                 // a body: at least what a unit force gives any of its points
   std::vector<unsigned char> moves;        // neither fixed nor held now
   std::vector<unsigned char> round;        // isotropic inertia
   std::vector<int> near;                   // pairs looked at in this step
@@ -169,7 +170,8 @@ template <class S> struct EventRun {
   std::vector<Twist<S>> free_acceleration, acceleration;  // of bodies in one evaluation: without and with them
   bool near_bound = false;                 // in an evaluation of this step a force came near to its bound
   bool solvable = true;
-  bool sights_at_end = false;              // the contacts' last sights are of y_new
+  bool sights_at_end = false;              // the contacts' last sights, and the bodies' poses, are of y_new
+  bool sights_at_start = false;            // ... are of y
 
   // ---- states
   std::vector<S> y, y_new, y_probe, y_kept, dydt;

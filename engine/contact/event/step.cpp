@@ -19,23 +19,36 @@ Stepper<S>& stepper_of(EventRun<S>& run) {
   return run.carrying > 0 && run.substitute ? *run.substitute : run.stepper;
 }
 
+template <class S> bool slides(const Contact<S>& contact) {
+  return contact.carries && contact.mode == Mode::slips && !contact.waits;
+}
+
 // Across its slip a body feels friction as a damper of rate mu N k / |u|: stiff where slip is slow. Explicit methods
 // are kept stable there by steps of at most 2 |u| / (mu N k), which still span the way to a stop. Slip that sets in
 // starts from the floor.
 template <class S> S stable_step(const EventRun<S>& run, S h_s) {
   S longest = h_s;
   for (std::size_t i = 0; i < run.contacts.size();) {
-    const int pair = run.features[run.contacts[i].feature].pair;
-    S speed = S(-1), braking = S(0);
-    for (; i < run.contacts.size() && run.features[run.contacts[i].feature].pair == pair; ++i) {
+    const std::size_t first = i;
+    const Feature<S>& feature = run.features[run.contacts[i].feature];
+    const S friction = run.pairs[feature.pair].friction;
+    S speed = S(-1), loads = S(0);
+    for (; i < run.contacts.size() && run.features[run.contacts[i].feature].pair == feature.pair; ++i) {
       const Contact<S>& contact = run.contacts[i];
-      if (!contact.carries || contact.mode != Mode::slips || contact.waits) continue;
-      const Vec3<S> force = contact.normal_N * (-run.pairs[pair].friction * contact.slip_direction);
-      braking -= effect_of_load(run, contact, contact.slip_direction, {}, force, {});
+      if (!slides(contact)) continue;
+      loads += contact.normal_N;
       speed = speed < S(0) ? contact.slip_speed : real::min(speed, contact.slip_speed);
     }
-    if (speed >= S(0) && braking > S(0))
-      longest = real::min(longest, real::max(S(2) * speed / braking, h_s * S(0x1p-40)));
+    const S most = friction * loads * (run.mobility[feature.knob_body] + run.mobility[feature.surface_body]);
+    if (speed < S(0) || S(2) * speed >= longest * most) continue;
+    S braking = S(0);
+    for (std::size_t k = first; k < i; ++k) {
+      const Contact<S>& contact = run.contacts[k];
+      if (!slides(contact)) continue;
+      const Vec3<S> force = contact.normal_N * (-friction * contact.slip_direction);
+      braking -= effect_of_load(run, contact, contact.slip_direction, {}, force, {});
+    }
+    if (braking > S(0)) longest = real::min(longest, real::max(S(2) * speed / braking, h_s * S(0x1p-40)));
   }
   return longest;
 }
@@ -46,7 +59,7 @@ template <class S> S stable_step(const EventRun<S>& run, S h_s) {
 template <class S> bool slip_sets_in(EventRun<S>& run, S t_s) {
   run.model.system().rate(t_s, run.y.data(), run.dydt.data());
   for (const Contact<S>& contact : run.contacts) {
-    if (!contact.carries || contact.mode != Mode::slips || contact.waits) continue;
+    if (!slides(contact)) continue;
     const S friction = run.pairs[run.features[contact.feature].pair].friction * contact.normal_N;
     const S braking = -effect_of_load(run, contact, contact.slip_direction, {}, -friction * contact.slip_direction, {});
     if (dot(contact.slip_direction, relative_acceleration(run, contact, run.dydt.data())) < -S(0x1p-10) * braking)
