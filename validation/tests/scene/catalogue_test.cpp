@@ -133,6 +133,7 @@ TEST_CASE("the catalogue has its rows") {
                          "settling-1000",
                          "settling-8000",
                          "settling-10000",
+                         "settling-100000",
                          "settling-boxes-100",
                          "settling-boxes-1000",
                          "settling-boxes-8000",
