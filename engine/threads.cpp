@@ -1,5 +1,9 @@
 #include "threads.hpp"
 
+#include <atomic>
+#include <thread>
+#include <vector>
+
 namespace atwood {
 namespace {
 
@@ -19,28 +23,49 @@ constexpr int end_of(std::uint64_t ticket) { return static_cast<int>(ticket & 0x
 
 }  // namespace
 
-Team::Team(int threads) : queues_(std::make_unique<Queue[]>(static_cast<std::size_t>(threads > 1 ? threads : 1))) {
-  members_.reserve(threads > 1 ? threads - 1 : 0);
-  for (int member = 1; member < threads; ++member) members_.emplace_back([this, member] { serve(member); });
+struct Team::Members {
+  explicit Members(int threads);
+  ~Members();
+
+  // A member's parts of the present round that nobody has begun: its number, the next and the end, in one word.
+  struct alignas(64) Queue { std::atomic<std::uint64_t> ticket{0}; };
+  void share_out(Call call, const void* work, int parts);
+  void serve(int member);
+  int do_parts(int member);
+  bool claim(int owner, int& part);
+
+  int size;
+  Call call_ = nullptr;
+  const void* work_ = nullptr;
+  std::unique_ptr<Queue[]> queues_;                   // one a member
+  alignas(64) std::atomic<std::uint32_t> round_{0};   // grows by one for each run(); members wait for it to change
+  alignas(64) std::atomic<int> left_{0};              // parts of the round that are not done
+  std::atomic<bool> closing_{false};
+  std::vector<std::thread> others_;
+};
+
+Team::Members::Members(int threads) : size(threads), queues_(std::make_unique<Queue[]>(static_cast<std::size_t>(threads))) {
+  others_.reserve(threads - 1);
+  for (int member = 1; member < threads; ++member) others_.emplace_back([this, member] { serve(member); });
 }
 
-Team::~Team() {
+Team::Members::~Members() {
   closing_.store(true, std::memory_order_relaxed);
   round_.fetch_add(1, std::memory_order_release);
   round_.notify_all();
-  for (std::thread& member : members_) member.join();
+  for (std::thread& other : others_) other.join();
 }
 
 // call_ and work_ are written before the tickets (release) and read after one is claimed (acquire); they stay until its
 // part is done. What the members wrote is seen by the caller through left_. A ticket of an earlier round cannot be
 // claimed: its queue was empty when that round ended, and its word never comes back.
-void Team::share_out(Call call, const void* work, int parts) {
+void Team::Members::share_out(Call call, const void* work, int parts) {
   call_ = call;
   work_ = work;
   left_.store(parts, std::memory_order_relaxed);
   const std::uint32_t round = round_.load(std::memory_order_relaxed) + 1;
-  for (int member = 0; member < size(); ++member) {
-    const Share own = share(parts, member, size());
+  for (int member = 0; member < size; ++member) {
+    const Share own = share(parts, member, size);
     queues_[member].ticket.store(ticket_of(round, own.first, own.last), std::memory_order_release);
   }
   round_.store(round, std::memory_order_release);
@@ -50,7 +75,7 @@ void Team::share_out(Call call, const void* work, int parts) {
   for (; left != 0; left = left_.load(std::memory_order_acquire)) left_.wait(left, std::memory_order_acquire);
 }
 
-bool Team::claim(int owner, int& part) {
+bool Team::Members::claim(int owner, int& part) {
   std::atomic<std::uint64_t>& ticket = queues_[owner].ticket;
   std::uint64_t seen = ticket.load(std::memory_order_acquire);
   while (next_of(seen) < end_of(seen)) {
@@ -62,16 +87,16 @@ bool Team::claim(int owner, int& part) {
 }
 
 // One's own first, then everybody's; how many they were.
-int Team::do_parts(int member) {
+int Team::Members::do_parts(int member) {
   int done = 0;
-  for (int i = 0; i < size(); ++i) {
-    const int owner = (member + i) % size();
+  for (int i = 0; i < size; ++i) {
+    const int owner = (member + i) % size;
     for (int part; claim(owner, part); ++done) call_(work_, part);
   }
   return done;
 }
 
-void Team::serve(int member) {
+void Team::Members::serve(int member) {
   std::uint32_t seen = 0;
   for (;;) {
     for (int n = 0; n < spins && round_.load(std::memory_order_acquire) == seen; ++n) relax();
@@ -82,5 +107,10 @@ void Team::serve(int member) {
     if (done > 0 && left_.fetch_sub(done, std::memory_order_acq_rel) == done) left_.notify_one();
   }
 }
+
+Team::Team(int threads) : size_(threads > 1 ? threads : 1), members_(size_ > 1 ? std::make_unique<Members>(size_) : nullptr) {}
+Team::~Team() = default;
+
+void Team::share_out(Call call, const void* work, int parts) { members_->share_out(call, work, parts); }
 
 }  // namespace atwood

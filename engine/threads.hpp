@@ -2,11 +2,8 @@
 // depends on who does it.
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <memory>
-#include <thread>
-#include <vector>
 
 namespace atwood {
 
@@ -21,12 +18,12 @@ class Team {
   Team(const Team&) = delete;
   Team& operator=(const Team&) = delete;
 
-  int size() const { return static_cast<int>(members_.size()) + 1; }
+  int size() const { return size_; }
 
   // work(part) for part = 0 .. parts - 1 (at most 65535), each once, by whoever comes to it; returns when all are done.
   // Neighbouring parts are a member's own, the same in every call. Results must not depend on who does what.
   template <class Work> void run(int parts, const Work& work) {
-    if (members_.empty() || parts == 1) {
+    if (size_ == 1 || parts == 1) {
       for (int part = 0; part < parts; ++part) work(part);
       return;
     }
@@ -41,21 +38,12 @@ class Team {
   }
 
  private:
+  struct Members;
   using Call = void (*)(const void* work, int part);
-  // A member's parts of the present round that nobody has begun: its number, the next and the end, in one word.
-  struct alignas(64) Queue { std::atomic<std::uint64_t> ticket{0}; };
   void share_out(Call call, const void* work, int parts);
-  void serve(int member);
-  int do_parts(int member);
-  bool claim(int owner, int& part);
 
-  Call call_ = nullptr;
-  const void* work_ = nullptr;
-  std::unique_ptr<Queue[]> queues_;                   // one a member
-  alignas(64) std::atomic<std::uint32_t> round_{0};   // grows by one for each run(); members wait for it to change
-  alignas(64) std::atomic<int> left_{0};              // parts of the round that are not done
-  std::atomic<bool> closing_{false};
-  std::vector<std::thread> members_;
+  int size_ = 1;
+  std::unique_ptr<Members> members_;  // null: a team of one
 };
 
 // Part `part` of `parts` of the items 0 .. count - 1: contiguous, sizes that differ by at most one.
