@@ -16,6 +16,7 @@ constexpr int most_events_a_step = 1000, most_pieces_of_a_step = 100000;
 
 template <class S>
 Stepper<S>& stepper_of(EventRun<S>& run) {
+  if (run.carrying > 0 && run.slip_ends && run.rtol <= S(0)) return *run.fine;
   return run.carrying > 0 && run.substitute ? *run.substitute : run.stepper;
 }
 
@@ -55,15 +56,30 @@ template <class S> bool slip_sets_in(EventRun<S>& run, S t_s) {
   return true;
 }
 
+// The slip of a body that is stopped, or turned round, turns ever faster the slower it is: about speed / braking is left
+// for that. In fixed parts of this time such a slip is smooth, down to round-off, and a fixed number of parts takes a
+// fixed part of its speed: few enough for a method of order 8. Slip that keeps its direction needs none of this.
 template <class S> S step_with_slip(EventRun<S>& run, S t_s, S h_s, S left_s) {
-  for (Contact<S>& contact : run.contacts) contact.sets_in = false;
-  const S stable = stable_step(run, h_s);
+  const auto keep_directions = [&](bool keep) {
+    for (Contact<S>& contact : run.contacts) contact.sets_in = keep;
+  };
+  run.slip_ends = false;
+  const S far = S(8) * h_s, stable = stable_step(run, far);
+  if (stable >= far) {
+    keep_directions(false);
+    return left_s;
+  }
+  const bool brakes = !slip_sets_in(run, t_s);  // what keeps its direction does so here
+  const SlipTurn turn = slip_turn(run, stable);
+  keep_directions(false);
+  if (turn.turns && turn.moves && (brakes || !turn.slow)) {
+    run.slip_ends = true;
+    return real::min(left_s, stable / S(8));
+  }
   if (stable >= left_s) return left_s;
-  if (!slip_sets_in(run, t_s)) return stable;
-  for (Contact<S>& contact : run.contacts) contact.sets_in = true;
-  const bool moves = std::any_of(run.contacts.begin(), run.contacts.end(),
-                                 [&](const Contact<S>& c) { return c.slip_speed > run.slip_round_off(); });
-  if (!moves) return left_s;  // along what held it until now
+  keep_directions(true);
+  if (!turn.moves) return turn.slow ? left_s : real::min(left_s, S(0x1p-16) * h_s);  // along what held it until now
+  if (!turn.turns) return left_s;
   run.free_rate_of(run.free_context, t_s, run.y.data(), run.dydt.data());
   settle_forces(run, run.dydt.data(), S(1) / left_s);
   return left_s;
@@ -114,7 +130,10 @@ template <class S> void renew_directions(EventRun<S>& run, Contact<S>& contact) 
   if (contact.mode == Mode::slips) {
     const Vec3<S> slip = contact.u - dot(contact.u, n) * n;
     contact.slip_speed = norm(slip);
-    if (contact.slip_speed > run.slip_round_off()) contact.slip_direction = (S(1) / contact.slip_speed) * slip;
+    const bool moves = contact.slip_speed > run.slip_round_off();
+    const Vec3<S> direction = moves ? (S(1) / contact.slip_speed) * slip : contact.slip_direction;
+    const bool same = norm(direction - contact.slip_direction) < S(0x1p-7);  // forces' round-off, in slip that has just set in
+    if (!contact.sets_in || !same) contact.slip_direction = direction;
   }
   if (contact.turning == Turning::rolls) {
     const Vec3<S> roll = contact.w - dot(contact.w, n) * n;
@@ -129,8 +148,12 @@ template <class S> void keep_contacts(EventRun<S>& run, bool seen) {
   if (run.contacts.empty()) return;
   keep_shares(run);
   project_contacts(run, run.y.data(), seen);
-  for (Contact<S>& contact : run.contacts)
-    if (contact.carries) renew_directions(run, contact);
+  for (Contact<S>& contact : run.contacts) {
+    if (!contact.carries) continue;
+    renew_directions(run, contact);
+    const bool slips = contact.mode == Mode::slips && !contact.waits;
+    if (run.slip_ends && slips && contact.slip_speed <= run.slip_round_off()) run.seen_epoch = -1;  // it has stopped
+  }
   if (run.carrying == static_cast<int>(run.contacts.size())) return;
   std::erase_if(run.contacts, [&](const Contact<S>& contact) {
     if (contact.carries) return false;
@@ -219,8 +242,8 @@ template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s) {
       ++run.step_count;
     }
     S step_s = left_s;
-    Stepper<S>& stepper = stepper_of(run);
     if (run.carrying > 0) step_s = step_with_slip(run, t_s, h_s, left_s);
+    Stepper<S>& stepper = stepper_of(run);
     if (!trial_step(run, stepper, t_s, step_s)) return false;
     if (!find_near(run, step_s)) return false;
     measure_gaps(run);

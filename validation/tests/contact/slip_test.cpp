@@ -1,0 +1,124 @@
+// Where slip ends, turns or sets in under `+event`: next to the angle of friction, with side spin, aslant on a slope.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <string>
+
+#include "recorded.hpp"
+
+using namespace atwood;
+using namespace atwood::recorded;
+
+namespace {
+
+constexpr double g = 9.81;
+
+// A plane that falls towards +x at `angle`, and a body whose axes are the plane's.
+struct Slope {
+  double c, s;
+  explicit Slope(double angle) : c(std::cos(angle)), s(std::sin(angle)) {}
+  Real3 normal() const { return {s, 0, c}; }
+  Real3 at(double down, double aside, double up) const { return {c * down + s * up, aside, -s * down + c * up}; }
+  double down(const Real3& v) const { return c * v[0] - s * v[2]; }
+};
+
+Scene on_slope(double angle, double friction, Body body, double height) {
+  const Slope slope(angle);
+  Scene scene = world({0, 0, -g}, 0, friction);
+  body.position_m = slope.at(0, 0, height);
+  body.orientation_wxyz = {std::cos(angle / 2), 0, std::sin(angle / 2), 0};
+  scene.bodies = {fixed("slope", Plane{slope.normal(), 0}), body};
+  return scene;
+}
+
+}  // namespace
+
+TEST_CASE("next to the angle of friction a box holds below it and slides above it") {
+  const double mu = 0.5, t_end = 2;
+  for (const double off : {1e-3, 1e-5, 1e-7, 1e-9})
+    for (const double sign : {-1., 1.})
+      for (const double speed : {0., 0.3}) {
+        const double angle = std::atan(mu) + sign * off;
+        const Slope slope(angle);
+        Scene scene = on_slope(angle, mu, box("box", 3, {0.4, 0.3, 0.05}, {}), 0.05);
+        scene.bodies[1].velocity_m_per_s = slope.at(speed, 0, 0);
+        const Recorded it = run("atwood/rk4+event", scene, {t_end, 120, 1});
+        INFO(sign * off << " rad, thrown at " << speed << " m/s");
+        REQUIRE(it.outcome.status == Status::ok);
+        const double a = sign < 0 && speed == 0 ? 0 : g * (slope.s - mu * slope.c);
+        CHECK(std::abs(slope.down(it.v(1)) - (speed + a * t_end)) < 1e-10);
+        CHECK(std::abs(it.v(1)[1]) < 1e-10);
+      }
+}
+
+// b v + a v cos(phi), a = g sin, b = mu g cos, phi from the way down: falls by b^2 - a^2 a second, whatever the path.
+TEST_CASE("a box thrown aslant over a slope stops when its balance says, however its slip turns") {
+  const double mu = 0.5, v0 = 2, angle = 0.3, a = g * std::sin(angle), b = mu * g * std::cos(angle);
+  for (const double phi : {0.5, 1.3, 2.2, 3.1}) {
+    Scene scene = on_slope(angle, mu, box("box", 3, {0.4, 0.5, 0.05}, {}), 0.05);
+    scene.bodies[1].velocity_m_per_s = Slope(angle).at(v0 * std::cos(phi), v0 * std::sin(phi), 0);
+    const double stops = v0 * (b + a * std::cos(phi)) / (b * b - a * a);
+    const Recorded it = run("atwood/rk4+event", scene, {1.5 * stops, 120, 1});
+    INFO("phi " << phi);
+    REQUIRE(it.outcome.status == Status::ok);
+    REQUIRE(it.events.size() == 1);
+    CHECK(it.events[0].kind == EventKind::stick);
+    CHECK(std::abs(time_of(it.events[0]) - stops) < 1e-6);
+  }
+}
+
+TEST_CASE("a ball with side spin rolls after |u| / (3.5 mu g)") {
+  const double mu = 0.15, r = 0.1;
+  Scene scene = world({0, 0, -g}, 0, mu);
+  scene.bodies = {fixed("floor", Plane{{0, 0, 1}, 0}), ball("ball", 2, r, {0, 0, r}, {-0.25, 1, 0}, {7, -11, -3})};
+  const double ux = -0.25 + 11 * r, uy = 1 + 7 * r, rolls = std::hypot(ux, uy) / (3.5 * mu * g);
+  double before = 1;
+  for (const int steps : {60, 120, 240}) {
+    const Recorded it = run("atwood/rk4+event", scene, {1, steps, 1});
+    INFO(steps << " steps");
+    REQUIRE(it.outcome.status == Status::ok);
+    REQUIRE(it.events.size() == 1);
+    CHECK(it.events[0].kind == EventKind::roll);
+    const double error = std::abs(time_of(it.events[0]) - rolls);
+    CHECK(error < 0.003 * std::pow(60. / steps, 2) * 1e-3);
+    CHECK(error < before / 6);  // of third order at least
+    before = error;
+    CHECK(std::abs(it.v(1)[0] - (-0.25 - 2 * ux / 7)) < 1e-5);
+    CHECK(std::abs(it.v(1)[1] - (1 - 2 * uy / 7)) < 1e-5);
+  }
+}
+
+// What slows the slip, 3.5 mu g cos less g sin along it, is a tenth of what friction alone would: many small parts of its
+// last time. They ended nowhere where slip was round-off already.
+TEST_CASE("a ball that friction hardly lets roll comes to roll") {
+  const double r = 0.1, mu = 0.3, I = 2. / 3 * r * r;  // rolls above 2/5 tan = 0.274
+  const Real3 n = {0.3109505520850398, 0.4713076245083164, 0.8253356149096783};
+  Scene scene = world({0, 0, -g}, 0, mu);
+  scene.bodies = {fixed("slope", Plane{n, 0}),
+                  moving("ball", Sphere{r}, 2, {I, I, I}, {r * n[0], r * n[1], r * n[2]},
+                         {-0.16409315154305976, -0.023699048167993064, 0.07535649381574294},
+                         {-5.197597723701788, 1.602267063174243, -3.803527272151388})};
+  const Recorded it = run("atwood/rk4+event", scene, {1, 100, 1});
+  REQUIRE(it.outcome.status == Status::ok);
+  REQUIRE(it.events.size() == 1);
+  CHECK(it.events[0].kind == EventKind::roll);
+  CHECK(std::abs(time_of(it.events[0]) - 0.08948696) < 1e-5);  // by DOP853 at 1e-13
+}
+
+TEST_CASE("a box that slides into a wall and does not bounce stands there") {
+  const double mu = 0.2, v0 = 2.5;
+  Scene scene = world({0, 0, -g}, 0, mu);
+  scene.materials.push_back({"wall", 0, 0, 0});
+  scene.pairs = {{0, 0, 0, mu, 0}, {0, 1, 0, 0, 0}, {1, 1, 0, 0, 0}};
+  scene.bodies = {fixed("floor", Plane{{0, 0, 1}, 0}), fixed("wall", Plane{{-1, 0, 0}, -1}),
+                  box("box", 1, {0.2, 0.2, 0.1}, {0, 0, 0.1}, {v0, 0, 0})};
+  scene.bodies[1].material = 1;
+  const Recorded it = run("atwood/rk4+event", scene, {1, 100, 1});
+  REQUIRE(it.outcome.status == Status::ok);
+  CHECK(std::abs(it.p(2)[0] - 0.8) < 1e-13);
+  CHECK(std::abs(it.v(2)[0]) < 1e-15);
+  CHECK(it.count(EventKind::impact) == 1);
+  CHECK(time_of(it.events[0]) == Approx((v0 - std::sqrt(v0 * v0 - 2 * mu * g * 0.8)) / (mu * g)).epsilon(1e-12));
+  for (const auto& contact : it.samples.back().contacts)
+    if (contact.body_a == 1) CHECK(contact.force_n_N < 1e-9);
+}
