@@ -122,3 +122,21 @@ TEST_CASE("a box that slides into a wall and does not bounce stands there") {
   for (const auto& contact : it.samples.back().contacts)
     if (contact.body_a == 1) CHECK(contact.force_n_N < 1e-9);
 }
+
+// The slab takes m v (1 + e) M / (m + M) and gives it to the floor: the ball rises with (e M - m) / (M + m) of its speed.
+TEST_CASE("a ball's bounces on a slab that lies on the floor end when their series does") {
+  const double r = 0.1, h = 0.2, e = 0.6, M = 10, m = 1, ratio = (e * M - m) / (M + m), t1 = std::sqrt(2 * h / g);
+  Scene scene = world({0, 0, -g}, 0, 0);
+  scene.materials.push_back({"ball", 0, 0, 0});
+  scene.pairs = {{0, 0, 0, 0, 0}, {0, 1, e, 0, 0}, {1, 1, 0, 0, 0}};
+  scene.bodies = {fixed("floor", Plane{{0, 0, 1}, 0}), box("slab", M, {5, 1, 0.1}, {0, 0, 0.1}),
+                  ball("ball", m, r, {0, 0, 0.3 + h})};
+  scene.bodies[2].material = 1;
+  const Recorded it = run("atwood/rk4+event", scene, {1, 50, 1});
+  REQUIRE(it.outcome.status == Status::ok);
+  REQUIRE(it.count(EventKind::rest) >= 1);
+  CHECK(it.events.back().kind == EventKind::rest);
+  CHECK(time_of(it.events.back()) == Approx(t1 * (1 + ratio) / (1 - ratio)).epsilon(1e-11));
+  CHECK(std::abs(it.p(2)[2] - 0.3) < 1e-14);
+  CHECK(std::abs(it.v(2)[2]) < 1e-14);
+}
