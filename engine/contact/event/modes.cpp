@@ -91,16 +91,22 @@ template <class S> void list_bodies(EventRun<S>& run) {
 }
 
 template <class S> void first_modes(EventRun<S>& run) {
-  const S still = run.slip_round_off();
+  for (Contact<S>& contact : run.contacts) contact.slip_speed = norm(across(contact.u, contact.sight.normal));
   for (Contact<S>& contact : run.contacts) {
-    const ShapePair<S>& pair = run.pairs[run.features[contact.feature].pair];
+    const int p = run.features[contact.feature].pair;
+    const ShapePair<S>& pair = run.pairs[p];
     const Vec3<S> slip = across(contact.u, contact.sight.normal), roll = across(contact.w, contact.sight.normal);
-    const S speed = norm(slip), rolling = norm(roll);
+    const S speed = norm(slip), rolling = norm(roll), still = run.slip_round_off();
+    // Corners of one body stop together: where one has stopped, the others' round-off may be somewhat more.
+    const bool stops = !(speed > S(64) * still) &&
+                       std::any_of(run.contacts.begin(), run.contacts.end(), [&](const Contact<S>& other) {
+                         return run.features[other.feature].pair == p && !(other.slip_speed > still);
+                       });
     contact.carries = true;
     contact.slip_speed = speed;
     contact.roll_speed = rolling;
     if (!(pair.friction > S(0))) contact.mode = Mode::smooth;
-    else if (speed > still) {
+    else if (!stops) {
       contact.mode = Mode::slips;
       contact.slip_direction = (S(1) / speed) * slip;
       contact.waits = false;

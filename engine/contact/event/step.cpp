@@ -20,6 +20,11 @@ Stepper<S>& stepper_of(EventRun<S>& run) {
   return run.carrying > 0 && run.substitute ? *run.substitute : run.stepper;
 }
 
+// Slip that is round-off yet keeps the direction in which it set in.
+template <class S> bool starts_from_rest(const EventRun<S>& run, const Contact<S>& contact) {
+  return contact.mode == Mode::slips && !(contact.slip_speed > run.slip_round_off());
+}
+
 // Across its slip a body feels friction as a damper of rate mu N k / |u|: stiff where slip is slow. Explicit methods
 // are kept stable there by steps of at most 2 |u| / (mu N k), which still span the way to a stop. Slip that sets in
 // starts from the floor.
@@ -33,6 +38,7 @@ template <class S> S stable_step(const EventRun<S>& run, S h_s) {
       if (!contact.carries || contact.mode != Mode::slips || contact.waits) continue;
       const Vec3<S> force = contact.normal_N * (-run.pairs[pair].friction * contact.slip_direction);
       braking -= effect_of_load(run, contact, contact.slip_direction, {}, force, {});
+      if (starts_from_rest(run, contact)) continue;
       speed = speed < S(0) ? contact.slip_speed : real::min(speed, contact.slip_speed);
     }
     if (speed >= S(0) && braking > S(0))
@@ -61,14 +67,18 @@ template <class S> bool slip_sets_in(EventRun<S>& run, S t_s) {
 // fixed part of its speed: few enough for a method of order 8. Slip that keeps its direction needs none of this.
 template <class S> S step_with_slip(EventRun<S>& run, S t_s, S h_s, S left_s) {
   const auto keep_directions = [&](bool keep) {
-    for (Contact<S>& contact : run.contacts) contact.sets_in = keep;
+    for (Contact<S>& contact : run.contacts) contact.sets_in = keep || starts_from_rest(run, contact);
   };
   run.slip_ends = false;
   const S far = S(8) * h_s, stable = stable_step(run, far);
-  if (stable >= far) {
+  const bool sets_in = std::any_of(run.contacts.begin(), run.contacts.end(), [&](const Contact<S>& contact) {
+    return contact.carries && !contact.waits && starts_from_rest(run, contact);
+  });
+  if (stable >= far && !sets_in) {
     keep_directions(false);
     return left_s;
   }
+  for (Contact<S>& contact : run.contacts) contact.sets_in = contact.sets_in || starts_from_rest(run, contact);
   const bool brakes = !slip_sets_in(run, t_s);  // what keeps its direction does so here
   const SlipTurn turn = slip_turn(run, stable);
   keep_directions(false);
@@ -76,7 +86,7 @@ template <class S> S step_with_slip(EventRun<S>& run, S t_s, S h_s, S left_s) {
     run.slip_ends = true;
     return real::min(left_s, stable / S(8));
   }
-  if (stable >= left_s) return left_s;
+  if (turn.moves && stable >= left_s) return left_s;
   keep_directions(true);
   if (!turn.moves) return turn.slow ? left_s : real::min(left_s, S(0x1p-16) * h_s);  // along what held it until now
   if (!turn.turns) return left_s;
@@ -150,9 +160,10 @@ template <class S> void keep_contacts(EventRun<S>& run, bool seen) {
   project_contacts(run, run.y.data(), seen);
   for (Contact<S>& contact : run.contacts) {
     if (!contact.carries) continue;
+    const bool moved = contact.slip_speed > run.slip_round_off();
     renew_directions(run, contact);
-    const bool slips = contact.mode == Mode::slips && !contact.waits;
-    if (run.slip_ends && slips && contact.slip_speed <= run.slip_round_off()) run.seen_epoch = -1;  // it has stopped
+    const bool stopped = moved && !contact.waits && starts_from_rest(run, contact);
+    if (run.slip_ends && stopped) run.seen_epoch = -1;
   }
   if (run.carrying == static_cast<int>(run.contacts.size())) return;
   std::erase_if(run.contacts, [&](const Contact<S>& contact) {

@@ -1,7 +1,9 @@
 // Where slip ends, turns or sets in under `+event`: next to the angle of friction, with side spin, aslant on a slope.
 #include <catch2/catch.hpp>
 
+#include <array>
 #include <cmath>
+#include <random>
 #include <string>
 
 #include "recorded.hpp"
@@ -139,4 +141,33 @@ TEST_CASE("a ball's bounces on a slab that lies on the floor end when their seri
   CHECK(time_of(it.events.back()) == Approx(t1 * (1 + ratio) / (1 - ratio)).epsilon(1e-11));
   CHECK(std::abs(it.p(2)[2] - 0.3) < 1e-14);
   CHECK(std::abs(it.v(2)[2]) < 1e-14);
+}
+
+TEST_CASE("boxes that tumble, slide and spin come to rest on a face") {
+  std::mt19937 random(11);
+  const auto any = [&](double most) { return std::uniform_real_distribution<double>(-most, most)(random); };
+  const Real3 half = {0.2, 0.15, 0.1};
+  for (int i = 0; i < 20; ++i) {
+    const double e = std::array{0., 0.3, 0.5}[i % 3], mu = std::array{0.3, 1.}[i / 3 % 2];
+    Scene scene = world({0, 0, -g}, e, mu);
+    scene.bodies = {fixed("floor", Plane{{0, 0, 1}, 0}), box("box", 2, half, {0, 0, 0.6}, {any(1), any(1), 0})};
+    Body& body = scene.bodies[1];
+    const Real4 q = {any(1), any(1), any(1), any(1)};
+    const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    for (int k = 0; k < 4; ++k) body.orientation_wxyz[k] = q[k] / length;
+    body.angular_velocity_body_rad_per_s = {any(3), any(3), any(3)};
+    const Recorded it = run(std::string("atwood/rk4+event{restitution=") + (i % 2 ? "stronge" : "poisson") + "}", scene,
+                            {4, 400, 80});
+    INFO(i << " e " << e << " mu " << mu << " " << it.outcome.reason);
+    REQUIRE(it.outcome.status == Status::ok);
+    double before = 1e9;
+    for (const Sample& sample : it.samples) {
+      const Real3 v = Recorded::doubles(sample.bodies[1].v_m_per_s), w = Recorded::doubles(sample.bodies[1].w_rad_per_s);
+      double energy = body.mass_kg * g * static_cast<double>(sample.bodies[1].p_m[2]);
+      for (int k = 0; k < 3; ++k) energy += (2 * v[k] * v[k] + body.inertia_kg_m2[4 * k] * w[k] * w[k]) / 2;
+      CHECK(energy < before + 1e-6);
+      before = energy;
+    }
+    for (int k = 0; k < 3; ++k) CHECK(std::abs(it.v(1)[k]) + std::abs(it.w(1)[k]) < 1e-11);
+  }
 }
