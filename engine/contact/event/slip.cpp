@@ -16,7 +16,7 @@ template <class S> S turning_aside(const EventRun<S>& run, int body, S within_s)
 }  // namespace
 
 template <class S> SlipTurn slip_turn(const EventRun<S>& run, S within_s) {
-  const S straight = S(0x1p22) * real::epsilon<S>(), slow = S(0x1p-6);
+  const S straight = S(0x1p-4) * real::sqrt(real::epsilon<S>()), slow = S(0x1p-6);
   SlipTurn turn;
   for (const Contact<S>& contact : run.contacts) {
     if (!contact.carries || contact.mode != Mode::slips || contact.waits) continue;

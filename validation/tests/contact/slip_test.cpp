@@ -69,6 +69,20 @@ TEST_CASE("a box thrown aslant over a slope stops when its balance says, however
   }
 }
 
+TEST_CASE("a box thrown up a slope that does not hold it turns about") {
+  const double mu = 0.45, v0 = 2, angle = 0.5, a = g * std::sin(angle), b = mu * g * std::cos(angle), phi = 3.13;
+  const Slope slope(angle);
+  Scene scene = on_slope(angle, mu, box("box", 3, {0.4, 0.5, 0.05}, {}), 0.05);
+  scene.bodies[1].velocity_m_per_s = slope.at(v0 * std::cos(phi), v0 * std::sin(phi), 0);
+  for (const auto& [method, most] : {std::pair{"atwood/rk4+event", 1e-6}, std::pair{"atwood/rk4+event@float", 5e-4}}) {
+    const Recorded it = run(method, scene, {1, 64, 1});
+    INFO(method);
+    REQUIRE(it.outcome.status == Status::ok);
+    const double balance = b * std::hypot(slope.down(it.v(1)), it.v(1)[1]) + a * slope.down(it.v(1));
+    CHECK(std::abs(balance - v0 * (b + a * std::cos(phi)) - (a * a - b * b)) < most * a);
+  }
+}
+
 TEST_CASE("a ball with side spin rolls after |u| / (3.5 mu g)") {
   const double mu = 0.15, r = 0.1;
   Scene scene = world({0, 0, -g}, 0, mu);
