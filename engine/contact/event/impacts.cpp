@@ -394,14 +394,13 @@ template <class S> bool resolve_impacts(EventRun<S>& run, S t_s) {
     ShapePair<S>& pair = run.pairs[made.pair];
     const bool again = std::any_of(run.pending.begin(), run.pending.begin() + static_cast<std::ptrdiff_t>(i),
                                    [&](const Pending<S>& earlier) { return earlier.pair == made.pair; });
-    const bool plastic = !again && (pair.ends || !(pair.restitution > S(0)));
     const bool lasts = std::any_of(run.contacts.begin(), run.contacts.end(), [&](const Contact<S>& contact) {
       return run.features[contact.feature].pair == made.pair;
     });
     const bool was = std::any_of(run.contacts_before.begin(), run.contacts_before.end(), [&](const Contact<S>& contact) {
       return run.features[contact.feature].pair == made.pair;
     });
-    if (plastic && lasts && !was)
+    if (!again && lasts && !was)
       report_event(run, EventKind::rest, pair, made.sight, made.knob_is_a, Impulse<S>{}, t_s + (pair.ends ? pair.tail_s : S(0)));
   }
   for (const Pending<S>& made : run.pending) run.pairs[made.pair].ends = false;

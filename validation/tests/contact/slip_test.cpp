@@ -157,6 +157,21 @@ TEST_CASE("a ball's bounces on a slab that lies on the floor end when their seri
   CHECK(std::abs(it.v(2)[2]) < 1e-14);
 }
 
+// With M = 2 m and e = 1/2 the floor takes all that the ball has left: it rests where it has bounced.
+TEST_CASE("a ball whose bounce the floor under its slab uses up comes to rest there") {
+  Scene scene = world({0, 0, -g}, 0, 0);
+  scene.materials.push_back({"ball", 0, 0, 0});
+  scene.pairs = {{0, 0, 0, 0, 0}, {0, 1, 0.5, 0, 0}, {1, 1, 0, 0, 0}};
+  scene.bodies = {fixed("floor", Plane{{0, 0, 1}, 0}), box("slab", 2, {0.3, 0.3, 0.1}, {0, 0, 0.1}),
+                  ball("ball", 1, 0.1, {0, 0, 0.5})};
+  scene.bodies[2].material = 1;
+  const Recorded it = run("atwood/rk4+event", scene, {0.5, 50, 1});
+  REQUIRE(it.outcome.status == Status::ok);
+  CHECK(it.count(EventKind::rest) == 1);
+  CHECK(time_of(it.events.back()) == Approx(std::sqrt(2 * 0.2 / g)).epsilon(1e-13));
+  CHECK(std::abs(it.p(2)[2] - 0.3) < 1e-14);
+}
+
 TEST_CASE("boxes that tumble, slide and spin come to rest on a face") {
   std::mt19937 random(11);
   const auto any = [&](double most) { return std::uniform_real_distribution<double>(-most, most)(random); };
