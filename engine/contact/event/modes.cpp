@@ -1,9 +1,9 @@
 // Which contacts touch, which carry, which slip and which hold, at one instant.
 //
 // First all contacts carry, and what has no slip holds: where the forces for that obey the laws, they are it. Else who
-// pulls lets go, who would leave his cone slips along what held him, and so on, as long as what follows agrees with the
-// laws. Where it does not, forces are settled contact by contact (settle.cpp), and tell who lets go, who slips and along
-// what; redundant contacts may stand at the edge of their cones while others hold the body.
+// pulls lets go, who would leave his cone slips along what held him, and so on, as long as what follows agrees with
+// the laws. Where it does not, forces are settled contact by contact (settle.cpp), and tell who lets go, who slips and
+// along what; redundant contacts may stand at the edge of their cones while others hold the body.
 #include <algorithm>
 
 #include "contact/event/run.hpp"
@@ -144,7 +144,7 @@ template <class S> bool obeys(const EventRun<S>& run, S tiny_N) {
   });
 }
 
-// ---- from linear solve to linear solve --------------------------------------------------------------------------------------
+// ---- from linear solve to linear solve ------------------------------------------------------------------------------
 constexpr int most_guesses = 12;
 
 // Who pulls lets go, who is past his cone slips; true: somebody did.

@@ -26,7 +26,8 @@ template <class S> SlipTurn slip_turn(const EventRun<S>& run, S within_s) {
     const S braking = -effect_of_load(run, contact, d, {}, -friction * d, {});
     const Vec3<S> u_dot = relative_acceleration(run, contact, run.dydt.data()), across = u_dot - dot(u_dot, n) * n;
     const S aside = norm(across - dot(across, d) * d);
-    const S spins = turning_aside(run, feature.knob_body, within_s) + turning_aside(run, feature.surface_body, within_s);
+    const S spins =
+        turning_aside(run, feature.knob_body, within_s) + turning_aside(run, feature.surface_body, within_s);
     turn.turns = turn.turns || aside > straight * braking || spins > S(16) * straight * braking;
     turn.slow = turn.slow || norm(across) < slow * braking;
     turn.moves = turn.moves || contact.slip_speed > run.slip_round_off();

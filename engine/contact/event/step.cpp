@@ -62,8 +62,8 @@ template <class S> bool slip_sets_in(EventRun<S>& run, S t_s) {
   return true;
 }
 
-// The slip of a body that is stopped, or turned round, turns ever faster the slower it is: about speed / braking is left
-// for that. In fixed parts of this time such a slip is smooth, down to round-off, and a fixed number of parts takes a
+// The slip of a body that is stopped, or turned round, turns ever faster the slower it is: about speed / braking is
+// left for that. In fixed parts of this time such a slip is smooth, down to round-off, and a fixed number of parts takes a
 // fixed part of its speed: few enough for a method of order 8. Slip that keeps its direction needs none of this.
 template <class S> S step_with_slip(EventRun<S>& run, S t_s, S h_s, S left_s) {
   const auto keep_directions = [&](bool keep) {
@@ -142,7 +142,8 @@ template <class S> void renew_directions(EventRun<S>& run, Contact<S>& contact) 
     contact.slip_speed = norm(slip);
     const bool moves = contact.slip_speed > run.slip_round_off();
     const Vec3<S> direction = moves ? (S(1) / contact.slip_speed) * slip : contact.slip_direction;
-    const bool same = norm(direction - contact.slip_direction) < S(0x1p-7);  // forces' round-off, in slip that has just set in
+    // In slip that has just set in, so much may come of the forces' round-off.
+    const bool same = norm(direction - contact.slip_direction) < S(0x1p-7);
     if (!contact.sets_in || !same) contact.slip_direction = direction;
   }
   if (contact.turning == Turning::rolls) {
