@@ -49,6 +49,7 @@ target_sources(atwood_engine PRIVATE
   contact/event/project.cpp
   contact/event/rows.cpp
   contact/event/settle.cpp
+  contact/event/slip.cpp
   contact/event/step.cpp
   contact/impulse.cpp
   contact/options.cpp

@@ -79,6 +79,7 @@ template <class S> void prepare_run(EventRun<S>& run, const MethodId& id, const 
   run.hits.reserve(run.features.size());
   run.contacts.reserve(run.features.size());
   run.contacts_before.reserve(run.features.size());
+  run.contacts_guessed.reserve(run.features.size());
   run.standing_before.reserve(run.features.size());
   run.pending.reserve(run.features.size());
   wrap_rates(run);
@@ -91,6 +92,10 @@ template <class S> void prepare_run(EventRun<S>& run, const MethodId& id, const 
     std::string why;
     run.substitute = make_stepper<S>(id.rtol ? "dopri5" : "rk4", run.model, why, {});
   }
+  if (std::any_of(run.pairs.begin(), run.pairs.end(), [](const ShapePair<S>& pair) { return pair.friction > S(0); })) {
+    std::string why;
+    run.fine = make_stepper<S>("dop853", run.model, why, {});
+  }
 }
 
 template <class S> void restart(EventRun<S>& run, const Plan& plan) {
@@ -98,6 +103,7 @@ template <class S> void restart(EventRun<S>& run, const Plan& plan) {
   run.contacts.clear();
   run.carrying = 0;
   run.starts = true;
+  run.slip_ends = false;
   run.has_factors = false;
   run.modes = 0;
   run.seen_epoch = -1;

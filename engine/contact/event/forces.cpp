@@ -52,13 +52,16 @@ template <class S> void share_by_pressure(EventRun<S>& run) {
     near_edge = near_edge || !(force[1] * force[1] + force[2] * force[2] < bound * bound);
   }
   if (sticking < 2 || !near_edge || !(pressed > S(0))) return;  // far from their cones, any share will do
+  fill_matrix(run);
+  S yields = S(0);  // rows of contacts at different places yield differently: their weights make up for it
+  for (int i = 0; i < run.row_count; ++i) yields = real::max(yields, run.diagonal[i]);
   const S mean = pressed / S(sticking);
   for (const Contact<S>& contact : run.contacts) {
     if (contact.first_row < 0 || contact.mode != Mode::sticks) continue;
     const S weight = mean / real::max(run.unknown[contact.first_row], S(0x1p-10) * mean);
-    for (int i = 1; i <= 2; ++i) {
-      run.weight[contact.first_row + i] = weight;
-      run.unknown[contact.first_row + i] = S(0);
+    for (int i = contact.first_row + 1; i <= contact.first_row + 2; ++i) {
+      run.weight[i] = weight * yields / run.diagonal[i];
+      run.unknown[i] = S(0);
     }
   }
   solve_rows(run, true);
@@ -225,12 +228,18 @@ template <class S> S normal_acceleration(const EventRun<S>& run, const Contact<S
          dot(contact.u, contact.sight.normal_dot);
 }
 
+template <class S> Vec3<S> relative_turning(const EventRun<S>& run, const Contact<S>& contact, const S* dydt) {
+  const Feature<S>& feature = run.features[contact.feature];
+  return angular_of(run, feature.knob_body, dydt) - angular_of(run, feature.surface_body, dydt);
+}
+
 #define ATWOOD_FORCES(S)                                                                               \
   template void wrap_rates<S>(EventRun<S>&);                                                           \
   template void contact_rates<S>(EventRun<S>&, S, const S*, S*);                                       \
   template void keep_shares<S>(EventRun<S>&);                                                          \
   template Vec3<S> relative_acceleration<S>(const EventRun<S>&, const Contact<S>&, const S*);          \
-  template S normal_acceleration<S>(const EventRun<S>&, const Contact<S>&, const S*);
+  template S normal_acceleration<S>(const EventRun<S>&, const Contact<S>&, const S*);                  \
+  template Vec3<S> relative_turning<S>(const EventRun<S>&, const Contact<S>&, const S*);
 ATWOOD_FORCES(float)
 ATWOOD_FORCES(double)
 ATWOOD_FORCES(long double)

@@ -282,10 +282,30 @@ template <class S> bool all_impacts(Instant<S>& now) {
 // takes from a sliding body, are then those of a body that slides under its weight from here on, exactly.
 // Each impact of a series tells when the series will end, early ones to less round-off: of those that agree with all
 // later ones within that of the last, the first is believed.
-template <class S> void forecast_end(EventRun<S>& run, ShapePair<S>& pair, S t_s, S rises, S series_s) {
-  const S places = norm(run.poses[pair.a].p) + norm(run.poses[pair.b].p) + pair.reach, e = pair.restitution;
-  const S round_off = S(4) * real::epsilon<S>() * (places / (rises * (S(1) - e)) + t_s);
+template <class S>
+void forecast_end(EventRun<S>& run, ShapePair<S>& pair, S t_s, S rises, S series_s, S ratio) {
+  const S places = norm(run.poses[pair.a].p) + norm(run.poses[pair.b].p) + pair.reach;
+  const S round_off = S(4) * real::epsilon<S>() * (places / (rises * (S(1) - ratio)) + t_s);
   if (!(real::abs(t_s + series_s - pair.ends_s) <= round_off)) pair.ends_s = t_s + series_s;
+}
+
+// What an impact leaves of the pair's approach from bounce to bounce: its restitution, unless others took part, like a
+// floor on which one of the two lies.
+template <class S> S ratio_of_bounces(const EventRun<S>& run, int pair, S rises) {
+  const auto first = std::find_if(run.pending.begin(), run.pending.end(), [&](const auto& p) { return p.pair == pair; });
+  if (run.pending.size() == 1 || first == run.pending.end()) return run.pairs[pair].restitution;
+  return rises / -first->impulse.vn_before_m_per_s;
+}
+
+// Contacts that this instant's impacts end do not carry any more.
+template <class S> void let_go_of_risen(Instant<S>& now) {
+  EventRun<S>& run = now.run;
+  for (Contact<S>& contact : run.contacts)
+    contact.carries = contact.carries && std::none_of(run.hits.begin(), run.hits.end(), [&](const Hit<S>& hit) {
+      return hit.feature == contact.feature && now.vn(hit) > now.still;
+    });
+  run.carrying =
+      static_cast<int>(std::count_if(run.contacts.begin(), run.contacts.end(), [](const auto& c) { return c.carries; }));
 }
 
 template <class S> bool find_ends(Instant<S>& now, S t_s) {
@@ -301,10 +321,7 @@ template <class S> bool find_ends(Instant<S>& now, S t_s) {
     if (!hit || !(rises > S(0))) continue;
     if (!known) {  // what the bodies would do without the contacts of this instant
       known = true;
-      for (Contact<S>& contact : run.contacts) contact.carries = contact.carries && std::none_of(run.pending.begin(), run.pending.end(), [&](const auto& p) {
-        return p.pair == run.features[contact.feature].pair;
-      });
-      run.carrying = static_cast<int>(std::count_if(run.contacts.begin(), run.contacts.end(), [](const auto& c) { return c.carries; }));
+      let_go_of_risen(now);
       run.free_rate_of(run.free_context, t_s, run.y.data(), run.dydt.data());
       if (run.carrying > 0) contact_rates(run, t_s, run.y.data(), run.dydt.data());
     }
@@ -323,7 +340,9 @@ template <class S> bool find_ends(Instant<S>& now, S t_s) {
     const S size_a = run.reach[pair.a] > S(0) ? run.reach[pair.a] : run.reach[pair.b];
     const S size = run.reach[pair.b] > S(0) ? real::min(size_a, run.reach[pair.b]) : size_a;
     const S flight = S(2) * rises / pressing, root = std::cbrt(real::epsilon<S>());
-    forecast_end(run, pair, t_s, rises, flight / (S(1) - pair.restitution));
+    const S ratio = ratio_of_bounces(run, run.hits[first].pair, rises);
+    if (!(ratio < S(1))) continue;
+    forecast_end(run, pair, t_s, rises, flight / (S(1) - ratio), ratio);
     if (pressing * flight * flight / S(8) > root * root * size) continue;
     pair.ends = true;
     pair.tail_s = real::max(S(0), pair.ends_s - t_s);
@@ -375,14 +394,13 @@ template <class S> bool resolve_impacts(EventRun<S>& run, S t_s) {
     ShapePair<S>& pair = run.pairs[made.pair];
     const bool again = std::any_of(run.pending.begin(), run.pending.begin() + static_cast<std::ptrdiff_t>(i),
                                    [&](const Pending<S>& earlier) { return earlier.pair == made.pair; });
-    const bool plastic = !again && (pair.ends || !(pair.restitution > S(0)));
     const bool lasts = std::any_of(run.contacts.begin(), run.contacts.end(), [&](const Contact<S>& contact) {
       return run.features[contact.feature].pair == made.pair;
     });
     const bool was = std::any_of(run.contacts_before.begin(), run.contacts_before.end(), [&](const Contact<S>& contact) {
       return run.features[contact.feature].pair == made.pair;
     });
-    if (plastic && lasts && !was)
+    if (!again && lasts && !was)
       report_event(run, EventKind::rest, pair, made.sight, made.knob_is_a, Impulse<S>{}, t_s + (pair.ends ? pair.tail_s : S(0)));
   }
   for (const Pending<S>& made : run.pending) run.pairs[made.pair].ends = false;

@@ -1,8 +1,9 @@
 // Which contacts touch, which carry, which slip and which hold, at one instant.
 //
-// First all contacts carry, and what has no slip holds: where the forces for that obey the laws, they are it. Else forces are settled
-// contact by contact (settle.cpp), and tell who lets go, who slips and along what; redundant contacts may stand at the edge of
-// their cones while others hold the body.
+// First all contacts carry, and what has no slip holds: where the forces for that obey the laws, they are it. Else who
+// pulls lets go, who would leave his cone slips along what held him, and so on, as long as what follows agrees with
+// the laws. Where it does not, forces are settled contact by contact (settle.cpp), and tell who lets go, who slips and
+// along what; redundant contacts may stand at the edge of their cones while others hold the body.
 #include <algorithm>
 
 #include "contact/event/run.hpp"
@@ -90,16 +91,22 @@ template <class S> void list_bodies(EventRun<S>& run) {
 }
 
 template <class S> void first_modes(EventRun<S>& run) {
-  const S still = run.slip_round_off();
+  for (Contact<S>& contact : run.contacts) contact.slip_speed = norm(across(contact.u, contact.sight.normal));
   for (Contact<S>& contact : run.contacts) {
-    const ShapePair<S>& pair = run.pairs[run.features[contact.feature].pair];
+    const int p = run.features[contact.feature].pair;
+    const ShapePair<S>& pair = run.pairs[p];
     const Vec3<S> slip = across(contact.u, contact.sight.normal), roll = across(contact.w, contact.sight.normal);
-    const S speed = norm(slip), rolling = norm(roll);
+    const S speed = norm(slip), rolling = norm(roll), still = run.slip_round_off();
+    // Corners of one body stop together: where one has stopped, the others' round-off may be somewhat more.
+    const bool stops = !(speed > S(64) * still) &&
+                       std::any_of(run.contacts.begin(), run.contacts.end(), [&](const Contact<S>& other) {
+                         return run.features[other.feature].pair == p && !(other.slip_speed > still);
+                       });
     contact.carries = true;
     contact.slip_speed = speed;
     contact.roll_speed = rolling;
     if (!(pair.friction > S(0))) contact.mode = Mode::smooth;
-    else if (speed > still) {
+    else if (!stops) {
       contact.mode = Mode::slips;
       contact.slip_direction = (S(1) / speed) * slip;
       contact.waits = false;
@@ -135,6 +142,90 @@ template <class S> bool obeys(const EventRun<S>& run, S tiny_N) {
     if (contact.mode == Mode::sticks && norm(contact.friction_N) > pair.friction * contact.normal_N) return false;
     return contact.turning != Turning::held || norm(contact.couple_N_m) <= pair.rolling_friction_m * contact.normal_N;
   });
+}
+
+// ---- from linear solve to linear solve ------------------------------------------------------------------------------
+constexpr int most_guesses = 12;
+
+// Who pulls lets go, who is past his cone slips; true: somebody did.
+template <class S> bool let_go(EventRun<S>& run, S tiny_N) {
+  bool changed = false;
+  for (Contact<S>& contact : run.contacts) {
+    if (!contact.carries || contact.normal_N > tiny_N) continue;
+    contact.carries = false;
+    changed = true;
+  }
+  if (changed) return true;
+  for (Contact<S>& contact : run.contacts) {
+    if (!contact.carries) continue;
+    const ShapePair<S>& pair = run.pairs[run.features[contact.feature].pair];
+    const S held = norm(contact.friction_N), turned = norm(contact.couple_N_m);
+    if (contact.mode == Mode::sticks && held > pair.friction * contact.normal_N) {
+      contact.mode = Mode::slips;
+      contact.slip_direction = (S(-1) / held) * contact.friction_N;
+      changed = true;
+    }
+    if (contact.turning == Turning::held && turned > pair.rolling_friction_m * contact.normal_N) {
+      contact.turning = Turning::rolls;
+      contact.roll_direction = (S(-1) / turned) * contact.couple_N_m;
+      changed = true;
+    }
+  }
+  return changed;
+}
+
+// What sets in must go where its friction says, or nowhere: then others hold it at the edge of its cone.
+template <class S> bool goes_along(const Vec3<S>& sets_in, const Vec3<S>& direction, S tiny, bool& waits) {
+  const S along = dot(sets_in, direction), aside = norm(sets_in - along * direction);
+  waits = !(norm(sets_in) > tiny);
+  return waits || (along > S(0) && aside <= real::sqrt(real::epsilon<S>()) * along + tiny);
+}
+
+// Does what has been let go go, and along what its friction says? Who is pressed again carries again: `pressed`.
+template <class S> bool lets_agree(EventRun<S>& run, S tiny_acceleration, bool& pressed) {
+  pressed = false;
+  for (Contact<S>& contact : run.contacts) {
+    if (contact.carries) continue;
+    if (normal_acceleration(run, contact, run.dydt.data()) < -tiny_acceleration) contact.carries = pressed = true;
+  }
+  if (pressed) return true;
+  for (Contact<S>& contact : run.contacts) {
+    if (!contact.carries) continue;
+    const Vec3<S>& n = contact.sight.normal;
+    bool waits = false;
+    if (contact.mode == Mode::slips && !(contact.slip_speed > run.slip_round_off())) {
+      const Vec3<S> sets_in = across(relative_acceleration(run, contact, run.dydt.data()), n);
+      if (!goes_along(sets_in, contact.slip_direction, tiny_acceleration, waits)) return false;
+      contact.waits = waits;
+    }
+    const S reach = run.pairs[run.features[contact.feature].pair].reach;
+    if (contact.turning == Turning::rolls && !(contact.roll_speed * reach > run.slip_round_off())) {
+      const Vec3<S> sets_in = reach * across(relative_turning(run, contact, run.dydt.data()), n);
+      if (!goes_along(sets_in, contact.roll_direction, tiny_acceleration, waits) || waits) return false;
+    }
+  }
+  return true;
+}
+
+// Forces that obey the laws, and modes with them; false: none was found, modes are as they were.
+template <class S> bool guess_modes(EventRun<S>& run, S t_s, S tiny_N, S tiny_acceleration) {
+  if (std::any_of(run.contacts.begin(), run.contacts.end(), [](const Contact<S>& c) { return c.waits; })) return false;
+  run.contacts_guessed = run.contacts;
+  for (int guess = 0; guess < most_guesses && run.solvable; ++guess) {
+    if (let_go(run, tiny_N)) {
+      run.free_rate_of(run.free_context, t_s, run.y.data(), run.dydt.data());
+      contact_rates(run, t_s, run.y.data(), run.dydt.data());
+      continue;
+    }
+    bool pressed = false;
+    if (!lets_agree(run, tiny_acceleration, pressed)) break;
+    if (!pressed) return true;
+    run.free_rate_of(run.free_context, t_s, run.y.data(), run.dydt.data());
+    contact_rates(run, t_s, run.y.data(), run.dydt.data());
+  }
+  run.contacts.swap(run.contacts_guessed);
+  run.solvable = true;
+  return false;
 }
 
 // Modes from settled forces.
@@ -254,7 +345,7 @@ template <class S> bool review_contacts(EventRun<S>& run, S t_s, bool report) {
       contact.share_friction_N = contact.share_couple_N_m = {};
     }
     if (run.carrying > 0) contact_rates(run, t_s, run.y.data(), run.dydt.data());
-    if (!obeys(run, tiny_N)) {
+    if (!obeys(run, tiny_N) && !guess_modes(run, t_s, tiny_N, tiny_acceleration)) {
       run.free_rate_of(run.free_context, t_s, run.y.data(), run.dydt.data());
       settle_forces(run, run.dydt.data(), S(0));
       take_modes(run, tiny_N, tiny_acceleration);

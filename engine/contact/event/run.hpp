@@ -130,6 +130,8 @@ template <class S> struct EventRun {
   Stepper<S>& stepper;
   EventOptions options;
   std::unique_ptr<Stepper<S>> substitute;  // for lasting contacts, where the method asks for no rates
+  std::unique_ptr<Stepper<S>> fine;        // for slip that turns as it ends
+  bool slip_ends = false;                  // such are the steps now
   FreeFlight<S>* free_flight = nullptr;    // the stepper's equal steps, bit for bit, while no contact carries; may be null
   std::vector<ShapePair<S>> pairs;
   std::vector<Feature<S>> features;
@@ -142,7 +144,7 @@ template <class S> struct EventRun {
   std::vector<unsigned char> moves;        // neither fixed nor held now
   std::vector<unsigned char> round;        // isotropic inertia
   std::vector<int> near;                   // pairs looked at in this step
-  std::vector<Contact<S>> contacts, contacts_before;
+  std::vector<Contact<S>> contacts, contacts_before, contacts_guessed;
   std::vector<unsigned char> standing_before;  // of contacts_before (modes.cpp)
   std::vector<Hit<S>> hits;
   std::vector<Pending<S>> pending;         // events of the impacts of an instant
@@ -218,6 +220,7 @@ void keep_shares(EventRun<S>& run);  // of the last evaluation: where the next s
 // The contact's relative acceleration along n and across it, with all forces in `dydt`.
 template <class S> Vec3<S> relative_acceleration(const EventRun<S>& run, const Contact<S>& contact, const S* dydt);
 template <class S> S normal_acceleration(const EventRun<S>& run, const Contact<S>& contact, const S* dydt);
+template <class S> Vec3<S> relative_turning(const EventRun<S>& run, const Contact<S>& contact, const S* dydt);
 
 // ---- rows.cpp: contacts as conditions on their bodies' accelerations
 template <class S> void hold_inverses(EventRun<S>& run);         // once: of bodies whose inertia does not turn
@@ -269,6 +272,11 @@ template <class S> void solve_rows(EventRun<S>& run, bool redundant, bool keep_f
 // without contacts. Where slip sets in, friction opposes the slip at the end of a step of 1 / rate_per_s, whose
 // direction becomes slip_direction.
 template <class S> void settle_forces(EventRun<S>& run, const S* free_dydt, S rate_per_s);
+
+// ---- slip.cpp: of what slips, with the rates at run.y in run.dydt. Does its direction, or a spin that has a say in it, turn
+// within that time; does it move already; does it hardly change its speed, friction and what drives it in balance?
+struct SlipTurn { bool turns = false, moves = false, slow = false; };
+template <class S> SlipTurn slip_turn(const EventRun<S>& run, S within_s);
 
 // ---- modes.cpp: which contacts touch, carry, slip, stick at this instant; `forced`: a contact whose friction is at
 // its bound

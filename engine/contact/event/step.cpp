@@ -16,7 +16,13 @@ constexpr int most_events_a_step = 1000, most_pieces_of_a_step = 100000;
 
 template <class S>
 Stepper<S>& stepper_of(EventRun<S>& run) {
+  if (run.carrying > 0 && run.slip_ends && run.rtol <= S(0)) return *run.fine;
   return run.carrying > 0 && run.substitute ? *run.substitute : run.stepper;
+}
+
+// Slip that is round-off yet keeps the direction in which it set in.
+template <class S> bool starts_from_rest(const EventRun<S>& run, const Contact<S>& contact) {
+  return contact.mode == Mode::slips && !(contact.slip_speed > run.slip_round_off());
 }
 
 template <class S> bool slides(const Contact<S>& contact) {
@@ -37,6 +43,7 @@ template <class S> S stable_step(const EventRun<S>& run, S h_s) {
       const Contact<S>& contact = run.contacts[i];
       if (!slides(contact)) continue;
       loads += contact.normal_N;
+      if (starts_from_rest(run, contact)) continue;
       speed = speed < S(0) ? contact.slip_speed : real::min(speed, contact.slip_speed);
     }
     const S most = friction * loads * (run.mobility[feature.knob_body] + run.mobility[feature.surface_body]);
@@ -68,15 +75,34 @@ template <class S> bool slip_sets_in(EventRun<S>& run, S t_s) {
   return true;
 }
 
+// The slip of a body that is stopped, or turned round, turns ever faster the slower it is: about speed / braking is
+// left for that. In fixed parts of this time such a slip is smooth, down to round-off, and a fixed number of parts takes a
+// fixed part of its speed: few enough for a method of order 8. Slip that keeps its direction needs none of this.
 template <class S> S step_with_slip(EventRun<S>& run, S t_s, S h_s, S left_s) {
-  for (Contact<S>& contact : run.contacts) contact.sets_in = false;
-  const S stable = stable_step(run, h_s);
-  if (stable >= left_s) return left_s;
-  if (!slip_sets_in(run, t_s)) return stable;
-  for (Contact<S>& contact : run.contacts) contact.sets_in = true;
-  const bool moves = std::any_of(run.contacts.begin(), run.contacts.end(),
-                                 [&](const Contact<S>& c) { return c.slip_speed > run.slip_round_off(); });
-  if (!moves) return left_s;  // along what held it until now
+  const auto keep_directions = [&](bool keep) {
+    for (Contact<S>& contact : run.contacts) contact.sets_in = keep || starts_from_rest(run, contact);
+  };
+  run.slip_ends = false;
+  const S far = S(8) * h_s, stable = stable_step(run, far);
+  const bool sets_in = std::any_of(run.contacts.begin(), run.contacts.end(), [&](const Contact<S>& contact) {
+    return contact.carries && !contact.waits && starts_from_rest(run, contact);
+  });
+  if (stable >= far && !sets_in) {
+    keep_directions(false);
+    return left_s;
+  }
+  for (Contact<S>& contact : run.contacts) contact.sets_in = contact.sets_in || starts_from_rest(run, contact);
+  const bool brakes = !slip_sets_in(run, t_s);  // what keeps its direction does so here
+  const SlipTurn turn = slip_turn(run, stable);
+  keep_directions(false);
+  if (turn.turns && turn.moves && (brakes || !turn.slow)) {
+    run.slip_ends = true;
+    return real::min(left_s, stable / S(8));
+  }
+  if (turn.moves && stable >= left_s) return left_s;
+  keep_directions(true);
+  if (!turn.moves) return turn.slow ? left_s : real::min(left_s, S(0x1p-16) * h_s);  // along what held it until now
+  if (!turn.turns) return left_s;
   run.free_rate_of(run.free_context, t_s, run.y.data(), run.dydt.data());
   settle_forces(run, run.dydt.data(), S(1) / left_s);
   return left_s;
@@ -127,7 +153,11 @@ template <class S> void renew_directions(EventRun<S>& run, Contact<S>& contact) 
   if (contact.mode == Mode::slips) {
     const Vec3<S> slip = contact.u - dot(contact.u, n) * n;
     contact.slip_speed = norm(slip);
-    if (contact.slip_speed > run.slip_round_off()) contact.slip_direction = (S(1) / contact.slip_speed) * slip;
+    const bool moves = contact.slip_speed > run.slip_round_off();
+    const Vec3<S> direction = moves ? (S(1) / contact.slip_speed) * slip : contact.slip_direction;
+    // In slip that has just set in, so much may come of the forces' round-off.
+    const bool same = norm(direction - contact.slip_direction) < S(0x1p-7);
+    if (!contact.sets_in || !same) contact.slip_direction = direction;
   }
   if (contact.turning == Turning::rolls) {
     const Vec3<S> roll = contact.w - dot(contact.w, n) * n;
@@ -142,8 +172,13 @@ template <class S> void keep_contacts(EventRun<S>& run, bool seen) {
   if (run.contacts.empty()) return;
   keep_shares(run);
   project_contacts(run, run.y.data(), seen);
-  for (Contact<S>& contact : run.contacts)
-    if (contact.carries) renew_directions(run, contact);
+  for (Contact<S>& contact : run.contacts) {
+    if (!contact.carries) continue;
+    const bool moved = contact.slip_speed > run.slip_round_off();
+    renew_directions(run, contact);
+    const bool stopped = moved && !contact.waits && starts_from_rest(run, contact);
+    if (run.slip_ends && stopped) run.seen_epoch = -1;
+  }
   if (run.carrying == static_cast<int>(run.contacts.size())) return;
   std::erase_if(run.contacts, [&](const Contact<S>& contact) {
     if (contact.carries) return false;
@@ -232,8 +267,8 @@ template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s) {
       ++run.step_count;
     }
     S step_s = left_s;
-    Stepper<S>& stepper = stepper_of(run);
     if (run.carrying > 0) step_s = step_with_slip(run, t_s, h_s, left_s);
+    Stepper<S>& stepper = stepper_of(run);
     if (!trial_step(run, stepper, t_s, step_s)) return false;
     if (!find_near(run, step_s)) return false;
     measure_gaps(run);
