@@ -74,6 +74,8 @@ const std::vector<MetricInfo>& all_metrics() {
       {"impact-count-error", "1", "Reported impacts less true ones, of those that fell from a clearance of at least 1e-3 m."},
       {"apex-error", "1", "Largest |apex - true apex| / true apex over the first five apexes after an impact; an apex is the clearance at the vertex of the parabola through three samples of one flight, the same samples of run and truth."},
       {"restitution-error", "1", "Largest |-vn_after / vn_before - e| over the reported impacts that fell from a clearance of at least 1e-3 m."},
+      {"energy-gain", "1",
+       "Contacts under gravity alone: largest rise of the energy above its least value before, over E_scale; 0 where it only falls."},
       {"contact-energy-gain", "J", "Largest work of a reported normal impulse, J (vn_before + vn_after) / 2; zero or less where no contact gains energy."},
       {"cone-violation", "1", "Largest max(0, |f_t| - mu f_n) over the largest f_n, of the contacts in the samples and the reported impulses."},
       {"signorini-gap", "m", "Largest |gap| of a contact that carries force, over the samples: force and gap exclude each other."},

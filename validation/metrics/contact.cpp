@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "dynamics/contacts.hpp"
+#include "dynamics/invariants.hpp"
 #include "validation/metrics/measurements.hpp"
 
 namespace atwood::metrics {
@@ -127,6 +128,25 @@ void append_restitution(const Scenario& scenario, const Recording& run, std::vec
   if (any) rows.push_back(row("contact-energy-gain", gain));
 }
 
+// From the states: friction's work and the engine's own too. Between samples nothing but contact takes or gives energy where the
+// scene has no force but gravity.
+void append_energy_gain(const Scenario& scenario, const Recording& run, std::vector<Row>& rows) {
+  if (!scenario.scene.forces.empty() || run.values.size() < 2) return;
+  Wide start_potential = 0, least = 0, gain = 0, scale = 0;
+  for (const Sample& s : run.values) {
+    const dynamics::Energy e = dynamics::energy(scenario.scene, s);
+    const Wide total = e.kinetic_J + e.potential_J;
+    if (&s == &run.values.front()) {
+      least = total;
+      start_potential = e.potential_J;
+    }
+    gain = std::max(gain, Wide(total - least));
+    least = std::min(least, total);
+    scale = std::max(scale, e.kinetic_J + Wide(magnitude(e.potential_J - start_potential)));
+  }
+  if (scale > 0) rows.push_back(row("energy-gain", static_cast<double>(gain / scale)));
+}
+
 dynamics::Gap<Wide> gap_at(const Scene& scene, const dynamics::Layout& layout, const dynamics::ContactPair& pair,
                            const Sample& sample) {
   const std::vector<Wide> y = dynamics::pack<Wide>(scene, sample);
@@ -223,6 +243,7 @@ void append_contact(const Scenario& scenario, const Truth& truth, const Recordin
     append_apexes(scenario, truth, run, rows);
   }
   append_restitution(scenario, run, rows);
+  append_energy_gain(scenario, run, rows);
   append_contact_forces(scenario, run, rows);
   append_penetration(scenario.scene, run, rows);
 }

@@ -151,6 +151,21 @@ TEST_CASE("bounce: overlap is the deepest of the samples; a contact that gains e
   CHECK(value_of(rows, "contact-energy-gain") == Approx(2 * 0.5 * v / 2));
 }
 
+TEST_CASE("bounce: energy that comes back after it was lower is a gain, from states alone") {
+  const Scenario s = bounce();
+  const Recording good = motion(s, kE);
+  const auto gain_of = [&](const std::vector<double>& speeds) {
+    Recording run = good;
+    for (std::size_t k = 0; k < run.values.size(); ++k) {
+      run.values[k].bodies[1] = good.values.front().bodies[1];
+      run.values[k].bodies[1].v_m_per_s = {Wide(speeds[std::min(k, speeds.size() - 1)]), 0, 0};  // of which no event tells
+    }
+    return value_of(measure(s, truth_of(good), run), "energy-gain");
+  };
+  CHECK(gain_of({2, 1, 1.5, 1.25}) == Approx((1.5 * 1.5 - 1) / 4));
+  CHECK(gain_of({2, 1.5, 1, 1}) == 0);
+}
+
 TEST_CASE("landing: explicit Euler lands one step late on its own parabola, v_x h far") {
   Scenario s;
   s.id = "ballistic";
