@@ -157,8 +157,6 @@ void clip_to_disc(Polygon<S>& polygon, const PlacedPiece<S>& body, const Feature
     for (const S t : {(-half_b - root) / a, (-half_b + root) / a})
       if (t > S(0) && t < S(1)) scratch.push_back({p.x + t * (q.x - p.x), mixed(300u + (root > S(0)), p.id)});
   }
-  if (n == 2 && dot(level(polygon[1].x - disc.center), level(polygon[1].x - disc.center)) <= r * r)
-    scratch.push_back(polygon[1]);
   if (n > 2) {
     static thread_local Polygon<S> rim;
     outline(body, disc, disc.normal, rim);

@@ -10,6 +10,7 @@ template <class S> struct Meet {
   S gap{};              // core to core along the normal; negative: overlap
   Vec3<S> normal;       // unit, from a to b; A's axes
   Vec3<S> on_a, on_b;   // the closest points, or the deepest
+  bool faces = false;   // a face meets an edge or a face: the points are near where they do, the manifold's are exact
 };
 
 template <class S>

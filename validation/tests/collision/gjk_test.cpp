@@ -159,6 +159,83 @@ TEST_CASE("cylinders: crossed, in line, side by side") {
   for (int i = 0; i < 2; ++i) CHECK(std::abs(beside[0].points[i].gap) < 1e-14);
 }
 
+TEST_CASE("what lies on a cap touches it at two points, once each") {
+  const Quat<double> lying = turn(kPi / 2, {0, 1, 0});
+  const Shape drum = Cylinder{1, 0.5};
+  for (const double length : {0.5, 1.5}) {  // within the cap, and past its rim
+    const auto found = meet(drum, placed_at<double>({}), Capsule{0.25, length}, placed_at<double>({0, 0, 0.7}, lying));
+    REQUIRE(found.size() == 1);
+    CHECK(found[0].count == 2);
+    CHECK(found[0].meeting == Meeting::edge);
+    const auto flipped = meet(Capsule{0.25, length}, placed_at<double>({0, 0, 0.7}, lying), drum, placed_at<double>({}));
+    REQUIRE(flipped.size() == 1);
+    CHECK(flipped[0].count == 2);
+  }
+}
+
+TEST_CASE("the point where two edges have gone through each other is where they pass, a corner's under a side is the corner") {
+  // Tetrahedra on alternate corners of cubes: the edge from (-1, 1, -1) to (1, -1, -1) passes (1, 1, 1) to (-1, -1, 1), which is
+  // moved by y. Along x = -y and x = y - 0.5 they pass at (-0.25, 0.25).
+  const Shape spike = Convex{{{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}}};
+  const auto crossed = meet(spike, placed_at<double>({}), spike, placed_at<double>({0, 0.5, -2 + 0.0625}));
+  REQUIRE(crossed.size() == 1);
+  REQUIRE(crossed[0].count == 1);
+  CHECK(apart(crossed[0].normal_W, {0, 0, -1}) < 1e-15);
+  CHECK(apart(crossed[0].points[0].x_W, {-0.25, 0.25, -1 + 0.0625 / 2}) < 1e-14);
+  // An octahedron's corner sunk into a cylinder's side, off its middle.
+  const Shape diamond = Convex{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
+  const auto sunk = meet(Cylinder{0.5, 2}, placed_at<double>({}), diamond, placed_at<double>({1.5 - 0.0625, 0, 1.25}));
+  REQUIRE(sunk.size() == 1);
+  REQUIRE(sunk[0].count == 1);
+  CHECK(apart(sunk[0].points[0].x_W, {0.5 - 0.0625 / 2, 0, 1.25}) < 1e-14);
+}
+
+namespace {
+
+// How far x lies outside of a hull or a cylinder.
+double outside(const Geometry<double>& g, const Placement<double>& place, const V& x_W) {
+  const V x = turned_back(place, x_W - place.p_W);
+  if (g.kind == ShapeKind::cylinder) return std::max(std::hypot(x.x, x.y) - g.radius, std::abs(x.z) - g.half_length);
+  double most = -1e300;
+  for (const auto& face : g.hull->faces) most = std::max(most, dot(face.normal, x) - face.offset);
+  return most;
+}
+
+}  // namespace
+
+TEST_CASE("the points that meet lie on both shapes, where many features tie, too") {
+  const std::vector<Shape> shapes = {Convex{box_corners({0.5, 0.5, 0.5})}, Convex{box_corners({0.5, 0.25, 1})},
+                                     Convex{{{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}}},
+                                     Convex{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}},
+                                     Cylinder{0.5, 0.25}, Cylinder{0.25, 1}};
+  const std::vector<Quat<double>> turns = {{}, turn(kPi / 2, {1, 0, 0}), turn(kPi / 2, {0, 1, 0}), turn(kPi / 4, {1, 0, 0}),
+                                           turn(kPi / 4, {0, 0, 1}), turn(kPi, {0, 1, 0})};
+  const std::vector<V> ways = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, -1, 0}, {0, 0, -1}};
+  for (const Shape& s : shapes)
+    for (const Shape& t : shapes)
+      for (const auto& q : turns)
+        for (const auto& r : turns)
+          for (const V& way : ways)
+            for (const double aside : {0.0, 0.2, 0.4}) {
+              const Geometry<double> a = shape(s), b = shape(t);
+              const Placement<double> at = placed_at<double>({}, q), turned_b = placed_at<double>({}, r);
+              const auto reach = [&](const Geometry<double>& g, const Placement<double>& place, const V& d) {
+                ConvexPiece<double> piece;
+                int vertex = 0;
+                convex_piece(g, piece);
+                return dot(d, turned(place, support(piece, turned_back(place, d), vertex)));
+              };
+              for (const double gap : {-0.0625, 0.0, 0.0625}) {
+                Placement<double> place_b = turned_b;
+                place_b.p_W = (reach(a, at, way) + reach(b, turned_b, -way) + gap) * way + aside * V{way.y, way.z, way.x};
+                const Separation<double> found = separation(a, at, b, place_b);
+                INFO(s.index() << t.index() << ' ' << q.x << q.y << q.z << ' ' << r.x << r.y << r.z << " gap " << gap);
+                CHECK(outside(a, at, found.on_a_W) < 1e-12);
+                CHECK(outside(b, place_b, found.on_b_W) < 1e-12);
+              }
+            }
+}
+
 TEST_CASE("convex against plane: the vertices below, at most four that span them") {
   Geometry<double> ground = shape(Plane{{0, 0, 1}, 0.5});
   const Geometry<double> hull = shape(Convex{box_corners({1, 2, 3})});
