@@ -13,7 +13,7 @@
 
 namespace atwood {
 
-// As find_contacts and separation; neither kind is plane, mesh or compound.
+// As find_contacts and separation; neither kind is plane or compound, and of meshes they take those that bound a convex solid.
 template <class S>
 void convex_contacts(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b, const Placement<S>& place_b,
                      S margin, std::vector<Manifold<S>>& out);

@@ -240,8 +240,12 @@ void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Plac
   std::vector<ContactPoint<S>>& found = scratch.candidates;
   found.clear();
   const auto add = [&](const Vec3<S>& on_a, S core_gap, std::uint32_t id) {
-    if (core_gap - a.radius - b.radius <= margin)
-      found.push_back(between_surfaces(on_a, core_gap, meet, a.radius, b.radius, id));
+    if (core_gap - a.radius - b.radius > margin) return;
+    const ContactPoint<S> made = between_surfaces(on_a, core_gap, meet, a.radius, b.radius, id);
+    const S same = S(64) * real::epsilon<S>() * (norm(made.x_W) + norm(b_in_a.p_W));  // cut at a corner: once
+    for (const ContactPoint<S>& other : found)
+      if (norm(other.x_W - made.x_W) <= same) return;
+    found.push_back(made);
   };
   int vertex_a = 0, vertex_b = 0;
   support(a, n, vertex_a);

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "collision/triangle_mesh.hpp"
+
 namespace atwood {
 namespace {
 
@@ -79,6 +81,10 @@ template <class S> bool convex_piece(const Geometry<S>& geometry, ConvexPiece<S>
       piece.core = Core::hull;
       piece.form = geometry.hull.get();
       return piece.form && !piece.form->vertices.empty();
+    case ShapeKind::mesh:
+      piece.core = Core::hull;
+      piece.form = geometry.mesh ? geometry.mesh->solid.get() : nullptr;
+      return piece.form != nullptr;
     default: return false;
   }
 }

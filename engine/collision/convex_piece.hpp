@@ -43,7 +43,8 @@ template <class S> struct ConvexPiece {
   }
 };
 
-// Null pieces do not exist: a hull without vertices gives false. Kinds as in convex_contacts.hpp.
+// Null pieces do not exist: a hull without vertices gives false. Kinds as in convex_contacts.hpp, and meshes that bound a convex
+// solid.
 template <class S> bool convex_piece(const Geometry<S>& geometry, ConvexPiece<S>& piece);
 template <class S>
 ConvexPiece<S> triangle_piece(const Vec3<S>& a, const Vec3<S>& b, const Vec3<S>& c, const Vec3<S>& normal);

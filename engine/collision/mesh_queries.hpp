@@ -2,6 +2,7 @@
 #pragma once
 
 #include <utility>
+#include <vector>
 
 #include "collision/convex_manifold.hpp"
 #include "collision/triangle_mesh.hpp"
@@ -74,6 +75,42 @@ template <class S> Vec3<S> outwards(const TriangleMesh<S>& mesh, int t, const On
 // The feature of triangle t that a normal n belongs to; n is set to the face's where it is that up to round-off of angles.
 // False when the normal is a neighbour's business, or points into a closed mesh.
 template <class S> bool normal_allowed(const TriangleMesh<S>& mesh, int t, Vec3<S>& n);
+
+// Whether a triangle beside t (an edge or a corner away, over edges that bend away from `side` or not at all) is left by less
+// than `way`. What has sunk into a ridge leaves it by the nearer of its slopes, and that is their business; in a valley every
+// slope counts. `side` is +1 before the surface, -1 behind; `way_past(s)` is the way to leave triangle s.
+template <class S, class WayPast>
+bool neighbour_needs_less(const TriangleMesh<S>& mesh, int t, S side, S way, const WayPast& way_past) {
+  const EdgeKind valley = side > S(0) ? EdgeKind::concave : EdgeKind::convex;
+  for (int k = 0; k < 3; ++k) {
+    const int pivot = mesh.triangles[t].corner[k];
+    for (const bool by_next : {false, true}) {  // round the corner either way
+      for (int at = t;;) {
+        const auto& triangle = mesh.triangles[at];
+        const int c = triangle.corner[0] == pivot ? 0 : triangle.corner[1] == pivot ? 1 : 2, edge = by_next ? c : (c + 2) % 3;
+        const int next = triangle.across[edge];
+        if (next < 0 || next == t || triangle.edge[edge] == valley) break;
+        if (way_past(next) < way) return true;
+        at = next;
+      }
+    }
+  }
+  return false;
+}
+
+// Depths by triangle, of the contacts along normals that are the triangle's own.
+template <class S> class OwnDepths {
+ public:
+  void add(int t, S depth) { depths_.push_back({t, depth}); }
+  S least(int t, S otherwise) const {
+    for (const auto& [triangle, depth] : depths_)
+      if (triangle == t) otherwise = real::min(otherwise, depth);
+    return otherwise;
+  }
+
+ private:
+  std::vector<std::pair<int, S>> depths_;
+};
 
 template <class S> struct OnMesh {
   int triangle = -1;

@@ -7,6 +7,8 @@
 #include <set>
 #include <utility>
 
+#include "collision/hull.hpp"
+
 namespace atwood {
 namespace {
 
@@ -185,6 +187,11 @@ TriangleMesh<S> build_triangle_mesh(const std::vector<Real3>& points, const std:
     for (const int c : t.corner) mesh.bounding_radius = real::max(mesh.bounding_radius, norm(mesh.points[c]));
   add_adjacency(source, mesh);
   mesh.convex = is_convex(source, mesh);
+  if (mesh.convex) {
+    constexpr std::size_t kMostCorners = 64;  // two hulls may ask for all products of their edges
+    const auto solid = std::make_shared<const Hull<S>>(make_hull<S>(source.points));
+    if (solid->vertices.size() <= kMostCorners) mesh.solid = solid;
+  }
   add_point_normals(source, mesh);
   return mesh;
 }

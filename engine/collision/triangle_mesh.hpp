@@ -35,6 +35,7 @@ template <class S> struct TriangleMesh {
   std::vector<int> around, first_around;  // points joined to point i by an edge: around[first_around[i] ... )
   std::vector<Vec3<S>> point_normals;     // weighted by angle (Baerentzen, Aanaes 2005): tells the inside of a closed mesh
   bool closed = false, convex = false;    // convex: closed, and no point lies before any triangle
+  std::shared_ptr<const Hull<S>> solid;   // what a convex one bounds, unless it has very many corners
   S bounding_radius{};              // about the body's origin
 };
 
@@ -45,8 +46,9 @@ template <class S> std::shared_ptr<const TriangleMesh<S>> make_triangle_mesh(con
   return std::make_shared<const TriangleMesh<S>>(build_triangle_mesh<S>(mesh.points_m, mesh.triangles));
 }
 
-// A mesh (first) against any kind but compound, planes included. One manifold for each triangle that touches (a pair of
-// triangles for two meshes; one for all of the mesh against a plane), `piece_a` its index in the scene. At an inner edge or
+// A mesh (first) against any kind but compound, planes included. What bounds a convex solid of few corners is that solid, as
+// `convex` shapes are. Of others there is one manifold for each triangle that touches (a pair of triangles for two meshes; one
+// for all of the mesh against a plane), `piece_a` its index in the scene. At an inner edge or
 // corner the normal stays within what the neighbouring triangles leave to it, so what slides over a triangulated plane meets
 // the plane. A shape all inside of a closed mesh meets it once: by the least way out of a convex one, else by that from its
 // centre.
