@@ -139,13 +139,15 @@ void clip_to_polygon(Polygon<S>& polygon, const Polygon<S>& face, const Vec3<S>&
   }
 }
 
-// Seen along the cap's normal: corners within the rim, places where edges cross it, and points of the rim within the polygon.
+// Seen along `way`, the cap's normal but for a hair: corners within the rim, places where edges cross it, and points of the rim within the polygon.
 template <class S>
-void clip_to_disc(Polygon<S>& polygon, const PlacedPiece<S>& body, const Feature<S>& disc, Polygon<S>& scratch) {
+void clip_to_disc(Polygon<S>& polygon, const PlacedPiece<S>& body, const Feature<S>& disc, const Vec3<S>& way,
+                  Polygon<S>& scratch) {
   scratch.clear();
   const S r = body.piece.half.x;
   const std::size_t n = polygon.size();
-  const auto level = [&](const Vec3<S>& x) { return x - dot(x, disc.normal) * disc.normal; };
+  const S upright = S(1) / dot(way, disc.normal);
+  const auto level = [&](const Vec3<S>& x) { return x - (dot(x, disc.normal) * upright) * way; };
   for (std::size_t i = 0; i < n; ++i) {
     const Marked<S>&p = polygon[i], &q = polygon[(i + 1) % n];
     const Vec3<S> from = level(p.x - disc.center), along = level(q.x - p.x);
@@ -162,15 +164,19 @@ void clip_to_disc(Polygon<S>& polygon, const PlacedPiece<S>& body, const Feature
     outline(body, disc, disc.normal, rim);
     Vec3<S> across = cross(polygon[1].x - polygon[0].x, polygon[2].x - polygon[0].x);
     for (std::size_t i = 3; i < n; ++i) across += cross(polygon[i - 1].x - polygon[0].x, polygon[i].x - polygon[0].x);
-    const S slope = dot(across, disc.normal);
+    const S slope = dot(across, way);
     for (const Marked<S>& x : rim) {
       bool inside = real::abs(slope) > S(0);
       for (std::size_t i = 0; i < n && inside; ++i) {
-        const Vec3<S> side = cross(polygon[(i + 1) % n].x - polygon[i].x, disc.normal);
+        const Vec3<S> side = cross(polygon[(i + 1) % n].x - polygon[i].x, way);
         inside = (slope < S(0) ? -dot(side, x.x - polygon[i].x) : dot(side, x.x - polygon[i].x)) <= S(0);
       }
-      // Up or down along the disc's normal onto the polygon's plane.
-      if (inside) scratch.push_back({x.x + (dot(across, polygon[0].x - x.x) / slope) * disc.normal, x.id});
+      if (!inside) continue;
+      // Up or down along the way onto the polygon's plane. An edge may cross the rim at one of its points.
+      const Vec3<S> onto = x.x + (dot(across, polygon[0].x - x.x) / slope) * way;
+      bool known = false;
+      for (const Marked<S>& other : scratch) known = known || norm(other.x - onto) <= parallel<S>() * r;
+      if (!known) scratch.push_back({onto, x.id});
     }
   }
   polygon.swap(scratch);
@@ -266,14 +272,15 @@ void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Plac
     if (!other.piece.polyhedral() && dot(incident.normal, towards) < S(0.7)) incident.kind = Feature<S>::edge;  // its side
     outline(other, incident, towards, scratch.incident);
     if (face.kind == Feature<S>::disc) {
-      clip_to_disc(scratch.incident, reference, face, scratch.spare);
+      clip_to_disc(scratch.incident, reference, face, -towards, scratch.spare);
     } else {
       outline(reference, face, -towards, scratch.reference);
-      clip_to_polygon(scratch.incident, scratch.reference, face.normal, scratch.spare);
+      clip_to_polygon(scratch.incident, scratch.reference, -towards, scratch.spare);
     }
     const Vec3<S> at = face.kind == Feature<S>::disc ? face.center : scratch.reference[0].x;
+    const S upright = S(1) / -dot(face.normal, towards);
     for (const Marked<S>& p : scratch.incident) {
-      const S height = -dot(towards, p.x - at);  // over the reference face, along the contact's normal
+      const S height = dot(face.normal, p.x - at) * upright;  // over the reference face, along the contact's normal
       add(to_a ? p.x + height * towards : p.x, height,
           mixed(p.id, (to_a ? 1u : 2u) + 8u * static_cast<std::uint32_t>(face.index)));
     }
@@ -294,8 +301,10 @@ void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Plac
   // Where faces lie nearly over each other the deepest vertex may be a neighbouring face's, and clipped away.
   S deepest = std::numeric_limits<S>::infinity();
   for (const ContactPoint<S>& p : found) deepest = real::min(deepest, p.gap);
-  const S round_off = S(256) * real::epsilon<S>() * (norm(meet.on_a) + norm(b_in_a.p_W));
+  const S reach = norm(meet.on_a) + norm(b_in_a.p_W) + (found.empty() ? S(0) : norm(found.front().x_W));
+  const S round_off = S(256) * real::epsilon<S>() * reach;
   const bool lost = real::is_finite(meet.gap) && deepest > meet.gap - a.radius - b.radius + round_off;
+  if (lost) std::erase_if(found, [&](const auto& p) { return norm(p.x_W - (meet.on_a + a.radius * n)) <= parallel<S>() * reach; });
   if (found.empty() || lost)
     add(meet.on_a, meet.gap, mixed(static_cast<std::uint32_t>(vertex_a + 2), static_cast<std::uint32_t>(vertex_b + 2)));
   keep_four(found, n, manifold);

@@ -178,7 +178,7 @@ template <class S> void set_points(const Refinement<S>& m, Meet<S>& meet) {
   if (a.kind == kVertex) middle = a.from + (meet.gap / S(2)) * n;
   else if (b.kind == kVertex) middle = b.from - (meet.gap / S(2)) * n;
   else if (a.kind == kEdge && b.kind == kEdge) middle = passing(a, b) + (meet.gap / S(2)) * n;
-  else meet.faces = true;
+  else meet.faces = true, middle += (dot(n, a.from - middle) + meet.gap / S(2)) * n;
   meet.on_a = middle - (meet.gap / S(2)) * n;
   meet.on_b = middle + (meet.gap / S(2)) * n;
 }

@@ -173,6 +173,33 @@ TEST_CASE("what lies on a cap touches it at two points, once each") {
   }
 }
 
+TEST_CASE("points of a manifold are told once, and lie on faces that are a hair off each other") {
+  // A tetrahedron's upper edge lies across a cap and crosses the rim at two of its points.
+  const Shape spike = Convex{{{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}}};
+  const auto across = meet(Cylinder{1, 0.25}, placed_at<double>({}), spike, placed_at<double>({0, 0, 1.249999}));
+  REQUIRE(across.size() == 1);
+  CHECK(across[0].count == 2);
+  // A prism tilted by less than the angle that still counts as parallel.
+  std::vector<Real3> corners;
+  for (int k = 0; k < 8; ++k)
+    for (const double z : {-0.25, 0.25}) corners.push_back({0.5 * std::cos(k * kPi / 4), 0.5 * std::sin(k * kPi / 4), z});
+  const double tilt = 6e-7;
+  const Shape drum = Cylinder{1, 0.25};
+  const auto resting = meet(drum, placed_at<double>({}), Convex{corners},
+                            placed_at<double>({0, 0, 0.5 + 0.5 * tilt - 1e-8}, turn(tilt, {0, 1, 0})));
+  REQUIRE(resting.size() == 1);
+  for (int i = 0; i < resting[0].count; ++i) {
+    const auto& p = resting[0].points[i];
+    CHECK(p.gap == Approx(0.5 * tilt - 1e-8 - tilt * p.x_W.x).margin(1e-13));
+  }
+  // Coincident: the middle is on no face.
+  const Quat<double> askew = normalised(Quat<double>{0.66, 0.29, -0.24, 0.65});
+  const auto within = meet(Convex{corners}, placed_at<double>({}, askew), Convex{corners}, placed_at<double>({}, askew));
+  REQUIRE(within.size() == 1);
+  for (int i = 0; i < within[0].count; ++i)
+    CHECK(std::abs(dot(within[0].points[i].x_W, within[0].normal_W)) < 1e-15);
+}
+
 TEST_CASE("the point where two edges have gone through each other is where they pass, a corner's under a side is the corner") {
   // Tetrahedra on alternate corners of cubes: the edge from (-1, 1, -1) to (1, -1, -1) passes (1, 1, 1) to (-1, -1, 1), which is
   // moved by y. Along x = -y and x = y - 0.5 they pass at (-0.25, 0.25).
