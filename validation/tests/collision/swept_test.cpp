@@ -242,3 +242,49 @@ TEST_CASE("far from each other for long, and spinning fast about what moves noth
   CHECK_FALSE(first_touch(shape(Box{{1, 1, 1}}), moving({}, {}), shape(Box{{1, 1, 1}}),
                           moving({0, 0, 2 + 1e-9}, {}, {}, {0, 0, 1e3}), t_end));
 }
+
+TEST_CASE("what spins low over a floor or close beside a wall never touches it, for ever so many turns") {
+  const Mesh square{"", {{-5, -5, 0}, {5, -5, 0}, {5, 5, 0}, {-5, 5, 0}}, {{0, 1, 2}, {0, 2, 3}}};
+  const std::vector<Shape> grounds = {Box{{5, 5, 0.5}}, Rectangle{{5, 5}}, square,
+                                      Compound{{{{5, 5, 0.5}, {0, 0, 0}, {1, 0, 0, 0}}}}};
+  const std::vector<Shape> tops = {Box{{0.5, 0.5, 0.5}}, cube_mesh(0.5), Convex{box_corners({0.5, 0.5, 0.5})}, Cylinder{0.5, 0.5},
+                                   Compound{{{{0.25, 0.5, 0.5}, {-0.25, 0, 0}, {1, 0, 0, 0}}, {{0.25, 0.5, 0.5}, {0.25, 0, 0}, {1, 0, 0, 0}}}}};
+  const double radius = std::sqrt(0.5), rate = 50;
+  for (const Quat<double>& world : {Quat<double>{}, normalised(Quat<double>{0.9, 0.1, 0.3, -0.2})}) {
+    const auto in_world = [&](const V& p, const V& v, const V& w, const Quat<double>& q = {}) {
+      return moving(rotate(world, p), rotate(world, v), world * q, rotate(world, w));
+    };
+    const V up = rotate(world, V{0, 0, 1});
+    const Geometry<double> plane = shape(Plane{{up.x, up.y, up.z}, 0});
+    const Quat<double> upright = normalised(Quat<double>{1, 0, 1, 0});  // a ground as a wall across x
+    for (const Shape& top : tops) {
+      const Geometry<double> body = shape(top);
+      for (const double gap : {1e-6, 1e-9, 1e-12}) {
+        const auto low = in_world({0.1, 0.2, 0.5 + gap}, {}, {0, 0, 1e3});
+        INFO("over a floor: " << top.index() << " gap " << gap);
+        CHECK_FALSE(first_touch(plane, moving({}, {}), body, low, 1e6));
+        for (const Shape& ground : grounds) {
+          const bool thick = ground.index() == 4 || ground.index() == 9;
+          INFO("ground " << ground.index());
+          CHECK_FALSE(first_touch(shape(ground), in_world({0, 0, thick ? -0.5 : 0}, {}, {}), body, low, 1e6));
+        }
+      }
+      if (std::holds_alternative<Cylinder>(top)) continue;
+      for (const Shape& ground : grounds) {
+        const double at = ground.index() == 4 || ground.index() == 9 ? 0.5 : 0, gap = 1e-9;
+        const auto spun = in_world({}, {}, {0, 0, rate});
+        INFO("beside a wall: " << top.index() << " ground " << ground.index());
+        CHECK_FALSE(first_touch(shape(ground), in_world({radius + gap + at, 0, 0}, {}, {}, upright), body, spun, 1e3));
+        const auto touch = first_touch(shape(ground), in_world({radius - gap + at, 0, 0}, {}, {}, upright), body, spun, 1e3);
+        REQUIRE(touch);  // the corner that starts at 45 degrees
+        CHECK(touch->t_s == Approx((std::acos(-1.0) / 4 - std::acos(1 - gap / radius)) / rate).epsilon(1e-7));
+      }
+    }
+  }
+}
+
+TEST_CASE("two that spin at their own rates, their circles a hair apart") {
+  const auto box = shape(Box{{0.5, 0.5, 0.5}});
+  const double reach = 2 * std::sqrt(0.5) + 1e-9;
+  CHECK_FALSE(first_touch(box, moving({}, {}, {}, {0, 0, 50}), box, moving({0.6 * reach, 0.8 * reach, 0.3}, {}, {}, {0, 0, -37}), 100.0));
+}
