@@ -194,8 +194,13 @@ std::array<Wide, 3> wide(const Vector& v) { return {v[0], v[1], v[2]}; }
 
 void answer_pair(const Scene& scene, int a, int b, const ContactQuery& query, ContactAnswer& answer) {
   if (query.swept) {
-    if (const auto touch = first_touch(scene, a, b, query.t_end_s))
-      answer.touches.push_back({a, b, touch->t_s, wide(touch->x_m), wide(touch->normal)});
+    const auto touch = first_touch(scene, a, b, query.t_end_s);
+    if (!touch) return;
+    if (!touch->decided)
+      throw std::invalid_argument("truth: `" + scene.bodies[static_cast<std::size_t>(a)].name + "` and `" +
+                                  scene.bodies[static_cast<std::size_t>(b)].name +
+                                  "` are near each other for too many steps to tell whether they touch");
+    answer.touches.push_back({a, b, touch->t_s, wide(touch->x_m), wide(touch->normal)});
     return;
   }
   const Separation found = separation_between(scene, a, b);

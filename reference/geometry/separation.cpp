@@ -197,7 +197,8 @@ Separation apart(const Piece& a, const Piece& b, Real coordinates) {
     most = parted;
     found.normal = n, found.on_a = each.on_a, found.on_b = each.on_b;
     found.gap_m = of_feature ? dot(n, across) : each.distance;
-    found.bar_m = 32 * kUnit * coordinates * (1 + 1 / each.sharpness);
+    // Any direction's s(n) is at most the distance, any two points of the pieces at least that far apart.
+    found.bar_m = 32 * kUnit * coordinates + std::max<Real>(0, each.distance - parted);
     // Away from it the direction turns as the points' round-off over their distance; on a feature it may point the other way,
     // twice the distance behind.
     if (of_feature) found.margin_m = std::min(coordinates, 2 * each.distance);
@@ -225,8 +226,8 @@ Separation separation(const Piece& a, const Piece& b) {
   if (axes.empty()) return apart(a, b, coordinates);
   Real margin = 0;
   const Axis& axis = axes.best(margin);
-  const Real bar = 32 * kUnit * coordinates * (1 + 1 / axis.sharpness);
-  if (axis.s > bar) return apart(a, b, coordinates);
+  const Real evaluated = 32 * kUnit * coordinates, bar = evaluated * (1 + 1 / axis.sharpness);
+  if (axis.s > evaluated) return apart(a, b, coordinates);  // s(n) parts them, however far n is off its edges' normal
   Separation found;
   found.gap_m = axis.s;
   found.normal = axis.normal;

@@ -214,6 +214,42 @@ TEST_CASE("a graze is found, and a miss by a hair is a miss") {
   CHECK(!geometry::first_touch(scene, 0, 1, 3));
 }
 
+TEST_CASE("what spins low over a floor for long does not touch it") {
+  const Mesh square{"", {{-5, -5, 0}, {5, -5, 0}, {5, 5, 0}, {-5, 5, 0}}, {{0, 1, 2}, {0, 2, 3}}};
+  for (const Shape& top : {Shape(Box{{0.5, 0.5, 0.5}}), Shape(Cylinder{0.5, 0.5})})
+    for (const Shape& floor : {Shape(Plane{{0, 0.6, 0.8}, 0}), Shape(Rectangle{{5, 5}}), Shape(square)}) {
+      if (top.index() == 6 && floor.index() != 2) continue;
+      const double half = std::acos(0.8) / 2, height = 0.5 + 1e-9;
+      Scene scene = scene_of(top, {0, 0.6 * height, 0.8 * height}, floor, {});
+      for (auto& body : scene.bodies) body.orientation_wxyz = {std::cos(half), -std::sin(half), 0, 0};  // z to (0, 0.6, 0.8)
+      scene.bodies[0].angular_velocity_body_rad_per_s = {0, 0, 1e3};
+      INFO(top.index() << " over " << floor.index());
+      CHECK(!geometry::first_touch(scene, 0, 1, 1e6));
+      ContactQuery swept;
+      swept.swept = true, swept.t_end_s = 1e6;
+      CHECK(geometry::find_contacts(scene, swept).touches.empty());
+    }
+}
+
+TEST_CASE("what is a hair apart is apart, however nearly parallel the edges between are") {
+  // A capsule beside a rectangle's side, its axis off the side's by an ulp; a box's edge along another's.
+  Scene beside = scene_of(Rectangle{{0.5, 0.25}}, {0, 0, 0}, Capsule{0.25, 0.5}, {0, 0.5 + 1e-10, 0});
+  beside.bodies[1].orientation_wxyz = {std::sqrt(0.5), 0, std::sqrt(0.5) * (1 + 0x1p-50), 0};
+  const auto apart = geometry::separation_between(beside, 0, 1);
+  CHECK(std::fabs(apart.gap_m - 1e-10L) < 1e-16L);
+  CHECK(apart.bar_m < 1e-16L);
+  CHECK(geometry::find_contacts(beside, {}).contacts.empty());
+  for (const double angle : {1e-15, 1e-12, 1e-9}) {
+    Scene boxes = scene_of(Box{{0.5, 0.5, 0.5}}, {0, 0, 0}, Box{{0.5, 0.5, 0.5}}, {1.001, 1.001, 0});
+    boxes.bodies[1].orientation_wxyz = {1, angle, 0.3 * angle, 0};
+    const auto corner = geometry::separation_between(boxes, 0, 1);
+    INFO(angle);
+    CHECK(corner.bar_m < 1e-16L);
+    CHECK(std::fabs(corner.gap_m - 0.001L * std::sqrt(2.0L)) < 2 * angle);
+    CHECK(geometry::find_contacts(boxes, {}).contacts.empty());
+  }
+}
+
 TEST_CASE("decimals that touch do, though their doubles leave a gap") {
   Scene scene = scene_of(Sphere{0.1}, {0, 0, 0}, Sphere{0.7}, {0.8, 0, 0});
   REQUIRE(geometry::separation_between(scene, 0, 1).gap_m > geometry::separation_between(scene, 0, 1).bar_m);
