@@ -18,8 +18,8 @@ template <class S> S size_of(const ConvexPiece<S>& piece) {
 
 // Of the points in which faces meet, the middle of those that are deepest but for round-off.
 template <class S>
-Vec3<S> middle_of_deepest(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a, const Meet<S>& meet,
-                          const Vec3<S>& otherwise) {
+Vec3<S> middle_of_deepest(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a,
+                          const Meet<S>& meet, const Vec3<S>& otherwise) {
   Manifold<S> manifold;
   contact_points(a, b, b_in_a, meet, std::numeric_limits<S>::infinity(), manifold);
   S least = std::numeric_limits<S>::infinity(), count = S(0);
@@ -34,8 +34,8 @@ Vec3<S> middle_of_deepest(const ConvexPiece<S>& a, const ConvexPiece<S>& b, cons
 }  // namespace
 
 template <class S>
-void convex_contacts(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b, const Placement<S>& place_b,
-                     S margin, std::vector<Manifold<S>>& out) {
+void convex_contacts(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b,
+                     const Placement<S>& place_b, S margin, std::vector<Manifold<S>>& out) {
   ConvexPiece<S> piece_a, piece_b;
   if (!convex_piece(a, piece_a) || !convex_piece(b, piece_b)) return;
   const Placement<S> b_in_a = relative_placement(place_a, place_b);
@@ -55,7 +55,8 @@ Separation<S> convex_separation(const Geometry<S>& a, const Placement<S>& place_
                                 const Placement<S>& place_b) {
   constexpr S kFar = std::numeric_limits<S>::infinity();
   ConvexPiece<S> piece_a, piece_b;
-  if (!convex_piece(a, piece_a) || !convex_piece(b, piece_b)) return {kFar, {S(0), S(0), S(1)}, place_a.p_W, place_b.p_W};
+  if (!convex_piece(a, piece_a) || !convex_piece(b, piece_b))
+    return {kFar, {S(0), S(0), S(1)}, place_a.p_W, place_b.p_W};
   const Placement<S> b_in_a = relative_placement(place_a, place_b);
   const Meet<S> meet = nearest_features(piece_a, piece_b, b_in_a, kFar);
   const S gap = meet.gap - piece_a.radius - piece_b.radius;
@@ -99,13 +100,13 @@ Separation<S> hull_plane_separation(const Geometry<S>& plane, const Geometry<S>&
   return {gap, plane.normal_W, x_W - gap * plane.normal_W, x_W};
 }
 
-#define ATWOOD_CONVEX_CONTACTS(S)                                                                                           \
-  template void convex_contacts<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&, const Placement<S>&, S,     \
-                                   std::vector<Manifold<S>>&);                                                              \
-  template Separation<S> convex_separation<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&,                  \
-                                              const Placement<S>&);                                                         \
-  template void hull_plane_contacts<S>(const Geometry<S>&, const Geometry<S>&, const Placement<S>&, S,                      \
-                                       std::vector<Manifold<S>>&);                                                          \
+#define ATWOOD_CONVEX_CONTACTS(S)                                                                                    \
+  template void convex_contacts<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&, const Placement<S>&, \
+                                   S, std::vector<Manifold<S>>&);                                                    \
+  template Separation<S> convex_separation<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&,           \
+                                              const Placement<S>&);                                                  \
+  template void hull_plane_contacts<S>(const Geometry<S>&, const Geometry<S>&, const Placement<S>&, S,               \
+                                       std::vector<Manifold<S>>&);                                                   \
   template Separation<S> hull_plane_separation<S>(const Geometry<S>&, const Geometry<S>&, const Placement<S>&);
 ATWOOD_CONVEX_CONTACTS(float)
 ATWOOD_CONVEX_CONTACTS(double)

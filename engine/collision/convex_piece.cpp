@@ -108,13 +108,17 @@ template <class S> Vec3<S> support(const ConvexPiece<S>& piece, const Vec3<S>& d
     case Core::point: vertex = 0; return {};
     case Core::segment: vertex = d.z > S(0) ? 1 : 0; return piece.own[vertex];
     case Core::rectangle: vertex = (d.x > S(0) ? 1 : 0) + (d.y > S(0) ? 2 : 0); return piece.own[vertex];
-    case Core::box: vertex = (d.x > S(0) ? 1 : 0) + (d.y > S(0) ? 2 : 0) + (d.z > S(0) ? 4 : 0); return piece.own[vertex];
+    case Core::box:
+      vertex = (d.x > S(0) ? 1 : 0) + (d.y > S(0) ? 2 : 0) + (d.z > S(0) ? 4 : 0);
+      return piece.own[vertex];
     case Core::triangle: {
       const S a = dot(d, piece.own[0]), b = dot(d, piece.own[1]), c = dot(d, piece.own[2]);
       vertex = a >= b ? (a >= c ? 0 : 2) : (b >= c ? 1 : 2);
       return piece.own[vertex];
     }
-    case Core::hull: vertex = farthest_vertex(*piece.form, d, real::max(vertex, 0)); return piece.form->vertices[vertex];
+    case Core::hull:
+      vertex = farthest_vertex(*piece.form, d, real::max(vertex, 0));
+      return piece.form->vertices[vertex];
     case Core::cylinder: break;
   }
   vertex = -1;

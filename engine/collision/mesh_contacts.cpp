@@ -25,7 +25,8 @@ void mesh_plane_contacts(const TriangleMesh<S>& mesh, const Placement<S>& place,
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
     const S gap = dot(n, mesh.points[i]) - at;
     if (gap <= margin)
-      found.push_back({placed(place, mesh.points[i]) - (gap / S(2)) * plane.normal_W, gap, static_cast<std::uint32_t>(i + 1)});
+      found.push_back(
+          {placed(place, mesh.points[i]) - (gap / S(2)) * plane.normal_W, gap, static_cast<std::uint32_t>(i + 1)});
   }
   if (found.empty()) return;
   Manifold<S> manifold;
@@ -75,7 +76,8 @@ template <class S> Separation<S> nearest_point(const TriangleMesh<S>& mesh, cons
   const OnMesh<S> near = closest_on_mesh(mesh, center);
   const Vec3<S> away = unit_along(near.inside ? near.at.x - center : center - near.at.x);
   const Vec3<S> normal = dot(away, away) > S(0) ? away : mesh.triangles[near.triangle].normal;
-  return {near.inside ? -near.at.distance - radius : near.at.distance - radius, normal, near.at.x, center - radius * normal};
+  return {near.inside ? -near.at.distance - radius : near.at.distance - radius, normal, near.at.x,
+          center - radius * normal};
 }
 
 }  // namespace
@@ -133,10 +135,11 @@ Separation<S> mesh_separation(const Geometry<S>& a, const Placement<S>& place_a,
   return nearest;
 }
 
-#define ATWOOD_MESH_CONTACTS(S)                                                                                            \
-  template void mesh_contacts<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&, const Placement<S>&, S,      \
-                                 std::vector<Manifold<S>>&);                                                               \
-  template Separation<S> mesh_separation<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&, const Placement<S>&);
+#define ATWOOD_MESH_CONTACTS(S)                                                                                       \
+  template void mesh_contacts<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&, const Placement<S>&, S, \
+                                 std::vector<Manifold<S>>&);                                                          \
+  template Separation<S> mesh_separation<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&,              \
+                                            const Placement<S>&);
 ATWOOD_MESH_CONTACTS(float)
 ATWOOD_MESH_CONTACTS(double)
 ATWOOD_MESH_CONTACTS(long double)

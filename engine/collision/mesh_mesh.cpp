@@ -21,8 +21,8 @@ template <class S> struct Triangles {
   ConvexPiece<S> piece_t, piece_u;  // both in A's axes
 };
 
-// Points of contact along a face's normal, of the two the one that needs less way. A normal is left to a neighbour of the face
-// that needs less (mesh_queries.hpp).
+// Points of contact along a face's normal, of the two the one that needs less way. A normal is left to a neighbour of
+// the face that needs less (mesh_queries.hpp).
 template <class S>
 void along_a_face(const Triangles<S>& of, const OwnDepths<S>& own_a, const OwnDepths<S>& own_b, S margin, S round_off,
                   Manifold<S>& manifold) {
@@ -30,7 +30,9 @@ void along_a_face(const Triangles<S>& of, const OwnDepths<S>& own_a, const OwnDe
   const ConvexPiece<S>&t = of.piece_t, &u = of.piece_u;
   const Vec3<S> normals[2] = {t.sides[0].normal, -u.sides[0].normal};
   const S ways[2] = {overlap_along(t, u, same, normals[0]), overlap_along(t, u, same, normals[1])};
-  const auto past_a = [&](int s) { return own_a.least(s, overlap_along(piece_of(of.a, s), u, same, of.a.triangles[s].normal)); };
+  const auto past_a = [&](int s) {
+    return own_a.least(s, overlap_along(piece_of(of.a, s), u, same, of.a.triangles[s].normal));
+  };
   const auto past_b = [&](int s) {
     const ConvexPiece<S> piece = placed_piece(of.b, s, of.b_in_a);
     return own_b.least(s, overlap_along(t, piece, same, -piece.sides[0].normal));
@@ -49,7 +51,8 @@ void along_a_face(const Triangles<S>& of, const OwnDepths<S>& own_a, const OwnDe
 }
 
 // Of meshes whose surfaces do not meet one point tells.
-template <class S> bool all_inside(const TriangleMesh<S>& mesh, const TriangleMesh<S>& inner, const Placement<S>& place) {
+template <class S>
+bool all_inside(const TriangleMesh<S>& mesh, const TriangleMesh<S>& inner, const Placement<S>& place) {
   if (!mesh.closed || mesh.nodes.empty() || inner.points.empty()) return false;
   const Vec3<S> x = placed(place, inner.points[0]);
   return overlap(mesh.nodes[0].box, Aabb<S>{x, x}) && closest_on_mesh(mesh, x).inside;
@@ -137,7 +140,9 @@ template <class S>
 Separation<S> mesh_mesh_separation(const TriangleMesh<S>& a, const TriangleMesh<S>& b, const Placement<S>& b_in_a) {
   Separation<S> nearest{std::numeric_limits<S>::infinity(), {S(0), S(0), S(1)}, {}, b_in_a.p_W};
   if (a.nodes.empty() || b.nodes.empty()) return nearest;
-  const auto wanted = [&](const Aabb<S>& of_a, const Aabb<S>& of_b) { return distance_between(of_a, of_b) < nearest.gap; };
+  const auto wanted = [&](const Aabb<S>& of_a, const Aabb<S>& of_b) {
+    return distance_between(of_a, of_b) < nearest.gap;
+  };
   each_pair_of_triangles(a, b, b_in_a, wanted, [&](int t, int u) {
     const Meet<S> meet =
         nearest_features(piece_of(a, t), placed_piece(b, u, b_in_a), Placement<S>{}, real::max(nearest.gap, S(0)));

@@ -18,7 +18,8 @@ Manifold<S> one_point(const TriangleMesh<S>& mesh, int t, const Vec3<S>& normal,
 }
 
 // Triangles with an edge or corner in common find the same point there, up to the slack of regions at sharp corners.
-template <class S> bool known(const std::vector<Manifold<S>>& out, std::size_t from, const Manifold<S>& made, S tolerance) {
+template <class S>
+bool known(const std::vector<Manifold<S>>& out, std::size_t from, const Manifold<S>& made, S tolerance) {
   for (std::size_t i = from; i < out.size(); ++i)
     if (norm(out[i].points[0].x_W - made.points[0].x_W) <= tolerance) return true;
   return false;
@@ -63,7 +64,8 @@ void mesh_sphere_contacts(const TriangleMesh<S>& mesh, const Vec3<S>& center, S 
     if (!known(out, from, made, S(256) * tolerance)) out.push_back(made);
   });
   const auto& root = mesh.nodes;
-  if (!mesh.closed || root.empty() || !(behind || out.size() == from) || !overlap(root[0].box, Aabb<S>{center, center})) return;
+  if (!mesh.closed || root.empty() || !(behind || out.size() == from) || !overlap(root[0].box, Aabb<S>{center, center}))
+    return;
   const OnMesh<S> nearest = closest_on_mesh(mesh, center);
   if (!nearest.inside) return;
   out.resize(from);
@@ -76,7 +78,8 @@ void mesh_convex_contacts(const TriangleMesh<S>& mesh, const ConvexPiece<S>& b, 
   const Aabb<S> box = grown(bounds_of(b, b_in_mesh), margin);
   const std::size_t from = out.size();
   const S reach = margin + b.radius;
-  const S round_off = S(64) * real::epsilon<S>() * (mesh.bounding_radius + norm(b_in_mesh.p_W) + norm(box.high - box.low));
+  const S round_off =
+      S(64) * real::epsilon<S>() * (mesh.bounding_radius + norm(b_in_mesh.p_W) + norm(box.high - box.low));
   int left = -1;  // the nearest triangle, whose normal the others may have left to each other
   Meet<S> left_meet;
   struct AlongFace { int t; S side, way; };
@@ -133,9 +136,9 @@ void mesh_convex_contacts(const TriangleMesh<S>& mesh, const ConvexPiece<S>& b, 
   out.push_back(manifold);
 }
 
-#define ATWOOD_MESH_PAIRS(S)                                                                                                  \
-  template void mesh_sphere_contacts<S>(const TriangleMesh<S>&, const Vec3<S>&, S, S, std::vector<Manifold<S>>&);             \
-  template void mesh_convex_contacts<S>(const TriangleMesh<S>&, const ConvexPiece<S>&, const Placement<S>&, S,                \
+#define ATWOOD_MESH_PAIRS(S)                                                                                      \
+  template void mesh_sphere_contacts<S>(const TriangleMesh<S>&, const Vec3<S>&, S, S, std::vector<Manifold<S>>&); \
+  template void mesh_convex_contacts<S>(const TriangleMesh<S>&, const ConvexPiece<S>&, const Placement<S>&, S,    \
                                         std::vector<Manifold<S>>&);
 ATWOOD_MESH_PAIRS(float)
 ATWOOD_MESH_PAIRS(double)

@@ -38,7 +38,8 @@ template <class S> void read_features(Side<S>& side, const Simplex<S>& simplex, 
     for (int k = 0; k < count; ++k) known = known || named[k] == vertex;
     if (!known) named[count++] = vertex;
   }
-  if (count == 2) side.edge = turned(side.place, unit_along(side.piece.vertices()[named[1]] - side.piece.vertices()[named[0]]));
+  if (count == 2)
+    side.edge = turned(side.place, unit_along(side.piece.vertices()[named[1]] - side.piece.vertices()[named[0]]));
 }
 
 // The outward normal of the face that looks along `outwards` most; 0 when none comes near.
@@ -52,7 +53,8 @@ template <class S> Vec3<S> facing(const Side<S>& side, const Vec3<S>& outwards) 
   return best && most > S(0.9) ? turned(side.place, *best) : Vec3<S>{};
 }
 
-// u . H u for the second derivative H of the cylinder's support function at n: the rim's r / |n_across| along its tangent.
+// u . H u for the second derivative H of the cylinder's support function at n: the rim's r / |n_across| along its
+// tangent.
 template <class S> S bend(const Side<S>& side, const Vec3<S>& n, const Vec3<S>& u, const Vec3<S>& v) {
   if (side.piece.polyhedral()) return S(0);
   const Vec3<S> axis = axis_of(side), around = cross(axis, n);
@@ -79,17 +81,18 @@ template <class S> struct Refinement {
   void consider_like(Vec3<S> n) { consider(dot(n, best.normal) < S(0) ? -n : n); }
 };
 
-// Newton's method for the least of f(n) = n . w(n) over unit n, or over those across `edge`. In tangents u of the sphere:
-// gradient w . u, second derivative u . H u - f.
+// Newton's method for the least of f(n) = n . w(n) over unit n, or over those across `edge`. In tangents u of the
+// sphere: gradient w . u, second derivative u . H u - f.
 template <class S> void newton(Refinement<S>& m, const Vec3<S>& edge) {
   const bool bound = dot(edge, edge) > S(0);
   Vec3<S> n = bound ? unit_along(m.best.normal - dot(m.best.normal, edge) * edge) : m.best.normal;
   for (int round = 0; round < 12; ++round) {
     const Vec3<S> w = m.support_along(n).w;
     const S f = dot(n, w);
-    const Vec3<S> least = real::abs(n.x) <= real::abs(n.y) && real::abs(n.x) <= real::abs(n.z) ? Vec3<S>{S(1), S(0), S(0)}
-                          : real::abs(n.y) <= real::abs(n.z)                                  ? Vec3<S>{S(0), S(1), S(0)}
-                                                                                              : Vec3<S>{S(0), S(0), S(1)};
+    const Vec3<S> least = real::abs(n.x) <= real::abs(n.y) && real::abs(n.x) <= real::abs(n.z)
+                              ? Vec3<S>{S(1), S(0), S(0)}
+                          : real::abs(n.y) <= real::abs(n.z) ? Vec3<S>{S(0), S(1), S(0)}
+                                                             : Vec3<S>{S(0), S(0), S(1)};
     const Vec3<S> u = unit_along(cross(n, bound ? edge : least)), v = cross(n, u);
     const auto second = [&](const Vec3<S>& p, const Vec3<S>& q) { return bend(m.a, n, p, q) + bend(m.b, n, p, q); };
     const S uu = second(u, u) - f, g = dot(w, u);
@@ -127,8 +130,8 @@ template <class S> void make_exact(Refinement<S>& m, const Simplex<S>& simplex) 
   m.consider(-facing(m.b, -m.best.normal));
 }
 
-// What a core turns outwards along sign * n: a vertex (or a rim's point), an edge (or a cylinder's side), or a face. `from` and
-// `to` are its ends, in A's axes.
+// What a core turns outwards along sign * n: a vertex (or a rim's point), an edge (or a cylinder's side), or a face.
+// `from` and `to` are its ends, in A's axes.
 template <class S> struct Outermost {
   enum Kind { vertex, edge, face } kind = vertex;
   Vec3<S> from, to;
@@ -168,8 +171,8 @@ template <class S> Vec3<S> passing(const Outermost<S>& a, const Outermost<S>& b)
   return a.from + (S(0.5) * (p + q)) * along_a;
 }
 
-// The points that meet, a distance `gap` apart along the normal. Those of the simplex are wrong where the polytope ended on one
-// half of a parallelogram of edges and the origin is over the other, or on a bit of a cylinder.
+// The points that meet, a distance `gap` apart along the normal. Those of the simplex are wrong where the polytope
+// ended on one half of a parallelogram of edges and the origin is over the other, or on a bit of a cylinder.
 template <class S> void set_points(const Refinement<S>& m, Meet<S>& meet) {
   const Vec3<S>& n = meet.normal;
   const Outermost<S> a = outermost(m.a, n, S(16) * m.round_off), b = outermost(m.b, n, S(16) * m.round_off);
@@ -194,11 +197,13 @@ template <class S> void set_weights(LeastOverlap<S>& least) {
   }
 }
 
-template <class S, class Visit> void each_edge(const ConvexPiece<S>& piece, const Placement<S>& place, const Visit& visit) {
+template <class S, class Visit>
+void each_edge(const ConvexPiece<S>& piece, const Placement<S>& place, const Visit& visit) {
   if (!piece.polyhedral()) visit(place.axis_W[2]);
   for (const auto& edge : piece.edges()) visit(turned(place, edge.along));
 }
-template <class S, class Visit> void each_face(const ConvexPiece<S>& piece, const Placement<S>& place, const Visit& visit) {
+template <class S, class Visit>
+void each_face(const ConvexPiece<S>& piece, const Placement<S>& place, const Visit& visit) {
   if (!piece.polyhedral()) visit(place.axis_W[2]), visit(-place.axis_W[2]);
   for (const auto& face : piece.faces()) visit(turned(place, face.normal));
 }
@@ -242,12 +247,14 @@ S overlap_along(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placemen
 }
 
 template <class S>
-LeastOverlap<S> least_overlap_of_all_axes(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a) {
+LeastOverlap<S> least_overlap_of_all_axes(const ConvexPiece<S>& a, const ConvexPiece<S>& b,
+                                          const Placement<S>& b_in_a) {
   LeastOverlap<S> best;
   best.overlap = std::numeric_limits<S>::infinity();
   each_axis(a, b, b_in_a, [&](const Vec3<S>& n) {
     if (!(dot(n, n) > S(0.5))) return;
-    if (const S overlap = overlap_along(a, b, b_in_a, n); overlap < best.overlap) best.overlap = overlap, best.normal = n;
+    if (const S overlap = overlap_along(a, b, b_in_a, n); overlap < best.overlap)
+      best.overlap = overlap, best.normal = n;
   });
   best.certified = best.overlap;
   return best;
@@ -296,9 +303,10 @@ Meet<S> nearest_features(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const
   return meet;
 }
 
-#define ATWOOD_NEAREST_FEATURES(S)                                                                                          \
-  template S overlap_along<S>(const ConvexPiece<S>&, const ConvexPiece<S>&, const Placement<S>&, const Vec3<S>&);           \
-  template LeastOverlap<S> least_overlap_of_all_axes<S>(const ConvexPiece<S>&, const ConvexPiece<S>&, const Placement<S>&); \
+#define ATWOOD_NEAREST_FEATURES(S)                                                                                \
+  template S overlap_along<S>(const ConvexPiece<S>&, const ConvexPiece<S>&, const Placement<S>&, const Vec3<S>&); \
+  template LeastOverlap<S> least_overlap_of_all_axes<S>(const ConvexPiece<S>&, const ConvexPiece<S>&,             \
+                                                        const Placement<S>&);                                     \
   template Meet<S> nearest_features<S>(const ConvexPiece<S>&, const ConvexPiece<S>&, const Placement<S>&, S);
 ATWOOD_NEAREST_FEATURES(float)
 ATWOOD_NEAREST_FEATURES(double)

@@ -1,6 +1,7 @@
-// Mirtich (1996) bounds how fast a gap can close by the speed of the fastest point; near a graze, or under a spin that moves
-// little of the body along the normal, that bound makes the steps shrink with the gap itself. Here the speed is the support
-// function's and the bend of the points' paths is bounded instead, so that steps shrink with the gap's root.
+// Mirtich (1996) bounds how fast a gap can close by the speed of the fastest point; near a graze, or under a spin that
+// moves little of the body along the normal, that bound makes the steps shrink with the gap itself. Here the speed is
+// the support function's and the bend of the points' paths is bounded instead, so that steps shrink with the gap's
+// root.
 #include "collision/stay_apart.hpp"
 
 #include <limits>
@@ -55,7 +56,8 @@ template <class S> S core_off_axis(const Geometry<S>& g, const Vec3<S>& u) {
     case ShapeKind::rectangle:
     case ShapeKind::box: return box_off_axis(g.half_extents, Placement<S>{}, u);
     case ShapeKind::capsule: return g.half_length * norm(Vec3<S>{u.x, u.y, S(0)});
-    case ShapeKind::cylinder: {  // of a rim's point r: |r|^2 - (u . r)^2, and u . r within half_length u.z +- radius |u_xy|
+    case ShapeKind::cylinder: {  // of a rim's point r: |r|^2 - (u . r)^2, and u . r within half_length u.z +- radius
+                                 // |u_xy|
       const S nearest = real::max(S(0), g.half_length * real::abs(u.z) - g.radius * norm(Vec3<S>{u.x, u.y, S(0)}));
       return real::sqrt(real::max(S(0), g.half_length * g.half_length + g.radius * g.radius - nearest * nearest));
     }
@@ -89,8 +91,8 @@ template <class S> Vec3<S> moving_spin(const Spinning<S>& body) {
   return round && norm(cross(w, axis)) <= S(4) * real::epsilon<S>() * norm(w) ? Vec3<S>{} : w;
 }
 
-// A convex part of a spinning body: `support(d_W)` is its core's about the body's origin, `support.off_axis(u_W)` how far it
-// reaches from an axis there.
+// A convex part of a spinning body: `support(d_W)` is its core's about the body's origin, `support.off_axis(u_W)` how
+// far it reaches from an axis there.
 template <class S, class Support> struct Part {
   Vec3<S> w_W;
   S reach;
@@ -101,7 +103,8 @@ template <class S, class Support> struct Part {
     return reach > S(0) && dot(turn, turn) > S(0);
   }
   S bend(const Vec3<S>& n) const { return norm(w_W) * norm(cross(n, w_W)) * reach; }
-  // The support of all that a whole turn passes through: of a point r it takes (u . r) u along and |u x r| across the axis u.
+  // The support of all that a whole turn passes through: of a point r it takes (u . r) u along and |u x r| across the
+  // axis u.
   S in_any_turn(const Vec3<S>& n) const {
     if (!turns(n)) return support(n);
     const Vec3<S> u = (S(1) / norm(w_W)) * w_W;
@@ -119,9 +122,10 @@ template <class S> S time_to_close(S gap, S closing, S most_s, S round_off) {
 
 // With v that of a relative to b and unit n from a to b, after a time h the parts are at least
 //   f(h) = gap - h v.n - [s_a(n + h n x w_a) - s_a(n)] - [s_b(-n - h n x w_b) - s_b(-n)] - h^2/2 (bend_a + bend_b)
-// apart along n: a point r goes along n by h n.(w x r) = h (n x w).r and, from there on its circle, by |w| |n x w| |r| h^2/2 at
-// most. f is concave, so where it is positive at both ends it is between, and the root of a chord comes before its own.
-// Nor does any spin take a part beyond what its whole turn passes through: gap - h v.n less what the turns add holds for all h.
+// apart along n: a point r goes along n by h n.(w x r) = h (n x w).r and, from there on its circle, by |w| |n x w| |r|
+// h^2/2 at most. f is concave, so where it is positive at both ends it is between, and the root of a chord comes before
+// its own. Nor does any spin take a part beyond what its whole turn passes through: gap - h v.n less what the turns add
+// holds for all h.
 template <class S, class PartA, class PartB>
 S time_apart(S gap, const Vec3<S>& n, const Vec3<S>& v_W, const PartA& a, const PartB& b, S most_s, S round_off) {
   const Vec3<S> turn_a = cross(n, a.w_W), turn_b = cross(n, b.w_W);
@@ -173,8 +177,8 @@ template <class S> struct Look {
   // Parts farther apart than this do not matter any more.
   S enough() const { return fastest * real::min(stay.until_s, most_s) + round_off; }
 
-  // `face` is a direction that may part them for longer than the one between their nearest points, as a floor's does beside what
-  // spins low over it, and `skins` the radius around their cores.
+  // `face` is a direction that may part them for longer than the one between their nearest points, as a floor's does
+  // beside what spins low over it, and `skins` the radius around their cores.
   template <class SupportA, class SupportB>
   void parts(S gap, const Vec3<S>& n, const SupportA& of_a, S reach_a, const SupportB& of_b, S reach_b,
              Vec3<S> face = {}, S skins = S(0)) {
@@ -190,14 +194,15 @@ template <class S> struct Look {
     S until = time_apart(gap, n, v_W, part_a, part_b, most_s, round_off);
     if (until < stay.until_s && until < most_s && dot(face, face) > S(0)) {
       if (dot(face, n) < S(0)) face = -face;
-      const S left = dot(face, b.place.p_W - a.place.p_W) - part_a.in_any_turn(face) - part_b.in_any_turn(-face) - skins;
+      const S left =
+          dot(face, b.place.p_W - a.place.p_W) - part_a.in_any_turn(face) - part_b.in_any_turn(-face) - skins;
       until = real::max(until, time_to_close(left, dot(v_W, face), most_s, round_off));
     }
     if (until < stay.until_s) stay.until_s = until, stay.normal_W = n;
   }
 };
 
-// ---- supports of parts about their bodies' origins -------------------------------------------------------------------------
+// ---- supports of parts about their bodies' origins ----------------------------------------------------------------
 template <class S> struct BodySupport {
   const Spinning<S>& body;
   S operator()(const Vec3<S>& d_W) const { return core_support(body.shape, turned_back(body.place, d_W)); }
@@ -234,7 +239,8 @@ template <class S> TriangleSupport<S> triangle_support(const TriangleMesh<S>& me
 
 // A body's convex parts but those of meshes: itself, or a compound's boxes. visit(shape, placement, support, reach).
 template <class S, class Visit> void each_part(const Spinning<S>& body, const Visit& visit) {
-  if (body.shape.kind != ShapeKind::compound) return visit(body.shape, body.place, support_of(body), core_reach(body.shape));
+  if (body.shape.kind != ShapeKind::compound)
+    return visit(body.shape, body.place, support_of(body), core_reach(body.shape));
   for (const auto& part : body.shape.parts) {
     Geometry<S> box;
     box.kind = ShapeKind::box;
@@ -282,13 +288,16 @@ template <class S> void look_at_mesh(Look<S>& look, bool mesh_is_a) {
 template <class S> void look_at_meshes(Look<S>& look) {
   const TriangleMesh<S>&a = *look.a.shape.mesh, &b = *look.b.shape.mesh;
   const Placement<S> b_in_a = relative_placement(look.a.place, look.b.place);
-  const auto wanted = [&](const Aabb<S>& of_a, const Aabb<S>& of_b) { return distance_between(of_a, of_b) <= look.enough(); };
+  const auto wanted = [&](const Aabb<S>& of_a, const Aabb<S>& of_b) {
+    return distance_between(of_a, of_b) <= look.enough();
+  };
   each_pair_of_triangles(a, b, b_in_a, wanted, [&](int t, int u) {
     const Meet<S> meet = nearest_features(piece_of(a, t), placed_piece(b, u, b_in_a), Placement<S>{}, look.enough());
     if (meet.beyond) return;
     const auto of_a = triangle_support(a, t, look.a.place), of_b = triangle_support(b, u, look.b.place);
     const bool still_a = !(dot(look.w_a, look.w_a) > S(0));  // the floor of the two, if there is one
-    const Vec3<S> face = still_a ? turned(look.a.place, a.triangles[t].normal) : turned(look.b.place, b.triangles[u].normal);
+    const Vec3<S> face =
+        still_a ? turned(look.a.place, a.triangles[t].normal) : turned(look.b.place, b.triangles[u].normal);
     look.parts(meet.gap, turned(look.a.place, meet.normal), of_a, look.a.shape.bounding_radius, of_b,
                look.b.shape.bounding_radius, face);
   });

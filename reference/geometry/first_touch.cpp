@@ -57,8 +57,8 @@ FirstTouch at(const Body& a, const Body& b, Real t_s, Real bar_s) {
 }
 
 // ---- advancing ------------------------------------------------------------------------------------------------------
-// A body's part as the spin moves it: points about the body's origin, in world axes; a cylinder by its support. The rounding
-// of spheres and capsules is moved by no spin.
+// A body's part as the spin moves it: points about the body's origin, in world axes; a cylinder by its support. The
+// rounding of spheres and capsules is moved by no spin.
 struct Arm {
   std::vector<Vector> points;
   const Cylinder* drum = nullptr;
@@ -74,7 +74,8 @@ struct Arm {
     for (const Vector& r : points) most = std::max(most, dot(n, r));
     return most;
   }
-  // The support of the ring that the arm fills when it turns all the way round the axis along w: (u . r) u + |u x r| across u.
+  // The support of the ring that the arm fills when it turns all the way round the axis along w: (u . r) u + |u x r|
+  // across u.
   Real support_of_turn(const Vector& n, const Vector& w) const {
     const Real rate = norm(w);
     if (!(rate > 0)) return support(n);
@@ -83,7 +84,8 @@ struct Arm {
     if (drum != nullptr) {
       const Real up = dot(u, axis), out = norm(cross(u, axis));
       const Real h = drum->half_length_m, r = drum->radius_m, least = std::max<Real>(0, h * std::fabs(up) - r * out);
-      return std::fabs(along) * support((along < 0 ? -1 : 1) * u) + across * std::sqrt(std::max<Real>(0, h * h + r * r - least * least));
+      return std::fabs(along) * support((along < 0 ? -1 : 1) * u) +
+             across * std::sqrt(std::max<Real>(0, h * h + r * r - least * least));
     }
     Real most = -std::numeric_limits<Real>::infinity();
     for (const Vector& r : points) most = std::max(most, along * dot(u, r) + across * norm(cross(u, r)));
@@ -119,14 +121,16 @@ Real time_to_close(Real gap, Real floor_m, Real closing, Real most) {
   return most * closing < gap - floor_m ? most : (gap - floor_m) / closing;
 }
 
-// How long two parts, `gap` apart along n, stay so at least; `most` when at its end they still are. A point r of a spinning body
-// is after h at most n.r + h n.(w x r) + |w| |n x w| |r| h^2 / 2 along n: Taylor's second term, its rest bounded.
+// How long two parts, `gap` apart along n, stay so at least; `most` when at its end they still are. A point r of a
+// spinning body is after h at most n.r + h n.(w x r) + |w| |n x w| |r| h^2 / 2 along n: Taylor's second term, its rest
+// bounded.
 Real stay(Real gap, Real floor_m, const Vector& n, const Vector& v, const Spin& a, const Spin& b, Real most) {
   const Vector turn_a = cross(n, a.w), turn_b = cross(n, b.w);
   const Real bend = norm(a.w) * norm(turn_a) * a.arm.length() + norm(b.w) * norm(turn_b) * b.arm.length();
   const Real now = a.arm.support(n) + b.arm.support(-1 * n);
   const auto apart = [&](Real h) {
-    return gap - h * dot(n, v) - (a.arm.support(n + h * turn_a) + b.arm.support(-1 * n - h * turn_b) - now) - bend * h * h / 2;
+    return gap - h * dot(n, v) - (a.arm.support(n + h * turn_a) + b.arm.support(-1 * n - h * turn_b) - now) -
+           bend * h * h / 2;
   };
   if (apart(most) > 0) return most;  // concave: and at no time before
   // Whole turns may leave something of the gap, which then closes as the bodies fly.
@@ -146,9 +150,10 @@ Real stay(Real gap, Real floor_m, const Vector& n, const Vector& v, const Spin& 
   return std::max(low, in_flight);
 }
 
-// The same along the faces of either, which may part them for longer than the direction between their nearest points does.
-Real stay_along_faces(const Part& p, const Part& q, const Vector& from_p_to_q, const Vector& v, const Vector& w_p, const Vector& w_q,
-                      Real floor_m, Real most) {
+// The same along the faces of either, which may part them for longer than the direction between their nearest points
+// does.
+Real stay_along_faces(const Part& p, const Part& q, const Vector& from_p_to_q, const Vector& v, const Vector& w_p,
+                      const Vector& w_q, Real floor_m, Real most) {
   Real longest = 0;
   if (p.piece.empty() || q.piece.empty()) return longest;
   const Real skins = p.piece.front().radius_m + q.piece.front().radius_m;
@@ -190,7 +195,9 @@ Look look(const Body& a, const Body& b, Real t_s, Real most_s) {
         if (!found.touching || speed > found.speed) found = {true, speed, std::max(floor_m, 2 * s.bar_m), 0};
       } else if (!found.touching) {
         Real stays = stay(s.gap_m, floor_m, s.normal, v, {w_a, p.arm}, {w_b, q.arm}, found.stay_s);
-        if (stays < found.stay_s) stays = std::max(stays, stay_along_faces(p, q, place_b.p_W - place_a.p_W, v, w_a, w_b, floor_m, found.stay_s));
+        if (stays < found.stay_s)
+          stays =
+              std::max(stays, stay_along_faces(p, q, place_b.p_W - place_a.p_W, v, w_a, w_b, floor_m, found.stay_s));
         found.stay_s = std::min(found.stay_s, stays);
       }
     }
@@ -198,10 +205,11 @@ Look look(const Body& a, const Body& b, Real t_s, Real most_s) {
 }
 
 std::optional<FirstTouch> advance(const Body& a, const Body& b, Real t_end_s, Real given_m) {
-  // Inside of a closed mesh there is an overlap that no part shows, and what touches as the scene's decimals are rounded does.
+  // Inside of a closed mesh there is an overlap that no part shows, and what touches as the scene's decimals are
+  // rounded does.
   if (separation(a.shape, place_at(a, 0), b.shape, place_at(b, 0)).gap_m <= given_m) return at(a, b, 0, 0);
   Real t_s = 0;
-  constexpr int kMost = 20000;
+  constexpr int kMost = 100000;
   for (int i = 0; i < kMost; ++i) {
     const Look now = look(a, b, t_s, t_end_s - t_s);
     if (now.touching) return at(a, b, t_s, now.speed > 0 ? 2 * now.floor_m / now.speed + 4 * kUnit * t_s : 0);
@@ -219,7 +227,8 @@ std::optional<FirstTouch> advance(const Body& a, const Body& b, Real t_end_s, Re
 }  // namespace
 
 std::optional<FirstTouch> first_touch(const Scene& scene, int body_a, int body_b, double t_end_s) {
-  const Body &a = scene.bodies.at(static_cast<std::size_t>(body_a)), &b = scene.bodies.at(static_cast<std::size_t>(body_b));
+  const Body &a = scene.bodies.at(static_cast<std::size_t>(body_a)),
+             &b = scene.bodies.at(static_cast<std::size_t>(body_b));
   if (const std::string why = no_separation(a.shape, b.shape); !why.empty())
     throw std::invalid_argument("truth: no separation of " + why);
   const auto *ball_a = std::get_if<Sphere>(&a.shape), *ball_b = std::get_if<Sphere>(&b.shape);

@@ -57,11 +57,13 @@ Place sampled(const BodySample& body) {
 }
 
 void require(const Shape& a, const Shape& b) {
-  if (const std::string why = no_separation(a, b); !why.empty()) throw std::invalid_argument("truth: no separation of " + why);
+  if (const std::string why = no_separation(a, b); !why.empty())
+    throw std::invalid_argument("truth: no separation of " + why);
 }
 
-// ---- inside of closed meshes ------------------------------------------------------------------------------------------
-// Every edge joins two triangles that run along it in opposite ways.
+// ---- inside of closed meshes
+// ------------------------------------------------------------------------------------------ Every edge joins two
+// triangles that run along it in opposite ways.
 bool closed(const Mesh& mesh) {
   std::map<std::pair<int, int>, int> ways;
   for (const auto& t : mesh.triangles)
@@ -104,7 +106,8 @@ Shape filled(const Shape& shape) {
 }
 
 // Of a shape within another closed mesh; none where the mesh's triangles say all.
-std::optional<Separation> inside_mesh(const Shape& shape, const Place& place, const Mesh& mesh, const Place& place_mesh) {
+std::optional<Separation> inside_mesh(const Shape& shape, const Place& place, const Mesh& mesh,
+                                      const Place& place_mesh) {
   if (!closed(mesh)) return {};
   std::vector<std::array<Vector, 3>> triangles;
   const auto at = [&](int i) {
@@ -116,7 +119,9 @@ std::optional<Separation> inside_mesh(const Shape& shape, const Place& place, co
   const auto* ball = std::get_if<Sphere>(&shape);
   if (!(winding(triangles, ball != nullptr ? place.p_W : of_shape.front().vertices.front()) > 0.5L)) return {};
   if (ball == nullptr) {
-    const auto surfaces = [&](const Piece& p) { return smallest(of_mesh, [&](const Piece& q) { return separation(p, q); }); };
+    const auto surfaces = [&](const Piece& p) {
+      return smallest(of_mesh, [&](const Piece& q) { return separation(p, q); });
+    };
     if (!(smallest(of_shape, surfaces).gap_m > 0)) return {};
     throw std::invalid_argument("truth: no separation of what is inside of a mesh that is not convex");
   }
@@ -156,7 +161,8 @@ Separation separation(const Shape& shape_a, const Place& place_a, const Shape& s
   if (std::holds_alternative<Mesh>(a))
     if (const auto within = inside_mesh(b, place_b, std::get<Mesh>(a), place_a)) return swapped(*within);
   const std::vector<Piece> of_a = pieces_of(a, place_a), of_b = pieces_of(b, place_b);
-  return smallest(of_a, [&](const Piece& p) { return smallest(of_b, [&](const Piece& q) { return separation(p, q); }); });
+  return smallest(of_a,
+                  [&](const Piece& p) { return smallest(of_b, [&](const Piece& q) { return separation(p, q); }); });
 }
 
 Real given_round_off(const Scene& scene, int body_a, int body_b) {
@@ -172,11 +178,13 @@ Real given_round_off(const Scene& scene, int body_a, int body_b) {
   };
   constexpr Real kDoubleRounding = 0x1p-52L;
   return 4 * kDoubleRounding *
-         (numbers(scene.bodies.at(static_cast<std::size_t>(body_a))) + numbers(scene.bodies.at(static_cast<std::size_t>(body_b))));
+         (numbers(scene.bodies.at(static_cast<std::size_t>(body_a))) +
+          numbers(scene.bodies.at(static_cast<std::size_t>(body_b))));
 }
 
 Separation separation_between(const Scene& scene, int body_a, int body_b) {
-  const Body &a = scene.bodies.at(static_cast<std::size_t>(body_a)), &b = scene.bodies.at(static_cast<std::size_t>(body_b));
+  const Body &a = scene.bodies.at(static_cast<std::size_t>(body_a)),
+             &b = scene.bodies.at(static_cast<std::size_t>(body_b));
   require(a.shape, b.shape);
   return separation(a.shape, initial(a), b.shape, initial(b));
 }
@@ -226,8 +234,8 @@ ContactAnswer find_contacts(const Scene& scene, const ContactQuery& query) {
 
 PairGap pair_gap(const Scene& scene, int body_a, int body_b) {
   const Separation found = separation_between(scene, body_a, body_b);
-  return {found.gap_m, wide(found.normal), wide(Real(0.5) * (found.on_a + found.on_b)), static_cast<double>(found.bar_m),
-          static_cast<double>(found.margin_m)};
+  return {found.gap_m, wide(found.normal), wide(Real(0.5) * (found.on_a + found.on_b)),
+          static_cast<double>(found.bar_m), static_cast<double>(found.margin_m)};
 }
 
 }  // namespace atwood::geometry

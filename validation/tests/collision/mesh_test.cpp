@@ -41,13 +41,15 @@ Surface box_surface(const Real3& h) {
            {1, 7, 5}}};
 }
 
-// n x n squares of side 1 about the origin at z = 0, each cut along either diagonal, corners moved about within the plane.
+// n x n squares of side 1 about the origin at z = 0, each cut along either diagonal, corners moved about within the
+// plane.
 Surface floor_surface(int n, Random& random) {
   Surface s;
   for (int j = 0; j <= n; ++j)
     for (int i = 0; i <= n; ++i) {
       const double wander = i > 0 && j > 0 && i < n && j < n ? 0.3 : 0;
-      s.points.push_back({i - n / 2.0 + wander * uniform(random, -1, 1), j - n / 2.0 + wander * uniform(random, -1, 1), 0});
+      s.points.push_back(
+          {i - n / 2.0 + wander * uniform(random, -1, 1), j - n / 2.0 + wander * uniform(random, -1, 1), 0});
     }
   for (int j = 0; j < n; ++j)
     for (int i = 0; i < n; ++i) {
@@ -85,8 +87,9 @@ TEST_CASE("a box's surface is closed, with six flat edges and twelve convex ones
   std::sort(given.begin(), given.end());
   for (int i = 0; i < 12; ++i) CHECK(given[i] == i);
   for (const V& n : mesh.point_normals) CHECK(norm(n) == Approx(1).epsilon(1e-15));
-  const auto stair = build_triangle_mesh<double>({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {1, 0, 1}, {1, 1, 1}, {1, 1, 1}},
-                                                 {{0, 1, 2}, {0, 2, 3}, {1, 4, 6}, {1, 6, 2}, {0, 0, 1}});
+  const auto stair =
+      build_triangle_mesh<double>({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {1, 0, 1}, {1, 1, 1}, {1, 1, 1}},
+                                  {{0, 1, 2}, {0, 2, 3}, {1, 4, 6}, {1, 6, 2}, {0, 0, 1}});
   CHECK_FALSE(stair.closed);
   CHECK(stair.points.size() == 6);     // one came twice
   CHECK(stair.triangles.size() == 4);  // one had no area
@@ -214,8 +217,9 @@ TEST_CASE("what stands on a closed mesh meets the face it stands on, and not the
   const Geometry<double> angle = geometry_of(angle_surface()), block = geometry_of(box_surface({1, 1, 1}));
   REQUIRE(angle.mesh->closed);
   REQUIRE_FALSE(angle.mesh->convex);
-  const std::vector<Geometry<double>> standing = {shape(Box{{0.25, 0.25, 0.25}}), geometry_of(box_surface({0.25, 0.25, 0.25})),
-                                                  shape(Convex{box_corners({0.25, 0.25, 0.25})}), shape(Cylinder{0.25, 0.25})};
+  const std::vector<Geometry<double>> standing = {
+      shape(Box{{0.25, 0.25, 0.25}}), geometry_of(box_surface({0.25, 0.25, 0.25})),
+      shape(Convex{box_corners({0.25, 0.25, 0.25})}), shape(Cylinder{0.25, 0.25})};
   const auto upright = [](const std::vector<Manifold<double>>& m, double depth, double sign) {
     REQUIRE(!m.empty());
     CHECK(std::abs(deepest(m) + depth) < 1e-14);
@@ -288,7 +292,8 @@ TEST_CASE("what lies wholly inside a closed mesh is shown the way out; behind a 
   REQUIRE(ball.size() == 1);
   CHECK(ball[0].normal_W.x == 1);
   CHECK(ball[0].points[0].gap == Approx(-0.6).epsilon(1e-15));
-  const auto box = on_mesh(mesh, placed_at<double>({}), shape(Box{{0.1, 0.1, 0.1}}), placed_at<double>({0.5, 0.2, 0.3}));
+  const auto box =
+      on_mesh(mesh, placed_at<double>({}), shape(Box{{0.1, 0.1, 0.1}}), placed_at<double>({0.5, 0.2, 0.3}));
   REQUIRE(box.size() == 1);
   CHECK(box[0].normal_W.x == 1);
   CHECK(box[0].points[0].gap == Approx(-0.6).epsilon(1e-15));
@@ -323,8 +328,8 @@ TEST_CASE("out of a closed mesh that is convex leads the least way, for a mesh w
 }
 
 TEST_CASE("a mesh stands on a plane as its hull does") {
-  const auto m = on_mesh(geometry_of(box_surface({1, 2, 3})), placed_at<double>({5, 6, 2.75}), shape(Plane{{0, 0, 1}, 0}),
-                         placed_at<double>({}));
+  const auto m = on_mesh(geometry_of(box_surface({1, 2, 3})), placed_at<double>({5, 6, 2.75}),
+                         shape(Plane{{0, 0, 1}, 0}), placed_at<double>({}));
   REQUIRE(m.size() == 1);
   CHECK(m[0].count == 4);
   CHECK(m[0].normal_W.z == -1);
@@ -353,7 +358,8 @@ TEST_CASE("hostile meshes stay finite: needles, doubled triangles, three at an e
       for (const auto& m : on_mesh(mesh, placed_at<double>({}), b, place, 0.01)) {
         RC_ASSERT(m.count >= 1 && m.count <= 4);
         RC_ASSERT(std::abs(norm(m.normal_W) - 1) < 1e-9);
-        for (int i = 0; i < m.count; ++i) RC_ASSERT(std::isfinite(m.points[i].gap) && std::isfinite(norm(m.points[i].x_W)));
+        for (int i = 0; i < m.count; ++i)
+          RC_ASSERT(std::isfinite(m.points[i].gap) && std::isfinite(norm(m.points[i].x_W)));
       }
     }
     on_mesh(mesh, placed_at<double>({}), mesh, placed_at<double>({0.1 * size, 0, 0}));
