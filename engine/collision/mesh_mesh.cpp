@@ -81,8 +81,9 @@ void mesh_mesh_contacts(const TriangleMesh<S>& a, const TriangleMesh<S>& b, cons
   const S round_off = S(64) * real::epsilon<S>() * (a.bounding_radius + b.bounding_radius + norm(b_in_a.p_W));
   int left_t = -1, left_u = -1;  // the nearest triangles whose contact may be left to neighbours
   Meet<S> left_meet;
-  std::vector<Triangles<S>> along_faces;
-  OwnDepths<S> own_a, own_b;
+  static thread_local std::vector<Triangles<S>> along_faces;
+  static thread_local OwnDepths<S> own_a, own_b;
+  along_faces.clear(), own_a.clear(), own_b.clear();
   const auto add = [&](int t, int u, Manifold<S>& manifold) {
     if (manifold.count == 0) return;
     manifold.piece_a = a.given[t], manifold.piece_b = b.given[u];

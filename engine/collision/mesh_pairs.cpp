@@ -83,8 +83,9 @@ void mesh_convex_contacts(const TriangleMesh<S>& mesh, const ConvexPiece<S>& b, 
   int left = -1;  // the nearest triangle, whose normal the others may have left to each other
   Meet<S> left_meet;
   struct AlongFace { int t; S side, way; };
-  std::vector<AlongFace> along_faces;
-  OwnDepths<S> own;
+  static thread_local std::vector<AlongFace> along_faces;
+  static thread_local OwnDepths<S> own;
+  along_faces.clear(), own.clear();
   const auto add = [&](int t, const Meet<S>& meet) {
     Manifold<S> manifold;
     contact_points(piece_of(mesh, t), b, b_in_mesh, meet, margin, manifold);

@@ -108,6 +108,7 @@ bool neighbour_needs_less(const TriangleMesh<S>& mesh, int t, S side, S way, con
 // Depths by triangle, of the contacts along normals that are the triangle's own.
 template <class S> class OwnDepths {
  public:
+  void clear() { depths_.clear(); }
   void add(int t, S depth) { depths_.push_back({t, depth}); }
   S least(int t, S otherwise) const {
     for (const auto& [triangle, depth] : depths_)
