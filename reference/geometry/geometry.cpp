@@ -41,7 +41,8 @@ template <class Each> Separation smallest(const std::vector<Piece>& pieces, Each
   Separation found = *best;
   for (const Separation& other : all)
     if (norm(other.normal - found.normal) > 1e-7L) found.margin_m = std::min(found.margin_m, other.gap_m - found.gap_m);
-  for (const Separation& other : all) found.bar_m = std::max(found.bar_m, other.bar_m);
+  // Another piece may be the nearest one in truth, as far as its own bar reaches.
+  for (const Separation& other : all) found.bar_m = std::max(found.bar_m, found.gap_m - (other.gap_m - other.bar_m));
   return found;
 }
 

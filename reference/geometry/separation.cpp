@@ -188,7 +188,8 @@ void round_off(Separation& found, const Piece& a, const Piece& b) {
   found.on_b = found.on_b - b.radius_m * found.normal;
 }
 
-Separation apart(const Piece& a, const Piece& b, Real coordinates) {
+// `parting`: a direction that is known to part them, if there is one.
+Separation apart(const Piece& a, const Piece& b, Real coordinates, const Axis* parting = nullptr) {
   const Closest closest = closest_features(a, b, 8 * kUnit * coordinates);
   Separation found;
   Real most = -std::numeric_limits<Real>::infinity();
@@ -206,11 +207,18 @@ Separation apart(const Piece& a, const Piece& b, Real coordinates) {
     found.normal = n, found.on_a = each.on_a, found.on_b = each.on_b;
     found.gap_m = of_feature ? dot(n, across) : each.distance;
     // Any direction's s(n) is at most the distance, any two points of the pieces at least that far apart.
-    found.bar_m = 32 * kUnit * coordinates + std::max<Real>(0, each.distance - parted);
+    found.bar_m = 32 * kUnit * coordinates + std::max<Real>(0, closest.least_m - parted);
     // Away from it the direction turns as the points' round-off over their distance; on a feature it may point the
     // other way, twice the distance behind.
     if (of_feature) found.margin_m = std::min(coordinates, 2 * each.distance);
     else found.margin_m = each.distance > 1e6L * found.bar_m ? each.distance : 0;
+  }
+  if (parting != nullptr && parting->s > most) {  // close together points tell no direction as well
+    const Candidate& least = closest.least();
+    found.normal = parting->normal, found.on_a = least.on_a, found.on_b = least.on_b;
+    found.gap_m = least.distance;
+    found.bar_m = 32 * kUnit * coordinates + std::max<Real>(0, least.distance - parting->s);
+    found.margin_m = std::min(coordinates, 2 * least.distance);
   }
   round_off(found, a, b);
   return found;
@@ -235,7 +243,8 @@ Separation separation(const Piece& a, const Piece& b) {
   Real margin = 0;
   const Axis& axis = axes.best(margin);
   const Real evaluated = 32 * kUnit * coordinates, bar = evaluated * (1 + 1 / axis.sharpness);
-  if (axis.s > evaluated) return apart(a, b, coordinates);  // s(n) parts them, however far n is off its edges' normal
+  if (axis.s > evaluated)
+    return apart(a, b, coordinates, &axis);  // s(n) parts them, however far n is off its edges' normal
   Separation found;
   found.gap_m = axis.s;
   found.normal = axis.normal;

@@ -254,6 +254,20 @@ TEST_CASE("what is a hair apart is apart, however nearly parallel the edges betw
   }
 }
 
+TEST_CASE("points a hair apart do not tell the direction as well as what parts them does") {
+  // A rectangle beside a square of two triangles, 1e-10 apart in one plane that is turned by a hair.
+  const Mesh square{"", {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}}, {{0, 1, 2}, {0, 2, 3}}};
+  Scene scene = scene_of(Rectangle{{2, 2}}, {0, 0, 0}, square, {0, -3.0000000001, 0});
+  for (const double angle : {0.0, 1e-15, 5.7564543623575585e-09, 1e-6}) {
+    for (auto& body : scene.bodies) body.orientation_wxyz = {1, 0, angle, 0};
+    const auto apart = geometry::separation_between(scene, 0, 1);
+    INFO(angle);
+    CHECK(std::fabs(apart.gap_m - 1e-10L) < 1e-15L);
+    CHECK(apart.bar_m < 1e-16L);
+    CHECK(geometry::find_contacts(scene, {}).contacts.empty());
+  }
+}
+
 TEST_CASE("decimals that touch do, though their doubles leave a gap") {
   Scene scene = scene_of(Sphere{0.1}, {0, 0, 0}, Sphere{0.7}, {0.8, 0, 0});
   REQUIRE(geometry::separation_between(scene, 0, 1).gap_m > geometry::separation_between(scene, 0, 1).bar_m);
