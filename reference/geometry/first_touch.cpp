@@ -209,7 +209,7 @@ std::optional<FirstTouch> advance(const Body& a, const Body& b, Real t_end_s, Re
   // rounded does.
   if (separation(a.shape, place_at(a, 0), b.shape, place_at(b, 0)).gap_m <= given_m) return at(a, b, 0, 0);
   Real t_s = 0;
-  constexpr int kMost = 100000;
+  constexpr int kMost = 20000;
   for (int i = 0; i < kMost; ++i) {
     const Look now = look(a, b, t_s, t_end_s - t_s);
     if (now.touching) return at(a, b, t_s, now.speed > 0 ? 2 * now.floor_m / now.speed + 4 * kUnit * t_s : 0);
