@@ -1,4 +1,5 @@
-// The fifteen axes of two boxes: Gottschalk, Lin, Manocha, OBBTree (1996), made exact for edges that are nearly parallel.
+// The fifteen axes of two boxes: Gottschalk, Lin, Manocha, OBBTree (1996), made exact for edges that are nearly
+// parallel.
 #include "collision/box_pair.hpp"
 
 namespace atwood {
@@ -12,12 +13,12 @@ template <class S> std::array<S, 3> core_extents(const Geometry<S>& g) {
 
 constexpr int next(int i) { return i == 2 ? 0 : i + 1; }
 
-// The product c = A_i x B_j of two edges, by a's axes: component 0 along A_i, -R[i2][j] along A_i1, R[i1][j] along A_i2,
-// s = |c| the sine of their angle. The entries of R are off by an ulp of 1, so c / s may be turned about A_i by eps / s: much
-// when the edges are nearly parallel. Any unit vector n bounds the penetration from above, and the one we have is exactly
-// normal to A_i and to B_j = (.., R[i1][j], R[i2][j]): the parallelogram of edges that it must face stays flat against it,
-// and the bound is sharp to a few eps of the extents. That holds if every projection is made with this n, not by identities
-// for the true one (A_i x B_j . B_k = R[i][l] is off by eps / s).
+// The product c = A_i x B_j of two edges, by a's axes: component 0 along A_i, -R[i2][j] along A_i1, R[i1][j] along
+// A_i2, s = |c| the sine of their angle. The entries of R are off by an ulp of 1, so c / s may be turned about A_i by
+// eps / s: much when the edges are nearly parallel. Any unit vector n bounds the penetration from above, and the one we
+// have is exactly normal to A_i and to B_j = (.., R[i1][j], R[i2][j]): the parallelogram of edges that it must face
+// stays flat against it, and the bound is sharp to a few eps of the extents. That holds if every projection is made
+// with this n, not by identities for the true one (A_i x B_j . B_k = R[i][l] is off by eps / s).
 template <class S> struct EdgeAxis {
   S along_1, along_2, gap, offset;   // n = along_1 A_i1 + along_2 A_i2; offset = t . n
 };
@@ -52,7 +53,8 @@ bool faces(const BoxPair<S>& pair, const std::array<std::array<S, 3>, 3>& Q, S l
 }  // namespace
 
 template <class S>
-BoxPair<S> box_pair(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b, const Placement<S>& place_b) {
+BoxPair<S> box_pair(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b,
+                    const Placement<S>& place_b) {
   BoxPair<S> pair;
   pair.place_a = &place_a, pair.place_b = &place_b;
   pair.h_a = core_extents(a), pair.h_b = core_extents(b);
@@ -89,7 +91,8 @@ template <class S> bool greatest_gap(const BoxPair<S>& pair, S limit, BoxAxis<S>
                   h_b[j1] * Q[i][j2] - h_b[j2] * Q[i][j1] + slack;
       if (v <= real::min(edge_gap, S(0))) continue;
       const S sine = real::sqrt(R[i1][j] * R[i1][j] + R[i2][j] * R[i2][j]);
-      if (v <= edge_gap * sine || sine <= S(4) * eps) continue;  // parallel within the axes' own round-off: faces say it all
+      if (v <= edge_gap * sine || sine <= S(4) * eps)
+        continue;  // parallel within the axes' own round-off: faces say it all
       const EdgeAxis<S> axis = edge_axis(pair, i, j, sine);
       if (axis.gap > limit) return false;
       if (!(axis.gap > (edge_wins ? edge_gap : won))) continue;

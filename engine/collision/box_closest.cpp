@@ -12,15 +12,15 @@ template <class S> using Three = std::array<S, 3>;
 
 template <class S> S square(const Three<S>& v) { return v[0] * v[0] + v[1] * v[1] + v[2] * v[2]; }
 
-// ---- corners ------------------------------------------------------------------------------------------------------------
+// ---- corners ------------------------------------------------------------------------------------------------------
 template <class S> struct CornerNearest {
   S square{};
   Three<S> on_box{}, way{};         // in the box's axes; from the box to the corner
   int box_feature = kFeatureNone, corner_feature = kFeatureNone;
   int steps = 0;                    // parts of `way` that are not 0: 1 over a face, 2 beside an edge, 3 off a corner
 };
-// Squares of distances that agree to round-off are directions that differ by its root: then the feature decides that leaves
-// the direction least freedom.
+// Squares of distances that agree to round-off are directions that differ by its root: then the feature decides that
+// leaves the direction least freedom.
 template <class S> bool nearer(const CornerNearest<S>& x, const CornerNearest<S>& y) {
   const S tie = S(8) * real::epsilon<S>() * real::max(x.square, y.square);
   if (real::abs(x.square - y.square) > tie || x.steps == y.steps) return x.square < y.square;
@@ -28,7 +28,8 @@ template <class S> bool nearer(const CornerNearest<S>& x, const CornerNearest<S>
 }
 // Corners of the other box (its centre at `t`, axis j along column j of R) against the box of half extents `h`.
 template <class S>
-CornerNearest<S> nearest_corner(const Three<S>& h, const Three<S>& t, const Three<S>& other_h, const Three<Three<S>>& R) {
+CornerNearest<S> nearest_corner(const Three<S>& h, const Three<S>& t, const Three<S>& other_h,
+                                const Three<Three<S>>& R) {
   CornerNearest<S> best;
   for (int bits = 0; bits < 8; ++bits) {
     CornerNearest<S> one;
@@ -61,7 +62,7 @@ template <class S> Three<Three<S>> transposed(const Three<Three<S>>& R) {
   return out;
 }
 
-// ---- edges --------------------------------------------------------------------------------------------------------------
+// ---- edges --------------------------------------------------------------------------------------------------------
 template <class S> struct EdgesNearest {
   S distance{};
   int i = -1, j = -1;               // -1: none nearer than the corners
@@ -69,9 +70,9 @@ template <class S> struct EdgesNearest {
   int feature_a = kFeatureNone, feature_b = kFeatureNone;
 };
 
-// Edges along A_i and B_j whose lines come nearest within both. With n = (A_i x B_j) / s the lines through the edges' middles,
-// w apart, keep |w . n|; they come nearest at b = -(w . e) / s along B_j, where e completes A_i and n, and at w . A_i + b R_ij
-// along A_i.
+// Edges along A_i and B_j whose lines come nearest within both. With n = (A_i x B_j) / s the lines through the edges'
+// middles, w apart, keep |w . n|; they come nearest at b = -(w . e) / s along B_j, where e completes A_i and n, and at
+// w . A_i + b R_ij along A_i.
 template <class S> void nearest_edges(const BoxPair<S>& pair, int i, int j, EdgesNearest<S>& best) {
   const auto& R = pair.R;
   const int i1 = next(i), i2 = next(i1), j1 = next(j), j2 = next(j1);
@@ -108,7 +109,8 @@ template <class S> BoxClosest<S> closest_of_boxes(const BoxPair<S>& pair) {
   if (nearer(of_a, of_b)) {
     out.distance = length_and_direction(Vec3<S>{of_a.way[0], of_a.way[1], of_a.way[2]}, way);
     out.normal_W = -turned(*pair.place_b, way);
-    for (int i = 0; i < 3; ++i) out.on_a[i] = (of_a.corner_feature / kFeatureWeight[i]) % 3 == 2 ? pair.h_a[i] : -pair.h_a[i];
+    for (int i = 0; i < 3; ++i)
+      out.on_a[i] = (of_a.corner_feature / kFeatureWeight[i]) % 3 == 2 ? pair.h_a[i] : -pair.h_a[i];
     out.feature_a = of_a.corner_feature, out.feature_b = of_a.box_feature;
   } else {
     out.distance = length_and_direction(Vec3<S>{of_b.way[0], of_b.way[1], of_b.way[2]}, way);

@@ -46,7 +46,8 @@ void cross_faces(const V& from_W, const V& to_W, const PosedBox& box, std::vecto
       if ((above > 0) == (below > 0)) continue;
       const double part = above / (above - below);
       const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
-      if (std::abs(p[i] + part * (q[i] - p[i])) > box.h[i] || std::abs(p[j] + part * (q[j] - p[j])) > box.h[j]) continue;
+      if (std::abs(p[i] + part * (q[i] - p[i])) > box.h[i] || std::abs(p[j] + part * (q[j] - p[j])) > box.h[j])
+        continue;
       out.push_back({from_W + part * (to_W - from_W), sign * box.place.axis_W[k], -std::min(above, below)});
     }
   }
@@ -74,14 +75,16 @@ std::array<Wide, 3> widened(const V& v) { return {Wide(v.x), Wide(v.y), Wide(v.z
 ContactAnswer find_contacts_by_box_edges(const Scene& scene, const ContactQuery& query) {
   if (query.swept) return refused("box-edges has no swept test");
   for (const Body& body : scene.bodies)
-    if (!std::holds_alternative<Box>(body.shape)) return refused("box-edges tests boxes alone; `" + body.name + "` is none");
+    if (!std::holds_alternative<Box>(body.shape))
+      return refused("box-edges tests boxes alone; `" + body.name + "` is none");
   ContactAnswer answer;
   for (std::size_t a = 0; a < scene.bodies.size(); ++a) {
     for (std::size_t b = a + 1; b < scene.bodies.size(); ++b) {
       if (scene.bodies[a].fixed && scene.bodies[b].fixed) continue;
       const PosedBox box_a = posed_box(scene.bodies[a]), box_b = posed_box(scene.bodies[b]);
       const auto add = [&](const Crossing& c, const V& normal_W) {
-        answer.contacts.push_back({static_cast<int>(a), static_cast<int>(b), widened(c.x_W), widened(normal_W), Wide(c.depth)});
+        answer.contacts.push_back(
+            {static_cast<int>(a), static_cast<int>(b), widened(c.x_W), widened(normal_W), Wide(c.depth)});
       };
       for (const Crossing& c : crossings(box_a, box_b)) add(c, -c.outward_W);
       for (const Crossing& c : crossings(box_b, box_a)) add(c, c.outward_W);

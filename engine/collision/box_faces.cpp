@@ -41,9 +41,10 @@ template <class S> Facing<S> facing(const BoxPair<S>& pair, bool reference_is_a,
   return f;
 }
 
-// ---- the polygon ---------------------------------------------------------------------------------------------------------
-// A corner of it: place on the reference face, gap along the normal, the features that meet there, and what the side to the
-// next corner lies on: the other's side 0..3, or 4 + the reference's side.
+// ---- the polygon
+// --------------------------------------------------------------------------------------------------------- A corner of
+// it: place on the reference face, gap along the normal, the features that meet there, and what the side to the next
+// corner lies on: the other's side 0..3, or 4 + the reference's side.
 template <class S> struct Corner {
   S u, v, gap;
   int feature, other_feature, side;
@@ -76,12 +77,14 @@ template <class S> void put_other_face(const Facing<S>& f, Polygon<S>& polygon) 
   const int other_face = kFeatureNone + static_cast<int>(f.other_sign) * kFeatureWeight[f.l];
   for (int side = 0; side < 4; ++side) {  // (+, +), (-, +), (-, -), (+, -)
     const int s1 = side == 0 || side == 3 ? 1 : -1, s2 = side < 2 ? 1 : -1;
-    polygon.add({c[0] + S(s1) * p[0] + S(s2) * q[0], c[1] + S(s1) * p[1] + S(s2) * q[1], c[2] + S(s1) * p[2] + S(s2) * q[2],
-                 face, other_face + s1 * kFeatureWeight[l1] + s2 * kFeatureWeight[l2], side, S(0)});
+    polygon.add({c[0] + S(s1) * p[0] + S(s2) * q[0], c[1] + S(s1) * p[1] + S(s2) * q[1],
+                 c[2] + S(s1) * p[2] + S(s2) * q[2], face,
+                 other_face + s1 * kFeatureWeight[l1] + s2 * kFeatureWeight[l2], side, S(0)});
   }
 }
 
-// The features that meet where the polygon's side crosses the reference's side `cut` (0: u = +h, 1: u = -h, 2, 3: v likewise).
+// The features that meet where the polygon's side crosses the reference's side `cut` (0: u = +h, 1: u = -h, 2, 3: v
+// likewise).
 template <class S> void name_crossing(const Facing<S>& f, int side, int cut, Corner<S>& at) {
   const int u = next(f.k), v = next(u), l1 = next(f.l), l2 = next(l1);
   const auto sides = [&](int which) { return (which % 2 == 0 ? 1 : -1) * kFeatureWeight[which < 2 ? u : v]; };
@@ -115,7 +118,8 @@ template <class S> bool clip(const Facing<S>& f, int cut, const Polygon<S>& poly
     Corner<S> at{between(p.u, q.u), between(p.v, q.v), between(p.gap, q.gap), 0, 0, q_out ? 4 + cut : p.side, S(0)};
     (cut < 2 ? at.u : at.v) = sign * h;
     name_crossing(f, p.side, cut, at);
-    // A corner that is cut off by a hair leaves its name to one of the cuts: flush boxes must not change names by round-off.
+    // A corner that is cut off by a hair leaves its name to one of the cuts: flush boxes must not change names by
+    // round-off.
     const Corner<S>& lost = q_out ? q : p;
     if (real::abs(lost.u - at.u) + real::abs(lost.v - at.v) <= hair && &lost != inherited) {
       at.feature = lost.feature, at.other_feature = lost.other_feature;
@@ -129,11 +133,13 @@ template <class S> bool clip(const Facing<S>& f, int cut, const Polygon<S>& poly
 // Neighbours that are one point to round-off, the last and the first among them.
 template <class S> void drop_doubles(Polygon<S>& polygon, S tolerance) {
   const auto same = [tolerance](const Corner<S>& p, const Corner<S>& q) {
-    return real::abs(p.u - q.u) <= tolerance && real::abs(p.v - q.v) <= tolerance && real::abs(p.gap - q.gap) <= tolerance;
+    return real::abs(p.u - q.u) <= tolerance && real::abs(p.v - q.v) <= tolerance &&
+           real::abs(p.gap - q.gap) <= tolerance;
   };
   int kept = 0;
   for (int i = 0; i < polygon.count; ++i) {
-    if (kept > 0 && (same(polygon[i], polygon[kept - 1]) || (i + 1 == polygon.count && same(polygon[i], polygon[0])))) continue;
+    if (kept > 0 && (same(polygon[i], polygon[kept - 1]) || (i + 1 == polygon.count && same(polygon[i], polygon[0]))))
+      continue;
     if (kept != i) polygon[kept] = polygon[i];
     ++kept;
   }
@@ -179,7 +185,8 @@ template <class S> void put_skins_on(const Facing<S>& f, S radius, S other_radiu
 }  // namespace
 
 template <class S>
-Manifold<S> face_manifold(const BoxPair<S>& pair, bool reference_is_a, int k, const Vec3<S>& normal_W, S margin, S& deepest) {
+Manifold<S> face_manifold(const BoxPair<S>& pair, bool reference_is_a, int k, const Vec3<S>& normal_W, S margin,
+                          S& deepest) {
   const Facing<S> f = facing(pair, reference_is_a, k, normal_W);
   Polygon<S> buffers[2];
   Polygon<S>*polygon = &buffers[0], *spare = &buffers[1];
@@ -226,9 +233,9 @@ Manifold<S> face_manifold(const BoxPair<S>& pair, bool reference_is_a, int k, co
     const Corner<S>& c = near[i];
     const Vec3<S> on_reference =
         c.u * place.axis_W[next(k)] + c.v * place.axis_W[next(next(k))] + (f.sign * f.h[k]) * place.axis_W[k];
-    m.points[static_cast<std::size_t>(i)] = {
-        place.p_W + (on_reference + (c.skin + c.gap / S(2)) * outward), c.gap,
-        feature_id(normal_W, reference_is_a ? c.feature : c.other_feature, reference_is_a ? c.other_feature : c.feature)};
+    m.points[static_cast<std::size_t>(i)] = {place.p_W + (on_reference + (c.skin + c.gap / S(2)) * outward), c.gap,
+                                             feature_id(normal_W, reference_is_a ? c.feature : c.other_feature,
+                                                        reference_is_a ? c.other_feature : c.feature)};
   }
   return m;
 }

@@ -1,5 +1,6 @@
-// Two boxes with rounded skins: a box, a rectangle (no thickness), a capsule's segment (length alone). Everything that follows
-// is worked out between the cores; the radii are taken off the gap at the end, which is exact for either sign of it.
+// Two boxes with rounded skins: a box, a rectangle (no thickness), a capsule's segment (length alone). Everything that
+// follows is worked out between the cores; the radii are taken off the gap at the end, which is exact for either sign
+// of it.
 //
 // Lengths are measured from a's centre, so what is far from the world's origin is no less exact.
 #pragma once
@@ -20,9 +21,10 @@ template <class S> struct BoxPair {
   S size{};                                // sum of the half extents: round-off is a few eps of it
 };
 template <class S>
-BoxPair<S> box_pair(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b, const Placement<S>& place_b);
+BoxPair<S> box_pair(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b,
+                    const Placement<S>& place_b);
 
-// ---- the fifteen axes (box_axes.cpp) -----------------------------------------------------------------------------------
+// ---- the fifteen axes (box_axes.cpp) ------------------------------------------------------------------------------
 enum class BoxAxisKind : unsigned char { face_a, face_b, edges };
 template <class S> struct BoxAxis {
   S gap{};                                 // of the cores along the axis
@@ -30,15 +32,15 @@ template <class S> struct BoxAxis {
   int i = 0, j = 0;                        // A_i (face_a, edges), B_j (face_b, edges)
   Vec3<S> normal_W;                        // unit, from a to b
 };
-// The axis of greatest gap: when the cores overlap, that of least penetration. False, early, when some axis shows more than
-// `limit` between them.
+// The axis of greatest gap: when the cores overlap, that of least penetration. False, early, when some axis shows more
+// than `limit` between them.
 template <class S> bool greatest_gap(const BoxPair<S>& pair, S limit, BoxAxis<S>& best);
 
-// ---- features: sign s_k of each axis, 0 where it varies: a corner, an edge or a face ------------------------------------
+// ---- features: sign s_k of each axis, 0 where it varies: a corner, an edge or a face ------------------------------
 constexpr std::array<int, 3> kFeatureWeight{9, 3, 1};
 constexpr int kFeatureNone = 13;           // all signs 0; add sign * weight
-// Of two boxes that meet one is first whichever is called a: that behind along a fixed direction, no axis or diagonal of any
-// scene, so that it rarely changes while they touch.
+// Of two boxes that meet one is first whichever is called a: that behind along a fixed direction, no axis or diagonal
+// of any scene, so that it rarely changes while they touch.
 template <class S> bool a_lies_first(const Vec3<S>& normal_W) {
   return dot(normal_W, Vec3<S>{S(0.4391), S(0.5573), S(0.7047)}) > S(0);
 }
@@ -47,26 +49,30 @@ template <class S> std::uint32_t feature_id(const Vec3<S>& normal_W, int feature
   return static_cast<std::uint32_t>(a_lies_first(normal_W) ? 32 * feature_a + feature_b : 32 * feature_b + feature_a);
 }
 
-// ---- where two faces lie over each other (box_faces.cpp) -----------------------------------------------------------------
-// The face of the reference box along its axis `k` that looks along the normal most, and the other's face that looks against
-// it most, projected onto each other along the normal; kept are the points within `margin`, at most four. `normal_W` need
-// not be the reference face's own. `deepest` is the least gap between the cores, infinite when the faces do not overlap
-// (the manifold is then the other's lowest corner, moved onto the face).
+// ---- where two faces lie over each other (box_faces.cpp)
+// ----------------------------------------------------------------- The face of the reference box along its axis `k`
+// that looks along the normal most, and the other's face that looks against it most, projected onto each other along
+// the normal; kept are the points within `margin`, at most four. `normal_W` need not be the reference face's own.
+// `deepest` is the least gap between the cores, infinite when the faces do not overlap (the manifold is then the
+// other's lowest corner, moved onto the face).
 template <class S>
-Manifold<S> face_manifold(const BoxPair<S>& pair, bool reference_is_a, int k, const Vec3<S>& normal_W, S margin, S& deepest);
+Manifold<S> face_manifold(const BoxPair<S>& pair, bool reference_is_a, int k, const Vec3<S>& normal_W, S margin,
+                          S& deepest);
 
-// ---- cores apart (box_closest.cpp) -----------------------------------------------------------------------------------------
+// ---- cores apart (box_closest.cpp) --------------------------------------------------------------------------------
 template <class S> struct BoxClosest {
   S distance{};
   Vec3<S> normal_W;                        // unit, from a to b
   std::array<S, 3> on_a{};                 // in a's axes
   int feature_a = kFeatureNone, feature_b = kFeatureNone;
 };
-// The nearest points of two cores of which `greatest_gap` found a positive gap. Corners against boxes, edges against edges.
+// The nearest points of two cores of which `greatest_gap` found a positive gap. Corners against boxes, edges against
+// edges.
 template <class S> BoxClosest<S> closest_of_boxes(const BoxPair<S>& pair);
 
-// ---- all together (box_pairs.cpp) ------------------------------------------------------------------------------------------
-// False: the surfaces are more than `margin` apart.
+// ---- all together (box_pairs.cpp)
+// ------------------------------------------------------------------------------------------ False: the surfaces are
+// more than `margin` apart.
 template <class S> bool box_manifold(const BoxPair<S>& pair, S margin, Manifold<S>& out);
 
 }  // namespace atwood

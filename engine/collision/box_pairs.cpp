@@ -12,8 +12,8 @@ namespace {
 
 constexpr int next(int i) { return i == 2 ? 0 : i + 1; }
 
-// Faces, or edges, that lie flatter upon each other than this (the sine or one minus the cosine of 1.1 degrees) meet in more
-// than one point, although the direction of least penetration need not be a face's own.
+// Faces, or edges, that lie flatter upon each other than this (the sine or one minus the cosine of 1.1 degrees) meet in
+// more than one point, although the direction of least penetration need not be a face's own.
 template <class S> constexpr S kFlatSine = S(0.02);
 template <class S> constexpr S kFlatCosine = S(0.9998);
 
@@ -35,8 +35,8 @@ template <class S> struct Crossing {
   int feature_a = kFeatureNone, feature_b = kFeatureNone;
 };
 
-// Both have a face across the normal: then which of them is the reference does not hang on which axis won by a hair, or the
-// names of the points would.
+// Both have a face across the normal: then which of them is the reference does not hang on which axis won by a hair, or
+// the names of the points would.
 template <class S>
 bool flat_faces(const BoxPair<S>& pair, const Vec3<S>& normal_W, S margin, Manifold<S>& out, S& deepest) {
   S along_a, along_b;
@@ -67,8 +67,8 @@ bool gap_beside(const Side<S>& base, const Side<S>& other, const Vec3<S>& n_W, S
   return found;
 }
 
-// Two edges side by side: the nearest point, and both ends of the stretch that they share. Of two sharp edges that holds only
-// while they are parallel to round-off: a hair off, and they meet in one point.
+// Two edges side by side: the nearest point, and both ends of the stretch that they share. Of two sharp edges that
+// holds only while they are parallel to round-off: a hair off, and they meet in one point.
 template <class S> bool parallel_edges(const BoxPair<S>& pair, const Crossing<S>& at, S margin, Manifold<S>& out) {
   int i = -1, j = -1;
   for (int p = 0; p < 3; ++p)
@@ -89,7 +89,8 @@ template <class S> bool parallel_edges(const BoxPair<S>& pair, const Crossing<S>
   const bool like = (a.radius > S(0)) == (b.radius > S(0)), from_a = like ? a_lies_first(at.normal_W) : b.radius > S(0);
   const Side<S>&base = from_a ? a : b, &other = from_a ? b : a;
   const Vec3<S> n_W = from_a ? at.normal_W : -at.normal_W;
-  const S cosine = pair.R[i][j], reach = other.half_length * real::abs(cosine), middle = base.place - cosine * other.place;
+  const S cosine = pair.R[i][j], reach = other.half_length * real::abs(cosine),
+          middle = base.place - cosine * other.place;
   const S from = real::max(-base.half_length, middle - reach), to = real::min(base.half_length, middle + reach);
 
   out = {};
@@ -180,13 +181,15 @@ template <class S> bool box_manifold(const BoxPair<S>& pair, S margin, Manifold<
   }
   const BoxClosest<S> closest = closest_of_boxes(pair);
   if (!(closest.distance <= limit)) return false;
-  const Meeting meeting = is_edge(closest.feature_a) && is_edge(closest.feature_b) ? Meeting::edge_edge : Meeting::point;
+  const Meeting meeting =
+      is_edge(closest.feature_a) && is_edge(closest.feature_b) ? Meeting::edge_edge : Meeting::point;
   const Crossing<S> at{closest.normal_W, closest.distance, closest.on_a, closest.feature_a, closest.feature_b};
   crossing_manifold(pair, at, meeting, margin, out);
   return true;
 }
 
-template <class S> void box_box_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
+template <class S>
+void box_box_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
   Manifold<S> manifold;
   if (box_manifold(box_pair(a.shape, a.place, b.shape, b.place), margin, manifold)) out.push_back(manifold);
 }

@@ -1,7 +1,8 @@
-// Binary space partitioning: space is cut in two by planes across the axes until few boxes are left in a part. A box that a
-// plane cuts goes to both sides; a pair is looked at where it meets first: in the part that holds the corner
+// Binary space partitioning: space is cut in two by planes across the axes until few boxes are left in a part. A box
+// that a plane cuts goes to both sides; a pair is looked at where it meets first: in the part that holds the corner
 // max(low_a, low_b) of the two boxes' overlap, which lies in exactly one part.
-// Source: Fuchs, Kedem, Naylor, On visible surface generation by a priori tree structures (1980); Ericson (2005), section 8.3.
+// Source: Fuchs, Kedem, Naylor, On visible surface generation by a priori tree structures (1980); Ericson (2005),
+// section 8.3.
 #include "collision/broad_kinds.hpp"
 
 namespace atwood::broad {
@@ -31,7 +32,8 @@ template <class S> class Bsp final : public BroadPhase<S> {
     const std::size_t count = last - first;
     if (count < 2) return;
     if (count <= leaf_items || cuts == most_cuts) return look(items, first, last, part);
-    // The median of the lower corners along the axis where they scatter most, or along the next if boxes there are too wide.
+    // The median of the lower corners along the axis where they scatter most, or along the next if boxes there are too
+    // wide.
     S scatter[3];
     for (int axis = 0; axis < 3; ++axis) {
       S low = std::numeric_limits<S>::infinity(), high = -low;
@@ -47,8 +49,10 @@ template <class S> class Bsp final : public BroadPhase<S> {
     for (const int axis : axes) {
       if (!(scatter[axis] > S(0))) break;  // all begin at the same place
       const S plane = median(items, first, last, axis);
-      const std::size_t left = push(items, first, last, [&](const Aabb<S>& box) { return along(box.low, axis) < plane; });
-      const std::size_t right = push(items, first, last, [&](const Aabb<S>& box) { return along(box.high, axis) >= plane; });
+      const std::size_t left =
+          push(items, first, last, [&](const Aabb<S>& box) { return along(box.low, axis) < plane; });
+      const std::size_t right =
+          push(items, first, last, [&](const Aabb<S>& box) { return along(box.high, axis) >= plane; });
       const std::size_t end = stack_.size();
       if (end - left <= count + count * 5 / 8 && end - right < count) {
         Aabb<S> below = part, above = part;
@@ -67,7 +71,8 @@ template <class S> class Bsp final : public BroadPhase<S> {
   // Of the lower ends; above the least of them, so that both sides have somebody.
   S median(Items<S> items, std::size_t first, std::size_t last, int axis) {
     const auto low_of = [&](std::int32_t i) { return along(items[i].box.low, axis); };
-    const auto begin = stack_.begin() + static_cast<std::ptrdiff_t>(first), end = stack_.begin() + static_cast<std::ptrdiff_t>(last);
+    const auto begin = stack_.begin() + static_cast<std::ptrdiff_t>(first),
+               end = stack_.begin() + static_cast<std::ptrdiff_t>(last);
     const auto middle = begin + (end - begin) / 2;
     std::nth_element(begin, middle, end, [&](std::int32_t a, std::int32_t b) { return low_of(a) < low_of(b); });
     const S found = low_of(*middle);
@@ -78,7 +83,8 @@ template <class S> class Bsp final : public BroadPhase<S> {
   }
 
   // Copies those of the part that belong to a side to the top of the stack; where they begin there.
-  template <class Belongs> std::size_t push(Items<S> items, std::size_t first, std::size_t last, const Belongs& belongs) {
+  template <class Belongs>
+  std::size_t push(Items<S> items, std::size_t first, std::size_t last, const Belongs& belongs) {
     const std::size_t begin = stack_.size();
     for (std::size_t n = first; n < last; ++n) {
       const std::int32_t item = stack_[n];
@@ -92,7 +98,8 @@ template <class S> class Bsp final : public BroadPhase<S> {
       for (std::size_t m = n + 1; m < last; ++m) {
         const std::int32_t a = stack_[n], b = stack_[m];
         ++this->kept_;
-        if (is_pair(items[a], items[b]) && inside(meeting(items[a].box, items[b].box), part)) found_.push_back(ordered(a, b));
+        if (is_pair(items[a], items[b]) && inside(meeting(items[a].box, items[b].box), part))
+          found_.push_back(ordered(a, b));
       }
     }
   }
@@ -101,7 +108,8 @@ template <class S> class Bsp final : public BroadPhase<S> {
     return {std::max(a.low.x, b.low.x), std::max(a.low.y, b.low.y), std::max(a.low.z, b.low.z)};
   }
   static bool inside(const Vec3<S>& p, const Aabb<S>& part) {
-    return p.x >= part.low.x && p.x < part.high.x && p.y >= part.low.y && p.y < part.high.y && p.z >= part.low.z && p.z < part.high.z;
+    return p.x >= part.low.x && p.x < part.high.x && p.y >= part.low.y && p.y < part.high.y && p.z >= part.low.z &&
+           p.z < part.high.z;
   }
 
   std::vector<std::int32_t> stack_;  // the items of every part that is being cut, deepest last

@@ -1,8 +1,10 @@
-// Uniform grid, hashed: boxes filed by the cell of their lower corner, each cell against itself and half of its neighbours.
-// Source: Teschner, Heidelberger, Mueller, Pomeranets, Gross, Optimized spatial hashing for collision detection (2003).
+// Uniform grid, hashed: boxes filed by the cell of their lower corner, each cell against itself and half of its
+// neighbours. Source: Teschner, Heidelberger, Mueller, Pomeranets, Gross, Optimized spatial hashing for collision
+// detection (2003).
 //
-// With cells at least as wide as every box two boxes that overlap have lower corners in the same cell or in neighbouring ones:
-// low_a <= high_b <= low_b + cell. Boxes of more than twice the median width do not set the cell: they are tested with all.
+// With cells at least as wide as every box two boxes that overlap have lower corners in the same cell or in
+// neighbouring ones: low_a <= high_b <= low_b + cell. Boxes of more than twice the median width do not set the cell:
+// they are tested with all.
 #include <bit>
 #include <cmath>
 
@@ -27,7 +29,8 @@ template <class S> class Grid final : public BroadPhase<S> {
       found.kept = 0;
       for (int at = mine.first; at < mine.last; ++at) search_from(items, static_cast<std::size_t>(at), found);
       const Share large = share(static_cast<int>(large_.size()), part, parts);
-      for (int at = large.first; at < large.last; ++at) search_large(items, large_[static_cast<std::size_t>(at)], found);
+      for (int at = large.first; at < large.last; ++at)
+        search_large(items, large_[static_cast<std::size_t>(at)], found);
     };
     if (team_) team_->run(count > 1000, search);
     else search(0);
@@ -47,25 +50,28 @@ template <class S> class Grid final : public BroadPhase<S> {
 
   static double width(const BroadItem<S>& item) {
     const Aabb<S>& box = item.box;
-    return std::max({static_cast<double>(box.high.x) - static_cast<double>(box.low.x), static_cast<double>(box.high.y) - static_cast<double>(box.low.y),
+    return std::max({static_cast<double>(box.high.x) - static_cast<double>(box.low.x),
+                     static_cast<double>(box.high.y) - static_cast<double>(box.low.y),
                      static_cast<double>(box.high.z) - static_cast<double>(box.low.z)});
   }
   static bool finite(const BroadItem<S>& item) {
     const Aabb<S>& box = item.box;
-    const double all = std::abs(double(box.low.x)) + std::abs(double(box.low.y)) + std::abs(double(box.low.z)) + std::abs(double(box.high.x)) +
-                       std::abs(double(box.high.y)) + std::abs(double(box.high.z));
+    const double all = std::abs(double(box.low.x)) + std::abs(double(box.low.y)) + std::abs(double(box.low.z)) +
+                       std::abs(double(box.high.x)) + std::abs(double(box.high.y)) + std::abs(double(box.high.z));
     return all - all == 0;
   }
 
-  // A corner's cell is floor(x / cell), a quotient that rounding moves by |x / cell| 2^-52 or so. The margin of 2^-10 on the
-  // cell covers that as long as |x / cell| < 2^40, which the last line sees to; it also keeps points from making a cell of 0.
+  // A corner's cell is floor(x / cell), a quotient that rounding moves by |x / cell| 2^-52 or so. The margin of 2^-10
+  // on the cell covers that as long as |x / cell| < 2^40, which the last line sees to; it also keeps points from making
+  // a cell of 0.
   void choose_cell(Items<S> items) {
     widths_.clear();
     double farthest = 0;
     for (const BroadItem<S>& item : items) {
       if (!finite(item)) continue;
       widths_.push_back(width(item));
-      for (int axis = 0; axis < 3; ++axis) farthest = std::max(farthest, std::abs(static_cast<double>(along(item.box.low, axis))));
+      for (int axis = 0; axis < 3; ++axis)
+        farthest = std::max(farthest, std::abs(static_cast<double>(along(item.box.low, axis))));
     }
     double widest = 0;
     if (!widths_.empty()) {
@@ -79,9 +85,11 @@ template <class S> class Grid final : public BroadPhase<S> {
 
   // Eight cells in a row along x stay together, so that neighbours are mostly near in memory; the blocks are scattered.
   std::size_t bucket(Cell i, Cell j, Cell k) const {
-    const std::uint64_t mixed = static_cast<std::uint64_t>(i >> 3) * 0x9e3779b97f4a7c15u + static_cast<std::uint64_t>(j) * 0xc2b2ae3d27d4eb4fu +
+    const std::uint64_t mixed = static_cast<std::uint64_t>(i >> 3) * 0x9e3779b97f4a7c15u +
+                                static_cast<std::uint64_t>(j) * 0xc2b2ae3d27d4eb4fu +
                                 static_cast<std::uint64_t>(k) * 0x165667b19e3779f9u;
-    return static_cast<std::size_t>((mixed ^ mixed >> 29) * 0xbf58476d1ce4e5b9u >> shift_ << 3) | static_cast<std::size_t>(i & 7);
+    return static_cast<std::size_t>((mixed ^ mixed >> 29) * 0xbf58476d1ce4e5b9u >> shift_ << 3) |
+           static_cast<std::size_t>(i & 7);
   }
 
   // Counting sort by bucket; within one, by index.
@@ -98,7 +106,8 @@ template <class S> class Grid final : public BroadPhase<S> {
         continue;
       }
       const auto cell = [&](S x) { return static_cast<Cell>(std::floor(static_cast<double>(x) / cell_m_)); };
-      small_.push_back({cell(item.box.low.x), cell(item.box.low.y), cell(item.box.low.z), static_cast<std::int32_t>(n)});
+      small_.push_back(
+          {cell(item.box.low.x), cell(item.box.low.y), cell(item.box.low.z), static_cast<std::int32_t>(n)});
       ++start_[bucket(small_.back().i, small_.back().j, small_.back().k) + 1];
     }
     for (std::size_t b = 0; b < buckets; ++b) start_[b + 1] += start_[b];

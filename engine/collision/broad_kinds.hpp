@@ -15,8 +15,8 @@ template <class S> inline S along(const Vec3<S>& v, int axis) { return axis == 0
 
 // Touching counts; whoever is not a number meets nobody.
 template <class S> inline bool boxes_overlap(const Aabb<S>& a, const Aabb<S>& b) {
-  return (a.low.x <= b.high.x) & (b.low.x <= a.high.x) & (a.low.y <= b.high.y) & (b.low.y <= a.high.y) & (a.low.z <= b.high.z) &
-         (b.low.z <= a.high.z);
+  return (a.low.x <= b.high.x) & (b.low.x <= a.high.x) & (a.low.y <= b.high.y) & (b.low.y <= a.high.y) &
+         (a.low.z <= b.high.z) & (b.low.z <= a.high.z);
 }
 template <class S> inline bool spheres_overlap(const BroadItem<S>& a, const BroadItem<S>& b) {
   const Vec3<S> d = b.center - a.center;
@@ -32,7 +32,8 @@ inline BodyPair ordered(std::int32_t a, std::int32_t b) { return a < b ? BodyPai
 // Where a sort may put it: what is not a number comes last, and so keeps the order a strict one.
 template <class S> inline S sortable(S x) { return x == x ? x : std::numeric_limits<S>::infinity(); }
 
-// Pairs of 0 .. count - 1, as found, into the order of BodyPair: by counting over the first index, then each one's few partners.
+// Pairs of 0 .. count - 1, as found, into the order of BodyPair: by counting over the first index, then each one's few
+// partners.
 class PairSort {
  public:
   void sort(const std::vector<BodyPair>& found, std::size_t count, std::vector<BodyPair>& pairs);
@@ -41,8 +42,9 @@ class PairSort {
   std::vector<std::int32_t> start_;
 };
 
-// ---- the kinds --------------------------------------------------------------------------------------------------------------
-// Pairs whose centres are at most `reach` (r_a + r_b) apart in the sum of the coordinates' differences. No true pair is lost
+// ---- the kinds
+// -------------------------------------------------------------------------------------------------------------- Pairs
+// whose centres are at most `reach` (r_a + r_b) apart in the sum of the coordinates' differences. No true pair is lost
 // at reach = sqrt(3), the largest ratio of that distance to Euclid's; at reach = 1 pairs that meet askew are.
 template <class S> std::int64_t manhattan_pairs(Items<S> items, S reach, std::vector<BodyPair>& pairs);
 

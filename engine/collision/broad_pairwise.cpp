@@ -41,8 +41,9 @@ template <class S> class BoundingSpheres final : public BroadPhase<S> {
 
 }  // namespace
 
-// |x| + |y| + |z| <= sqrt(3) sqrt(x^2 + y^2 + z^2) (Cauchy and Schwarz, with equality on the diagonals); the few units in the
-// last place are for the rounding of both sides, so that spheres_overlap never knows a pair that this test has lost.
+// |x| + |y| + |z| <= sqrt(3) sqrt(x^2 + y^2 + z^2) (Cauchy and Schwarz, with equality on the diagonals); the few units
+// in the last place are for the rounding of both sides, so that spheres_overlap never knows a pair that this test has
+// lost.
 template <class S> std::int64_t manhattan_pairs(Items<S> items, S reach, std::vector<BodyPair>& pairs) {
   const S wide = reach * (S(1) + S(8) * std::numeric_limits<S>::epsilon());
   return every_pair<S>(items, pairs, [wide](const BroadItem<S>& a, const BroadItem<S>& b) {
@@ -53,7 +54,10 @@ template <class S> std::int64_t manhattan_pairs(Items<S> items, S reach, std::ve
 
 template <class S> std::unique_ptr<BroadPhase<S>> make_all_pairs() { return std::make_unique<AllPairs<S>>(); }
 template <class S> std::unique_ptr<BroadPhase<S>> make_manhattan() { return std::make_unique<Manhattan<S>>(); }
-template <class S> std::unique_ptr<BroadPhase<S>> make_bounding_spheres() { return std::make_unique<BoundingSpheres<S>>(); }
+template <class S>
+std::unique_ptr<BroadPhase<S>> make_bounding_spheres() {
+  return std::make_unique<BoundingSpheres<S>>();
+}
 
 template std::int64_t manhattan_pairs(Items<float>, float, std::vector<BodyPair>&);
 template std::int64_t manhattan_pairs(Items<double>, double, std::vector<BodyPair>&);

@@ -7,7 +7,8 @@
 namespace atwood {
 
 const std::vector<std::string>& broad_phase_names() {
-  static const std::vector<std::string> names{"all-pairs", "manhattan", "bounding-spheres", "sweep-and-prune", "grid", "tree", "bsp"};
+  static const std::vector<std::string> names{"all-pairs", "manhattan", "bounding-spheres", "sweep-and-prune", "grid",
+                                              "tree",      "bsp"};
   return names;
 }
 
@@ -43,12 +44,15 @@ void PairSort::sort(const std::vector<BodyPair>& found, std::size_t count, std::
   pairs.resize(found.size());
   for (const BodyPair& pair : found) ++start_[static_cast<std::size_t>(pair.first) + 1];
   for (std::size_t i = 0; i < count; ++i) start_[i + 1] += start_[i];
-  for (const BodyPair& pair : found) pairs[static_cast<std::size_t>(start_[static_cast<std::size_t>(pair.first)]++)] = pair;
+  for (const BodyPair& pair : found)
+    pairs[static_cast<std::size_t>(start_[static_cast<std::size_t>(pair.first)]++)] = pair;
   // start_[i] is now where i's partners end
   std::int32_t begin = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const std::int32_t end = start_[i];
-    if (end - begin > 1) std::sort(pairs.begin() + begin, pairs.begin() + end, [](const BodyPair& a, const BodyPair& b) { return a.second < b.second; });
+    if (end - begin > 1)
+      std::sort(pairs.begin() + begin, pairs.begin() + end,
+                [](const BodyPair& a, const BodyPair& b) { return a.second < b.second; });
     begin = end;
   }
 }

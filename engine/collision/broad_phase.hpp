@@ -27,8 +27,8 @@ template <class S> struct BroadItem {
   bool moves = true;    // two that do not move are no pair
 };
 
-// Every kind answers the same set: pairs whose boxes overlap and whose bounding spheres overlap (touching counts), sorted,
-// each once. They differ in what it costs and in how many pairs they looked at closely (`kept`).
+// Every kind answers the same set: pairs whose boxes overlap and whose bounding spheres overlap (touching counts),
+// sorted, each once. They differ in what it costs and in how many pairs they looked at closely (`kept`).
 template <class S> class BroadPhase {
  public:
   virtual ~BroadPhase() = default;

@@ -1,5 +1,6 @@
 // Sweep and prune along one axis: boxes in the order of their lower ends, each against those that begin before it ends.
-// Source: Baraff, Dynamic simulation of non-penetrating rigid bodies (1992), section 4; one axis, the order kept from call to call.
+// Source: Baraff, Dynamic simulation of non-penetrating rigid bodies (1992), section 4; one axis, the order kept from
+// call to call.
 #include "collision/broad_kinds.hpp"
 
 namespace atwood::broad {
@@ -39,7 +40,8 @@ template <class S> class Sweep final : public BroadPhase<S> {
   static int widest_axis(Items<S> items) {
     double sum[3] = {}, squares[3] = {}, count = 0;
     for (const BroadItem<S>& item : items) {
-      const double x[3] = {static_cast<double>(item.center.x), static_cast<double>(item.center.y), static_cast<double>(item.center.z)};
+      const double x[3] = {static_cast<double>(item.center.x), static_cast<double>(item.center.y),
+                           static_cast<double>(item.center.z)};
       const double all = x[0] + x[1] + x[2];
       if (!(all - all == 0)) continue;
       ++count;

@@ -1,8 +1,9 @@
-// Dynamic tree of bounding boxes. Each item has a fat box and a fat sphere, grown by a little and along its motion; pairs
-// whose fat boxes and spheres overlap are remembered as candidates. A call in which everybody is still inside his fat ones
-// only looks at the candidates; if a few have left theirs, those ask the tree again; if many have, all do.
-// Source: Catto, Dynamic bounding volume hierarchies (2019), for the fat boxes; the tree here is not edited but refitted, and
-// built anew, halved at medians, when a search visits half as many nodes again as it did after the last building.
+// Dynamic tree of bounding boxes. Each item has a fat box and a fat sphere, grown by a little and along its motion;
+// pairs whose fat boxes and spheres overlap are remembered as candidates. A call in which everybody is still inside his
+// fat ones only looks at the candidates; if a few have left theirs, those ask the tree again; if many have, all do.
+// Source: Catto, Dynamic bounding volume hierarchies (2019), for the fat boxes; the tree here is not edited but
+// refitted, and built anew, halved at medians, when a search visits half as many nodes again as it did after the last
+// building.
 #include "collision/broad_kinds.hpp"
 
 namespace atwood::broad {
@@ -30,7 +31,10 @@ template <class S> class Tree final : public BroadPhase<S> {
   }
 
  private:
-  struct Node { Aabb<S> box; std::int32_t skip, first, count; };  // in preorder; `skip`: the next node that is not below this one
+  struct Node {
+    Aabb<S> box;
+    std::int32_t skip, first, count;
+  };  // in preorder; `skip`: the next node that is not below this one
   struct Entry { Vec3<S> middle; std::int32_t item; };
   struct Fat { Aabb<S> box; Vec3<S> center; S radius; };
   struct Birth { Vec3<S> low; std::int64_t call; };               // where the box was when it was fattened
@@ -40,11 +44,12 @@ template <class S> class Tree final : public BroadPhase<S> {
     const Aabb<S>&inner = item.box, &outer = fat.box;
     const Vec3<S> d = item.center - fat.center;
     const S room = fat.radius - item.radius;
-    return (outer.low.x <= inner.low.x) & (outer.low.y <= inner.low.y) & (outer.low.z <= inner.low.z) & (inner.high.x <= outer.high.x) &
-           (inner.high.y <= outer.high.y) & (inner.high.z <= outer.high.z) & (room >= S(0)) & (dot(d, d) <= room * room);
+    return (outer.low.x <= inner.low.x) & (outer.low.y <= inner.low.y) & (outer.low.z <= inner.low.z) &
+           (inner.high.x <= outer.high.x) & (inner.high.y <= outer.high.y) & (inner.high.z <= outer.high.z) &
+           (room >= S(0)) & (dot(d, d) <= room * room);
   }
-  // Spheres inside fat spheres that do not overlap do not overlap: |F_a - F_b| <= |F_a - c_a| + |c_a - c_b| + |c_b - F_b|. Each
-  // of the three comparisons is off by a few units in the last place of what it compares, hence the factor.
+  // Spheres inside fat spheres that do not overlap do not overlap: |F_a - F_b| <= |F_a - c_a| + |c_a - c_b| + |c_b -
+  // F_b|. Each of the three comparisons is off by a few units in the last place of what it compares, hence the factor.
   static bool fat_overlap(const Fat& a, const Fat& b) {
     const Vec3<S> d = b.center - a.center;
     const S reach = (S(1) + S(32) * std::numeric_limits<S>::epsilon()) * (a.radius + b.radius);
@@ -52,7 +57,8 @@ template <class S> class Tree final : public BroadPhase<S> {
   }
   static void embrace(Aabb<S>& box, const Aabb<S>& other) {
     box.low = {std::min(box.low.x, other.low.x), std::min(box.low.y, other.low.y), std::min(box.low.z, other.low.z)};
-    box.high = {std::max(box.high.x, other.high.x), std::max(box.high.y, other.high.y), std::max(box.high.z, other.high.z)};
+    box.high = {std::max(box.high.x, other.high.x), std::max(box.high.y, other.high.y),
+                std::max(box.high.z, other.high.z)};
   }
   static Aabb<S> nothing() {
     constexpr S far = std::numeric_limits<S>::infinity();
@@ -74,7 +80,8 @@ template <class S> class Tree final : public BroadPhase<S> {
     }
   }
 
-  // A twentieth of the box on each side, and where it went since the last fat box: three calls further, its own size at most.
+  // A twentieth of the box on each side, and where it went since the last fat box: three calls further, its own size at
+  // most.
   void fatten(Items<S> items, std::int32_t i) {
     const BroadItem<S>& item = items[i];
     Birth& birth = birth_[i];
@@ -96,13 +103,14 @@ template <class S> class Tree final : public BroadPhase<S> {
       ahead.x = grow(item.box.low.x, item.box.high.x, birth.low.x, fat.box.low.x, fat.box.high.x, fat.center.x);
       ahead.y = grow(item.box.low.y, item.box.high.y, birth.low.y, fat.box.low.y, fat.box.high.y, fat.center.y);
       ahead.z = grow(item.box.low.z, item.box.high.z, birth.low.z, fat.box.low.z, fat.box.high.z, fat.center.z);
-      fat.radius += S(0.1) * item.radius + norm(ahead) / S(2);  // room for the margins of cubes: sqrt(3) 0.05 of the side
+      fat.radius +=
+          S(0.1) * item.radius + norm(ahead) / S(2);  // room for the margins of cubes: sqrt(3) 0.05 of the side
     }
     birth = {item.box.low, call_};
     moves_[i] = item.moves;
   }
 
-  // ---- the tree -------------------------------------------------------------------------------------------------------------
+  // ---- the tree ---------------------------------------------------------------------------------------------------
   void build() {
     const auto n = static_cast<std::int32_t>(fat_.size());
     entries_.resize(fat_.size());
@@ -125,10 +133,11 @@ template <class S> class Tree final : public BroadPhase<S> {
       nodes_[node].count = 0;
       const int axis = widest_axis(first, last);
       const std::int32_t middle = first + (last - first) / 2;
-      std::nth_element(entries_.begin() + first, entries_.begin() + middle, entries_.begin() + last, [axis](const Entry& a, const Entry& b) {
-        const S x = along(a.middle, axis), y = along(b.middle, axis);
-        return x != y ? x < y : a.item < b.item;
-      });
+      std::nth_element(entries_.begin() + first, entries_.begin() + middle, entries_.begin() + last,
+                       [axis](const Entry& a, const Entry& b) {
+                         const S x = along(a.middle, axis), y = along(b.middle, axis);
+                         return x != y ? x < y : a.item < b.item;
+                       });
       split(first, middle);
       split(middle, last);
     }
@@ -159,7 +168,7 @@ template <class S> class Tree final : public BroadPhase<S> {
     }
   }
 
-  // ---- candidates -----------------------------------------------------------------------------------------------------------
+  // ---- candidates -------------------------------------------------------------------------------------------------
   void search_all(Items<S> items) {
     for (std::size_t i = 0; i < items.size(); ++i) fatten(items, static_cast<std::int32_t>(i));
     const bool anew = nodes_.empty() || visits_ > visits_after_building_ + visits_after_building_ / 2;

@@ -22,7 +22,8 @@ template <class S> S spheres_apart(const Posed<S>& a, const Vec3<S>& p_W, S radi
 
 }  // namespace
 
-template <class S> void compound_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
+template <class S>
+void compound_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
   if (spheres_apart(a, b.place.p_W, b.shape.bounding_radius) > margin) return;
   for (std::size_t i = 0; i < b.shape.parts.size(); ++i) {
     const Geometry<S> box = box_of<S>(b.shape.parts[i]);

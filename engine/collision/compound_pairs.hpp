@@ -1,12 +1,13 @@
-// Compounds of oriented boxes (b) against any shape (a), one of them too: bounding sphere first, then box by box. Every pair
-// of pieces has its own manifold; the gap is the least of the pieces' gaps.
+// Compounds of oriented boxes (b) against any shape (a), one of them too: bounding sphere first, then box by box. Every
+// pair of pieces has its own manifold; the gap is the least of the pieces' gaps.
 #pragma once
 
 #include "collision/pair_tests.hpp"
 
 namespace atwood {
 
-template <class S> void compound_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out);
+template <class S>
+void compound_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out);
 template <class S> Separation<S> compound_separation(const Posed<S>& a, const Posed<S>& b);
 
 }  // namespace atwood

@@ -31,7 +31,8 @@ template <class S> void by_support(const Posed<S>& a, const Posed<S>& b, S margi
 template <class S> Separation<S> by_support_separation(const Posed<S>& a, const Posed<S>& b) {
   return convex_separation(a.shape, a.place, b.shape, b.place);
 }
-template <class S> void plane_hull_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
+template <class S>
+void plane_hull_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
   hull_plane_contacts(a.shape, b.shape, b.place, margin, out);
 }
 template <class S> Separation<S> plane_hull_separation(const Posed<S>& a, const Posed<S>& b) {
@@ -55,7 +56,8 @@ template <class S> Separation<S> with_mesh_separation(const Posed<S>& a, const P
 template <class S> constexpr PairTable<S> pair_table() {
   using enum ShapeKind;
   PairTable<S> table{};
-  const auto put = [&table](ShapeKind a, ShapeKind b, ContactTest<S> contacts, SeparationTest<S> gap, bool like = false) {
+  const auto put = [&table](ShapeKind a, ShapeKind b, ContactTest<S> contacts, SeparationTest<S> gap,
+                            bool like = false) {
     table[at(a)][at(b)] = {contacts, gap, like};
   };
   put(sphere, sphere, sphere_sphere_contacts<S>, sphere_sphere_separation<S>);
@@ -135,10 +137,12 @@ void find_contacts(const Geometry<S>& a, const Placement<S>& place_a, const Geom
 }
 
 template <class S>
-Separation<S> separation(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b, const Placement<S>& place_b) {
+Separation<S> separation(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b,
+                         const Placement<S>& place_b) {
   const Posed<S> first{a, place_a}, second{b, place_b};
   const Ordered<S> order = in_order(first, second);
-  if (!order.test->separation) return {std::numeric_limits<S>::infinity(), {S(0), S(0), S(1)}, place_a.p_W, place_b.p_W};
+  if (!order.test->separation)
+    return {std::numeric_limits<S>::infinity(), {S(0), S(0), S(1)}, place_a.p_W, place_b.p_W};
   if (!order.swapped) return order.test->separation(first, second);
   const Separation<S> other = order.test->separation(second, first);
   return {other.gap, -other.normal_W, other.on_b_W, other.on_a_W};
@@ -149,7 +153,9 @@ S touch_round_off(const Geometry<S>& a, const Vec3<S>& p_a, const Geometry<S>& b
   const auto along = [](const Vec3<S>& n, const Vec3<S>& p) {
     return real::abs(n.x * p.x) + real::abs(n.y * p.y) + real::abs(n.z * p.z);
   };
-  const auto size = [](const Geometry<S>& g) { return g.kind == ShapeKind::plane ? real::abs(g.offset) : g.bounding_radius; };
+  const auto size = [](const Geometry<S>& g) {
+    return g.kind == ShapeKind::plane ? real::abs(g.offset) : g.bounding_radius;
+  };
   const S sizes = S(4) * (size(a) + size(b));
   if (a.kind == ShapeKind::plane) return real::epsilon<S>() * (sizes + S(4) * along(a.normal_W, p_b));
   if (b.kind == ShapeKind::plane) return real::epsilon<S>() * (sizes + S(4) * along(b.normal_W, p_a));
@@ -164,7 +170,9 @@ const char* no_contact_test(ShapeKind a, ShapeKind b) {
     for (std::size_t i = 0; i < kKinds; ++i) {
       for (std::size_t j = 0; j < kKinds; ++j) {
         const PairTable<double>& pairs = kPairs<double>;
-        const auto missing = [&pairs](std::size_t x, std::size_t y) { return !pairs[std::min(x, y)][std::max(x, y)].contacts; };
+        const auto missing = [&pairs](std::size_t x, std::size_t y) {
+          return !pairs[std::min(x, y)][std::max(x, y)].contacts;
+        };
         const auto piece = [](std::size_t kind) { return kind == at(ShapeKind::compound) ? at(ShapeKind::box) : kind; };
         if (missing(i, j) || missing(piece(i), piece(j))) table[i][j] = std::string(names[i]) + " against " + names[j];
       }
@@ -175,11 +183,12 @@ const char* no_contact_test(ShapeKind a, ShapeKind b) {
   return reason.empty() ? nullptr : reason.c_str();
 }
 
-#define ATWOOD_CONTACTS(S)                                                                                                \
-  template void find_contacts<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&, const Placement<S>&, S,     \
-                                 std::vector<Manifold<S>>&);                                                              \
-  template S touch_round_off<S>(const Geometry<S>&, const Vec3<S>&, const Geometry<S>&, const Vec3<S>&);                  \
-  template Separation<S> separation<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&, const Placement<S>&);
+#define ATWOOD_CONTACTS(S)                                                                                            \
+  template void find_contacts<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&, const Placement<S>&, S, \
+                                 std::vector<Manifold<S>>&);                                                          \
+  template S touch_round_off<S>(const Geometry<S>&, const Vec3<S>&, const Geometry<S>&, const Vec3<S>&);              \
+  template Separation<S> separation<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&,                   \
+                                       const Placement<S>&);
 ATWOOD_CONTACTS(float)
 ATWOOD_CONTACTS(double)
 ATWOOD_CONTACTS(long double)

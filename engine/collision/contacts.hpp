@@ -15,10 +15,15 @@ template <class S> struct ContactPoint {
   std::uint32_t id = 0;   // which features meet: the same from step to step while they do (warm starts)
 };
 
-enum class Meeting : unsigned char { point, edge, edge_edge, face };  // what the manifold is: one point, a segment, two crossing edges, a polygon
+enum class Meeting : unsigned char {
+  point,
+  edge,
+  edge_edge,
+  face
+};  // what the manifold is: one point, a segment, two crossing edges, a polygon
 
-// Contacts of two convex pieces. One plane of contact, at most four points that span the clipped polygon (kept: the deepest
-// one and those that keep the largest area).
+// Contacts of two convex pieces. One plane of contact, at most four points that span the clipped polygon (kept: the
+// deepest one and those that keep the largest area).
 template <class S> struct Manifold {
   Vec3<S> normal_W;       // unit, from a to b
   Meeting meeting = Meeting::point;
@@ -27,10 +32,11 @@ template <class S> struct Manifold {
   int piece_a = 0, piece_b = 0;  // which box of a compound, which triangle of a mesh
 };
 
-// Appends the manifolds of a and b whose surfaces come within `margin` of each other (0: touching or overlapping), in an order
-// that depends on the shapes alone. Convex pairs: at most one; compounds and meshes: one for each pair of pieces. Swapping a
-// and b flips the normals and nothing else. Overlap is measured along the direction of least penetration.
-// Sources: Ericson, Real-Time Collision Detection (2005), ch. 5; Gottschalk, Lin, Manocha (1996) for the 15 axes.
+// Appends the manifolds of a and b whose surfaces come within `margin` of each other (0: touching or overlapping), in
+// an order that depends on the shapes alone. Convex pairs: at most one; compounds and meshes: one for each pair of
+// pieces. Swapping a and b flips the normals and nothing else. Overlap is measured along the direction of least
+// penetration. Sources: Ericson, Real-Time Collision Detection (2005), ch. 5; Gottschalk, Lin, Manocha (1996) for the
+// 15 axes.
 template <class S>
 void find_contacts(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b, const Placement<S>& place_b,
                    S margin, std::vector<Manifold<S>>& out);
@@ -38,8 +44,9 @@ void find_contacts(const Geometry<S>& a, const Placement<S>& place_a, const Geom
 // Null when this pair of kinds has a test; else what is missing ("plane against plane", "mesh against ...").
 const char* no_contact_test(ShapeKind a, ShapeKind b);
 
-// How far apart rounding alone may put surfaces that touch: that of the positions as they are given, and of what is worked out
-// from them. Spheres of radius 0.1 and 0.7 whose centres are 0.8 apart touch, although these doubles leave 8e-17 between them.
+// How far apart rounding alone may put surfaces that touch: that of the positions as they are given, and of what is
+// worked out from them. Spheres of radius 0.1 and 0.7 whose centres are 0.8 apart touch, although these doubles leave
+// 8e-17 between them.
 template <class S>
 S touch_round_off(const Geometry<S>& a, const Vec3<S>& p_a, const Geometry<S>& b, const Vec3<S>& p_b);
 
@@ -50,6 +57,7 @@ template <class S> struct Separation {
   Vec3<S> on_a_W, on_b_W;  // the closest points, or the deepest
 };
 template <class S>
-Separation<S> separation(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b, const Placement<S>& place_b);
+Separation<S> separation(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b,
+                         const Placement<S>& place_b);
 
 }  // namespace atwood

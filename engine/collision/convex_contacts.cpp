@@ -16,11 +16,26 @@ template <class S> S size_of(const ConvexPiece<S>& piece) {
   return piece.radius + (piece.core == Core::hull ? piece.form->bounding_radius : norm(piece.half));
 }
 
+// Of the points in which faces meet, the middle of those that are deepest but for round-off.
+template <class S>
+Vec3<S> middle_of_deepest(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a,
+                          const Meet<S>& meet, const Vec3<S>& otherwise) {
+  Manifold<S> manifold;
+  contact_points(a, b, b_in_a, meet, std::numeric_limits<S>::infinity(), manifold);
+  S least = std::numeric_limits<S>::infinity(), count = S(0);
+  for (int i = 0; i < manifold.count; ++i) least = real::min(least, manifold.points[i].gap);
+  const S level = least + S(64) * real::epsilon<S>() * (size_of(a) + size_of(b) + norm(b_in_a.p_W));
+  Vec3<S> sum;
+  for (int i = 0; i < manifold.count; ++i)
+    if (manifold.points[i].gap <= level) sum += manifold.points[i].x_W, count += S(1);
+  return count > S(0) ? (S(1) / count) * sum : otherwise;
+}
+
 }  // namespace
 
 template <class S>
-void convex_contacts(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b, const Placement<S>& place_b,
-                     S margin, std::vector<Manifold<S>>& out) {
+void convex_contacts(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b,
+                     const Placement<S>& place_b, S margin, std::vector<Manifold<S>>& out) {
   ConvexPiece<S> piece_a, piece_b;
   if (!convex_piece(a, piece_a) || !convex_piece(b, piece_b)) return;
   const Placement<S> b_in_a = relative_placement(place_a, place_b);
@@ -40,11 +55,15 @@ Separation<S> convex_separation(const Geometry<S>& a, const Placement<S>& place_
                                 const Placement<S>& place_b) {
   constexpr S kFar = std::numeric_limits<S>::infinity();
   ConvexPiece<S> piece_a, piece_b;
-  if (!convex_piece(a, piece_a) || !convex_piece(b, piece_b)) return {kFar, {S(0), S(0), S(1)}, place_a.p_W, place_b.p_W};
-  const Meet<S> meet = nearest_features(piece_a, piece_b, relative_placement(place_a, place_b), kFar);
-  const Vec3<S> normal_W = turned(place_a, meet.normal);
-  return {meet.gap - piece_a.radius - piece_b.radius, normal_W, placed(place_a, meet.on_a + piece_a.radius * meet.normal),
-          placed(place_a, meet.on_b - piece_b.radius * meet.normal)};
+  if (!convex_piece(a, piece_a) || !convex_piece(b, piece_b))
+    return {kFar, {S(0), S(0), S(1)}, place_a.p_W, place_b.p_W};
+  const Placement<S> b_in_a = relative_placement(place_a, place_b);
+  const Meet<S> meet = nearest_features(piece_a, piece_b, b_in_a, kFar);
+  const S gap = meet.gap - piece_a.radius - piece_b.radius;
+  Vec3<S> middle = S(0.5) * ((meet.on_a + piece_a.radius * meet.normal) + (meet.on_b - piece_b.radius * meet.normal));
+  if (meet.faces) middle = middle_of_deepest(piece_a, piece_b, b_in_a, meet, middle);
+  const Vec3<S> half = (gap / S(2)) * meet.normal;
+  return {gap, turned(place_a, meet.normal), placed(place_a, middle - half), placed(place_a, middle + half)};
 }
 
 template <class S>
@@ -81,13 +100,13 @@ Separation<S> hull_plane_separation(const Geometry<S>& plane, const Geometry<S>&
   return {gap, plane.normal_W, x_W - gap * plane.normal_W, x_W};
 }
 
-#define ATWOOD_CONVEX_CONTACTS(S)                                                                                           \
-  template void convex_contacts<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&, const Placement<S>&, S,     \
-                                   std::vector<Manifold<S>>&);                                                              \
-  template Separation<S> convex_separation<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&,                  \
-                                              const Placement<S>&);                                                         \
-  template void hull_plane_contacts<S>(const Geometry<S>&, const Geometry<S>&, const Placement<S>&, S,                      \
-                                       std::vector<Manifold<S>>&);                                                          \
+#define ATWOOD_CONVEX_CONTACTS(S)                                                                                    \
+  template void convex_contacts<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&, const Placement<S>&, \
+                                   S, std::vector<Manifold<S>>&);                                                    \
+  template Separation<S> convex_separation<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&,           \
+                                              const Placement<S>&);                                                  \
+  template void hull_plane_contacts<S>(const Geometry<S>&, const Geometry<S>&, const Placement<S>&, S,               \
+                                       std::vector<Manifold<S>>&);                                                   \
   template Separation<S> hull_plane_separation<S>(const Geometry<S>&, const Geometry<S>&, const Placement<S>&);
 ATWOOD_CONVEX_CONTACTS(float)
 ATWOOD_CONVEX_CONTACTS(double)

@@ -12,7 +12,9 @@ template <class S> struct Marked {
 };
 template <class S> using Polygon = std::vector<Marked<S>>;
 
-std::uint32_t mixed(std::uint32_t a, std::uint32_t b) { return (a ^ (b + 0x9e3779b9u + (a << 6) + (a >> 2))) * 0x85ebca6bu; }
+std::uint32_t mixed(std::uint32_t a, std::uint32_t b) {
+  return (a ^ (b + 0x9e3779b9u + (a << 6) + (a >> 2))) * 0x85ebca6bu;
+}
 
 constexpr int kRimPoints = 16;
 
@@ -99,14 +101,16 @@ void outline(const PlacedPiece<S>& body, const Feature<S>& feature, const Vec3<S
   } else if (feature.kind == Feature<S>::edge) {
     add_side(body, outwards, out);
   } else if (feature.kind == Feature<S>::disc) {
-    // Within the cap whatever the tilt: by the body's own axes, for what is left of a hair's tilt off the normal is round-off.
+    // Within the cap whatever the tilt: by the body's own axes, for what is left of a hair's tilt off the normal is
+    // round-off.
     const Vec3<S> d = turned_back(body.place, outwards), tilt{d.x, d.y, S(0)};
     const bool level = norm(tilt) <= S(64) * real::epsilon<S>();
     const Vec3<S> u = level ? body.place.axis_W[0] : turned(body.place, unit_along(tilt)), v = cross(feature.normal, u);
     for (int k = 0; k < kRimPoints; ++k) {
       S sine, cosine;
       real::sin_cos(S(k) * (S(6.283185307179586476925286766559L) / S(kRimPoints)), sine, cosine);
-      out.push_back({feature.center + body.piece.half.x * (cosine * u + sine * v), 200u + static_cast<std::uint32_t>(k)});
+      out.push_back(
+          {feature.center + body.piece.half.x * (cosine * u + sine * v), 200u + static_cast<std::uint32_t>(k)});
     }
   } else {
     for (std::size_t i = 0; i < vertices.size(); ++i)
@@ -125,7 +129,8 @@ void clip(Polygon<S>& polygon, const Vec3<S>& at, const Vec3<S>& side, std::uint
     if (hp <= S(0)) scratch.push_back(p);
     if (n == 2 && i == 1) break;  // the way back
     if ((hp < S(0) && hq > S(0)) || (hp > S(0) && hq < S(0)))
-      scratch.push_back({p.x + (hp / (hp - hq)) * (q.x - p.x), mixed(id, mixed(real::min(p.id, q.id), real::max(p.id, q.id)))});
+      scratch.push_back(
+          {p.x + (hp / (hp - hq)) * (q.x - p.x), mixed(id, mixed(real::min(p.id, q.id), real::max(p.id, q.id)))});
   }
   if (n == 2 && scratch.size() == 3) scratch.pop_back();
   polygon.swap(scratch);
@@ -139,13 +144,16 @@ void clip_to_polygon(Polygon<S>& polygon, const Polygon<S>& face, const Vec3<S>&
   }
 }
 
-// Seen along the cap's normal: corners within the rim, places where edges cross it, and points of the rim within the polygon.
+// Seen along `way`, the cap's normal but for a hair: corners within the rim, places where edges cross it, and points of
+// the rim within the polygon.
 template <class S>
-void clip_to_disc(Polygon<S>& polygon, const PlacedPiece<S>& body, const Feature<S>& disc, Polygon<S>& scratch) {
+void clip_to_disc(Polygon<S>& polygon, const PlacedPiece<S>& body, const Feature<S>& disc, const Vec3<S>& way,
+                  Polygon<S>& scratch) {
   scratch.clear();
   const S r = body.piece.half.x;
   const std::size_t n = polygon.size();
-  const auto level = [&](const Vec3<S>& x) { return x - dot(x, disc.normal) * disc.normal; };
+  const S upright = S(1) / dot(way, disc.normal);
+  const auto level = [&](const Vec3<S>& x) { return x - (dot(x, disc.normal) * upright) * way; };
   for (std::size_t i = 0; i < n; ++i) {
     const Marked<S>&p = polygon[i], &q = polygon[(i + 1) % n];
     const Vec3<S> from = level(p.x - disc.center), along = level(q.x - p.x);
@@ -157,22 +165,24 @@ void clip_to_disc(Polygon<S>& polygon, const PlacedPiece<S>& body, const Feature
     for (const S t : {(-half_b - root) / a, (-half_b + root) / a})
       if (t > S(0) && t < S(1)) scratch.push_back({p.x + t * (q.x - p.x), mixed(300u + (root > S(0)), p.id)});
   }
-  if (n == 2 && dot(level(polygon[1].x - disc.center), level(polygon[1].x - disc.center)) <= r * r)
-    scratch.push_back(polygon[1]);
   if (n > 2) {
     static thread_local Polygon<S> rim;
     outline(body, disc, disc.normal, rim);
     Vec3<S> across = cross(polygon[1].x - polygon[0].x, polygon[2].x - polygon[0].x);
     for (std::size_t i = 3; i < n; ++i) across += cross(polygon[i - 1].x - polygon[0].x, polygon[i].x - polygon[0].x);
-    const S slope = dot(across, disc.normal);
+    const S slope = dot(across, way);
     for (const Marked<S>& x : rim) {
       bool inside = real::abs(slope) > S(0);
       for (std::size_t i = 0; i < n && inside; ++i) {
-        const Vec3<S> side = cross(polygon[(i + 1) % n].x - polygon[i].x, disc.normal);
+        const Vec3<S> side = cross(polygon[(i + 1) % n].x - polygon[i].x, way);
         inside = (slope < S(0) ? -dot(side, x.x - polygon[i].x) : dot(side, x.x - polygon[i].x)) <= S(0);
       }
-      // Up or down along the disc's normal onto the polygon's plane.
-      if (inside) scratch.push_back({x.x + (dot(across, polygon[0].x - x.x) / slope) * disc.normal, x.id});
+      if (!inside) continue;
+      // Up or down along the way onto the polygon's plane. An edge may cross the rim at one of its points.
+      const Vec3<S> onto = x.x + (dot(across, polygon[0].x - x.x) / slope) * way;
+      bool known = false;
+      for (const Marked<S>& other : scratch) known = known || norm(other.x - onto) <= parallel<S>() * r;
+      if (!known) scratch.push_back({onto, x.id});
     }
   }
   polygon.swap(scratch);
@@ -231,8 +241,8 @@ void keep_four(const std::vector<ContactPoint<S>>& candidates, const Vec3<S>& no
 }
 
 template <class S>
-void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a, const Meet<S>& meet, S margin,
-                    Manifold<S>& manifold) {
+void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a, const Meet<S>& meet,
+                    S margin, Manifold<S>& manifold) {
   static thread_local Scratch<S> scratch;
   const Placement<S> own;
   const PlacedPiece<S> body_a{a, own}, body_b{b, b_in_a};
@@ -242,8 +252,12 @@ void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Plac
   std::vector<ContactPoint<S>>& found = scratch.candidates;
   found.clear();
   const auto add = [&](const Vec3<S>& on_a, S core_gap, std::uint32_t id) {
-    if (core_gap - a.radius - b.radius <= margin)
-      found.push_back(between_surfaces(on_a, core_gap, meet, a.radius, b.radius, id));
+    if (core_gap - a.radius - b.radius > margin) return;
+    const ContactPoint<S> made = between_surfaces(on_a, core_gap, meet, a.radius, b.radius, id);
+    const S same = S(64) * real::epsilon<S>() * (norm(made.x_W) + norm(b_in_a.p_W));  // cut at a corner: once
+    for (const ContactPoint<S>& other : found)
+      if (norm(other.x_W - made.x_W) <= same) return;
+    found.push_back(made);
   };
   int vertex_a = 0, vertex_b = 0;
   support(a, n, vertex_a);
@@ -255,23 +269,26 @@ void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Plac
   if (flat_a || flat_b) {
     // Between two faces the better aligned one is clipped to; a polygon rather than a cap.
     const bool to_a =
-        flat_a && (!flat_b || (face_a.kind == Feature<S>::disc) < (face_b.kind == Feature<S>::disc) ||
-                   ((face_a.kind == Feature<S>::disc) == (face_b.kind == Feature<S>::disc) && face_a.misfit <= face_b.misfit));
+        flat_a &&
+        (!flat_b || (face_a.kind == Feature<S>::disc) < (face_b.kind == Feature<S>::disc) ||
+         ((face_a.kind == Feature<S>::disc) == (face_b.kind == Feature<S>::disc) && face_a.misfit <= face_b.misfit));
     const Feature<S>& face = to_a ? face_a : face_b;
     const PlacedPiece<S>&reference = to_a ? body_a : body_b, &other = to_a ? body_b : body_a;
     const Vec3<S> towards = to_a ? -n : n;  // from the other to the reference
     Feature<S> incident = nearest_face(other, towards, to_a ? vertex_b : vertex_a);
-    if (!other.piece.polyhedral() && dot(incident.normal, towards) < S(0.7)) incident.kind = Feature<S>::edge;  // its side
+    if (!other.piece.polyhedral() && dot(incident.normal, towards) < S(0.7))
+      incident.kind = Feature<S>::edge;  // its side
     outline(other, incident, towards, scratch.incident);
     if (face.kind == Feature<S>::disc) {
-      clip_to_disc(scratch.incident, reference, face, scratch.spare);
+      clip_to_disc(scratch.incident, reference, face, -towards, scratch.spare);
     } else {
       outline(reference, face, -towards, scratch.reference);
-      clip_to_polygon(scratch.incident, scratch.reference, face.normal, scratch.spare);
+      clip_to_polygon(scratch.incident, scratch.reference, -towards, scratch.spare);
     }
     const Vec3<S> at = face.kind == Feature<S>::disc ? face.center : scratch.reference[0].x;
+    const S upright = S(1) / -dot(face.normal, towards);
     for (const Marked<S>& p : scratch.incident) {
-      const S height = -dot(towards, p.x - at);  // over the reference face, along the contact's normal
+      const S height = dot(face.normal, p.x - at) * upright;  // over the reference face, along the contact's normal
       add(to_a ? p.x + height * towards : p.x, height,
           mixed(p.id, (to_a ? 1u : 2u) + 8u * static_cast<std::uint32_t>(face.index)));
     }
@@ -292,8 +309,12 @@ void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Plac
   // Where faces lie nearly over each other the deepest vertex may be a neighbouring face's, and clipped away.
   S deepest = std::numeric_limits<S>::infinity();
   for (const ContactPoint<S>& p : found) deepest = real::min(deepest, p.gap);
-  const S round_off = S(256) * real::epsilon<S>() * (norm(meet.on_a) + norm(b_in_a.p_W));
+  const S reach = norm(meet.on_a) + norm(b_in_a.p_W) + (found.empty() ? S(0) : norm(found.front().x_W));
+  const S round_off = S(256) * real::epsilon<S>() * reach;
   const bool lost = real::is_finite(meet.gap) && deepest > meet.gap - a.radius - b.radius + round_off;
+  if (lost)
+    std::erase_if(found,
+                  [&](const auto& p) { return norm(p.x_W - (meet.on_a + a.radius * n)) <= parallel<S>() * reach; });
   if (found.empty() || lost)
     add(meet.on_a, meet.gap, mixed(static_cast<std::uint32_t>(vertex_a + 2), static_cast<std::uint32_t>(vertex_b + 2)));
   keep_four(found, n, manifold);
@@ -303,9 +324,9 @@ void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Plac
                                            : Meeting::point;
 }
 
-#define ATWOOD_CONVEX_MANIFOLD(S)                                                                                              \
-  template void contact_points<S>(const ConvexPiece<S>&, const ConvexPiece<S>&, const Placement<S>&, const Meet<S>&, S,        \
-                                  Manifold<S>&);                                                                               \
+#define ATWOOD_CONVEX_MANIFOLD(S)                                                                                    \
+  template void contact_points<S>(const ConvexPiece<S>&, const ConvexPiece<S>&, const Placement<S>&, const Meet<S>&, \
+                                  S, Manifold<S>&);                                                                  \
   template void keep_four<S>(const std::vector<ContactPoint<S>>&, const Vec3<S>&, Manifold<S>&);
 ATWOOD_CONVEX_MANIFOLD(float)
 ATWOOD_CONVEX_MANIFOLD(double)

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "collision/triangle_mesh.hpp"
+
 namespace atwood {
 namespace {
 
@@ -79,6 +81,10 @@ template <class S> bool convex_piece(const Geometry<S>& geometry, ConvexPiece<S>
       piece.core = Core::hull;
       piece.form = geometry.hull.get();
       return piece.form && !piece.form->vertices.empty();
+    case ShapeKind::mesh:
+      piece.core = Core::hull;
+      piece.form = geometry.mesh ? geometry.mesh->solid.get() : nullptr;
+      return piece.form != nullptr;
     default: return false;
   }
 }
@@ -102,13 +108,17 @@ template <class S> Vec3<S> support(const ConvexPiece<S>& piece, const Vec3<S>& d
     case Core::point: vertex = 0; return {};
     case Core::segment: vertex = d.z > S(0) ? 1 : 0; return piece.own[vertex];
     case Core::rectangle: vertex = (d.x > S(0) ? 1 : 0) + (d.y > S(0) ? 2 : 0); return piece.own[vertex];
-    case Core::box: vertex = (d.x > S(0) ? 1 : 0) + (d.y > S(0) ? 2 : 0) + (d.z > S(0) ? 4 : 0); return piece.own[vertex];
+    case Core::box:
+      vertex = (d.x > S(0) ? 1 : 0) + (d.y > S(0) ? 2 : 0) + (d.z > S(0) ? 4 : 0);
+      return piece.own[vertex];
     case Core::triangle: {
       const S a = dot(d, piece.own[0]), b = dot(d, piece.own[1]), c = dot(d, piece.own[2]);
       vertex = a >= b ? (a >= c ? 0 : 2) : (b >= c ? 1 : 2);
       return piece.own[vertex];
     }
-    case Core::hull: vertex = farthest_vertex(*piece.form, d, real::max(vertex, 0)); return piece.form->vertices[vertex];
+    case Core::hull:
+      vertex = farthest_vertex(*piece.form, d, real::max(vertex, 0));
+      return piece.form->vertices[vertex];
     case Core::cylinder: break;
   }
   vertex = -1;

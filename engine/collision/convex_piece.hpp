@@ -28,7 +28,8 @@ template <class S> struct ConvexPiece {
 
   bool polyhedral() const { return core != Core::cylinder; }
   std::span<const Vec3<S>> vertices() const {
-    return core == Core::hull ? std::span<const Vec3<S>>(form->vertices) : std::span<const Vec3<S>>(own.data(), own_count);
+    return core == Core::hull ? std::span<const Vec3<S>>(form->vertices)
+                              : std::span<const Vec3<S>>(own.data(), own_count);
   }
   std::span<const Face> faces() const {  // of hulls and triangles alone with their offsets
     if (core == Core::triangle) return sides;
@@ -43,14 +44,15 @@ template <class S> struct ConvexPiece {
   }
 };
 
-// Null pieces do not exist: a hull without vertices gives false. Kinds as in convex_contacts.hpp.
+// Null pieces do not exist: a hull without vertices gives false. Kinds as in convex_contacts.hpp, and meshes that bound
+// a convex solid.
 template <class S> bool convex_piece(const Geometry<S>& geometry, ConvexPiece<S>& piece);
 template <class S>
 ConvexPiece<S> triangle_piece(const Vec3<S>& a, const Vec3<S>& b, const Vec3<S>& c, const Vec3<S>& normal);
 template <class S> ConvexPiece<S> box_piece(const Vec3<S>& half_extents);
 
-// The point of the core farthest along `direction` (own axes, of any length) and its vertex; of cylinders the vertex is -1.
-// `vertex` on entry: where climbing may start.
+// The point of the core farthest along `direction` (own axes, of any length) and its vertex; of cylinders the vertex is
+// -1. `vertex` on entry: where climbing may start.
 template <class S> Vec3<S> support(const ConvexPiece<S>& piece, const Vec3<S>& direction, int& vertex);
 
 // v / |v|, also where v's square would underflow or overflow; 0 for 0.
@@ -61,7 +63,8 @@ template <class S> inline Vec3<S> unit_along(const Vec3<S>& v) {
   return (S(1) / norm(scaled)) * scaled;
 }
 
-// a cross b, each component to an ulp of itself (Kahan's difference of products): nearly parallel vectors keep their normal.
+// a cross b, each component to an ulp of itself (Kahan's difference of products): nearly parallel vectors keep their
+// normal.
 template <class S> inline Vec3<S> accurate_cross(const Vec3<S>& a, const Vec3<S>& b) {
   const auto difference = [](S p, S q, S r, S s) {  // p q - r s
     const S rs = r * s, error = std::fma(-r, s, rs);
@@ -72,6 +75,9 @@ template <class S> inline Vec3<S> accurate_cross(const Vec3<S>& a, const Vec3<S>
 
 // B's placement in A's axes.
 template <class S> Placement<S> relative_placement(const Placement<S>& place_a, const Placement<S>& place_b);
-template <class S> inline Vec3<S> placed(const Placement<S>& place, const Vec3<S>& x) { return place.p_W + turned(place, x); }
+template <class S>
+inline Vec3<S> placed(const Placement<S>& place, const Vec3<S>& x) {
+  return place.p_W + turned(place, x);
+}
 
 }  // namespace atwood

@@ -6,7 +6,10 @@
 namespace atwood {
 namespace {
 
-template <class S> S largest(const Vec3<S>& v) { return real::max(real::abs(v.x), real::max(real::abs(v.y), real::abs(v.z))); }
+template <class S>
+S largest(const Vec3<S>& v) {
+  return real::max(real::abs(v.x), real::max(real::abs(v.y), real::abs(v.z)));
+}
 
 template <class S> struct Polytope {
   static constexpr int kMostPoints = 160, kMostFaces = 2 * kMostPoints;
@@ -49,10 +52,11 @@ bool first_tetrahedron(Polytope<S>& polytope, const Support& farthest, Vec3<S>& 
   S widest{};
   for (const Vec3<S>& axis : axes) {
     const DifferencePoint<S> high = farthest(axis), low = farthest(-axis);
-    extent = real::max(
-        extent, real::max(real::max(largest(high.w), largest(low.w)),
-                          real::max(real::max(largest(high.a), largest(high.b)), real::max(largest(low.a), largest(low.b)))));
-    if (const S width = norm(high.w - low.w); p[0].vertex_a == -2 || width > widest) widest = width, p[0] = low, p[1] = high;
+    extent = real::max(extent, real::max(real::max(largest(high.w), largest(low.w)),
+                                         real::max(real::max(largest(high.a), largest(high.b)),
+                                                   real::max(largest(low.a), largest(low.b)))));
+    if (const S width = norm(high.w - low.w); p[0].vertex_a == -2 || width > widest)
+      widest = width, p[0] = low, p[1] = high;
   }
   normal = axes[2];
   if (flat(widest)) return false;
@@ -184,7 +188,8 @@ LeastOverlap<S> expanding_polytope(const ConvexPiece<S>& a, const ConvexPiece<S>
       set_face(result, polytope, f);
     }
     result.certified = face.offset;
-    if (overlap - face.offset <= round_off || result.overlap <= face.offset || polytope.points == Polytope<S>::kMostPoints)
+    if (overlap - face.offset <= round_off || result.overlap <= face.offset ||
+        polytope.points == Polytope<S>::kMostPoints)
       break;
     polytope.point[polytope.points] = p;
     if (!grow(polytope, f, polytope.points++)) break;

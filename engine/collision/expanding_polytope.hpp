@@ -5,8 +5,8 @@
 
 namespace atwood {
 
-// Overlap along a unit n from a to b: max over a of n . x less min over b of n . x. Its least over all n is the depth; below
-// zero the cores are apart.
+// Overlap along a unit n from a to b: max over a of n . x less min over b of n . x. Its least over all n is the depth;
+// below zero the cores are apart.
 template <class S> struct LeastOverlap {
   Vec3<S> normal{S(0), S(0), S(1)};
   S overlap{};        // along `normal`, by supports: never below the least
@@ -15,8 +15,8 @@ template <class S> struct LeastOverlap {
   Simplex<S> face;    // of A - B, that the normal belongs to
 };
 
-// The expanding polytope (van den Bergen 2001), from any tetrahedron in A - B: while the origin is outside, its distances to
-// faces that see it are negative and such faces grow first. No allocation.
+// The expanding polytope (van den Bergen 2001), from any tetrahedron in A - B: while the origin is outside, its
+// distances to faces that see it are negative and such faces grow first. No allocation.
 template <class S>
 LeastOverlap<S> expanding_polytope(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a);
 

@@ -5,7 +5,8 @@ namespace atwood {
 namespace {
 
 const char* shape_name(const Shape& shape) {
-  constexpr const char* names[] = {"point", "sphere", "plane", "rectangle", "box", "capsule", "cylinder", "convex", "mesh", "compound"};
+  constexpr const char* names[] = {"point",   "sphere",   "plane",  "rectangle", "box",
+                                   "capsule", "cylinder", "convex", "mesh",      "compound"};
   return names[shape.index()];
 }
 

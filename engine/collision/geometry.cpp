@@ -38,7 +38,8 @@ template <class S> Vec3<S> box_reach(const Vec3<S>* axis_W, const Vec3<S>& h) {
 
 template <class S> void join(Aabb<S>& box, const Aabb<S>& other) {
   box.low = {real::min(box.low.x, other.low.x), real::min(box.low.y, other.low.y), real::min(box.low.z, other.low.z)};
-  box.high = {real::max(box.high.x, other.high.x), real::max(box.high.y, other.high.y), real::max(box.high.z, other.high.z)};
+  box.high = {real::max(box.high.x, other.high.x), real::max(box.high.y, other.high.y),
+              real::max(box.high.z, other.high.z)};
 }
 
 template <class S> Aabb<S> around_points(const std::vector<Vec3<S>>& points, const Placement<S>& place) {
@@ -62,7 +63,9 @@ template <class S> Placement<S> placement(const Vec3<S>& p_WB, const Quat<S>& q)
   const S xx = x * q.x, yy = y * q.y, zz = z * q.z, xy = x * q.y, xz = x * q.z, yz = y * q.z;
   const S wx = x * q.w, wy = y * q.w, wz = z * q.w;
   return {p_WB,
-          {{S(1) - (yy + zz), xy + wz, xz - wy}, {xy - wz, S(1) - (xx + zz), yz + wx}, {xz + wy, yz - wx, S(1) - (xx + yy)}}};
+          {{S(1) - (yy + zz), xy + wz, xz - wy},
+           {xy - wz, S(1) - (xx + zz), yz + wx},
+           {xz + wy, yz - wx, S(1) - (xx + yy)}}};
 }
 
 template <class S> Placement<S> part_placement(const Placement<S>& body, const typename Geometry<S>::Part& part) {
@@ -108,8 +111,8 @@ template <class S> Geometry<S> make_geometry(const Shape& shape) {
                                               {S(q[0]), S(q[1]), S(q[2]), S(q[3])}};
         const Placement<S> place = placement(part.p_B, part.q_BP);
         for (int corner = 0; corner < 8; ++corner)
-          g.bounding_radius = real::max(g.bounding_radius,
-                                        kOutward<S> * norm(place.p_W + turned(place, with_signs(part.half_extents, corner))));
+          g.bounding_radius = real::max(
+              g.bounding_radius, kOutward<S> * norm(place.p_W + turned(place, with_signs(part.half_extents, corner))));
         g.parts.push_back(part);
       }
     }

@@ -23,7 +23,18 @@ template <class S> inline Vec3<S> turned_back(const Placement<S>& place, const V
   return {dot(place.axis_W[0], v_W), dot(place.axis_W[1], v_W), dot(place.axis_W[2], v_W)};
 }
 
-enum class ShapeKind : unsigned char { none, sphere, plane, rectangle, box, capsule, cylinder, convex, mesh, compound };  // Shape's order
+enum class ShapeKind : unsigned char {
+  none,
+  sphere,
+  plane,
+  rectangle,
+  box,
+  capsule,
+  cylinder,
+  convex,
+  mesh,
+  compound
+};  // Shape's order
 
 template <class S> struct Hull;          // vertices, faces, edges of a convex polyhedron (hull.hpp)
 template <class S> struct TriangleMesh;  // triangles, adjacency and a bounding-volume tree (triangle_mesh.hpp)

@@ -6,7 +6,10 @@
 namespace atwood {
 namespace {
 
-template <class S> S largest(const Vec3<S>& v) { return real::max(real::abs(v.x), real::max(real::abs(v.y), real::abs(v.z))); }
+template <class S>
+S largest(const Vec3<S>& v) {
+  return real::max(real::abs(v.x), real::max(real::abs(v.y), real::abs(v.z)));
+}
 
 template <class S> Vec3<S> weighted(Simplex<S>& simplex) {
   Vec3<S> sum;
@@ -79,8 +82,8 @@ template <class S> Vec3<S> nearest_in_tetrahedron(Simplex<S>& s) {
   if (real::abs(whole) > noise) {
     const S sign = whole < S(0) ? S(-1) : S(1);
     const Vec3<S> rt = cross(r - q, t - q);
-    const S part[4] = {sign * dot(q, rt), -sign * dot(p, cross(edge[1], edge[2])), -sign * dot(p, cross(edge[2], edge[0])),
-                       -sign * dot(p, cross(edge[0], edge[1]))};
+    const S part[4] = {sign * dot(q, rt), -sign * dot(p, cross(edge[1], edge[2])),
+                       -sign * dot(p, cross(edge[2], edge[0])), -sign * dot(p, cross(edge[0], edge[1]))};
     if (part[0] >= S(0) && part[1] >= S(0) && part[2] >= S(0) && part[3] >= S(0)) {
       const S sum = part[0] + part[1] + part[2] + part[3];
       for (int i = 0; i < 4; ++i) s.weight[i] = part[i] / sum;
@@ -165,7 +168,8 @@ Closest<S> closest_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, cons
     const Vec3<S> nearer = nearest_to_origin(next);
     const S size = norm(nearer);
     // A normal wrong by d lengthens v by d^2 alone: near the end v turns while its length stands still.
-    if (simplex.count > 0 && !(size < least) && (size > least + round_off * extent || ++standstills > kMostStandstills)) break;
+    if (simplex.count > 0 && !(size < least) && (size > least + round_off * extent || ++standstills > kMostStandstills))
+      break;
     simplex = next;
     v = nearer;
     least = real::min(size, least);

@@ -17,8 +17,8 @@ template <class S> struct Simplex {
   int count = 0;
 };
 
-// Cuts the simplex down to the face whose inside holds its point nearest to the origin, sets its weights and returns it. A
-// tetrahedron stays whole when the origin is inside. Faces without area, up to round-off, count as their edges.
+// Cuts the simplex down to the face whose inside holds its point nearest to the origin, sets its weights and returns
+// it. A tetrahedron stays whole when the origin is inside. Faces without area, up to round-off, count as their edges.
 template <class S> Vec3<S> nearest_to_origin(Simplex<S>& simplex);
 
 // The farthest point of A - B in `direction`.
@@ -35,8 +35,8 @@ template <class S> struct Closest {
   bool beyond = false;     // known to be more than `enough` apart; the rest is then not set but `normal`
 };
 
-// Gilbert, Johnson, Keerthi (1988); sub-algorithm of Montanari, Petrinic, Barbieri, ACM Trans. Graph. 36 (2017) 30. Ends
-// when no support point is nearer by more than round-off of the extents.
+// Gilbert, Johnson, Keerthi (1988); sub-algorithm of Montanari, Petrinic, Barbieri, ACM Trans. Graph. 36 (2017) 30.
+// Ends when no support point is nearer by more than round-off of the extents.
 template <class S>
 Closest<S> closest_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a, S enough);
 

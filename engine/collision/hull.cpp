@@ -20,7 +20,8 @@ Long3 wide(const Real3& p) { return narrow3<long double>(p); }
 Long3 area_vector(const std::vector<Real3>& points, const std::vector<int>& loop) {
   Long3 sum;
   const Long3 at = wide(points[loop[0]]);
-  for (std::size_t i = 2; i < loop.size(); ++i) sum += cross(wide(points[loop[i - 1]]) - at, wide(points[loop[i]]) - at);
+  for (std::size_t i = 2; i < loop.size(); ++i)
+    sum += cross(wide(points[loop[i - 1]]) - at, wide(points[loop[i]]) - at);
   return sum;
 }
 Long3 unit(const Long3& v) {
@@ -91,7 +92,8 @@ std::vector<int> coplanar_groups(const std::vector<Real3>& points, const std::ve
     area[t] = area_vector(points, {triangles[t].begin(), triangles[t].end()});
     by_area[t] = t;
   }
-  std::stable_sort(by_area.begin(), by_area.end(), [&](int s, int t) { return dot(area[s], area[s]) > dot(area[t], area[t]); });
+  std::stable_sort(by_area.begin(), by_area.end(),
+                   [&](int s, int t) { return dot(area[s], area[s]) > dot(area[t], area[t]); });
   int groups = 0;
   for (const int seed : by_area) {
     if (group[seed] >= 0) continue;
@@ -189,7 +191,8 @@ template <class S> Hull<S> make_hull(const std::vector<Real3>& points) {
     const Long3 normal = unit(area_vector(points, loop));
     long double offset = dot(normal, wide(points[loop[0]]));
     for (const int corner : loop) offset = std::max(offset, dot(normal, wide(points[corner])));
-    hull.faces.push_back({narrow<S>(normal), S(offset), static_cast<int>(hull.corners.size()), static_cast<int>(loop.size())});
+    hull.faces.push_back(
+        {narrow<S>(normal), S(offset), static_cast<int>(hull.corners.size()), static_cast<int>(loop.size())});
     for (const int corner : loop) hull.corners.push_back(vertex_of.at(corner));
   }
   add_edges(hull);
@@ -210,7 +213,8 @@ template <class S> int farthest_vertex(const Hull<S>& hull, const Vec3<S>& direc
   for (int at = start;;) {
     const int before = at;
     for (int k = hull.first_neighbour[before]; k < hull.first_neighbour[before + 1]; ++k)
-      if (const S here = dot(direction, hull.vertices[hull.neighbours[k]]); here > most) most = here, at = hull.neighbours[k];
+      if (const S here = dot(direction, hull.vertices[hull.neighbours[k]]); here > most)
+        most = here, at = hull.neighbours[k];
     if (at == before) return at;
   }
 }

@@ -1,5 +1,5 @@
-// Point by point, as scene/convex_hull.cpp does, but without a tolerance: signs are exact, so the faces that see a point hang
-// together and their rim is one loop, for needles and slabs too.
+// Point by point, as scene/convex_hull.cpp does, but without a tolerance: signs are exact, so the faces that see a
+// point hang together and their rim is one loop, for needles and slabs too.
 #include "collision/hull_triangles.hpp"
 
 #include <cmath>
@@ -47,7 +47,8 @@ std::vector<std::array<int, 3>> hull_triangles(const std::vector<Real3>& given) 
   for (const Real3& x : given) p.push_back(narrow3<double>(x));
   std::array<int, 4> t{};
   if (p.size() < 4 || !first_tetrahedron(p, t)) return {};
-  std::vector<std::array<int, 3>> faces = {{t[0], t[1], t[2]}, {t[0], t[3], t[1]}, {t[1], t[3], t[2]}, {t[2], t[3], t[0]}};
+  std::vector<std::array<int, 3>> faces = {
+      {t[0], t[1], t[2]}, {t[0], t[3], t[1]}, {t[1], t[3], t[2]}, {t[2], t[3], t[0]}};
   for (int i = 0; i < static_cast<int>(p.size()); ++i) {
     const auto sees = [&](const std::array<int, 3>& f) { return orient3d(p[f[0]], p[f[1]], p[f[2]], p[i]) < 0; };
     std::set<std::pair<int, int>> rim;

@@ -1,5 +1,7 @@
 #include <limits>
+#include <utility>
 
+#include "collision/convex_contacts.hpp"
 #include "collision/mesh_queries.hpp"
 
 namespace atwood {
@@ -23,7 +25,8 @@ void mesh_plane_contacts(const TriangleMesh<S>& mesh, const Placement<S>& place,
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
     const S gap = dot(n, mesh.points[i]) - at;
     if (gap <= margin)
-      found.push_back({placed(place, mesh.points[i]) - (gap / S(2)) * plane.normal_W, gap, static_cast<std::uint32_t>(i + 1)});
+      found.push_back(
+          {placed(place, mesh.points[i]) - (gap / S(2)) * plane.normal_W, gap, static_cast<std::uint32_t>(i + 1)});
   }
   if (found.empty()) return;
   Manifold<S> manifold;
@@ -73,7 +76,8 @@ template <class S> Separation<S> nearest_point(const TriangleMesh<S>& mesh, cons
   const OnMesh<S> near = closest_on_mesh(mesh, center);
   const Vec3<S> away = unit_along(near.inside ? near.at.x - center : center - near.at.x);
   const Vec3<S> normal = dot(away, away) > S(0) ? away : mesh.triangles[near.triangle].normal;
-  return {near.inside ? -near.at.distance - radius : near.at.distance - radius, normal, near.at.x, center - radius * normal};
+  return {near.inside ? -near.at.distance - radius : near.at.distance - radius, normal, near.at.x,
+          center - radius * normal};
 }
 
 }  // namespace
@@ -84,11 +88,21 @@ void mesh_contacts(const Geometry<S>& a, const Placement<S>& place_a, const Geom
   if (!a.mesh) return;
   if (b.kind == ShapeKind::plane) return mesh_plane_contacts(*a.mesh, place_a, b, margin, out);
   const std::size_t from = out.size();
+  ConvexPiece<S> of_a, of_b;
+  const bool solid_a = convex_piece(a, of_a), solid_b = convex_piece(b, of_b);
+  if (solid_a && solid_b) return convex_contacts(a, place_a, b, place_b, margin, out);
+  if (solid_a) {  // the other mesh's triangles
+    mesh_contacts(b, place_b, a, place_a, margin, out);
+    for (std::size_t i = from; i < out.size(); ++i) {
+      out[i].normal_W = -out[i].normal_W;
+      std::swap(out[i].piece_a, out[i].piece_b);
+    }
+    return;
+  }
   const Placement<S> b_in_a = relative_placement(place_a, place_b);
-  ConvexPiece<S> piece;
   if (b.kind == ShapeKind::sphere) mesh_sphere_contacts(*a.mesh, b_in_a.p_W, b.radius, margin, out);
+  else if (solid_b) mesh_convex_contacts(*a.mesh, of_b, b_in_a, margin, out);
   else if (b.kind == ShapeKind::mesh && b.mesh) mesh_mesh_contacts(*a.mesh, *b.mesh, b_in_a, margin, out);
-  else if (convex_piece(b, piece)) mesh_convex_contacts(*a.mesh, piece, b_in_a, margin, out);
   place_in_world(place_a, out, from);
 }
 
@@ -99,11 +113,17 @@ Separation<S> mesh_separation(const Geometry<S>& a, const Placement<S>& place_a,
   Separation<S> nearest{std::numeric_limits<S>::infinity(), {S(0), S(0), S(1)}, place_a.p_W, place_b.p_W};
   if (!a.mesh || a.mesh->nodes.empty()) return nearest;
   if (b.kind == ShapeKind::plane) return mesh_plane_separation(*a.mesh, place_a, b);
+  ConvexPiece<S> of_a, of_b;
+  const bool solid_a = convex_piece(a, of_a), solid_b = convex_piece(b, of_b);
+  if (solid_a && solid_b) return convex_separation(a, place_a, b, place_b);
+  if (solid_a) {
+    const Separation<S> other = mesh_separation(b, place_b, a, place_a);
+    return {other.gap, -other.normal_W, other.on_b_W, other.on_a_W};
+  }
   const Placement<S> b_in_a = relative_placement(place_a, place_b);
-  ConvexPiece<S> piece;
   if (b.kind == ShapeKind::sphere) nearest = nearest_point(*a.mesh, b_in_a.p_W, b.radius);
+  else if (solid_b) nearest = nearest_triangle(*a.mesh, of_b, b_in_a);
   else if (b.kind == ShapeKind::mesh && b.mesh) nearest = mesh_mesh_separation(*a.mesh, *b.mesh, b_in_a);
-  else if (convex_piece(b, piece)) nearest = nearest_triangle(*a.mesh, piece, b_in_a);
   else return nearest;
   nearest.normal_W = turned(place_a, nearest.normal_W);
   nearest.on_a_W = placed(place_a, nearest.on_a_W), nearest.on_b_W = placed(place_a, nearest.on_b_W);
@@ -115,10 +135,11 @@ Separation<S> mesh_separation(const Geometry<S>& a, const Placement<S>& place_a,
   return nearest;
 }
 
-#define ATWOOD_MESH_CONTACTS(S)                                                                                            \
-  template void mesh_contacts<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&, const Placement<S>&, S,      \
-                                 std::vector<Manifold<S>>&);                                                               \
-  template Separation<S> mesh_separation<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&, const Placement<S>&);
+#define ATWOOD_MESH_CONTACTS(S)                                                                                       \
+  template void mesh_contacts<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&, const Placement<S>&, S, \
+                                 std::vector<Manifold<S>>&);                                                          \
+  template Separation<S> mesh_separation<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&,              \
+                                            const Placement<S>&);
 ATWOOD_MESH_CONTACTS(float)
 ATWOOD_MESH_CONTACTS(double)
 ATWOOD_MESH_CONTACTS(long double)

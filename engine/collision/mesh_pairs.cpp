@@ -1,5 +1,6 @@
 // A mesh against spheres and against convex pieces, triangle by triangle.
 #include <limits>
+#include <vector>
 
 #include "collision/mesh_queries.hpp"
 
@@ -17,7 +18,8 @@ Manifold<S> one_point(const TriangleMesh<S>& mesh, int t, const Vec3<S>& normal,
 }
 
 // Triangles with an edge or corner in common find the same point there, up to the slack of regions at sharp corners.
-template <class S> bool known(const std::vector<Manifold<S>>& out, std::size_t from, const Manifold<S>& made, S tolerance) {
+template <class S>
+bool known(const std::vector<Manifold<S>>& out, std::size_t from, const Manifold<S>& made, S tolerance) {
   for (std::size_t i = from; i < out.size(); ++i)
     if (norm(out[i].points[0].x_W - made.points[0].x_W) <= tolerance) return true;
   return false;
@@ -62,7 +64,8 @@ void mesh_sphere_contacts(const TriangleMesh<S>& mesh, const Vec3<S>& center, S 
     if (!known(out, from, made, S(256) * tolerance)) out.push_back(made);
   });
   const auto& root = mesh.nodes;
-  if (!mesh.closed || root.empty() || !(behind || out.size() == from) || !overlap(root[0].box, Aabb<S>{center, center})) return;
+  if (!mesh.closed || root.empty() || !(behind || out.size() == from) || !overlap(root[0].box, Aabb<S>{center, center}))
+    return;
   const OnMesh<S> nearest = closest_on_mesh(mesh, center);
   if (!nearest.inside) return;
   out.resize(from);
@@ -75,8 +78,21 @@ void mesh_convex_contacts(const TriangleMesh<S>& mesh, const ConvexPiece<S>& b, 
   const Aabb<S> box = grown(bounds_of(b, b_in_mesh), margin);
   const std::size_t from = out.size();
   const S reach = margin + b.radius;
+  const S round_off =
+      S(64) * real::epsilon<S>() * (mesh.bounding_radius + norm(b_in_mesh.p_W) + norm(box.high - box.low));
   int left = -1;  // the nearest triangle, whose normal the others may have left to each other
   Meet<S> left_meet;
+  struct AlongFace { int t; S side, way; };
+  static thread_local std::vector<AlongFace> along_faces;
+  static thread_local OwnDepths<S> own;
+  along_faces.clear(), own.clear();
+  const auto add = [&](int t, const Meet<S>& meet) {
+    Manifold<S> manifold;
+    contact_points(piece_of(mesh, t), b, b_in_mesh, meet, margin, manifold);
+    if (manifold.count == 0) return;
+    manifold.piece_a = mesh.given[t];
+    out.push_back(manifold);
+  };
   each_triangle(mesh, box, [&](int t) {
     const ConvexPiece<S> triangle = piece_of(mesh, t);
     if (!overlap(box, bounds_of(triangle, Placement<S>{}))) return;
@@ -85,19 +101,22 @@ void mesh_convex_contacts(const TriangleMesh<S>& mesh, const ConvexPiece<S>& b, 
     if (left < 0 || meet.gap < left_meet.gap) left = t, left_meet = meet;
     const Vec3<S>& face = mesh.triangles[t].normal;
     const Vec3<S> found = meet.normal;
-    if (!normal_allowed(mesh, t, meet.normal)) {
-      // The neighbours have what is at this edge or corner; what lies over the face itself is left.
-      const S front = overlap_along(triangle, b, b_in_mesh, face), back = overlap_along(triangle, b, b_in_mesh, -face);
-      if (mesh.closed && (meet.gap > S(0) ? dot(found, face) < S(0) : front > back)) return;
-      meet.normal = front <= back ? face : -face;
-      meet.gap = std::numeric_limits<S>::infinity();
+    if (normal_allowed(mesh, t, meet.normal)) {
+      own.add(t, -meet.gap);
+      return add(t, meet);
     }
-    Manifold<S> manifold;
-    contact_points(triangle, b, b_in_mesh, meet, margin, manifold);
-    if (manifold.count == 0) return;
-    manifold.piece_a = mesh.given[t];
-    out.push_back(manifold);
+    // The neighbours have what is at this edge or corner; what lies over the face itself is left.
+    const S front = overlap_along(triangle, b, b_in_mesh, face), back = overlap_along(triangle, b, b_in_mesh, -face);
+    if (mesh.closed && (meet.gap > S(0) ? dot(found, face) < S(0) : front > back)) return;
+    along_faces.push_back({t, front <= back ? S(1) : S(-1), real::min(front, back)});
   });
+  for (const auto& [t, side, way] : along_faces) {
+    const auto way_past = [&, side = side](int s) {
+      return own.least(s, overlap_along(piece_of(mesh, s), b, b_in_mesh, side * mesh.triangles[s].normal));
+    };
+    if (way > round_off && neighbour_needs_less(mesh, t, side, way - round_off, way_past)) continue;
+    add(t, Meet<S>{false, std::numeric_limits<S>::infinity(), side * mesh.triangles[t].normal, {}, {}});
+  }
   if (out.size() > from || mesh.nodes.empty()) return;
   if (mesh.closed && overlap(mesh.nodes[0].box, Aabb<S>{b_in_mesh.p_W, b_in_mesh.p_W})) {
     const OnMesh<S> nearest = closest_on_mesh(mesh, b_in_mesh.p_W);
@@ -118,9 +137,9 @@ void mesh_convex_contacts(const TriangleMesh<S>& mesh, const ConvexPiece<S>& b, 
   out.push_back(manifold);
 }
 
-#define ATWOOD_MESH_PAIRS(S)                                                                                                  \
-  template void mesh_sphere_contacts<S>(const TriangleMesh<S>&, const Vec3<S>&, S, S, std::vector<Manifold<S>>&);             \
-  template void mesh_convex_contacts<S>(const TriangleMesh<S>&, const ConvexPiece<S>&, const Placement<S>&, S,                \
+#define ATWOOD_MESH_PAIRS(S)                                                                                      \
+  template void mesh_sphere_contacts<S>(const TriangleMesh<S>&, const Vec3<S>&, S, S, std::vector<Manifold<S>>&); \
+  template void mesh_convex_contacts<S>(const TriangleMesh<S>&, const ConvexPiece<S>&, const Placement<S>&, S,    \
                                         std::vector<Manifold<S>>&);
 ATWOOD_MESH_PAIRS(float)
 ATWOOD_MESH_PAIRS(double)

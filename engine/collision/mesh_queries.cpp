@@ -4,9 +4,11 @@
 
 namespace atwood {
 
-template <class S> OnTriangle<S> closest_on_triangle(const TriangleMesh<S>& mesh, int t, const Vec3<S>& c, S tolerance) {
+template <class S>
+OnTriangle<S> closest_on_triangle(const TriangleMesh<S>& mesh, int t, const Vec3<S>& c, S tolerance) {
   const auto& triangle = mesh.triangles[t];
-  const Vec3<S> p[3] = {mesh.points[triangle.corner[0]], mesh.points[triangle.corner[1]], mesh.points[triangle.corner[2]]};
+  const Vec3<S> p[3] = {mesh.points[triangle.corner[0]], mesh.points[triangle.corner[1]],
+                        mesh.points[triangle.corner[2]]};
   OnTriangle<S> best;
   best.distance = std::numeric_limits<S>::infinity();
   bool above = true;
@@ -101,7 +103,8 @@ template <class S> Aabb<S> bounds_of(const ConvexPiece<S>& piece, const Placemen
     low[k] = dot(rows[k], support(piece, -rows[k], vertex));
   }
   const Vec3<S>& p = place.p_W;
-  const S slack = S(8) * real::epsilon<S>() * (norm(p) + norm(Vec3<S>{high[0] - low[0], high[1] - low[1], high[2] - low[2]}));
+  const S slack =
+      S(8) * real::epsilon<S>() * (norm(p) + norm(Vec3<S>{high[0] - low[0], high[1] - low[1], high[2] - low[2]}));
   return grown(Aabb<S>{{p.x + low[0], p.y + low[1], p.z + low[2]}, {p.x + high[0], p.y + high[1], p.z + high[2]}},
                piece.radius + slack);
 }

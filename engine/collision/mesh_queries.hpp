@@ -1,7 +1,9 @@
-// What the tests of meshes share: walks over the tree, closest points of triangles, and which normals a triangle may have.
+// What the tests of meshes share: walks over the tree, closest points of triangles, and which normals a triangle may
+// have.
 #pragma once
 
 #include <utility>
+#include <vector>
 
 #include "collision/convex_manifold.hpp"
 #include "collision/triangle_mesh.hpp"
@@ -9,8 +11,8 @@
 namespace atwood {
 
 template <class S> inline bool overlap(const Aabb<S>& a, const Aabb<S>& b) {
-  return a.low.x <= b.high.x && b.low.x <= a.high.x && a.low.y <= b.high.y && b.low.y <= a.high.y && a.low.z <= b.high.z &&
-         b.low.z <= a.high.z;
+  return a.low.x <= b.high.x && b.low.x <= a.high.x && a.low.y <= b.high.y && b.low.y <= a.high.y &&
+         a.low.z <= b.high.z && b.low.z <= a.high.z;
 }
 template <class S> inline Aabb<S> grown(const Aabb<S>& box, S by) {
   return {box.low - Vec3<S>{by, by, by}, box.high + Vec3<S>{by, by, by}};
@@ -25,7 +27,8 @@ template <class S> inline S distance_between(const Aabb<S>& a, const Aabb<S>& b)
 }
 
 // Calls visit(t) for every triangle in a leaf whose box meets `box`.
-template <class S, class Visit> void each_triangle(const TriangleMesh<S>& mesh, const Aabb<S>& box, const Visit& visit) {
+template <class S, class Visit>
+void each_triangle(const TriangleMesh<S>& mesh, const Aabb<S>& box, const Visit& visit) {
   if (mesh.nodes.empty()) return;
   int stack[64] = {0}, height = 1;
   while (height > 0) {
@@ -67,13 +70,55 @@ template <class S> struct OnTriangle {
 template <class S> OnTriangle<S> closest_on_triangle(const TriangleMesh<S>& mesh, int t, const Vec3<S>& c, S tolerance);
 
 // Whether no neighbouring triangle is nearer to x + out than `at` is, up to `tolerance` (of the same length as `out`).
-template <class S> bool in_region(const TriangleMesh<S>& mesh, int t, const OnTriangle<S>& at, const Vec3<S>& out, S tolerance);
+template <class S>
+bool in_region(const TriangleMesh<S>& mesh, int t, const OnTriangle<S>& at, const Vec3<S>& out, S tolerance);
 // A vector that looks out of a closed mesh at that feature.
 template <class S> Vec3<S> outwards(const TriangleMesh<S>& mesh, int t, const OnTriangle<S>& at);
 
-// The feature of triangle t that a normal n belongs to; n is set to the face's where it is that up to round-off of angles.
-// False when the normal is a neighbour's business, or points into a closed mesh.
+// The feature of triangle t that a normal n belongs to; n is set to the face's where it is that up to round-off of
+// angles. False when the normal is a neighbour's business, or points into a closed mesh.
 template <class S> bool normal_allowed(const TriangleMesh<S>& mesh, int t, Vec3<S>& n);
+
+// Whether a triangle beside t (an edge or a corner away, over edges that bend away from `side` or not at all) is left
+// by less than `way`. What has sunk into a ridge leaves it by the nearer of its slopes, and that is their business; in
+// a valley every slope counts. `side` is +1 before the surface, -1 behind; `way_past(s)` is the way to leave triangle
+// s.
+template <class S, class WayPast>
+bool neighbour_needs_less(const TriangleMesh<S>& mesh, int t, S side, S way, const WayPast& way_past) {
+  const EdgeKind valley = side > S(0) ? EdgeKind::concave : EdgeKind::convex;
+  for (int k = 0; k < 3; ++k) {
+    const int pivot = mesh.triangles[t].corner[k];
+    for (const bool by_next : {false, true}) {  // round the corner either way
+      for (int at = t;;) {
+        const auto& triangle = mesh.triangles[at];
+        const int c = triangle.corner[0] == pivot   ? 0
+                      : triangle.corner[1] == pivot ? 1
+                                                    : 2,
+                  edge = by_next ? c : (c + 2) % 3;
+        const int next = triangle.across[edge];
+        if (next < 0 || next == t || triangle.edge[edge] == valley) break;
+        if (way_past(next) < way) return true;
+        at = next;
+      }
+    }
+  }
+  return false;
+}
+
+// Depths by triangle, of the contacts along normals that are the triangle's own.
+template <class S> class OwnDepths {
+ public:
+  void clear() { depths_.clear(); }
+  void add(int t, S depth) { depths_.push_back({t, depth}); }
+  S least(int t, S otherwise) const {
+    for (const auto& [triangle, depth] : depths_)
+      if (triangle == t) otherwise = real::min(otherwise, depth);
+    return otherwise;
+  }
+
+ private:
+  std::vector<std::pair<int, S>> depths_;
+};
 
 template <class S> struct OnMesh {
   int triangle = -1;
@@ -82,10 +127,11 @@ template <class S> struct OnMesh {
 };
 template <class S> OnMesh<S> closest_on_mesh(const TriangleMesh<S>& mesh, const Vec3<S>& c);
 
-// The way out of a closed mesh for what is all inside of it. `lowest(n)` is its point that lies least along n, `center` the
-// place that chooses the way out of a mesh that is not convex.
+// The way out of a closed mesh for what is all inside of it. `lowest(n)` is its point that lies least along n, `center`
+// the place that chooses the way out of a mesh that is not convex.
 template <class S, class Lowest>
-Manifold<S> way_out(const TriangleMesh<S>& mesh, const OnMesh<S>& nearest, const Vec3<S>& center, const Lowest& lowest) {
+Manifold<S> way_out(const TriangleMesh<S>& mesh, const OnMesh<S>& nearest, const Vec3<S>& center,
+                    const Lowest& lowest) {
   int t = nearest.triangle;
   const Vec3<S> back = unit_along(nearest.at.x - center);
   const bool slanted = nearest.at.part != OnTriangle<S>::face && dot(back, back) > S(0);
@@ -109,13 +155,14 @@ Manifold<S> way_out(const TriangleMesh<S>& mesh, const OnMesh<S>& nearest, const
 
 template <class S> ConvexPiece<S> piece_of(const TriangleMesh<S>& mesh, int t) {
   const auto& triangle = mesh.triangles[t];
-  return triangle_piece(mesh.points[triangle.corner[0]], mesh.points[triangle.corner[1]], mesh.points[triangle.corner[2]],
-                        triangle.normal);
+  return triangle_piece(mesh.points[triangle.corner[0]], mesh.points[triangle.corner[1]],
+                        mesh.points[triangle.corner[2]], triangle.normal);
 }
 template <class S> Aabb<S> bounds_of(const ConvexPiece<S>& piece, const Placement<S>& place);
 
-// ---- two meshes, b placed in a's axes -------------------------------------------------------------------------------------
-// The box around a box of B's axes, in A's.
+// ---- two meshes, b placed in a's axes
+// ------------------------------------------------------------------------------------- The box around a box of B's
+// axes, in A's.
 template <class S> Aabb<S> turned_box(const Aabb<S>& box, const Placement<S>& b_in_a) {
   const Vec3<S> center = placed(b_in_a, S(0.5) * (box.low + box.high)), h = S(0.5) * (box.high - box.low);
   const Vec3<S>* axis = b_in_a.axis_W;
@@ -155,12 +202,12 @@ template <class S> ConvexPiece<S> placed_piece(const TriangleMesh<S>& mesh, int 
 
 // Calls visit(t, u) for the triangles in leaves that are reached while wanted(box of a, box of b in A's axes) holds.
 template <class S, class Wanted, class Visit>
-void each_pair_of_triangles(const TriangleMesh<S>& a, const TriangleMesh<S>& b, const Placement<S>& b_in_a, const Wanted& wanted,
-                            const Visit& visit) {
+void each_pair_of_triangles(const TriangleMesh<S>& a, const TriangleMesh<S>& b, const Placement<S>& b_in_a,
+                            const Wanted& wanted, const Visit& visit) {
   if (!a.nodes.empty() && !b.nodes.empty()) Walk<S>{a, b, b_in_a}.down(0, 0, wanted, visit);
 }
 
-// ---- one mesh (in its own axes) against one thing placed in those axes; manifolds in mesh axes ------------------------
+// ---- one mesh (in its own axes) against one thing placed in those axes; manifolds in mesh axes --------------------
 template <class S>
 void mesh_sphere_contacts(const TriangleMesh<S>& mesh, const Vec3<S>& center, S radius, S margin,
                           std::vector<Manifold<S>>& out);

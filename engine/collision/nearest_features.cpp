@@ -20,15 +20,13 @@ template <class S> struct Side {
   const Placement<S>& place;
   S sign;                    // outwards along sign * n
   Vec3<S> edge;              // of the meeting, unit; 0: none
-  bool vertex = false;       // a single vertex meets
 };
 
 template <class S> Vec3<S> axis_of(const Side<S>& side) { return side.place.axis_W[2]; }
 
-// Which edge or vertex of a polyhedron the corners of a simplex name; the axis of a cylinder that meets by its side.
+// Which edge of a polyhedron the corners of a simplex name; the axis of a cylinder that meets by its side.
 template <class S> void read_features(Side<S>& side, const Simplex<S>& simplex, const Vec3<S>& n) {
   side.edge = {};
-  side.vertex = false;
   if (!side.piece.polyhedral()) {
     if (real::abs(dot(n, axis_of(side))) < S(0.1)) side.edge = axis_of(side);
     return;
@@ -40,8 +38,8 @@ template <class S> void read_features(Side<S>& side, const Simplex<S>& simplex, 
     for (int k = 0; k < count; ++k) known = known || named[k] == vertex;
     if (!known) named[count++] = vertex;
   }
-  side.vertex = count == 1;
-  if (count == 2) side.edge = turned(side.place, unit_along(side.piece.vertices()[named[1]] - side.piece.vertices()[named[0]]));
+  if (count == 2)
+    side.edge = turned(side.place, unit_along(side.piece.vertices()[named[1]] - side.piece.vertices()[named[0]]));
 }
 
 // The outward normal of the face that looks along `outwards` most; 0 when none comes near.
@@ -55,7 +53,8 @@ template <class S> Vec3<S> facing(const Side<S>& side, const Vec3<S>& outwards) 
   return best && most > S(0.9) ? turned(side.place, *best) : Vec3<S>{};
 }
 
-// u . H u for the second derivative H of the cylinder's support function at n: the rim's r / |n_across| along its tangent.
+// u . H u for the second derivative H of the cylinder's support function at n: the rim's r / |n_across| along its
+// tangent.
 template <class S> S bend(const Side<S>& side, const Vec3<S>& n, const Vec3<S>& u, const Vec3<S>& v) {
   if (side.piece.polyhedral()) return S(0);
   const Vec3<S> axis = axis_of(side), around = cross(axis, n);
@@ -82,17 +81,18 @@ template <class S> struct Refinement {
   void consider_like(Vec3<S> n) { consider(dot(n, best.normal) < S(0) ? -n : n); }
 };
 
-// Newton's method for the least of f(n) = n . w(n) over unit n, or over those across `edge`. In tangents u of the sphere:
-// gradient w . u, second derivative u . H u - f.
+// Newton's method for the least of f(n) = n . w(n) over unit n, or over those across `edge`. In tangents u of the
+// sphere: gradient w . u, second derivative u . H u - f.
 template <class S> void newton(Refinement<S>& m, const Vec3<S>& edge) {
   const bool bound = dot(edge, edge) > S(0);
   Vec3<S> n = bound ? unit_along(m.best.normal - dot(m.best.normal, edge) * edge) : m.best.normal;
   for (int round = 0; round < 12; ++round) {
     const Vec3<S> w = m.support_along(n).w;
     const S f = dot(n, w);
-    const Vec3<S> least = real::abs(n.x) <= real::abs(n.y) && real::abs(n.x) <= real::abs(n.z) ? Vec3<S>{S(1), S(0), S(0)}
-                          : real::abs(n.y) <= real::abs(n.z)                                  ? Vec3<S>{S(0), S(1), S(0)}
-                                                                                              : Vec3<S>{S(0), S(0), S(1)};
+    const Vec3<S> least = real::abs(n.x) <= real::abs(n.y) && real::abs(n.x) <= real::abs(n.z)
+                              ? Vec3<S>{S(1), S(0), S(0)}
+                          : real::abs(n.y) <= real::abs(n.z) ? Vec3<S>{S(0), S(1), S(0)}
+                                                             : Vec3<S>{S(0), S(0), S(1)};
     const Vec3<S> u = unit_along(cross(n, bound ? edge : least)), v = cross(n, u);
     const auto second = [&](const Vec3<S>& p, const Vec3<S>& q) { return bend(m.a, n, p, q) + bend(m.b, n, p, q); };
     const S uu = second(u, u) - f, g = dot(w, u);
@@ -130,30 +130,58 @@ template <class S> void make_exact(Refinement<S>& m, const Simplex<S>& simplex) 
   m.consider(-facing(m.b, -m.best.normal));
 }
 
-// A cylinder's single point along n: its rim's, away from the side and the cap.
-template <class S> bool rim_point(const Side<S>& side, const Vec3<S>& n) {
-  constexpr S kNear = S(1e-5);
-  if (side.piece.polyhedral()) return false;
-  const S along = real::abs(dot(n, axis_of(side)));
-  return along > kNear && S(1) - along > kNear;
+// What a core turns outwards along sign * n: a vertex (or a rim's point), an edge (or a cylinder's side), or a face.
+// `from` and `to` are its ends, in A's axes.
+template <class S> struct Outermost {
+  enum Kind { vertex, edge, face } kind = vertex;
+  Vec3<S> from, to;
+};
+template <class S> Outermost<S> outermost(const Side<S>& side, const Vec3<S>& n, S round_off) {
+  const Vec3<S> d = turned_back(side.place, side.sign * n);
+  const ConvexPiece<S>& piece = side.piece;
+  int first = -1;
+  const Vec3<S> top = support(piece, d, first);
+  Outermost<S> found{Outermost<S>::vertex, top, top};
+  if (piece.polyhedral()) {
+    const S level = dot(d, top) - round_off;
+    int count = 0;
+    for (const Vec3<S>& v : piece.vertices())
+      if (dot(d, v) >= level) (count == 0 ? found.from : found.to) = v, ++count;
+    found.kind = count < 2 ? Outermost<S>::vertex : count == 2 ? Outermost<S>::edge : Outermost<S>::face;
+  } else if (S(2) * piece.half.z * real::abs(d.z) <= round_off) {
+    found.kind = Outermost<S>::edge;
+    found.from.z = -piece.half.z, found.to.z = piece.half.z;
+  } else if (S(2) * piece.half.x * norm(Vec3<S>{d.x, d.y, S(0)}) <= round_off) {
+    found.kind = Outermost<S>::face;
+  }
+  found.from = placed(side.place, found.from), found.to = placed(side.place, found.to);
+  return found;
 }
 
-// The points that meet, a distance `gap` apart along the normal.
+// Where two edges across n pass each other, seen along n; parallel ones share a stretch, and then its middle. On a's.
+template <class S> Vec3<S> passing(const Outermost<S>& a, const Outermost<S>& b) {
+  const Vec3<S> along_a = a.to - a.from, along_b = b.to - b.from, between = b.from - a.from;
+  const Vec3<S> across = accurate_cross(along_a, along_b);
+  const S aa = dot(along_a, along_a), square = dot(across, across);
+  const auto within = [](S x) { return real::max(S(0), real::min(S(1), x)); };
+  constexpr S kParallel = S(64) * real::epsilon<S>();
+  if (square > kParallel * kParallel * aa * dot(along_b, along_b))
+    return a.from + within(dot(accurate_cross(between, along_b), across) / square) * along_a;
+  const S p = within(dot(between, along_a) / aa), q = within(dot(between + along_b, along_a) / aa);
+  return a.from + (S(0.5) * (p + q)) * along_a;
+}
+
+// The points that meet, a distance `gap` apart along the normal. Those of the simplex are wrong where the polytope
+// ended on one half of a parallelogram of edges and the origin is over the other, or on a bit of a cylinder.
 template <class S> void set_points(const Refinement<S>& m, Meet<S>& meet) {
   const Vec3<S>& n = meet.normal;
-  const DifferencePoint<S> p = m.support_along(n);
-  const bool curved = !m.a.piece.polyhedral() || !m.b.piece.polyhedral();
+  const Outermost<S> a = outermost(m.a, n, S(16) * m.round_off), b = outermost(m.b, n, S(16) * m.round_off);
+  constexpr auto kVertex = Outermost<S>::vertex, kEdge = Outermost<S>::edge;
   Vec3<S> middle = S(0.5) * (meet.on_a + meet.on_b);
-  const Vec3<S> across = cross(m.a.edge, m.b.edge);
-  const S sine2 = dot(across, across);
-  if (curved) {
-    if (rim_point(m.a, n) || m.a.vertex) middle = p.a + (meet.gap / S(2)) * n;
-    else if (rim_point(m.b, n) || m.b.vertex) middle = p.b - (meet.gap / S(2)) * n;
-    else if (sine2 > S(1e-10) && real::abs(dot(m.a.edge, n)) < S(1e-5) && real::abs(dot(m.b.edge, n)) < S(1e-5)) {
-      const S s = dot(cross(p.b - p.a, m.b.edge), across) / sine2;  // where the lines pass each other
-      middle = p.a + s * m.a.edge + (meet.gap / S(2)) * n;
-    }
-  }
+  if (a.kind == kVertex) middle = a.from + (meet.gap / S(2)) * n;
+  else if (b.kind == kVertex) middle = b.from - (meet.gap / S(2)) * n;
+  else if (a.kind == kEdge && b.kind == kEdge) middle = passing(a, b) + (meet.gap / S(2)) * n;
+  else meet.faces = true, middle += (dot(n, a.from - middle) + meet.gap / S(2)) * n;
   meet.on_a = middle - (meet.gap / S(2)) * n;
   meet.on_b = middle + (meet.gap / S(2)) * n;
 }
@@ -169,11 +197,13 @@ template <class S> void set_weights(LeastOverlap<S>& least) {
   }
 }
 
-template <class S, class Visit> void each_edge(const ConvexPiece<S>& piece, const Placement<S>& place, const Visit& visit) {
+template <class S, class Visit>
+void each_edge(const ConvexPiece<S>& piece, const Placement<S>& place, const Visit& visit) {
   if (!piece.polyhedral()) visit(place.axis_W[2]);
   for (const auto& edge : piece.edges()) visit(turned(place, edge.along));
 }
-template <class S, class Visit> void each_face(const ConvexPiece<S>& piece, const Placement<S>& place, const Visit& visit) {
+template <class S, class Visit>
+void each_face(const ConvexPiece<S>& piece, const Placement<S>& place, const Visit& visit) {
   if (!piece.polyhedral()) visit(place.axis_W[2]), visit(-place.axis_W[2]);
   for (const auto& face : piece.faces()) visit(turned(place, face.normal));
 }
@@ -217,12 +247,14 @@ S overlap_along(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placemen
 }
 
 template <class S>
-LeastOverlap<S> least_overlap_of_all_axes(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a) {
+LeastOverlap<S> least_overlap_of_all_axes(const ConvexPiece<S>& a, const ConvexPiece<S>& b,
+                                          const Placement<S>& b_in_a) {
   LeastOverlap<S> best;
   best.overlap = std::numeric_limits<S>::infinity();
   each_axis(a, b, b_in_a, [&](const Vec3<S>& n) {
     if (!(dot(n, n) > S(0.5))) return;
-    if (const S overlap = overlap_along(a, b, b_in_a, n); overlap < best.overlap) best.overlap = overlap, best.normal = n;
+    if (const S overlap = overlap_along(a, b, b_in_a, n); overlap < best.overlap)
+      best.overlap = overlap, best.normal = n;
   });
   best.certified = best.overlap;
   return best;
@@ -265,13 +297,16 @@ Meet<S> nearest_features(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const
   meet.gap = -m.best.overlap;
   meet.normal = m.best.normal;
   meet.on_a = m.best.on_a, meet.on_b = m.best.on_b;
+  // A touch of round-off is where the simplex has the origin; the polytope may name any part of the faces.
+  if (!exact && real::abs(meet.gap) <= S(16) * round_off) meet.on_a = closest.on_a, meet.on_b = closest.on_b;
   set_points(m, meet);
   return meet;
 }
 
-#define ATWOOD_NEAREST_FEATURES(S)                                                                                          \
-  template S overlap_along<S>(const ConvexPiece<S>&, const ConvexPiece<S>&, const Placement<S>&, const Vec3<S>&);           \
-  template LeastOverlap<S> least_overlap_of_all_axes<S>(const ConvexPiece<S>&, const ConvexPiece<S>&, const Placement<S>&); \
+#define ATWOOD_NEAREST_FEATURES(S)                                                                                \
+  template S overlap_along<S>(const ConvexPiece<S>&, const ConvexPiece<S>&, const Placement<S>&, const Vec3<S>&); \
+  template LeastOverlap<S> least_overlap_of_all_axes<S>(const ConvexPiece<S>&, const ConvexPiece<S>&,             \
+                                                        const Placement<S>&);                                     \
   template Meet<S> nearest_features<S>(const ConvexPiece<S>&, const ConvexPiece<S>&, const Placement<S>&, S);
 ATWOOD_NEAREST_FEATURES(float)
 ATWOOD_NEAREST_FEATURES(double)

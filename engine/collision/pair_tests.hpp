@@ -13,7 +13,8 @@ template <class S> struct Posed {
 };
 
 // As find_contacts and separation, for one pair of kinds.
-template <class S> using ContactTest = void (*)(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out);
+template <class S>
+using ContactTest = void (*)(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out);
 template <class S> using SeparationTest = Separation<S> (*)(const Posed<S>& a, const Posed<S>& b);
 
 // ---- one point: the separation is the manifold ---------------------------------------------------------------------

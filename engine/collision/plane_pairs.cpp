@@ -1,5 +1,5 @@
-// A plane (a) against shapes (b) that lie above or in it: the lowest points, and those of the same face or line that also
-// come within the margin. The normal, from a to b, is the plane's own.
+// A plane (a) against shapes (b) that lie above or in it: the lowest points, and those of the same face or line that
+// also come within the margin. The normal, from a to b, is the plane's own.
 #include <array>
 
 #include "collision/direction.hpp"
@@ -40,8 +40,9 @@ template <class S> S height_of_center(const Posed<S>& plane, const Posed<S>& b) 
   return dot(plane.shape.normal_W, b.place.p_W) - plane.shape.offset;
 }
 
-// ---- boxes and rectangles --------------------------------------------------------------------------------------------
-// A corner is p + sum s_k h_k axis_k; its height above the plane height(p) + sum s_k rise_k with rise_k = h_k n . axis_k.
+// ---- boxes and rectangles
+// -------------------------------------------------------------------------------------------- A corner is p + sum s_k
+// h_k axis_k; its height above the plane height(p) + sum s_k rise_k with rise_k = h_k n . axis_k.
 template <class S> struct Rises {
   S center, rise[3];
   Vec3<S> half_side[3];
@@ -54,7 +55,8 @@ template <class S> Rises<S> rises(const Posed<S>& plane, const Posed<S>& b) {
   return {height_of_center(plane, b), {h.x * dot(n, axis[0]), h.y * dot(n, axis[1]), h.z * dot(n, axis[2])},
           {h.x * axis[0], h.y * axis[1], h.z * axis[2]}};
 }
-// Signs of the lowest corner: s_k = -sign(n . axis_k). The id of a corner is one bit an axis: the bit is set where s_k > 0.
+// Signs of the lowest corner: s_k = -sign(n . axis_k). The id of a corner is one bit an axis: the bit is set where s_k
+// > 0.
 template <class S> Low<S> corner(const Rises<S>& of, const Vec3<S>& p_W, unsigned bits) {
   Low<S> low{p_W, of.center, bits};
   for (unsigned k = 0; k < 3; ++k) {
@@ -68,8 +70,9 @@ template <class S> unsigned lowest_corner(const Vec3<S>& n, const Vec3<S>* axis)
   return (dot(n, axis[0]) < S(0) ? 1u : 0u) | (dot(n, axis[1]) < S(0) ? 2u : 0u) | (dot(n, axis[2]) < S(0) ? 4u : 0u);
 }
 
-// ---- cylinders -------------------------------------------------------------------------------------------------------
-// `down` is the unit direction within the discs in which they sink deepest; without a tilt there is none, and it is zero.
+// ---- cylinders
+// ------------------------------------------------------------------------------------------------------- `down` is the
+// unit direction within the discs in which they sink deepest; without a tilt there is none, and it is zero.
 template <class S> struct Leaning {
   S center, cosine, sine;  // cosine = n . axis, sine >= 0
   Vec3<S> down;
@@ -90,15 +93,16 @@ template <class S> Low<S> rim(const Leaning<S>& lean, const Posed<S>& b, S disc,
           lean.center + along * lean.cosine + b.shape.radius * radial_rise, id};
 }
 
-// A disc that faces the plane: four points of its rim a quarter apart, fixed in the body, of which the one nearest to the
-// deepest point gives way to it. So the depth is exact and the others stay where they are from step to step.
-template <class S> void disc_contacts(const Posed<S>& plane, const Leaning<S>& lean, const Posed<S>& b, S disc, S margin,
-                                      Manifold<S>& m) {
+// A disc that faces the plane: four points of its rim a quarter apart, fixed in the body, of which the one nearest to
+// the deepest point gives way to it. So the depth is exact and the others stay where they are from step to step.
+template <class S>
+void disc_contacts(const Posed<S>& plane, const Leaning<S>& lean, const Posed<S>& b, S disc, S margin, Manifold<S>& m) {
   const Vec3<S>* axis = b.place.axis_W;
   const Vec3<S>& n = plane.shape.normal_W;
   const S down_x = dot(lean.down, axis[0]), down_y = dot(lean.down, axis[1]);
   const bool flat = !(lean.sine > S(4) * real::epsilon<S>());
-  const unsigned nearest = real::abs(down_y) > real::abs(down_x) ? (down_y < S(0) ? 3u : 1u) : (down_x < S(0) ? 2u : 0u);
+  const unsigned nearest =
+      real::abs(down_y) > real::abs(down_x) ? (down_y < S(0) ? 3u : 1u) : (down_x < S(0) ? 2u : 0u);
   const std::uint32_t name = disc < S(0) ? 0u : 8u;
   for (unsigned k = 0; k < 4; ++k) {
     const Vec3<S> radial = k == 0 ? axis[0] : k == 1 ? axis[1] : k == 2 ? -axis[0] : -axis[1];
@@ -109,7 +113,8 @@ template <class S> void disc_contacts(const Posed<S>& plane, const Leaning<S>& l
 
 }  // namespace
 
-template <class S> void plane_box_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
+template <class S>
+void plane_box_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
   if (height_of_center(a, b) - b.shape.bounding_radius > margin) return;
   const Rises<S> of = rises(a, b);
   if (!(of.lowest() <= margin)) return;
@@ -134,16 +139,19 @@ template <class S> Separation<S> plane_box_separation(const Posed<S>& a, const P
 }
 
 // The lower end's cap, and the skin below the upper end while that is the tube's.
-template <class S> void plane_capsule_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
+template <class S>
+void plane_capsule_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
   const Vec3<S>& n = a.shape.normal_W;
   const S center = height_of_center(a, b), cosine = dot(n, b.place.axis_W[2]), rise = b.shape.half_length * cosine;
   if (!(center - real::abs(rise) - b.shape.radius <= margin)) return;
   const S sign = rise < S(0) ? S(1) : S(-1);  // of the lower end
   Manifold<S>& m = begin(a, Meeting::edge, out);
   for (const S end : {sign, -sign}) {
-    const S along = end * b.shape.half_length, skin = skin_thickness(b.shape.radius, b.shape.half_length, along, -cosine);
+    const S along = end * b.shape.half_length,
+            skin = skin_thickness(b.shape.radius, b.shape.half_length, along, -cosine);
     if (end != sign && real::abs(along - skin * cosine) > b.shape.half_length) break;
-    add(m, n, {b.place.p_W + (along * b.place.axis_W[2] - skin * n), center + end * rise - skin, end > S(0) ? 1u : 0u}, margin);
+    add(m, n, {b.place.p_W + (along * b.place.axis_W[2] - skin * n), center + end * rise - skin, end > S(0) ? 1u : 0u},
+        margin);
     if (!(b.shape.half_length > S(0))) break;
   }
   name_meeting(m);

@@ -7,17 +7,17 @@
 
 namespace atwood {
 
-// The sign (-1, 0, 1) of (a - d) . (b - d) x (c - d): positive when a, b, c run clockwise seen from d. A bound on round-off
-// decides nearly always; else the determinant is summed exactly as an expansion of non-overlapping terms (Shewchuk, Discrete
-// Comput. Geom. 18 (1997) 305). Exact unless products of three coordinates under- or overflow.
+// The sign (-1, 0, 1) of (a - d) . (b - d) x (c - d): positive when a, b, c run clockwise seen from d. A bound on
+// round-off decides nearly always; else the determinant is summed exactly as an expansion of non-overlapping terms
+// (Shewchuk, Discrete Comput. Geom. 18 (1997) 305). Exact unless products of three coordinates under- or overflow.
 template <class S> int orient3d(const Vec3<S>& a, const Vec3<S>& b, const Vec3<S>& c, const Vec3<S>& d);
 // The sign of the turn a -> b -> c in the plane: positive anticlockwise.
 template <class S> int orient2d(const std::array<S, 2>& a, const std::array<S, 2>& b, const std::array<S, 2>& c);
 
 template <class S> using Corners = std::array<Vec3<S>, 3>;
-// Closed triangles share a point, decided exactly by signs alone (Guigue, Devillers, J. Graph. Tools 8 (2003) 25 sort out the
-// cases in the same spirit): planes apart, then edges of one through the other, or both in one plane.
-// At least one of them has an area.
+// Closed triangles share a point, decided exactly by signs alone (Guigue, Devillers, J. Graph. Tools 8 (2003) 25 sort
+// out the cases in the same spirit): planes apart, then edges of one through the other, or both in one plane. At least
+// one of them has an area.
 template <class S> bool triangles_meet(const Corners<S>& p, const Corners<S>& q);
 
 }  // namespace atwood

@@ -84,7 +84,8 @@ void find_pair(const Queried& a, const Queried& b, std::vector<Manifold<double>>
 
 void find_touch(const Queried& a, const Queried& b, double t_end_s, ContactAnswer& answer) {
   const auto touch = first_touch(a.shape, a.motion, b.shape, b.motion, t_end_s);
-  if (touch) answer.touches.push_back({a.index, b.index, Wide(touch->t_s), widened(touch->x_W), widened(touch->normal_W)});
+  if (touch)
+    answer.touches.push_back({a.index, b.index, Wide(touch->t_s), widened(touch->x_W), widened(touch->normal_W)});
 }
 
 }  // namespace
@@ -111,7 +112,9 @@ ContactAnswer find_scene_contacts(const Scene& scene, const ContactQuery& query)
 }
 
 PairGap find_pair_gap(const Scene& scene, int a, int b) {
-  const auto geometry = [&scene](int i) { return make_geometry<double>(scene.bodies.at(static_cast<std::size_t>(i)).shape); };
+  const auto geometry = [&scene](int i) {
+    return make_geometry<double>(scene.bodies.at(static_cast<std::size_t>(i)).shape);
+  };
   const auto place = [&scene](int i) {
     const SweptBody<double> at = swept_body(scene.bodies.at(static_cast<std::size_t>(i)));
     return placement(at.p_W, at.q_WB);

@@ -5,9 +5,9 @@
 
 namespace atwood {
 
-// From the segment's point `along` (its place on the axis, |along| <= half_length) straight to the surface in a unit direction
-// whose component along the axis is `cosine`: through the tube at radius / sine, or through the cap around the end e, where
-// |d direction + (along - e) axis| = radius. Without a radius there is no skin.
+// From the segment's point `along` (its place on the axis, |along| <= half_length) straight to the surface in a unit
+// direction whose component along the axis is `cosine`: through the tube at radius / sine, or through the cap around
+// the end e, where |d direction + (along - e) axis| = radius. Without a radius there is no skin.
 template <class S> S skin_thickness(S radius, S half_length, S along, S cosine) {
   if (!(radius > S(0))) return S(0);
   const S square = (S(1) - cosine) * (S(1) + cosine), sine = square > S(0) ? real::sqrt(square) : S(0);
@@ -18,7 +18,8 @@ template <class S> S skin_thickness(S radius, S half_length, S along, S cosine) 
   return (left > S(0) ? real::sqrt(left) : S(0)) - beyond * cosine;
 }
 
-// The least d > 0 at which from + d n meets a capsule about the origin, its axis a unit vector; `found` false if it never does.
+// The least d > 0 at which from + d n meets a capsule about the origin, its axis a unit vector; `found` false if it
+// never does.
 template <class S>
 S way_to_capsule(const Vec3<S>& from, const Vec3<S>& n, const Vec3<S>& axis, S radius, S half_length, bool& found) {
   const S along = dot(from, axis), cosine = dot(n, axis);

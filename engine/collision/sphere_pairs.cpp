@@ -17,8 +17,8 @@ template <class S> struct Nearest {
 
 template <class S> S signed_like(S magnitude, S sign) { return sign < S(0) ? -magnitude : magnitude; }
 
-// Outside: clamp. Inside: the nearest face. Thickness 0 is nothing special: a centre in a rectangle's plane leaves along +z.
-// The feature counts the nine times three regions of space that a box's faces cut out.
+// Outside: clamp. Inside: the nearest face. Thickness 0 is nothing special: a centre in a rectangle's plane leaves
+// along +z. The feature counts the nine times three regions of space that a box's faces cut out.
 template <class S> Nearest<S> nearest_on_box(const Vec3<S>& h, const Vec3<S>& c) {
   const auto clamp = [](S x, S most) { return x < -most ? -most : most < x ? most : x; };
   const auto region = [](S x, S most) { return x < -most ? 0u : most < x ? 2u : 1u; };
@@ -118,8 +118,8 @@ void sphere_shape_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::
 }  // namespace
 
 // ---- sphere against sphere ----------------------------------------------------------------------------------------
-// The hot test of a pile. Far apart is decided without a root: |t|^2 > (1 + 8 eps) reach^2 holds only if |t| > reach in spite
-// of every rounding; the root decides the rest.
+// The hot test of a pile. Far apart is decided without a root: |t|^2 > (1 + 8 eps) reach^2 holds only if |t| > reach in
+// spite of every rounding; the root decides the rest.
 template <class S>
 void sphere_sphere_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
   const Vec3<S> t = b.place.p_W - a.place.p_W;

@@ -17,11 +17,12 @@ template <class S> Touch<S> touch_of_spheres(const Vec3<S>& p_a, const Vec3<S>& 
   return {t, S(0.5) * ((p_a + radius_a * normal) + (p_b - radius_b * normal)), normal};
 }
 
-// |r + v t| = R with r, v from a to b: with c = |r|^2 - R^2 > 0 and r . v < 0 the first root is c / (-r.v + sqrt(d)), where
-// d = |v|^2 R^2 - |r x v|^2. Both differences of squares are taken as products, so grazing and fast passes keep their digits.
-// What round-off alone keeps apart touches: at the start, in passing, or at the end.
+// |r + v t| = R with r, v from a to b: with c = |r|^2 - R^2 > 0 and r . v < 0 the first root is c / (-r.v + sqrt(d)),
+// where d = |v|^2 R^2 - |r x v|^2. Both differences of squares are taken as products, so grazing and fast passes keep
+// their digits. What round-off alone keeps apart touches: at the start, in passing, or at the end.
 template <class S>
-std::optional<Touch<S>> spheres(const SweptBody<S>& a, const SweptBody<S>& b, S radius_a, S radius_b, S round_off, S t_end_s) {
+std::optional<Touch<S>> spheres(const SweptBody<S>& a, const SweptBody<S>& b, S radius_a, S radius_b, S round_off,
+                                S t_end_s) {
   const Vec3<S> r = b.p_W - a.p_W, v = b.v_W - a.v_W;
   const S R = radius_a + radius_b, distance = norm(r), rounding = S(4) * real::epsilon<S>();
   if (distance <= R + round_off) return touch_of_spheres(a.p_W, b.p_W, radius_a, radius_b, S(0));
@@ -39,7 +40,8 @@ std::optional<Touch<S>> spheres(const SweptBody<S>& a, const SweptBody<S>& b, S 
 
 // The normal of the plane out of it; the touch's from the plane to the sphere. Round-off as for spheres.
 template <class S>
-std::optional<Touch<S>> plane_and_sphere(const Geometry<S>& plane, const SweptBody<S>& ball, S radius, S round_off, S t_end_s) {
+std::optional<Touch<S>> plane_and_sphere(const Geometry<S>& plane, const SweptBody<S>& ball, S radius, S round_off,
+                                         S t_end_s) {
   const Vec3<S>&n = plane.normal_W, &p = ball.p_W;
   const S gap = dot(n, p) - plane.offset - radius, closing = -dot(n, ball.v_W);
   if (gap > round_off && !(closing > S(0))) return {};
@@ -78,13 +80,14 @@ std::optional<Touch<S>> advance(Geometry<S> a, const SweptBody<S>& from_a, Geome
       continue;
     }
     const Vec3<S>& n = g->normal_W;
-    size += real::abs(g->offset) + real::abs(n.x * origin_W.x) + real::abs(n.y * origin_W.y) + real::abs(n.z * origin_W.z);
+    size +=
+        real::abs(g->offset) + real::abs(n.x * origin_W.x) + real::abs(n.y * origin_W.y) + real::abs(n.z * origin_W.z);
     g->offset -= dot(n, origin_W);
   }
   if (!plane_a && !plane_b) span = spheres_overlap(r, v, size, t_end_s);
-  // Bodies that spin close by each other for long, without a touch, would be followed in ever so many steps: what stays nearer
-  // than a millionth of their size for hundreds of steps touches at twice the round-off for every further hundreds.
-  constexpr int kCrawling = 256;
+  // Edges that turn together a hair apart may still take ever so many steps: what stays nearer than a millionth of their size
+  // for thousands touches at twice the round-off for every further thousands.
+  constexpr int kCrawling = 8192;
   const S kClose = S(1e-6);
   int crawled = 0;
   S patience = S(1);
@@ -106,7 +109,8 @@ std::optional<Touch<S>> advance(Geometry<S> a, const SweptBody<S>& from_a, Geome
     };
     const S round_off =
         patience * (given_round_off + S(4) * real::epsilon<S>() * (size + norm(now_b.place.p_W - now_a.place.p_W)));
-    if (t == span.from_s && !(separation(a, now_a.place, b, now_b.place).gap > round_off)) return here();  // or inside a mesh
+    if (t == span.from_s && !(separation(a, now_a.place, b, now_b.place).gap > round_off))
+      return here();  // or inside a mesh
     const Stay<S> stay = stay_apart(now_a, now_b, -v, span.to_s - t, round_off);
     if (stay.touching) return here();
     if (stay.gap <= kClose * size && ++crawled % kCrawling == 0) patience *= S(2);
@@ -137,8 +141,8 @@ std::optional<Touch<S>> first_touch(const Geometry<S>& a, const SweptBody<S>& fr
   return advance(a, held(a, from_a), b, held(b, from_b), round_off, t_end_s);
 }
 
-#define ATWOOD_SWEPT(S)                                                                                                    \
-  template std::optional<Touch<S>> first_touch<S>(const Geometry<S>&, const SweptBody<S>&, const Geometry<S>&,              \
+#define ATWOOD_SWEPT(S)                                                                                        \
+  template std::optional<Touch<S>> first_touch<S>(const Geometry<S>&, const SweptBody<S>&, const Geometry<S>&, \
                                                   const SweptBody<S>&, S);
 ATWOOD_SWEPT(float)
 ATWOOD_SWEPT(double)

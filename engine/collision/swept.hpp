@@ -1,5 +1,6 @@
-// Time of impact of two bodies in straight motion with constant spin: exact for spheres and planes (a root of a quadratic or
-// a line), conservative advancement (Mirtich 1996; Zhang, Lee, Kim 2006) for the rest, part by part. Nothing tunnels.
+// Time of impact of two bodies in straight motion with constant spin: exact for spheres and planes (a root of a
+// quadratic or a line), conservative advancement (Mirtich 1996; Zhang, Lee, Kim 2006) for the rest, part by part.
+// Nothing tunnels.
 #pragma once
 
 #include <optional>

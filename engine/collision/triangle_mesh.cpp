@@ -7,6 +7,8 @@
 #include <set>
 #include <utility>
 
+#include "collision/hull.hpp"
+
 namespace atwood {
 namespace {
 
@@ -37,8 +39,8 @@ Source welded(const std::vector<Real3>& points, const std::vector<std::array<int
   }
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     const std::array<int, 3> c{same[triangles[t][0]], same[triangles[t][1]], same[triangles[t][2]]};
-    const Long3 area =
-        cross(wide(source.points[c[1]]) - wide(source.points[c[0]]), wide(source.points[c[2]]) - wide(source.points[c[0]]));
+    const Long3 area = cross(wide(source.points[c[1]]) - wide(source.points[c[0]]),
+                             wide(source.points[c[2]]) - wide(source.points[c[0]]));
     if (!(dot(area, area) > 0)) continue;
     source.corner.push_back(c);
     source.given.push_back(static_cast<int>(t));
@@ -83,9 +85,8 @@ template <class S> struct TreeBuilder {
     for (int k = 1; k < 3; ++k)
       if (high[k] - low[k] > high[axis] - low[axis]) axis = k;
     const int half = count / 2;
-    std::nth_element(order.begin() + first, order.begin() + first + half, order.begin() + first + count, [&](int s, int t) {
-      return std::pair(center(s)[axis], s) < std::pair(center(t)[axis], t);
-    });
+    std::nth_element(order.begin() + first, order.begin() + first + half, order.begin() + first + count,
+                     [&](int s, int t) { return std::pair(center(s)[axis], s) < std::pair(center(t)[axis], t); });
     mesh.nodes[node].count = 0;
     build(first, half);
     mesh.nodes[node].right = build(first + half, count - half);
@@ -112,7 +113,8 @@ template <class S> void add_adjacency(const Source& source, TriangleMesh<S>& mes
   std::map<Edge, std::vector<int>> of_edge;  // triangles that run along it this way
   const int n = static_cast<int>(mesh.triangles.size());
   for (int t = 0; t < n; ++t)
-    for (int k = 0; k < 3; ++k) of_edge[{mesh.triangles[t].corner[k], mesh.triangles[t].corner[(k + 1) % 3]}].push_back(t);
+    for (int k = 0; k < 3; ++k)
+      of_edge[{mesh.triangles[t].corner[k], mesh.triangles[t].corner[(k + 1) % 3]}].push_back(t);
   std::vector<std::set<int>> around(mesh.points.size());
   mesh.closed = n > 0;
   for (const auto& [edge, owners] : of_edge) {
@@ -135,8 +137,8 @@ template <class S> void add_adjacency(const Source& source, TriangleMesh<S>& mes
   mesh.first_around.push_back(static_cast<int>(mesh.around.size()));
 }
 
-// Whether a closed mesh bounds a convex solid. Edges that are not concave are needed and for one surface in one piece enough;
-// of several pieces the points tell, and of very many triangles nothing is claimed.
+// Whether a closed mesh bounds a convex solid. Edges that are not concave are needed and for one surface in one piece
+// enough; of several pieces the points tell, and of very many triangles nothing is claimed.
 template <class S> bool is_convex(const Source& source, const TriangleMesh<S>& mesh) {
   constexpr std::size_t kMost = 4096;
   if (!mesh.closed || mesh.triangles.size() > kMost) return false;
@@ -160,13 +162,15 @@ template <class S> void add_point_normals(const Source& source, TriangleMesh<S>&
                   v = wide(source.points[source.corner[t][(k + 2) % 3]]) - at;
       sum[source.corner[t][k]] += std::atan2(norm(cross(u, v)), dot(u, v)) * source.normal[t];
     }
-  for (const Long3& normal : sum) mesh.point_normals.push_back(narrow<S>(dot(normal, normal) > 0 ? unit_of(normal) : normal));
+  for (const Long3& normal : sum)
+    mesh.point_normals.push_back(narrow<S>(dot(normal, normal) > 0 ? unit_of(normal) : normal));
 }
 
 }  // namespace
 
 template <class S>
-TriangleMesh<S> build_triangle_mesh(const std::vector<Real3>& points, const std::vector<std::array<int, 3>>& triangles) {
+TriangleMesh<S> build_triangle_mesh(const std::vector<Real3>& points,
+                                    const std::vector<std::array<int, 3>>& triangles) {
   TriangleMesh<S> mesh;
   Source given = welded(points, triangles);
   const int n = static_cast<int>(given.corner.size());
@@ -185,6 +189,11 @@ TriangleMesh<S> build_triangle_mesh(const std::vector<Real3>& points, const std:
     for (const int c : t.corner) mesh.bounding_radius = real::max(mesh.bounding_radius, norm(mesh.points[c]));
   add_adjacency(source, mesh);
   mesh.convex = is_convex(source, mesh);
+  if (mesh.convex) {
+    constexpr std::size_t kMostCorners = 64;  // two hulls may ask for all products of their edges
+    const auto solid = std::make_shared<const Hull<S>>(make_hull<S>(source.points));
+    if (solid->vertices.size() <= kMostCorners) mesh.solid = solid;
+  }
   add_point_normals(source, mesh);
   return mesh;
 }

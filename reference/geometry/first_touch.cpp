@@ -57,8 +57,8 @@ FirstTouch at(const Body& a, const Body& b, Real t_s, Real bar_s) {
 }
 
 // ---- advancing ------------------------------------------------------------------------------------------------------
-// A body's part as the spin moves it: points about the body's origin, in world axes; a cylinder by its support. The rounding
-// of spheres and capsules is moved by no spin.
+// A body's part as the spin moves it: points about the body's origin, in world axes; a cylinder by its support. The
+// rounding of spheres and capsules is moved by no spin.
 struct Arm {
   std::vector<Vector> points;
   const Cylinder* drum = nullptr;
@@ -72,6 +72,23 @@ struct Arm {
     }
     Real most = -std::numeric_limits<Real>::infinity();
     for (const Vector& r : points) most = std::max(most, dot(n, r));
+    return most;
+  }
+  // The support of the ring that the arm fills when it turns all the way round the axis along w: (u . r) u + |u x r|
+  // across u.
+  Real support_of_turn(const Vector& n, const Vector& w) const {
+    const Real rate = norm(w);
+    if (!(rate > 0)) return support(n);
+    const Vector u = (1 / rate) * w;
+    const Real along = dot(n, u), across = norm(cross(n, u));
+    if (drum != nullptr) {
+      const Real up = dot(u, axis), out = norm(cross(u, axis));
+      const Real h = drum->half_length_m, r = drum->radius_m, least = std::max<Real>(0, h * std::fabs(up) - r * out);
+      return std::fabs(along) * support((along < 0 ? -1 : 1) * u) +
+             across * std::sqrt(std::max<Real>(0, h * h + r * r - least * least));
+    }
+    Real most = -std::numeric_limits<Real>::infinity();
+    for (const Vector& r : points) most = std::max(most, along * dot(u, r) + across * norm(cross(u, r)));
     return most;
   }
   Real length() const {
@@ -98,16 +115,28 @@ std::vector<Part> parts_of(const Shape& shape, const Place& place) {
 
 struct Spin { Vector w; const Arm& arm; };
 
-// How long two parts, `gap` apart along n, stay so at least; `most` when at its end they still are. A point r of a spinning body
-// is after h at most n.r + h n.(w x r) + |w| |n x w| |r| h^2 / 2 along n: Taylor's second term, its rest bounded.
-Real stay(Real gap, const Vector& n, const Vector& v, const Spin& a, const Spin& b, Real most) {
+// When of a gap that closes at this speed no more than floor_m is left, `most` when not by then.
+Real time_to_close(Real gap, Real floor_m, Real closing, Real most) {
+  if (!(gap > floor_m)) return 0;
+  return most * closing < gap - floor_m ? most : (gap - floor_m) / closing;
+}
+
+// How long two parts, `gap` apart along n, stay so at least; `most` when at its end they still are. A point r of a
+// spinning body is after h at most n.r + h n.(w x r) + |w| |n x w| |r| h^2 / 2 along n: Taylor's second term, its rest
+// bounded.
+Real stay(Real gap, Real floor_m, const Vector& n, const Vector& v, const Spin& a, const Spin& b, Real most) {
   const Vector turn_a = cross(n, a.w), turn_b = cross(n, b.w);
   const Real bend = norm(a.w) * norm(turn_a) * a.arm.length() + norm(b.w) * norm(turn_b) * b.arm.length();
   const Real now = a.arm.support(n) + b.arm.support(-1 * n);
   const auto apart = [&](Real h) {
-    return gap - h * dot(n, v) - (a.arm.support(n + h * turn_a) + b.arm.support(-1 * n - h * turn_b) - now) - bend * h * h / 2;
+    return gap - h * dot(n, v) - (a.arm.support(n + h * turn_a) + b.arm.support(-1 * n - h * turn_b) - now) -
+           bend * h * h / 2;
   };
   if (apart(most) > 0) return most;  // concave: and at no time before
+  // Whole turns may leave something of the gap, which then closes as the bodies fly.
+  const Real left = gap - (a.arm.support_of_turn(n, a.w) + b.arm.support_of_turn(-1 * n, b.w) - now);
+  const Real in_flight = time_to_close(left, floor_m, dot(n, v), most);
+  if (in_flight >= most) return most;
   Real low = 0, high = most;
   const Real fastest = std::fabs(dot(n, v)) + norm(turn_a) * a.arm.length() + norm(turn_b) * b.arm.length();
   if (bend == 0 && dot(n, v) > 0) return std::min(most, gap / dot(n, v));
@@ -118,7 +147,25 @@ Real stay(Real gap, const Vector& n, const Vector& v, const Spin& a, const Spin&
     const Real middle = (low + high) / 2;
     (apart(middle) > 0 ? low : high) = middle;
   }
-  return low;
+  return std::max(low, in_flight);
+}
+
+// The same along the faces of either, which may part them for longer than the direction between their nearest points
+// does.
+Real stay_along_faces(const Part& p, const Part& q, const Vector& from_p_to_q, const Vector& v, const Vector& w_p,
+                      const Vector& w_q, Real floor_m, Real most) {
+  Real longest = 0;
+  if (p.piece.empty() || q.piece.empty()) return longest;
+  const Real skins = p.piece.front().radius_m + q.piece.front().radius_m;
+  for (const Part* of : {&p, &q})
+    for (const auto& face : of->piece.front().faces)
+      for (const Real side : {-1.0L, 1.0L}) {
+        const Vector n = side * face.normal;
+        const Real left =
+            dot(n, from_p_to_q) - p.arm.support_of_turn(n, w_p) - q.arm.support_of_turn(-1 * n, w_q) - skins;
+        longest = std::max(longest, time_to_close(left, floor_m, dot(n, v), most));
+      }
+  return longest;
 }
 
 struct Look { bool touching = false; Real speed = 0, floor_m = 0, stay_s = 0; };
@@ -147,14 +194,19 @@ Look look(const Body& a, const Body& b, Real t_s, Real most_s) {
         const Real speed = dot(s.normal, v) + arms;
         if (!found.touching || speed > found.speed) found = {true, speed, std::max(floor_m, 2 * s.bar_m), 0};
       } else if (!found.touching) {
-        found.stay_s = std::min(found.stay_s, stay(s.gap_m, s.normal, v, {w_a, p.arm}, {w_b, q.arm}, found.stay_s));
+        Real stays = stay(s.gap_m, floor_m, s.normal, v, {w_a, p.arm}, {w_b, q.arm}, found.stay_s);
+        if (stays < found.stay_s)
+          stays =
+              std::max(stays, stay_along_faces(p, q, place_b.p_W - place_a.p_W, v, w_a, w_b, floor_m, found.stay_s));
+        found.stay_s = std::min(found.stay_s, stays);
       }
     }
   return found;
 }
 
 std::optional<FirstTouch> advance(const Body& a, const Body& b, Real t_end_s, Real given_m) {
-  // Inside of a closed mesh there is an overlap that no part shows, and what touches as the scene's decimals are rounded does.
+  // Inside of a closed mesh there is an overlap that no part shows, and what touches as the scene's decimals are
+  // rounded does.
   if (separation(a.shape, place_at(a, 0), b.shape, place_at(b, 0)).gap_m <= given_m) return at(a, b, 0, 0);
   Real t_s = 0;
   constexpr int kMost = 20000;
@@ -167,13 +219,16 @@ std::optional<FirstTouch> advance(const Body& a, const Body& b, Real t_end_s, Re
     }
     t_s += now.stay_s;
   }
-  return at(a, b, t_s, t_end_s - t_s);  // it may yet pass by
+  FirstTouch undecided = at(a, b, t_s, t_end_s - t_s);  // it may yet pass by
+  undecided.decided = false;
+  return undecided;
 }
 
 }  // namespace
 
 std::optional<FirstTouch> first_touch(const Scene& scene, int body_a, int body_b, double t_end_s) {
-  const Body &a = scene.bodies.at(static_cast<std::size_t>(body_a)), &b = scene.bodies.at(static_cast<std::size_t>(body_b));
+  const Body &a = scene.bodies.at(static_cast<std::size_t>(body_a)),
+             &b = scene.bodies.at(static_cast<std::size_t>(body_b));
   if (const std::string why = no_separation(a.shape, b.shape); !why.empty())
     throw std::invalid_argument("truth: no separation of " + why);
   const auto *ball_a = std::get_if<Sphere>(&a.shape), *ball_b = std::get_if<Sphere>(&b.shape);

@@ -41,7 +41,8 @@ template <class Each> Separation smallest(const std::vector<Piece>& pieces, Each
   Separation found = *best;
   for (const Separation& other : all)
     if (norm(other.normal - found.normal) > 1e-7L) found.margin_m = std::min(found.margin_m, other.gap_m - found.gap_m);
-  for (const Separation& other : all) found.bar_m = std::max(found.bar_m, other.bar_m);
+  // Another piece may be the nearest one in truth, as far as its own bar reaches.
+  for (const Separation& other : all) found.bar_m = std::max(found.bar_m, found.gap_m - (other.gap_m - other.bar_m));
   return found;
 }
 
@@ -57,11 +58,13 @@ Place sampled(const BodySample& body) {
 }
 
 void require(const Shape& a, const Shape& b) {
-  if (const std::string why = no_separation(a, b); !why.empty()) throw std::invalid_argument("truth: no separation of " + why);
+  if (const std::string why = no_separation(a, b); !why.empty())
+    throw std::invalid_argument("truth: no separation of " + why);
 }
 
-// ---- inside of closed meshes ------------------------------------------------------------------------------------------
-// Every edge joins two triangles that run along it in opposite ways.
+// ---- inside of closed meshes
+// ------------------------------------------------------------------------------------------ Every edge joins two
+// triangles that run along it in opposite ways.
 bool closed(const Mesh& mesh) {
   std::map<std::pair<int, int>, int> ways;
   for (const auto& t : mesh.triangles)
@@ -104,7 +107,8 @@ Shape filled(const Shape& shape) {
 }
 
 // Of a shape within another closed mesh; none where the mesh's triangles say all.
-std::optional<Separation> inside_mesh(const Shape& shape, const Place& place, const Mesh& mesh, const Place& place_mesh) {
+std::optional<Separation> inside_mesh(const Shape& shape, const Place& place, const Mesh& mesh,
+                                      const Place& place_mesh) {
   if (!closed(mesh)) return {};
   std::vector<std::array<Vector, 3>> triangles;
   const auto at = [&](int i) {
@@ -116,7 +120,9 @@ std::optional<Separation> inside_mesh(const Shape& shape, const Place& place, co
   const auto* ball = std::get_if<Sphere>(&shape);
   if (!(winding(triangles, ball != nullptr ? place.p_W : of_shape.front().vertices.front()) > 0.5L)) return {};
   if (ball == nullptr) {
-    const auto surfaces = [&](const Piece& p) { return smallest(of_mesh, [&](const Piece& q) { return separation(p, q); }); };
+    const auto surfaces = [&](const Piece& p) {
+      return smallest(of_mesh, [&](const Piece& q) { return separation(p, q); });
+    };
     if (!(smallest(of_shape, surfaces).gap_m > 0)) return {};
     throw std::invalid_argument("truth: no separation of what is inside of a mesh that is not convex");
   }
@@ -156,7 +162,8 @@ Separation separation(const Shape& shape_a, const Place& place_a, const Shape& s
   if (std::holds_alternative<Mesh>(a))
     if (const auto within = inside_mesh(b, place_b, std::get<Mesh>(a), place_a)) return swapped(*within);
   const std::vector<Piece> of_a = pieces_of(a, place_a), of_b = pieces_of(b, place_b);
-  return smallest(of_a, [&](const Piece& p) { return smallest(of_b, [&](const Piece& q) { return separation(p, q); }); });
+  return smallest(of_a,
+                  [&](const Piece& p) { return smallest(of_b, [&](const Piece& q) { return separation(p, q); }); });
 }
 
 Real given_round_off(const Scene& scene, int body_a, int body_b) {
@@ -172,11 +179,13 @@ Real given_round_off(const Scene& scene, int body_a, int body_b) {
   };
   constexpr Real kDoubleRounding = 0x1p-52L;
   return 4 * kDoubleRounding *
-         (numbers(scene.bodies.at(static_cast<std::size_t>(body_a))) + numbers(scene.bodies.at(static_cast<std::size_t>(body_b))));
+         (numbers(scene.bodies.at(static_cast<std::size_t>(body_a))) +
+          numbers(scene.bodies.at(static_cast<std::size_t>(body_b))));
 }
 
 Separation separation_between(const Scene& scene, int body_a, int body_b) {
-  const Body &a = scene.bodies.at(static_cast<std::size_t>(body_a)), &b = scene.bodies.at(static_cast<std::size_t>(body_b));
+  const Body &a = scene.bodies.at(static_cast<std::size_t>(body_a)),
+             &b = scene.bodies.at(static_cast<std::size_t>(body_b));
   require(a.shape, b.shape);
   return separation(a.shape, initial(a), b.shape, initial(b));
 }
@@ -194,8 +203,13 @@ std::array<Wide, 3> wide(const Vector& v) { return {v[0], v[1], v[2]}; }
 
 void answer_pair(const Scene& scene, int a, int b, const ContactQuery& query, ContactAnswer& answer) {
   if (query.swept) {
-    if (const auto touch = first_touch(scene, a, b, query.t_end_s))
-      answer.touches.push_back({a, b, touch->t_s, wide(touch->x_m), wide(touch->normal)});
+    const auto touch = first_touch(scene, a, b, query.t_end_s);
+    if (!touch) return;
+    if (!touch->decided)
+      throw std::invalid_argument("truth: `" + scene.bodies[static_cast<std::size_t>(a)].name + "` and `" +
+                                  scene.bodies[static_cast<std::size_t>(b)].name +
+                                  "` are near each other for too many steps to tell whether they touch");
+    answer.touches.push_back({a, b, touch->t_s, wide(touch->x_m), wide(touch->normal)});
     return;
   }
   const Separation found = separation_between(scene, a, b);
@@ -221,8 +235,8 @@ ContactAnswer find_contacts(const Scene& scene, const ContactQuery& query) {
 
 PairGap pair_gap(const Scene& scene, int body_a, int body_b) {
   const Separation found = separation_between(scene, body_a, body_b);
-  return {found.gap_m, wide(found.normal), wide(Real(0.5) * (found.on_a + found.on_b)), static_cast<double>(found.bar_m),
-          static_cast<double>(found.margin_m)};
+  return {found.gap_m, wide(found.normal), wide(Real(0.5) * (found.on_a + found.on_b)),
+          static_cast<double>(found.bar_m), static_cast<double>(found.margin_m)};
 }
 
 }  // namespace atwood::geometry

@@ -74,7 +74,8 @@ Real longest_side(const Real3& a, const Real3& b, const Real3& c) {
   return std::max({dot(u, u), dot(v, v), dot(w, w)});
 }
 
-// Which sides of the plane through three of the points the others lie on. In long double where that decides, else in quad.
+// Which sides of the plane through three of the points the others lie on. In long double where that decides, else in
+// quad.
 struct Sides { bool below = false, beyond = false; };
 Sides sides(const std::vector<Real3>& points, std::size_t i, std::size_t j, std::size_t k, Real extent) {
   const Vector rough = normal_of<Real>(points[i], points[j], points[k]);
@@ -91,8 +92,8 @@ Sides sides(const std::vector<Real3>& points, std::size_t i, std::size_t j, std:
   return found;
 }
 
-// Every three points with all others on one side make a face; where more lie in its plane, triangles overlap in it, which
-// changes no separation.
+// Every three points with all others on one side make a face; where more lie in its plane, triangles overlap in it,
+// which changes no separation.
 Piece hull(const std::vector<Real3>& points, const Place& place) {
   Piece piece;
   Real extent = 0;

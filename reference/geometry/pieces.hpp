@@ -34,7 +34,11 @@ inline Vector turned(const Place& place, const Vector& v) {
 struct Piece {
   int dimension = 3;                     // 0 point, 1 segment, 2 polygon, 3 solid
   std::vector<Vector> vertices;
-  struct Face { Vector normal; std::vector<int> corners; Real sharpness = 1; };  // sharpness: height over length of a triangle,
+  struct Face {
+    Vector normal;
+    std::vector<int> corners;
+    Real sharpness = 1;
+  };                                     // sharpness: height over length of a triangle,
                                          // what its normal loses of round-off
   std::vector<Face> faces;               // a polygon has one; of a hull's faces several triangles may overlap
   std::vector<std::array<int, 2>> edges;

@@ -1,8 +1,9 @@
 // The signed separation of two convex pieces.
 //
-//   s(n) = min over b of n . b - max over a of n . a  is at most the true separation for every unit n. Where the pieces overlap
-//   the largest s(n), n normal to a face of either or to an edge of each, is minus the depth of least penetration; these are
-//   the faces of their difference body. Where some s(n) is positive they are apart, and two of their features are closest.
+//   s(n) = min over b of n . b - max over a of n . a  is at most the true separation for every unit n. Where the pieces
+//   overlap the largest s(n), n normal to a face of either or to an edge of each, is minus the depth of least
+//   penetration; these are the faces of their difference body. Where some s(n) is positive they are apart, and two of
+//   their features are closest.
 #include <algorithm>
 
 #include "geometry/pieces.hpp"
@@ -46,7 +47,8 @@ class Axes {
 
   // The least penetration, and how far behind it the next direction is.
   const Axis& best(Real& margin) const {
-    const auto top = std::max_element(found_.begin(), found_.end(), [](const Axis& x, const Axis& y) { return x.s < y.s; });
+    const auto top =
+        std::max_element(found_.begin(), found_.end(), [](const Axis& x, const Axis& y) { return x.s < y.s; });
     margin = std::numeric_limits<Real>::infinity();
     for (const Axis& other : found_)
       if (norm(other.normal - top->normal) > 1e-7L) margin = std::min(margin, top->s - other.s);
@@ -89,11 +91,12 @@ class Axes {
 };
 
 // ---- closest features ---------------------------------------------------------------------------------------------
-// Two points, and the normal of the features they are on: unit, sign open; zero: the points' own direction is all there is.
+// Two points, and the normal of the features they are on: unit, sign open; zero: the points' own direction is all there
+// is.
 struct Candidate { Real distance; Vector on_a, on_b, normal; Real sharpness; };
 
-// The closest points, and all that are as close within slack_m: a point d away that is off by e along its feature looks no
-// further than by e^2 / 2 d, so round-off of the distances leaves the feature open, and with it the direction.
+// The closest points, and all that are as close within slack_m: a point d away that is off by e along its feature looks
+// no further than by e^2 / 2 d, so round-off of the distances leaves the feature open, and with it the direction.
 struct Closest {
   Real slack_m = 0, least_m = std::numeric_limits<Real>::infinity();
   std::vector<Candidate> tied{};
@@ -105,7 +108,8 @@ struct Closest {
     tied.push_back({d, p, q, n, sharp});
   }
   const Candidate& least() const {
-    return *std::min_element(tied.begin(), tied.end(), [](const auto& x, const auto& y) { return x.distance < y.distance; });
+    return *std::min_element(tied.begin(), tied.end(),
+                             [](const auto& x, const auto& y) { return x.distance < y.distance; });
   }
 };
 
@@ -149,8 +153,12 @@ Real clamped(Real x) { return std::min<Real>(std::max<Real>(x, 0), 1); }
 // Every end against the other segment, and the two lines where both feet lie inside.
 void segment_to_segment(const Segment& p, const Segment& q, Closest& closest) {
   const Real pp = dot(p.along, p.along), qq = dot(q.along, q.along);
-  const auto on_q = [&](const Vector& x) { return q.from + (qq > 0 ? clamped(dot(q.along, x - q.from) / qq) : 0) * q.along; };
-  const auto on_p = [&](const Vector& x) { return p.from + (pp > 0 ? clamped(dot(p.along, x - p.from) / pp) : 0) * p.along; };
+  const auto on_q = [&](const Vector& x) {
+    return q.from + (qq > 0 ? clamped(dot(q.along, x - q.from) / qq) : 0) * q.along;
+  };
+  const auto on_p = [&](const Vector& x) {
+    return p.from + (pp > 0 ? clamped(dot(p.along, x - p.from) / pp) : 0) * p.along;
+  };
   for (const Vector& end : {p.from, p.from + p.along}) closest.offer(end, on_q(end), {});
   for (const Vector& end : {q.from, q.from + q.along}) closest.offer(on_p(end), end, {});
   const Vector n = cross(p.along, q.along);
@@ -180,7 +188,8 @@ void round_off(Separation& found, const Piece& a, const Piece& b) {
   found.on_b = found.on_b - b.radius_m * found.normal;
 }
 
-Separation apart(const Piece& a, const Piece& b, Real coordinates) {
+// `parting`: a direction that is known to part them, if there is one.
+Separation apart(const Piece& a, const Piece& b, Real coordinates, const Axis* parting = nullptr) {
   const Closest closest = closest_features(a, b, 8 * kUnit * coordinates);
   Separation found;
   Real most = -std::numeric_limits<Real>::infinity();
@@ -197,11 +206,19 @@ Separation apart(const Piece& a, const Piece& b, Real coordinates) {
     most = parted;
     found.normal = n, found.on_a = each.on_a, found.on_b = each.on_b;
     found.gap_m = of_feature ? dot(n, across) : each.distance;
-    found.bar_m = 32 * kUnit * coordinates * (1 + 1 / each.sharpness);
-    // Away from it the direction turns as the points' round-off over their distance; on a feature it may point the other way,
-    // twice the distance behind.
+    // Any direction's s(n) is at most the distance, any two points of the pieces at least that far apart.
+    found.bar_m = 32 * kUnit * coordinates + std::max<Real>(0, closest.least_m - parted);
+    // Away from it the direction turns as the points' round-off over their distance; on a feature it may point the
+    // other way, twice the distance behind.
     if (of_feature) found.margin_m = std::min(coordinates, 2 * each.distance);
     else found.margin_m = each.distance > 1e6L * found.bar_m ? each.distance : 0;
+  }
+  if (parting != nullptr && parting->s > most) {  // close together points tell no direction as well
+    const Candidate& least = closest.least();
+    found.normal = parting->normal, found.on_a = least.on_a, found.on_b = least.on_b;
+    found.gap_m = least.distance;
+    found.bar_m = 32 * kUnit * coordinates + std::max<Real>(0, least.distance - parting->s);
+    found.margin_m = std::min(coordinates, 2 * least.distance);
   }
   round_off(found, a, b);
   return found;
@@ -225,8 +242,9 @@ Separation separation(const Piece& a, const Piece& b) {
   if (axes.empty()) return apart(a, b, coordinates);
   Real margin = 0;
   const Axis& axis = axes.best(margin);
-  const Real bar = 32 * kUnit * coordinates * (1 + 1 / axis.sharpness);
-  if (axis.s > bar) return apart(a, b, coordinates);
+  const Real evaluated = 32 * kUnit * coordinates, bar = evaluated * (1 + 1 / axis.sharpness);
+  if (axis.s > evaluated)
+    return apart(a, b, coordinates, &axis);  // s(n) parts them, however far n is off its edges' normal
   Separation found;
   found.gap_m = axis.s;
   found.normal = axis.normal;

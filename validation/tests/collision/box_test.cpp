@@ -1,5 +1,5 @@
-// Boxes (rectangles and capsules, which are boxes without some of their sides) against each other: cases by hand, and over
-// hostile poses certificates in long double that share nothing with the engine's arithmetic.
+// Boxes (rectangles and capsules, which are boxes without some of their sides) against each other: cases by hand, and
+// over hostile poses certificates in long double that share nothing with the engine's arithmetic.
 #include <catch2/catch.hpp>
 #include <rapidcheck.h>
 
@@ -44,7 +44,7 @@ double deepest(const Manifold<double>& m) {
   return least;
 }
 
-// ---- certificates ------------------------------------------------------------------------------------------------------
+// ---- certificates -------------------------------------------------------------------------------------------------
 struct Wide3 {
   Vec3<Long> p, axis[3];
   Long h[3], radius;
@@ -53,8 +53,10 @@ Vec3<Long> wide(const V& v) { return {v.x, v.y, v.z}; }
 Wide3 wide(const Posed& body) {
   const bool capsule = body.shape.kind == ShapeKind::capsule;
   const auto* axis = body.place.axis_W;
-  return {wide(body.place.p_W), {wide(axis[0]), wide(axis[1]), wide(axis[2])},
-          {body.shape.half_extents.x, body.shape.half_extents.y, capsule ? body.shape.half_length : body.shape.half_extents.z},
+  return {wide(body.place.p_W),
+          {wide(axis[0]), wide(axis[1]), wide(axis[2])},
+          {body.shape.half_extents.x, body.shape.half_extents.y,
+           capsule ? body.shape.half_length : body.shape.half_extents.z},
           capsule ? body.shape.radius : 0};
 }
 Long reach(const Wide3& body, const Vec3<Long>& n) {
@@ -62,7 +64,9 @@ Long reach(const Wide3& body, const Vec3<Long>& n) {
   for (int k = 0; k < 3; ++k) sum += body.h[k] * std::abs(dot(body.axis[k], n));
   return sum;
 }
-Long gap_along(const Wide3& a, const Wide3& b, const Vec3<Long>& n) { return dot(b.p - a.p, n) - reach(a, n) - reach(b, n); }
+Long gap_along(const Wide3& a, const Wide3& b, const Vec3<Long>& n) {
+  return dot(b.p - a.p, n) - reach(a, n) - reach(b, n);
+}
 
 Long greatest_of_fifteen(const Wide3& a, const Wide3& b) {
   Long best = -std::numeric_limits<Long>::infinity();
@@ -125,7 +129,8 @@ std::pair<Posed, Posed> hostile_pair(std::uint64_t seed) {
     const Q quarter[] = {{}, {kHalfRoot, kHalfRoot, 0, 0}, {kHalfRoot, 0, 0, kHalfRoot}};
     second = first * normalised(Q{1, angle * g[0], angle * g[1], angle * g[2]}) * quarter[random() % 3];
   }
-  V between{1.2 * scale * uniform(random, -1, 1), 1.2 * scale * uniform(random, -1, 1), 1.2 * scale * uniform(random, -1, 1)};
+  V between{1.2 * scale * uniform(random, -1, 1), 1.2 * scale * uniform(random, -1, 1),
+            1.2 * scale * uniform(random, -1, 1)};
   if (random() % 6 == 0) between = {};
   if (random() % 6 == 0) between = rotate(first, V{between.x, 0, 0});
   return {hostile_body(random, scale, {}, first), hostile_body(random, scale, between, second)};
@@ -144,7 +149,8 @@ TEST_CASE("gap and normal are the best of all directions, the points lie on both
       const Long round_off = 1e-12L * (size_of(a, b) + std::max(0.0, found.gap));
       RC_ASSERT(std::abs(norm(n) - 1) < 1e-15L * 4);
       // Apart, n shows the gap, so no smaller distance exists; overlapping, moving by -gap along n parts them.
-      // ... but for one pose in some 50 000: edges parallel to 1e-6 leave the direction across them to eps / angle, 2e-12 seen.
+      // ... but for one pose in some 50 000: edges parallel to 1e-6 leave the direction across them to eps / angle,
+      // 2e-12 seen.
       const Long off = std::abs(gap_along(a, b, n) - found.gap);
       RC_ASSERT(off <= 10 * round_off);
       if (off > round_off) RC_ASSERT(nearly_parallel(a, b) < 1e-5L);
@@ -201,14 +207,17 @@ TEST_CASE("turning and moving the world turns and moves the contact") {
       const V between{uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)};
       const Shape shape_a = random_shape(ShapeKind::box, random), shape_b = random_shape(ShapeKind::box, random);
       const auto here = gap(posed(shape_a, {}, q_a), posed(shape_b, between, q_b));
-      const auto there = gap(posed(shape_a, away, world * q_a), posed(shape_b, away + rotate(world, between), world * q_b));
+      const auto there =
+          gap(posed(shape_a, away, world * q_a), posed(shape_b, away + rotate(world, between), world * q_b));
       RC_ASSERT(std::abs(here.gap - there.gap) < 4e-14);
       if (std::abs(here.gap) < 1e-3) continue;  // nearer than that the normal is worth fewer digits
       const auto m = contacts(posed(shape_a, {}, q_a), posed(shape_b, between, q_b));
-      const auto n = contacts(posed(shape_a, away, world * q_a), posed(shape_b, away + rotate(world, between), world * q_b));
+      const auto n =
+          contacts(posed(shape_a, away, world * q_a), posed(shape_b, away + rotate(world, between), world * q_b));
       RC_ASSERT(m.size() == n.size());
       // Two directions may be as good as each other: only then may the choice change.
-      if (!m.empty() && norm(rotate(world, m[0].normal_W) - n[0].normal_W) < 1e-10) RC_ASSERT(m[0].meeting == n[0].meeting);
+      if (!m.empty() && norm(rotate(world, m[0].normal_W) - n[0].normal_W) < 1e-10)
+        RC_ASSERT(m[0].meeting == n[0].meeting);
     }
   }));
 }

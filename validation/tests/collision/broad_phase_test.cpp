@@ -43,9 +43,14 @@ template <class S> std::vector<BodyPair> true_pairs(const Cloud<S>& items) {
       const auto &a = items[i], &b = items[j];
       if (!a.moves && !b.moves) continue;
       const auto meet = [](S low_a, S high_a, S low_b, S high_b) { return !(low_a > high_b) && !(low_b > high_a); };
-      const bool number = [&] { S sum = a.box.low.x + a.box.low.y + a.box.low.z + b.box.low.x + b.box.low.y + b.box.low.z; return sum == sum; }();
-      if (!number || !meet(a.box.low.x, a.box.high.x, b.box.low.x, b.box.high.x) || !meet(a.box.low.y, a.box.high.y, b.box.low.y, b.box.high.y) ||
-          !meet(a.box.low.z, a.box.high.z, b.box.low.z, b.box.high.z)) continue;
+      const bool number = [&] {
+        S sum = a.box.low.x + a.box.low.y + a.box.low.z + b.box.low.x + b.box.low.y + b.box.low.z;
+        return sum == sum;
+      }();
+      if (!number || !meet(a.box.low.x, a.box.high.x, b.box.low.x, b.box.high.x) ||
+          !meet(a.box.low.y, a.box.high.y, b.box.low.y, b.box.high.y) ||
+          !meet(a.box.low.z, a.box.high.z, b.box.low.z, b.box.high.z))
+        continue;
       const S dx = b.center.x - a.center.x, dy = b.center.y - a.center.y, dz = b.center.z - a.center.z;
       if (dx * dx + dy * dy + dz * dz <= (a.radius + b.radius) * (a.radius + b.radius)) pairs.push_back({i, j});
     }
@@ -56,7 +61,8 @@ template <class S> std::vector<BodyPair> true_pairs(const Cloud<S>& items) {
 template <class S> Cloud<S> uniform(int n, double side, double radius, std::uint64_t seed) {
   Random random{{seed}};
   Cloud<S> cloud;
-  for (int i = 0; i < n; ++i) cloud.push_back(ball<S>(random(0, side), random(0, side), random(0, side), radius * random(0.5, 1.5)));
+  for (int i = 0; i < n; ++i)
+    cloud.push_back(ball<S>(random(0, side), random(0, side), random(0, side), radius * random(0.5, 1.5)));
   return cloud;
 }
 
@@ -73,20 +79,27 @@ template <class S> std::vector<Named<S>> clouds() {
   giant.insert(giant.begin() + 200, ball<S>(5, 5, 5, 7));
   all.push_back({"a giant among small ones", giant});
   Cloud<S> sizes, line, row, same, points, slabs, far, fixed, table;
-  for (int i = 0; i < 400; ++i) sizes.push_back(ball<S>(random(0, 10), random(0, 10), random(0, 10), std::pow(10.0, random(-6, 0.5))));
+  for (int i = 0; i < 400; ++i)
+    sizes.push_back(ball<S>(random(0, 10), random(0, 10), random(0, 10), std::pow(10.0, random(-6, 0.5))));
   for (int i = 0; i < 400; ++i) line.push_back(ball<S>(i, 0, 0, 0.5));  // each touches the next exactly
   for (int i = 0; i < 400; ++i) row.push_back(ball<S>(0, i * 1e-3, 7, 0.5));
   for (int i = 0; i < 60; ++i) same.push_back(ball<S>(1, 1, 1, 0.25));
-  for (int i = 0; i < 300; ++i) points.push_back(ball<S>(std::floor(random(0, 6)), std::floor(random(0, 6)), std::floor(random(0, 6)), 0));
-  for (int i = 0; i < 300; ++i) slabs.push_back(brick<S>(random(0, 10), random(0, 10), random(0, 10), random(0, 5), random(0, 0.01), i % 3 == 0 ? 0 : random(0, 5)));
-  for (int i = 0; i < 300; ++i) far.push_back(ball<S>(1e9 + 64 * std::floor(random(0, 9)), -1e9 + 64 * std::floor(random(0, 9)), 64 * std::floor(random(0, 9)), i % 2 ? 64 : 0));
+  for (int i = 0; i < 300; ++i)
+    points.push_back(ball<S>(std::floor(random(0, 6)), std::floor(random(0, 6)), std::floor(random(0, 6)), 0));
+  for (int i = 0; i < 300; ++i)
+    slabs.push_back(brick<S>(random(0, 10), random(0, 10), random(0, 10), random(0, 5), random(0, 0.01),
+                             i % 3 == 0 ? 0 : random(0, 5)));
+  for (int i = 0; i < 300; ++i)
+    far.push_back(ball<S>(1e9 + 64 * std::floor(random(0, 9)), -1e9 + 64 * std::floor(random(0, 9)),
+                          64 * std::floor(random(0, 9)), i % 2 ? 64 : 0));
   far.push_back(ball<S>(0, 0, 0, 1e-9));
   far.push_back(ball<S>(1e-9, 0, 0, 1e-9));
   for (int i = 0; i < 300; ++i) {
     fixed.push_back(ball<S>(random(0, 5), random(0, 5), random(0, 5), 0.5));
     fixed.back().moves = i % 3 == 0;
   }
-  for (int i = 0; i < 300; ++i) table.push_back(ball<S>(i < 200 ? 0 : random(0, 50), random(0, 50), random(0, 50), 0.7));  // most begin at one x
+  for (int i = 0; i < 300; ++i)
+    table.push_back(ball<S>(i < 200 ? 0 : random(0, 50), random(0, 50), random(0, 50), 0.7));  // most begin at one x
   all.push_back({"all sizes", sizes});
   all.push_back({"all in a line, touching", line});
   all.push_back({"all in a line, on top of each other", row});
@@ -125,7 +138,8 @@ template <class S> void every_kind_agrees(Team* team) {
 // A heap that trembles, falls, is stirred, loses and wins bodies: one broad phase through all of it.
 template <class S> void every_kind_follows(Team* team) {
   std::vector<std::unique_ptr<BroadPhase<S>>> phases;
-  for (int kind = 0; kind < int(broad_phase_names().size()); ++kind) phases.push_back(make_broad_phase<S>(BroadPhaseKind(kind), team));
+  for (int kind = 0; kind < int(broad_phase_names().size()); ++kind)
+    phases.push_back(make_broad_phase<S>(BroadPhaseKind(kind), team));
   Cloud<S> cloud = uniform<S>(1200, 10, 0.4, 4);
   for (int i = 0; i < 60; ++i) cloud[i * 7].moves = false;
   Random random{{6}};
@@ -173,11 +187,13 @@ TEST_CASE("what is kept between calls does not change the pairs") {
 
 TEST_CASE("any cloud: every broad phase finds the same pairs") {
   CHECK(rc::check("same pairs", [] {
-    const auto numbers = *rc::gen::container<std::vector<std::array<int, 7>>>(rc::gen::container<std::array<int, 7>>(rc::gen::inRange(-12, 13)));
+    const auto numbers = *rc::gen::container<std::vector<std::array<int, 7>>>(
+        rc::gen::container<std::array<int, 7>>(rc::gen::inRange(-12, 13)));
     Cloud<double> cloud;
     for (const auto& n : numbers) {
       const double scale = std::pow(10.0, n[6] / 4);
-      cloud.push_back(brick<double>(n[0], n[1], n[2], scale * std::abs(n[3]) / 8, scale * std::abs(n[4]) / 8, scale * std::abs(n[5]) / 8));
+      cloud.push_back(brick<double>(n[0], n[1], n[2], scale * std::abs(n[3]) / 8, scale * std::abs(n[4]) / 8,
+                                    scale * std::abs(n[5]) / 8));
     }
     const auto right = true_pairs(cloud);
     for (int kind = 0; kind < int(broad_phase_names().size()); ++kind) {
@@ -189,7 +205,8 @@ TEST_CASE("any cloud: every broad phase finds the same pairs") {
 }
 
 TEST_CASE("the sum of coordinates' differences against r1 + r2 drops true pairs; against sqrt(3) of it none") {
-  const Cloud<double> diagonal{ball<double>(0, 0, 0, 1), ball<double>(1.1, 1.1, 1.1, 1)};  // 1.905 apart, 3.3 in the sum
+  const Cloud<double> diagonal{ball<double>(0, 0, 0, 1),
+                               ball<double>(1.1, 1.1, 1.1, 1)};  // 1.905 apart, 3.3 in the sum
   std::vector<BodyPair> pairs;
   broad::manhattan_pairs<double>(diagonal, 1, pairs);
   CHECK(pairs.empty());
@@ -256,6 +273,7 @@ TEST_CASE("once warm no broad phase allocates") {
 
 TEST_CASE("broad phases have names") {
   CHECK(broad_phase_kind("tree") == BroadPhaseKind::tree);
-  for (int kind = 0; kind < int(broad_phase_names().size()); ++kind) CHECK(broad_phase_kind(broad_phase_names()[kind]) == BroadPhaseKind(kind));
+  for (int kind = 0; kind < int(broad_phase_names().size()); ++kind)
+    CHECK(broad_phase_kind(broad_phase_names()[kind]) == BroadPhaseKind(kind));
   CHECK_THROWS_WITH(broad_phase_kind("oct-tree"), Catch::Contains("oct-tree") && Catch::Contains("sweep-and-prune"));
 }

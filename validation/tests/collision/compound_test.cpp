@@ -17,12 +17,13 @@ Compound random_compound(Random& random, int boxes) {
   for (int i = 0; i < boxes; ++i) {
     const Quat<double> q = any_turn(random);
     compound.boxes.push_back({{uniform(random, 0.1, 0.5), uniform(random, 0.1, 0.5), uniform(random, 0.1, 0.5)},
-                              {uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)}, {q.w, q.x, q.y, q.z}});
+                              {uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)},
+                              {q.w, q.x, q.y, q.z}});
   }
   return compound;
 }
-std::vector<Manifold<double>> contacts(const Geometry<double>& a, const Placement<double>& place_a, const Geometry<double>& b,
-                                       const Placement<double>& place_b, double margin = 0) {
+std::vector<Manifold<double>> contacts(const Geometry<double>& a, const Placement<double>& place_a,
+                                       const Geometry<double>& b, const Placement<double>& place_b, double margin = 0) {
   std::vector<Manifold<double>> out;
   find_contacts(a, place_a, b, place_b, margin, out);
   return out;
@@ -37,7 +38,8 @@ std::vector<Piece> pieces(const Compound& compound, const V& p_WB, const Quat<do
   for (const auto& box : compound.boxes) {
     const Real4& q = box.orientation_wxyz;
     const V at = p_WB + rotate(q_WB, narrow3<double>(box.position_body_m));
-    out.push_back({make_geometry<double>(Box{box.half_extents_m}), placement(at, q_WB * Quat<double>{q[0], q[1], q[2], q[3]})});
+    out.push_back(
+        {make_geometry<double>(Box{box.half_extents_m}), placement(at, q_WB * Quat<double>{q[0], q[1], q[2], q[3]})});
   }
   return out;
 }
@@ -46,7 +48,8 @@ bool same_contact(const Manifold<double>& a, const Manifold<double>& b) {
   for (std::size_t i = 0; i < static_cast<std::size_t>(a.count); ++i) {
     bool found = false;
     for (std::size_t k = 0; k < static_cast<std::size_t>(b.count); ++k)
-      found = found || (norm(a.points[i].x_W - b.points[k].x_W) < 1e-9 && std::abs(a.points[i].gap - b.points[k].gap) < 1e-12);
+      found = found ||
+              (norm(a.points[i].x_W - b.points[k].x_W) < 1e-9 && std::abs(a.points[i].gap - b.points[k].gap) < 1e-12);
     if (!found) return false;
   }
   return true;
@@ -119,7 +122,8 @@ TEST_CASE("compounds against compounds: every pair of pieces, named on both side
 TEST_CASE("bounds and bounding spheres hold every shape") {
   CHECK(rc::check([](std::uint64_t seed) {
     Random random(seed);
-    const auto place = placement(V{uniform(random, -9, 9), uniform(random, -9, 9), uniform(random, -9, 9)}, any_turn(random));
+    const auto place =
+        placement(V{uniform(random, -9, 9), uniform(random, -9, 9), uniform(random, -9, 9)}, any_turn(random));
     std::vector<Shape> shapes{random_compound(random, 5)};
     for (const ShapeKind kind : kConvexKinds) shapes.push_back(random_shape(kind, random, 1e3));
     for (const Shape& shape : shapes) {

@@ -1,6 +1,6 @@
-// Hulls, cylinders, meshes, and everything swept, over inputs that break others: nothing is ever not finite, normals are unit
-// vectors, the deepest point is the gap, swapping changes nothing but signs, and every answer comes soon. Runs under the
-// sanitizers too. (The other pairs: fuzz_test.cpp.)
+// Hulls, cylinders, meshes, and everything swept, over inputs that break others: nothing is ever not finite, normals
+// are unit vectors, the deepest point is the gap, swapping changes nothing but signs, and every answer comes soon. Runs
+// under the sanitizers too. (The other pairs: fuzz_test.cpp.)
 #include <catch2/catch.hpp>
 #include <rapidcheck.h>
 
@@ -14,14 +14,17 @@ using namespace atwood::testing;
 
 namespace {
 
-const ShapeKind kAll[] = {ShapeKind::sphere,  ShapeKind::plane,    ShapeKind::rectangle, ShapeKind::box,     ShapeKind::capsule,
-                          ShapeKind::cylinder, ShapeKind::convex, ShapeKind::mesh,      ShapeKind::compound};
+const ShapeKind kAll[] = {ShapeKind::sphere, ShapeKind::plane,   ShapeKind::rectangle,
+                          ShapeKind::box,    ShapeKind::capsule, ShapeKind::cylinder,
+                          ShapeKind::convex, ShapeKind::mesh,    ShapeKind::compound};
 
-// Extents down to a `thinnest` part of the largest, some of them equal; points that coincide, lie on a line or in a plane.
+// Extents down to a `thinnest` part of the largest, some of them equal; points that coincide, lie on a line or in a
+// plane.
 Shape hostile_shape(ShapeKind kind, Random& random, double scale, double thinnest) {
   const auto size = [&] {
     const auto how = random() % 6;
-    return how == 0 ? scale * std::pow(10, uniform(random, std::log10(thinnest), 0)) : scale * (how == 1 ? 0.5 : uniform(random, 0.1, 1));
+    return how == 0 ? scale * std::pow(10, uniform(random, std::log10(thinnest), 0))
+                    : scale * (how == 1 ? 0.5 : uniform(random, 0.1, 1));
   };
   const double x = size(), y = size(), z = size();
   const auto points = [&](int n) {
@@ -30,7 +33,8 @@ Shape hostile_shape(ShapeKind kind, Random& random, double scale, double thinnes
     for (Real3& p : out)
       if (how < 2) p[2] = 0, p[1] = how == 1 ? 0 : p[1];
     if (how == 2) out.insert(out.end(), out.begin(), out.begin() + 3);
-    if (how == 3) out.push_back({(out[0][0] + out[1][0]) / 2, (out[0][1] + out[1][1]) / 2, (out[0][2] + out[1][2]) / 2});
+    if (how == 3)
+      out.push_back({(out[0][0] + out[1][0]) / 2, (out[0][1] + out[1][1]) / 2, (out[0][2] + out[1][2]) / 2});
     return out;
   };
   switch (kind) {
@@ -72,7 +76,12 @@ struct Pose {
 Pose hostile_pose(ShapeKind kind_a, ShapeKind kind_b, std::uint64_t seed, double thinnest) {
   Random random(seed);
   const double scale = random() % 4 ? uniform(random, 0.1, 1) : std::pow(10, uniform(random, -9, 9));
-  Pose pose{hostile_shape(kind_a, random, scale, thinnest), hostile_shape(kind_b, random, scale, thinnest), {}, {}, {}, scale};
+  Pose pose{hostile_shape(kind_a, random, scale, thinnest),
+            hostile_shape(kind_b, random, scale, thinnest),
+            {},
+            {},
+            {},
+            scale};
   pose.q_a = random() % 2 ? any_turn(random) : Quat<double>{};
   const double angle = std::pow(10, uniform(random, -17, 0));
   const Quat<double> quarter[] = {{}, {1, 1, 0, 0}, {1, 0, 1, 0}, {1, 1, 1, 1}};
@@ -135,7 +144,8 @@ template <class S> void check_swept(const Pose& pose, Random& random) {
   };
   const auto narrowed = [](const Quat<double>& q) { return normalised(Quat<S>{S(q.w), S(q.x), S(q.y), S(q.z)}); };
   const auto rate = [&]() -> double { return random() % 3 == 0 ? 0 : std::pow(10, uniform(random, -9, 2)); };
-  const double away = random() % 2 ? 1 : 4, speed = random() % 4 == 0 ? 0 : pose.scale * std::pow(10, uniform(random, -3, 3));
+  const double away = random() % 2 ? 1 : 4,
+               speed = random() % 4 == 0 ? 0 : pose.scale * std::pow(10, uniform(random, -3, 3));
   const Vec3<S> p{S(away * pose.between.x), S(away * pose.between.y), S(away * pose.between.z)};
   const SweptBody<S> from_a{{}, narrowed(pose.q_a), motion(speed), motion(rate())};
   SweptBody<S> from_b{p, narrowed(pose.q_b), motion(speed), motion(rate())};

@@ -1,6 +1,6 @@
-// Pairs of primitives and compounds, in every scalar, over inputs that break others: nothing is ever not finite, normals are
-// unit vectors, the deepest point is the gap, what is far apart has no contact. Runs under the sanitizers too. (Hulls, and
-// cylinders but against spheres and planes, go by support functions: gjk_test.cpp.)
+// Pairs of primitives and compounds, in every scalar, over inputs that break others: nothing is ever not finite,
+// normals are unit vectors, the deepest point is the gap, what is far apart has no contact. Runs under the sanitizers
+// too. (Hulls, and cylinders but against spheres and planes, go by support functions: gjk_test.cpp.)
 #include <catch2/catch.hpp>
 #include <rapidcheck.h>
 
@@ -100,7 +100,8 @@ TEST_CASE("no pair of shapes in no pose gives what is not finite") {
       const auto simple = [](ShapeKind kind) { return kind == ShapeKind::sphere || kind == ShapeKind::plane; };
       if (drum && !simple(a) && !simple(b)) continue;
       DYNAMIC_SECTION(static_cast<int>(a) << " against " << static_cast<int>(b)) {
-        const std::string pair = std::to_string(static_cast<int>(a)) + " against " + std::to_string(static_cast<int>(b));
+        const std::string pair =
+            std::to_string(static_cast<int>(a)) + " against " + std::to_string(static_cast<int>(b));
         CHECK(rc::check(pair, [&](std::uint64_t seed) {
           for (std::uint64_t k = 0; k < 10; ++k) {
             check_poses<double>(a, b, seed + k);

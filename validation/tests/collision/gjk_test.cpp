@@ -17,7 +17,8 @@ const double kPi = std::acos(-1.0);
 
 Geometry<double> shape(const Shape& s) { return make_geometry<double>(s); }
 Quat<double> turn(double angle, const V& axis) {
-  return {std::cos(angle / 2), std::sin(angle / 2) * axis.x, std::sin(angle / 2) * axis.y, std::sin(angle / 2) * axis.z};
+  return {std::cos(angle / 2), std::sin(angle / 2) * axis.x, std::sin(angle / 2) * axis.y,
+          std::sin(angle / 2) * axis.z};
 }
 std::vector<Manifold<double>> meet(const Shape& a, const Placement<double>& place_a, const Shape& b,
                                    const Placement<double>& place_b, double margin = 0) {
@@ -64,7 +65,8 @@ TEST_CASE("every vertex of a hull lies behind every face, Euler's formula holds,
       const V d = narrow3<double>(gauss3(random));
       double most = -1e300;
       for (const Real3& p : points) most = std::max(most, dot(d, narrow3<double>(p)));
-      RC_ASSERT(dot(d, hull.vertices[farthest_vertex(hull, d, i % static_cast<int>(hull.vertices.size()))]) >= most - 1e-14);
+      RC_ASSERT(dot(d, hull.vertices[farthest_vertex(hull, d, i % static_cast<int>(hull.vertices.size()))]) >=
+                most - 1e-14);
     }
   }));
 }
@@ -85,7 +87,8 @@ TEST_CASE("cylinder against box: standing, lying, hanging over, beside a corner"
     }
   }
   SECTION("lying, and cut off at the box's side") {
-    const auto m = meet(box, placed_at<double>({}), cylinder, placed_at<double>({0.5, 0, 1.4375}, turn(kPi / 2, {0, 1, 0})));
+    const auto m =
+        meet(box, placed_at<double>({}), cylinder, placed_at<double>({0.5, 0, 1.4375}, turn(kPi / 2, {0, 1, 0})));
     REQUIRE(m.size() == 1);
     CHECK(m[0].meeting == Meeting::edge);
     REQUIRE(m[0].count == 2);
@@ -95,7 +98,8 @@ TEST_CASE("cylinder against box: standing, lying, hanging over, beside a corner"
   }
   SECTION("side against a vertical edge: 1 - (0.5 sqrt 2 - ...)") {
     // The edge at (1, 1) and an axis at (1.3, 1.3): the distance is 0.3 sqrt 2 less the radius.
-    const auto s = convex_separation(shape(box), placed_at<double>({}), shape(cylinder), placed_at<double>({1.3, 1.3, 0.5}));
+    const auto s =
+        convex_separation(shape(box), placed_at<double>({}), shape(cylinder), placed_at<double>({1.3, 1.3, 0.5}));
     CHECK(s.gap == Approx(0.3 * std::sqrt(2.0) - 0.5).epsilon(1e-14));
     CHECK(s.normal_W.x == Approx(std::sqrt(0.5)).epsilon(1e-15));
     CHECK(s.normal_W.y == Approx(std::sqrt(0.5)).epsilon(1e-15));
@@ -120,8 +124,8 @@ TEST_CASE("a cylinder that stands on a face but for a hair keeps its cap's point
       const double tilt = sign * std::pow(10.0, power);
       const Quat<double> q = normalised(Quat<double>{1, tilt / 2, tilt / 3, 0});
       std::vector<Manifold<double>> m;
-      convex_contacts(shape(Box{{1, 1, 1}}), placed_at<double>({}), shape(Cylinder{0.5, 0.25}), placed_at<double>({0, 0, 1.125}, q),
-                      0.0, m);
+      convex_contacts(shape(Box{{1, 1, 1}}), placed_at<double>({}), shape(Cylinder{0.5, 0.25}),
+                      placed_at<double>({0, 0, 1.125}, q), 0.0, m);
       REQUIRE(m.size() == 1);
       CHECK(m[0].count == 4);
       INFO(tilt);
@@ -138,7 +142,8 @@ TEST_CASE("cylinders: crossed, in line, side by side") {
   CHECK(crossed.gap == Approx(0.25).epsilon(1e-14));
   CHECK(crossed.normal_W.y == Approx(1).epsilon(1e-15));
   CHECK(std::abs(crossed.on_a_W.x) < 1e-14);
-  const auto m = meet(cylinder, placed_at<double>({}), cylinder, placed_at<double>({0, 0.98, 0}, turn(kPi / 3, {0, 1, 0})));
+  const auto m =
+      meet(cylinder, placed_at<double>({}), cylinder, placed_at<double>({0, 0.98, 0}, turn(kPi / 3, {0, 1, 0})));
   REQUIRE(m.size() == 1);
   CHECK(m[0].meeting == Meeting::edge_edge);
   CHECK(m[0].points[0].gap == Approx(-0.02).epsilon(1e-12));
@@ -157,6 +162,120 @@ TEST_CASE("cylinders: crossed, in line, side by side") {
   REQUIRE(beside[0].count == 2);
   CHECK(std::abs(beside[0].points[0].x_W.z - beside[0].points[1].x_W.z) == Approx(3).epsilon(1e-14));
   for (int i = 0; i < 2; ++i) CHECK(std::abs(beside[0].points[i].gap) < 1e-14);
+}
+
+TEST_CASE("what lies on a cap touches it at two points, once each") {
+  const Quat<double> lying = turn(kPi / 2, {0, 1, 0});
+  const Shape drum = Cylinder{1, 0.5};
+  for (const double length : {0.5, 1.5}) {  // within the cap, and past its rim
+    const auto found = meet(drum, placed_at<double>({}), Capsule{0.25, length}, placed_at<double>({0, 0, 0.7}, lying));
+    REQUIRE(found.size() == 1);
+    CHECK(found[0].count == 2);
+    CHECK(found[0].meeting == Meeting::edge);
+    const auto flipped =
+        meet(Capsule{0.25, length}, placed_at<double>({0, 0, 0.7}, lying), drum, placed_at<double>({}));
+    REQUIRE(flipped.size() == 1);
+    CHECK(flipped[0].count == 2);
+  }
+}
+
+TEST_CASE("points of a manifold are told once, and lie on faces that are a hair off each other") {
+  // A tetrahedron's upper edge lies across a cap and crosses the rim at two of its points.
+  const Shape spike = Convex{{{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}}};
+  const auto across = meet(Cylinder{1, 0.25}, placed_at<double>({}), spike, placed_at<double>({0, 0, 1.249999}));
+  REQUIRE(across.size() == 1);
+  CHECK(across[0].count == 2);
+  // A prism tilted by less than the angle that still counts as parallel.
+  std::vector<Real3> corners;
+  for (int k = 0; k < 8; ++k)
+    for (const double z : {-0.25, 0.25})
+      corners.push_back({0.5 * std::cos(k * kPi / 4), 0.5 * std::sin(k * kPi / 4), z});
+  const double tilt = 6e-7;
+  const Shape drum = Cylinder{1, 0.25};
+  const auto resting = meet(drum, placed_at<double>({}), Convex{corners},
+                            placed_at<double>({0, 0, 0.5 + 0.5 * tilt - 1e-8}, turn(tilt, {0, 1, 0})));
+  REQUIRE(resting.size() == 1);
+  for (int i = 0; i < resting[0].count; ++i) {
+    const auto& p = resting[0].points[i];
+    CHECK(p.gap == Approx(0.5 * tilt - 1e-8 - tilt * p.x_W.x).margin(1e-13));
+  }
+  // Coincident: the middle is on no face.
+  const Quat<double> askew = normalised(Quat<double>{0.66, 0.29, -0.24, 0.65});
+  const auto within =
+      meet(Convex{corners}, placed_at<double>({}, askew), Convex{corners}, placed_at<double>({}, askew));
+  REQUIRE(within.size() == 1);
+  for (int i = 0; i < within[0].count; ++i)
+    CHECK(std::abs(dot(within[0].points[i].x_W, within[0].normal_W)) < 1e-15);
+}
+
+TEST_CASE(
+    "the point where two edges have gone through each other is where they pass, a corner's under a side is the "
+    "corner") {
+  // Tetrahedra on alternate corners of cubes: the edge from (-1, 1, -1) to (1, -1, -1) passes (1, 1, 1) to (-1, -1, 1),
+  // which is moved by y. Along x = -y and x = y - 0.5 they pass at (-0.25, 0.25).
+  const Shape spike = Convex{{{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}}};
+  const auto crossed = meet(spike, placed_at<double>({}), spike, placed_at<double>({0, 0.5, -2 + 0.0625}));
+  REQUIRE(crossed.size() == 1);
+  REQUIRE(crossed[0].count == 1);
+  CHECK(apart(crossed[0].normal_W, {0, 0, -1}) < 1e-15);
+  CHECK(apart(crossed[0].points[0].x_W, {-0.25, 0.25, -1 + 0.0625 / 2}) < 1e-14);
+  // An octahedron's corner sunk into a cylinder's side, off its middle.
+  const Shape diamond = Convex{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
+  const auto sunk = meet(Cylinder{0.5, 2}, placed_at<double>({}), diamond, placed_at<double>({1.5 - 0.0625, 0, 1.25}));
+  REQUIRE(sunk.size() == 1);
+  REQUIRE(sunk[0].count == 1);
+  CHECK(apart(sunk[0].points[0].x_W, {0.5 - 0.0625 / 2, 0, 1.25}) < 1e-14);
+}
+
+namespace {
+
+// How far x lies outside of a hull or a cylinder.
+double outside(const Geometry<double>& g, const Placement<double>& place, const V& x_W) {
+  const V x = turned_back(place, x_W - place.p_W);
+  if (g.kind == ShapeKind::cylinder) return std::max(std::hypot(x.x, x.y) - g.radius, std::abs(x.z) - g.half_length);
+  double most = -1e300;
+  for (const auto& face : g.hull->faces) most = std::max(most, dot(face.normal, x) - face.offset);
+  return most;
+}
+
+}  // namespace
+
+TEST_CASE("the points that meet lie on both shapes, where many features tie, too") {
+  const std::vector<Shape> shapes = {Convex{box_corners({0.5, 0.5, 0.5})}, Convex{box_corners({0.5, 0.25, 1})},
+                                     Convex{{{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}}},
+                                     Convex{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}},
+                                     Cylinder{0.5, 0.25}, Cylinder{0.25, 1}};
+  const std::vector<Quat<double>> turns = {{},
+                                           turn(kPi / 2, {1, 0, 0}),
+                                           turn(kPi / 2, {0, 1, 0}),
+                                           turn(kPi / 4, {1, 0, 0}),
+                                           turn(kPi / 4, {0, 0, 1}),
+                                           turn(kPi, {0, 1, 0})};
+  const std::vector<V> ways = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, -1, 0}, {0, 0, -1}};
+  for (const Shape& s : shapes)
+    for (const Shape& t : shapes)
+      for (const auto& q : turns)
+        for (const auto& r : turns)
+          for (const V& way : ways)
+            for (const double aside : {0.0, 0.2, 0.4}) {
+              const Geometry<double> a = shape(s), b = shape(t);
+              const Placement<double> at = placed_at<double>({}, q), turned_b = placed_at<double>({}, r);
+              const auto reach = [&](const Geometry<double>& g, const Placement<double>& place, const V& d) {
+                ConvexPiece<double> piece;
+                int vertex = 0;
+                convex_piece(g, piece);
+                return dot(d, turned(place, support(piece, turned_back(place, d), vertex)));
+              };
+              for (const double gap : {-0.0625, 0.0, 0.0625}) {
+                Placement<double> place_b = turned_b;
+                place_b.p_W =
+                    (reach(a, at, way) + reach(b, turned_b, -way) + gap) * way + aside * V{way.y, way.z, way.x};
+                const Separation<double> found = separation(a, at, b, place_b);
+                INFO(s.index() << t.index() << ' ' << q.x << q.y << q.z << ' ' << r.x << r.y << r.z << " gap " << gap);
+                CHECK(outside(a, at, found.on_a_W) < 1e-12);
+                CHECK(outside(b, place_b, found.on_b_W) < 1e-12);
+              }
+            }
 }
 
 TEST_CASE("convex against plane: the vertices below, at most four that span them") {
@@ -178,7 +297,8 @@ TEST_CASE("no direction tells two shapes apart better than the normal does") {
     Random random(seed);
     const double spread = seed % 3 == 0 ? 1e3 : 1;
     const auto kind = [&] { return kConvexKinds[random() % 6]; };
-    const Geometry<double> a = shape(random_shape(kind(), random, spread)), b = shape(random_shape(kind(), random, spread));
+    const Geometry<double> a = shape(random_shape(kind(), random, spread)),
+                           b = shape(random_shape(kind(), random, spread));
     const double near = uniform(random, 0, 2);
     const Placement<double> place_a = placed_at<double>({}, any_turn(random));
     const Placement<double> place_b = placed_at<double>(near * narrow3<double>(gauss3(random)), any_turn(random));
@@ -186,7 +306,8 @@ TEST_CASE("no direction tells two shapes apart better than the normal does") {
     ConvexPiece<double> piece_a, piece_b;
     convex_piece(a, piece_a), convex_piece(b, piece_b);
     const Placement<double> b_in_a = relative_placement(place_a, place_b);
-    const double size = a.bounding_radius + b.bounding_radius + norm(b_in_a.p_W), radii = piece_a.radius + piece_b.radius;
+    const double size = a.bounding_radius + b.bounding_radius + norm(b_in_a.p_W),
+                 radii = piece_a.radius + piece_b.radius;
     const auto gap_along = [&](const V& n) { return -overlap_along(piece_a, piece_b, b_in_a, n) - radii; };
     RC_ASSERT(std::abs(norm(s.normal_W) - 1) < 1e-14);
     RC_ASSERT(std::abs(gap_along(turned_back(place_a, s.normal_W)) - s.gap) <= 1e-14 * size);
@@ -217,7 +338,8 @@ TEST_CASE("faces that lie nearly over each other keep the deepest vertex, althou
 TEST_CASE("the expanding polytope agrees with every axis of two polyhedra") {
   CHECK(rc::check([](std::uint64_t seed) {
     Random random(seed);
-    const Geometry<double> a = shape(random_shape(ShapeKind::convex, random)), b = shape(random_shape(ShapeKind::box, random));
+    const Geometry<double> a = shape(random_shape(ShapeKind::convex, random)),
+                           b = shape(random_shape(ShapeKind::box, random));
     ConvexPiece<double> piece_a, piece_b;
     convex_piece(a, piece_a), convex_piece(b, piece_b);
     const Placement<double> b_in_a =
@@ -233,14 +355,16 @@ TEST_CASE("double and extended precision give the same gap and normal for the sa
   Random random(7);
   double worst = 0, worst_turn = 0;
   for (int i = 0; i < 20000; ++i) {
-    const Shape a = random_shape(kConvexKinds[random() % 6], random), b = random_shape(kConvexKinds[random() % 6], random);
+    const Shape a = random_shape(kConvexKinds[random() % 6], random),
+                b = random_shape(kConvexKinds[random() % 6], random);
     const V p = uniform(random, 0, 2) * narrow3<double>(gauss3(random));
     const Quat<double> q_a = any_turn(random), q_b = any_turn(random);
     const auto s = convex_separation(shape(a), placed_at<double>({}, q_a), shape(b), placed_at<double>(p, q_b));
     const auto t = convex_separation(make_geometry<long double>(a), placed_at<long double>({}, q_a),
                                      make_geometry<long double>(b), placed_at<long double>(p, q_b));
     worst = std::max(worst, static_cast<double>(std::abs(s.gap - t.gap)));
-    const V d{s.normal_W.x - double(t.normal_W.x), s.normal_W.y - double(t.normal_W.y), s.normal_W.z - double(t.normal_W.z)};
+    const V d{s.normal_W.x - double(t.normal_W.x), s.normal_W.y - double(t.normal_W.y),
+              s.normal_W.z - double(t.normal_W.z)};
     worst_turn = std::max(worst_turn, norm(d));
   }
   CHECK(worst < 2e-14);
@@ -314,7 +438,8 @@ TEST_CASE("inputs that break others: coincident, flat, needles, tiny, huge, touc
           1e-15 * scale);
   }
   const auto needle = shape(Cylinder{1e-9, 1e3});
-  CHECK(finite(convex_separation(needle, placed_at<double>({}), needle, placed_at<double>({0, 0, 0}, turn(1e-9, {1, 0, 0})))));
+  CHECK(finite(
+      convex_separation(needle, placed_at<double>({}), needle, placed_at<double>({0, 0, 0}, turn(1e-9, {1, 0, 0})))));
   const auto crossing =
       convex_separation(needle, placed_at<double>({}), needle, placed_at<double>({0, 1e-6, 0}, turn(0.5, {0, 1, 0})));
   CHECK(crossing.gap == Approx(1e-6 - 2e-9).epsilon(1e-6));
@@ -329,8 +454,8 @@ TEST_CASE("inputs that break others: coincident, flat, needles, tiny, huge, touc
   const auto line = shape(Convex{{{0, 0, -1}, {0, 0, 1}}});
   CHECK(convex_separation(line, placed_at<double>({}), shape(Sphere{0.25}), placed_at<double>({0.5, 0, 0})).gap ==
         Approx(0.25).epsilon(1e-15));
-  const auto nearly =
-      convex_separation(shape(box), placed_at<double>({}), shape(box), placed_at<double>({0, 0, 1}, turn(1e-10, {1, 0, 0})));
+  const auto nearly = convex_separation(shape(box), placed_at<double>({}), shape(box),
+                                        placed_at<double>({0, 0, 1}, turn(1e-10, {1, 0, 0})));
   CHECK(nearly.gap == Approx(-0.5e-10).epsilon(1e-4));
   CHECK(finite(nearly));
 }

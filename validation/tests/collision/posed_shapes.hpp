@@ -27,7 +27,8 @@ inline Quat<double> any_turn(Random& random) {
 template <class S> Placement<S> placed_at(const Vec3<double>& p_W, const Quat<double>& q_WB = {}) {
   const Quat<S> q = normalised(Quat<S>{S(q_WB.w), S(q_WB.x), S(q_WB.y), S(q_WB.z)});
   return {{S(p_W.x), S(p_W.y), S(p_W.z)},
-          {rotate(q, Vec3<S>{S(1), S(0), S(0)}), rotate(q, Vec3<S>{S(0), S(1), S(0)}), rotate(q, Vec3<S>{S(0), S(0), S(1)})}};
+          {rotate(q, Vec3<S>{S(1), S(0), S(0)}), rotate(q, Vec3<S>{S(0), S(1), S(0)}),
+           rotate(q, Vec3<S>{S(0), S(0), S(1)})}};
 }
 
 // Points on an ellipsoid.

@@ -19,8 +19,8 @@ namespace {
 int sign_of_integers(const V& a, const V& b, const V& c, const V& d) {
   using I = __int128;
   const auto part = [](double x, double y) { return static_cast<I>(x) - static_cast<I>(y); };
-  const I ux = part(a.x, d.x), uy = part(a.y, d.y), uz = part(a.z, d.z), vx = part(b.x, d.x), vy = part(b.y, d.y), vz = part(b.z, d.z),
-          wx = part(c.x, d.x), wy = part(c.y, d.y), wz = part(c.z, d.z);
+  const I ux = part(a.x, d.x), uy = part(a.y, d.y), uz = part(a.z, d.z), vx = part(b.x, d.x), vy = part(b.y, d.y),
+          vz = part(b.z, d.z), wx = part(c.x, d.x), wy = part(c.y, d.y), wz = part(c.z, d.z);
   const I det = ux * (vy * wz - vz * wy) + uy * (vz * wx - vx * wz) + uz * (vx * wy - vy * wx);
   return det > 0 ? 1 : det < 0 ? -1 : 0;
 }

@@ -81,21 +81,25 @@ void expect(const char* what, const Shape& a, const Pose& pose_a, const Shape& b
 }  // namespace
 
 TEST_CASE("sphere against sphere") {
-  expect("overlapping", Sphere{1}, {}, Sphere{0.5}, {{1.25, 0, 0}}, {-0.25, {1, 0, 0}, Meeting::point, {{0.875, 0, 0}}});
+  expect("overlapping", Sphere{1}, {}, Sphere{0.5}, {{1.25, 0, 0}},
+         {-0.25, {1, 0, 0}, Meeting::point, {{0.875, 0, 0}}});
   expect("touching exactly", Sphere{1}, {}, Sphere{2}, {{0, 3, 0}}, {0, {0, 1, 0}, Meeting::point, {{0, 1, 0}}});
   expect("apart", Sphere{1}, {}, Sphere{1}, {{0, 3, 4}}, {3, {0, 0.6, 0.8}, Meeting::point, {{0, 1.5, 2}}});
-  expect("one within the other", Sphere{2}, {}, Sphere{0.5}, {{0, 0, -0.5}}, {-2, {0, 0, -1}, Meeting::point, {{0, 0, -1}}});
+  expect("one within the other", Sphere{2}, {}, Sphere{0.5}, {{0, 0, -0.5}},
+         {-2, {0, 0, -1}, Meeting::point, {{0, 0, -1}}});
   expect("far from the origin", Sphere{1}, {{1e9, 0, 0}}, Sphere{1}, {{1e9, 1.5, 0}},
          {-0.5, {0, 1, 0}, Meeting::point, {{1e9, 0.75, 0}}});
   expect("of atoms' size", Sphere{1e-9}, {}, Sphere{1e-9}, {{0, 1.5e-9, 0}},
          {-0.5e-9, {0, 1, 0}, Meeting::point, {{0, 0.75e-9, 0}}, 1e-15});
-  expect("concentric", Sphere{1}, {{1, 2, 3}}, Sphere{0.25}, {{1, 2, 3}}, {-1.25, {0, 0, 1}, Meeting::point, {{1, 2, 3.375}}});
+  expect("concentric", Sphere{1}, {{1, 2, 3}}, Sphere{0.25}, {{1, 2, 3}},
+         {-1.25, {0, 0, 1}, Meeting::point, {{1, 2, 3.375}}});
 }
 
 TEST_CASE("sphere against plane") {
   expect("resting", Sphere{1}, {{3, 4, 1}}, kGround, {}, {0, {0, 0, -1}, Meeting::point, {{3, 4, 0}}});
   expect("sunk", Sphere{1}, {{3, 4, 0.75}}, kGround, {}, {-0.25, {0, 0, -1}, Meeting::point, {{3, 4, -0.125}}});
-  expect("its centre below", Sphere{1}, {{3, 4, -0.5}}, kGround, {}, {-1.5, {0, 0, -1}, Meeting::point, {{3, 4, -0.75}}});
+  expect("its centre below", Sphere{1}, {{3, 4, -0.5}}, kGround, {},
+         {-1.5, {0, 0, -1}, Meeting::point, {{3, 4, -0.75}}});
   expect("under a plane turned over", Sphere{0.75}, {{0, 0, 0.5}}, Plane{{0, 0, -1}, -1}, {},
          {-0.25, {0, 0, 1}, Meeting::point, {{0, 0, 1.125}}});
   expect("a tilted plane", Sphere{5}, {{6, 8, 0}}, Plane{{0.6, 0.8, 0}, 4}, {},
@@ -106,11 +110,14 @@ TEST_CASE("sphere against rectangle: both sides, edges, corners") {
   const Rectangle plate{{1, 2}};
   expect("above", Sphere{1}, {{0.5, 0, 0.75}}, plate, {}, {-0.25, {0, 0, -1}, Meeting::point, {{0.5, 0, -0.125}}});
   expect("below", Sphere{1}, {{0.5, 0, -0.75}}, plate, {}, {-0.25, {0, 0, 1}, Meeting::point, {{0.5, 0, 0.125}}});
-  expect("its centre in the plate", Sphere{1}, {{0.5, 0, 0}}, plate, {}, {-1, {0, 0, -1}, Meeting::point, {{0.5, 0, -0.5}}});
+  expect("its centre in the plate", Sphere{1}, {{0.5, 0, 0}}, plate, {},
+         {-1, {0, 0, -1}, Meeting::point, {{0.5, 0, -0.5}}});
   expect("beside an edge", Sphere{1}, {{1.5, 1, 0}}, plate, {}, {-0.5, {-1, 0, 0}, Meeting::point, {{0.75, 1, 0}}});
   expect("over an edge", Sphere{5}, {{4, 0, 4}}, plate, {}, {0, {-0.6, 0, -0.8}, Meeting::point, {{1, 0, 0}}});
-  expect("off a corner", Sphere{3}, {{3, 4, 1}}, plate, {}, {0, {-2 / 3., -2 / 3., -1 / 3.}, Meeting::point, {{1, 2, 0}}});
-  expect("a turned plate", Sphere{1}, {{0, -0.5, 1}}, plate, {{}, kOverX}, {-0.5, {0, 1, 0}, Meeting::point, {{0, 0.25, 1}}});
+  expect("off a corner", Sphere{3}, {{3, 4, 1}}, plate, {},
+         {0, {-2 / 3., -2 / 3., -1 / 3.}, Meeting::point, {{1, 2, 0}}});
+  expect("a turned plate", Sphere{1}, {{0, -0.5, 1}}, plate, {{}, kOverX},
+         {-0.5, {0, 1, 0}, Meeting::point, {{0, 0.25, 1}}});
 }
 
 TEST_CASE("sphere against box") {
@@ -119,17 +126,20 @@ TEST_CASE("sphere against box") {
   expect("on an edge", Sphere{5}, {{4, 6, 0}}, box, {}, {0, {-0.6, -0.8, 0}, Meeting::point, {{1, 2, 0}}});
   expect("on a corner", Sphere{2}, {{2, 4, 5}}, box, {},
          {1, {-1 / 3., -2 / 3., -2 / 3.}, Meeting::point, {{1 + 1 / 6., 2 + 1 / 3., 3 + 1 / 3.}}});
-  expect("its centre inside", Sphere{0.5}, {{0.25, 1.5, 0}}, box, {}, {-1, {0, -1, 0}, Meeting::point, {{0.25, 1.5, 0}}});
+  expect("its centre inside", Sphere{0.5}, {{0.25, 1.5, 0}}, box, {},
+         {-1, {0, -1, 0}, Meeting::point, {{0.25, 1.5, 0}}});
   expect("wholly inside", Sphere{0.25}, {{0, 0, -2.5}}, box, {}, {-0.75, {0, 0, 1}, Meeting::point, {{0, 0, -2.625}}});
   expect("at its centre", Sphere{0.5}, {}, box, {}, {-1.5, {-1, 0, 0}, Meeting::point, {{0.25, 0, 0}}});
-  expect("a turned box", Sphere{1}, {{0, 0, 2.5}}, box, {{}, kOverX}, {-0.5, {0, 0, -1}, Meeting::point, {{0, 0, 1.75}}});
+  expect("a turned box", Sphere{1}, {{0, 0, 2.5}}, box, {{}, kOverX},
+         {-0.5, {0, 0, -1}, Meeting::point, {{0, 0, 1.75}}});
 }
 
 TEST_CASE("sphere against capsule") {
   const Capsule capsule{0.5, 2};
   expect("on the side", Sphere{1}, {{1.25, 0, 1}}, capsule, {}, {-0.25, {-1, 0, 0}, Meeting::point, {{0.375, 0, 1}}});
   expect("on a cap", Sphere{1}, {{0, 0, 3.25}}, capsule, {}, {-0.25, {0, 0, -1}, Meeting::point, {{0, 0, 2.375}}});
-  expect("aslant on a cap", Sphere{4.5}, {{3, 0, 6}}, capsule, {}, {0, {-0.6, 0, -0.8}, Meeting::point, {{0.3, 0, 2.4}}});
+  expect("aslant on a cap", Sphere{4.5}, {{3, 0, 6}}, capsule, {},
+         {0, {-0.6, 0, -0.8}, Meeting::point, {{0.3, 0, 2.4}}});
   expect("on the axis", Sphere{1}, {{0, 0, 1}}, capsule, {}, {-1.5, {-1, 0, 0}, Meeting::point, {{-0.25, 0, 1}}});
 }
 
@@ -138,8 +148,10 @@ TEST_CASE("sphere against cylinder") {
   expect("on the side", Sphere{1}, {{0, 2.5, 0.5}}, drum, {}, {-0.5, {0, -1, 0}, Meeting::point, {{0, 1.75, 0.5}}});
   expect("on a disc", Sphere{1}, {{1, 0, 1.5}}, drum, {}, {-0.5, {0, 0, -1}, Meeting::point, {{1, 0, 0.75}}});
   expect("on the rim", Sphere{5}, {{5, 0, -5}}, drum, {}, {0, {-0.6, 0, 0.8}, Meeting::point, {{2, 0, -1}}});
-  expect("inside, near the side", Sphere{0.25}, {{0, -1.75, 0}}, drum, {}, {-0.5, {0, 1, 0}, Meeting::point, {{0, -1.75, 0}}});
-  expect("inside, near a disc", Sphere{0.25}, {{0, -1, -0.75}}, drum, {}, {-0.5, {0, 0, 1}, Meeting::point, {{0, -1, -0.75}}});
+  expect("inside, near the side", Sphere{0.25}, {{0, -1.75, 0}}, drum, {},
+         {-0.5, {0, 1, 0}, Meeting::point, {{0, -1.75, 0}}});
+  expect("inside, near a disc", Sphere{0.25}, {{0, -1, -0.75}}, drum, {},
+         {-0.5, {0, 0, 1}, Meeting::point, {{0, -1, -0.75}}});
 }
 
 TEST_CASE("plane against box and rectangle") {
@@ -163,7 +175,8 @@ TEST_CASE("plane against box and rectangle") {
 
 TEST_CASE("plane against capsule and cylinder") {
   const V up{0, 0, 1};
-  expect("capsule upright", kGround, {}, Capsule{0.5, 2}, {{1, 0, 2.25}}, {-0.25, up, Meeting::point, {{1, 0, -0.125}}});
+  expect("capsule upright", kGround, {}, Capsule{0.5, 2}, {{1, 0, 2.25}},
+         {-0.25, up, Meeting::point, {{1, 0, -0.125}}});
   expect("capsule lying", kGround, {}, Capsule{0.5, 2}, {{0, 0, 0.25}, kOverY},
          {-0.25, up, Meeting::edge, {{2, 0, -0.125}, {-2, 0, -0.125}}});
   expect("capsule lying, touching", kGround, {}, Capsule{0.5, 2}, {{0, 0, 0.5}, kOverY},
@@ -199,7 +212,8 @@ TEST_CASE("capsule against capsule, box and rectangle") {
   expect("side by side", capsule, {}, capsule, {{0.75, 0, 1}},
          {-0.25, {1, 0, 0}, Meeting::edge, {{0.375, 0, 2}, {0.375, 0, -1}}});
   expect("end to end", capsule, {}, capsule, {{0, 0, 4.75}}, {-0.25, {0, 0, 1}, Meeting::point, {{0, 0, 2.375}}});
-  expect("end to end, aslant", capsule, {}, capsule, {{0.6, 0, 4.8}}, {0, {0.6, 0, 0.8}, Meeting::point, {{0.3, 0, 2.4}}});
+  expect("end to end, aslant", capsule, {}, capsule, {{0.6, 0, 4.8}},
+         {0, {0.6, 0, 0.8}, Meeting::point, {{0.3, 0, 2.4}}});
   expect("lying on a box", Box{{1, 1, 1}}, {}, capsule, {{0, 0, 1.25}, kOverX},
          {-0.25, {0, 0, 1}, Meeting::edge, {{0, 1, 0.875}, {0, -1, 0.875}}});
   expect("standing on a box", Box{{1, 1, 1}}, {}, capsule, {{0.5, 0.5, 3.25}},
@@ -211,7 +225,8 @@ TEST_CASE("capsule against capsule, box and rectangle") {
          {-0.75, {1, 0, 0}, Meeting::edge, {{0.625, 0, 1}, {0.625, 0, -1}}});
   expect("lying on a plate", Rectangle{{1, 1}}, {}, capsule, {{0, 0, 0.5}, kOverY},
          {0, {0, 0, 1}, Meeting::edge, {{1, 0, 0}, {-1, 0, 0}}});
-  expect("beside a plate", Rectangle{{1, 1}}, {}, capsule, {{1.25, 0, 0}}, {-0.25, {1, 0, 0}, Meeting::point, {{0.875, 0, 0}}});
+  expect("beside a plate", Rectangle{{1, 1}}, {}, capsule, {{1.25, 0, 0}},
+         {-0.25, {1, 0, 0}, Meeting::point, {{0.875, 0, 0}}});
 }
 
 TEST_CASE("capsules side by side keep both ends of their stretch, however the world is turned") {
@@ -245,12 +260,14 @@ TEST_CASE("cylinder against box, rectangle, cylinder and capsule") {
          {-0.25, up, Meeting::edge, {{0, 1, 0.875}, {0, -1, 0.875}}});
   expect("lying on a plate", Rectangle{{2, 2}}, {}, drum, {{0, 0, 0.25}, kOverY},
          {-0.25, up, Meeting::edge, {{1, 0, -0.125}, {-1, 0, -0.125}}});
-  expect("side by side", drum, {}, drum, {{0.75, 0, 1}}, {-0.25, {1, 0, 0}, Meeting::edge, {{0.375, 0, 1}, {0.375, 0, 0}}});
+  expect("side by side", drum, {}, drum, {{0.75, 0, 1}},
+         {-0.25, {1, 0, 0}, Meeting::edge, {{0.375, 0, 1}, {0.375, 0, 0}}});
   expect("a capsule across", Capsule{0.5, 2}, {}, drum, {{0.75, 0, 0}, kOverX},
          {-0.25, {1, 0, 0}, Meeting::edge_edge, {{0.375, 0, 0}}});
 }
 
-// A capsule without length is a sphere; a box, a rectangle, a cylinder without extents is a point, a sphere without radius.
+// A capsule without length is a sphere; a box, a rectangle, a cylinder without extents is a point, a sphere without
+// radius.
 TEST_CASE("the sphere is the limit of the other shapes") {
   CHECK(rc::check([](std::uint64_t seed) {
     Random random(seed);
@@ -259,8 +276,10 @@ TEST_CASE("the sphere is the limit of the other shapes") {
       const Shape partner = kind == ShapeKind::plane ? Shape(Plane{{0.6, 0, 0.8}, 0.25}) : random_shape(kind, random);
       const double radius = uniform(random, 0.1, 1);
       const auto other = make_geometry<double>(partner);
-      const auto place = placement(V{uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)}, any_turn(random));
-      const auto here = placement(V{uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)}, any_turn(random));
+      const auto place =
+          placement(V{uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)}, any_turn(random));
+      const auto here =
+          placement(V{uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)}, any_turn(random));
       const auto agree = [&](const Shape& shape, double sphere_radius) {
         const auto limit = separation(make_geometry<double>(shape), here, other, place);
         const auto ball = separation(make_geometry<double>(Sphere{sphere_radius}), here, other, place);

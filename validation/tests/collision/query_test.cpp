@@ -1,5 +1,5 @@
-// What a scene's bodies touch, as the command asks it: every pair answered or refused by name, touching as decimals round,
-// each point once, and the same contact however the world is turned, moved or numbered.
+// What a scene's bodies touch, as the command asks it: every pair answered or refused by name, touching as decimals
+// round, each point once, and the same contact however the world is turned, moved or numbered.
 #include <catch2/catch.hpp>
 #include <rapidcheck.h>
 
@@ -57,7 +57,8 @@ double near(const std::array<Wide, 3>& x, const V& y) {
 }  // namespace
 
 TEST_CASE("every pair of shapes is answered, or refused by the names of both") {
-  const char* names[] = {"point", "sphere", "plane", "rectangle", "box", "capsule", "cylinder", "convex", "mesh", "compound"};
+  const char* names[] = {"point",   "sphere",   "plane",  "rectangle", "box",
+                         "capsule", "cylinder", "convex", "mesh",      "compound"};
   const std::vector<Shape> shapes = one_of_each();
   REQUIRE(shapes.size() == std::size(names));
   int refused = 0;
@@ -66,7 +67,8 @@ TEST_CASE("every pair of shapes is answered, or refused by the names of both") {
       INFO(names[i] << " against " << names[j]);
       const char* why = no_contact_test(static_cast<ShapeKind>(i), static_cast<ShapeKind>(j));
       // The second sunk into the first by about a half, so that an answer without contacts would be a wrong one.
-      const Scene scene = scene_of(body(shapes[i]), body(shapes[j], {0.1, 0.05, 0.11}, normalised(Quat<double>{1, 0.1, 0.2, 0.3})));
+      const Scene scene =
+          scene_of(body(shapes[i]), body(shapes[j], {0.1, 0.05, 0.11}, normalised(Quat<double>{1, 0.1, 0.2, 0.3})));
       ContactQuery swept;
       swept.swept = true;
       swept.t_end_s = 1;
@@ -123,7 +125,8 @@ TEST_CASE("what touches by its decimals is in contact at depth 0, however it is 
       for (const FoundContact& found : answer.contacts) CHECK(found.depth_m < Wide(1e-12));
       // A nanometre off it is none.
       const V away = (1 + 1e-9 / norm(at)) * at;
-      CHECK(find_scene_contacts(scene_of(body(c.a, place(base), turn), body(c.b, place(base + away), turn)), {}).contacts.empty());
+      CHECK(find_scene_contacts(scene_of(body(c.a, place(base), turn), body(c.b, place(base + away), turn)), {})
+                .contacts.empty());
     }
   }
 }
@@ -137,7 +140,8 @@ TEST_CASE("a point that several triangles or pieces find is told once") {
     return count;
   };
   // The mesh's top lies all under the box: its corners, found by the triangles of top and sides, are the four points.
-  const ContactAnswer under = find_scene_contacts(scene_of(body(Box{{1, 1, 0.5}}, {0, 0, 0.875}), body(cube_mesh(0.5))), {});
+  const ContactAnswer under =
+      find_scene_contacts(scene_of(body(Box{{1, 1, 0.5}}, {0, 0, 0.875}), body(cube_mesh(0.5))), {});
   CHECK(under.contacts.size() == 4);
   CHECK(corners(under) == 4);
   for (const FoundContact& c : under.contacts) {
@@ -145,12 +149,14 @@ TEST_CASE("a point that several triangles or pieces find is told once") {
     CHECK(c.depth_m == Wide(0.125));
   }
   // Pieces of a compound side by side share two corners.
-  const ContactAnswer pieces = find_scene_contacts(scene_of(body(Box{{1, 1, 0.5}}, {0, 0, 0.875}), body(one_of_each().back())), {});
+  const ContactAnswer pieces =
+      find_scene_contacts(scene_of(body(Box{{1, 1, 0.5}}, {0, 0, 0.875}), body(one_of_each().back())), {});
   CHECK(pieces.contacts.size() == 6);
 }
 
-// ---- one contact, whoever is named first and wherever the world lies ------------------------------------------------------
-TEST_CASE("swapping two bodies, turning or moving the world changes a gap by round-off alone, for every pair of shapes") {
+// ---- one contact, whoever is named first and wherever the world lies ----------------------------------------------
+TEST_CASE(
+    "swapping two bodies, turning or moving the world changes a gap by round-off alone, for every pair of shapes") {
   CHECK(rc::check([](std::uint64_t seed) {
     Random random(seed);
     const auto any = [&](std::size_t kind) -> Shape {
@@ -160,7 +166,8 @@ TEST_CASE("swapping two bodies, turning or moving the world changes a gap by rou
         const V n = unit_along(narrow3<double>(gauss3(random)));
         return Plane{{n.x, n.y, n.z}, uniform(random, -1, 1)};
       }
-      if (kind == 8) return Mesh{"", {gauss3(random), gauss3(random), gauss3(random), gauss3(random)}, {{0, 1, 2}, {0, 3, 1}}};
+      if (kind == 8)
+        return Mesh{"", {gauss3(random), gauss3(random), gauss3(random), gauss3(random)}, {{0, 1, 2}, {0, 3, 1}}};
       if (kind == 9) return Compound{{{h, {0.5, 0, 0}, {1, 0, 0, 0}}, {h, {-0.5, 0.25, 0}, {q.w, q.x, q.y, q.z}}}};
       return random_shape(static_cast<ShapeKind>(kind), random);
     };
@@ -181,13 +188,15 @@ TEST_CASE("swapping two bodies, turning or moving the world changes a gap by rou
         const PairGap here = find_pair_gap(scene_of(body(a, {}, q_a), body(b, at(p), q_b)), 0, 1);
         const PairGap swapped = find_pair_gap(scene_of(body(b, at(p), q_b), body(a, {}, q_a)), 0, 1);
         const PairGap there = find_pair_gap(
-            scene_of(body(moved(a), at(shift), turn * q_a), body(moved(b), at(rotate(turn, p) + shift), turn * q_b)), 0, 1);
+            scene_of(body(moved(a), at(shift), turn * q_a), body(moved(b), at(rotate(turn, p) + shift), turn * q_b)), 0,
+            1);
         const double round_off = 2e-13;
         RC_ASSERT(std::abs(static_cast<double>(here.gap_m - swapped.gap_m)) <= round_off);
         RC_ASSERT(std::abs(static_cast<double>(here.gap_m - there.gap_m)) <= round_off);
         // The direction is that of a gap's feature, or of points so far apart.
         const double slack = round_off / std::min(1.0, std::abs(static_cast<double>(here.gap_m)) + 1e-9);
-        const V n{static_cast<double>(here.normal[0]), static_cast<double>(here.normal[1]), static_cast<double>(here.normal[2])};
+        const V n{static_cast<double>(here.normal[0]), static_cast<double>(here.normal[1]),
+                  static_cast<double>(here.normal[2])};
         RC_ASSERT(near(swapped.normal, -n) <= slack);
         RC_ASSERT(near(there.normal, rotate(turn, n)) <= slack);
       }
@@ -202,7 +211,8 @@ TEST_CASE("a capsule that shortens comes to the sphere's contact, against every 
     for (int k = 0; k < 40; ++k) {
       const V p = unit_along(narrow3<double>(gauss3(random)));
       const Quat<double> q_a = any_turn(random), q_b = any_turn(random);
-      const Body other = body(shapes[kind], {uniform(random, 0.2, 1) * p.x, uniform(random, 0.2, 1) * p.y, 0.7 * p.z}, q_b);
+      const Body other =
+          body(shapes[kind], {uniform(random, 0.2, 1) * p.x, uniform(random, 0.2, 1) * p.y, 0.7 * p.z}, q_b);
       const PairGap ball = find_pair_gap(scene_of(body(Sphere{0.25}, {}, q_a), other), 0, 1);
       for (const double half_length : {1e-3, 1e-6, 1e-9, 1e-15}) {
         const PairGap capsule = find_pair_gap(scene_of(body(Capsule{0.25, half_length}, {}, q_a), other), 0, 1);

@@ -17,7 +17,9 @@ SweptBody<double> moving(const V& p, const V& v, const Quat<double>& q = {}, con
 
 double gap_at(const Geometry<double>& a, const SweptBody<double>& from_a, const Geometry<double>& b,
               const SweptBody<double>& from_b, double t) {
-  const auto place = [t](const SweptBody<double>& s) { return placement(s.p_W + t * s.v_W, so3_exp(t * s.w_W) * s.q_WB); };
+  const auto place = [t](const SweptBody<double>& s) {
+    return placement(s.p_W + t * s.v_W, so3_exp(t * s.w_W) * s.q_WB);
+  };
   return separation(a, place(from_a), b, place(from_b)).gap;
 }
 
@@ -67,7 +69,8 @@ TEST_CASE("a sphere and a plane: a line's root; spin changes nothing") {
 TEST_CASE("fast and small against thin: a ball through paper stops at the paper") {
   const auto paper = shape(Box{{1, 1, 5e-5}}), sheet = shape(Rectangle{{1, 1}});
   for (const double speed : {1.0, 1e3, 1e6}) {
-    const auto touch = first_touch(paper, moving({}, {}), shape(Sphere{1e-3}), moving({0.3, -0.2, 5}, {0, 0, -speed}), 10.0);
+    const auto touch =
+        first_touch(paper, moving({}, {}), shape(Sphere{1e-3}), moving({0.3, -0.2, 5}, {0, 0, -speed}), 10.0);
     REQUIRE(touch);
     CHECK(touch->t_s * speed == Approx(5 - 1e-3 - 5e-5).epsilon(1e-14));
     const auto at_sheet =
@@ -80,8 +83,8 @@ TEST_CASE("fast and small against thin: a ball through paper stops at the paper"
         first_touch(shape(wall), moving({}, {}), shape(Sphere{1e-3}), moving({0.3, 0.3, 5}, {0, 0, -speed}), 10.0);
     REQUIRE(at_mesh);
     CHECK(at_mesh->t_s * speed == Approx(5 - 1e-3).epsilon(1e-14));
-    const auto box_at_mesh =
-        first_touch(shape(wall), moving({}, {}), shape(Box{{1e-3, 1e-3, 1e-3}}), moving({0.3, 0.3, 5}, {0, 0, -speed}), 10.0);
+    const auto box_at_mesh = first_touch(shape(wall), moving({}, {}), shape(Box{{1e-3, 1e-3, 1e-3}}),
+                                         moving({0.3, 0.3, 5}, {0, 0, -speed}), 10.0);
     REQUIRE(box_at_mesh);
     CHECK(box_at_mesh->t_s * speed == Approx(5 - 1e-3).epsilon(1e-14));
   }
@@ -91,8 +94,8 @@ TEST_CASE("a spinning rod meets a plane when its end comes down") {
   // Centre at height 1, half-length 2 along x, turning about y with w: its end is at 1 - 2 sin(w t).
   const auto rod = shape(Capsule{0.1, 1.9});
   const Quat<double> lying{std::sqrt(0.5), 0, std::sqrt(0.5), 0};
-  const auto touch =
-      first_touch(shape(Plane{{0, 0, 1}, 0}), moving({}, {}), rod, moving({0, 0, 1}, {0, 0, 0}, lying, {0, 0.7, 0}), 10.0);
+  const auto touch = first_touch(shape(Plane{{0, 0, 1}, 0}), moving({}, {}), rod,
+                                 moving({0, 0, 1}, {0, 0, 0}, lying, {0, 0.7, 0}), 10.0);
   REQUIRE(touch);
   CHECK(touch->t_s == Approx(std::asin(0.9 / 1.9) / 0.7).epsilon(1e-13));
 }
@@ -122,7 +125,7 @@ TEST_CASE("the touch is the first zero of the gap, and never past it") {
   }));
 }
 
-// ---- bodies that are not convex: the nearest part says nothing of the wall ahead -----------------------------------------
+// ---- bodies that are not convex: the nearest part says nothing of the wall ahead ----------------------------------
 namespace {
 
 const Compound kFloorAndWall{{{{5, 5, 0.5}, {0, 0, -0.5}, {1, 0, 0, 0}}, {{0.5, 5, 2}, {3.5, 0, 1}, {1, 0, 0, 0}}}};
@@ -183,12 +186,14 @@ TEST_CASE("the first zero of the gap with compounds and meshes in it, too") {
     const auto any = [&]() -> Shape {
       const auto how = random() % 3;
       if (how == 0) return Compound{{part(), part(), part()}};
-      if (how == 1) return Mesh{"", {gauss3(random), gauss3(random), gauss3(random), gauss3(random)}, {{0, 1, 2}, {0, 3, 1}}};
+      if (how == 1)
+        return Mesh{"", {gauss3(random), gauss3(random), gauss3(random), gauss3(random)}, {{0, 1, 2}, {0, 3, 1}}};
       return random_shape(kConvexKinds[random() % 6], random);
     };
     const Geometry<double> a = shape(any()), b = shape(any());
     const V at = narrow3<double>(gauss3(random));
-    const auto from_a = moving({}, 0.3 * narrow3<double>(gauss3(random)), any_turn(random), narrow3<double>(gauss3(random)));
+    const auto from_a =
+        moving({}, 0.3 * narrow3<double>(gauss3(random)), any_turn(random), narrow3<double>(gauss3(random)));
     const auto from_b = moving((6 / norm(at)) * at, -1 * at + 0.3 * narrow3<double>(gauss3(random)), any_turn(random),
                                narrow3<double>(gauss3(random)));
     const auto touch = first_touch(a, from_a, b, from_b, 6.0);
@@ -212,7 +217,8 @@ TEST_CASE("a graze ends: steps shrink with the root of the gap, not with the gap
                                    : first_touch(ground, moving({}, {}), rod, spun, 3.0);
         INFO(d);
         CHECK((d > 1e-14) != touch.has_value());  // within round-off it touches
-        if (touch) CHECK(std::abs(touch->t_s - down) < 4e-7);  // the root of twice the gap's round-off, 4e-14 for the sheet
+        if (touch)
+          CHECK(std::abs(touch->t_s - down) < 4e-7);  // the root of twice the gap's round-off, 4e-14 for the sheet
       }
     }
   }
@@ -227,7 +233,8 @@ TEST_CASE("a touch at the very end, or at the very start, as decimals round") {
   CHECK(first_touch(box, moving({0, 0, 0.9}, {0, 0, -0.3}), shape(Box{{1, 1, 0.2}}), still, 2.0));
   CHECK(first_touch(tenth, moving({0, 0, 0.9}, {0, 0, -0.3}), shape(Sphere{0.2}), still, 2.0));
   CHECK_FALSE(first_touch(tenth, moving({0, 0, 0.9}, {0, 0, -0.3}), shape(Sphere{0.2}), still, 2.0 - 1e-12));
-  const auto parting = first_touch(tenth, moving({0, 0, 0.8}, {0, 0, 1}), shape(Sphere{0.7}), still, 1.0);  // 0.1 + 0.7 < 0.8
+  const auto parting =
+      first_touch(tenth, moving({0, 0, 0.8}, {0, 0, 1}), shape(Sphere{0.7}), still, 1.0);  // 0.1 + 0.7 < 0.8
   REQUIRE(parting);
   CHECK(parting->t_s == 0);
   CHECK_FALSE(first_touch(tenth, moving({0, 0, 0.8 + 1e-14}, {0, 0, 1}), shape(Sphere{0.7}), still, 1.0));
@@ -241,4 +248,53 @@ TEST_CASE("far from each other for long, and spinning fast about what moves noth
   CHECK(touch->t_s == Approx(1e5 - 1.5).epsilon(1e-14));
   CHECK_FALSE(first_touch(shape(Box{{1, 1, 1}}), moving({}, {}), shape(Box{{1, 1, 1}}),
                           moving({0, 0, 2 + 1e-9}, {}, {}, {0, 0, 1e3}), t_end));
+}
+
+TEST_CASE("what spins low over a floor or close beside a wall never touches it, for ever so many turns") {
+  const Mesh square{"", {{-5, -5, 0}, {5, -5, 0}, {5, 5, 0}, {-5, 5, 0}}, {{0, 1, 2}, {0, 2, 3}}};
+  const std::vector<Shape> grounds = {Box{{5, 5, 0.5}}, Rectangle{{5, 5}}, square,
+                                      Compound{{{{5, 5, 0.5}, {0, 0, 0}, {1, 0, 0, 0}}}}};
+  const std::vector<Shape> tops = {
+      Box{{0.5, 0.5, 0.5}}, cube_mesh(0.5), Convex{box_corners({0.5, 0.5, 0.5})}, Cylinder{0.5, 0.5},
+      Compound{{{{0.25, 0.5, 0.5}, {-0.25, 0, 0}, {1, 0, 0, 0}}, {{0.25, 0.5, 0.5}, {0.25, 0, 0}, {1, 0, 0, 0}}}}};
+  const double radius = std::sqrt(0.5), rate = 50;
+  for (const Quat<double>& world : {Quat<double>{}, normalised(Quat<double>{0.9, 0.1, 0.3, -0.2})}) {
+    const auto in_world = [&](const V& p, const V& v, const V& w, const Quat<double>& q = {}) {
+      return moving(rotate(world, p), rotate(world, v), world * q, rotate(world, w));
+    };
+    const V up = rotate(world, V{0, 0, 1});
+    const Geometry<double> plane = shape(Plane{{up.x, up.y, up.z}, 0});
+    const Quat<double> upright = normalised(Quat<double>{1, 0, 1, 0});  // a ground as a wall across x
+    for (const Shape& top : tops) {
+      const Geometry<double> body = shape(top);
+      for (const double gap : {1e-6, 1e-9, 1e-12}) {
+        const auto low = in_world({0.1, 0.2, 0.5 + gap}, {}, {0, 0, 1e3});
+        INFO("over a floor: " << top.index() << " gap " << gap);
+        CHECK_FALSE(first_touch(plane, moving({}, {}), body, low, 1e6));
+        for (const Shape& ground : grounds) {
+          const bool thick = ground.index() == 4 || ground.index() == 9;
+          INFO("ground " << ground.index());
+          CHECK_FALSE(first_touch(shape(ground), in_world({0, 0, thick ? -0.5 : 0}, {}, {}), body, low, 1e6));
+        }
+      }
+      if (std::holds_alternative<Cylinder>(top)) continue;
+      for (const Shape& ground : grounds) {
+        const double at = ground.index() == 4 || ground.index() == 9 ? 0.5 : 0, gap = 1e-9;
+        const auto spun = in_world({}, {}, {0, 0, rate});
+        INFO("beside a wall: " << top.index() << " ground " << ground.index());
+        CHECK_FALSE(first_touch(shape(ground), in_world({radius + gap + at, 0, 0}, {}, {}, upright), body, spun, 1e3));
+        const auto touch =
+            first_touch(shape(ground), in_world({radius - gap + at, 0, 0}, {}, {}, upright), body, spun, 1e3);
+        REQUIRE(touch);  // the corner that starts at 45 degrees
+        CHECK(touch->t_s == Approx((std::acos(-1.0) / 4 - std::acos(1 - gap / radius)) / rate).epsilon(1e-7));
+      }
+    }
+  }
+}
+
+TEST_CASE("two that spin at their own rates, their circles a hair apart") {
+  const auto box = shape(Box{{0.5, 0.5, 0.5}});
+  const double reach = 2 * std::sqrt(0.5) + 1e-9;
+  CHECK_FALSE(first_touch(box, moving({}, {}, {}, {0, 0, 50}), box,
+                          moving({0.6 * reach, 0.8 * reach, 0.3}, {}, {}, {0, 0, -37}), 100.0));
 }
