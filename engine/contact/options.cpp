@@ -17,7 +17,7 @@ std::vector<MethodInfo> make_responses() {
                 "positions alone. Few contacts are solved at once by Newton's method, many by warm-started sweeps.";
   impulse.doc +=
       " substeps: 0 is at least four, none longer than 1/480 s. solver: direct refuses islands of more than direct_points, auto "
-      "sweeps them. rest_sweeps: up to so many while up to 1000 pairs are slower than a substep's fall, until velocities stay.";
+      "sweeps them, and scenes in motion of more than 32 points. rest_sweeps: up to so many while up to 1000 pairs are slower than a substep's fall, until velocities stay.";
   impulse.doc +=
       " sleeping: islands in which every point has been slower than sleep_below_m_per_s for sleep_after_s stand still as if fixed, "
       "until somebody comes near (off unless asked for: it loses the momentum of the last tremble).";

@@ -15,6 +15,10 @@
 namespace atwood::stepping {
 namespace {
 
+// A direct solve costs as the cube of the points, so that what moves by more of them is swept unless asked otherwise. What
+// rests is solved once and then stands.
+constexpr int points_worth_it = 32;
+
 constexpr int most_rounds = 20, sweeps_between = 8, halvings = 6;
 constexpr double tolerance = 1000;  // of the impulses' round-off
 
@@ -302,14 +306,15 @@ template <class S> bool hits_somebody_left_out(const World<S>& world, const Dire
 
 }  // namespace
 
-template <class S> bool solve_directly(World<S>& world) {
+template <class S> bool solve_directly(World<S>& world, bool rests) {
   DirectSolver<S>& d = world.direct;
   const std::size_t pairs = world.ball_pairs.size() + world.plane_pairs.size() + world.manifolds.size();
-  const std::size_t most_pairs = 4 * static_cast<std::size_t>(world.options.direct_points);
-  if (world.options.solver == Solver::automatic && pairs > most_pairs) return false;
+  const bool automatic = world.options.solver == Solver::automatic;
+  const int most = automatic && !rests ? std::min(world.options.direct_points, points_worth_it) : world.options.direct_points;
+  if (automatic && pairs > 4 * static_cast<std::size_t>(most)) return false;
   for (const bool all : {false, true}) {
     build_islands(world, d, all);
-    if (const int points = points_at_once(world, d); points > world.options.direct_points) {
+    if (const int points = points_at_once(world, d); points > most) {
       if (world.options.solver == Solver::direct) world.refused_points = points;
       return false;
     }
@@ -319,7 +324,7 @@ template <class S> bool solve_directly(World<S>& world) {
   return true;
 }
 
-template bool solve_directly<float>(World<float>&);
-template bool solve_directly<double>(World<double>&);
+template bool solve_directly<float>(World<float>&, bool);
+template bool solve_directly<double>(World<double>&, bool);
 
 }  // namespace atwood::stepping

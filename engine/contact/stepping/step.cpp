@@ -216,7 +216,7 @@ template <class S> void substep(World<S>& world, S sub_s, Phases& phases) {
   phases.end("integrate");
   prepare_balls(world, sub_s, options.push_apart, options.warm_start);
   prepare_manifolds(world, sub_s, options.push_apart, options.warm_start);
-  const bool solved = options.solver != Solver::sequential && solve_directly(world);
+  const bool solved = options.solver != Solver::sequential && solve_directly(world, rests);
   if (!solved) sweep(world, rests);
   if (world.sums_impulses) add_sums(world);
   phases.end("solve");

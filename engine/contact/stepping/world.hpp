@@ -287,7 +287,7 @@ template <class S> void tell_onsets(World<S>& world);                           
 
 // ---- direct.cpp
 // false: too many points; the sweeps are to go on, but see refused_points
-template <class S> bool solve_directly(World<S>& world);
+template <class S> bool solve_directly(World<S>& world, bool rests);
 
 // ---- balls.cpp
 template <class S> void prepare_balls(World<S>& world, S h_s, bool push_apart, bool warm);
