@@ -131,6 +131,15 @@ Placement<S> placed(const EventRun<S>& run, int body, const S* y) {
   return {pose.p, {pose.axis[0], pose.axis[1], pose.axis[2]}};
 }
 
+// Bodies that overlap at the start are held so.
+template <class S>
+S held_at(const EventRun<S>& run, int pair) {
+  S deepest = S(0);
+  for (const Contact<S>& contact : run.contacts)
+    if (run.features[contact.feature].pair == pair) deepest = real::min(deepest, contact.rest_gap);
+  return deepest;
+}
+
 }  // namespace
 
 template <class S>
@@ -140,7 +149,8 @@ bool clear_of_ends(EventRun<S>& run, const S* y) {
     if (std::find(run.near.begin(), run.near.end(), ends.pair) == run.near.end()) continue;
     const Placement<S> knob = placed(run, ends.knob_body, y), sheet = placed(run, ends.surface_body, y);
     if (norm(knob.p_W - sheet.p_W) > pair.reach) continue;
-    if (separation(ends.knob, knob, ends.surface, sheet).gap >= S(-64) * run.gap_round_off()) continue;
+    if (separation(ends.knob, knob, ends.surface, sheet).gap >= held_at(run, ends.pair) - S(64) * run.gap_round_off())
+      continue;
     run.outcome = {Status::unsupported, pair.past_the_end, 0, 0, {}};
     return false;
   }

@@ -234,3 +234,16 @@ TEST_CASE("an impact far from where the bodies began is found") {
     }
   }
 }
+
+TEST_CASE("a box that has sunk a little into a sheet or a plane at the start rests where it is, away from any end") {
+  for (const double depth : {1e-11, 1e-3, 0.05}) {
+    Scene scene = world({0, 0, -g}, 0, 0.5);
+    Body crate = ball("crate", 1, r, {0, 0, r - depth});
+    crate.shape = Box{{r, r, r}};
+    scene.bodies = {fixed("sheet", Rectangle{{1, 1}}), crate};
+    const Recorded it = run("atwood/rk4+event", scene, {0.5, 60, 1});
+    INFO(depth << " m: " << it.outcome.reason);
+    REQUIRE(it.outcome.status == Status::ok);
+    CHECK(it.p(1)[2] == Approx(r - depth).epsilon(1e-13));
+  }
+}
