@@ -1,9 +1,12 @@
-// The broad phases side by side: pairs kept per pair that touches, time of a call, how it grows with the number of bodies, and
-// where each loses. Prints a table as JSON (`atwood bench broad-phases` shows it and keeps it for the report).
+// The broad phases side by side: pairs kept per pair that touches, time of a call, how it grows with the number of
+// bodies, and where each loses. Prints a table as JSON (`atwood bench broad-phases` shows it and keeps it for the
+// report).
 //
-//   heap    balls of one size as dense as poured ones (58 % of space); settled: each call moves them by 1e-5 of a radius,
+//   heap    balls of one size as dense as poured ones (58 % of space); settled: each call moves them by 1e-5 of a
+//   radius,
 //           stirred: by a twentieth, this way and that, and all of them down by as much
-//   planes  as many finite planes, askew, as one in 80 of the bodies: a ball inside the sphere or the box around a rectangle
+//   planes  as many finite planes, askew, as one in 80 of the bodies: a ball inside the sphere or the box around a
+//   rectangle
 //           is mostly far from the rectangle itself, most of all beyond its corners
 //   giant   one ball of 25 radii in the midst
 //   line    a row of balls, each touching the next
@@ -35,7 +38,9 @@ struct Crowd {
 
 constexpr double radius_m = 0.1;
 
-BroadItem<double> ball(const Vec3<double>& c, double r) { return {{c - Vec3<double>{r, r, r}, c + Vec3<double>{r, r, r}}, c, r, true}; }
+BroadItem<double> ball(const Vec3<double>& c, double r) {
+  return {{c - Vec3<double>{r, r, r}, c + Vec3<double>{r, r, r}}, c, r, true};
+}
 
 // Cubic lattice at 58 % of space, shaken by a fifth of a radius.
 Crowd heap(int balls) {
@@ -46,7 +51,8 @@ Crowd heap(int balls) {
   const double spacing = radius_m * std::cbrt(4.0 / 3 * M_PI / 0.58);
   for (int n = 0; n < balls; ++n) {
     const Vec3<double> c{spacing * (n % side), spacing * (n / side % side), spacing * (n / side / side)};
-    crowd.items.push_back(ball(c + Vec3<double>{within(0.2 * radius_m), within(0.2 * radius_m), within(0.2 * radius_m)}, radius_m));
+    crowd.items.push_back(
+        ball(c + Vec3<double>{within(0.2 * radius_m), within(0.2 * radius_m), within(0.2 * radius_m)}, radius_m));
   }
   return crowd;
 }
@@ -129,8 +135,8 @@ double now_s(bool one_thread) {
 
 struct Calls { double seconds = 0, kept = 0, touching = 0; };
 
-// The mean over eight calls, of the quickest eight (which nobody interrupted), after two that warm up: a phase may rest on what
-// it kept for some calls and pay for it in others. Kept and touching pairs are of the last call.
+// The mean over eight calls, of the quickest eight (which nobody interrupted), after two that warm up: a phase may rest
+// on what it kept for some calls and pay for it in others. Kept and touching pairs are of the last call.
 Calls timed(const Kind& kind, Crowd crowd, double shake_m, double fall_m, Team* team) {
   const auto phase = kind.make(team);
   std::vector<BodyPair> pairs;
@@ -145,7 +151,8 @@ Calls timed(const Kind& kind, Crowd crowd, double shake_m, double fall_m, Team* 
     if (call % 8 == 7) quickest = std::min(quickest, of_round / 8);
     total += s;
   }
-  const auto touching = std::count_if(pairs.begin(), pairs.end(), [&](const BodyPair& pair) { return touch(crowd, pair); });
+  const auto touching =
+      std::count_if(pairs.begin(), pairs.end(), [&](const BodyPair& pair) { return touch(crowd, pair); });
   return {quickest, static_cast<double>(phase->kept()), static_cast<double>(touching)};
 }
 
@@ -168,16 +175,21 @@ int main() {
       seconds.push_back(timed(kind, heap(n), stirred_m, stirred_m, nullptr).seconds);
     }
     const ScalingFit fit = fit_scaling(bodies, seconds);
-    const Calls settled = timed(kind, heap(8000), settled_m, 0, nullptr), stirred = timed(kind, heap(8000), stirred_m, stirred_m, nullptr);
-    const Calls stirred_by_two = timed(kind, heap(8000), stirred_m, stirred_m, &two), settled_by_two = timed(kind, heap(8000), settled_m, 0, &two);
-    const Calls planes = timed(kind, with_planes(8000), settled_m, 0, nullptr), giant = timed(kind, with_giant(8000), settled_m, 0, nullptr);
+    const Calls settled = timed(kind, heap(8000), settled_m, 0, nullptr),
+                stirred = timed(kind, heap(8000), stirred_m, stirred_m, nullptr);
+    const Calls stirred_by_two = timed(kind, heap(8000), stirred_m, stirred_m, &two),
+                settled_by_two = timed(kind, heap(8000), settled_m, 0, &two);
+    const Calls planes = timed(kind, with_planes(8000), settled_m, 0, nullptr),
+                giant = timed(kind, with_giant(8000), settled_m, 0, nullptr);
     const Calls line = timed(kind, in_line(8000), settled_m, 0, nullptr);
     const bool teams = kind.name == "grid" || kind.name == "tree";
     const Json none = nullptr;
     rows.push_back({kind.name, stirred.kept / stirred.touching, 1e6 * settled.seconds, 1e6 * stirred.seconds,
-                    teams ? Json(1e6 * settled_by_two.seconds) : none, teams ? Json(1e6 * stirred_by_two.seconds) : none, fit.exponent,
-                    fit.half_width_95, fit.exponent_over_log, fit.half_width_over_log_95, bodies.back(), planes.kept / planes.touching,
-                    1e6 * planes.seconds, giant.kept / giant.touching, 1e6 * giant.seconds, line.kept / line.touching, 1e6 * line.seconds, 0});
+                    teams ? Json(1e6 * settled_by_two.seconds) : none,
+                    teams ? Json(1e6 * stirred_by_two.seconds) : none, fit.exponent, fit.half_width_95,
+                    fit.exponent_over_log, fit.half_width_over_log_95, bodies.back(), planes.kept / planes.touching,
+                    1e6 * planes.seconds, giant.kept / giant.touching, 1e6 * giant.seconds, line.kept / line.touching,
+                    1e6 * line.seconds, 0});
   }
   // What the Manhattan test loses at r1 + r2.
   const Crowd crowd = heap(8000);
@@ -192,12 +204,18 @@ int main() {
   const Json table = {
       {"id", "broad-phases"},
       {"title", "Broad phases: pairs looked at per pair that touches, and the time of a call [us], N = 8000"},
-      {"columns", {"broad phase", "heap kept", "settled", "stirred", "settled, 2 threads", "stirred, 2 threads", "a: T ~ N^a", "a +-",
-                   "b: T/log N ~ N^b", "b +-", "N to", "planes kept", "planes", "giant kept", "giant", "line kept", "line", "lost"}},
+      {"columns",
+       {"broad phase", "heap kept", "settled", "stirred", "settled, 2 threads", "stirred, 2 threads", "a: T ~ N^a",
+        "a +-", "b: T/log N ~ N^b", "b +-", "N to", "planes kept", "planes", "giant kept", "giant", "line kept", "line",
+        "lost"}},
       {"rows", rows},
-      {"notes", {"kept: pairs that the phase's own test let through, over pairs whose shapes touch; lost: the share of true pairs that it drops. Times: the processor's; of two threads the wall's.",
-                 "heap: balls at 58 % of space; settled: moved by 1e-5 r a call; stirred: shaken by r/20 and falling as much, also for the exponents (95 %).",
-                 "planes: 100 finite planes askew among the balls (a box or sphere around a rectangle is mostly empty); giant: one ball of 25 r; line: 8000 in a row, touching."}}};
+      {"notes",
+       {"kept: pairs that the phase's own test let through, over pairs whose shapes touch; lost: the share of true "
+        "pairs that it drops. Times: the processor's; of two threads the wall's.",
+        "heap: balls at 58 % of space; settled: moved by 1e-5 r a call; stirred: shaken by r/20 and falling as much, "
+        "also for the exponents (95 %).",
+        "planes: 100 finite planes askew among the balls (a box or sphere around a rectangle is mostly empty); giant: "
+        "one ball of 25 r; line: 8000 in a row, touching."}}};
   std::printf("%s\n", Json{{"tables", {table}}}.dump(1).c_str());
   return 0;
 }

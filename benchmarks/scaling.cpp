@@ -1,9 +1,11 @@
 // Time against the number of bodies: free flight, gravity over all pairs, gravity by a tree.
 //
 //   scaling/free-flight/SCALAR/N, scaling/free-flight-2-threads/SCALAR/N      ns_per_step of all N; ns_per_body_step
-//   scaling/gravity-pair/N           ns_per_step: nanoseconds an interaction, one body's pull on one other (N (N - 1) of them);
+//   scaling/gravity-pair/N           ns_per_step: nanoseconds an interaction, one body's pull on one other (N (N - 1)
+//   of them);
 //                                    pairs_per_s counts those, unordered_pairs_per_s halves of them, N (N - 1) / 2
-//   scaling/gravity-direct/N, scaling/gravity-tree/N (opening 0.5), and -2-threads      ns_per_step: one evaluation of all rates
+//   scaling/gravity-direct/N, scaling/gravity-tree/N (opening 0.5), and -2-threads      ns_per_step: one evaluation of
+//   all rates
 //
 // Fitted exponents and memory a body go to standard error when all have run.
 #include <benchmark/benchmark.h>
@@ -36,7 +38,8 @@ double bytes_in_use() {
   return static_cast<double>(info.uordblks) + static_cast<double>(info.hblkhd);
 }
 
-// ---- free flight ------------------------------------------------------------------------------------------------------------
+// ---- free flight
+// ------------------------------------------------------------------------------------------------------------
 void free_flight(benchmark::State& state, const std::string& family, const std::string& method, int bodies) {
   const Scene scene = free_flight_scene(bodies);
   const std::int64_t steps = std::max<std::int64_t>(64, 200000 / bodies);
@@ -75,7 +78,8 @@ void register_free_flight() {
       }
 }
 
-// ---- gravity ------------------------------------------------------------------------------------------------------------------
+// ---- gravity
+// ------------------------------------------------------------------------------------------------------------------
 // Point masses uniform in a cube.
 Scene cloud(int bodies) {
   Scene scene;
@@ -127,7 +131,8 @@ void gravity(benchmark::State& state, const Gravity& g) {
 }
 
 void register_gravity(const Gravity& g) {
-  benchmark::RegisterBenchmark(("scaling/" + g.family + "/" + std::to_string(g.bodies)).c_str(), [=](benchmark::State& state) { gravity(state, g); })
+  benchmark::RegisterBenchmark(("scaling/" + g.family + "/" + std::to_string(g.bodies)).c_str(),
+                               [=](benchmark::State& state) { gravity(state, g); })
       ->UseManualTime()
       ->MinTime(0.02);
 }
@@ -145,7 +150,8 @@ void register_all_gravity() {
   }
 }
 
-// ---- the fits -------------------------------------------------------------------------------------------------------------------
+// ---- the fits
+// -------------------------------------------------------------------------------------------------------------------
 void print_fits() {
   for (const auto& [family, runs] : seen) {
     std::vector<double> bodies, seconds;
@@ -158,8 +164,11 @@ void print_fits() {
     }
     const ScalingFit fit = fit_scaling(bodies, seconds);
     if (fit.rungs < 4) continue;
-    std::fprintf(stderr, "%-32s T ~ N^(%.3f +- %.3f), T / log N ~ N^(%.3f +- %.3f) over N = %.0f .. %.0f; quickest at the "
-                 "last: %.4g ns a body; %.0f bytes a body\n", family.c_str(), fit.exponent, fit.half_width_95, fit.exponent_over_log, fit.half_width_over_log_95, bodies.front(), bodies.back(), 1e9 * seconds.back() / bodies.back(), bytes);
+    std::fprintf(stderr,
+                 "%-32s T ~ N^(%.3f +- %.3f), T / log N ~ N^(%.3f +- %.3f) over N = %.0f .. %.0f; quickest at the "
+                 "last: %.4g ns a body; %.0f bytes a body\n",
+                 family.c_str(), fit.exponent, fit.half_width_95, fit.exponent_over_log, fit.half_width_over_log_95,
+                 bodies.front(), bodies.back(), 1e9 * seconds.back() / bodies.back(), bytes);
   }
 }
 

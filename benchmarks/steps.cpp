@@ -37,7 +37,8 @@ std::int64_t rung_of(const Scenario& scenario) {
   return chosen;
 }
 
-void step(benchmark::State& state, const Engine& engine, const MethodId& id, const Scenario& scenario, std::int64_t steps) {
+void step(benchmark::State& state, const Engine& engine, const MethodId& id, const Scenario& scenario,
+          std::int64_t steps) {
   double total_ns = 0, total_steps = 0;
   for (auto _ : state) {
     const Outcome outcome = engine.run(id, scenario.scene, {scenario.t_end_s, steps, scenario.samples}, {}, 1);
@@ -54,7 +55,8 @@ void step(benchmark::State& state, const Engine& engine, const MethodId& id, con
 }
 
 bool fits(const Engine& engine, const Scenario& scenario) {
-  if (std::find(scenario.tags.begin(), scenario.tags.end(), "pile") != scenario.tags.end()) return false;  // `atwood bench frame-budget`
+  if (std::find(scenario.tags.begin(), scenario.tags.end(), "pile") != scenario.tags.end())
+    return false;  // `atwood bench frame-budget`
   const bool rival = engine.name.rfind("bullet", 0) == 0 || engine.name == "ode";
   return !rival || std::find(scenario.tags.begin(), scenario.tags.end(), "rivals") != scenario.tags.end();
 }

@@ -42,7 +42,8 @@ ModelOptions model_options(const MethodId& id, std::string& why) {
   else if (gravity == "tree") options.gravity.sum = GravityOptions::Sum::tree;
   else if (gravity != "auto") why = info->id + ": gravity is auto, direct or tree, not `" + gravity + "`";
   options.gravity.opening = std::get<double>(settings.at("opening"));
-  if (!(options.gravity.opening > 0 && options.gravity.opening < 1)) why = info->id + ": opening is above 0 and below 1";
+  if (!(options.gravity.opening > 0 && options.gravity.opening < 1))
+    why = info->id + ": opening is above 0 and below 1";
   if (threads < 1 || threads > most_threads) why = info->id + ": threads are 1 to " + std::to_string(most_threads);
   options.threads = static_cast<int>(threads);
   return options;
@@ -54,7 +55,8 @@ Outcome run_in_contact(const MethodId& id, const Scene& scene, const Plan& plan,
   const auto gives_way = [](const PairLaw& law) { return law.contact_law != ContactLaw::rigid; };
   if (!id.response.empty() && std::ranges::any_of(laws_in_play(scene), gives_way))
     return refuse("contacts of this scene give way by a law of their own: +penalty is for them");
-  if (id.response.empty()) return refuse("atwood/" + id.scheme + " has no contact response; use +impulse, +event or +penalty");
+  if (id.response.empty())
+    return refuse("atwood/" + id.scheme + " has no contact response; use +impulse, +event or +penalty");
   return run_with_contacts(id, scene, plan, observer, repeats);
 }
 
@@ -70,7 +72,9 @@ Outcome run(const MethodId& id, const Scene& scene, const Plan& plan, const Obse
 
 }  // namespace
 
-Engine atwood_engine() { return {"atwood", "0.1.0", "double", integrator_catalogue(), run, true, contact_responses(), find_scene_contacts}; }
+Engine atwood_engine() {
+  return {"atwood", "0.1.0", "double", integrator_catalogue(), run, true, contact_responses(), find_scene_contacts};
+}
 
 bool contacts_possible(const Scene& scene) {
   int shaped = 0, moving = 0;
@@ -83,7 +87,8 @@ bool contacts_possible(const Scene& scene) {
 }
 
 template <class S>
-Simulation<S> prepare(const MethodId& id, const Scene& scene, std::unique_ptr<RememberingTerm<S>> added, const std::string& what) {
+Simulation<S> prepare(const MethodId& id, const Scene& scene, std::unique_ptr<RememberingTerm<S>> added,
+                      const std::string& what) {
   Simulation<S> simulation;
   std::string why;
   const ModelOptions options = model_options(id, why);
@@ -148,11 +153,13 @@ template <class S> S state_scale(const S* y, int size) {
   return scale;
 }
 
-#define ATWOOD_SIMULATION(S)                                                                                              \
-  template Simulation<S> prepare<S>(const MethodId&, const Scene&, std::unique_ptr<RememberingTerm<S>>, const std::string&); \
-  template S time_at<S>(const Plan&, std::int64_t);                                                                        \
-  template void observe<S>(RigidModel<S>&, const Plan&, std::int64_t, const S*, Sample&, const Observer&, RememberingTerm<S>*); \
-  template bool healthy<S>(const S*, int, S, S, Outcome&);                                                                 \
+#define ATWOOD_SIMULATION(S)                                                                              \
+  template Simulation<S> prepare<S>(const MethodId&, const Scene&, std::unique_ptr<RememberingTerm<S>>,   \
+                                    const std::string&);                                                  \
+  template S time_at<S>(const Plan&, std::int64_t);                                                       \
+  template void observe<S>(RigidModel<S>&, const Plan&, std::int64_t, const S*, Sample&, const Observer&, \
+                           RememberingTerm<S>*);                                                          \
+  template bool healthy<S>(const S*, int, S, S, Outcome&);                                                \
   template S state_scale<S>(const S*, int);
 ATWOOD_SIMULATION(float)
 ATWOOD_SIMULATION(double)

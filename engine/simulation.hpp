@@ -19,7 +19,8 @@ Engine atwood_engine();
 // Can two shaped bodies meet, at least one of them moving? Then a run needs a contact response.
 bool contacts_possible(const Scene& scene);
 
-// A force that remembers: within a step it depends on the state alone, and from one accepted step to the next it learns.
+// A force that remembers: within a step it depends on the state alone, and from one accepted step to the next it
+// learns.
 template <class S> class RememberingTerm : public ForceTerm<S> {
  public:
   virtual void begin(const Motion<S>& motion) = 0;   // the start of a run: nothing is remembered
@@ -61,7 +62,8 @@ template <class S>
 Outcome run_smooth(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats);
 // The same of what prepare() made.
 template <class S>
-Outcome run_prepared(Simulation<S>& simulation, const MethodId& id, const Plan& plan, const Observer& observer, int repeats);
+Outcome run_prepared(Simulation<S>& simulation, const MethodId& id, const Plan& plan, const Observer& observer,
+                     int repeats);
 
 // Motion with impacts and rest lives in contact/contact.hpp:
 //   Outcome run_with_contacts(const MethodId&, const Scene&, const Plan&, const Observer&, int repeats);

@@ -49,7 +49,8 @@ template <class S> bool refuse_step(Outcome& outcome, S t_s) {
   return false;
 }
 
-// ---- the steps of the plan ------------------------------------------------------------------------------------------------
+// ---- the steps of the plan
+// ------------------------------------------------------------------------------------------------
 template <class S> bool one_step(Simulation<S>& s, const Plan& plan, std::int64_t n, S h_s) {
   const S t_s = time_at<S>(plan, n);
   s.model->select_interval(t_s, t_s + h_s);
@@ -106,7 +107,8 @@ template <class S> bool sample_inside(Run<S>& run, std::int64_t& k, S t_s, S h_s
 }
 
 template <class S>
-typename Stepper<S>::Advice judge_step(Simulation<S>& s, const Tolerance<S>& tolerance, StepControl<S>& control, S h_s) {
+typename Stepper<S>::Advice judge_step(Simulation<S>& s, const Tolerance<S>& tolerance, StepControl<S>& control,
+                                       S h_s) {
   if (s.stepper->chooses_steps()) return s.stepper->advise(tolerance.rtol, tolerance.atol);
   const S next_s = control.next_step(h_s, s.stepper->error_norm(tolerance.rtol, tolerance.atol));
   return {control.accepted(), next_s};
@@ -131,7 +133,8 @@ bool march_piece(Run<S>& run, const Tolerance<S>& tolerance, S begin_s, S end_s,
       }
       return false;
     }
-    if (!s.stepper->step(t_s, step_s, s.y.data(), s.y_new.data())) {  // implicit equations not solved: a shorter step's may be
+    if (!s.stepper->step(t_s, step_s, s.y.data(),
+                         s.y_new.data())) {  // implicit equations not solved: a shorter step's may be
       h_s = step_s / S(4);
       unsolved = true;
       continue;
@@ -203,7 +206,8 @@ Outcome run_smooth(const MethodId& id, const Scene& scene, const Plan& plan, con
 }
 
 template <class S>
-Outcome run_prepared(Simulation<S>& simulation, const MethodId& id, const Plan& plan, const Observer& observer, int repeats) {
+Outcome run_prepared(Simulation<S>& simulation, const MethodId& id, const Plan& plan, const Observer& observer,
+                     int repeats) {
   if (const std::string fault = plan_fault(id, plan); !fault.empty()) return refuse(fault);
   if (simulation.outcome.status != Status::ok) return simulation.outcome;
   std::vector<S> inside(simulation.y.size());
@@ -233,7 +237,8 @@ template Outcome run_smooth<Quad>(const MethodId&, const Scene&, const Plan&, co
 
 template Outcome run_prepared<float>(Simulation<float>&, const MethodId&, const Plan&, const Observer&, int);
 template Outcome run_prepared<double>(Simulation<double>&, const MethodId&, const Plan&, const Observer&, int);
-template Outcome run_prepared<long double>(Simulation<long double>&, const MethodId&, const Plan&, const Observer&, int);
+template Outcome run_prepared<long double>(Simulation<long double>&, const MethodId&, const Plan&, const Observer&,
+                                           int);
 template Outcome run_prepared<Quad>(Simulation<Quad>&, const MethodId&, const Plan&, const Observer&, int);
 
 }  // namespace atwood

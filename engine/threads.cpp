@@ -44,7 +44,8 @@ struct Team::Members {
   std::vector<std::thread> others_;
 };
 
-Team::Members::Members(int threads) : size(threads), queues_(std::make_unique<Queue[]>(static_cast<std::size_t>(threads))) {
+Team::Members::Members(int threads)
+    : size(threads), queues_(std::make_unique<Queue[]>(static_cast<std::size_t>(threads))) {
   others_.reserve(threads - 1);
   for (int member = 1; member < threads; ++member) others_.emplace_back([this, member] { serve(member); });
 }
@@ -108,7 +109,8 @@ void Team::Members::serve(int member) {
   }
 }
 
-Team::Team(int threads) : size_(threads > 1 ? threads : 1), members_(size_ > 1 ? std::make_unique<Members>(size_) : nullptr) {}
+Team::Team(int threads)
+    : size_(threads > 1 ? threads : 1), members_(size_ > 1 ? std::make_unique<Members>(size_) : nullptr) {}
 Team::~Team() = default;
 
 void Team::share_out(Call call, const void* work, int parts) { members_->share_out(call, work, parts); }

@@ -85,8 +85,8 @@ std::optional<Touch<S>> advance(Geometry<S> a, const SweptBody<S>& from_a, Geome
     g->offset -= dot(n, origin_W);
   }
   if (!plane_a && !plane_b) span = spheres_overlap(r, v, size, t_end_s);
-  // Edges that turn together a hair apart may still take ever so many steps: what stays nearer than a millionth of their size
-  // for thousands touches at twice the round-off for every further thousands.
+  // Edges that turn together a hair apart may still take ever so many steps: what stays nearer than a millionth of
+  // their size for thousands touches at twice the round-off for every further thousands.
   constexpr int kCrawling = 8192;
   const S kClose = S(1e-6);
   int crawled = 0;

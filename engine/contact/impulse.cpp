@@ -6,7 +6,10 @@ namespace atwood {
 
 namespace {
 
-template <class S> Vec3<S> times(const Vec3<S> (&row)[3], const Vec3<S>& v) { return {dot(row[0], v), dot(row[1], v), dot(row[2], v)}; }
+template <class S>
+Vec3<S> times(const Vec3<S> (&row)[3], const Vec3<S>& v) {
+  return {dot(row[0], v), dot(row[1], v), dot(row[2], v)};
+}
 
 // c . d / m + c . (I^-1 (r x d)) x r  =  c . d / m + (r x c) . I^-1 (r x d)
 template <class S> S own_mobility(const ImpactBody<S>& body, const Vec3<S>& c, const Vec3<S>& d) {
@@ -26,8 +29,10 @@ template <class S> Vec3<S> any_tangent(const Vec3<S>& n) {
   return (S(1) / norm(t)) * t;
 }
 
-// Does an impulse along one axis of the frame (the slip, across it, the normal) leave the velocities along the others alone?
-template <class S> bool decoupled(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S> (&axis)[3], S (&K)[3][3]) {
+// Does an impulse along one axis of the frame (the slip, across it, the normal) leave the velocities along the others
+// alone?
+template <class S>
+bool decoupled(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S> (&axis)[3], S (&K)[3][3]) {
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j <= i; ++j) K[i][j] = K[j][i] = mobility(a, b, axis[i], axis[j]);
   const S round_off = S(32) * real::epsilon<S>() * (K[0][0] + K[1][1] + K[2][2]);
@@ -39,11 +44,11 @@ template <class S> Vec3<S> shortened(const Vec3<S>& v, S most) {
   return length > most ? (most / length) * v : v;
 }
 
-// The couple against rolling, |c| <= delta p, and the friction already there, |j| <= mu p: of all such pairs the one that
-// leaves the least kinetic energy. Each in turn with the other fixed; energy falls with every turn.
+// The couple against rolling, |c| <= delta p, and the friction already there, |j| <= mu p: of all such pairs the one
+// that leaves the least kinetic energy. Each in turn with the other fixed; energy falls with every turn.
 template <class S>
-void resist_rolling(const ImpactLaw<S>& law, const Vec3<S>& n, S p, ImpactBody<S>& a, ImpactBody<S>& b, S& tangential_N_s,
-                    const Vec3<S>& along) {
+void resist_rolling(const ImpactLaw<S>& law, const Vec3<S>& n, S p, ImpactBody<S>& a, ImpactBody<S>& b,
+                    S& tangential_N_s, const Vec3<S>& along) {
   Vec3<S> friction = -tangential_N_s * along, couple{};
   for (int turn = 0; turn < 200; ++turn) {
     const Vec3<S> w = b.w_W - a.w_W, rolling = w - dot(w, n) * n;
@@ -78,7 +83,10 @@ template <class S> Vec3<S> velocity_between(const ImpactBody<S>& a, const Impact
 template <class S> S mobility(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S>& c, const Vec3<S>& d) {
   return own_mobility(a, c, d) + own_mobility(b, c, d);
 }
-template <class S> S mobility(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S>& d) { return mobility(a, b, d, d); }
+template <class S>
+S mobility(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S>& d) {
+  return mobility(a, b, d, d);
+}
 
 template <class S> void push(ImpactBody<S>& a, ImpactBody<S>& b, const Vec3<S>& direction, S impulse_N_s) {
   push_one(a, -impulse_N_s * direction);

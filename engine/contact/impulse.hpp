@@ -13,11 +13,11 @@ template <class S> struct ImpactBody {
   Vec3<S> v_W, w_W;            // before; the impulse changes them
 };
 
-// What restitution e means, v_n the normal velocity between the bodies at the point (negative: they approach), p the normal
-// impulse, W the work of the normal impulse; compression ends where v_n = 0.
-//   newton   v_n after = -e v_n before                 can gain energy where friction couples to v_n (eccentric impacts)
-//   poisson  p after compression = e p of compression  never gains for e <= 1
-//   stronge  W after compression = -e^2 W of compression   never gains for e <= 1
+// What restitution e means, v_n the normal velocity between the bodies at the point (negative: they approach), p the
+// normal impulse, W the work of the normal impulse; compression ends where v_n = 0.
+//   newton   v_n after = -e v_n before                 can gain energy where friction couples to v_n (eccentric
+//   impacts) poisson  p after compression = e p of compression  never gains for e <= 1 stronge  W after compression =
+//   -e^2 W of compression   never gains for e <= 1
 // Without friction, and where friction does not act on v_n (spheres), the three are one.
 enum class Restitution : unsigned char { newton, poisson, stronge };
 
@@ -32,11 +32,12 @@ template <class S> struct Impulse {
   S vn_before_m_per_s{}, vn_after_m_per_s{};  // (v_b - v_a) . n at the point
 };
 
-// One impact at one point under Coulomb friction; `normal` is a unit vector from a to b. Not approaching: nothing happens.
-// Friction opposes the slip while there is slip, and holds where the cone allows; slip may stop, reverse or turn during the
-// impact (slip_path.hpp). Closed form, exact to round-off, where K (slip_path.hpp) leaves the slip's direction alone: always
-// for spheres. Rolling friction: of the couples within its bound, the one that leaves the least energy.
-// Sources: Brach, Mechanical Impact Dynamics (1991), ch. 6; Keller, J. Appl. Mech. 53 (1986) 1; Stronge, Impact Mechanics (2000).
+// One impact at one point under Coulomb friction; `normal` is a unit vector from a to b. Not approaching: nothing
+// happens. Friction opposes the slip while there is slip, and holds where the cone allows; slip may stop, reverse or
+// turn during the impact (slip_path.hpp). Closed form, exact to round-off, where K (slip_path.hpp) leaves the slip's
+// direction alone: always for spheres. Rolling friction: of the couples within its bound, the one that leaves the least
+// energy. Sources: Brach, Mechanical Impact Dynamics (1991), ch. 6; Keller, J. Appl. Mech. 53 (1986) 1; Stronge, Impact
+// Mechanics (2000).
 template <class S>
 Impulse<S> collide(const ImpactLaw<S>& law, const Vec3<S>& normal, ImpactBody<S>& a, ImpactBody<S>& b);
 

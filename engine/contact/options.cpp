@@ -12,38 +12,52 @@ namespace {
 std::vector<MethodInfo> make_responses() {
   MethodInfo impulse;
   impulse.id = "+impulse";
-  impulse.doc = "Time stepping in small substeps: fast approaches bounce one after another in the order of their times, all "
-                "other contacts are solved at the level of velocities with a round cone, overlap is taken away in the "
-                "positions alone. Few contacts are solved at once by Newton's method, many by warm-started sweeps.";
+  impulse.doc =
+      "Time stepping in small substeps: fast approaches bounce one after another in the order of their times, all "
+      "other contacts are solved at the level of velocities with a round cone, overlap is taken away in the "
+      "positions alone. Few contacts are solved at once by Newton's method, many by warm-started sweeps.";
   impulse.doc +=
-      " substeps: 0 is at least four, none longer than 1/480 s. solver: direct refuses islands of more than direct_points, auto "
-      "sweeps them, and scenes in motion of more than 32 points. rest_sweeps: up to so many while up to 1000 pairs are slower than a substep's fall, until velocities stay.";
+      " substeps: 0 is at least four, none longer than 1/480 s. solver: direct refuses islands of more than "
+      "direct_points, auto "
+      "sweeps them, and scenes in motion of more than 32 points. rest_sweeps: up to so many while up to 1000 pairs are "
+      "slower than a substep's fall, until velocities stay.";
   impulse.doc +=
-      " sleeping: islands in which every point has been slower than sleep_below_m_per_s for sleep_after_s stand still as if fixed, "
+      " sleeping: islands in which every point has been slower than sleep_below_m_per_s for sleep_after_s stand still "
+      "as if fixed, "
       "until somebody comes near (off unless asked for: it loses the momentum of the last tremble).";
-  impulse.source = "Moreau (1988); Stewart and Trinkle (1996); Alart and Curnier (1991); Macklin et al., Small Steps (2019)";
+  impulse.source =
+      "Moreau (1988); Stewart and Trinkle (1996); Alart and Curnier (1991); Macklin et al., Small Steps (2019)";
   impulse.settings = stepping::default_settings();
   MethodInfo event;
   event.id = "+event";
-  event.doc = "Impacts located to round-off on the method's own flow, lasting contacts as constrained motion between them.";
+  event.doc =
+      "Impacts located to round-off on the method's own flow, lasting contacts as constrained motion between them.";
   event.doc +=
-      " restitution: newton (speeds; can gain energy in eccentric impacts with friction), poisson (impulses), stronge (work). "
-      "simultaneous: sequential (the pair that approaches fastest first, ties in the scene's order, until none approaches; points of "
-      "one pair at once) or together (one complementarity problem; there Stronge's law is taken as Poisson's). Methods that take "
+      " restitution: newton (speeds; can gain energy in eccentric impacts with friction), poisson (impulses), stronge "
+      "(work). "
+      "simultaneous: sequential (the pair that approaches fastest first, ties in the scene's order, until none "
+      "approaches; points of "
+      "one pair at once) or together (one complementarity problem; there Stronge's law is taken as Poisson's). Methods "
+      "that take "
       "forces apart or as series hand lasting contacts to rk4 (with a tolerance: dopri5).";
   event.source = "Hairer, Norsett, Wanner (1993), II.6; Pfeiffer and Glocker (1996); Stronge, Impact Mechanics (2000)";
   event.settings = {{"restitution", std::string("newton")}, {"simultaneous", std::string("sequential")}};
   MethodInfo penalty;
   penalty.id = "+penalty";
   penalty.doc =
-      "Contacts as springs and dashpots, forces like any other, that any integrator steps. Where the scene says how a pair gives "
-      "way (contact_law), that law; else a linear one, so stiff that an impact at `impact_speed_m_per_s` (0: the scene's own) sinks "
-      "in by `overlap` of the smaller body, damped so that the pair's restitution comes out (or by `damping_ratio`, if above 0). "
-      "Friction: a tangential spring of `tangential_ratio` of the normal stiffness that slides on the cone. A step beyond the "
+      "Contacts as springs and dashpots, forces like any other, that any integrator steps. Where the scene says how a "
+      "pair gives "
+      "way (contact_law), that law; else a linear one, so stiff that an impact at `impact_speed_m_per_s` (0: the "
+      "scene's own) sinks "
+      "in by `overlap` of the smaller body, damped so that the pair's restitution comes out (or by `damping_ratio`, if "
+      "above 0). "
+      "Friction: a tangential spring of `tangential_ratio` of the normal stiffness that slides on the cone. A step "
+      "beyond the "
       "method's stability limit on the stiffest contact is refused.";
   penalty.source = "Cundall and Strack, Geotechnique 29 (1979) 47; Hunt and Crossley, J. Appl. Mech. 42 (1975) 440; "
                    "Schwager and Poeschel, Granular Matter 9 (2007) 465";
-  penalty.settings = {{"overlap", 1e-3}, {"impact_speed_m_per_s", 0.0}, {"damping_ratio", 0.0}, {"tangential_ratio", 2.0 / 7}};
+  penalty.settings = {
+      {"overlap", 1e-3}, {"impact_speed_m_per_s", 0.0}, {"damping_ratio", 0.0}, {"tangential_ratio", 2.0 / 7}};
   return {impulse, event, penalty};
 }
 
@@ -56,7 +70,8 @@ const std::vector<MethodInfo>& contact_responses() {
 
 const MethodInfo* find_response(const std::string& name) {
   const auto& all = contact_responses();
-  const auto found = std::find_if(all.begin(), all.end(), [&](const MethodInfo& info) { return info.id == "+" + name; });
+  const auto found =
+      std::find_if(all.begin(), all.end(), [&](const MethodInfo& info) { return info.id == "+" + name; });
   return found == all.end() ? nullptr : &*found;
 }
 

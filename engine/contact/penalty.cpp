@@ -11,9 +11,9 @@ namespace {
 
 Outcome unsupported(const std::string& reason) { return {Status::unsupported, reason, 0, 0, {}}; }
 
-// x'' = -w^2 x - 2 z w x' by equal steps: after as many as matter, is it still of the size it began with? (Multistep methods have
-// no amplification of one step; all methods have this.) A motion damped to nothing, where implicit equations end in round-off,
-// is stable.
+// x'' = -w^2 x - 2 z w x' by equal steps: after as many as matter, is it still of the size it began with? (Multistep
+// methods have no amplification of one step; all methods have this.) A motion damped to nothing, where implicit
+// equations end in round-off, is stable.
 bool stable(const MethodId& scheme, double w, double z, double h_s) {
   Scene scene;
   scene.materials.push_back({"plain", 0, 0, 0});
@@ -32,7 +32,8 @@ bool stable(const MethodId& scheme, double w, double z, double h_s) {
     const BodySample& at = sample.bodies[0];
     ++seen;
     for (int k = 0; k < 2; ++k)
-      size = std::fmax(size, std::fmax(std::fabs(static_cast<double>(at.p_m[k])), std::fabs(static_cast<double>(at.v_m_per_s[k])) / w));
+      size = std::fmax(size, std::fmax(std::fabs(static_cast<double>(at.p_m[k])),
+                                       std::fabs(static_cast<double>(at.v_m_per_s[k])) / w));
   };
   const Outcome outcome = run_smooth<double>(scheme, scene, {h_s * steps, steps, steps}, observer, 0);
   const bool through = outcome.status == Status::ok || seen > 20;
@@ -60,11 +61,13 @@ std::string too_long_a_step(const MethodId& id, double w, double z, double h_s) 
   scheme.scalar.clear();
   if (stable(scheme, w, z, h_s)) return "";
   const double longest = longest_step(scheme, w, z);
-  return "steps of " + format_double(h_s) + " s are beyond the stability limit of atwood/" + id.scheme + " on the stiffest contact, " +
-         format_double(std::round(longest * 1e7) / 1e7) + " s (" + format_double(std::round(w)) + " rad/s)";
+  return "steps of " + format_double(h_s) + " s are beyond the stability limit of atwood/" + id.scheme +
+         " on the stiffest contact, " + format_double(std::round(longest * 1e7) / 1e7) + " s (" +
+         format_double(std::round(w)) + " rad/s)";
 }
 
-template <class S> Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
+template <class S>
+Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
   std::string why;
   const Settings settings = response_settings(id, why);
   if (!why.empty()) return unsupported(why);
@@ -80,7 +83,8 @@ template <class S> Outcome run_in(const MethodId& id, const Scene& scene, const 
   if (!force->refusal().empty()) return unsupported(force->refusal());
   const auto stiffest = force->stiffest();
   if (!(stiffest.angular_frequency_rad_per_s > 0))
-    return unsupported("nothing in the scene moves or falls, so no stiffness follows from it: +penalty{impact_speed_m_per_s=...}");
+    return unsupported(
+        "nothing in the scene moves or falls, so no stiffness follows from it: +penalty{impact_speed_m_per_s=...}");
   Simulation<S> simulation = prepare<S>(integrator_part(id), scene, std::move(force), "contact forces");
   if (simulation.outcome.status == Status::ok && !id.rtol && plan.steps > 0) {
     const double h_s = plan.t_end_s / static_cast<double>(plan.steps);
@@ -92,7 +96,8 @@ template <class S> Outcome run_in(const MethodId& id, const Scene& scene, const 
 
 }  // namespace
 
-Outcome run_with_penalty(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
+Outcome run_with_penalty(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer,
+                         int repeats) {
   if (id.scalar == "float") return run_in<float>(id, scene, plan, observer, repeats);
   if (id.scalar.empty() || id.scalar == "double") return run_in<double>(id, scene, plan, observer, repeats);
   if (id.scalar == "long-double") return run_in<long double>(id, scene, plan, observer, repeats);

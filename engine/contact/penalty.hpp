@@ -5,8 +5,9 @@
 
 namespace atwood {
 
-// As run_smooth, with contact forces among the forces (penalty_force.hpp). Equal steps beyond the method's stability limit on
-// the stiffest contact are refused, with that limit.
-Outcome run_with_penalty(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats);
+// As run_smooth, with contact forces among the forces (penalty_force.hpp). Equal steps beyond the method's stability
+// limit on the stiffest contact are refused, with that limit.
+Outcome run_with_penalty(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer,
+                         int repeats);
 
 }  // namespace atwood

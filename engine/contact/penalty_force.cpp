@@ -38,7 +38,8 @@ template <class S> std::array<double, 3> double3(const Vec3<S>& v) {
 double damping_ratio_of(double restitution) {
   const auto restitution_of = [](double z) {
     if (std::fabs(z - 1) < 1e-6) return std::exp(-2 * z);  // acos(z) / sqrt(1 - z^2) -> 1
-    return z < 1 ? std::exp(-2 * z * std::acos(z) / std::sqrt(1 - z * z)) : std::exp(-2 * z * std::acosh(z) / std::sqrt(z * z - 1));
+    return z < 1 ? std::exp(-2 * z * std::acos(z) / std::sqrt(1 - z * z))
+                 : std::exp(-2 * z * std::acosh(z) / std::sqrt(z * z - 1));
   };
   double low = 0, high = 1;
   while (restitution_of(high) > restitution) high *= 2;
@@ -85,7 +86,10 @@ PenaltyForce<S>::PenaltyForce(const Scene& scene, const PenaltyOptions& options)
   for (const PairLaw& law : scene.pairs) {
     const bool gives_way = law.contact_law != ContactLaw::rigid;
     const double asked = options.damping_ratio;
-    const double ratio = gives_way ? 0 : asked > 0 ? asked : law.restitution < least_restitution ? -1 : damping_ratio_of(law.restitution);
+    const double ratio = gives_way                             ? 0
+                         : asked > 0                           ? asked
+                         : law.restitution < least_restitution ? -1
+                                                               : damping_ratio_of(law.restitution);
     damping_ratio_.push_back(S(ratio));
   }
   const auto look = [&](int a, int b) {
@@ -93,14 +97,15 @@ PenaltyForce<S>::PenaltyForce(const Scene& scene, const PenaltyOptions& options)
     if (!refusal_.empty() || (first.fixed && second.fixed)) return;
     const PairLaw& law = pair_law(scene, a, b);
     const std::string both = "`" + first.name + "` and `" + second.name + "`";
-    if (const char* missing = no_contact_test(shapes_[a].kind, shapes_[b].kind)) refusal_ = both + ": no test for " + missing;
+    if (const char* missing = no_contact_test(shapes_[a].kind, shapes_[b].kind))
+      refusal_ = both + ": no test for " + missing;
     else if (law.contact_law == ContactLaw::hertz && !(round_radius(first.shape) > 0 && round_radius(second.shape) > 0))
       refusal_ = "Hertz's law needs balls, planes or rectangles: " + both;
     else if (law.rolling_friction_m != 0)
       refusal_ = "+penalty has no rolling friction: " + both;
     else if (damping_ratio_[static_cast<std::size_t>(&law - scene.pairs.data())] < S(0))
-      refusal_ = "a spring with a dashpot that never pulls has no restitution of " + format_double(law.restitution) + " (" + both +
-                 "); +penalty{damping_ratio=1} takes what comes";
+      refusal_ = "a spring with a dashpot that never pulls has no restitution of " + format_double(law.restitution) +
+                 " (" + both + "); +penalty{damping_ratio=1} takes what comes";
   };
   // All pairs of a large scene are few materials and shapes: one body of each kind speaks for the others.
   std::vector<int> kinds;
@@ -133,20 +138,23 @@ template <class S> ContactSpring<S> PenaltyForce<S>::spring_of(int a, int b) con
     const S mass = S(1) / (inverse_mass_[a] + inverse_mass_[b]);
     const S depth = S(options_.overlap) * real::min(shapes_[a].bounding_radius, shapes_[b].bounding_radius);
     spring.stiffness = mass * speed_ * speed_ / (depth * depth);
-    spring.damping = S(2) * damping_ratio_[static_cast<std::size_t>(&law - scene_.pairs.data())] * real::sqrt(spring.stiffness * mass);
+    spring.damping = S(2) * damping_ratio_[static_cast<std::size_t>(&law - scene_.pairs.data())] *
+                     real::sqrt(spring.stiffness * mass);
   }
   return spring;
 }
 
-// Hertz: an impact at speed v sinks in by d with 2/5 K d^(5/2) = 1/2 m v^2, where the slope of the force is 3/2 K sqrt(d).
+// Hertz: an impact at speed v sinks in by d with 2/5 K d^(5/2) = 1/2 m v^2, where the slope of the force is 3/2 K
+// sqrt(d).
 template <class S> typename PenaltyForce<S>::Stiffest PenaltyForce<S>::stiffest() const {
   Stiffest found;
   std::vector<int> kinds;
   for (const auto* list : {&bounded_, &planes_})
     for (const int body : *list) {
       const auto same = [&](int other) {
-        return scene_.bodies[body].material == scene_.bodies[other].material && inverse_mass_[body] == inverse_mass_[other] &&
-               shapes_[body].kind == shapes_[other].kind && shapes_[body].bounding_radius == shapes_[other].bounding_radius;
+        return scene_.bodies[body].material == scene_.bodies[other].material &&
+               inverse_mass_[body] == inverse_mass_[other] && shapes_[body].kind == shapes_[other].kind &&
+               shapes_[body].bounding_radius == shapes_[other].bounding_radius;
       };
       for (const int other : kinds) {
         const double yielding = static_cast<double>(inverse_mass_[body] + inverse_mass_[other]);
@@ -182,12 +190,22 @@ template <class S> void PenaltyForce<S>::meet(const Motion<S>& motion, int a, in
     for (int i = 0; i < manifold.count; ++i) {
       const ContactPoint<S>& at = manifold.points[i];
       if (!(at.gap < S(0))) continue;
-      Point point{{a, b, manifold.piece_a, manifold.piece_b, at.id}, at.x_W, manifold.normal_W, {}, -at.gap, {}, {}, {}, {}, false};
+      Point point{{a, b, manifold.piece_a, manifold.piece_b, at.id},
+                  at.x_W,
+                  manifold.normal_W,
+                  {},
+                  -at.gap,
+                  {},
+                  {},
+                  {},
+                  {},
+                  false};
       const Vec3<S> v = velocity_at(motion, b, at.x_W) - velocity_at(motion, a, at.x_W);
       point.closing = -dot(v, manifold.normal_W);
       point.u_W = v + point.closing * manifold.normal_W;
       const S d = point.overlap;
-      if (spring.law == ContactLaw::hertz) point.force_N = spring.stiffness * d * real::sqrt(d) * (S(1) + spring.damping * point.closing);
+      if (spring.law == ContactLaw::hertz)
+        point.force_N = spring.stiffness * d * real::sqrt(d) * (S(1) + spring.damping * point.closing);
       else point.force_N = spring.stiffness * d + spring.damping * point.closing;
       if (!spring.pull) point.force_N = real::max(point.force_N, S(0));
       if (spring.friction > S(0)) rub(point, spring);
@@ -196,15 +214,18 @@ template <class S> void PenaltyForce<S>::meet(const Motion<S>& motion, int a, in
 }
 
 template <class S> void PenaltyForce<S>::rub(Point& point, const ContactSpring<S>& spring) const {
-  const auto known = std::lower_bound(memory_.begin(), memory_.end(), point.key, [](const Memory& m, const Key& key) { return m.key < key; });
+  const auto known = std::lower_bound(memory_.begin(), memory_.end(), point.key,
+                                      [](const Memory& m, const Key& key) { return m.key < key; });
   const auto& n = point.normal_W;
   if (known != memory_.end() && known->key == point.key) {
     const int a = point.key.a, b = point.key.b;
-    const Vec3<S> on_a = places_[a].p_W + turned(places_[a], known->on_a_B), on_b = places_[b].p_W + turned(places_[b], known->on_b_B);
+    const Vec3<S> on_a = places_[a].p_W + turned(places_[a], known->on_a_B),
+                  on_b = places_[b].p_W + turned(places_[b], known->on_b_B);
     point.stretch_W = known->stretch_W + (on_b - on_a);
     point.stretch_W -= dot(point.stretch_W, n) * n;
   }
-  const S k = spring.tangential_ratio * point.force_N / point.overlap;  // the secant: linear or not, it grows with the load
+  const S k =
+      spring.tangential_ratio * point.force_N / point.overlap;  // the secant: linear or not, it grows with the load
   const S c = spring.law == ContactLaw::linear ? spring.tangential_ratio * spring.damping : S(0);
   point.friction_W = -(k * point.stretch_W) - c * point.u_W;
   const S size = norm(point.friction_W), most = spring.friction * real::max(point.force_N, S(0));
@@ -312,8 +333,9 @@ template <class S> void PenaltyForce<S>::tell(const Motion<S>& motion, Sample& s
   find_points(motion);
   sample.contacts.clear();
   for (const Point& point : points_) {
-    sample.contacts.push_back({point.key.a, point.key.b, double3(point.x_W), double3(point.normal_W), -static_cast<double>(point.overlap),
-                               static_cast<double>(point.force_N), double3(point.friction_W)});
+    sample.contacts.push_back({point.key.a, point.key.b, double3(point.x_W), double3(point.normal_W),
+                               -static_cast<double>(point.overlap), static_cast<double>(point.force_N),
+                               double3(point.friction_W)});
   }
   if (observer.event)
     for (const Event& event : events_) observer.event(event);

@@ -4,11 +4,11 @@ namespace atwood {
 
 namespace {
 
-// Compression up to v_n = 0, then what the hypothesis asks for. Poisson's and Stronge's laws never gain energy. Stronge's: the
-// normal work is -(1 - e^2) of what compression took, friction's is never positive. Poisson's: dT/dp = u . d with d = dJ/dp, and
-// its slope d . K d never grows along the path (the least over the disk of friction in stick and in slip that sets in anew;
-// d/dp = -2 mu (slip's turning)^2 / |u_t| while it turns), so dT/dp is concave and its integral over [0, (1 + e) p_c] is at
-// most that of its tangent at p_c, where it is -mu |u_t|: not positive for e <= 1.
+// Compression up to v_n = 0, then what the hypothesis asks for. Poisson's and Stronge's laws never gain energy.
+// Stronge's: the normal work is -(1 - e^2) of what compression took, friction's is never positive. Poisson's: dT/dp = u
+// . d with d = dJ/dp, and its slope d . K d never grows along the path (the least over the disk of friction in stick
+// and in slip that sets in anew; d/dp = -2 mu (slip's turning)^2 / |u_t| while it turns), so dT/dp is concave and its
+// integral over [0, (1 + e) p_c] is at most that of its tangent at p_c, where it is -mu |u_t|: not positive for e <= 1.
 template <class S> struct Path {
   const ImpactLaw<S>& law;
   const S (&K)[3][3];
@@ -51,8 +51,8 @@ template <class S> S holding_force(const S (&K)[3][3], S (&f)[2]) {
   return real::sqrt(f[0] * f[0] + f[1] * f[1]);
 }
 
-// s with (mu K_tt + lambda) s = K_tn, |s| = 1, lambda > 0. |s| falls with lambda from |f| / mu > 1 to 0: one root; bisected, for
-// it is met once an impact at most.
+// s with (mu K_tt + lambda) s = K_tn, |s| = 1, lambda > 0. |s| falls with lambda from |f| / mu > 1 to 0: one root;
+// bisected, for it is met once an impact at most.
 template <class S> void new_direction(const S (&K)[3][3], S mu, S (&s)[2]) {
   S low = S(0), high = real::sqrt(K[0][2] * K[0][2] + K[1][2] * K[1][2]);
   for (int i = 0; i < 200; ++i) {
@@ -76,7 +76,8 @@ template <class S> void straight(Path<S>& path, S d0, S d1, const S* s) {
   S dp = path.left(vn, slope);
   bool stops = false;
   if (s != nullptr && path.speed() > S(0)) {
-    const S braking = -(s[0] * (K[0][0] * d0 + K[0][1] * d1 + K[0][2]) + s[1] * (K[1][0] * d0 + K[1][1] * d1 + K[1][2]));
+    const S braking =
+        -(s[0] * (K[0][0] * d0 + K[0][1] * d1 + K[0][2]) + s[1] * (K[1][0] * d0 + K[1][1] * d1 + K[1][2]));
     const S to_stop = braking > S(0) ? path.speed() / braking : S(-1);
     if (to_stop >= S(0) && (dp < S(0) || to_stop < dp)) {
       dp = to_stop;
@@ -95,8 +96,9 @@ template <class S> void straight(Path<S>& path, S d0, S d1, const S* s) {
   if (!stops) path.next_phase();
 }
 
-// ---- slip that turns ----------------------------------------------------------------------------------------------------------
-// In tau, dp = |u_t| dtau: the equations stay smooth as slip stops (it then takes infinite tau).
+// ---- slip that turns
+// ---------------------------------------------------------------------------------------------------------- In tau, dp
+// = |u_t| dtau: the equations stay smooth as slip stops (it then takes infinite tau).
 //   z = (j_1, j_2, p, W):  z' = (-mu u_1, -mu u_2, |u_t|, |u_t| v_n)
 template <class S> struct Turn { S z[4]; };
 
@@ -110,7 +112,8 @@ template <class S> Turn<S> turn_rate(const Path<S>& path, const Turn<S>& at) {
 }
 
 // Gragg's midpoint rule in `parts` parts of a step h.
-template <class S> Turn<S> midpoint_rule(const Path<S>& path, const Turn<S>& from, const Turn<S>& first_rate, S h, int parts) {
+template <class S>
+Turn<S> midpoint_rule(const Path<S>& path, const Turn<S>& from, const Turn<S>& first_rate, S h, int parts) {
   const S part = h / S(parts);
   Turn<S> back = from, here = from;
   for (int i = 0; i < 4; ++i) here.z[i] += part * first_rate.z[i];
@@ -128,7 +131,8 @@ template <class S> Turn<S> midpoint_rule(const Path<S>& path, const Turn<S>& fro
   return smooth;
 }
 
-// ... at 2, 4, .. 16 parts, extrapolated to order 16; `error`: the last two orders' difference (Aitken and Neville in h^2).
+// ... at 2, 4, .. 16 parts, extrapolated to order 16; `error`: the last two orders' difference (Aitken and Neville in
+// h^2).
 template <class S> Turn<S> turn_step(const Path<S>& path, const Turn<S>& from, S h, S& error) {
   constexpr int columns = 8;
   Turn<S> table[columns]{};
@@ -139,7 +143,8 @@ template <class S> Turn<S> turn_step(const Path<S>& path, const Turn<S>& from, S
     for (int j = 1; j <= k; ++j) {
       const Turn<S> kept = table[j];
       const S ratio = S(k + 1) / S(k + 1 - j);
-      for (int i = 0; i < 4; ++i) table[j].z[i] = table[j - 1].z[i] + (table[j - 1].z[i] - above.z[i]) / (ratio * ratio - S(1));
+      for (int i = 0; i < 4; ++i)
+        table[j].z[i] = table[j - 1].z[i] + (table[j - 1].z[i] - above.z[i]) / (ratio * ratio - S(1));
       above = kept;
     }
   }
@@ -189,7 +194,8 @@ template <class S> void turning(Path<S>& path) {
     }
     if (phase_left(path, next) >= S(0)) {  // Illinois on the length of this step
       S low = S(0), high = h, f_low = phase_left(path, at), f_high = phase_left(path, next);
-      for (int i = 0, side = 0; i < 100 && high - low > real::epsilon<S>() * high && f_high > S(0) && f_low < S(0); ++i) {
+      for (int i = 0, side = 0; i < 100 && high - low > real::epsilon<S>() * high && f_high > S(0) && f_low < S(0);
+           ++i) {
         S middle = (low * f_high - high * f_low) / (f_high - f_low);
         if (!(middle > low && middle < high)) middle = low + (high - low) / S(2);
         if (!(middle > low && middle < high)) break;

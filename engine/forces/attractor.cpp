@@ -11,11 +11,12 @@ template <class S> struct AttractorTerm final : ForceTerm<S> {
 
   static constexpr Items items = Items::bodies;
   template <class M, class L> ATWOOD_INLINE auto law(int item, const M& motion, const L& loads) const {
-    return [body = motion.body(bodies[item]), load = loads.body(bodies[item]), center = center, mu = mu](auto k) ATWOOD_INLINED {
-      const auto r = body.p_WB(k) - center;
-      const auto r2 = dot(r, r);
-      load.acceleration_W(k) -= (mu / (r2 * root(k, r2))) * r;
-    };
+    return [body = motion.body(bodies[item]), load = loads.body(bodies[item]), center = center, mu = mu](auto k)
+               ATWOOD_INLINED {
+                 const auto r = body.p_WB(k) - center;
+                 const auto r2 = dot(r, r);
+                 load.acceleration_W(k) -= (mu / (r2 * root(k, r2))) * r;
+               };
   }
   ATWOOD_ONE_LAW
 };

@@ -55,7 +55,8 @@ template <class S> void ConservativeForces<S>::read(const Spring& force, const S
   if (force.damping_N_s_per_m != 0) refusal_ = "a dashpot takes energy away";
   for (std::size_t k = 0; k < force.points_body_m.size() && k < force.bodies.size(); ++k)
     if (rotates(scene.bodies[force.bodies[k]]) && force.points_body_m[k] != Real3{})
-      refusal_ = "springs must pull at centres of mass; one pulls at a point of `" + scene.bodies[force.bodies[k]].name + "`";
+      refusal_ =
+          "springs must pull at centres of mass; one pulls at a point of `" + scene.bodies[force.bodies[k]].name + "`";
     else if (force.points_body_m[k] != Real3{})
       refusal_ = "springs must pull at centres of mass";
   const bool anchored = force.bodies.size() == 1;
@@ -79,13 +80,15 @@ template <class S> void ConservativeForces<S>::read(const RotatingFrame& force, 
   central_ = false;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i)
     if (!scene.bodies[i].fixed)
-      frames_.push_back({static_cast<int>(i), S(scene.bodies[i].mass_kg), narrow3<S>(force.angular_velocity_rad_per_s)});
+      frames_.push_back(
+          {static_cast<int>(i), S(scene.bodies[i].mass_kg), narrow3<S>(force.angular_velocity_rad_per_s)});
 }
 
 template <class S> void ConservativeForces<S>::read(const Potential& force, const Scene&) {
   central_ = false;
   const auto lambda = force.parameters.find("lambda");
-  for (const int i : force.bodies) henon_heiles_.push_back({i, lambda == force.parameters.end() ? S(1) : S(lambda->second)});
+  for (const int i : force.bodies)
+    henon_heiles_.push_back({i, lambda == force.parameters.end() ? S(1) : S(lambda->second)});
 }
 
 template <class S> void ConservativeForces<S>::read(const PointForce& force, const Scene&) {
@@ -144,22 +147,25 @@ void ConservativeForces<S>::add_discrete_forces(const Motion<S>& from, const Mot
         const int i = pairs.bodies[a], j = pairs.bodies[b];
         const Vec3<S> r = from.p_WB(j) - from.p_WB(i), r_new = to.p_WB(j) - to.p_WB(i);
         const S d = real::sqrt(dot(r, r) + pairs.softening2), d_new = real::sqrt(dot(r_new, r_new) + pairs.softening2);
-        const Vec3<S> on_i = (pairs.constant * pairs.weight[a] * pairs.weight[b] / (d * d_new * (d + d_new))) * (r + r_new);
+        const Vec3<S> on_i =
+            (pairs.constant * pairs.weight[a] * pairs.weight[b] / (d * d_new * (d + d_new))) * (r + r_new);
         force_W[i] += on_i;
         force_W[j] -= on_i;
       }
   for (const Elastic& s : springs_) {
     const Vec3<S> r = from.p_WB(s.b) - (s.a < 0 ? s.anchor : from.p_WB(s.a));
     const Vec3<S> r_new = to.p_WB(s.b) - (s.a < 0 ? s.anchor : to.p_WB(s.a));
-    const S quotient = s.rest_length == S(0) ? half * s.stiffness
-                                             : half * s.stiffness * (S(1) - S(2) * s.rest_length / (norm(r) + norm(r_new)));
+    const S quotient = s.rest_length == S(0)
+                           ? half * s.stiffness
+                           : half * s.stiffness * (S(1) - S(2) * s.rest_length / (norm(r) + norm(r_new)));
     force_W[s.b] -= quotient * (r + r_new);
     if (s.a >= 0) force_W[s.a] += quotient * (r + r_new);
   }
   for (const HenonHeiles& p : henon_heiles_) {
     const Vec3<S> a = from.p_WB(p.body), b = to.p_WB(p.body);
-    force_W[p.body] += (S(1) / S(6)) * (henon_heiles_force(a, p.lambda) + S(4) * henon_heiles_force(half * (a + b), p.lambda) +
-                                        henon_heiles_force(b, p.lambda));
+    force_W[p.body] +=
+        (S(1) / S(6)) * (henon_heiles_force(a, p.lambda) + S(4) * henon_heiles_force(half * (a + b), p.lambda) +
+                         henon_heiles_force(b, p.lambda));
   }
   for (const Magnetic& m : magnetic_)
     force_W[m.body] += cross(half * (from.v_WB(m.body) + to.v_WB(m.body)), m.charge_times_field);

@@ -23,10 +23,10 @@ template <class S> class ConservativeForces {
 
   // A discrete gradient: forces F_i (N, centre of mass; one a body, added to) with
   //   sum_i F_i . (p_i' - p_i) = -(U(p') - U(p)),   F(p, p) = -grad U(p),   F(p, p') = F(p', p)
-  // and forces that do no work taken at (p + p') / 2 with the velocities (v + v') / 2. For U = phi(r) a quotient that needs no
-  // subtraction, F = -(phi(r') - phi(r)) / (r'^2 - r^2) (r + r'), r vectors: LaBudde, Greenspan, J. Comput. Phys. 15 (1974)
-  // 134; Gonzalez, J. Nonlinear Sci. 6 (1996) 449, the equivariant one. It keeps angular momentum as well. For polynomials of
-  // degree 3 the mean of -grad U over the segment, by Simpson's rule, which is exact there.
+  // and forces that do no work taken at (p + p') / 2 with the velocities (v + v') / 2. For U = phi(r) a quotient that
+  // needs no subtraction, F = -(phi(r') - phi(r)) / (r'^2 - r^2) (r + r'), r vectors: LaBudde, Greenspan, J. Comput.
+  // Phys. 15 (1974) 134; Gonzalez, J. Nonlinear Sci. 6 (1996) 449, the equivariant one. It keeps angular momentum as
+  // well. For polynomials of degree 3 the mean of -grad U over the segment, by Simpson's rule, which is exact there.
   void add_discrete_forces(const Motion<S>& from, const Motion<S>& to, Vec3<S>* force_W) const;
 
  private:

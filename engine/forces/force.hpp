@@ -57,7 +57,8 @@ template <class S> class ForceTerm {
  public:
   virtual ~ForceTerm() = default;
   virtual void add_loads(const Motion<S>& motion, Load<S>* loads) const = 0;  // loads: one a body
-  // The same bits in every lane. Component c (acceleration, force, torque: 9) of body i in lane k: loads[(9 i + c) 8 + k].
+  // The same bits in every lane. Component c (acceleration, force, torque: 9) of body i in lane k: loads[(9 i + c) 8 +
+  // k].
   virtual bool has_lanes() const { return false; }
   virtual void add_lane_loads(const LaneMotion<S>&, S* /*loads*/) const {}
   virtual bool velocity_dependent() const { return false; }

@@ -8,7 +8,8 @@ namespace {
 
 constexpr std::int64_t least_shared = 1 << 16;  // interactions: some 25 us
 
-// The arrays are the term's own room to work in: a step allocates nothing. One thread at a time evaluates a model's rates.
+// The arrays are the term's own room to work in: a step allocates nothing. One thread at a time evaluates a model's
+// rates.
 template <class S> struct ManyBodyGravity final : ForceTerm<S> {
   std::vector<int> bodies;
   std::vector<S> Gm;
@@ -47,10 +48,12 @@ template <class S> struct ManyBodyGravity final : ForceTerm<S> {
 
 }  // namespace
 
-template <class S> TermPointer<S> make_many_body_gravity(const MutualGravity& force, const Scene& scene, const GravityOptions& options) {
+template <class S>
+TermPointer<S> make_many_body_gravity(const MutualGravity& force, const Scene& scene, const GravityOptions& options) {
   if constexpr (has_vector_lanes<S>) {
     const int count = static_cast<int>(force.bodies.size());
-    const bool tree = options.sum == GravityOptions::Sum::tree || (options.sum == GravityOptions::Sum::automatic && count > direct_bodies);
+    const bool tree = options.sum == GravityOptions::Sum::tree ||
+                      (options.sum == GravityOptions::Sum::automatic && count > direct_bodies);
     if (count < many_bodies && !(tree && count > 0)) return nullptr;
     auto term = std::make_unique<ManyBodyGravity<S>>();
     term->bodies = force.bodies;
@@ -62,7 +65,8 @@ template <class S> TermPointer<S> make_many_body_gravity(const MutualGravity& fo
     term->room.resize(std::size_t(6) * whole_blocks(count) * gravity_block);
     return term;
   } else {
-    if (options.sum == GravityOptions::Sum::tree) throw Unsupported{"atwood sums gravity by a tree in float and double only"};
+    if (options.sum == GravityOptions::Sum::tree)
+      throw Unsupported{"atwood sums gravity by a tree in float and double only"};
     return nullptr;
   }
 }

@@ -16,9 +16,11 @@ template <class S, class Arrays> ATWOOD_INLINE void load(const Arrays& from, int
   for (int l = 0; l < lanes; ++l) to.z[l] = from.z[first + l];
 }
 
-// Bodies [from, to) pull the block. `meets_itself`: the lane whose own body is the source gets a distance of 1 and so the sum 0.
+// Bodies [from, to) pull the block. `meets_itself`: the lane whose own body is the source gets a distance of 1 and so
+// the sum 0.
 template <bool meets_itself, class S>
-ATWOOD_INLINE void pull(const PointMasses<S>& bodies, int from, int to, S softening2_m2, int first, const Lanes<S>& at, Lanes<S>& sum) {
+ATWOOD_INLINE void pull(const PointMasses<S>& bodies, int from, int to, S softening2_m2, int first, const Lanes<S>& at,
+                        Lanes<S>& sum) {
   for (int j = from; j < to; ++j) {
     const S x = bodies.x_m[j], y = bodies.y_m[j], z = bodies.z_m[j], Gm = bodies.Gm_m3_per_s2[j];
     for (int l = 0; l < lanes; ++l) {
@@ -36,7 +38,8 @@ ATWOOD_INLINE void pull(const PointMasses<S>& bodies, int from, int to, S soften
 
 // In index order: the sources before the block, those of the block itself, those behind it.
 template <class S>
-ATWOOD_INLINE void pull_block(const PointMasses<S>& bodies, int from, int to, S softening2_m2, int first, const Accelerations<S>& sums) {
+ATWOOD_INLINE void pull_block(const PointMasses<S>& bodies, int from, int to, S softening2_m2, int first,
+                              const Accelerations<S>& sums) {
   Lanes<S> at, sum;
   struct { const S *x, *y, *z; } positions{bodies.x_m, bodies.y_m, bodies.z_m};
   load(positions, first, at);
@@ -53,14 +56,18 @@ ATWOOD_INLINE void pull_block(const PointMasses<S>& bodies, int from, int to, S 
 }  // namespace
 
 template <class S>
-void add_gravity(VectorWidth width, const PointMasses<S>& bodies, int from, int to, S softening2_m2, int first_block, int last_block,
-                 const Accelerations<S>& sums) {
-  at_width(width, [=]() __attribute__((always_inline)) {
-    for (int block = first_block; block < last_block; ++block) pull_block(bodies, from, to, softening2_m2, block * lanes, sums);
-  });
+void add_gravity(VectorWidth width, const PointMasses<S>& bodies, int from, int to, S softening2_m2, int first_block,
+                 int last_block, const Accelerations<S>& sums) {
+  at_width(
+      width, [=]() __attribute__((always_inline)) {
+        for (int block = first_block; block < last_block; ++block)
+          pull_block(bodies, from, to, softening2_m2, block * lanes, sums);
+      });
 }
 
-template void add_gravity(VectorWidth, const PointMasses<float>&, int, int, float, int, int, const Accelerations<float>&);
-template void add_gravity(VectorWidth, const PointMasses<double>&, int, int, double, int, int, const Accelerations<double>&);
+template void add_gravity(VectorWidth, const PointMasses<float>&, int, int, float, int, int,
+                          const Accelerations<float>&);
+template void add_gravity(VectorWidth, const PointMasses<double>&, int, int, double, int, int,
+                          const Accelerations<double>&);
 
 }  // namespace atwood

@@ -12,12 +12,12 @@ namespace {
 constexpr int lanes = gravity_block;
 constexpr int least_shared = 1000;                     // bodies
 constexpr int group_blocks = 2;                       // bodies of so many blocks ask the tree together
-constexpr int most_waiting = 7 * 3 * 21 + 64;         // nodes of a walk's stack: seven siblings at each level, and to spare
+constexpr int most_waiting = 7 * 3 * 21 + 64;  // nodes of a walk's stack: seven siblings at each level, and to spare
 
 // The pull of nodes on the bodies of a block, as in the header's equation.
 template <class Moments, class S>
-ATWOOD_INLINE void pull_block(const Moments* nodes, const std::int32_t* list, int count, S softening2, const S* x, const S* y,
-                              const S* z, S* ax, S* ay, S* az) {
+ATWOOD_INLINE void pull_block(const Moments* nodes, const std::int32_t* list, int count, S softening2, const S* x,
+                              const S* y, const S* z, S* ax, S* ay, S* az) {
   S at_x[lanes], at_y[lanes], at_z[lanes], sum_x[lanes], sum_y[lanes], sum_z[lanes];
   for (int l = 0; l < lanes; ++l) at_x[l] = x[l], at_y[l] = y[l], at_z[l] = z[l];
   for (int l = 0; l < lanes; ++l) sum_x[l] = ax[l], sum_y[l] = ay[l], sum_z[l] = az[l];
@@ -89,14 +89,16 @@ template <class S> void GravityTree<S>::flush_nodes(VectorWidth width, int group
 template <class S> void GravityTree<S>::flush_bodies(VectorWidth width, int group, S softening2_m2, List& list) {
   if (list.from == list.to) return;
   const int first_block = group * group_blocks, last_block = std::min(first_block + group_blocks, padded_ / lanes);
-  atwood::add_gravity<S>(width, {row(0), row(1), row(2), row(3)}, list.from, list.to, softening2_m2, first_block, last_block,
-                         {row(4), row(5), row(6)});
-  list.counts.by_body += static_cast<std::int64_t>(list.to - list.from) * (std::min(last_block * lanes, count_) - first_block * lanes);
+  atwood::add_gravity<S>(width, {row(0), row(1), row(2), row(3)}, list.from, list.to, softening2_m2, first_block,
+                         last_block, {row(4), row(5), row(6)});
+  list.counts.by_body +=
+      static_cast<std::int64_t>(list.to - list.from) * (std::min(last_block * lanes, count_) - first_block * lanes);
   list.from = list.to;
 }
 
 // Depth first, first child first; leaves side by side pull in one go.
-template <class S> void GravityTree<S>::pull_group(VectorWidth width, int group, S softening2_m2, S opening, List& list) {
+template <class S>
+void GravityTree<S>::pull_group(VectorWidth width, int group, S softening2_m2, S opening, List& list) {
   const int first = group * group_blocks * lanes;
   const Box box = box_of(first, std::min(first + group_blocks * lanes, count_));
   const S opening2 = opening * opening;
@@ -124,8 +126,8 @@ template <class S> void GravityTree<S>::pull_group(VectorWidth width, int group,
 }
 
 template <class S>
-void GravityTree<S>::add_gravity(VectorWidth width, const PointMasses<S>& bodies, S softening2_m2, S opening, Team* team,
-                                 const Accelerations<S>& sums) {
+void GravityTree<S>::add_gravity(VectorWidth width, const PointMasses<S>& bodies, S softening2_m2, S opening,
+                                 Team* team, const Accelerations<S>& sums) {
   sort_bodies(bodies);
   build();
   sum_moments();

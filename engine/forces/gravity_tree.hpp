@@ -1,21 +1,23 @@
-// Mutual gravity by a tree (Barnes and Hut, Nature 324 (1986) 446): a far group of bodies pulls as its mass and its second moments
-// about its centre of mass. O(N log N).
+// Mutual gravity by a tree (Barnes and Hut, Nature 324 (1986) 446): a far group of bodies pulls as its mass and its
+// second moments about its centre of mass. O(N log N).
 //
-// A node of radius b about its centre of mass (no body of it is farther) stands for its bodies where b < opening * d, d the
-// distance from that centre to the nearest point of the box around the pulled bodies; else its children are asked, and the bodies
-// of a leaf pull one by one. With s from the centre, r from the pulled body to the centre, rho^2 = r^2 + eps^2 (Plummer):
+// A node of radius b about its centre of mass (no body of it is farther) stands for its bodies where b < opening * d, d
+// the distance from that centre to the nearest point of the box around the pulled bodies; else its children are asked,
+// and the bodies of a leaf pull one by one. With s from the centre, r from the pulled body to the centre, rho^2 = r^2 +
+// eps^2 (Plummer):
 //
 //   a = G [ r (M / rho^3 + 15/2 r.Q r / rho^7 - 3/2 tr Q / rho^5) - 3 Q r / rho^5 ],     Q = sum m s s^T
 //
-// which is the exact pull but for terms of third order and more in s. Those are bounded (Salmon and Warren, J. Comput. Phys. 111
-// (1994) 136, eq. 12 to 15: term n of the potential's series pulls with at most (n + 1) G m s^n / d^(n+2)), whence for each body
+// which is the exact pull but for terms of third order and more in s. Those are bounded (Salmon and Warren, J. Comput.
+// Phys. 111 (1994) 136, eq. 12 to 15: term n of the potential's series pulls with at most (n + 1) G m s^n / d^(n+2)),
+// whence for each body
 //
 //   |error| <= opening^3 (4 - 3 opening) (1 + opening)^2 / (1 - opening)^2  *  sum_j G m_j / (r_ij^2 + eps^2)
 //
 // The bound is of the worst placement of the bodies; usual ones err hundreds of times less.
 //
-// The tree is built from the positions alone, in index order, and each body's sum runs in the tree's order: the same bits at any
-// vector width and number of threads.
+// The tree is built from the positions alone, in index order, and each body's sum runs in the tree's order: the same
+// bits at any vector width and number of threads.
 #pragma once
 
 #include <cstdint>
@@ -35,7 +37,8 @@ template <class S> class GravityTree {
   GravityTree(int bodies, int threads);  // allocates what all calls need
 
   // The pull of all on all, added to `sums`. `team`: of at most the number above; null: one thread.
-  void add_gravity(VectorWidth width, const PointMasses<S>& bodies, S softening2_m2, S opening, Team* team, const Accelerations<S>& sums);
+  void add_gravity(VectorWidth width, const PointMasses<S>& bodies, S softening2_m2, S opening, Team* team,
+                   const Accelerations<S>& sums);
 
   struct Counts { std::int64_t by_node = 0, by_body = 0; };  // interactions computed in the last call
   Counts counts() const;
@@ -43,7 +46,9 @@ template <class S> class GravityTree {
 
  private:
   struct Box { S low[3], high[3]; };
-  struct Node { std::int32_t first, last, child, children; };  // bodies [first, last) in the tree's order; no children: a leaf
+  struct Node {
+    std::int32_t first, last, child, children;
+  };  // bodies [first, last) in the tree's order; no children: a leaf
   // What a node pulls with: G M, the centre of mass, G Q (xx yy zz xy xz yz); and the radius about the centre.
   struct Moments { S GM, centre[3], GQ[6], radius; };
   // Nodes and bodies that wait to pull a group; one a thread.

@@ -84,8 +84,8 @@ template <class S> void GravityTree<S>::sort_bodies(const PointMasses<S>& bodies
   }
 }
 
-// A node's children differ in the first octal digit in which its bodies' keys differ: no node has one child alone. Where the
-// room for nodes is used up, a node stays a leaf.
+// A node's children differ in the first octal digit in which its bodies' keys differ: no node has one child alone.
+// Where the room for nodes is used up, a node stays a leaf.
 template <class S> void GravityTree<S>::split(int n) {
   const Node node = nodes_[n];
   const std::uint64_t differ = key_[node.first] ^ key_[node.last - 1];
@@ -152,7 +152,8 @@ template <class S> void GravityTree<S>::find_second_moments(int n) {
   for (int k = first; k < last; ++k) {
     const S m = leaf ? row(3)[k] : moments_[k].GM;
     S s[3];
-    for (int axis = 0; axis < 3; ++axis) s[axis] = (leaf ? row(axis)[k] : moments_[k].centre[axis]) - moments_[n].centre[axis];
+    for (int axis = 0; axis < 3; ++axis)
+      s[axis] = (leaf ? row(axis)[k] : moments_[k].centre[axis]) - moments_[n].centre[axis];
     const S steiner[6] = {s[0] * s[0], s[1] * s[1], s[2] * s[2], s[0] * s[1], s[0] * s[2], s[1] * s[2]};
     for (int q = 0; q < 6; ++q) Q[q] += m * steiner[q] + (leaf ? S(0) : moments_[k].GQ[q]);
   }

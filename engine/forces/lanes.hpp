@@ -1,13 +1,14 @@
 // Loads of several states at once, a state a lane. A force writes its law once, for whatever motion and loads it is
-// given: those of one state, or of lanes. law() finds the bodies of an item and answers what to do in lane k (an int, or
-// all lanes together where the law takes any kind of k); its captures are made in place, by value: the compiler sees
+// given: those of one state, or of lanes. law() finds the bodies of an item and answers what to do in lane k (an int,
+// or all lanes together where the law takes any kind of k); its captures are made in place, by value: the compiler sees
 // that no lane changes them, and copies no struct through memory.
 //
 //   template <class S> struct AttractorTerm final : ForceTerm<S> {
 //     std::vector<int> bodies;
 //     static constexpr Items items = Items::bodies;
 //     template <class M, class L> ATWOOD_INLINE auto law(int item, const M& motion, const L& loads) const {
-//       return [body = motion.body(bodies[item]), load = loads.body(bodies[item]), mu = mu](auto k) ATWOOD_INLINED { load.acceleration_W(k) -= mu * body.p_WB(k) ... };
+//       return [body = motion.body(bodies[item]), load = loads.body(bodies[item]), mu = mu](auto k) ATWOOD_INLINED {
+//       load.acceleration_W(k) -= mu * body.p_WB(k) ... };
 //     }
 //     ATWOOD_ONE_LAW
 //   };
@@ -56,8 +57,14 @@ template <class S> struct BodyLanes {
 template <class S, class K> struct Vec3OfLane {
   S* at;
   K k;
-  template <class V> ATWOOD_INLINE void operator+=(const Vec3<V>& b) const { store3(load3(at, lane_count, k) + b, at, lane_count, k); }
-  template <class V> ATWOOD_INLINE void operator-=(const Vec3<V>& b) const { store3(load3(at, lane_count, k) - b, at, lane_count, k); }
+  template <class V>
+  ATWOOD_INLINE void operator+=(const Vec3<V>& b) const {
+    store3(load3(at, lane_count, k) + b, at, lane_count, k);
+  }
+  template <class V>
+  ATWOOD_INLINE void operator-=(const Vec3<V>& b) const {
+    store3(load3(at, lane_count, k) - b, at, lane_count, k);
+  }
 };
 template <class S> struct LoadLanes {
   S* at;

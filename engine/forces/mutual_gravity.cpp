@@ -14,20 +14,22 @@ template <class S> struct GravityTerm final : ForceTerm<S> {
   static constexpr Items items = Items::pairs;
   template <class M, class L> ATWOOD_INLINE auto law(int a, int b, const M& motion, const L& loads) const {
     return [body_a = motion.body(bodies[a]), body_b = motion.body(bodies[b]), load_a = loads.body(bodies[a]),
-            load_b = loads.body(bodies[b]), softening2 = softening2, Gm_a = Gm[a], Gm_b = Gm[b]](auto k) ATWOOD_INLINED {
-      const auto r = body_b.p_WB(k) - body_a.p_WB(k);
-      const auto r2 = dot(r, r) + softening2;
-      const auto inverse_cube = S(1) / (r2 * root(k, r2));
-      load_a.acceleration_W(k) += (Gm_b * inverse_cube) * r;
-      load_b.acceleration_W(k) -= (Gm_a * inverse_cube) * r;
-    };
+            load_b = loads.body(bodies[b]), softening2 = softening2, Gm_a = Gm[a], Gm_b = Gm[b]](auto k)
+               ATWOOD_INLINED {
+                 const auto r = body_b.p_WB(k) - body_a.p_WB(k);
+                 const auto r2 = dot(r, r) + softening2;
+                 const auto inverse_cube = S(1) / (r2 * root(k, r2));
+                 load_a.acceleration_W(k) += (Gm_b * inverse_cube) * r;
+                 load_b.acceleration_W(k) -= (Gm_a * inverse_cube) * r;
+               };
   }
   ATWOOD_ONE_LAW
 };
 
 }  // namespace
 
-template <class S> TermPointer<S> make_term(const MutualGravity& force, const Scene& scene, const GravityOptions& options) {
+template <class S>
+TermPointer<S> make_term(const MutualGravity& force, const Scene& scene, const GravityOptions& options) {
   if (auto many = make_many_body_gravity<S>(force, scene, options)) return many;
   auto term = std::make_unique<GravityTerm<S>>();
   term->bodies = force.bodies;

@@ -10,7 +10,8 @@ template <class S> struct PointForceTerm final : ForceTerm<S> {
 
   static constexpr Items items = Items::the_force;
   template <class M, class L> ATWOOD_INLINE auto law(const M& motion, const L& loads) const {
-    return [at = motion.body(body), load = loads.body(body), point_B = point_B, force_W = force_W](int k) ATWOOD_INLINED { add_force_at(load, k, at.q_WB(k), point_B, force_W); };
+    return [at = motion.body(body), load = loads.body(body), point_B = point_B, force_W = force_W](int k)
+               ATWOOD_INLINED { add_force_at(load, k, at.q_WB(k), point_B, force_W); };
   }
   ATWOOD_ONE_LAW
 };

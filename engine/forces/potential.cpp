@@ -12,7 +12,8 @@ template <class S> struct HenonHeilesTerm final : ForceTerm<S> {
   template <class M, class L> ATWOOD_INLINE auto law(int item, const M& motion, const L& loads) const {
     return [body = motion.body(bodies[item]), load = loads.body(bodies[item]), lambda = lambda](auto k) ATWOOD_INLINED {
       const auto p = body.p_WB(k);
-      load.force_W(k) -= Vec3<decltype(p.x * lambda)>{p.x + S(2) * lambda * p.x * p.y, p.y + lambda * (p.x * p.x - p.y * p.y), {}};
+      load.force_W(k) -=
+          Vec3<decltype(p.x * lambda)>{p.x + S(2) * lambda * p.x * p.y, p.y + lambda * (p.x * p.x - p.y * p.y), {}};
     };
   }
   ATWOOD_ONE_LAW

@@ -17,8 +17,8 @@ template <class S> void add_multiple(S factor, Vec3<S> (&row)[3]) {
 
 template <class S> S per_mass(const Body& body) { return body.fixed ? S(0) : S(1) / S(body.mass_kg); }
 
-// A point mass that starts on a line through the anchor, along it, and is pushed only along it, stays there; a dashpot, which
-// acts along the spring, then opposes the whole velocity.
+// A point mass that starts on a line through the anchor, along it, and is pushed only along it, stays there; a dashpot,
+// which acts along the spring, then opposes the whole velocity.
 bool stays_on_line(const Scene& scene, int body, const Real3& anchor) {
   const Body& bob = scene.bodies[body];
   const Vec3<double> line = narrow3<double>(bob.position_m) - narrow3<double>(anchor);
@@ -26,7 +26,8 @@ bool stays_on_line(const Scene& scene, int body, const Real3& anchor) {
     const Vec3<double> across = cross(line, narrow3<double>(v));
     return dot(across, across) == 0;
   };
-  if (rotates(bob) || dot(line, line) == 0 || !along(bob.velocity_m_per_s) || !along(scene.gravity_m_per_s2)) return false;
+  if (rotates(bob) || dot(line, line) == 0 || !along(bob.velocity_m_per_s) || !along(scene.gravity_m_per_s2))
+    return false;
   for (const Force& force : scene.forces) {
     if (const auto* spring = std::get_if<Spring>(&force)) {
       if (spring->bodies.size() > 1 || spring->anchor_m != anchor) return false;
@@ -75,7 +76,8 @@ template <class S> void SeriesForces<S>::read(const Coulomb& force, const Scene&
     for (std::size_t j = i + 1; j < force.bodies.size(); ++j) {
       const Body &a = scene.bodies[force.bodies[i]], &b = scene.bodies[force.bodies[j]];
       const S product = S(force.constant_N_m2_per_C2) * S(a.charge_C) * S(b.charge_C);
-      inverse_square.push_back({force.bodies[i], force.bodies[j], {}, -product * per_mass<S>(a), product * per_mass<S>(b), S(0)});
+      inverse_square.push_back(
+          {force.bodies[i], force.bodies[j], {}, -product * per_mass<S>(a), product * per_mass<S>(b), S(0)});
     }
 }
 
@@ -117,7 +119,8 @@ template <class S> void SeriesForces<S>::read(const RotatingFrame& force, const 
 template <class S> void SeriesForces<S>::read(const Spring& force, const Scene& scene) {
   if (force.rest_length_m != 0) refusal = "a spring with a rest length (spring)";
   const bool damped = force.damping_N_s_per_m != 0;
-  if (damped && (force.bodies.size() > 1 || !stays_on_line(scene, force.bodies[0], force.anchor_m))) refusal = "a dashpot off a line (spring)";
+  if (damped && (force.bodies.size() > 1 || !stays_on_line(scene, force.bodies[0], force.anchor_m)))
+    refusal = "a dashpot off a line (spring)";
   for (const Real3& point : force.points_body_m)
     if (!at_centre(point)) refusal = "a spring off the centre of mass (spring)";
   if (!refusal.empty()) return;
@@ -137,8 +140,8 @@ template <class S> void SeriesForces<S>::read(const Spring& force, const Scene& 
 
 template <class S> void SeriesForces<S>::read(const Drive& force, const Scene& scene) {
   for (const int body : force.bodies)
-    oscillating.push_back({body, per_mass<S>(scene.bodies[body]) * narrow3<S>(force.force_N), S(force.angular_frequency_rad_per_s),
-                           S(force.phase_rad)});
+    oscillating.push_back({body, per_mass<S>(scene.bodies[body]) * narrow3<S>(force.force_N),
+                           S(force.angular_frequency_rad_per_s), S(force.phase_rad)});
 }
 
 template <class S> void SeriesForces<S>::read(const PointForce& force, const Scene& scene) {

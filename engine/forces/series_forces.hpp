@@ -1,4 +1,5 @@
-// The forces of a scene as Taylor methods see them: laws whose power series in time follow from the motion's by recurrences.
+// The forces of a scene as Taylor methods see them: laws whose power series in time follow from the motion's by
+// recurrences.
 #pragma once
 
 #include <string>
@@ -9,7 +10,8 @@
 
 namespace atwood {
 
-// Accelerations, but for torques; every law always holds (forces that switch are refused). Indices are the scene's bodies'.
+// Accelerations, but for torques; every law always holds (forces that switch are refused). Indices are the scene's
+// bodies'.
 template <class S> struct SeriesForces {
   explicit SeriesForces(const Scene& scene);
 
@@ -17,8 +19,8 @@ template <class S> struct SeriesForces {
 
   std::string refusal;  // names what has no recurrence here ("": nothing)
 
-  // a = constant + of_position p + of_velocity v (rows of matrices), torque = -angular_drag w: uniform fields, linear drag,
-  // anchored springs, the rotating frame. One a body.
+  // a = constant + of_position p + of_velocity v (rows of matrices), torque = -angular_drag w: uniform fields, linear
+  // drag, anchored springs, the rotating frame. One a body.
   struct Linear {
     Vec3<S> constant, of_position[3], of_velocity[3];
     S angular_drag{};
@@ -33,7 +35,11 @@ template <class S> struct SeriesForces {
   struct Link { int a, b; S on_a, on_b; };  // a spring of no rest length: a_a += on_a r, a_b += on_b r, r as above
   std::vector<Link> links;
 
-  struct Oscillating { int body; Vec3<S> amplitude; S angular_frequency, phase; };  // a += amplitude cos(omega t + phase)
+  struct Oscillating {
+    int body;
+    Vec3<S> amplitude;
+    S angular_frequency, phase;
+  };  // a += amplitude cos(omega t + phase)
   std::vector<Oscillating> oscillating;
 
   struct Quadratic { int body; S strength; };  // a -= strength (2 x y, x^2 - y^2, 0): Henon and Heiles

@@ -10,10 +10,11 @@ template <class S> struct ThrusterTerm final : ForceTerm<S> {
 
   static constexpr Items items = Items::the_force;
   template <class M, class L> ATWOOD_INLINE auto law(const M& motion, const L& loads) const {
-    return [at = motion.body(body), load = loads.body(body), force_B = force_B, torque_B = torque_B](int k) ATWOOD_INLINED {
-      load.force_W(k) += rotate(at.q_WB(k), force_B);
-      load.torque_B(k) += torque_B;
-    };
+    return [at = motion.body(body), load = loads.body(body), force_B = force_B, torque_B = torque_B](int k)
+               ATWOOD_INLINED {
+                 load.force_W(k) += rotate(at.q_WB(k), force_B);
+                 load.torque_B(k) += torque_B;
+               };
   }
   ATWOOD_ONE_LAW
 };

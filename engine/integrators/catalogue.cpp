@@ -38,8 +38,8 @@ namespace {
 std::vector<MethodInfo> build_catalogue() {
   std::vector<MethodInfo> all;
   for (const auto& family :
-       {explicit_runge_kutta_methods(), nystrom_methods(), partitioned_methods(), composition_methods(), rotation_methods(),
-        implicit_methods(), multistep_methods(), conserving_methods(), high_precision_methods()})
+       {explicit_runge_kutta_methods(), nystrom_methods(), partitioned_methods(), composition_methods(),
+        rotation_methods(), implicit_methods(), multistep_methods(), conserving_methods(), high_precision_methods()})
     all.insert(all.end(), family.begin(), family.end());
   return all;
 }
@@ -100,9 +100,13 @@ std::unique_ptr<Stepper<S>> make_stepper(const std::string& scheme, RigidModel<S
   return stepper;
 }
 
-template std::unique_ptr<Stepper<float>> make_stepper(const std::string&, RigidModel<float>&, std::string&, const Settings&);
-template std::unique_ptr<Stepper<double>> make_stepper(const std::string&, RigidModel<double>&, std::string&, const Settings&);
-template std::unique_ptr<Stepper<long double>> make_stepper(const std::string&, RigidModel<long double>&, std::string&, const Settings&);
-template std::unique_ptr<Stepper<Quad>> make_stepper(const std::string&, RigidModel<Quad>&, std::string&, const Settings&);
+template std::unique_ptr<Stepper<float>> make_stepper(const std::string&, RigidModel<float>&, std::string&,
+                                                      const Settings&);
+template std::unique_ptr<Stepper<double>> make_stepper(const std::string&, RigidModel<double>&, std::string&,
+                                                       const Settings&);
+template std::unique_ptr<Stepper<long double>> make_stepper(const std::string&, RigidModel<long double>&, std::string&,
+                                                            const Settings&);
+template std::unique_ptr<Stepper<Quad>> make_stepper(const std::string&, RigidModel<Quad>&, std::string&,
+                                                     const Settings&);
 
 }  // namespace atwood

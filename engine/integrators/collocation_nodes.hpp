@@ -1,4 +1,5 @@
-// Collocation on the zeros of Legendre polynomials and of their sums: nodes and integrated Lagrange polynomials in quad.
+// Collocation on the zeros of Legendre polynomials and of their sums: nodes and integrated Lagrange polynomials in
+// quad.
 #pragma once
 
 #include <vector>

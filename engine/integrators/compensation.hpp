@@ -13,8 +13,8 @@ namespace atwood {
 //
 //   rest.begin(y); for each i: y_new[i] = rest.add(i, y[i], increment_i); rest.end(y_new);
 //
-// add() may be called several times a component in a step (the substeps of a composition). A caller that edits the state
-// between steps starts afresh; a step taken again from the same y starts from the same rest.
+// add() may be called several times a component in a step (the substeps of a composition). A caller that edits the
+// state between steps starts afresh; a step taken again from the same y starts from the same rest.
 template <class S> class Compensation {
  public:
   Compensation(bool on, int size)
@@ -48,9 +48,9 @@ template <class S> class Compensation {
   std::vector<S> rest_, rest_start_, start_, end_;
 };
 
-// Projects a compensated state between add() and end(). To overwrite y by its projection would round every component anew
-// and throw the rest away; the projection's change is added like any increment instead. A unit quaternion's change lies
-// along q itself, and q' = 1/2 q (0, w) is linear in q, so an error in its size turns nothing.
+// Projects a compensated state between add() and end(). To overwrite y by its projection would round every component
+// anew and throw the rest away; the projection's change is added like any increment instead. A unit quaternion's change
+// lies along q itself, and q' = 1/2 q (0, w) is linear in q, so an error in its size turns nothing.
 template <class S> void project_compensated(const System<S>& system, Compensation<S>& rest, S* y, S* change) {
   if (system.projection_of == nullptr) return system.project(y);
   system.projection_of(system.context, y, change);

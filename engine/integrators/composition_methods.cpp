@@ -5,8 +5,10 @@ namespace atwood {
 namespace {
 
 const std::string parts =
-    " Each kick and drift is of an order-1 map and of its adjoint in turns, so that a rotating body (rotations about its "
-    "principal axes) and forces that depend on velocities (Euler's rule in the velocities, explicit and implicit, in closed "
+    " Each kick and drift is of an order-1 map and of its adjoint in turns, so that a rotating body (rotations about "
+    "its "
+    "principal axes) and forces that depend on velocities (Euler's rule in the velocities, explicit and implicit, in "
+    "closed "
     "form for a magnetic field) keep the order.";
 const std::string leapfrogs =
     " Leapfrog steps (drift, kick, drift) of these lengths, one after another: symmetric, so that a rotating body "
@@ -17,9 +19,12 @@ const std::string yoshida_source = "Yoshida, Phys. Lett. A 150 (1990) 262, ";
 const std::string blanes_moan_source = "Blanes, Moan, J. Comput. Appl. Math. 142 (2002) 313, table 2, ";
 const std::string rotation_source = "; Birdsall, Langdon, Plasma Physics via Computer Simulation (1985), section 4-3";
 const std::string boris =
-    "Boris's push of charges: drift h/2; kick, half the electric force, the velocity turned by the magnetic field, the other "
-    "half; drift h/2. The turn is Cayley's (the vector h q B / 2 m for the tangent of half the angle), the implicit midpoint "
-    "rule in closed form: |v| is kept without an electric field. Other forces may depend on positions and time, none on "
+    "Boris's push of charges: drift h/2; kick, half the electric force, the velocity turned by the magnetic field, the "
+    "other "
+    "half; drift h/2. The turn is Cayley's (the vector h q B / 2 m for the tangent of half the angle), the implicit "
+    "midpoint "
+    "rule in closed form: |v| is kept without an electric field. Other forces may depend on positions and time, none "
+    "on "
     "velocities otherwise.";
 
 struct Charges { const char* scheme; const char* composition; };
@@ -32,22 +37,25 @@ std::vector<MethodInfo> composition_methods() {
       fixed_step("forest-ruth", claims_everywhere(4),
                  "Three kicks between four drifts, drifts first; theta = 1 / (2 - 2^(1/3))." + parts,
                  "Forest, Ruth, Physica D 43 (1990) 105"),
-      fixed_step("pefrl", claims_everywhere(4),
-                 "Four kicks between five drifts (position extended Forest-Ruth like), its free parameter chosen for the "
-                 "least error." + parts,
-                 "Omelyan, Mryglod, Folk, Comput. Phys. Commun. 146 (2002) 188"),
-      fixed_step("mclachlan4", claims_everywhere(4),
-                 "Five kicks, coefficients in closed form with sqrt(19)." + parts,
-                 "McLachlan, SIAM J. Sci. Comput. 16 (1995) 151; Hairer, Lubich, Wanner, Geometric Numerical Integration "
-                 "(2nd ed.), eq. V.3.6"),
+      fixed_step(
+          "pefrl", claims_everywhere(4),
+          "Four kicks between five drifts (position extended Forest-Ruth like), its free parameter chosen for the "
+          "least error." +
+              parts,
+          "Omelyan, Mryglod, Folk, Comput. Phys. Commun. 146 (2002) 188"),
+      fixed_step(
+          "mclachlan4", claims_everywhere(4), "Five kicks, coefficients in closed form with sqrt(19)." + parts,
+          "McLachlan, SIAM J. Sci. Comput. 16 (1995) 151; Hairer, Lubich, Wanner, Geometric Numerical Integration "
+          "(2nd ed.), eq. V.3.6"),
       fixed_step("suzuki4", claims_everywhere(4), "Suzuki's fractal, 5 steps; g = 1 / (4 - 4^(1/3))." + leapfrogs,
                  suzuki_source),
       fixed_step("suzuki6", claims_everywhere(6), "Suzuki's fractal, 25 steps." + leapfrogs, suzuki_source),
       fixed_step("suzuki8", claims_everywhere(8), "Suzuki's fractal, 125 steps." + leapfrogs, suzuki_source),
-      fixed_step("yoshida4", claims_everywhere(4),
-                 "The triple jump, kicks first: four kicks, the last one shared with the next step, between three drifts." +
-                     parts,
-                 yoshida_source + "section 2"),
+      fixed_step(
+          "yoshida4", claims_everywhere(4),
+          "The triple jump, kicks first: four kicks, the last one shared with the next step, between three drifts." +
+              parts,
+          yoshida_source + "section 2"),
       fixed_step("yoshida6", claims_everywhere(6), "7 steps, solution A." + leapfrogs, yoshida_source + "table 1"),
       fixed_step("yoshida8", claims_everywhere(8), "15 steps, solution D." + leapfrogs, yoshida_source + "table 2"),
       fixed_step("blanes-moan4", claims_everywhere(4), "Blanes and Moan's S6, drifts first: six kicks." + parts,
@@ -69,7 +77,8 @@ template <class S> StepperPointer<S> make_composition(StepperRequest<S>& request
   for (const auto& [scheme, composition] : charges) {
     if (request.scheme != scheme) continue;
     if (!request.model.magnetic_only()) {
-      request.why = "atwood/" + request.scheme + " turns velocities by magnetic fields; a force of this scene depends on "
+      request.why = "atwood/" + request.scheme +
+                    " turns velocities by magnetic fields; a force of this scene depends on "
                     "velocities in another way";
       return nullptr;
     }

@@ -68,8 +68,8 @@ Quad root(Quad x, int n) {
   return r;
 }
 
-// Each step of an even order p as n steps, the middle one backwards, which makes p + 2: g, ..., 1 - (n - 1) g, ..., g with
-// (n - 1) g^(p + 1) + (1 - (n - 1) g)^(p + 1) = 0.
+// Each step of an even order p as n steps, the middle one backwards, which makes p + 2: g, ..., 1 - (n - 1) g, ..., g
+// with (n - 1) g^(p + 1) + (1 - (n - 1) g)^(p + 1) = 0.
 Fractions raised(const Fractions& steps, int p, int n) {
   const Quad g = 1 / (n - 1 - root(n - 1, p + 1));
   Fractions all;
@@ -129,23 +129,24 @@ std::vector<Substep> blanes_moan(Fractions a, Fractions b, bool kick_first) {
   return splitting(palindrome(whole, 2 * whole.size() - 1), kick_first);
 }
 
-// The table's a are kicks where those come first, drifts where they do: the conditions are the same for both. For points
-// S6 errs less with drifts first; a splitting of the free top errs less, and has a drift less, with kicks first.
+// The table's a are kicks where those come first, drifts where they do: the conditions are the same for both. For
+// points S6 errs less with drifts first; a splitting of the free top errs less, and has a drift less, with kicks first.
 std::vector<Substep> blanes_moan_s6(bool kick_first) {
-  return blanes_moan(digits({"0.0792036964311956694336634958882688733080", "0.353172906049773988481061311573121056530",
-                             "-0.0420650803577195353681102983025170387204"}),
-                     digits({"0.209515106613362021274072640029501016902", "-0.143851773179818008275115057856527725648"}),
-                     kick_first);
+  return blanes_moan(
+      digits({"0.0792036964311956694336634958882688733080", "0.353172906049773988481061311573121056530",
+              "-0.0420650803577195353681102983025170387204"}),
+      digits({"0.209515106613362021274072640029501016902", "-0.143851773179818008275115057856527725648"}), kick_first);
 }
 std::vector<Substep> blanes_moan4() { return blanes_moan_s6(false); }
 std::vector<Substep> blanes_moan4_kicks_first() { return blanes_moan_s6(true); }
 std::vector<Substep> blanes_moan6() {
-  return blanes_moan(digits({"0.0502627644003926860212216544020741094060", "0.413514300428343815063063720133884438975",
-                             "0.0450798897943980629688970521245134711617", "-0.188054853819568914799128488918870542488",
-                             "0.541960678450780134831414740933072496348"}),
-                     digits({"0.148816447901043231920901005535577588877", "-0.132385865767783647448845426598939921574",
-                             "0.0673076046921844581502578965926010468994", "0.432666402578173597527667970883545298058"}),
-                     true);
+  return blanes_moan(
+      digits({"0.0502627644003926860212216544020741094060", "0.413514300428343815063063720133884438975",
+              "0.0450798897943980629688970521245134711617", "-0.188054853819568914799128488918870542488",
+              "0.541960678450780134831414740933072496348"}),
+      digits({"0.148816447901043231920901005535577588877", "-0.132385865767783647448845426598939921574",
+              "0.0673076046921844581502578965926010468994", "0.432666402578173597527667970883545298058"}),
+      true);
 }
 
 std::vector<Substep> yoshida6() {
@@ -180,14 +181,23 @@ std::vector<Substep> suzuki8() { return leapfrogs(suzuki(8)); }
 }  // namespace
 
 const std::vector<Composition>& compositions() {
-  static const std::vector<Composition> all{
-      {"symplectic-euler", 1, symplectic_euler}, {"leapfrog-kdk", 2, kick_drift_kick}, {"leapfrog-dkd", 2, drift_kick_drift},
-      {"forest-ruth", 4, forest_ruth}, {"pefrl", 4, pefrl}, {"mclachlan4", 4, mclachlan4},
-      {"suzuki4", 4, suzuki4}, {"suzuki6", 6, suzuki6}, {"suzuki8", 8, suzuki8},
-      {"yoshida4", 4, yoshida4}, {"yoshida6", 6, yoshida6}, {"yoshida8", 8, yoshida8},
-      {"blanes-moan4", 4, blanes_moan4}, {"blanes-moan4-kicks-first", 4, blanes_moan4_kicks_first},
-      {"blanes-moan6", 6, blanes_moan6},
-      {"kahan-li6", 6, kahan_li6}, {"kahan-li8", 8, kahan_li8}};
+  static const std::vector<Composition> all{{"symplectic-euler", 1, symplectic_euler},
+                                            {"leapfrog-kdk", 2, kick_drift_kick},
+                                            {"leapfrog-dkd", 2, drift_kick_drift},
+                                            {"forest-ruth", 4, forest_ruth},
+                                            {"pefrl", 4, pefrl},
+                                            {"mclachlan4", 4, mclachlan4},
+                                            {"suzuki4", 4, suzuki4},
+                                            {"suzuki6", 6, suzuki6},
+                                            {"suzuki8", 8, suzuki8},
+                                            {"yoshida4", 4, yoshida4},
+                                            {"yoshida6", 6, yoshida6},
+                                            {"yoshida8", 8, yoshida8},
+                                            {"blanes-moan4", 4, blanes_moan4},
+                                            {"blanes-moan4-kicks-first", 4, blanes_moan4_kicks_first},
+                                            {"blanes-moan6", 6, blanes_moan6},
+                                            {"kahan-li6", 6, kahan_li6},
+                                            {"kahan-li8", 8, kahan_li8}};
   return all;
 }
 

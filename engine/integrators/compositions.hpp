@@ -1,7 +1,7 @@
 // Kicks and drifts in turns, as data: which fractions of a step each method takes, one after another.
 //
-// A kick K changes velocities by forces at fixed positions, a drift D moves bodies freely. With chi_h = D_h K_h (K first)
-// of order 1 and its adjoint chi*_h = K*_h D*_h, every method here is
+// A kick K changes velocities by forces at fixed positions, a drift D moves bodies freely. With chi_h = D_h K_h (K
+// first) of order 1 and its adjoint chi*_h = K*_h D*_h, every method here is
 //   ... chi*_{c4 h} chi_{c3 h} chi*_{c2 h} chi_{c1 h}          or the same with chi* first,
 // so that a kick is K_{direct} K*_{adjoint} and a drift D*_{adjoint} D_{direct} (the right one first). Where kicks and
 // drifts are flows, only the sums direct + adjoint count, and the method is the splitting method that the papers print.

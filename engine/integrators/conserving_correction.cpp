@@ -55,7 +55,8 @@ ProjectedRungeKutta<S>::ProjectedRungeKutta(RigidModel<S>& model, bool compensat
   for (auto& direction : direction_) direction.resize(size_);
 }
 
-// g: energy and angular momentum of the bodies' centres, less what they should be. scale: what their round-off is relative to.
+// g: energy and angular momentum of the bodies' centres, less what they should be. scale: what their round-off is
+// relative to.
 template <class S> void ProjectedRungeKutta<S>::residuals(const S* y, S* g, S* scale) const {
   const S potential = model_.conservative().potential_energy(model_.motion(S(0), y));
   S kinetic = S(0), size = S(0);
@@ -249,8 +250,9 @@ template <class S> S RelaxationRungeKutta<S>::misfit(const S* y, S gamma) {
   return model_.energy(trial_.data()) - energy_;
 }
 
-// The root near 1 of misfit(gamma), which is nearly c gamma (gamma - root): two values give c, the slope at the root, and
-// corrections by that slope go on while they halve the misfit. (Secants would divide round-off by round-off at the end.)
+// The root near 1 of misfit(gamma), which is nearly c gamma (gamma - root): two values give c, the slope at the root,
+// and corrections by that slope go on while they halve the misfit. (Secants would divide round-off by round-off at the
+// end.)
 template <class S> bool RelaxationRungeKutta<S>::find_gamma(const S* y, S& gamma) {
   gamma = S(1);
   S left = misfit(y, gamma);
@@ -276,8 +278,8 @@ template <class S> bool RelaxationRungeKutta<S>::step(S t_s, S h_s, const S* y, 
     const S rest_s = h_s - done_s;
     if (real::abs(rest_s) <= real::epsilon<S>() / S(4) * real::abs(h_s)) break;
     classical_.evaluate(t_s + done_s, rest_s, y_new, d_.data());
-    // A rest of delta h changes the energy by delta^6 of c at most: where that is nothing, its factor would be round-off over
-    // round-off, and the clock wrong by it.
+    // A rest of delta h changes the energy by delta^6 of c at most: where that is nothing, its factor would be
+    // round-off over round-off, and the clock wrong by it.
     const S delta = rest_s / h_s, delta2 = delta * delta;
     S gamma = S(1);
     const bool relaxes = part == 0 || delta2 * delta2 * delta2 > real::epsilon<S>();

@@ -31,11 +31,12 @@ template <class S> class Reference {
   std::int64_t epoch_ = -1;
 };
 
-// Classical RK4, then the nearest state with the run's invariants (Hairer, Lubich, Wanner, Geometric Numerical Integration,
-// 2nd ed., algorithm IV.4.2), near in m |dv|^2 + m |dp|^2 / tau^2 with tau = |v| / |a| of the step's start. Invariants: of
-// points and centres of mass the energy, and where every force is central the angular momentum; of each torque-free body its
-// rotational energy and its angular momentum. An invariant whose gradient depends on those before it to a part in a hundred
-// (angular momentum on a circular orbit) is left to them. Momentum is linear: RK4 keeps it.
+// Classical RK4, then the nearest state with the run's invariants (Hairer, Lubich, Wanner, Geometric Numerical
+// Integration, 2nd ed., algorithm IV.4.2), near in m |dv|^2 + m |dp|^2 / tau^2 with tau = |v| / |a| of the step's
+// start. Invariants: of points and centres of mass the energy, and where every force is central the angular momentum;
+// of each torque-free body its rotational energy and its angular momentum. An invariant whose gradient depends on those
+// before it to a part in a hundred (angular momentum on a circular orbit) is left to them. Momentum is linear: RK4
+// keeps it.
 template <class S> class ProjectedRungeKutta final : public Stepper<S> {
  public:
   ProjectedRungeKutta(RigidModel<S>& model, bool compensated);

@@ -9,8 +9,10 @@ namespace {
 const std::string refuses =
     " Scenes whose energy does not stay (drag, dashpots, thrusters, drives, springs off a body's centre) are refused.";
 const std::string midpoint_top =
-    " A free body's rate and quaternion follow the implicit midpoint rule, which keeps rotational energy, the size of the "
-    "angular momentum and the quaternion's length." + refuses;
+    " A free body's rate and quaternion follow the implicit midpoint rule, which keeps rotational energy, the size of "
+    "the "
+    "angular momentum and the quaternion's length." +
+    refuses;
 
 }  // namespace
 

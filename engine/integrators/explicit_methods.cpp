@@ -11,13 +11,15 @@ struct Entry { const char* scheme; const Tableau* tableau; const char* doc; cons
 // What is said of every pair stands in about(), from the tableau.
 const Entry entries[] = {
     {"explicit-euler", &explicit_euler_tableau, "y_new = y + h f(t, y): p_new = p + h v, v_new = v + h a(t, p, v).",
-     "Euler, Institutionum calculi integralis I (1768), section 650; Hairer, Norsett, Wanner, Solving ODEs I, eq. I.7.3"},
+     "Euler, Institutionum calculi integralis I (1768), section 650; Hairer, Norsett, Wanner, Solving ODEs I, eq. "
+     "I.7.3"},
     {"midpoint", &midpoint_tableau, "Explicit midpoint: k1 = f(t, y), y_new = y + h f(t + h/2, y + h/2 k1).",
      "Runge, Math. Ann. 46 (1895) 167; Hairer, Norsett, Wanner I, eq. II.1.4"},
     {"heun", &heun_tableau, "Trapezoidal Heun: k1 = f(t, y), k2 = f(t + h, y + h k1), y_new = y + h (k1 + k2) / 2.",
      "Heun, Z. Math. Phys. 45 (1900) 23; Hairer, Norsett, Wanner I, table II.1.1"},
     {"ralston2", &ralston2_tableau,
-     "Ralston's two stages: k1 = f(t, y), k2 = f(t + 2h/3, y + 2h/3 k1), y_new = y + h (k1 + 3 k2) / 4, the least bound on the "
+     "Ralston's two stages: k1 = f(t, y), k2 = f(t + 2h/3, y + 2h/3 k1), y_new = y + h (k1 + 3 k2) / 4, the least "
+     "bound on the "
      "local error that two stages can have.",
      "Ralston, Math. Comp. 16 (1962) 431, eq. 3.5"},
     {"kutta3", &kutta3_tableau,
@@ -34,21 +36,25 @@ const Entry entries[] = {
     {"cash-karp5", &cash_karp5_tableau, "Cash and Karp's pair, its results of orders 5 and 4 alone.",
      "Cash, Karp, ACM Trans. Math. Softw. 16 (1990) 201, section 2"},
     {"dopri5", &dormand_prince5_tableau, "Dormand and Prince's pair.",
-     "Dormand, Prince, J. Comput. Appl. Math. 6 (1980) 19, table 2; Hairer, Norsett, Wanner I, table II.5.2 and eq. II.6.12"},
+     "Dormand, Prince, J. Comput. Appl. Math. 6 (1980) 19, table 2; Hairer, Norsett, Wanner I, table II.5.2 and eq. "
+     "II.6.12"},
     {"tsit5", &tsitouras5_tableau,
-     "Tsitouras's pair, which meets the first column simplifying assumption alone; its interpolant is a smooth one of our own, "
+     "Tsitouras's pair, which meets the first column simplifying assumption alone; its interpolant is a smooth one of "
+     "our own, "
      "the paper's is not smooth.",
      "Tsitouras, Comput. Math. Appl. 62 (2011) 770, table 1"},
     {"verner6", &verner6_tableau, "Verner's \"most robust\" pair of orders 6 and 5.",
      "Verner, Numer. Algorithms 53 (2010) 383, and the tables on his pages"},
     {"rkf78", &fehlberg78_tableau,
-     "Fehlberg's pair: the order-7 result advances, the order-8 one judges the step. The estimate is 0 where the rate depends "
+     "Fehlberg's pair: the order-7 result advances, the order-8 one judges the step. The estimate is 0 where the rate "
+     "depends "
      "on t alone.",
      "Fehlberg, NASA TR R-287 (1968), table X"},
     {"verner8", &verner8_tableau, "Verner's \"most robust\" pair of orders 8 and 7.",
      "Verner, Numer. Algorithms 53 (2010) 383, and the tables on his pages"},
     {"dop853", &dormand_prince853_tableau,
-     "Dormand and Prince's method of order 8 with Hairer's estimates of orders 5 and 3, which combine to one of order 7: "
+     "Dormand and Prince's method of order 8 with Hairer's estimates of orders 5 and 3, which combine to one of order "
+     "7: "
      "e = e5^2 / sqrt(e5^2 + e3^2 / 100).",
      "Hairer, Norsett, Wanner I, section II.5, eq. II.10.17 and the code DOP853"},
     {"verner9", &verner9_tableau, "Verner's \"most efficient\" pair of orders 9 and 8.",
@@ -64,7 +70,8 @@ std::string dense_output(const Tableau& t) {
   if (t.dense_order == 0) return "samples by a shorter step of the same method.";
   std::string own = t.dense_order == 3 ? "samples by the cubic Hermite polynomial, of order 3"
                                        : "samples by its own interpolant of order " + std::to_string(t.dense_order);
-  if (t.dense_stages > 0) own += ", whose " + std::to_string(t.dense_stages) + " further stages are evaluated only then";
+  if (t.dense_stages > 0)
+    own += ", whose " + std::to_string(t.dense_stages) + " further stages are evaluated only then";
   return own + ".";
 }
 
@@ -91,7 +98,8 @@ std::vector<MethodInfo> explicit_runge_kutta_methods() {
 template <class S> StepperPointer<S> make_explicit_runge_kutta(StepperRequest<S>& request) {
   for (const Entry& entry : entries)
     if (request.scheme == entry.scheme)
-      return std::make_unique<ExplicitRungeKutta<S>>(request.model.system(), *entry.tableau, request.flag("compensated"));
+      return std::make_unique<ExplicitRungeKutta<S>>(request.model.system(), *entry.tableau,
+                                                     request.flag("compensated"));
   return nullptr;
 }
 

@@ -1,13 +1,13 @@
-// What an explicit Runge-Kutta step computes, in the scalar of a run: the contract between the general stepper and the loops that
-// fuse many of its steps.
+// What an explicit Runge-Kutta step computes, in the scalar of a run: the contract between the general stepper and the
+// loops that fuse many of its steps.
 #pragma once
 
 #include <vector>
 
 namespace atwood {
 
-// k_i = f(y + h slope_i), y_new = y + h slope_b, then the projection; slope = w_0 k_(stage 0), += w_1 k_(stage 1), ... in the
-// order of the row (zeros of the tableau left out).
+// k_i = f(y + h slope_i), y_new = y + h slope_b, then the projection; slope = w_0 k_(stage 0), += w_1 k_(stage 1), ...
+// in the order of the row (zeros of the tableau left out).
 template <class S> struct ExplicitWeights {
   struct Row { std::vector<int> stage; std::vector<S> weight; };
   std::vector<Row> a;              // one a stage; that of the first is empty

@@ -11,7 +11,8 @@
 
 namespace atwood {
 
-// Which stepper is wanted. `settings` holds the method's own defaults with the caller's changes over them, types checked.
+// Which stepper is wanted. `settings` holds the method's own defaults with the caller's changes over them, types
+// checked.
 template <class S> struct StepperRequest {
   std::string scheme;
   RigidModel<S>& model;   // outlives the stepper
@@ -44,8 +45,9 @@ ATWOOD_FAMILY(high_precision);        // Radau 15, extrapolation, Taylor
 
 // ---- how families write their entries -------------------------------------------------------------------------
 std::map<std::string, double> claims_everywhere(double order);  // point-mass, velocity-dependent, rotation
-MethodInfo fixed_step(const std::string& scheme, std::map<std::string, double> claims, const std::string& doc,
-                      const std::string& source);               // equal steps; settings: scalar, compensated, gravity, opening, threads
+MethodInfo fixed_step(
+    const std::string& scheme, std::map<std::string, double> claims, const std::string& doc,
+    const std::string& source);  // equal steps; settings: scalar, compensated, gravity, opening, threads
 // With a tolerance too; settings: those and the step control's.
 MethodInfo with_tolerance(const std::string& scheme, std::map<std::string, double> claims, const std::string& doc,
                           const std::string& source);

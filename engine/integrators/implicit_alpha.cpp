@@ -19,7 +19,8 @@ GeneralisedAlpha<S>::GeneralisedAlpha(RigidModel<S>& model, S rho, bool compensa
   };
   second_ = weights((S(2) - rho) / (S(1) + rho), true);
   first_ = weights((S(3) - rho) / (S(2) + S(2) * rho), false);
-  for (std::vector<S>* room : {&z_, &k_, &known_, &at_, &slope_, &rate_, &rate_new_, &start_, &end_}) room->resize(size_);
+  for (std::vector<S>* room : {&z_, &k_, &known_, &at_, &slope_, &rate_, &rate_new_, &start_, &end_})
+    room->resize(size_);
   if (model.bare_problem()) return;
   for (int body = 0; body < model.body_count(); ++body)
     for (int i = 0; i < 3 && model.offset(body) >= 0; ++i) {
@@ -29,7 +30,8 @@ GeneralisedAlpha<S>::GeneralisedAlpha(RigidModel<S>& model, S rho, bool compensa
 }
 
 // The solver's unknown is z = af (y_new - y); its equation z = h k(z). With f the law at y + z:
-//   rate entries and velocities: k = af (r_n + g (f - r_n) / am),   positions: k = af (v + h (a_n / 2 + b (f_v - a_n) / am))
+//   rate entries and velocities: k = af (r_n + g (f - r_n) / am),   positions: k = af (v + h (a_n / 2 + b (f_v - a_n) /
+//   am))
 template <class S> void GeneralisedAlpha<S>::rates_at(void* stepper, const S* z, S* k) {
   auto& self = *static_cast<GeneralisedAlpha*>(stepper);
   for (int i = 0; i < self.size_; ++i) self.at_[i] = self.y_start_[i] + z[i];

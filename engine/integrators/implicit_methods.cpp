@@ -8,32 +8,38 @@ namespace atwood {
 namespace {
 
 const std::string solved_how =
-    " Stage equations are solved to the round-off of the scalar, by sweeps where they contract fast, else by simplified "
+    " Stage equations are solved to the round-off of the scalar, by sweeps where they contract fast, else by "
+    "simplified "
     "Newton iteration on the same equations: its Jacobian, by differences, only preconditions, so the solver has no "
     "tolerance that could enter the order.";
 const std::string gauss_attitude =
-    " A rotating body's quaternion is integrated as four numbers, q' = 1/2 q (0, w), beside Euler's equations in body axes; "
+    " A rotating body's quaternion is integrated as four numbers, q' = 1/2 q (0, w), beside Euler's equations in body "
+    "axes; "
     "its length is a quadratic invariant, which the method keeps to round-off with no projection.";
 
 MethodInfo gauss(const std::string& scheme, int stages, const std::string& name) {
   const int order = 2 * stages;
-  return fixed_step(scheme, claims_everywhere(order),
-                    name + ": collocation at the zeros of Legendre's polynomial of degree " + std::to_string(stages) +
-                        ", of order " + std::to_string(order) +
-                        "; symplectic, reversible, A-stable without damping at infinity; quadratic invariants stay." +
-                        solved_how + gauss_attitude,
-                    "Butcher, Math. Comp. 18 (1964) 50; Hairer, Wanner, Solving ODEs II (2nd ed.), section IV.5; Hairer, "
-                    "Lubich, Wanner, Geometric Numerical Integration (2nd ed.), VIII.6");
+  return fixed_step(
+      scheme, claims_everywhere(order),
+      name + ": collocation at the zeros of Legendre's polynomial of degree " + std::to_string(stages) + ", of order " +
+          std::to_string(order) +
+          "; symplectic, reversible, A-stable without damping at infinity; quadratic invariants stay." + solved_how +
+          gauss_attitude,
+      "Butcher, Math. Comp. 18 (1964) 50; Hairer, Wanner, Solving ODEs II (2nd ed.), section IV.5; Hairer, "
+      "Lubich, Wanner, Geometric Numerical Integration (2nd ed.), VIII.6");
 }
 
 MethodInfo generalised_alpha() {
-  MethodInfo info = fixed_step(
-      "generalised-alpha", claims_everywhere(2),
-      "The law is met at t + h / (1 + rho): positions and velocities by the second-order form, attitudes and body rates by the "
-      "first-order one. rho_infinity, in [0, 1], is the spectral radius for infinitely stiff components: 1 keeps them, 0 "
-      "removes them in one step." + solved_how,
-      "Chung, Hulbert, J. Appl. Mech. 60 (1993) 371, eq. 17, 20 and 25; Jansen, Whiting, Hulbert, Comput. Methods Appl. Mech. "
-      "Eng. 190 (2000) 305, eq. 19 and 24");
+  MethodInfo info = fixed_step("generalised-alpha", claims_everywhere(2),
+                               "The law is met at t + h / (1 + rho): positions and velocities by the second-order "
+                               "form, attitudes and body rates by the "
+                               "first-order one. rho_infinity, in [0, 1], is the spectral radius for infinitely stiff "
+                               "components: 1 keeps them, 0 "
+                               "removes them in one step." +
+                                   solved_how,
+                               "Chung, Hulbert, J. Appl. Mech. 60 (1993) 371, eq. 17, 20 and 25; Jansen, Whiting, "
+                               "Hulbert, Comput. Methods Appl. Mech. "
+                               "Eng. 190 (2000) 305, eq. 19 and 24");
   info.settings["rho_infinity"] = 0.8;
   return info;
 }
@@ -91,7 +97,8 @@ template <class S> StepperPointer<S> make_implicit(StepperRequest<S>& request) {
   if (scheme == "sdirk4") return runge_kutta(sdirk4_tableau(), true);
   if (scheme != "generalised-alpha") return nullptr;
   const double rho = request.number("rho_infinity");
-  if (rho >= 0 && rho <= 1) return std::make_unique<GeneralisedAlpha<S>>(request.model, S(rho), request.flag("compensated"));
+  if (rho >= 0 && rho <= 1)
+    return std::make_unique<GeneralisedAlpha<S>>(request.model, S(rho), request.flag("compensated"));
   request.why = "generalised-alpha: rho_infinity must lie in [0, 1]";
   return nullptr;
 }

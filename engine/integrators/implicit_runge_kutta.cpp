@@ -5,7 +5,8 @@
 namespace atwood {
 
 template <class S>
-ImplicitRungeKutta<S>::ImplicitRungeKutta(System<S>& system, const CollocationTableau& tableau, const ImplicitOptions& options)
+ImplicitRungeKutta<S>::ImplicitRungeKutta(System<S>& system, const CollocationTableau& tableau,
+                                          const ImplicitOptions& options)
     : Stepper<S>(system),
       size_(system.size),
       stages_(tableau.stages),

@@ -17,9 +17,10 @@ struct ImplicitOptions {
 //
 //   z_i = h sum_j a_ij k_j,   k_j = f(t + c_j h, y + z_j),   y_new = y + h sum_j b_j k_j
 //
-// Stages that depend on each other are solved together, those that depend on earlier ones only after them: a full matrix is
-// one system, a lower triangular one (DIRK) a row of small ones, a stage with a_ii = 0 none. All stages of a system are
-// evaluated in one batch. The first guess continues the last step's collocation polynomial where that step ended here.
+// Stages that depend on each other are solved together, those that depend on earlier ones only after them: a full
+// matrix is one system, a lower triangular one (DIRK) a row of small ones, a stage with a_ii = 0 none. All stages of a
+// system are evaluated in one batch. The first guess continues the last step's collocation polynomial where that step
+// ended here.
 template <class S> class ImplicitRungeKutta final : public Stepper<S> {
  public:
   ImplicitRungeKutta(System<S>& system, const CollocationTableau& tableau, const ImplicitOptions& options);

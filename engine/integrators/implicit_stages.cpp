@@ -22,7 +22,8 @@ std::vector<Quad> inverse(const std::vector<Quad>& a, int n) {
 
 template <class S> constexpr S huge = S(1e30f);
 
-// More would follow a change of this size, each the ratio to its forerunner smaller: their sum against a thousandth ulp.
+// More would follow a change of this size, each the ratio to its forerunner smaller: their sum against a thousandth
+// ulp.
 template <class S> bool rest_is_nothing(S now, S before) {
   if (now == S(0)) return true;
   return before < huge<S> && now <= before / S(2) && now * (now / before) * S(2) < real::epsilon<S>() / S(1024);

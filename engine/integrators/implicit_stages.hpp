@@ -7,15 +7,15 @@
 
 namespace atwood {
 
-// For increments z_i = Y_i - y (Hairer, Lubich, Wanner, Geometric Numerical Integration, 2nd ed., VIII.6: their round-off
-// is that of z, not that of y):
+// For increments z_i = Y_i - y (Hairer, Lubich, Wanner, Geometric Numerical Integration, 2nd ed., VIII.6: their
+// round-off is that of z, not that of y):
 //
 //   z_i = known_i + h sum_j a_ij k_j,   k_j = the rate at stage j, a function of z_j alone
 //
 // Fixed-point sweeps while they contract fast; otherwise simplified Newton iteration on these same equations, with
 // Jacobians of the stages by differences. The Jacobians only precondition: both iterations end when the equations
-// themselves hold to round-off (a change that is 0, that would be followed by less than a thousandth of an ulp, or that no
-// longer shrinks among the last digits), so no tolerance of the solver enters the order of a method.
+// themselves hold to round-off (a change that is 0, that would be followed by less than a thousandth of an ulp, or that
+// no longer shrinks among the last digits), so no tolerance of the solver enters the order of a method.
 //
 // Component i of stage s is z[i * stages + s]; k and known likewise, as in System::rates.
 template <class S> class StageSolver {
@@ -24,7 +24,8 @@ template <class S> class StageSolver {
 
   StageSolver(int size, std::vector<Quad> a);  // a row-major, stages x stages, not singular
 
-  // z holds the first guess. True: z and k solve the equations. y is only what z is measured against. Allocates nothing.
+  // z holds the first guess. True: z and k solve the equations. y is only what z is measured against. Allocates
+  // nothing.
   bool solve(Rates rates, void* context, S h_s, const S* y, const S* known, S* z, S* k);
   int stages() const { return stages_; }
   // Of the last solve(): was it Newton that solved it, and d rate_i / d z_c of a stage where it was.

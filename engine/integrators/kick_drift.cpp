@@ -53,8 +53,12 @@ template <class S> void renormalise(const RigidModel<S>& model, S* y, Compensati
 // Entries that accelerations() leaves alone stay 0: kicks move nothing.
 template <class S>
 Kicker<S>::Kicker(RigidModel<S>& model)
-    : model_(model), acceleration_(model.state_size()), middle_(model.state_size()), omega_W_(model.body_count()),
-      solver_(model.velocity_dependent() ? model.state_size() : 0) {}  // a square matrix: none where no kick is solved for
+    : model_(model),
+      acceleration_(model.state_size()),
+      middle_(model.state_size()),
+      omega_W_(model.body_count()),
+      solver_(model.velocity_dependent() ? model.state_size() : 0) {
+}  // a square matrix: none where no kick is solved for
 
 template <class S> void Kicker<S>::add(S h_s, S* y, Compensation<S>& rest) const {
   for (const int i : model_.moving()) {

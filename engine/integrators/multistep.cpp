@@ -5,7 +5,8 @@
 namespace atwood {
 
 template <class S>
-Multistep<S>::Multistep(System<S>& system, const MultistepTable& table, std::unique_ptr<Stepper<S>> starter, bool compensated)
+Multistep<S>::Multistep(System<S>& system, const MultistepTable& table, std::unique_ptr<Stepper<S>> starter,
+                        bool compensated)
     : Stepper<S>(system),
       size_(system.size),
       increment_(table.increment.begin(), table.increment.end()),

@@ -10,8 +10,8 @@
 namespace atwood {
 
 // Adams and BDF methods with equal steps. The first steps, while there is too little history, are steps of `starter`, a
-// one-step method of higher order. A state that the caller edited, another h or another law (System::epoch) starts afresh.
-// A step taken again from the same state over another h is the starter's, and leaves the history as it is.
+// one-step method of higher order. A state that the caller edited, another h or another law (System::epoch) starts
+// afresh. A step taken again from the same state over another h is the starter's, and leaves the history as it is.
 template <class S> class Multistep final : public Stepper<S> {
  public:
   Multistep(System<S>& system, const MultistepTable& table, std::unique_ptr<Stepper<S>> starter, bool compensated);

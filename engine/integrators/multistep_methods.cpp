@@ -26,11 +26,13 @@ Choice chosen(const std::string& scheme) {
 const std::string history =
     " An edited state, another step size or another law (a thruster switches) starts afresh.";
 const std::string attitude =
-    " A rotating body's quaternion is integrated as four numbers, q' = 1/2 q (0, w), beside Euler's equations in body axes, "
+    " A rotating body's quaternion is integrated as four numbers, q' = 1/2 q (0, w), beside Euler's equations in body "
+    "axes, "
     "and normalised after each step; the history of rates stays.";
 
 std::string starter(const std::string& name, int stages, int order) {
-  return " The first steps are " + name + " of " + std::to_string(stages) + " stages, of order " + std::to_string(order) + ".";
+  return " The first steps are " + name + " of " + std::to_string(stages) + " stages, of order " +
+         std::to_string(order) + ".";
 }
 
 int gauss_stages(int order) { return order / 2 + 1; }        // of order 2 s > order

@@ -1,4 +1,5 @@
-// Coefficients of linear multistep methods with equal steps, generated from the integrals and differences that define them.
+// Coefficients of linear multistep methods with equal steps, generated from the integrals and differences that define
+// them.
 #pragma once
 
 #include <vector>

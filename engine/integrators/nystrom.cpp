@@ -7,8 +7,8 @@
 namespace atwood {
 namespace {
 
-// Calls of(p, v) with the entries of a position and its velocity, for every body that moves; all of them are points. Held
-// bodies stay as they are, whatever velocity they wait with.
+// Calls of(p, v) with the entries of a position and its velocity, for every body that moves; all of them are points.
+// Held bodies stay as they are, whatever velocity they wait with.
 template <class S, class Of> void for_each_coordinate(const RigidModel<S>& model, const Of& of) {
   for (const int body : model.moving())
     for (int p = model.offset(body) + at_position, k = 0; k < 3; ++k, ++p) of(p, p + at_velocity - at_position);

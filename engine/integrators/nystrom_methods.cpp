@@ -6,10 +6,12 @@ namespace atwood {
 namespace {
 
 const std::string where =
-    " For x'' = a(t, x) alone: points under forces of time and position. Forces of velocity, bodies that rotate and bare "
+    " For x'' = a(t, x) alone: points under forces of time and position. Forces of velocity, bodies that rotate and "
+    "bare "
     "problems are refused.";
-const std::string pair = " Without a tolerance: equal steps. With one: PI step control on positions and velocities, samples by "
-                         "a shorter step of the same method.";
+const std::string pair =
+    " Without a tolerance: equal steps. With one: PI step control on positions and velocities, samples by "
+    "a shorter step of the same method.";
 
 std::map<std::string, double> points(double order) { return {{"point-mass", order}}; }
 
@@ -30,19 +32,25 @@ std::vector<MethodInfo> nystrom_methods() {
                      "v_new = v + h sum b'_i k_i. 6 stages, the last shared with the next step: 5 evaluations a step." +
                          pair + where,
                      "Dormand, El-Mikkawy, Prince, IMA J. Numer. Anal. 7 (1987) 235"),
-      with_tolerance("dprkn12", points(12),
-                     "Runge-Kutta-Nystrom pair of orders 12 and 10, RKN12(10)17M. 17 stages, as many evaluations a "
-                     "step." + pair + where,
-                     "Dormand, El-Mikkawy, Prince, IMA J. Numer. Anal. 7 (1987) 423; Brankin, Gladwell, Dormand, Prince, "
-                     "Seward, ACM Trans. Math. Softw. 15 (1989) 31, algorithm 670"),
-      fixed_step("blanes-moan-rkn4", points(4),
-                 "Symplectic and symmetric Runge-Kutta-Nystrom method SRKN_6^b: seven kicks with six drifts between them, the "
-                 "last kick's acceleration shared with the next step: 6 evaluations a step." + where,
-                 "Blanes, Moan, J. Comput. Appl. Math. 142 (2002) 313, table 3"),
-      fixed_step("blanes-moan-rkn6", points(6),
-                 "Symplectic and symmetric Runge-Kutta-Nystrom method SRKN_14^a: fifteen drifts with fourteen kicks between "
-                 "them, 14 evaluations a step." + where,
-                 "Blanes, Moan, J. Comput. Appl. Math. 142 (2002) 313, table 3")};
+      with_tolerance(
+          "dprkn12", points(12),
+          "Runge-Kutta-Nystrom pair of orders 12 and 10, RKN12(10)17M. 17 stages, as many evaluations a "
+          "step." +
+              pair + where,
+          "Dormand, El-Mikkawy, Prince, IMA J. Numer. Anal. 7 (1987) 423; Brankin, Gladwell, Dormand, Prince, "
+          "Seward, ACM Trans. Math. Softw. 15 (1989) 31, algorithm 670"),
+      fixed_step(
+          "blanes-moan-rkn4", points(4),
+          "Symplectic and symmetric Runge-Kutta-Nystrom method SRKN_6^b: seven kicks with six drifts between them, the "
+          "last kick's acceleration shared with the next step: 6 evaluations a step." +
+              where,
+          "Blanes, Moan, J. Comput. Appl. Math. 142 (2002) 313, table 3"),
+      fixed_step(
+          "blanes-moan-rkn6", points(6),
+          "Symplectic and symmetric Runge-Kutta-Nystrom method SRKN_14^a: fifteen drifts with fourteen kicks between "
+          "them, 14 evaluations a step." +
+              where,
+          "Blanes, Moan, J. Comput. Appl. Math. 142 (2002) 313, table 3")};
 }
 
 template <class S> StepperPointer<S> make_nystrom(StepperRequest<S>& request) {
@@ -55,8 +63,8 @@ template <class S> StepperPointer<S> make_nystrom(StepperRequest<S>& request) {
   }
   const bool compensated = request.flag("compensated");
   if (pairs)
-    return std::make_unique<Nystrom<S>>(request.model, scheme == "dprkn6" ? dormand_prince_nystrom6 : dormand_prince_nystrom12,
-                                        compensated);
+    return std::make_unique<Nystrom<S>>(
+        request.model, scheme == "dprkn6" ? dormand_prince_nystrom6 : dormand_prince_nystrom12, compensated);
   return std::make_unique<SymplecticNystrom<S>>(
       request.model, scheme == "blanes-moan-rkn4" ? blanes_moan_nystrom4 : blanes_moan_nystrom6, compensated);
 }

@@ -47,10 +47,12 @@ template <class S> bool KickDrift<S>::step(S t_s, S h_s, const S* y, S* y_new) {
 template <class S>
 StepperPointer<S> make_kick_drift(StepperRequest<S>& request, const std::string& composition, FreeTop top) {
   if (request.model.bare_problem()) {
-    request.why = "atwood/" + request.scheme + " needs positions and velocities; this problem is a bare system of equations";
+    request.why =
+        "atwood/" + request.scheme + " needs positions and velocities; this problem is a bare system of equations";
     return nullptr;
   }
-  return std::make_unique<KickDrift<S>>(request.model, *find_composition(composition), top, request.flag("compensated"));
+  return std::make_unique<KickDrift<S>>(request.model, *find_composition(composition), top,
+                                        request.flag("compensated"));
 }
 
 #define ATWOOD_INSTANTIATE(S) \

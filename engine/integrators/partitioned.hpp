@@ -31,6 +31,7 @@ template <class S> class KickDrift final : public Stepper<S> {
 
 // The stepper, or null with the reason why the scene is not one of bodies.
 template <class S>
-StepperPointer<S> make_kick_drift(StepperRequest<S>& request, const std::string& composition, FreeTop top = FreeTop::splitting);
+StepperPointer<S> make_kick_drift(StepperRequest<S>& request, const std::string& composition,
+                                  FreeTop top = FreeTop::splitting);
 
 }  // namespace atwood

@@ -190,7 +190,8 @@ template <class S> S Radau15<S>::sweep_batch(S h_s, LaneArray<S>& rate_before) {
   return most;
 }
 
-// Node after node; what a node's rate turns out to be at once moves those of the nodes after it (Rein and Spiegel, eq. 10).
+// Node after node; what a node's rate turns out to be at once moves those of the nodes after it (Rein and Spiegel, eq.
+// 10).
 template <class S> S Radau15<S>::sweep_nodes(S h_s) {
   S *rate = lanes_of(rate_), *base = lanes_of(base_);
   S most = S(0);
@@ -246,8 +247,8 @@ template <class S> void Radau15<S>::finish(S h_s, const S* y, S* y_new) {
   this->system_.project(y_new);
 }
 
-// Kahan's sum with Knuth's two-sum, as in compensation.hpp; the rests are on record with the step, so that samples inside it
-// and steps taken again start from the same ones.
+// Kahan's sum with Knuth's two-sum, as in compensation.hpp; the rests are on record with the step, so that samples
+// inside it and steps taken again start from the same ones.
 template <class S> S Radau15<S>::add(int i, S y, S increment) {
   if (!options_.compensated) return y + increment;
   const S wanted = increment + rest_[i], sum = y + wanted, part = sum - y;
@@ -255,8 +256,8 @@ template <class S> S Radau15<S>::add(int i, S y, S increment) {
   return sum;
 }
 
-// Keeps the record of the last step that advise() accepted: samples inside it are steps from its start, and the next step
-// starts at its end.
+// Keeps the record of the last step that advise() accepted: samples inside it are steps from its start, and the next
+// step starts at its end.
 template <class S>
 void Radau15<S>::put_on_record(S t_s, S h_s, const S* y, const S* y_new, bool predicted) {
   last_ = kept_ >= 0 ? 1 - kept_ : 1 - last_;
@@ -329,8 +330,8 @@ template <class S> S Radau15<S>::roughness() const {
   return most;
 }
 
-// The rates' coefficients fall about as q^k h^k, so the last one, over the rates, is q^7; the local error of order 16 is some
-// number times q^15, taken as q^14 / 100: with it, Kepler and Pleiades end near the tolerance asked for.
+// The rates' coefficients fall about as q^k h^k, so the last one, over the rates, is q^7; the local error of order 16
+// is some number times q^15, taken as q^14 / 100: with it, Kepler and Pleiades end near the tolerance asked for.
 template <class S> auto Radau15<S>::advise(S rtol, S) -> typename Stepper<S>::Advice {
   const S h_s = this->h_s_;
   if (!converged_) return {false, h_s / S(2)};

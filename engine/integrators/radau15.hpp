@@ -1,6 +1,7 @@
-// Collocation at Radau's eight nodes that hold the start of the step: order 15, solved by sweeps over the rates (Everhart
-// 1985; Rein and Spiegel, MNRAS 446 (2015) 1424). The rates of a step are guessed by extrapolating those of the step before.
-// Positions are integrated twice from the accelerations, so velocities need no stages where no force asks for them.
+// Collocation at Radau's eight nodes that hold the start of the step: order 15, solved by sweeps over the rates
+// (Everhart 1985; Rein and Spiegel, MNRAS 446 (2015) 1424). The rates of a step are guessed by extrapolating those of
+// the step before. Positions are integrated twice from the accelerations, so velocities need no stages where no force
+// asks for them.
 #pragma once
 
 #include "integrators/stepper.hpp"
@@ -25,7 +26,8 @@ template <class S> struct RadauTable {
 template <class S> const RadauTable<S>& radau_table();
 
 struct RadauOptions {
-  bool sequential = false;   // a node after another, each with the newest rates; otherwise all nodes at once, as one batch
+  bool sequential =
+      false;  // a node after another, each with the newest rates; otherwise all nodes at once, as one batch
   bool compensated = true;
 };
 

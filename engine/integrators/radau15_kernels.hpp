@@ -35,8 +35,8 @@ ATWOOD_INLINE void stages(const std::vector<int>& components, int shift, const S
 
 // What the stages start from: y, or the straight line y + c h v.
 template <class S>
-ATWOOD_INLINE void lay_base(const std::vector<int>& once, const std::vector<int>& twice, const RadauTable<S>& table, S h_s,
-                            const S* y, S* base) {
+ATWOOD_INLINE void lay_base(const std::vector<int>& once, const std::vector<int>& twice, const RadauTable<S>& table,
+                            S h_s, const S* y, S* base) {
   const Pack<S> elapsed_s = h_s * load(table.c);
   for (const int i : once) store<S>(spread(y[i]), base + i * nodes);
   for (const int i : twice) store<S>(spread(y[i]) + y[i + 3] * elapsed_s, base + i * nodes);
@@ -53,8 +53,8 @@ ATWOOD_INLINE S change(const std::vector<int>& components, const S* weight, cons
 
 // The polynomial through the rates of `from`, at tau = offset + ratio c of its step, plus what it missed last time.
 template <class S>
-ATWOOD_INLINE void extrapolate(const std::vector<int>& components, const RadauTable<S>& table, S offset, S ratio, S trust,
-                               const S* from, const S* miss, S* out) {
+ATWOOD_INLINE void extrapolate(const std::vector<int>& components, const RadauTable<S>& table, S offset, S ratio,
+                               S trust, const S* from, const S* miss, S* out) {
   const Pack<S> tau = offset + ratio * load(table.c);
   const Columns<S> powers(table.power, S(1));
   for (const int i : components) {
@@ -88,8 +88,8 @@ ATWOOD_INLINE void sum_ends(const std::vector<int>& components, const RadauTable
 
 // Node n has other rates than `rate` says: moves those of the nodes after it, by Newton's term of node n.
 template <class S>
-ATWOOD_INLINE S shift_later_nodes(const std::vector<int>& components, const S* weight, const RadauTable<S>& table, int n,
-                                  const S* node_rate, S* rate) {
+ATWOOD_INLINE S shift_later_nodes(const std::vector<int>& components, const S* weight, const RadauTable<S>& table,
+                                  int n, const S* node_rate, S* rate) {
   const Pack<S> term = load(table.newton[n]);
   S most = S(0);
   for (const int i : components) {

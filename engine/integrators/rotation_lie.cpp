@@ -19,11 +19,11 @@ template <class S> Vec3<S> LieRungeKutta<S>::spin(int stage, int at) const {
 }
 
 // Stages at 0, h/2, h/2, h:
-//   Munthe-Kaas       exp(h/2 k1)   exp(h/2 k2)   exp(h k3),                    q_new: exp(h (k1 + 2 k2 + 2 k3 + k4) / 6)
-//   commutator-free   exp(h/2 k1)   exp(h/2 k2)   exp(h/2 k1) exp(h k3 - h/2 k1),
+//   Munthe-Kaas       exp(h/2 k1)   exp(h/2 k2)   exp(h k3),                    q_new: exp(h (k1 + 2 k2 + 2 k3 + k4) /
+//   6) commutator-free   exp(h/2 k1)   exp(h/2 k2)   exp(h/2 k1) exp(h k3 - h/2 k1),
 //                     q_new: exp(h (3 k1 + 2 k2 + 2 k3 - k4) / 12) exp(h (-k1 + 2 k2 + 2 k3 + 3 k4) / 12)
-// k: body rates, by Munthe-Kaas pulled back to the start of the step. The first factor stands left: it acts first in body
-// axes.
+// k: body rates, by Munthe-Kaas pulled back to the start of the step. The first factor stands left: it acts first in
+// body axes.
 template <class S> auto LieRungeKutta<S>::stage_turns(int stage, S h_s, int at) const -> Turns {
   const S half_s = h_s / S(2);
   if (stage < 3) return {half_s * spin(stage - 1, at), {}};
@@ -54,7 +54,8 @@ template <class S> void LieRungeKutta<S>::rotation_rates(int stage, S h_s) {
     if (!model_.rotates(i)) continue;
     const int at = model_.offset(i);
     Vec3<S> w = load3(stage_.data() + at + at_body_rate);
-    if (method_ == LieMethod::munthe_kaas && stage > 0) w = inverse_left_jacobian(-stage_turns(stage, h_s, at).first, w);
+    if (method_ == LieMethod::munthe_kaas && stage > 0)
+      w = inverse_left_jacobian(-stage_turns(stage, h_s, at).first, w);
     store3(w, k_[stage].data() + at + at_attitude);
   }
 }

@@ -10,7 +10,8 @@ namespace atwood {
 enum class LieMethod {
   // RK4 for the rotation vector s of q = q_0 exp(s), s' = J_r(s)^-1 w (Munthe-Kaas, Appl. Numer. Math. 29 (1999) 115).
   munthe_kaas,
-  // Four stages, two exponentials in the last, no commutators (Celledoni, Marthinsen, Owren, Future Gener. Comput. Syst.
+  // Four stages, two exponentials in the last, no commutators (Celledoni, Marthinsen, Owren, Future Gener. Comput.
+  // Syst.
   // 19 (2003) 341, eq. 6).
   commutator_free,
 };

@@ -55,7 +55,8 @@ template <class S> auto ExplicitRungeKutta<S>::row_of(const Combination& c) -> t
 
 template <class S> S ExplicitRungeKutta<S>::sum(const Combination& combination, int i) const {
   if (combination.terms == 0) return S(0);
-  S total = combination.weight[0] * k_[combination.stage[0]][i];  // not 0 + ...: as add_terms() has it, zeros' signs too
+  S total =
+      combination.weight[0] * k_[combination.stage[0]][i];  // not 0 + ...: as add_terms() has it, zeros' signs too
   for (int j = 1; j < combination.terms; ++j) total += combination.weight[j] * k_[combination.stage[j]][i];
   return total;
 }
@@ -68,7 +69,8 @@ constexpr int shortest_wide_state = 40;
 // The sum first, so that y is rounded once. The number of terms is known to the compiler: the loop over components
 // then runs in vector lanes.
 template <class S, int terms>
-ATWOOD_INLINE void add_sum(const S* y, S h_s, const S* const* rates, const int* stage, const S* weights, int size, S* out) {
+ATWOOD_INLINE void add_sum(const S* y, S h_s, const S* const* rates, const int* stage, const S* weights, int size,
+                           S* out) {
   const S* k[terms];
   S weight[terms];
   for (int j = 0; j < terms; ++j) {
@@ -88,7 +90,9 @@ ATWOOD_INLINE void add_sum(const S* y, S h_s, const S* const* rates, const int* 
 template <class S>
 template <int terms>
 void ExplicitRungeKutta<S>::add_terms(const S* y, S h_s, const Combination& c, S* out) const {
-  const auto kernel = [&]() __attribute__((always_inline)) { add_sum<S, terms>(y, h_s, k_, c.stage, c.weight, size_, out); };
+  const auto kernel = [&]() __attribute__((always_inline)) {
+    add_sum<S, terms>(y, h_s, k_, c.stage, c.weight, size_, out);
+  };
   if constexpr (has_vector_lanes<S>)
     if (size_ >= shortest_wide_state) return at_width(width_, kernel);
   kernel();
@@ -119,8 +123,8 @@ template <class S> void ExplicitRungeKutta<S>::add_compensated(const S* y, S h_s
   rest_.end(y_new);
 }
 
-// The first rate of a step taken again, from the same state with another h, is known; and the last rate of the step before
-// is the first of this one, if this one starts where that one ended, under the same law.
+// The first rate of a step taken again, from the same state with another h, is known; and the last rate of the step
+// before is the first of this one, if this one starts where that one ended, under the same law.
 template <class S> void ExplicitRungeKutta<S>::first_stage(S t_s, const S* y) {
   const std::int64_t epoch = this->system_.epoch;
   if (retakes_ && start_epoch_ == epoch && start_s_ == t_s && std::equal(y, y + size_, start_.begin())) return;

@@ -35,11 +35,12 @@ template <class S> class Stepper {
   // k where the estimate is of local order k + 1: the controller's step grows as error_norm^(-1/(k+1)).
   virtual int estimate_order() const { return 4; }
 
-  // Not null: an uncompensated step is no more than these weights say, whatever the time; the runner may then fuse many.
+  // Not null: an uncompensated step is no more than these weights say, whatever the time; the runner may then fuse
+  // many.
   virtual const ExplicitWeights<S>* weights() const { return nullptr; }
 
-  // ---- methods that choose their own steps (extrapolation, Taylor, Radau 15): the runner then asks advise() after each
-  // step instead of error_norm(), with no controller of its own.
+  // ---- methods that choose their own steps (extrapolation, Taylor, Radau 15): the runner then asks advise() after
+  // each step instead of error_norm(), with no controller of its own.
   struct Advice { bool accepted; S next_s; };
   virtual bool chooses_steps() const { return false; }
   virtual Advice advise(S rtol, S atol);

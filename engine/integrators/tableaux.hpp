@@ -1,5 +1,5 @@
-// Butcher tableaux as data, in the notation of the papers: rows of "35/384", "1/30" or decimals of 40 digits and more, read
-// once, in quad, when a stepper is made.
+// Butcher tableaux as data, in the notation of the papers: rows of "35/384", "1/30" or decimals of 40 digits and more,
+// read once, in quad, when a stepper is made.
 #pragma once
 
 #include <array>
@@ -19,8 +19,8 @@ struct Tableau {
   std::array<const char*, max_stages> a{};
   const char *b = "", *c = "";
   const char* embedded = "";            // b^: the error estimate is h sum (b_i - b^_i) k_i
-  // DOP853's second estimate, of order 3, which keeps the first from being trusted where it is small by accident (Hairer,
-  // Norsett, Wanner I, eq. II.10.17): |h| e5^2 / sqrt(e5^2 + e3^2 / 100).
+  // DOP853's second estimate, of order 3, which keeps the first from being trusted where it is small by accident
+  // (Hairer, Norsett, Wanner I, eq. II.10.17): |h| e5^2 / sqrt(e5^2 + e3^2 / 100).
   int companion_order = 0;
   const char* companion = "";
   bool first_same_as_last = false;      // the last stage is the rate at y_new
@@ -48,8 +48,8 @@ TableauRow read_row(const char* text);
 TableauRow read_row(const char* text, int length);  // zeros added at the end
 Coefficients read_coefficients(const Tableau& tableau);
 
-extern const Tableau explicit_euler_tableau, midpoint_tableau, heun_tableau, ralston2_tableau, kutta3_tableau, rk4_tableau,
-    rk38_tableau;
+extern const Tableau explicit_euler_tableau, midpoint_tableau, heun_tableau, ralston2_tableau, kutta3_tableau,
+    rk4_tableau, rk38_tableau;
 extern const Tableau bogacki_shampine3_tableau, fehlberg45_tableau, cash_karp5_tableau, dormand_prince5_tableau,
     tsitouras5_tableau;
 extern const Tableau verner6_tableau, verner8_tableau, verner9_tableau;

@@ -23,9 +23,17 @@ int order_of_tolerance(double rtol) { return std::clamp(static_cast<int>(std::ce
 
 template <class S>
 Taylor<S>::Taylor(RigidModel<S>& model, const TaylorOptions& options)
-    : Stepper<S>(model.system()), model_(model), forces_(model.series_forces()), wanted_order_(options.order),
-      size_(model.state_size()), increment_(size_), acceleration_(model.body_count()), sine_(forces_.oscillating.size()),
-      cosine_(forces_.oscillating.size()), kind_(size_), rest_(options.compensated, size_) {
+    : Stepper<S>(model.system()),
+      model_(model),
+      forces_(model.series_forces()),
+      wanted_order_(options.order),
+      size_(model.state_size()),
+      increment_(size_),
+      acceleration_(model.body_count()),
+      sine_(forces_.oscillating.size()),
+      cosine_(forces_.oscillating.size()),
+      kind_(size_),
+      rest_(options.compensated, size_) {
   tops_.reserve(model.body_count());
   if (!model.bare_problem())
     for (int body = 0; body < model.body_count(); ++body) {
@@ -75,7 +83,8 @@ template <class S> bool Taylor<S>::known(S t_s, const S* y) const {
   return valid_ && t_s == start_s_ && epoch_ == this->system_.epoch && std::equal(y, y + size_, row(0));
 }
 
-// Coefficient after coefficient: y' = f(y) gives (k + 1) y_(k+1) = f_k, the k-th coefficient of f along y_0 + ... + y_k t^k.
+// Coefficient after coefficient: y' = f(y) gives (k + 1) y_(k+1) = f_k, the k-th coefficient of f along y_0 + ... + y_k
+// t^k.
 template <class S> void Taylor<S>::find_series(S t_s, S h_s, const S* y) {
   start_s_ = t_s;
   unit_s_ = h_s;
@@ -96,7 +105,8 @@ template <class S> void Taylor<S>::find_series(S t_s, S h_s, const S* y) {
 }
 
 template <class S> void Taylor<S>::next_bodies(int k) {
-  for (int body = 0; body < model_.body_count(); ++body) acceleration_[body] = k == 0 ? forces_.linear[body].constant : Vec3<S>{};
+  for (int body = 0; body < model_.body_count(); ++body)
+    acceleration_[body] = k == 0 ? forces_.linear[body].constant : Vec3<S>{};
   if (pairs_.lanes > 0) attract(k);
   add_linear(k);
   add_oscillating(k);
@@ -174,12 +184,14 @@ template <class S> void Taylor<S>::add_quadratic(int k) {
     const int offset = model_.offset(force.body);
     if (offset < 0) continue;
     const S *x = row(0) + offset, *y = x + 1;
-    const S xy = series::product(x, y, size_, k), xx = series::product(x, x, size_, k), yy = series::product(y, y, size_, k);
+    const S xy = series::product(x, y, size_, k), xx = series::product(x, x, size_, k),
+            yy = series::product(y, y, size_, k);
     acceleration_[force.body] -= force.strength * Vec3<S>{S(2) * xy, xx - yy, S(0)};
   }
 }
 
-// q' = 1/2 q (0, w)    I w' = -w x (I w) - angular_drag w: no other force turns bodies here, so a top's series stands alone.
+// q' = 1/2 q (0, w)    I w' = -w x (I w) - angular_drag w: no other force turns bodies here, so a top's series stands
+// alone.
 template <class S> void Taylor<S>::find_turning(std::size_t top) {
   const auto [body, at, angular_drag] = tops_[top];
   const auto& moving = model_.moving();
@@ -222,8 +234,9 @@ template <class S> void Taylor<S>::next_lorenz(int k) {
   store3(factor * Vec3<S>{sigma * (now[1] - now[0]), (rho * now[0] - xz) - now[1], xy - beta * now[2]}, row(k + 1));
 }
 
-// Jorba and Zou, section 3.2, kind of component by kind: c_j h^j of the last two coefficients is no more than the tolerance;
-// with the order that the tolerance asks for, h is the radius of convergence, as these show it, over e^2. 0: not finite.
+// Jorba and Zou, section 3.2, kind of component by kind: c_j h^j of the last two coefficients is no more than the
+// tolerance; with the order that the tolerance asks for, h is the radius of convergence, as these show it, over e^2. 0:
+// not finite.
 template <class S> S Taylor<S>::longest_step() const {
   double size[kinds]{}, last[2][kinds]{};
   const auto grow = [&](double (&largest)[kinds], int k) {
@@ -250,7 +263,8 @@ template <class S> S Taylor<S>::longest_step() const {
 
 // increment_ = the series less its start, at theta units.
 template <class S> void Taylor<S>::sum(S theta) {
-  in_lanes<S>(width_, [&](auto) ATWOOD_INLINED { series::horner(series_.data(), size_, order_, theta, increment_.data()); });
+  in_lanes<S>(width_,
+              [&](auto) ATWOOD_INLINED { series::horner(series_.data(), size_, order_, theta, increment_.data()); });
 }
 
 template <class S> bool Taylor<S>::step(S t_s, S h_s, const S* y, S* y_new) {
@@ -287,15 +301,20 @@ template <class S> void Taylor<S>::dense(S theta, S* y_at) {
 }
 
 MethodInfo taylor_method() {
-  MethodInfo info = fixed_step(
-      "taylor", claims_everywhere(taylor_equal_steps_order),
-      "The state's power series in time, by recurrences of products and powers of series: no rates are evaluated, so only time "
-      "measures its work. With equal steps, of order 12; with a tolerance, of order 1 - ln(rtol) / 2 (4 to 60), each step as long "
-      "as the last two coefficients allow; the setting `order` fixes it. Inverse-square forces, uniform fields, linear drag, springs "
-      "without rest length, drives, the Henon-Heiles potential, Lorenz's equations and bodies that rotate without torque, up to 128 "
-      "bodies; other forces are refused by name. A dashpot only where the motion stays on a line through its anchor. Samples by the "
-      "series." + embedded_attitude,
-      "Jorba, Zou, Exp. Math. 14 (2005) 99; Hairer, Norsett, Wanner, Solving ODEs I, I.8");
+  MethodInfo info = fixed_step("taylor", claims_everywhere(taylor_equal_steps_order),
+                               "The state's power series in time, by recurrences of products and powers of series: no "
+                               "rates are evaluated, so only time "
+                               "measures its work. With equal steps, of order 12; with a tolerance, of order 1 - "
+                               "ln(rtol) / 2 (4 to 60), each step as long "
+                               "as the last two coefficients allow; the setting `order` fixes it. Inverse-square "
+                               "forces, uniform fields, linear drag, springs "
+                               "without rest length, drives, the Henon-Heiles potential, Lorenz's equations and bodies "
+                               "that rotate without torque, up to 128 "
+                               "bodies; other forces are refused by name. A dashpot only where the motion stays on a "
+                               "line through its anchor. Samples by the "
+                               "series." +
+                                   embedded_attitude,
+                               "Jorba, Zou, Exp. Math. 14 (2005) 99; Hairer, Norsett, Wanner, Solving ODEs I, I.8");
   info.adaptive = true;
   info.settings.insert({{"atol_over_rtol", 0.01}, {"order", std::int64_t(0)}});
   return info;
@@ -308,7 +327,8 @@ template <class S> StepperPointer<S> make_taylor(StepperRequest<S>& request) {
   else if (order != 0 && (order < 2 || order > taylor_most_order))
     request.why = "atwood/taylor: `order` is 0 (chosen) or 2 to " + std::to_string(taylor_most_order);
   if (!request.why.empty()) return nullptr;
-  return std::make_unique<Taylor<S>>(request.model, TaylorOptions{static_cast<int>(order), request.flag("compensated")});
+  return std::make_unique<Taylor<S>>(request.model,
+                                     TaylorOptions{static_cast<int>(order), request.flag("compensated")});
 }
 
 template StepperPointer<float> make_taylor(StepperRequest<float>&);

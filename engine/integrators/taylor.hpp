@@ -1,5 +1,5 @@
-// The Taylor method of any order: the state's power series in time, by recurrences (Jorba, Zou, Exp. Math. 14 (2005) 99;
-// Hairer, Norsett, Wanner, Solving ODEs I, I.8).
+// The Taylor method of any order: the state's power series in time, by recurrences (Jorba, Zou, Exp. Math. 14 (2005)
+// 99; Hairer, Norsett, Wanner, Solving ODEs I, I.8).
 #pragma once
 
 #include "integrators/compensation.hpp"
@@ -10,7 +10,8 @@
 namespace atwood {
 
 MethodInfo taylor_method();
-template <class S> StepperPointer<S> make_taylor(StepperRequest<S>& request);  // null: request.why says what it can't run
+template <class S>
+StepperPointer<S> make_taylor(StepperRequest<S>& request);  // null: request.why says what it can't run
 
 struct TaylorOptions {
   int order = 0;  // 0: by the tolerance; 12 without one

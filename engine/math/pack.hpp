@@ -1,6 +1,6 @@
 // Eight scalars that are added, multiplied and compared together: a vector register for float and double, an array for
-// the wider scalars. Functions that take packs are always inlined, into a kernel of vector_width.hpp; files that use them
-// are compiled with -Wno-psabi, as no pack is ever passed to a function that stands by itself.
+// the wider scalars. Functions that take packs are always inlined, into a kernel of vector_width.hpp; files that use
+// them are compiled with -Wno-psabi, as no pack is ever passed to a function that stands by itself.
 #pragma once
 
 #include "math/lanes.hpp"
@@ -101,14 +101,28 @@ template <class P, VectorWidth width> ATWOOD_INLINE P root(WholePack<width>, con
 }
 
 // Component c of the lane, or of the pack, at at[c * stride].
-template <class S> ATWOOD_INLINE Vec3<S> load3(const S* at, std::ptrdiff_t stride, int k) { return load3(at + k, stride); }
-template <class S> ATWOOD_INLINE Quat<S> load4(const S* at, std::ptrdiff_t stride, int k) { return load4(at + k, stride); }
-template <class S> ATWOOD_INLINE void store3(const Vec3<S>& a, S* at, std::ptrdiff_t stride, int k) { store3(a, at + k, stride); }
-template <class S> ATWOOD_INLINE void store4(const Quat<S>& a, S* at, std::ptrdiff_t stride, int k) { store4(a, at + k, stride); }
-template <class S, VectorWidth width> ATWOOD_INLINE Vec3<Pack<S>> load3(const S* at, std::ptrdiff_t stride, WholePack<width>) {
+template <class S>
+ATWOOD_INLINE Vec3<S> load3(const S* at, std::ptrdiff_t stride, int k) {
+  return load3(at + k, stride);
+}
+template <class S>
+ATWOOD_INLINE Quat<S> load4(const S* at, std::ptrdiff_t stride, int k) {
+  return load4(at + k, stride);
+}
+template <class S>
+ATWOOD_INLINE void store3(const Vec3<S>& a, S* at, std::ptrdiff_t stride, int k) {
+  store3(a, at + k, stride);
+}
+template <class S>
+ATWOOD_INLINE void store4(const Quat<S>& a, S* at, std::ptrdiff_t stride, int k) {
+  store4(a, at + k, stride);
+}
+template <class S, VectorWidth width>
+ATWOOD_INLINE Vec3<Pack<S>> load3(const S* at, std::ptrdiff_t stride, WholePack<width>) {
   return {load(at), load(at + stride), load(at + 2 * stride)};
 }
-template <class S, VectorWidth width> ATWOOD_INLINE Quat<Pack<S>> load4(const S* at, std::ptrdiff_t stride, WholePack<width>) {
+template <class S, VectorWidth width>
+ATWOOD_INLINE Quat<Pack<S>> load4(const S* at, std::ptrdiff_t stride, WholePack<width>) {
   return {load(at), load(at + stride), load(at + 2 * stride), load(at + 3 * stride)};
 }
 template <class S, class V, VectorWidth width>

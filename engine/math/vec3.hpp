@@ -16,8 +16,12 @@ template <class S> struct Vec3 {
 
 // Mixed kinds: a number of a vector lane's kind with one that is the same in all lanes (math/pack.hpp).
 #define ATWOOD_VEC3 template <class A, class B> [[gnu::always_inline]] inline auto
-ATWOOD_VEC3 operator+(const Vec3<A>& a, const Vec3<B>& b) { return Vec3<decltype(a.x + b.x)>{a.x + b.x, a.y + b.y, a.z + b.z}; }
-ATWOOD_VEC3 operator-(const Vec3<A>& a, const Vec3<B>& b) { return Vec3<decltype(a.x - b.x)>{a.x - b.x, a.y - b.y, a.z - b.z}; }
+ATWOOD_VEC3 operator+(const Vec3<A>& a, const Vec3<B>& b) {
+  return Vec3<decltype(a.x + b.x)>{a.x + b.x, a.y + b.y, a.z + b.z};
+}
+ATWOOD_VEC3 operator-(const Vec3<A>& a, const Vec3<B>& b) {
+  return Vec3<decltype(a.x - b.x)>{a.x - b.x, a.y - b.y, a.z - b.z};
+}
 ATWOOD_VEC3 operator*(const A& s, const Vec3<B>& a) { return Vec3<decltype(s * a.x)>{s * a.x, s * a.y, s * a.z}; }
 ATWOOD_VEC3 dot(const Vec3<A>& a, const Vec3<B>& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 ATWOOD_VEC3 cross(const Vec3<A>& a, const Vec3<B>& b) {

@@ -2,9 +2,10 @@
 //
 //   at_width(widest_vectors(), [&]() __attribute__((always_inline)) { loops over lanes });
 //
-// The kernel is inlined into a function of each instruction set, and the compiler lays its lane loops out anew there. Each lane
-// is computed by the same IEEE operations in the same order at every width (no contraction, no approximate instructions, no
-// sum across lanes), so the bits do not depend on the machine. What the kernel calls must be always_inline, too.
+// The kernel is inlined into a function of each instruction set, and the compiler lays its lane loops out anew there.
+// Each lane is computed by the same IEEE operations in the same order at every width (no contraction, no approximate
+// instructions, no sum across lanes), so the bits do not depend on the machine. What the kernel calls must be
+// always_inline, too.
 #pragma once
 
 #include <type_traits>
@@ -23,10 +24,14 @@ template <class S> inline constexpr bool has_vector_lanes = std::is_same_v<S, fl
 VectorWidth widest_vectors();
 
 #if defined(__x86_64__)
-template <class Kernel> [[gnu::target("arch=x86-64-v4,prefer-vector-width=512"), gnu::noinline]] void run_at_v4(const Kernel& kernel) {
+template <class Kernel>
+[[gnu::target("arch=x86-64-v4,prefer-vector-width=512"), gnu::noinline]] void run_at_v4(const Kernel& kernel) {
   kernel();
 }
-template <class Kernel> [[gnu::target("arch=x86-64-v3"), gnu::noinline]] void run_at_v3(const Kernel& kernel) { kernel(); }
+template <class Kernel>
+[[gnu::target("arch=x86-64-v3"), gnu::noinline]] void run_at_v3(const Kernel& kernel) {
+  kernel();
+}
 
 template <class Kernel> void at_width(VectorWidth width, const Kernel& kernel) {
   if (width == VectorWidth::v4) run_at_v4(kernel);

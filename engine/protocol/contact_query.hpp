@@ -9,7 +9,7 @@
 namespace atwood {
 
 struct ContactQuery {
-  bool swept = false;      // straight motion with constant spin (no gravity, no forces) from the initial pose to t_end_s
+  bool swept = false;  // straight motion with constant spin (no gravity, no forces) from the initial pose to t_end_s
   double t_end_s = 0;
 };
 

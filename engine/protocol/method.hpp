@@ -44,7 +44,8 @@ struct Engine {
   std::vector<MethodInfo> methods;
   std::function<Outcome(const MethodId&, const Scene&, const Plan&, const Observer&, int repeats)> run;
   bool frames = false;                 // takes steps of recorded, unequal length (Plan::frame_ends_s)
-  std::vector<MethodInfo> responses = {};  // "+impulse", ...: what may follow a scheme, with doc and settings of its own
+  std::vector<MethodInfo> responses =
+      {};  // "+impulse", ...: what may follow a scheme, with doc and settings of its own
   // Where the scene's bodies touch; never throws. Empty: the engine has no such query.
   std::function<ContactAnswer(const Scene&, const ContactQuery&)> contacts = {};
 };

@@ -83,7 +83,8 @@ void read_settings(Cursor& cursor, Settings& overrides) {
   do {
     const std::string key = cursor.until("=,}");
     if (key.empty() || !cursor.take('=')) refuse(cursor.text, "{setting=value,...}");
-    if (!overrides.emplace(key, setting_value(cursor)).second) refuse(cursor.text, "each setting once, not two of " + key);
+    if (!overrides.emplace(key, setting_value(cursor)).second)
+      refuse(cursor.text, "each setting once, not two of " + key);
   } while (cursor.take(','));
   if (!cursor.take('}') || !cursor.done()) refuse(cursor.text, "`}` at the end of the settings");
 }

@@ -32,7 +32,8 @@ struct PairQueries {
 // One pose of a sweep (scene/pair_sweep.hpp).
 struct PoseAnswer {
   bool hit = false;                        // swept: they touch within the sweep
-  double gap_m = std::numeric_limits<double>::quiet_NaN();  // as above; NaN: apart, and the engine does not tell how far
+  double gap_m =
+      std::numeric_limits<double>::quiet_NaN();  // as above; NaN: apart, and the engine does not tell how far
   double toi_s = 0;                        // swept
   std::array<double, 3> normal{}, x_m{};   // of the deepest contact
   int points = 0;                          // of all contacts

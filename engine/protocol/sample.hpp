@@ -15,8 +15,8 @@ using Wide = __float128;  // arithmetic works natively; functions come from <qua
 
 // h is derived: t_end_s / steps. Sample k is taken at t = t_end_s k / samples, k = 0..samples.
 //
-// With recorded frames the steps are as long as the frames were: frame k ends at frame_ends_s[k], the last one at t_end_s, and
-// is taken in steps / frames equal parts. Samples are then the start and the end alone.
+// With recorded frames the steps are as long as the frames were: frame k ends at frame_ends_s[k], the last one at
+// t_end_s, and is taken in steps / frames equal parts. Samples are then the start and the end alone.
 struct Plan {
   double t_end_s = 0;
   std::int64_t steps = 0;
@@ -41,8 +41,8 @@ struct BodySample {
   std::array<Wide, 3> w_rad_per_s{};      // body axes
 };
 
-// A contact that carries force at a sample's instant: the mean over the step that ends there, or the force itself where the
-// method knows it.
+// A contact that carries force at a sample's instant: the mean over the step that ends there, or the force itself where
+// the method knows it.
 struct ContactSample {
   int body_a = 0, body_b = 0;                       // a < b
   std::array<double, 3> x_m{}, normal{};            // unit, from a to b
@@ -81,7 +81,8 @@ struct Outcome {
   std::vector<std::int64_t> busy_ns;      // timing pass: one per repeat, the stepping alone (no start-up, no sampling)
 };
 
-// A pass of its own, apart from accuracy and timing: one clock reading a step, and one a phase where the engine has phases.
+// A pass of its own, apart from accuracy and timing: one clock reading a step, and one a phase where the engine has
+// phases.
 struct Profile {
   std::vector<std::int64_t> step_ns;                // one a step of the plan
   std::map<std::string, std::int64_t> phase_ns;     // "broad", "narrow", "solve", "integrate"; empty: not told
@@ -94,7 +95,8 @@ struct Observer {
   Profile* profile = nullptr;      // not null: the profile pass; nothing else is observed, repeats are 0
 };
 
-std::string to_string(Status status);        // "ok", "unsupported", "diverged", "not finite", "timeout", "crashed", "not built"
+std::string to_string(
+    Status status);  // "ok", "unsupported", "diverged", "not finite", "timeout", "crashed", "not built"
 Status status_from_string(const std::string& text);      // throws std::invalid_argument
 std::string to_string(EventKind kind);
 EventKind event_kind_from_string(const std::string& text);

@@ -134,7 +134,8 @@ struct ContactTest {
       return engine.contacts(scene, query);
     }
     const auto found = queries.tests.find(test);
-    if (found == queries.tests.end()) throw std::invalid_argument(engine.name + " has no test `" + test + "` of contacts");
+    if (found == queries.tests.end())
+      throw std::invalid_argument(engine.name + " has no test `" + test + "` of contacts");
     return found->second(scene, query);
   }
 };
@@ -260,7 +261,8 @@ int serve_truth(TruthSolver solve, const std::string& version, const ContactsOf&
   const ContactTest test{hello, queries};
   return serve_lines(hello, [&](const wire::Request& request, Pipe& pipe) {
     if (answered_contacts(test, request, pipe)) return;
-    if (request.kind != wire::Request::Kind::truth) throw wire::Garbage("this worker answers hello, truth and contacts");
+    if (request.kind != wire::Request::Kind::truth)
+      throw wire::Garbage("this worker answers hello, truth and contacts");
     answer_truth(solve, request, pipe);
   });
 }

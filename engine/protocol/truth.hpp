@@ -16,7 +16,7 @@ struct Truth {
   std::vector<Event> events;
   std::vector<double> event_bar_s;  // half-width of each event's time
   double condition = 0;         // largest growth of a relative perturbation of the initial state; 0: not computed
-  std::string note;             // why a bar is wider than 1e-20 of the scale, if it is, and from when on nothing is bounded
+  std::string note;  // why a bar is wider than 1e-20 of the scale, if it is, and from when on nothing is bounded
   Outcome outcome;              // not ok: no values, the reason says why
 };
 

@@ -62,7 +62,8 @@ const Json& need(const Json& json, const char* key) {
 // Integers also come as 10.0 from languages that know one kind of number.
 std::int64_t integer(const Json& json, const char* what) {
   if (json.is_number_integer()) return json.get<std::int64_t>();
-  if (json.is_number() && std::floor(json.get<double>()) == json.get<double>() && std::fabs(json.get<double>()) < 9e15) {
+  if (json.is_number() && std::floor(json.get<double>()) == json.get<double>() &&
+      std::fabs(json.get<double>()) < 9e15) {
     return static_cast<std::int64_t>(json.get<double>());
   }
   throw Garbage("\"" + std::string(what) + "\" is not an integer: " + json.dump().substr(0, 60));
@@ -79,8 +80,8 @@ std::string text_or(const Json& json, const char* key, const std::string& otherw
 
 const Json& array(const Json& json, const char* what, std::size_t size = 0) {
   if (!json.is_array() || (size > 0 && json.size() != size)) {
-    throw Garbage("\"" + std::string(what) + "\" is not an array" + (size > 0 ? " of " + std::to_string(size) : "") + ": " +
-                  json.dump().substr(0, 60));
+    throw Garbage("\"" + std::string(what) + "\" is not an array" + (size > 0 ? " of " + std::to_string(size) : "") +
+                  ": " + json.dump().substr(0, 60));
   }
   return json;
 }
@@ -374,7 +375,8 @@ void read_frames(const Json& json, Plan& plan) {
   bool grows = !ends.empty() && ends.front() > 0 && ends.back() == plan.t_end_s;
   for (std::size_t i = 1; i < ends.size(); ++i) grows = grows && ends[i] > ends[i - 1];
   if (!grows) throw Garbage("\"frame_ends_s\" must grow from above 0 to t_end_s");
-  if (plan.steps % static_cast<std::int64_t>(ends.size()) != 0) throw Garbage("\"steps\" must be a multiple of the frames");
+  if (plan.steps % static_cast<std::int64_t>(ends.size()) != 0)
+    throw Garbage("\"steps\" must be a multiple of the frames");
 }
 
 Request read_request(std::string_view line, std::int64_t& cell) {
@@ -384,7 +386,8 @@ Request read_request(std::string_view line, std::int64_t& cell) {
   const std::string kind = text(need(json, "request"), "request");
   if (kind == "hello") {
     const std::int64_t protocol = json.contains("protocol") ? integer(json["protocol"], "protocol") : kProtocol;
-    if (protocol != kProtocol) throw Garbage("protocol " + std::to_string(protocol) + "; this worker speaks protocol 1");
+    if (protocol != kProtocol)
+      throw Garbage("protocol " + std::to_string(protocol) + "; this worker speaks protocol 1");
     return request;
   }
   need(json, "cell");
@@ -399,12 +402,14 @@ Request read_request(std::string_view line, std::int64_t& cell) {
     request.json = need(json, "scenario").dump();
     return request;
   }
-  if (kind != "run") throw Garbage("unknown request `" + kind + "`; expected hello, run, truth, contacts or contacts-sweep");
+  if (kind != "run")
+    throw Garbage("unknown request `" + kind + "`; expected hello, run, truth, contacts or contacts-sweep");
   request.kind = Request::Kind::run;
   request.method = text(need(json, "method"), "method");
   request.plan.t_end_s = narrow_number(need(json, "t_end_s"));
   request.plan.steps = integer(need(json, "steps"), "steps");
-  if (!(request.plan.t_end_s > 0) || !std::isfinite(request.plan.t_end_s)) throw Garbage("\"t_end_s\" must be positive");
+  if (!(request.plan.t_end_s > 0) || !std::isfinite(request.plan.t_end_s))
+    throw Garbage("\"t_end_s\" must be positive");
   if (request.plan.steps <= 0) throw Garbage("\"steps\" must be positive");
   if (request.plan.steps % request.plan.samples != 0) throw Garbage("\"samples\" must divide \"steps\"");
   if (json.contains("frame_ends_s")) read_frames(json["frame_ends_s"], request.plan);
@@ -499,7 +504,8 @@ std::string truth_line(std::int64_t cell, const Sample& value, const Sample& bar
   return line + "}";
 }
 
-std::string done_line(std::int64_t cell, const Outcome& outcome, const std::vector<Event>& events, const Profile& profile) {
+std::string done_line(std::int64_t cell, const Outcome& outcome, const std::vector<Event>& events,
+                      const Profile& profile) {
   Json done = outcome_json(outcome);
   if (!profile.step_ns.empty()) done["step_ns"] = profile.step_ns;
   if (!profile.phase_ns.empty()) done["phase_ns"] = profile.phase_ns;
@@ -580,7 +586,8 @@ Answer read_answer(std::string_view line) {
     answer.has_bar = true;
     answer.bar.t_s = 0;
     answer.bar.bodies = read_bodies(json["bars"]);
-    if (answer.bar.bodies.size() != answer.sample.bodies.size()) throw Garbage("\"bars\" and \"bodies\" differ in size");
+    if (answer.bar.bodies.size() != answer.sample.bodies.size())
+      throw Garbage("\"bars\" and \"bodies\" differ in size");
   }
   return answer;
 }

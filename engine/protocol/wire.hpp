@@ -46,9 +46,10 @@ Engine read_hello(std::string_view line);  // throws Garbage; `run` stays empty
 
 std::string sample_line(std::int64_t cell, const Sample& sample, const std::vector<Event>& events);
 std::string truth_line(std::int64_t cell, const Sample& value, const Sample& bar);
-// Events that no sample follows come with it; of a profile pass, the time of every step and of each phase: "step_ns":[...],
-// "phase_ns":{"broad":...}.
-std::string done_line(std::int64_t cell, const Outcome& outcome, const std::vector<Event>& events, const Profile& profile = {});
+// Events that no sample follows come with it; of a profile pass, the time of every step and of each phase:
+// "step_ns":[...], "phase_ns":{"broad":...}.
+std::string done_line(std::int64_t cell, const Outcome& outcome, const std::vector<Event>& events,
+                      const Profile& profile = {});
 std::string truth_done_line(std::int64_t cell, const Truth& truth);
 // {"cell":7,"contacts":[[a,b,x,y,z,nx,ny,nz,depth],...]}, or "touches":[[a,b,toi,x,y,z,nx,ny,nz],...]
 std::string contacts_line(std::int64_t cell, const ContactAnswer& answer, bool swept);

@@ -45,7 +45,10 @@ void put_inertia(FlightKind kind, const MassProperties<S>& mass, FlightInertia<S
 
 template <class S>
 FreeFlight<S>::FreeFlight(RigidModel<S>& model, ExplicitWeights<S> weights)
-    : model_(model), weights_(std::move(weights)), steps_(weights_), lanes_(model.team() == nullptr ? 1 : model.team()->size()) {
+    : model_(model),
+      weights_(std::move(weights)),
+      steps_(weights_),
+      lanes_(model.team() == nullptr ? 1 : model.team()->size()) {
   for (FlightLanes<S>& lanes : lanes_) lanes.rates.resize(weights_.a.size() * 7 * flight_lanes);
   sorted_.reserve(model.body_count());
   for (int i = 0; i < model.body_count(); ++i) fixed_ += model.offset(i) < 0;
@@ -130,7 +133,9 @@ template <class S> void FreeFlight<S>::march(S h_s, std::int64_t count, S* y) {
     }
   };
   if (model_.team() == nullptr) part(0, 1);
-  else model_.team()->run(count * static_cast<std::int64_t>(sorted_.size()) >= least_shared, [&](int p) { part(p, model_.team()->size()); });
+  else
+    model_.team()->run(count * static_cast<std::int64_t>(sorted_.size()) >= least_shared,
+                       [&](int p) { part(p, model_.team()->size()); });
   hold_still(model_, y);
   count_evaluations(count);
 }
@@ -138,7 +143,8 @@ template <class S> void FreeFlight<S>::march(S h_s, std::int64_t count, S* y) {
 template <class S> void FreeFlight<S>::count_evaluations(std::int64_t steps) {
   System<S>& system = model_.system();
   system.evaluations += steps * (weights_.first_same_as_last ? weights_.stages() - 1 : weights_.stages());
-  if (weights_.first_same_as_last && counted_epoch_ != system.epoch) ++system.evaluations;  // the first step's first stage
+  if (weights_.first_same_as_last && counted_epoch_ != system.epoch)
+    ++system.evaluations;  // the first step's first stage
   counted_epoch_ = system.epoch;
 }
 
@@ -156,7 +162,8 @@ template <class S> void FreeFlight<S>::step(S h_s, const S* y, S* y_new) {
   count_evaluations(1);
 }
 
-template <class S> std::unique_ptr<FreeFlight<S>> make_free_flight(RigidModel<S>& model, const ExplicitWeights<S>* weights) {
+template <class S>
+std::unique_ptr<FreeFlight<S>> make_free_flight(RigidModel<S>& model, const ExplicitWeights<S>* weights) {
   if constexpr (has_vector_lanes<S>) {
     if (weights == nullptr || model.bare_problem() || model.feels_forces()) return nullptr;
     return std::make_unique<FreeFlight<S>>(model, *weights);
@@ -169,7 +176,8 @@ template class FreeFlight<float>;
 template class FreeFlight<double>;
 template std::unique_ptr<FreeFlight<float>> make_free_flight(RigidModel<float>&, const ExplicitWeights<float>*);
 template std::unique_ptr<FreeFlight<double>> make_free_flight(RigidModel<double>&, const ExplicitWeights<double>*);
-template std::unique_ptr<FreeFlight<long double>> make_free_flight(RigidModel<long double>&, const ExplicitWeights<long double>*);
+template std::unique_ptr<FreeFlight<long double>> make_free_flight(RigidModel<long double>&,
+                                                                   const ExplicitWeights<long double>*);
 template std::unique_ptr<FreeFlight<Quad>> make_free_flight(RigidModel<Quad>&, const ExplicitWeights<Quad>*);
 
 }  // namespace atwood

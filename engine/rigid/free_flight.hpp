@@ -1,8 +1,8 @@
-// Free flight of many bodies by an explicit Runge-Kutta method: under uniform gravity alone no body's motion touches another's,
-// so a few bodies at a time are taken through many steps while they stand in the nearest cache.
+// Free flight of many bodies by an explicit Runge-Kutta method: under uniform gravity alone no body's motion touches
+// another's, so a few bodies at a time are taken through many steps while they stand in the nearest cache.
 //
-// Bodies stand in structure of arrays, lanes run over bodies, and each lane does what the general stepper does on the equations
-// of rigid/rate.cpp: the same bits, at every vector width and number of threads.
+// Bodies stand in structure of arrays, lanes run over bodies, and each lane does what the general stepper does on the
+// equations of rigid/rate.cpp: the same bits, at every vector width and number of threads.
 #pragma once
 
 #include <cstdint>
@@ -19,8 +19,8 @@ template <class S> class FreeFlight {
   FreeFlight(const FreeFlight&) = delete;
   FreeFlight& operator=(const FreeFlight&) = delete;
 
-  // `count` equal steps of h_s from the state y, in place, under the model's present interval, which must hold for all of them.
-  // Counts the rate evaluations that the general stepper would make. Allocates nothing.
+  // `count` equal steps of h_s from the state y, in place, under the model's present interval, which must hold for all
+  // of them. Counts the rate evaluations that the general stepper would make. Allocates nothing.
   void march(S h_s, std::int64_t count, S* y);
 
   // One step from y to y_new, which do not overlap: the same bits.
@@ -45,8 +45,9 @@ template <class S> class FreeFlight {
   std::int64_t epoch_ = -1, counted_epoch_ = -1;
 };
 
-// Null where bodies feel more than uniform gravity, or the problem is a bare system of equations, or the scalar has no vector
-// lanes.
-template <class S> std::unique_ptr<FreeFlight<S>> make_free_flight(RigidModel<S>& model, const ExplicitWeights<S>* weights);
+// Null where bodies feel more than uniform gravity, or the problem is a bare system of equations, or the scalar has no
+// vector lanes.
+template <class S>
+std::unique_ptr<FreeFlight<S>> make_free_flight(RigidModel<S>& model, const ExplicitWeights<S>* weights);
 
 }  // namespace atwood

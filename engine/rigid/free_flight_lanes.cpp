@@ -3,8 +3,12 @@
 namespace atwood {
 namespace {
 
-// ---- a lane's numbers; all of this is laid out in vector registers by the loops below -------------------------------------
-template <class S> ATWOOD_INLINE Vec3<S> get(const S (&rows)[3][flight_lanes], int l) { return {rows[0][l], rows[1][l], rows[2][l]}; }
+// ---- a lane's numbers; all of this is laid out in vector registers by the loops below
+// -------------------------------------
+template <class S>
+ATWOOD_INLINE Vec3<S> get(const S (&rows)[3][flight_lanes], int l) {
+  return {rows[0][l], rows[1][l], rows[2][l]};
+}
 template <class S> ATWOOD_INLINE Quat<S> get(const S (&rows)[4][flight_lanes], int l) {
   return {rows[0][l], rows[1][l], rows[2][l], rows[3][l]};
 }
@@ -14,8 +18,14 @@ template <class S> ATWOOD_INLINE void put(const Vec3<S>& a, S (&rows)[3][flight_
 template <class S> ATWOOD_INLINE void put(const Quat<S>& a, S (&rows)[4][flight_lanes], int l) {
   rows[0][l] = a.w, rows[1][l] = a.x, rows[2][l] = a.y, rows[3][l] = a.z;
 }
-template <class S> ATWOOD_INLINE Vec3<S> add(const Vec3<S>& a, const Vec3<S>& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-template <class S> ATWOOD_INLINE Quat<S> add(const Quat<S>& a, const Quat<S>& b) { return {a.w + b.w, a.x + b.x, a.y + b.y, a.z + b.z}; }
+template <class S>
+ATWOOD_INLINE Vec3<S> add(const Vec3<S>& a, const Vec3<S>& b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+template <class S>
+ATWOOD_INLINE Quat<S> add(const Quat<S>& a, const Quat<S>& b) {
+  return {a.w + b.w, a.x + b.x, a.y + b.y, a.z + b.z};
+}
 template <class S> ATWOOD_INLINE Vec3<S> scale(S s, const Vec3<S>& a) { return {s * a.x, s * a.y, s * a.z}; }
 template <class S> ATWOOD_INLINE Quat<S> scale(S s, const Quat<S>& a) { return {s * a.w, s * a.x, s * a.y, s * a.z}; }
 
@@ -26,8 +36,8 @@ ATWOOD_INLINE Vec3<S> times(const S (&I)[9][lanes], const Vec3<S>& v, int l) {
           I[6][l] * v.x + I[7][l] * v.y + I[8][l] * v.z};
 }
 
-// w' = I^-1 (0 - w x (I w)), as rate.cpp has it, for u = w / 2: u' = 2 I^-1 (0 - u x (I u)). About body axes the two products
-// of each component of the cross product have the same sign, so 0 - (a - b) is b - a even where it is a zero.
+// w' = I^-1 (0 - w x (I w)), as rate.cpp has it, for u = w / 2: u' = 2 I^-1 (0 - u x (I u)). About body axes the two
+// products of each component of the cross product have the same sign, so 0 - (a - b) is b - a even where it is a zero.
 template <FlightKind kind, class S, int lanes>
 ATWOOD_INLINE Vec3<S> half_rate_rate(const FlightInertia<S, lanes>& inertia, const Vec3<S>& u, int l) {
   const Vec3<S> L = times<kind>(inertia.I, u, l);
@@ -50,7 +60,8 @@ template <class S> ATWOOD_INLINE Quat<S> unit(const Quat<S>& q) {
   return scale(S(1) / real::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z), q);
 }
 
-// ---- the classical Runge-Kutta method, one pass over registers ---------------------------------------------------------------
+// ---- the classical Runge-Kutta method, one pass over registers
+// ---------------------------------------------------------------
 //   k1 = f(y)  k2 = f(y + h/2 k1)  k3 = f(y + h/2 k2)  k4 = f(y + h k3)  y_new = y + h (b1 k1 + b2 k2 + b2 k3 + b4 k4)
 // h (k/2) and (h/2) k are one number, halving being exact.
 template <class T, class S> ATWOOD_INLINE T weigh(const S* b, const T& k1, const T& k2, const T& k3, const T& k4) {
@@ -74,8 +85,8 @@ template <class S> ATWOOD_INLINE void translate_classically(const ClassicalSteps
 }
 
 template <FlightKind kind, class S, int lanes>
-ATWOOD_INLINE void rotate_classically(const ClassicalSteps<S>& by, const FlightInertia<S, lanes>& inertia, int l, Quat<S>& q,
-                                      Vec3<S>& u) {
+ATWOOD_INLINE void rotate_classically(const ClassicalSteps<S>& by, const FlightInertia<S, lanes>& inertia, int l,
+                                      Quat<S>& q, Vec3<S>& u) {
   const S h = by.h, half_h = by.half_h;
   const Vec3<S> u1 = half_rate_rate<kind>(inertia, u, l);
   const Quat<S> q1 = attitude_rate(q, u);
@@ -113,15 +124,17 @@ ATWOOD_INLINE void classical_steps(int bodies, const FlightSteps<S>& steps, std:
   }
 }
 
-// ---- any tableau, a stage at a time ------------------------------------------------------------------------------------------
-// Row r of 7: the attitude's four, then three of half the body rate.
+// ---- any tableau, a stage at a time
+// ------------------------------------------------------------------------------------------ Row r of 7: the attitude's
+// four, then three of half the body rate.
 template <class S> ATWOOD_INLINE S* rates_row(FlightLanes<S>& lanes, int stage, int r) {
   return lanes.rates.data() + (static_cast<std::ptrdiff_t>(stage) * 7 + r) * flight_lanes;
 }
 
 // to = from + h slope, for one row.
 template <class S>
-ATWOOD_INLINE void advance(const typename ExplicitWeights<S>::Row& row, int r, S h, int bodies, const S* from, FlightLanes<S>& lanes, S* to) {
+ATWOOD_INLINE void advance(const typename ExplicitWeights<S>::Row& row, int r, S h, int bodies, const S* from,
+                           FlightLanes<S>& lanes, S* to) {
   S slope[flight_lanes];
   const S* first = rates_row(lanes, row.stage[0], r);
   for (int l = 0; l < bodies; ++l) slope[l] = row.weight[0] * first[l];
@@ -138,8 +151,10 @@ ATWOOD_INLINE void rotate_stages(int bodies, const FlightSteps<S>& steps, Flight
   const int stages = steps.weights.stages() - (steps.weights.first_same_as_last ? 1 : 0);
   for (int i = 0; i < stages; ++i) {
     if (i > 0) {
-      for (int r = 0; r < 4; ++r) advance<S>(steps.weights.a[i], r, steps.h_s, bodies, lanes.q[r], lanes, lanes.q_stage[r]);
-      for (int r = 0; r < 3; ++r) advance<S>(steps.weights.a[i], 4 + r, steps.h_s, bodies, lanes.half_w[r], lanes, lanes.half_w_stage[r]);
+      for (int r = 0; r < 4; ++r)
+        advance<S>(steps.weights.a[i], r, steps.h_s, bodies, lanes.q[r], lanes, lanes.q_stage[r]);
+      for (int r = 0; r < 3; ++r)
+        advance<S>(steps.weights.a[i], 4 + r, steps.h_s, bodies, lanes.half_w[r], lanes, lanes.half_w_stage[r]);
     }
     const auto& q_at = i > 0 ? lanes.q_stage : lanes.q;
     const auto& u_at = i > 0 ? lanes.half_w_stage : lanes.half_w;
@@ -153,7 +168,8 @@ ATWOOD_INLINE void rotate_stages(int bodies, const FlightSteps<S>& steps, Flight
     }
   }
   for (int r = 0; r < 4; ++r) advance<S>(steps.weights.b, r, steps.h_s, bodies, lanes.q[r], lanes, lanes.q[r]);
-  for (int r = 0; r < 3; ++r) advance<S>(steps.weights.b, 4 + r, steps.h_s, bodies, lanes.half_w[r], lanes, lanes.half_w[r]);
+  for (int r = 0; r < 3; ++r)
+    advance<S>(steps.weights.b, 4 + r, steps.h_s, bodies, lanes.half_w[r], lanes, lanes.half_w[r]);
 #pragma GCC ivdep
   for (int l = 0; l < bodies; ++l) put(unit(get(lanes.q, l)), lanes.q, l);
 }
@@ -184,7 +200,8 @@ ATWOOD_INLINE void any_steps(int bodies, const FlightSteps<S>& steps, std::int64
   }
 }
 
-// ---- one body by itself -------------------------------------------------------------------------------------------------------
+// ---- one body by itself
+// -------------------------------------------------------------------------------------------------------
 template <class S> struct Turning { Quat<S> q; Vec3<S> u; };
 
 // Room that nobody fills with zeros first.
@@ -199,10 +216,14 @@ template <class S> struct TurningRates {
     return {scale(weight, load4(rate[stage])), scale(weight, load3(rate[stage] + 4))};
   }
 };
-template <class S> ATWOOD_INLINE Turning<S> add(const Turning<S>& a, const Turning<S>& b) { return {add(a.q, b.q), add(a.u, b.u)}; }
+template <class S>
+ATWOOD_INLINE Turning<S> add(const Turning<S>& a, const Turning<S>& b) {
+  return {add(a.q, b.q), add(a.u, b.u)};
+}
 
 template <class S>
-ATWOOD_INLINE Turning<S> advance(const typename ExplicitWeights<S>::Row& row, S h, const Turning<S>& from, const TurningRates<S>& rates) {
+ATWOOD_INLINE Turning<S> advance(const typename ExplicitWeights<S>::Row& row, S h, const Turning<S>& from,
+                                 const TurningRates<S>& rates) {
   Turning<S> slope = rates.scaled(row.weight[0], row.stage[0]);
   for (std::size_t j = 1; j < row.stage.size(); ++j) slope = add(slope, rates.scaled(row.weight[j], row.stage[j]));
   return {add(from.q, scale(h, slope.q)), add(from.u, scale(h, slope.u))};
@@ -266,7 +287,8 @@ template <class S> bool is_classical(const ExplicitWeights<S>& w) {
   if (w.stages() != 4 || w.b.stage != std::vector<int>{0, 1, 2, 3}) return false;
   for (int i = 1; i < 4; ++i)
     if (w.a[i].stage != std::vector<int>{i - 1}) return false;
-  return w.a[1].weight[0] == S(0.5) && w.a[2].weight[0] == S(0.5) && w.a[3].weight[0] == S(1) && w.b.weight[1] == w.b.weight[2];
+  return w.a[1].weight[0] == S(0.5) && w.a[2].weight[0] == S(0.5) && w.a[3].weight[0] == S(1) &&
+         w.b.weight[1] == w.b.weight[2];
 }
 
 }  // namespace
@@ -286,7 +308,8 @@ template <class S> void FlightSteps<S>::set_step(S h) {
 }
 
 template <class S>
-void fly(VectorWidth width, FlightKind kind, int bodies, const FlightSteps<S>& steps, std::int64_t count, FlightLanes<S>& lanes) {
+void fly(VectorWidth width, FlightKind kind, int bodies, const FlightSteps<S>& steps, std::int64_t count,
+         FlightLanes<S>& lanes) {
   if (kind == FlightKind::about_body_axes) fly_kind<FlightKind::about_body_axes>(width, bodies, steps, count, lanes);
   else if (kind == FlightKind::about_any_axes) fly_kind<FlightKind::about_any_axes>(width, bodies, steps, count, lanes);
   else fly_kind<FlightKind::point_mass>(width, bodies, steps, count, lanes);
@@ -304,6 +327,7 @@ template struct FlightSteps<double>;
 template void fly(VectorWidth, FlightKind, int, const FlightSteps<float>&, std::int64_t, FlightLanes<float>&);
 template void fly(VectorWidth, FlightKind, int, const FlightSteps<double>&, std::int64_t, FlightLanes<double>&);
 template void fly_alone(FlightKind, const FlightSteps<float>&, const FlightInertia<float, 1>&, const float*, float*);
-template void fly_alone(FlightKind, const FlightSteps<double>&, const FlightInertia<double, 1>&, const double*, double*);
+template void fly_alone(FlightKind, const FlightSteps<double>&, const FlightInertia<double, 1>&, const double*,
+                        double*);
 
 }  // namespace atwood

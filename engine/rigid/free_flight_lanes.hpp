@@ -18,8 +18,8 @@ enum class FlightKind { about_body_axes, about_any_axes, point_mass };
 // About body axes the diagonals are enough.
 template <class S, int lanes> struct FlightInertia { S I[9][lanes], twice_I_inverse[9][lanes]; };
 
-// Body rates are carried halved, as the attitude's rate takes them, and the inverse inertia doubled. Scaling by 2 commutes with
-// every rounding, so the bits stay those of the equations in w, unless a product underflows.
+// Body rates are carried halved, as the attitude's rate takes them, and the inverse inertia doubled. Scaling by 2
+// commutes with every rounding, so the bits stay those of the equations in w, unless a product underflows.
 template <class S> struct FlightLanes {
   template <int rows> using Rows = S[rows][flight_lanes];
   Rows<3> p, v, half_w, half_w_stage;
@@ -44,7 +44,8 @@ template <class S> struct FlightSteps {
 
 // `count` steps of the first `bodies` lanes. In float and double.
 template <class S>
-void fly(VectorWidth width, FlightKind kind, int bodies, const FlightSteps<S>& steps, std::int64_t count, FlightLanes<S>& lanes);
+void fly(VectorWidth width, FlightKind kind, int bodies, const FlightSteps<S>& steps, std::int64_t count,
+         FlightLanes<S>& lanes);
 
 // One step of one body, of 13 scalars in the order of a state (6 of a point mass), by at most so many stages.
 inline constexpr int most_stages_alone = 16;

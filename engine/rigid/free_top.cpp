@@ -3,8 +3,8 @@
 namespace atwood {
 namespace {
 
-// The body turns by phi about its own axis k: q <- q exp(phi/2 e_k); momentum seen from the body turns back by phi. With
-// a the turn so far less one and b = (cos - 1, sin e_k) this one: (1 + a)(1 + b) - 1 = a + b + a b.
+// The body turns by phi about its own axis k: q <- q exp(phi/2 e_k); momentum seen from the body turns back by phi.
+// With a the turn so far less one and b = (cos - 1, sin e_k) this one: (1 + a)(1 + b) - 1 = a + b + a b.
 template <class S, int k> void turn_about(S h_s, const Vec3<S>& g, const Vec3<S>& L_start, FreeTurn<S>& turn) {
   constexpr int i = (k + 1) % 3, j = (k + 2) % 3;
   S *dL = &turn.dw_B.x, *a = &turn.less_one.x, &a_w = turn.less_one.w;
@@ -39,7 +39,8 @@ template <class S> void split_turn(const Vec3<S>& g, S direct_s, S adjoint_s, co
 }
 
 template <class S>
-bool free_turn(FreeTop top, const MassProperties<S>& mass, S direct_s, S adjoint_s, const Vec3<S>& w_WB_B, FreeTurn<S>& turn) {
+bool free_turn(FreeTop top, const MassProperties<S>& mass, S direct_s, S adjoint_s, const Vec3<S>& w_WB_B,
+               FreeTurn<S>& turn) {
   const PrincipalAxes<S>& axes = mass.principal;
   const Vec3<S> I = axes.moments, g{S(1) / I.x, S(1) / I.y, S(1) / I.z};
   const Vec3<S> w_P = axes.body_axes ? w_WB_B : rotate_back(axes.q_BP, w_WB_B);

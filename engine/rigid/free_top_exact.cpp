@@ -1,7 +1,8 @@
 // The exact flow of the free top.
 //
-// Body momentum in principal axes, g_i = 1 / I_i, L_i' = (g_k - g_j) L_j L_k. With axis 3 the extreme one that L circles,
-// axis 2 the middle one and axis 1 the other extreme (van Zon and Schofield, J. Comput. Phys. 225 (2007) 145, section 3):
+// Body momentum in principal axes, g_i = 1 / I_i, L_i' = (g_k - g_j) L_j L_k. With axis 3 the extreme one that L
+// circles, axis 2 the middle one and axis 1 the other extreme (van Zon and Schofield, J. Comput. Phys. 225 (2007) 145,
+// section 3):
 //   L_1 = p cn u,  L_2 = q sn u,  L_3 = +-r dn u,   u' = +-rate
 //   A = 2E - g3 L^2 = (g1 - g3) L1^2 + (g2 - g3) L2^2,   p^2 = A / (g1 - g3),  q^2 = A / (g2 - g3)
 //   B = g1 L^2 - 2E = (g1 - g2) L2^2 + (g1 - g3) L3^2,   r^2 = B / (g1 - g3),  rate^2 = B (g2 - g3)
@@ -134,7 +135,8 @@ template <class S> void exact_turn(const Vec3<S>& g, S h_s, const Vec3<S>& L, Fr
 
 template void exact_turn<float>(const Vec3<float>&, float, const Vec3<float>&, FreeTurn<float>&);
 template void exact_turn<double>(const Vec3<double>&, double, const Vec3<double>&, FreeTurn<double>&);
-template void exact_turn<long double>(const Vec3<long double>&, long double, const Vec3<long double>&, FreeTurn<long double>&);
+template void exact_turn<long double>(const Vec3<long double>&, long double, const Vec3<long double>&,
+                                      FreeTurn<long double>&);
 template void exact_turn<Quad>(const Vec3<Quad>&, Quad, const Vec3<Quad>&, FreeTurn<Quad>&);
 
 }  // namespace atwood

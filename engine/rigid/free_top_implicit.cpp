@@ -9,7 +9,8 @@ template <class S> Vec3<S> times(const Vec3<S>& I, const Vec3<S>& c) { return {I
 template <class S> Vec3<S> solve3(const Vec3<S> (&column)[3], const Vec3<S>& b) {  // Cramer
   const Vec3<S> yz = cross(column[1], column[2]);
   const S determinant = dot(column[0], yz);
-  return (S(1) / determinant) * Vec3<S>{dot(b, yz), dot(column[0], cross(b, column[2])), dot(column[0], cross(column[1], b))};
+  return (S(1) / determinant) *
+         Vec3<S>{dot(b, yz), dot(column[0], cross(b, column[2])), dot(column[0], cross(column[1], b))};
 }
 
 }  // namespace
@@ -38,7 +39,8 @@ template <class S> bool implicit_turn(FreeTop top, const Vec3<S>& I, S h_s, cons
     c -= change;
     const S now = norm(change), size = norm(c);
     if (!real::is_finite(now)) return false;
-    solved = now <= S(2) * real::epsilon<S>() * size || (now <= S(256) * real::epsilon<S>() * size && now >= before / S(2));
+    solved =
+        now <= S(2) * real::epsilon<S>() * size || (now <= S(256) * real::epsilon<S>() * size && now >= before / S(2));
     before = now;
   }
   const S square = dot(c, c), length = real::sqrt(S(1) + square);

@@ -40,9 +40,12 @@ bool is_on(const std::vector<Interval>& on_s, double t_s) {
 
 }  // namespace
 
-template <class S> RigidModel<S>::RigidModel(const Scene& scene, const ModelOptions& options)
-    : team_(options.threads > 1 ? std::make_unique<Team>(options.threads) : nullptr), gravity_(narrow3<S>(scene.gravity_m_per_s2)),
-      conservative_(scene), series_forces_(scene) {
+template <class S>
+RigidModel<S>::RigidModel(const Scene& scene, const ModelOptions& options)
+    : team_(options.threads > 1 ? std::make_unique<Team>(options.threads) : nullptr),
+      gravity_(narrow3<S>(scene.gravity_m_per_s2)),
+      conservative_(scene),
+      series_forces_(scene) {
   system_.context = this;
   build_bodies(scene);
   if (!scene.problem.empty()) {
@@ -140,7 +143,8 @@ template <class S> void RigidModel<S>::add_term(TermPointer<S> term, const std::
 
 template <class S> int RigidModel<S>::interval_of(S from_s, S to_s) const {
   const double middle_s = static_cast<double>((from_s + to_s) / S(2));
-  return static_cast<int>(std::upper_bound(switch_times_s_.begin(), switch_times_s_.end(), middle_s) - switch_times_s_.begin());
+  return static_cast<int>(std::upper_bound(switch_times_s_.begin(), switch_times_s_.end(), middle_s) -
+                          switch_times_s_.begin());
 }
 
 // The law between two neighbouring switch times is one law, so only a change of interval rebuilds the lists.

@@ -40,7 +40,10 @@ template <class S> struct MassProperties {
   PrincipalAxes<S> principal;
 
   template <class V = S> ATWOOD_INLINE Vec3<V> times_inertia(const Vec3<V>& w_B) const { return times(I_row, w_B); }
-  template <class V = S> ATWOOD_INLINE Vec3<V> times_inverse_inertia(const Vec3<V>& L_B) const { return times(I_inverse_row, L_B); }
+  template <class V = S>
+  ATWOOD_INLINE Vec3<V> times_inverse_inertia(const Vec3<V>& L_B) const {
+    return times(I_inverse_row, L_B);
+  }
 
  private:
   template <class V> ATWOOD_INLINE Vec3<V> times(const Vec3<S> (&row)[3], const Vec3<V>& v) const {
@@ -49,7 +52,8 @@ template <class S> struct MassProperties {
   }
 };
 
-// What a caller may choose about how rates are computed; results but for `gravity.sum` and `gravity.opening` do not depend on it.
+// What a caller may choose about how rates are computed; results but for `gravity.sum` and `gravity.opening` do not
+// depend on it.
 struct ModelOptions {
   GravityOptions gravity;  // its team is the model's own
   int threads = 1;
@@ -71,8 +75,8 @@ template <class S> class RigidModel {
   // That omega under the law that holds now [rad/s], one a body.
   void gyration(std::vector<Vec3<S>>& omega_W) const;
 
-  // A force that is not the scene's own, before any stepper is made. `what` names it to methods that cannot take it ("contact
-  // forces"): those that need an energy or a series.
+  // A force that is not the scene's own, before any stepper is made. `what` names it to methods that cannot take it
+  // ("contact forces"): those that need an energy or a series.
   void add_term(TermPointer<S> term, const std::string& what);
 
   // ---- layout

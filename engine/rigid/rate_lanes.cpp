@@ -49,8 +49,10 @@ template <VectorWidth width, class S> ATWOOD_INLINE void move(const Lanes<S>& la
     for_packs<S, width>(lanes.count, [&](auto k) ATWOOD_INLINED {
       const auto w = load3(y + at_body_rate * stride, stride, k);
       const auto torque = load3(load + 6 * lane_count, lane_count, k);
-      store4(quaternion_rate(load4(y + at_attitude * stride, stride, k), w, S(0.5)), dydt + at_attitude * stride, stride, k);
-      store3(mass.times_inverse_inertia(torque - cross(w, mass.times_inertia(w))), dydt + at_body_rate * stride, stride, k);
+      store4(quaternion_rate(load4(y + at_attitude * stride, stride, k), w, S(0.5)), dydt + at_attitude * stride,
+             stride, k);
+      store3(mass.times_inverse_inertia(torque - cross(w, mass.times_inertia(w))), dydt + at_body_rate * stride, stride,
+             k);
     });
   }
 }

@@ -127,16 +127,17 @@ const Keys<PairLaw>& compliance_keys() {
     law.write = [](const Scene&, const PairLaw& from) {
       return Value(kContactLaws[static_cast<std::size_t>(from.contact_law)]);
     };
-    Keys<PairLaw> all{law,
-                      key<PairLaw>("stiffness_N_per_m", &PairLaw::stiffness_N_per_m, number(positive()), "linear [N/m]"),
-                      key<PairLaw>("damping_N_s_per_m", &PairLaw::damping_N_s_per_m, number(non_negative()),
-                                   "linear [N s/m]; 0 unless given"),
-                      key<PairLaw>("pull", &PairLaw::pull, boolean(),
-                                   "linear: the force may pull until the overlap ends; false unless given"),
-                      key<PairLaw>("modulus_Pa", &PairLaw::modulus_Pa, number(positive()),
-                                   "hertz: 1 / ((1 - nu_a^2) / E_a + (1 - nu_b^2) / E_b) [Pa]"),
-                      key<PairLaw>("damping_s_per_m", &PairLaw::damping_s_per_m, number(non_negative()),
-                                   "hertz: the force is its static part times 1 + damping d' [s/m]; 0 unless given")};
+    Keys<PairLaw> all{
+        law,
+        key<PairLaw>("stiffness_N_per_m", &PairLaw::stiffness_N_per_m, number(positive()), "linear [N/m]"),
+        key<PairLaw>("damping_N_s_per_m", &PairLaw::damping_N_s_per_m, number(non_negative()),
+                     "linear [N s/m]; 0 unless given"),
+        key<PairLaw>("pull", &PairLaw::pull, boolean(),
+                     "linear: the force may pull until the overlap ends; false unless given"),
+        key<PairLaw>("modulus_Pa", &PairLaw::modulus_Pa, number(positive()),
+                     "hertz: 1 / ((1 - nu_a^2) / E_a + (1 - nu_b^2) / E_b) [Pa]"),
+        key<PairLaw>("damping_s_per_m", &PairLaw::damping_s_per_m, number(non_negative()),
+                     "hertz: the force is its static part times 1 + damping d' [s/m]; 0 unless given")};
     for (std::size_t k = 0; k < all.size(); ++k) {
       const ContactLaw owner = k == 0 ? ContactLaw::rigid : k < 4 ? ContactLaw::linear : ContactLaw::hertz;
       all[k].write = [owner, write = all[k].write](const Scene& s, const PairLaw& from) {
@@ -236,15 +237,15 @@ void check_contact_law(Reading& r, const Value& table, const PairLaw& law) {
     const ContactLaw owner = k < 4 ? ContactLaw::linear : ContactLaw::hertz;
     if (const Value* given = table.find(keys[k].name); given && law.contact_law != owner)
       fail(r, given->place,
-           "`" + keys[k].name + "` in " + r.where + " is given beside the contact law " + named + "; expected it with `" +
-               kContactLaws[static_cast<std::size_t>(owner)] + "` only");
+           "`" + keys[k].name + "` in " + r.where + " is given beside the contact law " + named +
+               "; expected it with `" + kContactLaws[static_cast<std::size_t>(owner)] + "` only");
   }
   const bool lacks = (law.contact_law == ContactLaw::linear && !(law.stiffness_N_per_m > 0)) ||
                      (law.contact_law == ContactLaw::hertz && !(law.modulus_Pa > 0));
   if (lacks)
     fail(r, table.find("contact_law")->place,
-         std::string("missing key `") + (law.contact_law == ContactLaw::linear ? "stiffness_N_per_m" : "modulus_Pa") + "` in " +
-             r.where + "; expected it with the contact law " + named);
+         std::string("missing key `") + (law.contact_law == ContactLaw::linear ? "stiffness_N_per_m" : "modulus_Pa") +
+             "` in " + r.where + "; expected it with the contact law " + named);
 }
 
 const Keys<ContactDraft>& contact_keys() {

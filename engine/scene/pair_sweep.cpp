@@ -80,7 +80,8 @@ Shape make_shape(const std::string& name, Draw& draw, double size) {
     return convex;
   }
   if (name == "triangle") return Mesh{"", {point(), point(), point()}, {{0, 1, 2}}};
-  // An octahedron with its corners moved and a face left out: it bounds no solid, so that all read the same surface in it.
+  // An octahedron with its corners moved and a face left out: it bounds no solid, so that all read the same surface in
+  // it.
   Mesh mesh;
   for (std::size_t corner = 0; corner < 6; ++corner) {
     Real3 p{};
@@ -93,7 +94,8 @@ Shape make_shape(const std::string& name, Draw& draw, double size) {
 
 // ---- supports -----------------------------------------------------------------------------------------------------
 Real3 furthest(const std::vector<Real3>& points, const Real3& n) {
-  return *std::max_element(points.begin(), points.end(), [&](const Real3& a, const Real3& b) { return dot(a, n) < dot(b, n); });
+  return *std::max_element(points.begin(), points.end(),
+                           [&](const Real3& a, const Real3& b) { return dot(a, n) < dot(b, n); });
 }
 
 // The point of the shape furthest along n (body axes, unit). Where a face lies square to n, any of its points is.
@@ -106,7 +108,9 @@ struct Support {
   Real3 operator()(const std::monostate&) const { return {}; }
   Real3 operator()(const Plane&) const { return {}; }
   Real3 operator()(const Sphere& s) const { return plus({}, s.radius_m, n); }
-  Real3 operator()(const Rectangle& s) const { return {side(n[0], s.half_extents_m[0]), side(n[1], s.half_extents_m[1]), 0}; }
+  Real3 operator()(const Rectangle& s) const {
+    return {side(n[0], s.half_extents_m[0]), side(n[1], s.half_extents_m[1]), 0};
+  }
   Real3 operator()(const Box& s) const {
     const Real3& h = s.half_extents_m;
     return {side(n[0], h[0]), side(n[1], h[1]), side(n[2], h[2])};
@@ -123,7 +127,8 @@ struct Support {
     std::vector<Real3> points;
     for (const Compound::Part& part : s.boxes) {
       const Support in_part{turn(part.orientation_wxyz, n, true), draw};
-      points.push_back(plus(part.position_body_m, 1, turn(part.orientation_wxyz, in_part(Box{part.half_extents_m}), false)));
+      points.push_back(
+          plus(part.position_body_m, 1, turn(part.orientation_wxyz, in_part(Box{part.half_extents_m}), false)));
     }
     return furthest(points, n);
   }
@@ -217,10 +222,11 @@ void start_earlier(Body& body, double t_s, double speed, Draw& draw) {
 
 const std::vector<std::string>& sweep_pairs() {
   static const std::vector<std::string> pairs = {
-      "sphere-sphere",   "sphere-plane",    "sphere-rectangle", "sphere-box",      "sphere-capsule",  "sphere-cylinder",
-      "sphere-convex",   "sphere-mesh",     "box-plane",        "box-rectangle",   "box-box",         "capsule-plane",
-      "capsule-box",     "capsule-capsule", "cylinder-plane",   "convex-plane",    "convex-box",      "convex-convex",
-      "triangle-triangle", "mesh-plane",    "mesh-mesh",        "compound-plane",  "compound-box",    "compound-compound"};
+      "sphere-sphere",   "sphere-plane",   "sphere-rectangle", "sphere-box",        "sphere-capsule",
+      "sphere-cylinder", "sphere-convex",  "sphere-mesh",      "box-plane",         "box-rectangle",
+      "box-box",         "capsule-plane",  "capsule-box",      "capsule-capsule",   "cylinder-plane",
+      "convex-plane",    "convex-box",     "convex-convex",    "triangle-triangle", "mesh-plane",
+      "mesh-mesh",       "compound-plane", "compound-box",     "compound-compound"};
   return pairs;
 }
 
@@ -234,7 +240,8 @@ Scene sweep_scene(const std::string& pair, std::uint64_t seed, std::int64_t inde
   if (std::find(known.begin(), known.end(), pair) == known.end()) {
     std::string names;
     for (const auto& name : known) names += (names.empty() ? "" : ", ") + name;
-    throw std::invalid_argument("no pair `" + pair + "` to sweep" + (swept ? " in time" : "") + "; expected one of " + names);
+    throw std::invalid_argument("no pair `" + pair + "` to sweep" + (swept ? " in time" : "") + "; expected one of " +
+                                names);
   }
   SplitMix64 mixed{seed};
   for (const char c : pair) mixed.state = mixed.next() ^ static_cast<unsigned char>(c);

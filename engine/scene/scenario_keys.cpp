@@ -344,7 +344,9 @@ Key<Scenario> frames_key() {
   auto k = key<Scenario>("frame_ends_s", &Scenario::frame_ends_s, list_of(number(positive()), kMostFrames),
                          "when each recorded frame ended, growing, the last at t_end_s [s]: steps of unequal length");
   const auto write = k.write;
-  k.write = [write](const Scene& s, const Scenario& from) { return from.frame_ends_s.empty() ? Value() : write(s, from); };
+  k.write = [write](const Scene& s, const Scenario& from) {
+    return from.frame_ends_s.empty() ? Value() : write(s, from);
+  };
   return k;
 }
 
@@ -365,8 +367,9 @@ void check_frames(Reading& r, const Value& run, const Scenario& scenario) {
   const Place place = run.find("frame_ends_s")->place;
   for (std::size_t i = 1; i < ends.size(); ++i)
     if (!(ends[i] > ends[i - 1]))
-      fail(r, place, "`frame_ends_s` in [run] has " + describe(Value(ends[i])) + " after " + describe(Value(ends[i - 1])) +
-                         "; expected growing times");
+      fail(r, place,
+           "`frame_ends_s` in [run] has " + describe(Value(ends[i])) + " after " + describe(Value(ends[i - 1])) +
+               "; expected growing times");
   if (ends.back() != scenario.t_end_s)
     fail(r, place, "`frame_ends_s` in [run] ends at " + describe(Value(ends.back())) + "; expected t_end_s, " +
                        describe(Value(scenario.t_end_s)));
@@ -375,8 +378,9 @@ void check_frames(Reading& r, const Value& run, const Scenario& scenario) {
                                             "; expected 1 with recorded frames: the start and the end");
   for (const std::int64_t steps : scenario.steps)
     if (steps % static_cast<std::int64_t>(ends.size()) != 0)
-      fail(r, run.find("steps")->place, "`steps` in [run] has " + std::to_string(steps) + "; expected a multiple of the " +
-                                            std::to_string(ends.size()) + " frames");
+      fail(r, run.find("steps")->place,
+           "`steps` in [run] has " + std::to_string(steps) + "; expected a multiple of the " +
+               std::to_string(ends.size()) + " frames");
 }
 
 void check_run(Reading& r, const Value& run, const Scenario& scenario) {

@@ -95,7 +95,12 @@ struct Spring {  // one body and an anchor, or two bodies; points in body axes, 
   std::vector<int> bodies; Real3 anchor_m{}; double stiffness_N_per_m = 0; double damping_N_s_per_m = 0;
   double rest_length_m = 0; std::vector<Real3> points_body_m;
 };
-struct Drive { std::vector<int> bodies; Real3 force_N{}; double angular_frequency_rad_per_s = 0; double phase_rad = 0; };
+struct Drive {
+  std::vector<int> bodies;
+  Real3 force_N{};
+  double angular_frequency_rad_per_s = 0;
+  double phase_rad = 0;
+};
 struct Lorentz { std::vector<int> bodies; Real3 electric_V_per_m{}; Real3 magnetic_T{}; };  // F = q (E + v x B)
 struct Coulomb { std::vector<int> bodies; double constant_N_m2_per_C2 = 0; };
 struct Thruster {  // force thrust * R direction_body at R point_body, while on
@@ -105,9 +110,13 @@ struct PointForce {  // force fixed in the world at a point fixed in the body; o
   int body = 0; Real3 point_body_m{}; Real3 force_N{}; std::vector<Interval> on_s;
 };
 struct RotatingFrame { Real3 angular_velocity_rad_per_s{}; };  // a = -2 W x v - W x (W x r), on every point mass
-struct Potential { std::vector<int> bodies; std::string name; std::map<std::string, double> parameters; };  // F = -grad V
-using Force = std::variant<MutualGravity, Attractor, LinearDrag, QuadraticDrag, Spring, Drive, Lorentz, Coulomb, Thruster,
-                           PointForce, RotatingFrame, Potential>;
+struct Potential {
+  std::vector<int> bodies;
+  std::string name;
+  std::map<std::string, double> parameters;
+};  // F = -grad V
+using Force = std::variant<MutualGravity, Attractor, LinearDrag, QuadraticDrag, Spring, Drive, Lorentz, Coulomb,
+                           Thruster, PointForce, RotatingFrame, Potential>;
 
 // ---- the scene ------------------------------------------------------------------------------------------------
 struct Scene {

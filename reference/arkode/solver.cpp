@@ -76,8 +76,12 @@ class Solver : public stepping::Stepper<double> {
       if (solver->is_explicit(i) != explicit_half) to[i] = 0;
     return flag;
   }
-  static int explicit_part(sunrealtype t, N_Vector y, N_Vector dydt, void* self) { return part(t, y, dydt, self, true); }
-  static int implicit_part(sunrealtype t, N_Vector y, N_Vector dydt, void* self) { return part(t, y, dydt, self, false); }
+  static int explicit_part(sunrealtype t, N_Vector y, N_Vector dydt, void* self) {
+    return part(t, y, dydt, self, true);
+  }
+  static int implicit_part(sunrealtype t, N_Vector y, N_Vector dydt, void* self) {
+    return part(t, y, dydt, self, false);
+  }
 
   void create_erkstep(double h_s) {
     memory_ = ERKStepCreate(all, 0, y_, context_);
@@ -94,8 +98,13 @@ class Solver : public stepping::Stepper<double> {
   void create_arkstep(double h_s) {
     const Module module = options_.scheme.module;
     const bool additive = module == Module::arkstep_imex;
-    memory_ = ARKStepCreate(module == Module::arkstep_implicit ? nullptr : additive ? explicit_part : all,
-                            module == Module::arkstep_explicit ? nullptr : additive ? implicit_part : all, 0, y_, context_);
+    memory_ = ARKStepCreate(module == Module::arkstep_implicit ? nullptr
+                            : additive                         ? explicit_part
+                                                               : all,
+                            module == Module::arkstep_explicit ? nullptr
+                            : additive                         ? implicit_part
+                                                               : all,
+                            0, y_, context_);
 #if SUNDIALS_VERSION_MAJOR < 7
     ARKStepSetErrHandlerFn(memory_, sundials::say_nothing, nullptr);
 #endif

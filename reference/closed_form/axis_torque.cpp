@@ -1,7 +1,7 @@
 // A force fixed in the body whose moment lies along a principal axis, the body spinning about that axis:
 //   w = w0 + alpha t, theta = theta0 + w0 t + alpha t^2 / 2,   m v' = m g + R(theta) F
-// so the velocity is a Fresnel integral of exp(i theta). J. M. Longuski, J. Guidance 14 (1991) 1145. Thrusters that turn
-// on and off split the time; on each piece alpha and F are constant. The integrals
+// so the velocity is a Fresnel integral of exp(i theta). J. M. Longuski, J. Guidance 14 (1991) 1145. Thrusters that
+// turn on and off split the time; on each piece alpha and F are constant. The integrals
 //   J1 = int_0^t exp(i theta(s)) ds,   J2 = int_0^t (t - s) exp(i theta(s)) ds
 // are taken by 16 Gauss points on panels over which theta changes by less than 1 rad: the rule's error,
 // h^33 (16!)^4 / (33 (32!)^3) ~ 1e-55 for exp(i s), is nothing in quad.
@@ -51,7 +51,8 @@ struct Ship {
 
   Pose<S> at(const Piece<S>& piece, S t) const {
     const Phase<S> J = integrate(piece.theta, piece.w, piece.alpha, t);
-    const Vec<S> along = dot(piece.force_B, axis_B) * axis_B, across = piece.force_B - along, side = cross(axis_B, across);
+    const Vec<S> along = dot(piece.force_B, axis_B) * axis_B, across = piece.force_B - along,
+                 side = cross(axis_B, across);
     const Vec<S> first = rotate(q0, t * along + J.re1 * across + J.im1 * side);
     const Vec<S> second = rotate(q0, (t * t / 2) * along + J.re2 * across + J.im2 * side);
     Pose<S> now;
@@ -81,7 +82,9 @@ std::vector<double> switches(const std::vector<const Thruster*>& thrusters, doub
 }
 
 template <class S>
-bool parallel(const Vec<S>& a, const Vec<S>& b) { return norm(cross(a, b)) <= 8 * unit_round_off<S>() * norm(a) * norm(b); }
+bool parallel(const Vec<S>& a, const Vec<S>& b) {
+  return norm(cross(a, b)) <= 8 * unit_round_off<S>() * norm(a) * norm(b);
+}
 
 template <class S>
 Vec<S> multiply(const Real33& m, const Vec<S>& v) {
@@ -174,10 +177,11 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
 }  // namespace
 
 Solution axis_torque() {
-  return {"axis-torque",
-          "body-fixed force with its moment along a principal axis: uniform angular acceleration and Fresnel integrals, "
-          "Longuski, J. Guidance 14 (1991) 1145",
-          solve<Narrow>, solve<Wide>};
+  return {
+      "axis-torque",
+      "body-fixed force with its moment along a principal axis: uniform angular acceleration and Fresnel integrals, "
+      "Longuski, J. Guidance 14 (1991) 1145",
+      solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -1,9 +1,9 @@
-// Balls in uniform gravity that meet each other and fixed planes, rectangles and boxes: parabolas between impacts, whose
-// instants are roots of quadratics; Newton's restitution and Coulomb's friction (E. J. Routh, Dynamics of a System of
-// Rigid Bodies, art. 169 and 180).
+// Balls in uniform gravity that meet each other and fixed planes, rectangles and boxes: parabolas between impacts,
+// whose instants are roots of quadratics; Newton's restitution and Coulomb's friction (E. J. Routh, Dynamics of a
+// System of Rigid Bodies, art. 169 and 180).
 //
-// Two free balls fall alike, so their distance is that of straight motion. A ball meets a face where it descends through
-// a radius over it, within its sides; where it could meet an edge instead, the solution gives up.
+// Two free balls fall alike, so their distance is that of straight motion. A ball meets a face where it descends
+// through a radius over it, within its sides; where it could meet an edge instead, the solution gives up.
 //
 // At an impact the feet slide at s = u_t - (r_a W_a + r_b W_b) x n. The impulse is J along n, J = -(1 + e) u_n /
 // (1/m_a + 1/m_b), and the lesser of mu J and |s| / (1/m_a + 1/m_b + r_a^2/I_a + r_b^2/I_b) against s, which keeps its
@@ -92,8 +92,9 @@ class Table {
         if (acts_on(force, at)) misfit_ = named(scene_, force, at) + " is not covered";
       if (!misfit_.empty()) return;
       const Pose<S> start = initial_pose<S>(body);
-      balls_.push_back({at, S(sphere->radius_m), 1 / S(body.mass_kg), rotates(body) ? 1 / S(body.inertia_kg_m2[0]) : S(0),
-                        S(body.release_s), start.p_WB, start.v_WB, start.w_WB_B, start.q_WB});
+      balls_.push_back({at, S(sphere->radius_m), 1 / S(body.mass_kg),
+                        rotates(body) ? 1 / S(body.inertia_kg_m2[0]) : S(0), S(body.release_s), start.p_WB, start.v_WB,
+                        start.w_WB_B, start.q_WB});
     }
     for (std::size_t i = 0; i < balls_.size() && misfit_.empty(); ++i) {
       for (std::size_t j = 0; j < i; ++j) {
@@ -107,7 +108,8 @@ class Table {
     }
   }
   void overlap(std::size_t ball, int other) {
-    misfit_ = "`" + scene_.bodies[balls_[ball].body].name + "` overlaps `" + scene_.bodies[other].name + "` at the start";
+    misfit_ =
+        "`" + scene_.bodies[balls_[ball].body].name + "` overlaps `" + scene_.bodies[other].name + "` at the start";
   }
 
   // Both fly from the later of `now` and their releases on; a held one is a target at rest.
@@ -178,7 +180,8 @@ class Table {
       const Arc<S> arc{from, until, fly(ball, g_, from).p_WB, fly(ball, g_, from).v_WB, g_};
       for (const Obstacle<S>& obstacle : obstacles_)
         if (meets_an_edge(obstacle, ball.radius, arc))
-          misfit_ = "`" + scene_.bodies[ball.body].name + "` may meet an edge of `" + scene_.bodies[obstacle.body].name + "`";
+          misfit_ =
+              "`" + scene_.bodies[ball.body].name + "` may meet an edge of `" + scene_.bodies[obstacle.body].name + "`";
       for (const Ball<S>& held : balls_) {
         if (!(held.t > from)) continue;
         const Arc<S> part{from, until < held.t ? until : held.t, arc.p, arc.v, g_};
@@ -234,7 +237,8 @@ class Table {
       two[k]->v = two[k]->v + (S(k == 0 ? -1 : 1) * two[k]->inverse_mass) * (impulse * hit.normal - rub * along);
       if (rub == 0) continue;
       const Vec<S> about = cross(hit.normal, along);  // the arm times the impulse points this way for both
-      two[k]->w_B = two[k]->w_B + (rub * two[k]->radius * two[k]->inverse_inertia) * rotate(conjugate(two[k]->q), about);
+      two[k]->w_B =
+          two[k]->w_B + (rub * two[k]->radius * two[k]->inverse_inertia) * rotate(conjugate(two[k]->q), about);
     }
     Happening<S> made;
     made.t_s = now_;
@@ -275,8 +279,10 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
 }  // namespace
 
 Solution ball_flights() {
-  return {"ball-flights", "balls between impacts on parabolas, impacts at roots of quadratics, Newton's law and Coulomb's: "
-                          "Routh, art. 169, 180", solve<Narrow>, solve<Wide>};
+  return {"ball-flights",
+          "balls between impacts on parabolas, impacts at roots of quadratics, Newton's law and Coulomb's: "
+          "Routh, art. 169, 180",
+          solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -95,7 +95,8 @@ Happening<S> happening(const Bounces<S>& path, const Cast& cast, S radius, S t, 
 }
 
 template <class S>
-void list_happenings(const Bounces<S>& path, const Cast& cast, S radius, S mass, S release, S t_end, Motion<S>& motion) {
+void list_happenings(const Bounces<S>& path, const Cast& cast, S radius, S mass, S release, S t_end,
+                     Motion<S>& motion) {
   S before = path.V;
   for (std::size_t k = 0; k < path.t.size() && path.t[k] + release <= t_end; ++k) {
     // Bounces that a double cannot tell from the end are left to the one event that ends them.

@@ -102,7 +102,8 @@ void add_events(Truth& truth, const Motion<Wide>& wide, const Motion<Narrow>& na
       for (const int body : {at.body_a, at.body_b}) {
         for (Wide& v : truth.bars[s].bodies[body].v_m_per_s)
           v += magnitude(at.vn_after_m_per_s - at.vn_before_m_per_s) * (1 + at.impulse_t_N_s / at.impulse_n_N_s);
-        const auto &before = truth.values[s - 1].bodies[body].w_rad_per_s, &now = truth.values[s].bodies[body].w_rad_per_s;
+        const auto &before = truth.values[s - 1].bodies[body].w_rad_per_s,
+                   &now = truth.values[s].bodies[body].w_rad_per_s;
         for (int i = 0; i < 3; ++i) truth.bars[s].bodies[body].w_rad_per_s[i] += magnitude(now[i] - before[i]);
       }
       truth.note = "a sample falls on the instant of an impact: the bars of its velocity and spin hold the jump";

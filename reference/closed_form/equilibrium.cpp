@@ -51,7 +51,8 @@ std::string make_solid(const Scene& scene, const Body& body, Solid& made) {
   }
   made.free = !body.fixed;
   if (body.fixed) return "";
-  if (body.velocity_m_per_s != Real3{} || body.angular_velocity_body_rad_per_s != Real3{}) return name + " moves at the start";
+  if (body.velocity_m_per_s != Real3{} || body.angular_velocity_body_rad_per_s != Real3{})
+    return name + " moves at the start";
   if (body.release_s > 0) return name + " is released late";
   const Real33& I = body.inertia_kg_m2;
   if (!rotates(body) || I[1] != 0 || I[2] != 0 || I[5] != 0) return "the inertia of " + name + " is not diagonal";
@@ -95,7 +96,8 @@ void shared_points(const Solid& from, const Solid& in, double tolerance, std::ve
       }
       if (enter > leave) continue;
       for (const V& x : {start + enter * way, start + leave * way})
-        if (std::none_of(points.begin(), points.end(), [&](const V& known) { return length(x - known) < 8 * tolerance; }))
+        if (std::none_of(points.begin(), points.end(),
+                         [&](const V& known) { return length(x - known) < 8 * tolerance; }))
           points.push_back(x);
     }
 }
@@ -127,7 +129,8 @@ double touch(const Solid& a, const Solid& b, double tolerance, std::vector<Touch
     if (std::fabs(gap) > tolerance) return gap;
     normals.push_back(-1.0 * b.axis[2]);
     for (int index = 0; index < 8; ++index)
-      if (const V x = corner(a, index) - a.radius * b.axis[2]; dot(b.axis[2], x) - b.offset <= tolerance) points.push_back(x);
+      if (const V x = corner(a, index) - a.radius * b.axis[2]; dot(b.axis[2], x) - b.offset <= tolerance)
+        points.push_back(x);
   } else if (a.radius > 0) {
     V beyond = a.center - b.center, nearest = b.center;
     for (int k = 0; k < 3; ++k)
@@ -148,12 +151,14 @@ double touch(const Solid& a, const Solid& b, double tolerance, std::vector<Touch
   return gap;
 }
 
-std::string find_touches(const Scene& scene, const std::vector<Solid>& solids, std::vector<Touch>& touches, Equilibrium& made) {
+std::string find_touches(const Scene& scene, const std::vector<Solid>& solids, std::vector<Touch>& touches,
+                         Equilibrium& made) {
   for (std::size_t i = 0; i < solids.size(); ++i)
     for (std::size_t j = 0; j < solids.size(); ++j) {
       // The first is free, or a ball against what is none: each pair once.
       const Solid &a = solids[i], &b = solids[j];
-      if (i == j || !(a.free || b.free) || a.plane || scene.bodies[i].shape.index() == 0 || scene.bodies[j].shape.index() == 0)
+      if (i == j || !(a.free || b.free) || a.plane || scene.bodies[i].shape.index() == 0 ||
+          scene.bodies[j].shape.index() == 0)
         continue;
       if (!b.plane && (a.radius > 0) == (b.radius > 0) && j < i) continue;
       if (!b.plane && a.radius == 0 && b.radius > 0) continue;
@@ -175,8 +180,8 @@ std::string find_touches(const Scene& scene, const std::vector<Solid>& solids, s
 struct Moving { V v{}, w_B{}; };
 
 // A second of gravity's impulse, undone by the contacts' impulses. First by those of least sum of squares that stop all
-// bodies, cones or not (conjugate gradients): of stacks and walls they often lie in the cones as they are. Then, from what
-// the cones leave of them, by sweeps until no body moves.
+// bodies, cones or not (conjugate gradients): of stacks and walls they often lie in the cones as they are. Then, from
+// what the cones leave of them, by sweeps until no body moves.
 class Sweeps {
  public:
   Sweeps(const std::vector<Solid>& solids, const std::vector<Touch>& touches, const V& g)

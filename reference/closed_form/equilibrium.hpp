@@ -13,9 +13,9 @@ struct Equilibrium {
   double least_m = 0;      // the smallest extent of a body
 };
 
-// Boxes, spheres, fixed planes and rectangles under uniform gravity. Looks for contact forces within Coulomb's cones that
-// balance every body to 1e-7 of its weight, by sweeps over the contacts (Moreau 1988). That some exist is what statics of
-// rigid bodies can say: which ones act, and whether others could move the scene, it cannot.
+// Boxes, spheres, fixed planes and rectangles under uniform gravity. Looks for contact forces within Coulomb's cones
+// that balance every body to 1e-7 of its weight, by sweeps over the contacts (Moreau 1988). That some exist is what
+// statics of rigid bodies can say: which ones act, and whether others could move the scene, it cannot.
 Equilibrium find_equilibrium(const Scene& scene);
 
 }  // namespace atwood::closed_form

@@ -125,7 +125,8 @@ Stance<S> stand_on(const Floor<S>& floor, const Scene& scene, int at) {
 }
 
 template <class S>
-std::string leaves(const Floor<S>& floor, const Scene& scene, const Vec<double>& from, const Vec<double>& to, double reach_m) {
+std::string leaves(const Floor<S>& floor, const Scene& scene, const Vec<double>& from, const Vec<double>& to,
+                   double reach_m) {
   if (floor.rim.empty()) return "";
   // Over the floor at the start: an odd number of rim edges are crossed on the way out, seen along n.
   const Vec<double> n = rounded(floor.n);

@@ -41,6 +41,7 @@ Stance<S> stand_on(const Floor<S>& floor, const Scene& scene, int body);
 
 // Empty, or that the way from `from` to `to` with `reach_m` around it leaves the floor.
 template <class S>
-std::string leaves(const Floor<S>& floor, const Scene& scene, const Vec<double>& from, const Vec<double>& to, double reach_m);
+std::string leaves(const Floor<S>& floor, const Scene& scene, const Vec<double>& from, const Vec<double>& to,
+                   double reach_m);
 
 }  // namespace atwood::closed_form

@@ -1,11 +1,11 @@
-// A slab pushed over a floor, with round bodies on its deck, all from rest: Coulomb below and above the slab, Newton and
-// Euler for each ball. Along the push F (floor's friction f1, ball i's f_i, kappa_i = 1 + m_i r_i^2 / I_i):
+// A slab pushed over a floor, with round bodies on its deck, all from rest: Coulomb below and above the slab, Newton
+// and Euler for each ball. Along the push F (floor's friction f1, ball i's f_i, kappa_i = 1 + m_i r_i^2 / I_i):
 //   stands:  F <= mu1 (M + sum m_i) g: nothing moves
 //   slides:  M A = F - f1 - sum f_i,   ball: m_i a_i = f_i,   I_i alpha_i = -r_i f_i
 //            rolls on the deck: a_i - r_i alpha_i = A, so f_i = m_i A / kappa_i, while that is mu_i m_i g at most;
 //            else slips: f_i = mu_i m_i g
-// For n equal solid balls, kappa = 7/2: f2 = ((F - f1) / M) / (3.5 / m + n / M). All friction lies along the push as long as
-// nothing turns about the vertical, which is checked, as is where the floor's pressure has its centre.
+// For n equal solid balls, kappa = 7/2: f2 = ((F - f1) / M) / (3.5 / m + n / M). All friction lies along the push as
+// long as nothing turns about the vertical, which is checked, as is where the floor's pressure has its centre.
 #include "closed_form/floor.hpp"
 
 namespace atwood::closed_form {
@@ -34,7 +34,8 @@ struct Cart {
 
 template <class S>
 std::string find_push(const Scene& scene, const Floor<S>& floor, Cart<S>& cart) {
-  if (scene.forces.size() != 1 || !std::holds_alternative<PointForce>(scene.forces.front())) return "one point-force is needed";
+  if (scene.forces.size() != 1 || !std::holds_alternative<PointForce>(scene.forces.front()))
+    return "one point-force is needed";
   const auto& push = std::get<PointForce>(scene.forces.front());
   if (!push.on_s.empty()) return "the push is switched";
   cart.slab = push.body;
@@ -99,10 +100,11 @@ void accelerate(Cart<S>& cart, S floor_friction) {
   }
 }
 
-// The slab stays flat and straight: the pressure's centre lies under it, c N = h (f1 - sum f_i) + z F + sum m_i g x_i, and no
-// moment turns it. Riders stay on the deck and apart.
+// The slab stays flat and straight: the pressure's centre lies under it, c N = h (f1 - sum f_i) + z F + sum m_i g x_i,
+// and no moment turns it. Riders stay on the deck and apart.
 template <class S>
-std::string goes_wrong(const Scene& scene, const Floor<S>& floor, const Stance<S>& stance, const Cart<S>& cart, S f1, S t_end) {
+std::string goes_wrong(const Scene& scene, const Floor<S>& floor, const Stance<S>& stance, const Cart<S>& cart, S f1,
+                       S t_end) {
   const std::string name = "`" + scene.bodies[cart.slab].name + "`";
   const Vec<S> left = cross(floor.n, cart.e);
   S weight = cart.mass * floor.g_n, rub = 0, turning = cart.F * cart.push_aside, size = 0, aside = 0;
@@ -201,8 +203,8 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
 }  // namespace
 
 Solution friction_cone() {
-  return {"friction-cone", "a pushed slab that carries balls: Coulomb's friction, Newton's and Euler's laws", solve<Narrow>,
-          solve<Wide>};
+  return {"friction-cone", "a pushed slab that carries balls: Coulomb's friction, Newton's and Euler's laws",
+          solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

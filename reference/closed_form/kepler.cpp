@@ -1,6 +1,7 @@
 // Kepler's problem: bodies about a fixed attractor, or two bodies that attract (gravity) or repel (charges) each other,
 // reduced to their centre of mass. Newton, Principia (1687), book I, propositions 11-13 and 57-63; evaluated as in
-// inverse_square.cpp. The hyperbola of two like charges is Rutherford's (Phil. Mag. 21 (1911) 669) from a finite distance.
+// inverse_square.cpp. The hyperbola of two like charges is Rutherford's (Phil. Mag. 21 (1911) 669) from a finite
+// distance.
 #include <algorithm>
 
 #include "closed_form/inverse_square.hpp"
@@ -41,7 +42,8 @@ std::string find_couple(const Scene& scene, Couple& couple, S& mu) {
     const auto* coulomb = std::get_if<Coulomb>(&force);
     if (!gravity && !coulomb) return "the force `" + force_name(force) + "` is not covered";
     const std::vector<int>& bodies = gravity ? gravity->bodies : coulomb->bodies;
-    if (bodies.size() != 2) return "`" + force_name(force) + "` acts among " + std::to_string(bodies.size()) + " bodies, not two";
+    if (bodies.size() != 2)
+      return "`" + force_name(force) + "` acts among " + std::to_string(bodies.size()) + " bodies, not two";
     const int a = std::min(bodies[0], bodies[1]), b = std::max(bodies[0], bodies[1]);
     if (couple.a >= 0 && (couple.a != a || couple.b != b)) return "forces act between more than two bodies";
     couple = {a, b};
@@ -68,7 +70,8 @@ Motion<S> two_bodies(const Scenario& scenario, const std::vector<S>& t_s) {
   failed.misfit = find_couple(scene, couple, mu);
   if (!failed.misfit.empty()) return failed;
   const Body &a = scene.bodies[couple.a], &b = scene.bodies[couple.b];
-  const S share_a = S(a.mass_kg) / (S(a.mass_kg) + S(b.mass_kg)), share_b = S(b.mass_kg) / (S(a.mass_kg) + S(b.mass_kg));
+  const S share_a = S(a.mass_kg) / (S(a.mass_kg) + S(b.mass_kg)),
+          share_b = S(b.mass_kg) / (S(a.mass_kg) + S(b.mass_kg));
   const Vec<S> pa = vec<S>(a.position_m), pb = vec<S>(b.position_m);
   const Vec<S> va = vec<S>(a.velocity_m_per_s), vb = vec<S>(b.velocity_m_per_s);
   const Vec<S> c0 = share_a * pa + share_b * pb, u = share_a * va + share_b * vb, g = vec<S>(scene.gravity_m_per_s2);
@@ -101,9 +104,10 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
 }  // namespace
 
 Solution kepler() {
-  return {"kepler",
-          "Kepler's equation in universal variables, Stiefel and Scheifele, Linear and Regular Celestial Mechanics (1971)",
-          solve<Narrow>, solve<Wide>};
+  return {
+      "kepler",
+      "Kepler's equation in universal variables, Stiefel and Scheifele, Linear and Regular Celestial Mechanics (1971)",
+      solve<Narrow>, solve<Wide>};
 }
 
 Solution coulomb_two_body() {

@@ -1,4 +1,5 @@
-// A charge in uniform fields: gyration, drift E x B / B^2, acceleration along B. Jackson, Classical Electrodynamics, ch. 12.
+// A charge in uniform fields: gyration, drift E x B / B^2, acceleration along B. Jackson, Classical Electrodynamics,
+// ch. 12.
 //   v' = a + W x v,  a = g + q E / m,  W = -q B / m.
 // exp(s W^) = 1 + G1 W^ + G2 W^ W^ with G_k(W^2, s) of stumpff.hpp, and each integral in s raises every index by one:
 //   v = exp(t W^) v0 + (t + G2 W^ + G3 W^ W^) a,    p = p0 + (t + G2 W^ + G3 W^ W^) v0 + (t^2/2 + G3 W^ + G4 W^ W^) a

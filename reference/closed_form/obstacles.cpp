@@ -106,7 +106,8 @@ bool stays_open(S start, S end, const std::function<S(S)>& gap, const std::funct
 template <class S>
 bool stays_clear(const Arc<S>& arc, S reach, const std::function<S(const Vec<S>&)>& distance) {
   const auto way = [&](S from, S until) {
-    const S v0 = norm(arc.v + (from - arc.from) * arc.g), v1 = norm(arc.v + (until - arc.from) * arc.g);  // |v| is convex
+    const S v0 = norm(arc.v + (from - arc.from) * arc.g),
+            v1 = norm(arc.v + (until - arc.from) * arc.g);  // |v| is convex
     return larger(v0, v1) * (until - from);
   };
   return stays_open<S>(arc.from, arc.until, [&](S t) { return distance(place(arc, t)) - reach; }, way, S(1e-9) * reach);
@@ -135,8 +136,8 @@ template bool within_sides(const Face<Narrow>&, const Vec<Narrow>&);
 template bool within_sides(const Face<Wide>&, const Vec<Wide>&);
 template Narrow descends(Narrow, Narrow, Narrow, Narrow, Narrow&);
 template Wide descends(Wide, Wide, Wide, Wide, Wide&);
-template bool stays_open(Narrow, Narrow, const std::function<Narrow(Narrow)>&, const std::function<Narrow(Narrow, Narrow)>&,
-                         Narrow);
+template bool stays_open(Narrow, Narrow, const std::function<Narrow(Narrow)>&,
+                         const std::function<Narrow(Narrow, Narrow)>&, Narrow);
 template bool stays_open(Wide, Wide, const std::function<Wide(Wide)>&, const std::function<Wide(Wide, Wide)>&, Wide);
 template bool stays_clear(const Arc<Narrow>&, Narrow, const std::function<Narrow(const Vec<Narrow>&)>&);
 template bool stays_clear(const Arc<Wide>&, Wide, const std::function<Wide(const Vec<Wide>&)>&);

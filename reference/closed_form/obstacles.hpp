@@ -43,8 +43,8 @@ S descends(S h, S u, S a, S touching, S& speed);
 template <class S>
 struct Arc { S from{}, until{}; Vec<S> p{}, v{}, g{}; };  // p, v at `from`
 
-// Does gap(t) stay above 0? Decided by halving: between two instants it changes by way(from, until) at most. An approach
-// nearer than `near` counts as none.
+// Does gap(t) stay above 0? Decided by halving: between two instants it changes by way(from, until) at most. An
+// approach nearer than `near` counts as none.
 template <class S>
 bool stays_open(S from, S until, const std::function<S(S)>& gap, const std::function<S(S, S)>& way, S near);
 // Does `distance` along the arc stay above `reach`, to 1e-9 of it? It changes no faster than the point moves.

@@ -1,5 +1,5 @@
-// Nothing moves: bodies that stand on each other, held by contact forces within Coulomb's cones (statics of rigid bodies;
-// C. A. Coulomb, 1785). Whether such forces exist is checked; the answer is the scene itself.
+// Nothing moves: bodies that stand on each other, held by contact forces within Coulomb's cones (statics of rigid
+// bodies; C. A. Coulomb, 1785). Whether such forces exist is checked; the answer is the scene itself.
 #include "closed_form/equilibrium.hpp"
 #include "closed_form/solution.hpp"
 

@@ -3,8 +3,8 @@
 // Bodies, art. 144; G. G. Coriolis, Jeu de billard, 1835).
 //
 // Along the line (e; gravity g_s along it, g_n into the floor) the surface slides at u = v - r w, w about n x e:
-//   slip:  v' = g_s - mu g_n sign u,  w' = mu g_n sign u m r / I,  u' = g_s - kappa mu g_n sign u,  kappa = 1 + m r^2 / I
-//   roll:  u = 0,  v' = r w' = g_s (1 - 1 / kappa), while friction can: |g_s| <= kappa mu g_n
+//   slip:  v' = g_s - mu g_n sign u,  w' = mu g_n sign u m r / I,  u' = g_s - kappa mu g_n sign u,  kappa = 1 + m r^2 /
+//   I roll:  u = 0,  v' = r w' = g_s (1 - 1 / kappa), while friction can: |g_s| <= kappa mu g_n
 // A box cannot turn (kappa = 1): its roll is standing still. Whether it would tip is decided by where the floor's
 // pressure has its centre, height f / N ahead of the box's own.
 #include <algorithm>
@@ -92,7 +92,8 @@ std::string tips(const Stance<S>& stance, const Line<S>& line, const Floor<S>& f
 }
 
 template <class S>
-std::string find_line(const Scene& scene, int at, const Floor<S>& floor, const Stance<S>& stance, S t_end, Line<S>& line) {
+std::string find_line(const Scene& scene, int at, const Floor<S>& floor, const Stance<S>& stance, S t_end,
+                      Line<S>& line) {
   const Body& body = scene.bodies[at];
   const std::string name = "`" + body.name + "`";
   const PairLaw& law = pair_law(scene, at, floor.body);
@@ -119,7 +120,8 @@ std::string find_line(const Scene& scene, int at, const Floor<S>& floor, const S
   if (line.round) {
     const Real33& I = body.inertia_kg_m2;
     const bool cylinder = std::holds_alternative<Cylinder>(body.shape);
-    if (cylinder && (across(stance.axis, line.about) || I[2] != 0 || I[5] != 0)) return name + " does not roll about its axis";
+    if (cylinder && (across(stance.axis, line.about) || I[2] != 0 || I[5] != 0))
+      return name + " does not roll about its axis";
     if (!cylinder && !turns_like_a_ball(body)) return name + " has moments of inertia that are not all alike";
     line.r = stance.height;
     line.turn_per_push = S(body.mass_kg) * line.r / S(I[8]);
@@ -130,7 +132,8 @@ std::string find_line(const Scene& scene, int at, const Floor<S>& floor, const S
   first.v = dot(v, line.e);
   first.w = dot(w, line.about);
   // Decimals that mean rolling leave round-off to slip with.
-  if (line.round && magnitude(first.v - line.r * first.w) <= S(0x1p-48) * magnitude(first.v)) first.w = first.v / line.r;
+  if (line.round && magnitude(first.v - line.r * first.w) <= S(0x1p-48) * magnitude(first.v))
+    first.w = first.v / line.r;
   line.march(g_s, grip, t_end);
   const std::string falls = line.round ? "" : tips(stance, line, floor, g_s, grip);
   return falls.empty() ? "" : name + " " + falls;
@@ -180,7 +183,8 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
     const Vec<S> axis_B = rotate(conjugate(start.q_WB), line.about);
     for (std::size_t k = 1; k < t_s.size(); ++k) {
       const Leg<S> now = line.at(t_s[k]);
-      motion.poses[k][i] = {start.p_WB + now.s * line.e, now.v * line.e, now.w * axis_B, start.q_WB * turn(axis_B, now.angle)};
+      motion.poses[k][i] = {start.p_WB + now.s * line.e, now.v * line.e, now.w * axis_B,
+                            start.q_WB * turn(axis_B, now.angle)};
     }
     for (std::size_t k = 1; k < line.legs.size(); ++k)
       if (line.legs[k].holds)
@@ -201,8 +205,8 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
 }  // namespace
 
 Solution slide_or_roll() {
-  return {"slide-or-roll", "sliding blocks and rolling bodies on a floor: Coulomb (1785), Routh, art. 144", solve<Narrow>,
-          solve<Wide>};
+  return {"slide-or-roll", "sliding blocks and rolling bodies on a floor: Coulomb (1785), Routh, art. 144",
+          solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -106,7 +106,8 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
   const S radius[2] = {S(std::get<Sphere>(bodies[0]->shape).radius_m), S(std::get<Sphere>(bodies[1]->shape).radius_m)};
   S inverse[2];
   for (int k = 0; k < 2; ++k) inverse[k] = bodies[k]->fixed ? S(0) : 1 / S(bodies[k]->mass_kg);
-  const Vec<S> g = vec<S>(scene.gravity_m_per_s2), d0 = start[1].p_WB - start[0].p_WB, u = start[1].v_WB - start[0].v_WB;
+  const Vec<S> g = vec<S>(scene.gravity_m_per_s2), d0 = start[1].p_WB - start[0].p_WB,
+               u = start[1].v_WB - start[0].v_WB;
   const PairLaw& law = pair_law(scene, two.a, two.b);
   if (norm(d0) < (radius[0] + radius[1]) * (1 - 4 * unit_round_off<double>()))
     motion.misfit = "the spheres overlap at the start";
@@ -159,7 +160,8 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
 }  // namespace
 
 Solution sphere_impact() {
-  return {"sphere-impact", "two spheres, impact at the root of a quadratic, Newton's law and Coulomb's: Routh, art. 169, 180",
+  return {"sphere-impact",
+          "two spheres, impact at the root of a quadratic, Newton's law and Coulomb's: Routh, art. 169, 180",
           solve<Narrow>, solve<Wide>};
 }
 

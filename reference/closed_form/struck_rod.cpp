@@ -1,12 +1,13 @@
-// A ball strikes a capsule or a box in empty space (E. J. Routh, Dynamics of a System of Rigid Bodies, art. 168-169, 180-195;
-// Delannoy 2005, eq. 5-8). Until then both fly straight and the rod does not turn, so the ball meets its side, a round end or
-// a face at the root of a quadratic at most. n points from the rod to the ball, r from the rod's centre to the touch:
+// A ball strikes a capsule or a box in empty space (E. J. Routh, Dynamics of a System of Rigid Bodies, art. 168-169,
+// 180-195; Delannoy 2005, eq. 5-8). Until then both fly straight and the rod does not turn, so the ball meets its side,
+// a round end or a face at the root of a quadratic at most. n points from the rod to the ball, r from the rod's centre
+// to the touch:
 //   J = -(1 + e) u_n / (1/m_rod + 1/m_ball + (r x n) I^-1 (r x n)),   w' = I^-1 (r x J)
 //
-// With friction only where the impact is planar: velocities, r and the rod's new spin keep to a plane of symmetry. There the
-// feet's velocity u = (u_t, u_n) changes by K (T, J), K symmetric, and Routh's process follows the normal impulse J as it
-// grows: T' = -mu sign u_t while they slide; once u_t = 0 they stick, T' = -K_tn / K_tt, if mu >= |K_tn / K_tt|, else they
-// slide on the way that K_tn drives them. It ends, after Newton, where u_n = -e u_n(0).
+// With friction only where the impact is planar: velocities, r and the rod's new spin keep to a plane of symmetry.
+// There the feet's velocity u = (u_t, u_n) changes by K (T, J), K symmetric, and Routh's process follows the normal
+// impulse J as it grows: T' = -mu sign u_t while they slide; once u_t = 0 they stick, T' = -K_tn / K_tt, if mu >= |K_tn
+// / K_tt|, else they slide on the way that K_tn drives them. It ends, after Newton, where u_n = -e u_n(0).
 #include "closed_form/obstacles.hpp"
 
 namespace atwood::closed_form {
@@ -42,7 +43,8 @@ std::string find_pair(const Scene& scene, Pair<S>& pair) {
   const Body &rod = scene.bodies[pair.rod], &ball = scene.bodies[pair.ball];
   const Real33& I = rod.inertia_kg_m2;
   if (!rotates(rod) || I[1] != 0 || I[2] != 0 || I[5] != 0) return "the inertia of `" + rod.name + "` is not diagonal";
-  if (!rotates(ball) || !turns_like_a_ball(ball)) return "`" + ball.name + "` has moments of inertia that are not all alike";
+  if (!rotates(ball) || !turns_like_a_ball(ball))
+    return "`" + ball.name + "` has moments of inertia that are not all alike";
   pair.rod0 = initial_pose<S>(rod);
   pair.ball0 = initial_pose<S>(ball);
   pair.inverse_rod = 1 / S(rod.mass_kg);
@@ -108,7 +110,8 @@ Touch<S> touch_box(const Box& box, const Vec<S>& d, const Vec<S>& u, S radius, s
     const S side = u[k] < 0 ? 1 : -1, t = (side * (S(box.half_extents_m[k]) + radius) - d[k]) / u[k];
     const Vec<S> p = d + t * u;
     const int i = (k + 1) % 3, j = (k + 2) % 3;
-    const S beyond_i = magnitude(p[i]) - S(box.half_extents_m[i]), beyond_j = magnitude(p[j]) - S(box.half_extents_m[j]);
+    const S beyond_i = magnitude(p[i]) - S(box.half_extents_m[i]),
+            beyond_j = magnitude(p[j]) - S(box.half_extents_m[j]);
     if (t < 0 || beyond_i > radius || beyond_j > radius) continue;
     if (beyond_i > 0 || beyond_j > 0) {
       near_edge = true;
@@ -166,9 +169,10 @@ S off_rod(const Shape& rod, const Vec<S>& p) {
   return norm(beyond) - S(capsule.radius_m);
 }
 
-// Does the turning rod strike the ball again? Seen from the rod (d, u: the ball's place and velocity at the blow, turning
-// with w) the gap along the touch's normal is parted * t at least, less half the greatest acceleration A = w^2 d + 2 w u
-// times t^2: it is open until 2 parted / A. From half of that on, halving decides; beyond the rod's reach nothing can.
+// Does the turning rod strike the ball again? Seen from the rod (d, u: the ball's place and velocity at the blow,
+// turning with w) the gap along the touch's normal is parted * t at least, less half the greatest acceleration A = w^2
+// d + 2 w u times t^2: it is open until 2 parted / A. From half of that on, halving decides; beyond the rod's reach
+// nothing can.
 template <class S>
 bool strikes_again(const Shape& rod, const Vec<S>& d, const Vec<S>& u, const Vec<S>& w_B, S radius, S parted, S rest) {
   const S rate = norm(w_B), speed = norm(u), farthest = norm(d) + speed * rest;
@@ -248,7 +252,8 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
   motion.misfit = find_pair(scene, pair);
   if (!motion.misfit.empty()) return motion;
   const Quat<S> to_rod = conjugate(pair.rod0.q_WB);
-  const Vec<S> d = rotate(to_rod, pair.ball0.p_WB - pair.rod0.p_WB), u = rotate(to_rod, pair.ball0.v_WB - pair.rod0.v_WB);
+  const Vec<S> d = rotate(to_rod, pair.ball0.p_WB - pair.rod0.p_WB),
+               u = rotate(to_rod, pair.ball0.v_WB - pair.rod0.v_WB);
   const Body& rod = scene.bodies[pair.rod];
   const auto* box = std::get_if<Box>(&rod.shape);
   Touch<S> touch = box != nullptr ? touch_box(*box, d, u, pair.radius, motion.misfit)
@@ -291,8 +296,10 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
 }  // namespace
 
 Solution struck_rod() {
-  return {"struck-rod", "a rod struck by a ball in empty space, linear and angular impulse, Routh's process with friction: "
-                        "Routh, art. 168-195; Delannoy (2005), eq. 5-8", solve<Narrow>, solve<Wide>};
+  return {"struck-rod",
+          "a rod struck by a ball in empty space, linear and angular impulse, Routh's process with friction: "
+          "Routh, art. 168-195; Delannoy (2005), eq. 5-8",
+          solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -1,7 +1,7 @@
-// How a free body turns: body rates by Jacobi's elliptic functions (Jacobi 1849), attitude by an elliptic integral of the
-// third kind; the form of R. van Zon and J. Schofield, J. Comput. Phys. 225 (2007) 145, with Carlson's integrals in place
-// of theta functions. Principal axes are ordered so that axis 3, of largest or smallest moment, is the one that the
-// angular momentum circles in the body:
+// How a free body turns: body rates by Jacobi's elliptic functions (Jacobi 1849), attitude by an elliptic integral of
+// the third kind; the form of R. van Zon and J. Schofield, J. Comput. Phys. 225 (2007) 145, with Carlson's integrals in
+// place of theta functions. Principal axes are ordered so that axis 3, of largest or smallest moment, is the one that
+// the angular momentum circles in the body:
 //   w1 = a1 cn u, w2 = a2 sn u, w3 = a3 dn u,   u = lambda t + u0
 #include <algorithm>
 
@@ -82,7 +82,8 @@ Top<S> make_top(Quat<S> q_BP, std::array<S, 3> I, Vec<S> w, const Quat<S>& q0_WB
     std::swap(I[0], I[2]);
   }
   const S d31 = I[2] - I[0], d32 = I[2] - I[1], d21 = I[1] - I[0];
-  const S X = -I[0] * d31 * w[0] * w[0] - I[1] * d32 * w[1] * w[1], Y = I[1] * d21 * w[1] * w[1] + I[2] * d31 * w[2] * w[2];
+  const S X = -I[0] * d31 * w[0] * w[0] - I[1] * d32 * w[1] * w[1],
+          Y = I[1] * d21 * w[1] * w[1] + I[2] * d31 * w[2] * w[2];
   top.q_BP = q_BP;
   top.I = I;
   top.q0_WP = q0_WB * q_BP;

@@ -1,4 +1,5 @@
-// The little arithmetic that the reference needs over double, long double and Wide: vectors of three, quaternions, roots.
+// The little arithmetic that the reference needs over double, long double and Wide: vectors of three, quaternions,
+// roots.
 #pragma once
 
 #include <quadmath.h>

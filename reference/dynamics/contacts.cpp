@@ -53,8 +53,8 @@ Height<S> above_plane(const Plane& plane, const Triple<S>& point) {
   return {height, out, point - height * out};
 }
 
-// The nearest point of a box is the point itself, each coordinate of it held within the half extents; a rectangle is a box
-// without thickness. From inside, the way out is through the nearest face.
+// The nearest point of a box is the point itself, each coordinate of it held within the half extents; a rectangle is a
+// box without thickness. From inside, the way out is through the nearest face.
 template <class S>
 Height<S> above_wall(const Body& wall, const Triple<S>& point) {
   const auto* box = std::get_if<Box>(&wall.shape);
@@ -183,7 +183,8 @@ Triple<S> slip(const Scene& scene, const Layout& layout, const ContactPair& pair
 }
 
 template <class S>
-bool rubs(const Scene& scene, const Layout& layout, const ContactPair& pair, const S* y, const S* dydt, S tiny_m_per_s) {
+bool rubs(const Scene& scene, const Layout& layout, const ContactPair& pair, const S* y, const S* dydt,
+          S tiny_m_per_s) {
   const int ball = ball_of(scene, pair);
   if (pair.friction == 0 || ball < 0) return false;
   const Triple<S> normal = gap(scene, layout, pair, y).normal, sliding = slip(scene, layout, pair, y);
@@ -203,9 +204,9 @@ std::string unstrikable(const Scene& scene, const ContactPair& pair) {
   return "";
 }
 
-// m_a, m_b free spheres struck along the line of centres n: J_n = -(1 + e) vn / (1/m_a + 1/m_b). Across it they yield as
-// 1/m_a + 1/m_b + r_a^2/I_a + r_b^2/I_b, and the slip keeps its direction: Coulomb's impulse is the lesser of mu J_n (slip to
-// the end) and what stops the slip (stick).
+// m_a, m_b free spheres struck along the line of centres n: J_n = -(1 + e) vn / (1/m_a + 1/m_b). Across it they yield
+// as 1/m_a + 1/m_b + r_a^2/I_a + r_b^2/I_b, and the slip keeps its direction: Coulomb's impulse is the lesser of mu J_n
+// (slip to the end) and what stops the slip (stick).
 template <class S>
 Strike<S> strike(const Scene& scene, const Layout& layout, const ContactPair& pair, S* y) {
   const Gap<S> now = gap(scene, layout, pair, y);
@@ -234,7 +235,8 @@ Strike<S> strike(const Scene& scene, const Layout& layout, const ContactPair& pa
     const S sign = at == pair.a ? -1 : 1;
     for (int k = 0; k < 3; ++k) y[slot.velocity + k] += sign * impulse[k] / S(scene.bodies[at].mass_kg);
     if (slot.rate < 0 || made.tangential_N_s == 0) continue;
-    const Triple<S> turn = rotate_back(attitude(layout, at, y), cross(arm(scene, layout, pair, at, now.normal), sign * impulse));
+    const Triple<S> turn =
+        rotate_back(attitude(layout, at, y), cross(arm(scene, layout, pair, at, now.normal), sign * impulse));
     for (int k = 0; k < 3; ++k) y[slot.rate + k] += turn[k] / S(scene.bodies[at].inertia_kg_m2[0]);
   }
   return made;

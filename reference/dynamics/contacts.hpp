@@ -1,5 +1,5 @@
-// Which bodies can touch, how far apart they are, and what an impact does to them: spheres against each other, and against
-// planes, rectangles and boxes that are fixed.
+// Which bodies can touch, how far apart they are, and what an impact does to them: spheres against each other, and
+// against planes, rectangles and boxes that are fixed.
 #pragma once
 
 #include <array>
@@ -41,16 +41,18 @@ struct Gap {
 template <class S>
 Gap<S> gap(const Scene& scene, const Layout& layout, const ContactPair& pair, const S* y);
 
-// How b's surface slides on a's where they touch: (v_b + w_b x r_b) - (v_a + w_a x r_a) without its part along the normal.
+// How b's surface slides on a's where they touch: (v_b + w_b x r_b) - (v_a + w_a x r_a) without its part along the
+// normal.
 template <class S>
 std::array<S, 3> slip(const Scene& scene, const Layout& layout, const ContactPair& pair, const S* y);
 
-// Would friction act on a ball that lies on its plane: does it slide, or is it pulled along (dydt: the rates in y's layout)?
+// Would friction act on a ball that lies on its plane: does it slide, or is it pulled along (dydt: the rates in y's
+// layout)?
 template <class S>
 bool rubs(const Scene& scene, const Layout& layout, const ContactPair& pair, const S* y, const S* dydt, S tiny_m_per_s);
 
-// Why strike() cannot do this pair: it has friction, and a ball whose moments of inertia are not all alike (the slip would
-// turn during the impact). Empty when it can.
+// Why strike() cannot do this pair: it has friction, and a ball whose moments of inertia are not all alike (the slip
+// would turn during the impact). Empty when it can.
 std::string unstrikable(const Scene& scene, const ContactPair& pair);
 
 template <class S>

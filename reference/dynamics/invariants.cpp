@@ -186,7 +186,8 @@ Wide3 laplace_runge_lenz(const Scene& scene, const Sample& sample, int body) {
     const auto* gravity = std::get_if<MutualGravity>(&force);
     if (gravity == nullptr || gravity->bodies.size() != 2 || body != 1) continue;
     const BodySample &a = sample.bodies[gravity->bodies[0]], &b = sample.bodies[gravity->bodies[1]];
-    const Wide mu = Wide(gravity->constant_m3_per_kg_s2) * (mass(scene, gravity->bodies[0]) + mass(scene, gravity->bodies[1]));
+    const Wide mu =
+        Wide(gravity->constant_m3_per_kg_s2) * (mass(scene, gravity->bodies[0]) + mass(scene, gravity->bodies[1]));
     return vector(b.p_m - a.p_m, b.v_m_per_s - a.v_m_per_s, mu);
   }
   return zero3();
@@ -195,7 +196,8 @@ Wide3 laplace_runge_lenz(const Scene& scene, const Sample& sample, int body) {
 Wide magnetic_moment(const Scene& scene, const Sample& sample, int body) {
   for (const Force& force : scene.forces) {
     const auto* field = std::get_if<Lorentz>(&force);
-    if (field == nullptr || std::find(field->bodies.begin(), field->bodies.end(), body) == field->bodies.end()) continue;
+    if (field == nullptr || std::find(field->bodies.begin(), field->bodies.end(), body) == field->bodies.end())
+      continue;
     const Wide3 B = widen<Wide>(field->magnetic_T), E = widen<Wide>(field->electric_V_per_m);
     const Wide B2 = dot(B, B);
     if (B2 == 0) return 0;
@@ -261,7 +263,9 @@ void note(Character& c, const Scene& scene, const Force& force) {
   }
 }
 
-bool takes_energy(const PairLaw& law) { return law.restitution != 1 || law.friction != 0 || law.contact_law != ContactLaw::rigid; }
+bool takes_energy(const PairLaw& law) {
+  return law.restitution != 1 || law.friction != 0 || law.contact_law != ContactLaw::rigid;
+}
 
 }  // namespace
 

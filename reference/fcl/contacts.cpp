@@ -34,7 +34,9 @@ struct Maker {
   void keep_at(Geometry geometry, const fcl::Transform3d& at) const {
     made.push_back(std::make_unique<fcl::CollisionObjectd>(std::move(geometry), at));
   }
-  void keep(Geometry geometry) const { keep_at(std::move(geometry), transform(body.position_m, body.orientation_wxyz)); }
+  void keep(Geometry geometry) const {
+    keep_at(std::move(geometry), transform(body.position_m, body.orientation_wxyz));
+  }
   void operator()(const std::monostate&) const { throw std::invalid_argument("a body without a shape"); }
   void operator()(const Sphere& s) const { keep(std::make_shared<fcl::Sphered>(s.radius_m)); }
   void operator()(const Plane& s) const {
@@ -60,7 +62,8 @@ struct Maker {
     for (const Real3& p : s.points_m) vertices.push_back(vector(p));
     std::vector<fcl::Triangle> triangles;
     for (const auto& t : s.triangles)
-      triangles.emplace_back(static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[1]), static_cast<std::size_t>(t[2]));
+      triangles.emplace_back(static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[1]),
+                             static_cast<std::size_t>(t[2]));
     auto model = std::make_shared<fcl::BVHModel<fcl::OBBRSSd>>();
     model->beginModel();
     model->addSubModel(vertices, triangles);
@@ -83,7 +86,8 @@ Objects make(const Body& body) {
 }
 
 void ask(const Scene& scene, int i, int j, ContactAnswer& answer) {
-  const Objects of_a = make(scene.bodies[static_cast<std::size_t>(i)]), of_b = make(scene.bodies[static_cast<std::size_t>(j)]);
+  const Objects of_a = make(scene.bodies[static_cast<std::size_t>(i)]),
+                of_b = make(scene.bodies[static_cast<std::size_t>(j)]);
   for (const auto& a : of_a)
     for (const auto& b : of_b) {
       const fcl::CollisionRequestd request(64, true);
@@ -91,8 +95,8 @@ void ask(const Scene& scene, int i, int j, ContactAnswer& answer) {
       fcl::collide(a.get(), b.get(), request, result);
       for (std::size_t k = 0; k < result.numContacts(); ++k) {
         const auto& c = result.getContact(k);
-        // Contacts are told in the order of FCL's own tables of shapes: a mesh first. Spheres against triangles tell depths
-        // below zero.
+        // Contacts are told in the order of FCL's own tables of shapes: a mesh first. Spheres against triangles tell
+        // depths below zero.
         const double sign = c.o1 == a->collisionGeometry().get() ? 1 : -1;
         answer.contacts.push_back({i, j, wide(c.pos), wide(sign * c.normal), std::fabs(c.penetration_depth)});
       }

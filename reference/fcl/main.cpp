@@ -9,7 +9,8 @@ int main() {
   engine.version = FCL_VERSION_TEXT;
   engine.scalar = "double";
   engine.run = [](const atwood::MethodId&, const atwood::Scene&, const atwood::Plan&, const atwood::Observer&, int) {
-    return atwood::Outcome{atwood::Status::unsupported, "fcl answers questions about contacts, it moves nothing", 0, 0, {}};
+    return atwood::Outcome{
+        atwood::Status::unsupported, "fcl answers questions about contacts, it moves nothing", 0, 0, {}};
   };
   engine.contacts = atwood::fcl_adapter::find_contacts;
   return atwood::serve(engine, {&atwood::fcl_adapter::find_gap, false,

@@ -1,5 +1,5 @@
-// SUNDIALS IDA on the reference's own equations, written as the residual F(t, y, y') = y' - f(t, y) = 0. Manual: Hindmarsh
-// et al., ACM TOMS 31 (2005) 363.
+// SUNDIALS IDA on the reference's own equations, written as the residual F(t, y, y') = y' - f(t, y) = 0. Manual:
+// Hindmarsh et al., ACM TOMS 31 (2005) 363.
 #pragma once
 
 #include "protocol/method.hpp"

@@ -11,7 +11,8 @@ struct Options {
   std::int64_t max_steps = 2000000;
 };
 
-std::unique_ptr<stepping::Stepper<double>> make_solver(const Options& options, const stepping::Equations<double>& equations,
+std::unique_ptr<stepping::Stepper<double>> make_solver(const Options& options,
+                                                       const stepping::Equations<double>& equations,
                                                        const std::vector<double>& y);
 
 }  // namespace atwood::ida

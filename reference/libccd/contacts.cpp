@@ -33,7 +33,9 @@ struct Support {
   Real3 operator()(const Mesh&) const { return {}; }
   Real3 operator()(const Compound&) const { return {}; }
   Real3 operator()(const Sphere& s) const { return round(s.radius_m); }
-  Real3 operator()(const Rectangle& s) const { return {side(n[0], s.half_extents_m[0]), side(n[1], s.half_extents_m[1]), 0}; }
+  Real3 operator()(const Rectangle& s) const {
+    return {side(n[0], s.half_extents_m[0]), side(n[1], s.half_extents_m[1]), 0};
+  }
   Real3 operator()(const Box& s) const {
     const Real3& h = s.half_extents_m;
     return {side(n[0], h[0]), side(n[1], h[1]), side(n[2], h[2])};

@@ -14,7 +14,8 @@
 
 namespace atwood::stepping {
 
-// y' = f(t, y) as a library sees it; reference/dynamics/state.hpp says how a scene is laid out in y. Outlives its stepper.
+// y' = f(t, y) as a library sees it; reference/dynamics/state.hpp says how a scene is laid out in y. Outlives its
+// stepper.
 template <class S>
 struct Equations {
   int size = 0;
@@ -23,7 +24,8 @@ struct Equations {
   bool velocity_dependent = false;    // accelerations depend on velocities
   bool time_dependent = false;        // ... on time
   std::function<void(S t_s, const S* y, S* dydt)> rate;
-  // df/dy (row-major, size x size) and df/dt of the same equations, by differences of order 4 in long double: about 1e-13 of f.
+  // df/dy (row-major, size x size) and df/dt of the same equations, by differences of order 4 in long double: about
+  // 1e-13 of f.
   std::function<void(S t_s, const S* y, S* dfdy, S* dfdt)> jacobian;
 };
 
@@ -57,7 +59,8 @@ Outcome run(const std::string& engine, const Scene& scene, const Plan& plan, con
 
 Outcome refusal(const std::string& reason);
 
-extern template Outcome run(const std::string&, const Scene&, const Plan&, const Observer&, int, bool, const Maker<double>&);
+extern template Outcome run(const std::string&, const Scene&, const Plan&, const Observer&, int, bool,
+                            const Maker<double>&);
 extern template Outcome run(const std::string&, const Scene&, const Plan&, const Observer&, int, bool,
                             const Maker<long double>&);
 

@@ -1,4 +1,5 @@
-// What every SUNDIALS solver needs, whichever of them a process links. No SUNDIALS header is needed by those who use it.
+// What every SUNDIALS solver needs, whichever of them a process links. No SUNDIALS header is needed by those who use
+// it.
 #pragma once
 
 #include <string>

@@ -3,5 +3,6 @@
 #include "truth/truth.hpp"
 
 int main() {
-  return atwood::serve_truth(&atwood::solve_truth, ATWOOD_VERSION, &atwood::geometry::find_contacts, {&atwood::geometry::pair_gap, true, {}});
+  return atwood::serve_truth(&atwood::solve_truth, ATWOOD_VERSION, &atwood::geometry::find_contacts,
+                             {&atwood::geometry::pair_gap, true, {}});
 }

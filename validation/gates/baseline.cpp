@@ -25,9 +25,9 @@
 namespace atwood {
 namespace {
 
-// How far a value may move before it counts as a change, beside both bars. Our own engine is deterministic: what is left
-// is another compiler's round-off inside an error that is itself measured in full. Rivals are built elsewhere. Times
-// come from a noisy machine.
+// How far a value may move before it counts as a change, beside both bars. Our own engine is deterministic: what is
+// left is another compiler's round-off inside an error that is itself measured in full. Rivals are built elsewhere.
+// Times come from a noisy machine.
 constexpr double kOwnTolerance = 1e-3, kRivalTolerance = 0.02, kTimingTolerance = 0.25;
 // Below this share of a metric's own unit, values are round-off of round-off and change with the mathematics library.
 constexpr double kRoundOff = 1e-14;
@@ -93,7 +93,9 @@ std::map<Key, Entry> read_baseline(const std::string& path) {
   std::map<Key, Entry> list;
   std::string line;
   for (int number = 1; std::getline(file, line); ++number) {
-    const auto refuse = [&](const std::string& what) { throw InputError(path + ":" + std::to_string(number) + ":1: " + what); };
+    const auto refuse = [&](const std::string& what) {
+      throw InputError(path + ":" + std::to_string(number) + ":1: " + what);
+    };
     if (number == 1 && line != "# atwood baseline 1") refuse("expected `# atwood baseline 1`, found `" + line + "`");
     if (line.empty() || line[0] == '#') continue;
     std::vector<std::string> cells;
@@ -179,13 +181,14 @@ std::vector<BaselineChange> compare_baseline(const std::string& path, std::span<
   for (const auto& [key, entry] : before) {
     const auto found = now.find(key);
     if (found != now.end()) changes.push_back(compare(key, entry, found->second, timings_judged));
-    else changes.push_back({Kind::missing, key.scenario, key.method, key.metric, key.steps, entry.value, std::nan(""), entry.bar,
-                            "in the baseline, not measured now", ""});
+    else
+      changes.push_back({Kind::missing, key.scenario, key.method, key.metric, key.steps, entry.value, std::nan(""),
+                         entry.bar, "in the baseline, not measured now", ""});
   }
   for (const auto& [key, entry] : now)
     if (!before.contains(key))
-      changes.push_back({Kind::added, key.scenario, key.method, key.metric, key.steps, std::nan(""), entry.value, entry.bar,
-                         "measured now, not in the baseline", ""});
+      changes.push_back({Kind::added, key.scenario, key.method, key.metric, key.steps, std::nan(""), entry.value,
+                         entry.bar, "measured now, not in the baseline", ""});
   for (BaselineChange& c : changes) {
     c.rerun = "./atwood run --scenario '" + c.scenario + "' --method '" + c.method + "'";
     if (c.steps > 0) c.rerun += " --steps " + std::to_string(c.steps);

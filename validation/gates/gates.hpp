@@ -38,8 +38,8 @@ std::vector<Gate> read_gates(const std::string& path);  // InputError on anythin
 
 // A ladder that is to show the order its method claims in a class of motion.
 struct Claim { std::string scenario, method, motion; double order = 0; };
-// Each `within_claim` gate becomes one `within` gate a matching claim: the claimed order, give or take max(0.1, 2 %). Gates
-// on claims that no ladder of this study is to show are left out.
+// Each `within_claim` gate becomes one `within` gate a matching claim: the claimed order, give or take max(0.1, 2 %).
+// Gates on claims that no ladder of this study is to show are left out.
 std::vector<Gate> gates_of_claims(std::span<const Gate> gates, std::span<const Claim> claims);
 std::vector<Verdict> judge(std::span<const Gate> gates, std::span<const Row> rows);  // one a gate x matching row
 std::string to_string(Judgement judgement);

@@ -25,7 +25,9 @@ std::string number(double x) {
 }
 
 std::string quoted(const std::string& text) {
-  const bool plain = std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isalnum(c) || std::string("/.:,+-_@=%").find(static_cast<char>(c)) != std::string::npos; });
+  const bool plain = std::all_of(text.begin(), text.end(), [](unsigned char c) {
+    return std::isalnum(c) || std::string("/.:,+-_@=%").find(static_cast<char>(c)) != std::string::npos;
+  });
   return plain && !text.empty() ? text : "'" + text + "'";
 }
 
@@ -35,8 +37,8 @@ std::string rerun_command(const std::string& scenario, const std::string& method
 }
 
 bool matches_cell(const Gate& gate, const Row& row) {
-  return row.body.empty() && !row.t_s && glob_match(gate.scenario, row.scenario) && glob_match(gate.method, row.method) &&
-         (!gate.steps || row.steps == *gate.steps);
+  return row.body.empty() && !row.t_s && glob_match(gate.scenario, row.scenario) &&
+         glob_match(gate.method, row.method) && (!gate.steps || row.steps == *gate.steps);
 }
 
 Verdict verdict_of(const Gate& gate, const Row& row) {
@@ -79,8 +81,8 @@ std::string measured_text(const Verdict& v) {
   return v.unit.empty() || v.unit == "1" ? text : text + " " + v.unit;
 }
 
-// An order's bar is the 95 % half-width of its fit. It passes when it lies inside the band and the half-width is at most
-// half the band; it fails when its whole interval lies outside; otherwise the ladder has not shown it.
+// An order's bar is the 95 % half-width of its fit. It passes when it lies inside the band and the half-width is at
+// most half the band; it fails when its whole interval lies outside; otherwise the ladder has not shown it.
 void judge_order(Verdict& v, const std::string& window) {
   conclude(v, v.value - v.bar, v.value + v.bar, measured_text(v), window);
   if (v.judgement == Judgement::fail) return;
@@ -92,8 +94,8 @@ void judge_order(Verdict& v, const std::string& window) {
 
 void judge_ratio(Verdict& v, const Row& row, std::span<const Row> rows) {
   const auto other = std::find_if(rows.begin(), rows.end(), [&](const Row& r) {
-    return r.scenario == row.scenario && r.method == v.gate.ratio_to && r.steps == row.steps && r.metric == row.metric &&
-           r.body.empty() && !r.t_s && r.status == Status::ok;
+    return r.scenario == row.scenario && r.method == v.gate.ratio_to && r.steps == row.steps &&
+           r.metric == row.metric && r.body.empty() && !r.t_s && r.status == Status::ok;
   });
   if (other == rows.end()) {
     v.judgement = Judgement::not_run;
@@ -123,7 +125,8 @@ Verdict judge_row(const Gate& gate, const Row& row, std::span<const Row> rows) {
     v.margin = -kInfinity;
     v.metric = row.metric == "status" ? gate.metric : row.metric;
     v.value = std::nan("");
-    v.text = (row.status != Status::ok ? to_string(row.status) : "not a number") + (row.reason.empty() ? "" : ": " + row.reason);
+    v.text = (row.status != Status::ok ? to_string(row.status) : "not a number") +
+             (row.reason.empty() ? "" : ": " + row.reason);
     if (gate.kind != Gate::Kind::max_ratio) v.text += ", allowed " + allowed_text(v);
     return v;
   }
@@ -148,7 +151,8 @@ bool failed_cell(const Gate& gate, const Row& row) {
 
 // What an engine can't do: a cell, or a probe's question.
 bool answers_nothing(const Gate& gate, const Row& row) {
-  return (row.metric == "status" || glob_match(gate.metric, row.metric)) && (row.status == Status::unsupported || row.status == Status::not_built);
+  return (row.metric == "status" || glob_match(gate.metric, row.metric)) &&
+         (row.status == Status::unsupported || row.status == Status::not_built);
 }
 
 }  // namespace
@@ -161,7 +165,9 @@ std::vector<Gate> gates_of_claims(std::span<const Gate> gates, std::span<const C
       continue;
     }
     for (const Claim& claim : claims) {
-      if (claim.motion != gate.claim || !glob_match(gate.scenario, claim.scenario) || !glob_match(gate.method, claim.method)) continue;
+      if (claim.motion != gate.claim || !glob_match(gate.scenario, claim.scenario) ||
+          !glob_match(gate.method, claim.method))
+        continue;
       Gate one = gate;
       const double give = std::max(0.1, 0.02 * claim.order);
       one.scenario = claim.scenario;

@@ -1,5 +1,5 @@
-// Gate files: [[gate]] tables, each with exactly one of within, max, min, max_ratio, and a reason. A file that starts with
-// `study = "..."` is about the runs of that study.
+// Gate files: [[gate]] tables, each with exactly one of within, max, min, max_ratio, and a reason. A file that starts
+// with `study = "..."` is about the runs of that study.
 #define TOML_EXCEPTIONS 1
 #include <toml++/toml.h>
 
@@ -67,7 +67,8 @@ std::string text_of(const std::string& path, const toml::table& table, std::stri
     return "";
   }
   const auto value = node->value_exact<std::string>();
-  if (!value || value->empty()) refuse(path, node->source(), "`" + std::string(key) + "` must be a text that is not empty");
+  if (!value || value->empty())
+    refuse(path, node->source(), "`" + std::string(key) + "` must be a text that is not empty");
   return *value;
 }
 
@@ -83,7 +84,9 @@ void read_within(const std::string& path, const toml::node& node, Gate& gate) {
   gate.kind = Gate::Kind::within;
   gate.low = number_of(path, *pair->get(0), "within");
   gate.high = number_of(path, *pair->get(1), "within");
-  if (!(gate.low < gate.high)) refuse(path, node.source(), "`within` must rise, found [" + format_double(gate.low) + ", " + format_double(gate.high) + "]");
+  if (!(gate.low < gate.high))
+    refuse(path, node.source(),
+           "`within` must rise, found [" + format_double(gate.low) + ", " + format_double(gate.high) + "]");
 }
 
 void read_ratio(const std::string& path, const toml::node& node, Gate& gate) {
@@ -110,7 +113,10 @@ Gate read_gate(const std::string& path, const toml::table& table) {
     if (std::find(kKeys.begin(), kKeys.end(), name) == kKeys.end())
       refuse(path, key.source(), "unknown key `" + name + "` in [[gate]]" + expected(name, kKeys));
     if (std::find(kKinds.begin(), kKinds.end(), name) == kKinds.end()) continue;
-    if (!kind.empty()) refuse(path, key.source(), "a gate has exactly one of within, max, min, max_ratio, within_claim; found `" + kind + "` and `" + name + "`");
+    if (!kind.empty())
+      refuse(path, key.source(),
+             "a gate has exactly one of within, max, min, max_ratio, within_claim; found `" + kind + "` and `" + name +
+                 "`");
     kind = name;
   }
   gate.scenario = text_of(path, table, "scenario", true);
@@ -122,13 +128,21 @@ Gate read_gate(const std::string& path, const toml::table& table) {
     if (!value || *value <= 0) refuse(path, steps->source(), "`steps` must be a positive whole number");
     gate.steps = *value;
   }
-  if (kind.empty()) refuse(path, table.source(), "a gate needs exactly one of within, max, min, max_ratio, within_claim");
+  if (kind.empty())
+    refuse(path, table.source(), "a gate needs exactly one of within, max, min, max_ratio, within_claim");
   const toml::node& limit = *table.get(kind);
   if (kind == "within") read_within(path, limit, gate);
   else if (kind == "max_ratio") read_ratio(path, limit, gate);
-  else if (kind == "within_claim") { gate.kind = Gate::Kind::within_claim; gate.claim = text_of(path, table, kind, true); }
-  else if (kind == "max") { gate.kind = Gate::Kind::max; gate.high = number_of(path, limit, kind); }
-  else { gate.kind = Gate::Kind::min; gate.low = number_of(path, limit, kind); }
+  else if (kind == "within_claim") {
+    gate.kind = Gate::Kind::within_claim;
+    gate.claim = text_of(path, table, kind, true);
+  } else if (kind == "max") {
+    gate.kind = Gate::Kind::max;
+    gate.high = number_of(path, limit, kind);
+  } else {
+    gate.kind = Gate::Kind::min;
+    gate.low = number_of(path, limit, kind);
+  }
   return gate;
 }
 
@@ -136,7 +150,8 @@ Gate read_gate(const std::string& path, const toml::table& table) {
 
 std::vector<Gate> read_gates(const std::string& path) {
   std::ifstream file(path);
-  if (!file || std::filesystem::is_directory(path)) throw InputError(path + ": cannot be read; expected a file of gates");
+  if (!file || std::filesystem::is_directory(path))
+    throw InputError(path + ": cannot be read; expected a file of gates");
   std::stringstream content;
   content << file.rdbuf();
   toml::table root;
@@ -149,9 +164,11 @@ std::vector<Gate> read_gates(const std::string& path) {
   const std::string study = text_of(path, root, "study", false);
   for (auto&& [key, node] : root) {
     if (key == "study") continue;
-    if (key != "gate") refuse(path, key.source(), "unknown key `" + std::string(key.str()) + "`; expected [[gate]] or study");
+    if (key != "gate")
+      refuse(path, key.source(), "unknown key `" + std::string(key.str()) + "`; expected [[gate]] or study");
     const toml::array* list = node.as_array();
-    if (!list || !list->is_array_of_tables()) refuse(path, key.source(), "`gate` must be a list of tables; expected [[gate]]");
+    if (!list || !list->is_array_of_tables())
+      refuse(path, key.source(), "`gate` must be a list of tables; expected [[gate]]");
     for (const toml::node& gate : *list) gates.push_back(read_gate(path, *gate.as_table()));
   }
   if (gates.empty()) throw InputError(path + ":1:1: no [[gate]] in the file");

@@ -1,5 +1,5 @@
-// What round-off alone leaves, known before the run: how much the motion amplifies a perturbation, and how much rounding
-// perturbs it.
+// What round-off alone leaves, known before the run: how much the motion amplifies a perturbation, and how much
+// rounding perturbs it.
 #include <algorithm>
 #include <bit>
 #include <cmath>

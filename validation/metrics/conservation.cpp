@@ -100,7 +100,8 @@ std::string drift_text(const DriftFit& drift) {
 // mu of the orbit whose Laplace-Runge-Lenz vector the reference computes.
 double orbit_mu(const Scene& scene, int body) {
   for (const Force& force : scene.forces)
-    if (const auto* a = std::get_if<Attractor>(&force); a && std::ranges::count(a->bodies, body)) return a->mu_m3_per_s2;
+    if (const auto* a = std::get_if<Attractor>(&force); a && std::ranges::count(a->bodies, body))
+      return a->mu_m3_per_s2;
   for (const Force& force : scene.forces)
     if (const auto* g = std::get_if<MutualGravity>(&force); g && scene.bodies.size() > 1)
       return g->constant_m3_per_kg_s2 * (scene.bodies[0].mass_kg + scene.bodies[1].mass_kg);
@@ -126,7 +127,8 @@ void append_magnetic_moment(const Scenario& scenario, const Recording& run, std:
     const Wide start = dynamics::magnetic_moment(scenario.scene, run.values.front(), b);
     if (!(start > 0)) continue;
     for (const Sample& s : run.values)
-      worst = std::max(worst, std::fabs(static_cast<double>((dynamics::magnetic_moment(scenario.scene, s, b) - start) / start)));
+      worst = std::max(
+          worst, std::fabs(static_cast<double>((dynamics::magnetic_moment(scenario.scene, s, b) - start) / start)));
   }
   if (worst >= 0) rows.push_back(row("magnetic-moment-error", worst));
 }

@@ -39,8 +39,8 @@ std::map<Pair, std::vector<Impact>> impacts(const std::vector<Event>& events, co
   return by_pair;
 }
 
-// Impact k of a pair in the run against impact k of that pair in the truth. A missing impact makes the figures NaN (a gate
-// then fails): a maximum over those that did happen would praise the run for what it missed.
+// Impact k of a pair in the run against impact k of that pair in the truth. A missing impact makes the figures NaN (a
+// gate then fails): a maximum over those that did happen would praise the run for what it missed.
 struct Worst {
   double value = 0, bar = 0;
   void take(double off, double b) {
@@ -77,7 +77,8 @@ void append_impacts(const Scenario& scenario, const Truth& truth, const Recordin
   if (wanted == 0) return;
   const std::string count = std::to_string(found) + " of " + std::to_string(wanted) + " impacts";
   const auto add = [&](const char* metric, const Worst& worst) {
-    rows.push_back(row(metric, found < wanted ? std::nan("") : worst.value, worst.bar, found < wanted ? count + " reported" : ""));
+    rows.push_back(
+        row(metric, found < wanted ? std::nan("") : worst.value, worst.bar, found < wanted ? count + " reported" : ""));
   };
   add("impact-time-error", time);
   add("impact-place-error", place);
@@ -86,15 +87,16 @@ void append_impacts(const Scenario& scenario, const Truth& truth, const Recordin
   rows.push_back(row("impact-count-error", static_cast<double>(found + extra - wanted), 0, count));
 }
 
-// Rest, slip, stick, roll, separate: the k-th of a kind of a pair against the truth's k-th. Engines that report none of these
-// kinds have no such row; one that reports some and misses one has NaN.
+// Rest, slip, stick, roll, separate: the k-th of a kind of a pair against the truth's k-th. Engines that report none of
+// these kinds have no such row; one that reports some and misses one has NaN.
 void append_transitions(const Truth& truth, const Recording& run, std::vector<Row>& rows) {
   using Key = std::pair<Pair, EventKind>;
   const auto sorted = [](const std::vector<Event>& events, const std::vector<double>& bars) {
     std::map<Key, std::vector<std::pair<Wide, double>>> by_key;
     for (std::size_t i = 0; i < events.size(); ++i)
       if (events[i].kind != EventKind::impact)
-        by_key[{{events[i].body_a, events[i].body_b}, events[i].kind}].push_back({events[i].t_s, i < bars.size() ? bars[i] : 0});
+        by_key[{{events[i].body_a, events[i].body_b}, events[i].kind}].push_back(
+            {events[i].t_s, i < bars.size() ? bars[i] : 0});
     return by_key;
   };
   const auto expected = sorted(truth.events, truth.event_bar_s);
@@ -105,7 +107,8 @@ void append_transitions(const Truth& truth, const Recording& run, std::vector<Ro
   for (const auto& [key, list] : expected) {
     const auto mine = reported.find(key);
     for (std::size_t k = 0; k < list.size(); ++k) {
-      if (mine != reported.end() && k < mine->second.size()) worst.take(magnitude(mine->second[k].first - list[k].first), list[k].second);
+      if (mine != reported.end() && k < mine->second.size())
+        worst.take(magnitude(mine->second[k].first - list[k].first), list[k].second);
       else if (missing.empty()) missing = "no `" + to_string(key.second) + "` reported where the truth has one";
     }
   }
@@ -128,8 +131,8 @@ void append_restitution(const Scenario& scenario, const Recording& run, std::vec
   if (any) rows.push_back(row("contact-energy-gain", gain));
 }
 
-// From the states: friction's work and the engine's own too. Between samples nothing but contact takes or gives energy where the
-// scene has no force but gravity.
+// From the states: friction's work and the engine's own too. Between samples nothing but contact takes or gives energy
+// where the scene has no force but gravity.
 void append_energy_gain(const Scenario& scenario, const Recording& run, std::vector<Row>& rows) {
   if (!scenario.scene.forces.empty() || run.values.size() < 2) return;
   Wide start_potential = 0, least = 0, gain = 0, scale = 0;
@@ -186,7 +189,8 @@ void append_apexes(const Scenario& scenario, const Truth& truth, const Recording
       const double off = std::fabs(static_cast<double>((apex(run.values) - right) / right));
       double b = 0;  // the three samples' bars, as they enter the vertex near its middle
       if (m < truth.bars.size())
-        b = (norm(truth.bars[m].bodies[pair.a].p_m) + norm(truth.bars[m].bodies[pair.b].p_m)) / static_cast<double>(right);
+        b = (norm(truth.bars[m].bodies[pair.a].p_m) + norm(truth.bars[m].bodies[pair.b].p_m)) /
+            static_cast<double>(right);
       if (off > worst || (off == worst && b > bar)) { worst = off; bar = b; }
     }
   }

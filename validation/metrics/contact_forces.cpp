@@ -23,7 +23,8 @@ Triple point_velocity(const Body& body, const BodySample& sample, const Triple& 
   if (body.fixed) return {};
   const Triple p = narrow(sample.p_m), v = narrow(sample.v_m_per_s), w_B = narrow(sample.w_rad_per_s);
   const double qw = static_cast<double>(sample.q_wxyz[0]);
-  const Triple u{static_cast<double>(sample.q_wxyz[1]), static_cast<double>(sample.q_wxyz[2]), static_cast<double>(sample.q_wxyz[3])};
+  const Triple u{static_cast<double>(sample.q_wxyz[1]), static_cast<double>(sample.q_wxyz[2]),
+                 static_cast<double>(sample.q_wxyz[3])};
   const Triple c = cross(u, w_B), cc = cross(u, c);
   Triple w{}, r{};
   for (int i = 0; i < 3; ++i) {
@@ -75,7 +76,8 @@ void append_contact_forces(const Scenario& scenario, const Recording& run, std::
       forces.take(c.force_n_N, length(c.force_t_N), pair_law(scene, c.body_a, c.body_b).friction);
       pull = std::max(pull, -c.force_n_N);
     }
-  if (impulses.normal > 0 || forces.normal > 0) rows.push_back(row("cone-violation", std::max(impulses.relative(), forces.relative())));
+  if (impulses.normal > 0 || forces.normal > 0)
+    rows.push_back(row("cone-violation", std::max(impulses.relative(), forces.relative())));
   if (!(forces.normal > 0)) return;
 
   double gap = 0, least = 0, most_friction = 0, fastest = 0;
@@ -88,11 +90,13 @@ void append_contact_forces(const Scenario& scenario, const Recording& run, std::
       least = std::max(least, friction * length(u) + dot(c.force_t_N, u));
       most_friction = std::max(most_friction, friction);
       fastest = std::max(fastest, length(u));
-      for (const int body : {c.body_a, c.body_b}) fastest = std::max(fastest, length(narrow(sample.bodies[body].v_m_per_s)));
+      for (const int body : {c.body_a, c.body_b})
+        fastest = std::max(fastest, length(narrow(sample.bodies[body].v_m_per_s)));
     }
   rows.push_back(row("signorini-gap", gap));
   rows.push_back(row("signorini-pull", pull));
-  if (most_friction > 0 && fastest > kAtRest * length(scene.gravity_m_per_s2) * scenario.t_end_s) rows.push_back(row("dissipation-defect", least / (most_friction * fastest)));
+  if (most_friction > 0 && fastest > kAtRest * length(scene.gravity_m_per_s2) * scenario.t_end_s)
+    rows.push_back(row("dissipation-defect", least / (most_friction * fastest)));
 }
 
 }  // namespace atwood::metrics

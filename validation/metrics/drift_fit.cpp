@@ -10,7 +10,8 @@
 namespace atwood {
 namespace {
 
-constexpr double kEfficiency = 0.95;  // of Theil-Sen beside least squares: 0.91 of white residuals, more of correlated ones
+constexpr double kEfficiency =
+    0.95;  // of Theil-Sen beside least squares: 0.91 of white residuals, more of correlated ones
 
 std::vector<double> residual(std::span<const double> t, std::span<const double> v, double slope) {
   std::vector<double> r(t.size());
@@ -31,7 +32,8 @@ std::optional<double> period(std::span<const double> t, const std::vector<double
   for (std::size_t i = 0; i < r.size(); ++i) {
     if (r[i] < middle - band) below = true;
     if (below && r[i] > middle + band) {
-      crossings.push_back(i == 0 ? t[i] : t[i - 1] + (middle + band - r[i - 1]) / (r[i] - r[i - 1]) * (t[i] - t[i - 1]));
+      crossings.push_back(i == 0 ? t[i]
+                                 : t[i - 1] + (middle + band - r[i - 1]) / (r[i] - r[i - 1]) * (t[i] - t[i - 1]));
       below = false;
     }
   }
@@ -44,13 +46,14 @@ std::optional<double> period(std::span<const double> t, const std::vector<double
   return mean;
 }
 
-// v = a + b t + sum over k <= K of (c_k cos k w t + s_k sin k w t) by least squares, w = 2 pi / period: what the drift is
-// under an oscillation of any shape, whole periods or not.
+// v = a + b t + sum over k <= K of (c_k cos k w t + s_k sin k w t) by least squares, w = 2 pi / period: what the drift
+// is under an oscillation of any shape, whole periods or not.
 struct Harmonic { double slope = 0, squares = 0; int parameters = 0; std::vector<double> residual; };
 Harmonic fit_harmonics(std::span<const double> t, std::span<const double> v, double period_s) {
   const std::size_t n = t.size();
   const double spacing = (t.back() - t.front()) / static_cast<double>(n - 1);
-  const int harmonics = std::clamp(static_cast<int>(std::min(period_s / spacing / 2 - 1, (static_cast<double>(n) - 4) / 6)), 1, 10);
+  const int harmonics =
+      std::clamp(static_cast<int>(std::min(period_s / spacing / 2 - 1, (static_cast<double>(n) - 4) / 6)), 1, 10);
   const int m = 2 + 2 * harmonics;
   const auto column = [&](int c, std::size_t i) {
     if (c == 0) return 1.0;

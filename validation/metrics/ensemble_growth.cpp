@@ -1,8 +1,8 @@
 // The law by which round-off grows, from an ensemble of runs perturbed in the last place.
 //
 // One run's samples are one draw of a random walk: they tell its path, not its law. The root mean square over many runs
-// does. Brouwer, Astron. J. 46 (1937) 149: unbiased rounding makes the energy walk as t^1/2 and the phase, its integral,
-// as t^3/2; rounding that is biased, as t and t^2.
+// does. Brouwer, Astron. J. 46 (1937) 149: unbiased rounding makes the energy walk as t^1/2 and the phase, its
+// integral, as t^3/2; rounding that is biased, as t and t^2.
 #include <algorithm>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
@@ -18,7 +18,8 @@ constexpr std::size_t kFewestRuns = 32, kFewestSamples = 60;
 constexpr int kResamples = 400;
 
 // log of the root mean square over the picked runs, against log t, as a line.
-double exponent(std::span<const std::vector<double>> squares, std::span<const std::size_t> picked, std::span<const double> log_t) {
+double exponent(std::span<const std::vector<double>> squares, std::span<const std::size_t> picked,
+                std::span<const double> log_t) {
   std::vector<double> log_rms(log_t.size(), 0.0);
   for (std::size_t k : picked)
     for (std::size_t i = 0; i < log_t.size(); ++i) log_rms[i] += squares[k][i];
@@ -26,8 +27,8 @@ double exponent(std::span<const std::vector<double>> squares, std::span<const st
   return metrics::fit_line(log_t, log_rms).slope;
 }
 
-// Degrees of freedom of a variance estimated from n values of kurtosis k: Satterthwaite's, 2 / ((k - 3) / n + 2 / (n - 1)).
-// The runs' shares in the exponent have heavy tails: n - 1 would claim too much.
+// Degrees of freedom of a variance estimated from n values of kurtosis k: Satterthwaite's, 2 / ((k - 3) / n + 2 / (n -
+// 1)). The runs' shares in the exponent have heavy tails: n - 1 would claim too much.
 double freedom(std::span<const double> shares) {
   const double n = static_cast<double>(shares.size());
   double mean = 0, second = 0, fourth = 0;

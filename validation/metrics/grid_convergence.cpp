@@ -1,13 +1,13 @@
 // Richardson extrapolation and the grid convergence index from three steps, for runs without a truth.
 //
-// Roache, J. Fluids Eng. 116 (1994) 405; unequal refinement by the fixed point of Celik et al., J. Fluids Eng. 130 (2008)
-// 078001, eq. 5: with e21 = f2 - f1, e32 = f3 - f2 (1 the finest) and s the sign of e32 / e21,
+// Roache, J. Fluids Eng. 116 (1994) 405; unequal refinement by the fixed point of Celik et al., J. Fluids Eng. 130
+// (2008) 078001, eq. 5: with e21 = f2 - f1, e32 = f3 - f2 (1 the finest) and s the sign of e32 / e21,
 //
 //     p = |ln |e32 / e21| + ln((r21^p - s) / (r32^p - s))| / ln r21,    f* = f1 - e21 / (r21^p - 1),
 //     GCI = 1.25 |e21| / (r21^p - 1).
 //
-// Here f may be a vector (a body's position): |e| is its norm, and e32 . e21 < 0 is oscillation. The order keeps its sign:
-// differences that grow as h shrinks have a negative one, and no index is made of them.
+// Here f may be a vector (a body's position): |e| is its norm, and e32 . e21 < 0 is oscillation. The order keeps its
+// sign: differences that grow as h shrinks have a negative one, and no index is made of them.
 #include <cmath>
 
 #include "validation/metrics/metrics.hpp"
@@ -55,7 +55,8 @@ GridConvergence grid_convergence(const GridLevel& fine, const GridLevel& medium,
   const double fine_gain = std::pow(r21, p) - 1, coarse_gain = std::pow(r32, p) - 1;
   g.index = kSafety * e21 / fine_gain;
   g.asymptotic_ratio = kSafety * e32 / coarse_gain / (std::pow(r21, p) * g.index);
-  for (std::size_t i = 0; i < n; ++i) g.extrapolated.push_back(fine.value[i] - (medium.value[i] - fine.value[i]) / fine_gain);
+  for (std::size_t i = 0; i < n; ++i)
+    g.extrapolated.push_back(fine.value[i] - (medium.value[i] - fine.value[i]) / fine_gain);
   return g;
 }
 

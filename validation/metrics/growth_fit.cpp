@@ -13,8 +13,8 @@ constexpr std::size_t kFewestSamples = 60;
 constexpr std::size_t kWindows = 12;
 
 // The largest error of each of 12 equal windows of time, the first tenth of the run left out: what oscillates within a
-// window drops out, and the points are nearly independent where neighbouring samples are not. Largest beside t^exponent:
-// of a growing error the late samples of a window would win whatever their noise.
+// window drops out, and the points are nearly independent where neighbouring samples are not. Largest beside
+// t^exponent: of a growing error the late samples of a window would win whatever their noise.
 struct Envelope { std::vector<double> t, e; };
 Envelope envelope(std::span<const double> t, std::span<const double> e, double exponent) {
   Envelope env;
@@ -71,7 +71,8 @@ GrowthFit fit_growth(std::span<const double> t_s, std::span<const double> error,
   const double grown = exponential.slope * (env.t.back() - env.t.front());
   if (exponential.residual_squares < 0.5 * power.residual_squares && grown > 3 && power.slope > 2.2) {
     fit.law = "exponential";
-    fit.reason = "rate " + format_measure(exponential.slope, 0) + " +/- " + format_measure(exponential.half_width_95, 0, 2) + " 1/s";
+    fit.reason = "rate " + format_measure(exponential.slope, 0) + " +/- " +
+                 format_measure(exponential.half_width_95, 0, 2) + " 1/s";
     return fit;
   }
   name_law(fit);

@@ -33,7 +33,8 @@ Row filled(Row row, const Row& like) {
 }
 
 std::string steps_text(const LadderEnd& fine, const LadderEnd& medium, const LadderEnd& coarse) {
-  return std::to_string(coarse.steps) + " " + std::to_string(medium.steps) + " " + std::to_string(fine.steps) + " steps";
+  return std::to_string(coarse.steps) + " " + std::to_string(medium.steps) + " " + std::to_string(fine.steps) +
+         " steps";
 }
 
 GridLevel level_of(const LadderEnd& end, std::size_t body) {
@@ -75,22 +76,31 @@ std::vector<Row> fit_ends(const Scenario& scenario, std::span<const LadderEnd> e
     if (!(g.difference > 30 * round_off_floor(unit, static_cast<double>(fine.steps), size, condition))) continue;
     const std::string steps = steps_text(fine, medium, coarse);
     const bool converges = !g.extrapolated.empty();
-    std::vector<Row> rows = {filled(metrics::row("richardson-order-position", g.order, 0, to_string(g.kind) + "; " + steps +
-                                        (g.order < 0 ? "; negative: the differences grow as h shrinks" : "")), cells.front())};
+    std::vector<Row> rows = {filled(
+        metrics::row(
+            "richardson-order-position", g.order, 0,
+            to_string(g.kind) + "; " + steps + (g.order < 0 ? "; negative: the differences grow as h shrinks" : "")),
+        cells.front())};
     if (!converges) {
-      rows.push_back(filled(metrics::row("gci-position", std::nan(""), 0, "inconclusive: " + to_string(g.kind) + ", " + steps), cells.front()));
+      rows.push_back(
+          filled(metrics::row("gci-position", std::nan(""), 0, "inconclusive: " + to_string(g.kind) + ", " + steps),
+                 cells.front()));
       return rows;
     }
     std::string text = to_string(g.kind) + "; " + steps + "; extrapolated";
     for (double x : g.extrapolated) text += " " + format_double(x);
     text += " m; asymptotic ratio " + format_measure(g.asymptotic_ratio, 0);
     rows.push_back(filled(metrics::row("gci-position", g.index, 0, text), cells.front()));
-    const auto error = cell == figures.end() ? std::map<std::string, const Row*>::const_iterator{} : cell->second.find("error-position-end");
+    const auto error = cell == figures.end() ? std::map<std::string, const Row*>::const_iterator{}
+                                             : cell->second.find("error-position-end");
     if (cell != figures.end() && error != cell->second.end() && error->second->value > 3 * error->second->truth_bar)
-      rows.push_back(filled(metrics::row("gci-effectivity", error->second->value / g.index, error->second->truth_bar / g.index, steps), cells.front()));
+      rows.push_back(filled(
+          metrics::row("gci-effectivity", error->second->value / g.index, error->second->truth_bar / g.index, steps),
+          cells.front()));
     return rows;
   }
-  return {filled(metrics::row("gci-position", std::nan(""), 0, "inconclusive: no three steps whose differences lie above 30 x the floor"),
+  return {filled(metrics::row("gci-position", std::nan(""), 0,
+                              "inconclusive: no three steps whose differences lie above 30 x the floor"),
                  cells.front())};
 }
 
@@ -102,13 +112,14 @@ std::vector<Row> fit_round_off_v(std::span<const Row> cells) {
     if (const auto found = cell.find("error-position-end"); found != cell.end() && std::isfinite(found->second->value))
       rungs.push_back(found->second);
   if (rungs.size() < 4) return {};
-  const auto best = std::min_element(rungs.begin(), rungs.end(), [](const Row* a, const Row* b) { return a->value < b->value; });
+  const auto best =
+      std::min_element(rungs.begin(), rungs.end(), [](const Row* a, const Row* b) { return a->value < b->value; });
   if (best == rungs.begin() || rungs.end() - best < 3) return {};
   const Row& least = **best;
   if (!(least.value > 3 * least.truth_bar)) return {};
   if (!((*(best + 1))->value > least.value) || !((*(best + 2))->value > least.value)) return {};
-  const std::string text = std::to_string(least.steps) + " steps; at " + std::to_string(rungs.back()->steps) + " steps " +
-                           format_measure(rungs.back()->value, 0) + " m";
+  const std::string text = std::to_string(least.steps) + " steps; at " + std::to_string(rungs.back()->steps) +
+                           " steps " + format_measure(rungs.back()->value, 0) + " m";
   return {filled(metrics::row("round-off-best-error", least.value, least.truth_bar, text), least),
           filled(metrics::row("round-off-best-step", least.h_s, 0, text), least)};
 }
@@ -118,7 +129,8 @@ std::vector<Row> fit_tolerances(std::span<const Row> rows) {
   std::map<std::string, Ladder> ladders;  // by the method's id without its tolerance
   std::map<std::string, std::map<std::string, const Row*>> figures;  // by method
   for (const Row& r : rows)
-    if (r.status == Status::ok && r.body.empty() && !r.t_s && r.method.find(':') != std::string::npos) figures[r.method][r.metric] = &r;
+    if (r.status == Status::ok && r.body.empty() && !r.t_s && r.method.find(':') != std::string::npos)
+      figures[r.method][r.metric] = &r;
   std::vector<Row> fitted;
   for (const auto& [method, cell] : figures) {
     MethodId id = parse_method_id(method);
@@ -127,7 +139,9 @@ std::vector<Row> fit_tolerances(std::span<const Row> rows) {
     if (!id.rtol || error == cell.end() || !(size > 0)) continue;
     const double rtol = *id.rtol;
     if (error->second->value > 3 * error->second->truth_bar) {
-      Row ratio = filled(metrics::row("tolerance-ratio", error->second->value / size / rtol, error->second->truth_bar / size / rtol), *error->second);
+      Row ratio = filled(
+          metrics::row("tolerance-ratio", error->second->value / size / rtol, error->second->truth_bar / size / rtol),
+          *error->second);
       ratio.steps = error->second->steps;
       ratio.h_s = error->second->h_s;
       fitted.push_back(ratio);
@@ -138,16 +152,20 @@ std::vector<Row> fit_tolerances(std::span<const Row> rows) {
     ladder.rtol.push_back(rtol);
     ladder.error.push_back(error->second->value);
     const double steps = value_of(cell, "steps-taken", static_cast<double>(error->second->steps));
-    ladder.floor.push_back(std::max(error->second->truth_bar,
-                                    round_off_floor(unit_round_off(method), steps, size, std::max(1.0, value_of(cell, "condition", 1)))));
+    ladder.floor.push_back(
+        std::max(error->second->truth_bar,
+                 round_off_floor(unit_round_off(method), steps, size, std::max(1.0, value_of(cell, "condition", 1)))));
     ladder.like = error->second;
   }
   for (const auto& [method, ladder] : ladders) {
     if (ladder.rtol.size() < 4) continue;
     const ToleranceFit fit = fit_tolerance(ladder.rtol, ladder.error, ladder.floor);
-    Row row = filled(metrics::row("tolerance-exponent", fit.conclusive ? fit.exponent : std::nan(""), fit.conclusive ? fit.half_width_95 : 0,
-                                  fit.conclusive ? std::to_string(fit.used) + " of " + std::to_string(ladder.rtol.size()) + " tolerances"
-                                                 : "inconclusive: " + fit.reason), *ladder.like);
+    Row row = filled(
+        metrics::row(
+            "tolerance-exponent", fit.conclusive ? fit.exponent : std::nan(""), fit.conclusive ? fit.half_width_95 : 0,
+            fit.conclusive ? std::to_string(fit.used) + " of " + std::to_string(ladder.rtol.size()) + " tolerances"
+                           : "inconclusive: " + fit.reason),
+        *ladder.like);
     row.method = method;
     fitted.push_back(row);
   }

@@ -1,8 +1,8 @@
 // The largest Lyapunov exponent from stretches of a twin that is brought back near after each.
 //
-// Benettin, Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980) 9: the mean of ln(d_end / d_start) / T over stretches of
-// length T, each starting where the last ended, along the separation it ended with. Neighbouring stretches are correlated,
-// so the interval comes from the means of ten long blocks of them.
+// Benettin, Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980) 9: the mean of ln(d_end / d_start) / T over stretches
+// of length T, each starting where the last ended, along the separation it ended with. Neighbouring stretches are
+// correlated, so the interval comes from the means of ten long blocks of them.
 #include <algorithm>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>

@@ -43,10 +43,12 @@ void append_foretold(const Scenario& scenario, const Truth& truth, const Recordi
   judged.values.resize(kept);
   known.values.resize(std::min(kept, known.values.size()));
   known.bars.resize(std::min(kept, known.bars.size()));
-  rows.push_back(metrics::row("horizon", horizon, 0, "state errors are judged up to here, what is conserved over the whole run"));
+  rows.push_back(
+      metrics::row("horizon", horizon, 0, "state errors are judged up to here, what is conserved over the whole run"));
   const std::size_t first = rows.size();
   metrics::append_state_errors(scenario, known, judged, rows);
-  for (std::size_t i = first; i < rows.size(); ++i) rows[i].reason = "up to the horizon, t = " + format_measure(horizon, 0) + " s";
+  for (std::size_t i = first; i < rows.size(); ++i)
+    rows[i].reason = "up to the horizon, t = " + format_measure(horizon, 0) + " s";
 }
 
 }  // namespace

@@ -54,7 +54,12 @@ void name_law(GrowthFit& fit);
 // ---- runs without a truth: three steps, Richardson extrapolation, grid convergence index ---------------------
 struct GridLevel { double h_s = 0; std::vector<double> value; };  // a scalar, or a vector whose norm counts
 struct GridConvergence {
-  enum class Kind { monotone, oscillatory, divergent, none } kind = Kind::divergent;  // none: the finest two agree exactly
+  enum class Kind {
+    monotone,
+    oscillatory,
+    divergent,
+    none
+  } kind = Kind::divergent;      // none: the finest two agree exactly
   double order = 0;              // negative: the differences grow as h shrinks
   double index = 0;              // 1.25 |f2 - f1| / (r^p - 1), in the unit of f: the band about the finest value
   double asymptotic_ratio = 0;   // GCI32 / (r^p GCI21): near 1 in the asymptotic range
@@ -64,16 +69,26 @@ struct GridConvergence {
 GridConvergence grid_convergence(const GridLevel& fine, const GridLevel& medium, const GridLevel& coarse);
 std::string to_string(GridConvergence::Kind kind);
 
-// ---- tolerance calibration: slope of log error on log rtol (1: proportional), tolerances near the floor left out ------
-struct ToleranceFit { bool conclusive = false; std::string reason; double exponent = 0, half_width_95 = 0; int used = 0; };
+// ---- tolerance calibration: slope of log error on log rtol (1: proportional), tolerances near the floor left out
+// ------
+struct ToleranceFit {
+  bool conclusive = false;
+  std::string reason;
+  double exponent = 0, half_width_95 = 0;
+  int used = 0;
+};
 ToleranceFit fit_tolerance(std::span<const double> rtol, std::span<const double> error, std::span<const double> floor);
 
-// ---- chaos: the mean of ln(d_end / d_start) / T over stretches, one after another; stretches 0: too few (9) -----------
-struct LyapunovFit { double exponent_per_s = std::numeric_limits<double>::quiet_NaN(), half_width_95 = 0; int stretches = 0; };
+// ---- chaos: the mean of ln(d_end / d_start) / T over stretches, one after another; stretches 0: too few (9)
+// -----------
+struct LyapunovFit {
+  double exponent_per_s = std::numeric_limits<double>::quiet_NaN(), half_width_95 = 0;
+  int stretches = 0;
+};
 LyapunovFit fit_lyapunov(std::span<const double> local_exponents);
 
-// ---- scaling: time against the number of bodies, T ~ N^exponent; and T / log N, whose exponent is 1 for N log N --------
-// Least squares on the logs with 95 % half-widths (Student's t); fewer than 4 rungs: not a number.
+// ---- scaling: time against the number of bodies, T ~ N^exponent; and T / log N, whose exponent is 1 for N log N
+// -------- Least squares on the logs with 95 % half-widths (Student's t); fewer than 4 rungs: not a number.
 struct ScalingFit {
   int rungs = 0;
   double exponent = std::numeric_limits<double>::quiet_NaN(), half_width_95 = exponent;
@@ -82,14 +97,16 @@ struct ScalingFit {
 ScalingFit fit_scaling(std::span<const double> bodies, std::span<const double> seconds);
 
 // ---- drift (slope, 1/s) told apart from oscillation (half range of the residual) ----------------------------
-struct DriftFit { double slope_per_s = 0, half_width_95 = 0, oscillation = 0, largest = 0, period_s = 0; };  // period 0: none
+struct DriftFit {
+  double slope_per_s = 0, half_width_95 = 0, oscillation = 0, largest = 0, period_s = 0;
+};  // period 0: none
 DriftFit fit_drift(std::span<const double> t_s, std::span<const double> value);
 
-// What amplifies round-off: growth of a perturbation of the initial state over the run, the perturbation relative to each
-// vector's own size there (as rounding is), the growth in units of the trajectory's size; the largest of four directions.
-// The reference's own equations, classical RK4 in double, states a part in 1e-7 apart. (truth.condition, which scales
-// perturbations by the trajectory's size instead, says how well the problem is posed; it is larger.) Scenes with
-// contacts, or too long for 4000 steps: 1 + t_end v / size, the growth of free flight.
+// What amplifies round-off: growth of a perturbation of the initial state over the run, the perturbation relative to
+// each vector's own size there (as rounding is), the growth in units of the trajectory's size; the largest of four
+// directions. The reference's own equations, classical RK4 in double, states a part in 1e-7 apart. (truth.condition,
+// which scales perturbations by the trajectory's size instead, says how well the problem is posed; it is larger.)
+// Scenes with contacts, or too long for 4000 steps: 1 + t_end v / size, the growth of free flight.
 double perturbation_growth(const Scenario& scenario, const Truth& truth);
 
 // What round-off alone leaves in a result after `steps` steps, estimated before any run and so independent of what the
@@ -108,26 +125,30 @@ double unit_round_off(const std::string& method);
 //   value      the order; NaN where it is inconclusive (a gate on it is then unverifiable)
 //   truth_bar  the 95 % half-width
 //   reason     the window in steps, the interval, what was left out and why; or "inconclusive: ..."
-// The floor of a rung is the larger of the truth's bar and round_off_floor. Methods with a tolerance have no order in h:
-// no rows for them. (Growth laws need a series: `measure` fits them, one row a cell.)
+// The floor of a rung is the larger of the truth's bar and round_off_floor. Methods with a tolerance have no order in
+// h: no rows for them. (Growth laws need a series: `measure` fits them, one row a cell.)
 std::vector<Row> fit_ladder(std::span<const Row> cells);
 
-// Of the same ladder, from where its runs ended: gci-position, richardson-order-position, and gci-effectivity where a truth
-// is known. The finest three rungs whose differences lie above 30 x the floor.
+// Of the same ladder, from where its runs ended: gci-position, richardson-order-position, and gci-effectivity where a
+// truth is known. The finest three rungs whose differences lie above 30 x the floor.
 struct LadderEnd { std::int64_t steps = 0; double h_s = 0; Sample last; };
 std::vector<Row> fit_ends(const Scenario& scenario, std::span<const LadderEnd> ends, std::span<const Row> cells);
 // round-off-best-error and -step of a ladder that goes past its floor; none where the V is not seen.
 std::vector<Row> fit_round_off_v(std::span<const Row> cells);
-// tolerance-ratio of each tolerance, tolerance-exponent of each method (its id without the tolerance): all rows of a scenario.
+// tolerance-ratio of each tolerance, tolerance-exponent of each method (its id without the tolerance): all rows of a
+// scenario.
 std::vector<Row> fit_tolerances(std::span<const Row> rows);
 
 // step-time (median) and step-time-p95 over the timed pass's repeats [s]; none when nothing was timed.
 std::vector<Row> timing_rows(const Outcome& outcome, std::int64_t steps);
 
-// Time of A over time of B from pairs A B A B, a[i] beside b[i]: the median of the pairs' ratios and its 95 % interval by
-// bootstrap over pairs (percentile; 2000 resamples of a fixed seed; fewer than 9 pairs: the range of the ratios). Pairs
-// that are not finite and positive are left out; NaN when none is left.
-struct PairedRatio { double ratio = std::numeric_limits<double>::quiet_NaN(), low = ratio, high = ratio; int pairs = 0; };
+// Time of A over time of B from pairs A B A B, a[i] beside b[i]: the median of the pairs' ratios and its 95 % interval
+// by bootstrap over pairs (percentile; 2000 resamples of a fixed seed; fewer than 9 pairs: the range of the ratios).
+// Pairs that are not finite and positive are left out; NaN when none is left.
+struct PairedRatio {
+  double ratio = std::numeric_limits<double>::quiet_NaN(), low = ratio, high = ratio;
+  int pairs = 0;
+};
 PairedRatio paired_ratio(std::span<const double> a, std::span<const double> b);
 
 // A measured value beside its bar, as reports print it: under three bars it is only an upper limit, "<= v + b".

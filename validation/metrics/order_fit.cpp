@@ -23,8 +23,8 @@ double quantile(double freedom, double p) { return boost::math::quantile(boost::
 
 // Do the local slopes of these rungs still change? y = a + b x + c x^2 by least squares (centred x, c against its own
 // standard error): from the first local slope to the last they change by 2 c times the distance of the two. A change
-// that is not significant (5 % level; of four rungs, with one degree of freedom, twice the standard error) is the rungs'
-// scatter, not a trend.
+// that is not significant (5 % level; of four rungs, with one degree of freedom, twice the standard error) is the
+// rungs' scatter, not a trend.
 bool slopes_change(std::span<const double> x, std::span<const double> y) {
   const std::size_t n = x.size();
   const Line line = fit_line(x, y);
@@ -46,8 +46,8 @@ bool slopes_change(std::span<const double> x, std::span<const double> y) {
   return c * c * norm > limit * limit * left / freedom;
 }
 
-// Does the coarsest rung lie off the line through the others: by a local slope that differs by more than kSlopeChange, and
-// beyond what their scatter explains (externally studentised residual, 1 % level)?
+// Does the coarsest rung lie off the line through the others: by a local slope that differs by more than kSlopeChange,
+// and beyond what their scatter explains (externally studentised residual, 1 % level)?
 bool first_departs(std::span<const double> x, std::span<const double> y) {
   const Line others = fit_line(x.subspan(1), y.subspan(1));
   const double n = static_cast<double>(x.size() - 1);
@@ -63,8 +63,8 @@ bool first_departs(std::span<const double> x, std::span<const double> y) {
 
 // The window: the finest four rungs, and coarser ones as long as the local slopes stay settled. It always ends at the
 // finest rung above the floor: no rung is left out because the error stopped falling there, so an error that grows as h
-// shrinks shows its negative order. Both tests compare with the scatter of the rungs themselves, whatever its size: so the
-// choice favours no series of small scatter, and the interval covers as it would with the window given.
+// shrinks shows its negative order. Both tests compare with the scatter of the rungs themselves, whatever its size: so
+// the choice favours no series of small scatter, and the interval covers as it would with the window given.
 std::size_t first_asymptotic(std::span<const double> x, std::span<const double> y) {
   std::size_t first = x.size() - kFewest;
   while (first > 0) {
@@ -118,7 +118,8 @@ OrderFit fit_order(std::span<const double> h_s, std::span<const double> error, s
     return fit;
   }
   if (line.half_width_95 > kWidest) {
-    fit.reason = "the finest rungs scatter: a half-width of " + format_measure(line.half_width_95, 0, 2) + " tells no order";
+    fit.reason =
+        "the finest rungs scatter: a half-width of " + format_measure(line.half_width_95, 0, 2) + " tells no order";
     return fit;
   }
   fit.order = line.slope;

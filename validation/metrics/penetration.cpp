@@ -1,4 +1,5 @@
-// How deep shapes sink into each other, over the samples. Pairs whose bounding spheres are apart are not looked at closely.
+// How deep shapes sink into each other, over the samples. Pairs whose bounding spheres are apart are not looked at
+// closely.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -31,7 +32,8 @@ struct BoundingRadius {
   double operator()(const Mesh& m) const { return farthest(m.points_m); }
   double operator()(const Compound& c) const {
     double radius = 0;
-    for (const Compound::Part& part : c.boxes) radius = std::max(radius, length(part.position_body_m) + length(part.half_extents_m));
+    for (const Compound::Part& part : c.boxes)
+      radius = std::max(radius, length(part.position_body_m) + length(part.half_extents_m));
     return radius;
   }
 };
@@ -40,7 +42,8 @@ struct BoundingRadius {
 double own_size(const Body& body) {
   if (const auto* sphere = std::get_if<Sphere>(&body.shape)) return sphere->radius_m;
   if (const auto* capsule = std::get_if<Capsule>(&body.shape)) return capsule->radius_m;
-  if (const auto* cylinder = std::get_if<Cylinder>(&body.shape)) return std::min(cylinder->radius_m, cylinder->half_length_m);
+  if (const auto* cylinder = std::get_if<Cylinder>(&body.shape))
+    return std::min(cylinder->radius_m, cylinder->half_length_m);
   if (const auto* box = std::get_if<Box>(&body.shape)) return *std::ranges::min_element(box->half_extents_m);
   if (const auto* convex = std::get_if<Convex>(&body.shape)) return farthest(convex->points_m);
   return std::numeric_limits<double>::infinity();
@@ -114,7 +117,8 @@ void append_penetration(const Scene& scene, const Recording& run, std::vector<Ro
   }
   if (!overlaps.seen_all()) return;
   rows.push_back(row("penetration-max", deepest));
-  if (run.values.size() > 1) rows.push_back(row("penetration-rms", std::sqrt(sum / static_cast<double>(run.values.size() - 1))));
+  if (run.values.size() > 1)
+    rows.push_back(row("penetration-rms", std::sqrt(sum / static_cast<double>(run.values.size() - 1))));
   rows.push_back(row("penetration-relative", relative));
 }
 

@@ -91,8 +91,8 @@ class Tally {
 
 }  // namespace
 
-PoseRows measure_poses(const std::string& pair, bool swept, const SceneOfPose& scene_of, std::span<const PoseAnswer> answers,
-                       std::span<const PoseAnswer> truths) {
+PoseRows measure_poses(const std::string& pair, bool swept, const SceneOfPose& scene_of,
+                       std::span<const PoseAnswer> answers, std::span<const PoseAnswer> truths) {
   PoseRows out;
   Tally tally(pair, out);
   const std::size_t poses = std::min(answers.size(), truths.size());
@@ -102,7 +102,8 @@ PoseRows measure_poses(const std::string& pair, bool swept, const SceneOfPose& s
     const Scene scene = scene_of(index);
     const double size = pair_size_m(scene), reach = reach_m(scene, swept);
     if (swept) {
-      if (truth.hit && !(truth.toi_s > 0)) continue;  // they overlap at the start: casts of shapes answer for bodies apart
+      if (truth.hit && !(truth.toi_s > 0))
+        continue;  // they overlap at the start: casts of shapes answer for bodies apart
       if (truth.hit && !answer.hit) tally.add("miss", index, kSweepEndS - truth.toi_s);
       if (!truth.hit && answer.hit) tally.add("false-hit", index, answer.toi_s);
       if (truth.hit && answer.hit) tally.add("time", index, std::fabs(answer.toi_s - truth.toi_s));

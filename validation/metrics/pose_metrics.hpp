@@ -25,13 +25,13 @@ using SceneOfPose = std::function<Scene(std::int64_t index)>;
 
 // Answers to poses 0..n of a pair. A hit or miss counts only where the true gap is above what a double knows
 // of the bodies' places (64 units in the last place of the largest coordinate) and the truth's bar. Errors of depth and
-// distance are relative to pair_size_m; the normal's [rad] counts where the next direction's depth is 1e-3 of the depth (and
-// 1e-9 of the size) behind; depth, normal and distance where engine and truth agree on overlap.
-PoseRows measure_poses(const std::string& pair, bool swept, const SceneOfPose& scene_of, std::span<const PoseAnswer> answers,
-                       std::span<const PoseAnswer> truths);
+// distance are relative to pair_size_m; the normal's [rad] counts where the next direction's depth is 1e-3 of the depth
+// (and 1e-9 of the size) behind; depth, normal and distance where engine and truth agree on overlap.
+PoseRows measure_poses(const std::string& pair, bool swept, const SceneOfPose& scene_of,
+                       std::span<const PoseAnswer> answers, std::span<const PoseAnswer> truths);
 
-// Of one method's rows, pair by pair: figures of the whole sweep, without a body. Misses and false hits are summed, of errors
-// the worst pair's stands.
+// Of one method's rows, pair by pair: figures of the whole sweep, without a body. Misses and false hits are summed, of
+// errors the worst pair's stands.
 std::vector<Row> over_all_pairs(std::span<const Row> rows);
 
 }  // namespace atwood

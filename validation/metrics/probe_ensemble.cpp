@@ -1,5 +1,6 @@
 // Round-off alone, over many runs: each beside the same run in wider arithmetic from the same doubles, so that what the
-// two share, the method's own error, drops out. Where an engine has no wider arithmetic: beside the truth, at the floor.
+// two share, the method's own error, drops out. Where an engine has no wider arithmetic: beside the truth, at the
+// floor.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -24,8 +25,8 @@ int coordinates(const Scene& scene) {
   return n;
 }
 
-// By how many units in the last place a coordinate is moved at most: 1, and more where few coordinates would otherwise make
-// the same start twice. Of 1000 starts to draw from, 96 are nearly all different.
+// By how many units in the last place a coordinate is moved at most: 1, and more where few coordinates would otherwise
+// make the same start twice. Of 1000 starts to draw from, 96 are nearly all different.
 int furthest(const Scene& scene) {
   int units = 1;
   const int n = std::max(1, coordinates(scene));
@@ -39,7 +40,8 @@ double moved(double x, SplitMix64& random, int units, bool single) {
   if (x == 0) return x;
   const double towards = draw > 0 ? std::numeric_limits<double>::infinity() : -std::numeric_limits<double>::infinity();
   for (int k = 0; k < std::abs(draw); ++k)
-    x = single ? static_cast<double>(std::nextafter(static_cast<float>(x), static_cast<float>(towards))) : std::nextafter(x, towards);
+    x = single ? static_cast<double>(std::nextafter(static_cast<float>(x), static_cast<float>(towards)))
+               : std::nextafter(x, towards);
   return x;
 }
 
@@ -64,15 +66,16 @@ std::string wider(const std::string& method) {
 
 struct Runs { std::vector<std::vector<double>> position, attitude, energy; };
 
-void append(const Scenario& scenario, const Recording& run, const std::vector<Sample>& beside, const std::vector<double>& energy_beside,
-            Runs& runs) {
+void append(const Scenario& scenario, const Recording& run, const std::vector<Sample>& beside,
+            const std::vector<double>& energy_beside, Runs& runs) {
   std::vector<double> position, attitude, energy = relative_energy(scenario, run);
   for (std::size_t k = 0; k < run.values.size(); ++k) {
     double p = 0, q = 0;
     for (std::size_t b = 0; b < run.values[k].bodies.size(); ++b) {
       if (scenario.scene.bodies[b].fixed) continue;
       p = std::max(p, position_error_m(run.values[k].bodies[b], beside[k].bodies[b]));
-      if (rotates(scenario.scene.bodies[b])) q = std::max(q, attitude_error_rad(run.values[k].bodies[b], beside[k].bodies[b]));
+      if (rotates(scenario.scene.bodies[b]))
+        q = std::max(q, attitude_error_rad(run.values[k].bodies[b], beside[k].bodies[b]));
     }
     position.push_back(p);
     attitude.push_back(q);
@@ -83,7 +86,8 @@ void append(const Scenario& scenario, const Recording& run, const std::vector<Sa
   if (!energy.empty()) runs.energy.push_back(std::move(energy));
 }
 
-Row growth_row(const std::string& metric, std::span<const double> t, const std::vector<std::vector<double>>& runs, const std::string& beside) {
+Row growth_row(const std::string& metric, std::span<const double> t, const std::vector<std::vector<double>>& runs,
+               const std::string& beside) {
   const GrowthFit fit = fit_growth_ensemble(t, runs);
   const bool named = fit.law != "inconclusive";
   const std::string text = named ? fit.law : "inconclusive: " + fit.reason;
@@ -120,19 +124,22 @@ std::vector<Row> probe_ensemble(const ProbeRequest& request) {
       for (const Sample& s : run.values) t.push_back(static_cast<double>(s.t_s));
       scale = sizes_of(scenario.scene, run.values).position_m;
     }
-    append(scenario, run, beside.values, other.empty() ? std::vector<double>{} : relative_energy(scenario, beside), runs);
+    append(scenario, run, beside.values, other.empty() ? std::vector<double>{} : relative_energy(scenario, beside),
+           runs);
   }
   const std::string beside = other.empty() ? "the truth" : other;
   std::vector<Row> rows;
   if (!runs.energy.empty()) rows.push_back(growth_row("growth-exponent-round-off-energy", t, runs.energy, beside));
   const bool moves = scale > 0;
   if (moves) rows.push_back(growth_row("growth-exponent-round-off-position", t, runs.position, beside));
-  const bool turns = std::any_of(scenario.scene.bodies.begin(), scenario.scene.bodies.end(), [](const Body& b) { return rotates(b); });
+  const bool turns =
+      std::any_of(scenario.scene.bodies.begin(), scenario.scene.bodies.end(), [](const Body& b) { return rotates(b); });
   if (turns) rows.push_back(growth_row("growth-exponent-round-off-attitude", t, runs.attitude, beside));
   if (!moves) return rows;
   double squares = 0;
   for (const auto& p : runs.position) squares += p.back() * p.back() / kRuns;
-  rows.push_back(row("round-off-rms-position", std::sqrt(squares), 0, "of a motion of " + format_measure(scale, 0) + " m"));
+  rows.push_back(
+      row("round-off-rms-position", std::sqrt(squares), 0, "of a motion of " + format_measure(scale, 0) + " m"));
   return rows;
 }
 

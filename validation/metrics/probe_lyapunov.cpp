@@ -85,7 +85,8 @@ std::vector<Row> probe_lyapunov(const ProbeRequest& request) {
     }
     before = now;
   }
-  std::vector<Row> rows = {row("horizon", horizon, horizon < plan.t_end_s ? plan.t_end_s / static_cast<double>(plan.samples) : 0, reached)};
+  std::vector<Row> rows = {
+      row("horizon", horizon, horizon < plan.t_end_s ? plan.t_end_s / static_cast<double>(plan.samples) : 0, reached)};
 
   // One stretch a sample: both twins run from where the last stretch left them, the separation brought back to `apart`.
   const Plan stretch{plan.t_end_s / static_cast<double>(plan.samples), plan.steps / plan.samples, 1, {}};
@@ -93,15 +94,19 @@ std::vector<Row> probe_lyapunov(const ProbeRequest& request) {
   std::vector<double> local;
   for (std::int64_t k = 0; k < plan.samples; ++k) {
     const double start = separation.of(near, far);
-    const Recording a = good_run(request, started_from(scene, near), stretch), b = good_run(request, started_from(scene, far), stretch);
+    const Recording a = good_run(request, started_from(scene, near), stretch),
+                    b = good_run(request, started_from(scene, far), stretch);
     const double end = separation.of(a.values.back(), b.values.back());
     local.push_back(std::log(end / start) / stretch.t_end_s);
     near = a.values.back();
     far = separation.between(near, b.values.back(), apart / end);
   }
   const LyapunovFit fit = fit_lyapunov(local);
-  if (fit.stretches == 0) rows.push_back(row("lyapunov-exponent", std::nan(""), 0, "inconclusive: fewer than 9 stretches"));
-  else rows.push_back(row("lyapunov-exponent", fit.exponent_per_s, fit.half_width_95, std::to_string(fit.stretches) + " stretches of " + format_measure(stretch.t_end_s, 0) + " s"));
+  if (fit.stretches == 0)
+    rows.push_back(row("lyapunov-exponent", std::nan(""), 0, "inconclusive: fewer than 9 stretches"));
+  else
+    rows.push_back(row("lyapunov-exponent", fit.exponent_per_s, fit.half_width_95,
+                       std::to_string(fit.stretches) + " stretches of " + format_measure(stretch.t_end_s, 0) + " s"));
   return rows;
 }
 

@@ -56,7 +56,9 @@ std::vector<Row> probe_reversal(const ProbeRequest& request) {
   const double growth = std::max(1.0, perturbation_growth(request.scenario, request.truth));
   // The state in between passes through a scene's doubles, whatever the method's arithmetic.
   const double unit = std::max(unit_round_off(request.method), 0x1p-53);
-  const auto floors = [&](double scale) { return round_off_floor(unit, 2 * static_cast<double>(request.plan.steps), scale, growth); };
+  const auto floors = [&](double scale) {
+    return round_off_floor(unit, 2 * static_cast<double>(request.plan.steps), scale, growth);
+  };
   std::vector<Row> rows = {row("reversal-error-position", position), row("reversal-error-velocity", velocity)};
   double worst = 0;
   const auto compare = [&](double error, double scale) {
@@ -71,7 +73,8 @@ std::vector<Row> probe_reversal(const ProbeRequest& request) {
     compare(rate, size.rate_rad_per_s);
   }
   rows.push_back(row("reversal-over-round-off", worst, 0,
-                     "round-off there and back: " + format_measure(floors(size.position_m), 0, 2) + " m, condition " + format_measure(growth, 0, 2)));
+                     "round-off there and back: " + format_measure(floors(size.position_m), 0, 2) + " m, condition " +
+                         format_measure(growth, 0, 2)));
   return rows;
 }
 

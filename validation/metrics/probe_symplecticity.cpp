@@ -2,15 +2,15 @@
 //
 //     M^T J M = J,      J = [0 1; -1 0]            (Hairer, Lubich and Wanner 2006, VI.2)
 //
-// for points, q = r and p = m v + e A(r) + m W x r: A = B x r / 2 in a uniform magnetic field, W a rotating frame's rate.
-// A body that turns freely moves its angular momentum L = I w in body axes by a Poisson map,
+// for points, q = r and p = m v + e A(r) + m W x r: A = B x r / 2 in a uniform magnetic field, W a rotating frame's
+// rate. A body that turns freely moves its angular momentum L = I w in body axes by a Poisson map,
 //
 //     M hat(L_start) M^T = hat(L_end),  hat(a) b = a x b      (Marsden and Ratiu 1999, 15.2).
 //
-// Everything is scaled by the sizes of q and p (of L), so the figure has no unit. Differences of steps d and 4 d make one of
-// order 4. How long a step serves depends on the motion, so there is a ladder of them, 2^-10 to 2^-24 of the scale: the
-// figure is of the step where it changes least to the next, from truncation on one side and round-off on the other, and
-// that change is the bar.
+// Everything is scaled by the sizes of q and p (of L), so the figure has no unit. Differences of steps d and 4 d make
+// one of order 4. How long a step serves depends on the motion, so there is a ladder of them, 2^-10 to 2^-24 of the
+// scale: the figure is of the step where it changes least to the next, from truncation on one side and round-off on the
+// other, and that change is the bar.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -30,7 +30,9 @@ std::array<Wide, 3> cross(const Real3& a, const std::array<Wide, 3>& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-bool acts_on(const std::vector<int>& bodies, int body) { return std::find(bodies.begin(), bodies.end(), body) != bodies.end(); }
+bool acts_on(const std::vector<int>& bodies, int body) {
+  return std::find(bodies.begin(), bodies.end(), body) != bodies.end();
+}
 
 // What p has beyond m v.
 std::array<Wide, 3> field_momentum(const Scene& scene, int body, const std::array<Wide, 3>& r) {
@@ -65,7 +67,8 @@ Wides canonical(const Scene& scene, const std::vector<int>& mobile, const Sample
     const auto extra = field_momentum(scene, mobile[k], b.p_m);
     for (std::size_t i = 0; i < 3; ++i) {
       z[3 * k + i] = b.p_m[i];
-      z[3 * (mobile.size() + k) + i] = Wide(scene.bodies[static_cast<std::size_t>(mobile[k])].mass_kg) * b.v_m_per_s[i] + extra[i];
+      z[3 * (mobile.size() + k) + i] =
+          Wide(scene.bodies[static_cast<std::size_t>(mobile[k])].mass_kg) * b.v_m_per_s[i] + extra[i];
     }
   }
   return z;
@@ -78,7 +81,8 @@ Sample from_canonical(const Scene& scene, const std::vector<int>& mobile, const 
     for (std::size_t i = 0; i < 3; ++i) b.p_m[i] = z[3 * k + i];
     const auto extra = field_momentum(scene, mobile[k], b.p_m);
     for (std::size_t i = 0; i < 3; ++i)
-      b.v_m_per_s[i] = (z[3 * (mobile.size() + k) + i] - extra[i]) / Wide(scene.bodies[static_cast<std::size_t>(mobile[k])].mass_kg);
+      b.v_m_per_s[i] =
+          (z[3 * (mobile.size() + k) + i] - extra[i]) / Wide(scene.bodies[static_cast<std::size_t>(mobile[k])].mass_kg);
   }
   return s;
 }
@@ -102,7 +106,8 @@ std::vector<std::vector<Vector>> differentiate(const Map& map) {
       up[c] += Wide(d * map.scale[c]);
       down[c] -= Wide(d * map.scale[c]);
       const Wides a = map.end(up), b = map.end(down);
-      for (std::size_t r = 0; r < n; ++r) central[level].push_back(static_cast<double>((a[r] - b[r]) / Wide(map.scale[r])) / (2 * d));
+      for (std::size_t r = 0; r < n; ++r)
+        central[level].push_back(static_cast<double>((a[r] - b[r]) / Wide(map.scale[r])) / (2 * d));
     }
     for (std::size_t level = 0; level + 1 < kLevels; ++level)
       for (std::size_t r = 0; r < n; ++r) matrices[level][r][c] = (16 * central[level + 1][r] - central[level][r]) / 15;
@@ -151,8 +156,9 @@ Row defect_row(const std::string& metric, const std::vector<std::vector<Vector>>
       best = level;
     }
   }
-  return row(metric, frobenius(defects[best]), bar, std::to_string(matrices[0].size()) + " variables, difference step 2^-" +
-             std::to_string(12 + 2 * best) + " of the scale");
+  return row(metric, frobenius(defects[best]), bar,
+             std::to_string(matrices[0].size()) + " variables, difference step 2^-" + std::to_string(12 + 2 * best) +
+                 " of the scale");
 }
 
 std::vector<Row> of_points(const ProbeRequest& request, const Plan& plan) {
@@ -184,7 +190,9 @@ std::vector<Row> of_points(const ProbeRequest& request, const Plan& plan) {
     j[i][half + i] = 1;
     j[half + i][i] = -1;
   }
-  const auto defect = [&](const std::vector<Vector>& a) { return difference(product(transposed(a), product(j, a)), j); };
+  const auto defect = [&](const std::vector<Vector>& a) {
+    return difference(product(transposed(a), product(j, a)), j);
+  };
   return {defect_row("symplecticity-defect", matrices, defect)};
 }
 
@@ -230,11 +238,14 @@ std::vector<Row> of_free_body(const ProbeRequest& request, const Plan& plan) {
   };
   const auto matrices = differentiate(map);
   const auto hat = [&](const Wides& l) {
-    const double x = static_cast<double>(l[0]) / size, y = static_cast<double>(l[1]) / size, z = static_cast<double>(l[2]) / size;
+    const double x = static_cast<double>(l[0]) / size, y = static_cast<double>(l[1]) / size,
+                 z = static_cast<double>(l[2]) / size;
     return std::vector<Vector>{{0, -z, y}, {z, 0, -x}, {-y, x, 0}};
   };
   const auto before = hat(map.start), after = hat(angular(run.values.back()));
-  const auto defect = [&](const std::vector<Vector>& a) { return difference(product(a, product(before, transposed(a))), after); };
+  const auto defect = [&](const std::vector<Vector>& a) {
+    return difference(product(a, product(before, transposed(a))), after);
+  };
   return {defect_row("poisson-defect", matrices, defect)};
 }
 
@@ -246,10 +257,12 @@ std::vector<Row> probe_symplecticity(const ProbeRequest& request) {
   require_no_dissipation(request);
   const Scene& scene = request.scenario.scene;
   const Plan& plan = request.plan;
-  const bool turns = std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const Body& b) { return rotates(b) && !b.fixed; });
+  const bool turns =
+      std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const Body& b) { return rotates(b) && !b.fixed; });
   if (!turns) return of_points(request, plan);
   const bool free = scene.bodies.size() == 1 && scene.forces.empty();
-  if (!free) throw ProbeEnds(Status::unsupported, "bodies that turn under forces: points, or one free body, are probed");
+  if (!free)
+    throw ProbeEnds(Status::unsupported, "bodies that turn under forces: points, or one free body, are probed");
   return of_free_body(request, plan);
 }
 

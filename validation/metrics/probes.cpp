@@ -10,16 +10,24 @@ namespace atwood {
 
 const std::vector<ProbeInfo>& all_probes() {
   static const std::vector<ProbeInfo> probes = {
-      {"ensemble", "96 runs, each nonzero initial coordinate moved in the last place (by more than one unit where few coordinates are nonzero), beside the same runs in wider "
-                   "arithmetic: the law by which round-off grows."},
+      {"ensemble",
+       "96 runs, each nonzero initial coordinate moved in the last place (by more than one unit where few coordinates "
+       "are nonzero), beside the same runs in wider "
+       "arithmetic: the law by which round-off grows."},
       {"reversal", "To the end, velocities turned round, the same number of steps back: the distance from the start."},
       {"symplecticity", "The end state's derivatives with respect to the initial canonical variables: |M^T J M - J|."},
-      {"lyapunov", "Twins a part in 1e-10 apart: until when a state can be foretold, and the exponent of their separation."},
-      {"round-off-v", "The ladder in float, double and long double, with and without compensated summation: the step of least error."},
+      {"lyapunov",
+       "Twins a part in 1e-10 apart: until when a state can be foretold, and the exponent of their separation."},
+      {"round-off-v",
+       "The ladder in float, double and long double, with and without compensated summation: the step of least error."},
       {"tolerance", "Tolerances from 1e-3 to 1e-12: error over tolerance, and how the error follows it."},
-      {"contact-sweep", "Contacts of seeded poses, `steps` of them a pair of shapes, against the exact ones: misses, false hits, depth, normal."},
-      {"touch-sweep", "First touches of seeded motions, `steps` of them a pair of shapes, against the exact ones: misses, time."},
-      {"contact-tables", "Contacts of the cases in the folder `geometry` beside the scenario, whose answers are known by hand."}};
+      {"contact-sweep",
+       "Contacts of seeded poses, `steps` of them a pair of shapes, against the exact ones: misses, false hits, depth, "
+       "normal."},
+      {"touch-sweep",
+       "First touches of seeded motions, `steps` of them a pair of shapes, against the exact ones: misses, time."},
+      {"contact-tables",
+       "Contacts of the cases in the folder `geometry` beside the scenario, whose answers are known by hand."}};
   return probes;
 }
 
@@ -49,12 +57,14 @@ Recording good_run(const ProbeRequest& request, const std::string& method, const
   Recording run = request.run(method, scene, plan);
   if (run.outcome.status != Status::ok) throw ProbeEnds(run.outcome.status, run.outcome.reason);
   if (run.values.size() != static_cast<std::size_t>(plan.samples) + 1)
-    throw ProbeEnds(Status::crashed, std::to_string(run.values.size()) + " samples, expected " + std::to_string(plan.samples + 1));
+    throw ProbeEnds(Status::crashed,
+                    std::to_string(run.values.size()) + " samples, expected " + std::to_string(plan.samples + 1));
   for (const Sample& s : run.values)
     for (const BodySample& b : s.bodies)
       for (int i = 0; i < 3; ++i)
         if (!std::isfinite(static_cast<double>(b.p_m[i] + b.v_m_per_s[i] + b.w_rad_per_s[i] + b.q_wxyz[i + 1])))
-          throw ProbeEnds(Status::not_finite, "a run of the probe is not finite at t = " + format_double(static_cast<double>(s.t_s)) + " s");
+          throw ProbeEnds(Status::not_finite, "a run of the probe is not finite at t = " +
+                                                  format_double(static_cast<double>(s.t_s)) + " s");
   return run;
 }
 
@@ -87,7 +97,8 @@ void require_bodies(const ProbeRequest& request) {
 void require_no_contacts(const ProbeRequest& request) {
   if (dynamics::contacts_possible(request.scenario.scene))
     throw ProbeEnds(Status::unsupported, "bodies of the scene can touch; smooth motion alone is probed");
-  if (!request.plan.frame_ends_s.empty()) throw ProbeEnds(Status::unsupported, "recorded frames are not probed, equal steps are");
+  if (!request.plan.frame_ends_s.empty())
+    throw ProbeEnds(Status::unsupported, "recorded frames are not probed, equal steps are");
 }
 
 void require_no_clock(const ProbeRequest& request) {
@@ -95,7 +106,8 @@ void require_no_clock(const ProbeRequest& request) {
     if (body.release_s > 0) throw ProbeEnds(Status::unsupported, "body `" + body.name + "` is released at a time");
   for (const Force& force : request.scenario.scene.forces) {
     const auto* pushed = std::get_if<PointForce>(&force);
-    if (std::holds_alternative<Drive>(force) || std::holds_alternative<Thruster>(force) || (pushed && !pushed->on_s.empty()))
+    if (std::holds_alternative<Drive>(force) || std::holds_alternative<Thruster>(force) ||
+        (pushed && !pushed->on_s.empty()))
       throw ProbeEnds(Status::unsupported, "a force of the scene depends on time");
   }
 }

@@ -106,7 +106,8 @@ double correlated_half_width(std::span<const double> x, std::span<const double> 
   for (int pass = 0; pass < 20; ++pass) {
     const double half = (low + high) / 2;
     double outside = 0;
-    for (const Candidate& c : candidates) outside += c.log_weight / total * 2 * boost::math::cdf(complement(t, half / c.slope_error));
+    for (const Candidate& c : candidates)
+      outside += c.log_weight / total * 2 * boost::math::cdf(complement(t, half / c.slope_error));
     (outside > 0.05 ? low : high) = half;
   }
   return high / std::sqrt(efficiency);

@@ -19,9 +19,9 @@ double theil_sen(std::span<const double> x, std::span<const double> y);
 //
 //     V(rho) = s^2 / (1 - rho^2) sum_ij a_i a_j rho^|i-j|,      a_i = (x_i - mean) / sum (x - mean)^2,
 //
-// and the restricted likelihood of rho (Harville 1974), |R|^-1/2 |X' R^-1 X|^-1/2 RSS^-(n-2)/2. The half-width holds 95 %
-// of the mixture of Student's t_(n-2) of these widths: what is not known of rho widens it, where a plugged-in estimate,
-// too small in short series, covers as little as 80 %. `efficiency`: of the estimator beside least squares.
+// and the restricted likelihood of rho (Harville 1974), |R|^-1/2 |X' R^-1 X|^-1/2 RSS^-(n-2)/2. The half-width holds 95
+// % of the mixture of Student's t_(n-2) of these widths: what is not known of rho widens it, where a plugged-in
+// estimate, too small in short series, covers as little as 80 %. `efficiency`: of the estimator beside least squares.
 double correlated_half_width(std::span<const double> x, std::span<const double> residual, double efficiency);
 
 }  // namespace atwood::metrics

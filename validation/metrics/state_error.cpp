@@ -9,7 +9,9 @@
 namespace atwood {
 namespace metrics {
 
-double norm(const std::array<Wide, 3>& a) { return static_cast<double>(sqrtq(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])); }
+double norm(const std::array<Wide, 3>& a) {
+  return static_cast<double>(sqrtq(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]));
+}
 
 double distance(const std::array<Wide, 3>& a, const std::array<Wide, 3>& b) {
   return norm({a[0] - b[0], a[1] - b[1], a[2] - b[2]});
@@ -111,7 +113,8 @@ void append_quantity(Quantity q, const std::string& name, const Scenario& scenar
       keep_worst(largest, e, bar);
       if (k + 1 == n) keep_worst(end, e, bar);
     }
-    keep_worst(rms, std::sqrt(squares / static_cast<double>(n - 1)), std::sqrt(bar_squares / static_cast<double>(n - 1)));
+    keep_worst(rms, std::sqrt(squares / static_cast<double>(n - 1)),
+               std::sqrt(bar_squares / static_cast<double>(n - 1)));
   }
   rows.push_back(row("error-" + name + "-end", end.value, end.bar));
   rows.push_back(row("error-" + name + "-max", largest.value, largest.bar));
@@ -135,10 +138,12 @@ void append_state_end(const Scenario& scenario, const Truth& truth, const Record
     const BodySample& expected = truth.values[last].bodies[b];
     error += squared_difference(found.p_m, expected.p_m) + squared_difference(found.v_m_per_s, expected.v_m_per_s);
     size += squared(expected.p_m) + squared(expected.v_m_per_s);
-    if (last < truth.bars.size()) bar += squared(truth.bars[last].bodies[b].p_m) + squared(truth.bars[last].bodies[b].v_m_per_s);
+    if (last < truth.bars.size())
+      bar += squared(truth.bars[last].bodies[b].p_m) + squared(truth.bars[last].bodies[b].v_m_per_s);
   }
   if (!(size > 0)) return;
-  rows.push_back(row("error-state-end", static_cast<double>(sqrtq(error / size)), static_cast<double>(sqrtq(bar / size))));
+  rows.push_back(
+      row("error-state-end", static_cast<double>(sqrtq(error / size)), static_cast<double>(sqrtq(bar / size))));
 }
 
 }  // namespace

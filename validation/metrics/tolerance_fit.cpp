@@ -21,7 +21,8 @@ ToleranceFit fit_tolerance(std::span<const double> rtol, std::span<const double>
   }
   fit.used = static_cast<int>(x.size());
   if (x.size() < kFewest) {
-    fit.reason = std::to_string(x.size()) + " of " + std::to_string(rtol.size()) + " tolerances lie above 30 x the floor; a slope needs 4";
+    fit.reason = std::to_string(x.size()) + " of " + std::to_string(rtol.size()) +
+                 " tolerances lie above 30 x the floor; a slope needs 4";
     return fit;
   }
   if (*std::max_element(x.begin(), x.end()) - *std::min_element(x.begin(), x.end()) < 1) {

@@ -73,10 +73,13 @@ Ladders gather(std::span<const Row> rows, const std::string& scenario, const std
 }
 
 double log_between(double x, double x0, double x1, double y0, double y1) {
-  return std::exp(std::log(y0) + (std::log(x) - std::log(x0)) / (std::log(x1) - std::log(x0)) * (std::log(y1) - std::log(y0)));
+  return std::exp(std::log(y0) +
+                  (std::log(x) - std::log(x0)) / (std::log(x1) - std::log(x0)) * (std::log(y1) - std::log(y0)));
 }
 
-bool usable(const WorkPoint& point, Cost cost) { return cost_of(point, cost) > 0 && std::isfinite(cost_of(point, cost)); }
+bool usable(const WorkPoint& point, Cost cost) {
+  return cost_of(point, cost) > 0 && std::isfinite(cost_of(point, cost));
+}
 
 Reached at_rung(const WorkCurve& curve, const WorkPoint& point, Cost cost) {
   Reached reached;
@@ -90,7 +93,8 @@ Reached at_rung(const WorkCurve& curve, const WorkPoint& point, Cost cost) {
   return reached;
 }
 
-// Between a rung that is too coarse and one that is good enough. A line to an error of 0 has no logarithm: the rung itself.
+// Between a rung that is too coarse and one that is good enough. A line to an error of 0 has no logarithm: the rung
+// itself.
 Reached between(const WorkCurve& curve, const WorkPoint& poor, const WorkPoint& good, double wanted, Cost cost) {
   Reached reached = at_rung(curve, good, cost);
   const double low = known_error(good), high = known_error(poor);
@@ -109,7 +113,8 @@ void tell_untimed(WorkCurve& curve) {
   }
   if (timed == nullptr || curve.family != timed->method) return;
   for (WorkPoint& point : curve.points) {
-    if (point.steps > timed->steps) point.seconds = timed->seconds * static_cast<double>(point.steps) / static_cast<double>(timed->steps);
+    if (point.steps > timed->steps)
+      point.seconds = timed->seconds * static_cast<double>(point.steps) / static_cast<double>(timed->steps);
   }
 }
 
@@ -127,7 +132,8 @@ std::string method_family(const std::string& method) {
   const std::size_t end = std::min(method.find_first_of("+@{", colon), method.size());
   // "1e+4": the sign of an exponent ends no tolerance.
   std::size_t stop = end;
-  while (stop < method.size() && method[stop] == '+' && stop > 0 && (method[stop - 1] == 'e' || method[stop - 1] == 'E')) {
+  while (stop < method.size() && method[stop] == '+' && stop > 0 &&
+         (method[stop - 1] == 'e' || method[stop - 1] == 'E')) {
     stop = std::min(method.find_first_of("+@{", stop + 1), method.size());
   }
   return method.substr(0, colon) + ":tol" + method.substr(stop);
@@ -162,10 +168,18 @@ std::vector<WorkCurve> work_curves(std::span<const Row> rows, const std::string&
         continue;
       }
       if (!g.error) continue;  // measured, by other figures
-      const WorkPoint point{key.first, key.second, family == key.first ? g.error->h_s : 0, std::fabs(g.error->value), g.error->truth_bar,
-                            g.seconds, g.evaluations};
-      if (!std::isfinite(point.error)) curve.failed.push_back({key.first, key.second, point.h_s, Status::not_finite, "the error is no number"});
-      else if (known_error(point) >= size) curve.failed.push_back({key.first, key.second, point.h_s, Status::diverged, "its error is as large as the motion"});
+      const WorkPoint point{key.first,
+                            key.second,
+                            family == key.first ? g.error->h_s : 0,
+                            std::fabs(g.error->value),
+                            g.error->truth_bar,
+                            g.seconds,
+                            g.evaluations};
+      if (!std::isfinite(point.error))
+        curve.failed.push_back({key.first, key.second, point.h_s, Status::not_finite, "the error is no number"});
+      else if (known_error(point) >= size)
+        curve.failed.push_back(
+            {key.first, key.second, point.h_s, Status::diverged, "its error is as large as the motion"});
       else curve.points.push_back(point);
     }
     std::stable_sort(curve.points.begin(), curve.points.end(), coarser<WorkPoint>);
@@ -200,7 +214,9 @@ std::optional<Reached> most_accurate(const WorkCurve& curve, double budget, Cost
     keep(best, at_rung(curve, point, cost), better);
     if (i + 1 >= curve.points.size()) continue;
     const WorkPoint& next = curve.points[i + 1];
-    if (!usable(next, cost) || cost_of(next, cost) <= budget || !(known_error(next) < known_error(point)) || !(known_error(next) > 0)) continue;
+    if (!usable(next, cost) || cost_of(next, cost) <= budget || !(known_error(next) < known_error(point)) ||
+        !(known_error(next) > 0))
+      continue;
     Reached part = at_rung(curve, point, cost);
     part.error = log_between(budget, cost_of(point, cost), cost_of(next, cost), known_error(point), known_error(next));
     part.cost = budget;
@@ -216,8 +232,9 @@ StableRange stable_range(const WorkCurve& curve) {
   StableRange range{curve.family, false, {}, curve.failed};
   for (auto point = curve.points.rbegin(); point != curve.points.rend(); ++point) {
     const bool finer_fails = std::any_of(curve.failed.begin(), curve.failed.end(), [&](const FailedRung& rung) {
-      return (rung.status == Status::diverged || rung.status == Status::not_finite) && coarser(WorkPoint{point->method, point->steps, 0, 0, 0, 0, 0},
-                                                                                              WorkPoint{rung.method, rung.steps, 0, 0, 0, 0, 0});
+      return (rung.status == Status::diverged || rung.status == Status::not_finite) &&
+             coarser(WorkPoint{point->method, point->steps, 0, 0, 0, 0, 0},
+                     WorkPoint{rung.method, rung.steps, 0, 0, 0, 0, 0});
     });
     if (finer_fails) break;
     range.stable = true;
@@ -232,7 +249,8 @@ const std::vector<double>& error_levels() {
 }
 
 const std::vector<double>& budgets(Cost cost) {
-  static const std::vector<double> seconds{1e-6, 1e-5, 1e-4, 1e-3, 16.7e-3, 40e-3}, evaluations{1e2, 1e3, 1e4, 1e5, 1e6};
+  static const std::vector<double> seconds{1e-6, 1e-5, 1e-4, 1e-3, 16.7e-3, 40e-3},
+      evaluations{1e2, 1e3, 1e4, 1e5, 1e6};
   return cost == Cost::seconds ? seconds : evaluations;
 }
 
@@ -244,7 +262,8 @@ Dominance dominance(std::span<const WorkCurve> curves, const std::string& scenar
     for (const WorkCurve& curve : curves) {
       if (const auto reached = cheapest(curve, level, cost)) contest.ranked.push_back(*reached);
     }
-    std::stable_sort(contest.ranked.begin(), contest.ranked.end(), [](const Reached& a, const Reached& b) { return a.cost < b.cost; });
+    std::stable_sort(contest.ranked.begin(), contest.ranked.end(),
+                     [](const Reached& a, const Reached& b) { return a.cost < b.cost; });
     if (!contest.ranked.empty()) table.by_error.push_back(std::move(contest));
   }
   for (const double budget : budgets(cost)) {
@@ -252,7 +271,8 @@ Dominance dominance(std::span<const WorkCurve> curves, const std::string& scenar
     for (const WorkCurve& curve : curves) {
       if (const auto reached = most_accurate(curve, budget, cost)) contest.ranked.push_back(*reached);
     }
-    std::stable_sort(contest.ranked.begin(), contest.ranked.end(), [](const Reached& a, const Reached& b) { return a.error < b.error; });
+    std::stable_sort(contest.ranked.begin(), contest.ranked.end(),
+                     [](const Reached& a, const Reached& b) { return a.error < b.error; });
     if (!contest.ranked.empty()) table.by_budget.push_back(std::move(contest));
   }
   for (const WorkCurve& curve : curves) {

@@ -29,8 +29,8 @@ struct WorkPoint {
   std::int64_t steps = 0;      // of the plan
   double h_s = 0;              // 0: the method chooses
   double error = 0, bar = 0;   // in the metric's unit
-  double seconds = 0;          // of the whole run, from the timed pass; NaN: not timed. Equal steps beyond the finest timed rung
-                               // (long runs are not timed twice): that rung's time of a step
+  double seconds = 0;  // of the whole run, from the timed pass; NaN: not timed. Equal steps beyond the finest timed
+                       // rung (long runs are not timed twice): that rung's time of a step
   double evaluations = 0;      // NaN: the engine counts none
 };
 // value + bar where the value is under three bars.
@@ -39,7 +39,13 @@ bool at_bar(const WorkPoint& point);
 double cost_of(const WorkPoint& point, Cost cost);
 
 // Rungs without an error: they ended badly, or their error is not smaller than the motion itself.
-struct FailedRung { std::string method; std::int64_t steps = 0; double h_s = 0; Status status = Status::ok; std::string reason; };
+struct FailedRung {
+  std::string method;
+  std::int64_t steps = 0;
+  double h_s = 0;
+  Status status = Status::ok;
+  std::string reason;
+};
 
 struct WorkCurve {
   std::string family;

@@ -48,7 +48,8 @@ template <class S> Overlap<S> overlap_within(Flow<S>& flow, const Feature<S>& fe
     return leaves ? none : Overlap<S>{S(1), feature.gap_end};
   }
   if (!(feature.rate < S(0) && feature.rate_end > S(0))) return none;
-  // Bodies that parted at the start of the step, by round-off not at once: no dip, or the touch would be found for ever.
+  // Bodies that parted at the start of the step, by round-off not at once: no dip, or the touch would be found for
+  // ever.
   if (real::abs(feature.gap) <= flow.run.gap_round_off() && feature.rate >= -flow.run.approach_round_off()) return none;
   // A gap that falls and rises again is convex there: it stays above its tangents at both ends.
   const S fall = feature.rate * flow.h_s, rise = feature.rate_end * flow.h_s;

@@ -13,7 +13,8 @@ template <class S> struct Fall {
   int index = -1;  // feature, contact or wind
 };
 
-// The state after a step of h_s by the run's stepper, or by what does the same for bodies that nothing but gravity pulls.
+// The state after a step of h_s by the run's stepper, or by what does the same for bodies that nothing but gravity
+// pulls.
 template <class S> bool take_step(EventRun<S>& run, Stepper<S>& stepper, S t_s, S h_s, const S* y, S* y_new) {
   if constexpr (has_vector_lanes<S>)
     if (run.free_flight != nullptr && run.carrying == 0) {
@@ -41,6 +42,7 @@ template <class S> struct Flow {
 template <class S> void earliest_touch(Flow<S>& flow, Fall<S>& first);   // of run.near, whose gaps are measured
 template <class S> void earliest_switch(Flow<S>& flow, Fall<S>& first);  // of lasting contacts; sees them
 template <class S> void earliest_calm(Flow<S>& flow, Fall<S>& first);    // of winds
-template <class S> bool stays_clear_of_ends(Flow<S>& flow, S until);       // false: some body comes over the end of a sheet
+template <class S>
+bool stays_clear_of_ends(Flow<S>& flow, S until);  // false: some body comes over the end of a sheet
 
 }  // namespace atwood::event

@@ -88,8 +88,8 @@ template <class S> S distance_to(const Facet<S>& facet, const Vec3<S>& c) {
   return norm(away);
 }
 
-// A face wins over the edges and corners it shares a distance with: inner edges of a flat mesh are no edges, nor is what stands
-// right above one beside a face.
+// A face wins over the edges and corners it shares a distance with: inner edges of a flat mesh are no edges, nor is
+// what stands right above one beside a face.
 template <class S> Facet<S> nearest_of_mesh(const std::vector<Triangle<S>>& mesh, const Vec3<S>& c) {
   Facet<S> best;
   S least = S(-1);

@@ -112,8 +112,9 @@ template <class S> void find_alone(EventRun<S>& run) {
     const Feature<S>& feature = run.features[contact.feature];
     const SurfaceKind kind = run.surfaces[feature.surface].kind;
     const auto ball = [&](int body) { return !run.model.rotates(body) || run.round[body]; };
-    contact.of_balls = (!run.moves[knob(contact)] || (feature.knob.centered && !feature.knob.rim && ball(knob(contact)))) &&
-                       (!run.moves[surface(contact)] || (kind == SurfaceKind::point && ball(surface(contact))));
+    contact.of_balls =
+        (!run.moves[knob(contact)] || (feature.knob.centered && !feature.knob.rim && ball(knob(contact)))) &&
+        (!run.moves[surface(contact)] || (kind == SurfaceKind::point && ball(surface(contact))));
   }
 }
 

@@ -1,11 +1,12 @@
 // The impacts of one instant.
 //
-// "sequential": the pair of bodies that approaches fastest collides (ties: the first in the scene's order), then the next, until
-// no pair approaches: right for touching cradles. Several points of one pair that move alike (an edge on a floor) are as one
-// point; others (a sliding box that lands flat) are solved together.
-// "together": all points of all pairs in one complementarity problem (Newton's or Poisson's law at each; for several points at
-// once Stronge's is taken as Poisson's):
-//   v_n + e v_n- >= 0,  p_n >= 0,  (v_n + e v_n-) p_n = 0,  |p_t| <= mu p_n, slip opposed         (Moreau; Glocker and Pfeiffer)
+// "sequential": the pair of bodies that approaches fastest collides (ties: the first in the scene's order), then the
+// next, until no pair approaches: right for touching cradles. Several points of one pair that move alike (an edge on a
+// floor) are as one point; others (a sliding box that lands flat) are solved together. "together": all points of all
+// pairs in one complementarity problem (Newton's or Poisson's law at each; for several points at once Stronge's is
+// taken as Poisson's):
+//   v_n + e v_n- >= 0,  p_n >= 0,  (v_n + e v_n-) p_n = 0,  |p_t| <= mu p_n, slip opposed         (Moreau; Glocker and
+//   Pfeiffer)
 // solved point after point, friction on a round cone, until nothing changes.
 #include <algorithm>
 #include <cmath>
@@ -65,7 +66,8 @@ template <class S> ImpactLaw<S> law_of(const EventRun<S>& run, int pair) {
   return {p.ends ? S(0) : p.restitution, p.friction, p.rolling_friction_m, run.options.restitution};
 }
 
-template <class S> void take_back(EventRun<S>& run, const Feature<S>& f, const ImpactBody<S>& surface, const ImpactBody<S>& knob) {
+template <class S>
+void take_back(EventRun<S>& run, const Feature<S>& f, const ImpactBody<S>& surface, const ImpactBody<S>& knob) {
   if (run.moves[f.surface_body]) {
     run.poses[f.surface_body].v = surface.v_W;
     run.poses[f.surface_body].w = surface.w_W;
@@ -79,14 +81,16 @@ template <class S> void take_back(EventRun<S>& run, const Feature<S>& f, const I
 template <class S> void collide_one(Instant<S>& now, Hit<S>& hit) {
   EventRun<S>& run = now.run;
   const Feature<S>& f = now.feature(hit);
-  ImpactBody<S> surface = impact_body(run, f.surface_body, hit.sight.x), knob = impact_body(run, f.knob_body, hit.sight.x);
+  ImpactBody<S> surface = impact_body(run, f.surface_body, hit.sight.x),
+                knob = impact_body(run, f.knob_body, hit.sight.x);
   const Impulse<S> impulse = collide(law_of(run, hit.pair), hit.sight.normal, surface, knob);
   take_back(run, f, surface, knob);
   run.pending.push_back({hit.pair, f.knob_body == run.pairs[hit.pair].a, hit.sight, impulse});
 }
 
-// ---- several points of one pair that move alike ------------------------------------------------------------------------------
-// Is x within the hull of the points, all of them on a plane of normal n?
+// ---- several points of one pair that move alike
+// ------------------------------------------------------------------------------ Is x within the hull of the points,
+// all of them on a plane of normal n?
 template <class S> bool supported(const Hit<S>* hits, int count, const Vec3<S>& n, const Vec3<S>& x, S tiny_m) {
   for (int i = 0; i < count; ++i)
     for (int j = 0; j < i; ++j) {
@@ -133,7 +137,8 @@ template <class S> bool collide_as_one(Instant<S>& now, int first, int count) {
   return true;
 }
 
-// ---- several points at once ---------------------------------------------------------------------------------------------------
+// ---- several points at once
+// ---------------------------------------------------------------------------------------------------
 template <class S> void push_at(Instant<S>& now, Hit<S>& hit, const Vec3<S>& impulse) {
   const Feature<S>& f = now.feature(hit);
   EventRun<S>& run = now.run;
@@ -141,7 +146,8 @@ template <class S> void push_at(Instant<S>& now, Hit<S>& hit, const Vec3<S>& imp
     if (!run.moves[body]) return;
     const Vec3<S> turn = cross(side.r_W, j);
     run.poses[body].v += side.inverse_mass_per_kg * j;
-    run.poses[body].w += Vec3<S>{dot(side.I_inverse_W_row[0], turn), dot(side.I_inverse_W_row[1], turn), dot(side.I_inverse_W_row[2], turn)};
+    run.poses[body].w += Vec3<S>{dot(side.I_inverse_W_row[0], turn), dot(side.I_inverse_W_row[1], turn),
+                                 dot(side.I_inverse_W_row[2], turn)};
   };
   apply(f.surface_body, hit.surface, -impulse);
   apply(f.knob_body, hit.knob, impulse);
@@ -237,7 +243,8 @@ template <class S> void collide_together(Instant<S>& now, int first, int count) 
   report_group(now, first, count);
 }
 
-// ---- the order of impacts -----------------------------------------------------------------------------------------------------
+// ---- the order of impacts
+// -----------------------------------------------------------------------------------------------------
 template <class S> int end_of_pair(const EventRun<S>& run, int first) {
   int end = first;
   while (end < static_cast<int>(run.hits.size()) && run.hits[end].pair == run.hits[first].pair) ++end;
@@ -275,13 +282,14 @@ template <class S> bool all_impacts(Instant<S>& now) {
   return true;
 }
 
-// ---- the end of a series of bounces -------------------------------------------------------------------------------------------
-// Each touch is located to about eps r / v, so late bounces cost more than they tell: a series is summed once a bounce rises by
-// less than eps^(2/3) r.   flight T_k = 2 v / a,  rise a T^2 / 8,  rest of the series T_k / (1 - e)
-// The impact that ends it is taken without restitution: friction's impulse over the rest of the series, and the way that it
-// takes from a sliding body, are then those of a body that slides under its weight from here on, exactly.
-// Each impact of a series tells when the series will end, early ones to less round-off: of those that agree with all
-// later ones within that of the last, the first is believed.
+// ---- the end of a series of bounces
+// ------------------------------------------------------------------------------------------- Each touch is located to
+// about eps r / v, so late bounces cost more than they tell: a series is summed once a bounce rises by less than
+// eps^(2/3) r.   flight T_k = 2 v / a,  rise a T^2 / 8,  rest of the series T_k / (1 - e) The impact that ends it is
+// taken without restitution: friction's impulse over the rest of the series, and the way that it takes from a sliding
+// body, are then those of a body that slides under its weight from here on, exactly. Each impact of a series tells when
+// the series will end, early ones to less round-off: of those that agree with all later ones within that of the last,
+// the first is believed.
 template <class S>
 void forecast_end(EventRun<S>& run, ShapePair<S>& pair, S t_s, S rises, S series_s, S ratio) {
   const S places = norm(run.poses[pair.a].p) + norm(run.poses[pair.b].p) + pair.reach;
@@ -292,7 +300,8 @@ void forecast_end(EventRun<S>& run, ShapePair<S>& pair, S t_s, S rises, S series
 // What an impact leaves of the pair's approach from bounce to bounce: its restitution, unless others took part, like a
 // floor on which one of the two lies.
 template <class S> S ratio_of_bounces(const EventRun<S>& run, int pair, S rises) {
-  const auto first = std::find_if(run.pending.begin(), run.pending.end(), [&](const auto& p) { return p.pair == pair; });
+  const auto first =
+      std::find_if(run.pending.begin(), run.pending.end(), [&](const auto& p) { return p.pair == pair; });
   if (run.pending.size() == 1 || first == run.pending.end()) return run.pairs[pair].restitution;
   return rises / -first->impulse.vn_before_m_per_s;
 }
@@ -304,8 +313,8 @@ template <class S> void let_go_of_risen(Instant<S>& now) {
     contact.carries = contact.carries && std::none_of(run.hits.begin(), run.hits.end(), [&](const Hit<S>& hit) {
       return hit.feature == contact.feature && now.vn(hit) > now.still;
     });
-  run.carrying =
-      static_cast<int>(std::count_if(run.contacts.begin(), run.contacts.end(), [](const auto& c) { return c.carries; }));
+  run.carrying = static_cast<int>(
+      std::count_if(run.contacts.begin(), run.contacts.end(), [](const auto& c) { return c.carries; }));
 }
 
 template <class S> bool find_ends(Instant<S>& now, S t_s) {
@@ -317,7 +326,8 @@ template <class S> bool find_ends(Instant<S>& now, S t_s) {
     const int end = end_of_pair(run, first);
     S rises = -S(1);
     for (int i = first; i < end; ++i) rises = real::max(rises, now.vn(run.hits[i]));
-    const bool hit = std::any_of(run.pending.begin(), run.pending.end(), [&](const auto& p) { return p.pair == run.hits[first].pair; });
+    const bool hit = std::any_of(run.pending.begin(), run.pending.end(),
+                                 [&](const auto& p) { return p.pair == run.hits[first].pair; });
     if (!hit || !(rises > S(0))) continue;
     if (!known) {  // what the bodies would do without the contacts of this instant
       known = true;
@@ -332,7 +342,8 @@ template <class S> bool find_ends(Instant<S>& now, S t_s) {
       S beside{};
       const Feature<S>& f = run.features[contact.feature];
       contact.facet = facet_under(run, f, beside);
-      contact.sight = watch(f.knob, run.poses[f.knob_body], run.surfaces[f.surface], contact.facet, run.poses[f.surface_body]);
+      contact.sight =
+          watch(f.knob, run.poses[f.knob_body], run.surfaces[f.surface], contact.facet, run.poses[f.surface_body]);
       contact.u = now.u(run.hits[i]);
       pressing = real::max(pressing, -normal_acceleration(run, contact, run.dydt.data()));
     }
@@ -386,7 +397,8 @@ template <class S> bool resolve_impacts(EventRun<S>& run, S t_s) {
     all_impacts(now);
     store_velocities(run);
   }
-  for (const Pending<S>& made : run.pending) report_event(run, EventKind::impact, run.pairs[made.pair], made.sight, made.knob_is_a, made.impulse, t_s);
+  for (const Pending<S>& made : run.pending)
+    report_event(run, EventKind::impact, run.pairs[made.pair], made.sight, made.knob_is_a, made.impulse, t_s);
   drop_kicked(run, run.slip_round_off());
   if (!review_contacts(run, t_s, true)) return false;
   for (std::size_t i = 0; i < run.pending.size(); ++i) {
@@ -397,11 +409,12 @@ template <class S> bool resolve_impacts(EventRun<S>& run, S t_s) {
     const bool lasts = std::any_of(run.contacts.begin(), run.contacts.end(), [&](const Contact<S>& contact) {
       return run.features[contact.feature].pair == made.pair;
     });
-    const bool was = std::any_of(run.contacts_before.begin(), run.contacts_before.end(), [&](const Contact<S>& contact) {
-      return run.features[contact.feature].pair == made.pair;
-    });
+    const bool was =
+        std::any_of(run.contacts_before.begin(), run.contacts_before.end(),
+                    [&](const Contact<S>& contact) { return run.features[contact.feature].pair == made.pair; });
     if (!again && lasts && !was)
-      report_event(run, EventKind::rest, pair, made.sight, made.knob_is_a, Impulse<S>{}, t_s + (pair.ends ? pair.tail_s : S(0)));
+      report_event(run, EventKind::rest, pair, made.sight, made.knob_is_a, Impulse<S>{},
+                   t_s + (pair.ends ? pair.tail_s : S(0)));
   }
   for (const Pending<S>& made : run.pending) run.pairs[made.pair].ends = false;
   project_contacts(run, run.y.data());

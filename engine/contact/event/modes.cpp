@@ -44,7 +44,9 @@ template <class S> Standing standing_of(const EventRun<S>& run, int pair) {
     if (contact.mode == Mode::slips && !contact.waits) return Standing::slips;
     if (contact.mode == Mode::smooth) standing = Standing::smooth;
     else if (standing != Standing::rolls)
-      standing = norm(across(contact.w, contact.sight.normal)) > run.slip_round_off() / run.pairs[pair].reach ? Standing::rolls : Standing::sticks;
+      standing = norm(across(contact.w, contact.sight.normal)) > run.slip_round_off() / run.pairs[pair].reach
+                     ? Standing::rolls
+                     : Standing::sticks;
   }
   return standing;
 }
@@ -86,7 +88,8 @@ template <class S> void list_bodies(EventRun<S>& run) {
   run.contact_bodies.clear();
   for (const Contact<S>& contact : run.contacts)
     for (const int body : {run.features[contact.feature].knob_body, run.features[contact.feature].surface_body})
-      if (run.model.offset(body) >= 0 && std::find(run.contact_bodies.begin(), run.contact_bodies.end(), body) == run.contact_bodies.end())
+      if (run.model.offset(body) >= 0 &&
+          std::find(run.contact_bodies.begin(), run.contact_bodies.end(), body) == run.contact_bodies.end())
         run.contact_bodies.push_back(body);
 }
 
@@ -130,7 +133,8 @@ template <class S> void forget_who_gave_way(EventRun<S>& run) {
 }
 
 template <class S> void count_carrying(EventRun<S>& run) {
-  run.carrying = static_cast<int>(std::count_if(run.contacts.begin(), run.contacts.end(), [](const Contact<S>& c) { return c.carries; }));
+  run.carrying = static_cast<int>(
+      std::count_if(run.contacts.begin(), run.contacts.end(), [](const Contact<S>& c) { return c.carries; }));
 }
 
 // Do the forces of the linear solve, all contacts carrying and what has no slip holding, obey the laws as they are?
@@ -280,7 +284,8 @@ template <class S> void drop_leaving(EventRun<S>& run, S tiny_acceleration) {
   });
 }
 
-template <class S> void report_change(EventRun<S>& run, const Contact<S>& contact, Standing before, Standing now, S t_s) {
+template <class S>
+void report_change(EventRun<S>& run, const Contact<S>& contact, Standing before, Standing now, S t_s) {
   if (before == now || before == Standing::apart) return;
   const Feature<S>& feature = run.features[contact.feature];
   const ShapePair<S>& pair = run.pairs[feature.pair];
@@ -295,8 +300,8 @@ template <class S> void report_change(EventRun<S>& run, const Contact<S>& contac
 }  // namespace
 
 template <class S>
-void report_event(const EventRun<S>& run, EventKind kind, const ShapePair<S>& pair, const Sight<S>& sight, bool knob_is_a,
-                  const Impulse<S>& impulse, S t_s) {
+void report_event(const EventRun<S>& run, EventKind kind, const ShapePair<S>& pair, const Sight<S>& sight,
+                  bool knob_is_a, const Impulse<S>& impulse, S t_s) {
   if (!run.observer || !run.observer->event) return;
   const Vec3<S> normal = knob_is_a ? -sight.normal : sight.normal, x = sight.x - (sight.gap / S(2)) * sight.normal;
   Event event;
@@ -368,7 +373,8 @@ template <class S> bool review_contacts(EventRun<S>& run, S t_s, bool report) {
   if (!report) return true;
   for (std::size_t i = 0; i < old.size(); ++i) {
     const int pair = run.features[old[i].feature].pair;
-    if (i > 0 && run.features[old[i - 1].feature].pair == pair) continue;  // one event a pair; its contacts stand together
+    if (i > 0 && run.features[old[i - 1].feature].pair == pair)
+      continue;  // one event a pair; its contacts stand together
     report_change(run, old[i], static_cast<Standing>(standing[i]), standing_of(run, pair), t_s);
   }
   return true;

@@ -9,13 +9,15 @@ namespace atwood::event {
 namespace {
 
 const char* shape_name(const Shape& shape) {
-  constexpr const char* names[] = {"point", "sphere", "plane", "rectangle", "box", "capsule", "cylinder", "convex", "mesh", "compound"};
+  constexpr const char* names[] = {"point",   "sphere",   "plane",  "rectangle", "box",
+                                   "capsule", "cylinder", "convex", "mesh",      "compound"};
   return names[shape.index()];
 }
 
 template <class S> Knob<S> corner(const Vec3<S>& at_B) { return {at_B, S(0), false, false, {}}; }
 
-template <class S> void box_corners(const Real3& half, const Vec3<S>& p, const Quat<S>& q, std::vector<Knob<S>>& knobs) {
+template <class S>
+void box_corners(const Real3& half, const Vec3<S>& p, const Quat<S>& q, std::vector<Knob<S>>& knobs) {
   for (int i = 0; i < 8; ++i) {
     const Vec3<S> at{S(i & 1 ? half[0] : -half[0]), S(i & 2 ? half[1] : -half[1]), S(i & 4 ? half[2] : -half[2])};
     knobs.push_back(corner(p + rotate(q, at)));
@@ -23,7 +25,8 @@ template <class S> void box_corners(const Real3& half, const Vec3<S>& p, const Q
 }
 
 template <class S> void ball_ends(double radius_m, double half_length_m, std::vector<Knob<S>>& knobs) {
-  for (const double z : {-half_length_m, half_length_m}) knobs.push_back({{S(0), S(0), S(z)}, S(radius_m), false, z == 0, {}});
+  for (const double z : {-half_length_m, half_length_m})
+    knobs.push_back({{S(0), S(0), S(z)}, S(radius_m), false, z == 0, {}});
 }
 
 // What may touch a plane: whatever lies outermost in some direction.
@@ -33,7 +36,8 @@ template <class S> std::vector<Knob<S>> knobs_for_planes(const Shape& shape) {
   if (const auto* box = std::get_if<Box>(&shape)) box_corners<S>(box->half_extents_m, {}, {}, knobs);
   if (const auto* sheet = std::get_if<Rectangle>(&shape)) {
     for (int i = 0; i < 4; ++i)
-      knobs.push_back(corner(Vec3<S>{S(i & 1 ? 1 : -1) * S(sheet->half_extents_m[0]), S(i & 2 ? 1 : -1) * S(sheet->half_extents_m[1]), S(0)}));
+      knobs.push_back(corner(Vec3<S>{S(i & 1 ? 1 : -1) * S(sheet->half_extents_m[0]),
+                                     S(i & 2 ? 1 : -1) * S(sheet->half_extents_m[1]), S(0)}));
   }
   if (const auto* capsule = std::get_if<Capsule>(&shape)) ball_ends(capsule->radius_m, capsule->half_length_m, knobs);
   if (const auto* cylinder = std::get_if<Cylinder>(&shape))
@@ -116,8 +120,9 @@ template <class S> S bounding_radius(const Shape& shape) {
 struct Builder {
   const Scene& scene;
 
-  template <class S> void add(EventRun<S>& run, ShapePair<S>& pair, int index, int knob_body, int surface_body, std::vector<Knob<S>> knobs,
-                              Surface<S> surface) const {
+  template <class S>
+  void add(EventRun<S>& run, ShapePair<S>& pair, int index, int knob_body, int surface_body, std::vector<Knob<S>> knobs,
+           Surface<S> surface) const {
     run.surfaces.push_back(std::move(surface));
     for (const Knob<S>& knob : knobs) {
       Feature<S> feature;
@@ -151,8 +156,10 @@ struct Builder {
       add(run, pair, index, knob_body, surface_body, knobs_for_planes<S>(k), std::move(surface));
       return true;
     }
-    const bool sheet = std::holds_alternative<Rectangle>(s), flat = std::holds_alternative<Mesh>(s) && is_flat(mesh_surface<S>(std::get<Mesh>(s)));
-    const bool corners = std::holds_alternative<Box>(k) || std::holds_alternative<Convex>(k) || std::holds_alternative<Capsule>(k);
+    const bool sheet = std::holds_alternative<Rectangle>(s),
+               flat = std::holds_alternative<Mesh>(s) && is_flat(mesh_surface<S>(std::get<Mesh>(s)));
+    const bool corners =
+        std::holds_alternative<Box>(k) || std::holds_alternative<Convex>(k) || std::holds_alternative<Capsule>(k);
     if (corners && (sheet || flat) && surface_for_balls(s, surface)) {
       pair.past_the_end = std::string("atwood's +event has no contact of ") + shape_name(k) + " `" +
                           scene.bodies[knob_body].name + "` with the end of " + shape_name(s) + " `" +
@@ -200,8 +207,8 @@ template <class S> void find_pairs(EventRun<S>& run, const Scene& scene) {
       pair.first = static_cast<int>(run.features.size());
       const int index = static_cast<int>(run.pairs.size());
       if (!builder.meet(run, pair, index, b, a) && !builder.meet(run, pair, index, a, b))
-        pair.refused = std::string("atwood's +event has no contact between ") + shape_name(body_a.shape) + " `" + body_a.name + "` and " +
-                       shape_name(body_b.shape) + " `" + body_b.name + "`";
+        pair.refused = std::string("atwood's +event has no contact between ") + shape_name(body_a.shape) + " `" +
+                       body_a.name + "` and " + shape_name(body_b.shape) + " `" + body_b.name + "`";
       run.pairs.push_back(std::move(pair));
     }
 }

@@ -108,7 +108,8 @@ template <class S> void put_rows(EventRun<S>& run, const Contact<S>& contact) {
     put_row(run, place, none, contact.tangent[i], none, contact.tangent[i], *row++);
 }
 
-template <class S> void make_room(EventRun<S>& run) {  // in the step in which contacts appear: enough for a few boxes at once
+template <class S>
+void make_room(EventRun<S>& run) {  // in the step in which contacts appear: enough for a few boxes at once
   if (run.unknown.size() >= static_cast<std::size_t>(run.row_count)) return;
   const auto size = static_cast<std::size_t>(std::max(run.row_count, 48));
   run.matrix.resize(size * size);

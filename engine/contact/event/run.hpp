@@ -132,7 +132,8 @@ template <class S> struct EventRun {
   std::unique_ptr<Stepper<S>> substitute;  // for lasting contacts, where the method asks for no rates
   std::unique_ptr<Stepper<S>> fine;        // for slip that turns as it ends
   bool slip_ends = false;                  // such are the steps now
-  FreeFlight<S>* free_flight = nullptr;    // the stepper's equal steps, bit for bit, while no contact carries; may be null
+  FreeFlight<S>* free_flight =
+      nullptr;  // the stepper's equal steps, bit for bit, while no contact carries; may be null
   std::vector<ShapePair<S>> pairs;
   std::vector<Feature<S>> features;
   std::vector<Surface<S>> surfaces;
@@ -246,8 +247,8 @@ template <class S>
 S effect_of_load(const EventRun<S>& run, const Contact<S>& contact, const Vec3<S>& on, const Vec3<S>& on_couple,
                  const Vec3<S>& force, const Vec3<S>& couple);
 
-// ---- facets.cpp: does the contact's surface end? How far its knob is from leaving the facet it is on (poses are current); the
-// facet that it leaves for, or false: no contact is known there.
+// ---- facets.cpp: does the contact's surface end? How far its knob is from leaving the facet it is on (poses are
+// current); the facet that it leaves for, or false: no contact is known there.
 template <class S> bool has_ends(const EventRun<S>& run, const Contact<S>& contact);
 template <class S> S within_facet(const EventRun<S>& run, Contact<S>& contact);
 template <class S> bool leave_facet(EventRun<S>& run, Contact<S>& contact);
@@ -273,8 +274,9 @@ template <class S> void solve_rows(EventRun<S>& run, bool redundant, bool keep_f
 // direction becomes slip_direction.
 template <class S> void settle_forces(EventRun<S>& run, const S* free_dydt, S rate_per_s);
 
-// ---- slip.cpp: of what slips, with the rates at run.y in run.dydt. Does its direction, or a spin that has a say in it, turn
-// within that time; does it move already; does it hardly change its speed, friction and what drives it in balance?
+// ---- slip.cpp: of what slips, with the rates at run.y in run.dydt. Does its direction, or a spin that has a say in
+// it, turn within that time; does it move already; does it hardly change its speed, friction and what drives it in
+// balance?
 struct SlipTurn { bool turns = false, moves = false, slow = false; };
 template <class S> SlipTurn slip_turn(const EventRun<S>& run, S within_s);
 

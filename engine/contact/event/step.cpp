@@ -76,8 +76,9 @@ template <class S> bool slip_sets_in(EventRun<S>& run, S t_s) {
 }
 
 // The slip of a body that is stopped, or turned round, turns ever faster the slower it is: about speed / braking is
-// left for that. In fixed parts of this time such a slip is smooth, down to round-off, and a fixed number of parts takes a
-// fixed part of its speed: few enough for a method of order 8. Slip that keeps its direction needs none of this.
+// left for that. In fixed parts of this time such a slip is smooth, down to round-off, and a fixed number of parts
+// takes a fixed part of its speed: few enough for a method of order 8. Slip that keeps its direction needs none of
+// this.
 template <class S> S step_with_slip(EventRun<S>& run, S t_s, S h_s, S left_s) {
   const auto keep_directions = [&](bool keep) {
     for (Contact<S>& contact : run.contacts) contact.sets_in = keep || starts_from_rest(run, contact);

@@ -1,7 +1,8 @@
 // All contacts of an island at once: Newton's method on the contact law with its round cone.
 //
 // Impulses l = (n, t, s) of every point in its own frame, relative velocities u = W l + q with W = J M^-1 J^T. The law
-//   0 <= l_n  _|_  u_n + closing >= 0,    |l_ts| <= mu l_n, friction straight against the slip, on the cone where there is slip
+//   0 <= l_n  _|_  u_n + closing >= 0,    |l_ts| <= mu l_n, friction straight against the slip, on the cone where there
+//   is slip
 // is F(l) = 0 with a step r of each row's own size (Alart and Curnier, Comput. Methods Appl. Mech. Eng. 92 (1991) 353):
 //   z = l - r (u + closing),   F_n = l_n - max(0, z_n),   F_ts = l_ts - project(z_ts, disc of radius mu max(0, z_n)).
 // W is singular where a body stands on more points than it needs; Newton's matrix takes W + eps diag(W) instead, F does
@@ -15,8 +16,8 @@
 namespace atwood::stepping {
 namespace {
 
-// A direct solve costs as the cube of the points, so that what moves by more of them is swept unless asked otherwise. What
-// rests is solved once and then stands.
+// A direct solve costs as the cube of the points, so that what moves by more of them is swept unless asked otherwise.
+// What rests is solved once and then stands.
 constexpr int points_worth_it = 32;
 
 constexpr int most_rounds = 20, sweeps_between = 8, halvings = 6;
@@ -310,7 +311,8 @@ template <class S> bool solve_directly(World<S>& world, bool rests) {
   DirectSolver<S>& d = world.direct;
   const std::size_t pairs = world.ball_pairs.size() + world.plane_pairs.size() + world.manifolds.size();
   const bool automatic = world.options.solver == Solver::automatic;
-  const int most = automatic && !rests ? std::min(world.options.direct_points, points_worth_it) : world.options.direct_points;
+  const int most =
+      automatic && !rests ? std::min(world.options.direct_points, points_worth_it) : world.options.direct_points;
   if (automatic && pairs > 4 * static_cast<std::size_t>(most)) return false;
   for (const bool all : {false, true}) {
     build_islands(world, d, all);

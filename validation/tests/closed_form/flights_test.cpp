@@ -49,8 +49,8 @@ Vec3 to_nearest(const Scene& scene, const std::vector<Moving>& now, int ball, in
   return turned(q, plus(nearest, -1, local));
 }
 
-// The impulse that turns the contact point's velocity u into its end: K J = u_end - u with K = sum of (1/m) 1 - [r] I^-1 [r],
-// for balls K = (1/m) n n^T + (1/m + r^2/I) (1 - n n^T).
+// The impulse that turns the contact point's velocity u into its end: K J = u_end - u with K = sum of (1/m) 1 - [r]
+// I^-1 [r], for balls K = (1/m) n n^T + (1/m + r^2/I) (1 - n n^T).
 void strike(const Scene& scene, std::vector<Moving>& now, int a, int b, const Vec3& n) {
   Vec3 u{};
   double k_n = 0, k_t = 0;
@@ -121,10 +121,16 @@ double kinetic(const Scene& scene, const Sample& s) {
 
 TEST_CASE("Balls in flight end where a march in small steps ends: slopes, a thin wall, rows apart, rough spheres") {
   struct Case { const char* id; double tolerance; int impacts; };  // the march strikes a step late, at each impact
-  for (const Case& given_case : {Case{"slopes", 2e-3, 23}, {"bullet-through-paper", 1e-3, 1}, {"cradle-apart-1", 1e-4, 4},
-                                 {"cradle-apart-2", 1e-4, 6}, {"cradle-apart-3", 1e-4, 6}, {"cradle-unequal-apart", 1e-4, 9},
-                                 {"oblique-rough-spin", 1e-4, 1}, {"oblique-rough-roll", 1e-4, 1},
-                                 {"oblique-rough-graze", 1e-3, 1}, {"oblique-rough-dead", 1e-4, 1}}) {
+  for (const Case& given_case : {Case{"slopes", 2e-3, 23},
+                                 {"bullet-through-paper", 1e-3, 1},
+                                 {"cradle-apart-1", 1e-4, 4},
+                                 {"cradle-apart-2", 1e-4, 6},
+                                 {"cradle-apart-3", 1e-4, 6},
+                                 {"cradle-unequal-apart", 1e-4, 9},
+                                 {"oblique-rough-spin", 1e-4, 1},
+                                 {"oblique-rough-roll", 1e-4, 1},
+                                 {"oblique-rough-graze", 1e-3, 1},
+                                 {"oblique-rough-dead", 1e-4, 1}}) {
     Scenario given = catalogued(given_case.id);
     given.truth.solution = "ball-flights";
     const Truth truth = closed_form_truth(given, given.samples);
@@ -179,7 +185,8 @@ TEST_CASE("A ball that bounces on a plane: the walk agrees with the geometric se
   REQUIRE(walk.events.size() == series.events.size());
   for (std::size_t k = 0; k < walk.events.size(); ++k)
     CHECK(static_cast<double>(fabsq(walk.events[k].t_s - series.events[k].t_s)) < 1e-30);
-  CHECK(static_cast<double>(fabsq(walk.values.back().bodies[0].p_m[2] - series.values.back().bodies[0].p_m[2])) < 1e-29);
+  CHECK(static_cast<double>(fabsq(walk.values.back().bodies[0].p_m[2] - series.values.back().bodies[0].p_m[2])) <
+        1e-29);
   given.t_end_s = 5;  // it comes to rest
   CHECK_THAT(closed_form_truth(given, 60).outcome.reason, Catch::Contains("rest"));
 }

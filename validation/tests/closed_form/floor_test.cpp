@@ -85,8 +85,8 @@ void require_march(const Scenario& given) {
 
 TEST_CASE("On a floor: every scene of the catalogue ends where small steps with Coulomb's cone end") {
   for (const char* id : {"slide-3", "slide-10", "slide-20", "slide-30", "slide-40", "stop-distance", "stop-distance-0",
-                         "stop-distance-30", "stop-distance-45", "stop-distance-60", "roll", "roll-hollow", "roll-cylinder",
-                         "roll-slip", "slip-to-roll", "slip-to-roll-backspin"})
+                         "stop-distance-30", "stop-distance-45", "stop-distance-60", "roll", "roll-hollow",
+                         "roll-cylinder", "roll-slip", "slip-to-roll", "slip-to-roll-backspin"})
     require_march(catalogued(id));
 }
 
@@ -141,11 +141,12 @@ TEST_CASE("Down a slope: what slides, what sticks; what rolls, what slips") {
       CHECK(std::sqrt(along(v, v)) == Approx(a * given.t_end_s).margin(1e-14));
     }
   }
-  // Power of gravity goes into both kinds of kinetic energy of what rolls, and no torque acts about the line of contact:
-  // m g sin r t = (I + m r^2) w.
+  // Power of gravity goes into both kinds of kinetic energy of what rolls, and no torque acts about the line of
+  // contact: m g sin r t = (I + m r^2) w.
   for (const auto& [id, share] : {std::pair{"roll", 5.0 / 7}, {"roll-hollow", 3.0 / 5}, {"roll-cylinder", 2.0 / 3}}) {
     const Truth truth = closed_form_truth(catalogued(id), 60);
-    const Vec3 v = narrow(truth.values.back().bodies[0].v_m_per_s), w = narrow(truth.values.back().bodies[0].w_rad_per_s);
+    const Vec3 v = narrow(truth.values.back().bodies[0].v_m_per_s),
+               w = narrow(truth.values.back().bodies[0].w_rad_per_s);
     CHECK(std::sqrt(along(v, v)) == Approx(share * 9.81 / 2).epsilon(1e-14));
     CHECK(std::sqrt(along(w, w)) == Approx(share * 9.81 / 2 / 0.125).epsilon(1e-14));
     CHECK(truth.events.empty());
@@ -165,11 +166,13 @@ TEST_CASE("A sliding ball rolls from 2 v0 / (7 mu g) on; angular momentum about 
     const double w0 = given.scene.bodies[0].angular_velocity_body_rad_per_s[1], slip0 = v0 - r * w0;
     CHECK(static_cast<double>(truth.events[0].t_s) == Approx(2 * slip0 / (7 * 0.3 * 9.81)).epsilon(1e-14));
     for (const Sample& s : truth.values) {
-      const double v = static_cast<double>(s.bodies[0].v_m_per_s[0]), spin = static_cast<double>(s.bodies[0].w_rad_per_s[1]);
+      const double v = static_cast<double>(s.bodies[0].v_m_per_s[0]),
+                   spin = static_cast<double>(s.bodies[0].w_rad_per_s[1]);
       CHECK(v + 0.4 * r * spin == Approx(v0 + 0.4 * r * w0).epsilon(1e-14));
       if (s.t_s > truth.events[0].t_s) CHECK(v == Approx(r * spin).epsilon(1e-14));
     }
-    CHECK(static_cast<double>(truth.values.back().bodies[0].v_m_per_s[0]) == Approx((5 * v0 + 2 * r * w0) / 7).epsilon(1e-14));
+    CHECK(static_cast<double>(truth.values.back().bodies[0].v_m_per_s[0]) ==
+          Approx((5 * v0 + 2 * r * w0) / 7).epsilon(1e-14));
   }
 }
 
@@ -203,7 +206,8 @@ TEST_CASE("A flat mesh is a plane as far as it goes") {
     INFO(mesh.outcome.reason);
     REQUIRE(mesh.outcome.status == Status::ok);
     given.t_end_s = 6;
-    if (given.id == "mesh-floor-roll") CHECK_THAT(closed_form_truth(given, 90).outcome.reason, Catch::Contains("over the rim"));
+    if (given.id == "mesh-floor-roll")
+      CHECK_THAT(closed_form_truth(given, 90).outcome.reason, Catch::Contains("over the rim"));
     given.t_end_s = 1.5;
     given.scene.bodies[0].position_m[0] = 6;
     CHECK_THAT(closed_form_truth(given, 90).outcome.reason, Catch::Contains("over the rim"));

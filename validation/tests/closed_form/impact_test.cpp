@@ -12,7 +12,8 @@ Scenario bouncing(double e, double t_end_s, double height_m) {
   Scenario given = scenario("bounce", t_end_s);
   given.scene.gravity_m_per_s2 = {0, 0, -9.81};
   given.scene.pairs[0].restitution = e;
-  given.scene.bodies = {point("ground", 0, {0, 0, 0}, {0, 0, 0}), ball("ball", 0.5, 0.125, {0, 0, 0.125 + height_m}, {0, 0, 0})};
+  given.scene.bodies = {point("ground", 0, {0, 0, 0}, {0, 0, 0}),
+                        ball("ball", 0.5, 0.125, {0, 0, 0.125 + height_m}, {0, 0, 0})};
   given.scene.bodies[0].shape = Plane{{0, 0, 2}, 0};  // n . x = 0, whatever n's length
   given.scene.bodies[0].fixed = true;
   return given;
@@ -75,7 +76,8 @@ TEST_CASE("e = 0 rests at once, e = 1 never, a tilted plane lets the ball slide 
   REQUIRE(slides.outcome.reason == "");
   const BodySample& end = slides.values.back().bodies[1];
   // At rest against the plane: the centre is a radius from it, the speed along it is g sin(angle) t.
-  CHECK(apart((Wide(0.6) * end.p_m[0] + Wide(0.8) * end.p_m[2]) / sqrtq(Wide(0.6) * 0.6 + Wide(0.8) * 0.8), 0.125) < 1e-30);
+  CHECK(apart((Wide(0.6) * end.p_m[0] + Wide(0.8) * end.p_m[2]) / sqrtq(Wide(0.6) * 0.6 + Wide(0.8) * 0.8), 0.125) <
+        1e-30);
   CHECK(static_cast<double>(sqrtq(end.v_m_per_s[0] * end.v_m_per_s[0] + end.v_m_per_s[2] * end.v_m_per_s[2])) ==
         Approx(9.81 * 0.6 * 4).epsilon(1e-14));
 }
@@ -84,7 +86,8 @@ TEST_CASE("Two spheres, oblique, unequal: momentum is kept, restitution holds al
   Scenario given = scenario("sphere-impact", 4);
   given.scene.gravity_m_per_s2 = {0, 0, -9.81};
   given.scene.pairs[0].restitution = 0.7;
-  given.scene.bodies = {ball("a", 1, 0.25, {0, 0.125, 0.1}, {0.5, 0, 0}), ball("b", 3, 0.5, {3, 0, 0}, {-1, 0.0625, 0})};
+  given.scene.bodies = {ball("a", 1, 0.25, {0, 0.125, 0.1}, {0.5, 0, 0}),
+                        ball("b", 3, 0.5, {3, 0, 0}, {-1, 0.0625, 0})};
   given.scene.bodies[0].angular_velocity_body_rad_per_s = {1, 2, 3};
   const Truth truth = closed_form_truth(given, 64);
   REQUIRE(truth.outcome.reason == "");

@@ -90,7 +90,8 @@ TEST_CASE("Penalty contacts end, and stand half way in, where small steps on the
 TEST_CASE("Restitution of the linear laws, and how long each touch lasts") {
   const double z = 0.2, w0 = 200, w_d = w0 * std::sqrt(1 - z * z);
   const auto realised = [](const Truth& truth) {
-    return static_cast<double>(-truth.values.back().bodies[0].v_m_per_s[0] / truth.values.front().bodies[0].v_m_per_s[0]);
+    return static_cast<double>(-truth.values.back().bodies[0].v_m_per_s[0] /
+                               truth.values.front().bodies[0].v_m_per_s[0]);
   };
   const auto lasts = [](const Truth& truth) { return static_cast<double>(truth.events[1].t_s - truth.events[0].t_s); };
   const Truth clamped = closed_form_truth(catalogued("penalty-linear"), 60);
@@ -103,7 +104,8 @@ TEST_CASE("Restitution of the linear laws, and how long each touch lasts") {
   const Truth hertz = closed_form_truth(catalogued("penalty-hertz"), 60);
   const double m = 0.75, v = 1.5, K = 4.0 / 3 * 5e5 * std::sqrt(0.125 * 0.25 / 0.375);
   const double deepest = std::pow(5 * m * v * v / (4 * K), 0.4);
-  CHECK(lasts(hertz) == Approx(0.8 * std::sqrt(M_PI) * std::tgamma(0.4) / std::tgamma(0.9) * deepest / v).epsilon(1e-13));
+  CHECK(lasts(hertz) ==
+        Approx(0.8 * std::sqrt(M_PI) * std::tgamma(0.4) / std::tgamma(0.9) * deepest / v).epsilon(1e-13));
   CHECK(static_cast<double>(hertz.values.back().bodies[0].v_m_per_s[0]) == Approx(1 - 2 * m * v).epsilon(1e-14));
   CHECK(static_cast<double>(hertz.values.back().bodies[1].v_m_per_s[0]) == Approx(-0.5 + 2 * m * v / 3).epsilon(1e-14));
   for (const Sample& bar : hertz.bars) CHECK(static_cast<double>(bar.bodies[0].p_m[0]) < 1e-28);

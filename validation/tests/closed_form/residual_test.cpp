@@ -39,12 +39,15 @@ TEST_CASE("Points in force fields solve their equations") {
   CHECK(residual_of("linear-drag", 2, {point("p", 0.7, {0, 1, 2}, {8, 3, 6})}, {faint}, down) < 1e-22);
 }
 
-TEST_CASE("Quadratic drag along gravity: dropped, thrown down too fast, and in wind; without gravity in any direction") {
+TEST_CASE(
+    "Quadratic drag along gravity: dropped, thrown down too fast, and in wind; without gravity in any direction") {
   const QuadraticDrag air{{0}, 1.2, 0.47, 0.05, {0, 0, 0}, 0}, draught{{0}, 1.2, 0.47, 0.05, {2, 0, 1}, 0};
   CHECK(residual_of("vertical-quadratic-drag", 3, {point("p", 0.2, {0, 0, 9}, {0, 0, 0})}, {air}, down) < 1e-20);
-  CHECK(residual_of("vertical-quadratic-drag", 3, {point("p", 0.2, {0, 0, 9}, {0, 0, -40})}, {air}, down, 4096) < 1e-20);
+  CHECK(residual_of("vertical-quadratic-drag", 3, {point("p", 0.2, {0, 0, 9}, {0, 0, -40})}, {air}, down, 4096) <
+        1e-20);
   CHECK(residual_of("vertical-quadratic-drag", 0.5, {point("p", 0.2, {0, 0, 9}, {2, 0, 9})}, {draught}, down) < 1e-18);
-  CHECK(residual_of("vertical-quadratic-drag", 3, {point("p", 0.2, {0, 0, 9}, {3, 4, -5})}, {draught}, {0, 0, 0}) < 1e-18);
+  CHECK(residual_of("vertical-quadratic-drag", 3, {point("p", 0.2, {0, 0, 9}, {3, 4, -5})}, {draught}, {0, 0, 0}) <
+        1e-18);
   // Thrown up it turns: |u| u has a kink in its second derivative there, so the two sides are differentiated apart.
   Scenario up = scenario("vertical-quadratic-drag", 3);
   up.scene.bodies = {point("p", 0.2, {0, 0, 9}, {0, 0, 15})};
@@ -60,7 +63,8 @@ TEST_CASE("Quadratic drag along gravity: dropped, thrown down too fast, and in w
   after.scene.bodies[0].velocity_m_per_s[2] = static_cast<double>(from.v_m_per_s[2]);
   after.t_end_s = 3 * 1024 / 4096.0;
   const Truth rest = closed_form_truth(after, 1024);
-  CHECK(static_cast<double>(fabsq(rest.values[1024].bodies[0].p_m[2] - whole.values[turn + 1025].bodies[0].p_m[2])) < 1e-14);
+  CHECK(static_cast<double>(fabsq(rest.values[1024].bodies[0].p_m[2] - whole.values[turn + 1025].bodies[0].p_m[2])) <
+        1e-14);
   Scenario before = up;
   before.t_end_s = 3.0 * static_cast<double>(turn - 1) / 4096;
   CHECK(residual(before, 2048) < 1e-18);
@@ -88,7 +92,7 @@ TEST_CASE("Conics: circle, near circle, long ellipse, parabola, hyperbola, in th
   CHECK(residual_of("kepler", 5, {point("p", 1, {1.25, 0, -1}, {0, 1, 1})}, {sun}, {0, 0, 0}) < 1e-20);         // e = 0
   CHECK(residual_of("kepler", 5, {point("p", 1, {1.25, 0, -1}, {1e-9, 1, 1})}, {sun}, {0, 0, 0}) < 1e-20);
   CHECK(residual_of("kepler", 1, {point("p", 1, {1.25, 0.5, -1}, {0.2, 0.5, 0.25})}, {sun}, {0, 0, 0}, 8192) < 1e-16);
-  CHECK(residual_of("kepler", 5, {point("p", 1, {1.25, 0, -1}, {0, 2, 0})}, {sun}, {0, 0, 0}, 2048) < 1e-20);      // e = 1
+  CHECK(residual_of("kepler", 5, {point("p", 1, {1.25, 0, -1}, {0, 2, 0})}, {sun}, {0, 0, 0}, 2048) < 1e-20);  // e = 1
   CHECK(residual_of("kepler", 5, {point("p", 1, {1.25, 0, -1}, {-1, 3, 1})}, {sun}, {0, 0, 0}, 4096) < 1e-18);
   CHECK(residual_of("kepler", 100, {point("p", 1, {1.25, 0, -1}, {0, 1, 1})}, {sun}, {0, 0, 0}, 32768) < 1e-20);
   const std::vector<Body> pair{point("a", 3, {0, 0, 0}, {0.1, 0, 0.2}), point("b", 1, {1, 0.5, 0}, {0, 1.5, 0.5})};

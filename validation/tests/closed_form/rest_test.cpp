@@ -15,8 +15,10 @@ Scenario catalogued(const std::string& id) {
 
 Body cube(const std::string& name, Real3 half, Real3 p) {
   const double m = 2;
-  Body made = solid(name, m, {m / 3 * (half[1] * half[1] + half[2] * half[2]), m / 3 * (half[2] * half[2] + half[0] * half[0]),
-                              m / 3 * (half[0] * half[0] + half[1] * half[1])}, {0, 0, 0});
+  Body made = solid(name, m,
+                    {m / 3 * (half[1] * half[1] + half[2] * half[2]), m / 3 * (half[2] * half[2] + half[0] * half[0]),
+                     m / 3 * (half[0] * half[0] + half[1] * half[1])},
+                    {0, 0, 0});
   made.shape = Box{half};
   made.position_m = p;
   return made;
@@ -48,7 +50,8 @@ TEST_CASE("Stacks, walls and houses of cards of the catalogue stand still") {
     INFO(id << ": " << truth.outcome.reason);
     REQUIRE(truth.outcome.status == Status::ok);
     for (std::size_t i = 0; i < given.scene.bodies.size(); ++i) {
-      for (int k = 0; k < 3; ++k) CHECK(truth.values.back().bodies[i].p_m[k] == Wide(given.scene.bodies[i].position_m[k]));
+      for (int k = 0; k < 3; ++k)
+        CHECK(truth.values.back().bodies[i].p_m[k] == Wide(given.scene.bodies[i].position_m[k]));
       CHECK(truth.values.back().bodies[i].v_m_per_s == std::array<Wide, 3>{});
       CHECK(static_cast<double>(truth.bars.back().bodies[i].p_m[0]) < 1e-14);
     }
@@ -56,8 +59,8 @@ TEST_CASE("Stacks, walls and houses of cards of the catalogue stand still") {
 }
 
 TEST_CASE("The house of cards falls where friction is below tan t - d / L") {
-  // The feet of the lowest cards need H over the whole weight they bear: (W / 2 + P) (tan t - d / L) over W + P, and the
-  // joint above needs at most tan t = 0.268. Below half of 0.228 no foot holds.
+  // The feet of the lowest cards need H over the whole weight they bear: (W / 2 + P) (tan t - d / L) over W + P, and
+  // the joint above needs at most tan t = 0.268. Below half of 0.228 no foot holds.
   Scenario given = catalogued("card-house");
   for (PairLaw& law : given.scene.pairs) law.friction = 0.11;
   CHECK_THAT(why(given), Catch::Contains("no contact forces were found that hold"));

@@ -70,7 +70,8 @@ Struck sum_of_blows(const Scene& scene, const Event& hit, int blows) {
 
 }  // namespace
 
-TEST_CASE("A struck rod: momenta stay, each body's angular momentum about the touch stays, feet part at e their approach") {
+TEST_CASE(
+    "A struck rod: momenta stay, each body's angular momentum about the touch stays, feet part at e their approach") {
   struct Case { const char* id; double mu, v_z, z; };
   for (const Case& c : {Case{"struck-rod", 0, 0, 0.35}, {"struck-rod", 0, 1, -0.2}, {"struck-rod-box", 0, 0, 0.375},
                         {"struck-rod-rough", 0.25, 1.5, 0.05}, {"struck-rod-rough", 3, 1.5, 0.05},
@@ -94,12 +95,14 @@ TEST_CASE("A struck rod: momenta stay, each body's angular momentum about the to
     Vec3 momentum{}, feet{};
     for (int i = 0; i < 2; ++i) {
       const Body& body = given.scene.bodies[i];
-      const Vec3 v = narrow(truth.values.back().bodies[i].v_m_per_s), w = narrow(truth.values.back().bodies[i].w_rad_per_s);
+      const Vec3 v = narrow(truth.values.back().bodies[i].v_m_per_s),
+                 w = narrow(truth.values.back().bodies[i].w_rad_per_s);
       CHECK(length(plus(v, -1, near.v[i])) < 1e-3);
       CHECK(length(plus(w, -1, near.w[i])) < 3e-2);
       const Vec3 arm = plus(x, -1, plus(body.position_m, static_cast<double>(hit.t_s), body.velocity_m_per_s));
       const Vec3 change = plus(v, -1, body.velocity_m_per_s), moment = times(arm, change);
-      for (int k = 0; k < 3; ++k) CHECK(body.inertia_kg_m2[4 * k] * w[k] == Approx(body.mass_kg * moment[k]).margin(1e-14));
+      for (int k = 0; k < 3; ++k)
+        CHECK(body.inertia_kg_m2[4 * k] * w[k] == Approx(body.mass_kg * moment[k]).margin(1e-14));
       momentum = plus(momentum, body.mass_kg, change);
       feet = plus(feet, i == 0 ? -1 : 1, plus(v, 1, times(w, arm)));
       if (i == 1) {
@@ -119,13 +122,15 @@ TEST_CASE("A rod struck out of its planes of symmetry, or that comes round to st
   given.scene.bodies[1].position_m = {-1.5, 0.1, 0.375};
   CHECK_THAT(closed_form_truth(given, 60).outcome.reason, Catch::Contains("tumbles"));
   given = catalogued("struck-rod");
-  given.scene.bodies[1].position_m[2] = 0.387;  // the ball keeps up with the bat's centre, and its other end comes round
+  given.scene.bodies[1].position_m[2] =
+      0.387;  // the ball keeps up with the bat's centre, and its other end comes round
   given.scene.bodies[1].mass_kg = 0.3;
   for (int k = 0; k < 9; k += 4) given.scene.bodies[1].inertia_kg_m2[k] = 0.4 * 0.3 * 0.0375 * 0.0375;
   CHECK_THAT(closed_form_truth(given, 60).outcome.reason, Catch::Contains("strike the ball again"));
 }
 
-TEST_CASE("The pushed slab: 0.7385 and 0.211 m/s^2 along the push; momentum, the balls' spin, and where it stands or slips") {
+TEST_CASE(
+    "The pushed slab: 0.7385 and 0.211 m/s^2 along the push; momentum, the balls' spin, and where it stands or slips") {
   for (const char* id : {"friction-cone-0", "friction-cone-60"}) {
     const Scenario given = catalogued(id);
     const Truth truth = closed_form_truth(given, 60);
@@ -138,8 +143,8 @@ TEST_CASE("The pushed slab: 0.7385 and 0.211 m/s^2 along the push; momentum, the
     CHECK(along(ball, e) / 4 == Approx(0.211).epsilon(1e-12));
     CHECK(length(times(slab, e)) < 1e-14);
     CHECK(length(times(ball, e)) < 1e-14);
-    // Nothing but the push and the ground's friction acts from outside; no torque about a line on the deck acts on a ball:
-    // m r v = -I w; and its foot goes with the deck.
+    // Nothing but the push and the ground's friction acts from outside; no torque about a line on the deck acts on a
+    // ball: m r v = -I w; and its foot goes with the deck.
     CHECK(10 * along(slab, e) + 25 * along(ball, e) == Approx((150 - 0.4 * 35 * 9.81) * 4).epsilon(1e-12));
     const Vec3 w = narrow(end.bodies[1].w_rad_per_s), foot = plus(ball, 1, times(w, {0, 0, -0.25}));
     // (the balls turn about one axis alone, which is the same in body axes)

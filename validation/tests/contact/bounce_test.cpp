@@ -53,7 +53,8 @@ double height_at(double h, double e, double t) {
 TEST_CASE("five apexes of rk4+event to 1e-12 from any clearance") {
   for (const double clearance : {1e-3, 0.0137, 0.1, 0.5, 1.0, 3.21}) {
     const double e = 0.8;
-    const double t_end = std::sqrt(2 * clearance / g) * (1 + 2 * (e + std::pow(e, 2) + std::pow(e, 3) + std::pow(e, 4) + std::pow(e, 5)));
+    const double t_end = std::sqrt(2 * clearance / g) *
+                         (1 + 2 * (e + std::pow(e, 2) + std::pow(e, 3) + std::pow(e, 4) + std::pow(e, 5)));
     const auto steps = static_cast<std::int64_t>(std::ceil(t_end * 240));
     const auto r = run("atwood/rk4+event", ball_over_plane(clearance, e), {t_end, steps, 1});
     REQUIRE(r.outcome.status == Status::ok);
@@ -74,9 +75,11 @@ TEST_CASE("a bouncing ball comes to rest when its series ends, and stays") {
   REQUIRE(!r.events.empty());
   const Event& last = r.events.back();
   CHECK(last.kind == EventKind::rest);
-  CHECK(static_cast<double>(last.t_s) == Approx(std::sqrt(2 * h / g) * (1 + e) / (1 - e)).epsilon(1e-11));  // eps r / v at the last bounce
+  CHECK(static_cast<double>(last.t_s) ==
+        Approx(std::sqrt(2 * h / g) * (1 + e) / (1 - e)).epsilon(1e-11));  // eps r / v at the last bounce
   for (std::size_t k = 0; k < r.samples.size(); ++k) {
-    CHECK(std::abs(static_cast<double>(r.samples[k].bodies[1].p_m[2]) - radius - height_at(h, e, 4.0 * static_cast<double>(k) / 60)) < 1e-12);
+    CHECK(std::abs(static_cast<double>(r.samples[k].bodies[1].p_m[2]) - radius -
+                   height_at(h, e, 4.0 * static_cast<double>(k) / 60)) < 1e-12);
   }
   CHECK(static_cast<double>(r.samples.back().bodies[1].v_m_per_s[2]) == 0);
 }
@@ -104,7 +107,8 @@ TEST_CASE("time stepping is first order and keeps a ball where it came to rest")
   CHECK(errors[3] < errors[0]);
   const auto rest = run("atwood/symplectic-euler+impulse", ball_over_plane(0.2, 0.3), {10, 2400, 60});
   REQUIRE(rest.outcome.status == Status::ok);
-  const double z_late = static_cast<double>(rest.samples[30].bodies[1].p_m[2]), z_end = static_cast<double>(rest.samples[60].bodies[1].p_m[2]);
+  const double z_late = static_cast<double>(rest.samples[30].bodies[1].p_m[2]),
+               z_end = static_cast<double>(rest.samples[60].bodies[1].p_m[2]);
   CHECK(std::abs(z_end - z_late) < 1e-10);
   CHECK(std::abs(z_end - radius) < g / 240 / 240);
 }

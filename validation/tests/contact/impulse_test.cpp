@@ -31,7 +31,8 @@ ImpactBody<double> wall(const V& r_W) {
 }
 
 double kinetic(const ImpactBody<double>& b, double mass_kg, const V& I) {
-  return 0.5 * mass_kg * dot(b.v_W, b.v_W) + 0.5 * (I.x * b.w_W.x * b.w_W.x + I.y * b.w_W.y * b.w_W.y + I.z * b.w_W.z * b.w_W.z);
+  return 0.5 * mass_kg * dot(b.v_W, b.v_W) +
+         0.5 * (I.x * b.w_W.x * b.w_W.x + I.y * b.w_W.y * b.w_W.y + I.z * b.w_W.z * b.w_W.z);
 }
 
 }  // namespace

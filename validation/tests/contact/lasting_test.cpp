@@ -37,7 +37,9 @@ Scene on_floor(Shape shape, const Real3& I, double height_m, double friction, do
 Scene ball(double r, double friction, double rolling_friction_m = 0) {
   return on_floor(Sphere{r}, {0.4 * r * r, 0.4 * r * r, 0.4 * r * r}, r, friction, rolling_friction_m);
 }
-Scene box(double friction) { return on_floor(Box{{0.2, 0.2, 0.05}}, {0.0425 / 3, 0.0425 / 3, 0.08 / 3}, 0.05, friction); }
+Scene box(double friction) {
+  return on_floor(Box{{0.2, 0.2, 0.05}}, {0.0425 / 3, 0.0425 / 3, 0.08 / 3}, 0.05, friction);
+}
 
 double at(const Recorded& r, int axis) { return static_cast<double>(r.samples.back().bodies[1].p_m[axis]); }
 double speed(const Recorded& r, int axis) { return static_cast<double>(r.samples.back().bodies[1].v_m_per_s[axis]); }
@@ -48,7 +50,8 @@ TEST_CASE("a sliding ball rolls at 2 v0 / (7 mu g) with 5/7 of its speed") {
   const double v0 = 2, mu = 0.3, t_roll = 2 * v0 / (7 * mu * g);
   Scene scene = ball(0.1, mu);
   scene.bodies[1].velocity_m_per_s = {v0, 0, 0};
-  for (const char* method : {"atwood/rk4+event", "atwood/dopri5+event", "atwood/velocity-verlet+event", "atwood/gauss4+event"}) {
+  for (const char* method :
+       {"atwood/rk4+event", "atwood/dopri5+event", "atwood/velocity-verlet+event", "atwood/gauss4+event"}) {
     INFO(method);
     const auto r = run(method, scene, {1, 50, 50});
     REQUIRE(r.outcome.status == Status::ok);
@@ -104,7 +107,8 @@ TEST_CASE("balls fall on sheets, boxes and capsules, boxes on sheets, and meet t
       Scene scene = onto;
       scene.bodies[0].shape = under;
       const double top = std::holds_alternative<Rectangle>(under) ? 0 : 0.25;
-      if (std::holds_alternative<Capsule>(under)) scene.bodies[0].orientation_wxyz = {std::sqrt(0.5), std::sqrt(0.5), 0, 0};
+      if (std::holds_alternative<Capsule>(under))
+        scene.bodies[0].orientation_wxyz = {std::sqrt(0.5), std::sqrt(0.5), 0, 0};
       if (falling_box) scene.bodies[1].shape = Box{{0.1, 0.1, 0.1}};
       scene.bodies[1].position_m = {0, 0, top + 0.1 + drop};
       for (const int steps : {3, 7, 100}) {
@@ -120,7 +124,8 @@ TEST_CASE("balls fall on sheets, boxes and capsules, boxes on sheets, and meet t
 }
 
 TEST_CASE("a box under a slowly growing pull lets go as one, along the pull") {
-  // F(t) = m c sin(w t) along d through the centre; slip sets in at mu g = c sin(w t), then v = (c/w)(cos(w t0) - cos(w t)) - mu g (t - t0).
+  // F(t) = m c sin(w t) along d through the centre; slip sets in at mu g = c sin(w t), then v = (c/w)(cos(w t0) - cos(w
+  // t)) - mu g (t - t0).
   const double mu = 0.4, c = 8, w = 0.5, m = 2, t0 = std::asin(mu * g / c) / w, end_s = 2;
   const double moved = c / w * (std::cos(w * t0) - std::cos(w * end_s)) - mu * g * (end_s - t0);
   for (const double degrees : {0., 17., 45., 71.}) {

@@ -70,7 +70,8 @@ V spin(const Meeting& m, int i, const V& w) {
 }
 
 double kinetic(const Meeting& m, const ImpactBody<double>& a, const ImpactBody<double>& b) {
-  return 0.5 * (m.mass[0] * dot(a.v_W, a.v_W) + m.mass[1] * dot(b.v_W, b.v_W) + dot(a.w_W, spin(m, 0, a.w_W)) + dot(b.w_W, spin(m, 1, b.w_W)));
+  return 0.5 * (m.mass[0] * dot(a.v_W, a.v_W) + m.mass[1] * dot(b.v_W, b.v_W) + dot(a.w_W, spin(m, 0, a.w_W)) +
+                dot(b.w_W, spin(m, 1, b.w_W)));
 }
 
 struct Met { ImpactBody<double> a, b; Impulse<double> impulse; double energy_before, energy_after; };
@@ -96,7 +97,8 @@ double worst(const V& a, const V& b) { return norm(a - b); }
 
 }  // namespace
 
-TEST_CASE("any impact: momentum to round-off, friction in its cone, energy never up under Poisson's and Stronge's laws") {
+TEST_CASE(
+    "any impact: momentum to round-off, friction in its cone, energy never up under Poisson's and Stronge's laws") {
   CHECK(rc::check("conservation and dissipation", [] {
     const Draw any = uniform(*rc::gen::arbitrary<std::uint32_t>());
     for (const Restitution hypothesis : {Restitution::newton, Restitution::poisson, Restitution::stronge}) {
@@ -110,8 +112,10 @@ TEST_CASE("any impact: momentum to round-off, friction in its cone, energy never
       const double size = norm(dp0) + met.impulse.normal_N_s;
       RC_ASSERT(norm(dp0 + dp1) < 1e-13 * size + 1e-14 * (m.mass[0] * norm(m.v[0]) + m.mass[1] * norm(m.v[1])));
       // about the common point: r x dp (from the point to the centre, -r) + dL = 0, together
-      const V dL = spin(m, 0, met.a.w_W - m.w[0]) + spin(m, 1, met.b.w_W - m.w[1]) + cross(-m.r[0], dp0) + cross(-m.r[1], dp1);
-      const double spins = norm(spin(m, 0, m.w[0])) + norm(spin(m, 1, m.w[1])) + m.mass[0] * norm(m.v[0]) + m.mass[1] * norm(m.v[1]);
+      const V dL =
+          spin(m, 0, met.a.w_W - m.w[0]) + spin(m, 1, met.b.w_W - m.w[1]) + cross(-m.r[0], dp0) + cross(-m.r[1], dp1);
+      const double spins =
+          norm(spin(m, 0, m.w[0])) + norm(spin(m, 1, m.w[1])) + m.mass[0] * norm(m.v[0]) + m.mass[1] * norm(m.v[1]);
       RC_ASSERT(norm(dL) < 1e-12 * (size + spins));
       RC_ASSERT(met.impulse.normal_N_s > 0);
       const double tangential = norm(dp1 - dot(dp1, m.n) * m.n);
@@ -127,7 +131,8 @@ TEST_CASE("any impact: momentum to round-off, friction in its cone, energy never
   }));
 }
 
-TEST_CASE("Newton's law can gain energy in eccentric impacts with friction; the other two did not on the same meetings") {
+TEST_CASE(
+    "Newton's law can gain energy in eccentric impacts with friction; the other two did not on the same meetings") {
   const Draw any = uniform(11);
   int gained = 0, met_count = 0;
   double most = 0;
@@ -145,8 +150,8 @@ TEST_CASE("Newton's law can gain energy in eccentric impacts with friction; the 
     law.hypothesis = Restitution::stronge;
     REQUIRE(meet(m, law).energy_after <= newton.energy_before * (1 + 1e-12));
   }
-  WARN("Newton's law at e = 0.9, mu = 0.5: " << gained << " of " << met_count << " random impacts gained energy, at most by a factor "
-                                             << 1 + most);
+  WARN("Newton's law at e = 0.9, mu = 0.5: " << gained << " of " << met_count
+                                             << " random impacts gained energy, at most by a factor " << 1 + most);
   CHECK(gained > 10);
   CHECK(most > 1e-3);
 }
@@ -159,7 +164,8 @@ TEST_CASE("swapping the bodies, turning or moving the world changes an impact by
       ImpactLaw<double> law = any_law(any, hypothesis);
       const Met plain = meet(m, law);
       // The worst bodies here have inertia ratios of 1e4 and impulses over 100 times what they change, hence 1e-10.
-      const double size = norm(m.v[0]) + norm(m.v[1]) + norm(m.w[0]) + norm(m.w[1]) + norm(plain.a.w_W) + norm(plain.b.w_W);
+      const double size =
+          norm(m.v[0]) + norm(m.v[1]) + norm(m.w[0]) + norm(m.w[1]) + norm(plain.a.w_W) + norm(plain.b.w_W);
 
       Meeting swapped = m;
       std::swap(swapped.mass[0], swapped.mass[1]);
@@ -170,7 +176,8 @@ TEST_CASE("swapping the bodies, turning or moving the world changes an impact by
       std::swap(swapped.w[0], swapped.w[1]);
       swapped.n = -m.n;
       const Met other = meet(swapped, law);
-      RC_ASSERT(worst(other.a.v_W, plain.b.v_W) + worst(other.b.v_W, plain.a.v_W) + worst(other.a.w_W, plain.b.w_W) < 1e-10 * size);
+      RC_ASSERT(worst(other.a.v_W, plain.b.v_W) + worst(other.b.v_W, plain.a.v_W) + worst(other.a.w_W, plain.b.w_W) <
+                1e-10 * size);
 
       const Quat<double> turn = normalised(Quat<double>{any(), any(), any(), 1.1 + any()});
       const V drift = vector(any);
@@ -183,7 +190,9 @@ TEST_CASE("swapping the bodies, turning or moving the world changes an impact by
       }
       moved.n = rotate(turn, m.n);
       const Met turned = meet(moved, law);
-      RC_ASSERT(worst(turned.a.v_W, rotate(turn, plain.a.v_W) + drift) + worst(turned.b.w_W, rotate(turn, plain.b.w_W)) < 1e-10 * size);
+      RC_ASSERT(worst(turned.a.v_W, rotate(turn, plain.a.v_W) + drift) +
+                    worst(turned.b.w_W, rotate(turn, plain.b.w_W)) <
+                1e-10 * size);
     }
   }));
 }
@@ -201,7 +210,8 @@ TEST_CASE("slip that turns: against the hodograph taken in a million plain steps
     const Met met = meet(m, {e, mu, 0, Restitution::poisson});
     const V slip_after = velocity_between(met.a, met.b) - dot(velocity_between(met.a, met.b), m.n) * m.n;
     const V slip_before = u0 - dot(u0, m.n) * m.n;
-    if (norm(slip_after) < 0.05 * norm(slip_before)) continue;  // slips to the end: the plain steps need no case for stick
+    if (norm(slip_after) < 0.05 * norm(slip_before))
+      continue;  // slips to the end: the plain steps need no case for stick
     const double cosine = dot(slip_after, slip_before) / norm(slip_after) / norm(slip_before);
     if (cosine > 0.95) continue;
     ++turned;

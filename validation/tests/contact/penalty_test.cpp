@@ -68,7 +68,8 @@ TEST_CASE("a linear contact: restitution and duration by the damped oscillator's
       REQUIRE(ran.events.size() == 1);
       CHECK(static_cast<double>(ran.events[0].t_s) == Approx(0.1 / 3).epsilon(1e-6));
       CHECK(static_cast<double>(ran.events[0].impulse_n_N_s) == Approx(2 * 3 * (1 + e)).epsilon(1e-3));
-      // It leaves the plane at speed 3 e after it has given way for pi / w_d, or (unable to pull) at the end of the force.
+      // It leaves the plane at speed 3 e after it has given way for pi / w_d, or (unable to pull) at the end of the
+      // force.
       const double touch = 0.1 / 3, height = z(ran.samples.back()) - 0.25;
       const double given_way = 0.1 - touch - height / (3 * e);
       if (pull) CHECK(given_way == Approx(M_PI / (w * s)).epsilon(2e-3));
@@ -98,7 +99,8 @@ TEST_CASE("a rigid pair's restitution comes out, and the overlap that was wanted
     const Ran ran = run("atwood/rk4+penalty{overlap=0.01}", into_plane(law), 0.1, 50000, 25000);
     INFO(e << " " << ran.outcome.reason);
     REQUIRE(ran.outcome.status == Status::ok);
-    CHECK(vz(ran) == Approx(3 * e).margin(2 * damping_ratio_of(e) * 2400 * 2e-6 * 3 + 1e-9));  // as above, w = 6 / (0.01 0.25)
+    CHECK(vz(ran) ==
+          Approx(3 * e).margin(2 * damping_ratio_of(e) * 2400 * 2e-6 * 3 + 1e-9));  // as above, w = 6 / (0.01 0.25)
     double lowest = 1;
     for (const Sample& s : ran.samples) lowest = std::min(lowest, z(s));
     if (e == 1) CHECK(0.25 - lowest == Approx(0.01 * 0.25 / 2).epsilon(1e-4));  // the scene's speed is twice 3 m/s
@@ -121,7 +123,8 @@ TEST_CASE("sliding friction slows by mu g, and the tangential spring holds on a 
   const auto vx = [](const Sample& s) { return static_cast<double>(s.bodies[1].v_m_per_s[0]); };
   CHECK(vx(rolls.samples[2]) == Approx(2 - 0.4 * 10 * 0.1).epsilon(1e-3));
   CHECK(vx(rolls.samples[10]) == Approx(2 * 5.0 / 7).epsilon(1e-3));
-  for (const ContactSample& c : rolls.samples[2].contacts) CHECK(c.force_t_N[0] == Approx(-0.4 * c.force_n_N).epsilon(1e-9));
+  for (const ContactSample& c : rolls.samples[2].contacts)
+    CHECK(c.force_t_N[0] == Approx(-0.4 * c.force_n_N).epsilon(1e-9));
 
   scene.bodies[1].shape = Box{{0.3, 0.3, 0.25}};
   scene.bodies[1].velocity_m_per_s = {0, 0, 0};
@@ -140,8 +143,9 @@ TEST_CASE("any integrator steps it: partitioned, implicit, adaptive, multistep; 
   PairLaw law;
   law.restitution = 1;
   Scene scene = into_plane(law);
-  for (const char* method : {"atwood/velocity-verlet+penalty", "atwood/symplectic-euler+penalty", "atwood/dopri5:1e-9+penalty",
-                             "atwood/gauss4+penalty", "atwood/adams-bashforth4+penalty", "atwood/leapfrog+penalty", "atwood/rk4+penalty@long-double"}) {
+  for (const char* method : {"atwood/velocity-verlet+penalty", "atwood/symplectic-euler+penalty",
+                             "atwood/dopri5:1e-9+penalty", "atwood/gauss4+penalty", "atwood/adams-bashforth4+penalty",
+                             "atwood/leapfrog+penalty", "atwood/rk4+penalty@long-double"}) {
     const Ran ran = run(method, scene, 0.1, 20000);
     INFO(method << ": " << ran.outcome.reason);
     REQUIRE(ran.outcome.status == Status::ok);
@@ -163,7 +167,8 @@ TEST_CASE("a step beyond the stability limit is refused with the limit; so is wh
 
   Scene inelastic = scene;
   inelastic.pairs[0].restitution = 0;
-  CHECK(run("atwood/rk4+penalty", inelastic, 0.1, 20000).outcome.reason.find("no restitution of 0") != std::string::npos);
+  CHECK(run("atwood/rk4+penalty", inelastic, 0.1, 20000).outcome.reason.find("no restitution of 0") !=
+        std::string::npos);
   CHECK(run("atwood/rk4+penalty{damping_ratio=1}", inelastic, 0.1, 20000).outcome.status == Status::ok);
   const Ran series = run("atwood/taylor+penalty", scene, 0.1, 20000);
   INFO(series.outcome.reason);
@@ -190,7 +195,9 @@ TEST_CASE("momentum of two balls passes over to round-off, spin and friction wit
     const auto &x = b.p_m, &v = b.v_m_per_s;
     const auto& q = b.q_wxyz;
     const Wide u[3] = {q[1], q[2], q[3]};
-    const auto cross = [](const Wide* a, const Wide* c, int i) { return a[(i + 1) % 3] * c[(i + 2) % 3] - a[(i + 2) % 3] * c[(i + 1) % 3]; };
+    const auto cross = [](const Wide* a, const Wide* c, int i) {
+      return a[(i + 1) % 3] * c[(i + 2) % 3] - a[(i + 2) % 3] * c[(i + 1) % 3];
+    };
     const Wide* w = b.w_rad_per_s.data();
     Wide c[3], cc[3];
     for (int i = 0; i < 3; ++i) c[i] = cross(u, w, i);

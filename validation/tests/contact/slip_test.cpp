@@ -104,8 +104,8 @@ TEST_CASE("a ball with side spin rolls after |u| / (3.5 mu g)") {
   }
 }
 
-// What slows the slip, 3.5 mu g cos less g sin along it, is a tenth of what friction alone would: many small parts of its
-// last time. They ended nowhere where slip was round-off already.
+// What slows the slip, 3.5 mu g cos less g sin along it, is a tenth of what friction alone would: many small parts of
+// its last time. They ended nowhere where slip was round-off already.
 TEST_CASE("a ball that friction hardly lets roll comes to roll") {
   const double r = 0.1, mu = 0.3, I = 2. / 3 * r * r;  // rolls above 2/5 tan = 0.274
   const Real3 n = {0.3109505520850398, 0.4713076245083164, 0.8253356149096783};
@@ -139,7 +139,8 @@ TEST_CASE("a box that slides into a wall and does not bounce stands there") {
     if (contact.body_a == 1) CHECK(contact.force_n_N < 1e-9);
 }
 
-// The slab takes m v (1 + e) M / (m + M) and gives it to the floor: the ball rises with (e M - m) / (M + m) of its speed.
+// The slab takes m v (1 + e) M / (m + M) and gives it to the floor: the ball rises with (e M - m) / (M + m) of its
+// speed.
 TEST_CASE("a ball's bounces on a slab that lies on the floor end when their series does") {
   const double r = 0.1, h = 0.2, e = 0.6, M = 10, m = 1, ratio = (e * M - m) / (M + m), t1 = std::sqrt(2 * h / g);
   Scene scene = world({0, 0, -g}, 0, 0);
@@ -191,7 +192,8 @@ TEST_CASE("boxes that tumble, slide and spin come to rest on a face") {
     REQUIRE(it.outcome.status == Status::ok);
     double before = 1e9;
     for (const Sample& sample : it.samples) {
-      const Real3 v = Recorded::doubles(sample.bodies[1].v_m_per_s), w = Recorded::doubles(sample.bodies[1].w_rad_per_s);
+      const Real3 v = Recorded::doubles(sample.bodies[1].v_m_per_s),
+                  w = Recorded::doubles(sample.bodies[1].w_rad_per_s);
       double energy = body.mass_kg * g * static_cast<double>(sample.bodies[1].p_m[2]);
       for (int k = 0; k < 3; ++k) energy += (2 * v[k] * v[k] + body.inertia_kg_m2[4 * k] * w[k] * w[k]) / 2;
       CHECK(energy < before + 1e-6);

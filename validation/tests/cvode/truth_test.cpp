@@ -16,7 +16,8 @@ struct Compared {
 };
 
 template <std::size_t N>
-void compare(Compared& into, const std::array<Wide, N>& a, const std::array<Wide, N>& b, const std::array<Wide, N>& bar) {
+void compare(Compared& into, const std::array<Wide, N>& a, const std::array<Wide, N>& b,
+             const std::array<Wide, N>& bar) {
   for (std::size_t i = 0; i < N; ++i) {
     const double error = static_cast<double>(fabsq(a[i] - b[i])), half_width = static_cast<double>(bar[i]);
     into.worst_error = std::fmax(into.worst_error, error);
@@ -148,12 +149,13 @@ TEST_CASE("Two rough balls with spin, slipping or sticking") {
     CHECK(made.worst_ratio < 1);
     CHECK(made.worst_error < 1e-8);
     REQUIRE(tested.events.size() == 1);
-    CHECK(static_cast<double>(tested.events[0].impulse_t_N_s) == Approx(static_cast<double>(exact.events[0].impulse_t_N_s)).epsilon(1e-8));
+    CHECK(static_cast<double>(tested.events[0].impulse_t_N_s) ==
+          Approx(static_cast<double>(exact.events[0].impulse_t_N_s)).epsilon(1e-8));
   }
 }
 
-// After an impact without rebound the gap is round-off, and so is its rate: below zero as often as above. With friction and
-// spin the balls roll off each other; head-on they stay together, falling or slowed down alike.
+// After an impact without rebound the gap is round-off, and so is its rate: below zero as often as above. With friction
+// and spin the balls roll off each other; head-on they stay together, falling or slowed down alike.
 TEST_CASE("Balls that do not rebound meet once, however their gap rounds") {
   Scenario given = scenario("sphere-impact", 2);
   given.scene.pairs[0] = {0, 0, 0, 0.3, 0};
@@ -211,7 +213,8 @@ TEST_CASE("A ball that lies on its plane rests there, whatever its restitution")
 TEST_CASE("Contacts that give way: roots at touch and release") {
   for (const int kind : {0, 1, 2}) {
     Scenario given = scenario("penalty", 0.5);
-    given.scene.bodies = {ball("left", 1, 0.125, {-0.25, 0, 0}, {1, 0, 0}), ball("right", 3, 0.25, {0.19, 0, 0}, {-0.5, 0, 0})};
+    given.scene.bodies = {ball("left", 1, 0.125, {-0.25, 0, 0}, {1, 0, 0}),
+                          ball("right", 3, 0.25, {0.19, 0, 0}, {-0.5, 0, 0})};
     PairLaw& law = given.scene.pairs[0];
     law.contact_law = kind == 2 ? ContactLaw::hertz : ContactLaw::linear;
     law.stiffness_N_per_m = 4000;
@@ -226,7 +229,9 @@ TEST_CASE("Contacts that give way: roots at touch and release") {
   }
 }
 
-TEST_CASE("A heavy ball on a soft floor: it bounces, the dashpot's force is spent and comes again, and it sinks to k d = m g") {
+TEST_CASE(
+    "A heavy ball on a soft floor: it bounces, the dashpot's force is spent and comes again, and it sinks to k d = m "
+    "g") {
   Scenario given = bouncing(0, 6);
   PairLaw& law = given.scene.pairs[0];
   law.contact_law = ContactLaw::linear;

@@ -41,7 +41,9 @@ double disagreement_ulp(const Scene& scene, double t_s, const std::vector<double
   model.system().rate(t_s, state.data(), rates.data());
   double size[4] = {0, 0, 0, 0}, worst = 0;
   const auto kind = [&](int mine) { return static_cast<int>(reference.layout().kinds[mine]); };
-  each([&](int, int mine) { size[kind(mine)] = std::max(size[kind(mine)], std::fabs(static_cast<double>(exact[mine]))); });
+  each([&](int, int mine) {
+    size[kind(mine)] = std::max(size[kind(mine)], std::fabs(static_cast<double>(exact[mine])));
+  });
   each([&](int engine, int mine) {
     const double difference = std::fabs(static_cast<double>(Wide(rates[engine]) - exact[mine]));
     if (size[kind(mine)] == 0) { CHECK(difference == 0); return; }

@@ -59,7 +59,8 @@ inline std::vector<Case> all() {
   add("spring without rest length", 1, true, true, Spring{{0}, {2, 1, -1}, 7, 0, 0, {}});
   add("damped spring", 1, true, false, Spring{{0}, {2, 1, -1}, 7, 0.6, 0.8, {{0.2, -0.3, 0.4}}});
   add("spring of two", 2, true, true, Spring{{0, 1}, {0, 0, 0}, 7, 0, 4, {{0.2, -0.3, 0.4}, {-0.5, 0.1, 0.3}}});
-  add("damped spring of two", 2, true, false, Spring{{1, 0}, {0, 0, 0}, 7, 0.9, 0, {{0.2, -0.3, 0.4}, {-0.5, 0.1, 0.3}}});
+  add("damped spring of two", 2, true, false,
+      Spring{{1, 0}, {0, 0, 0}, 7, 0.9, 0, {{0.2, -0.3, 0.4}, {-0.5, 0.1, 0.3}}});
   add("drive", 2, true, false, Drive{{0, 1}, {1, -2, 3}, 1.7, 0.4});
   add("lorentz", 2, true, true, Lorentz{{0, 1}, {0.3, -0.1, 0.5}, {0.2, 1.5, -0.4}});
   add("coulomb", 3, false, true, Coulomb{{0, 1, 2}, 2.1});

@@ -6,8 +6,8 @@
 namespace atwood::testing {
 namespace {
 
-BodySample end_of(const std::string& scheme, const std::string& scalar, bool compensated, const Scene& scene, double t_end_s,
-                  std::int64_t steps) {
+BodySample end_of(const std::string& scheme, const std::string& scalar, bool compensated, const Scene& scene,
+                  double t_end_s, std::int64_t steps) {
   MethodId id;
   id.engine = "atwood";
   id.scheme = scheme;
@@ -46,12 +46,11 @@ void check_lowered(const V& v, double times) {
 TEST_CASE("compensation lowers the floor on an orbit") {
   const BodySample truth = end_of("verner9", "quad", false, kepler(0.6), 10, 4000);
   struct Case { const char *scheme, *scalar; std::int64_t finest; double times; };
-  for (const auto& [scheme, scalar, finest, times] : {Case{"rk4", "float", 32768, 5}, Case{"rk4", "double", 262144, 10},
-                                                      Case{"rk38", "double", 262144, 10}, Case{"dopri5", "double", 65536, 5},
-                                                      Case{"dop853", "double", 16384, 3}, Case{"dprkn6", "float", 8192, 3},
-                                                      Case{"dprkn6", "double", 32768, 3},
-                                                      Case{"blanes-moan-rkn4", "float", 16384, 3},
-                                                      Case{"blanes-moan-rkn6", "double", 32768, 3}}) {
+  for (const auto& [scheme, scalar, finest, times] :
+       {Case{"rk4", "float", 32768, 5}, Case{"rk4", "double", 262144, 10}, Case{"rk38", "double", 262144, 10},
+        Case{"dopri5", "double", 65536, 5}, Case{"dop853", "double", 16384, 3}, Case{"dprkn6", "float", 8192, 3},
+        Case{"dprkn6", "double", 32768, 3}, Case{"blanes-moan-rkn4", "float", 16384, 3},
+        Case{"blanes-moan-rkn6", "double", 32768, 3}}) {
     INFO(scheme << " in " << scalar);
     check_lowered(floors(scheme, scalar, kepler(0.6), 10, finest, position_error, truth), times);
   }
@@ -68,8 +67,8 @@ TEST_CASE("compensation lowers the floor on a body that rotates") {
   }
 }
 
-// A ball keeps its rate: the attitude's error is what its own sums and normalisation round off. To overwrite the quaternion by
-// its normalised self would throw the rest away each time.
+// A ball keeps its rate: the attitude's error is what its own sums and normalisation round off. To overwrite the
+// quaternion by its normalised self would throw the rest away each time.
 TEST_CASE("compensated, an attitude ends within its last place") {
   Scene ball = empty_scene();
   ball.bodies.push_back(box({1, 1, 1}, {0.3, 1, 0.2}));

@@ -37,7 +37,8 @@ double misfit(const Series& s, int length) {
   Quad wanted = 1;
   for (int n = 1; n <= length; ++n) wanted /= n;
   double worst = 0;
-  for (const Quad coefficient : s[length]) worst = std::max(worst, std::fabs(static_cast<double>(coefficient - wanted)));
+  for (const Quad coefficient : s[length])
+    worst = std::max(worst, std::fabs(static_cast<double>(coefficient - wanted)));
   return worst;
 }
 
@@ -58,7 +59,8 @@ TEST_CASE("the parts of each substep keep the order for a map of order 1 and its
   for (const Composition& composition : compositions()) {
     if (composition.order > 6) continue;  // 3^8 words
     INFO(composition.id);
-    // Words in three letters, as above: a direct drift is the flows 1, 2 in turn, its adjoint 2, 1; a kick is the flow 0.
+    // Words in three letters, as above: a direct drift is the flows 1, 2 in turn, its adjoint 2, 1; a kick is the flow
+    // 0.
     const int longest = composition.order + 1;
     std::vector<std::vector<Quad>> s;
     for (std::size_t n = 0, size = 1; n <= static_cast<std::size_t>(longest); ++n, size *= 3) s.emplace_back(size);

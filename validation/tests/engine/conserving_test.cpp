@@ -73,7 +73,8 @@ TEST_CASE("discrete forces do the work of the potential, to round-off, and tend 
       const Vec3<Quad> force = model.mass(body).mass_kg * load3(&dydt[v]);
       CHECK(static_cast<double>(norm(local[body] - force)) < 1e-30);
     }
-    // Forces at right angles to the mean velocity do work along this unrelated dp; take the velocities along it instead.
+    // Forces at right angles to the mean velocity do work along this unrelated dp; take the velocities along it
+    // instead.
     for (const int body : model.moving())
       for (int i = 0; i < 3; ++i) {
         const int p = model.offset(body) + i;
@@ -84,7 +85,8 @@ TEST_CASE("discrete forces do the work of the potential, to round-off, and tend 
     Quad exact = Quad(0);
     for (const int body : model.moving())
       exact += dot(forward[body], load3(&z[model.offset(body)]) - load3(&y[model.offset(body)]));
-    const Quad lost = model.conservative().potential_energy(motion(y)) - model.conservative().potential_energy(motion(z));
+    const Quad lost =
+        model.conservative().potential_energy(motion(y)) - model.conservative().potential_energy(motion(z));
     CHECK(static_cast<double>(real::abs(exact - lost)) < 1e-30);
     CHECK(static_cast<double>(real::abs(lost)) > 1e-3);
   }
@@ -123,7 +125,8 @@ TEST_CASE("energy stays to round-off over 20 000 steps: Kepler e = 0.6 and Henon
     const bool held = std::string(scheme).ends_with("rk4");  // to the run's energy at every step; the others by sums
     CHECK(orbit.energy < (held ? 4e-15 : 4e-14));
     CHECK(star.energy < (held ? 4e-15 : 4e-14));
-    if (std::string(scheme) == "discrete-gradient" || std::string(scheme) == "projected-rk4") CHECK(orbit.momentum < 1e-13);
+    if (std::string(scheme) == "discrete-gradient" || std::string(scheme) == "projected-rk4")
+      CHECK(orbit.momentum < 1e-13);
   }
   CHECK(drift<double>("rk4", kepler(0.6), 2 * M_PI / 200, 20000).energy > 1e-5);  // without the correction
 }
@@ -151,7 +154,9 @@ TEST_CASE("a free body keeps its rotational energy; projection keeps its momentu
     const auto momentum = [&] {
       return rotate(load4(&y[at_attitude]), model.mass(0).times_inertia(load3(&y[at_body_rate])));
     };
-    const auto spin_energy = [&] { return dot(load3(&y[at_body_rate]), model.mass(0).times_inertia(load3(&y[at_body_rate]))); };
+    const auto spin_energy = [&] {
+      return dot(load3(&y[at_body_rate]), model.mass(0).times_inertia(load3(&y[at_body_rate])));
+    };
     const Vec3<double> before = momentum();
     const double energy = spin_energy(), total = model.energy(y.data());
     for (int n = 0; n < 2000; ++n) {

@@ -1,5 +1,5 @@
-// Free flight in fused loops: the bits of the general stepper on the general equations, for every explicit method, every kind of
-// body, vector width and number of threads.
+// Free flight in fused loops: the bits of the general stepper on the general equations, for every explicit method,
+// every kind of body, vector width and number of threads.
 #include <catch2/catch.hpp>
 
 #include "many_bodies.hpp"
@@ -9,12 +9,14 @@ namespace atwood::testing {
 namespace {
 
 Real4 any_attitude(SplitMix64& random) {
-  const double w = between(random, -1, 1), x = between(random, -1, 1), y = between(random, -1, 1), z = between(random, -1, 1);
+  const double w = between(random, -1, 1), x = between(random, -1, 1), y = between(random, -1, 1),
+               z = between(random, -1, 1);
   const double length = std::sqrt(w * w + x * x + y * y + z * z);
   return {w / length, x / length, y / length, z / length};
 }
 
-// Boxes about their axes, bodies about any axes, point masses, spins about one axis, bodies at rest; some held, some fixed.
+// Boxes about their axes, bodies about any axes, point masses, spins about one axis, bodies at rest; some held, some
+// fixed.
 Scene menagerie(int count, std::uint64_t seed) {
   Scene scene = empty_scene();
   scene.gravity_m_per_s2 = {0.1, -0.2, -9.8};
@@ -42,7 +44,8 @@ Scene menagerie(int count, std::uint64_t seed) {
 }
 
 template <class S> bool same_scalars(const std::vector<S>& a, const std::vector<S>& b) {
-  return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](S u, S v) { return u == v && std::signbit(u) == std::signbit(v); });
+  return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(),
+                                            [](S u, S v) { return u == v && std::signbit(u) == std::signbit(v); });
 }
 
 constexpr int steps = 60;
@@ -80,7 +83,8 @@ template <class S> End<S> fused(const std::string& scheme, const Scene& scene, i
   for (int from = 0, until; from < steps; from = until) {
     const auto begin_s = [](int n) { return S(n) * S(step_s); };
     model.select_interval(begin_s(from), begin_s(from) + S(step_s));
-    for (until = from + 1; until < steps && model.interval_selected(begin_s(until), begin_s(until) + S(step_s));) ++until;
+    for (until = from + 1; until < steps && model.interval_selected(begin_s(until), begin_s(until) + S(step_s));)
+      ++until;
     flight->march(S(step_s), until - from, y.data());
   }
   return {y, model.system().evaluations};
@@ -149,7 +153,8 @@ TEST_CASE("threads share the bodies out and change no bit") {
   }
 }
 
-template <class S> std::vector<S> flown_at(VectorWidth width, FlightKind kind, const ExplicitWeights<S>& weights, int bodies) {
+template <class S>
+std::vector<S> flown_at(VectorWidth width, FlightKind kind, const ExplicitWeights<S>& weights, int bodies) {
   FlightLanes<S> lanes{};
   lanes.rates.resize(weights.a.size() * 7 * flight_lanes);
   SplitMix64 random{3};
@@ -169,7 +174,8 @@ template <class S> std::vector<S> flown_at(VectorWidth width, FlightKind kind, c
   fly<S>(width, kind, bodies, plan, 50, lanes);
   std::vector<S> all;
   for (int r = 0; r < 3; ++r)
-    for (int l = 0; l < bodies; ++l) all.insert(all.end(), {lanes.p[r][l], lanes.v[r][l], lanes.half_w[r][l], lanes.q[r][l]});
+    for (int l = 0; l < bodies; ++l)
+      all.insert(all.end(), {lanes.p[r][l], lanes.v[r][l], lanes.half_w[r][l], lanes.q[r][l]});
   return all;
 }
 

@@ -17,7 +17,8 @@ template <class S> Top<S> turned(const Vec3<S>& g, S h_s, const Top<S>& start) {
   FreeTurn<S> turn;
   exact_turn(g, h_s, start.L, turn);
   const Quat<S> dq = start.q * turn.less_one;
-  return {start.L + turn.dw_B, normalised(Quat<S>{start.q.w + dq.w, start.q.x + dq.x, start.q.y + dq.y, start.q.z + dq.z})};
+  return {start.L + turn.dw_B,
+          normalised(Quat<S>{start.q.w + dq.w, start.q.x + dq.x, start.q.y + dq.y, start.q.z + dq.z})};
 }
 
 template <class S, class T> Vec3<T> cast(const Vec3<S>& v) { return {T(v.x), T(v.y), T(v.z)}; }
@@ -31,12 +32,18 @@ struct Case { const char* name; Real3 moments, w; };
 // Every order of the moments, each axis circled from each side, symmetric tops about each axis, spheres, steady spins,
 // nearly on the separatrix and on it.
 std::vector<Case> cases() {
-  std::vector<Case> all{{"sphere", {2, 2, 2}, {0.3, -1, 0.4}}, {"rest", {0.6, 0.8, 1}, {0, 0, 0}},
-                        {"first axis", {0.6, 0.8, 1}, {3, 0, 0}}, {"middle axis", {0.6, 0.8, 1}, {0, -3, 0}},
-                        {"last axis", {0.6, 0.8, 1}, {0, 0, 3}}, {"nearly the middle axis", {0.6, 0.8, 1}, {1e-3, 1, 1e-3}},
-                        {"nearly the first", {0.6, 0.8, 1}, {3, 1e-9, 1e-12}}, {"flat", {1, 1, 2}, {1, 2, 1e-6}},
-                        {"long", {1, 0.1, 1}, {1, 1e-7, 2}}, {"symmetric, no spin", {1, 1, 0.1}, {1, 2, 0}},
-                        {"symmetric, across", {0.3, 1, 1}, {0, 2, 1}}, {"nearly symmetric", {1, 1 + 1e-9, 0.4}, {1, 2, 3}},
+  std::vector<Case> all{{"sphere", {2, 2, 2}, {0.3, -1, 0.4}},
+                        {"rest", {0.6, 0.8, 1}, {0, 0, 0}},
+                        {"first axis", {0.6, 0.8, 1}, {3, 0, 0}},
+                        {"middle axis", {0.6, 0.8, 1}, {0, -3, 0}},
+                        {"last axis", {0.6, 0.8, 1}, {0, 0, 3}},
+                        {"nearly the middle axis", {0.6, 0.8, 1}, {1e-3, 1, 1e-3}},
+                        {"nearly the first", {0.6, 0.8, 1}, {3, 1e-9, 1e-12}},
+                        {"flat", {1, 1, 2}, {1, 2, 1e-6}},
+                        {"long", {1, 0.1, 1}, {1, 1e-7, 2}},
+                        {"symmetric, no spin", {1, 1, 0.1}, {1, 2, 0}},
+                        {"symmetric, across", {0.3, 1, 1}, {0, 2, 1}},
+                        {"nearly symmetric", {1, 1 + 1e-9, 0.4}, {1, 2, 3}},
                         {"nearly a sphere", {1, 1 + 1e-7, 1 - 1e-7}, {1, 2, 3}}};
   const double moments[3] = {0.6, 0.8, 1};
   for (int i = 0; i < 3; ++i)
@@ -58,8 +65,8 @@ Scene free_scene(const Case& c) {
 
 TEST_CASE("one exact step of any case is what many steps of collocation give, in quad") {
   for (const Case& c : cases()) {
-    INFO(c.name << ": moments " << c.moments[0] << " " << c.moments[1] << " " << c.moments[2] << ", rate " << c.w[0] << " "
-                << c.w[1] << " " << c.w[2]);
+    INFO(c.name << ": moments " << c.moments[0] << " " << c.moments[1] << " " << c.moments[2] << ", rate " << c.w[0]
+                << " " << c.w[1] << " " << c.w[2]);
     const double t_end_s = 2.7;
     const BodySample exact = run("jacobi2", free_scene(c), {t_end_s, 1, 1}, "quad").samples.at(1).bodies[0];
     const BodySample truth = run("gauss8", free_scene(c), {t_end_s, 240, 1}, "quad").samples.at(1).bodies[0];

@@ -7,8 +7,9 @@
 namespace atwood::testing {
 namespace {
 
-const std::vector<std::string> composed{"forest-ruth", "pefrl", "mclachlan4", "suzuki4", "suzuki6", "suzuki8", "yoshida4",
-                                        "yoshida6", "yoshida8", "blanes-moan4", "blanes-moan6", "kahan-li8"};
+const std::vector<std::string> composed{"forest-ruth", "pefrl",        "mclachlan4",   "suzuki4",
+                                        "suzuki6",     "suzuki8",      "yoshida4",     "yoshida6",
+                                        "yoshida8",    "blanes-moan4", "blanes-moan6", "kahan-li8"};
 const std::vector<std::string> charges{"boris", "boris4", "boris6"};
 const std::vector<std::string> turning{"rkmk4", "lie4", "free-top2", "free-top4", "free-top6", "moser-veselov",
                                        "implicit-midpoint-so3", "jacobi2", "jacobi4"};
@@ -96,7 +97,8 @@ TEST_CASE("executed order of compositions: rotation") {
 }
 
 TEST_CASE("symmetric methods reverse to round-off, on every class of motion; Lie group Runge-Kutta methods do not") {
-  const Scene scenes[] = {kepler(0.6), driven_oscillator(), charge_round_a_center(), thrust_only(), charged_box_on_a_spring()};
+  const Scene scenes[] = {kepler(0.6), driven_oscillator(), charge_round_a_center(), thrust_only(),
+                          charged_box_on_a_spring()};
   for (std::size_t k = 0; k < std::size(scenes); ++k) {
     const bool drag = k == 4;
     for (const std::string& scheme : joined({composed, charges, turning})) {
@@ -129,7 +131,8 @@ TEST_CASE("symplectic methods keep energy over long times") {
     }
     return std::pair{first, last};
   };
-  for (const std::string& scheme : joined({composed, charges, {"free-top2", "leapfrog-kdk", "leapfrog-dkd", "jacobi4"}})) {
+  for (const std::string& scheme :
+       joined({composed, charges, {"free-top2", "leapfrog-kdk", "leapfrog-dkd", "jacobi4"}})) {
     const double order = claimed(scheme);
     const auto [first, last] = energy_error(scheme, scheme == "suzuki8" ? 45 : order > 4 ? 90 : 180);
     INFO(scheme << ": " << first << " then " << last);
@@ -197,16 +200,19 @@ TEST_CASE("compensated summation lowers the floor, in translation and in attitud
     const auto narrow = samples_of(id);
     id.scalar = "long-double";  // the same steps in wider arithmetic: the truth of the floor
     const auto wide = samples_of(id);
-    for (std::size_t k = 1; k < wide.size(); ++k) worst = std::max(worst, apart(narrow[k].bodies[0], wide[k].bodies[0]));
+    for (std::size_t k = 1; k < wide.size(); ++k)
+      worst = std::max(worst, apart(narrow[k].bodies[0], wide[k].bodies[0]));
     return worst;
   };
-  for (const std::string scheme : {"symplectic-euler", "leapfrog-kdk", "yoshida4", "blanes-moan6", "kahan-li8", "boris4",
-                                   "rkmk4", "lie4", "free-top4", "moser-veselov", "implicit-midpoint-so3", "jacobi2"}) {
+  for (const std::string scheme :
+       {"symplectic-euler", "leapfrog-kdk", "yoshida4", "blanes-moan6", "kahan-li8", "boris4", "rkmk4", "lie4",
+        "free-top4", "moser-veselov", "implicit-midpoint-so3", "jacobi2"}) {
     const double plain = floor_of(scheme, kepler(0.3), 8000, false), kept = floor_of(scheme, kepler(0.3), 8000, true);
     INFO(scheme << " on an orbit: " << plain << ", compensated " << kept);
     CHECK(kept < plain / 4);
     if (scheme.rfind("jacobi", 0) == 0) continue;  // its attitude is not a sum of increments
-    const double loose = floor_of(scheme, thrust_only(), 8000, false), tight = floor_of(scheme, thrust_only(), 8000, true);
+    const double loose = floor_of(scheme, thrust_only(), 8000, false),
+                 tight = floor_of(scheme, thrust_only(), 8000, true);
     INFO(scheme << " on a body: " << loose << ", compensated " << tight);
     CHECK(tight < loose / 4);
   }

@@ -1,5 +1,5 @@
-// Direct sums of mutual gravity: the bits of the plain loop over pairs, whatever the width, the threads and the remainder; the
-// right values, by sums in quad.
+// Direct sums of mutual gravity: the bits of the plain loop over pairs, whatever the width, the threads and the
+// remainder; the right values, by sums in quad.
 #include <catch2/catch.hpp>
 
 #include "forces/gravity_many.hpp"
@@ -50,8 +50,8 @@ std::vector<double> magnitudes(const Scene& scene) {
   return sums;
 }
 
-// Largest error of the model's accelerations against quad, in units of (N + 12) eps/2 times the magnitudes' sum: each term is
-// rounded nine times or so and then added N times (Higham, Accuracy and Stability, eq. 4.4).
+// Largest error of the model's accelerations against quad, in units of (N + 12) eps/2 times the magnitudes' sum: each
+// term is rounded nine times or so and then added N times (Higham, Accuracy and Stability, eq. 4.4).
 template <class S> double worst_over_bound(const Scene& wide) {
   const Scene scene = narrowed<S>(wide);
   const auto model = model_accelerations<S>(scene);
@@ -60,7 +60,8 @@ template <class S> double worst_over_bound(const Scene& wide) {
   double worst = 0;
   for (std::size_t i = 0; i < model.size(); ++i) {
     const Vec3<Quad> error{Quad(model[i].x) - truth[i].x, Quad(model[i].y) - truth[i].y, Quad(model[i].z) - truth[i].z};
-    const double bound = (static_cast<double>(model.size()) + 12) * static_cast<double>(real::epsilon<S>()) / 2 * scale[i];
+    const double bound =
+        (static_cast<double>(model.size()) + 12) * static_cast<double>(real::epsilon<S>()) / 2 * scale[i];
     worst = std::max(worst, static_cast<double>(norm(error)) / bound);
   }
   return worst;
@@ -123,7 +124,8 @@ TEST_CASE("direct sums against quad") {
     for (const Scene& scene : {random_cloud(300, seed), random_cloud(100, seed, 0.01), clustered_cloud(200, seed),
                                clustered_cloud(200, seed, 1e-4), coincident_cloud(128, seed, 0.05)}) {
       CHECK(worst_over_bound<double>(scene) < 1);
-      const bool knots_collapse = std::get<MutualGravity>(scene.forces[0]).softening_m == 0 && scene.bodies.size() == 200;
+      const bool knots_collapse =
+          std::get<MutualGravity>(scene.forces[0]).softening_m == 0 && scene.bodies.size() == 200;
       if (!knots_collapse) CHECK(worst_over_bound<float>(scene) < 1);  // in float the tight knots are one point
     }
 }
@@ -160,8 +162,9 @@ TEST_CASE("settings reach the model: threads, and words that mean nothing are re
   };
   CHECK(end_of("atwood/leapfrog") == end_of("atwood/leapfrog{threads=3}"));
   CHECK(end_of("atwood/leapfrog") == end_of("atwood/leapfrog{gravity=direct}"));
-  for (const char* wrong : {"atwood/leapfrog{threads=0}", "atwood/leapfrog{threads=1000}", "atwood/leapfrog{gravity=other}",
-                            "atwood/leapfrog{opening=1.0}", "atwood/leapfrog{opening=0}"}) {
+  for (const char* wrong :
+       {"atwood/leapfrog{threads=0}", "atwood/leapfrog{threads=1000}", "atwood/leapfrog{gravity=other}",
+        "atwood/leapfrog{opening=1.0}", "atwood/leapfrog{opening=0}"}) {
     const Outcome outcome = atwood_engine().run(parse_method_id(wrong), scene, {0.1, 10, 1}, {}, 0);
     INFO(wrong << ": " << outcome.reason);
     CHECK(outcome.status == Status::unsupported);

@@ -1,4 +1,5 @@
-// The tree against direct sums in quad: within its stated bound, of third order in the opening, the same bits for any threads.
+// The tree against direct sums in quad: within its stated bound, of third order in the opening, the same bits for any
+// threads.
 #include <catch2/catch.hpp>
 
 #include "forces/gravity_tree.hpp"
@@ -26,7 +27,8 @@ template <class S> Errors tree_errors(const Scene& scene, double opening) {
     long double magnitude = 0;
     for (std::size_t j = 0; j < tree.size(); ++j) {
       if (i == j) continue;
-      const auto r = narrow3<long double>(scene.bodies[j].position_m) - narrow3<long double>(scene.bodies[i].position_m);
+      const auto r =
+          narrow3<long double>(scene.bodies[j].position_m) - narrow3<long double>(scene.bodies[i].position_m);
       const long double rho2 = dot(r, r) + static_cast<long double>(gravity.softening_m) * gravity.softening_m;
       const long double Gm = gravity.constant_m3_per_kg_s2 * scene.bodies[j].mass_kg;
       a += (Gm / (rho2 * std::sqrt(rho2))) * r;
@@ -55,14 +57,16 @@ Scene dumb_bells(int pairs) {
 }
 
 std::vector<Scene> clouds() {
-  return {random_cloud(1500, 1), random_cloud(1001, 2, 0.05), clustered_cloud(900, 3), clustered_cloud(900, 4, 1e-3), dumb_bells(500)};
+  return {random_cloud(1500, 1), random_cloud(1001, 2, 0.05), clustered_cloud(900, 3), clustered_cloud(900, 4, 1e-3),
+          dumb_bells(500)};
 }
 
 TEST_CASE("the tree keeps its bound") {
   for (const double opening : {0.1, 0.2, 0.35, 0.5, 0.8})
     for (const Scene& scene : clouds()) {
       const Errors errors = tree_errors<double>(scene, opening);
-      INFO("opening " << opening << ", " << scene.bodies.size() << " bodies: " << errors.worst << " of " << gravity_tree_bound(opening));
+      INFO("opening " << opening << ", " << scene.bodies.size() << " bodies: " << errors.worst << " of "
+                      << gravity_tree_bound(opening));
       CHECK(errors.worst < gravity_tree_bound(opening));
       CHECK(errors.worst < 0.02);  // what usual placements leave of it
     }
@@ -80,8 +84,10 @@ TEST_CASE("the error falls with the third power of the opening or faster, down t
 // Quadrupoles do what they should: without them a far pair of masses errs at second order.
 TEST_CASE("a far group of bodies pulls as its expansion says") {
   Scene scene = empty_scene();
-  for (int k = 0; k < 40; ++k) scene.bodies.push_back(point("rod." + std::to_string(k), 1, {0.01 * (k - 19.5), 0, 0.004 * (k - 19.5)}, {}));
-  for (int k = 0; k < 40; ++k) scene.bodies.push_back(point("far." + std::to_string(k), 1e-9, {3 + 1e-3 * k, 1, 0.5}, {}));
+  for (int k = 0; k < 40; ++k)
+    scene.bodies.push_back(point("rod." + std::to_string(k), 1, {0.01 * (k - 19.5), 0, 0.004 * (k - 19.5)}, {}));
+  for (int k = 0; k < 40; ++k)
+    scene.bodies.push_back(point("far." + std::to_string(k), 1e-9, {3 + 1e-3 * k, 1, 0.5}, {}));
   const Scene all = pulled(scene, 0);
   const Errors errors = tree_errors<double>(all, 0.3);
   // (s / d)^4 of a rod symmetric about its centre, s < 0.21, d > 3.2: below 2e-5; second order would leave 4e-3.
@@ -147,13 +153,15 @@ TEST_CASE("a run by the tree says so, and stays near the direct one") {
   CHECK(tree != direct);
   CHECK(tree == Approx(direct).epsilon(0.02));
   CHECK(tree == end_of("atwood/leapfrog{gravity=tree,opening=0.5,threads=2}"));
-  const Outcome wide = atwood_engine().run(parse_method_id("atwood/leapfrog@long-double{gravity=tree}"), scene, {0.1, 10, 1}, {}, 0);
+  const Outcome wide =
+      atwood_engine().run(parse_method_id("atwood/leapfrog@long-double{gravity=tree}"), scene, {0.1, 10, 1}, {}, 0);
   CHECK(wide.status == Status::unsupported);
 }
 
 TEST_CASE("beyond ten thousand bodies the tree is taken by itself") {
   const Scene scene = random_cloud(direct_bodies + 100, 3, 0.01);
-  CHECK(same_bits(model_accelerations<double>(scene), model_accelerations<double>(scene, by_tree(GravityOptions{}.opening))));
+  CHECK(same_bits(model_accelerations<double>(scene),
+                  model_accelerations<double>(scene, by_tree(GravityOptions{}.opening))));
   ModelOptions direct;
   direct.gravity.sum = GravityOptions::Sum::direct;
   CHECK_FALSE(same_bits(model_accelerations<double>(scene), model_accelerations<double>(scene, direct)));

@@ -1,4 +1,5 @@
-// Methods of high precision: executed orders in quad, published values, energy at round-off, switches and retaken steps.
+// Methods of high precision: executed orders in quad, published values, energy at round-off, switches and retaken
+// steps.
 #include <catch2/catch.hpp>
 
 #include "step_checks.hpp"
@@ -9,7 +10,8 @@ namespace {
 
 double executed_order(const std::string& scheme, const Scene& scene, double t_end_s, std::int64_t steps) {
   const Recorded truth = run(scheme, scene, {t_end_s, 6 * steps, 1}, "quad");
-  const Recorded coarse = run(scheme, scene, {t_end_s, steps, 1}, "quad"), fine = run(scheme, scene, {t_end_s, 2 * steps, 1}, "quad");
+  const Recorded coarse = run(scheme, scene, {t_end_s, steps, 1}, "quad"),
+                 fine = run(scheme, scene, {t_end_s, 2 * steps, 1}, "quad");
   return std::log2(end_error(coarse, truth) / end_error(fine, truth));
 }
 

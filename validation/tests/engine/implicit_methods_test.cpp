@@ -135,7 +135,8 @@ TEST_CASE("stiff: A-stable methods stay bounded at h lambda = 1e3, L-stable ones
   CHECK(amplitude("generalised-alpha", 100) < 1e-4);  // rho = 0.8 a step
   for (const char* scheme : {"bdf1", "bdf2"}) CHECK(amplitude(scheme, 60) < 1e-4);
 
-  // Overdamped: y'' = -2000/2 ... fast mode -c/m, slow one -k/c. After many steps the slow motion alone is left, and right.
+  // Overdamped: y'' = -2000/2 ... fast mode -c/m, slow one -k/c. After many steps the slow motion alone is left, and
+  // right.
   const Scene damped = stiff_spring(2e4, 2e4);  // fast -1e4 + 1, slow -1.0001
   for (const char* scheme :
        {"radau5", "sdirk2", "sdirk4", "bdf2", "bdf3", "bdf4", "bdf5", "implicit-euler", "gauss4", "trapezoid"}) {
@@ -163,7 +164,8 @@ TEST_CASE("generalised alpha: rho_infinity is the factor of infinitely stiff mot
     }
     INFO(rho);  // all three roots meet at infinity: n^2 rho^n
     if (rho == 1) CHECK(size[41] / size[21] == Approx(1).epsilon(0.01));
-    else if (rho > 0) CHECK(std::pow(size[41] / size[21], 1.0 / 20) == Approx(rho * std::pow(42.0 / 22, 0.1)).epsilon(0.015));
+    else if (rho > 0)
+      CHECK(std::pow(size[41] / size[21], 1.0 / 20) == Approx(rho * std::pow(42.0 / 22, 0.1)).epsilon(0.015));
     else CHECK(size[41] < 1e-6);
   }
   RigidModel<double> model(kepler(0));
@@ -200,12 +202,14 @@ TEST_CASE("equations without a solution are refused; with one it is found to the
     StageSolver<double> solver(1, {Quad(1)});
     const double y = 1, known = 0;
     double z = 0, k = 0;
-    const auto rates = [](void* of, const double* at, double* rate) { *rate = (*static_cast<double (**)(double)>(of))(*at); };
+    const auto rates = [](void* of, const double* at, double* rate) {
+      *rate = (*static_cast<double (**)(double)>(of))(*at);
+    };
     const bool solved = solver.solve(rates, &law, h, &y, &known, &z, &k);
     return std::pair(solved, z);
   };
   CHECK(!solve([](double z) { return 1 + z * z; }, 1).first);  // z = 1 + z^2 has no real root
-  for (const double h : {0.1, 10.0, 1e5}) {                    // z = h (1 - z^3): sweeps for the first, Newton for the others
+  for (const double h : {0.1, 10.0, 1e5}) {  // z = h (1 - z^3): sweeps for the first, Newton for the others
     const auto [solved, z] = solve([](double x) { return 1 - x * x * x; }, h);
     CHECK(solved);
     CHECK(std::fabs(h * (1 - z * z * z) - z) <= 4e-16 * (1 + 3 * h));
@@ -214,7 +218,8 @@ TEST_CASE("equations without a solution are refused; with one it is found to the
 
 TEST_CASE("radau5 with a tolerance: the error follows it, on a smooth orbit and on a stiff spring") {
   const auto orbit = [](double rtol) {
-    const Recorded r = run("radau5", kepler(0.6), {10, 1000, 1}, "", rtol), truth = run("gauss8", kepler(0.6), {10, 4000, 1});
+    const Recorded r = run("radau5", kepler(0.6), {10, 1000, 1}, "", rtol),
+                   truth = run("gauss8", kepler(0.6), {10, 4000, 1});
     REQUIRE(r.outcome.status == Status::ok);
     return distance(r.samples.at(1).bodies[0].p_m, truth.samples.at(1).bodies[0].p_m);
   };

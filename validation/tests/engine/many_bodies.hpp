@@ -42,7 +42,8 @@ inline Scene clustered_cloud(int count, std::uint64_t seed, double softening_m =
   for (int i = 0; i < count; ++i) {
     const double knot = i % 5, size_m = 1e-6 * std::pow(10.0, knot);
     const Real3 offset = anywhere(random, size_m);
-    scene.bodies[i].position_m = {500 * std::cos(1.3 * knot) + offset[0], 500 * std::sin(1.3 * knot) + offset[1], offset[2]};
+    scene.bodies[i].position_m = {500 * std::cos(1.3 * knot) + offset[0], 500 * std::sin(1.3 * knot) + offset[1],
+                                  offset[2]};
   }
   return pulled(scene, softening_m);
 }

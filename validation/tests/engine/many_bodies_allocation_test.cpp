@@ -33,7 +33,8 @@ TEST_CASE("gravity of many bodies allocates nothing") {
 TEST_CASE("free flight allocates nothing") {
   Scene scene = random_cloud(200, 1);
   scene.forces.clear();
-  for (std::size_t i = 0; i < scene.bodies.size(); i += 2) scene.bodies[i].inertia_kg_m2 = {1, 0, 0, 0, 2, 0, 0, 0, 1.5};
+  for (std::size_t i = 0; i < scene.bodies.size(); i += 2)
+    scene.bodies[i].inertia_kg_m2 = {1, 0, 0, 0, 2, 0, 0, 0, 1.5};
   for (const char* method : {"atwood/rk4", "atwood/dopri5{threads=2}"}) {
     auto simulation = prepare<double>(parse_method_id(method), scene);
     REQUIRE(simulation.free_flight != nullptr);

@@ -1,4 +1,5 @@
-// Multistep methods: published coefficients, the recurrence as executed, starters, and a history that is dropped when it must.
+// Multistep methods: published coefficients, the recurrence as executed, starters, and a history that is dropped when
+// it must.
 #include <catch2/catch.hpp>
 
 #include "integrators/multistep_tables.hpp"
@@ -18,7 +19,8 @@ bool same(const std::vector<Quad>& weights, const std::vector<double>& numerator
 TEST_CASE("Adams and BDF coefficients are the published fractions, in quad") {
   CHECK(same(adams_bashforth(4).rate, {55, -59, 37, -9}, 24));
   CHECK(same(adams_bashforth(6).rate, {4277, -7923, 9982, -7298, 2877, -475}, 1440));
-  CHECK(same(adams_bashforth(8).rate, {434241, -1152169, 2183877, -2664477, 2102243, -1041723, 295767, -36799}, 120960));
+  CHECK(
+      same(adams_bashforth(8).rate, {434241, -1152169, 2183877, -2664477, 2102243, -1041723, 295767, -36799}, 120960));
   CHECK(same(adams_moulton(4).rate, {19, -5, 1}, 24));
   CHECK(same({adams_moulton(4).implicit}, {9}, 24));
   CHECK(same(adams_moulton(8).rate, {139849, -121797, 123133, -88547, 41499, -11351, 1375}, 120960));

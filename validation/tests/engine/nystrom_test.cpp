@@ -10,7 +10,8 @@ namespace {
 
 // An acceleration's expansion, tree by tree: with m factors of c (from x + c h v) and branches t_1 ... t_n at the root,
 //   phi_i(t) = c_i^m prod_k sum_j a_ij phi_j(t_k), of order r(t) = 1 + m + sum_k (1 + r(t_k)).
-// Along the exact solution it is th^(r - 1) / g, each branch integrated twice: g(t) = prod_k g(t_k) r(t_k) (r(t_k) + 1). So
+// Along the exact solution it is th^(r - 1) / g, each branch integrated twice: g(t) = prod_k g(t_k) r(t_k) (r(t_k) +
+// 1). So
 //   sum b'_i phi_i = 1 / (g r) for r <= p, and sum b_i phi_i = 1 / (g r (r + 1)) for r <= p - 1
 // (Hairer, Norsett, Wanner I, section II.14, with the trees of x'' = a(t, x) only).
 struct NystromTree { int order; double g; int c_factors; std::vector<std::size_t> branches; };
@@ -164,12 +165,13 @@ TEST_CASE("Nystrom methods refuse by name what is no x'' = a(t, x)") {
 TEST_CASE("Nystrom methods' executed order under a force of time, in quad") {
   struct Rung { const char* scheme; double claimed; std::int64_t steps; };
   const BodySample truth = run("verner9", driven_oscillator(), {3, 4000, 1}, "quad").samples.at(1).bodies[0];
-  for (const auto& [scheme, claimed, steps] :
-       {Rung{"dprkn6", 6, 200}, Rung{"dprkn12", 12, 48}, Rung{"blanes-moan-rkn4", 4, 200}, Rung{"blanes-moan-rkn6", 6, 100}}) {
+  for (const auto& [scheme, claimed, steps] : {Rung{"dprkn6", 6, 200}, Rung{"dprkn12", 12, 48},
+                                               Rung{"blanes-moan-rkn4", 4, 200}, Rung{"blanes-moan-rkn6", 6, 100}}) {
     INFO(scheme);
     Wide error[2];
     for (int k = 0; k < 2; ++k)
-      error[k] = distance(run(scheme, driven_oscillator(), {3, steps << k, 1}, "quad").samples.at(1).bodies[0].p_m, truth.p_m);
+      error[k] =
+          distance(run(scheme, driven_oscillator(), {3, steps << k, 1}, "quad").samples.at(1).bodies[0].p_m, truth.p_m);
     CHECK(error[1] > 1e-28);
     CHECK(std::log2(static_cast<double>(error[0] / error[1])) == Approx(claimed).margin(0.15));
   }

@@ -100,7 +100,8 @@ TEST_CASE("executed order is the claimed order, per class of motion") {
       if (run(scheme, problem.scene, {problem.t_end_s, 1, 1}).outcome.status == Status::unsupported) {
         const std::string& why = run(scheme, problem.scene, {problem.t_end_s, 1, 1}).outcome.reason;
         const bool no_energy = why.find("needs an energy to keep") != std::string::npos;
-        CHECK((no_energy || (scheme.rfind("boris", 0) == 0 && problem.scene.forces.size() > 0)));  // drag is not for Boris's push
+        CHECK((no_energy ||
+               (scheme.rfind("boris", 0) == 0 && problem.scene.forces.size() > 0)));  // drag is not for Boris's push
         continue;
       }
       const double claimed = claim->second;

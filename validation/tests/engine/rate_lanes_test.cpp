@@ -23,7 +23,8 @@ template <class S> std::vector<S> random_state(const RigidModel<S>& model, std::
   return y;
 }
 
-template <class S> int wrong_scalars(const Scene& scene, int count, std::mt19937& random, VectorWidth width = widest_vectors()) {
+template <class S>
+int wrong_scalars(const Scene& scene, int count, std::mt19937& random, VectorWidth width = widest_vectors()) {
   RigidModel<S> model(scene);
   model.set_vector_width(width);
   if (!model.unsupported().empty()) return 0;

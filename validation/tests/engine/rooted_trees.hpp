@@ -16,7 +16,8 @@ struct Tree { int nodes; double gamma; std::vector<std::size_t> branches; };  //
 
 namespace detail {
 // Adds the trees of `nodes` nodes that hang `chosen` and further ones, no later in the list than `last`, from a root.
-inline void hang(std::vector<Tree>& trees, int nodes, int nodes_left, std::size_t last, std::vector<std::size_t>& chosen) {
+inline void hang(std::vector<Tree>& trees, int nodes, int nodes_left, std::size_t last,
+                 std::vector<std::size_t>& chosen) {
   if (nodes_left == 0) {
     double gamma = nodes;
     for (const std::size_t branch : chosen) gamma *= trees[branch].gamma;
@@ -66,9 +67,9 @@ inline TableauRow sizes(const TableauRow& row) {
   return size;
 }
 
-// The order conditions of a table, and what rounding to quad alone may miss them by: each product and sum is off by 2^-113
-// of itself at most, so a residual is off by some 2^-113 sum |b_i| phi_i(|a|), which cancellation among large entries can
-// raise far above the residual's own size.
+// The order conditions of a table, and what rounding to quad alone may miss them by: each product and sum is off by
+// 2^-113 of itself at most, so a residual is off by some 2^-113 sum |b_i| phi_i(|a|), which cancellation among large
+// entries can raise far above the residual's own size.
 struct OrderConditions {
   std::vector<Tree> trees;
   std::vector<TableauRow> phi, phi_of_sizes;

@@ -177,7 +177,8 @@ TEST_CASE("what the engine cannot do it refuses by name") {
   touching.bodies.push_back(point("ground", 0, {0, 0, -2}, {0, 0, 0}));
   touching.bodies[1].fixed = true;
   touching.bodies[1].shape = Plane{{0, 0, 1}, -2};
-  check_refused(run("rk4", touching, {1, 10, 1}), "atwood/rk4 has no contact response; use +impulse, +event or +penalty");
+  check_refused(run("rk4", touching, {1, 10, 1}),
+                "atwood/rk4 has no contact response; use +impulse, +event or +penalty");
 
   check_refused(run("rk4", ballistic(), {1, 10, 1}, "", 1e-6), "no tolerance");
   check_refused(run("rk5", ballistic(), {1, 10, 1}), "rk5");

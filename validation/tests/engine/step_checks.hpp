@@ -38,9 +38,11 @@ inline double end_error(const Recorded& run, const Recorded& truth) {
   return worst;
 }
 
-// Kepler, tolerance 1e-12: samples inside steps change nothing of the run, and are as accurate as `truth` tells (50 of them).
+// Kepler, tolerance 1e-12: samples inside steps change nothing of the run, and are as accurate as `truth` tells (50 of
+// them).
 inline void check_samples_change_nothing(const std::string& scheme, const Recorded& truth) {
-  const Recorded bare = run(scheme, kepler(0.6), {10, 100, 1}, "", 1e-12), sampled = run(scheme, kepler(0.6), {10, 100, 50}, "", 1e-12);
+  const Recorded bare = run(scheme, kepler(0.6), {10, 100, 1}, "", 1e-12),
+                 sampled = run(scheme, kepler(0.6), {10, 100, 50}, "", 1e-12);
   CHECK(end_error(bare, sampled) == 0);
   for (std::size_t k = 0; k < truth.samples.size(); ++k)
     CHECK(distance(sampled.samples[k].bodies[0].p_m, truth.samples[k].bodies[0].p_m) < 1e-10);

@@ -1,5 +1,5 @@
-// Tolerances: every pair keeps its error near what was asked, from any first guess; its settings act; known rates are reused,
-// and only where they hold.
+// Tolerances: every pair keeps its error near what was asked, from any first guess; its settings act; known rates are
+// reused, and only where they hold.
 #include <catch2/catch.hpp>
 
 #include "integrators/adaptive.hpp"
@@ -56,7 +56,8 @@ TEST_CASE("a smaller tolerance gives a smaller error, not far from what was aske
   }
 }
 
-// An implicit method's equations have no solution that it finds where the guess is far too long: it takes a shorter step.
+// An implicit method's equations have no solution that it finds where the guess is far too long: it takes a shorter
+// step.
 TEST_CASE("a bad first guess of the step is no problem") {
   const Sample truth = orbit_truth();
   std::vector<Sample> samples;

@@ -66,7 +66,8 @@ TableauRow dense_weights(const Tableau& tableau, const Coefficients& read, Quad 
     const Quad first = i == 0, last = static_cast<int>(i) == tableau.stages - 1;
     Quad inner = 0;
     for (std::size_t n = read.dense.size(); n-- > 0;) inner = read.dense[n][i] + (n % 2 == 0 ? theta : rest) * inner;
-    b.push_back(theta * (read.b[i] + rest * (first - read.b[i] + theta * (2 * read.b[i] - first - last + rest * inner))));
+    b.push_back(theta *
+                (read.b[i] + rest * (first - read.b[i] + theta * (2 * read.b[i] - first - last + rest * inner))));
   }
   return b;
 }
@@ -140,7 +141,8 @@ TEST_CASE("an interpolant meets the continuous order conditions of its order, an
     double next = 0;
     for (const Quad theta : {Quad(1) / 8, Quad(1) / 2, Quad(3) / 4}) {
       const TableauRow b = dense_weights(tableau, read, theta);
-      for (int nodes = 1; nodes <= tableau.dense_order; ++nodes) CHECK(conditions.worst(b, nodes, theta).roundings < met);
+      for (int nodes = 1; nodes <= tableau.dense_order; ++nodes)
+        CHECK(conditions.worst(b, nodes, theta).roundings < met);
       next = std::fmax(next, conditions.worst(b, tableau.dense_order + 1, theta).missed);
     }
     CHECK(next > missed);
@@ -172,7 +174,8 @@ TEST_CASE("halving h divides the error estimate by 2^(k + 1), k as the step cont
       stepper.step(0, Quad(1) / Quad(64 << k), &y, &y_new);
       estimate[k] = stepper.error_norm(0, 1);
     }
-    CHECK(std::log2(static_cast<double>(estimate[0] / estimate[1])) == Approx(stepper.estimate_order() + 1).margin(0.1));
+    CHECK(std::log2(static_cast<double>(estimate[0] / estimate[1])) ==
+          Approx(stepper.estimate_order() + 1).margin(0.1));
   }
 }
 

@@ -101,7 +101,8 @@ TEST_CASE("Lorenz at t = 10 to the last digits computed elsewhere") {
 }
 
 TEST_CASE("Pleiades at t = 3") {
-  const Recorded wide = run("taylor", pleiades(), {3, 10, 1}, "quad", 1e-26), narrow = run("taylor", pleiades(), {3, 10, 1}, "", 1e-13);
+  const Recorded wide = run("taylor", pleiades(), {3, 10, 1}, "quad", 1e-26),
+                 narrow = run("taylor", pleiades(), {3, 10, 1}, "", 1e-13);
   for (int i = 0; i < 7; ++i)
     for (int c = 0; c < 2; ++c) {
       CHECK(off(wide.samples.back().bodies[i].p_m[c], reference_values::pleiades.at_end[7 * c + i]) < 2e-18);
@@ -121,7 +122,8 @@ TEST_CASE("Henon and Heiles, and a free top, up to the rounding of their decimal
   for (int c = 0; c < 2; ++c) CHECK(off(star.p_m[c], reference_values::henon_heiles_10.at_end[c]) < 1e-15);
   const BodySample top = run("taylor", asymmetric_top(), {10, 10, 1}, "quad", 1e-20).samples.back().bodies[0];
   const double moment[] = {0.6, 0.8, 1};
-  for (int c = 0; c < 3; ++c) CHECK(off(Wide(moment[c]) * top.w_rad_per_s[c], reference_values::asymmetric_top.at_end[c]) < 1e-14);
+  for (int c = 0; c < 3; ++c)
+    CHECK(off(Wide(moment[c]) * top.w_rad_per_s[c], reference_values::asymmetric_top.at_end[c]) < 1e-14);
   std::array<Wide, 4> attitude{};
   for (int c = 0; c < 4; ++c) attitude[c] = parse_wide(reference_values::asymmetric_top.at_end[3 + c]);
   CHECK(attitude_distance(top.q_wxyz, attitude) < 1e-14);
@@ -129,7 +131,8 @@ TEST_CASE("Henon and Heiles, and a free top, up to the rounding of their decimal
 
 TEST_CASE("every law with a recurrence is the law that rates state") {
   for (const Scene& scene : {everything(), dragged_top(), e_cross_b(), driven_oscillator()}) {
-    const Recorded truth = run("verner9", scene, {2, 4000, 4}, "quad"), series = run("taylor", scene, {2, 40, 4}, "quad", 1e-25);
+    const Recorded truth = run("verner9", scene, {2, 4000, 4}, "quad"),
+                   series = run("taylor", scene, {2, 40, 4}, "quad", 1e-25);
     REQUIRE(truth.outcome.status == Status::ok);
     REQUIRE(series.outcome.status == Status::ok);
     for (std::size_t k = 0; k < truth.samples.size(); ++k) {
@@ -141,7 +144,8 @@ TEST_CASE("every law with a recurrence is the law that rates state") {
   }
   Scene damped = oscillator(0.6);
   damped.forces.push_back(Drive{{0}, {3, 0, 0}, 2.7, 0.4});
-  CHECK(end_error(run("taylor", damped, {5, 100, 1}, "quad", 1e-25), run("verner9", damped, {5, 20000, 1}, "quad")) < 1e-21);
+  CHECK(end_error(run("taylor", damped, {5, 100, 1}, "quad", 1e-25), run("verner9", damped, {5, 20000, 1}, "quad")) <
+        1e-21);
 }
 
 TEST_CASE("the executed order is the order asked for") {

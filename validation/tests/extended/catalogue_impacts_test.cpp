@@ -11,7 +11,8 @@
 using namespace atwood;
 
 TEST_CASE("slopes, cradles, a thin wall: closed form and located impacts agree within their bars") {
-  for (const char* id : {"slopes", "cradle-touching-3", "cradle-unequal-apart", "bullet-through-paper", "oblique-rough-dead"}) {
+  for (const char* id :
+       {"slopes", "cradle-touching-3", "cradle-unequal-apart", "bullet-through-paper", "oblique-rough-dead"}) {
     const Scenario given = read_scenario(std::string(ATWOOD_SOURCE_DIR) + "/validation/scenarios/" + id + ".toml");
     const Truth exact = closed_form_truth(given, given.samples), located = extended_truth(given, given.samples);
     INFO(id << ": " << exact.outcome.reason << located.outcome.reason);

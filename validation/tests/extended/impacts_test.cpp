@@ -68,7 +68,8 @@ TEST_CASE("with quadratic drag the bars hold, though drag has a kink at each ape
   CHECK(size(truth.events[0].t_s - t) < 1e-22);
   // Rising to the first apex at v1 = e v: the kink lies at t1 + atan(v1 sqrt(k / (m g))) sqrt(m / (g k)).
   const Wide v1 = truth.events[0].vn_after_m_per_s, apex = m / (2 * k) * logq(1 + k * v1 * v1 / (m * g));
-  const Wide up = atanq(v1 * sqrtq(k / (m * g))) * sqrtq(m / (g * k)), down = acoshq(expq(apex * k / m)) / sqrtq(g * k / m);
+  const Wide up = atanq(v1 * sqrtq(k / (m * g))) * sqrtq(m / (g * k)),
+             down = acoshq(expq(apex * k / m)) / sqrtq(g * k / m);
   CHECK(size(truth.events[1].t_s - truth.events[0].t_s - up - down) < 1e-20);
 }
 
@@ -128,7 +129,8 @@ TEST_CASE("balls that touch and approach at the start: the first sample is the s
       CHECK(static_cast<double>(truth.values[0].bodies[i].v_m_per_s[0]) == given.scene.bodies[i].velocity_m_per_s[0]);
       CHECK(static_cast<double>(truth.bars[0].bodies[i].v_m_per_s[0]) == 0);
     }
-    CHECK(static_cast<double>(truth.values[1].bodies[0].v_m_per_s[0]) == Approx(-1.4));  // 2 v_cm - v, v_cm = (2 - 3) / 5
+    CHECK(static_cast<double>(truth.values[1].bodies[0].v_m_per_s[0]) ==
+          Approx(-1.4));  // 2 v_cm - v, v_cm = (2 - 3) / 5
   }
 }
 
@@ -217,7 +219,8 @@ TEST_CASE("what is not covered is refused with a reason") {
 
   Scenario boxes = two_spheres(1, 0);
   boxes.scene.bodies[0].shape = Box{{1, 1, 1}};
-  CHECK(extended_truth(boxes, 2).outcome.reason == "contact of box `a` with sphere `b` is not covered by the extended truth");
+  CHECK(extended_truth(boxes, 2).outcome.reason ==
+        "contact of box `a` with sphere `b` is not covered by the extended truth");
 
   Scenario overlapping = two_spheres(1, 0);
   overlapping.scene.bodies[1].position_m = {0.25, 0, 0};
@@ -225,7 +228,8 @@ TEST_CASE("what is not covered is refused with a reason") {
 }
 
 TEST_CASE("the flow's condition: free flight grows as t, by hand") {
-  // p = p0 + v t with |p| up to 2, |v| = 1 (scale of each): dp/dp0 = 1, dp/dv0 = t scaled by 1/2 -> 1 + 4 / 2... per axis.
+  // p = p0 + v t with |p| up to 2, |v| = 1 (scale of each): dp/dp0 = 1, dp/dv0 = t scaled by 1/2 -> 1 + 4 / 2... per
+  // axis.
   Scene scene = scenes::empty_scene();
   scene.bodies.push_back(scenes::point("a", 1, {-2, 0, 0}, {1, 0, 0}));
   CHECK(flow_condition(scene, 4, 4) == Approx(3).epsilon(1e-4));

@@ -143,8 +143,9 @@ Problem galaxy() {
   });
 }
 
-const std::vector<const char*> pleiades_start{"3", "3",  "-1", "-3", "2", "-2", "2", "3", "-3", "2",     "0", "0", "-4", "4",
-                                              "0", "0",  "0",  "0",  "0", "1.75", "-1.5", "0", "0", "0", "-1.25", "1", "0", "0"};
+const std::vector<const char*> pleiades_start{"3",    "3", "-1", "-3", "2",     "-2", "2", "3", "-3", "2",
+                                              "0",    "0", "-4", "4",  "0",     "0",  "0", "0", "0",  "1.75",
+                                              "-1.5", "0", "0",  "0",  "-1.25", "1",  "0", "0"};
 
 }  // namespace
 
@@ -243,7 +244,8 @@ Wide p(const Truth& truth, int body, int axis) { return truth.values.back().bodi
 TEST_CASE("truths of the rounded scenes") {
   using namespace reference_values;
   const auto planar = [](const Truth& truth, const Values& values) {
-    return std::vector<std::pair<Wide, const char*>>{{p(truth, 0, 0), values.at_end[0]}, {p(truth, 0, 1), values.at_end[1]}};
+    return std::vector<std::pair<Wide, const char*>>{{p(truth, 0, 0), values.at_end[0]},
+                                                     {p(truth, 0, 1), values.at_end[1]}};
   };
   SECTION("pleiades") {
     const Scenario scenario = scenes::pleiades();
@@ -286,12 +288,14 @@ TEST_CASE("truths of the rounded scenes") {
     const Truth truth = extended_truth(scenario, 4);
     std::vector<std::pair<Wide, const char*>> pairs;
     for (int i = 0; i < 6; ++i)
-      for (int axis = 0; axis < 3; ++axis) pairs.push_back({p(truth, i, axis), outer_solar_system.at_end[3 * i + axis]});
+      for (int axis = 0; axis < 3; ++axis)
+        pairs.push_back({p(truth, i, axis), outer_solar_system.at_end[3 * i + axis]});
     explains(scenario, pairs, truth, 46);
   }
   SECTION("dzhanibekov and the asymmetric top, attitude included") {
     for (const bool flips : {false, true}) {
-      const Scenario scenario = flips ? scenes::asymmetric_top({1e-3, 1, 1e-3}, 100) : scenes::asymmetric_top({3, 0.5, -0.9}, 10);
+      const Scenario scenario =
+          flips ? scenes::asymmetric_top({1e-3, 1, 1e-3}, 100) : scenes::asymmetric_top({3, 0.5, -0.9}, 10);
       const Values& values = flips ? dzhanibekov : asymmetric_top;
       const Truth truth = extended_truth(scenario, 32);
       const BodySample& end = truth.values.back().bodies[0];

@@ -88,7 +88,8 @@ TEST_CASE("both land where they are asked to, and meet their tolerance") {
   for (const double tolerance : {1e-12, 1e-20, 1e-28}) {
     Extrapolation<Wide> explicit_one(2, {}, swing.rate, tolerance);
     Collocation implicit_one(swing, tolerance);
-    for (Stepper<Wide>* stepper : {static_cast<Stepper<Wide>*>(&explicit_one), static_cast<Stepper<Wide>*>(&implicit_one)}) {
+    for (Stepper<Wide>* stepper :
+         {static_cast<Stepper<Wide>*>(&explicit_one), static_cast<Stepper<Wide>*>(&implicit_one)}) {
       Wide y[2] = {1, 0};
       REQUIRE(advance<Wide>(*stepper, 0, y, Wide(7) / 3));
       REQUIRE(advance<Wide>(*stepper, Wide(7) / 3, y, 10 - Wide(7) / 3));

@@ -92,7 +92,8 @@ TEST_CASE("published values that are not there are missed by name") {
 }
 
 TEST_CASE("bars are below 1e-20 where the conditioning allows, and a motion past the reach of quad says from when on") {
-  for (const Scenario& scenario : {scenes::pleiades(), scenes::figure_eight(), scenes::henon_heiles(10), scenes::lorenz(10)}) {
+  for (const Scenario& scenario :
+       {scenes::pleiades(), scenes::figure_eight(), scenes::henon_heiles(10), scenes::lorenz(10)}) {
     INFO(scenario.id);
     const Truth truth = solve_truth(scenario, 4);
     REQUIRE(truth.outcome.status == Status::ok);

@@ -44,7 +44,8 @@ Row row_of(const std::string& method, std::int64_t steps, const std::string& met
 }
 
 std::vector<Row> rows() {
-  return {row_of("ode/default", 960, "error-position-end", 0.1), row_of("atwood/rk4", 960, "error-position-end", 1.2345e-6, 1e-12),
+  return {row_of("ode/default", 960, "error-position-end", 0.1),
+          row_of("atwood/rk4", 960, "error-position-end", 1.2345e-6, 1e-12),
           row_of("atwood/rk4", 240, "error-position-end", 5e-4), row_of("atwood/rk4", 0, "order-position", 4.05, 0.02),
           row_of("atwood/rk4", 960, "step-time", 5e-8)};
 }
@@ -124,5 +125,6 @@ TEST_CASE("baseline: no file, and a file that is not one") {
   CHECK_THROWS_AS(compare_baseline(folder.file(), rows()), InputError);
   std::ofstream(folder.file()) << "something else\n";
   CHECK_THROWS_AS(compare_baseline(folder.file(), rows()), InputError);
-  CHECK_THROWS_AS(write_baseline((folder.path / "no" / "such" / "folder").string(), rows(), "figures"), std::runtime_error);
+  CHECK_THROWS_AS(write_baseline((folder.path / "no" / "such" / "folder").string(), rows(), "figures"),
+                  std::runtime_error);
 }

@@ -75,7 +75,9 @@ TEST_CASE("judge: a failure says what was measured, allowed, by what margin, and
 
 TEST_CASE("judge: orders on both sides, with a half-width of at most half the band") {
   const Gate gate = gate_of(Gate::Kind::within, 3.9, 4.2, "order-position");
-  const auto order = [](double v, double half) { return std::vector<Row>{row_of("order-position", v, half, "atwood/rk4", 0)}; };
+  const auto order = [](double v, double half) {
+    return std::vector<Row>{row_of("order-position", v, half, "atwood/rk4", 0)};
+  };
   CHECK(judged(gate, order(4.05, 0.03)) == Judgement::pass);
   CHECK(judged(gate, order(4.05, 0.14)) == Judgement::pass);
   CHECK(judged(gate, order(4.05, 0.16)) == Judgement::unverifiable);
@@ -143,7 +145,8 @@ TEST_CASE("judge: ratios against another method's row of the same cell; none of 
   Gate gate = gate_of(Gate::Kind::max_ratio, 0, 0.1);
   gate.ratio_to = "ode/default";
   const auto rows = [](double mine, double bar, double theirs, double their_bar) {
-    return std::vector<Row>{row_of("error-position-end", mine, bar), row_of("error-position-end", theirs, their_bar, "ode/default")};
+    return std::vector<Row>{row_of("error-position-end", mine, bar),
+                            row_of("error-position-end", theirs, their_bar, "ode/default")};
   };
   CHECK(judged(gate, rows(1, 0, 20, 0)) == Judgement::pass);
   CHECK(judged(gate, rows(3, 0, 20, 0)) == Judgement::fail);

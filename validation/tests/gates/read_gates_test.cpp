@@ -34,8 +34,9 @@ const std::string head = "[[gate]]\nscenario = \"a\"\nmethod = \"b\"\nmetric = \
 }  // namespace
 
 TEST_CASE("gates: every kind is read, with its place") {
-  const File file("# gates\n" + head + "within = [3.9, 4.2]\nreason = \"r\"\n" + head + "max = 1e-9\nsteps = 240\nreason = \"r\"\n" +
-                  head + "min = 2\nreason = \"r\"\n" + head + "max_ratio = { to = \"ode/default\", value = 0.5 }\nreason = \"r\"\n");
+  const File file("# gates\n" + head + "within = [3.9, 4.2]\nreason = \"r\"\n" + head +
+                  "max = 1e-9\nsteps = 240\nreason = \"r\"\n" + head + "min = 2\nreason = \"r\"\n" + head +
+                  "max_ratio = { to = \"ode/default\", value = 0.5 }\nreason = \"r\"\n");
   const std::vector<Gate> gates = read_gates(file.path.string());
   REQUIRE(gates.size() == 4);
   CHECK(gates[0].kind == Gate::Kind::within);
@@ -55,15 +56,19 @@ TEST_CASE("gates: every kind is read, with its place") {
 TEST_CASE("gates: a file may be about the runs of one study") {
   const File file("study = \"nightly\"\n" + head + "max = 1\nreason = \"r\"\n");
   CHECK(read_gates(file.path.string()).at(0).study == "nightly");
-  CHECK(error_of("study = 3\n" + head + "max = 1\nreason = \"r\"\n").find("`study` must be a text") != std::string::npos);
-  CHECK(error_of("studie = \"x\"\n" + head + "max = 1\nreason = \"r\"\n").find("unknown key `studie`") != std::string::npos);
+  CHECK(error_of("study = 3\n" + head + "max = 1\nreason = \"r\"\n").find("`study` must be a text") !=
+        std::string::npos);
+  CHECK(error_of("studie = \"x\"\n" + head + "max = 1\nreason = \"r\"\n").find("unknown key `studie`") !=
+        std::string::npos);
 }
 
 TEST_CASE("gates: what is wrong is named with line, column, and what was expected") {
   CHECK(error_of(head + "witihn = [1, 2]\nreason = \"r\"\n") ==
-        ":5:1: unknown key `witihn` in [[gate]]; expected one of scenario, method, metric, steps, within, max, min, max_ratio, within_claim, "
+        ":5:1: unknown key `witihn` in [[gate]]; expected one of scenario, method, metric, steps, within, max, min, "
+        "max_ratio, within_claim, "
         "reason (did you mean within?)");
-  CHECK(error_of(head + "max = 1\nmin = 0\nreason = \"r\"\n").find("exactly one of within, max, min, max_ratio") != std::string::npos);
+  CHECK(error_of(head + "max = 1\nmin = 0\nreason = \"r\"\n").find("exactly one of within, max, min, max_ratio") !=
+        std::string::npos);
   CHECK(error_of(head + "reason = \"r\"\n").find("exactly one of within, max, min, max_ratio") != std::string::npos);
   CHECK(error_of(head + "max = 1\n").find("needs `reason`") != std::string::npos);
   CHECK(error_of(head + "max = 1\nreason = \"\"\n").find("not empty") != std::string::npos);
@@ -72,7 +77,8 @@ TEST_CASE("gates: what is wrong is named with line, column, and what was expecte
   CHECK(error_of(head + "within = [2, 1]\nreason = \"r\"\n").find("must rise") != std::string::npos);
   CHECK(error_of(head + "within = [1]\nreason = \"r\"\n").find("two numbers") != std::string::npos);
   CHECK(error_of(head + "max = 1\nsteps = -4\nreason = \"r\"\n").find("positive whole number") != std::string::npos);
-  CHECK(error_of(head + "max_ratio = { too = \"x\", value = 1 }\nreason = \"r\"\n").find("did you mean to?") != std::string::npos);
+  CHECK(error_of(head + "max_ratio = { too = \"x\", value = 1 }\nreason = \"r\"\n").find("did you mean to?") !=
+        std::string::npos);
   CHECK(error_of(head + "max_ratio = { to = \"x\" }\nreason = \"r\"\n").find("needs `value`") != std::string::npos);
   CHECK(error_of("[gate]\nscenario = \"a\"\n").find("expected [[gate]]") != std::string::npos);
   CHECK(error_of("[[gates]]\nscenario = \"a\"\n").find("unknown key `gates`") != std::string::npos);
@@ -91,7 +97,8 @@ TEST_CASE("gates: the project's own files are read, and every gate says why") {
       INFO(gate.origin);
       CHECK(gate.reason.size() > 20);
       // Both sides: an order of 6 where 4 is claimed fails too.
-      if (gate.metric.starts_with("order-")) CHECK((gate.kind == Gate::Kind::within || gate.kind == Gate::Kind::within_claim));
+      if (gate.metric.starts_with("order-"))
+        CHECK((gate.kind == Gate::Kind::within || gate.kind == Gate::Kind::within_claim));
     }
   }
   CHECK(files >= 4);

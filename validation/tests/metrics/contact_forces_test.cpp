@@ -93,7 +93,8 @@ TEST_CASE("contact forces: friction on the wrong axis, or none, falls short of t
 TEST_CASE("contact forces: slip is the surfaces': a rolling ball has none, body rates are in body axes") {
   Recording run = slide(sliding());
   for (Sample& sample : run.values) {
-    sample.bodies[1].q_wxyz = {Wide(std::sqrt(0.5)), 0, 0, Wide(std::sqrt(0.5))};  // a quarter turn about z: body x is world y
+    sample.bodies[1].q_wxyz = {Wide(std::sqrt(0.5)), 0, 0,
+                               Wide(std::sqrt(0.5))};  // a quarter turn about z: body x is world y
     sample.bodies[1].w_rad_per_s = {kSpeed / 0.25, 0, 0};
   }
   for (std::size_t k = 1; k < run.values.size(); ++k) run.values[k].contacts[0].force_t_N = {};

@@ -134,7 +134,8 @@ TEST_CASE("bounce: an apex off by a part in 1e-10 is seen as that") {
   const Scenario s = bounce();
   const Truth truth = truth_of(motion(s, kE));
   Recording run = motion(s, kE);
-  for (Sample& sample : run.values) sample.bodies[1].p_m[2] = Wide(kRadius) + (sample.bodies[1].p_m[2] - Wide(kRadius)) * (1 + Wide(1e-10));
+  for (Sample& sample : run.values)
+    sample.bodies[1].p_m[2] = Wide(kRadius) + (sample.bodies[1].p_m[2] - Wide(kRadius)) * (1 + Wide(1e-10));
   CHECK(value_of(measure(s, truth, run), "apex-error") == Approx(1e-10).epsilon(1e-6));
 }
 
@@ -158,7 +159,8 @@ TEST_CASE("bounce: energy that comes back after it was lower is a gain, from sta
     Recording run = good;
     for (std::size_t k = 0; k < run.values.size(); ++k) {
       run.values[k].bodies[1] = good.values.front().bodies[1];
-      run.values[k].bodies[1].v_m_per_s = {Wide(speeds[std::min(k, speeds.size() - 1)]), 0, 0};  // of which no event tells
+      run.values[k].bodies[1].v_m_per_s = {Wide(speeds[std::min(k, speeds.size() - 1)]), 0,
+                                           0};  // of which no event tells
     }
     return value_of(measure(s, truth_of(good), run), "energy-gain");
   };

@@ -116,7 +116,8 @@ TEST_CASE("coverage: drift under white, correlated and periodic noise") {
     for (int series = 0; series < kSeries; ++series) {
       std::vector<double> v = correlated(noise, n, rho);
       const double phase = noise();
-      for (std::size_t i = 0; i < n; ++i) v[i] += kSlope * t[i] + amplitude * std::sin(6.283185307179586 * t[i] / period + phase);
+      for (std::size_t i = 0; i < n; ++i)
+        v[i] += kSlope * t[i] + amplitude * std::sin(6.283185307179586 * t[i] / period + phase);
       const DriftFit fit = fit_drift(t, v);
       covered += std::fabs(fit.slope_per_s - kSlope) <= fit.half_width_95;
     }

@@ -36,7 +36,8 @@ TEST_CASE("drift: hidden under an oscillation a thousand times larger") {
   const auto t = times(800, 200);
   for (const double slope : {1e-8, -1e-8, 0.0}) {
     // Spikes, as at an orbit's pericentres: the mean is far from the middle.
-    const DriftFit fit = fit_drift(t, series(t, [&](double x) { return 1e-3 * std::exp(-8 + 8 * std::cos(x)) + slope * x; }));
+    const DriftFit fit =
+        fit_drift(t, series(t, [&](double x) { return 1e-3 * std::exp(-8 + 8 * std::cos(x)) + slope * x; }));
     CHECK(std::fabs(fit.slope_per_s - slope) < 3e-10);
     CHECK(std::fabs(fit.slope_per_s - slope) <= fit.half_width_95);
     CHECK(fit.oscillation == Approx(5e-4).epsilon(0.02));
@@ -107,6 +108,7 @@ TEST_CASE("growth: too few samples, the floor, and no law at all are inconclusiv
   const auto few = times(40, 1), t = times(100, 1);
   CHECK(fit_growth(few, series(few, [](double x) { return x; }), 0).law == "inconclusive");
   CHECK(fit_growth(t, series(t, [](double x) { return 1e-15 * x; }), 1e-15).law == "inconclusive");
-  CHECK(fit_growth(t, series(t, [](double x) { return x + 50 * std::exp(-300 * (x - 0.6) * (x - 0.6)); }), 0).law == "inconclusive");
+  CHECK(fit_growth(t, series(t, [](double x) { return x + 50 * std::exp(-300 * (x - 0.6) * (x - 0.6)); }), 0).law ==
+        "inconclusive");
   CHECK(fit_growth(t, series(t, [](double x) { return x > 0.5 ? std::nan("") : x; }), 0).law == "inconclusive");
 }

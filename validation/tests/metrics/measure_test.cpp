@@ -83,7 +83,8 @@ TEST_CASE("measure: a lag in phase is an error in position and conserves everyth
   CHECK(value_of(rows, "error-state-end") == Approx(end));  // sqrt(end^2 + end^2) / sqrt(1 + 1)
   CHECK(find(rows, "error-state-end")->truth_bar == Approx(std::sqrt(3.0) * 1e-15));
   // The mean of t^2 over k/120, k = 1..120, is T^2 (1/3 + 1/240 + ...).
-  CHECK(value_of(rows, "error-position-rms") == Approx(6e-3 * std::sqrt(121.0 * 241 / (6.0 * 120 * 120))).epsilon(1e-5));
+  CHECK(value_of(rows, "error-position-rms") ==
+        Approx(6e-3 * std::sqrt(121.0 * 241 / (6.0 * 120 * 120))).epsilon(1e-5));
   CHECK(find(rows, "error-position-end")->truth_bar == Approx(std::sqrt(3.0) * 1e-15));
   CHECK(find(rows, "error-attitude-end") == nullptr);
   CHECK(value_of(rows, "energy-max") < 1e-14);

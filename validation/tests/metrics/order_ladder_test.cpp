@@ -55,7 +55,8 @@ std::vector<Row> ladder_rows(const Problem& p, const Stepper<double>& stepper, c
       r.value = value;
       rows.push_back(r);
     };
-    add("error-" + p.quantity + "-end", end_error(stepper(p.rate, p.start, p.t_end, steps, kSamples), truth, p.from, p.to));
+    add("error-" + p.quantity + "-end",
+        end_error(stepper(p.rate, p.start, p.t_end, steps, kSamples), truth, p.from, p.to));
     add("size-position", p.size_position);
     add("size-velocity", p.size_velocity);
     add("size-body-rate", p.size_velocity);
@@ -83,19 +84,45 @@ Problem orbit(double e) {
 TEST_CASE("ladder: classical RK4 shows order 4 in the windows found by the fit") {
   const Stepper<double> stepper = rk4<double>;
   struct Case { std::string name; Problem problem; };
-  const std::vector<Case> cases = {
-      {"kepler e = 0", orbit(0)},
-      {"kepler e = 0.3", orbit(0.3)},
-      {"kepler e = 0.6", orbit(0.6)},
-      {"kepler e = 0.8", orbit(0.8)},
-      {"box attitude", {.rate = tumbling_box<double>, .wide = tumbling_box<long double>, .start = {0.1, 5, 0.1, 1, 0, 0, 0},
-                        .from = 3, .to = 7, .quantity = "attitude", .size_velocity = 5.1, .condition = 3000}},
-      {"box body rate", {.rate = tumbling_box<double>, .wide = tumbling_box<long double>, .start = {0.1, 5, 0.1, 1, 0, 0, 0},
-                         .from = 0, .to = 3, .quantity = "body-rate", .size_velocity = 5.1, .condition = 3000}},
-      {"charge in E x B", {.rate = charge<double>, .wide = charge<long double>, .start = {0, 0, 0, 1, 0, 0.1},
-                           .from = 0, .to = 3, .size_position = 2, .size_velocity = 1.2, .condition = 7}},
-      {"quadratic drag", {.rate = thrown<double>, .wide = thrown<long double>, .start = {0, 0, 20, 20}, .t_end = 2,
-                          .size_position = 40, .size_velocity = 28, .condition = 2.4}}};
+  const std::vector<Case> cases = {{"kepler e = 0", orbit(0)},
+                                   {"kepler e = 0.3", orbit(0.3)},
+                                   {"kepler e = 0.6", orbit(0.6)},
+                                   {"kepler e = 0.8", orbit(0.8)},
+                                   {"box attitude",
+                                    {.rate = tumbling_box<double>,
+                                     .wide = tumbling_box<long double>,
+                                     .start = {0.1, 5, 0.1, 1, 0, 0, 0},
+                                     .from = 3,
+                                     .to = 7,
+                                     .quantity = "attitude",
+                                     .size_velocity = 5.1,
+                                     .condition = 3000}},
+                                   {"box body rate",
+                                    {.rate = tumbling_box<double>,
+                                     .wide = tumbling_box<long double>,
+                                     .start = {0.1, 5, 0.1, 1, 0, 0, 0},
+                                     .from = 0,
+                                     .to = 3,
+                                     .quantity = "body-rate",
+                                     .size_velocity = 5.1,
+                                     .condition = 3000}},
+                                   {"charge in E x B",
+                                    {.rate = charge<double>,
+                                     .wide = charge<long double>,
+                                     .start = {0, 0, 0, 1, 0, 0.1},
+                                     .from = 0,
+                                     .to = 3,
+                                     .size_position = 2,
+                                     .size_velocity = 1.2,
+                                     .condition = 7}},
+                                   {"quadratic drag",
+                                    {.rate = thrown<double>,
+                                     .wide = thrown<long double>,
+                                     .start = {0, 0, 20, 20},
+                                     .t_end = 2,
+                                     .size_position = 40,
+                                     .size_velocity = 28,
+                                     .condition = 2.4}}};
   for (const Case& c : cases) {
     DYNAMIC_SECTION(c.name) {
       const Row row = order_of(ladder_rows(c.problem, stepper, kLadder, "atwood/rk4"));
@@ -109,8 +136,12 @@ TEST_CASE("ladder: classical RK4 shows order 4 in the windows found by the fit")
 
 TEST_CASE("ladder: Verlet 2, symplectic and explicit Euler 1 on Kepler e = 0.6") {
   const std::vector<int> fine = {3840, 7680, 15360, 30720, 61440};
-  const Stepper<double> verlet = [](auto& r, auto y, double t, int n, int s) { return kick_drift<double>(r, y, t, n, s, true); };
-  const Stepper<double> symplectic = [](auto& r, auto y, double t, int n, int s) { return kick_drift<double>(r, y, t, n, s, false); };
+  const Stepper<double> verlet = [](auto& r, auto y, double t, int n, int s) {
+    return kick_drift<double>(r, y, t, n, s, true);
+  };
+  const Stepper<double> symplectic = [](auto& r, auto y, double t, int n, int s) {
+    return kick_drift<double>(r, y, t, n, s, false);
+  };
   const Row two = order_of(ladder_rows(orbit(0.6), verlet, fine, "atwood/velocity-verlet"));
   CHECK(two.value == Approx(2).margin(0.05));
   const Row one = order_of(ladder_rows(orbit(0.6), symplectic, fine, "atwood/symplectic-euler"));

@@ -1,4 +1,5 @@
-// Probes on schemes whose answers are known by hand: an oscillator stepped by Verlet and by explicit Euler, a free body.
+// Probes on schemes whose answers are known by hand: an oscillator stepped by Verlet and by explicit Euler, a free
+// body.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -72,7 +73,8 @@ Recording oscillate(const std::string& method, const Scene& scene, const Plan& p
   return step_oscillator<double>(verlet, scene, plan);
 }
 
-std::vector<Row> ask(const std::string& probe, const Scenario& scenario, const std::string& method, std::int64_t steps) {
+std::vector<Row> ask(const std::string& probe, const Scenario& scenario, const std::string& method,
+                     std::int64_t steps) {
   const Truth none;
   return run_probe(probe, {scenario, method, {scenario.t_end_s, steps, scenario.samples, {}}, none, oscillate});
 }
@@ -88,7 +90,8 @@ const Row& find(const std::vector<Row>& rows, const std::string& metric) {
 
 TEST_CASE("probe: Verlet returns to its start, explicit Euler does not") {
   const Scenario scenario = oscillator();
-  const auto verlet = ask("reversal", scenario, "atwood/velocity-verlet", 600), euler = ask("reversal", scenario, "atwood/explicit-euler", 600);
+  const auto verlet = ask("reversal", scenario, "atwood/velocity-verlet", 600),
+             euler = ask("reversal", scenario, "atwood/explicit-euler", 600);
   CHECK(find(verlet, "reversal-over-round-off").value < 3);
   CHECK(find(verlet, "reversal-error-position").value < 1e-13);
   // There and back the radius grows by (1 + h^2)^(1/2) a step; |start| is 1.13.
@@ -114,7 +117,8 @@ TEST_CASE("probe: twins on a linear spring stay together, their exponent is none
   const Row& exponent = find(rows, "lyapunov-exponent");
   CHECK(std::fabs(exponent.value) <= exponent.truth_bar + 0.05);
   const auto grown = find(ask("lyapunov", scenario, "atwood/explicit-euler", 60), "lyapunov-exponent");
-  CHECK(grown.value == Approx(std::log1p(0.01) / 2 / 0.1).margin(grown.truth_bar + 1e-3));  // the radius, (1 + h^2)^(1/2) a step
+  CHECK(grown.value ==
+        Approx(std::log1p(0.01) / 2 / 0.1).margin(grown.truth_bar + 1e-3));  // the radius, (1 + h^2)^(1/2) a step
 }
 
 TEST_CASE("probe: an ensemble's round-off is beside wider arithmetic") {
@@ -132,7 +136,8 @@ TEST_CASE("probe: what cannot be asked is refused by name; a run that fails ends
   std::get<Spring>(scenario.scene.forces[0]).damping_N_s_per_m = 0.1;
   CHECK(find(ask("reversal", scenario, "atwood/rk4", 60), "reversal-over-round-off").status == Status::unsupported);
   scenario.scene.forces.push_back(Drive{{0}, {1, 0, 0}, 1, 0});
-  CHECK(find(ask("lyapunov", scenario, "atwood/rk4", 60), "lyapunov-exponent").reason.find("time") != std::string::npos);
+  CHECK(find(ask("lyapunov", scenario, "atwood/rk4", 60), "lyapunov-exponent").reason.find("time") !=
+        std::string::npos);
   const Truth none;
   const Scenario whole = oscillator();
   const auto fails = [](const std::string&, const Scene&, const Plan&) {
@@ -161,7 +166,8 @@ TEST_CASE("ladder: without a truth three steps tell the error; the V is seen on 
     double squares = 0;
     for (std::size_t i = 0; i < 3; ++i) {
       const double x0 = scenario.scene.bodies[0].position_m[i], v0 = scenario.scene.bodies[0].velocity_m_per_s[i];
-      squares += std::pow(static_cast<double>(run.values.back().bodies[0].p_m[i]) - x0 * std::cos(6.0) - v0 * std::sin(6.0), 2);
+      squares += std::pow(
+          static_cast<double>(run.values.back().bodies[0].p_m[i]) - x0 * std::cos(6.0) - v0 * std::sin(6.0), 2);
     }
     row.value = std::sqrt(squares);
     cells.push_back(row);
@@ -180,7 +186,8 @@ TEST_CASE("ladder: without a truth three steps tell the error; the V is seen on 
   CHECK(fit_round_off_v(std::span(cells).first(6)).empty());  // one finer step alone shows no V
   std::vector<Row> tolerances;
   for (int k = 3; k <= 9; ++k)
-    for (const auto& [metric, value] : {std::pair{"error-position-max", 40 * std::pow(10.0, -k)}, std::pair{"size-position", 2.0}}) {
+    for (const auto& [metric, value] :
+         {std::pair{"error-position-max", 40 * std::pow(10.0, -k)}, std::pair{"size-position", 2.0}}) {
       Row row;
       row.method = "atwood/dopri5:1e-" + std::to_string(k);
       row.metric = metric;

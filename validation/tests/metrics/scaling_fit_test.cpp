@@ -39,7 +39,8 @@ TEST_CASE("the interval covers") {
   std::normal_distribution<double> noise(0, 0.05);
   int covered = 0;
   for (int draw = 0; draw < 2000; ++draw) {
-    const ScalingFit fit = fit_scaling(ladder, times([&](double n) { return 1e-8 * std::pow(n, 1.3) * std::exp(noise(random)); }));
+    const ScalingFit fit =
+        fit_scaling(ladder, times([&](double n) { return 1e-8 * std::pow(n, 1.3) * std::exp(noise(random)); }));
     covered += std::abs(fit.exponent - 1.3) < fit.half_width_95;
   }
   CHECK(covered > 0.93 * 2000);

@@ -16,7 +16,8 @@ GridConvergence of(double h1, double f1, double h2, double f2, double h3, double
 
 }  // namespace
 
-TEST_CASE("grid convergence: pressure recovery of a supersonic inlet on three grids (NPARC Alliance, after Roache 1998)") {
+TEST_CASE(
+    "grid convergence: pressure recovery of a supersonic inlet on three grids (NPARC Alliance, after Roache 1998)") {
   const GridConvergence g = of(1, 0.97050, 2, 0.96854, 4, 0.96178);
   CHECK(g.kind == GridConvergence::Kind::monotone);
   CHECK(g.order == Approx(1.78618).epsilon(1e-5));
@@ -55,7 +56,9 @@ TEST_CASE("grid convergence: what diverges says so, with a negative order and no
 }
 
 TEST_CASE("grid convergence: of a vector, by its norm; the index bounds the error of a smooth law") {
-  const auto at = [](double h) { return GridLevel{h, {1 + 3 * std::pow(h, 4), 2 - std::pow(h, 4) + 5 * std::pow(h, 5), 0}}; };
+  const auto at = [](double h) {
+    return GridLevel{h, {1 + 3 * std::pow(h, 4), 2 - std::pow(h, 4) + 5 * std::pow(h, 5), 0}};
+  };
   const GridConvergence g = grid_convergence(at(0.01), at(0.02), at(0.04));
   CHECK(g.kind == GridConvergence::Kind::monotone);
   CHECK(g.order == Approx(4).margin(0.1));
@@ -81,7 +84,8 @@ TEST_CASE("ensemble growth: biased rounding is told from unbiased; too few runs 
   CHECK(fit_growth_ensemble(t, phase).law == "t^2");
   energy.resize(31);
   CHECK(fit_growth_ensemble(t, energy).reason.find("31 runs") == 0);
-  CHECK(fit_growth_ensemble(t, std::vector<std::vector<double>>(40, std::vector<double>(t.size()))).law == "inconclusive");
+  CHECK(fit_growth_ensemble(t, std::vector<std::vector<double>>(40, std::vector<double>(t.size()))).law ==
+        "inconclusive");
 }
 
 TEST_CASE("Lyapunov exponent: the Lorenz system's 0.9056 (Sprott 2003) lies in its interval") {

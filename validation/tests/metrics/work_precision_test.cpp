@@ -11,7 +11,8 @@ namespace {
 
 const double nan_value = std::numeric_limits<double>::quiet_NaN();
 
-void add(std::vector<Row>& rows, const std::string& method, std::int64_t steps, const std::string& metric, double value, double bar = 0) {
+void add(std::vector<Row>& rows, const std::string& method, std::int64_t steps, const std::string& metric, double value,
+         double bar = 0) {
   Row row;
   row.scenario = "s";
   row.method = method;
@@ -24,14 +25,15 @@ void add(std::vector<Row>& rows, const std::string& method, std::int64_t steps, 
 }
 
 // A rung: an error, seconds, evaluations; NaN leaves a figure out.
-void rung(std::vector<Row>& rows, const std::string& method, std::int64_t steps, double error, double seconds, double evaluations,
-          double bar = 0) {
+void rung(std::vector<Row>& rows, const std::string& method, std::int64_t steps, double error, double seconds,
+          double evaluations, double bar = 0) {
   add(rows, method, steps, "error-position-max", error, bar);
   if (!std::isnan(seconds)) add(rows, method, steps, "run-time", seconds);
   if (!std::isnan(evaluations)) add(rows, method, steps, "rate-evaluations", evaluations);
 }
 
-void failure(std::vector<Row>& rows, const std::string& method, std::int64_t steps, Status status, const std::string& reason) {
+void failure(std::vector<Row>& rows, const std::string& method, std::int64_t steps, Status status,
+             const std::string& reason) {
   add(rows, method, steps, "status", 0);
   rows.back().status = status;
   rows.back().reason = reason;
@@ -56,7 +58,9 @@ TEST_CASE("families: tolerances are rungs of one ladder, all else stays in the n
 
 TEST_CASE("what an error costs: a straight line between rungs on the logs, nothing outside them") {
   std::vector<Row> rows;  // error = 1e-2 (n / 10)^-2, a microsecond a step
-  for (const std::int64_t n : {1000, 10, 100}) rung(rows, "a/m", n, 1e-2 * std::pow(static_cast<double>(n) / 10, -2), 1e-6 * static_cast<double>(n), 2.0 * static_cast<double>(n));
+  for (const std::int64_t n : {1000, 10, 100})
+    rung(rows, "a/m", n, 1e-2 * std::pow(static_cast<double>(n) / 10, -2), 1e-6 * static_cast<double>(n),
+         2.0 * static_cast<double>(n));
   const WorkCurve curve = only(rows);
   REQUIRE(curve.points.size() == 3);
   CHECK(curve.points[0].steps == 10);  // sorted, whatever the order of the rows
@@ -82,7 +86,8 @@ TEST_CASE("what an error costs: a straight line between rungs on the logs, nothi
 
 TEST_CASE("what a budget buys") {
   std::vector<Row> rows;
-  for (const std::int64_t n : {10, 100, 1000}) rung(rows, "a/m", n, 1e-2 * std::pow(static_cast<double>(n) / 10, -2), 1e-6 * static_cast<double>(n), nan_value);
+  for (const std::int64_t n : {10, 100, 1000})
+    rung(rows, "a/m", n, 1e-2 * std::pow(static_cast<double>(n) / 10, -2), 1e-6 * static_cast<double>(n), nan_value);
   const WorkCurve curve = only(rows);
   CHECK_FALSE(most_accurate(curve, 9e-6, Cost::seconds));
   CHECK(most_accurate(curve, 1e-5, Cost::seconds)->error == 1e-2);
@@ -119,7 +124,9 @@ TEST_CASE("a rung without a time is no rung of the time, and none to interpolate
   CHECK(cheapest(curve, 1e-4, Cost::evaluations)->cost == 100);
 }
 
-TEST_CASE("beyond the finest timed rung of equal steps a step costs what it cost there; tolerances tell nothing of the kind") {
+TEST_CASE(
+    "beyond the finest timed rung of equal steps a step costs what it cost there; tolerances tell nothing of the "
+    "kind") {
   std::vector<Row> rows;
   rung(rows, "a/m", 10, 1e-2, 1e-5, 10);
   rung(rows, "a/m", 100, 1e-4, 2e-4, 100);
@@ -174,8 +181,10 @@ TEST_CASE("tolerances are ordered from loose to tight") {
 
 TEST_CASE("crossing curves: a low order is cheaper above the crossing, a high one below") {
   std::vector<Row> rows;  // low: error = c^-1, high: error = 100 c^-2 (c: cost in us); they cross at 1e-2, 100 us
-  for (const double c : {1e2, 1e3, 1e4, 1e5}) rung(rows, "atwood/low", static_cast<std::int64_t>(c), 1 / c, c * 1e-6, nan_value);
-  for (const double c : {1e2, 1e3, 1e4, 1e5}) rung(rows, "rival/high", static_cast<std::int64_t>(c), 100 / (c * c) * 1.0001, c * 1e-6, nan_value);
+  for (const double c : {1e2, 1e3, 1e4, 1e5})
+    rung(rows, "atwood/low", static_cast<std::int64_t>(c), 1 / c, c * 1e-6, nan_value);
+  for (const double c : {1e2, 1e3, 1e4, 1e5})
+    rung(rows, "rival/high", static_cast<std::int64_t>(c), 100 / (c * c) * 1.0001, c * 1e-6, nan_value);
   const auto curves = work_curves(rows, "s", "error-position-max");
   const Dominance table = dominance(curves, "s", "error-position-max", "m", Cost::seconds);
   REQUIRE(table.by_error.size() == 5);  // 1e-3 .. 1e-7; finer levels nobody reaches
@@ -188,7 +197,8 @@ TEST_CASE("crossing curves: a low order is cheaper above the crossing, a high on
   CHECK(best_rival(at_5, "atwood")->family == "rival/high");
   CHECK(best_of(table.by_error[3], "atwood") == nullptr);  // 1e-6: low has no rung there
   // A budget of 100 us buys 1e-2 from both: the lower one wins by the figure, not by its place.
-  const auto budget = std::find_if(table.by_budget.begin(), table.by_budget.end(), [](const Contest& c) { return c.asked == 1e-4; });
+  const auto budget =
+      std::find_if(table.by_budget.begin(), table.by_budget.end(), [](const Contest& c) { return c.asked == 1e-4; });
   REQUIRE(budget != table.by_budget.end());
   CHECK(budget->ranked[0].family == "atwood/low");
 }

@@ -1,5 +1,5 @@
-// A gate must be able to fail: every planted fault is caught by the gate that names it, and the engine without the fault
-// passes that same gate.
+// A gate must be able to fail: every planted fault is caught by the gate that names it, and the engine without the
+// fault passes that same gate.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -21,8 +21,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// `motion`: the class of motion whose claimed order the gate is about (claims.toml); empty: the gate has its own numbers.
-// `pair`: the shapes whose poses are swept, where the gate is about contacts; empty: the scenario moves.
+// `motion`: the class of motion whose claimed order the gate is about (claims.toml); empty: the gate has its own
+// numbers. `pair`: the shapes whose poses are swept, where the gate is about contacts; empty: the scenario moves.
 struct Mutant { std::string name, fault, scenario, method, metric, motion, pair; };
 
 // The head of a patch: lines "# key: value" before the difference itself.
@@ -33,8 +33,8 @@ Mutant read_head(const fs::path& path) {
     const auto colon = line.find(": ");
     if (colon != std::string::npos) head[line.substr(2, colon - 2)] = line.substr(colon + 2);
   }
-  return {path.stem().string(), head.at("fault"), head.at("scenario"), head.at("method"), head.at("metric"), head["motion"],
-          head["pair"]};
+  return {path.stem().string(), head.at("fault"), head.at("scenario"), head.at("method"),
+          head.at("metric"),    head["motion"],   head["pair"]};
 }
 
 std::vector<Mutant> all_mutants() {
@@ -65,8 +65,8 @@ std::vector<Gate> gates_naming(const Mutant& mutant) {
   for (const auto& entry : fs::directory_iterator(ATWOOD_SOURCE_DIR "/validation/gates")) {
     if (entry.path().extension() != ".toml") continue;
     for (const auto& gate : read_gates(entry.path().string())) {
-      if (gate.metric == mutant.metric && glob_match(gate.scenario, mutant.scenario) && glob_match(gate.method, mutant.method) &&
-          gate.kind != Gate::Kind::max_ratio) {
+      if (gate.metric == mutant.metric && glob_match(gate.scenario, mutant.scenario) &&
+          glob_match(gate.method, mutant.method) && gate.kind != Gate::Kind::max_ratio) {
         named.push_back(gate);
       }
     }
@@ -78,7 +78,8 @@ const Truth& truth_of(const Scenario& scenario) {
   static std::map<std::string, Truth> solved;
   auto found = solved.find(scenario.id);
   if (found == solved.end()) {
-    found = solved.emplace(scenario.id, truth_once(ATWOOD_BIN_DIR "/atwood-truth", scenario, scenario.samples, 60)).first;
+    found =
+        solved.emplace(scenario.id, truth_once(ATWOOD_BIN_DIR "/atwood-truth", scenario, scenario.samples, 60)).first;
   }
   // Without a truth a scenario still has its invariants.
   REQUIRE(found->second.outcome.status == (scenario.truth.kind == TruthKind::none ? Status::unsupported : Status::ok));
@@ -97,7 +98,8 @@ std::vector<Row> rows_of_poses(const std::string& path, const Mutant& mutant) {
     return poses;
   };
   const auto scene_of = [&](std::int64_t k) { return sweep_scene(mutant.pair, kPoseSeed, k, false); };
-  const auto measured = measure_poses(mutant.pair, false, scene_of, poses_of(path), poses_of(ATWOOD_BIN_DIR "/atwood-truth"));
+  const auto measured =
+      measure_poses(mutant.pair, false, scene_of, poses_of(path), poses_of(ATWOOD_BIN_DIR "/atwood-truth"));
   std::vector<Row> rows = over_all_pairs(measured.rows);
   for (Row& row : rows) row.scenario = mutant.scenario, row.method = mutant.method, row.steps = kPoses;
   return rows;
@@ -113,7 +115,8 @@ std::vector<Row> rows_of(const std::string& path, const Mutant& mutant) {
   const Truth& truth = truth_of(scenario);
   std::vector<Row> rows;
   for (const auto steps : scenario.steps) {
-    const Recording run = run_once(workers[0], mutant.method, scenario.scene, {scenario.t_end_s, steps, scenario.samples}, 30);
+    const Recording run =
+        run_once(workers[0], mutant.method, scenario.scene, {scenario.t_end_s, steps, scenario.samples}, 30);
     for (auto row : measure(scenario, truth, run)) {
       row.scenario = scenario.id;
       row.method = mutant.method;

@@ -41,7 +41,8 @@ TEST_CASE("21 digits carry a long double, 36 a quad, and a double in either") {
   std::uniform_real_distribution<double> unit(-1, 1);
   for (int i = 0; i < 5000; ++i) {
     const double coarse = unit(random) * std::exp2(static_cast<double>(i % 400 - 200));
-    const long double longer = static_cast<long double>(coarse) * (1 + static_cast<long double>(unit(random)) * 0x1p-53L);
+    const long double longer =
+        static_cast<long double>(coarse) * (1 + static_cast<long double>(unit(random)) * 0x1p-53L);
     const Wide wide = static_cast<Wide>(longer) * (1 + static_cast<Wide>(unit(random)) * static_cast<Wide>(0x1p-64L));
     CHECK(parse_wide(format_number(longer, 21)) == static_cast<Wide>(longer));
     CHECK(parse_wide(format_number(wide, 36)) == wide);

@@ -105,8 +105,9 @@ std::string run_request(std::int64_t cell, const std::string& method, int repeat
 }  // namespace
 
 TEST_CASE("hello, accuracy and timing are answered, the engine's chatter kept off the pipe") {
-  const auto lines = answers(wire::to_line({}) + "\n" + run_request(3, "demo/still", 0) + run_request(4, "demo/still", 2),
-                             [] { return serve(demo_engine()); });
+  const auto lines =
+      answers(wire::to_line({}) + "\n" + run_request(3, "demo/still", 0) + run_request(4, "demo/still", 2),
+              [] { return serve(demo_engine()); });
   REQUIRE(lines.size() == 1 + 6 + 1);
   CHECK(wire::read_hello(lines[0]).name == "demo");
   std::size_t events = 0;
@@ -133,12 +134,13 @@ TEST_CASE("a profile pass is not observed and tells the time of every step") {
 }
 
 TEST_CASE("what an engine throws ends the cell, what a request lacks is said, and the loop goes on") {
-  const auto lines = answers("not json\n{\"request\":\"run\",\"cell\":8}\n" + run_request(1, "demo/throws", 0) +
-                                 run_request(2, "demo/unknown", 0) + run_request(3, "nonsense", 0) +
-                                 "{\"request\":\"truth\",\"cell\":6,\"samples\":4,\"scenario\":{}}\n" +
-                                 R"({"request":"run","cell":7,"method":"demo/still","t_end_s":1,"steps":4,"samples":4,"scene":7})" +
-                                 "\n\n" + wire::to_line({}),
-                             [] { return serve(demo_engine()); });
+  const auto lines =
+      answers("not json\n{\"request\":\"run\",\"cell\":8}\n" + run_request(1, "demo/throws", 0) +
+                  run_request(2, "demo/unknown", 0) + run_request(3, "nonsense", 0) +
+                  "{\"request\":\"truth\",\"cell\":6,\"samples\":4,\"scenario\":{}}\n" +
+                  R"({"request":"run","cell":7,"method":"demo/still","t_end_s":1,"steps":4,"samples":4,"scene":7})" +
+                  "\n\n" + wire::to_line({}),
+              [] { return serve(demo_engine()); });
   REQUIRE(lines.size() == 8);
   const auto outcome = [&](std::size_t i) { return wire::read_answer(lines[i]); };
   CHECK(outcome(0).cell == -1);
@@ -229,8 +231,9 @@ std::string sweep_request(std::int64_t cell, const std::string& pair, std::int64
 }  // namespace
 
 TEST_CASE("contacts and touches come back to the last bit; an engine without them says so") {
-  const auto lines = answers(contacts_request(1, false, 2) + contacts_request(2, true, 2) + contacts_request(3, false, 1),
-                             [] { return serve(touching_engine()); });
+  const auto lines =
+      answers(contacts_request(1, false, 2) + contacts_request(2, true, 2) + contacts_request(3, false, 1),
+              [] { return serve(touching_engine()); });
   REQUIRE(lines.size() == 5);
   const wire::Answer still = wire::read_answer(lines[0]), moving = wire::read_answer(lines[2]);
   REQUIRE(still.contacts.size() == 1);
@@ -242,7 +245,8 @@ TEST_CASE("contacts and touches come back to the last bit; an engine without the
   CHECK(wire::read_answer(lines[1]).done);
   CHECK(wire::read_answer(lines[4]).outcome.status == Status::unsupported);
 
-  const auto none = answers(contacts_request(1, false, 2) + sweep_request(2, "box-box", 3, ""), [] { return serve(demo_engine()); });
+  const auto none =
+      answers(contacts_request(1, false, 2) + sweep_request(2, "box-box", 3, ""), [] { return serve(demo_engine()); });
   REQUIRE(none.size() == 2);
   for (const auto& line : none) CHECK(wire::read_answer(line).outcome.status == Status::unsupported);
 }
@@ -273,13 +277,16 @@ TEST_CASE("a sweep of poses is answered pose by pose, by the test that is named"
 }
 
 TEST_CASE("seeded poses depend on seed, pair and index alone") {
-  const auto text = [](const std::string& pair, std::uint64_t seed, std::int64_t k) { return scene_to_json(sweep_scene(pair, seed, k, false)); };
+  const auto text = [](const std::string& pair, std::uint64_t seed, std::int64_t k) {
+    return scene_to_json(sweep_scene(pair, seed, k, false));
+  };
   for (const std::string& pair : sweep_pairs()) {
     CHECK(text(pair, 42, 7) == text(pair, 42, 7));
     CHECK(text(pair, 42, 7) != text(pair, 43, 7));
     CHECK(text(pair, 42, 7) != text(pair, 42, 8));
     CHECK(pair_size_m(sweep_scene(pair, 42, 7, false)) > 0);
   }
-  for (const std::string& pair : touch_pairs()) CHECK(sweep_scene(pair, 42, 7, true).bodies[0].velocity_m_per_s != Real3{});
+  for (const std::string& pair : touch_pairs())
+    CHECK(sweep_scene(pair, 42, 7, true).bodies[0].velocity_m_per_s != Real3{});
   CHECK_THROWS_AS(sweep_scene("box", 42, 7, false), std::invalid_argument);
 }

@@ -17,7 +17,8 @@ Sample wide_sample() {
   sample.t_s = 0.1;
   sample.bodies.resize(2);
   sample.bodies[0].p_m = {0.1, third, static_cast<Wide>(0.1L)};
-  sample.bodies[0].v_m_per_s = {std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(), -0.0};
+  sample.bodies[0].v_m_per_s = {std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(),
+                                -0.0};
   sample.bodies[1].q_wxyz = {0.5, 0.5, -0.5, 0.5};
   sample.bodies[1].w_rad_per_s = {1e-320, 1e300, 3};
   return sample;
@@ -137,7 +138,8 @@ TEST_CASE("hello carries every setting with its type") {
   engine.scalar = "float";
   engine.methods.push_back({"demo/a", "doc", "source", {{"rotation", 4.0}}, true,
                             {{"flag", true}, {"n", std::int64_t{3}}, {"x", 1.0}, {"name", std::string("v")}}});
-  engine.responses.push_back({"+bounce", "what contacts do", "who says so", {}, false, {{"restitution", std::string("newton")}}});
+  engine.responses.push_back(
+      {"+bounce", "what contacts do", "who says so", {}, false, {{"restitution", std::string("newton")}}});
   const Engine back = wire::read_hello(wire::hello_line(engine));
   CHECK(back.name == "demo");
   REQUIRE(back.responses.size() == 1);
@@ -170,7 +172,8 @@ TEST_CASE("recorded frames cross the pipe; a step is its share of its frame, nev
   CHECK(step_begin_s<double>(plan, 3) == 0.3 + (1.0 - 0.3) / 2);
   CHECK(step_begin_s<double>(plan, 4) == 1.0);
   CHECK(step_begin_s<double>(Plan{1.0, 4, 1}, 3) == 0.75);
-  const std::string head = R"({"request":"run","cell":3,"method":"d","t_end_s":1,"samples":1,"scene":{},"steps":4,"frame_ends_s":)";
+  const std::string head =
+      R"({"request":"run","cell":3,"method":"d","t_end_s":1,"samples":1,"scene":{},"steps":4,"frame_ends_s":)";
   for (const char* bad : {"[]}", "[0.5]}", "[0.5,0.5,1]}", "[-1,1]}", "[0.1,0.2,1]}", "[\"nan\",1]}"})
     CHECK_THROWS_AS(wire::read_request(head + bad, cell), wire::Garbage);
   Engine engine;
@@ -218,7 +221,8 @@ TEST_CASE("answers that are not the protocol are garbage, not a crash") {
     CAPTURE(line);
     CHECK_THROWS_AS(wire::read_answer(line), wire::Garbage);
   }
-  for (const char* line : {"{}", R"({"engine":"x"})", R"({"engine":"x","methods":[1]})", R"({"engine":1,"methods":[]})"}) {
+  for (const char* line :
+       {"{}", R"({"engine":"x"})", R"({"engine":"x","methods":[1]})", R"({"engine":1,"methods":[]})"}) {
     CAPTURE(line);
     CHECK_THROWS_AS(wire::read_hello(line), wire::Garbage);
   }

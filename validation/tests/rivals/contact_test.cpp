@@ -52,7 +52,8 @@ TEST_CASE("restitution is the pair's, not a product of the bodies'") {
   if (!bounces(engine)) return;
   for (const double e : {0.0, 0.6, 1.0}) {
     for (const double m2_kg : {1.0, 3.0}) {
-      const Run result = run(engine, method(engine, "tuned"), with_pair_law(head_on(0, 1, m2_kg), e, 0), Plan{2, 480, 48});
+      const Run result =
+          run(engine, method(engine, "tuned"), with_pair_law(head_on(0, 1, m2_kg), e, 0), Plan{2, 480, 48});
       REQUIRE(result.outcome.status == Status::ok);
       const double margin = in_float(engine) ? 1e-5 : 1e-7;
       CHECK(result.v(1, 0) - result.v(0, 0) == Approx(e * 1.5).margin(margin));
@@ -121,8 +122,8 @@ TEST_CASE("an oblique impact follows the line of centres") {
 }
 
 TEST_CASE("the contacts that samples tell of account for all change of momentum") {
-  // A box dropped flat by a hair slides along x and y at once. Sampled every step, the pushes of the floor on whichever body
-  // comes second in the scene sum up to the change of the box's momentum, and their moments to that of its spin.
+  // A box dropped flat by a hair slides along x and y at once. Sampled every step, the pushes of the floor on whichever
+  // body comes second in the scene sum up to the change of the box's momentum, and their moments to that of its spin.
   const Engine engine = engine_under_test();
   const double mu = 0.3, g = 9.81, m_kg = 2, c = std::sqrt(0.5), t_end_s = 0.25, i_kg_m2 = m_kg * 0.17 / 12;
   const std::int64_t steps = 240;

@@ -1,4 +1,5 @@
-// What is DART's own: its law of a bounce, its pyramid, how a pair's law gets there, its detectors, and its ways of giving up.
+// What is DART's own: its law of a bounce, its pyramid, how a pair's law gets there, its detectors, and its ways of
+// giving up.
 #include <array>
 #include <catch2/catch.hpp>
 #include <iostream>
@@ -48,7 +49,8 @@ TEST_CASE("a ball leaves the floor with e (v + g h): restitution is of a velocit
     const Run result = run_with("tuned", bounce(0.8, 0.5), Plan{1, rate_hz, 10});
     REQUIRE(result.events.size() == 2);
     for (const Event& impact : result.events) {
-      const double v = -static_cast<double>(impact.vn_before_m_per_s), off = static_cast<double>(impact.vn_after_m_per_s);
+      const double v = -static_cast<double>(impact.vn_before_m_per_s),
+                   off = static_cast<double>(impact.vn_after_m_per_s);
       CHECK(off == Approx(0.8 * (v + 9.81 / static_cast<double>(rate_hz))).epsilon(1e-6));
     }
   }

@@ -27,7 +27,8 @@ TEST_CASE("a profile has the time of every step, and of nothing else") {
   Profile profile;
   Observer observer;
   observer.profile = &profile;
-  const Outcome outcome = engine.run(parse_method_id(engine.name + "/default"), free_box_complex(), {1, 60, 1}, observer, 0);
+  const Outcome outcome =
+      engine.run(parse_method_id(engine.name + "/default"), free_box_complex(), {1, 60, 1}, observer, 0);
   CHECK(outcome.status == Status::ok);
   CHECK(outcome.steps_taken == 60);
   CHECK(outcome.busy_ns.empty());

@@ -78,7 +78,8 @@ TEST_CASE("scenes with restitution are refused, where the pair can meet") {
 }
 
 TEST_CASE("each pair has its own friction, by priorities or one by one") {
-  // Box 1 lies on the floor, box 2 on box 1, box 3 on the floor. Materials: floor 0, box 1 is 1, box 2 is 2, box 3 is 2.
+  // Box 1 lies on the floor, box 2 on box 1, box 3 on the floor. Materials: floor 0, box 1 is 1, box 2 is 2, box 3
+  // is 2.
   const auto end_speeds = [](const Scene& scene) {
     const Run end = run_with("tuned", scene, Plan{0.15, 300, 10});
     INFO(end.outcome.reason);

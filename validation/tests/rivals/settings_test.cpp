@@ -25,15 +25,19 @@ std::string refusal_of(const MethodId& id, const Scene& scene) {
 
 TEST_CASE("every preset prints what decides accuracy") {
   const Engine engine = engine_under_test();
-  std::vector<std::string> names{"scalar", "substeps", "linear_damping", "angular_damping", "forces", "pair_law", "step"};
+  std::vector<std::string> names{"scalar",   "substeps", "linear_damping", "angular_damping", "forces",
+                                 "pair_law", "step"};
   const std::map<std::string, std::vector<std::string>> own{
-      {"bullet", {"iterations", "erp", "cfm", "gyroscopic", "split_impulse", "restitution_velocity_threshold_m_per_s",
-                  "contact_processing_threshold_m", "collision_margin_m", "solver", "friction_directions"}},
+      {"bullet",
+       {"iterations", "erp", "cfm", "gyroscopic", "split_impulse", "restitution_velocity_threshold_m_per_s",
+        "contact_processing_threshold_m", "collision_margin_m", "solver", "friction_directions"}},
       {"ode", {"iterations", "erp", "cfm", "gyroscopic", "bounce_velocity_m_per_s", "friction_model", "max_contacts"}},
-      {"dart", {"collision_detector", "lcp_solver", "secondary_lcp_solver", "error_allowance_m", "erp", "max_erv_m_per_s", "cfm",
-                "split_impulse", "bouncing_velocity_m_per_s", "friction_model", "friction_direction", "gyroscopic"}},
-      {"mujoco", {"integrator", "solver", "iterations", "tolerance", "cone", "impratio", "solref_time_constant_s",
-                  "solref_damping_ratio", "solimp_least", "solimp_most", "restitution", "contacts_per_body"}}};
+      {"dart",
+       {"collision_detector", "lcp_solver", "secondary_lcp_solver", "error_allowance_m", "erp", "max_erv_m_per_s",
+        "cfm", "split_impulse", "bouncing_velocity_m_per_s", "friction_model", "friction_direction", "gyroscopic"}},
+      {"mujoco",
+       {"integrator", "solver", "iterations", "tolerance", "cone", "impratio", "solref_time_constant_s",
+        "solref_damping_ratio", "solimp_least", "solimp_most", "restitution", "contacts_per_body"}}};
   const auto& of_engine = own.at(is_bullet(engine) ? "bullet" : engine.name);
   names.insert(names.end(), of_engine.begin(), of_engine.end());
   for (const auto& info : engine.methods) {

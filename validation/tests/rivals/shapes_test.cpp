@@ -1,5 +1,5 @@
-// Every shape that an engine takes, as what slides and as what is slid over: it stands at its height and stops where Coulomb
-// says. Shapes that it doesn't take it refuses by name.
+// Every shape that an engine takes, as what slides and as what is slid over: it stands at its height and stops where
+// Coulomb says. Shapes that it doesn't take it refuses by name.
 #include <catch2/catch.hpp>
 
 #include "under_test.hpp"
@@ -14,7 +14,9 @@ struct Named { std::string name; Shape shape; };
 
 std::vector<Real3> corners_of_box(double a, double b, double c) {
   std::vector<Real3> corners;
-  for (const double x : {-a, a}) for (const double y : {-b, b}) for (const double z : {-c, c}) corners.push_back({x, y, z});
+  for (const double x : {-a, a})
+    for (const double y : {-b, b})
+      for (const double z : {-c, c}) corners.push_back({x, y, z});
   return corners;
 }
 
@@ -51,7 +53,8 @@ std::vector<std::pair<Named, double>> floors() {
           {{"convex", Convex{corners_of_box(3, 3, 0.5)}}, 0.5},
           {{"mesh", grid()}, 0},
           // Two boxes side by side, with a seam across the way.
-          {{"compound", Compound{{{{1.5, 3, 0.5}, {-1.27, 0, 0}, {1, 0, 0, 0}}, {{1.5, 3, 0.5}, {1.73, 0, 0}, {1, 0, 0, 0}}}}},
+          {{"compound",
+            Compound{{{{1.5, 3, 0.5}, {-1.27, 0, 0}, {1, 0, 0, 0}}, {{1.5, 3, 0.5}, {1.73, 0, 0}, {1, 0, 0, 0}}}}},
            0.5}};
 }
 
@@ -76,7 +79,8 @@ Body flat(const Shape& shape) {
   return body;
 }
 
-// `one_point`: the engine finds one contact between these two (MuJoCo between a box and a hull or cylinder), so the box rocks.
+// `one_point`: the engine finds one contact between these two (MuJoCo between a box and a hull or cylinder), so the box
+// rocks.
 void check_slide(const Engine& engine, const Scene& scene, const std::string& what, bool one_point = false) {
   const Run end = run(engine, method(engine, "tuned"), scene, Plan{1, 480, 24});
   INFO(engine.name << ", " << what << ": " << end.outcome.reason);

@@ -1,5 +1,5 @@
-// Simbody: motion at the order of its integrators, fixed and chosen steps; Hertz's contacts by their own closed forms; what it
-// refuses.
+// Simbody: motion at the order of its integrators, fixed and chosen steps; Hertz's contacts by their own closed forms;
+// what it refuses.
 #include <catch2/catch.hpp>
 
 #include "rivals/vector.hpp"
@@ -35,8 +35,9 @@ TEST_CASE("presets print what decides accuracy") {
   REQUIRE(engine().methods.size() == 3);
   for (const auto& info : engine().methods) {
     CHECK_FALSE(info.doc.empty());
-    for (const char* name : {"scalar", "substeps", "step", "pair_law", "forces", "integrator", "steps", "accuracy",
-                             "constraint_tolerance", "project_every_step", "sleeping", "linear_damping", "angular_damping"}) {
+    for (const char* name :
+         {"scalar", "substeps", "step", "pair_law", "forces", "integrator", "steps", "accuracy", "constraint_tolerance",
+          "project_every_step", "sleeping", "linear_damping", "angular_damping"}) {
       CHECK((info.settings.count(name) ? "" : name) == std::string());
     }
     CHECK(info.adaptive == (info.id == "simbody/rk-merson"));
@@ -153,7 +154,8 @@ TEST_CASE("balls that give way by Hertz's law part as fast as the law says, with
   }
 }
 
-// Up to the deepest overlap d: m v^2 / 2 = 8/15 E R^1/2 d^5/2, and it takes 1.4716 d / v (Landau and Lifshitz, section 9).
+// Up to the deepest overlap d: m v^2 / 2 = 8/15 E R^1/2 d^5/2, and it takes 1.4716 d / v (Landau and Lifshitz, section
+// 9).
 TEST_CASE("a ball bounces off a slanting plane by Hertz's law") {
   Scene scene = bounce(0, 0.3);
   scene.gravity_m_per_s2 = {0, 0, 0};
@@ -203,13 +205,14 @@ TEST_CASE("contacts that are not Hertz's alone it refuses, and says why") {
   CHECK_THAT(reason(scene), Catch::Contains("different modulus"));
   MethodId toleranced = method(engine(), "tuned");
   toleranced.rtol = 1e-6;
-  CHECK_THAT(run(engine(), toleranced, free_box_complex(), Plan{1, 10, 10}).outcome.reason, Catch::Contains("tolerance"));
+  CHECK_THAT(run(engine(), toleranced, free_box_complex(), Plan{1, 10, 10}).outcome.reason,
+             Catch::Contains("tolerance"));
 }
 
 TEST_CASE("every smooth scene promised for rivals runs") {
-  for (const char* id : {"ballistic", "projectile-linear-drag", "projectile-quadratic-drag", "free-box-simple", "free-box-complex",
-                         "symmetric-top", "dzhanibekov", "thrusters", "force-at-a-point", "force-at-a-point-body", "frame-rate-30",
-                         "frame-rate-144", "frame-rate-jitter"}) {
+  for (const char* id : {"ballistic", "projectile-linear-drag", "projectile-quadratic-drag", "free-box-simple",
+                         "free-box-complex", "symmetric-top", "dzhanibekov", "thrusters", "force-at-a-point",
+                         "force-at-a-point-body", "frame-rate-30", "frame-rate-144", "frame-rate-jitter"}) {
     const Scenario scenario = read_scenario(std::string(ATWOOD_SOURCE_DIR) + "/validation/scenarios/" + id + ".toml");
     const Plan plan{scenario.t_end_s, scenario.steps.back(), scenario.samples, scenario.frame_ends_s};
     const Run end = run_with("default", scenario.scene, plan);

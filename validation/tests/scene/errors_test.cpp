@@ -141,8 +141,10 @@ TEST_CASE("names: unknown, used twice, malformed") {
   check(body("mass_kg = 1\n[[contact]]\nbetween = [\"default\", \"steel\"]\n"), "11:23", "is \"steel\"",
         "the name of a material");
   const std::string contact = "mass_kg = 1\n[[contact]]\nbetween = [\"default\", \"default\"]\n";
-  check(body(contact + "contact_law = \"linear\"\n"), "12:15", "missing key `stiffness_N_per_m`", "it with the contact law linear");
-  check(body(contact + "contact_law = \"hertz\"\npull = true\n"), "13:8", "`pull` in [[contact]]", "it with `linear` only");
+  check(body(contact + "contact_law = \"linear\"\n"), "12:15", "missing key `stiffness_N_per_m`",
+        "it with the contact law linear");
+  check(body(contact + "contact_law = \"hertz\"\npull = true\n"), "13:8", "`pull` in [[contact]]",
+        "it with `linear` only");
   check(body(contact + "modulus_Pa = 1\n"), "12:14", "beside the contact law rigid", "it with `hertz` only");
   check(body("mass_kg = 1\n[[contact]]\nbetween = [\"default\", \"default\"]\n[[contact]]\nbetween = [\"default\", "
              "\"default\"]\n"),
@@ -168,7 +170,8 @@ TEST_CASE("the run") {
   check(run(frames + "[0.4, 0.4]\n"), "6:16", "0.4 after 0.4", "growing times");
   check(run(frames + "[0.4, 0.9]\n"), "6:16", "ends at 0.9", "t_end_s, 1");
   check(run(frames + "[0.2, 0.4, 1]\n"), "4:9", "has 2", "a multiple of the 3 frames");
-  check(run("t_end_s = 1\nsteps = [2]\nsamples = 2\nframe_ends_s = [0.4, 1]\n"), "5:11", "is 2", "1 with recorded frames");
+  check(run("t_end_s = 1\nsteps = [2]\nsamples = 2\nframe_ends_s = [0.4, 1]\n"), "5:11", "is 2",
+        "1 with recorded frames");
   check(run("t_end_s = 1\nsteps = { from = 1, rungs = 60 }\nsamples = 1\n"), "4:9", "grows past", "fewer rungs");
   check(run("t_end_s = 1\nsteps = { from = 1, rungs = 2, ratio = 1 }\nsamples = 1\n"), "4:40", "is 1",
         "a number above 1");

@@ -156,7 +156,8 @@ TEST_CASE("any scene survives JSON to the bit") {
       const PairLaw &a = back.pairs[i], &b = scene.pairs[i];
       RC_ASSERT(same_bits(a.friction, b.friction));
       RC_ASSERT((a.contact_law == b.contact_law && a.pull == b.pull));
-      RC_ASSERT((same_bits(a.stiffness_N_per_m, b.stiffness_N_per_m) && same_bits(a.damping_N_s_per_m, b.damping_N_s_per_m)));
+      RC_ASSERT(
+          (same_bits(a.stiffness_N_per_m, b.stiffness_N_per_m) && same_bits(a.damping_N_s_per_m, b.damping_N_s_per_m)));
       RC_ASSERT((same_bits(a.modulus_Pa, b.modulus_Pa) && same_bits(a.damping_s_per_m, b.damping_s_per_m)));
     }
   }));
