@@ -110,7 +110,10 @@ template <class S> void restart(EventRun<S>& run, const Plan& plan) {
   run.h_next_s = S(0);
   run.speed_scale = norm(run.model.uniform_gravity()) * S(plan.t_end_s) / S(plan.steps);
   std::fill(run.travel.begin(), run.travel.end(), S(0));
-  for (Feature<S>& feature : run.features) feature.lasting = false;
+  for (Feature<S>& feature : run.features) {
+    feature.lasting = false;
+    feature.over_triangle = 0;  // a run's bits do not depend on the one before
+  }
   for (ShapePair<S>& pair : run.pairs) {
     pair.look_again_at = S(0);
     pair.known_at = -1;

@@ -51,6 +51,7 @@ template <class S> struct Surface {
   S radius{};                     // point (a sphere), segment (a capsule)
   Vec3<S> half_extents;           // slab: a box, or a rectangle with z = 0; segment: z alone
   std::vector<Triangle<S>> mesh;
+  bool flat = false;              // mesh: all of its triangles lie in one plane
 };
 
 // A knob near a surface. `normal` is a unit vector from the surface to the knob.

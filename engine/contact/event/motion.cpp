@@ -42,7 +42,21 @@ template <class S> Facet<S> facet_under(const EventRun<S>& run, const Feature<S>
   const Pose<S>&of = run.poses[feature.knob_body], &on = run.poses[feature.surface_body];
   const Vec3<S> center = feature.knob.centered ? of.p : of.p + turned(of, feature.knob.center_B);
   const bool corner = surface.radius + feature.knob.radius == S(0) || !feature.knob.centered;
-  return nearest_facet(surface, turned_back(on, center - on.p), corner, turned_back(on, of.p - on.p), beside);
+  const Vec3<S> center_B = turned_back(on, center - on.p), side_B = turned_back(on, of.p - on.p);
+  if (surface.flat) {  // above one of its triangles: nothing is nearer
+    const auto face = [&](const Triangle<S>& triangle) {
+      const bool below = dot(triangle.normal_B, (corner ? side_B : center_B) - triangle.corner_B[0]) < S(0);
+      return Facet<S>{2, triangle.corner_B[0], below ? -triangle.normal_B : triangle.normal_B};
+    };
+    if (within_triangle(surface.mesh[feature.over_triangle], center_B) > S(0))
+      return face(surface.mesh[feature.over_triangle]);
+    for (std::size_t i = 0; i < surface.mesh.size(); ++i) {
+      if (!(within_triangle(surface.mesh[i], center_B) > S(0))) continue;
+      feature.over_triangle = static_cast<int>(i);
+      return face(surface.mesh[i]);
+    }
+  }
+  return nearest_facet(surface, center_B, corner, side_B, beside);
 }
 
 template <class S> Sight<S> sight_of_ball(const EventRun<S>& run, const Feature<S>& feature, const S* y) {

@@ -56,6 +56,17 @@ template <class S> std::vector<Knob<S>> knobs_for_planes(const Shape& shape) {
   return knobs;
 }
 
+template <class S> bool is_flat(const std::vector<Triangle<S>>& mesh) {
+  if (mesh.empty()) return false;
+  const Triangle<S>& first = mesh.front();
+  return std::all_of(mesh.begin(), mesh.end(), [&](const Triangle<S>& triangle) {
+    return std::all_of(triangle.corner_B, triangle.corner_B + 3, [&](const Vec3<S>& corner) {
+      const Vec3<S> from = corner - first.corner_B[0];
+      return real::abs(dot(from, first.normal_B)) <= S(64) * real::epsilon<S>() * (norm(from) + norm(corner));
+    });
+  });
+}
+
 template <class S> Surface<S> mesh_surface(const Mesh& mesh) {
   Surface<S> surface;
   surface.kind = SurfaceKind::mesh;
@@ -67,18 +78,8 @@ template <class S> Surface<S> mesh_surface(const Mesh& mesh) {
     triangle.normal_B = (S(1) / norm(n)) * n;
     surface.mesh.push_back(triangle);
   }
+  surface.flat = is_flat(surface.mesh);
   return surface;
-}
-
-template <class S> bool is_flat(const Surface<S>& mesh) {
-  if (mesh.mesh.empty()) return false;
-  const Triangle<S>& first = mesh.mesh.front();
-  return std::all_of(mesh.mesh.begin(), mesh.mesh.end(), [&](const Triangle<S>& triangle) {
-    return std::all_of(triangle.corner_B, triangle.corner_B + 3, [&](const Vec3<S>& corner) {
-      const Vec3<S> from = corner - first.corner_B[0];
-      return real::abs(dot(from, first.normal_B)) <= S(64) * real::epsilon<S>() * (norm(from) + norm(corner));
-    });
-  });
 }
 
 // What a ball may touch.
@@ -157,7 +158,7 @@ struct Builder {
       return true;
     }
     const bool sheet = std::holds_alternative<Rectangle>(s),
-               flat = std::holds_alternative<Mesh>(s) && is_flat(mesh_surface<S>(std::get<Mesh>(s)));
+               flat = std::holds_alternative<Mesh>(s) && mesh_surface<S>(std::get<Mesh>(s)).flat;
     const bool corners =
         std::holds_alternative<Box>(k) || std::holds_alternative<Convex>(k) || std::holds_alternative<Capsule>(k);
     if (corners && (sheet || flat) && surface_for_balls(s, surface)) {

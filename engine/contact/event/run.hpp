@@ -55,6 +55,7 @@ template <class S> struct Pending { int pair = 0; bool knob_is_a = false; Sight<
 template <class S> struct Feature {
   int pair = 0, knob_body = 0, surface_body = 0, surface = 0;
   Knob<S> knob;
+  mutable int over_triangle = 0;  // of a flat mesh: where it was last, and is looked for first
   bool lasting = false;          // among EventRun::contacts
   S gap{}, rate{};               // at the start of the step, where its pair's are known
   S gap_end{}, rate_end{};
