@@ -1,6 +1,7 @@
 // A summary for people who read in a terminal or on the page of a pull request.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <set>
 
@@ -8,6 +9,7 @@
 #include "reports/report.hpp"
 #include "audit_table.hpp"
 #include "bench_table.hpp"
+#include "ran_methods.hpp"
 #include "statistics_text.hpp"
 #include "text.hpp"
 
@@ -97,18 +99,28 @@ std::string matrix_section(const std::vector<Row>& rows, const std::string& metr
   return out + "\n";
 }
 
+// Only what ran, each with every setting it ran with.
 std::string engines_section(const ReportData& data) {
-  std::string out = "## Engines\n\n| engine | version | scalar | methods |\n| --- | --- | --- | --- |\n";
-  for (const Engine& engine : data.engines) {
-    std::string methods;
-    for (const MethodInfo& method : engine.methods) methods += (methods.empty() ? "" : ", ") + method.id;
-    out += fmt::format("| {} | {} | {} | {} |\n", cell(engine.name), cell(engine.version), cell(engine.scalar),
-                       cell(methods));
+  std::string out = "## Engines and their settings\n\n| engine | version | scalar | method | settings |\n"
+                    "| --- | --- | --- | --- | --- |\n";
+  std::vector<std::pair<std::string, std::string>> docs;
+  for (const RanMethod& method : ran_methods(data.engines, data.rows)) {
+    const Engine& engine = *method.engine;
+    std::string settings = settings_words(method.settings);
+    if (method.response != nullptr) {
+      settings += (settings.empty() ? "" : "; ") + method.response->id + ": " + settings_words(method.response_settings);
+      const std::pair<std::string, std::string> doc{method.response->id, method.response->doc};
+      if (std::find(docs.begin(), docs.end(), doc) == docs.end()) docs.push_back(doc);
+    }
+    out += fmt::format("| {} | {} | {} | {} | {} |\n", cell(engine.name), cell(engine.version), cell(engine.scalar),
+                       cell(method.id), settings.empty() ? "-" : cell(settings));
   }
   for (const auto& [name, reason] : data.missing_engines) {
-    out += fmt::format("| {} | - | - | missing: {} |\n", cell(name), cell(reason));
+    out += fmt::format("| {} | - | - | - | missing: {} |\n", cell(name), cell(reason));
   }
-  return out + "\n";
+  out += "\n";
+  for (const auto& [id, doc] : docs) out += fmt::format("- {}: {}\n", code(id), cell(doc));
+  return docs.empty() ? out : out + "\n";
 }
 
 std::string provenance_section(const ReportData& data) {

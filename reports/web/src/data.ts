@@ -18,7 +18,8 @@ export interface Method {
   id: string; doc: string; source: string; claimed_order: Record<string, number>; adaptive: boolean;
   settings: Record<string, Setting>;
 }
-export interface Engine { name: string; version: string; scalar: string; methods: Method[] }
+export interface Engine { name: string; version: string; scalar: string; methods: Method[]; responses?: Method[] }
+export interface RanMethod { id: string; engine: string; settings: Record<string, Setting>; response?: string; response_settings?: Record<string, Setting> }
 export interface Bench {
   name: string; scenario: string; method: string; steps: number; ns_per_step_median: Loose; ns_per_step_p95: Loose;
 }
@@ -50,7 +51,7 @@ export interface AuditFinding { method: string; claim: string; claimed: Loose; v
 export interface FigureTable { id: string; title: string; columns: string[]; rows: (string | number | null)[][]; notes: string[] }
 export interface Report {
   title: string; command: string; left_out: string; provenance: Record<string, string>;
-  verdicts: Verdict[]; laws: Law[]; scenarios: Scenario[]; engines: Engine[];
+  verdicts: Verdict[]; laws: Law[]; scenarios: Scenario[]; engines: Engine[]; ran: RanMethod[];
   missing_engines: { name: string; reason: string }[];
   metrics: { name: string; unit: string; definition: string }[];
   bench: Bench[]; dominance: Dominance[]; goals: Goal[]; tables?: FigureTable[]; audit?: AuditFinding[]; notes: string[]; own_files: Record<string, string>; rows: Rows; series: { instants: Loose[][]; runs: Run[] }; strings: Strings;

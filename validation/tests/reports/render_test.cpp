@@ -7,6 +7,8 @@
 #include <pugixml.hpp>
 #include <sstream>
 
+#include "reports/render/embedded_data.hpp"
+#include "reports/render/ran_methods.hpp"
 #include "synthetic.hpp"
 
 namespace {
@@ -83,6 +85,46 @@ TEST_CASE("tables of figures: aligned for a terminal, whole in JSON and Markdown
   CHECK(json.at("rows").at(2).at(1) == 0.12345678901);
   const std::string markdown = render_markdown(data);
   CHECK(markdown.find("| ours | 8000 |\n| rival\\|two lines | - |\n") != std::string::npos);
+}
+
+TEST_CASE("every method that ran shows every setting of its scheme and of its response, and no other is shown") {
+  ReportData data = small_report();
+  Row row = data.rows.front();
+  data.rows.clear();
+  const auto add = [&](const std::string& method, Status status) {
+    row.method = method;
+    row.status = status;
+    data.rows.push_back(row);
+  };
+  add("atwood/rk4+impulse{solver=direct,erp=0.5}", Status::ok);
+  add("atwood/rk4+impulse{solver=direct,erp=0.5}", Status::crashed);
+  add("atwood/heun", Status::unsupported);
+  add("fcl/contacts", Status::ok);
+  add("recorded elsewhere", Status::ok);
+  const std::vector<RanMethod> ran = ran_methods(data.engines, data.rows);
+  REQUIRE(ran.size() == 2);
+  CHECK(settings_words(ran[0].settings) == "erp = 0.5, iterations = 10, sleeping = false, solver = direct");
+  REQUIRE(ran[0].response != nullptr);
+  CHECK(settings_words(ran[0].response_settings) == "rest_sweeps = 100, sleeping = false, solver = direct");
+  CHECK(ran[1].scheme == nullptr);
+  const std::vector<Engine> engines = engines_that_ran(data.engines, ran);
+  REQUIRE(engines.size() == 2);
+  REQUIRE(engines[0].methods.size() == 1);
+  CHECK(engines[0].methods[0].id == "atwood/rk4");
+  REQUIRE(engines[0].responses.size() == 1);
+  CHECK(engines[0].responses[0].id == "+impulse");
+  CHECK(engines[1].methods.empty());
+
+  const auto json = nlohmann::json::parse(render_json(data));
+  CHECK(json.at("ran").at(0).at("response_settings").at("rest_sweeps") == 100);
+  CHECK(json.at("engines").at(0).at("responses").size() == 2);  // the document for programs keeps all that is offered
+  const auto page = nlohmann::json::parse(embedded_json(data, {6, 3, 129, true, 8}));
+  CHECK(page.at("engines").at(0).at("methods").size() == 1);
+  CHECK(page.at("ran") == json.at("ran"));
+  const std::string markdown = render_markdown(data);
+  CHECK(markdown.find("sweeps = 100, sleeping = false, solver = direct |") != std::string::npos);
+  CHECK(markdown.find("Impulses \\| in substeps.") != std::string::npos);
+  CHECK(markdown.find("idle_setting") == std::string::npos);
 }
 
 TEST_CASE("CSV has the contract's columns and reads back exactly") {

@@ -364,7 +364,12 @@ ReportData small_report() {
   data.scenarios = {scenario};
   MethodInfo method{"atwood/rk4", "The classical scheme.", "Kutta 1901", {{"point-mass", 4}}, false,
                     {{"sleeping", false}, {"iterations", std::int64_t{10}}, {"erp", 0.2}, {"solver", std::string("a|b")}}};
-  data.engines = {{"atwood", "0.1.0", "double", {method}, nullptr}};
+  MethodInfo idle{"atwood/heun", "Ran nowhere.", "", {}, false, {{"idle_setting", true}}};
+  MethodInfo impulse{"+impulse", "Impulses | in substeps.", "Moreau 1988", {}, false,
+                     {{"rest_sweeps", std::int64_t{100}}, {"sleeping", false}, {"solver", std::string("auto")}}};
+  MethodInfo event{"+event", "Followed nothing here.", "", {}, false, {{"simultaneous", std::string("sequential")}}};
+  data.engines = {{"atwood", "0.1.0", "double", {method, idle}, nullptr, false, {impulse, event}},
+                  {"fcl", "0.7", "double", {{"fcl/default", "Ran nowhere.", "", {}, false, {}}}, nullptr}};
   data.missing_engines = {{"mujoco", "not built"}};
   data.metrics = {{"error-position-end", "m", "Norm of the difference <at the end>."}};
   Row row{"kepler-e0.6", "atwood/rk4", 960, 10.0 / 960, "", std::nullopt, "error-position-end", "m", 1.2345678901234567e-7,
