@@ -73,7 +73,7 @@ export function real(value: Loose | null | undefined): number {
 
 // 4 or 5 digits: plain near 1, powers of ten elsewhere.
 export function figure(value: number, digits = 5): string {
-  if (!Number.isFinite(value)) return Number.isNaN(value) ? 'nan' : value > 0 ? 'inf' : '-inf';
+  if (!Number.isFinite(value)) return Number.isNaN(value) ? '\u2013' : value > 0 ? 'inf' : '-inf';  // NaN: there is no such figure
   if (value === 0) return '0';
   const size = Math.abs(value);
   if (Number.isInteger(value) && size < 1e6) return String(value);
@@ -87,10 +87,25 @@ export function withBar(value: number, bar: number): string {
   return figure(value);
 }
 
+// Why there is no figure, in a word or two; the row's reason says it whole.
+export function absence(reason: string): string {
+  const found = /^(\d+) of (\d+) impacts reported/.exec(reason);
+  if (found) return `${Number(found[2]) - Number(found[1])} of ${found[2]} missed`;
+  return reason.split(':')[0].slice(0, 24);
+}
+
 // A fitted order or exponent: its bar is the half-width of its 95 % interval.
 export function isFit(metric: string): boolean { return /^(order|growth|richardson)|-exponent/.test(metric); }
-export function fitted(value: number, halfWidth: number): string {
-  return Number.isNaN(value) ? 'inconclusive' : `${figure(value, 4)} \u00b1 ${figure(halfWidth, 2)}`;
+export function fitted(metric: string, value: number, halfWidth: number): string {
+  return noOrder(metric, value, halfWidth) || `${figure(value, 4)} \u00b1 ${figure(halfWidth, 2)}`;
+}
+// What a fit does not tell, in words: wider than +- 0.2 no order is told from its neighbours, and an error that stays
+// where it is has none. One that grows as h shrinks has a negative order, and shows it. Empty: the fit tells.
+export function noOrder(metric: string, value: number, halfWidth: number): string {
+  if (Number.isNaN(value)) return 'inconclusive';
+  if (!/^(order|richardson-order)/.test(metric)) return '';
+  if (halfWidth > 0.2) return `inconclusive (\u00b1 ${figure(halfWidth, 2)})`;
+  return Math.abs(value) < 0.25 ? 'inconclusive (no convergence)' : '';
 }
 
 // The ladder of an adaptive method is its tolerance: one family, many ids.

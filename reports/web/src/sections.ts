@@ -173,10 +173,13 @@ export function bench(report: Report): HTMLElement | null {
       { name: 'scenario', value: (b) => b.scenario }, { name: 'method', value: (b) => b.method }, { name: 'steps', number: true, value: (b) => b.steps }])) : null);
 }
 
-export function definitions(report: Report): HTMLElement | null {
-  if (!report.metrics.length) return null;
-  return section('metrics', 'What each metric means', h('details', {}, h('summary', {}, `${report.metrics.length} metrics`),
-    h('dl', { class: 'docs' }, ...report.metrics.flatMap((m) => [h('dt', {}, m.name, h('span', { class: 'soft' }, m.unit ? ` [${m.unit}]` : '')), h('dd', {}, m.definition)]))));
+// Of the metrics that stand in this report.
+export function definitions(report: Report, index: RowIndex): HTMLElement | null {
+  const measured = new Set([...index.names('metric'), ...report.verdicts.map((v) => v.metric)]);
+  const shown = report.metrics.filter((m) => measured.has(m.name));
+  if (!shown.length) return null;
+  return section('metrics', 'What each metric means', h('details', {}, h('summary', {}, `${shown.length} metrics`),
+    h('dl', { class: 'docs' }, ...shown.flatMap((m) => [h('dt', {}, m.name, h('span', { class: 'soft' }, m.unit ? ` [${m.unit}]` : '')), h('dd', {}, m.definition)]))));
 }
 
 export function scenarios(report: Report): HTMLElement | null {

@@ -5,6 +5,11 @@ import { RowIndex } from './rows';
 
 export interface Column<T> { name: string; number?: boolean; value: (row: T) => string | number; cell?: (row: T) => Child; wide?: boolean }
 
+// A long id breaks before its response and its settings.
+export function brokenId(method: string): (string | HTMLElement)[] {
+  return method.split(/(?=[+{])/).flatMap((part, k) => (k ? [h('wbr'), part] : [part]));
+}
+
 function compare(a: string | number, b: string | number): number {
   if (typeof a === 'string' || typeof b === 'string') return String(a).localeCompare(String(b), 'en', { numeric: true });
   if (Number.isNaN(a) || Number.isNaN(b)) return Number(Number.isNaN(a)) - Number(Number.isNaN(b));  // last either way
@@ -86,8 +91,8 @@ export class RowTable {
   private valueWords(i: number): string {
     const { rows } = this.index;
     if (this.index.text(rows.status[i]) !== 'ok') return '\u2013';
-    const words = isFit(this.index.text(rows.metric[i])) ? fitted : withBar;
-    return words(real(rows.value[i]), real(rows.truth_bar[i]));
+    const metric = this.index.text(rows.metric[i]), value = real(rows.value[i]), bar = real(rows.truth_bar[i]);
+    return isFit(metric) ? fitted(metric, value, bar) : withBar(value, bar);
   }
 
   private bar(): HTMLElement {
