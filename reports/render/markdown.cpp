@@ -70,8 +70,8 @@ std::string laws_section(const std::vector<Law>& laws) {
   return out + "\n";
 }
 
-// Scenario x method for one metric of a whole ladder.
-std::string matrix_section(const std::vector<Row>& rows, const std::string& metric, const std::string& heading) {
+// Scenario x method for one kind of observed order.
+std::string orders_section(const std::vector<Row>& rows, const std::string& metric, const std::string& heading) {
   std::vector<std::string> methods, scenarios;
   std::set<std::string> seen_methods, seen_scenarios;
   std::map<std::pair<std::string, std::string>, std::string> figures;
@@ -79,7 +79,7 @@ std::string matrix_section(const std::vector<Row>& rows, const std::string& metr
     if (row.metric != metric || !row.body.empty()) continue;
     if (seen_methods.insert(row.method).second) methods.push_back(row.method);
     if (seen_scenarios.insert(row.scenario).second) scenarios.push_back(row.scenario);
-    figures[{row.scenario, row.method}] = row.status == Status::ok ? fmt::format("{:.2f}", row.value) : "-";
+    figures[{row.scenario, row.method}] = row.status == Status::ok ? order_words(row.value, row.truth_bar) : "-";
   }
   if (figures.empty()) return "";
   std::string out = "## " + heading + "\n\n| scenario |", rule = "| --- |";
@@ -149,8 +149,8 @@ std::string render_markdown(const ReportData& data) {
                      data.scenarios.size(), data.rows.size()) +
          failing_section(data.verdicts) + audit_section(data.audit) + goals_section(data.goals) +
          tables_section(data.tables) + dominance_section(data.dominance) + laws_section(data.laws) +
-         statistics_section(data.rows) + matrix_section(data.rows, "order-position", "Observed order of position") +
-         matrix_section(data.rows, "order-attitude", "Observed order of attitude") + engines_section(data) +
+         statistics_section(data.rows) + orders_section(data.rows, "order-position", "Observed order of position") +
+         orders_section(data.rows, "order-attitude", "Observed order of attitude") + engines_section(data) +
          provenance_section(data);
 }
 

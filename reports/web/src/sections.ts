@@ -136,7 +136,7 @@ function settingsList(groups: Alike[]): Child {
   const values = new Map<string, Set<string>>();
   for (const { parts } of groups) for (const [of, settings] of parts) for (const [name, value] of Object.entries(settings)) values.set(of + name, (values.get(of + name) ?? new Set()).add(word(value)));
   const pairs = ([of, settings]: Alike['parts'][number]) => h('ul', { class: 'settings' }, ...Object.entries(settings).map(([name, value]) =>
-    h('li', { class: values.get(of + name)!.size > 1 ? 'differs' : undefined }, `${name} = ${word(value)}`)));
+    h('li', { class: values.get(of + name)!.size > 1 ? 'differs' : undefined }, `${name} = `, h('span', { class: typeof value === 'string' ? undefined : 'value' }, word(value)))));
   return h('dl', { class: 'set' }, ...groups.flatMap(({ ids, parts }) => [h('dt', {}, ids.join(', ')),
     ...parts.filter(([of, settings]) => of || Object.keys(settings).length).map((part) => h('dd', {}, part[0] ? h('span', { class: 'soft' }, `${part[0]}: `) : null, pairs(part))),
     parts.every(([, settings]) => !Object.keys(settings).length) ? h('dd', { class: 'soft' }, 'no settings') : null]));

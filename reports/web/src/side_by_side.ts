@@ -41,7 +41,7 @@ export function sideBySide(report: Report, index: RowIndex): HTMLElement | null 
     const unit = (cell: Cell | undefined) => (cell ? unitWord(index.text(index.rows.unit[cell.row])) : '');
     const table = columns.map(([name, found], k): Column<Line> => {
       const words = unit(lines.map((line) => line.cells[k]).find(Boolean));
-      return { name: words ? `${name} [${words}]` : name, number: true, value: (line) => line.cells[k]?.value ?? NaN,
+      return { name: words ? `${name} [${words.replace(/ /g, '\u00a0')}]` : name, number: true, value: (line) => line.cells[k]?.value ?? NaN,
         cell: (line) => (line.cells[k] ? shown(line.cells[k]!) : missing(name, found, line.method, wanted)) };
     }).filter((_, k) => lines.some((line) => line.cells[k]));
     const timed = new Map(report.bench.filter((b) => b.scenario === id && b.steps === wanted).map((b) => [b.method, real(b.ns_per_step_median)]));

@@ -9,6 +9,7 @@
 
 #include "reports/render/embedded_data.hpp"
 #include "reports/render/ran_methods.hpp"
+#include "reports/render/text.hpp"
 #include "synthetic.hpp"
 
 namespace {
@@ -125,6 +126,18 @@ TEST_CASE("every method that ran shows every setting of its scheme and of its re
   CHECK(markdown.find("sweeps = 100, sleeping = false, solver = direct |") != std::string::npos);
   CHECK(markdown.find("Impulses \\| in substeps.") != std::string::npos);
   CHECK(markdown.find("idle_setting") == std::string::npos);
+}
+
+TEST_CASE("an order that the runs do not tell reads as inconclusive") {
+  CHECK(order_words(3.98, 0.02) == "3.98");
+  CHECK(order_words(0.93, 0.4) == "inconclusive (+/- 0.4)");
+  CHECK(order_words(0.0, 0.0) == "inconclusive (no convergence)");
+  CHECK(order_words(-0.5, 0.1) == "-0.50");  // the error grows as h shrinks: that is a finding
+  CHECK(order_words(std::nan(""), 0) == "inconclusive");
+  ReportData data = small_report();
+  for (Row& row : data.rows)
+    if (row.metric == "order-position") row.truth_bar = 0.3;
+  CHECK(render_markdown(data).find("| kepler-e0.6 | inconclusive (+/- 0.3) |") != std::string::npos);
 }
 
 TEST_CASE("CSV has the contract's columns and reads back exactly") {
