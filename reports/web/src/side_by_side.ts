@@ -2,7 +2,7 @@
 import { Report, absence, figure, real, unitWord, withBar } from './data';
 import { Child, h, labelledSelect, option, section } from './dom';
 import { Cell, RowIndex, richest } from './rows';
-import { Column, brokenId, smallTable } from './table';
+import { Column, brokenId, redrawOnPaper, wideTable } from './table';
 
 const ends = ['error-position-end', 'error-velocity-end', 'error-attitude-end', 'error-body-rate-end', 'energy-max', 'angular-momentum-error', 'landing-range-error'];
 const contacts = ['impact-time-error', 'impact-place-error', 'impact-normal-impulse-error', 'impact-tangential-impulse-error', 'impact-count-error',
@@ -14,7 +14,6 @@ const costs = ['rate-evaluations', 'step-time'];
 function order(hasContacts: boolean): string[] {
   return hasContacts ? [...foremost, ...contacts.filter((name) => !foremost.includes(name)), ...ends, ...costs] : [...ends, ...contacts, ...costs];
 }
-const columnsOnPaper = 6;  // a block, beside the method
 
 interface Line { method: string; cells: (Cell | undefined)[] }
 
@@ -23,7 +22,7 @@ export function sideBySide(report: Report, index: RowIndex): HTMLElement | null 
   const ids = index.names('scenario').filter((id) => ladders(id).length);
   if (!ids.length) return null;
   const first = richest(index, ids);
-  const place = h('div', { class: 'blocks' });
+  const place = h('div');
 
   // A run too long to be repeated is timed on the coarsest rung alone: that has told the time of a step.
   const missing = (name: string, found: Map<string, Cell[]>, method: string, wanted: number): Child =>
@@ -49,10 +48,8 @@ export function sideBySide(report: Report, index: RowIndex): HTMLElement | null 
       table.push({ name: 'benchmark [ns/step]', number: true, value: (line) => timed.get(line.method) ?? NaN,
         cell: (line) => (timed.has(line.method) ? figure(timed.get(line.method)!, 3) : '\u2013') });
     }
-    const block = onPaper ? columnsOnPaper : Math.max(1, table.length);
-    const blocks = Array.from({ length: Math.ceil(table.length / block) }, (_, k) => table.slice(k * block, (k + 1) * block));
-    place.replaceChildren(onPaper ? h('h3', {}, `${id}, ${wanted} steps`) : '', ...blocks.map((some) =>
-      smallTable<Line>([{ name: 'method', value: (line) => line.method, cell: (line) => h('span', {}, ...brokenId(line.method)) }, ...some], lines, `Methods on ${id} side by side`)));
+    const method: Column<Line> = { name: 'method', value: (line) => line.method, cell: (line) => h('span', {}, ...brokenId(line.method)) };
+    place.replaceChildren(onPaper ? h('h3', {}, `${id}, ${wanted} steps`) : '', wideTable([method], table, lines, `Methods on ${id} side by side`, onPaper));
   };
   const choose = () => {
     const id = scenario.select.value;
@@ -71,8 +68,7 @@ export function sideBySide(report: Report, index: RowIndex): HTMLElement | null 
   const steps = labelledSelect('steps', 'compare-steps', () => draw(false));
   scenario.select.append(...ids.map((id) => option(id, id, id === first)));
   choose();
-  addEventListener('beforeprint', () => draw(true));
-  addEventListener('afterprint', () => draw(false));
+  redrawOnPaper(draw);
   return section('compare', 'Side by side', h('p', { class: 'hint' }, 'Every method on one scenario at the same steps; a heading sorts. Adaptive methods (a tolerance after the colon) choose their own steps: the count is their first guess. With contacts the finest steps that most methods have are shown first. \u2013 no such figure; where the engine ran but reported too little for one, it says what is missing.'),
     h('div', { class: 'bar' }, scenario.box, steps.box), place);
 }

@@ -2,7 +2,7 @@
 import { figure, real, unitWord } from './data';
 import { Child, h, labelledSelect, option, section } from './dom';
 import { RowIndex } from './rows';
-import { Column, smallTable } from './table';
+import { Column, redrawOnPaper, wideTable } from './table';
 
 const counts = /-(misses|false-hits)$/;
 export function isSweep(index: RowIndex, scenario: string): boolean { return index.names('metric', index.of(scenario)).some((name) => counts.test(name)); }
@@ -14,7 +14,7 @@ export function sweep(index: RowIndex): HTMLElement | null {
   const place = h('div');
   let mine: number[] = [];
 
-  const draw = () => {
+  const draw = (onPaper: boolean) => {
     const steps = Number(poses.select.value), metric = chosen.select.value;
     interface Figure { value: number; unit: string; reason: string }
     const found = new Map<string, Map<string, Figure>>();
@@ -40,8 +40,8 @@ export function sweep(index: RowIndex): HTMLElement | null {
     // "of 15 poses": a table's pairs have as many as somebody worked out by hand, a sweep's all the same number.
     const posesOf = (pair: string) => [...(found.get(pair)?.values() ?? [])].map((one) => /^of (\d+) poses/.exec(one.reason)?.[1]).find(Boolean);
     const sizes: Column<string>[] = pairs.some((pair) => posesOf(pair)) ? [{ name: 'poses', number: true, value: (pair) => Number(posesOf(pair) ?? NaN), cell: (pair) => (pair ? posesOf(pair) ?? '\u2013' : '') }] : [];
-    place.replaceChildren(smallTable<string>([{ name: unit ? `${metric} [${unit}]` : metric, value: (pair) => pair || '\u0000', cell: (pair) => pair || h('b', {}, 'all it answers') }, ...sizes, ...engines],
-      whole ? ['', ...pairs] : pairs, `${metric} by pair of shapes and engine`));
+    place.replaceChildren(wideTable<string>([{ name: unit ? `${metric} [${unit}]` : metric, value: (pair) => pair || '\u0000', cell: (pair) => pair || h('b', {}, 'all it answers') }, ...sizes], engines,
+      whole ? ['', ...pairs] : pairs, `${metric} by pair of shapes and engine`, onPaper));
   };
   const choose = () => {
     const before = chosen.select.value;
@@ -50,14 +50,15 @@ export function sweep(index: RowIndex): HTMLElement | null {
     const ladder = [...new Set(mine.map((i) => rows.steps[i]))].filter((n) => n > 0).sort((a, b) => b - a);
     poses.select.replaceChildren(...ladder.map((n) => option(String(n), String(n))));
     poses.box.hidden = ladder.length < 2;
-    draw();
+    draw(false);
   };
-  const chosen = labelledSelect('figure', 'sweep-figure', draw);
-  const poses = labelledSelect('poses a pair', 'sweep-poses', draw);
+  const chosen = labelledSelect('figure', 'sweep-figure', () => draw(false));
+  const poses = labelledSelect('poses a pair', 'sweep-poses', () => draw(false));
   const scenario = labelledSelect('scenario', 'sweep-scenario', choose);
   scenario.select.append(...ids.map((id) => option(id, id)));
   scenario.box.hidden = ids.length < 2;
   choose();
+  redrawOnPaper(draw);
   const seeded = ids.some((id) => index.of(id).some((i) => rows.steps[i] > 1));
   return section('sweep', 'Contacts against exact geometry', h('p', { class: 'hint' },
     'Misses: bodies overlap and the engine finds no contact; false hits: the other way round. \u2013 the engine does not answer for that pair, and what it sums up leaves that pair out. Each figure is defined under Metrics.', seeded ? ' A sweep of seeded poses keeps the worst of each pair as scenes beside its report.' : ''),
