@@ -108,7 +108,8 @@ std::string engines_section(const ReportData& data) {
     const Engine& engine = *method.engine;
     std::string settings = settings_words(method.settings);
     if (method.response != nullptr) {
-      settings += (settings.empty() ? "" : "; ") + method.response->id + ": " + settings_words(method.response_settings);
+      settings += settings.empty() ? "" : "; ";
+      settings += method.response->id + ": " + settings_words(method.response_settings);
       const std::pair<std::string, std::string> doc{method.response->id, method.response->doc};
       if (std::find(docs.begin(), docs.end(), doc) == docs.end()) docs.push_back(doc);
     }

@@ -1,10 +1,10 @@
 #include "ran_methods.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <set>
 #include <stdexcept>
-
-#include <fmt/format.h>
 
 namespace atwood {
 namespace {
@@ -85,8 +85,7 @@ std::string setting_words(const SettingValue& value) {
 
 std::string settings_words(const Settings& settings) {
   std::string words;
-  for (const auto& [name, value] : settings)
-    words += (words.empty() ? "" : ", ") + name + " = " + setting_words(value);
+  for (const auto& [name, value] : settings) words += (words.empty() ? "" : ", ") + name + " = " + setting_words(value);
   return words;
 }
 

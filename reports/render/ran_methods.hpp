@@ -23,7 +23,7 @@ std::vector<RanMethod> ran_methods(const std::vector<Engine>& engines, const std
 // The engines, each with only those methods and responses that ran; engines of which none did are left out.
 std::vector<Engine> engines_that_ran(const std::vector<Engine>& engines, const std::vector<RanMethod>& ran);
 
-std::string setting_words(const SettingValue& value);   // as a method id spells it: "true", "0.2", "dantzig"
+std::string setting_words(const SettingValue& value);  // as a method id spells it: "true", "0.2", "dantzig"
 std::string settings_words(const Settings& settings);  // "erp = 0.2, sleeping = false"
 
 }  // namespace atwood
