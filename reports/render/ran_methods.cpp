@@ -23,6 +23,16 @@ Settings with_overrides(const MethodInfo& info, const Settings& overrides) {
   return merged;
 }
 
+// The id's tolerances and scalar stand in the settings' place, where the engine prints such.
+void apply_id(Settings& settings, const MethodId& id) {
+  const auto set = [&](const char* name, SettingValue value) {
+    if (settings.contains(name)) settings[name] = std::move(value);
+  };
+  if (id.rtol) set("rtol", *id.rtol);
+  if (id.atol) set("atol", *id.atol);
+  if (!id.scalar.empty()) set("scalar", id.scalar);
+}
+
 // Nobody's, where no engine of the report lists the method: a run that was recorded elsewhere.
 RanMethod find_method(const std::vector<Engine>& engines, const std::string& text) {
   RanMethod made;
@@ -39,6 +49,7 @@ RanMethod find_method(const std::vector<Engine>& engines, const std::string& tex
     made.scheme = with_id(engine.methods, id.engine + "/" + id.scheme);
     if (made.scheme == nullptr) continue;  // a query such as "fcl/contacts" is no scheme
     made.settings = with_overrides(*made.scheme, id.overrides);
+    apply_id(made.settings, id);
     if (!id.response.empty()) made.response = with_id(engine.responses, "+" + id.response);
     if (made.response != nullptr) made.response_settings = with_overrides(*made.response, id.overrides);
     for (const auto& [name, value] : id.overrides)

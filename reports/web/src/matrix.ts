@@ -33,6 +33,7 @@ export function matrix(report: Report, index: RowIndex, chosen: (scenario: strin
     return cells.find((c) => c.steps === steps) ?? cells[Math.floor(cells.length / 2)];
   };
 
+  const climbs = allScenarios.some((id) => new Set(index.of(id).map((i) => index.rows.steps[i]).filter((n) => n > 0)).size > 1);
   const draw = () => {
     const tag = tagSelect.select.value;
     scenarios = allScenarios.filter((id) => !tag || tagsOf.get(id)?.includes(tag));
@@ -43,7 +44,7 @@ export function matrix(report: Report, index: RowIndex, chosen: (scenario: strin
       return methods.map((method) => figureAt(ladders.get(method), scenario, rung));
     });
     const isLadder = isFit(metric);
-    rungSelect.box.hidden = isLadder;
+    rungSelect.box.hidden = isLadder || !climbs;
     const logs = found.flat().filter((cell) => cell && cell.value !== 0 && Number.isFinite(cell.value)).map((cell) => Math.log10(Math.abs(cell!.value)));
     const low = Math.min(...logs), high = Math.max(...logs);
     const head = h('thead', {}, h('tr', {}, h('th', { scope: 'col' }, 'scenario'), ...methods.map((method) => h('th', { scope: 'col', class: 'tilted' }, h('span', {}, ...brokenId(method))))));

@@ -1,5 +1,5 @@
 // The parts of the report that are words and small tables.
-import { Engine, Law, Method, RanMethod, Report, Setting, Verdict, family, figure, real, rerunCommand, unitWord } from './data';
+import { Engine, Law, Method, RanMethod, Report, Setting, Verdict, family, figure, isAdaptive, real, rerunCommand, unitWord } from './data';
 import { Child, copyButton, h, section } from './dom';
 import { RowIndex } from './rows';
 import { Column, smallTable } from './table';
@@ -121,7 +121,8 @@ interface Alike { ids: string[]; parts: [string, Record<string, Setting>][] }
 function alikeSet(ran: RanMethod[]): Alike[] {
   const groups = new Map<string, Alike>();
   for (const method of ran) {
-    const parts: Alike['parts'] = [['', method.settings], ...(method.response ? [[method.response, method.response_settings ?? {}] as Alike['parts'][number]] : [])];
+    const own = isAdaptive(method.id) && 'rtol' in method.settings ? { ...method.settings, rtol: 'tol' } : method.settings;
+    const parts: Alike['parts'] = [['', own], ...(method.response ? [[method.response, method.response_settings ?? {}] as Alike['parts'][number]] : [])];
     const key = JSON.stringify([method.response ?? '', parts]);
     const group = groups.get(key) ?? { ids: [], parts };
     const id = family(method.id);
@@ -142,7 +143,8 @@ function settingsList(groups: Alike[]): Child {
     parts.every(([, settings]) => !Object.keys(settings).length) ? h('dd', { class: 'soft' }, 'no settings') : null]));
 }
 
-export function engines(report: Report): HTMLElement {
+export function engines(report: Report): HTMLElement | null {
+  if (!report.engines.length && !report.missing_engines.length) return null;
   const docs = (methods: Method[]) => methods.flatMap((m) => {
     const claims = Object.entries(m.claimed_order).map(([motion, order]) => `${motion} ${order}`).join(', ');
     return [h('dt', {}, m.id), h('dd', {}, m.doc, h('span', { class: 'soft' }, ` ${claims ? `Claimed order: ${claims}. ` : ''}${m.source}`))];

@@ -102,9 +102,15 @@ TEST_CASE("every method that ran shows every setting of its scheme and of its re
   add("atwood/heun", Status::unsupported);
   add("fcl/contacts", Status::ok);
   add("recorded elsewhere", Status::ok);
+  data.engines[0].methods[0].settings["scalar"] = std::string("double");
+  data.engines[0].methods[0].settings["rtol"] = 1e-10;
+  add("atwood/rk4:1e-6@float", Status::ok);
   const std::vector<RanMethod> ran = ran_methods(data.engines, data.rows);
-  REQUIRE(ran.size() == 2);
-  CHECK(settings_words(ran[0].settings) == "erp = 0.5, iterations = 10, sleeping = false, solver = direct");
+  REQUIRE(ran.size() == 3);
+  CHECK(settings_words(ran[2].settings) ==
+        "erp = 0.2, iterations = 10, rtol = 1e-06, scalar = float, sleeping = false, solver = a|b");
+  CHECK(settings_words(ran[0].settings) ==
+        "erp = 0.5, iterations = 10, rtol = 1e-10, scalar = double, sleeping = false, solver = direct");
   REQUIRE(ran[0].response != nullptr);
   CHECK(settings_words(ran[0].response_settings) == "rest_sweeps = 100, sleeping = false, solver = direct");
   CHECK(ran[1].scheme == nullptr);
