@@ -188,7 +188,9 @@ std::string embedded_json(const ReportData& data, const Detail& detail) {
   json.key("own_files").begin_object();
   for (const auto& [scenario, file] : data.own_files) json.member(scenario, file);
   json.end_object();
-  append_engines(json.key("engines"), data.engines);
+  const std::vector<RanMethod> ran = ran_methods(data.engines, data.rows);
+  append_engines(json.key("engines"), engines_that_ran(data.engines, ran));
+  append_ran(json.key("ran"), ran);
   append_missing(json.key("missing_engines"), data.missing_engines);
   append_metrics(json.key("metrics"), data.metrics);
   append_bench(json.key("bench"), data.bench);

@@ -57,6 +57,7 @@ std::string render_json(const ReportData& data) {
   append_laws(json.key("laws"), data.laws);
   append_scenarios(json.key("scenarios"), data.scenarios);
   append_engines(json.key("engines"), data.engines);
+  append_ran(json.key("ran"), ran_methods(data.engines, data.rows));
   append_missing(json.key("missing_engines"), data.missing_engines);
   append_metrics(json.key("metrics"), data.metrics);
   append_bench(json.key("bench"), data.bench);

@@ -16,13 +16,19 @@ std::string kind_word(Gate::Kind kind) {
   return "";
 }
 
+void append_settings(JsonText& json, const Settings& settings) {
+  json.begin_object();
+  for (const auto& [name, value] : settings) json.key(name).setting(value);
+  json.end_object();
+}
+
 void append_method(JsonText& json, const MethodInfo& method) {
   json.begin_object().member("id", method.id).member("doc", method.doc).member("source", method.source);
   json.key("claimed_order").begin_object().inline_from_here();
   for (const auto& [motion, order] : method.claimed_order) json.member_number(motion, order);
-  json.end_object().key("adaptive").boolean(method.adaptive).key("settings").begin_object();
-  for (const auto& [name, value] : method.settings) json.key(name).setting(value);
-  json.end_object().end_object();
+  json.end_object().key("adaptive").boolean(method.adaptive);
+  append_settings(json.key("settings"), method.settings);
+  json.end_object();
 }
 
 void append_reached(JsonText& json, const Reached& reached) {
@@ -184,7 +190,27 @@ void append_engines(JsonText& json, const std::vector<Engine>& engines) {
     json.begin_object().member("name", engine.name).member("version", engine.version).member("scalar", engine.scalar);
     json.key("methods").begin_array();
     for (const MethodInfo& method : engine.methods) append_method(json, method);
-    json.end_array().end_object();
+    json.end_array();
+    if (!engine.responses.empty()) {
+      json.key("responses").begin_array();
+      for (const MethodInfo& response : engine.responses) append_method(json, response);
+      json.end_array();
+    }
+    json.end_object();
+  }
+  json.end_array();
+}
+
+void append_ran(JsonText& json, const std::vector<RanMethod>& ran) {
+  json.begin_array();
+  for (const RanMethod& method : ran) {
+    json.begin_object().member("id", method.id).member("engine", method.engine->name);
+    append_settings(json.key("settings"), method.settings);
+    if (method.response != nullptr) {
+      json.member("response", method.response->id);
+      append_settings(json.key("response_settings"), method.response_settings);
+    }
+    json.end_object();
   }
   json.end_array();
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "json_text.hpp"
+#include "ran_methods.hpp"
 #include "reports/report.hpp"
 
 namespace atwood {
@@ -9,6 +10,7 @@ namespace atwood {
 void append_provenance(JsonText& json, const Provenance& provenance);
 void append_scenarios(JsonText& json, const std::vector<Scenario>& scenarios);
 void append_engines(JsonText& json, const std::vector<Engine>& engines);
+void append_ran(JsonText& json, const std::vector<RanMethod>& ran);
 void append_missing(JsonText& json, const std::vector<std::pair<std::string, std::string>>& missing);
 void append_metrics(JsonText& json, const std::vector<MetricInfo>& metrics);
 void append_verdicts(JsonText& json, const std::vector<Verdict>& verdicts);

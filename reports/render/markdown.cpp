@@ -1,6 +1,7 @@
 // A summary for people who read in a terminal or on the page of a pull request.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <set>
 
@@ -8,6 +9,7 @@
 #include "reports/report.hpp"
 #include "audit_table.hpp"
 #include "bench_table.hpp"
+#include "ran_methods.hpp"
 #include "statistics_text.hpp"
 #include "text.hpp"
 
@@ -68,8 +70,8 @@ std::string laws_section(const std::vector<Law>& laws) {
   return out + "\n";
 }
 
-// Scenario x method for one metric of a whole ladder.
-std::string matrix_section(const std::vector<Row>& rows, const std::string& metric, const std::string& heading) {
+// Scenario x method for one kind of observed order.
+std::string orders_section(const std::vector<Row>& rows, const std::string& metric, const std::string& heading) {
   std::vector<std::string> methods, scenarios;
   std::set<std::string> seen_methods, seen_scenarios;
   std::map<std::pair<std::string, std::string>, std::string> figures;
@@ -77,7 +79,7 @@ std::string matrix_section(const std::vector<Row>& rows, const std::string& metr
     if (row.metric != metric || !row.body.empty()) continue;
     if (seen_methods.insert(row.method).second) methods.push_back(row.method);
     if (seen_scenarios.insert(row.scenario).second) scenarios.push_back(row.scenario);
-    figures[{row.scenario, row.method}] = row.status == Status::ok ? fmt::format("{:.2f}", row.value) : "-";
+    figures[{row.scenario, row.method}] = row.status == Status::ok ? order_words(row.value, row.truth_bar) : "-";
   }
   if (figures.empty()) return "";
   std::string out = "## " + heading + "\n\n| scenario |", rule = "| --- |";
@@ -97,18 +99,29 @@ std::string matrix_section(const std::vector<Row>& rows, const std::string& metr
   return out + "\n";
 }
 
+// Only what ran, each with every setting it ran with.
 std::string engines_section(const ReportData& data) {
-  std::string out = "## Engines\n\n| engine | version | scalar | methods |\n| --- | --- | --- | --- |\n";
-  for (const Engine& engine : data.engines) {
-    std::string methods;
-    for (const MethodInfo& method : engine.methods) methods += (methods.empty() ? "" : ", ") + method.id;
-    out += fmt::format("| {} | {} | {} | {} |\n", cell(engine.name), cell(engine.version), cell(engine.scalar),
-                       cell(methods));
+  std::string out = "## Engines and their settings\n\n| engine | version | scalar | method | settings |\n"
+                    "| --- | --- | --- | --- | --- |\n";
+  std::vector<std::pair<std::string, std::string>> docs;
+  for (const RanMethod& method : ran_methods(data.engines, data.rows)) {
+    const Engine& engine = *method.engine;
+    std::string settings = settings_words(method.settings);
+    if (method.response != nullptr) {
+      settings += settings.empty() ? "" : "; ";
+      settings += method.response->id + ": " + settings_words(method.response_settings);
+      const std::pair<std::string, std::string> doc{method.response->id, method.response->doc};
+      if (std::find(docs.begin(), docs.end(), doc) == docs.end()) docs.push_back(doc);
+    }
+    out += fmt::format("| {} | {} | {} | {} | {} |\n", cell(engine.name), cell(engine.version), cell(engine.scalar),
+                       cell(method.id), settings.empty() ? "-" : cell(settings));
   }
   for (const auto& [name, reason] : data.missing_engines) {
-    out += fmt::format("| {} | - | - | missing: {} |\n", cell(name), cell(reason));
+    out += fmt::format("| {} | - | - | - | missing: {} |\n", cell(name), cell(reason));
   }
-  return out + "\n";
+  out += "\n";
+  for (const auto& [id, doc] : docs) out += fmt::format("- {}: {}\n", code(id), cell(doc));
+  return docs.empty() ? out : out + "\n";
 }
 
 std::string provenance_section(const ReportData& data) {
@@ -137,8 +150,8 @@ std::string render_markdown(const ReportData& data) {
                      data.scenarios.size(), data.rows.size()) +
          failing_section(data.verdicts) + audit_section(data.audit) + goals_section(data.goals) +
          tables_section(data.tables) + dominance_section(data.dominance) + laws_section(data.laws) +
-         statistics_section(data.rows) + matrix_section(data.rows, "order-position", "Observed order of position") +
-         matrix_section(data.rows, "order-attitude", "Observed order of attitude") + engines_section(data) +
+         statistics_section(data.rows) + orders_section(data.rows, "order-position", "Observed order of position") +
+         orders_section(data.rows, "order-attitude", "Observed order of attitude") + engines_section(data) +
          provenance_section(data);
 }
 

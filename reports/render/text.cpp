@@ -134,6 +134,13 @@ std::string norm_words(const std::string& metric) {
   return words;
 }
 
+std::string order_words(double order, double half_width) {
+  if (std::isnan(order)) return "inconclusive";
+  if (half_width > 0.2) return fmt::format("inconclusive (+/- {})", figure(half_width, 2));
+  if (std::abs(order) < 0.25) return "inconclusive (no convergence)";
+  return fmt::format("{:.2f}", order);
+}
+
 std::string rung_words(const std::string& method, std::int64_t steps) {
   if (method_family(method) == method) return fmt::format("{} steps", steps);
   const std::size_t colon = method.find(':');

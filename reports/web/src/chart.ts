@@ -81,6 +81,8 @@ export class Chart {
     this.place.setAttribute('aria-label', `${spec.title}: ${spec.yLabel} against ${spec.xLabel}; arrow keys read the points`);
     if (this.visible) this.drawIfStale();
   }
+  isEmpty(): boolean { return this.spec.curves.length === 0; }
+  title(): string { return `${this.spec.title} (${this.spec.empty.replace(/\.$/, '').replace(/^./, (c) => c.toLowerCase())})`; }
   highlight(name: string | null): void { this.lit = name; this.plot?.redraw(false); }
   restyle(): void { this.stale = true; if (this.visible) this.drawIfStale(); }
   drawNow(): void { this.stale = true; this.drawIfStale(); }

@@ -18,7 +18,8 @@ export interface Method {
   id: string; doc: string; source: string; claimed_order: Record<string, number>; adaptive: boolean;
   settings: Record<string, Setting>;
 }
-export interface Engine { name: string; version: string; scalar: string; methods: Method[] }
+export interface Engine { name: string; version: string; scalar: string; methods: Method[]; responses?: Method[] }
+export interface RanMethod { id: string; engine: string; settings: Record<string, Setting>; response?: string; response_settings?: Record<string, Setting> }
 export interface Bench {
   name: string; scenario: string; method: string; steps: number; ns_per_step_median: Loose; ns_per_step_p95: Loose;
 }
@@ -50,7 +51,7 @@ export interface AuditFinding { method: string; claim: string; claimed: Loose; v
 export interface FigureTable { id: string; title: string; columns: string[]; rows: (string | number | null)[][]; notes: string[] }
 export interface Report {
   title: string; command: string; left_out: string; provenance: Record<string, string>;
-  verdicts: Verdict[]; laws: Law[]; scenarios: Scenario[]; engines: Engine[];
+  verdicts: Verdict[]; laws: Law[]; scenarios: Scenario[]; engines: Engine[]; ran: RanMethod[];
   missing_engines: { name: string; reason: string }[];
   metrics: { name: string; unit: string; definition: string }[];
   bench: Bench[]; dominance: Dominance[]; goals: Goal[]; tables?: FigureTable[]; audit?: AuditFinding[]; notes: string[]; own_files: Record<string, string>; rows: Rows; series: { instants: Loose[][]; runs: Run[] }; strings: Strings;
@@ -72,7 +73,7 @@ export function real(value: Loose | null | undefined): number {
 
 // 4 or 5 digits: plain near 1, powers of ten elsewhere.
 export function figure(value: number, digits = 5): string {
-  if (!Number.isFinite(value)) return Number.isNaN(value) ? 'nan' : value > 0 ? 'inf' : '-inf';
+  if (!Number.isFinite(value)) return Number.isNaN(value) ? '\u2013' : value > 0 ? 'inf' : '-inf';  // NaN: there is no such figure
   if (value === 0) return '0';
   const size = Math.abs(value);
   if (Number.isInteger(value) && size < 1e6) return String(value);
@@ -86,10 +87,25 @@ export function withBar(value: number, bar: number): string {
   return figure(value);
 }
 
+// Why there is no figure, in a word or two; the row's reason says it whole.
+export function absence(reason: string): string {
+  const found = /^(\d+) of (\d+) impacts reported/.exec(reason);
+  if (found) return `${Number(found[2]) - Number(found[1])} of ${found[2]} missed`;
+  return reason.split(':')[0].slice(0, 24);
+}
+
 // A fitted order or exponent: its bar is the half-width of its 95 % interval.
 export function isFit(metric: string): boolean { return /^(order|growth|richardson)|-exponent/.test(metric); }
-export function fitted(value: number, halfWidth: number): string {
-  return Number.isNaN(value) ? 'inconclusive' : `${figure(value, 4)} \u00b1 ${figure(halfWidth, 2)}`;
+export function fitted(metric: string, value: number, halfWidth: number): string {
+  return noOrder(metric, value, halfWidth) || `${figure(value, 4)} \u00b1 ${figure(halfWidth, 2)}`;
+}
+// What a fit does not tell, in words: wider than +- 0.2 no order is told from its neighbours, and an error that stays
+// where it is has none. One that grows as h shrinks has a negative order, and shows it. Empty: the fit tells.
+export function noOrder(metric: string, value: number, halfWidth: number): string {
+  if (Number.isNaN(value)) return 'inconclusive';
+  if (!/^(order|richardson-order)/.test(metric)) return '';
+  if (halfWidth > 0.2) return `inconclusive (\u00b1 ${figure(halfWidth, 2)})`;
+  return Math.abs(value) < 0.25 ? 'inconclusive (no convergence)' : '';
 }
 
 // The ladder of an adaptive method is its tolerance: one family, many ids.

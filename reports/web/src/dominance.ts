@@ -1,6 +1,7 @@
 // Who is cheapest for an error, what a budget buys, from which step a method is stable.
 import { Contest, Dominance, Reached, Report, engineOf, figure, real, rungWords, seconds } from './data';
 import { Child, h, labelledSelect, option, section } from './dom';
+import { brokenId } from './table';
 
 const isOurs = (reached: Reached) => engineOf(reached.family) === 'atwood';
 const mark = (reached: Reached) => `${reached.interpolated ? ' ~' : reached.coarsest ? ' <' : ''}${reached.at_bar ? ' *' : ''}`;
@@ -79,7 +80,7 @@ function overview(tables: Dominance[], chosen: (table: Dominance) => void): HTML
         const best = contest.ranked[0], other = otherEngine(contest);
         const apart = other ? real(other.cost) / real(best.cost) : NaN;
         return h('td', { class: isOurs(best) ? 'ours' : 'theirs', title: `${table.scenario}, ${level(value)} ${table.unit}: ${best.family}, ${costWords(table, real(best.cost))}${mark(best)}; ${other ? `best other engine ${other.family} \u00d7 ${figure(apart, 3)}` : 'no other engine reaches it'}` },
-          h('b', {}, short(best.family)), h('span', {}, other ? `\u00d7 ${figure(apart, 2)}` : 'alone'));
+          h('b', {}, ...brokenId(short(best.family))), h('span', {}, other ? `\u00d7 ${figure(apart, 2)}` : 'alone'));
       }))))));
 }
 

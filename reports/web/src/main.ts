@@ -5,7 +5,7 @@ import { audit } from './audit';
 import { goals } from './goals';
 import { tables } from './tables';
 import { matrix } from './matrix';
-import { Plots } from './plots';
+import { Plots, plottable } from './plots';
 import { RowIndex } from './rows';
 import * as sections from './sections';
 import { sideBySide } from './side_by_side';
@@ -58,16 +58,16 @@ function preparePrinting(plots: Plots | null): void {
 async function start(): Promise<void> {
   const report = await readReport();
   const index = new RowIndex(report);
-  const plots = index.count ? new Plots(report, index) : null;
+  const plots = plottable(index).length ? new Plots(report, index) : null;
   const table = index.count ? new RowTable(index) : null;
   const rows = table && section('rows', 'Rows', table.element, h('p', { class: 'paper-only' }, `${index.count} rows: on screen, and in the CSV and JSON reports.`));
   const open = (scenario: string, method: string) => {
-    plots!.select(scenario);
+    const drawn = plots?.select(scenario);
     table!.filter({ scenario, method, metric: '', status: '' });
-    plots!.element.scrollIntoView();
+    (drawn ? plots!.element : table!.element).scrollIntoView();
   };
   const parts = [sections.failing(report), audit(report), goals(report), tables(report), dominance(report), sections.laws(report), sections.troubles(report, index), index.count ? sweep(index) : null, index.count ? sideBySide(report, index) : null, index.count ? matrix(report, index, open) : null, plots?.element, index.count ? statistics(report, index) : null, rows, sections.gates(report),
-    sections.bench(report), sections.engines(report), sections.scenarios(report), sections.definitions(report), sections.provenance(report)].filter((part) => part) as HTMLElement[];
+    sections.bench(report), sections.engines(report), sections.scenarios(report), sections.definitions(report, index), sections.provenance(report)].filter((part) => part) as HTMLElement[];
   document.getElementById('app')!.replaceChildren(...parts);
   document.getElementById('top')!.after(navigation(parts));
   document.getElementById('tools')!.append(themeSwitch(() => plots?.restyle()), h('button', { type: 'button', onclick: () => print() }, 'print'));

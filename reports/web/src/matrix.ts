@@ -1,14 +1,10 @@
 // Scenario x method: one figure a cell at one rung, coloured by its power of ten, with the gates' verdict as a sign.
-import { Report, figure, fitted, isFit, withBar } from './data';
+import { Report, figure, fitted, isFit, noOrder, withBar } from './data';
 import { h, labelledSelect, option, section } from './dom';
 import { Cell, RowIndex } from './rows';
+import { brokenId } from './table';
 
-const short: Record<string, string> = { unsupported: 'n/s', diverged: 'div', 'not finite': 'nan', timeout: 'time', crashed: 'crash', 'not built': 'n/b' };
-
-// A long id breaks before its response and its settings.
-function parts(method: string): (string | HTMLElement)[] {
-  return method.split(/(?=[+{])/).flatMap((part, k) => (k ? [h('wbr'), part] : [part]));
-}
+const short: Record<string, string> = { unsupported: 'n/s', diverged: 'div', 'not finite': 'n/f', timeout: 'time', crashed: 'crash', 'not built': 'n/b' };
 
 export function matrix(report: Report, index: RowIndex, chosen: (scenario: string, method: string) => void): HTMLElement {
   const table = h('table', { class: 'matrix' });
@@ -37,6 +33,7 @@ export function matrix(report: Report, index: RowIndex, chosen: (scenario: strin
     return cells.find((c) => c.steps === steps) ?? cells[Math.floor(cells.length / 2)];
   };
 
+  const climbs = allScenarios.some((id) => new Set(index.of(id).map((i) => index.rows.steps[i]).filter((n) => n > 0)).size > 1);
   const draw = () => {
     const tag = tagSelect.select.value;
     scenarios = allScenarios.filter((id) => !tag || tagsOf.get(id)?.includes(tag));
@@ -47,10 +44,10 @@ export function matrix(report: Report, index: RowIndex, chosen: (scenario: strin
       return methods.map((method) => figureAt(ladders.get(method), scenario, rung));
     });
     const isLadder = isFit(metric);
-    rungSelect.box.hidden = isLadder;
+    rungSelect.box.hidden = isLadder || !climbs;
     const logs = found.flat().filter((cell) => cell && cell.value !== 0 && Number.isFinite(cell.value)).map((cell) => Math.log10(Math.abs(cell!.value)));
     const low = Math.min(...logs), high = Math.max(...logs);
-    const head = h('thead', {}, h('tr', {}, h('th', { scope: 'col' }, 'scenario'), ...methods.map((method) => h('th', { scope: 'col', class: 'tilted' }, h('span', {}, ...parts(method))))));
+    const head = h('thead', {}, h('tr', {}, h('th', { scope: 'col' }, 'scenario'), ...methods.map((method) => h('th', { scope: 'col', class: 'tilted' }, h('span', {}, ...brokenId(method))))));
     const body = h('tbody', {}, ...scenarios.map((scenario, s) => h('tr', {}, h('th', { scope: 'row', title: scenario }, scenario), ...methods.map((method, m) => {
       const cell = found[s][m];
       const gates = verdicts.get(`${scenario}\n${method}`);
@@ -60,8 +57,9 @@ export function matrix(report: Report, index: RowIndex, chosen: (scenario: strin
         return h('td', { class: trouble ? 'trouble' : 'absent', title: trouble ? `${scenario}, ${method}: ${trouble.status}. ${trouble.reason}` : 'not in this study' }, trouble ? short[trouble.status] ?? trouble.status : '\u00b7', sign);
       }
       const size = cell.value === 0 || !Number.isFinite(cell.value) ? 0 : (Math.log10(Math.abs(cell.value)) - low) / (high - low || 1);
-      const words = isLadder ? (Number.isNaN(cell.value) ? '?' : cell.value.toFixed(2)) : cell.value === 0 ? '0' : figure(cell.value, 2);
-      const td = h('td', { class: 'figure', style: isLadder ? undefined : `--part:${(size * 100).toFixed(0)}%`, title: `${scenario}, ${method}${cell.steps ? `, ${cell.steps} steps` : ''}: ${isLadder ? fitted(cell.value, cell.bar) : withBar(cell.value, cell.bar)}${isLadder ? `. ${index.text(index.rows.reason[cell.row])}` : ''}` },
+      const words = isLadder ? (noOrder(metric, cell.value, cell.bar) ? '?' : cell.value.toFixed(2)) : cell.value === 0 ? '0' : figure(cell.value, 2);
+      const reason = index.text(index.rows.reason[cell.row]);
+      const td = h('td', { class: 'figure', style: isLadder ? undefined : `--part:${(size * 100).toFixed(0)}%`, title: `${scenario}, ${method}${cell.steps ? `, ${cell.steps} steps` : ''}: ${isLadder ? fitted(metric, cell.value, cell.bar) : withBar(cell.value, cell.bar)}${isLadder || Number.isNaN(cell.value) ? `. ${reason}` : ''}` },
         h('button', { type: 'button', onclick: () => chosen(scenario, method) }, words), sign);
       return td;
     }))));
@@ -74,7 +72,7 @@ export function matrix(report: Report, index: RowIndex, chosen: (scenario: strin
   const rungSelect = labelledSelect('rung of the ladder', 'matrix-rung', draw);
   rungSelect.select.append(option('middle', 'middle, the same steps for all'), option('finest', 'finest each has'), option('coarsest', 'coarsest'));
   draw();
-  const legend = h('p', { class: 'hint' }, 'Blue is small, orange is large, by powers of ten. \u2713 all gates of the cell pass, \u2717 one does not. n/s unsupported, div diverged, nan not finite, n/b not built: the reason is in the tooltip and in the rows. A click opens plots and rows.');
+  const legend = h('p', { class: 'hint' }, 'Blue is small, orange is large, by powers of ten. \u2713 all gates of the cell pass, \u2717 one does not. n/s unsupported, div diverged, n/f a state that is not finite, n/b not built, \u2013 no such figure, ? an order that the runs do not tell: the reason is in the tooltip and in the rows. A click opens plots and rows.');
   return section('matrix', 'Scenario by method', h('div', { class: 'bar' }, tagSelect.box, metricSelect.box, rungSelect.box), legend,
     h('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Scenario by method' }, table));
 }

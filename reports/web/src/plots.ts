@@ -1,12 +1,16 @@
 // The plots of one scenario and one metric, their shared legend, and the orders that the rows hold.
 import { Chart, ChartSpec, Curve, Point } from './chart';
-import { Loose, Report, Run, engineOf, family, figure, isAdaptive, real, unitWord, withBar } from './data';
+import { Loose, Report, Run, engineOf, family, figure, isAdaptive, noOrder, real, unitWord, withBar } from './data';
 import { h, labelledSelect, option, section } from './dom';
 import { Cell, RowIndex, richest } from './rows';
 import { Look, look, swatch } from './style';
+import { isSweep } from './sweep';
 
 const seriesKinds = ['position', 'velocity', 'attitude', 'body-rate'] as const;
 const seriesUnits: Record<string, string> = { position: 'm', velocity: 'm/s', attitude: 'rad', 'body-rate': 'rad/s' };
+
+// Sweeps of poses have no steps to plot against.
+export function plottable(index: RowIndex): string[] { return index.names('scenario').filter((id) => !isSweep(index, id)); }
 
 export class Plots {
   readonly element: HTMLElement;
@@ -16,6 +20,7 @@ export class Plots {
   private readonly legend = h('div', { class: 'legend', role: 'group', 'aria-label': 'Methods shown' });
   private readonly about = h('p', { class: 'about' });
   private readonly orders = h('div', { class: 'orders' });
+  private readonly absent = h('p', { class: 'soft' });
   private readonly scenario; private readonly metric; private readonly body; private readonly steps;
   private methods: string[] = [];
 
@@ -28,8 +33,8 @@ export class Plots {
     this.body = labelledSelect('body', 'plot-body', () => this.draw());
     this.steps = labelledSelect('steps of the curves over time', 'plot-steps', () => this.draw());
     const known = new Map(report.scenarios.map((s) => [s.id, s.title]));
-    const ids = index.names('scenario');
-    const first = richest(index);
+    const ids = plottable(index);
+    const first = richest(index, ids);
     this.scenario.select.append(...ids.map((id) => option(id, known.get(id) ? `${id} \u2014 ${known.get(id)}` : id, id === first)));
     const step = (by: number) => () => {
       const { select } = this.scenario;
@@ -50,13 +55,15 @@ export class Plots {
       h('div', { class: 'legend-row' }, h('span', { class: 'pair' }, quick('all', () => true), quick('none', () => false),
         quick('ours', (m) => engineOf(m) === 'atwood'), quick('others', (m) => engineOf(m) !== 'atwood')), this.legend),
       h('p', { class: 'hint' }, 'Drag to zoom, double-click to reset; hover or use the arrow keys to read a point. Click a method to hide it, double-click to see it alone. Adaptive methods (:tol, a point a tolerance) have no one step and stand in the plots of work only.'),
-      h('div', { class: 'grid' }, this.charts.step.element, this.charts.time.element, this.charts.evaluations.element, this.charts.error.element, this.charts.energy.element, this.orders));
+      h('div', { class: 'grid' }, this.charts.step.element, this.charts.time.element, this.charts.evaluations.element, this.charts.error.element, this.charts.energy.element, this.orders), this.absent);
     if (ids.length) this.showScenario();
   }
 
-  select(scenario: string): void {
+  select(scenario: string): boolean {  // whether it has plots
+    if (![...this.scenario.select.options].some((o) => o.value === scenario)) return false;
     this.scenario.select.value = scenario;
     this.showScenario();
+    return true;
   }
   restyle(): void { this.fillLegend(); Object.values(this.charts).forEach((chart) => chart.restyle()); }
   drawNow(): void { this.fillLegend(); Object.values(this.charts).forEach((chart) => chart.drawNow()); }
@@ -143,9 +150,15 @@ export class Plots {
       curves: this.curves(ladders, unit, cost(evaluations), (x) => `${figure(x, 6)} evaluations`), empty: 'No evaluation counts of this scenario (rivals do not report theirs).' }, this.hidden);
     const kind = seriesKinds.find((name) => metric.includes(name)) ?? 'position';
     const steps = Number(this.steps.select.value);
-    this.charts.error.show(this.overTime('error', `Error over time: ${kind}, ${steps} steps`, `|${kind} error| [${seriesUnits[kind]}]`, kind, steps), this.hidden);
-    this.charts.energy.show(this.overTime('energy', `Energy over time, ${steps} steps`, '|E \u2212 E\u2080| / E scale', 'energy', steps), this.hidden);
+    this.charts.error.show(this.overTime('error', `Error over time: ${kind}${steps ? `, ${steps} steps` : ''}`, `|${kind} error| [${seriesUnits[kind]}]`, kind, steps), this.hidden);
+    this.charts.energy.show(this.overTime('energy', `Energy over time${steps ? `, ${steps} steps` : ''}`, '|E \u2212 E\u2080| / E scale', 'energy', steps), this.hidden);
     this.showOrders(id);
+    // What there is nothing to draw of is named in a line instead of an empty frame.
+    const charts = Object.values(this.charts);
+    charts.forEach((chart) => { chart.element.hidden = chart.isEmpty(); });
+    const empty = charts.filter((chart) => chart.isEmpty());
+    this.absent.hidden = !empty.length;
+    this.absent.textContent = `Not drawn: ${empty.map((chart) => chart.title()).join('; ')}.`;
   }
 
   private curves(ladders: Map<string, Cell[]>, unit: string, xOf: (method: string, cell: Cell) => number | null, xWords: (x: number) => string): Curve[] {
@@ -188,14 +201,16 @@ export class Plots {
       .sort((a, b) => Number(a.startsWith('growth')) - Number(b.startsWith('growth')));
     const lines = this.index.names('method', rows).map((method) => {
       const cells = metrics.map((metric) => this.index.ladders(id, metric, '').get(method)?.[0]);
-      return cells.some(Boolean) ? h('tr', {}, h('th', { scope: 'row' }, method), ...cells.map((cell) => h('td', { class: 'number', title: cell ? this.index.text(this.index.rows.reason[cell.row]) : '' },
-        cell ? Number.isNaN(cell.value) ? 'inconclusive' : `${cell.value.toFixed(2)}${cell.bar ? ` \u00b1 ${cell.bar.toFixed(2)}` : ''}` : '\u2013'))) : null;
+      return cells.some(Boolean) ? h('tr', {}, h('th', { scope: 'row' }, method), ...cells.map((cell, k) => h('td', { class: 'number', title: cell ? fitTitle(cell, this.index.text(this.index.rows.reason[cell.row])) : '' },
+        cell ? noOrder(metrics[k], cell.value, cell.bar) || `${cell.value.toFixed(2)}${cell.bar ? ` \u00b1 ${cell.bar.toFixed(2)}` : ''}` : '\u2013'))) : null;
     });
     this.orders.replaceChildren(h('h3', {}, 'Observed orders and growth, fitted over the asymptotic window'),
       lines.some(Boolean) ? h('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Observed orders' }, h('table', {}, h('thead', {}, h('tr', {}, h('th', { scope: 'col' }, 'method'), ...metrics.map((m) => h('th', { scope: 'col', class: 'number' }, m)))), h('tbody', {}, ...lines)))
         : h('p', { class: 'nothing' }, 'No order was fitted on this scenario.'));
   }
 }
+
+function fitTitle(cell: Cell, reason: string): string { return Number.isNaN(cell.value) ? reason : `${figure(cell.value, 4)}: ${reason}`; }
 
 function secondsPer(unit: string): number {
   return unit.startsWith('us') || unit.startsWith('\u00b5s') ? 1e-6 : unit.startsWith('ms') ? 1e-3 : unit === 's' || unit.startsWith('s/') ? 1 : 1e-9;

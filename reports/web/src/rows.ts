@@ -55,6 +55,9 @@ export class RowIndex {
     return out;
   }
 
+  // A scene with contacts is told by its metrics: how deep bodies sink, when they meet.
+  hasContacts(scenario: string): boolean { return this.names('metric', this.of(scenario)).some((name) => /^(penetration-|impact-)/.test(name)); }
+
   // Why a cell has no figure: the first status that is not ok.
   trouble(scenario: string, method: string): { status: string; reason: string } | null {
     const methodId = this.ids.get(method) ?? -1;
@@ -67,9 +70,8 @@ export class RowIndex {
   }
 }
 
-// The scenario that most methods ran: the one to show first.
-export function richest(index: RowIndex): string {
-  const ids = index.names('scenario');
+// Of these the scenario that most methods ran: the one to show first.
+export function richest(index: RowIndex, ids: string[]): string {
   const methods = new Map(ids.map((id) => [id, index.names('method', index.of(id)).length]));
   return ids.reduce((best, id) => (methods.get(id)! > methods.get(best)! ? id : best), ids[0]);
 }

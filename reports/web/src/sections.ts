@@ -1,5 +1,5 @@
 // The parts of the report that are words and small tables.
-import { Engine, Law, Report, Setting, Verdict, figure, real, rerunCommand, unitWord } from './data';
+import { Engine, Law, Method, RanMethod, Report, Setting, Verdict, family, figure, isAdaptive, real, rerunCommand, unitWord } from './data';
 import { Child, copyButton, h, section } from './dom';
 import { RowIndex } from './rows';
 import { Column, smallTable } from './table';
@@ -114,32 +114,52 @@ export function laws(report: Report): HTMLElement | null {
     shown.length < report.laws.length ? h('details', {}, h('summary', {}, `All steps: ${report.laws.length} lines`), table(report.laws, 'Laws at all steps')) : null);
 }
 
-function word(value: Setting | undefined): string { return value === undefined ? '' : typeof value === 'number' ? figure(value, 6) : String(value); }
+function word(value: Setting): string { return typeof value === 'number' ? figure(value, 6) : String(value); }
 
-function settingsTable(engine: Engine): Child {
-  const names = [...new Set(engine.methods.flatMap((m) => Object.keys(m.settings)))].sort();
-  if (!names.length) return null;
-  return h('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': `Settings of ${engine.name}` }, h('table', { class: 'settings' },
-    h('thead', {}, h('tr', {}, h('th', { scope: 'col' }, 'setting'), ...engine.methods.map((m) => h('th', { scope: 'col' }, m.id)))),
-    h('tbody', {}, ...names.map((name) => {
-      const values = engine.methods.map((m) => word(m.settings[name]));
-      const differs = new Set(values).size > 1;
-      return h('tr', { class: differs ? 'differs' : undefined }, h('th', { scope: 'row' }, name), ...values.map((v) => h('td', {}, v)));
-    }))));
+// Of the methods that ran, those that are set alike stand together (a ladder of tolerances is one).
+interface Alike { ids: string[]; parts: [string, Record<string, Setting>][] }
+function alikeSet(ran: RanMethod[]): Alike[] {
+  const groups = new Map<string, Alike>();
+  for (const method of ran) {
+    const own = isAdaptive(method.id) && 'rtol' in method.settings ? { ...method.settings, rtol: 'tol' } : method.settings;
+    const parts: Alike['parts'] = [['', own], ...(method.response ? [[method.response, method.response_settings ?? {}] as Alike['parts'][number]] : [])];
+    const key = JSON.stringify([method.response ?? '', parts]);
+    const group = groups.get(key) ?? { ids: [], parts };
+    const id = family(method.id);
+    if (!group.ids.includes(id)) group.ids.push(id);
+    groups.set(key, group);
+  }
+  return [...groups.values()];
 }
 
-export function engines(report: Report): HTMLElement {
-  const one = (engine: Engine) => h('article', { class: 'engine' },
-    h('h3', {}, engine.name, h('span', { class: 'soft' }, ` ${engine.version} \u00b7 ${engine.scalar}`)),
-    settingsTable(engine),
-    h('details', {}, h('summary', {}, `${engine.methods.length} ${engine.methods.length === 1 ? 'method' : 'methods'}: what they are and claim`),
-      h('dl', { class: 'docs' }, ...engine.methods.flatMap((m) => {
-        const claims = Object.entries(m.claimed_order).map(([motion, order]) => `${motion} ${order}`).join(', ');
-        return [h('dt', {}, m.id), h('dd', {}, m.doc, h('span', { class: 'soft' }, ` ${claims ? `Claimed order: ${claims}. ` : ''}${m.source}`))];
-      }))));
+// A line `key = value` a setting: as many as fit beside each other, on paper and on a narrow screen too.
+function settingsList(groups: Alike[]): Child {
+  const values = new Map<string, Set<string>>();
+  for (const { parts } of groups) for (const [of, settings] of parts) for (const [name, value] of Object.entries(settings)) values.set(of + name, (values.get(of + name) ?? new Set()).add(word(value)));
+  const pairs = ([of, settings]: Alike['parts'][number]) => h('ul', { class: 'settings' }, ...Object.entries(settings).map(([name, value]) =>
+    h('li', { class: values.get(of + name)!.size > 1 ? 'differs' : undefined }, `${name} = `, h('span', { class: typeof value === 'string' ? undefined : 'value' }, word(value)))));
+  return h('dl', { class: 'set' }, ...groups.flatMap(({ ids, parts }) => [h('dt', {}, ids.join(', ')),
+    ...parts.filter(([of, settings]) => of || Object.keys(settings).length).map((part) => h('dd', {}, part[0] ? h('span', { class: 'soft' }, `${part[0]}: `) : null, pairs(part))),
+    parts.every(([, settings]) => !Object.keys(settings).length) ? h('dd', { class: 'soft' }, 'no settings') : null]));
+}
+
+export function engines(report: Report): HTMLElement | null {
+  if (!report.engines.length && !report.missing_engines.length) return null;
+  const docs = (methods: Method[]) => methods.flatMap((m) => {
+    const claims = Object.entries(m.claimed_order).map(([motion, order]) => `${motion} ${order}`).join(', ');
+    return [h('dt', {}, m.id), h('dd', {}, m.doc, h('span', { class: 'soft' }, ` ${claims ? `Claimed order: ${claims}. ` : ''}${m.source}`))];
+  });
+  const one = (engine: Engine) => {
+    const told = [...engine.methods, ...(engine.responses ?? [])];
+    return h('article', { class: 'engine' },
+      h('h3', {}, engine.name, h('span', { class: 'soft' }, ` ${engine.version} \u00b7 ${engine.scalar}`)),
+      settingsList(alikeSet(report.ran.filter((m) => m.engine === engine.name))),
+      told.length ? h('details', {}, h('summary', {}, `What ${told.map((m) => m.id).slice(0, 3).join(', ')}${told.length > 3 ? ` and ${told.length - 3} more` : ''} ${told.length === 1 ? 'is and claims' : 'are and claim'}`),
+        h('dl', { class: 'docs' }, ...docs(told))) : null);
+  };
   const missing = report.missing_engines.length
     ? h('ul', { class: 'missing' }, ...report.missing_engines.map((m) => h('li', {}, h('b', {}, m.name), ` is missing: ${m.reason}`))) : null;
-  return section('engines', 'Engines and their settings', h('p', { class: 'hint' }, 'Shaded settings differ between an engine\u2019s methods.'), missing, ...report.engines.map(one));
+  return section('engines', 'Engines and their settings', h('p', { class: 'hint' }, 'Of the methods that ran. Shaded settings differ between an engine\u2019s methods; what follows a scheme (+impulse, +event, +penalty) has settings of its own.'), missing, ...report.engines.map(one));
 }
 
 export function bench(report: Report): HTMLElement | null {
@@ -155,10 +175,13 @@ export function bench(report: Report): HTMLElement | null {
       { name: 'scenario', value: (b) => b.scenario }, { name: 'method', value: (b) => b.method }, { name: 'steps', number: true, value: (b) => b.steps }])) : null);
 }
 
-export function definitions(report: Report): HTMLElement | null {
-  if (!report.metrics.length) return null;
-  return section('metrics', 'What each metric means', h('details', {}, h('summary', {}, `${report.metrics.length} metrics`),
-    h('dl', { class: 'docs' }, ...report.metrics.flatMap((m) => [h('dt', {}, m.name, h('span', { class: 'soft' }, m.unit ? ` [${m.unit}]` : '')), h('dd', {}, m.definition)]))));
+// Of the metrics that stand in this report.
+export function definitions(report: Report, index: RowIndex): HTMLElement | null {
+  const measured = new Set([...index.names('metric'), ...report.verdicts.map((v) => v.metric)]);
+  const shown = report.metrics.filter((m) => measured.has(m.name));
+  if (!shown.length) return null;
+  return section('metrics', 'What each metric means', h('details', {}, h('summary', {}, `${shown.length} metrics`),
+    h('dl', { class: 'docs' }, ...shown.flatMap((m) => [h('dt', {}, m.name, h('span', { class: 'soft' }, m.unit ? ` [${m.unit}]` : '')), h('dd', {}, m.definition)]))));
 }
 
 export function scenarios(report: Report): HTMLElement | null {

@@ -1,57 +1,75 @@
 // One scenario at one step count: every method that ran it, a column a figure. What an engine costs beside what it errs.
-import { Report, figure, real, unitWord, withBar } from './data';
-import { h, labelledSelect, option, section } from './dom';
+import { Report, absence, figure, real, unitWord, withBar } from './data';
+import { Child, h, labelledSelect, option, section } from './dom';
 import { Cell, RowIndex, richest } from './rows';
-import { Column, smallTable } from './table';
+import { Column, brokenId, redrawOnPaper, wideTable } from './table';
 
-const figures = ['error-position-end', 'error-velocity-end', 'error-attitude-end', 'error-body-rate-end', 'energy-max', 'angular-momentum-error',
-  'landing-range-error', 'impact-time-error', 'impact-place-error', 'impact-normal-impulse-error', 'impact-tangential-impulse-error', 'impact-count-error',
+const ends = ['error-position-end', 'error-velocity-end', 'error-attitude-end', 'error-body-rate-end', 'energy-max', 'angular-momentum-error', 'landing-range-error'];
+const contacts = ['impact-time-error', 'impact-place-error', 'impact-normal-impulse-error', 'impact-tangential-impulse-error', 'impact-count-error',
   'transition-time-error', 'restitution-error', 'apex-error', 'penetration-max', 'penetration-relative', 'cone-violation', 'signorini-gap', 'signorini-pull',
-  'dissipation-defect', 'contact-energy-gain', 'rate-evaluations', 'step-time'];
+  'dissipation-defect', 'contact-energy-gain'];
+// Where bodies have come to rest by the end, the end tells nobody apart: contacts, and the largest error on the way, go first.
+const foremost = ['error-position-max', 'impact-time-error', 'apex-error', 'restitution-error', 'penetration-max'];
+const costs = ['rate-evaluations', 'step-time'];
+function order(hasContacts: boolean): string[] {
+  return hasContacts ? [...foremost, ...contacts.filter((name) => !foremost.includes(name)), ...ends, ...costs] : [...ends, ...contacts, ...costs];
+}
+
+interface Line { method: string; cells: (Cell | undefined)[] }
 
 export function sideBySide(report: Report, index: RowIndex): HTMLElement | null {
-  const ids = index.names('scenario');
-  const first = richest(index);
+  const ladders = (id: string) => order(index.hasContacts(id)).map((name) => [name, index.ladders(id, name, '')] as const).filter(([, found]) => found.size);
+  const ids = index.names('scenario').filter((id) => ladders(id).length);
+  if (!ids.length) return null;
+  const first = richest(index, ids);
   const place = h('div');
-  const ladders = (id: string) => figures.map((name) => [name, index.ladders(id, name, '')] as const).filter(([, found]) => found.size);
 
-  const draw = () => {
+  // A run too long to be repeated is timed on the coarsest rung alone: that has told the time of a step.
+  const missing = (name: string, found: Map<string, Cell[]>, method: string, wanted: number): Child =>
+    (name === 'step-time' && found.get(method)?.some((c) => c.steps < wanted) ? h('span', { class: 'soft', title: `timed at ${found.get(method)![0].steps} steps; a run at ${wanted} takes too long to be repeated` }, 'not timed: slow') : '\u2013');
+  const shown = (cell: Cell): Child => {
+    if (!Number.isNaN(cell.value)) return withBarShort(cell);
+    const reason = index.text(index.rows.reason[cell.row]);
+    return reason ? h('span', { class: 'soft', title: reason }, `\u2013 ${absence(reason)}`) : '\u2013';
+  };
+  const draw = (onPaper: boolean) => {
     const id = scenario.select.value, wanted = Number(steps.select.value);
-    interface Line { method: string; cells: (Cell | undefined)[] }
     const columns = ladders(id);
     const lines: Line[] = index.names('method', index.of(id)).map((method) => ({ method, cells: columns.map(([, found]) => found.get(method)?.find((c) => c.steps === wanted)) }))
       .filter((line) => line.cells.some(Boolean));
     const unit = (cell: Cell | undefined) => (cell ? unitWord(index.text(index.rows.unit[cell.row])) : '');
-    const table: Column<Line>[] = columns.map(([name], k) => {
+    const table = columns.map(([name, found], k): Column<Line> => {
       const words = unit(lines.map((line) => line.cells[k]).find(Boolean));
-      return { name: words ? `${name} [${words}]` : name, number: true, value: (line) => line.cells[k]?.value ?? NaN,
-        cell: (line) => (line.cells[k] ? withBarShort(line.cells[k]!) : '\u2013') };
-    });
+      return { name: words ? `${name} [${words.replace(/ /g, '\u00a0')}]` : name, number: true, value: (line) => line.cells[k]?.value ?? NaN,
+        cell: (line) => (line.cells[k] ? shown(line.cells[k]!) : missing(name, found, line.method, wanted)) };
+    }).filter((_, k) => lines.some((line) => line.cells[k]));
     const timed = new Map(report.bench.filter((b) => b.scenario === id && b.steps === wanted).map((b) => [b.method, real(b.ns_per_step_median)]));
     if (timed.size) {
       table.push({ name: 'benchmark [ns/step]', number: true, value: (line) => timed.get(line.method) ?? NaN,
         cell: (line) => (timed.has(line.method) ? figure(timed.get(line.method)!, 3) : '\u2013') });
     }
-    place.replaceChildren(smallTable<Line>([{ name: 'method', value: (line) => line.method }, ...table], lines, `Methods on ${id} side by side`));
+    const method: Column<Line> = { name: 'method', value: (line) => line.method, cell: (line) => h('span', {}, ...brokenId(line.method)) };
+    place.replaceChildren(onPaper ? h('h3', {}, `${id}, ${wanted} steps`) : '', wideTable([method], table, lines, `Methods on ${id} side by side`, onPaper));
   };
   const choose = () => {
     const id = scenario.select.value;
-    const found = new Map<number, number>();
-    for (const [, methods] of ladders(id)) for (const cells of methods.values()) for (const cell of cells) if (cell.steps) found.set(cell.steps, (found.get(cell.steps) ?? 0) + 1);
+    const found = new Map<number, Set<string>>();
+    for (const [, methods] of ladders(id)) for (const [method, cells] of methods) for (const cell of cells) if (cell.steps) found.set(cell.steps, (found.get(cell.steps) ?? new Set()).add(method));
     const t_end = real(report.scenarios.find((s) => s.id === id)?.t_end_s ?? 1);
     const sorted = [...found.keys()].sort((a, b) => a - b);
-    const most = Math.max(0, ...found.values());
-    const shared = sorted.filter((n) => found.get(n)! * 2 > most);
+    const most = Math.max(0, ...[...found.values()].map((methods) => methods.size));
+    const shared = sorted.filter((n) => found.get(n)!.size * 2 > most);
     const away = (n: number) => Math.abs(Math.log(n / (60 * t_end)));
-    const best = shared.reduce((a, b) => (away(b) < away(a) ? b : a), shared[0]);
+    const best = index.hasContacts(id) ? shared[shared.length - 1] : shared.reduce((a, b) => (away(b) < away(a) ? b : a), shared[0]);
     steps.select.replaceChildren(...sorted.map((n) => option(String(n), `${n} (h = ${figure(t_end / n, 3)} s)`, n === best)));
-    draw();
+    draw(false);
   };
   const scenario = labelledSelect('scenario', 'compare-scenario', choose);
-  const steps = labelledSelect('steps', 'compare-steps', draw);
+  const steps = labelledSelect('steps', 'compare-steps', () => draw(false));
   scenario.select.append(...ids.map((id) => option(id, id, id === first)));
   choose();
-  return section('compare', 'Side by side', h('p', { class: 'hint' }, 'Every method on one scenario at the same steps; a heading sorts. Adaptive methods (a tolerance after the colon) choose their own steps: the count is their first guess.'),
+  redrawOnPaper(draw);
+  return section('compare', 'Side by side', h('p', { class: 'hint' }, 'Every method on one scenario at the same steps; a heading sorts. Adaptive methods (a tolerance after the colon) choose their own steps: the count is their first guess. With contacts the finest steps that most methods have are shown first. \u2013 no such figure; where the engine ran but reported too little for one, it says what is missing.'),
     h('div', { class: 'bar' }, scenario.box, steps.box), place);
 }
 

@@ -19,7 +19,7 @@ interface Figure { scenario: string; method: string; steps: number; metric: stri
 
 function words(f: Figure): string {
   if (f.status !== 'ok') return f.status;
-  if (isFit(f.metric)) return `${fitted(f.value, f.bar)} ${unitWord(f.unit)}`.trim();
+  if (isFit(f.metric)) return `${fitted(f.metric, f.value, f.bar)} ${unitWord(f.unit)}`.trim();
   if (Number.isNaN(f.value)) return 'inconclusive';
   const value = withBar(f.value, f.bar);
   return `${value} ${unitWord(f.unit)}`.trim();

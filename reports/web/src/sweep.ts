@@ -1,26 +1,27 @@
 // Contacts against exact geometry: seeded poses of every pair of shapes, a line a pair, a column an engine.
 import { figure, real, unitWord } from './data';
-import { h, labelledSelect, option, section } from './dom';
+import { Child, h, labelledSelect, option, section } from './dom';
 import { RowIndex } from './rows';
-import { Column, smallTable } from './table';
+import { Column, redrawOnPaper, wideTable } from './table';
 
 const counts = /-(misses|false-hits)$/;
+export function isSweep(index: RowIndex, scenario: string): boolean { return index.names('metric', index.of(scenario)).some((name) => counts.test(name)); }
 
 export function sweep(index: RowIndex): HTMLElement | null {
   const { rows } = index;
-  const ids = index.names('scenario').filter((id) => index.names('metric', index.of(id)).some((name) => counts.test(name)));
+  const ids = index.names('scenario').filter((id) => isSweep(index, id));
   if (!ids.length) return null;
-  const id = ids[0], mine = index.of(id);
-  const figures = index.names('metric', mine).filter((name) => /^(contact|touch)-/.test(name));
   const place = h('div');
+  let mine: number[] = [];
 
-  const draw = () => {
+  const draw = (onPaper: boolean) => {
     const steps = Number(poses.select.value), metric = chosen.select.value;
-    const found = new Map<string, Map<string, { value: number; unit: string }>>();
+    interface Figure { value: number; unit: string; reason: string }
+    const found = new Map<string, Map<string, Figure>>();
     for (const i of mine) {
       if (rows.steps[i] !== steps || index.text(rows.metric[i]) !== metric || index.text(rows.status[i]) !== 'ok') continue;
       const pair = index.text(rows.body[i]);
-      found.set(pair, (found.get(pair) ?? new Map()).set(index.text(rows.method[i]), { value: real(rows.value[i]), unit: index.text(rows.unit[i]) }));
+      found.set(pair, (found.get(pair) ?? new Map<string, Figure>()).set(index.text(rows.method[i]), { value: real(rows.value[i]), unit: index.text(rows.unit[i]), reason: index.text(rows.reason[i]) }));
     }
     const whole = found.get('');
     const pairs = [...found.keys()].filter((pair) => pair).sort();
@@ -28,18 +29,38 @@ export function sweep(index: RowIndex): HTMLElement | null {
     const unit = unitWord([...found.values()].flatMap((line) => [...line.values()])[0]?.unit ?? '');
     const asked = (pair: string, method: string) => found.get(pair)?.get(method);
     const words = (value: number) => (counts.test(metric) ? String(value) : figure(value, 2));
-    const engines: Column<string>[] = methods.map((method) => ({ name: method, number: true, value: (pair) => asked(pair, method)?.value ?? NaN,
-      cell: (pair) => { const one = asked(pair, method); return one ? h('span', { class: counts.test(metric) && one.value > 0 ? 'short' : undefined }, words(one.value)) : '\u2013'; } }));
-    place.replaceChildren(smallTable<string>([{ name: unit ? `${metric} [${unit}]` : metric, value: (pair) => pair || '\u0000', cell: (pair) => pair || h('b', {}, 'all pairs') }, ...engines],
-      whole ? ['', ...pairs] : pairs, `${metric} by pair of shapes and engine`));
+    // A sum over fewer pairs is another sum: each says over how many.
+    const answered = (method: string) => pairs.filter((pair) => asked(pair, method)).length;
+    const cell = (pair: string, method: string): Child => {
+      const one = asked(pair, method);
+      if (!one) return '\u2013';
+      return h('span', { class: counts.test(metric) && one.value > 0 ? 'short' : undefined, title: one.reason }, words(one.value), pair ? null : h('span', { class: 'soft' }, ` of ${answered(method)} ${answered(method) === 1 ? 'pair' : 'pairs'}`));
+    };
+    const engines: Column<string>[] = methods.map((method) => ({ name: method, number: true, value: (pair) => asked(pair, method)?.value ?? NaN, cell: (pair) => cell(pair, method) }));
+    // "of 15 poses": a table's pairs have as many as somebody worked out by hand, a sweep's all the same number.
+    const posesOf = (pair: string) => [...(found.get(pair)?.values() ?? [])].map((one) => /^of (\d+) poses/.exec(one.reason)?.[1]).find(Boolean);
+    const sizes: Column<string>[] = pairs.some((pair) => posesOf(pair)) ? [{ name: 'poses', number: true, value: (pair) => Number(posesOf(pair) ?? NaN), cell: (pair) => (pair ? posesOf(pair) ?? '\u2013' : '') }] : [];
+    place.replaceChildren(wideTable<string>([{ name: unit ? `${metric} [${unit}]` : metric, value: (pair) => pair || '\u0000', cell: (pair) => pair || h('b', {}, 'all it answers') }, ...sizes], engines,
+      whole ? ['', ...pairs] : pairs, `${metric} by pair of shapes and engine`, onPaper));
   };
-  const chosen = labelledSelect('figure', 'sweep-figure', draw);
-  chosen.select.append(...figures.map((name) => option(name, name)));
-  const poses = labelledSelect('poses a pair', 'sweep-poses', draw);
-  const ladder = [...new Set(mine.map((i) => rows.steps[i]))].filter((n) => n > 0).sort((a, b) => b - a);
-  poses.select.append(...ladder.map((n) => option(String(n), String(n))));
-  draw();
+  const choose = () => {
+    const before = chosen.select.value;
+    mine = index.of(scenario.select.value);
+    chosen.select.replaceChildren(...index.names('metric', mine).filter((name) => /^(contact|touch)-/.test(name)).map((name) => option(name, name, name === before)));
+    const ladder = [...new Set(mine.map((i) => rows.steps[i]))].filter((n) => n > 0).sort((a, b) => b - a);
+    poses.select.replaceChildren(...ladder.map((n) => option(String(n), String(n))));
+    poses.box.hidden = ladder.length < 2;
+    draw(false);
+  };
+  const chosen = labelledSelect('figure', 'sweep-figure', () => draw(false));
+  const poses = labelledSelect('poses a pair', 'sweep-poses', () => draw(false));
+  const scenario = labelledSelect('scenario', 'sweep-scenario', choose);
+  scenario.select.append(...ids.map((id) => option(id, id)));
+  scenario.box.hidden = ids.length < 2;
+  choose();
+  redrawOnPaper(draw);
+  const seeded = ids.some((id) => index.of(id).some((i) => rows.steps[i] > 1));
   return section('sweep', 'Contacts against exact geometry', h('p', { class: 'hint' },
-    'Misses: bodies overlap and the engine finds no contact; false hits: the other way round. \u2013 the engine does not answer for that pair. Each figure is defined under Metrics; the worst poses are kept as scenes beside the report, in poses/.'),
-    h('div', { class: 'bar' }, chosen.box, poses.box), place);
+    'Misses: bodies overlap and the engine finds no contact; false hits: the other way round. \u2013 the engine does not answer for that pair, and what it sums up leaves that pair out. Each figure is defined under Metrics.', seeded ? ' A sweep of seeded poses keeps the worst of each pair as scenes beside its report.' : ''),
+    h('div', { class: 'bar' }, scenario.box, chosen.box, poses.box), place);
 }

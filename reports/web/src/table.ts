@@ -5,6 +5,11 @@ import { RowIndex } from './rows';
 
 export interface Column<T> { name: string; number?: boolean; value: (row: T) => string | number; cell?: (row: T) => Child; wide?: boolean }
 
+// A long id breaks after its engine, before its response and before its settings.
+export function brokenId(method: string): (string | HTMLElement)[] {
+  return method.split(/(?=[+{])|(?<=\/)(?=\S)/).flatMap((part, k) => (k ? [h('wbr'), part] : [part]));
+}
+
 function compare(a: string | number, b: string | number): number {
   if (typeof a === 'string' || typeof b === 'string') return String(a).localeCompare(String(b), 'en', { numeric: true });
   if (Number.isNaN(a) || Number.isNaN(b)) return Number(Number.isNaN(a)) - Number(Number.isNaN(b));  // last either way
@@ -19,7 +24,7 @@ function sortHeads(names: { name: string; number?: boolean }[], changed: (column
         heads.forEach((other) => other.setAttribute('aria-sort', 'none'));
         head.setAttribute('aria-sort', up ? 'ascending' : 'descending');
         changed(i, up);
-      } }, name));
+      } }, ...brokenId(name)));
     return head;
   });
   return h('tr', {}, ...heads);
@@ -29,7 +34,7 @@ export function smallTable<T>(columns: Column<T>[], rows: T[], label: string): H
   const body = h('tbody');
   const fill = (sorted: T[]) => body.replaceChildren(...sorted.map((row) => h('tr', {}, ...columns.map((column) =>
     h('td', { class: [column.number ? 'number' : '', column.wide ? 'wide' : ''].join(' ').trim() || undefined },
-      column.cell ? column.cell(row) : String(column.value(row)))))));
+      ...(column.cell ? [column.cell(row)] : brokenId(String(column.value(row)))))))));
   const heads = sortHeads(columns, (i, up) => fill([...rows].sort((a, b) => {
     const x = columns[i].value(a), y = columns[i].value(b);
     const last = compare(x, y);
@@ -38,6 +43,20 @@ export function smallTable<T>(columns: Column<T>[], rows: T[], label: string): H
   fill(rows);
   return h('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': label },
     h('table', {}, h('thead', {}, heads), body));
+}
+
+// A wide table: on a screen one whose first column stays in view; on paper in blocks of columns that fit, each with the
+// first beside it.
+const columnsOnPaper = 6;
+export function wideTable<T>(lead: Column<T>[], columns: Column<T>[], rows: T[], label: string, paper: boolean): HTMLElement {
+  const block = paper ? columnsOnPaper : Math.max(1, columns.length);
+  const blocks = Array.from({ length: Math.max(1, Math.ceil(columns.length / block)) }, (_, k) => columns.slice(k * block, (k + 1) * block));
+  return h('div', { class: 'blocks' }, ...blocks.map((some) => smallTable([...lead, ...some], rows, label)));
+}
+// Draws once for paper, then for the screen again.
+export function redrawOnPaper(draw: (paper: boolean) => void): void {
+  addEventListener('beforeprint', () => draw(true));
+  addEventListener('afterprint', () => draw(false));
 }
 
 const rowHeight = 30;
@@ -86,8 +105,8 @@ export class RowTable {
   private valueWords(i: number): string {
     const { rows } = this.index;
     if (this.index.text(rows.status[i]) !== 'ok') return '\u2013';
-    const words = isFit(this.index.text(rows.metric[i])) ? fitted : withBar;
-    return words(real(rows.value[i]), real(rows.truth_bar[i]));
+    const metric = this.index.text(rows.metric[i]), value = real(rows.value[i]), bar = real(rows.truth_bar[i]);
+    return isFit(metric) ? fitted(metric, value, bar) : withBar(value, bar);
   }
 
   private bar(): HTMLElement {

@@ -185,15 +185,38 @@ def side_by_side(browser):
 
 def contacts(browser):
     lines = browser.run("return [...document.querySelectorAll('#sweep tbody tr')].map(r => [...r.children].map(c => c.textContent))")
-    check(lines == [["all pairs", "0", "14"], ["box-box", "0", "14"], ["sphere-plane", "0", "\u2013"]], f"the sweep shows {lines}")
+    check(lines == [["all it answers", "0 of 2 pairs", "14 of 1 pair"], ["box-box", "0", "14"], ["sphere-plane", "0", "\u2013"]], f"the sweep shows {lines}")
     marked = browser.run("return [...document.querySelectorAll('#sweep .short')].map(c => c.textContent)")
-    check(marked == ["14", "14"], f"misses that are marked: {marked}")
+    check(marked == ["14 of 1 pair", "14"], f"misses that are marked: {marked}")
+    for select in ("#compare-scenario", "#plot-scenario"):
+        check(not browser.run("return [...document.querySelector(arguments[0]).options].some(o => o.value === 'geometry-sweep')", select), f"{select} offers a sweep of poses, which has no steps")
     browser.run("""const s = document.querySelector('#compare-scenario'); s.value = 'stack-10'; s.dispatchEvent(new Event('change'));""")
     heads = browser.run("return [...document.querySelectorAll('#compare th')].map(c => c.textContent)")
     check(heads == ["method", "penetration-max [m]"], f"side by side has {heads}")
     cut = browser.run("""return [...document.querySelectorAll('#matrix .tilted span')].filter(s => s.scrollHeight > s.clientHeight || s.scrollWidth > s.clientWidth)
         .map(s => s.textContent)""")
     check(not cut, f"headings of the matrix are cut off: {cut}")
+
+
+def bounces(browser):
+    browser.run("""const s = document.querySelector('#compare-scenario'); s.value = 'drop'; s.dispatchEvent(new Event('change'));""")
+    check(browser.run("return document.querySelector('#compare-steps').value") == "240", "a scene with contacts does not open at the finest steps that most have")
+    lines = browser.run("return [...document.querySelectorAll('#compare tr')].map(r => [...r.children].map(c => c.textContent))")
+    check(lines == [["method", "error-position-max [m]", "impact-time-error [s]", "error-position-end [m]", "step-time [s]"],
+                    ["bullet64/default", "4.17e-4", "\u2013 2 of 16 missed", "6e-32", "not timed: slow"],
+                    ["atwood/symplectic-euler+impulse{solver=direct}", "4.17e-4", "0.001", "6e-32", "1e-6"]], f"bounces side by side: {lines}")
+    browser.run("""const s = document.querySelector('#plot-scenario'); s.value = 'drop'; s.dispatchEvent(new Event('change'));""")
+    orders = browser.run("return [...document.querySelectorAll('#plots .orders td')].map(c => c.textContent)")
+    check(orders == ["inconclusive (no convergence)", "inconclusive (\u00b1 0.4)"], f"orders that are none: {orders}")
+    shown = browser.run("return [...document.querySelectorAll('#plots .chart')].filter(c => !c.hidden).map(c => c.id)")
+    check(shown == ["plot-step", "plot-cpu"], f"plots of a scene without curves over time: {shown}")
+
+
+def settings(browser):
+    words = browser.run("return document.querySelector('#engines').textContent")
+    check("rest_sweeps = 100" in words and "solver = direct" in words and words.count("sleeping = false") > 1, "a response's settings are not printed")
+    check("ran-nowhere" not in words and "Follows nothing" not in words, "what did not run is printed")
+    check("nan" not in browser.run("return document.querySelector('#compare').textContent + document.querySelector('#matrix').textContent").split(), "a missing figure shows as nan")
 
 
 def plots(browser):
@@ -305,7 +328,7 @@ def main():
         browser = Browser(driver_path, browser_path)
         try:
             opens(browser, path)
-            for use in (sorts, filters, side_by_side, contacts, plots, dark, narrow, prints):
+            for use in (sorts, filters, side_by_side, contacts, bounces, settings, plots, dark, narrow, prints):
                 use(browser)
                 print("ok:", use.__name__)
             silence(browser, path)

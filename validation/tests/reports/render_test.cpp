@@ -7,6 +7,9 @@
 #include <pugixml.hpp>
 #include <sstream>
 
+#include "reports/render/embedded_data.hpp"
+#include "reports/render/ran_methods.hpp"
+#include "reports/render/text.hpp"
 #include "synthetic.hpp"
 
 namespace {
@@ -83,6 +86,64 @@ TEST_CASE("tables of figures: aligned for a terminal, whole in JSON and Markdown
   CHECK(json.at("rows").at(2).at(1) == 0.12345678901);
   const std::string markdown = render_markdown(data);
   CHECK(markdown.find("| ours | 8000 |\n| rival\\|two lines | - |\n") != std::string::npos);
+}
+
+TEST_CASE("every method that ran shows every setting of its scheme and of its response, and no other is shown") {
+  ReportData data = small_report();
+  Row row = data.rows.front();
+  data.rows.clear();
+  const auto add = [&](const std::string& method, Status status) {
+    row.method = method;
+    row.status = status;
+    data.rows.push_back(row);
+  };
+  add("atwood/rk4+impulse{solver=direct,erp=0.5}", Status::ok);
+  add("atwood/rk4+impulse{solver=direct,erp=0.5}", Status::crashed);
+  add("atwood/heun", Status::unsupported);
+  add("fcl/contacts", Status::ok);
+  add("recorded elsewhere", Status::ok);
+  data.engines[0].methods[0].settings["scalar"] = std::string("double");
+  data.engines[0].methods[0].settings["rtol"] = 1e-10;
+  add("atwood/rk4:1e-6@float", Status::ok);
+  const std::vector<RanMethod> ran = ran_methods(data.engines, data.rows);
+  REQUIRE(ran.size() == 3);
+  CHECK(settings_words(ran[2].settings) ==
+        "erp = 0.2, iterations = 10, rtol = 1e-06, scalar = float, sleeping = false, solver = a|b");
+  CHECK(settings_words(ran[0].settings) ==
+        "erp = 0.5, iterations = 10, rtol = 1e-10, scalar = double, sleeping = false, solver = direct");
+  REQUIRE(ran[0].response != nullptr);
+  CHECK(settings_words(ran[0].response_settings) == "rest_sweeps = 100, sleeping = false, solver = direct");
+  CHECK(ran[1].scheme == nullptr);
+  const std::vector<Engine> engines = engines_that_ran(data.engines, ran);
+  REQUIRE(engines.size() == 2);
+  REQUIRE(engines[0].methods.size() == 1);
+  CHECK(engines[0].methods[0].id == "atwood/rk4");
+  REQUIRE(engines[0].responses.size() == 1);
+  CHECK(engines[0].responses[0].id == "+impulse");
+  CHECK(engines[1].methods.empty());
+
+  const auto json = nlohmann::json::parse(render_json(data));
+  CHECK(json.at("ran").at(0).at("response_settings").at("rest_sweeps") == 100);
+  CHECK(json.at("engines").at(0).at("responses").size() == 2);  // the document for programs keeps all that is offered
+  const auto page = nlohmann::json::parse(embedded_json(data, {6, 3, 129, true, 8}));
+  CHECK(page.at("engines").at(0).at("methods").size() == 1);
+  CHECK(page.at("ran") == json.at("ran"));
+  const std::string markdown = render_markdown(data);
+  CHECK(markdown.find("sweeps = 100, sleeping = false, solver = direct |") != std::string::npos);
+  CHECK(markdown.find("Impulses \\| in substeps.") != std::string::npos);
+  CHECK(markdown.find("idle_setting") == std::string::npos);
+}
+
+TEST_CASE("an order that the runs do not tell reads as inconclusive") {
+  CHECK(order_words(3.98, 0.02) == "3.98");
+  CHECK(order_words(0.93, 0.4) == "inconclusive (+/- 0.4)");
+  CHECK(order_words(0.0, 0.0) == "inconclusive (no convergence)");
+  CHECK(order_words(-0.5, 0.1) == "-0.50");  // the error grows as h shrinks: that is a finding
+  CHECK(order_words(std::nan(""), 0) == "inconclusive");
+  ReportData data = small_report();
+  for (Row& row : data.rows)
+    if (row.metric == "order-position") row.truth_bar = 0.3;
+  CHECK(render_markdown(data).find("| kepler-e0.6 | inconclusive (+/- 0.3) |") != std::string::npos);
 }
 
 TEST_CASE("CSV has the contract's columns and reads back exactly") {
