@@ -404,7 +404,7 @@ int gate_exit(const std::vector<Verdict>& verdicts) {
 ReportData assemble_report(const Place& place, const Options& options, const Selection& selection,
                            const StudyResult& result, const std::vector<Verdict>& verdicts) {
   ReportData data;
-  data.title = options.study.empty() ? "Atwood: the default study" : "Atwood: " + options.study;
+  data.title = options.study.empty() ? "Atwood: the default study" : "Atwood: " + selection.study;
   data.command = options.program;
   data.provenance = place.provenance;
   data.scenarios = selection.scenarios;

@@ -282,6 +282,12 @@ Dominance dominance(std::span<const WorkCurve> curves, const std::string& scenar
 }
 
 std::string telling_metric(std::span<const Row> rows, const std::string& scenario) {
+  // Where bodies touch, what they touch with decides how they turn: position tells, attitude tumbles after it.
+  const auto has = [&](const char* metric) {
+    return std::any_of(rows.begin(), rows.end(),
+                       [&](const Row& row) { return row.scenario == scenario && row.metric == metric; });
+  };
+  if (has("penetration-max") && has("error-position-max")) return "error-position-max";
   std::string best;
   double best_share = -1;
   for (const char* metric : {"error-attitude-max", "error-position-max"}) {

@@ -109,7 +109,7 @@ Dominance dominance(std::span<const WorkCurve> curves, const std::string& scenar
 
 // The metric that tells methods apart on a scenario: of attitude and position the one in which some run errs more, as a
 // share of the motion's size (attitude where both are as large as the motion). The largest error over the run, which no
-// lucky last instant flatters. Empty where the rows hold neither.
+// lucky last instant flatters. Scenes with contacts are judged by position. Empty where the rows hold neither.
 std::string telling_metric(std::span<const Row> rows, const std::string& scenario);
 
 // One table a scenario of these rows, in time and (where any engine counts them) in evaluations.

@@ -243,6 +243,8 @@ TEST_CASE("the telling metric is the one in which somebody errs, as a share of t
   add(rows, "b/m", 10, "error-position-max", 1e6);
   add(rows, "b/m", 20, "error-attitude-max", 3);      // both as large as can be
   CHECK(telling_metric(rows, "s") == "error-attitude-max");
+  add(rows, "b/m", 10, "penetration-max", 0);         // with contacts: position
+  CHECK(telling_metric(rows, "s") == "error-position-max");
   CHECK(telling_metric(rows, "elsewhere").empty());
 }
 
