@@ -534,6 +534,21 @@ class Running(Case):
         command = next(line for line in result.stdout.splitlines() if line.strip().startswith("./atwood run")).split()[1:]
         self.expect(self.run_in(*command, "--no-timing"), 1, "FAIL")
 
+    def test_scenes_of_the_readme_run_as_they_are_printed(self):
+        with open(os.path.join(ROOT, "README.md")) as file:
+            blocks = file.read().split("```toml\n")[1:]
+        scenes = [block.split("```")[0] for block in blocks if block.startswith("id     = ")]
+        self.assertEqual(len(scenes), 2)
+        for scene, method in zip(scenes, ("atwood/dopri5:1e-10", "atwood/rk4+event")):
+            path = self.path(scene.split('"')[1] + ".toml", scene)
+            data = json.loads(self.expect(self.run_in("run", "--scenario", path, "--method", method, "--no-timing", "--json"), 0).stdout)
+            errors = [row["value"] for row in data["rows"] if row["metric"] == "error-position-end"]
+            self.assertTrue(errors and max(errors) < 1e-7, errors)
+        rolling = scenes[1].replace("# rolling_friction_m", "rolling_friction_m")
+        self.expect(self.run_in("trace", self.path("rolling.toml", rolling), "--method", "truth"), 0, "unsupported", "rolling friction")
+        end = self.expect(self.run_in("trace", self.path("rolling.toml"), "--method", "atwood/rk4+event"), 0).stdout.splitlines()[-2]
+        self.assertLess(abs(float(end.split(",")[9])), 1e-12)  # it stands
+
     def test_a_scene_of_ones_own_reruns_by_its_file(self):
         path = self.path("mine.toml", SCENE)
         words = ["--scenario", path, "--method", "atwood/explicit-euler", "--no-timing"]
