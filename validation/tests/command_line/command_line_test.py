@@ -656,8 +656,9 @@ class OddEngines(Case):
     def test_a_block_of_a_study_has_a_limit_of_its_own(self):
         path = self.path("odd.py", WORKER % "time.sleep(1000)", 0o755)
         study = self.path("study.toml", "id = 'slow'\n[[cells]]\nscenarios = ['ballistic']\nsteps = [120]\nmethods = ['odd/one']\nlimit = 0.25\n")
-        self.expect(self.run_in("run", study, "--engine", path), 3, "0.25 s")
-        self.expect(self.run_in("run", study, "--engine", path, "--limit", "0.5"), 3, "0.5 s")
+        words = ("run", study, "--engine", path, "--method", "odd/one")
+        self.expect(self.run_in(*words), 3, "0.25 s")
+        self.expect(self.run_in(*words, "--limit", "0.5"), 3, "0.5 s")
 
     def test_talks_garbage(self):
         self.odd("print('%% what?', flush=True)" .replace("%%", "%%%%"), "crashed")
