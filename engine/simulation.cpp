@@ -63,10 +63,11 @@ Outcome run_in_contact(const MethodId& id, const Scene& scene, const Plan& plan,
 Outcome run(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
   if (const std::string fault = method_fault(integrator_part(id)); !fault.empty()) return refuse(fault);
   if (contacts_possible(scene)) return run_in_contact(id, scene, plan, observer, repeats);
-  if (id.scalar.empty() || id.scalar == "double") return run_smooth<double>(id, scene, plan, observer, repeats);
-  if (id.scalar == "float") return run_smooth<float>(id, scene, plan, observer, repeats);
-  if (id.scalar == "long-double") return run_smooth<long double>(id, scene, plan, observer, repeats);
-  if (id.scalar == "quad") return run_smooth<Quad>(id, scene, plan, observer, repeats);
+  const MethodId smooth = integrator_part(id);  // where nothing can touch, a response's settings are nobody's
+  if (id.scalar.empty() || id.scalar == "double") return run_smooth<double>(smooth, scene, plan, observer, repeats);
+  if (id.scalar == "float") return run_smooth<float>(smooth, scene, plan, observer, repeats);
+  if (id.scalar == "long-double") return run_smooth<long double>(smooth, scene, plan, observer, repeats);
+  if (id.scalar == "quad") return run_smooth<Quad>(smooth, scene, plan, observer, repeats);
   return refuse("atwood does not compute in `" + id.scalar + "`; use float, double, long-double or quad");
 }
 

@@ -1,5 +1,7 @@
 #include "integrators/catalogue.hpp"
 
+#include <array>
+
 #include "integrators/adaptive.hpp"
 #include "integrators/families.hpp"
 
@@ -68,6 +70,15 @@ const MethodInfo* find_integrator(const std::string& scheme) {
   return nullptr;
 }
 
+namespace {
+
+std::string kind_of(const SettingValue& value) {
+  constexpr std::array kinds{"true or false", "a whole number", "a number", "a word"};
+  return kinds[value.index()];
+}
+
+}  // namespace
+
 Settings merged_settings(const MethodInfo& info, const Settings& overrides, std::string& why) {
   Settings merged = info.settings;
   for (const auto& [name, value] : overrides) {
@@ -79,7 +90,7 @@ Settings merged_settings(const MethodInfo& info, const Settings& overrides, std:
     } else if (std::holds_alternative<double>(known->second) && std::holds_alternative<std::int64_t>(value)) {
       known->second = static_cast<double>(std::get<std::int64_t>(value));
     } else {
-      why = info.id + ": the value of setting `" + name + "` is of another kind";
+      why = info.id + ": setting `" + name + "` takes " + kind_of(known->second) + ", not " + kind_of(value);
     }
   }
   return merged;

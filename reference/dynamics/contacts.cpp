@@ -140,6 +140,8 @@ ContactPairs contact_pairs(const Scene& scene) {
         continue;
       }
       const PairLaw& law = pair_law(scene, a, b);
+      if (law.rolling_friction_m > 0 && found.unsupported.empty())
+        found.unsupported = "rolling friction of `" + first.name + "` and `" + second.name + "`";
       found.pairs.push_back({a, b, law.restitution, law.friction, law.contact_law != ContactLaw::rigid});
     }
   return found;

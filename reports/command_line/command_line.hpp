@@ -33,6 +33,7 @@ struct Options {
   std::optional<std::int64_t> samples;
   int jobs = 0;                           // 0: one a core
   double cell_limit_s = 20;
+  bool limit_given = false;               // by --limit: it then goes before the limits of a study's blocks
   bool no_timing = false, json = false, events = false;
   bool swept = false;                     // contacts
   bool evidence = false;                  // describe METHOD --program
@@ -78,6 +79,10 @@ StudyOptions study_options(const Place& place, const Options& options);  // with
 Selection select_cells(const Place& place, const Options& options);
 std::vector<Verdict> judge_selection(const Place& place, const Options& options, const Selection& selection,
                                      const std::vector<Row>& rows);
+// The gates' verdicts and, as failures beside them, each cell that timed out or crashed: with its reason and the command
+// that reruns it.
+std::vector<Verdict> with_failed_cells(const Place& place, const Options& options, const Selection& selection,
+                                       const StudyResult& result, std::vector<Verdict> verdicts);
 ReportData assemble_report(const Place& place, const Options& options, const Selection& selection,
                            const StudyResult& result, const std::vector<Verdict>& verdicts);
 void write_outputs(const Options& options, const ReportData& data);        // report.html, and what -o names

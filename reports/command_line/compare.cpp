@@ -12,6 +12,7 @@
 #include "reports/command_line/command_line.hpp"
 #include "reports/command_line/compare_text.hpp"
 #include "reports/command_line/stopwatch.hpp"
+#include "scene/files.hpp"
 #include "validation/study/process.hpp"
 
 namespace atwood {
@@ -174,6 +175,11 @@ int command_compare(const Place& place, const Options& options) {
   const std::vector<Worker> workers = require_workers(place, options);
   std::vector<std::string> notes;
   chosen.methods = with_tolerances(options.methods, workers, notes);
+  std::set<std::string> families;
+  for (const std::string& method : chosen.methods) families.insert(method.substr(0, method.find(':')));
+  if (families.size() < 2 && options.methods.size() < 2)
+    throw InputError(fmt::format("compare {}: expected two methods or more, or a glob over them; of one method alone "
+                                 "`atwood run --method {}` tells all", options.methods.front(), options.methods.front()));
   const Selection selection = select_cells(place, chosen);
   make_out_dir(options.out_dir);
   StudyOptions how = study_options(place, options);

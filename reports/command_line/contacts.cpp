@@ -44,6 +44,11 @@ std::string worker_path(const Place& place, const std::string& engine) {
     if (engine == known.name) return fmt::format("{}/atwood-{}", place.bin_dir, known.worker);
     names.emplace_back(known.name);
   }
+  for (const char* other : {"cvode", "arkode", "ida", "odeint", "dart", "mujoco", "simbody"}) {
+    if (engine == other)
+      throw InputError(fmt::format("--engine {}: {} answers no questions about contacts; expected one of {}, box-edges",
+                                   engine, engine, fmt::join(names, ", ")));
+  }
   if (!fs::exists(engine))
     throw InputError(
         fmt::format("--engine {}: no such engine or file; expected a worker's path or one of {}, box-edges", engine,

@@ -230,7 +230,8 @@ int describe_method(const Place& place, const Options& options) {
   const std::string base = id.engine + "/" + id.scheme;
   std::vector<std::string> known;
   std::string absent;
-  for (const auto& worker : require_workers(place, options)) {
+  const std::vector<Worker> workers = require_workers(place, options);
+  for (const auto& worker : workers) {
     if (worker.status != Status::ok) {
       if (fs::path(worker.path).filename().string() == "atwood-" + id.engine)
         absent = to_string(worker.status) + ": " + worker.reason;
@@ -240,6 +241,7 @@ int describe_method(const Place& place, const Options& options) {
       known.push_back(info.id);
       if (info.id != base) continue;
       const MethodInfo* response = response_of(worker.engine, id, options.input);
+      check_settings("describe ", options.input, workers);
       if (options.evidence) {
         const Scenario scenario =
             read_scene_argument(place, options.scenarios.empty() ? "kepler-e0.6" : options.scenarios.front());

@@ -114,7 +114,8 @@ int command_gate(const Place& place, const Options& options) {
     data.verdicts = verdicts;
     fmt::print("{}\n", render_json(data));
   } else {
-    fmt::print("{}", render_verdict_table(verdicts, stored.rows, use_colour(STDOUT_FILENO), terminal_width()));
+    fmt::print("{}", render_verdict_table(with_failed_cells(place, options, selection, stored, verdicts), stored.rows,
+                                          use_colour(STDOUT_FILENO), terminal_width()));
   }
   if (!options.junit.empty()) write_file(options.junit, render_junit(verdicts));
   if (stored.failed_cells > 0) return exit_cell;

@@ -41,7 +41,7 @@ struct Parser {
   void running(CLI::App* sub) {
     narrowing(sub);
     sub->add_option("-j,--jobs", options.jobs, "Workers at once (one a core unless given)")->check(CLI::Range(1, 1024));
-    sub->add_option("--limit", options.cell_limit_s, "Seconds a cell may take")
+    sub->add_option("--limit", options.cell_limit_s, "Seconds a cell may take; goes before a `limit` of the study")
         ->capture_default_str()
         ->check(CLI::Range(0.01, 1e6));
     sub->add_flag("--no-timing", options.no_timing, "Leave out the timed pass");
@@ -87,7 +87,8 @@ void declare_commands(Parser& p) {
   contacts->add_option("SCENE", o.input, "A file or a catalogue id")->required();
   contacts
       ->add_option("--engine", o.engines,
-                   "atwood (unless given), truth, bullet64, bullet32, ode, fcl, libccd, box-edges, or a worker's path")
+                   "atwood (unless given), truth, bullet64, bullet32, ode, fcl or libccd; one with a test of its own: box-edges,\n"
+                   "bullet64/unit-size, bullet32/unit-size, ode/unit-size, fcl/unit-size, libccd/unit-size; or a worker's path")
       ->expected(1);
   contacts->add_flag("--swept", o.swept,
                      "Straight motion with constant spin to the scene's end, instead of the initial pose");
@@ -189,6 +190,8 @@ int run(int argc, char** argv) {
     const int code = parser.app.exit(error, std::cout, std::cerr);
     return code == 0 ? exit_pass : exit_input;
   }
+  for (const CLI::App* sub : parser.app.get_subcommands())
+    parser.options.limit_given = sub->get_option_no_throw("--limit") != nullptr && sub->count("--limit") > 0;
   parser.options.program = "./atwood";
   for (int i = 1; i < argc; ++i) parser.options.program += fmt::format(" {}", argv[i]);
   return parser.chosen(find_place(), parser.options);

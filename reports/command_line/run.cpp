@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -41,13 +42,14 @@ int count_absent(const Selection& selection) {
       std::count_if(selection.cells.begin(), selection.cells.end(), [](const Cell& cell) { return cell.worker < 0; }));
 }
 
-void print_result(const Options& options, const Selection& selection, const ReportData& data,
+void print_result(const Place& place, const Options& options, const Selection& selection, const ReportData& data,
                   const StudyResult& result) {
   if (options.json) {
     fmt::print("{}\n", render_json(data));
     return;
   }
-  fmt::print("{}", render_verdict_table(data.verdicts, data.rows, use_colour(STDOUT_FILENO), terminal_width()));
+  const auto verdicts = with_failed_cells(place, options, selection, result, data.verdicts);
+  fmt::print("{}", render_verdict_table(verdicts, data.rows, use_colour(STDOUT_FILENO), terminal_width()));
   if (!data.audit.empty())
     fmt::print("\n{}", render_audit_table(data.audit, use_colour(STDOUT_FILENO), terminal_width()));
   fmt::print("\n{} cell{}, {} of them found in the store, {} rows", result.cells, result.cells == 1 ? "" : "s",
@@ -67,6 +69,34 @@ void require_folder(const std::string& file) {
 }
 
 }  // namespace
+
+std::vector<Verdict> with_failed_cells(const Place& place, const Options& options, const Selection& selection,
+                                       const StudyResult& result, std::vector<Verdict> verdicts) {
+  if (result.failed_cells == 0) return verdicts;
+  std::set<std::string> told;
+  const auto quoted = [](const std::string& id) {
+    return id.find_first_of(" *?{}()") == std::string::npos ? id : "'" + id + "'";
+  };
+  for (const Row& row : result.rows) {
+    if (row.steps == 0 || (row.status != Status::timeout && row.status != Status::crashed)) continue;
+    const bool of_truth = row.metric == "truth";
+    const std::string key = of_truth ? row.scenario : fmt::format("{}\n{}\n{}", row.scenario, row.method, row.steps);
+    if (!told.insert(key).second) continue;
+    Verdict verdict;
+    verdict.judgement = Judgement::fail;
+    verdict.gate.scenario = verdict.scenario = row.scenario;
+    verdict.gate.method = verdict.method = row.method;
+    verdict.gate.metric = verdict.metric = of_truth ? "truth" : "status";
+    verdict.gate.reason = "A run comes to its end.";
+    verdict.steps = row.steps;
+    verdict.text = fmt::format("{}: {}", to_string(row.status), row.reason);
+    verdict.rerun = with_own_files(place, options, selection, row.scenario,
+                                   fmt::format("./atwood run --scenario {} --method {} --steps {}",
+                                               quoted(row.scenario), quoted(row.method), row.steps));
+    verdicts.push_back(verdict);
+  }
+  return verdicts;
+}
 
 // One line that rewrites itself on a terminal, plain lines elsewhere. A reader that has gone (`2>&1 | head`) ends no
 // run: fputs, which does not throw.
@@ -133,7 +163,7 @@ int command_run(const Place& place, const Options& options) {
   const auto verdicts = judge_selection(place, options, selection, result.rows);
   const ReportData data = assemble_report(place, options, selection, result, verdicts);
   write_outputs(options, data);
-  print_result(options, selection, data, result);
+  print_result(place, options, selection, data, result);
   return exit_code(result, verdicts);
 }
 
@@ -153,7 +183,7 @@ int command_report(const Place& place, const Options& options) {
   const auto verdicts = judge_selection(place, options, selection, result.rows);
   const ReportData data = assemble_report(place, options, selection, result, verdicts);
   write_outputs(options, data);
-  print_result(options, selection, data, result);
+  print_result(place, options, selection, data, result);
   return exit_pass;
 }
 

@@ -55,8 +55,8 @@ void check_steps(const Scenario& scenario, const std::vector<std::int64_t>& step
   for (const auto n : steps) {
     if (n <= 0 || n % scenario.samples != 0) {
       throw InputError(
-          fmt::format("--steps {}: found a count that {} samples of `{}` do not divide; expected a multiple of {}", n,
-                      scenario.samples, scenario.id, scenario.samples));
+          fmt::format("--steps {}: expected a positive multiple of {}, the samples of `{}`", n, scenario.samples,
+                      scenario.id));
     }
   }
 }
@@ -71,58 +71,75 @@ std::string nearest_names(const std::string& id, const std::vector<MethodInfo>& 
   return many ? names + ", ... (`atwood list methods` shows all)" : names;
 }
 
-// A setting that the method does not list is a slip of the pen. Engines of the user's own may list none: theirs to
-// judge.
-void check_settings(const std::string& text, const MethodId& id, const std::vector<MethodInfo>& known,
-                    const Worker& worker) {
-  const auto info = std::find_if(known.begin(), known.end(),
-                                 [&](const MethodInfo& m) { return m.id == id.engine + "/" + id.scheme; });
-  const bool ours = fs::path(worker.path).filename().string().rfind("atwood-", 0) == 0;
-  if (info == known.end() || (info->settings.empty() && !ours)) return;
-  for (const auto& [key, value] : id.overrides) {
-    if (info->settings.contains(key)) continue;
-    std::string names;
-    for (const auto& [name, standard] : info->settings) names += (names.empty() ? "" : ", ") + name;
-    throw InputError(fmt::format("--method {}: {} has no setting `{}`; expected {}", text, info->id, key,
-                                 names.empty() ? "none: it has no settings" : "one of " + names));
-  }
+// Methods that are no motion: tests of contacts, which sweeps of poses ask.
+bool is_contact_test(const std::string& scheme) {
+  return scheme == "contacts" || scheme == "box-edges" || scheme == "unit-size";
 }
 
-// Every method that a study names must be one that some engine offers, or an engine that is known and not built.
-void check_methods(const std::vector<std::string>& methods, const std::vector<Worker>& workers) {
-  for (const auto& text : methods) {
-    if (text.find_first_of("*?") != std::string::npos) continue;
-    MethodId id;
+// Who says hello by this name, or would if it were built.
+bool is_named(const Worker& worker, const std::string& engine) {
+  const std::string file = fs::path(worker.path).filename().string();
+  return worker.status == Status::ok ? glob_match(engine, worker.engine.name)
+                                     : glob_match("atwood-" + engine, file) ||
+                                           (engine == "atwood" && file == "atwood-engine");
+}
+
+// Every method that is named must be one that some engine offers, or of an engine that is known and not built. `who`
+// names them: "--method ".
+void check_method(const std::string& who, const std::string& text, const std::vector<Worker>& workers) {
+  const bool glob = text.find_first_of("*?") != std::string::npos;
+  const std::string base = text.substr(0, text.find_first_of(":+@{"));
+  const std::size_t slash = base.find('/');
+  if (!glob) {
     try {
-      id = parse_method_id(text);
+      parse_method_id(text);
     } catch (const std::invalid_argument& error) {
-      throw InputError(fmt::format("--method {}: {}", text, error.what()));
+      throw InputError(fmt::format("{}{}: {}", who, text, error.what()));
     }
-    const auto is_named = [&](const Worker& worker) {
-      const std::string file = fs::path(worker.path).filename().string();
-      return worker.status == Status::ok
-                 ? worker.engine.name == id.engine
-                 : file == "atwood-" + id.engine || (id.engine == "atwood" && file == "atwood-engine");
-    };
-    if (std::none_of(workers.begin(), workers.end(), is_named)) {
-      std::string names;
-      for (const auto& worker : workers) {
-        if (worker.status == Status::ok) names += (names.empty() ? "" : ", ") + worker.engine.name;
-      }
-      throw InputError(fmt::format("--method {}: no engine `{}` at the table; expected one of {}, or --engine FILE",
-                                   text, id.engine, names));
-    }
-    for (const auto& worker : workers) {
-      if (worker.status != Status::ok || worker.engine.name != id.engine) continue;
-      const auto& known = worker.engine.methods;
-      // tests of contacts, which sweeps of poses ask
-      if (id.scheme == "contacts" || id.scheme == "box-edges" || id.scheme == "unit-size") continue;
-      if (std::none_of(known.begin(), known.end(),
-                       [&](const MethodInfo& info) { return info.id == id.engine + "/" + id.scheme; })) {
-        throw InputError(fmt::format("--method {}: {} has no `{}`; expected one of {}", text, id.engine, id.scheme,
-                                     nearest_names(id.engine + "/" + id.scheme, known)));
-      }
-      check_settings(text, id, known, worker);
+  } else if (slash == std::string::npos) {
+    return;  // over whole ids
+  }
+  const std::string engine = base.substr(0, slash);
+  std::string names;
+  bool there = false, offered = false;
+  std::vector<MethodInfo> known;
+  for (const Worker& worker : workers) {
+    if (worker.status == Status::ok) names += (names.empty() ? "" : ", ") + worker.engine.name;
+    if (!is_named(worker, engine)) continue;
+    there = true;
+    if (worker.status != Status::ok) offered = true;  // nobody can tell
+    for (const MethodInfo& info : worker.engine.methods) offered = offered || glob_match(base, info.id);
+    known.insert(known.end(), worker.engine.methods.begin(), worker.engine.methods.end());
+  }
+  if (text == "truth") return;
+  if (!there)
+    throw InputError(fmt::format("{}{}: no engine `{}` at the table; expected one of {}, or --engine FILE", who, text,
+                                 engine, names));
+  if (offered || (!glob && is_contact_test(base.substr(slash + 1)))) return;
+  if (glob)
+    throw InputError(fmt::format("{}{}: no method of {} matches; expected one of {}", who, text, engine,
+                                 nearest_names(base, known)));
+  throw InputError(fmt::format("{}{}: {} has no `{}`; expected one of {}", who, text, engine, base.substr(slash + 1),
+                               nearest_names(base, known)));
+}
+
+// What a study names, cell by cell of the file: methods, and scenarios of the catalogue or of the command line.
+void check_study(const Study& study, const std::vector<Scenario>& catalogue, const std::vector<Worker>& workers) {
+  const auto matches = [](const std::string& name, const Scenario& scenario) {
+    if (name.rfind("tag:", 0) != 0) return glob_match(name, scenario.id);
+    return std::any_of(scenario.tags.begin(), scenario.tags.end(),
+                       [&](const std::string& tag) { return glob_match(name.substr(4), tag); });
+  };
+  for (const StudyCells& cells : study.cells) {
+    for (const std::string& method : cells.methods) check_method(fmt::format("study `{}`: ", study.id), method, workers);
+    for (const std::string& name : cells.scenarios) {
+      if (std::any_of(catalogue.begin(), catalogue.end(), [&](const Scenario& s) { return matches(name, s); })) continue;
+      const bool file = name.find('/') != std::string::npos || name.ends_with(".toml");
+      throw InputError(fmt::format(
+          "study `{}`: scenarios: `{}` is no scenario of the catalogue{}", study.id, name,
+          file ? fmt::format("; a file of your own comes by the command line, --scenario {}, and stands in the study by "
+                             "its id", name)
+               : "; expected ids, globs over them, or tag:NAME (`atwood list scenarios`)"));
     }
   }
 }
@@ -190,8 +207,14 @@ Selection select_cells(const Place& place, const Options& options) {
   selection.study = study.id;
   selection.narrowed =
       !options.scenarios.empty() || !options.methods.empty() || !options.steps.empty() || !options.study.empty();
-  check_methods(options.methods, selection.workers);
+  if (options.limit_given)
+    for (StudyCells& cells : study.cells) cells.limit_s = 0;
+  for (const std::string& method : options.methods) check_method("--method ", method, selection.workers);
   selection.scenarios = choose_scenarios(place, options.scenarios);
+  std::vector<Scenario> known = read_catalogue(place);
+  known.insert(known.end(), selection.scenarios.begin(), selection.scenarios.end());
+  if (!options.study.empty()) check_study(study, known, selection.workers);
+  const std::string of_study = fmt::format("study `{}`: ", study.id);
   if (options.whole_ladders) {
     for (auto& scenario : selection.scenarios) lengthen_ladder(scenario);
   }
@@ -203,6 +226,7 @@ Selection select_cells(const Place& place, const Options& options) {
     selection.cells = cells_of_methods(plan_cells(study, selection.scenarios, selection.workers, place.provenance.cpu),
                                        options.methods);
     if (!selection.cells.empty()) {
+      check_settings(of_study, selection.cells, selection.workers);
       keep_used(selection);
       return selection;
     }
@@ -245,6 +269,7 @@ Selection select_cells(const Place& place, const Options& options) {
   selection.cells = plan_cells(study, selection.scenarios, selection.workers, place.provenance.cpu);
   if (selection.cells.empty())
     throw InputError("nothing to run: no cell is left of this study; `atwood list` shows ids and methods");
+  check_settings(options.methods.empty() ? of_study : "--method ", selection.cells, selection.workers);
   keep_used(selection);
   return selection;
 }

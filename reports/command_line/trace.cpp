@@ -131,11 +131,12 @@ int command_trace(const Place& place, const Options& options) {
 
   const std::int64_t steps = options.steps.empty() ? scenario.steps.back() : options.steps.front();
   if (steps <= 0 || steps % samples != 0) {
-    throw InputError(fmt::format("--steps {}: found a count that {} samples do not divide; expected a multiple of {}",
-                                 steps, samples, samples));
+    throw InputError(
+        fmt::format("--steps {}: expected a positive multiple of {}, the count of samples", steps, samples));
   }
   const auto workers = require_workers(place, options);
   const Worker& worker = worker_of(workers, method);
+  check_settings("--method ", method, workers);
   require_frames(scenario, worker, steps, samples);
   const MethodId id = parse_method_id(method);
   const Recording run = run_once(worker, method, scenario.scene,

@@ -71,8 +71,9 @@ std::vector<ContactCase> read_contact_cases(const std::string& path) {
   return cases;
 }
 
-std::vector<Row> table_rows(WorkerClient& client, const std::string& folder, const StudyOptions& options,
+std::vector<Row> table_rows(const Cell& cell, WorkerClient& client, const std::string& folder, double limit_s,
                             Outcome& outcome) {
+  const std::string test = cell.method.substr(cell.method.find('/') + 1);
   std::set<std::string> files;
   for (const auto& entry : fs::directory_iterator(folder))
     if (entry.path().extension() == ".toml") files.insert(entry.path().string());
@@ -83,7 +84,7 @@ std::vector<Row> table_rows(WorkerClient& client, const std::string& folder, con
     std::vector<PoseAnswer> answers, truths;
     Outcome failed;
     for (const ContactCase& each : cases) {
-      const ContactAnswer found = client.contacts(scene_to_json(each.scene), 2, {}, options.cell_limit_s);
+      const ContactAnswer found = client.contacts(scene_to_json(each.scene), 2, {}, limit_s, test);
       if (found.outcome.status != Status::ok) failed = found.outcome;
       answers.push_back(deepest(found));
       truths.push_back(each.answer);

@@ -30,6 +30,7 @@ struct Offer {
   std::string text;                 // as it will stand in rows
   int worker = -1;
   const MethodInfo* info = nullptr;
+  std::string pattern = {};         // of the study
 };
 
 struct Found { int worker = -1; const MethodInfo* info = nullptr; };
@@ -99,11 +100,35 @@ bool claims(const StudyCells& cells, const Offer& offer) {
   return order > 0 && order >= cells.least_order && order <= cells.most_order;
 }
 
+// Whether a swept setting is one of this method or of its response. Who is not there or lists none takes any.
+bool has_setting(const Offer& offer, const std::string& key, const std::vector<Worker>& workers) {
+  if (!offer.info || offer.info->settings.empty() || offer.info->settings.contains(key)) return true;
+  const auto& responses = workers[static_cast<std::size_t>(offer.worker)].engine.responses;
+  const std::string response = "+" + parse_method_id(offer.text).response;
+  return std::any_of(responses.begin(), responses.end(), [&](const MethodInfo& info) {
+    return info.id == response && info.settings.contains(key);
+  });
+}
+
+void check_sweep(const StudyCells& cells, const std::vector<Offer>& offers, const std::vector<Worker>& workers,
+                 const Study& study) {
+  for (const auto& [key, values] : cells.sweep) {
+    const bool known = std::any_of(offers.begin(), offers.end(), [&, &key = key](const Offer& offer) {
+      return has_setting(offer, key, workers);
+    });
+    if (known || offers.empty()) continue;
+    std::string methods;
+    for (const std::string& method : cells.methods) methods += (methods.empty() ? "" : ", ") + method;
+    throw InputError("study `" + study.id + "`: sweep over `" + key + "`: no method of the block has this setting: " +
+                     methods + "; `atwood describe METHOD` prints the settings");
+  }
+}
+
 // Every combination of the swept settings that this method has; one of none when it has none of them.
-std::vector<Settings> combinations(const StudyCells& cells, const MethodInfo* info) {
+std::vector<Settings> combinations(const StudyCells& cells, const Offer& offer, const std::vector<Worker>& workers) {
   std::vector<Settings> all{{}};
   for (const auto& [key, values] : cells.sweep) {
-    if (info && !info->settings.empty() && !info->settings.contains(key)) continue;
+    if (!has_setting(offer, key, workers)) continue;
     std::vector<Settings> next;
     for (const Settings& before : all) {
       for (const SettingValue& value : values) {
@@ -214,9 +239,12 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
     std::vector<Offer> offers;
     for (const std::string& pattern : cells.methods) {
       for (Offer& offer : is_sweep(cells.probe) ? contact_test(pattern, workers) : expand(pattern, workers)) {
-        if (claims(cells, offer) && !excepted(cells, offer)) offers.push_back(std::move(offer));
+        if (!claims(cells, offer) || excepted(cells, offer)) continue;
+        offers.push_back(std::move(offer));
+        offers.back().pattern = pattern;
       }
     }
+    check_sweep(cells, offers, workers, study);
     for (const Scenario& scenario : catalogue) {
       if (!scenario_matches(cells.scenarios, scenario)) continue;
       const std::string scene_hash = content_hash(std::string_view(scene_to_json(scenario.scene)));
@@ -225,7 +253,7 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
       std::sort(ladder.begin(), ladder.end());
       for (const Offer& offer : offers) {
         const std::vector<Settings> sweep =
-            has_glob(offer.text) ? std::vector<Settings>{{}} : combinations(cells, offer.info);
+            has_glob(offer.text) ? std::vector<Settings>{{}} : combinations(cells, offer, workers);
         for (const Settings& settings : sweep) {
           for (const std::string& method :
                ladder_of_probe(cells.probe, with_settings(offer.text, settings), offer.info)) {
@@ -254,7 +282,9 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
                         {},
                         Status::not_built,
                         {},
-                        probe};
+                        probe,
+                        cells.limit_s,
+                        offer.pattern};
               if (!probe.empty()) cell.repeats = 0;
               if (!frames_taken(cell, workers)) refuse_frames(cell);
               else if (offer.worker >= 0) hash_cell(cell, offer, workers, scene_hash, cpu);

@@ -32,7 +32,7 @@ class PoseTruths {
 // Rows of every pair (body: the pair); the worst poses go to FOLDER OF THE STORE/poses/PAIR/METHOD-WHAT.toml.
 // `outcome`: of the worker, where it did worse than not to know a pair.
 std::vector<Row> sweep_rows(const Cell& cell, WorkerClient& client, PoseTruths& truths, const StudyOptions& options,
-                            Outcome& outcome);
+                            double cell_limit_s, Outcome& outcome);
 
 // ---- tables -------------------------------------------------------------------------------------------------------
 // A case with an answer by hand. A pair's file (validation/scenarios/geometry/PAIR.toml) lists them: name, gap_m,
@@ -43,8 +43,8 @@ struct ContactCase {
   PoseAnswer answer;
 };
 std::vector<ContactCase> read_contact_cases(const std::string& path);  // InputError
-// Rows of every pair's file in the folder (body: the pair).
-std::vector<Row> table_rows(WorkerClient& client, const std::string& folder, const StudyOptions& options,
+// Rows of every pair's file in the folder (body: the pair), by the test of contacts that the cell's method names.
+std::vector<Row> table_rows(const Cell& cell, WorkerClient& client, const std::string& folder, double limit_s,
                             Outcome& outcome);
 
 }  // namespace atwood

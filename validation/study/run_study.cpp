@@ -43,9 +43,13 @@ Outcome outcome_of(Status status, const std::string& reason) {
   return outcome;
 }
 
-bool settled(const RunRecord& run, const StudyOptions& options) {
+double limit_of(const Cell& cell, const StudyOptions& options) {
+  return cell.limit_s > 0 ? cell.limit_s : options.cell_limit_s;
+}
+
+bool settled(const RunRecord& run, double limit_s) {
   if (run.killed_from_outside) return false;
-  return run.outcome.status != Status::timeout || run.limit_s >= options.cell_limit_s;
+  return run.outcome.status != Status::timeout || run.limit_s >= limit_s;
 }
 
 struct TruthWork {
@@ -141,7 +145,7 @@ void StudyRun::plan_cell(const Cell& cell) {
   if (cell.worker < 0) return;
   const std::size_t truth = truth_index(cell.scenario);
   std::optional<RunRecord> run = store_.run(cell.accuracy_hash);
-  if (run && !settled(*run, options_)) run.reset();
+  if (run && !settled(*run, limit_of(cell, options_))) run.reset();
   const std::string basis = content_hash({truths_[truth].hash, kMetricsVersion});
   if (run && store_.measured_basis(measured_key(cell)) == basis) return;
   if (!cell.probe.empty()) run.reset();  // a probe keeps no samples to measure again
@@ -242,8 +246,8 @@ void StudyRun::run_probe_cell(const Cell& cell, const Truth& truth, const std::s
   RunRecord run;
   run.provenance = options_.provenance;
   run.provenance.engine_version = workers_[static_cast<std::size_t>(cell.worker)].engine.version;
-  run.limit_s = options_.cell_limit_s;
-  double left_s = 10 * options_.cell_limit_s;
+  run.limit_s = limit_of(cell, options_);
+  double left_s = 10 * run.limit_s;
   const auto one = [&](const std::string& method, const Scene& scene, const Plan& plan) {
     if (left_s <= 0) {
       Recording late;
@@ -274,12 +278,13 @@ void StudyRun::run_sweep_cell(const Cell& cell, const std::string& truth_hash, s
   RunRecord run;
   run.provenance = options_.provenance;
   run.provenance.engine_version = workers_[static_cast<std::size_t>(cell.worker)].engine.version;
-  run.limit_s = options_.cell_limit_s;
+  run.limit_s = limit_of(cell, options_);
   MeasuredRecord record;
   record.basis = content_hash({truth_hash, kMetricsVersion});
   const std::string tables = std::filesystem::path(cell.scenario.path).replace_filename("geometry").string();
-  record.rows = cell.probe == "contact-tables" ? table_rows(client, tables, options_, run.outcome)
-                                               : sweep_rows(cell, client, pose_truths_, options_, run.outcome);
+  record.rows = cell.probe == "contact-tables"
+                    ? table_rows(cell, client, tables, run.limit_s, run.outcome)
+                    : sweep_rows(cell, client, pose_truths_, options_, run.limit_s, run.outcome);
   store_.put_run(cell.accuracy_hash, run, {}, measured_key(cell), record);
   progress_.done("sweeps");
 }
@@ -309,7 +314,7 @@ void StudyRun::run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& cli
     Recording recording;
     run.provenance = options_.provenance;
     run.provenance.engine_version = workers_[static_cast<std::size_t>(cell.worker)].engine.version;
-    run.limit_s = options_.cell_limit_s;
+    run.limit_s = limit_of(cell, options_);
     if (hung_at > 0) {
       recording.outcome = outcome_of(Status::timeout, "not tried: " + std::to_string(hung_at) +
                                                           " steps of the same ladder already reached the time limit");
@@ -405,7 +410,7 @@ void StudyRun::timed_pass() {
     timing.provenance.engine_version = workers_[static_cast<std::size_t>(worker)].engine.version;
     try {
       timing.outcome = client->run(cell->method, scene_json, sampled_bodies(cell->scenario.scene), cell->plan, repeats,
-                                   options_.cell_limit_s * repeats).outcome;
+                                   limit_of(*cell, options_) * repeats).outcome;
     } catch (const Interrupted&) {
       break;
     }

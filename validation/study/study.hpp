@@ -25,6 +25,7 @@ struct StudyCells {
   double least_order = 0, most_order = 1e9;      // ... and that order within these
   std::vector<std::string> except = {};          // globs over base ids: left out of what `methods` takes in
   std::string probe = {};                        // one of all_probes(): a question that takes several runs
+  double limit_s = 0;                            // seconds that a cell may take; 0: StudyOptions says
 };
 struct Study { std::string id; std::vector<StudyCells> cells; };
 Study read_study(const std::string& path);       // InputError
@@ -54,9 +55,18 @@ struct Cell {
   Status absent = Status::not_built;             // worker -1: why there is none
   std::string absent_reason;
   std::string probe = {};                        // a question of several runs instead of one run, measured
+  double limit_s = 0;                            // seconds it may take; 0: StudyOptions says
+  std::string pattern = {};                      // what the study calls its method: an id, or a glob that it came of
 };
+// InputError: a count of steps that samples do not divide, a swept setting that no method of its block has.
 std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& catalogue,
                              const std::vector<Worker>& workers, const std::string& cpu);
+
+// A slip of the pen in a method's settings is an InputError, told from what an engine cannot do: a setting must be one of
+// the method or of its response, and its value one that the engine takes in a scene that it can do. Of cells that came
+// of a glob, only where all of them refuse. `who` heads the words: "--method ".
+void check_settings(const std::string& who, const std::vector<Cell>& cells, const std::vector<Worker>& workers);
+void check_settings(const std::string& who, const std::string& method, const std::vector<Worker>& workers);
 
 // Runs one request in a worker process of its own, for `trace` and tests. time limit in seconds.
 Recording run_once(const Worker& worker, const std::string& method, const Scene& scene, const Plan& plan,

@@ -114,7 +114,7 @@ struct StudyFile {
     if (!table) refuse(node.source(), "expected [[cells]] to be tables");
     check_keys(
         *table,
-        std::array{"scenarios", "methods", "steps", "repeats", "sweep", "timing", "claim", "orders", "except", "probe"},
+        std::array{"scenarios", "methods", "steps", "repeats", "sweep", "timing", "claim", "orders", "except", "probe", "limit"},
         "[[cells]]");
     StudyCells cells;
     cells.scenarios = strings(*table, "scenarios");
@@ -136,6 +136,12 @@ struct StudyFile {
       const auto flag = timing->value_exact<bool>();
       if (!flag) refuse(timing->source(), "`timing`: expected true or false");
       if (!*flag) cells.repeats = 0;
+    }
+    if (const toml::node* limit = table->get("limit")) {
+      const auto seconds = limit->value<double>();
+      if (!limit->is_number() || !(*seconds >= 0.01 && *seconds <= 1e6))
+        refuse(limit->source(), "`limit`: expected the seconds that a cell may take, 0.01 to 1e6");
+      cells.limit_s = *seconds;
     }
     if (const toml::node* probe = table->get("probe")) cells.probe = probe_name(*probe);
     if (const toml::node* claim = table->get("claim")) read_claim(*claim, table->get("orders"), cells);

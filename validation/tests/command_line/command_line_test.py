@@ -203,6 +203,117 @@ class Comparing(Case):
         self.expect(self.run_in("compare", "atwood/rk4", "-o", "html:no-such-folder/x.html"), 5, "no-such-folder")
 
 
+HEAPS = """#!/usr/bin/env python3
+import json, sys, time
+asked = set()
+for line in sys.stdin:
+    request = json.loads(line)
+    if request["request"] == "hello":
+        print(json.dumps({"engine": "odd", "version": "1", "scalar": "double", "methods": [{"id": "odd/one", "doc": "odd"}]}), flush=True)
+        continue
+    bodies = sum(body["mass_kg"] > 0 for body in request["scene"]["bodies"])
+    if bodies >= 300: time.sleep(1000)
+    step_ms = 0.1 * bodies if bodies in asked else 100  # a bad moment of the machine, whenever somebody new comes
+    asked.add(bodies)
+    print(json.dumps({"cell": request["cell"], "done": {"step_ns": [int(step_ms * 1e6)] * request["steps"],
+                      "status": "ok", "reason": "", "steps_taken": request["steps"], "rate_evaluations": 0, "busy_ns": []}}), flush=True)
+"""
+
+
+class FrameBudget(Case):
+    def test_a_bad_moment_ends_no_search_and_a_limit_is_told(self):
+        path = self.path("heaps.py", HEAPS, 0o755)
+        result = self.expect(self.run_in("bench", "frame-budget", "--engine", path, "--method", "odd/one", "--limit", "0.5"), 0)
+        row = next(line for line in result.stdout.splitlines() if line.startswith("odd/one") and "spheres" in line).split()
+        self.assertTrue(154 <= float(row[2]) <= 167, row)
+        self.assertTrue(277 <= float(row[4]) < 300, row)
+        self.assertIn("odd/one, spheres: N in 40 ms may be larger", result.stdout)
+        notes = " ".join(result.stdout.split())
+        self.assertIn("bodies were not stepped within --limit 0.5 (seconds a run)", notes)
+        self.assertNotIn("N in 16.7 ms may be larger", notes)
+
+
+GATE = """[[gate]]
+scenario = "kepler-e0.6"
+method = "atwood/rk4"
+metric = "error-position-end"
+max = 1
+reason = "wide"
+"""
+
+
+class Settings(Case):
+    """A slip of the pen in a method's settings is input, wherever it stands; a scene that an engine cannot do is not."""
+    def test_settings_of_a_response_belong_to_the_id(self):
+        words = ("--scenario", "struck-rod-rough", "--steps", "120", "--no-timing")
+        method = "atwood/rk4+event{restitution=poisson,simultaneous=together}"
+        data = json.loads(self.run_in("run", *words, "--method", method, "--json").stdout)
+        self.assertEqual({row["method"] for row in data["rows"]}, {method})
+        self.assertEqual({row["status"] for row in data["rows"]}, {"ok"})
+        self.expect(self.run_in("compare", method, "atwood/rk4+event", *words), 0, "poisson")
+        self.expect(self.run_in("run", *words, "--method", "atwood/rk4+event{bounce=1}"), 2, "neither atwood/rk4 nor +event",
+                    "`bounce`", "restitution, simultaneous")
+        self.expect(self.run_in("run", *words, "--method", "atwood/rk4{restitution=poisson}"), 2, "atwood/rk4 has no setting `restitution`")
+
+    def test_wrong_values_are_input(self):
+        for method, *told in (("atwood/rk4+event{restitution=foo}", "+event", "newton, poisson or stronge", "foo"),
+                              ("atwood/rk4+event{foo=bar}", "+event", "`foo`", "simultaneous"),
+                              ("atwood/symplectic-euler+impulse{substeps=-1}", "+impulse", "substeps is 0 to 1000"),
+                              ("atwood/symplectic-euler+impulse{substeps=1e9}", "+impulse", "`substeps`", "a whole number"),
+                              ("atwood/symplectic-euler+impulse{broad_phase=octree}", "+impulse", "broad phase", "octree"),
+                              ("atwood/rk4+penalty{overlap=2}", "+penalty", "overlap is above 0 and below 1"),
+                              ("atwood/gbs+event{columns=1}", "columns"),
+                              ("atwood/rk4{gravity=twice}", "gravity is auto, direct or tree"),
+                              ("cvode/adams{max_order=13}", "max_order (1 to 12)"),
+                              ("ode/default{step=leap}", "dWorldStep, dWorldQuickStep"),
+                              ("bullet64/default{erp=foo}", "`erp`", "a number")):
+            self.expect(self.run_in("trace", "bounce-e0.8", "--method", method), 2, method, *told)
+            if "foo" not in method: continue
+            study = self.path("study.toml", f"id = 'mine'\n[[cells]]\nscenarios = ['bounce-e0.8']\nmethods = ['{method}']\n")
+            for words in (("describe", method), ("run", study, "--no-timing"),
+                          ("run", "--scenario", "bounce-e0.8", "--method", method, "--no-timing"),
+                          ("compare", method, "atwood/rk4+event", "--scenario", "bounce-e0.8")):
+                self.expect(self.run_in(*words), 2, method, *told)
+        sweep = "id = 'mine'\n[[cells]]\nscenarios = ['bounce-e0.8']\nmethods = ['atwood/rk4+event']\nsweep = { restitution = ['newton', 'foo'] }\n"
+        self.expect(self.run_in("run", self.path("study.toml", sweep)), 2, "study `mine`", "newton, poisson or stronge")
+
+    def test_what_a_study_names_is_there(self):
+        study = "id = 'mine'\n[[cells]]\nscenarios = ['kepler-e0.6']\nsteps = [960]\nmethods = ['%s']\n"
+        for method, told in (("atwood/rk5", "atwood has no `rk5`"), ("bulet64/default", "no engine `bulet64`"), ("atwood/rx*", "no method of atwood")):
+            self.expect(self.run_in("run", self.path("study.toml", study % method)), 2, "study `mine`", told)
+        self.expect(self.run_in("run", self.path("study.toml", study % "atwood/rk4'\n, 'atwood/leapfrog"), "--no-timing", "--tolerances", self.path("none.toml", GATE)), 0)
+        for other in ("mine.toml", "kepler-f*", "tag:smoth"):
+            text = (study % "atwood/rk4").replace("['kepler-e0.6']", f"['kepler-e0.6', '{other}']")
+            self.expect(self.run_in("run", self.path("study.toml", text)), 2, "study `mine`", f"`{other}`")
+        self.expect(self.run_in("run", self.path("study.toml", (study % "atwood/rk4").replace("kepler-e0.6", "mine.toml"))), 2, "--scenario mine.toml")
+
+    def test_what_an_engine_cannot_do_is_no_slip(self):
+        for scene, method in (("bounce-e0.8", "atwood/rk4"), ("bounce-e0.8", "atwood/rk4{gravity=direct}"),
+                              ("bounce-e0.8", "atwood/rk4+penalty{overlap=1e-4}"),  # beyond its limit of stability
+                              ("lorenz", "ode/default{erp=0.1}"), ("bounce-e0.8", "ode/default@float{erp=0.1}")):
+            result = self.expect(self.run_in("trace", scene, "--method", method), 0, "unsupported")
+            self.assertEqual(result.stdout, "")
+        smooth = self.expect(self.run_in("trace", "ballistic", "--method", "atwood/rk4+event{restitution=poisson}"), 0)
+        self.assertTrue(smooth.stdout, smooth.stderr)  # nothing touches there, and no setting is in the way
+
+    def test_a_sweep_over_a_response(self):
+        study = "id = 'mine'\n[[cells]]\nscenarios = ['bounce-e0.8']\nsteps = [240]\nmethods = ['atwood/rk4+event', 'ode/default']\nsweep = { %s }\n"
+        data = json.loads(self.run_in("run", self.path("study.toml", study % "restitution = ['newton', 'poisson']"), "--no-timing", "--json").stdout)
+        self.assertEqual({row["method"] for row in data["rows"]},
+                         {"atwood/rk4+event{restitution=newton}", "atwood/rk4+event{restitution=poisson}", "ode/default"})
+        self.expect(self.run_in("run", self.path("study.toml", study % "restitutoin = ['newton']")), 2, "study `mine`", "sweep", "`restitutoin`",
+                    "atwood/rk4+event, ode/default")
+
+    def test_words(self):
+        for steps in ("0", "-60", "7"):
+            self.expect(self.run_in("run", *SMALL[:-2], steps, "--no-timing"), 2, f"--steps {steps}: expected a positive multiple of 60")
+            self.expect(self.run_in("trace", "kepler-e0.6", "--method", "atwood/rk4", "--steps", steps), 2, "a positive multiple of 60")
+        self.expect(self.run_in("contacts", "bounce-e0.8", "--engine", "mujoco"), 2, "mujoco answers no questions about contacts", "bullet64")
+        self.expect(self.run_in("contacts", "bounce-e0.8", "--engine", "havok"), 2, "no such engine or file")
+        self.expect(self.run_in("contacts", "--help"), 0, "unit-size")
+        self.expect(self.run_in("compare", "atwood/rk4"), 2, "two methods or more")
+
+
 GOALS = """[[goal]]
 id = "easy"
 title = "An easy one"
@@ -423,6 +534,21 @@ class Running(Case):
         command = next(line for line in result.stdout.splitlines() if line.strip().startswith("./atwood run")).split()[1:]
         self.expect(self.run_in(*command, "--no-timing"), 1, "FAIL")
 
+    def test_scenes_of_the_readme_run_as_they_are_printed(self):
+        with open(os.path.join(ROOT, "README.md")) as file:
+            blocks = file.read().split("```toml\n")[1:]
+        scenes = [block.split("```")[0] for block in blocks if block.startswith("id     = ")]
+        self.assertEqual(len(scenes), 2)
+        for scene, method in zip(scenes, ("atwood/dopri5:1e-10", "atwood/rk4+event")):
+            path = self.path(scene.split('"')[1] + ".toml", scene)
+            data = json.loads(self.expect(self.run_in("run", "--scenario", path, "--method", method, "--no-timing", "--json"), 0).stdout)
+            errors = [row["value"] for row in data["rows"] if row["metric"] == "error-position-end"]
+            self.assertTrue(errors and max(errors) < 1e-7, errors)
+        rolling = scenes[1].replace("# rolling_friction_m", "rolling_friction_m")
+        self.expect(self.run_in("trace", self.path("rolling.toml", rolling), "--method", "truth"), 0, "unsupported", "rolling friction")
+        end = self.expect(self.run_in("trace", self.path("rolling.toml"), "--method", "atwood/rk4+event"), 0).stdout.splitlines()[-2]
+        self.assertLess(abs(float(end.split(",")[9])), 1e-12)  # it stands
+
     def test_a_scene_of_ones_own_reruns_by_its_file(self):
         path = self.path("mine.toml", SCENE)
         words = ["--scenario", path, "--method", "atwood/explicit-euler", "--no-timing"]
@@ -513,6 +639,26 @@ class OddEngines(Case):
 
     def test_hangs(self):
         self.odd("time.sleep(1000)", "timeout")
+
+    def test_a_cell_that_failed_is_told_with_its_command(self):
+        path = self.path("odd.py", WORKER % "os._exit(9) if request['steps'] > 120 else time.sleep(1000)", 0o755)
+        gate = '[[gate]]\nscenario = "ballistic"\nmethod = "atwood/rk4"\nmetric = "error-position-end"\nmax = 1\nreason = "wide"\n'
+        words = ["run", "--engine", path, "--method", "odd/one", "--method", "atwood/rk4", "--scenario", "ballistic", "--limit", "0.5",
+                 "--no-timing", "--tolerances", self.path("wide.toml", gate)]
+        for steps, why in (("120", "timeout: "), ("240", "crashed: ")):
+            result = self.expect(self.run_in(*words, "--steps", steps), 3, "odd/one", why, "1 pass, 1 fail")
+            self.assertNotIn("PASS", result.stdout)
+            command = next(line for line in result.stdout.splitlines() if line.strip().startswith("./atwood run"))
+            self.assertIn("--method odd/one --steps " + steps, command)
+            self.expect(self.run_in(*command.split()[1:], "--limit", "0.5"), 3, why)
+            self.assertIn("1 fail", self.expect(self.run_in("gate", *words[1:-5], *words[-2:], "--steps", steps), 3, why).stdout)
+
+    def test_a_block_of_a_study_has_a_limit_of_its_own(self):
+        path = self.path("odd.py", WORKER % "time.sleep(1000)", 0o755)
+        study = self.path("study.toml", "id = 'slow'\n[[cells]]\nscenarios = ['ballistic']\nsteps = [120]\nmethods = ['odd/one']\nlimit = 0.25\n")
+        words = ("run", study, "--engine", path, "--method", "odd/one")
+        self.expect(self.run_in(*words), 3, "0.25 s")
+        self.expect(self.run_in(*words, "--limit", "0.5"), 3, "0.5 s")
 
     def test_talks_garbage(self):
         self.odd("print('%% what?', flush=True)" .replace("%%", "%%%%"), "crashed")

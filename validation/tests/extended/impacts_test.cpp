@@ -212,6 +212,12 @@ TEST_CASE("what is not covered is refused with a reason") {
         "friction on `a`, whose moments of inertia are not all alike, is not covered by the extended truth");
   CHECK(truth.values.empty());
 
+  Scenario slowed = scenes::bounce(0.5, 0.25, false, 3);  // a torque that no law of the truth's has
+  slowed.scene.pairs[0].friction = 0.2;
+  slowed.scene.pairs[0].rolling_friction_m = 0.002;
+  CHECK(extended_truth(slowed, 2).outcome.status == Status::unsupported);
+  CHECK(extended_truth(slowed, 2).outcome.reason.find("rolling friction") != std::string::npos);
+
   Scenario rolling = scenes::bounce(0.5, 0.25, false, 3);
   rolling.scene.pairs[0].friction = 0.2;
   rolling.scene.gravity_m_per_s2 = {1, 0, -10};

@@ -41,6 +41,31 @@ TEST_CASE("a sweep of seeded poses passes its gates, and its worst poses are kep
   fs::remove_all(folder);
 }
 
+TEST_CASE("the tables ask the test of contacts that a method names") {
+  char folder[] = "/tmp/atwood-tables-XXXXXX";
+  REQUIRE(mkdtemp(folder) != nullptr);
+  const auto workers = find_workers({ATWOOD_BIN_DIR "/atwood-engine", ATWOOD_BIN_DIR "/atwood-ode"});
+  Study study = read_study(ATWOOD_SOURCE_DIR "/validation/study/geometry-tables.toml");
+  study.cells.front().methods = {"atwood/contacts", "atwood/box-edges", "atwood/nonsense", "ode/unit-size"};
+  const Scenario scenario = read_scenario(ATWOOD_SOURCE_DIR "/validation/scenarios/geometry-tables.toml");
+  StudyOptions options;
+  options.store_path = std::string(folder) + "/store.db";
+  options.truth_worker = ATWOOD_BIN_DIR "/atwood-truth";
+  const StudyResult result = run_study(plan_cells(study, {scenario}, workers, "cpu"), workers, options);
+  const auto misses = [&](const std::string& method, const std::string& pair) {
+    for (const Row& row : result.rows)
+      if (row.method == method && row.body == pair && row.metric == "contact-misses") return row;
+    FAIL(method << " has no row of " << pair);
+    return Row{};
+  };
+  CHECK(misses("atwood/contacts", "box-box").value == 0);
+  CHECK(misses("atwood/box-edges", "box-box").value > 0);  // one within the other: no edge meets a face
+  CHECK(misses("atwood/box-edges", "sphere-box").status == Status::unsupported);
+  CHECK(misses("atwood/nonsense", "box-box").status == Status::unsupported);
+  CHECK(misses("ode/unit-size", "box-box").status == Status::ok);
+  fs::remove_all(folder);
+}
+
 TEST_CASE("the tables of cases by hand pass their gates, and the truth agrees with every one") {
   char folder[] = "/tmp/atwood-tables-XXXXXX";
   REQUIRE(mkdtemp(folder) != nullptr);

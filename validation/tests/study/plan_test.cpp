@@ -81,6 +81,27 @@ TEST_CASE("a sweep makes a cell of each value, where the method has the setting"
   CHECK(ids(cells) == std::vector<std::string>{"one demo/a{erp=0.0} 8", "one demo/a{erp=0.1} 8", "one demo/b 8"});
 }
 
+TEST_CASE("a sweep goes over the settings of a response too; one that nobody has is a slip of the pen") {
+  std::vector<Worker> workers = table();
+  workers[0].engine.responses = {{"+event", "", "", {}, false, {{"restitution", std::string("newton")}}}};
+  const std::map<std::string, std::vector<SettingValue>> laws{{"restitution", {std::string("newton"), std::string("poisson")}}};
+  CHECK(ids(plan({{"one"}, {"demo/a", "demo/a+event", "demo/b+event"}, {8}, 5, laws}, workers)) ==
+        std::vector<std::string>{"one demo/a 8", "one demo/a+event{restitution=newton} 8", "one demo/a+event{restitution=poisson} 8",
+                                 "one demo/b+event{restitution=newton} 8", "one demo/b+event{restitution=poisson} 8"});
+  CHECK_THROWS_WITH(plan({{"one"}, {"demo/a", "demo/b"}, {8}, 5, laws}, workers),
+                    Catch::Contains("`restitution`") && Catch::Contains("demo/a, demo/b"));
+  CHECK(plan({{"one"}, {"demo/a", "nobody/x"}, {8}, 5, laws}, workers).size() == 3);  // who is not there may have it
+}
+
+TEST_CASE("a block's limit goes with its cells") {
+  const Study study = read("id = 'x'\n[[cells]]\nscenarios = ['one']\nmethods = ['demo/a']\nlimit = 120\n");
+  CHECK(study.cells[0].limit_s == 120);
+  CHECK(plan(study.cells[0]).at(0).limit_s == 120);
+  CHECK(plan({{"one"}, {"demo/a"}, {8}, 5, {}}).at(0).limit_s == 0);
+  CHECK_THROWS_WITH(read("id = 'x'\n[[cells]]\nscenarios = ['one']\nmethods = ['demo/a']\nlimit = 'long'\n"),
+                    Catch::Contains("study.toml:5:9:") && Catch::Contains("seconds"));
+}
+
 TEST_CASE("a cell named twice is planned once") {
   const Study study{"test", {{{"one"}, {"demo/a"}, {8}, 3, {}}, {{"*"}, {"demo/*"}, {8}, 5, {}}}};
   const auto cells = plan_cells(study, {free_flight("one")}, table(), "cpu");

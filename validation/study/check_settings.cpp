@@ -1,0 +1,144 @@
+// Settings in methods' ids that are slips of the pen. Names are told by what an engine lists. Values are judged by the
+// engine itself, in small scenes: where it refuses a method with its settings and takes it without them, the settings
+// are at fault, and its words say why. So no list of values has to be kept twice.
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <set>
+
+#include "scene/files.hpp"
+#include "validation/study/study.hpp"
+#include "validation/study/worker_client.hpp"
+
+namespace atwood {
+namespace {
+
+constexpr double kLimitS = 10;
+
+// A ball over a floor from which it would bounce, the same without a bounce, and a point alone in the air: everybody who
+// moves bodies can do one of the three.
+constexpr const char* kScene =
+    "id = \"small\"\ntitle = \"A small scene\"\nclaim = \"Settings are read\"\nsource = \"none\"\n[run]\nt_end_s = 1e-6\n"
+    "steps = [1]\nsamples = 1\n[world]\ngravity_m_per_s2 = [0, 0, -9.81]\n[truth]\nkind = \"none\"\n";
+constexpr const char* kOverAFloor =
+    "[[body]]\nname = \"floor\"\nshape.plane = { normal = [0, 0, 1], offset_m = 0 }\n"
+    "[[body]]\nname = \"ball\"\nmass_kg = 1\nshape.sphere = { radius_m = 0.5 }\nposition_m = [0, 0, 0.6]\n";
+constexpr const char* kBouncing = "[material.default]\nrestitution = 0.5\n";
+constexpr const char* kInTheAir = "[[body]]\nname = \"point\"\nmass_kg = 1\nposition_m = [0, 0, 1]\n";
+
+bool is_ours(const Worker& worker) {
+  return std::filesystem::path(worker.path).filename().string().rfind("atwood-", 0) == 0;
+}
+
+std::string listed(const Settings& settings) {
+  std::string names;
+  for (const auto& [name, standard] : settings) names += (names.empty() ? "" : ", ") + name;
+  return names;
+}
+
+const MethodInfo* find(const std::vector<MethodInfo>& all, const std::string& id) {
+  const auto found = std::find_if(all.begin(), all.end(), [&](const MethodInfo& info) { return info.id == id; });
+  return found == all.end() ? nullptr : &*found;
+}
+
+// What is wrong with an id's settings; empty: nothing, or nobody can tell.
+class Judge {
+ public:
+  explicit Judge(const std::vector<Worker>& workers) : workers_(workers) {
+    for (const std::string& bodies : {std::string(kBouncing) + kOverAFloor, std::string(kOverAFloor), std::string(kInTheAir)})
+      scenes_.push_back(read_scenario_text(kScene + bodies, "a small scene", ".").scene);
+  }
+
+  const std::string& fault(const std::string& method) {
+    const auto [place, fresh] = faults_.try_emplace(method);
+    if (fresh) place->second = find_fault(method);
+    return place->second;
+  }
+
+ private:
+  std::string find_fault(const std::string& method) {
+    const MethodId id = parse_method_id(method);
+    if (id.overrides.empty()) return "";
+    for (std::size_t i = 0; i < workers_.size(); ++i) {
+      const Worker& worker = workers_[i];
+      if (worker.status != Status::ok) continue;
+      const MethodInfo* info = find(worker.engine.methods, id.engine + "/" + id.scheme);
+      if (info == nullptr) continue;
+      // Engines of the user's own may list none: theirs to judge.
+      if (info->settings.empty() && !is_ours(worker)) return "";
+      const MethodInfo* response = id.response.empty() ? nullptr : find(worker.engine.responses, "+" + id.response);
+      const std::string unknown = unknown_name(id, *info, response);
+      return unknown.empty() ? refused_value(i, id) : unknown;
+    }
+    return "";
+  }
+
+  static std::string unknown_name(const MethodId& id, const MethodInfo& info, const MethodInfo* response) {
+    for (const auto& [key, value] : id.overrides) {
+      if (info.settings.contains(key) || (response && response->settings.contains(key))) continue;
+      const std::string names = listed(info.settings);
+      if (response)
+        return "neither " + info.id + " nor " + response->id + " has a setting `" + key + "`; expected one of " +
+               response->id + "'s: " + listed(response->settings) + (names.empty() ? "" : "; or " + info.id + "'s: " + names);
+      return info.id + " has no setting `" + key + "`; expected " +
+             (names.empty() ? "none: it has no settings" : "one of " + names);
+    }
+    return "";
+  }
+
+  std::string refused_value(std::size_t worker, const MethodId& id) {
+    MethodId plain = id;
+    plain.overrides.clear();
+    for (const Scene& scene : scenes_) {
+      if (run(worker, plain, scene).status == Status::unsupported) continue;
+      const Outcome outcome = run(worker, id, scene);
+      return outcome.status == Status::unsupported ? outcome.reason : "";
+    }
+    return "";
+  }
+
+  Outcome run(std::size_t worker, const MethodId& id, const Scene& scene) {
+    WorkerClient& client = clients_.try_emplace(worker, workers_[worker].command).first->second;
+    return client
+        .run(to_string(id), scene_to_json(scene), sampled_bodies(scene), {1e-6, 1, 1, {}}, 0, kLimitS)
+        .outcome;
+  }
+
+  const std::vector<Worker>& workers_;
+  std::vector<Scene> scenes_;
+  std::map<std::string, std::string> faults_;
+  std::map<std::size_t, WorkerClient> clients_;
+};
+
+}  // namespace
+
+void check_settings(const std::string& who, const std::vector<Cell>& cells, const std::vector<Worker>& workers) {
+  const BrokenPipeGuard guard;
+  Judge judge(workers);
+  std::map<std::string, std::string> first_fault;  // of what came of a glob
+  std::set<std::string> taken;
+  try {
+    for (const Cell& cell : cells) {
+      if (cell.worker < 0) continue;
+      const std::string& fault = judge.fault(cell.method);
+      const bool glob = cell.pattern.find_first_of("*?") != std::string::npos;
+      if (glob && fault.empty()) taken.insert(cell.pattern);
+      if (fault.empty()) continue;
+      const std::string words = who + cell.method + ": " + fault;
+      if (!glob) throw InputError(words);
+      first_fault.try_emplace(cell.pattern, words);
+    }
+  } catch (const Interrupted&) {
+    return;  // whoever asked sees the signal itself
+  }
+  for (const auto& [pattern, words] : first_fault)
+    if (!taken.contains(pattern)) throw InputError(words);
+}
+
+void check_settings(const std::string& who, const std::string& method, const std::vector<Worker>& workers) {
+  const BrokenPipeGuard guard;
+  const std::string fault = Judge(workers).fault(method);
+  if (!fault.empty()) throw InputError(who + method + ": " + fault);
+}
+
+}  // namespace atwood
