@@ -1,5 +1,6 @@
 // Which pairs may touch soon: found with a margin around every body, and kept until somebody has used up his.
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "contact/stepping/points.hpp"
@@ -7,6 +8,7 @@
 namespace atwood::stepping {
 namespace {
 
+constexpr int pairs_worth_a_team = 2000;
 constexpr double skin = 0.08;           // of a body's size: margin of one at rest
 constexpr double steps_ahead = 2;       // ... and what one in motion has besides the coming step, in steps
 // ... of its size: in a crowd that falls, far pairs would cost more than finding anew
@@ -21,16 +23,20 @@ template <class S> S size_of(const World<S>& world, int i) { return world.geomet
 template <class S> bool candidates_still_hold(World<S>& world, S h_s) {
   Bodies<S>& bodies = world.bodies;
   const S fall_m_per_s = norm(world.gravity_W) * h_s;
-  bool hold = world.candidates_hold;
-  for (int i = 0; i < bodies.count; ++i) {
-    if (!bodies.moves[i]) continue;
-    const S* v = bodies.velocity[i].at;
-    const S turn = is_ball(world, i) ? S(0) : h_s * norm(load3(v + 3)) * size_of(world, i);
-    bodies.reach[i] = h_s * (norm(load3(v)) + fall_m_per_s) + turn;
-    if (!(norm(load3(bodies.place[i].at) - world.found_at[i]) + world.turned[i] + bodies.reach[i] <= world.margin[i]))
-      hold = false;
-    world.turned[i] += turn;
-  }
+  std::atomic<bool> hold = world.candidates_hold;
+  for_bodies(world, [&](int first, int last) {
+    bool all = true;
+    for (int i = first; i < last; ++i) {
+      if (!bodies.moves[i]) continue;
+      const S* v = bodies.velocity[i].at;
+      const S turn = is_ball(world, i) ? S(0) : h_s * norm(load3(v + 3)) * size_of(world, i);
+      bodies.reach[i] = h_s * (norm(load3(v)) + fall_m_per_s) + turn;
+      const S gone = norm(load3(bodies.place[i].at) - world.found_at[i]) + world.turned[i];
+      all = all && gone + bodies.reach[i] <= world.margin[i];
+      world.turned[i] += turn;
+    }
+    if (!all) hold.store(false, std::memory_order_relaxed);
+  });
   return hold;
 }
 
@@ -164,10 +170,21 @@ void lay_out(World<S>& world, std::vector<Candidate>& pairs, const std::vector<i
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     if (colour[i] < 0) continue;
     const int slot = pairs[i].slot = at[colour[i]]++;
-    BallBatch<S>& batch = batches[static_cast<std::size_t>(slot / lane_count)];
-    put_ball_contact(world, batch, slot % lane_count, pairs[i]);
-    batch.count = slot % lane_count + 1;
+    batches[static_cast<std::size_t>(slot / lane_count)].count = slot % lane_count + 1;
   }
+  const auto put = [&](int first, int last) {
+    for (int i = first; i < last; ++i) {
+      const Candidate& pair = pairs[static_cast<std::size_t>(i)];
+      if (colour[static_cast<std::size_t>(i)] < 0) continue;
+      put_ball_contact(world, batches[static_cast<std::size_t>(pair.slot / lane_count)], pair.slot % lane_count, pair);
+    }
+  };
+  const int count_of_pairs = static_cast<int>(pairs.size());
+  if (world.team == nullptr || count_of_pairs < pairs_worth_a_team) return put(0, count_of_pairs);
+  world.team->run(true, [&](int part) {
+    const Share own = share(count_of_pairs, part, world.team->size());
+    put(own.first, own.last);
+  });
 }
 
 template <class S> void colour_pairs(World<S>& world) {

@@ -116,16 +116,18 @@ template <class S> Outcome run_once(World<S>& world, const Plan& plan, const Obs
     const auto begin = world.profile ? std::chrono::steady_clock::now() : std::chrono::steady_clock::time_point{};
     model.select_interval(from_s, to_s);
     if (model.system().epoch != epoch || h_s != world.h_s) {
-      if (n > 0) store_bodies(world);
       world.h_s = h_s;
       world.substeps = substeps_of(world.options, static_cast<double>(h_s));
       world.sub_s = h_s / S(world.substeps);
       if (model.system().epoch != epoch) {  // other forces, somebody released
+        if (n > 0) store_bodies(world);
         world.candidates_hold = false;
         wake_all(world);
+        load_bodies(world);
+        epoch = model.system().epoch;
+      } else {
+        set_kicks(world);
       }
-      load_bodies(world);
-      epoch = model.system().epoch;
     }
     world.sums_impulses = tells && (n + 1) % stride == 0;
     if (!step(world, from_s, h_s)) return {Status::diverged, "an implicit step has no solution", n, 0, {}};

@@ -238,6 +238,15 @@ template <class S> void load_bodies(World<S>& world) {
   }
 }
 
+template <class S> void set_kicks(World<S>& world) {
+  Bodies<S>& bodies = world.bodies;
+  const Row<S> kick = row(world.sub_s * world.gravity_W, Vec3<S>{});
+  for_bodies(world, [&](int first, int last) {
+    for (int i = first; i < last; ++i)
+      if (bodies.moves[i]) bodies.kick[i] = kick;
+  });
+}
+
 template <class S> void load_body(World<S>& world, int i) {
   Bodies<S>& bodies = world.bodies;
   const RigidModel<S>& model = *world.model;
@@ -301,6 +310,7 @@ template <class S> bool step(World<S>& world, S t_s, S h_s) {
 
 #define ATWOOD_STEP(S)                             \
   template void load_bodies<S>(World<S>&);         \
+  template void set_kicks<S>(World<S>&);           \
   template void load_body<S>(World<S>&, int);      \
   template void store_bodies<S>(World<S>&);        \
   template bool step<S>(World<S>&, S, S);

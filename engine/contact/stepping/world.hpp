@@ -257,6 +257,7 @@ template <class S, class F> void for_bodies(World<S>& world, const F& f) {
 // ---- step.cpp
 // rows from world.y, under the model's present interval
 template <class S> void load_bodies(World<S>& world);
+template <class S> void set_kicks(World<S>& world);                  // gravity's, for another substep
 template <class S> void load_body(World<S>& world, int body);        // ... of one that moves
 template <class S> void store_bodies(World<S>& world);               // and back
 // false: free flight's implicit equations were not solved
