@@ -8,6 +8,7 @@
 #include <set>
 
 #include "reports/command_line/command_line.hpp"
+#include "reports/command_line/stopwatch.hpp"
 #include "scene/files.hpp"
 #include "scene/split_mix.hpp"
 #include "validation/study/process.hpp"
@@ -65,7 +66,7 @@ class FrameBudget {
       : entrant_(entrant),
         like_(like),
         limit_s_(limit_s),
-        client_(entrant.worker->command, entrant.method.find("threads") == std::string::npos) {}
+        client_(entrant.worker->command, pinned(entrant.method)) {}
 
   // Doubling until both budgets are passed, then halving the interval (of log N) on each side of each.
   std::array<int, 2> largest() {

@@ -16,9 +16,12 @@ double median(std::vector<double> values) {
   return n % 2 == 1 ? values[n / 2] : (values[n / 2 - 1] + values[n / 2]) / 2;
 }
 
-WorkerClient& Stopwatch::client(const Worker& worker) {
-  std::unique_ptr<WorkerClient>& held = clients_[worker.path];
-  if (!held) held = std::make_unique<WorkerClient>(worker.command, true);
+bool pinned(const std::string& method) { return method.find("threads") == std::string::npos; }
+
+WorkerClient& Stopwatch::client(const Contender& contender) {
+  const bool pin = pinned(contender.method);
+  std::unique_ptr<WorkerClient>& held = clients_[{contender.worker->path, pin}];
+  if (!held) held = std::make_unique<WorkerClient>(contender.worker->command, pin);
   return *held;
 }
 
@@ -26,7 +29,7 @@ double Stopwatch::seconds(const Contender& contender) {
   constexpr double burst_s = 2e-3;
   const double expected_s = contender.expected_s > 0 ? contender.expected_s : burst_s;
   const int repeats = static_cast<int>(std::clamp(burst_s / expected_s, 1.0, 99.0));
-  const Outcome outcome = client(*contender.worker)
+  const Outcome outcome = client(contender)
                               .run(contender.method, scene_to_json(*contender.scene), sampled_bodies(*contender.scene),
                                    contender.plan, repeats, limit_s_ * repeats)
                               .outcome;

@@ -1,10 +1,11 @@
-// Runs timed in turns: A B A B ..., each by its own pinned worker, one at a time. What drifts on the machine (clock,
+// Runs timed in turns: A B A B ..., each by its own worker, pinned unless it has threads, one at a time. What drifts on the machine (clock,
 // temperature, neighbours) then meets all of them alike.
 #pragma once
 
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "validation/study/study.hpp"
@@ -22,6 +23,9 @@ struct Contender {
       0;  // of the run whose error is known; 0 or NaN: unknown. A timed run that did other work times another run
 };
 
+// A method that names its threads is not pinned: they would share one processor.
+bool pinned(const std::string& method);
+
 class Stopwatch {
  public:
   explicit Stopwatch(double limit_s) : limit_s_(limit_s) {}
@@ -32,10 +36,10 @@ class Stopwatch {
   std::vector<std::vector<double>> in_turns(const std::vector<Contender>& contenders, int rounds);
 
  private:
-  WorkerClient& client(const Worker& worker);
+  WorkerClient& client(const Contender& contender);
 
   double limit_s_;
-  std::map<std::string, std::unique_ptr<WorkerClient>> clients_;
+  std::map<std::pair<std::string, bool>, std::unique_ptr<WorkerClient>> clients_;  // by path and pinned or not
 };
 
 double median(std::vector<double> values);  // of the finite ones; NaN when there are none
