@@ -48,6 +48,10 @@ struct Engine {
       {};  // "+impulse", ...: what may follow a scheme, with doc and settings of its own
   // Where the scene's bodies touch; never throws. Empty: the engine has no such query.
   std::function<ContactAnswer(const Scene&, const ContactQuery&)> contacts = {};
+  // What a worker says in hello of the code behind it, both optional. `fingerprint`: any text that changes whenever its
+  // results may change (a build id, a commit). `files`: files whose bytes decide its results.
+  std::string fingerprint = {};
+  std::vector<std::string> files = {};
 };
 
 }  // namespace atwood

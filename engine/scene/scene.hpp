@@ -150,6 +150,7 @@ struct Scenario {
   TruthSpec truth;
   std::vector<Invariant> invariants;
   std::string path;                 // the file it was read from; empty when it came by JSON
+  std::vector<std::string> notes = {};  // what reading changed, in sentences ("... was normalised"); not part of JSON
 };
 
 inline bool rotates(const Body& body) { return body.inertia_kg_m2 != Real33{}; }

@@ -26,14 +26,23 @@ struct StudyCells {
   std::vector<std::string> except = {};          // globs over base ids: left out of what `methods` takes in
   std::string probe = {};                        // one of all_probes(): a question that takes several runs
   double limit_s = 0;                            // seconds that a cell may take; 0: StudyOptions says
+  std::vector<Status> allow = {};                // `diverged`, `not finite`: endings that do not fail the run
+  std::string allow_reason = {};                 // why; required with `allow`
 };
-struct Study { std::string id; std::vector<StudyCells> cells; };
+struct Study {
+  std::string id;
+  std::vector<StudyCells> cells;
+  std::string path = {};                                  // the file; relative paths inside it start at its folder
+  std::vector<std::vector<std::string>> engines = {};     // argv of each foreign engine, its first word resolved
+  std::string tolerances = {}, baseline = {};             // files, resolved; empty: none
+};
 Study read_study(const std::string& path);       // InputError
 
 // ---- the engines at the table ---------------------------------------------------------------------------------
 struct Worker {                                  // an executable that answered hello, or why it did not
-  std::string path;
-  std::vector<std::string> command;
+  std::string path;                              // command[0]
+  std::vector<std::string> command;              // argv
+  bool foreign = false;                          // of --engine or a study's `engines`: not built with this program
   Engine engine;                                 // `run` is empty here; name, version, scalar, methods
   std::string build_id;                          // hash of the executable's bytes
   Status status = Status::ok;                    // not_built, crashed, timeout: with the reason
@@ -41,6 +50,7 @@ struct Worker {                                  // an executable that answered 
 };
 // Starts each worker, says hello, reads the answer (limit 10 s each).
 std::vector<Worker> find_workers(const std::vector<std::string>& paths);
+std::vector<Worker> find_workers_by_argv(const std::vector<std::vector<std::string>>& commands);
 
 // ---- one cell ---------------------------------------------------------------------------------------------------
 struct Cell {
@@ -57,6 +67,7 @@ struct Cell {
   std::string probe = {};                        // a question of several runs instead of one run, measured
   double limit_s = 0;                            // seconds it may take; 0: StudyOptions says
   std::string pattern = {};                      // what the study calls its method: an id, or a glob that it came of
+  std::vector<Status> allow = {};                // endings that do not fail the run (StudyCells::allow)
 };
 // InputError: a count of steps that samples do not divide, a swept setting that no method of its block has.
 std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& catalogue,

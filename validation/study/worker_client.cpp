@@ -256,13 +256,19 @@ std::vector<PoseAnswer> WorkerClient::sweep(const std::string& test, const std::
 
 // ---- one-off requests ---------------------------------------------------------------------------------------------
 std::vector<Worker> find_workers(const std::vector<std::string>& paths) {
+  std::vector<std::vector<std::string>> commands;
+  for (const std::string& path : paths) commands.push_back({path});
+  return find_workers_by_argv(commands);
+}
+
+std::vector<Worker> find_workers_by_argv(const std::vector<std::vector<std::string>>& commands) {
   const BrokenPipeGuard guard;
   std::vector<Worker> workers;
-  for (const std::string& path : paths) {
+  for (const std::vector<std::string>& command : commands) {
     Worker& worker = workers.emplace_back();
-    worker.path = path;
-    worker.command = {path};
-    worker.build_id = file_hash(path);  // a script is an executable too
+    worker.path = command.at(0);
+    worker.command = command;
+    worker.build_id = file_hash(worker.path);  // a script is an executable too
     Outcome outcome;
     WorkerClient client(worker.command);
     try {
