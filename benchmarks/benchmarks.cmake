@@ -3,7 +3,7 @@ find_package(benchmark REQUIRED)
 
 # atwood_bench(name factory-header factory target)
 function(atwood_bench name header factory target)
-  add_executable(atwood-bench-${name} EXCLUDE_FROM_ALL ${PROJECT_SOURCE_DIR}/benchmarks/steps.cpp ${ARGN})
+  add_executable(atwood-bench-${name} ${PROJECT_SOURCE_DIR}/benchmarks/steps.cpp ${ARGN})
   target_compile_definitions(atwood-bench-${name} PRIVATE
     ATWOOD_ENGINE_HEADER="${header}" ATWOOD_ENGINE_FACTORY=${factory} ATWOOD_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   target_link_libraries(atwood-bench-${name} PRIVATE ${target} atwood_protocol atwood_scene benchmark::benchmark)
@@ -18,14 +18,26 @@ atwood_bench(bullet64 bullet/bullet.hpp bullet_engine atwood_bullet64)
 atwood_bench(bullet32 bullet/bullet.hpp bullet_engine atwood_bullet32)
 atwood_bench(ode ode/ode.hpp ode_engine atwood_ode)
 
-add_executable(atwood-bench-scaling EXCLUDE_FROM_ALL ${PROJECT_SOURCE_DIR}/benchmarks/scaling.cpp)
+add_executable(atwood-bench-scaling ${PROJECT_SOURCE_DIR}/benchmarks/scaling.cpp)
 target_link_libraries(atwood-bench-scaling PRIVATE atwood_engine atwood_metrics atwood_scene benchmark::benchmark)
 target_include_directories(atwood-bench-scaling PRIVATE ${PROJECT_SOURCE_DIR})
 set_target_properties(atwood-bench-scaling PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
 # Figures of its own, not Google Benchmark's: `atwood bench broad-phases`.
-add_executable(atwood-broad-phases EXCLUDE_FROM_ALL ${PROJECT_SOURCE_DIR}/benchmarks/broad_phases.cpp)
+add_executable(atwood-broad-phases ${PROJECT_SOURCE_DIR}/benchmarks/broad_phases.cpp)
 target_link_libraries(atwood-broad-phases PRIVATE atwood_engine atwood_metrics atwood_scene nlohmann_json::nlohmann_json)
 target_include_directories(atwood-broad-phases PRIVATE ${PROJECT_SOURCE_DIR})
 set_target_properties(atwood-broad-phases PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
 add_custom_target(benches DEPENDS atwood-broad-phases atwood-bench-engine atwood-bench-scaling atwood-bench-cvode atwood-bench-bullet64 atwood-bench-bullet32
                   atwood-bench-ode)
+
+# Each executable runs once, briefly, on a few small cases: that it builds and times something is tested, no time is.
+find_package(Python3 COMPONENTS Interpreter REQUIRED)
+function(atwood_smoke name)
+  add_test(NAME smoke_${name} COMMAND ${Python3_EXECUTABLE} ${PROJECT_SOURCE_DIR}/benchmarks/smoke_test.py $<TARGET_FILE:atwood-${name}> ${ARGN})
+  set_tests_properties(smoke_${name} PROPERTIES TIMEOUT 120)
+endfunction()
+foreach(engine engine cvode bullet64 bullet32 ode)
+  atwood_smoke(bench-${engine} "--benchmark_filter=/ballistic/|kepler_e06|free-flight/1/")
+endforeach()
+atwood_smoke(bench-scaling --benchmark_filter=/1024/)
+atwood_smoke(broad-phases 400)

@@ -16,6 +16,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "collision/broad_kinds.hpp"
@@ -160,7 +161,14 @@ constexpr double settled_m = 1e-5 * radius_m, stirred_m = 0.05 * radius_m;
 
 }  // namespace
 
-int main() {
+// `atwood-broad-phases [BALLS]`: the size of the heaps, 8000 unless given; the ladders of N scale with it.
+int main(int argc, char** argv) {
+  const int balls = argc > 1 ? std::atoi(argv[1]) : 8000;
+  if (argc > 2 || balls < 160) {
+    std::fprintf(stderr, "atwood-broad-phases: expected at most one argument, a number of balls from 160 on\n");
+    return 2;
+  }
+  const auto scaled = [balls](int n) { return static_cast<int>(static_cast<std::int64_t>(n) * balls / 8000); };
   Json rows = Json::array();
   Team two(2);
   for (const Kind& kind : kinds()) {
@@ -170,18 +178,19 @@ int main() {
     const std::vector<int> sizes = every_pair                         ? std::vector{500, 1000, 2000, 4000, 8000}
                                    : kind.name == "sweep-and-prune" ? std::vector{1000, 2000, 5000, 10000, 30000}
                                                                     : std::vector{1000, 3000, 10000, 30000, 100000};
-    for (const int n : sizes) {
+    for (const int size : sizes) {
+      const int n = scaled(size);
       bodies.push_back(n);
       seconds.push_back(timed(kind, heap(n), stirred_m, stirred_m, nullptr).seconds);
     }
     const ScalingFit fit = fit_scaling(bodies, seconds);
-    const Calls settled = timed(kind, heap(8000), settled_m, 0, nullptr),
-                stirred = timed(kind, heap(8000), stirred_m, stirred_m, nullptr);
-    const Calls stirred_by_two = timed(kind, heap(8000), stirred_m, stirred_m, &two),
-                settled_by_two = timed(kind, heap(8000), settled_m, 0, &two);
-    const Calls planes = timed(kind, with_planes(8000), settled_m, 0, nullptr),
-                giant = timed(kind, with_giant(8000), settled_m, 0, nullptr);
-    const Calls line = timed(kind, in_line(8000), settled_m, 0, nullptr);
+    const Calls settled = timed(kind, heap(balls), settled_m, 0, nullptr),
+                stirred = timed(kind, heap(balls), stirred_m, stirred_m, nullptr);
+    const Calls stirred_by_two = timed(kind, heap(balls), stirred_m, stirred_m, &two),
+                settled_by_two = timed(kind, heap(balls), settled_m, 0, &two);
+    const Calls planes = timed(kind, with_planes(balls), settled_m, 0, nullptr),
+                giant = timed(kind, with_giant(balls), settled_m, 0, nullptr);
+    const Calls line = timed(kind, in_line(balls), settled_m, 0, nullptr);
     const bool teams = kind.name == "grid" || kind.name == "tree";
     const Json none = nullptr;
     rows.push_back({kind.name, stirred.kept / stirred.touching, 1e6 * settled.seconds, 1e6 * stirred.seconds,
@@ -192,7 +201,7 @@ int main() {
                     1e6 * line.seconds, 0});
   }
   // What the Manhattan test loses at r1 + r2.
-  const Crowd crowd = heap(8000);
+  const Crowd crowd = heap(balls);
   std::vector<BodyPair> all, some;
   broad::manhattan_pairs<double>(crowd.items, std::sqrt(3.0), all);
   const std::int64_t kept = broad::manhattan_pairs<double>(crowd.items, 1, some);
@@ -203,7 +212,8 @@ int main() {
 
   const Json table = {
       {"id", "broad-phases"},
-      {"title", "Broad phases: pairs looked at per pair that touches, and the time of a call [us], N = 8000"},
+      {"title", "Broad phases: pairs looked at per pair that touches, and the time of a call [us], N = " +
+                    std::to_string(balls)},
       {"columns",
        {"broad phase", "heap kept", "settled", "stirred", "settled, 2 threads", "stirred, 2 threads", "a: T ~ N^a",
         "a +-", "b: T/log N ~ N^b", "b +-", "N to", "planes kept", "planes", "giant kept", "giant", "line kept", "line",
@@ -214,8 +224,9 @@ int main() {
         "pairs that it drops. Times: the processor's; of two threads the wall's.",
         "heap: balls at 58 % of space; settled: moved by 1e-5 r a call; stirred: shaken by r/20 and falling as much, "
         "also for the exponents (95 %).",
-        "planes: 100 finite planes askew among the balls (a box or sphere around a rectangle is mostly empty); giant: "
-        "one ball of 25 r; line: 8000 in a row, touching."}}};
+        "planes: " + std::to_string(balls / 80) +
+            " finite planes askew among the balls (a box or sphere around a rectangle is mostly empty); giant: one ball "
+            "of 25 r; line: " + std::to_string(balls) + " in a row, touching."}}};
   std::printf("%s\n", Json{{"tables", {table}}}.dump(1).c_str());
   return 0;
 }

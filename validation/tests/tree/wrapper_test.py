@@ -1,0 +1,122 @@
+"""The wrapper script as a new user meets it, on a machine whose apt, sudo and cmake only record their calls."""
+import os
+import pathlib
+import pty
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(sys.argv[1])
+RECORDED = ("apt-get", "sudo", "cmake", "ninja")
+
+
+class Machine:
+    """A copy of the wrapper and the README, and a PATH on which nothing is installed and nobody is root."""
+
+    def __init__(self, folder, root=False):
+        self.folder = pathlib.Path(folder)
+        self.calls = self.folder / "calls"
+        self.calls.write_text("")
+        for name in ("atwood", "README.md"):
+            shutil.copy(ROOT / name, self.folder / name)
+        self.bin = self.folder / "bin"
+        self.bin.mkdir()
+        for name in RECORDED:
+            self.script(name, f'echo "{name} $*" >> "{self.calls}"\nexit 1\n')
+        self.script("dpkg-query", "exit 0\n")
+        self.script("id", f"echo {0 if root else 1000}\n")
+
+    def script(self, name, text):
+        path = self.bin / name
+        path.write_text("#!/bin/bash\n" + text)
+        path.chmod(0o755)
+
+    def environment(self):
+        kept = {key: value for key, value in os.environ.items() if not key.startswith("ATWOOD_")}
+        return {**kept, "PATH": f"{self.bin}:/usr/bin:/bin"}
+
+    def run(self, *words):
+        return subprocess.run([str(self.folder / "atwood"), *words], env=self.environment(), cwd="/", text=True,
+                              capture_output=True, stdin=subprocess.DEVNULL, timeout=60)
+
+    def run_on_terminal(self, answer, *words):
+        """What the wrapper writes on a terminal where `answer` is typed, and its exit code."""
+        master, slave = pty.openpty()
+        process = subprocess.Popen([str(self.folder / "atwood"), *words], env=self.environment(), cwd="/",
+                                   stdin=slave, stdout=slave, stderr=slave, close_fds=True)
+        os.close(slave)
+        os.write(master, (answer + "\n").encode())
+        text = b""
+        while True:
+            try:
+                block = os.read(master, 4096)
+            except OSError:  # the terminal's last writer has gone
+                break
+            if not block:
+                break
+            text += block
+        os.close(master)
+        return process.wait(timeout=60), text.decode()
+
+    def recorded(self):
+        return self.calls.read_text()
+
+
+class Wrapper(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.machine = Machine(self.folder.name)
+
+    def test_help_installs_and_builds_nothing(self):
+        for words in (["--help"], ["bench", "--help"], ["run", "-h"], ["help"], [], ["test", "--help"]):
+            with self.subTest(words=words):
+                ended = self.machine.run(*words)
+                self.assertEqual(ended.returncode, 0, ended.stderr)
+                self.assertIn("atwood", ended.stdout)
+                self.assertEqual(self.machine.recorded(), "")
+
+    def test_help_without_a_program_is_the_table_of_commands(self):
+        shown = self.machine.run("--help").stdout
+        for command in ("atwood run", "atwood gate", "atwood bless", "atwood doctor", "atwood check"):
+            self.assertIn(command, shown)
+        self.assertIn("  atwood bless --reason TEXT\n      make the stored rows the baseline\n", shown)
+
+    def test_help_is_the_programs_own_where_one_is_built(self):
+        program = self.machine.folder / "build/release/bin/atwood"
+        program.parent.mkdir(parents=True)
+        program.write_text('#!/bin/bash\necho "program: $ATWOOD_CALLED_AS: $*"\n')
+        program.chmod(0o755)
+        called = str(self.machine.folder / "atwood")
+        self.assertEqual(self.machine.run("bench", "--help").stdout, f"program: {called}: bench --help\n")
+        self.assertEqual(self.machine.run().stdout, f"program: {called}: --help\n")
+        self.assertEqual(self.machine.recorded(), "")
+
+    def test_on_a_terminal_it_asks_before_root_rights_are_used(self):
+        code, text = self.machine.run_on_terminal("n", "run")
+        self.assertEqual(code, 5, text)
+        self.assertIn("[Y/n]", text)
+        self.assertIn("nothing installed", text)
+        self.assertEqual(self.machine.recorded(), "")
+        code, text = self.machine.run_on_terminal("y", "run")
+        self.assertIn("sudo env", self.machine.recorded())
+
+    def test_without_a_terminal_the_call_is_the_consent(self):
+        ended = self.machine.run("run")
+        self.assertEqual(ended.returncode, 5)
+        self.assertNotIn("[Y/n]", ended.stderr)
+        self.assertIn("sudo env", self.machine.recorded())
+
+    def test_only_reports_when_told_to_install_nothing(self):
+        self.machine.script("id", "echo 0\n")
+        ended = subprocess.run([str(self.machine.folder / "atwood"), "run"], text=True, capture_output=True, timeout=60,
+                               env={**self.machine.environment(), "ATWOOD_NO_INSTALL": "1"}, stdin=subprocess.DEVNULL)
+        self.assertEqual(ended.returncode, 5)
+        self.assertIn("missing packages", ended.stderr)
+        self.assertEqual(self.machine.recorded(), "")
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
