@@ -169,9 +169,8 @@ const char* no_contact_test(ShapeKind a, ShapeKind b) {
     std::array<std::array<std::string, kKinds>, kKinds> table;
     for (std::size_t i = 0; i < kKinds; ++i) {
       for (std::size_t j = 0; j < kKinds; ++j) {
-        const PairTable<double>& pairs = kPairs<double>;
-        const auto missing = [&pairs](std::size_t x, std::size_t y) {
-          return !pairs[std::min(x, y)][std::max(x, y)].contacts;
+        const auto missing = [](std::size_t x, std::size_t y) {
+          return !kPairs<double>[std::min(x, y)][std::max(x, y)].contacts;
         };
         const auto piece = [](std::size_t kind) { return kind == at(ShapeKind::compound) ? at(ShapeKind::box) : kind; };
         if (missing(i, j) || missing(piece(i), piece(j))) table[i][j] = std::string(names[i]) + " against " + names[j];

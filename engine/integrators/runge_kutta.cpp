@@ -77,7 +77,7 @@ ATWOOD_INLINE void add_sum(const S* y, S h_s, const S* const* rates, const int* 
     k[j] = rates[stage[j]];
     weight[j] = weights[j];
   }
-#pragma GCC ivdep
+  ATWOOD_INDEPENDENT
   for (int i = 0; i < size; ++i) {
     S slope = weight[0] * k[0][i];
     for (int j = 1; j < terms; ++j) slope += weight[j] * k[j][i];

@@ -22,11 +22,13 @@ template <class S> S* lanes_of(LaneArray<S>& blocks) { return blocks.empty() ? n
 // f(k) for each lane; lanes are independent of each other. A full block has a trip count that the compiler knows.
 template <class F> ATWOOD_INLINE void for_lanes(int count, const F& f) {
   if (count == lane_count) {
-#pragma GCC ivdep
+    ATWOOD_INDEPENDENT
+#if !defined(__clang__)
 #pragma GCC unroll 1  // before the vectoriser has seen it
+#endif
     for (int k = 0; k < lane_count; ++k) f(k);
   } else {
-#pragma GCC ivdep
+    ATWOOD_INDEPENDENT
     for (int k = 0; k < count; ++k) f(k);
   }
 }

@@ -73,11 +73,12 @@ template <class S> ATWOOD_INLINE S largest_lane(const Pack<S>& a) {
 // All lanes at once, in a kernel built for this width: what a law or a loop may take instead of the number of a lane.
 template <VectorWidth width> struct WholePack {};
 
-// Square root in lane k. There is no operator for a pack's; GCC makes scalar code of a loop over its lanes.
+// Square root in lane k. There is no operator for a pack's; GCC makes scalar code of a loop over its lanes (clang makes
+// vectors of it, and takes no register of 256 bits outside a function of that target).
 template <class S> ATWOOD_INLINE S root(int, S a) { return real::sqrt(a); }
 template <class P, VectorWidth width> ATWOOD_INLINE P root(WholePack<width>, const P& a) {
   P root_of_a;
-#if defined(__x86_64__)
+#if defined(__x86_64__) && !defined(__clang__)
   if constexpr (sizeof(P) == 64 && width == VectorWidth::v4) {
     asm("vsqrtpd %1, %0" : "=v"(root_of_a) : "v"(a));
     return root_of_a;

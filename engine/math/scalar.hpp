@@ -27,10 +27,10 @@ inline double cos(double x) { return std::cos(x); }
 inline long double cos(long double x) { return std::cos(x); }
 Quad cos(Quad x);
 
-// Both at once, for the price of one and a little.
-inline void sin_cos(float x, float& sine, float& cosine) { __builtin_sincosf(x, &sine, &cosine); }
-inline void sin_cos(double x, double& sine, double& cosine) { __builtin_sincos(x, &sine, &cosine); }
-inline void sin_cos(long double x, long double& sine, long double& cosine) { __builtin_sincosl(x, &sine, &cosine); }
+// Both at once, for the price of one and a little (sincos is an extension of glibc).
+inline void sin_cos(float x, float& sine, float& cosine) { ::sincosf(x, &sine, &cosine); }
+inline void sin_cos(double x, double& sine, double& cosine) { ::sincos(x, &sine, &cosine); }
+inline void sin_cos(long double x, long double& sine, long double& cosine) { ::sincosl(x, &sine, &cosine); }
 void sin_cos(Quad x, Quad& sine, Quad& cosine);
 
 inline float atan2(float y, float x) { return std::atan2(y, x); }

@@ -13,6 +13,13 @@
 // What a lane kernel is made of.
 #define ATWOOD_INLINE [[gnu::always_inline]] inline
 
+// Before a loop whose iterations do not depend on each other.
+#if defined(__clang__)
+#define ATWOOD_INDEPENDENT _Pragma("clang loop vectorize(assume_safety)")
+#else
+#define ATWOOD_INDEPENDENT _Pragma("GCC ivdep")
+#endif
+
 namespace atwood {
 
 enum class VectorWidth { narrow, v3, v4 };  // the plain target; x86-64-v3 (AVX2: 256 bits); x86-64-v4 (AVX-512)
@@ -24,10 +31,16 @@ template <class S> inline constexpr bool has_vector_lanes = std::is_same_v<S, fl
 VectorWidth widest_vectors();
 
 #if defined(__x86_64__)
+#if defined(__clang__)  // knows no prefer-vector-width in a function's target
+#define ATWOOD_V4 "arch=x86-64-v4"
+#else
+#define ATWOOD_V4 "arch=x86-64-v4,prefer-vector-width=512"
+#endif
 template <class Kernel>
-[[gnu::target("arch=x86-64-v4,prefer-vector-width=512"), gnu::noinline]] void run_at_v4(const Kernel& kernel) {
+[[gnu::target(ATWOOD_V4), gnu::noinline]] void run_at_v4(const Kernel& kernel) {
   kernel();
 }
+#undef ATWOOD_V4
 template <class Kernel>
 [[gnu::target("arch=x86-64-v3"), gnu::noinline]] void run_at_v3(const Kernel& kernel) {
   kernel();

@@ -107,7 +107,7 @@ template <FlightKind kind, class S>
 ATWOOD_INLINE void classical_steps(int bodies, const FlightSteps<S>& steps, std::int64_t count, FlightLanes<S>& lanes) {
   const ClassicalSteps<S> by(steps);
   for (std::int64_t n = 0; n < count; ++n) {
-#pragma GCC ivdep
+    ATWOOD_INDEPENDENT
     for (int l = 0; l < bodies; ++l) {
       Vec3<S> p = get(lanes.p, l), v = get(lanes.v, l);
       translate_classically(by, p, v);
@@ -160,7 +160,7 @@ ATWOOD_INLINE void rotate_stages(int bodies, const FlightSteps<S>& steps, Flight
     const auto& u_at = i > 0 ? lanes.half_w_stage : lanes.half_w;
     auto& q_rate = *reinterpret_cast<S(*)[4][flight_lanes]>(rates_row(lanes, i, 0));
     auto& u_rate = *reinterpret_cast<S(*)[3][flight_lanes]>(rates_row(lanes, i, 4));
-#pragma GCC ivdep
+    ATWOOD_INDEPENDENT
     for (int l = 0; l < bodies; ++l) {
       const Vec3<S> u = get(u_at, l);
       put(attitude_rate(get(q_at, l), u), q_rate, l);
@@ -170,7 +170,7 @@ ATWOOD_INLINE void rotate_stages(int bodies, const FlightSteps<S>& steps, Flight
   for (int r = 0; r < 4; ++r) advance<S>(steps.weights.b, r, steps.h_s, bodies, lanes.q[r], lanes, lanes.q[r]);
   for (int r = 0; r < 3; ++r)
     advance<S>(steps.weights.b, 4 + r, steps.h_s, bodies, lanes.half_w[r], lanes, lanes.half_w[r]);
-#pragma GCC ivdep
+  ATWOOD_INDEPENDENT
   for (int l = 0; l < bodies; ++l) put(unit(get(lanes.q, l)), lanes.q, l);
 }
 

@@ -52,14 +52,19 @@ ATWOOD_INLINE Pack<S> where_above(const Pack<S>& a, const Pack<S>& b, const Pack
 
 // Four rows of four, in place.
 ATWOOD_INLINE void transpose4(HalfPack& a, HalfPack& b, HalfPack& c, HalfPack& d) {
-  using I = decltype(a < a);
-  constexpr I even{0, 4, 2, 6}, odd{1, 5, 3, 7}, low{0, 1, 4, 5}, high{2, 3, 6, 7};
-  const HalfPack ab_even = __builtin_shuffle(a, b, even), ab_odd = __builtin_shuffle(a, b, odd);
-  const HalfPack cd_even = __builtin_shuffle(c, d, even), cd_odd = __builtin_shuffle(c, d, odd);
-  a = __builtin_shuffle(ab_even, cd_even, low);
-  b = __builtin_shuffle(ab_odd, cd_odd, low);
-  c = __builtin_shuffle(ab_even, cd_even, high);
-  d = __builtin_shuffle(ab_odd, cd_odd, high);
+  const HalfPack ab_even = __builtin_shufflevector(a, b, 0, 4, 2, 6), ab_odd = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+  const HalfPack cd_even = __builtin_shufflevector(c, d, 0, 4, 2, 6), cd_odd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+  a = __builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5);
+  b = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5);
+  c = __builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7);
+  d = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
+}
+
+// The lanes `low` of a and b, numbered through both, into a; those `far` further on into b.
+template <int far, int... low, class P> ATWOOD_INLINE void exchange(P& a, P& b) {
+  const P before = a;
+  a = __builtin_shufflevector(before, b, low...);
+  b = __builtin_shufflevector(before, b, (low + far)...);
 }
 
 // In place. Stage by stage, bit k of the row's number changes places with bit k of the lane's; or quarter by quarter.
@@ -79,20 +84,12 @@ template <class S, VectorWidth width> ATWOOD_INLINE void transpose(Pack<S> (&r)[
     }
     return;
   }
-  using I = decltype(r[0] < r[0]);
-  constexpr I low[3] = {{0, 8, 2, 10, 4, 12, 6, 14}, {0, 1, 8, 9, 4, 5, 12, 13}, {0, 1, 2, 3, 8, 9, 10, 11}};
-  constexpr I high[3] = {{1, 9, 3, 11, 5, 13, 7, 15}, {2, 3, 10, 11, 6, 7, 14, 15}, {4, 5, 6, 7, 12, 13, 14, 15}};
-#pragma GCC unroll 3
-  for (int stage = 0; stage < 3; ++stage) {
-    const int far = 1 << stage;
-#pragma GCC unroll 8
-    for (int i = 0; i < lane_count; ++i) {
-      if (i & far) continue;
-      const Pack<S> a = r[i], b = r[i + far];
-      r[i] = __builtin_shuffle(a, b, low[stage]);
-      r[i + far] = __builtin_shuffle(a, b, high[stage]);
-    }
-  }
+#pragma GCC unroll 4
+  for (const int i : {0, 2, 4, 6}) exchange<1, 0, 8, 2, 10, 4, 12, 6, 14>(r[i], r[i + 1]);
+#pragma GCC unroll 4
+  for (const int i : {0, 1, 4, 5}) exchange<2, 0, 1, 8, 9, 4, 5, 12, 13>(r[i], r[i + 2]);
+#pragma GCC unroll 4
+  for (const int i : {0, 1, 2, 3}) exchange<4, 0, 1, 2, 3, 8, 9, 10, 11>(r[i], r[i + 4]);
 }
 
 template <class S, VectorWidth width>
