@@ -149,6 +149,7 @@ int command_run(const Place& place, const Options& options) {
   how.progress = progress_printer();
   const StudyResult result = run_study(selection.cells, selection.workers, how);
   end_progress();
+  if (!result.reused.empty()) std::fputs(("atwood: " + reused_text(result.reused) + "\n").c_str(), stderr);
   const int absent = count_absent(selection);
   if (result.cells > absent && result.skipped == result.cells) {
     const int stored = result.cells - absent;
