@@ -89,6 +89,14 @@ void of_cell(const Cell& cell, Read read) {
   }
 }
 
+Campaigns latest_campaigns(Store& store, const std::vector<Cell>& cells, const std::string& purpose) {
+  try {
+    return Campaigns::latest(store, cells, purpose);
+  } catch (const StoreDamage& error) {
+    throw StoreDamage(std::string(error.what()) + "; the next `atwood run` starts a new campaign");
+  }
+}
+
 // Where the runs of a ladder ended; of a method with a tolerance, none.
 std::map<std::pair<std::string, std::string>, std::vector<LadderEnd>> ladder_ends(Store& store,
                                                                                   const std::vector<Cell>& cells,
@@ -168,7 +176,7 @@ StudyResult load_rows(const std::string& store_path, const std::vector<Cell>& ce
   nothing.cells = static_cast<int>(cells.size());
   if (!store_exists(store_path)) return nothing;
   Store store(store_path, Store::Mode::read);
-  return store.empty() ? nothing : collect_rows(store, cells, Campaigns::latest(store, cells, purpose));
+  return store.empty() ? nothing : collect_rows(store, cells, latest_campaigns(store, cells, purpose));
 }
 
 std::vector<StoredSeries> load_series(const std::string& store_path, const std::vector<Cell>& cells,
@@ -177,7 +185,7 @@ std::vector<StoredSeries> load_series(const std::string& store_path, const std::
   if (!store_exists(store_path)) return all;
   Store store(store_path, Store::Mode::read);
   if (store.empty()) return all;
-  const Campaigns campaigns = Campaigns::latest(store, cells, purpose);
+  const Campaigns campaigns = latest_campaigns(store, cells, purpose);
   for (const Cell& cell : cells) {
     if (cell.worker < 0) continue;
     std::optional<MeasuredRecord> measured;

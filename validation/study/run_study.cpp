@@ -192,12 +192,12 @@ void StudyRun::forget_damaged() {
 }
 
 bool StudyRun::is_known(const TruthWork& work) {
-  if (options_.fresh) return false;
   if (const std::string damage = store_.truth_damage(work.hash); !damage.empty()) {
     store_.forget_truth(work.hash);
-    if (options_.notice) options_.notice(damage + ": the truth of `" + work.scenario->id + "`, which is solved again");
+    if (options_.notice)
+      options_.notice(damage + ": the truth of `" + work.scenario->id + "`, which is solved again where it is needed");
   }
-  return store_.has_truth(work.hash);
+  return !options_.fresh && store_.has_truth(work.hash);
 }
 
 RunRecord StudyRun::new_run(const Cell& cell) const {
@@ -219,7 +219,7 @@ void StudyRun::plan_work() {
   for (const Ladder& ladder : ladders_) needed.insert(ladder.truth);
   for (std::size_t i = 0; i < truths_.size(); ++i) {
     if (truths_[i].state == TruthWork::State::ready) continue;
-    if (needed.contains(i) && !is_known(truths_[i])) continue;
+    if (!is_known(truths_[i]) && needed.contains(i)) continue;
     truths_[i].state = TruthWork::State::ready;
     truths_[i].reused = true;
   }
@@ -511,9 +511,10 @@ std::int64_t nanoseconds_now() {
 std::string reused_text(const std::vector<Reused>& reused) {
   std::string text, campaigns;
   for (const Reused& each : reused) {
-    text += (text.empty() ? "reused from the store: " : ", ") + each.engine + " " + std::to_string(each.reused) +
+    const std::string name = printable(each.engine);
+    text += (text.empty() ? "reused from the store: " : ", ") + name + " " + std::to_string(each.reused) +
             " of " + std::to_string(each.cells) + (each.engine == "truth" ? " scenes" : " cells");
-    if (!each.campaign.empty()) campaigns += "\n" + each.engine + ": " + each.campaign;
+    if (!each.campaign.empty()) campaigns += "\n" + name + ": " + each.campaign;
   }
   return text + campaigns;
 }
@@ -522,6 +523,8 @@ StudyResult run_study(const std::vector<Cell>& cells, const std::vector<Worker>&
   const InterruptGuard guard;
   Store store(options.store_path, Store::Mode::write);
   const std::int64_t begun_ns = nanoseconds_now();
+  for (const std::string& line : store.forget_shared_damage())
+    if (options.notice) options.notice(line);
   store.put_program_run(options.provenance.run_id, begun_ns, 0);
   const Campaigns campaigns = Campaigns::begin(store, cells, workers, options);
   StudyRun run(cells, workers, options, store, campaigns);

@@ -30,7 +30,12 @@ Store::Store(const std::string& path, Mode mode) {
     }
   };
   if (open(mode)) return;
-  open(Mode::write);  // brings it up to date
+  try {
+    open(Mode::write);  // brings it up to date
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(std::string(error.what()) + " (it has schema " + std::to_string(kStoreSchema - 1) +
+                             " and could not be brought up to date)");
+  }
   open(mode);
 }
 
@@ -129,17 +134,17 @@ std::optional<Truth> Store::truth(const std::string& truth_hash) {
 }
 
 std::string Store::damage(const CellKeys& cell) {
-  const char* what = "its outcome";
+  const char* what = "the outcome";
   try {
     const auto record = run(cell.accuracy);
     if (record) {
-      what = "its recording";
+      what = "the recording";
       const bool there = database_->guarded([&] { return database_->find(kSeries, cell.accuracy) != nullptr; });
       if (!there) return what;
     }
-    what = "its rows";
+    what = "the rows";
     measured(cell.measured, true, true);
-    what = "its times";
+    what = "the times";
     timing(cell.timing);
   } catch (const StoreDamage&) {
     return what;
@@ -149,7 +154,7 @@ std::string Store::damage(const CellKeys& cell) {
 
 std::string Store::truth_damage(const std::string& truth_hash) {
   try {
-    truth(truth_hash);
+    has_truth(truth_hash);
   } catch (const StoreDamage& error) {
     return error.what();
   }
@@ -167,6 +172,19 @@ void Store::forget(const CellKeys& cell) {
     rows.exec();
     database_->erase(kTimings, cell.timing);
   });
+}
+
+std::vector<std::string> Store::forget_shared_damage() {
+  std::vector<std::string> told;
+  database_->written([&] {
+    for (const StoreTable* table : {&kProvenances, &kRuns, &kCampaigns}) {
+      for (const std::string& key : database_->damaged_keys(*table)) {
+        database_->erase(*table, key);
+        told.push_back("store " + database_->path + ": an entry of `" + table->name + "` is damaged and taken out");
+      }
+    }
+  });
+  return told;
 }
 
 void Store::forget_truth(const std::string& truth_hash) {

@@ -90,6 +90,9 @@ class Store {
   std::string damage(const CellKeys& cell);
   std::string truth_damage(const std::string& truth_hash);
   void forget(const CellKeys& cell);
+  // Damaged entries that belong to no one cell (provenances, campaigns, runs) are taken out: the cells that need one
+  // are then damaged, a campaign that has gone is begun anew. A line for each.
+  std::vector<std::string> forget_shared_damage();
   void forget_truth(const std::string& truth_hash);
 
   // A run with its samples and what was measured of it; one transaction.

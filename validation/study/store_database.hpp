@@ -80,6 +80,7 @@ struct StoreDatabase {
   SQLite::Statement* find(const StoreTable& table, const std::string& key);
   void insert(const StoreTable& table, const std::vector<StoreValue>& values);
   void erase(const StoreTable& table, const std::string& key);
+  std::vector<std::string> damaged_keys(const StoreTable& table);  // of entries whose checksum is wrong
   std::string provenance_hash(const Provenance& provenance);  // kept if it is not yet
   Provenance provenance(const std::string& hash);
   void insert_measured(const std::string& key, const std::string& cell_hash, const MeasuredRecord& record);

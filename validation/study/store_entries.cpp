@@ -81,6 +81,17 @@ void StoreDatabase::erase(const StoreTable& table, const std::string& key) {
   count_key(table, key, false);
 }
 
+std::vector<std::string> StoreDatabase::damaged_keys(const StoreTable& table) {
+  std::vector<std::string> found;
+  SQLite::Statement entries(*sql, std::string("SELECT ") + table.columns + ", checksum FROM " + table.name);
+  while (entries.executeStep()) {
+    ValueChecksum sum;
+    for (int i = 0; i < table.count; ++i) sum.add(entries.getColumn(i));
+    if (entries.getColumn(table.count).getInt64() != sum.value()) found.push_back(entries.getColumn(0).getString());
+  }
+  return found;
+}
+
 // ---- the keys of a table ------------------------------------------------------------------------------------------
 void StoreDatabase::set_key(const StoreTable& table, const std::string& key, bool there) {
   KeySet& set = keys[&table];

@@ -259,10 +259,10 @@ namespace {
 void identify(Worker& worker, pid_t process, FileHashes& hashes, Outcome& outcome) {
   const WorkerIdentity identity = identify_worker(worker.command, worker.engine, process, hashes);
   worker.build_id = identity.hash;
-  worker.unknown_code = identity.unknown_code;
+  worker.unknown_code = printable(identity.unknown_code);
   if (identity.error.empty()) return;
   outcome.status = Status::crashed;
-  outcome.reason = identity.error;
+  outcome.reason = printable(identity.error);
 }
 
 }  // namespace

@@ -249,6 +249,29 @@ TEST_CASE("an interrupted run of a script resumes its campaign") {
   CHECK(lab.run(cells).reused.at(0).reused == 0);
 }
 
+void execute(const std::string& store, const std::string& statement) {
+  const std::string words = "import sqlite3; d = sqlite3.connect('" + store + "'); d.execute(\"" + statement + "\"); d.commit()";
+  REQUIRE(ending(apart([&] { return execlp("python3", "python3", "-c", words.c_str(), nullptr); })) == 0);
+}
+
+TEST_CASE("a campaign or a provenance that is damaged is taken out, and what needs it runs again") {
+  ForeignLab lab;
+  std::vector<std::string> told;
+  lab.options.notice = [&](const std::string& text) { told.push_back(text); };
+  const auto cells = lab.cells({"sound/straight", "faulty/well"}, {free_flight("one")});
+  const auto expected = texts(lab.run(cells));
+  execute(lab.options.store_path, "UPDATE campaigns SET complete = 0");
+  CHECK_THROWS_WITH(load_rows(lab.options.store_path, cells), Catch::Contains("new campaign"));
+  CHECK(texts(lab.run(cells)) == expected);
+  CHECK(told.size() == 1);
+  CHECK(lab.lines("sound.log") == 8);
+  execute(lab.options.store_path, "UPDATE provenances SET cpu = 'another'");
+  CHECK_THROWS_WITH(load_rows(lab.options.store_path, cells), Catch::Contains("provenances"));
+  CHECK(texts(lab.run(cells)) == expected);
+  CHECK(told.size() == 1 + 1 + 8);  // the provenance that they share, and all cells
+  CHECK(check_store(lab.options.store_path).empty());
+}
+
 TEST_CASE("cells and truths that are damaged are told by name and run again; the rest is not") {
   Lab lab;
   std::vector<std::string> told;
@@ -257,11 +280,7 @@ TEST_CASE("cells and truths that are damaged are told by name and run again; the
   const auto expected = texts(lab.run(cells));
   CHECK(told.empty());
   const std::string hash = cells[1].accuracy_hash;
-  const auto damage = [&](const std::string& statement) {
-    const std::string words = "import sqlite3; d = sqlite3.connect('" + lab.options.store_path + "'); d.execute(\"" +
-                              statement + "\"); d.commit()";
-    REQUIRE(ending(apart([&] { return execlp("python3", "python3", "-c", words.c_str(), nullptr); })) == 0);
-  };
+  const auto damage = [&](const std::string& statement) { execute(lab.options.store_path, statement); };
   const auto again = [&] {
     told.clear();
     const StudyResult result = lab.run(cells);
@@ -274,7 +293,7 @@ TEST_CASE("cells and truths that are damaged are told by name and run again; the
   CHECK_THROWS_WITH(load_rows(lab.options.store_path, cells), Catch::Contains("one, sound/straight, 16 steps"));
   CHECK(again() == 3);
   REQUIRE(told.size() == 1);
-  CHECK_THAT(told[0], Catch::Contains("its recording of the cell one, sound/straight, 16 steps is damaged"));
+  CHECK_THAT(told[0], Catch::Contains("the recording of the cell one, sound/straight, 16 steps is damaged"));
   damage("UPDATE rows SET value=value+1 WHERE key IN (SELECT key FROM measured)");
   CHECK(again() == 0);
   CHECK(told.size() == 4);
