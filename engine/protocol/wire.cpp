@@ -468,6 +468,8 @@ std::string hello_line(const Engine& engine) {
   Json json{{"engine", engine.name}, {"version", engine.version}, {"scalar", engine.scalar}, {"frames", engine.frames}};
   json["methods"] = describe(engine.methods);
   if (!engine.responses.empty()) json["responses"] = describe(engine.responses);
+  if (!engine.fingerprint.empty()) json["fingerprint"] = engine.fingerprint;
+  if (!engine.files.empty()) json["files"] = engine.files;
   return dump(json);
 }
 
@@ -480,6 +482,9 @@ Engine read_hello(std::string_view line) {
   engine.frames = json.contains("frames") && json["frames"].is_boolean() && json["frames"].get<bool>();
   engine.methods = read_methods(need(json, "methods"), "methods");
   if (json.contains("responses")) engine.responses = read_methods(json["responses"], "responses");
+  engine.fingerprint = text_or(json, "fingerprint", "");
+  if (json.contains("files"))
+    for (const Json& file : array(json["files"], "files")) engine.files.push_back(text(file, "files"));
   return engine;
 }
 

@@ -86,6 +86,7 @@ bool Search::run(const Rungs& rungs) {
       cells_.push_back(std::move(cell));
   }
   StudyOptions how = study_options(place_, options_);
+  how.purpose = "advise";
   how.cell_limit_s = std::min(how.cell_limit_s, kRunLimit_s);
   how.progress = progress_printer();
   StudyResult result = run_study(cells_, workers_, how);

@@ -35,6 +35,10 @@ struct Options {
   double cell_limit_s = 20;
   bool limit_given = false;               // by --limit: it then goes before the limits of a study's blocks
   bool no_timing = false, json = false, events = false;
+  bool fresh = false, reuse = false;      // run: nothing of the store; the last completed campaign's cells
+  bool check_store = false;               // doctor
+  std::int64_t max_cells = kMostCells;
+  std::string purpose = "run";            // of campaigns: those of compare and advise stay apart
   bool swept = false;                     // contacts
   bool evidence = false;                  // describe METHOD --program
   bool whole_ladders = false;             // each scenario's ladder, halved as far down as its samples divide it

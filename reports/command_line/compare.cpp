@@ -170,6 +170,7 @@ void write_documents(const Options& options, const ReportData& data) {
 int command_compare(const Place& place, const Options& options) {
   require_outputs_make_sense(options);
   Options chosen = options;
+  chosen.purpose = "compare";
   if (chosen.scenarios.empty()) chosen.scenarios = {"kepler-e0.6"};
   chosen.whole_ladders = chosen.steps.empty();
   const std::vector<Worker> workers = require_workers(place, options);
@@ -182,7 +183,7 @@ int command_compare(const Place& place, const Options& options) {
                                  "`atwood run --method {}` tells all", options.methods.front(), options.methods.front()));
   const Selection selection = select_cells(place, chosen);
   make_out_dir(options.out_dir);
-  StudyOptions how = study_options(place, options);
+  StudyOptions how = study_options(place, chosen);
   how.progress = progress_printer();
   StudyResult result = run_study(selection.cells, selection.workers, how);
   end_progress();

@@ -132,6 +132,8 @@ std::vector<Candidate> GoalRun::measured(const Goal& goal, const Scenario& scena
   StudyOptions how = study_options(place_, options_);
   how.timing = false;
   how.cell_limit_s = std::max(how.cell_limit_s, goal.limit_s);
+  how.truth_limit_s = std::max(how.truth_limit_s, 6 * goal.limit_s);
+  how.purpose = "goals";
   how.progress = progress_printer();
   const StudyResult result = run_study(cells, workers_, how);
   end_progress();

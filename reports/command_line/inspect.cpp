@@ -286,7 +286,30 @@ int command_describe(const Place& place, const Options& options) {
   return exit_pass;
 }
 
+namespace {
+
+// doctor --check-store: what the store holds against its checksums, and nothing else.
+int check_store_of(const Options& options) {
+  const std::string path = options.out_dir + "/store.db";
+  if (!fs::exists(path)) throw InputError(fmt::format("doctor --check-store: no store at {}", path));
+  const std::vector<std::string> damage = check_store(path);
+  if (options.json) {
+    fmt::print("{}\n", json({{"store", path}, {"sound", damage.empty()}, {"damage", damage}}).dump(2));
+  } else if (damage.empty()) {
+    fmt::print("{}: sound, every entry as it was written\n", path);
+  } else {
+    for (const auto& line : damage) fmt::print("{}\n", line);
+    fmt::print("{}: {} damaged; `atwood run` measures damaged cells again; where the database itself is damaged, move "
+               "the file away\n",
+               path, damage.size() == 1 ? "1 thing is" : fmt::format("{} things are", damage.size()));
+  }
+  return damage.empty() ? exit_pass : exit_internal;
+}
+
+}  // namespace
+
 int command_doctor(const Place& place, const Options& options) {
+  if (options.check_store) return check_store_of(options);
   const auto workers = require_workers(place, options);
   struct statvfs disk{};
   const bool disk_known = statvfs(fs::exists(options.out_dir) ? options.out_dir.c_str() : ".", &disk) == 0;
@@ -298,6 +321,8 @@ int command_doctor(const Place& place, const Options& options) {
                 {"compiler", place.provenance.compiler},
                 {"flags", place.provenance.flags},
                 {"cpu", place.provenance.cpu},
+                {"cpu_features", place.provenance.cpu_features},
+                {"libm", place.provenance.libm},
                 {"truth", truth_here},
                 {"free_GiB", free_GiB},
                 {"engines", json::array()}};
@@ -312,8 +337,9 @@ int command_doctor(const Place& place, const Options& options) {
     }
     fmt::print("{}\n", out.dump(2));
   } else {
-    fmt::print("commit    {}\ncompiler  {}\nflags     {}\ncpu       {}\n", place.provenance.commit,
-               place.provenance.compiler, place.provenance.flags, place.provenance.cpu);
+    const Provenance& from = place.provenance;
+    fmt::print("commit    {}\ncompiler  {}\nflags     {}\ncpu       {}\nfeatures  {}\nlibm      {}\n", from.commit,
+               from.compiler, from.flags, from.cpu, from.cpu_features, from.libm);
     fmt::print("disk      {:.1f} GiB free for {}\ntruth     {}\n\n", free_GiB, options.out_dir,
                truth_here ? place.truth_worker : "missing: " + place.truth_worker);
     for (const auto& worker : workers) fmt::print("{}\n", worker_line(worker));

@@ -37,13 +37,22 @@ struct Parser {
         ->expected(1)
         ->take_all();
     sub->add_option("--out", options.out_dir, "Where the store and the report go")->capture_default_str();
+    sub->add_option("--max-cells", options.max_cells, "Refuse a study that plans more cells than this")
+        ->capture_default_str()
+        ->check(CLI::PositiveNumber);
   }
   void running(CLI::App* sub) {
     narrowing(sub);
     sub->add_option("-j,--jobs", options.jobs, "Workers at once (one a core unless given)")->check(CLI::Range(1, 1024));
-    sub->add_option("--limit", options.cell_limit_s, "Seconds a cell may take; goes before a `limit` of the study")
+    sub->add_option("--limit", options.cell_limit_s,
+                    "Seconds a cell may take; goes before a `limit` of the study. The truth of a scene may take six\n"
+                    "times as long (without --limit: 120 s)")
         ->capture_default_str()
         ->check(CLI::Range(0.01, 1e6));
+    auto* fresh = sub->add_flag("--fresh", options.fresh, "Take nothing from the store: run everything again");
+    sub->add_flag("--reuse", options.reuse,
+                  "Of engines that are measured anew by each run: take the cells of the last completed run")
+        ->excludes(fresh);
     sub->add_flag("--no-timing", options.no_timing, "Leave out the timed pass");
     sub->add_option("-o,--output", options.outputs, "FORMAT:FILE, format csv, json, markdown, junit or html")
         ->expected(1)
@@ -103,7 +112,7 @@ void declare_commands(Parser& p) {
   compare->add_option("--engine", o.engines, "Also this executable")->expected(1)->take_all();
   compare->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
   compare->add_option("-j,--jobs", o.jobs, "Workers at once");
-  compare->add_option("--limit", o.cell_limit_s, "Seconds a cell may take")->capture_default_str();
+  compare->add_option("--limit", o.cell_limit_s, "Seconds a cell may take; a truth six times that")->capture_default_str();
   compare->add_flag("--no-timing", o.no_timing, "Leave out the timed pass");
   compare
       ->add_option("-o,--output", o.outputs,
@@ -120,7 +129,7 @@ void declare_commands(Parser& p) {
   advise->add_option("--engine", o.engines, "Also this executable")->expected(1)->take_all();
   advise->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
   advise->add_option("-j,--jobs", o.jobs, "Workers at once (one a core unless given)")->check(CLI::Range(1, 1024));
-  advise->add_option("--limit", o.cell_limit_s, "Seconds a run may take")
+  advise->add_option("--limit", o.cell_limit_s, "Seconds a run may take; a truth six times that")
       ->capture_default_str()
       ->check(CLI::Range(0.01, 1e6));
 
@@ -171,6 +180,7 @@ void declare_commands(Parser& p) {
   auto* doctor = p.add("doctor", "What is here: engines, versions, precisions, the machine", command_doctor);
   doctor->add_option("--engine", o.engines, "Also this executable")->expected(1)->take_all();
   doctor->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
+  doctor->add_flag("--check-store", o.check_store, "Verify all that the store holds; exit code 5 where it is damaged");
 
   auto* schema = p.add("schema", "The JSON Schema of scenario files and of rows", command_schema);
   schema->add_option("what", o.input, "scenario (unless given) or rows");

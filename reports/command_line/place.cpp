@@ -66,7 +66,9 @@ Place find_place() {
       .compiler = build_info::compiler,
       .flags = build_info::flags,
       .cpu = cpu_name(),
-      .run_id = fmt::format("{:%Y%m%dT%H%M%SZ}-{}", fmt::gmtime(std::chrono::system_clock::to_time_t(now)), getpid())};
+      .run_id = fmt::format("{:%Y%m%dT%H%M%SZ}-{}", fmt::gmtime(std::chrono::system_clock::to_time_t(now)), getpid()),
+      .cpu_features = processor_features(),
+      .libm = libm_version()};
   return place;
 }
 
@@ -109,8 +111,10 @@ std::vector<Worker> start_workers(const Place& place, const std::vector<std::str
     paths.push_back(fmt::format("{}/atwood-{}", place.bin_dir, name));
   }
   for (const auto& engine : optional_engines) paths.push_back(fmt::format("{}/atwood-{}", place.bin_dir, engine.name));
+  const std::size_t built_in = paths.size();
   for (const auto& path : extra) paths.push_back(path);
   std::vector<Worker> workers = find_workers(paths);
+  for (std::size_t i = built_in; i < workers.size(); ++i) workers[i].foreign = true;
   for (auto& worker : workers) {
     if (worker.status == Status::not_built) explain_missing(worker);
   }

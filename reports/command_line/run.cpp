@@ -19,6 +19,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr std::size_t kManyCells = 2000;  // of which their number is told before they run
+
 std::string count_statuses(const std::vector<Row>& rows) {
   std::map<Status, int> counts;
   for (const auto& row : rows) {
@@ -147,8 +149,11 @@ int command_run(const Place& place, const Options& options) {
 
   StudyOptions how = study_options(place, options);
   how.progress = progress_printer();
+  if (selection.cells.size() >= kManyCells)
+    std::fputs(fmt::format("atwood: {} cells are planned\n", selection.cells.size()).c_str(), stderr);
   const StudyResult result = run_study(selection.cells, selection.workers, how);
   end_progress();
+  if (!result.reused.empty()) std::fputs(("atwood: " + reused_text(result.reused) + "\n").c_str(), stderr);
   const int absent = count_absent(selection);
   if (result.cells > absent && result.skipped == result.cells) {
     const int stored = result.cells - absent;

@@ -223,7 +223,7 @@ Selection select_cells(const Place& place, const Options& options) {
     if (!options.steps.empty()) {
       for (auto& cells : study.cells) cells.steps = options.steps;
     }
-    selection.cells = cells_of_methods(plan_cells(study, selection.scenarios, selection.workers, place.provenance.cpu),
+    selection.cells = cells_of_methods(plan_cells(study, selection.scenarios, selection.workers, place.provenance.cpu, options.max_cells),
                                        options.methods);
     if (!selection.cells.empty()) {
       check_settings(of_study, selection.cells, selection.workers);
@@ -266,7 +266,7 @@ Selection select_cells(const Place& place, const Options& options) {
       if (names_scenario(study, scenario.id)) check_steps(scenario, options.steps);
     for (auto& cells : study.cells) cells.steps = options.steps;
   }
-  selection.cells = plan_cells(study, selection.scenarios, selection.workers, place.provenance.cpu);
+  selection.cells = plan_cells(study, selection.scenarios, selection.workers, place.provenance.cpu, options.max_cells);
   if (selection.cells.empty())
     throw InputError("nothing to run: no cell is left of this study; `atwood list` shows ids and methods");
   check_settings(options.methods.empty() ? of_study : "--method ", selection.cells, selection.workers);
@@ -379,7 +379,13 @@ StudyOptions study_options(const Place& place, const Options& options) {
   how.truth_worker = place.truth_worker;
   how.jobs = options.jobs > 0 ? options.jobs : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   how.cell_limit_s = options.cell_limit_s;
+  // A truth is solved in quad, several times over.
+  how.truth_limit_s = options.limit_given ? 6 * options.cell_limit_s : std::max(120.0, 6 * options.cell_limit_s);
   how.timing = !options.no_timing;
+  how.fresh = options.fresh;
+  how.reuse = options.reuse;
+  how.purpose = options.purpose;
+  how.notice = [](const std::string& text) { std::fputs(("atwood: " + text + "\n").c_str(), stderr); };
   how.provenance = place.provenance;
   return how;
 }
@@ -444,7 +450,7 @@ ReportData assemble_report(const Place& place, const Options& options, const Sel
   data.metrics = all_metrics();
   data.rows = result.rows;
   data.verdicts = verdicts;
-  data.series = load_series(options.out_dir + "/store.db", selection.cells);
+  data.series = load_series(options.out_dir + "/store.db", selection.cells, options.purpose);
   data.laws = find_laws(data.scenarios, data.rows);
   data.bench = read_bench(options.out_dir + "/bench.json");
   data.goals = read_goal_results(options.out_dir + "/bench.json");

@@ -118,7 +118,7 @@ int command_trace(const Place& place, const Options& options) {
   if (samples <= 0) throw InputError(fmt::format("--samples {}: expected a positive count", samples));
 
   if (method == "truth") {
-    const Truth truth = truth_once(place.truth_worker, scenario, samples, std::max(options.cell_limit_s, 120.0));
+    const Truth truth = truth_once(place.truth_worker, scenario, samples, options.limit_given ? options.cell_limit_s : 120.0);
     if (truth.outcome.status != Status::ok) return status_exit(truth.outcome);
     if (options.events) print_events(scenario.scene, truth.events, &truth, 36, options.json);
     else print_motion(scenario.scene, truth.values, &truth, 36, options.json);

@@ -3,19 +3,28 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
 #include <cstdio>
-#include <fstream>
-#include <iterator>
+#include <vector>
 
 namespace atwood {
 
-std::string content_hash(std::string_view bytes) {
-  const XXH128_hash_t hash = XXH3_128bits(bytes.data(), bytes.size());
+namespace {
+
+std::string as_text(const XXH128_hash_t& hash) {
   char text[33];
   std::snprintf(text, sizeof text, "%016llx%016llx", static_cast<unsigned long long>(hash.high64),
                 static_cast<unsigned long long>(hash.low64));
   return text;
 }
+
+}  // namespace
+
+std::string content_hash(std::string_view bytes) { return as_text(XXH3_128bits(bytes.data(), bytes.size())); }
 
 std::string content_hash(std::initializer_list<std::string_view> parts) {
   std::string all;
@@ -28,10 +37,22 @@ std::string content_hash(std::initializer_list<std::string_view> parts) {
 }
 
 std::string file_hash(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return "";
-  const std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  return file.bad() ? "" : content_hash(std::string_view(bytes));
+  const int file = open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);  // a FIFO would wait for its writer
+  if (file < 0) return "";
+  struct stat info {};
+  const bool regular = fstat(file, &info) == 0 && S_ISREG(info.st_mode);
+  std::vector<char> block(regular ? std::size_t{1} << 18 : 0);
+  alignas(64) XXH3_state_t state;
+  XXH3_128bits_reset(&state);
+  ssize_t size = regular ? 1 : -1;
+  while (size > 0 || (regular && size < 0 && errno == EINTR)) {
+    size = read(file, block.data(), block.size());
+    if (size > 0) XXH3_128bits_update(&state, block.data(), static_cast<std::size_t>(size));
+  }
+  close(file);
+  return size < 0 ? "" : as_text(XXH3_128bits_digest(&state));
 }
+
+std::uint64_t checksum(std::string_view bytes) { return XXH3_64bits(bytes.data(), bytes.size()); }
 
 }  // namespace atwood

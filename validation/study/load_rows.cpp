@@ -35,8 +35,9 @@ Row failure_row(const std::string& metric, Status status, const std::string& rea
   return row;
 }
 
-void append_timing(Store& store, const Cell& cell, std::int64_t accuracy_steps, StudyResult& result) {
-  const auto timing = store.timing(cell.timing_hash);
+void append_timing(Store& store, const Cell& cell, const std::string& timing_hash, std::int64_t accuracy_steps,
+                   StudyResult& result) {
+  const auto timing = store.timing(timing_hash);
   if (!timing) return;
   const Outcome& outcome = timing->outcome;
   if (outcome.status != Status::ok) {
@@ -55,16 +56,16 @@ void append_timing(Store& store, const Cell& cell, std::int64_t accuracy_steps, 
          timing->provenance);
 }
 
-void append_cell(Store& store, const Cell& cell, StudyResult& result) {
+void append_cell(Store& store, const Cell& cell, const CellKeys& keys, StudyResult& result) {
   if (cell.worker < 0) {
     append(result.rows, failure_row("status", cell.absent, cell.absent_reason), cell, {});
     if (failed(cell.absent)) ++result.failed_cells;
     ++result.skipped;
     return;
   }
-  const auto run = store.run(cell.accuracy_hash);
+  const auto run = store.run(keys.accuracy);
   if (!run) return;
-  const auto measured = store.measured(measured_key(cell), true, false);
+  const auto measured = store.measured(keys.measured, true, false);
   if (!measured) return;
   ++result.skipped;
   for (const Row& row : measured->rows) append(result.rows, row, cell, run->provenance);
@@ -73,18 +74,42 @@ void append_cell(Store& store, const Cell& cell, StudyResult& result) {
            run->provenance);
   }
   if (failed(run->outcome.status)) ++result.failed_cells;
-  append_timing(store, cell, run->outcome.steps_taken, result);
+  append_timing(store, cell, keys.timing, run->outcome.steps_taken, result);
+}
+
+// `read` of a cell; what is damaged is named, with what to do about it.
+template <class Read>
+void of_cell(const Cell& cell, Read read) {
+  try {
+    read();
+  } catch (const StoreDamage& error) {
+    throw StoreDamage(std::string(error.what()) + "; damaged is the cell " + cell.scenario.id + ", " + cell.method +
+                      ", " + std::to_string(cell.plan.steps) +
+                      " steps: `atwood run` measures it again, `atwood doctor --check-store` lists all damage");
+  }
+}
+
+Campaigns latest_campaigns(Store& store, const std::vector<Cell>& cells, const std::string& purpose) {
+  try {
+    return Campaigns::latest(store, cells, purpose);
+  } catch (const StoreDamage& error) {
+    throw StoreDamage(std::string(error.what()) + "; the next `atwood run` starts a new campaign");
+  }
 }
 
 // Where the runs of a ladder ended; of a method with a tolerance, none.
 std::map<std::pair<std::string, std::string>, std::vector<LadderEnd>> ladder_ends(Store& store,
-                                                                                  const std::vector<Cell>& cells) {
+                                                                                  const std::vector<Cell>& cells,
+                                                                                  const Campaigns& campaigns) {
   std::map<std::pair<std::string, std::string>, std::vector<LadderEnd>> ends;
   for (const Cell& cell : cells) {
     if (cell.worker < 0 || !cell.probe.empty() || cell.method.find(':') != std::string::npos) continue;
-    const auto run = store.run(cell.accuracy_hash);
-    if (!run || run->outcome.status != Status::ok) continue;
-    Recording recording = store.recording(cell.accuracy_hash, run->outcome);
+    const std::string hash = campaigns.keys(cell).accuracy;
+    Recording recording;
+    of_cell(cell, [&] {
+      const auto run = store.run(hash);
+      if (run && run->outcome.status == Status::ok) recording = store.recording(hash, run->outcome);
+    });
     if (recording.values.empty()) continue;
     ends[{cell.scenario.id, cell.method}].push_back({cell.plan.steps,
                                                      cell.plan.t_end_s / static_cast<double>(cell.plan.steps),
@@ -93,7 +118,7 @@ std::map<std::pair<std::string, std::string>, std::vector<LadderEnd>> ladder_end
   return ends;
 }
 
-void append_ladders(Store& store, const std::vector<Cell>& cells, StudyResult& result) {
+void append_ladders(Store& store, const std::vector<Cell>& cells, const Campaigns& campaigns, StudyResult& result) {
   std::vector<std::pair<std::string, std::string>> order;
   std::map<std::pair<std::string, std::string>, std::vector<Row>> ladders;
   std::map<std::string, std::vector<Row>> scenarios;
@@ -103,7 +128,7 @@ void append_ladders(Store& store, const std::vector<Cell>& cells, StudyResult& r
     ladder.push_back(row);
     if (row.method.find(':') != std::string::npos) scenarios[row.scenario].push_back(row);
   }
-  const auto ends = ladder_ends(store, cells);
+  const auto ends = ladder_ends(store, cells, campaigns);
   std::map<std::string, const Scenario*> by_id;
   for (const Cell& cell : cells) by_id[cell.scenario.id] = &cell.scenario;
   for (const auto& key : order) {
@@ -127,42 +152,44 @@ void append_ladders(Store& store, const std::vector<Cell>& cells, StudyResult& r
 
 }  // namespace
 
-std::string measured_key(const Cell& cell) {
+std::string measured_key(const Cell& cell, const std::string& accuracy_hash) {
   const Scenario& scenario = cell.scenario;
   std::string judged;
   for (const std::string& tag : scenario.tags) judged += tag + "\n";
   judged += "\n";
   for (const Invariant& invariant : scenario.invariants) judged += invariant.quantity + "\n";
-  return content_hash({"measured 1", cell.accuracy_hash, scenario.id, judged,
+  return content_hash({"measured 1", accuracy_hash, scenario.id, judged,
                        std::to_string(static_cast<int>(scenario.truth.kind)), scenario.truth.solution,
                        scenario.truth.file});
 }
 
-StudyResult collect_rows(Store& store, const std::vector<Cell>& cells) {
+StudyResult collect_rows(Store& store, const std::vector<Cell>& cells, const Campaigns& campaigns) {
   StudyResult result;
   result.cells = static_cast<int>(cells.size());
-  for (const Cell& cell : cells) append_cell(store, cell, result);
-  append_ladders(store, cells, result);
+  for (const Cell& cell : cells) of_cell(cell, [&] { append_cell(store, cell, campaigns.keys(cell), result); });
+  append_ladders(store, cells, campaigns, result);
   return result;
 }
 
-StudyResult load_rows(const std::string& store_path, const std::vector<Cell>& cells) {
-  if (!store_exists(store_path)) {
-    StudyResult nothing;
-    nothing.cells = static_cast<int>(cells.size());
-    return nothing;
-  }
+StudyResult load_rows(const std::string& store_path, const std::vector<Cell>& cells, const std::string& purpose) {
+  StudyResult nothing;
+  nothing.cells = static_cast<int>(cells.size());
+  if (!store_exists(store_path)) return nothing;
   Store store(store_path, Store::Mode::read);
-  return collect_rows(store, cells);
+  return store.empty() ? nothing : collect_rows(store, cells, latest_campaigns(store, cells, purpose));
 }
 
-std::vector<StoredSeries> load_series(const std::string& store_path, const std::vector<Cell>& cells) {
+std::vector<StoredSeries> load_series(const std::string& store_path, const std::vector<Cell>& cells,
+                                      const std::string& purpose) {
   std::vector<StoredSeries> all;
   if (!store_exists(store_path)) return all;
   Store store(store_path, Store::Mode::read);
+  if (store.empty()) return all;
+  const Campaigns campaigns = latest_campaigns(store, cells, purpose);
   for (const Cell& cell : cells) {
     if (cell.worker < 0) continue;
-    auto measured = store.measured(measured_key(cell), false, true);
+    std::optional<MeasuredRecord> measured;
+    of_cell(cell, [&] { measured = store.measured(campaigns.keys(cell).measured, false, true); });
     if (!measured || measured->series.t_s.empty()) continue;
     all.push_back({cell.scenario.id, cell.method, cell.plan.steps, std::move(measured->series)});
   }

@@ -1,6 +1,7 @@
 // Study x catalogue x workers -> cells, each with a hash of all that decides it.
 #include <algorithm>
 #include <filesystem>
+#include <limits>
 #include <set>
 
 #include "protocol/wire.hpp"
@@ -8,10 +9,13 @@
 #include "validation/gates/gates.hpp"
 #include "validation/metrics/probes.hpp"
 #include "validation/study/content_hash.hpp"
+#include "validation/study/short_text.hpp"
 #include "validation/study/study.hpp"
 
 namespace atwood {
 namespace {
+
+constexpr std::size_t kLongestName = 200;  // of what messages repeat
 
 bool has_glob(const std::string& text) { return text.find_first_of("*?") != std::string::npos; }
 
@@ -119,8 +123,9 @@ void check_sweep(const StudyCells& cells, const std::vector<Offer>& offers, cons
     if (known || offers.empty()) continue;
     std::string methods;
     for (const std::string& method : cells.methods) methods += (methods.empty() ? "" : ", ") + method;
-    throw InputError("study `" + study.id + "`: sweep over `" + key + "`: no method of the block has this setting: " +
-                     methods + "; `atwood describe METHOD` prints the settings");
+    throw InputError("study `" + study.id + "`: sweep over `" + shortened(key, kLongestName) +
+                     "`: no method of the block has this setting: " + shortened(methods, 5 * kLongestName) +
+                     "; `atwood describe METHOD` prints the settings");
   }
 }
 
@@ -174,7 +179,7 @@ void refuse_frames(Cell& cell) {
 }
 
 void hash_cell(Cell& cell, const Offer& offer, const std::vector<Worker>& workers, const std::string& scene_hash,
-               const std::string& cpu) {
+               const std::string& cpu, const std::string& arithmetic) {
   const Worker& worker = workers[static_cast<std::size_t>(offer.worker)];
   MethodId id = parse_method_id(cell.method);
   const std::string canonical = to_string(id);
@@ -185,13 +190,15 @@ void hash_cell(Cell& cell, const Offer& offer, const std::vector<Worker>& worker
   id.overrides = all;
   const std::string version = worker.engine.name + " " + worker.engine.version + " " + worker.engine.scalar;
   cell.settings_hash = content_hash({to_string(id), version}).substr(0, 16);
-  cell.accuracy_hash = content_hash({"cell 1", scene_hash, format_double(cell.plan.t_end_s),
+  cell.accuracy_hash = content_hash({"cell 2", scene_hash, format_double(cell.plan.t_end_s),
                                      std::to_string(cell.plan.steps), std::to_string(cell.plan.samples), canonical,
-                                     to_string(id), std::to_string(wire::kProtocol), worker.build_id, version});
+                                     to_string(id), std::to_string(wire::kProtocol), worker.build_id, version,
+                                     arithmetic});
   for (const double end_s : cell.plan.frame_ends_s)
     cell.accuracy_hash = content_hash({cell.accuracy_hash, format_double(end_s)});
   if (!cell.probe.empty()) cell.accuracy_hash = content_hash({cell.accuracy_hash, "probe 1", cell.probe});
-  cell.timing_hash = content_hash({"timing 1", cell.accuracy_hash, cpu, std::to_string(cell.repeats)});
+  if (worker.foreign && !worker.unknown_code.empty()) cell.campaign = worker.build_id;
+  cell.timing_hash = content_hash({"timing 2", cell.accuracy_hash, cpu, std::to_string(cell.repeats)});
 }
 
 // The two probes that are ladders of ordinary cells: of scalars and compensated summation, and of tolerances. A method
@@ -221,6 +228,50 @@ std::vector<std::string> ladder_of_probe(const std::string& probe, const std::st
 
 bool is_ladder(const std::string& probe) { return probe == "tolerance" || probe == "round-off-v"; }
 
+// ---- how many cells -----------------------------------------------------------------------------------------------
+constexpr std::int64_t kUncountable = std::numeric_limits<std::int64_t>::max() / 8;
+
+std::int64_t product(std::int64_t a, std::int64_t b) {
+  if (a == 0 || b == 0) return 0;
+  return a > kUncountable / b ? kUncountable : a * b;
+}
+std::int64_t sum(std::int64_t a, std::int64_t b) { return std::min(kUncountable, a + b); }
+
+// Of a block, cells named twice counted twice: by multiplication, before any is made.
+std::int64_t count_cells(const StudyCells& cells, const std::vector<Offer>& offers,
+                         const std::vector<Scenario>& catalogue, const std::vector<Worker>& workers) {
+  std::int64_t equal_steps = 0, tolerances = 0, rungs = 0, scenarios = 0;  // with a tolerance: one rung
+  for (const Offer& offer : offers) {
+    std::int64_t swept = 1;
+    for (const auto& [key, values] : cells.sweep) {
+      if (!has_glob(offer.text) && has_setting(offer, key, workers))
+        swept = product(swept, static_cast<std::int64_t>(values.size()));
+    }
+    for (const std::string& method : ladder_of_probe(cells.probe, offer.text, offer.info)) {
+      const bool adaptive = offer.worker >= 0 && parse_method_id(method).rtol.has_value();
+      std::int64_t& methods = adaptive ? tolerances : equal_steps;
+      methods = sum(methods, swept);
+    }
+  }
+  for (const Scenario& scenario : catalogue) {
+    if (!scenario_matches(cells.scenarios, scenario)) continue;
+    ++scenarios;
+    rungs = sum(rungs, static_cast<std::int64_t>((cells.steps.empty() ? scenario.steps : cells.steps).size()));
+  }
+  return sum(product(equal_steps, rungs), product(tolerances, scenarios));
+}
+
+[[noreturn]] void refuse_cells(const Study& study, std::int64_t counted, std::int64_t most_cells) {
+  const std::string count = counted >= kUncountable ? "more than 10^18" : "up to " + std::to_string(counted);
+  throw InputError("study `" + study.id + "` plans " + count + " cells; at most " + std::to_string(most_cells) +
+                   " are taken unless --max-cells N allows more; a sweep of several settings takes every combination");
+}
+
+void allow_more(Cell& cell, const std::vector<Status>& allowed) {
+  for (const Status status : allowed)
+    if (std::find(cell.allow.begin(), cell.allow.end(), status) == cell.allow.end()) cell.allow.push_back(status);
+}
+
 void check_steps(const std::vector<std::int64_t>& steps, const Scenario& scenario, const Study& study) {
   for (const std::int64_t n : steps) {
     if (scenario.samples > 0 && n % scenario.samples == 0) continue;
@@ -232,8 +283,10 @@ void check_steps(const std::vector<std::int64_t>& steps, const Scenario& scenari
 }  // namespace
 
 std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& catalogue,
-                             const std::vector<Worker>& workers, const std::string& cpu) {
+                             const std::vector<Worker>& workers, const std::string& cpu, std::int64_t most_cells,
+                             const std::string& arithmetic) {
   std::vector<Cell> planned;
+  std::int64_t counted = 0;  // before cells named twice are left out
   std::map<std::string, std::size_t> index;  // a cell named twice is planned once, with the larger number of repeats
   for (const StudyCells& cells : study.cells) {
     std::vector<Offer> offers;
@@ -245,6 +298,8 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
       }
     }
     check_sweep(cells, offers, workers, study);
+    counted = sum(counted, count_cells(cells, offers, catalogue, workers));
+    if (counted > product(4, most_cells)) refuse_cells(study, counted, most_cells);
     for (const Scenario& scenario : catalogue) {
       if (!scenario_matches(cells.scenarios, scenario)) continue;
       const std::string scene_hash = content_hash(std::string_view(scene_to_json(scenario.scene)));
@@ -263,6 +318,7 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
               const std::string key = scenario.id + "\n" + method + "\n" + std::to_string(steps) + "\n" + probe;
               const auto [place, fresh] = index.emplace(key, planned.size());
               if (!fresh && planned[place->second].repeats >= cells.repeats) {
+                allow_more(planned[place->second], cells.allow);
                 if (!cells.claim.empty()) {
                   planned[place->second].claim = cells.claim;
                   planned[place->second].claimed_order = claimed_order(cells, offer);
@@ -284,11 +340,15 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
                         {},
                         probe,
                         cells.limit_s,
-                        offer.pattern};
+                        offer.pattern,
+                        cells.allow};
+              if (!fresh) allow_more(cell, planned[place->second].allow);
               if (!probe.empty()) cell.repeats = 0;
               if (!frames_taken(cell, workers)) refuse_frames(cell);
-              else if (offer.worker >= 0) hash_cell(cell, offer, workers, scene_hash, cpu);
+              else if (offer.worker >= 0) hash_cell(cell, offer, workers, scene_hash, cpu, arithmetic);
               else explain_absence(cell, workers);
+              if (fresh && static_cast<std::int64_t>(planned.size()) >= most_cells)
+                refuse_cells(study, counted, most_cells);
               if (fresh) planned.push_back(std::move(cell));
               else planned[place->second] = std::move(cell);
               if (adaptive) break;  // the ladder is the tolerance; N is the first step's guess

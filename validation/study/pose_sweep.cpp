@@ -71,6 +71,7 @@ const std::vector<PoseAnswer>& PoseTruths::of(const std::string& pair, std::int6
   }
   const std::lock_guard<std::mutex> held(entry->mutex);
   if (!entry->known) {
+    if (!store_.truth_damage(key).empty()) store_.forget_truth(key);
     if (const auto stored = store_.truth(key)) {
       for (const Sample& sample : stored->values) entry->poses.push_back(unpacked(sample));
     } else {
@@ -80,7 +81,7 @@ const std::vector<PoseAnswer>& PoseTruths::of(const std::string& pair, std::int6
         Truth truth;
         truth.source = "exact geometry in long double";
         for (const PoseAnswer& pose : entry->poses) truth.values.push_back(packed(pose));
-        store_.put_truth(key, truth);
+        store_.put_truth(key, pair, truth);
       }
     }
     entry->known = true;

@@ -51,6 +51,7 @@ class Process {
   Process& operator=(const Process&) = delete;
   ~Process();  // closes its input, waits a moment, then kills its whole process group
 
+  pid_t id() const { return pid_; }
   void send(std::string text);  // queued; written while waiting
   Wait next_line(std::string& line, Clock::time_point deadline);
   bool half_a_line() const { return taken_ < received_.size(); }

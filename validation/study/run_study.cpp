@@ -2,6 +2,7 @@
 //
 // First the truths and the accuracy cells, several processes at once: a thread owns one process an engine and takes one
 // ladder (a scenario x a method) after another, coarse rungs first. Then the timed pass, one process at a time, alone.
+#include <chrono>
 #include <condition_variable>
 #include <filesystem>
 #include <map>
@@ -13,10 +14,12 @@
 #include "protocol/wire.hpp"
 #include "scene/files.hpp"
 #include "validation/metrics/probes.hpp"
+#include "validation/study/campaigns.hpp"
 #include "validation/study/content_hash.hpp"
 #include "validation/study/load_rows.hpp"
 #include "validation/study/pose_sweep.hpp"
 #include "validation/study/progress.hpp"
+#include "validation/study/short_text.hpp"
 #include "validation/study/worker_client.hpp"
 
 namespace atwood {
@@ -26,14 +29,14 @@ namespace {
 constexpr double kTimedBudgetNs = 50e6;
 // A run longer than this is not timed when a coarser rung of its ladder was: that has told the time of a step already.
 constexpr std::int64_t kLongRunNs = 250'000'000;
-// Truths are solved in quad, several times over.
-double truth_limit_s(const StudyOptions& options) { return std::max(120.0, 6 * options.cell_limit_s); }
+constexpr std::size_t kMostDamagedNamed = 20;
 
 std::string truth_hash(const Scenario& scenario, const std::string& truth_build) {
   const std::string values = scenario.truth.file.empty() ? "" : file_hash(scenario.truth.file);
-  return content_hash({"truth 1", scene_to_json(scenario.scene), format_double(scenario.t_end_s),
+  return content_hash({"truth 2", scene_to_json(scenario.scene), format_double(scenario.t_end_s),
                        std::to_string(scenario.samples), std::to_string(static_cast<int>(scenario.truth.kind)),
-                       scenario.truth.solution, values, truth_build, std::to_string(wire::kProtocol)});
+                       scenario.truth.solution, values, truth_build, machine_arithmetic(),
+                       std::to_string(wire::kProtocol)});
 }
 
 Outcome outcome_of(Status status, const std::string& reason) {
@@ -57,6 +60,7 @@ struct TruthWork {
   std::string hash;
   const Scenario* scenario = nullptr;
   State state = State::pending;
+  bool reused = false;                 // known at the plan already
   std::shared_ptr<const Truth> truth;  // null while it lies in the store
 };
 
@@ -74,20 +78,29 @@ struct Ladder {
 class StudyRun {
  public:
   StudyRun(const std::vector<Cell>& cells, const std::vector<Worker>& workers, const StudyOptions& options,
-           Store& store)
-      : cells_(cells), workers_(workers), options_(options), store_(store), progress_(0, options.progress) {}
+           Store& store, const Campaigns& campaigns)
+      : cells_(cells),
+        workers_(workers),
+        options_(options),
+        store_(store),
+        campaigns_(campaigns),
+        progress_(0, options.progress) {}
 
   void accuracy_pass();
   void timed_pass();
   int touched() const { return static_cast<int>(touched_.size()); }  // cells that there was work on
   int failed_truths() const { return failed_truths_; }
+  std::vector<Reused> reused() const;
 
  private:
   struct Task { enum class Kind { none, truth, ladder } kind = Kind::none; std::size_t index = 0; };
 
   void plan_work();
+  void forget_damaged();
   void plan_cell(const Cell& cell);
   std::size_t truth_index(const Scenario& scenario);
+  bool is_known(const TruthWork& work);
+  RunRecord new_run(const Cell& cell) const;
   Task next();
   void work();
   void solve_truth(TruthWork& work, WorkerClient& client);
@@ -104,6 +117,7 @@ class StudyRun {
   const std::vector<Worker>& workers_;
   const StudyOptions& options_;
   Store& store_;
+  const Campaigns& campaigns_;
   Progress progress_;
 
   // the plan
@@ -119,7 +133,7 @@ class StudyRun {
   std::exception_ptr failure_;
   bool stop_ = false;
   int failed_truths_ = 0;
-  std::set<const Cell*> touched_;
+  std::set<const Cell*> touched_, ran_;  // ran_: those whose accuracy run is not the store's
   PoseTruths pose_truths_{store_, options_.truth_worker};
 };
 
@@ -130,7 +144,7 @@ std::size_t StudyRun::truth_index(const Scenario& scenario) {
   const auto [place, fresh] = truth_by_hash_.emplace(hash, truths_.size());
   truth_by_scenario_[scenario.id] = place->second;
   if (fresh) {
-    truths_.push_back({hash, &scenario, TruthWork::State::pending, nullptr});
+    truths_.push_back({hash, &scenario, TruthWork::State::pending, false, nullptr});
     if (scenario.truth.kind == TruthKind::none) {
       auto none = std::make_shared<Truth>();
       none->outcome = outcome_of(Status::unsupported, "the scene names no truth");
@@ -144,11 +158,13 @@ std::size_t StudyRun::truth_index(const Scenario& scenario) {
 void StudyRun::plan_cell(const Cell& cell) {
   if (cell.worker < 0) return;
   const std::size_t truth = truth_index(cell.scenario);
-  std::optional<RunRecord> run = store_.run(cell.accuracy_hash);
-  if (run && !settled(*run, limit_of(cell, options_))) run.reset();
+  const CellKeys keys = campaigns_.keys(cell);
+  std::optional<RunRecord> run = store_.run(keys.accuracy);
+  if (run && (options_.fresh || !settled(*run, limit_of(cell, options_)))) run.reset();
   const std::string basis = content_hash({truths_[truth].hash, kMetricsVersion});
-  if (run && store_.measured_basis(measured_key(cell)) == basis) return;
+  if (run && store_.measured_basis(keys.measured) == basis) return;
   if (!cell.probe.empty()) run.reset();  // a probe keeps no samples to measure again
+  if (!run) ran_.insert(&cell);
   const auto [place, fresh] =
       ladder_index_.emplace(cell.scenario.id + "\n" + cell.method + "\n" + cell.probe, ladders_.size());
   if (fresh) ladders_.push_back({{}, truth});
@@ -156,14 +172,56 @@ void StudyRun::plan_cell(const Cell& cell) {
   ladders_[place->second].todo.push_back({&cell, std::move(run)});
 }
 
+// What is damaged is told and forgotten: it then runs again like any cell that is not there.
+void StudyRun::forget_damaged() {
+  std::size_t count = 0;
+  for (const Cell& cell : cells_) {
+    if (cell.worker < 0) continue;
+    const CellKeys keys = campaigns_.keys(cell);
+    const std::string what = store_.damage(keys);
+    if (what.empty()) continue;
+    store_.forget(keys);
+    if (++count <= kMostDamagedNamed && options_.notice)
+      options_.notice("store " + options_.store_path + ": " + what + " of the cell " + cell.scenario.id + ", " +
+                      cell.method + ", " + std::to_string(cell.plan.steps) +
+                      " steps is damaged; the cell runs again");
+  }
+  if (count > kMostDamagedNamed && options_.notice)
+    options_.notice("store " + options_.store_path + ": ... and " + std::to_string(count - kMostDamagedNamed) +
+                    " more damaged cells run again");
+}
+
+bool StudyRun::is_known(const TruthWork& work) {
+  if (const std::string damage = store_.truth_damage(work.hash); !damage.empty()) {
+    store_.forget_truth(work.hash);
+    if (options_.notice)
+      options_.notice(damage + ": the truth of `" + work.scenario->id + "`, which is solved again where it is needed");
+  }
+  return !options_.fresh && store_.has_truth(work.hash);
+}
+
+RunRecord StudyRun::new_run(const Cell& cell) const {
+  RunRecord run;
+  run.provenance = options_.provenance;
+  run.provenance.engine_version = workers_[static_cast<std::size_t>(cell.worker)].engine.version;
+  run.limit_s = limit_of(cell, options_);
+  run.scenario = cell.scenario.id;
+  run.method = cell.method;
+  run.steps = cell.plan.steps;
+  return run;
+}
+
 void StudyRun::plan_work() {
-  truth_build_ = file_hash(options_.truth_worker);
+  truth_build_ = find_workers({options_.truth_worker}).front().build_id;
+  forget_damaged();
   for (const Cell& cell : cells_) plan_cell(cell);
   std::set<std::size_t> needed;
   for (const Ladder& ladder : ladders_) needed.insert(ladder.truth);
   for (std::size_t i = 0; i < truths_.size(); ++i) {
     if (truths_[i].state == TruthWork::State::ready) continue;
-    if (!needed.contains(i) || store_.has_truth(truths_[i].hash)) truths_[i].state = TruthWork::State::ready;
+    if (!is_known(truths_[i]) && needed.contains(i)) continue;
+    truths_[i].state = TruthWork::State::ready;
+    truths_[i].reused = true;
   }
   taken_.assign(ladders_.size(), false);
 }
@@ -194,10 +252,11 @@ StudyRun::Task StudyRun::next() {
 void StudyRun::solve_truth(TruthWork& work, WorkerClient& client) {
   const Scenario& scenario = *work.scenario;
   auto truth = std::make_shared<Truth>(client.truth(scenario_to_json(scenario), sampled_bodies(scenario.scene),
-                                                    scenario.t_end_s, scenario.samples, truth_limit_s(options_)));
+                                                    scenario.t_end_s, scenario.samples, options_.truth_limit_s));
+  truth->outcome.reason = shortened(truth->outcome.reason, kLongestReason);
   const Status status = truth->outcome.status;
   const bool failed = status == Status::crashed || status == Status::timeout || status == Status::not_built;
-  if (!failed) store_.put_truth(work.hash, *truth);
+  if (!failed) store_.put_truth(work.hash, scenario.id, *truth);
   {
     const std::lock_guard<std::mutex> held(mutex_);
     if (failed) {  // rows measured without it must not pass for rows measured with it
@@ -243,10 +302,7 @@ void StudyRun::run_probe_cell(const Cell& cell, const Truth& truth, const std::s
                               std::map<int, WorkerClient>& clients) {
   WorkerClient& client =
       clients.try_emplace(cell.worker, workers_[static_cast<std::size_t>(cell.worker)].command).first->second;
-  RunRecord run;
-  run.provenance = options_.provenance;
-  run.provenance.engine_version = workers_[static_cast<std::size_t>(cell.worker)].engine.version;
-  run.limit_s = limit_of(cell, options_);
+  RunRecord run = new_run(cell);
   double left_s = 10 * run.limit_s;
   const auto one = [&](const std::string& method, const Scene& scene, const Plan& plan) {
     if (left_s <= 0) {
@@ -267,7 +323,8 @@ void StudyRun::run_probe_cell(const Cell& cell, const Truth& truth, const std::s
   for (const Row& row : record.rows)
     if (row.status == Status::crashed || row.status == Status::timeout)
       run.outcome = outcome_of(row.status, row.reason);
-  store_.put_run(cell.accuracy_hash, run, {}, measured_key(cell), record);
+  const CellKeys keys = campaigns_.keys(cell);
+  store_.put_run(keys.accuracy, run, {}, keys.measured, record);
   progress_.done("probes");
 }
 
@@ -275,17 +332,15 @@ void StudyRun::run_probe_cell(const Cell& cell, const Truth& truth, const std::s
 void StudyRun::run_sweep_cell(const Cell& cell, const std::string& truth_hash, std::map<int, WorkerClient>& clients) {
   WorkerClient& client =
       clients.try_emplace(cell.worker, workers_[static_cast<std::size_t>(cell.worker)].command).first->second;
-  RunRecord run;
-  run.provenance = options_.provenance;
-  run.provenance.engine_version = workers_[static_cast<std::size_t>(cell.worker)].engine.version;
-  run.limit_s = limit_of(cell, options_);
+  RunRecord run = new_run(cell);
   MeasuredRecord record;
   record.basis = content_hash({truth_hash, kMetricsVersion});
   const std::string tables = std::filesystem::path(cell.scenario.path).replace_filename("geometry").string();
   record.rows = cell.probe == "contact-tables"
                     ? table_rows(cell, client, tables, run.limit_s, run.outcome)
                     : sweep_rows(cell, client, pose_truths_, options_, run.limit_s, run.outcome);
-  store_.put_run(cell.accuracy_hash, run, {}, measured_key(cell), record);
+  const CellKeys keys = campaigns_.keys(cell);
+  store_.put_run(keys.accuracy, run, {}, keys.measured, record);
   progress_.done("sweeps");
 }
 
@@ -296,6 +351,7 @@ void StudyRun::run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& cli
   std::int64_t hung_at = 0;
   for (const Todo& todo : ladder.todo) {
     const Cell& cell = *todo.cell;
+    const CellKeys keys = campaigns_.keys(cell);
     if (is_sweep(cell.probe)) {
       run_sweep_cell(cell, work.hash, clients);
       continue;
@@ -305,16 +361,13 @@ void StudyRun::run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& cli
       continue;
     }
     if (todo.stored) {
-      const Recording recording = store_.recording(cell.accuracy_hash, todo.stored->outcome);
-      store_.put_measured(measured_key(cell), measured(cell, *truth, work.hash, recording));
+      const Recording recording = store_.recording(keys.accuracy, todo.stored->outcome);
+      store_.put_measured(keys.measured, keys.accuracy, measured(cell, *truth, work.hash, recording));
       progress_.done("measuring");
       continue;
     }
-    RunRecord run;
+    RunRecord run = new_run(cell);
     Recording recording;
-    run.provenance = options_.provenance;
-    run.provenance.engine_version = workers_[static_cast<std::size_t>(cell.worker)].engine.version;
-    run.limit_s = limit_of(cell, options_);
     if (hung_at > 0) {
       recording.outcome = outcome_of(Status::timeout, "not tried: " + std::to_string(hung_at) +
                                                           " steps of the same ladder already reached the time limit");
@@ -326,9 +379,9 @@ void StudyRun::run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& cli
       run.killed_from_outside = client.killed_from_outside() || recording.outcome.status == Status::not_built;
       if (recording.outcome.status == Status::timeout) hung_at = cell.plan.steps;
     }
+    recording.outcome.reason = shortened(recording.outcome.reason, kLongestReason);
     run.outcome = recording.outcome;
-    store_.put_run(cell.accuracy_hash, run, recording, measured_key(cell),
-                   measured(cell, *truth, work.hash, recording));
+    store_.put_run(keys.accuracy, run, recording, keys.measured, measured(cell, *truth, work.hash, recording));
     progress_.done("accuracy");
   }
 }
@@ -372,12 +425,13 @@ std::vector<const Cell*> StudyRun::cells_to_time() {
   std::set<std::string> timed_ladders;
   for (const Cell& cell : cells_) {
     if (cell.worker < 0) continue;
-    const auto run = store_.run(cell.accuracy_hash);
+    const CellKeys keys = campaigns_.keys(cell);
+    const auto run = store_.run(keys.accuracy);
     if (!run || run->outcome.status != Status::ok) continue;
     if (!cell.probe.empty()) continue;
     const bool first = timed_ladders.insert(cell.scenario.id + "\n" + cell.method).second;
     if (run->wall_ns > kLongRunNs && !first) continue;
-    if (cell.repeats > 0 && !store_.timing(cell.timing_hash)) by_worker[cell.worker].push_back(&cell);
+    if (cell.repeats > 0 && (options_.fresh || !store_.timing(keys.timing))) by_worker[cell.worker].push_back(&cell);
   }
   std::vector<const Cell*> cells;
   for (const auto& [worker, some] : by_worker) cells.insert(cells.end(), some.begin(), some.end());
@@ -401,7 +455,8 @@ void StudyRun::timed_pass() {
       scene_id = cell->scenario.id;
       scene_json = scene_to_json(cell->scenario.scene);
     }
-    const auto run = store_.run(cell->accuracy_hash);
+    const CellKeys keys = campaigns_.keys(*cell);
+    const auto run = store_.run(keys.accuracy);
     const double expected_ns = std::max(1.0, static_cast<double>(run->wall_ns));
     const int repeats =
         static_cast<int>(std::clamp(kTimedBudgetNs / expected_ns, 1.0, static_cast<double>(cell->repeats)));
@@ -414,23 +469,76 @@ void StudyRun::timed_pass() {
     } catch (const Interrupted&) {
       break;
     }
-    if (!client->killed_from_outside()) store_.put_timing(cell->timing_hash, timing);
+    timing.outcome.reason = shortened(timing.outcome.reason, kLongestReason);
+    if (!client->killed_from_outside()) store_.put_timing(keys.timing, keys.accuracy, timing);
     progress_.done("timing");
   }
 }
 
+std::vector<Reused> StudyRun::reused() const {
+  std::map<int, Reused> by_worker;
+  for (const Cell& cell : cells_) {
+    if (cell.worker < 0) continue;
+    const Worker& worker = workers_[static_cast<std::size_t>(cell.worker)];
+    Reused& reused = by_worker[cell.worker];
+    reused.engine = worker.engine.name;
+    ++reused.cells;
+    reused.reused += ran_.contains(&cell) ? 0 : 1;
+    if (!cell.campaign.empty() && reused.campaign.empty())
+      reused.campaign = campaigns_.told(cell) + ", since " + worker.unknown_code +
+                        ": its results may change though all that is known of it stays; a `fingerprint` in its hello "
+                        "tells when they do";
+  }
+  std::vector<Reused> all;
+  for (auto& [worker, reused] : by_worker) all.push_back(std::move(reused));
+  Reused truths{"truth", 0, 0};
+  for (const TruthWork& work : truths_) {
+    if (work.scenario->truth.kind == TruthKind::none) continue;
+    ++truths.cells;
+    truths.reused += work.reused ? 1 : 0;
+  }
+  if (truths.cells > 0) all.push_back(truths);
+  return all;
+}
+
+std::int64_t nanoseconds_now() {
+  using namespace std::chrono;
+  return duration_cast<nanoseconds>(system_clock::now().time_since_epoch()).count();
+}
+
 }  // namespace
+
+std::string reused_text(const std::vector<Reused>& reused) {
+  std::string text, campaigns;
+  for (const Reused& each : reused) {
+    const std::string name = printable(each.engine);
+    text += (text.empty() ? "reused from the store: " : ", ") + name + " " + std::to_string(each.reused) +
+            " of " + std::to_string(each.cells) + (each.engine == "truth" ? " scenes" : " cells");
+    if (!each.campaign.empty()) campaigns += "\n" + name + ": " + each.campaign;
+  }
+  return text + campaigns;
+}
 
 StudyResult run_study(const std::vector<Cell>& cells, const std::vector<Worker>& workers, const StudyOptions& options) {
   const InterruptGuard guard;
   Store store(options.store_path, Store::Mode::write);
-  StudyRun run(cells, workers, options, store);
+  const std::int64_t begun_ns = nanoseconds_now();
+  for (const std::string& line : store.forget_shared_damage())
+    if (options.notice) options.notice(line);
+  store.put_program_run(options.provenance.run_id, begun_ns, 0);
+  const Campaigns campaigns = Campaigns::begin(store, cells, workers, options);
+  StudyRun run(cells, workers, options, store, campaigns);
   run.accuracy_pass();
   if (options.timing && interrupt_signal() == 0) run.timed_pass();
   const int signal = interrupt_signal();
-  StudyResult result = collect_rows(store, cells);
+  if (signal == 0) {
+    campaigns.complete(store);
+    store.put_program_run(options.provenance.run_id, begun_ns, nanoseconds_now());
+  }
+  StudyResult result = collect_rows(store, cells, campaigns);
   result.skipped = result.cells - run.touched();
   result.signal = signal;
+  result.reused = run.reused();
   result.interrupted = signal != 0;
   result.failed_cells += run.failed_truths();
   return result;

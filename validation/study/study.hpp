@@ -11,6 +11,7 @@
 #include "scene/scene.hpp"
 #include "validation/metrics/metrics.hpp"
 #include "validation/row.hpp"
+#include "validation/study/machine.hpp"
 
 namespace atwood {
 
@@ -44,7 +45,8 @@ struct Worker {                                  // an executable that answered 
   std::vector<std::string> command;              // argv
   bool foreign = false;                          // of --engine or a study's `engines`: not built with this program
   Engine engine;                                 // `run` is empty here; name, version, scalar, methods
-  std::string build_id;                          // hash of the executable's bytes
+  std::string build_id;                          // hash of its program, libraries and files (worker_identity.hpp)
+  std::string unknown_code = {};                 // why code beyond those may decide its results; empty: none does
   Status status = Status::ok;                    // not_built, crashed, timeout: with the reason
   std::string reason;
 };
@@ -68,10 +70,16 @@ struct Cell {
   double limit_s = 0;                            // seconds it may take; 0: StudyOptions says
   std::string pattern = {};                      // what the study calls its method: an id, or a glob that it came of
   std::vector<Status> allow = {};                // endings that do not fail the run (StudyCells::allow)
+  // Of a foreign worker whose code is not all known: cells of equal text are measured together, in a campaign. A run
+  // that completes its campaign leaves the next run to start a new one. Empty: the hashes cover everything.
+  std::string campaign = {};
 };
-// InputError: a count of steps that samples do not divide, a swept setting that no method of its block has.
+inline constexpr std::int64_t kMostCells = 100'000;
+// InputError: a count of steps that samples do not divide, a swept setting that no method of its block has, more than
+// `most_cells`, which is found before they are made. `arithmetic`: what decides the last bits on this machine.
 std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& catalogue,
-                             const std::vector<Worker>& workers, const std::string& cpu);
+                             const std::vector<Worker>& workers, const std::string& cpu,
+                             std::int64_t most_cells = kMostCells, const std::string& arithmetic = machine_arithmetic());
 
 // A slip of the pen in a method's settings is an InputError, told from what an engine cannot do: a setting must be one of
 // the method or of its response, and its value one that the engine takes in a scene that it can do. Of cells that came
@@ -93,22 +101,41 @@ struct StudyOptions {
   std::string truth_worker;
   int jobs = 2;
   double cell_limit_s = 20;
+  double truth_limit_s = 120;                    // truths are solved in quad, several times over
   bool timing = true;
+  bool fresh = false;                            // nothing is taken from the store: everything runs again
+  bool reuse = false;                            // campaigns: cells of the last completed one are taken
+  std::string purpose = "run";                   // campaigns of another purpose (compare, advise) stay apart
   Provenance provenance;                         // engine_version is filled per cell
   std::function<void(const std::string&)> progress;  // a line with an estimate, for stderr
+  std::function<void(const std::string&)> notice = {};  // a sentence on what was not as expected, for stderr
 };
+// What a run took from the store, engine by engine in the order of the workers, then the truths.
+struct Reused {
+  std::string engine;                            // "truth" for truths
+  int cells = 0, reused = 0;
+  std::string campaign = {};                     // why its cells are measured in campaigns, and what this run did
+};
+std::string reused_text(const std::vector<Reused>& reused);  // "reused from the store: atwood 120 of 120 cells, ..."
 struct StudyResult {
   std::vector<Row> rows;                         // of this study's cells, cell by cell, then ladders
   int cells = 0, skipped = 0;                    // skipped: found in the store
   bool interrupted = false;                      // SIGINT or SIGTERM: what was done is kept
   int signal = 0;
   int failed_cells = 0;                          // crashed, hung, garbage
+  std::vector<Reused> reused = {};               // of run_study
 };
 StudyResult run_study(const std::vector<Cell>& cells, const std::vector<Worker>& workers, const StudyOptions& options);
 
 // What the store holds for these cells (for `report`, `gate`, `bless`): rows, and series for plots.
 struct StoredSeries { std::string scenario, method; std::int64_t steps; Series series; };
-StudyResult load_rows(const std::string& store_path, const std::vector<Cell>& cells);
-std::vector<StoredSeries> load_series(const std::string& store_path, const std::vector<Cell>& cells);
+// Of cells in campaigns: those of the latest one of that purpose, complete or not. A damaged store, or a damaged entry
+// of one of these cells, is a std::runtime_error that names it.
+StudyResult load_rows(const std::string& store_path, const std::vector<Cell>& cells,
+                      const std::string& purpose = "run");
+std::vector<StoredSeries> load_series(const std::string& store_path, const std::vector<Cell>& cells,
+                                      const std::string& purpose = "run");
+// Everything in the store against its checksums, and the database's own check: what is damaged, a line each.
+std::vector<std::string> check_store(const std::string& store_path);
 
 }  // namespace atwood

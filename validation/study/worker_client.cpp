@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "scene/files.hpp"
-#include "validation/study/content_hash.hpp"
+#include "validation/study/worker_identity.hpp"
 
 namespace atwood {
 namespace {
@@ -254,6 +254,19 @@ std::vector<PoseAnswer> WorkerClient::sweep(const std::string& test, const std::
   return poses;
 }
 
+namespace {
+
+void identify(Worker& worker, pid_t process, FileHashes& hashes, Outcome& outcome) {
+  const WorkerIdentity identity = identify_worker(worker.command, worker.engine, process, hashes);
+  worker.build_id = identity.hash;
+  worker.unknown_code = printable(identity.unknown_code);
+  if (identity.error.empty()) return;
+  outcome.status = Status::crashed;
+  outcome.reason = printable(identity.error);
+}
+
+}  // namespace
+
 // ---- one-off requests ---------------------------------------------------------------------------------------------
 std::vector<Worker> find_workers(const std::vector<std::string>& paths) {
   std::vector<std::vector<std::string>> commands;
@@ -263,16 +276,18 @@ std::vector<Worker> find_workers(const std::vector<std::string>& paths) {
 
 std::vector<Worker> find_workers_by_argv(const std::vector<std::vector<std::string>>& commands) {
   const BrokenPipeGuard guard;
+  FileHashes hashes;
   std::vector<Worker> workers;
   for (const std::vector<std::string>& command : commands) {
     Worker& worker = workers.emplace_back();
     worker.path = command.at(0);
     worker.command = command;
-    worker.build_id = file_hash(worker.path);  // a script is an executable too
+    worker.build_id = hashes.of(worker.path);  // a script is an executable too
     Outcome outcome;
     WorkerClient client(worker.command);
     try {
       worker.engine = client.hello(outcome);
+      if (outcome.status == Status::ok) identify(worker, client.process_id(), hashes, outcome);
     } catch (const Interrupted&) {
       outcome.status = Status::crashed;
       outcome.reason = "interrupted";

@@ -40,6 +40,8 @@ class WorkerClient {
 
   // From sending the last request to the end of its answer, without the start of the process.
   std::int64_t wall_ns() const { return wall_ns_; }
+  // Of the running worker; 0: none runs.
+  pid_t process_id() const { return process_ ? process_->id() : 0; }
   // The last failure was a kill from outside: the machine's doing, not the engine's.
   bool killed_from_outside() const { return killed_from_outside_; }
 

@@ -168,6 +168,87 @@ TEST_CASE("a hash changes with all that decides a run, and with nothing else") {
   CHECK(elsewhere.timing_hash != plain.timing_hash);
 }
 
+TEST_CASE("a hash changes with the processor's features and the mathematical library") {
+  const StudyCells cells{{"one"}, {"demo/a"}, {8}, 5, {}};
+  const auto hash = [&](const std::string& arithmetic) {
+    return plan_cells({"test", {cells}}, {free_flight("one")}, table(), "cpu", kMostCells, arithmetic).at(0).accuracy_hash;
+  };
+  CHECK(hash("avx2 fma; glibc 2.36") == hash("avx2 fma; glibc 2.36"));
+  CHECK(hash("avx2 fma; glibc 2.36") != hash("avx2; glibc 2.36"));
+  CHECK(hash("avx2 fma; glibc 2.36") != hash("avx2 fma; glibc 2.37"));
+  CHECK(plan(cells).at(0).accuracy_hash == hash(machine_arithmetic()));
+}
+
+TEST_CASE("the processor's features tell what glibc was told of them, and nothing else of its tunables") {
+  unsetenv("GLIBC_TUNABLES");
+  const std::string plain = processor_features();
+  CHECK(plain.find("glibc") == std::string::npos);
+  setenv("GLIBC_TUNABLES", "glibc.malloc.check=1:glibc.cpu.hwcaps=-AVX2_Usable,-FMA_Usable", 1);
+  CHECK(processor_features() == plain + " glibc.cpu.hwcaps=-AVX2_Usable,-FMA_Usable");
+  setenv("GLIBC_TUNABLES", "glibc.malloc.check=1", 1);
+  CHECK(processor_features() == plain);
+  unsetenv("GLIBC_TUNABLES");
+  CHECK(libm_version().rfind("glibc 2.", 0) == 0);
+}
+
+TEST_CASE("only a foreign worker whose code is not all known is measured in campaigns") {
+  const StudyCells cells{{"one"}, {"demo/a"}, {8}, 5, {}};
+  std::vector<Worker> workers = table();
+  workers[0].unknown_code = "it is run by python3";
+  CHECK(plan(cells, workers).at(0).campaign.empty());
+  workers[0].foreign = true;
+  const Cell cell = plan(cells, workers).at(0);
+  CHECK_FALSE(cell.campaign.empty());
+  workers[0].build_id = "another build";
+  CHECK(plan(cells, workers).at(0).campaign != cell.campaign);
+  workers[0].unknown_code.clear();
+  CHECK(plan(cells, workers).at(0).campaign.empty());
+}
+
+TEST_CASE("too many cells are refused by their number, before they are made") {
+  StudyCells cells{{"one"}, {"demo/a"}, {8}, 5, {}};
+  const auto planned = [&](std::int64_t most, std::vector<StudyCells> blocks) {
+    return plan_cells({"test", std::move(blocks)}, {free_flight("one")}, table(), "cpu", most).size();
+  };
+  CHECK(planned(1, {cells}) == 1);
+  CHECK(planned(1, {cells, cells, cells}) == 1);  // the same cell three times
+  cells.steps = {8, 16};
+  CHECK_THROWS_WITH(planned(1, {cells}), Catch::Contains("up to 2 cells") && Catch::Contains("at most 1") &&
+                                             Catch::Contains("--max-cells"));
+  cells.methods = {"demo/b:1e-6"};
+  cells.steps = {8, 16, 32, 64, 8, 16, 32, 64};
+  CHECK(planned(1, {cells}) == 1);  // with a tolerance: one rung
+  std::vector<Worker> workers = table();
+  workers[0].engine.methods[0].settings = {{"a", 0.0}, {"b", 0.0}, {"c", 0.0}, {"d", 0.0}, {"e", 0.0}};
+  cells.methods = {"demo/a"};
+  for (const char* key : {"a", "b", "c"})
+    for (int i = 0; i < 300; ++i) cells.sweep[key].emplace_back(static_cast<double>(i));
+  CHECK_THROWS_WITH(plan(cells, workers), Catch::Contains("216000000 cells"));  // 300^3 x 8 steps
+  cells.sweep["d"] = cells.sweep["e"] = std::vector<SettingValue>(1'000'000, 1.0);
+  CHECK_THROWS_WITH(plan(cells, workers), Catch::Contains("more than 10^18 cells"));
+}
+
+TEST_CASE("a name of any length leaves a message short") {
+  StudyCells cells{{"one"}, {"demo/a"}, {8}, 5, {{std::string(100'000, 'k'), {0.5}}}};
+  try {
+    plan(cells);
+    FAIL("not refused");
+  } catch (const InputError& error) {
+    CHECK(std::string(error.what()).size() < 1000);
+    CHECK_THAT(error.what(), Catch::Contains("kk [... 99800 bytes ...] kk"));
+  }
+}
+
+TEST_CASE("endings that a block allows are allowed in its cells, also where another block names them") {
+  StudyCells plain{{"one"}, {"demo/a"}, {8}, 5, {}}, allowing = plain;
+  allowing.allow = {Status::diverged};
+  for (const int repeats : {3, 5, 7}) {
+    allowing.repeats = repeats;
+    for (const auto& blocks : {std::vector{plain, allowing}, std::vector{allowing, plain}})
+      CHECK(plan_cells({"test", blocks}, {free_flight("one")}, table(), "cpu").at(0).allow == allowing.allow);
+  }
+}
+
 TEST_CASE("a probe is a cell of its own, beside the plain one; ladders of probes are plain cells") {
   const Scenario scenario = free_flight("one");
   std::vector<Worker> workers = table();

@@ -77,7 +77,7 @@ TEST_CASE("a cell, its rows, its truth and its times come back as they went in")
   run.outcome.rate_evaluations = 256;
   run.wall_ns = 5;
   run.limit_s = 20;
-  run.provenance = {"1", "commit", "g++", "-O3", "cpu", "run"};
+  run.provenance = {"1", "commit", "g++", "-O3", "cpu", "run", "avx2 fma", "glibc 2.36"};
   Recording recording{samples(true), {}, run.outcome};
   MeasuredRecord measured;
   measured.basis = "basis";
@@ -88,6 +88,7 @@ TEST_CASE("a cell, its rows, its truth and its times come back as they went in")
   measured.rows[0].value = std::nan("");
   measured.rows[0].truth_bar = std::numeric_limits<double>::infinity();
   measured.rows[1].t_s = 0.1;
+  measured.rows[1].spacing_m = 0.02;
   measured.rows[1].body = "ball";
   measured.rows[1].value = 1.0 / 3;
   measured.rows[1].status = Status::not_finite;
@@ -102,14 +103,17 @@ TEST_CASE("a cell, its rows, its truth and its times come back as they went in")
   {
     Store store(folder / "store.db", Store::Mode::write);
     store.put_run("cell", run, recording, "key", measured);
-    store.put_truth("truth", truth);
-    store.put_timing("timing", timing);
+    store.put_truth("truth", "one", truth);
+    store.put_timing("timing", "cell", timing);
   }
   Store store(folder / "store.db", Store::Mode::read);
   const auto back = store.run("cell");
   REQUIRE(back);
   CHECK(back->outcome.rate_evaluations == 256);
   CHECK(back->provenance.flags == "-O3");
+  CHECK(back->provenance.run_id == "run");
+  CHECK(back->provenance.cpu_features == "avx2 fma");
+  CHECK(back->provenance.libm == "glibc 2.36");
   CHECK_FALSE(store.run("another"));
   check_equal(store.recording("cell", back->outcome).values, samples(true));
   const auto rows = store.measured("key", true, true);
@@ -119,6 +123,8 @@ TEST_CASE("a cell, its rows, its truth and its times come back as they went in")
   CHECK(std::isinf(rows->rows[0].truth_bar));
   CHECK_FALSE(rows->rows[0].t_s);
   CHECK(rows->rows[1].t_s == 0.1);
+  CHECK(rows->rows[1].spacing_m == 0.02);
+  CHECK_FALSE(rows->rows[1].sound_speed_m_per_s);
   CHECK(rows->rows[1].value == 1.0 / 3);
   CHECK(rows->rows[1].status == Status::not_finite);
   CHECK(rows->rows[1].reason == "it's \"so\"");
@@ -146,7 +152,7 @@ TEST_CASE("a store that cannot be used says why") {
   measured.basis = "basis";
   {
     Store store(folder / "cut.db", Store::Mode::write);
-    for (int i = 0; i < 200; ++i) store.put_measured("key " + std::to_string(i) + std::string(500, 'k'), measured);
+    for (int i = 0; i < 200; ++i) store.put_measured("key " + std::to_string(i) + std::string(500, 'k'), "cell", measured);
   }
   std::filesystem::resize_file(folder / "cut.db", std::filesystem::file_size(folder / "cut.db") / 2);
   CHECK_THROWS_WITH(

@@ -1,0 +1,91 @@
+#include "validation/study/campaigns.hpp"
+
+#include <chrono>
+
+#include "validation/study/content_hash.hpp"
+#include "validation/study/load_rows.hpp"
+
+namespace atwood {
+namespace {
+
+std::int64_t nanoseconds_now() {
+  using namespace std::chrono;
+  return duration_cast<nanoseconds>(system_clock::now().time_since_epoch()).count();
+}
+
+std::string series_of(const Cell& cell, const std::string& purpose) {
+  return content_hash({"series 1", cell.campaign, purpose});
+}
+
+}  // namespace
+
+Campaigns Campaigns::latest(Store& store, const std::vector<Cell>& cells, const std::string& purpose) {
+  Campaigns campaigns;
+  for (const Cell& cell : cells) {
+    if (cell.campaign.empty() || campaigns.by_cells_.contains(cell.campaign)) continue;
+    auto found = store.latest_campaign(series_of(cell, purpose), false);
+    campaigns.by_cells_[cell.campaign] = found ? *found : Campaign{};
+  }
+  return campaigns;
+}
+
+Campaigns Campaigns::begin(Store& store, const std::vector<Cell>& cells, const std::vector<Worker>& workers,
+                           const StudyOptions& options) {
+  Campaigns campaigns;
+  const std::string& run_id = options.provenance.run_id;
+  for (const Cell& cell : cells) {
+    if (cell.campaign.empty() || cell.worker < 0 || campaigns.by_cells_.contains(cell.campaign)) continue;
+    const std::string series = series_of(cell, options.purpose);
+    const auto last = store.latest_campaign(series, false);
+    const auto completed = options.reuse ? store.latest_campaign(series, true) : std::nullopt;
+    std::int64_t now = nanoseconds_now();
+    if (last) now = std::max(now, last->touched + 1);  // the clock may have been set back
+    Campaign campaign;
+    std::string& told = campaigns.told_[cell.campaign];
+    if (completed && !options.fresh) {
+      campaign = *completed;
+      told = "cells of its last completed campaign are taken (--reuse)";
+    } else if (last && !options.fresh && (!last->complete || (last->run_id == run_id && !run_id.empty()))) {
+      campaign = *last;
+      told = "the campaign of an interrupted run goes on (--fresh starts anew)";
+    } else {
+      campaign.series = series;
+      campaign.engine = workers[static_cast<std::size_t>(cell.worker)].engine.name;
+      campaign.id = content_hash({"campaign 1", series, run_id, std::to_string(now)});
+      told = "a new campaign (--reuse takes the last one)";
+    }
+    campaign.run_id = run_id;
+    campaign.touched = now;
+    campaign.complete = false;
+    store.put_campaign(campaign);
+    campaigns.by_cells_[cell.campaign] = campaign;
+  }
+  return campaigns;
+}
+
+void Campaigns::complete(Store& store) const {
+  for (const auto& [cells, campaign] : by_cells_) {
+    Campaign closed = campaign;
+    closed.complete = true;
+    store.put_campaign(closed);
+  }
+}
+
+CellKeys Campaigns::keys(const Cell& cell) const {
+  CellKeys keys{cell.accuracy_hash, cell.timing_hash, ""};
+  if (!cell.campaign.empty()) {
+    const auto found = by_cells_.find(cell.campaign);
+    const std::string id = found == by_cells_.end() ? "" : found->second.id;
+    keys.accuracy = content_hash({keys.accuracy, "campaign", id});
+    keys.timing = content_hash({keys.timing, "campaign", id});
+  }
+  keys.measured = measured_key(cell, keys.accuracy);
+  return keys;
+}
+
+std::string Campaigns::told(const Cell& cell) const {
+  const auto found = told_.find(cell.campaign);
+  return found == told_.end() ? "" : found->second;
+}
+
+}  // namespace atwood

@@ -1,0 +1,251 @@
+// The store's file: opened, held, read and written with checksums; its failures in words.
+#include "validation/study/store_database.hpp"
+
+#include <fcntl.h>
+#include <sqlite3.h>
+#include <sys/file.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <stdexcept>
+
+#include "validation/study/content_hash.hpp"
+
+namespace atwood {
+
+// ---- checksums ----------------------------------------------------------------------------------------------------
+struct ValueChecksum::State {
+  alignas(64) XXH3_state_t hash;
+};
+
+ValueChecksum::ValueChecksum() : state_(new State) { XXH3_64bits_reset(&state_->hash); }
+ValueChecksum::~ValueChecksum() = default;
+
+void ValueChecksum::add(char kind, std::string_view bytes) {
+  char head[9] = {kind};
+  const std::uint64_t size = bytes.size();
+  std::memcpy(head + 1, &size, sizeof size);
+  XXH3_64bits_update(&state_->hash, head, sizeof head);
+  if (size > 0) XXH3_64bits_update(&state_->hash, bytes.data(), bytes.size());
+}
+
+void ValueChecksum::add_real(double value) {
+  if (value != value) return add('0', {});
+  if (value == 0) value = 0;  // SQLite keeps no sign of zero
+  add('r', {reinterpret_cast<const char*>(&value), sizeof value});
+}
+
+void ValueChecksum::add(const StoreValue& value) {
+  if (const auto* whole = std::get_if<std::int64_t>(&value)) {
+    add('i', {reinterpret_cast<const char*>(whole), sizeof *whole});
+  } else if (const auto* real = std::get_if<double>(&value)) {
+    add_real(*real);
+  } else if (const auto* text = std::get_if<std::string>(&value)) {
+    add('t', *text);
+  } else if (const auto* blob = std::get_if<Blob>(&value)) {
+    add('b', blob->bytes);
+  } else {
+    add('0', {});
+  }
+}
+
+void ValueChecksum::add(const SQLite::Column& column) {
+  switch (column.getType()) {
+    case SQLITE_INTEGER: return add(StoreValue(std::int64_t{column.getInt64()}));
+    case SQLITE_FLOAT: return add_real(column.getDouble());
+    case SQLITE_TEXT:
+    case SQLITE_BLOB: {
+      const void* bytes = column.getBlob();  // first: it may turn the value into bytes
+      return add(column.getType() == SQLITE_TEXT ? 't' : 'b',
+                 {static_cast<const char*>(bytes), bytes ? static_cast<std::size_t>(column.getBytes()) : 0});
+    }
+    default: return add('0', {});
+  }
+}
+
+std::int64_t ValueChecksum::value() const { return static_cast<std::int64_t>(XXH3_64bits_digest(&state_->hash)); }
+
+// SQLite keeps NaN as NULL.
+double real_or_nan(const SQLite::Column& column) {
+  return column.isNull() ? std::numeric_limits<double>::quiet_NaN() : column.getDouble();
+}
+
+std::string blob_of(const SQLite::Column& column) {
+  const void* bytes = column.getBlob();
+  return bytes ? std::string(static_cast<const char*>(bytes), static_cast<std::size_t>(column.getBytes()))
+               : std::string();
+}
+
+// ---- failures -----------------------------------------------------------------------------------------------------
+StoreDatabase::~StoreDatabase() {
+  statements.clear();
+  sql.reset();
+  if (lock >= 0) close(lock);
+}
+
+void StoreDatabase::fail(const std::string& what) const { throw std::runtime_error("store " + path + ": " + what); }
+
+void StoreDatabase::damaged(const std::string& what) const {
+  fail("is damaged (" + what + "); move it away, and the next run starts afresh");
+}
+
+// The rollback after a failed write may have overwritten the system's word for it: then look for the cause.
+std::string StoreDatabase::why_not_written(int system, const std::string& otherwise) const {
+  struct statvfs disk {};
+  struct rlimit limit {};
+  const bool no_space = statvfs(path.c_str(), &disk) == 0 && disk.f_bavail == 0;
+  const bool limited = getrlimit(RLIMIT_FSIZE, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY;
+  if (system == ENOSPC || system == EDQUOT || (system == 0 && no_space)) return "the disk is full";
+  if (system == EFBIG || (system == 0 && limited)) return "the file size limit (ulimit -f) is reached";
+  return "input/output error: " + (system != 0 ? std::string(std::strerror(system)) : otherwise);
+}
+
+void StoreDatabase::fail(const SQLite::Exception& error) const {
+  const int system = sql ? sqlite3_system_errno(sql->getHandle()) : 0;
+  const std::string kept = "; what was stored before is kept, and the same command goes on from there";
+  const std::string what = error.what();
+  switch (error.getErrorCode()) {
+    case SQLITE_FULL: fail("the disk is full" + kept);
+    case SQLITE_IOERR: fail(why_not_written(system, what) + kept);
+    case SQLITE_READONLY:
+    case SQLITE_PERM: fail("cannot be written: it or its folder is read-only");
+    case SQLITE_CANTOPEN: fail("cannot be opened: " + (system != 0 ? std::string(std::strerror(system)) : what));
+    case SQLITE_CORRUPT: damaged(what);
+    case SQLITE_NOTADB:
+      fail("is not a store: it is no SQLite database; move it away or choose another output folder");
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED: fail("is in use by another program");
+    case SQLITE_NOMEM: fail("out of memory");
+    case SQLITE_TOOBIG: fail("a recording is larger than the store can keep (1 GB)" + kept);
+    case SQLITE_ERROR:  // every statement is right where the tables are what they were made to be
+    case SQLITE_SCHEMA:
+    case SQLITE_CONSTRAINT:
+    case SQLITE_MISMATCH: damaged(what);
+    default: fail(what);
+  }
+}
+
+// ---- opening ------------------------------------------------------------------------------------------------------
+void StoreDatabase::take_lock() {
+  struct stat info {};
+  if (stat(path.c_str(), &info) == 0 && !S_ISREG(info.st_mode))
+    fail(std::string("is ") + (S_ISDIR(info.st_mode) ? "a folder" : "no regular file") + "; expected a file");
+  made = access(path.c_str(), F_OK) != 0;
+  lock = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  if (lock >= 0 && lock <= STDERR_FILENO) {  // what is written to standard error would go into the database
+    const int higher = fcntl(lock, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+    close(lock);
+    lock = higher;
+  }
+  if (lock < 0) fail(std::string("cannot be written: ") + std::strerror(errno));
+  if (flock(lock, LOCK_EX | LOCK_NB) != 0) {
+    if (errno == EWOULDBLOCK) fail("is in use by another run; wait for it, or choose another output folder");
+    fail(std::string("cannot be locked: ") + std::strerror(errno));
+  }
+}
+
+void StoreDatabase::open_for_writing() {
+  take_lock();
+  sql = std::make_unique<SQLite::Database>(path, SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE, 10000);
+  check_identity();
+  // WAL and NORMAL: a killed program loses nothing that was committed, a power cut at most the last cells.
+  sql->exec("PRAGMA journal_mode=WAL");
+  sql->exec("PRAGMA synchronous=NORMAL");
+  if (version() != kStoreSchema) {
+    SQLite::Transaction transaction(*sql);
+    if (version() == 0) sql->exec(kStoreTablesSql);
+    else migrate_store(*this);
+    sql->exec("PRAGMA application_id=" + std::to_string(kStoreApplication));
+    sql->exec("PRAGMA user_version=" + std::to_string(kStoreSchema));
+    statements.clear();  // some may stand on tables of before
+    transaction.commit();
+    changes.clear();
+  }
+  check_tables();
+  for (const StoreTable* table : kStoreTables) {
+    if (const std::string wrong = table->counted ? read_keys(*table) : ""; !wrong.empty()) damaged(wrong);
+  }
+}
+
+// SQLite makes files beside a log-keeping database even to read it. Where it may not, and no log is left, the
+// database cannot change either: it is read as it lies.
+void StoreDatabase::open_for_reading(bool count_keys) {
+  struct stat info {};
+  if (stat(path.c_str(), &info) == 0 && !S_ISREG(info.st_mode))
+    fail(std::string("is ") + (S_ISDIR(info.st_mode) ? "a folder" : "no regular file") + "; expected a file");
+  const std::size_t slash = path.rfind('/');
+  const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
+  if (access(folder.c_str(), W_OK) == 0 && access(path.c_str(), W_OK) == 0) {
+    sql = std::make_unique<SQLite::Database>(path, SQLite::OPEN_READWRITE, 10000);
+  } else if (access((path + "-wal").c_str(), F_OK) == 0) {
+    sql = std::make_unique<SQLite::Database>(path, SQLite::OPEN_READONLY, 10000);
+  } else {
+    std::string address = "file:";
+    for (const char c : path) {  // RFC 3986: what would end the path
+      if (c == '%' || c == '?' || c == '#') {
+        char escaped[4];
+        std::snprintf(escaped, sizeof escaped, "%%%02X", static_cast<unsigned>(static_cast<unsigned char>(c)));
+        address += escaped;
+      } else {
+        address += c;
+      }
+    }
+    sql = std::make_unique<SQLite::Database>(address + "?immutable=1", SQLite::OPEN_READONLY | SQLite::OPEN_URI);
+  }
+  check_identity();
+  empty = version() == 0;
+  if (empty || version() != kStoreSchema) return;
+  // One snapshot until it is closed: a writer beside it changes nothing of what is read here.
+  sql->exec("BEGIN");
+  check_tables();
+  for (const StoreTable* table : kStoreTables) {
+    if (!table->counted || !count_keys) continue;
+    if (const std::string wrong = read_keys(*table); !wrong.empty()) damaged(wrong);
+  }
+}
+
+int StoreDatabase::version() { return sql->execAndGet("PRAGMA user_version").getInt(); }
+
+void StoreDatabase::check_identity() {
+  const int application = sql->execAndGet("PRAGMA application_id").getInt();
+  const int tables = sql->execAndGet("SELECT count(*) FROM sqlite_master").getInt();
+  if (tables == 0 && application == 0 && version() == 0) return;
+  if (application != kStoreApplication) fail("is an SQLite database of another program; choose another output folder");
+  if (version() > kStoreSchema) {
+    fail("has schema " + std::to_string(version()) + ", of a newer program; this one reads up to schema " +
+         std::to_string(kStoreSchema) + "; choose another output folder");
+  }
+  if (version() < kStoreSchema - 1) {
+    fail("has schema " + std::to_string(version()) + "; this program reads schemas " +
+         std::to_string(kStoreSchema - 1) + " and " + std::to_string(kStoreSchema) +
+         "; move it away, and the next run starts afresh");
+  }
+}
+
+void StoreDatabase::check_tables() {
+  std::unordered_set<std::string> there;
+  SQLite::Statement select(*sql, "SELECT name FROM sqlite_master WHERE type='table'");
+  while (select.executeStep()) there.insert(select.getColumn(0).getString());
+  std::vector<std::string> expected{"rows", "totals"};
+  for (const StoreTable* table : kStoreTables) expected.emplace_back(table->name);
+  for (const std::string& name : expected)
+    if (!there.contains(name)) damaged("it has no table `" + name + "`");
+}
+
+void StoreDatabase::remove_what_was_made() {
+  statements.clear();
+  sql.reset();
+  if (!made) return;
+  for (const char* suffix : {"", "-wal", "-shm", "-journal"}) unlink((path + suffix).c_str());
+}
+
+}  // namespace atwood

@@ -1,0 +1,144 @@
+// Inside of the store: the SQLite file, its lock, its statements, its checksums. Included by store*.cpp alone.
+#pragma once
+
+#include <SQLiteCpp/SQLiteCpp.h>
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <unordered_set>
+#include <variant>
+#include <vector>
+
+#include "validation/study/recording_blob.hpp"
+#include "validation/study/store.hpp"
+#include "validation/study/store_schema.hpp"
+
+namespace atwood {
+
+struct Blob { std::string_view bytes; };
+// As SQLite keeps it; NaN is kept as NULL.
+using StoreValue = std::variant<std::nullptr_t, std::int64_t, double, std::string, Blob>;
+
+// A checksum of values in order, the same whether they are written or read.
+class ValueChecksum {
+ public:
+  ValueChecksum();
+  ~ValueChecksum();
+  ValueChecksum(const ValueChecksum&) = delete;
+  ValueChecksum& operator=(const ValueChecksum&) = delete;
+  void add(const StoreValue& value);
+  void add(const SQLite::Column& column);
+  std::int64_t value() const;
+
+ private:
+  void add(char kind, std::string_view bytes);
+  void add_real(double value);
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+struct KeySet {
+  std::unordered_set<std::string> keys;
+  std::uint64_t sum = 0;        // of their checksums
+};
+
+struct StoreDatabase {
+  std::string path;
+  int lock = -1;      // held as long as the database is open, and closed after it: closing any descriptor of a file
+                      // drops the locks that SQLite holds on it
+  bool made = false;
+  bool empty = false;  // no tables yet, and opened for reading
+  std::unique_ptr<SQLite::Database> sql;
+  std::mutex mutex;
+  std::map<std::string, std::unique_ptr<SQLite::Statement>> statements;
+  std::map<const StoreTable*, KeySet> keys;     // of counted tables
+  struct Change { const StoreTable* table; std::string key; bool added; };
+  std::vector<Change> changes;                  // of keys, by the transaction that is going on
+  std::map<std::string, Provenance> provenances;
+
+  ~StoreDatabase();
+
+  // ---- opening (store_database.cpp) ----
+  void open_for_writing();
+  void open_for_reading(bool count_keys);
+  void remove_what_was_made();
+  bool is_current() { return version() == kStoreSchema; }
+
+  // ---- failures ----
+  [[noreturn]] void fail(const std::string& what) const;
+  [[noreturn]] void fail(const SQLite::Exception& error) const;
+  [[noreturn]] void damaged(const std::string& what) const;  // the whole store
+  std::string why_not_written(int system, const std::string& otherwise) const;
+
+  // ---- entries: called under the lock ----
+  SQLite::Statement& prepared(const std::string& text);  // ready to bind
+  // The entry with this key, its checksum verified, its columns in the table's order; null: there is none.
+  SQLite::Statement* find(const StoreTable& table, const std::string& key);
+  void insert(const StoreTable& table, const std::vector<StoreValue>& values);
+  void erase(const StoreTable& table, const std::string& key);
+  std::vector<std::string> damaged_keys(const StoreTable& table);  // of entries whose checksum is wrong
+  std::string provenance_hash(const Provenance& provenance);  // kept if it is not yet
+  Provenance provenance(const std::string& hash);
+  void insert_measured(const std::string& key, const std::string& cell_hash, const MeasuredRecord& record);
+  std::vector<Row> select_rows(const std::string& key, std::int64_t count, std::int64_t checksum);
+  // Whether number and sum of the keys are those of `totals`; empty, or what is wrong.
+  std::string read_keys(const StoreTable& table);
+
+  // `work` under the lock, its failures in words.
+  template <class Work>
+  auto guarded(Work work) {
+    const std::lock_guard<std::mutex> held(mutex);
+    // A statement stepped halfway holds its snapshot, and the log could not shrink.
+    struct Resetter {
+      StoreDatabase& database;
+      ~Resetter() {
+        for (auto& [text, statement] : database.statements) statement->tryReset();
+      }
+    } resetter{*this};
+    try {
+      return work();
+    } catch (const SQLite::Exception& error) {
+      fail(error);
+    } catch (const BadBlob& error) {
+      throw StoreDamage("store " + path + ": " + error.what());
+    } catch (const std::invalid_argument& error) {
+      throw StoreDamage("store " + path + ": " + error.what());
+    }
+  }
+  // The same in one transaction.
+  template <class Work>
+  void written(Work work) {
+    guarded([&] {
+      changes.clear();
+      try {
+        SQLite::Transaction transaction(*sql);
+        work();
+        transaction.commit();
+      } catch (...) {
+        undo_changes();
+        throw;
+      }
+    });
+  }
+
+ private:
+  void take_lock();
+  int version();
+  void check_identity();
+  void check_tables();
+  void count_key(const StoreTable& table, const std::string& key, bool added);
+  void set_key(const StoreTable& table, const std::string& key, bool there);
+  void undo_changes();
+};
+
+// store_schema.cpp: from schema 2, inside a transaction of the caller's.
+void migrate_store(StoreDatabase& database);
+
+std::string blob_of(const SQLite::Column& column);
+double real_or_nan(const SQLite::Column& column);
+
+}  // namespace atwood

@@ -1,0 +1,219 @@
+// Entries of the store's tables: found and verified, inserted with their checksums, counted.
+#include <sqlite3.h>
+
+#include "validation/study/content_hash.hpp"
+#include "validation/study/store_database.hpp"
+
+namespace atwood {
+namespace {
+
+std::string key_column(const StoreTable& table) {
+  const std::string columns = table.columns;
+  return columns.substr(0, columns.find(','));
+}
+
+void bind(SQLite::Statement& statement, int index, const StoreValue& value) {
+  if (const auto* whole = std::get_if<std::int64_t>(&value)) statement.bind(index, *whole);
+  else if (const auto* real = std::get_if<double>(&value)) statement.bind(index, *real);
+  else if (const auto* text = std::get_if<std::string>(&value)) statement.bind(index, *text);
+  else if (const auto* blob = std::get_if<Blob>(&value)) {
+    if (blob->bytes.size() > 1'000'000'000) throw SQLite::Exception("", SQLITE_TOOBIG);
+    statement.bindNoCopy(index, blob->bytes.empty() ? "" : blob->bytes.data(), static_cast<int>(blob->bytes.size()));
+  } else {
+    statement.bind(index);
+  }
+}
+
+std::string placeholders(int count) {
+  std::string text = "?";
+  for (int i = 1; i < count; ++i) text += ",?";
+  return text;
+}
+
+}  // namespace
+
+SQLite::Statement& StoreDatabase::prepared(const std::string& text) {
+  auto found = statements.find(text);
+  if (found == statements.end())  // first made, then kept: the making may throw
+    found = statements.emplace(text, std::make_unique<SQLite::Statement>(*sql, text)).first;
+  found->second->reset();
+  found->second->clearBindings();
+  return *found->second;
+}
+
+SQLite::Statement* StoreDatabase::find(const StoreTable& table, const std::string& key) {
+  SQLite::Statement& select =
+      prepared(std::string("SELECT ") + table.columns + ", checksum FROM " + table.name + " WHERE " +
+               key_column(table) + "=?");
+  select.bind(1, key);
+  if (!select.executeStep()) {
+    if (table.counted && keys[&table].keys.contains(key))
+      throw StoreDamage("store " + path + ": an entry of `" + table.name + "` cannot be found again");
+    return nullptr;
+  }
+  ValueChecksum checksum;
+  for (int i = 0; i < table.count; ++i) checksum.add(select.getColumn(i));
+  if (select.getColumn(0).getString() != key || select.getColumn(table.count).getInt64() != checksum.value())
+    throw StoreDamage("store " + path + ": an entry of `" + table.name + "` differs from its checksum");
+  return &select;
+}
+
+void StoreDatabase::insert(const StoreTable& table, const std::vector<StoreValue>& values) {
+  SQLite::Statement& statement =
+      prepared(std::string("INSERT OR REPLACE INTO ") + table.name + "(" + table.columns + ", checksum) VALUES(" +
+               placeholders(table.count + 1) + ")");
+  ValueChecksum checksum;
+  int index = 0;
+  for (const StoreValue& value : values) {
+    checksum.add(value);
+    bind(statement, ++index, value);
+  }
+  statement.bind(++index, checksum.value());
+  statement.exec();
+  count_key(table, std::get<std::string>(values.front()), true);
+}
+
+void StoreDatabase::erase(const StoreTable& table, const std::string& key) {
+  SQLite::Statement& statement =
+      prepared(std::string("DELETE FROM ") + table.name + " WHERE " + key_column(table) + "=?");
+  statement.bind(1, key);
+  statement.exec();
+  count_key(table, key, false);
+}
+
+std::vector<std::string> StoreDatabase::damaged_keys(const StoreTable& table) {
+  std::vector<std::string> found;
+  SQLite::Statement entries(*sql, std::string("SELECT ") + table.columns + ", checksum FROM " + table.name);
+  while (entries.executeStep()) {
+    ValueChecksum sum;
+    for (int i = 0; i < table.count; ++i) sum.add(entries.getColumn(i));
+    if (entries.getColumn(table.count).getInt64() != sum.value()) found.push_back(entries.getColumn(0).getString());
+  }
+  return found;
+}
+
+// ---- the keys of a table ------------------------------------------------------------------------------------------
+void StoreDatabase::set_key(const StoreTable& table, const std::string& key, bool there) {
+  KeySet& set = keys[&table];
+  if (there && set.keys.insert(key).second) set.sum += checksum(key);
+  else if (!there && set.keys.erase(key) > 0) set.sum -= checksum(key);
+}
+
+void StoreDatabase::count_key(const StoreTable& table, const std::string& key, bool added) {
+  if (!table.counted || keys[&table].keys.contains(key) == added) return;
+  set_key(table, key, added);
+  changes.push_back({&table, key, added});
+  SQLite::Statement& total = prepared("INSERT OR REPLACE INTO totals(name, entries, key_sum) VALUES(?,?,?)");
+  total.bind(1, table.name);
+  total.bind(2, static_cast<std::int64_t>(keys[&table].keys.size()));
+  total.bind(3, static_cast<std::int64_t>(keys[&table].sum));
+  total.exec();
+}
+
+void StoreDatabase::undo_changes() {
+  for (const Change& change : changes) set_key(*change.table, change.key, !change.added);
+  changes.clear();
+}
+
+std::string StoreDatabase::read_keys(const StoreTable& table) {
+  KeySet set;
+  SQLite::Statement select(*sql, "SELECT " + key_column(table) + " FROM " + table.name);
+  while (select.executeStep()) {
+    const std::string key = select.getColumn(0).getString();
+    if (set.keys.insert(key).second) set.sum += checksum(key);
+  }
+  SQLite::Statement total(*sql, "SELECT entries, key_sum FROM totals WHERE name=?");
+  total.bind(1, table.name);
+  const bool told = total.executeStep();
+  const std::int64_t expected = told ? total.getColumn(0).getInt64() : 0;
+  const auto sum = static_cast<std::uint64_t>(told ? total.getColumn(1).getInt64() : 0);
+  const std::size_t found = set.keys.size();
+  const bool same_sum = set.sum == sum;
+  keys[&table] = std::move(set);
+  if (static_cast<std::int64_t>(found) != expected)
+    return std::to_string(found) + " entries of `" + table.name + "`, where " + std::to_string(expected) +
+           " were written";
+  return same_sum ? "" : std::string("the key of an entry of `") + table.name + "` has changed";
+}
+
+// ---- provenances and rows -----------------------------------------------------------------------------------------
+namespace {
+
+std::string hash_of(const Provenance& p) {
+  return content_hash({"provenance", p.engine_version, p.commit, p.compiler, p.flags, p.cpu, p.cpu_features, p.libm,
+                       p.run_id});
+}
+
+}  // namespace
+
+std::string StoreDatabase::provenance_hash(const Provenance& p) {
+  const std::string hash = hash_of(p);
+  if (provenances.contains(hash)) return hash;
+  insert(kProvenances, {hash, p.engine_version, p.commit, p.compiler, p.flags, p.cpu, p.cpu_features, p.libm, p.run_id});
+  return hash;
+}
+
+Provenance StoreDatabase::provenance(const std::string& hash) {
+  if (const auto known = provenances.find(hash); known != provenances.end()) return known->second;
+  SQLite::Statement* found = find(kProvenances, hash);
+  if (!found) throw StoreDamage("store " + path + ": an entry of `provenances` cannot be found again");
+  const auto text = [&](int i) { return found->getColumn(i).getString(); };
+  Provenance p{text(1), text(2), text(3), text(4), text(5), text(8), text(6), text(7)};
+  return provenances[hash] = p;
+}
+
+void StoreDatabase::insert_measured(const std::string& key, const std::string& cell_hash,
+                                    const MeasuredRecord& record) {
+  SQLite::Statement& clear = prepared("DELETE FROM rows WHERE key=?");
+  clear.bind(1, key);
+  clear.exec();
+  const auto optional = [](const std::optional<double>& value) { return value ? StoreValue(*value) : nullptr; };
+  ValueChecksum checksum;
+  std::int64_t ordinal = 0;
+  for (const Row& row : record.rows) {
+    SQLite::Statement& insert = prepared(std::string("INSERT INTO rows(key, ") + kRowColumns + ") VALUES(" +
+                                         placeholders(kRowColumnCount + 1) + ")");
+    insert.bind(1, key);
+    int index = 1;
+    for (const StoreValue& value : std::vector<StoreValue>{
+             ordinal, row.body, optional(row.t_s), row.metric, row.unit, row.value, row.truth_bar,
+             to_string(row.status), row.reason, optional(row.spacing_m), optional(row.sound_speed_m_per_s)}) {
+      checksum.add(value);
+      bind(insert, ++index, value);
+    }
+    insert.exec();
+    ++ordinal;
+  }
+  const std::string errors = pack_series(record.series);
+  insert(kMeasured, {key, cell_hash, record.basis, Blob{errors}, ordinal, checksum.value()});
+}
+
+std::vector<Row> StoreDatabase::select_rows(const std::string& key, std::int64_t count, std::int64_t expected) {
+  SQLite::Statement& select =
+      prepared(std::string("SELECT ") + kRowColumns + " FROM rows WHERE key=? ORDER BY ordinal");
+  select.bind(1, key);
+  std::vector<Row> rows;
+  ValueChecksum checksum;
+  while (select.executeStep()) {
+    for (int i = 0; i < kRowColumnCount; ++i) checksum.add(select.getColumn(i));
+    const auto optional = [&](int i) {
+      return select.getColumn(i).isNull() ? std::nullopt : std::optional(select.getColumn(i).getDouble());
+    };
+    Row& row = rows.emplace_back();
+    row.body = select.getColumn(1).getString();
+    row.t_s = optional(2);
+    row.metric = select.getColumn(3).getString();
+    row.unit = select.getColumn(4).getString();
+    row.value = real_or_nan(select.getColumn(5));
+    row.truth_bar = real_or_nan(select.getColumn(6));
+    row.status = status_from_string(select.getColumn(7).getString());
+    row.reason = select.getColumn(8).getString();
+    row.spacing_m = optional(9);
+    row.sound_speed_m_per_s = optional(10);
+  }
+  if (static_cast<std::int64_t>(rows.size()) != count || checksum.value() != expected)
+    throw StoreDamage("store " + path + ": rows differ from their checksum");
+  return rows;
+}
+
+}  // namespace atwood

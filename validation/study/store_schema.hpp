@@ -1,0 +1,46 @@
+// The tables of the store, and how an older store is brought up to date.
+#pragma once
+
+#include <array>
+#include <string>
+
+namespace SQLite { class Database; }
+
+namespace atwood {
+
+inline constexpr int kStoreApplication = 0x41747764;  // "Atwd", in the file's header
+inline constexpr int kStoreSchema = 3;
+
+// A table whose entries are found by their first column and end with the checksum of all the others. `counted`: the
+// number and the sum of its keys stand in `totals`, so that an entry that has gone is noticed.
+struct StoreTable {
+  const char* name;
+  const char* columns;  // without the checksum
+  int count;            // of columns
+  bool counted;
+};
+
+inline constexpr StoreTable kProvenances{
+    "provenances", "hash, engine_version, commit_id, compiler, flags, cpu, cpu_features, libm, run_id", 9, false};
+inline constexpr StoreTable kRuns{"runs", "id, begun_ns, ended_ns", 3, false};
+inline constexpr StoreTable kCampaigns{"campaigns", "id, series, engine, run_id, touched, complete", 6, true};
+inline constexpr StoreTable kCells{"cells",
+                                   "hash, scenario, method, steps, status, reason, steps_taken, rate_evaluations, "
+                                   "wall_ns, limit_s, killed_from_outside, provenance",
+                                   12, true};
+inline constexpr StoreTable kSeries{"series", "hash, samples, events", 3, false};
+inline constexpr StoreTable kMeasured{"measured", "key, cell, basis, errors, row_count, rows_checksum", 6, true};
+inline constexpr StoreTable kTimings{
+    "timings", "hash, cell, status, reason, steps_taken, rate_evaluations, busy_ns, provenance", 8, true};
+inline constexpr StoreTable kTruths{
+    "truths", "hash, scenario, status, reason, source, note, condition, samples, bars, events, event_bars", 11, false};
+inline constexpr std::array kStoreTables{&kProvenances, &kRuns,     &kCampaigns, &kCells,
+                                         &kSeries,      &kMeasured, &kTimings,   &kTruths};
+// Rows have no checksum each: `measured` has that of all rows of its key.
+inline constexpr const char* kRowColumns =
+    "ordinal, body, t_s, metric, unit, value, truth_bar, status, reason, spacing_m, sound_speed_m_per_s";
+inline constexpr int kRowColumnCount = 11;
+
+extern const char* const kStoreTablesSql;
+
+}  // namespace atwood

@@ -1,0 +1,333 @@
+// Stores that a disk, a kill or another program has changed: told or mended, never read as if nothing had happened; and
+// stores of an older program.
+#include <catch2/catch.hpp>
+
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <fcntl.h>
+#include <sqlite3.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <random>
+
+#include "scene/files.hpp"
+#include "validation/study/campaigns.hpp"
+#include "validation/study/recording_blob.hpp"
+#include "validation/study/store.hpp"
+#include "validation/tests/study/free_flight.hpp"
+
+using namespace atwood;
+
+namespace {
+
+std::vector<Cell> some_cells() {
+  Worker worker;
+  worker.path = "bin/atwood-demo";
+  worker.command = {worker.path};
+  worker.engine.name = "demo";
+  worker.engine.version = "1";
+  worker.engine.methods = {{"demo/a", "", "", {}, false, {}}, {"demo/b", "", "", {}, false, {}}};
+  worker.build_id = "build";
+  return plan_cells({"test", {{{"*"}, {"demo/*"}, {}, 3, {}}}}, {free_flight("one"), free_flight("two", 4)}, {worker},
+                    "cpu");
+}
+
+// A store in which these cells have run.
+void fill(const std::string& path, const std::vector<Cell>& cells) {
+  Store store(path, Store::Mode::write);
+  for (const Cell& cell : cells) {
+    const double n = static_cast<double>(cell.plan.steps);
+    RunRecord run;
+    run.provenance = {"1", "commit", "g++", "-O3", "cpu", "run", "avx2", "glibc"};
+    run.outcome.steps_taken = cell.plan.steps;
+    run.scenario = cell.scenario.id;
+    run.method = cell.method;
+    run.steps = cell.plan.steps;
+    Recording recording;
+    recording.values.resize(2);
+    for (Sample& sample : recording.values) {
+      sample.bodies.resize(1);
+      sample.bodies[0].p_m = {1 / n, 2, 3};
+    }
+    recording.values[1].t_s = 2;
+    MeasuredRecord measured;
+    measured.basis = "basis";
+    measured.series.t_s = {0, 2};
+    measured.rows.resize(3);
+    for (std::size_t i = 0; i < 3; ++i) {
+      measured.rows[i].metric = i == 0 ? "error-position-end" : i == 1 ? "error-position-max" : "energy-max";
+      measured.rows[i].unit = "m";
+      measured.rows[i].value = static_cast<double>(i + 1) / (n * n);
+    }
+    const CellKeys keys = Campaigns().keys(cell);
+    store.put_run(keys.accuracy, run, recording, keys.measured, measured);
+    TimingRecord timing;
+    timing.provenance = run.provenance;
+    timing.outcome.busy_ns = {1000 * cell.plan.steps, 1100 * cell.plan.steps};
+    store.put_timing(keys.timing, keys.accuracy, timing);
+  }
+}
+
+// Everything that is exported, to the last digit.
+std::string exported(const std::string& path, const std::vector<Cell>& cells) {
+  std::string text;
+  for (const Row& row : load_rows(path, cells).rows) {
+    const Provenance& p = row.provenance;
+    for (const std::string& part : {row.scenario, row.method, row.body, row.metric, row.unit, format_double(row.value),
+                                    format_double(row.truth_bar), to_string(row.status), row.reason, row.settings_hash,
+                                    p.engine_version, p.commit, p.compiler, p.flags, p.cpu, p.cpu_features, p.libm, p.run_id})
+      text += part + "|";
+    text += std::to_string(row.steps) + "\n";
+  }
+  for (const StoredSeries& series : load_series(path, cells)) {
+    text += series.scenario + series.method + std::to_string(series.steps);
+    for (const double t : series.series.t_s) text += " " + format_double(t);
+    text += "\n";
+  }
+  return text;
+}
+
+void flip(const std::string& path, std::uintmax_t byte, int bit) {
+  std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+  file.seekg(static_cast<std::streamoff>(byte));
+  const char changed = static_cast<char>(file.get() ^ (1 << bit));
+  file.seekp(static_cast<std::streamoff>(byte));
+  file.put(changed);
+}
+
+void execute(const std::string& path, const std::string& statements) {
+  SQLite::Database sql(path, SQLite::OPEN_READWRITE);
+  sql.exec(statements);
+}
+
+// What an SQLite call gives, in a process whose death is told.
+int ending_of(const std::function<int()>& work) {
+  const pid_t child = fork();
+  if (child == 0) _exit(work());
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFSIGNALED(status) ? -WTERMSIG(status) : WEXITSTATUS(status);
+}
+
+}  // namespace
+
+TEST_CASE("a bit flipped anywhere in a store is told, or changes nothing that is exported") {
+  const Folder folder;
+  const auto cells = some_cells();
+  fill(folder / "sound.db", cells);
+  const std::string expected = exported(folder / "sound.db", cells);
+  REQUIRE(expected.size() > 5000);
+  CHECK(check_store(folder / "sound.db").empty());
+  const std::uintmax_t size = std::filesystem::file_size(folder / "sound.db");
+  std::mt19937_64 random(42);
+  int told = 0;
+  for (int i = 0; i < 400; ++i) {
+    // A quarter of them in the file's header and the tables' definitions.
+    const std::uintmax_t byte = random() % (i % 4 == 0 ? std::uintmax_t{4096} : size);
+    const int bit = static_cast<int>(random() % 8);
+    CAPTURE(byte, bit);
+    const std::string path = folder / "flipped.db";
+    for (const char* suffix : {"", "-wal", "-shm"}) std::filesystem::remove(path + suffix);
+    std::filesystem::copy_file(folder / "sound.db", path);
+    flip(path, byte, bit);
+    std::string now, error;
+    try {
+      now = exported(path, cells);
+    } catch (const std::runtime_error& thrown) {
+      error = thrown.what();
+    }
+    if (error.empty()) {
+      CHECK(now == expected);
+      continue;
+    }
+    ++told;
+    CHECK_THAT(error, Catch::Contains("flipped.db: "));
+    CHECK_FALSE(check_store(path).empty());
+  }
+  CHECK(told > 50);
+}
+
+TEST_CASE("damage is told by the cell's name, in reading and in the check of the whole store") {
+  const Folder folder;
+  const auto cells = some_cells();
+  const std::string path = folder / "store.db";
+  const std::string hash = cells[3].accuracy_hash;
+  REQUIRE(cells[3].plan.steps == 64);
+  const auto damaged_by = [&](const std::string& statement) {
+    for (const char* suffix : {"", "-wal", "-shm"}) std::filesystem::remove(path + suffix);
+    fill(path, cells);
+    execute(path, statement);
+    CHECK_THROWS_WITH(load_rows(path, cells), Catch::Contains("one, demo/a, 64 steps") && Catch::Contains("atwood run"));
+    CHECK_THAT(check_store(path).at(0), Catch::Contains("one, demo/a, 64 steps"));
+  };
+  damaged_by("UPDATE cells SET steps_taken=63 WHERE hash='" + hash + "'");
+  damaged_by("UPDATE series SET samples=zeroblob(length(samples)) WHERE hash='" + hash + "'");
+  damaged_by("UPDATE timings SET busy_ns=zeroblob(length(busy_ns)) WHERE cell='" + hash + "'");
+  damaged_by("UPDATE rows SET value=value*1.0000001 WHERE ordinal=1 AND key=(SELECT key FROM measured WHERE cell='" +
+             hash + "')");
+  damaged_by("DELETE FROM rows WHERE ordinal=2 AND key=(SELECT key FROM measured WHERE cell='" + hash + "')");
+}
+
+TEST_CASE("an entry that has gone is missed") {
+  const Folder folder;
+  const auto cells = some_cells();
+  for (const char* table : {"cells", "measured", "timings"}) {
+    const std::string path = folder / (std::string(table) + ".db");
+    fill(path, cells);
+    const std::string column = std::string(table) == "cells" ? "hash" : "cell";
+    execute(path, std::string("DELETE FROM ") + table + " WHERE " + column + "='" + cells[0].accuracy_hash + "'");
+    CHECK_THROWS_WITH(load_rows(path, cells), Catch::Contains("15 entries of `" + std::string(table) + "`, where 16"));
+    CHECK_THROWS_WITH(Store(path, Store::Mode::write), Catch::Contains("is damaged"));
+    CHECK_FALSE(check_store(path).empty());
+  }
+}
+
+TEST_CASE("a store without its tables, or that is no file, is an error in words and never the program's end") {
+  const Folder folder;
+  const auto cells = some_cells();
+  const auto read_and_write = [&](const std::string& name) {
+    return ending_of([&] {
+      try {
+        load_rows(folder / name, cells);
+        load_series(folder / name, cells);
+        Store store(folder / name, Store::Mode::write);
+        store.run("a cell");
+      } catch (const std::runtime_error&) {
+        return 5;
+      }
+      return 0;
+    });
+  };
+  std::ofstream(folder / "empty.db");
+  CHECK(load_rows(folder / "empty.db", cells).rows.empty());
+  CHECK(check_store(folder / "empty.db").empty());
+  CHECK(read_and_write("empty.db") == 0);  // as a run that was killed at once leaves it: the next one goes on
+  fill(folder / "empty.db", cells);
+  CHECK(load_rows(folder / "empty.db", cells).rows.size() > 16);
+  for (const char* table : {"rows", "cells", "totals", "provenances"}) {
+    const std::string name = std::string("no-") + table + ".db";
+    fill(folder / name, cells);
+    execute(folder / name, std::string("DROP TABLE ") + table);
+    CHECK(read_and_write(name) == 5);
+    CHECK_THAT(check_store(folder / name).at(0), Catch::Contains("no table `" + std::string(table) + "`"));
+  }
+  fill(folder / "column.db", cells);
+  execute(folder / "column.db", "ALTER TABLE timings RENAME COLUMN busy_ns TO idle_ns");
+  CHECK(read_and_write("column.db") == 5);
+  std::filesystem::create_directory(folder / "folder.db");
+  CHECK(read_and_write("folder.db") == 5);
+  CHECK_THROWS_WITH(Store(folder / "folder.db", Store::Mode::write), Catch::Contains("is a folder; expected a file"));
+  REQUIRE(mkfifo((folder / "fifo.db").c_str(), 0644) == 0);
+  CHECK(read_and_write("fifo.db") == 5);
+  CHECK_THROWS_WITH(load_rows(folder / "fifo.db", cells), Catch::Contains("no regular file"));
+}
+
+TEST_CASE("with the standard descriptors closed, nothing that is printed reaches the store") {
+  const Folder folder;
+  const auto cells = some_cells();
+  const std::string path = folder / "store.db";
+  CHECK(ending_of([&] {
+          for (const int standard : {0, 1, 2}) close(standard);
+          Store store(path, Store::Mode::write);
+          for (const int standard : {0, 1, 2}) {
+            struct stat of_standard {}, of_store {};
+            if (stat(path.c_str(), &of_store) == 0 && fstat(standard, &of_standard) == 0 &&
+                of_standard.st_ino == of_store.st_ino)
+              return 10 + standard;
+          }
+          return 0;
+        }) == 0);
+}
+
+namespace {
+
+// The tables of the schema before this one, with one cell of two rows, its truth and its times.
+void make_schema_2(const std::string& path) {
+  SQLite::Database sql(path, SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
+  sql.exec(R"(
+PRAGMA journal_mode=WAL;
+CREATE TABLE provenances(id INTEGER PRIMARY KEY, engine_version TEXT, commit_id TEXT, compiler TEXT, flags TEXT, cpu TEXT,
+  run_id TEXT, UNIQUE(engine_version, commit_id, compiler, flags, cpu, run_id));
+CREATE TABLE cells(hash TEXT PRIMARY KEY, status TEXT NOT NULL, reason TEXT NOT NULL, steps_taken INTEGER,
+  rate_evaluations INTEGER, wall_ns INTEGER, limit_s REAL, killed_from_outside INTEGER, provenance INTEGER NOT NULL);
+CREATE TABLE series(hash TEXT PRIMARY KEY, samples BLOB NOT NULL, events BLOB NOT NULL);
+CREATE TABLE measured(key TEXT PRIMARY KEY, basis TEXT NOT NULL, errors BLOB NOT NULL);
+CREATE TABLE rows(key TEXT, ordinal INTEGER, body TEXT, t_s REAL, metric TEXT, unit TEXT, value REAL, truth_bar REAL,
+  status TEXT, reason TEXT, PRIMARY KEY(key, ordinal)) WITHOUT ROWID;
+CREATE TABLE timings(hash TEXT PRIMARY KEY, status TEXT NOT NULL, reason TEXT NOT NULL, steps_taken INTEGER,
+  rate_evaluations INTEGER, busy_ns BLOB NOT NULL, provenance INTEGER NOT NULL);
+CREATE TABLE truths(hash TEXT PRIMARY KEY, status TEXT NOT NULL, reason TEXT NOT NULL, source TEXT, note TEXT,
+  condition REAL, samples BLOB NOT NULL, bars BLOB NOT NULL, events BLOB NOT NULL, event_bars BLOB NOT NULL);
+PRAGMA application_id=1098151780;
+PRAGMA user_version=2;
+INSERT INTO provenances VALUES(7, '1', 'commit', 'g++', '-O3', 'cpu', 'old run');
+INSERT INTO cells VALUES('cell', 'ok', '', 64, 256, 5, 20, 0, 7);
+INSERT INTO rows VALUES('key', 0, '', NULL, 'error-position-max', 'm', 0.25, 1e-12, 'ok', '');
+INSERT INTO rows VALUES('key', 1, 'ball', 0.5, 'energy-max', 'J', NULL, 0, 'not finite', 'it''s so');
+)");
+  Sample sample;
+  sample.bodies.resize(1);
+  const auto put = [&](const char* text, const std::vector<std::string>& blobs) {
+    SQLite::Statement insert(sql, text);
+    for (std::size_t i = 0; i < blobs.size(); ++i)
+      insert.bind(static_cast<int>(i + 1), blobs[i].data(), static_cast<int>(blobs[i].size()));
+    insert.exec();
+  };
+  const std::string samples = pack_samples({sample}), events = pack_events({});
+  put("INSERT INTO series VALUES('cell', ?, ?)", {samples, events});
+  Series series;
+  series.t_s = {0, 1};
+  put("INSERT INTO measured VALUES('key', 'basis', ?)", {pack_series(series)});
+  put("INSERT INTO timings VALUES('timing', 'ok', '', 64, 256, ?, 7)", {pack_reals({3, 1, 2})});
+  put("INSERT INTO truths VALUES('truth', 'ok', '', 'closed form', '', 1, ?, ?, ?, ?)",
+      {samples, samples, events, pack_reals({1e-20})});
+}
+
+}  // namespace
+
+TEST_CASE("a store of the schema before is brought up to date where it lies, nothing of it lost") {
+  const Folder folder;
+  const bool by_reading = GENERATE(false, true);
+  const std::string path = folder / "store.db";
+  make_schema_2(path);
+  if (by_reading) Store(path, Store::Mode::read);
+  else Store(path, Store::Mode::write);
+  {
+    SQLite::Database sql(path, SQLite::OPEN_READWRITE);
+    CHECK(sql.execAndGet("PRAGMA user_version").getInt() == 3);
+    CHECK(sql.execAndGet("SELECT count(*) FROM sqlite_master WHERE name LIKE 'old_%'").getInt() == 0);
+  }
+  CHECK(check_store(path).empty());
+  Store store(path, Store::Mode::read);
+  const auto run = store.run("cell");
+  REQUIRE(run);
+  CHECK(run->outcome.rate_evaluations == 256);
+  CHECK(run->limit_s == 20);
+  CHECK(run->provenance.run_id == "old run");
+  CHECK(run->provenance.libm.empty());
+  CHECK(store.recording("cell", run->outcome).values.size() == 1);
+  const auto measured = store.measured("key", true, true);
+  REQUIRE(measured);
+  REQUIRE(measured->rows.size() == 2);
+  CHECK(measured->rows[0].value == 0.25);
+  CHECK(std::isnan(measured->rows[1].value));
+  CHECK(measured->rows[1].reason == "it's so");
+  CHECK_FALSE(measured->rows[1].spacing_m);
+  CHECK(measured->series.t_s == std::vector<double>{0, 1});
+  CHECK(store.timing("timing")->outcome.busy_ns == std::vector<std::int64_t>{3, 1, 2});
+  CHECK(store.truth("truth")->event_bar_s == std::vector<double>{1e-20});
+}
+
+TEST_CASE("a store of the schema before that cannot be brought up to date stays as it is") {
+  const Folder folder;
+  make_schema_2(folder / "store.db");
+  execute(folder / "store.db", "DROP TABLE timings");
+  CHECK_THROWS_WITH(Store(folder / "store.db", Store::Mode::write), Catch::Contains("is damaged"));
+  SQLite::Database sql(folder / "store.db", SQLite::OPEN_READWRITE);
+  CHECK(sql.execAndGet("PRAGMA user_version").getInt() == 2);
+  CHECK(sql.execAndGet("SELECT count(*) FROM cells").getInt() == 1);
+  execute(folder / "store.db", "PRAGMA user_version=9");
+  CHECK_THROWS_WITH(Store(folder / "store.db", Store::Mode::write), Catch::Contains("of a newer program"));
+}
