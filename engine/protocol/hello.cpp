@@ -67,12 +67,13 @@ void add_method(MethodInfo method, std::vector<MethodInfo>& methods) {
 
 void check_name(const std::string& name) {
   const bool control = std::any_of(name.begin(), name.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; });
-  if (name.empty() || name.size() > kLongestName || control || name.find_first_of("/:+@{}*?") != std::string::npos)
+  if (name.size() > kLongestName || control || name.find_first_of("/:+@{}*?") != std::string::npos)
     throw Garbage("the engine calls itself `" + cut(name) + "`; expected a name of at most " +
                   std::to_string(kLongestName) + " bytes without control characters and any of / : + @ { } * ?");
 }
 
 void check_methods(const Engine& engine) {
+  if (engine.name.empty() && !engine.methods.empty()) throw Garbage("methods of an engine without a name");
   std::set<std::string> ids;
   for (const MethodInfo& method : engine.methods) {
     const bool whole_engine = method.id == engine.name && engine.name == "truth";
@@ -113,7 +114,7 @@ std::string hello_line(const Engine& engine) {
 
 Engine read_hello(std::string_view line) {
   Engine engine;
-  bool lists_methods = false;
+  bool lists_methods = false, has_name = false;
   engine.scalar = "double";
   read_members(
       line,
@@ -126,7 +127,7 @@ Engine read_hello(std::string_view line) {
       },
       [&](const std::string& member, const Json& value) {
         if (member == "protocol") check_protocol(value, "this program");
-        else if (member == "engine") engine.name = text(value, "engine"), check_name(engine.name);
+        else if (member == "engine") engine.name = text(value, "engine"), check_name(engine.name), has_name = true;
         else if (member == "version") engine.version = text(value, "version");
         else if (member == "scalar") engine.scalar = text(value, "scalar");
         else if (member == "frames") engine.frames = value.is_boolean() && value.get<bool>();
@@ -134,7 +135,7 @@ Engine read_hello(std::string_view line) {
         else if (member == "responses") add_method(read_method(value), engine.responses);
         else read_fingerprint(member, value, engine);
       });
-  if (engine.name.empty()) throw Garbage("no \"engine\" in " + cut(line));
+  if (!has_name) throw Garbage("no \"engine\" in " + cut(line));
   if (!lists_methods) throw Garbage("no \"methods\" in " + cut(line));
   check_methods(engine);
   return engine;

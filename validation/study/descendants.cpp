@@ -2,7 +2,6 @@
 
 #include <dirent.h>
 #include <signal.h>
-#include <sys/pidfd.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -17,6 +16,10 @@
 #include <thread>
 #include <vector>
 
+extern "C" {  // the header of glibc 2.36 forgets to say so
+#include <sys/pidfd.h>
+}
+
 namespace atwood {
 namespace {
 
@@ -25,6 +28,8 @@ constexpr int kRounds = 200;  // who forks as fast as it is killed is left after
 struct LiveWorkers {
   std::mutex mutex;
   std::set<pid_t> pids;
+  bool adopting = false;
+  bool inherited = false;  // children that were there before any worker: `setsid server & exec atwood`
 };
 LiveWorkers& live() {
   static LiveWorkers workers;
@@ -92,13 +97,13 @@ bool sweep(pid_t worker, const std::string& mark, bool last) {
     const Stat stat = stat_of(pid);
     if (stat.pid < 0) continue;
     const bool orphan = adopted(stat);
-    if (orphan && stat.zombie) {
+    if (orphan && stat.zombie && !live().inherited) {
       waitpid(pid, nullptr, WNOHANG);
       continue;
     }
     const bool in_session = stat.session == worker && worker > 0;
-    // As process 1 of a container orphans of others come to us as well.
-    const bool unclaimed = orphan && last && getpid() != 1;
+    // As process 1 of a container, or with children of whoever ran before us, orphans of others come to us as well.
+    const bool unclaimed = orphan && last && getpid() != 1 && !live().inherited;
     if (stat.zombie || !(in_session || unclaimed || (orphan && carries(pid, mark)))) continue;
     found = true;
     kill_if_still(stat);
@@ -115,7 +120,13 @@ std::string next_worker_mark() {
 
 std::unique_lock<std::mutex> lock_workers() { return std::unique_lock(live().mutex); }
 void enter_worker(pid_t pid) { live().pids.insert(pid); }
-void adopt_orphans() { prctl(PR_SET_CHILD_SUBREAPER, 1); }
+
+void adopt_orphans() {
+  const auto held = lock_workers();
+  if (live().adopting) return;
+  for (const pid_t pid : all_processes()) live().inherited = live().inherited || stat_of(pid).parent == getpid();
+  live().adopting = prctl(PR_SET_CHILD_SUBREAPER, 1) == 0;
+}
 
 void kill_descendants(pid_t worker, const std::string& mark) {
   const auto held = lock_workers();

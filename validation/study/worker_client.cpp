@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <random>
 
 #include "scene/files.hpp"
@@ -320,6 +321,41 @@ std::vector<Worker> find_workers(const std::vector<std::string>& paths) {
   return find_workers_by_argv(commands);
 }
 
+namespace {
+
+// The engine that an executable of ours is: .../atwood-dart is `dart`, built or not.
+std::string name_by_file(const std::string& path) {
+  const std::string file = std::filesystem::path(path).filename().string();
+  if (file == "atwood-engine") return "atwood";
+  return file.rfind("atwood-", 0) == 0 ? file.substr(7) : "";
+}
+
+// A name at the table is its first holder's: rows of two engines under one name would be told apart by nobody. The same
+// command twice is one engine. `truth` is no engine's name.
+void refuse_taken_names(std::vector<Worker>& workers) {
+  std::map<std::string, const Worker*> holders;
+  for (Worker& worker : workers) {
+    const std::string& name = worker.engine.name;
+    if (worker.status != Status::ok) {
+      if (const std::string ours = name_by_file(worker.path); !ours.empty()) holders.try_emplace(ours, &worker);
+      continue;
+    }
+    const auto refuse = [&](const std::string& whose) {
+      worker.status = Status::crashed;
+      worker.reason = "at hello: garbage: it calls itself `" + name + "`, which is the name of " + whose +
+                      "; an engine needs a name of its own";
+    };
+    if (name == "truth" && name_by_file(worker.path) != name) {
+      refuse("the truth");
+      continue;
+    }
+    const auto [holder, fresh] = holders.try_emplace(name, &worker);
+    if (!fresh && holder->second->command != worker.command) refuse(holder->second->path);
+  }
+}
+
+}  // namespace
+
 std::vector<Worker> find_workers_by_argv(const std::vector<std::vector<std::string>>& commands) {
   const BrokenPipeGuard guard;
   std::vector<Worker> workers;
@@ -339,6 +375,7 @@ std::vector<Worker> find_workers_by_argv(const std::vector<std::vector<std::stri
     worker.status = outcome.status;
     worker.reason = outcome.reason;
   }
+  refuse_taken_names(workers);
   return workers;
 }
 
