@@ -10,6 +10,7 @@
 #include <cstring>
 #include <new>
 
+#include "protocol/descriptors.hpp"
 #include "protocol/wire.hpp"
 #include "protocol/worker.hpp"
 #include "scene/files.hpp"
@@ -87,6 +88,7 @@ Outcome guarded(Work work) {
 void answer_run(const Engine& engine, const wire::Request& request, Pipe& pipe) {
   const Scene scene = scene_from_json(request.json);
   std::vector<Event> events;  // since the last sample
+  const wire::Put put = [&](const std::string& line) { pipe.put(line); };
   Observer observer;
   Profile profile;
   if (request.profile) {
@@ -94,13 +96,15 @@ void answer_run(const Engine& engine, const wire::Request& request, Pipe& pipe) 
   } else if (request.repeats == 0) {
     observer.event = [&](const Event& event) { events.push_back(event); };
     observer.sample = [&](const Sample& sample) {
-      pipe.put(wire::sample_line(request.cell, sample, events));
+      wire::event_lines(request.cell, events, nullptr, put);
+      wire::sample_lines(request.cell, sample, nullptr, events, put);
       events.clear();
     };
   }
   const Outcome outcome = guarded([&] {
     return engine.run(parse_method_id(request.method), scene, request.plan, observer, request.repeats);
   });
+  wire::event_lines(request.cell, events, nullptr, put);
   pipe.put(wire::done_line(request.cell, outcome, events, profile));
 }
 
@@ -116,9 +120,11 @@ void answer_truth(TruthSolver solve, const wire::Request& request, Pipe& pipe) {
     truth.outcome = failure(Status::crashed, "the solver gave values without bars");
     truth.values.clear();
   }
+  const wire::Put put = [&](const std::string& line) { pipe.put(line); };
   for (std::size_t i = 0; i < truth.values.size(); ++i) {
-    pipe.put(wire::truth_line(request.cell, truth.values[i], truth.bars[i]));
+    wire::sample_lines(request.cell, truth.values[i], &truth.bars[i], {}, put);
   }
+  wire::event_lines(request.cell, truth.events, &truth.event_bar_s, put);
   pipe.put(wire::truth_done_line(request.cell, truth));
 }
 
@@ -218,6 +224,7 @@ bool answered_contacts(const ContactTest& test, const wire::Request& request, Pi
 // `answer(request, pipe)` answers everything but hello.
 template <class AnswerRequest>
 int serve_lines(const Engine& hello, AnswerRequest answer) {
+  open_standard_descriptors();
   Pipe pipe;
   std::string line;
   for (;;) {

@@ -1,13 +1,13 @@
 #include "protocol/wire.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
-#include <nlohmann/json.hpp>
+
+#include "protocol/json_lines.hpp"
 
 namespace atwood::wire {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 // ---- numbers ----------------------------------------------------------------------------------------------------
 void append(std::string& line, Wide value) {
@@ -30,130 +30,33 @@ void append_all(std::string& line, const Values& values) {
   }
 }
 
-Wide number(const Json& json) {
-  if (json.is_number()) return json.get<double>();
-  if (!json.is_string()) throw Garbage("a number or its text was expected, found " + std::string(json.type_name()));
-  try {
-    return parse_wide(json.get_ref<const std::string&>());
-  } catch (const std::invalid_argument& error) {
-    throw Garbage(error.what());
-  }
-}
-
-double narrow_number(const Json& json) { return static_cast<double>(number(json)); }
-
-Json json_number(double value) { return std::isfinite(value) ? Json(value) : Json(format_double(value)); }
-
-// ---- reading without surprises ------------------------------------------------------------------------------------
-Json parse(std::string_view line) {
-  Json json = Json::parse(line, nullptr, false);
-  if (json.is_discarded() || !json.is_object()) {
-    throw Garbage("not a JSON object: " + std::string(line.substr(0, 120)) + (line.size() > 120 ? "..." : ""));
-  }
-  return json;
-}
-
-const Json& need(const Json& json, const char* key) {
-  const auto found = json.find(key);
-  if (found == json.end()) throw Garbage("no \"" + std::string(key) + "\" in " + json.dump().substr(0, 120));
-  return *found;
-}
-
-// Integers also come as 10.0 from languages that know one kind of number.
-std::int64_t integer(const Json& json, const char* what) {
-  if (json.is_number_integer()) return json.get<std::int64_t>();
-  if (json.is_number() && std::floor(json.get<double>()) == json.get<double>() &&
-      std::fabs(json.get<double>()) < 9e15) {
-    return static_cast<std::int64_t>(json.get<double>());
-  }
-  throw Garbage("\"" + std::string(what) + "\" is not an integer: " + json.dump().substr(0, 60));
-}
-
-std::string text(const Json& json, const char* what) {
-  if (!json.is_string()) throw Garbage("\"" + std::string(what) + "\" is not a string: " + json.dump().substr(0, 60));
-  return json.get<std::string>();
-}
-
-std::string text_or(const Json& json, const char* key, const std::string& otherwise) {
-  return json.contains(key) ? text(json[key], key) : otherwise;
-}
-
-const Json& array(const Json& json, const char* what, std::size_t size = 0) {
-  if (!json.is_array() || (size > 0 && json.size() != size)) {
-    throw Garbage("\"" + std::string(what) + "\" is not an array" + (size > 0 ? " of " + std::to_string(size) : "") +
-                  ": " + json.dump().substr(0, 60));
-  }
-  return json;
-}
-
-// nlohmann throws on text that is not UTF-8; replace such bytes instead.
-std::string dump(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
-
 // ---- samples ------------------------------------------------------------------------------------------------------
-// [[px,py,pz,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz],...]
-void append_bodies(std::string& line, const Sample& sample) {
+// [px,py,pz,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz],
+void append_body(std::string& line, const BodySample& body) {
   line += '[';
-  for (const BodySample& body : sample.bodies) {
-    line += '[';
-    append_all(line, body.p_m);
-    append_all(line, body.q_wxyz);
-    append_all(line, body.v_m_per_s);
-    append_all(line, body.w_rad_per_s);
-    line.back() = ']';
-    line += ',';
-  }
-  if (line.back() == ',') line.pop_back();
-  line += ']';
-}
-
-std::vector<BodySample> read_bodies(const Json& json) {
-  std::vector<BodySample> bodies;
-  bodies.reserve(array(json, "bodies").size());
-  for (const Json& values : json) {
-    array(values, "body", 13);
-    BodySample& body = bodies.emplace_back();
-    for (std::size_t i = 0; i < 3; ++i) {
-      body.p_m[i] = number(values[i]);
-      body.v_m_per_s[i] = number(values[7 + i]);
-      body.w_rad_per_s[i] = number(values[10 + i]);
-    }
-    for (std::size_t i = 0; i < 4; ++i) body.q_wxyz[i] = number(values[3 + i]);
-  }
-  return bodies;
-}
-
-// [[a,b,x,y,z,nx,ny,nz,gap_m,force_n_N,force_t_N(3)],...], where there are any
-void append_contacts(std::string& line, const Sample& sample) {
-  if (sample.contacts.empty()) return;
-  line += ",\"contacts\":[";
-  for (const ContactSample& contact : sample.contacts) {
-    line += '[' + std::to_string(contact.body_a) + ',' + std::to_string(contact.body_b) + ',';
-    append_all(line, contact.x_m);
-    append_all(line, contact.normal);
-    append_all(line, std::array{contact.gap_m, contact.force_n_N});
-    append_all(line, contact.force_t_N);
-    line.back() = ']';
-    line += ',';
-  }
+  append_all(line, body.p_m);
+  append_all(line, body.q_wxyz);
+  append_all(line, body.v_m_per_s);
+  append_all(line, body.w_rad_per_s);
   line.back() = ']';
+  line += ',';
 }
 
-std::vector<ContactSample> read_contacts(const Json& json) {
-  std::vector<ContactSample> contacts;
-  for (const Json& values : array(json, "contacts")) {
-    array(values, "contact", 13);
-    ContactSample& contact = contacts.emplace_back();
-    contact.body_a = static_cast<int>(integer(values[0], "body_a"));
-    contact.body_b = static_cast<int>(integer(values[1], "body_b"));
-    for (std::size_t i = 0; i < 3; ++i) {
-      contact.x_m[i] = narrow_number(values[2 + i]);
-      contact.normal[i] = narrow_number(values[5 + i]);
-      contact.force_t_N[i] = narrow_number(values[10 + i]);
-    }
-    contact.gap_m = narrow_number(values[8]);
-    contact.force_n_N = narrow_number(values[9]);
-  }
-  return contacts;
+// [a,b,x,y,z,nx,ny,nz,gap_m,force_n_N,force_t_N(3)],
+void append_contact(std::string& line, const ContactSample& contact) {
+  line += '[' + std::to_string(contact.body_a) + ',' + std::to_string(contact.body_b) + ',';
+  append_all(line, contact.x_m);
+  append_all(line, contact.normal);
+  append_all(line, std::array{contact.gap_m, contact.force_n_N});
+  append_all(line, contact.force_t_N);
+  line.back() = ']';
+  line += ',';
+}
+
+// The end of an array of elements that each end in a comma.
+void close_array(std::string& line) {
+  if (line.back() == ',') line.back() = ']';
+  else line += ']';
 }
 
 // ---- events -------------------------------------------------------------------------------------------------------
@@ -192,68 +95,7 @@ void append_events(std::string& line, const std::vector<Event>& events, const st
   line.back() = ']';
 }
 
-void read_events(const Json& json, Answer& answer) {
-  if (!json.contains("events")) return;
-  for (const Json& each : array(json["events"], "events")) {
-    if (!each.is_object()) throw Garbage("an event is not an object: " + each.dump().substr(0, 60));
-    Event event;
-    event.t_s = number(need(each, "t_s"));
-    try {
-      event.kind = event_kind_from_string(text_or(each, "kind", "impact"));
-    } catch (const std::invalid_argument& error) {
-      throw Garbage(error.what());
-    }
-    event.body_a = static_cast<int>(integer(need(each, "body_a"), "body_a"));
-    event.body_b = static_cast<int>(integer(need(each, "body_b"), "body_b"));
-    for (std::size_t i = 0; i < 3; ++i) {
-      if (each.contains("x_m")) event.x_m[i] = number(array(each["x_m"], "x_m", 3)[i]);
-      if (each.contains("normal")) event.normal[i] = number(array(each["normal"], "normal", 3)[i]);
-    }
-    const auto field = [&](const char* key, Wide& value) {
-      if (each.contains(key)) value = number(each[key]);
-    };
-    field("impulse_n_N_s", event.impulse_n_N_s);
-    field("impulse_t_N_s", event.impulse_t_N_s);
-    field("vn_before_m_per_s", event.vn_before_m_per_s);
-    field("vn_after_m_per_s", event.vn_after_m_per_s);
-    answer.events.push_back(event);
-    answer.event_bar_s.push_back(each.contains("bar_s") ? narrow_number(each["bar_s"]) : 0);
-  }
-}
-
 // ---- contacts -----------------------------------------------------------------------------------------------------
-std::array<Wide, 3> read_three(const Json& values, std::size_t at) {
-  return {number(values[at]), number(values[at + 1]), number(values[at + 2])};
-}
-
-void read_found(const Json& json, Answer& answer) {
-  const auto body = [](const Json& value) { return static_cast<int>(integer(value, "body")); };
-  if (json.contains("contacts")) {
-    for (const Json& v : array(json["contacts"], "contacts")) {
-      array(v, "contact", 9);
-      answer.contacts.push_back({body(v[0]), body(v[1]), read_three(v, 2), read_three(v, 5), number(v[8])});
-    }
-  }
-  if (json.contains("touches")) {
-    for (const Json& v : array(json["touches"], "touches")) {
-      array(v, "touch", 9);
-      answer.touches.push_back({body(v[0]), body(v[1]), number(v[2]), read_three(v, 3), read_three(v, 6)});
-    }
-  }
-  if (!json.contains("poses")) return;
-  for (const Json& v : array(json["poses"], "poses")) {
-    array(v, "pose", 12);
-    PoseAnswer& pose = answer.poses.emplace_back();
-    pose.hit = integer(v[0], "hit") != 0;
-    pose.gap_m = narrow_number(v[1]);
-    pose.toi_s = narrow_number(v[2]);
-    for (std::size_t i = 0; i < 3; ++i) pose.normal[i] = narrow_number(v[3 + i]), pose.x_m[i] = narrow_number(v[6 + i]);
-    pose.points = static_cast<int>(integer(v[9], "points"));
-    pose.bar = narrow_number(v[10]);
-    pose.margin_m = narrow_number(v[11]);
-  }
-}
-
 std::string contacts_request(const Request& request) {
   std::string line = ",\"cell\":" + std::to_string(request.cell);
   if (!request.test.empty()) line += ",\"test\":" + dump(Json(request.test));
@@ -265,6 +107,11 @@ std::string contacts_request(const Request& request) {
   return R"({"request":"contacts-sweep")" + line + ",\"pair\":" + dump(Json(request.pair)) +
          ",\"seed\":" + std::to_string(request.seed) + ",\"from\":" + std::to_string(request.from) +
          ",\"count\":" + std::to_string(request.count) + "}";
+}
+
+std::uint64_t seed_of(const Json& json) {
+  if (json.is_number_unsigned()) return json.get<std::uint64_t>();
+  return static_cast<std::uint64_t>(integer(json, "seed"));
 }
 
 void read_contacts_request(const Json& json, const std::string& kind, Request& request) {
@@ -281,33 +128,13 @@ void read_contacts_request(const Json& json, const std::string& kind, Request& r
   }
   request.kind = Request::Kind::sweep;
   request.pair = text(need(json, "pair"), "pair");
-  request.seed = static_cast<std::uint64_t>(integer(need(json, "seed"), "seed"));
+  request.seed = seed_of(need(json, "seed"));
   request.from = integer(need(json, "from"), "from");
   request.count = integer(need(json, "count"), "count");
   if (request.from < 0 || request.count < 0) throw Garbage("\"from\" and \"count\" must not be negative");
 }
 
-// ---- settings, outcomes -------------------------------------------------------------------------------------------
-Json to_json(const Settings& settings) {
-  Json json = Json::object();
-  for (const auto& [key, value] : settings) {
-    std::visit([&, &name = key](const auto& v) { json[name] = v; }, value);
-  }
-  return json;
-}
-
-Settings read_settings(const Json& json) {
-  if (!json.is_object()) throw Garbage("\"settings\" is not an object");
-  Settings settings;
-  for (const auto& [key, value] : json.items()) {
-    if (value.is_boolean()) settings[key] = value.get<bool>();
-    else if (value.is_number_integer()) settings[key] = value.get<std::int64_t>();
-    else if (value.is_number()) settings[key] = value.get<double>();
-    else settings[key] = value.is_string() ? value.get<std::string>() : value.dump();
-  }
-  return settings;
-}
-
+// ---- outcomes -----------------------------------------------------------------------------------------------------
 Json outcome_json(const Outcome& outcome) {
   Json done{{"status", to_string(outcome.status)},
             {"reason", outcome.reason},
@@ -315,36 +142,6 @@ Json outcome_json(const Outcome& outcome) {
             {"rate_evaluations", outcome.rate_evaluations}};
   if (!outcome.busy_ns.empty()) done["busy_ns"] = outcome.busy_ns;
   return done;
-}
-
-Outcome read_outcome(const Json& done) {
-  if (!done.is_object()) throw Garbage("\"done\" is not an object");
-  Outcome outcome;
-  try {
-    outcome.status = status_from_string(text(need(done, "status"), "status"));
-  } catch (const std::invalid_argument& error) {
-    throw Garbage(error.what());
-  }
-  outcome.reason = text_or(done, "reason", "");
-  if (done.contains("steps_taken")) outcome.steps_taken = integer(done["steps_taken"], "steps_taken");
-  if (done.contains("rate_evaluations")) {
-    outcome.rate_evaluations = integer(done["rate_evaluations"], "rate_evaluations");
-  }
-  if (done.contains("busy_ns")) {
-    for (const Json& each : array(done["busy_ns"], "busy_ns")) outcome.busy_ns.push_back(integer(each, "busy_ns"));
-  }
-  return outcome;
-}
-
-Profile read_profile(const Json& done) {
-  Profile profile;
-  if (done.contains("step_ns")) {
-    for (const Json& each : array(done["step_ns"], "step_ns")) profile.step_ns.push_back(integer(each, "step_ns"));
-  }
-  if (!done.contains("phase_ns")) return profile;
-  if (!done["phase_ns"].is_object()) throw Garbage("\"phase_ns\" is not an object");
-  for (const auto& [phase, ns] : done["phase_ns"].items()) profile.phase_ns[phase] = integer(ns, "phase_ns");
-  return profile;
 }
 
 std::string head(std::int64_t cell) { return "{\"cell\":" + std::to_string(cell); }
@@ -385,9 +182,7 @@ Request read_request(std::string_view line, std::int64_t& cell) {
   if (json.contains("cell")) request.cell = cell = integer(json["cell"], "cell");
   const std::string kind = text(need(json, "request"), "request");
   if (kind == "hello") {
-    const std::int64_t protocol = json.contains("protocol") ? integer(json["protocol"], "protocol") : kProtocol;
-    if (protocol != kProtocol)
-      throw Garbage("protocol " + std::to_string(protocol) + "; this worker speaks protocol 1");
+    if (json.contains("protocol")) check_protocol(json["protocol"], "this worker");
     return request;
   }
   need(json, "cell");
@@ -403,7 +198,7 @@ Request read_request(std::string_view line, std::int64_t& cell) {
     return request;
   }
   if (kind != "run")
-    throw Garbage("unknown request `" + kind + "`; expected hello, run, truth, contacts or contacts-sweep");
+    throw Garbage("unknown request `" + cut(kind) + "`; expected hello, run, truth, contacts or contacts-sweep");
   request.kind = Request::Kind::run;
   request.method = text(need(json, "method"), "method");
   request.plan.t_end_s = narrow_number(need(json, "t_end_s"));
@@ -415,7 +210,7 @@ Request read_request(std::string_view line, std::int64_t& cell) {
   if (json.contains("frame_ends_s")) read_frames(json["frame_ends_s"], request.plan);
   const std::string pass = text_or(json, "pass", "accuracy");
   if (pass != "accuracy" && pass != "timing" && pass != "profile") {
-    throw Garbage("unknown pass `" + pass + "`; expected accuracy, timing or profile");
+    throw Garbage("unknown pass `" + cut(pass) + "`; expected accuracy, timing or profile");
   }
   request.profile = pass == "profile";
   if (pass == "timing") {
@@ -427,86 +222,72 @@ Request read_request(std::string_view line, std::int64_t& cell) {
   return request;
 }
 
-// ---- hello --------------------------------------------------------------------------------------------------------
-namespace {
-
-Json describe(const std::vector<MethodInfo>& methods) {
-  Json list = Json::array();
-  for (const MethodInfo& method : methods) {
-    Json claims = Json::object();
-    for (const auto& [motion, order] : method.claimed_order) claims[motion] = json_number(order);
-    list.push_back({{"id", method.id},
-                    {"doc", method.doc},
-                    {"settings", to_json(method.settings)},
-                    {"source", method.source},
-                    {"claims", claims},
-                    {"adaptive", method.adaptive}});
+// ---- answers ------------------------------------------------------------------------------------------------------
+void sample_lines(std::int64_t cell, const Sample& sample, const Sample* bar, const std::vector<Event>& events,
+                  const Put& put, std::size_t longest) {
+  std::size_t body = 0, contact = 0;
+  for (bool more = true; more;) {
+    std::string line = head(cell) + ",\"t_s\":", bars;
+    append(line, sample.t_s);
+    if (body > 0) line += ",\"from\":" + std::to_string(body);
+    line += ",\"bodies\":[";
+    for (; body < sample.bodies.size() && line.size() + bars.size() < longest; ++body) {
+      append_body(line, sample.bodies[body]);
+      if (bar) append_body(bars, bar->bodies.at(body));
+    }
+    close_array(line);
+    if (bar) {
+      line += ",\"bars\":[" + bars;
+      close_array(line);
+    }
+    const bool contacts_begin = body == sample.bodies.size() && contact < sample.contacts.size();
+    if (contacts_begin && (line.size() < longest || body == 0)) {
+      line += ",\"contacts\":[";
+      do append_contact(line, sample.contacts[contact++]);
+      while (contact < sample.contacts.size() && line.size() < longest);
+      close_array(line);
+    }
+    more = body < sample.bodies.size() || contact < sample.contacts.size();
+    if (more) line += ",\"more\":true";
+    else append_events(line, events);
+    put(line + "}");
   }
-  return list;
 }
 
-std::vector<MethodInfo> read_methods(const Json& list, const char* what) {
-  std::vector<MethodInfo> methods;
-  for (const Json& each : array(list, what)) {
-    if (!each.is_object()) throw Garbage("a method is not an object: " + each.dump().substr(0, 60));
-    MethodInfo& method = methods.emplace_back();
-    method.id = text(need(each, "id"), "id");
-    method.doc = text_or(each, "doc", "");
-    method.source = text_or(each, "source", "");
-    if (each.contains("settings")) method.settings = read_settings(each["settings"]);
-    if (each.contains("adaptive")) method.adaptive = each["adaptive"].is_boolean() && each["adaptive"].get<bool>();
-    if (each.contains("claims") && each["claims"].is_object()) {
-      for (const auto& [motion, order] : each["claims"].items()) method.claimed_order[motion] = narrow_number(order);
-    }
-  }
-  return methods;
+namespace {
+
+std::string one_line(std::int64_t cell, const Sample& sample, const Sample* bar, const std::vector<Event>& events) {
+  std::string only;
+  sample_lines(cell, sample, bar, events, [&](const std::string& line) { only = line; }, std::string::npos);
+  return only;
 }
 
 }  // namespace
 
-std::string hello_line(const Engine& engine) {
-  Json json{{"engine", engine.name}, {"version", engine.version}, {"scalar", engine.scalar}, {"frames", engine.frames}};
-  json["methods"] = describe(engine.methods);
-  if (!engine.responses.empty()) json["responses"] = describe(engine.responses);
-  if (!engine.fingerprint.empty()) json["fingerprint"] = engine.fingerprint;
-  if (!engine.files.empty()) json["files"] = engine.files;
-  return dump(json);
-}
-
-Engine read_hello(std::string_view line) {
-  const Json json = parse(line);
-  Engine engine;
-  engine.name = text(need(json, "engine"), "engine");
-  engine.version = text_or(json, "version", "");
-  engine.scalar = text_or(json, "scalar", "double");
-  engine.frames = json.contains("frames") && json["frames"].is_boolean() && json["frames"].get<bool>();
-  engine.methods = read_methods(need(json, "methods"), "methods");
-  if (json.contains("responses")) engine.responses = read_methods(json["responses"], "responses");
-  engine.fingerprint = text_or(json, "fingerprint", "");
-  if (json.contains("files"))
-    for (const Json& file : array(json["files"], "files")) engine.files.push_back(text(file, "files"));
-  return engine;
-}
-
-// ---- answers ------------------------------------------------------------------------------------------------------
 std::string sample_line(std::int64_t cell, const Sample& sample, const std::vector<Event>& events) {
-  std::string line = head(cell) + ",\"t_s\":";
-  append(line, sample.t_s);
-  line += ",\"bodies\":";
-  append_bodies(line, sample);
-  append_contacts(line, sample);
-  append_events(line, events);
-  return line + "}";
+  return one_line(cell, sample, nullptr, events);
 }
 
 std::string truth_line(std::int64_t cell, const Sample& value, const Sample& bar) {
-  std::string line = head(cell) + ",\"t_s\":";
-  append(line, value.t_s);
-  line += ",\"bodies\":";
-  append_bodies(line, value);
-  line += ",\"bars\":";
-  append_bodies(line, bar);
-  return line + "}";
+  return one_line(cell, value, &bar, {});
+}
+
+void event_lines(std::int64_t cell, std::vector<Event>& events, std::vector<double>* bar_s, const Put& put,
+                 std::size_t most) {
+  std::size_t sent = 0;
+  while (events.size() - sent > most) {
+    const auto part = [&](const auto& values) {
+      const auto begin = values.begin() + static_cast<std::ptrdiff_t>(std::min(sent, values.size()));
+      const auto end = values.begin() + static_cast<std::ptrdiff_t>(std::min(sent + most, values.size()));
+      return std::vector(begin, end);
+    };
+    std::string line = head(cell);
+    append_events(line, part(events), bar_s ? part(*bar_s) : std::vector<double>{});
+    put(line + ",\"more\":true}");
+    sent += most;
+  }
+  events.erase(events.begin(), events.begin() + static_cast<std::ptrdiff_t>(sent));
+  if (bar_s) bar_s->erase(bar_s->begin(), bar_s->begin() + static_cast<std::ptrdiff_t>(std::min(sent, bar_s->size())));
 }
 
 std::string done_line(std::int64_t cell, const Outcome& outcome, const std::vector<Event>& events,
@@ -563,38 +344,6 @@ std::string poses_line(std::int64_t cell, const std::vector<PoseAnswer>& poses) 
 std::string error_line(std::int64_t cell, const std::string& what) {
   const Json done{{"status", "crashed"}, {"reason", "bad request: " + what}};
   return head(cell) + ",\"error\":" + dump(Json(what)) + ",\"done\":" + dump(done) + "}";
-}
-
-Answer read_answer(std::string_view line) {
-  const Json json = parse(line);
-  Answer answer;
-  answer.cell = integer(need(json, "cell"), "cell");
-  read_events(json, answer);
-  if (json.contains("done")) {
-    const Json& done = json["done"];
-    answer.done = true;
-    answer.outcome = read_outcome(done);
-    answer.profile = read_profile(done);
-    answer.source = text_or(done, "source", "");
-    answer.note = text_or(done, "note", "");
-    if (done.contains("condition")) answer.condition = narrow_number(done["condition"]);
-    return answer;
-  }
-  if (!json.contains("t_s") && (json.contains("contacts") || json.contains("touches") || json.contains("poses"))) {
-    read_found(json, answer);
-    return answer;
-  }
-  answer.sample.t_s = number(need(json, "t_s"));
-  answer.sample.bodies = read_bodies(need(json, "bodies"));
-  if (json.contains("contacts")) answer.sample.contacts = read_contacts(json["contacts"]);
-  if (json.contains("bars")) {
-    answer.has_bar = true;
-    answer.bar.t_s = 0;
-    answer.bar.bodies = read_bodies(json["bars"]);
-    if (answer.bar.bodies.size() != answer.sample.bodies.size())
-      throw Garbage("\"bars\" and \"bodies\" differ in size");
-  }
-  return answer;
 }
 
 }  // namespace atwood::wire

@@ -1,9 +1,11 @@
-// The lines of the worker protocol as text, both sides of it. One JSON object a line, at most 64 MiB.
+// The lines of the worker protocol as text, both sides of it. One JSON object a line, at most 64 MiB (hello: 4 MiB),
+// nested at most 64 levels deep. A sample that would make a long line is sent in parts.
 //
 // Numbers that a double holds exactly are JSON numbers; others (wider, or not finite) are strings.
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -17,6 +19,8 @@ namespace atwood::wire {
 
 inline constexpr int kProtocol = 1;
 inline constexpr std::size_t kLongestLine = std::size_t{64} << 20;
+inline constexpr std::size_t kLongestHello = std::size_t{4} << 20;
+inline constexpr std::size_t kLongestPart = std::size_t{16} << 20;  // from here on a sample continues on another line
 
 // A line that does not follow the protocol; says what was found.
 struct Garbage : std::runtime_error { using std::runtime_error::runtime_error; };
@@ -42,10 +46,22 @@ Request read_request(std::string_view line, std::int64_t& cell);
 
 // ---- answers ----------------------------------------------------------------------------------------------------
 std::string hello_line(const Engine& engine);
-Engine read_hello(std::string_view line);  // throws Garbage; `run` stays empty
+// Throws Garbage, also where the engine has no usable name, speaks another protocol, or lists a method that does not
+// begin with its name and a slash. `run` stays empty.
+Engine read_hello(std::string_view line);
 
 std::string sample_line(std::int64_t cell, const Sample& sample, const std::vector<Event>& events);
 std::string truth_line(std::int64_t cell, const Sample& value, const Sample& bar);
+// A sample (with its bar where that is not null) in as many lines as it takes to keep each near `longest` bytes. All
+// but the last say "more":true, all but the first say with "from" which body their first row is of; rows of bodies come
+// before contacts, and events with the last line. Each line goes to `put`.
+using Put = std::function<void(const std::string& line)>;
+void sample_lines(std::int64_t cell, const Sample& sample, const Sample* bar, const std::vector<Event>& events,
+                  const Put& put, std::size_t longest = kLongestPart);
+// Lines of events alone, {"cell":7,"events":[...],"more":true}, until at most `most` are left; those stay in `events`
+// (and `bar_s`, where that is not null) for the line that comes next.
+void event_lines(std::int64_t cell, std::vector<Event>& events, std::vector<double>* bar_s, const Put& put,
+                 std::size_t most = 20000);
 // Events that no sample follows come with it; of a profile pass, the time of every step and of each phase:
 // "step_ns":[...], "phase_ns":{"broad":...}.
 std::string done_line(std::int64_t cell, const Outcome& outcome, const std::vector<Event>& events,
@@ -58,10 +74,13 @@ std::string poses_line(std::int64_t cell, const std::vector<PoseAnswer>& poses);
 // The answer to a request that cannot be read.
 std::string error_line(std::int64_t cell, const std::string& what);
 
-// One line of an answer: a sample (with its bar when it is a truth's), or the end.
+// One line of an answer: a sample or a part of one (with its bar when it is a truth's), events alone, or the end.
 struct Answer {
   std::int64_t cell = -1;
   bool done = false;
+  bool more = false;          // the sample goes on in the next line
+  bool events_alone = false;  // neither a sample nor the end
+  std::size_t from = 0;       // the body that the first row is of
   Sample sample, bar;
   bool has_bar = false;
   std::vector<Event> events;
@@ -74,6 +93,11 @@ struct Answer {
   std::vector<FoundTouch> touches;
   std::vector<PoseAnswer> poses;
 };
-Answer read_answer(std::string_view line);  // throws Garbage
+// What one line may hold at most; reading ends at the first row beyond it.
+struct Limits {
+  std::size_t bodies = std::size_t{1} << 24, contacts = std::size_t{1} << 22, poses = std::size_t{1} << 22;
+  std::size_t events = 1000000;
+};
+Answer read_answer(std::string_view line, const Limits& most = {});  // throws Garbage
 
 }  // namespace atwood::wire

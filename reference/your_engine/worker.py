@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
 """A physics engine at Atwood's table: symplectic Euler, v += h a(x, v), then x += h v. Standard library only."""
-import json, sys, time  # noqa: E401
+import hashlib, json, sys, time  # noqa: E401
 
 METHOD = {"id": "python/symplectic-euler", "doc": "Symplectic Euler of point masses.", "settings": {"rotation": "none"}}
-HELLO = {"engine": "python", "version": sys.version.split()[0], "scalar": "double", "methods": [METHOD]}
+FINGERPRINT = hashlib.sha256(open(__file__, "rb").read()).hexdigest()  # changes whenever this engine may
+HELLO = {"engine": "python", "version": sys.version.split()[0], "scalar": "double", "fingerprint": FINGERPRINT,
+         "methods": [METHOD]}
 
 def refusal(method, scene):  # what this engine can't do, in words; None: it can run the scene
     if method != METHOD["id"]: return "python has no method " + method

@@ -1,12 +1,16 @@
 // The command line: words in, an Options, one command, an exit code.
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <exception>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include "protocol/descriptors.hpp"
 #include "reports/command_line/command_line.hpp"
 #include "scene/files.hpp"
+#include "validation/study/process.hpp"
 
 namespace {
 
@@ -207,24 +211,31 @@ int run(int argc, char** argv) {
   return parser.chosen(find_place(), parser.options);
 }
 
+// What went wrong, on standard error as far as it takes it; nothing is thrown.
+void complain(const char* what) {
+  std::fflush(stdout);
+  std::fprintf(stderr, "atwood: %s\n", what);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  open_standard_descriptors();
+  forgive_standard_error();
   int code = exit_internal;
   try {
     code = run(argc, argv);
   } catch (const InputError& error) {
-    std::fflush(stdout);
-    fmt::print(stderr, "atwood: {}\n", error.what());
+    complain(error.what());
     return exit_input;
   } catch (const std::exception& error) {
-    std::fflush(stdout);
-    fmt::print(stderr, "atwood: {}\n", error.what());
+    complain(error.what());
     return exit_internal;
   }
   if (std::fflush(stdout) != 0 || std::ferror(stdout)) {
-    std::perror("atwood: standard output");
+    complain((std::string("standard output: ") + std::strerror(errno)).c_str());
     return exit_internal;
   }
+  if (interrupt_signal() != 0) return 128 + interrupt_signal();  // it came when nobody looked any more
   return code;
 }

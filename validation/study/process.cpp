@@ -1,6 +1,7 @@
 #include "validation/study/process.hpp"
 
 #include <fcntl.h>
+#include <linux/close_range.h>
 #include <poll.h>
 #include <sched.h>
 #include <sys/prctl.h>
@@ -15,16 +16,22 @@
 #include <stdexcept>
 #include <thread>
 
-#include "protocol/wire.hpp"
+#include "validation/study/descendants.hpp"
 
 namespace atwood {
 namespace {
 
 constexpr std::size_t kLongestErrors = std::size_t{64} << 10;
+constexpr std::size_t kLongBlock = std::size_t{1} << 20;
 constexpr int kSliceMs = 50;  // how long an interrupt may go unseen
 
 std::atomic<int> g_signal{0};  // the only thing the signal handler touches
+std::atomic<bool> g_seen{false};  // somebody has asked for it
 static_assert(std::atomic<int>::is_always_lock_free);
+
+void forget_what_was_seen() {
+  if (g_seen.exchange(false)) g_signal = 0;
+}
 
 void remember(int signal) { g_signal = signal; }
 
@@ -33,13 +40,22 @@ void close_end(int& end) {
   end = -1;
 }
 
+// The child puts its ends in the places 0 to 2: none may lie there before.
+int above_standard(int end) {
+  if (end > STDERR_FILENO) return end;
+  const int moved = fcntl(end, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+  if (moved < 0) return end;
+  close(end);
+  return moved;
+}
+
 struct Pipe {
   int read = -1, write = -1;
   Pipe() {
     int ends[2];
     if (pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error(std::string("no pipe: ") + std::strerror(errno));
-    read = ends[0];
-    write = ends[1];
+    read = above_standard(ends[0]);
+    write = above_standard(ends[1]);
   }
   ~Pipe() {
     close_end(read);
@@ -61,9 +77,27 @@ void pin_to_last_processor() {
   }
 }
 
+// Descriptors that this program inherited without the flag, or opened without it, are not the worker's.
+void close_others_on_exec() {
+  if (close_range(STDERR_FILENO + 1, ~0U, CLOSE_RANGE_CLOEXEC) == 0) return;
+  for (int descriptor = STDERR_FILENO + 1; descriptor < 4096; ++descriptor) fcntl(descriptor, F_SETFD, FD_CLOEXEC);
+}
+
+// The environment with one more entry, for execve.
+std::vector<char*> environment_with(std::string& entry) {
+  std::vector<char*> all;
+  const std::string name = entry.substr(0, entry.find('=') + 1);
+  for (char** each = environ; each && *each; ++each)
+    if (std::strncmp(*each, name.c_str(), name.size()) != 0) all.push_back(*each);
+  all.push_back(entry.data());
+  all.push_back(nullptr);
+  return all;
+}
+
 // Between fork and exec only async-signal-safe calls.
-[[noreturn]] void become(char* const* arguments, int in, int out, int err, int failure, pid_t parent, bool pinned) {
-  setpgid(0, 0);  // a Ctrl-C at the terminal is ours to handle; killing the group takes its children along
+[[noreturn]] void become(char* const* arguments, char* const* environment, int in, int out, int err, int failure,
+                         pid_t parent, bool pinned) {
+  setsid();  // a Ctrl-C at the terminal is ours to handle; its children are known by the session
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(127);
   for (const int signal : {SIGPIPE, SIGXFSZ, SIGINT, SIGTERM}) ::signal(signal, SIG_DFL);
@@ -72,7 +106,8 @@ void pin_to_last_processor() {
   sigprocmask(SIG_SETMASK, &none, nullptr);
   if (pinned) pin_to_last_processor();
   if (dup2(in, STDIN_FILENO) >= 0 && dup2(out, STDOUT_FILENO) >= 0 && dup2(err, STDERR_FILENO) >= 0) {
-    execv(arguments[0], arguments);
+    close_others_on_exec();
+    execve(arguments[0], arguments, environment);
   }
   const int error = errno;
   [[maybe_unused]] const auto written = write(failure, &error, sizeof error);
@@ -81,14 +116,18 @@ void pin_to_last_processor() {
 
 }  // namespace
 
-int interrupt_signal() { return g_signal; }
+int interrupt_signal() {
+  const int signal = g_signal;
+  if (signal != 0) g_seen = true;
+  return signal;
+}
 
 struct InterruptGuard::Saved {
   struct sigaction interrupt, terminate, pipe, file_size;
 };
 
 InterruptGuard::InterruptGuard() : saved_(new Saved) {
-  g_signal = 0;
+  forget_what_was_seen();
   struct sigaction action {};
   action.sa_handler = remember;
   sigaction(SIGINT, &action, &saved_->interrupt);
@@ -104,7 +143,7 @@ InterruptGuard::~InterruptGuard() {
   sigaction(SIGPIPE, &saved_->pipe, nullptr);
   sigaction(SIGXFSZ, &saved_->file_size, nullptr);
   delete saved_;
-  g_signal = 0;
+  forget_what_was_seen();
 }
 
 BrokenPipeGuard::BrokenPipeGuard() : before_(::signal(SIGPIPE, SIG_IGN)) {}
@@ -117,18 +156,26 @@ Process::Process(const std::vector<std::string>& command, bool pinned) {
   std::vector<char*> arguments{program.data()};
   for (std::size_t i = 1; i < command.size(); ++i) arguments.push_back(const_cast<char*>(command[i].c_str()));
   arguments.push_back(nullptr);
+  mark_ = next_worker_mark();
+  const std::vector<char*> environment = environment_with(mark_);
   const pid_t parent = getpid();
-  pid_ = fork();
-  if (pid_ < 0) throw std::runtime_error(std::string("no process: ") + std::strerror(errno));
-  if (pid_ == 0) become(arguments.data(), in.read, out.write, err.write, failure.write, parent, pinned);
-  setpgid(pid_, pid_);
+  adopt_orphans();
+  {
+    const auto held = lock_workers();
+    pid_ = fork();
+    if (pid_ < 0) throw std::runtime_error(std::string("no process: ") + std::strerror(errno));
+    if (pid_ == 0)
+      become(arguments.data(), environment.data(), in.read, out.write, err.write, failure.write, parent, pinned);
+    enter_worker(pid_);
+  }
   close_end(failure.write);
   int error = 0;
   ssize_t size;
   do size = read(failure.read, &error, sizeof error);
   while (size < 0 && errno == EINTR);
   if (size == static_cast<ssize_t>(sizeof error)) {
-    reap(std::chrono::seconds(1));
+    ended(std::chrono::seconds(5));
+    bury();
     throw std::runtime_error(program + " cannot be started: " + std::strerror(error));
   }
   std::swap(in_, in.write);
@@ -139,41 +186,55 @@ Process::Process(const std::vector<std::string>& command, bool pinned) {
 
 Process::~Process() {
   close_end(in_);
-  if (!reap(std::chrono::milliseconds(we_killed_ ? 5000 : 300))) {
+  if (!ended(std::chrono::milliseconds(we_killed_ ? 5000 : 300))) {
     kill();
-    reap(std::chrono::seconds(5));
+    ended(std::chrono::seconds(5));
   }
-  ::kill(-pid_, SIGKILL);  // what it may have left behind in its group
+  bury();
   close_end(out_);
   close_end(err_);
 }
 
 void Process::send(std::string text) { pending_ += text + "\n"; }
 
-bool Process::take_line(std::string& line, Wait& result) {
+bool Process::take_line(std::string& line, std::size_t longest, Wait& result) {
   const std::size_t end = received_.find('\n', std::max(scanned_, taken_));
-  if (end != std::string::npos && end - taken_ <= wire::kLongestLine) {
-    line.assign(received_, taken_, end - taken_);
-    taken_ = end + 1;
+  if (end != std::string::npos && end - taken_ <= longest) {
+    if (end - taken_ < kLongBlock) {
+      line.assign(received_, taken_, end - taken_);
+      taken_ = end + 1;
+      return true;
+    }
+    std::string rest(received_, end + 1);  // a long line is moved, not copied
+    received_.resize(end);
+    received_.erase(0, taken_);
+    line = std::move(received_);
+    received_ = std::move(rest);
+    taken_ = scanned_ = 0;
     return true;
   }
   received_.erase(0, taken_);  // once a block, not once a line
   taken_ = 0;
   scanned_ = received_.size();
   result = Wait::too_long;
-  return received_.size() > wire::kLongestLine;
+  return received_.size() > longest;
 }
 
-Wait Process::next_line(std::string& line, Clock::time_point deadline) {
+Wait Process::next_line(std::string& line, Clock::time_point deadline, std::size_t longest) {
   for (;;) {
     Wait result = Wait::line;
-    if (take_line(line, result)) return result;
+    if (take_line(line, longest, result)) return result;
     if (out_ < 0) return Wait::end_of_output;
     if (interrupt_signal() != 0) return Wait::interrupted;
     const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
     if (left <= 0) return Wait::timeout;
     pump(static_cast<int>(std::min<long long>(left, kSliceMs)));
   }
+}
+
+std::string Process::unasked() {
+  if (out_ >= 0) pump(0);
+  return received_.substr(taken_, 120);
 }
 
 void Process::pump(int timeout_ms) {
@@ -209,36 +270,47 @@ void Process::read_errors() {
 }
 
 void Process::kill() {
-  if (status_) return;
+  if (buried_ || ended(std::chrono::milliseconds(0))) return;
   we_killed_ = true;
   ::kill(-pid_, SIGKILL);
   ::kill(pid_, SIGKILL);
 }
 
-bool Process::reap(std::chrono::milliseconds patience) {
+// Whether it has ended, within `patience`. It is left unburied, so that its number stays its own.
+bool Process::ended(std::chrono::milliseconds patience) {
   const auto deadline = Clock::now() + patience;
-  while (!status_) {
-    int status = 0;
-    const pid_t who = waitpid(pid_, &status, WNOHANG);
-    if (who == pid_) status_ = status;
-    else if (who < 0 && errno != EINTR) status_ = 0;
-    else if (Clock::now() >= deadline) return false;
-    else std::this_thread::sleep_for(std::chrono::microseconds(500));
+  while (!ending_) {
+    siginfo_t info{};
+    if (waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT) != 0) {
+      if (errno != EINTR) ending_ = Ending{};  // somebody else has waited for it
+    } else if (info.si_pid == pid_) {
+      ending_ = Ending{info.si_code != CLD_EXITED, info.si_status};
+    } else if (Clock::now() >= deadline) {
+      return false;
+    } else {
+      std::this_thread::sleep_for(std::chrono::microseconds(500));
+    }
   }
   return true;
 }
 
-std::string Process::ending() {
-  if (!reap(std::chrono::seconds(1))) return "closed its output";
-  if (WIFSIGNALED(*status_)) {
-    const int signal = WTERMSIG(*status_);
-    return "killed by signal " + std::to_string(signal) + " (" + strsignal(signal) + ")";
+// First what it has left behind, while it is a zombie; then itself. Nothing is signalled by its number afterwards.
+void Process::bury() {
+  if (buried_) return;
+  buried_ = true;
+  kill_descendants(pid_, mark_);
+  while (waitpid(pid_, nullptr, ending_ ? 0 : WNOHANG) < 0 && errno == EINTR) {
   }
-  return "exited with code " + std::to_string(WEXITSTATUS(*status_));
+}
+
+std::string Process::ending() {
+  if (!ended(std::chrono::seconds(1))) return "closed its output";
+  if (!ending_->by_signal) return "exited with code " + std::to_string(ending_->code);
+  return "killed by signal " + std::to_string(ending_->code) + " (" + strsignal(ending_->code) + ")";
 }
 
 bool Process::killed_from_outside() const {
-  return status_ && !we_killed_ && WIFSIGNALED(*status_) && WTERMSIG(*status_) == SIGKILL;
+  return ending_ && !we_killed_ && ending_->by_signal && ending_->code == SIGKILL;
 }
 
 std::string Process::error_text() {

@@ -1,6 +1,9 @@
 #include "validation/study/worker_client.hpp"
 
-#include <cmath>
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <random>
 
 #include "scene/files.hpp"
 #include "validation/study/worker_identity.hpp"
@@ -21,22 +24,6 @@ std::string short_number(double value) {
   return text;
 }
 
-void check_sample(const wire::Answer& answer, std::size_t k, double t_end_s, std::int64_t samples, std::size_t bodies) {
-  if (k > static_cast<std::size_t>(samples)) {
-    throw wire::Garbage("more samples than the " + std::to_string(samples + 1) + " asked for");
-  }
-  if (answer.sample.bodies.size() != bodies) {
-    throw wire::Garbage("sample " + std::to_string(k) + " has " + std::to_string(answer.sample.bodies.size()) +
-                        " bodies; the scene has " + std::to_string(bodies));
-  }
-  const double due = t_end_s * static_cast<double>(k) / static_cast<double>(samples);
-  const double t = static_cast<double>(answer.sample.t_s);
-  if (!(std::fabs(t - due) <= 1e-6 * t_end_s)) {
-    throw wire::Garbage("sample " + std::to_string(k) + " is at t_s = " + format_double(t) + "; asked for " +
-                        format_double(due));
-  }
-}
-
 void append_events(const wire::Answer& answer, std::size_t bodies, std::vector<Event>& events) {
   for (const Event& event : answer.events) {
     const auto known = [&](int body) { return body >= 0 && static_cast<std::size_t>(body) < bodies; };
@@ -47,9 +34,48 @@ void append_events(const wire::Answer& answer, std::size_t bodies, std::vector<E
   }
 }
 
-}  // namespace
+std::string megabytes(std::size_t bytes) { return short_number(static_cast<double>(bytes) / (1 << 20)) + " MiB"; }
 
-std::size_t sampled_bodies(const Scene& scene) { return scene.problem.empty() ? scene.bodies.size() : 1; }
+// A few rows more than there are bodies, so that a sample of too many is told with their number; and contacts of a dense
+// heap, several points each.
+wire::Limits limits_of(const SampledBodies& bodies) {
+  return {.bodies = bodies.count + 64, .contacts = 1024 + 32 * bodies.count, .poses = 0};
+}
+
+// The next sample of a run or a truth.
+void add_sample(const wire::Answer& answer, double t_end_s, std::int64_t samples, std::size_t bodies,
+                std::vector<Sample>& values) {
+  const std::size_t k = values.size();
+  if (k > static_cast<std::size_t>(samples))
+    throw wire::Garbage("more samples than the " + std::to_string(samples + 1) + " asked for");
+  check_layout(answer.sample, k, t_end_s, samples, bodies);
+  values.push_back(answer.sample);
+}
+
+// Puts a part of a sample to the parts before it.
+void append_part(wire::Answer part, wire::Answer& whole, const wire::Limits& most) {
+  if (part.from != whole.sample.bodies.size())
+    throw wire::Garbage("a part of a sample is from body " + std::to_string(part.from) + " on; expected was body " +
+                        std::to_string(whole.sample.bodies.size()));
+  if (!whole.sample.bodies.empty() && part.sample.t_s != whole.sample.t_s)
+    throw wire::Garbage("parts of a sample at different times");
+  const auto append = [](auto& to, auto& from) {
+    if (to.empty()) to = std::move(from);
+    else to.insert(to.end(), from.begin(), from.end());
+  };
+  append(whole.sample.bodies, part.sample.bodies);
+  append(whole.sample.contacts, part.sample.contacts);
+  append(whole.bar.bodies, part.bar.bodies);
+  append(whole.events, part.events);
+  append(whole.event_bar_s, part.event_bar_s);
+  whole.sample.t_s = part.sample.t_s;
+  whole.has_bar = whole.has_bar || part.has_bar;
+  if (whole.sample.bodies.size() > most.bodies) throw wire::Garbage("a sample of more bodies than the scene has");
+  if (whole.sample.contacts.size() > most.contacts)
+    throw wire::Garbage("more than " + std::to_string(most.contacts) + " contacts in a sample");
+}
+
+}  // namespace
 
 Outcome WorkerClient::give_up(Status status, const std::string& reason) {
   Outcome outcome;
@@ -68,7 +94,9 @@ Outcome WorkerClient::give_up(Status status, const std::string& reason) {
 Outcome WorkerClient::explain(Wait wait, double limit_s) {
   switch (wait) {
     case Wait::timeout: return give_up(Status::timeout, "no answer within " + short_number(limit_s) + " s");
-    case Wait::too_long: return give_up(Status::crashed, "garbage: a line of more than 64 MiB");
+    case Wait::too_long:
+      return give_up(Status::crashed, "garbage: a line of more than " +
+                                          megabytes(cell_ == 0 ? wire::kLongestHello : wire::kLongestLine));
     case Wait::interrupted: give_up(Status::crashed, "interrupted"); throw Interrupted{};
     default: break;
   }
@@ -84,7 +112,7 @@ Outcome WorkerClient::start() {
   }
   process_->send(wire::to_line({}));
   std::string line;
-  const Wait wait = process_->next_line(line, in_seconds(kHelloLimitS));
+  const Wait wait = process_->next_line(line, in_seconds(kHelloLimitS), wire::kLongestHello);
   if (wait != Wait::line) {
     Outcome outcome = explain(wait, kHelloLimitS);
     outcome.reason = "at hello: " + outcome.reason;
@@ -103,38 +131,68 @@ Engine WorkerClient::hello(Outcome& outcome) {
   return engine_;
 }
 
-Outcome WorkerClient::ask(wire::Request request, double limit_s, const std::function<void(const wire::Answer&)>& take) {
+// Numbers that no worker can guess: an answer to a question that was not asked yet does not fit the one that comes.
+std::int64_t WorkerClient::next_cell() {
+  static thread_local std::mt19937 random{std::random_device{}()};
+  return std::uniform_int_distribution<std::int64_t>(1, (std::int64_t{1} << 31) - 1)(random);
+}
+
+Outcome WorkerClient::ask(wire::Request request, double limit_s, const wire::Limits& most,
+                          const std::function<void(const wire::Answer&)>& take) {
   killed_from_outside_ = false;
   if (!process_) {
+    cell_ = 0;
     const Outcome outcome = start();
     if (outcome.status != Status::ok) return outcome;
   }
-  request.cell = ++cell_;
+  request.cell = cell_ = next_cell();
+  std::string text = wire::to_line(request);
+  if (text.size() > wire::kLongestLine) {
+    Outcome outcome;
+    outcome.status = Status::unsupported;
+    outcome.reason = "the scene takes " + megabytes(text.size()) + " as a line of the worker protocol, which allows " +
+                     megabytes(wire::kLongestLine);
+    return outcome;
+  }
+  const std::string early = process_->unasked();
+  if (!early.empty())
+    return give_up(Status::crashed, "garbage: an answer before the question was sent: " + printable(early));
   process_->forget_errors();
-  process_->send(wire::to_line(request));
+  process_->send(std::move(text));
   const auto start_time = Clock::now();
   const auto deadline = in_seconds(limit_s);
   std::string line;
+  wire::Answer whole;  // of a sample in parts: those that came
+  bool in_parts = false;
   for (;;) {
-    const Wait wait = process_->next_line(line, deadline);
+    const Wait wait = process_->next_line(line, deadline, wire::kLongestLine);
     if (wait != Wait::line) return explain(wait, limit_s);
     try {
-      const wire::Answer answer = wire::read_answer(line);
-      if (answer.cell != cell_) {
-        throw wire::Garbage("an answer to cell " + std::to_string(answer.cell) + "; asked was " +
-                            std::to_string(cell_));
+      wire::Answer answer = wire::read_answer(line, most);
+      if (answer.cell != cell_)
+        throw wire::Garbage("an answer to cell " + std::to_string(answer.cell) + ", which was not asked for");
+      if (answer.done) {
+        wall_ns_ = std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - start_time).count();
+        if (in_parts) throw wire::Garbage("ended in the middle of a sample");
+        take(answer);
+        return answer.outcome;
       }
-      take(answer);
-      if (!answer.done) continue;
-      wall_ns_ = std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - start_time).count();
-      return answer.outcome;
+      if (answer.events_alone || (!in_parts && !answer.more && answer.from == 0)) {
+        take(answer);
+        continue;
+      }
+      in_parts = answer.more;
+      append_part(std::move(answer), whole, most);
+      if (in_parts) continue;
+      take(whole);
+      whole = {};
     } catch (const std::exception& error) {
       return give_up(Status::crashed, std::string("garbage: ") + printable(error.what()));
     }
   }
 }
 
-Recording WorkerClient::run(const std::string& method, const std::string& scene_json, std::size_t bodies,
+Recording WorkerClient::run(const std::string& method, const std::string& scene_json, const SampledBodies& bodies,
                             const Plan& plan, int repeats, double limit_s) {
   wire::Request request;
   request.kind = wire::Request::Kind::run;
@@ -143,18 +201,18 @@ Recording WorkerClient::run(const std::string& method, const std::string& scene_
   request.repeats = repeats;
   request.json = scene_json;
   Recording recording;
-  recording.outcome = ask(std::move(request), limit_s, [&](const wire::Answer& answer) {
-    append_events(answer, bodies, recording.events);
-    if (!answer.done && repeats == 0) {
-      check_sample(answer, recording.values.size(), plan.t_end_s, plan.samples, bodies);
-      recording.values.push_back(answer.sample);
+  recording.outcome = ask(std::move(request), limit_s, limits_of(bodies), [&](const wire::Answer& answer) {
+    append_events(answer, bodies.count, recording.events);
+    if (!answer.done && !answer.events_alone && repeats == 0) {
+      add_sample(answer, plan.t_end_s, plan.samples, bodies.count, recording.values);
+      check_states(answer.sample, recording.values.size() - 1, plan.t_end_s, bodies);
     }
     if (!answer.done || answer.outcome.status != Status::ok) return;
     if (repeats == 0 && recording.values.size() != static_cast<std::size_t>(plan.samples) + 1) {
       throw wire::Garbage("ended as ok with " + std::to_string(recording.values.size()) + " of " +
                           std::to_string(plan.samples + 1) + " samples");
     }
-    if (repeats > 0 && answer.outcome.busy_ns.empty()) throw wire::Garbage("a timed pass without busy_ns");
+    if (repeats > 0) check_busy(answer.outcome.busy_ns, repeats, plan.steps, wall_ns_);
   });
   recording.outcome.reason = printable(recording.outcome.reason);
   return recording;
@@ -169,7 +227,7 @@ Outcome WorkerClient::profile(const std::string& method, const std::string& scen
   request.profile = true;
   request.json = scene_json;
   profile = {};
-  Outcome outcome = ask(std::move(request), limit_s, [&](const wire::Answer& answer) {
+  Outcome outcome = ask(std::move(request), limit_s, {}, [&](const wire::Answer& answer) {
     if (!answer.done) return;  // a worker that knows no such pass sends samples
     profile = answer.profile;
     const bool whole = profile.step_ns.empty() || profile.step_ns.size() == static_cast<std::size_t>(plan.steps);
@@ -181,15 +239,15 @@ Outcome WorkerClient::profile(const std::string& method, const std::string& scen
   return outcome;
 }
 
-Truth WorkerClient::truth(const std::string& scenario_json, std::size_t bodies, double t_end_s, std::int64_t samples,
-                          double limit_s) {
+Truth WorkerClient::truth(const std::string& scenario_json, const SampledBodies& bodies, double t_end_s,
+                          std::int64_t samples, double limit_s) {
   wire::Request request;
   request.kind = wire::Request::Kind::truth;
   request.plan.samples = samples;
   request.json = scenario_json;
   Truth truth;
-  truth.outcome = ask(std::move(request), limit_s, [&](const wire::Answer& answer) {
-    append_events(answer, bodies, truth.events);
+  truth.outcome = ask(std::move(request), limit_s, limits_of(bodies), [&](const wire::Answer& answer) {
+    append_events(answer, bodies.count, truth.events);
     truth.event_bar_s.insert(truth.event_bar_s.end(), answer.event_bar_s.begin(), answer.event_bar_s.end());
     if (answer.done) {
       truth.source = answer.source;
@@ -200,9 +258,9 @@ Truth WorkerClient::truth(const std::string& scenario_json, std::size_t bodies, 
       }
       return;
     }
-    check_sample(answer, truth.values.size(), t_end_s, samples, bodies);
+    if (answer.events_alone) return;
     if (!answer.has_bar) throw wire::Garbage("a truth without bars");
-    truth.values.push_back(answer.sample);
+    add_sample(answer, t_end_s, samples, bodies.count, truth.values);
     truth.bars.push_back(answer.bar);
     truth.bars.back().t_s = answer.sample.t_s;
   });
@@ -224,7 +282,7 @@ ContactAnswer WorkerClient::contacts(const std::string& scene_json, std::size_t 
     if (a < 0 || b <= a || static_cast<std::size_t>(b) >= bodies)
       throw wire::Garbage("contacts of bodies that the scene has not, or of a body before another");
   };
-  found.outcome = ask(std::move(request), limit_s, [&](const wire::Answer& answer) {
+  found.outcome = ask(std::move(request), limit_s, {}, [&](const wire::Answer& answer) {
     for (const FoundContact& each : answer.contacts) known(each.body_a, each.body_b), found.contacts.push_back(each);
     for (const FoundTouch& each : answer.touches) known(each.body_a, each.body_b), found.touches.push_back(each);
   });
@@ -242,7 +300,9 @@ std::vector<PoseAnswer> WorkerClient::sweep(const std::string& test, const std::
   request.seed = seed;
   request.count = count;
   std::vector<PoseAnswer> poses;
-  outcome = ask(std::move(request), limit_s, [&](const wire::Answer& answer) {
+  wire::Limits most;
+  most.poses = static_cast<std::size_t>(std::max<std::int64_t>(count, 0)) + 1;
+  outcome = ask(std::move(request), limit_s, most, [&](const wire::Answer& answer) {
     poses.insert(poses.end(), answer.poses.begin(), answer.poses.end());
     if (poses.size() > static_cast<std::size_t>(count))
       throw wire::Garbage("more poses than the " + std::to_string(count) + " asked for");
@@ -274,6 +334,41 @@ std::vector<Worker> find_workers(const std::vector<std::string>& paths) {
   return find_workers_by_argv(commands);
 }
 
+namespace {
+
+// The engine that an executable of ours is: .../atwood-dart is `dart`, built or not.
+std::string name_by_file(const std::string& path) {
+  const std::string file = std::filesystem::path(path).filename().string();
+  if (file == "atwood-engine") return "atwood";
+  return file.rfind("atwood-", 0) == 0 ? file.substr(7) : "";
+}
+
+// A name at the table is its first holder's: rows of two engines under one name would be told apart by nobody. The same
+// command twice is one engine. `truth` is no engine's name.
+void refuse_taken_names(std::vector<Worker>& workers) {
+  std::map<std::string, const Worker*> holders;
+  for (Worker& worker : workers) {
+    const std::string& name = worker.engine.name;
+    if (worker.status != Status::ok) {
+      if (const std::string ours = name_by_file(worker.path); !ours.empty()) holders.try_emplace(ours, &worker);
+      continue;
+    }
+    const auto refuse = [&](const std::string& whose) {
+      worker.status = Status::crashed;
+      worker.reason = "at hello: garbage: it calls itself `" + name + "`, which is the name of " + whose +
+                      "; an engine needs a name of its own";
+    };
+    if (name == "truth" && name_by_file(worker.path) != name) {
+      refuse("the truth");
+      continue;
+    }
+    const auto [holder, fresh] = holders.try_emplace(name, &worker);
+    if (!fresh && holder->second->command != worker.command) refuse(holder->second->path);
+  }
+}
+
+}  // namespace
+
 std::vector<Worker> find_workers_by_argv(const std::vector<std::vector<std::string>>& commands) {
   const BrokenPipeGuard guard;
   FileHashes hashes;
@@ -295,6 +390,7 @@ std::vector<Worker> find_workers_by_argv(const std::vector<std::vector<std::stri
     worker.status = outcome.status;
     worker.reason = outcome.reason;
   }
+  refuse_taken_names(workers);
   return workers;
 }
 

@@ -1,8 +1,9 @@
 // Asking a worker: requests out, recordings and truths in, whatever it does in between.
 //
-// Every way to fail becomes an Outcome: `timeout` (it hung), `crashed` (it died, or sent what is not the protocol; the
-// reason says which and ends with its standard error), `not built` (it cannot be started). After any of these the
-// process is gone, and the next request starts a new one.
+// Every way to fail becomes an Outcome: `timeout` (it hung), `crashed` (it died, or sent what is not the protocol, or
+// what cannot be true: check_answer.hpp; the reason says which and ends with its standard error), `not built` (it cannot
+// be started). After any of these the process is gone, and the next request starts a new one. A request that would not
+// fit into a line is `unsupported`.
 #pragma once
 
 #include <functional>
@@ -10,6 +11,7 @@
 #include <string>
 
 #include "protocol/wire.hpp"
+#include "validation/study/check_answer.hpp"
 #include "validation/study/process.hpp"
 #include "validation/study/study.hpp"
 
@@ -25,8 +27,8 @@ class WorkerClient {
 
   // All throw Interrupted. `limit_s` counts from the request; starting has a limit of its own.
   Engine hello(Outcome& outcome);
-  Recording run(const std::string& method, const std::string& scene_json, std::size_t bodies, const Plan& plan,
-                int repeats, double limit_s);
+  Recording run(const std::string& method, const std::string& scene_json, const SampledBodies& bodies,
+                const Plan& plan, int repeats, double limit_s);
   // The time of every step; a worker that does not tell leaves it empty.
   Outcome profile(const std::string& method, const std::string& scene_json, const Plan& plan, double limit_s,
                   Profile& profile);
@@ -35,7 +37,7 @@ class WorkerClient {
   // Poses from..from + count of a pair; `outcome` says how it ended. `test`: one beside the engine's own, or empty.
   std::vector<PoseAnswer> sweep(const std::string& test, const std::string& pair, std::uint64_t seed,
                                 std::int64_t count, bool swept, double limit_s, Outcome& outcome);
-  Truth truth(const std::string& scenario_json, std::size_t bodies, double t_end_s, std::int64_t samples,
+  Truth truth(const std::string& scenario_json, const SampledBodies& bodies, double t_end_s, std::int64_t samples,
               double limit_s);
 
   // From sending the last request to the end of its answer, without the start of the process.
@@ -46,8 +48,11 @@ class WorkerClient {
   bool killed_from_outside() const { return killed_from_outside_; }
 
  private:
-  // Feeds each answer to `take` until it says done; `take` throws wire::Garbage. ok: what `take` read stands.
-  Outcome ask(wire::Request request, double limit_s, const std::function<void(const wire::Answer&)>& take);
+  // Feeds each answer to `take` until it says done, a sample in parts as a whole; `take` throws wire::Garbage. ok: what
+  // `take` read stands. wall_ns() is set when `take` gets the end.
+  Outcome ask(wire::Request request, double limit_s, const wire::Limits& most,
+              const std::function<void(const wire::Answer&)>& take);
+  std::int64_t next_cell();
   Outcome start();
   Outcome give_up(Status status, const std::string& reason);
   Outcome explain(Wait wait, double limit_s);
@@ -60,7 +65,7 @@ class WorkerClient {
   bool killed_from_outside_ = false;
 };
 
-// Bodies that a sample of this scene has.
-std::size_t sampled_bodies(const Scene& scene);
+// Bodies that a sample of this scene has, and where they start.
+inline SampledBodies sampled_bodies(const Scene& scene) { return SampledBodies(scene); }
 
 }  // namespace atwood

@@ -42,7 +42,9 @@ Outcome demo(const MethodId& id, const Scene& scene, const Plan& plan, const Obs
   for (std::int64_t k = 0; k <= plan.samples; ++k) {
     Sample sample;
     sample.t_s = static_cast<Wide>(plan.t_end_s) * k / plan.samples;
-    sample.bodies.resize(scene.bodies.size());
+    sample.bodies.resize(id.scheme == "crowd" ? 120000 : scene.bodies.size());
+    if (id.scheme == "crowd")
+      for (BodySample& body : sample.bodies) body.p_m.fill(1.0 / 3), body.v_m_per_s.fill(0.1 / 3), body.q_wxyz.fill(1 / 7.0);
     observer.sample(sample);
     event.t_s = sample.t_s;
     observer.event(event);
@@ -119,6 +121,42 @@ TEST_CASE("hello, accuracy and timing are answered, the engine's chatter kept of
   }
   CHECK(events == 5);  // the last one comes after the last sample, with `done`
   CHECK(wire::read_answer(lines[7]).outcome.busy_ns == std::vector<std::int64_t>{5, 5});
+}
+
+TEST_CASE("a sample of a crowd is sent in lines of moderate length") {
+  const auto lines = answers(run_request(3, "demo/crowd", 0), [] { return serve(demo_engine()); });
+  std::size_t bodies = 0, samples = 0, events = 0, longest = 0;
+  for (const std::string& line : lines) {
+    longest = std::max(longest, line.size());
+    const wire::Answer answer = wire::read_answer(line);
+    if (answer.done) continue;
+    CHECK(answer.from == bodies % 120000);
+    bodies += answer.sample.bodies.size();
+    samples += answer.more ? 0 : 1;
+    events += answer.events.size();
+  }
+  CHECK(longest < wire::kLongestPart + 1000);
+  CHECK(lines.size() > 6);
+  CHECK(bodies == 5 * 120000);
+  CHECK(samples == 5);
+  CHECK(events == 4);
+}
+
+TEST_CASE("a worker without standard output or input ends") {
+  const auto code = [](bool input, bool output) {
+    const pid_t child = fork();
+    if (child == 0) {
+      if (!input) close(STDIN_FILENO);
+      if (!output) close(STDOUT_FILENO);
+      close(STDERR_FILENO);
+      _exit(serve(demo_engine()));
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  };
+  CHECK(code(false, true) == 0);
+  CHECK(code(false, false) == 1);
 }
 
 TEST_CASE("a profile pass is not observed and tells the time of every step") {

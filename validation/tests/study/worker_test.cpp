@@ -1,9 +1,15 @@
 // Whatever a worker does, its cell ends with a status and a reason, and the next cell is asked of a fresh process.
 #include <catch2/catch.hpp>
+#include <fcntl.h>
 #include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <thread>
 
@@ -22,7 +28,7 @@ struct Asked {
   BrokenPipeGuard guard;
   WorkerClient client{{workers + "/faulty.py"}};
   Recording operator()(const std::string& fault, double limit_s = 20, int repeats = 0) {
-    return client.run("faulty/" + fault, scene_to_json(scenario.scene), 1, {scenario.t_end_s, 16, 8}, repeats, limit_s);
+    return client.run("faulty/" + fault, scene_to_json(scenario.scene), sampled_bodies(scenario.scene), {scenario.t_end_s, 16, 8}, repeats, limit_s);
   }
 };
 
@@ -52,6 +58,25 @@ TEST_CASE("each fault is named, and the worker answers again after it") {
       Fault{"too_few_samples", Status::crashed, "garbage: ended as ok with 2 of 9 samples"},
       Fault{"body_missing", Status::crashed, "garbage: sample 0 has 0 bodies; the scene has 1"},
       Fault{"bare_nan", Status::crashed, "garbage: not a JSON object"},
+      Fault{"steps_negative", Status::crashed, "garbage: \"steps_taken\" is negative: -3"},
+      Fault{"norm_two", Status::crashed,
+            "garbage: sample 0: the quaternion of body 0, [2, 0, 0, 0], has norm 2; a unit quaternion"},
+      Fault{"norm_two_later", Status::crashed, "garbage: sample 3: the quaternion of body 0, [2, 0, 0, 0], has norm 2"},
+      Fault{"other_scene", Status::crashed,
+            "garbage: sample 0 is not the scene's initial state: body 0 has position_m [1.1, 0.2, 0.3] where the scene has "
+            "[0.1, 0.2, 0.3]"},
+      Fault{"other_velocity", Status::crashed,
+            "garbage: sample 0 is not the scene's initial state: body 0 has velocity_m_per_s [3, 0, 0.5] where"},
+      Fault{"nan_at_once", Status::crashed, "garbage: sample 0: the quaternion of body 0, [nan, nan, nan, nan], has norm nan"},
+      Fault{"milliseconds", Status::crashed,
+            "garbage: sample 1 is at t_s = 250; asked for 0.25: is it in milliseconds?"},
+      Fault{"sample_indices", Status::crashed,
+            "garbage: sample 1 is at t_s = 1; asked for 0.25: is it the index of the sample?"},
+      Fault{"deep", Status::crashed, "garbage: nested deeper than 64 levels: {\"cell\":"},
+      Fault{"many_bodies", Status::crashed, "garbage: more than 65 bodies in a line"},
+      Fault{"many_unknown", Status::crashed, "garbage: sample 0 has 0 bodies; the scene has 1"},
+      Fault{"part_missing", Status::crashed, "garbage: a part of a sample is from body 1 on; expected was body 0"},
+      Fault{"part_unfinished", Status::crashed, "garbage: ended in the middle of a sample"},
       Fault{"not_utf8", Status::crashed, "exited with code 5: caf\xEF\xBF\xBD"},
       Fault{"refuses", Status::unsupported, "faulty has no springs"});
   CAPTURE(fault.method);
@@ -62,6 +87,160 @@ TEST_CASE("each fault is named, and the worker answers again after it") {
   const Recording after = ask("well");
   CHECK(after.outcome.status == Status::ok);
   CHECK(after.values.size() == 9);
+}
+
+TEST_CASE("times that cannot be are named") {
+  const Fault fault = GENERATE(
+      Fault{"busy_negative", Status::crashed, "garbage: busy_ns has -5; the nanoseconds of a run are positive"},
+      Fault{"busy_zero", Status::crashed, "garbage: busy_ns has 0; the nanoseconds of a run are positive: is it in seconds"},
+      Fault{"busy_missing", Status::crashed, "garbage: busy_ns has 2 entries; asked for 3 repeats"},
+      Fault{"busy_too_long", Status::crashed, "garbage: busy_ns of all repeats is 3e+10 ns, longer than the whole answer"},
+      Fault{"busy_seconds", Status::crashed, "garbage: \"busy_ns\" is not an integer: 0.25; whole nanoseconds were expected"});
+  CAPTURE(fault.method);
+  Asked ask;
+  const Recording recording = ask(fault.method, 20, 3);
+  CHECK(to_string(recording.outcome.status) == to_string(fault.status));
+  CHECK_THAT(recording.outcome.reason, Catch::StartsWith(fault.reason));
+  CHECK(ask("well", 20, 3).outcome.status == Status::ok);
+}
+
+TEST_CASE("a unit is guessed where a step would have taken no time") {
+  CHECK_THROWS_WITH(check_busy({100, 100}, 2, 100000, 250'000'000), Catch::Contains("is it in milliseconds?"));
+  CHECK_THROWS_WITH(check_busy({2}, 1, 100000, 2'500'000'000), Catch::Contains("is it in seconds?"));
+  CHECK_NOTHROW(check_busy({100, 100}, 2, 100, 250'000'000));
+  CHECK_NOTHROW(check_busy({50}, 1, 1, 200'000));
+  CHECK_NOTHROW(check_busy({1'000'000'000}, 1, 100, 1'000'500'000));
+}
+
+TEST_CASE("an answer before its question is refused by name") {
+  const Folder folder;
+  setenv("EARLY_LOG", (folder / "early").c_str(), 1);
+  Asked ask;
+  CHECK(ask("early").outcome.status == Status::ok);
+  for (int i = 0; i < 1000 && !std::filesystem::exists(folder / "early"); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  unsetenv("EARLY_LOG");
+  const Recording next = ask("well");
+  CHECK(next.outcome.status == Status::crashed);
+  CHECK_THAT(next.outcome.reason, Catch::StartsWith("garbage: an answer before the question was sent: {\"cell\":"));
+  CHECK(ask("well").outcome.status == Status::ok);
+}
+
+TEST_CASE("a sample may come in parts") {
+  Asked ask;
+  const Recording recording = ask("in_parts");
+  CHECK(recording.outcome.reason == "");
+  CHECK(recording.outcome.status == Status::ok);
+  CHECK(recording.values.size() == 9);
+}
+
+TEST_CASE("whatever a worker started ends with it and has none of our descriptors") {
+  const Folder folder;
+  setenv("CHILD_LOG", (folder / "children").c_str(), 1);
+  const int ours = open("/dev/null", O_RDONLY);  // inheritable
+  REQUIRE(fcntl(ours, F_DUPFD, 100) >= 100);
+  {
+    Asked ask;
+    CHECK(ask("leaves_children").outcome.status == Status::ok);
+    std::ifstream log(folder / "children");
+    int pid = 0, seen = 0;
+    for (std::string descriptors; log >> pid >> descriptors; ++seen) {
+      CHECK(runs(pid));
+      CHECK(descriptors.find("10") == std::string::npos);  // neither 10x nor any beyond the log and the listing
+    }
+    CHECK(seen == 3);
+  }
+  unsetenv("CHILD_LOG");
+  close(ours);
+  close_range(100, 200, 0);
+  std::ifstream log(folder / "children");
+  int pid = 0;
+  for (std::string descriptors; log >> pid >> descriptors;) {
+    CAPTURE(pid);
+    CHECK_FALSE(runs(pid));
+  }
+}
+
+TEST_CASE("nothing is signalled by the number of a worker that was buried") {
+  // A worker that has ended keeps its number until all that it started is gone.
+  Process process({workers + "/exits_at_hello.py"}, false);
+  CHECK(process.ending() == "exited with code 1");
+  CHECK(process.ending() == "exited with code 1");
+  process.kill();  // it has ended: no signal, and no kill of ours
+  CHECK_FALSE(process.killed_from_outside());
+}
+
+TEST_CASE("a signal that nobody saw outlives its guard; one that was seen is forgotten") {
+  {
+    const InterruptGuard guard;
+    raise(SIGTERM);
+  }
+  CHECK(interrupt_signal() == SIGTERM);
+  {
+    const InterruptGuard guard;  // what was seen before belongs to the past
+    CHECK(interrupt_signal() == 0);
+    raise(SIGINT);
+    CHECK(interrupt_signal() == SIGINT);
+  }
+  CHECK(interrupt_signal() == 0);
+}
+
+TEST_CASE("two engines of one name, and names that are taken, are refused") {
+  const Folder folder;
+  const auto engine = [&](const std::string& file, const std::string& hello) {
+    const std::string path = folder / file;
+    std::ofstream(path) << "#!/bin/sh\nread line\necho '" << hello << "'\n";
+    std::filesystem::permissions(path, std::filesystem::perms::owner_all);
+    return path;
+  };
+  const std::string good = engine("good", R"({"engine":"mine","methods":[{"id":"mine/a"}]})");
+  const auto found =
+      find_workers({folder / "atwood-engine", good, engine("again", R"({"engine":"mine","methods":[]})"), good,
+                    engine("ours", R"({"engine":"atwood","methods":[]})"), engine("t", R"({"engine":"truth","methods":[]})"),
+                    engine("next", R"({"protocol":2,"engine":"next","methods":[]})"),
+                    engine("other", R"({"engine":"other","methods":[{"id":"mine/a"}]})")});
+  REQUIRE(found.size() == 8);
+  CHECK(found[1].status == Status::ok);
+  CHECK(found[3].status == Status::ok);
+  const auto refused = [&](std::size_t i, const std::string& words) {
+    CAPTURE(i, found[i].reason);
+    CHECK(found[i].status == Status::crashed);
+    CHECK_THAT(found[i].reason, Catch::Contains(words));
+  };
+  refused(2, "calls itself `mine`, which is the name of " + good);
+  refused(4, "calls itself `atwood`, which is the name of");
+  refused(5, "calls itself `truth`, which is the name of the truth");
+  refused(6, "protocol 2; this program speaks protocol 1");
+  refused(7, "method `mine/a` of engine `other`; expected an id that begins with `other/`");
+}
+
+TEST_CASE("a line of 60 MB costs the parent little more than itself") {
+  const auto peak_mib = [](const std::string& fault) {
+    const pid_t child = fork();
+    if (child == 0) {
+      Asked ask;
+      ask(fault, 120);
+      rusage used{};
+      getrusage(RUSAGE_SELF, &used);  // without the worker's own
+      _exit(static_cast<int>(std::min<long>(255, used.ru_maxrss >> 12)));
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    CHECK(WIFEXITED(status));
+    return 4 * WEXITSTATUS(status);
+  };
+  CHECK(peak_mib("many_bodies") < 300);
+  CHECK(peak_mib("many_unknown") < 300);
+}
+
+TEST_CASE("a scene that no line can hold is refused in words") {
+  Asked ask;
+  const std::string huge = "{\"x\":\"" + std::string(wire::kLongestLine, 'x') + "\"}";
+  const Recording recording = ask.client.run("faulty/well", huge, 1, {scenario.t_end_s, 16, 8}, 0, 20);
+  CHECK(recording.outcome.status == Status::unsupported);
+  CHECK(recording.outcome.reason ==
+        "the scene takes 64.0001 MiB as a line of the worker protocol, which allows 64 MiB");
+  CHECK(ask("well").outcome.status == Status::ok);
 }
 
 TEST_CASE("a worker that hangs is stopped at the limit, its children with it") {

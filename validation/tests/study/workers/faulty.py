@@ -119,6 +119,141 @@ def refuses(request):
     say(done(request, "unsupported", "faulty has no springs"))
 
 
-FAULTS = [dies, exits, hangs, garbage, half_a_line, endless_line, wrong_cell, wrong_time, too_many_samples,
-          too_few_samples, body_missing, nan_late, bare_nan, chatter, chatter_then_exit, not_utf8, refuses, well]
+def timed(request, busy_ns, wait_s=0):
+    time.sleep(wait_s)
+    return say(done(request, busy_ns=busy_ns)) if request["pass"] == "timing" else well(request)
+
+
+def busy_negative(request):
+    timed(request, [-5] * request["repeats"])
+
+
+def busy_zero(request):
+    timed(request, [1000] * (request["repeats"] - 1) + [0])
+
+
+def busy_missing(request):
+    timed(request, [1000] * (request["repeats"] - 1))
+
+
+def busy_too_long(request):
+    timed(request, [10**10] * request["repeats"])
+
+
+def busy_seconds(request):
+    timed(request, [0.25] * request["repeats"])
+
+
+def busy_milliseconds(request):
+    timed(request, [100] * request["repeats"], 0.1 * request["repeats"])
+
+
+def steps_negative(request):
+    say({"cell": request["cell"], "done": {"status": "diverged", "reason": "", "steps_taken": -3}})
+
+
+def altered(request, change, first=0):
+    for k in range(request["samples"] + 1):
+        answer = sample(request, request["scene"]["bodies"], k)
+        if k >= first:
+            change(answer)
+        say(answer)
+    say(done(request))
+
+
+def norm_two(request):
+    altered(request, lambda a: a["bodies"][0].__setitem__(slice(3, 7), [2, 0, 0, 0]))
+
+
+def norm_two_later(request):
+    altered(request, lambda a: a["bodies"][0].__setitem__(slice(3, 7), [2, 0, 0, 0]), 3)
+
+
+def other_scene(request):
+    altered(request, lambda a: a["bodies"][0].__setitem__(0, a["bodies"][0][0] + 1))
+
+
+def other_velocity(request):
+    altered(request, lambda a: a["bodies"][0].__setitem__(8, 0))
+
+
+def nan_at_once(request):
+    altered(request, lambda a: a["bodies"][0].__setitem__(slice(0, 13), ["nan"] * 13))
+
+
+def times(request, of):
+    altered(request, lambda a: a.__setitem__("t_s", of(a["t_s"])))
+
+
+def milliseconds(request):
+    times(request, lambda t: 1e3 * t)
+
+
+def sample_indices(request):
+    times(request, lambda t: round(t * request["samples"] / request["t_end_s"]))
+
+
+def deep(request):
+    raw('{"cell":%d,"t_s":0,"bodies":%s%s}\n' % (request["cell"], "[" * 100000, "]" * 100000))
+
+
+def many_bodies(request):  # a line of 60 MB
+    raw('{"cell":%d,"t_s":0,"bodies":[%s[]]}\n' % (request["cell"], "[0,0,0,1,0,0,0,0,0,0,0,0,0]," * 2200000))
+
+
+def many_unknown(request):
+    raw('{"cell":%d,"x":[%s0],"t_s":0,"bodies":[]}\n' % (request["cell"], "[]," * 20000000))
+
+
+def early(request):
+    well(request)
+    say({**sample(request, request["scene"]["bodies"], 0), "cell": request["cell"] + 1})
+    if os.environ.get("EARLY_LOG"):
+        open(os.environ["EARLY_LOG"], "w").close()
+
+
+def in_parts(request):
+    if request["pass"] == "timing":
+        return well(request)
+    for k in range(request["samples"] + 1):
+        answer = sample(request, request["scene"]["bodies"], k)
+        say({**answer, "bodies": [], "more": True})
+        say({"cell": request["cell"], "events": [], "more": True})
+        say(answer)
+    say(done(request))
+
+
+def part_missing(request):
+    answer = sample(request, request["scene"]["bodies"], 0)
+    say({**answer, "from": 1})
+
+
+def part_unfinished(request):
+    say({**sample(request, request["scene"]["bodies"], 0), "more": True})
+    say(done(request))
+
+
+def leaves_children(request):
+    """Children in its group, in a group of their own, and one that made itself independent."""
+    for escape in (lambda: None, lambda: os.setpgid(0, 0), os.setsid):
+        child = os.fork()
+        if child == 0:
+            escape()
+            if escape is os.setsid and os.fork():
+                os._exit(0)
+            with open(os.environ["CHILD_LOG"], "a") as log:
+                log.write("%d %s\n" % (os.getpid(), ",".join(sorted(os.listdir("/proc/self/fd")))))
+            for descriptor in range(3):
+                os.close(descriptor)
+            time.sleep(1000)
+    while len(open(os.environ["CHILD_LOG"]).readlines()) < 3:
+        time.sleep(0.01)
+    well(request)
+
+
+FAULTS = [busy_negative, busy_zero, busy_missing, busy_too_long, busy_seconds, busy_milliseconds, steps_negative, norm_two,
+          norm_two_later, other_scene, other_velocity, nan_at_once, milliseconds, sample_indices, deep, many_bodies,
+          many_unknown, early, in_parts, part_missing, part_unfinished, leaves_children]
+FAULTS += [dies, exits, hangs, garbage, half_a_line, endless_line, wrong_cell, wrong_time, too_many_samples,
+           too_few_samples, body_missing, nan_late, bare_nan, chatter, chatter_then_exit, not_utf8, refuses, well]
 serve("faulty", [f.__name__ for f in FAULTS], lambda request: globals()[request["method"].split("/")[1]](request))

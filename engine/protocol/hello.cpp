@@ -1,0 +1,144 @@
+// Who a worker is: written by serve(), read by whoever starts it. Nothing that it says is taken unchecked.
+#include <algorithm>
+#include <set>
+
+#include "protocol/json_lines.hpp"
+
+namespace atwood::wire {
+namespace {
+
+// Of what an engine says of itself.
+constexpr std::size_t kLongestName = 64, kLongestId = 256, kMostMethods = 10000;
+constexpr std::size_t kLongestFingerprint = 1024, kMostFiles = 1000, kLongestPath = 4096;
+
+Json to_json(const Settings& settings) {
+  Json json = Json::object();
+  for (const auto& [key, value] : settings) {
+    std::visit([&, &name = key](const auto& v) { json[name] = v; }, value);
+  }
+  return json;
+}
+
+Settings read_settings(const Json& json) {
+  if (!json.is_object()) throw Garbage("\"settings\" is not an object");
+  Settings settings;
+  for (const auto& [key, value] : json.items()) {
+    if (value.is_boolean()) settings[key] = value.get<bool>();
+    else if (value.is_number_integer()) settings[key] = value.get<std::int64_t>();
+    else if (value.is_number()) settings[key] = value.get<double>();
+    else settings[key] = value.is_string() ? value.get<std::string>() : value.dump();
+  }
+  return settings;
+}
+
+Json describe(const std::vector<MethodInfo>& methods) {
+  Json list = Json::array();
+  for (const MethodInfo& method : methods) {
+    Json claims = Json::object();
+    for (const auto& [motion, order] : method.claimed_order) claims[motion] = json_number(order);
+    list.push_back({{"id", method.id},
+                    {"doc", method.doc},
+                    {"settings", to_json(method.settings)},
+                    {"source", method.source},
+                    {"claims", claims},
+                    {"adaptive", method.adaptive}});
+  }
+  return list;
+}
+
+MethodInfo read_method(const Json& each) {
+  if (!each.is_object()) throw Garbage("a method is not an object: " + excerpt(each));
+  MethodInfo method;
+  method.id = text(need(each, "id"), "id");
+  method.doc = text_or(each, "doc", "");
+  method.source = text_or(each, "source", "");
+  if (each.contains("settings")) method.settings = read_settings(each["settings"]);
+  if (each.contains("adaptive")) method.adaptive = each["adaptive"].is_boolean() && each["adaptive"].get<bool>();
+  if (each.contains("claims") && each["claims"].is_object()) {
+    for (const auto& [motion, order] : each["claims"].items()) method.claimed_order[motion] = narrow_number(order);
+  }
+  return method;
+}
+
+void add_method(MethodInfo method, std::vector<MethodInfo>& methods) {
+  if (methods.size() >= kMostMethods) throw Garbage("more than " + std::to_string(kMostMethods) + " methods");
+  methods.push_back(std::move(method));
+}
+
+void check_name(const std::string& name) {
+  const bool control = std::any_of(name.begin(), name.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; });
+  if (name.size() > kLongestName || control || name.find_first_of("/:+@{}*?") != std::string::npos)
+    throw Garbage("the engine calls itself `" + cut(name) + "`; expected a name of at most " +
+                  std::to_string(kLongestName) + " bytes without control characters and any of / : + @ { } * ?");
+}
+
+void check_methods(const Engine& engine) {
+  if (engine.name.empty() && !engine.methods.empty()) throw Garbage("methods of an engine without a name");
+  std::set<std::string> ids;
+  for (const MethodInfo& method : engine.methods) {
+    const bool whole_engine = method.id == engine.name && engine.name == "truth";
+    if (!whole_engine && (method.id.rfind(engine.name + "/", 0) != 0 || method.id.size() == engine.name.size() + 1))
+      throw Garbage("method `" + cut(method.id) + "` of engine `" + engine.name + "`; expected an id that begins with `" +
+                    engine.name + "/`");
+    if (method.id.size() > kLongestId) throw Garbage("a method's id of more than " + std::to_string(kLongestId) + " bytes");
+    if (!ids.insert(method.id).second) throw Garbage("method `" + cut(method.id) + "` is listed twice");
+  }
+}
+
+void read_fingerprint(const std::string& member, const Json& value, Engine& engine) {
+  if (member == "fingerprint") {
+    engine.fingerprint = text(value, "fingerprint");
+    if (engine.fingerprint.size() > kLongestFingerprint)
+      throw Garbage("a fingerprint of more than " + std::to_string(kLongestFingerprint) + " bytes");
+    return;
+  }
+  if (engine.files.size() >= kMostFiles) throw Garbage("more than " + std::to_string(kMostFiles) + " files");
+  engine.files.push_back(text(value, "files"));
+  if (engine.files.back().empty() || engine.files.back().size() > kLongestPath)
+    throw Garbage("a name in \"files\" of " + std::to_string(engine.files.back().size()) + " bytes; expected 1 to " +
+                  std::to_string(kLongestPath));
+}
+
+}  // namespace
+
+std::string hello_line(const Engine& engine) {
+  Json json{{"protocol", kProtocol}, {"engine", engine.name}, {"version", engine.version}};
+  json["scalar"] = engine.scalar;
+  json["frames"] = engine.frames;
+  if (!engine.fingerprint.empty()) json["fingerprint"] = engine.fingerprint;
+  if (!engine.files.empty()) json["files"] = engine.files;
+  json["methods"] = describe(engine.methods);
+  if (!engine.responses.empty()) json["responses"] = describe(engine.responses);
+  return dump(json);
+}
+
+Engine read_hello(std::string_view line) {
+  Engine engine;
+  bool lists_methods = false, has_name = false;
+  engine.scalar = "double";
+  read_members(
+      line,
+      [&](const std::string& member) {
+        lists_methods = lists_methods || member == "methods";
+        if (member == "methods" || member == "responses" || member == "files") return Reading::by_element;
+        for (const char* name : {"protocol", "engine", "version", "scalar", "frames", "fingerprint"})
+          if (member == name) return Reading::whole;
+        return Reading::ignored;
+      },
+      [&](const std::string& member, const Json& value) {
+        if (member == "protocol") check_protocol(value, "this program");
+        else if (member == "engine") engine.name = text(value, "engine"), check_name(engine.name), has_name = true;
+        else if (member == "version") engine.version = text(value, "version");
+        else if (member == "scalar") engine.scalar = text(value, "scalar");
+        else if (member == "frames") engine.frames = value.is_boolean() && value.get<bool>();
+        else if (member == "methods") add_method(read_method(value), engine.methods);
+        else if (member == "responses") add_method(read_method(value), engine.responses);
+        else read_fingerprint(member, value, engine);
+      });
+  if (!has_name) throw Garbage("no \"engine\" in " + cut(line));
+  if (!lists_methods) throw Garbage("no \"methods\" in " + cut(line));
+  check_methods(engine);
+  return engine;
+}
+
+}  // namespace atwood::wire

@@ -1,0 +1,182 @@
+#include "validation/study/check_answer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace atwood {
+namespace {
+
+double length(const Real3& v) { return std::hypot(v[0], v[1], v[2]); }
+
+double farthest(const std::vector<Real3>& points) {
+  double radius = 0;
+  for (const Real3& point : points) radius = std::max(radius, length(point));
+  return radius;
+}
+
+// How far a shape reaches from its body's origin; 0 for what is infinite or nothing.
+struct Reach {
+  double operator()(const std::monostate&) const { return 0; }
+  double operator()(const Sphere& s) const { return s.radius_m; }
+  double operator()(const Plane&) const { return 0; }
+  double operator()(const Rectangle& s) const { return std::hypot(s.half_extents_m[0], s.half_extents_m[1]); }
+  double operator()(const Box& s) const { return length(s.half_extents_m); }
+  double operator()(const Capsule& s) const { return s.radius_m + s.half_length_m; }
+  double operator()(const Cylinder& s) const { return std::hypot(s.radius_m, s.half_length_m); }
+  double operator()(const Convex& s) const { return farthest(s.points_m); }
+  double operator()(const Mesh& s) const { return farthest(s.points_m); }
+  double operator()(const Compound& s) const {
+    double radius = 0;
+    for (const auto& part : s.boxes) radius = std::max(radius, length(part.position_body_m) + length(part.half_extents_m));
+    return radius;
+  }
+};
+
+std::string listed(const double* values, std::size_t size) {
+  std::string text = "[";
+  for (std::size_t i = 0; i < size; ++i) text += (i ? ", " : "") + format_double(values[i]);
+  return text + "]";
+}
+
+template <std::size_t n> std::array<double, n> narrowed(const std::array<Wide, n>& wide) {
+  std::array<double, n> narrow{};
+  for (std::size_t i = 0; i < n; ++i) narrow[i] = static_cast<double>(wide[i]);
+  return narrow;
+}
+
+template <std::size_t n> bool near(const std::array<double, n>& a, const std::array<double, n>& b, double tolerance) {
+  for (std::size_t i = 0; i < n; ++i)
+    if (!(std::fabs(a[i] - b[i]) <= tolerance)) return false;
+  return true;
+}
+
+template <std::size_t n>
+[[noreturn]] void wrong_start(std::size_t body, const char* what, const std::array<double, n>& found,
+                              const std::array<double, n>& expected) {
+  throw wire::Garbage("sample 0 is not the scene's initial state: body " + std::to_string(body) + " has " + what + " " +
+                      listed(found.data(), n) + " where the scene has " + listed(expected.data(), n));
+}
+
+void check_start(const BodySample& sample, std::size_t i, double t_end_s, const SampledBodies& bodies) {
+  const SampledBodies::Start& start = bodies.start[i];
+  // Where all are zero the run says what is much: what starts at rest at the origin is going somewhere.
+  const double falls = bodies.gravity_m_per_s2 * t_end_s;
+  const double size =
+      bodies.size_m > 0 ? bodies.size_m : std::max(bodies.speed_m_per_s, falls) * t_end_s;
+  const double fastest = std::max(bodies.speed_m_per_s, bodies.rate_rad_per_s * size);
+  const double speed = fastest > 0 ? fastest : std::max(falls, size / t_end_s);
+  const double rate = bodies.rate_rad_per_s > 0 ? bodies.rate_rad_per_s : 1 / t_end_s;
+  const Real3 p = narrowed(sample.p_m), v = narrowed(sample.v_m_per_s), w = narrowed(sample.w_rad_per_s);
+  const Real4 q = narrowed(sample.q_wxyz), minus_q{-q[0], -q[1], -q[2], -q[3]};
+  if (start.placed && !near(p, start.p_m, kStartTolerance * size)) wrong_start(i, "position_m", p, start.p_m);
+  if (!start.moves) return;
+  if (start.turns && !near(q, start.q_wxyz, kStartTolerance) && !near(minus_q, start.q_wxyz, kStartTolerance))
+    wrong_start(i, "orientation_wxyz", q, start.q_wxyz);
+  const auto as_told = [&](const Real3& found, const Real3& told, double tolerance) {
+    return near(found, told, tolerance) || (start.still && near(found, {}, tolerance));
+  };
+  if (!as_told(v, start.v_m_per_s, kStartTolerance * speed)) wrong_start(i, "velocity_m_per_s", v, start.v_m_per_s);
+  if ((start.turns || start.still) && !as_told(w, start.w_rad_per_s, kStartTolerance * rate))
+    wrong_start(i, "angular_velocity_body_rad_per_s", w, start.w_rad_per_s);
+}
+
+void check_norm(const BodySample& sample, std::size_t i, std::size_t k, const SampledBodies& bodies) {
+  const bool drifts = bodies.start.empty() || bodies.start[i].turns;
+  if (k > 0 && drifts) return;
+  const Real4 q = narrowed(sample.q_wxyz);
+  const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  if (std::fabs(norm - 1) <= kNormTolerance || (k > 0 && !std::isfinite(norm))) return;
+  throw wire::Garbage("sample " + std::to_string(k) + ": the quaternion of body " + std::to_string(i) + ", " +
+                      listed(q.data(), 4) + ", has norm " + format_double(norm) +
+                      "; a unit quaternion w, x, y, z was expected");
+}
+
+// What somebody may have printed for t_s instead of seconds; empty: no idea.
+std::string slip_of_time(double t, double due, std::size_t k, std::int64_t samples) {
+  const auto is = [&](double other) { return std::fabs(t - other) <= 1e-6 * std::fabs(other); };
+  std::string slips;
+  const auto slip = [&](bool fits, const char* what) { slips += fits ? (slips.empty() ? "" : " or ") + std::string(what) : ""; };
+  if (k == 0) return "";
+  slip(is(due * 1e3), "in milliseconds");
+  slip(is(due * 1e6), "in microseconds");
+  slip(is(due * 1e9), "in nanoseconds");
+  slip(is(due / 60), "in minutes");
+  slip(is(static_cast<double>(k)), "the index of the sample");
+  slip(is(static_cast<double>(k) / static_cast<double>(samples)), "a part of the whole run");
+  return slips.empty() ? "" : ": is it " + slips + "?";
+}
+
+// Steps done in less than this are not steps: a unit other than nanoseconds was meant.
+constexpr double kQuickestStepNs = 0.1;
+
+std::string slip_of_busy(double sum, double steps, double wall_ns) {
+  const auto would_fill = [&](double unit_ns) { return sum * unit_ns >= 0.2 * wall_ns && sum * unit_ns <= 1.1 * wall_ns; };
+  if (sum >= kQuickestStepNs * steps) return "";
+  if (would_fill(1e9)) return "seconds";
+  return would_fill(1e6) ? "milliseconds" : "";
+}
+
+}  // namespace
+
+SampledBodies::SampledBodies(const Scene& scene) : count(scene.problem.empty() ? scene.bodies.size() : 1) {
+  gravity_m_per_s2 = length(scene.gravity_m_per_s2);
+  if (scene.bodies.size() != count) return;
+  start.reserve(count);
+  for (const Body& body : scene.bodies) {
+    Start& one = start.emplace_back();
+    one.p_m = body.position_m, one.q_wxyz = body.orientation_wxyz;
+    one.v_m_per_s = body.velocity_m_per_s, one.w_rad_per_s = body.angular_velocity_body_rad_per_s;
+    one.turns = rotates(body) && !body.fixed;
+    one.placed = !std::holds_alternative<Plane>(body.shape);
+    one.still = body.fixed || body.release_s > 0;
+    one.moves = scene.problem.empty();
+    size_m = std::max({size_m, length(body.position_m), std::visit(Reach{}, body.shape)});
+    speed_m_per_s = std::max(speed_m_per_s, length(body.velocity_m_per_s));
+    rate_rad_per_s = std::max(rate_rad_per_s, length(body.angular_velocity_body_rad_per_s));
+  }
+}
+
+void check_layout(const Sample& sample, std::size_t k, double t_end_s, std::int64_t samples, std::size_t bodies) {
+  if (sample.bodies.size() != bodies) {
+    throw wire::Garbage("sample " + std::to_string(k) + " has " + std::to_string(sample.bodies.size()) +
+                        " bodies; the scene has " + std::to_string(bodies));
+  }
+  const double due = t_end_s * static_cast<double>(k) / static_cast<double>(samples);
+  const double t = static_cast<double>(sample.t_s);
+  if (!(std::fabs(t - due) <= 1e-6 * t_end_s)) {
+    throw wire::Garbage("sample " + std::to_string(k) + " is at t_s = " + format_double(t) + "; asked for " +
+                        format_double(due) + slip_of_time(t, due, k, samples));
+  }
+}
+
+void check_states(const Sample& sample, std::size_t k, double t_end_s, const SampledBodies& bodies) {
+  for (std::size_t i = 0; i < sample.bodies.size(); ++i) {
+    check_norm(sample.bodies[i], i, k, bodies);
+    if (k == 0 && !bodies.start.empty()) check_start(sample.bodies[i], i, t_end_s, bodies);
+  }
+}
+
+void check_busy(const std::vector<std::int64_t>& busy_ns, int repeats, std::int64_t steps, std::int64_t wall_ns) {
+  if (busy_ns.empty()) throw wire::Garbage("a timed pass without busy_ns");
+  if (busy_ns.size() != static_cast<std::size_t>(repeats))
+    throw wire::Garbage("busy_ns has " + std::to_string(busy_ns.size()) + " entries; asked for " +
+                        std::to_string(repeats) + " repeats");
+  double sum = 0;
+  for (const std::int64_t each : busy_ns) {
+    if (each <= 0)
+      throw wire::Garbage("busy_ns has " + std::to_string(each) + "; the nanoseconds of a run are positive" +
+                          (each == 0 ? ": is it in seconds or milliseconds?" : ""));
+    sum += static_cast<double>(each);
+  }
+  const double wall = static_cast<double>(wall_ns);
+  if (sum > 1.05 * wall + 1e6)
+    throw wire::Garbage("busy_ns of all repeats is " + format_double(sum) + " ns, longer than the whole answer took (" +
+                        format_double(wall) + " ns on the wall): is it in another unit, or summed over threads?");
+  const std::string unit = slip_of_busy(sum, static_cast<double>(steps) * repeats, wall);
+  if (!unit.empty())
+    throw wire::Garbage("busy_ns of " + std::to_string(busy_ns.front()) + " for " + std::to_string(steps) +
+                        " steps; nanoseconds were expected: is it in " + unit + "?");
+}
+
+}  // namespace atwood

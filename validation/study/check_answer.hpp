@@ -1,0 +1,51 @@
+// What a worker's answer must agree with: the request, the scene's initial state, the clock on the wall. Whatever does
+// not is wire::Garbage, which names what was found and what was expected, and the likely slip.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "protocol/wire.hpp"
+#include "scene/scene.hpp"
+
+namespace atwood {
+
+// Bodies that a sample has, and where they are at t = 0.
+struct SampledBodies {
+  SampledBodies(std::size_t bodies) : count(bodies) {}  // nothing is known of their start
+  explicit SampledBodies(const Scene& scene);
+
+  struct Start {
+    Real3 p_m{}, v_m_per_s{}, w_rad_per_s{};
+    Real4 q_wxyz{1, 0, 0, 0};
+    bool turns = false;   // has an inertia and is not fixed: its orientation is compared
+    bool placed = true;   // has a position: a plane has none
+    bool still = false;   // fixed, or held until its release: it may also be told as standing still
+    bool moves = true;    // of bodies; a bare system of equations has a position alone
+  };
+  std::size_t count = 0;
+  std::vector<Start> start = {};  // one a body, or none
+  double size_m = 0;              // the largest coordinate or bounding radius
+  double speed_m_per_s = 0, rate_rad_per_s = 0;  // the largest of any body
+  double gravity_m_per_s2 = 0;
+};
+
+// Sample 0 against the scene: positions, velocities and rates within this part of the largest of their kind in the scene,
+// orientations of bodies that turn within it, up to sign. Engines that compute in float are within 1e-7 there.
+inline constexpr double kStartTolerance = 1e-5;
+// Norms of quaternions: of every body at t = 0, and of bodies that do not turn throughout. Later the norm of a body that
+// turns is the method's affair: one that integrates the quaternion without normalising it drifts away, which is an error
+// to be measured (Euler's method at a coarse step has doubled it by the end).
+inline constexpr double kNormTolerance = 1e-3;
+
+// Sample k = 0..samples of a run or a truth: its number of bodies and its time.
+void check_layout(const Sample& sample, std::size_t k, double t_end_s, std::int64_t samples, std::size_t bodies);
+// The states of a run's sample k. Values that are not finite are refused at k = 0 alone.
+void check_states(const Sample& sample, std::size_t k, double t_end_s, const SampledBodies& bodies);
+
+// Times of a timed pass: one a repeat, each positive, together not longer than the whole answer took on the wall (5 %
+// and 1 ms are allowed for two clocks).
+void check_busy(const std::vector<std::int64_t>& busy_ns, int repeats, std::int64_t steps, std::int64_t wall_ns);
+
+}  // namespace atwood

@@ -1,0 +1,139 @@
+#include "validation/study/descendants.hpp"
+
+#include <dirent.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+extern "C" {  // the header of glibc 2.36 forgets to say so
+#include <sys/pidfd.h>
+}
+
+namespace atwood {
+namespace {
+
+constexpr int kRounds = 200;  // who forks as fast as it is killed is left after this many
+
+struct LiveWorkers {
+  std::mutex mutex;
+  std::set<pid_t> pids;
+  bool adopting = false;
+  bool inherited = false;  // children that were there before any worker: `setsid server & exec atwood`
+};
+LiveWorkers& live() {
+  static LiveWorkers workers;
+  return workers;
+}
+
+struct Stat { pid_t pid = -1, parent = -1, session = -1; bool zombie = false; };
+
+// proc(5): pid (name) state parent group session ...; the name may hold anything.
+Stat stat_of(pid_t pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  const std::size_t name_end = text.rfind(')');
+  Stat stat;
+  char state = 0;
+  int parent = 0, group = 0, session = 0;
+  if (name_end == std::string::npos) return stat;
+  if (std::sscanf(text.c_str() + name_end + 1, " %c %d %d %d", &state, &parent, &group, &session) != 4) return stat;
+  return {pid, parent, session, state == 'Z' || state == 'X'};
+}
+
+std::vector<pid_t> all_processes() {
+  std::vector<pid_t> pids;
+  DIR* folder = opendir("/proc");
+  if (!folder) return pids;
+  while (const dirent* entry = readdir(folder)) {
+    if (entry->d_name[0] >= '1' && entry->d_name[0] <= '9') pids.push_back(static_cast<pid_t>(std::atoi(entry->d_name)));
+  }
+  closedir(folder);
+  return pids;
+}
+
+bool carries(pid_t pid, const std::string& mark) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/environ", std::ios::binary);
+  std::string environment(std::size_t{1} << 20, '\0');
+  file.read(environment.data(), static_cast<std::streamsize>(environment.size()));
+  environment.resize(static_cast<std::size_t>(file.gcount()));
+  for (std::size_t at = 0; (at = environment.find(mark, at)) != std::string::npos; ++at) {
+    const std::size_t end = at + mark.size();
+    if ((at == 0 || environment[at - 1] == '\0') && (end == environment.size() || environment[end] == '\0')) return true;
+  }
+  return false;
+}
+
+// By descriptor: the number may have gone to another process since it was read.
+void kill_if_still(const Stat& seen) {
+  const int handle = pidfd_open(seen.pid, 0);
+  if (handle < 0) return;
+  const Stat now = stat_of(seen.pid);
+  if (now.session == seen.session && now.parent == seen.parent) pidfd_send_signal(handle, SIGKILL, nullptr, 0);
+  close(handle);
+}
+
+// Orphans of workers among our children. What this program starts by other means stays in its session, which nobody who
+// left it can enter again.
+bool adopted(const Stat& stat) {
+  return stat.parent == getpid() && stat.session != getsid(0) && !live().pids.contains(stat.pid);
+}
+
+// One look at all processes; true when something was found that may have brought forth more.
+bool sweep(pid_t worker, const std::string& mark, bool last) {
+  bool found = false;
+  for (const pid_t pid : all_processes()) {
+    if (pid == getpid() || pid == worker || live().pids.contains(pid)) continue;
+    const Stat stat = stat_of(pid);
+    if (stat.pid < 0) continue;
+    const bool orphan = adopted(stat);
+    if (orphan && stat.zombie && !live().inherited) {
+      waitpid(pid, nullptr, WNOHANG);
+      continue;
+    }
+    const bool in_session = stat.session == worker && worker > 0;
+    // As process 1 of a container, or with children of whoever ran before us, orphans of others come to us as well.
+    const bool unclaimed = orphan && last && getpid() != 1 && !live().inherited;
+    if (stat.zombie || !(in_session || unclaimed || (orphan && carries(pid, mark)))) continue;
+    found = true;
+    kill_if_still(stat);
+  }
+  return found;
+}
+
+}  // namespace
+
+std::string next_worker_mark() {
+  static std::atomic<std::int64_t> number{0};
+  return "ATWOOD_WORKER=" + std::to_string(getpid()) + "." + std::to_string(++number);
+}
+
+std::unique_lock<std::mutex> lock_workers() { return std::unique_lock(live().mutex); }
+void enter_worker(pid_t pid) { live().pids.insert(pid); }
+
+void adopt_orphans() {
+  const auto held = lock_workers();
+  if (live().adopting) return;
+  for (const pid_t pid : all_processes()) live().inherited = live().inherited || stat_of(pid).parent == getpid();
+  live().adopting = prctl(PR_SET_CHILD_SUBREAPER, 1) == 0;
+}
+
+void kill_descendants(pid_t worker, const std::string& mark) {
+  const auto held = lock_workers();
+  live().pids.erase(worker);
+  const bool last = live().pids.empty();
+  for (int round = 0; round < kRounds && sweep(worker, mark, last); ++round)
+    std::this_thread::sleep_for(std::chrono::microseconds(500));
+}
+
+}  // namespace atwood

@@ -1,0 +1,72 @@
+"""The commands without standard input, output or error, or with full ones: an exit code, a store that stays one."""
+import itertools
+import os
+import sqlite3
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ATWOOD = os.path.abspath(sys.argv[1])
+SMALL = ["--scenario", "ballistic", "--method", "atwood/rk4", "--steps", "120", "--no-timing"]
+GATE = '[[gate]]\nscenario = "ballistic"\nmethod = "atwood/rk4"\nmetric = "error-position-end"\nmax = 1\nreason = "wide"\n'
+
+
+class Descriptors(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.here = self.folder.name
+        with open(os.path.join(self.here, "wide.toml"), "w") as file:
+            file.write(GATE)
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def shell(self, words, redirections):
+        command = '"$0" "$@" ' + redirections
+        return subprocess.run(["sh", "-c", command, ATWOOD, *words], cwd=self.here, text=True, capture_output=True, timeout=120)
+
+    def check_store(self):
+        path = os.path.join(self.here, "atwood-out/store.db")
+        with open(path, "rb") as file:
+            self.assertEqual(file.read(16), b"SQLite format 3\0")
+        with sqlite3.connect(path) as store:
+            self.assertEqual(store.execute("pragma integrity_check").fetchall(), [("ok",)])
+
+    def test_a_run_with_any_of_them_closed_or_full(self):
+        stdin, stdout, stderr = ("", "<&-"), ("", ">&-", ">/dev/full"), ("", "2>&-", "2>/dev/full")
+        for number, chosen in enumerate(itertools.product(stdin, stdout, stderr)):
+            redirections = " ".join(chosen)
+            with self.subTest(redirections):
+                words = ["run", *SMALL, "--tolerances", "wide.toml"] + ([] if number % 2 else ["--out", "out%d" % number])
+                result = self.shell(words, redirections)
+                self.assertEqual(result.returncode, 5 if chosen[1] else 0, result.stderr)
+                if chosen[1] and not chosen[2]:
+                    self.assertIn("atwood: ", result.stderr)
+        self.check_store()
+        again = self.shell(["run", *SMALL, "--tolerances", "wide.toml"], "")
+        self.assertIn("in the store already", again.stderr)
+
+    def test_other_commands(self):
+        self.assertEqual(self.shell(["run", *SMALL, "--tolerances", "wide.toml"], "").returncode, 0)
+        commands = (["list", "metrics"], ["gate", *SMALL[:-1], "--tolerances", "wide.toml"], ["--help"],
+                    ["trace", "ballistic", "--method", "atwood/rk4", "--steps", "120"])
+        for words, (redirections, code) in itertools.product(commands, (
+                ("<&-", 0), ("2>&-", 0), ("2>/dev/full", 0), ("<&- 2>&-", 0), (">&-", 5), (">/dev/full", 5),
+                (">/dev/full 2>/dev/full", 5), ("<&- >&- 2>&-", 5))):
+            with self.subTest(" ".join(words) + " " + redirections):
+                result = self.shell(words, redirections)
+                self.assertEqual(result.returncode, code, result.stderr)
+                if code and "2>" not in redirections:
+                    self.assertIn("atwood: ", result.stderr)
+        self.check_store()
+
+    def test_an_error_is_an_error_when_nobody_can_read_it(self):
+        for redirections in ("2>&-", "2>/dev/full", ">&- 2>&-", "<&- >/dev/full 2>/dev/full"):
+            with self.subTest(redirections):
+                self.assertEqual(self.shell(["trace", "no-such-scene", "--method", "atwood/rk4"], redirections).returncode, 2)
+                self.assertEqual(self.shell(["no-such-command"], redirections).returncode, 2)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1], verbosity=1)
