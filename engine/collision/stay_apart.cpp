@@ -190,7 +190,8 @@ template <class S> struct Look {
       stay.until_s = S(0);
       return;
     }
-    const Part part_a{w_a, reach_a, of_a}, part_b{w_b, reach_b, of_b};
+    const Part part_a{w_a, reach_a, of_a};
+    const Part part_b{w_b, reach_b, of_b};
     S until = time_apart(gap, n, v_W, part_a, part_b, most_s, round_off);
     if (until < stay.until_s && until < most_s && dot(face, face) > S(0)) {
       if (dot(face, n) < S(0)) face = -face;

@@ -77,7 +77,7 @@ template <VectorWidth width> struct WholePack {};
 template <class S> ATWOOD_INLINE S root(int, S a) { return real::sqrt(a); }
 template <class P, VectorWidth width> ATWOOD_INLINE P root(WholePack<width>, const P& a) {
   P root_of_a;
-#if defined(__x86_64__)
+#if defined(__x86_64__) && !defined(__clang__)  // Clang knows no register of that size outside of such a kernel
   if constexpr (sizeof(P) == 64 && width == VectorWidth::v4) {
     asm("vsqrtpd %1, %0" : "=v"(root_of_a) : "v"(a));
     return root_of_a;

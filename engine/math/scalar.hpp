@@ -28,9 +28,15 @@ inline long double cos(long double x) { return std::cos(x); }
 Quad cos(Quad x);
 
 // Both at once, for the price of one and a little.
+#if defined(__clang__)  // it has no such builtins and calls the functions of the C library
+inline void sin_cos(float x, float& sine, float& cosine) { ::sincosf(x, &sine, &cosine); }
+inline void sin_cos(double x, double& sine, double& cosine) { ::sincos(x, &sine, &cosine); }
+inline void sin_cos(long double x, long double& sine, long double& cosine) { ::sincosl(x, &sine, &cosine); }
+#else
 inline void sin_cos(float x, float& sine, float& cosine) { __builtin_sincosf(x, &sine, &cosine); }
 inline void sin_cos(double x, double& sine, double& cosine) { __builtin_sincos(x, &sine, &cosine); }
 inline void sin_cos(long double x, long double& sine, long double& cosine) { __builtin_sincosl(x, &sine, &cosine); }
+#endif
 void sin_cos(Quad x, Quad& sine, Quad& cosine);
 
 inline float atan2(float y, float x) { return std::atan2(y, x); }

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "scene/files.hpp"
+#include "scene/input_file.hpp"
 #include "scene/value.hpp"
 
 namespace atwood {
@@ -86,6 +87,7 @@ void require_utf8(std::string_view text, const std::string& name) {
 
 Value parse_toml(std::string_view text, const std::string& name) {
   require_utf8(text, name);
+  require_shallow_toml(text, name);
   try {
     return convert(toml::parse(text, name), name, 0);
   } catch (const toml::parse_error& error) {

@@ -24,14 +24,14 @@ struct Value {
   std::variant<std::monostate, bool, std::int64_t, double, std::string, List, Table> data;
   Place place;
 
-  Value() = default;
-  Value(bool v) : data(v) {}
-  Value(int v) : data(static_cast<std::int64_t>(v)) {}
-  Value(std::int64_t v) : data(v) {}
-  Value(double v) : data(v) {}
-  Value(const char* v) : data(std::string(v)) {}
-  Value(std::string v) : data(std::move(v)) {}
-  Value(List v) : data(std::move(v)) {}
+  Value();
+  Value(bool v);
+  Value(int v);
+  Value(std::int64_t v);
+  Value(double v);
+  Value(const char* v);
+  Value(std::string v);
+  Value(List v);
   Value(Table v);
 
   const std::string* text() const { return std::get_if<std::string>(&data); }
@@ -46,6 +46,17 @@ struct Member {
   Value value;
   Place place;  // of the key
 };
+
+// Defined here, where Member is a whole type: the variant holds a list of them.
+inline Value::Value() = default;
+inline Value::Value(bool v) : data(v) {}
+inline Value::Value(int v) : data(static_cast<std::int64_t>(v)) {}
+inline Value::Value(std::int64_t v) : data(v) {}
+inline Value::Value(double v) : data(v) {}
+inline Value::Value(const char* v) : data(std::string(v)) {}
+inline Value::Value(std::string v) : data(std::move(v)) {}
+inline Value::Value(List v) : data(std::move(v)) {}
+inline Value::Value(Table v) : data(std::move(v)) {}
 
 // A table from pairs, in order.
 Value table_of(std::initializer_list<std::pair<const char*, Value>> members);

@@ -106,6 +106,7 @@ std::vector<BenchFigure> run_benchmarks(const Place& place, const std::string& f
 // Null: what the file has stays.
 void keep_bench(const std::string& path, const Provenance& provenance, const std::vector<BenchFigure>* figures,
                 const std::vector<GoalResult>* goals);
+std::string read_bench_text(const std::string& path);  // of a bench.json; empty: there is none
 std::vector<BenchTable> read_bench_tables(const std::string& path);
 void keep_bench_table(const std::string& path, const Provenance& provenance,
                       const BenchTable& table);  // in place of that id's last one

@@ -3,11 +3,10 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
-#include <iterator>
 #include <set>
 
 #include "scene/files.hpp"
+#include "scene/input_file.hpp"
 #include "validation/metrics/probes.hpp"
 #include "validation/study/study.hpp"
 
@@ -154,9 +153,8 @@ struct StudyFile {
 }  // namespace
 
 Study read_study(const std::string& path) {
-  std::ifstream stream(path, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-  if (!stream && !stream.eof()) throw InputError(path + ": cannot be read; expected a study file (TOML)");
+  const std::string text = read_input_file(path, "a study file (TOML)", largest::settings);
+  require_shallow_toml(text, path);
   const StudyFile file{path};
   toml::table root;
   try {

@@ -1,0 +1,16 @@
+// Text from outside (titles, names, file names, an engine's words) on its way to a terminal or a line of a table.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace atwood {
+
+// Printable UTF-8 on one line: lines joined by " | ", tabs turned into spaces, escape sequences and control characters
+// dropped, bytes that are no UTF-8 replaced by U+FFFD. Letters that change the direction of writing are dropped, too:
+// what follows them would read as something else.
+std::string printable(std::string_view text);
+// The same line by line: line breaks stay.
+std::string printable_lines(std::string_view text);
+
+}  // namespace atwood
