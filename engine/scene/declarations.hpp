@@ -49,6 +49,8 @@ void finish_body(Reading& r, const Value& table, BodyDraft& body);
 
 Shape read_shape(Reading& r, const Value& v);
 Force read_force(Reading& r, const Value& v);
+// Of a [[force]] of a file: one, or one for each body where a force of a single body (a thruster) names several.
+void read_forces(Reading& r, const Value& table, std::vector<Force>& out);
 Value write_force(const Scene& scene, const Force& force);
 Value shape_schema(Form form);
 Value force_schema(Form form);

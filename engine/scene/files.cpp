@@ -15,6 +15,7 @@ Scenario read_scenario_text(std::string_view toml, const std::string& name, cons
   FileDraft draft;
   read_table(r, document, file_keys(), {}, draft);
   resolve(r, document, draft);
+  draft.scenario.notes = std::move(r.notes);
   return std::move(draft.scenario);
 }
 
