@@ -50,16 +50,29 @@ ATWOOD_INLINE Pack<S> where_above(const Pack<S>& a, const Pack<S>& b, const Pack
   }
 }
 
+// Lanes of a, then of b, in the order of `from`.
+#if defined(__clang__)  // it shuffles by literal numbers alone
+template <class P, class I> ATWOOD_INLINE P shuffled(const P& a, const P& b, const I& from) {
+  constexpr int count = sizeof(from) / sizeof(from[0]);
+  P out;
+  for (int k = 0; k < count; ++k) out[k] = from[k] < count ? a[from[k]] : b[from[k] - count];
+  return out;
+}
+#define ATWOOD_SHUFFLE(a, b, from) shuffled(a, b, from)
+#else
+#define ATWOOD_SHUFFLE(a, b, from) __builtin_shuffle(a, b, from)
+#endif
+
 // Four rows of four, in place.
 ATWOOD_INLINE void transpose4(HalfPack& a, HalfPack& b, HalfPack& c, HalfPack& d) {
   using I = decltype(a < a);
   constexpr I even{0, 4, 2, 6}, odd{1, 5, 3, 7}, low{0, 1, 4, 5}, high{2, 3, 6, 7};
-  const HalfPack ab_even = __builtin_shuffle(a, b, even), ab_odd = __builtin_shuffle(a, b, odd);
-  const HalfPack cd_even = __builtin_shuffle(c, d, even), cd_odd = __builtin_shuffle(c, d, odd);
-  a = __builtin_shuffle(ab_even, cd_even, low);
-  b = __builtin_shuffle(ab_odd, cd_odd, low);
-  c = __builtin_shuffle(ab_even, cd_even, high);
-  d = __builtin_shuffle(ab_odd, cd_odd, high);
+  const HalfPack ab_even = ATWOOD_SHUFFLE(a, b, even), ab_odd = ATWOOD_SHUFFLE(a, b, odd);
+  const HalfPack cd_even = ATWOOD_SHUFFLE(c, d, even), cd_odd = ATWOOD_SHUFFLE(c, d, odd);
+  a = ATWOOD_SHUFFLE(ab_even, cd_even, low);
+  b = ATWOOD_SHUFFLE(ab_odd, cd_odd, low);
+  c = ATWOOD_SHUFFLE(ab_even, cd_even, high);
+  d = ATWOOD_SHUFFLE(ab_odd, cd_odd, high);
 }
 
 // In place. Stage by stage, bit k of the row's number changes places with bit k of the lane's; or quarter by quarter.
@@ -89,8 +102,8 @@ template <class S, VectorWidth width> ATWOOD_INLINE void transpose(Pack<S> (&r)[
     for (int i = 0; i < lane_count; ++i) {
       if (i & far) continue;
       const Pack<S> a = r[i], b = r[i + far];
-      r[i] = __builtin_shuffle(a, b, low[stage]);
-      r[i + far] = __builtin_shuffle(a, b, high[stage]);
+      r[i] = ATWOOD_SHUFFLE(a, b, low[stage]);
+      r[i + far] = ATWOOD_SHUFFLE(a, b, high[stage]);
     }
   }
 }
