@@ -57,6 +57,8 @@ Value force_schema(Form form);
 
 // Fills points and triangles from an OBJ file inside the scene's folder.
 void load_mesh(Reading& r, const Value& file, Mesh& mesh);
+// A table of a truth's values has the columns that its bodies need, each with its bar, and at least one row.
+void check_values_file(Reading& r, const Value& file, const Scenario& scenario);
 // The full path of a `file` key: it exists and lies inside the scene's folder, links followed.
 std::string path_in_folder(Reading& r, const Value& file);
 

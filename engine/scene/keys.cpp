@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "scene/printable.hpp"
+
 namespace atwood {
 
 // ---- messages ---------------------------------------------------------------------------------------------------
@@ -144,14 +146,19 @@ static Codec<std::string> checked_text(Value schema, std::string expected, bool 
 }
 
 Codec<std::string> text() {
-  return checked_text(table_of({{"type", "string"}}), "a text", [](const std::string&) { return true; });
+  Codec<std::string> c = checked_text(table_of({{"type", "string"}}), "a text", [](const std::string&) { return true; });
+  c.read = [read = c.read](Reading& r, const Value& v, std::string& out) {
+    read(r, v, out);
+    if (r.form == Form::file && !is_printable(out)) fail_value(r, v, "a text without control characters");
+  };
+  return c;
 }
 
 Codec<std::string> name_text() {
-  return checked_text(table_of({{"type", "string"}, {"pattern", "^[^\\u0000-\\u001f\\u007f,\"]{1,100}$"}}),
+  return checked_text(table_of({{"type", "string"}, {"pattern", "^[^\\u0000-\\u001f\\u007f-\\u009f,\"]{1,100}$"}}),
                       "a name of 1 to 100 characters without commas, double quotes and control characters",
                       [](const std::string& s) {
-                        return !s.empty() && s.size() <= 100 && std::none_of(s.begin(), s.end(), [](char c) {
+                        return !s.empty() && s.size() <= 100 && is_printable(s) && std::none_of(s.begin(), s.end(), [](char c) {
                           const auto code = static_cast<unsigned char>(c);
                           return code < 0x20 || code == 0x7f || c == ',' || c == '"';
                         });

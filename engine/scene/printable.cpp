@@ -71,6 +71,27 @@ std::string printable(std::string_view text) {
   return last == std::string::npos ? "" : out.substr(0, last + 1);
 }
 
+namespace {
+
+bool reads_as_formula(const std::string& text) {
+  const std::size_t first = text.find_first_not_of('\'');
+  return first != std::string::npos && std::string_view("=+-@\t\r").find(text[first]) != std::string_view::npos;
+}
+
+}  // namespace
+
+std::string guarded_cell(const std::string& text) { return reads_as_formula(text) ? "'" + text : text; }
+
+std::string unguarded_cell(const std::string& cell) {
+  return !cell.empty() && cell.front() == '\'' && reads_as_formula(cell) ? cell.substr(1) : cell;
+}
+
 std::string printable_lines(std::string_view text) { return cleaned(text, "\n"); }
+
+bool is_printable(std::string_view text) {
+  std::string with_spaces(text);
+  std::replace(with_spaces.begin(), with_spaces.end(), '\t', ' ');
+  return printable_lines(with_spaces) == with_spaces;
+}
 
 }  // namespace atwood

@@ -13,4 +13,13 @@ std::string printable(std::string_view text);
 // The same line by line: line breaks stay.
 std::string printable_lines(std::string_view text);
 
+// Whether printable_lines leaves it as it is, tabs apart.
+bool is_printable(std::string_view text);
+
+// A cell of a table that a spreadsheet would take for a formula (it begins with = + - @, a tab or a carriage return, or
+// with apostrophes before one of them) with an apostrophe in front, which spreadsheets take for "this is text". And back.
+// For text from outside alone: numbers stay as they are.
+std::string guarded_cell(const std::string& text);
+std::string unguarded_cell(const std::string& cell);
+
 }  // namespace atwood

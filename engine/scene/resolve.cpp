@@ -201,6 +201,8 @@ void resolve(Reading& r, const Value& document, FileDraft& draft) {
   resolve_bodies(r, document, draft);
   each_table(r, draft.force, "[[force]]",
              [&](const Value& table) { read_forces(r, table, draft.scenario.scene.forces); });
+  if (draft.scenario.truth.kind == TruthKind::values)
+    check_values_file(r, *document.find("truth")->find("file"), draft.scenario);
 }
 
 }  // namespace atwood

@@ -1,12 +1,17 @@
 // The command line: words in, an Options, one command, an exit code.
+#include <unistd.h>
+
 #include <cstdio>
 #include <exception>
+#include <new>
+#include <sstream>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include "reports/command_line/command_line.hpp"
 #include "scene/files.hpp"
+#include "scene/printable.hpp"
 
 namespace {
 
@@ -187,7 +192,10 @@ int run(int argc, char** argv) {
   try {
     parser.app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    const int code = parser.app.exit(error, std::cout, std::cerr);
+    std::ostringstream out, problem;  // the words of this call may hold anything
+    const int code = parser.app.exit(error, out, problem);
+    std::fputs(printable_lines(out.str()).c_str(), stdout);
+    std::fputs(printable_lines(problem.str()).c_str(), stderr);
     return code == 0 ? exit_pass : exit_input;
   }
   for (const CLI::App* sub : parser.app.get_subcommands())
@@ -197,6 +205,23 @@ int run(int argc, char** argv) {
   return parser.chosen(find_place(), parser.options);
 }
 
+// Memory is short: what allocates nothing.
+int out_of_memory() {
+  constexpr char words[] = "atwood: out of memory\n";
+  [[maybe_unused]] const auto written = write(STDERR_FILENO, words, sizeof words - 1);
+  return exit_internal;
+}
+
+// With fputs, which does not throw where nothing can be written.
+void print_error(const char* what) {
+  std::fflush(stdout);
+  try {
+    std::fputs(("atwood: " + printable_lines(what) + "\n").c_str(), stderr);
+  } catch (const std::bad_alloc&) {
+    out_of_memory();
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -204,12 +229,12 @@ int main(int argc, char** argv) {
   try {
     code = run(argc, argv);
   } catch (const InputError& error) {
-    std::fflush(stdout);
-    fmt::print(stderr, "atwood: {}\n", error.what());
+    print_error(error.what());
     return exit_input;
+  } catch (const std::bad_alloc&) {
+    return out_of_memory();
   } catch (const std::exception& error) {
-    std::fflush(stdout);
-    fmt::print(stderr, "atwood: {}\n", error.what());
+    print_error(error.what());
     return exit_internal;
   }
   if (std::fflush(stdout) != 0 || std::ferror(stdout)) {

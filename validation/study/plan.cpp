@@ -285,6 +285,7 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
                         probe,
                         cells.limit_s,
                         offer.pattern};
+              cell.allow = cells.allow;
               if (!probe.empty()) cell.repeats = 0;
               if (!frames_taken(cell, workers)) refuse_frames(cell);
               else if (offer.worker >= 0) hash_cell(cell, offer, workers, scene_hash, cpu);

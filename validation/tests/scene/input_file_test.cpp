@@ -126,3 +126,58 @@ TEST_CASE("text on its way to a terminal does not act") {
   CHECK(printable("\xff") == "\xef\xbf\xbd");
   CHECK(printable("\x1b]unclosed") == "");
 }
+
+TEST_CASE("cells that a spreadsheet would compute are marked as text, and read back") {
+  for (const char* text : {"=1+1", "+1", "-1", "@x", "\tx", "\rx", "'=x", "''-"}) {
+    INFO(text);
+    CHECK(guarded_cell(text) == std::string("'") + text);
+    CHECK(unguarded_cell(guarded_cell(text)) == text);
+  }
+  for (const char* text : {"", "ball", "'tis", "a=b", "1.5", "'"}) {
+    INFO(text);
+    CHECK(guarded_cell(text) == text);
+    CHECK(unguarded_cell(text) == text);
+  }
+}
+
+TEST_CASE("a scene's texts and names do not act on a terminal") {
+  const auto scene = [](const std::string& title, const std::string& name) {
+    return "id = \"t\"\ntitle = \"" + title + "\"\n[run]\nt_end_s = 1\nsteps = [1]\nsamples = 1\n[[body]]\nmass_kg = 1\nname = \"" +
+           name + "\"\n";
+  };
+  CHECK_NOTHROW(read_scenario_text(scene("two\\nlines,\\ttab", "b\xc3\xa9"), "t.toml", "."));
+  for (const char* acting : {"\\u001b[31m", "\\u009b31m", "\\u202e", "\\u0007", "\\r"}) {
+    INFO(acting);
+    CHECK_THROWS_WITH(read_scenario_text(scene(acting, "b"), "t.toml", "."),
+                      Contains("t.toml:2:9: `title`") && Contains("expected a text without control characters"));
+    CHECK_THROWS_WITH(read_scenario_text(scene("t", acting), "t.toml", "."), Contains("t.toml:9:8: `name`"));
+  }
+}
+
+TEST_CASE("a table of values has the columns that its bodies need") {
+  const Folder folder;
+  const auto error = [&](const std::string& table, const std::string& shape = "") {
+    folder.file("v.csv", table);
+    try {
+      read_scenario_text("id = \"t\"\n[run]\nt_end_s = 1\nsteps = [1]\nsamples = 1\n[[body]]\nmass_kg = 1\nname = \"b\"\n" + shape +
+                             "[truth]\nkind = \"values\"\nfile = \"v.csv\"\n",
+                         "t.toml", folder.path.string());
+    } catch (const InputError& refused) {
+      return std::string(refused.what());
+    }
+    return std::string("read");
+  };
+  const std::string good = "t_s,body,px_m,px_m_bar,vx_m_per_s,vx_m_per_s_bar";
+  CHECK(error("# source: a book\n\n" + good + "\n1,b,1,0,1,0\n") == "read");
+  CHECK_THAT(error(""), Contains("v.csv:1:1: found no header"));
+  CHECK_THAT(error("# nothing\n"), Contains("found no header"));
+  CHECK_THAT(error("t_s,body\n1,b\n"), Contains("v.csv:1:1: found none of the columns px_m, py_m, pz_m"));
+  CHECK_THAT(error("t_s,body,px,px_m_bar\n"), Contains("found none of the columns px_m"));
+  CHECK_THAT(error("t_s,body,px_m,px_m_bar\n1,b,1,0\n"), Contains("found none of the columns vx_m_per_s"));
+  CHECK_THAT(error("#\nt,body,px_m,px_m_bar\n"), Contains("v.csv:2:1: found no column `t_s`"));
+  CHECK_THAT(error("t_s,body,px_m,vx_m_per_s,vx_m_per_s_bar\n1,b,1,1,0\n"), Contains("found no column `px_m_bar`"));
+  CHECK_THAT(error(good + "\n"), Contains("found no row under the header"));
+  CHECK_THAT(error(good + ",px_m\n1,b,1,0,1,0,1\n"), Contains("the column `px_m` twice"));
+  CHECK_THAT(error(good + "\n1,b,1,0,1,0\n", "shape.sphere.radius_m = 1\n"),
+             Contains("found no column `qw`; expected it, as a body of the scene rotates"));
+}
