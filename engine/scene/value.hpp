@@ -33,6 +33,11 @@ struct Value {
   Value(std::string v);
   Value(List v);
   Value(Table v);
+  Value(const Value& other);
+  Value(Value&& other) noexcept;
+  Value& operator=(const Value& other);
+  Value& operator=(Value&& other) noexcept;
+  ~Value();
 
   const std::string* text() const { return std::get_if<std::string>(&data); }
   const List* list() const { return std::get_if<List>(&data); }
@@ -57,6 +62,15 @@ inline Value::Value(const char* v) : data(std::string(v)) {}
 inline Value::Value(std::string v) : data(std::move(v)) {}
 inline Value::Value(List v) : data(std::move(v)) {}
 inline Value::Value(Table v) : data(std::move(v)) {}
+// Held by its type and then moved in: when memory runs out in the copy constructor of a variant of strings and vectors,
+// libstdc++ 12 destroys a member that was never made.
+inline Value::Value(const Value& other) : place(other.place) {
+  std::visit([this]<class T>(const T& held) { data.emplace<T>(T(held)); }, other.data);
+}
+inline Value::Value(Value&& other) noexcept = default;
+inline Value& Value::operator=(const Value& other) { return *this = Value(other); }
+inline Value& Value::operator=(Value&& other) noexcept = default;
+inline Value::~Value() = default;
 
 // A table from pairs, in order.
 Value table_of(std::initializer_list<std::pair<const char*, Value>> members);

@@ -116,7 +116,9 @@ std::map<Key, Entry> read_baseline(const std::string& path) {
 }
 
 bool same_machine(const std::string& path, std::span<const Row> rows) {
-  std::ifstream file(path + ".env");
+  const std::string beside = path + ".env";
+  std::istringstream file(
+      std::filesystem::exists(beside) ? read_input_file(beside, "a baseline's environment", largest::settings) : "");
   std::set<std::string> then, now;
   for (std::string line; std::getline(file, line);)
     if (line.starts_with("cpu\t")) then.insert(line.substr(4));

@@ -262,6 +262,10 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
               const std::string probe = is_ladder(cells.probe) ? "" : cells.probe;
               const std::string key = scenario.id + "\n" + method + "\n" + std::to_string(steps) + "\n" + probe;
               const auto [place, fresh] = index.emplace(key, planned.size());
+              if (!fresh) {  // what either block allows
+                std::vector<Status>& allow = planned[place->second].allow;
+                allow.insert(allow.end(), cells.allow.begin(), cells.allow.end());
+              }
               if (!fresh && planned[place->second].repeats >= cells.repeats) {
                 if (!cells.claim.empty()) {
                   planned[place->second].claim = cells.claim;
@@ -285,7 +289,7 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
                         probe,
                         cells.limit_s,
                         offer.pattern};
-              cell.allow = cells.allow;
+              cell.allow = fresh ? cells.allow : planned[place->second].allow;
               if (!probe.empty()) cell.repeats = 0;
               if (!frames_taken(cell, workers)) refuse_frames(cell);
               else if (offer.worker >= 0) hash_cell(cell, offer, workers, scene_hash, cpu);

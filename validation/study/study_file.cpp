@@ -23,6 +23,7 @@ namespace {
 
 struct StudyFile {
   const std::string& path;
+  std::string id = {};  // of the study, once it is read
 
   [[noreturn]] void refuse(const toml::source_region& at, const std::string& what) const {
     throw InputError(path + ":" + std::to_string(at.begin.line) + ":" + std::to_string(at.begin.column) + ": " + what);
@@ -138,14 +139,15 @@ struct StudyFile {
       std::error_code error;
       if (full.filename().string().find_first_of("*?") == std::string::npos) {
         if (!fs::exists(full, error))
-          refuse(at, "`scenarios`: found no file " + full.string() + "; expected a path that starts at the study's folder");
+          refuse(at, "study `" + id + "`: scenarios: found no file `" + name + "` in the study's folder " +
+                         fs::path(path).parent_path().string());
         found.push_back(full.string());
         continue;
       }
       std::set<std::string> matching;
       for (const auto& entry : fs::directory_iterator(full.has_parent_path() ? full.parent_path() : fs::path("."), error))
         if (glob_match(full.filename().string(), entry.path().filename().string())) matching.insert(entry.path().string());
-      if (matching.empty()) refuse(at, "`scenarios`: no file matches " + full.string());
+      if (matching.empty()) refuse(at, "study `" + id + "`: scenarios: no file matches `" + name + "`");
       found.insert(found.end(), matching.begin(), matching.end());
     }
     return found;
@@ -280,7 +282,7 @@ struct StudyFile {
 Study read_study(const std::string& path) {
   const std::string text = read_input_file(path, "a study file (TOML)", largest::settings);
   require_shallow_toml(text, path);
-  const StudyFile file{path};
+  StudyFile file{path};
   toml::table root;
   try {
     root = toml::parse(text, path);
@@ -300,7 +302,7 @@ Study read_study(const std::string& path) {
   study.path = path;
   const auto id = root["id"].value_exact<std::string>();
   if (!id || id->empty()) throw InputError(path + ": no `id`; expected a name for the study");
-  study.id = *id;
+  study.id = file.id = *id;
   if (const toml::node* engines = root.get("engines")) study.engines = file.engines(*engines);
   study.tolerances = file.file_beside(root, "tolerances");
   study.baseline = file.file_beside(root, "baseline");

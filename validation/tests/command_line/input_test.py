@@ -98,10 +98,11 @@ class Files(Case):
         for words in (["run", path], ["describe", path], ["run", *small, "--tolerances", path], ["bench", "goals", "--goals", path]):
             self.expect(self.run_in(*words), 2, "deep.toml:1:", "nesting deeper than")
 
-    def test_a_mesh_and_figures_of_another_kind_are_refused(self):
-        os.mkfifo(self.path("shape.obj"))
+    def test_a_giant_mesh_is_refused(self):
+        with open(self.path("shape.obj"), "wb") as file:
+            file.truncate(1 << 40)
         scene = self.path("mine.toml", SCENE.replace("position_m", 'shape.mesh.file = "shape.obj"\nposition_m'))
-        self.expect(self.run_in("describe", scene), 2, "shape.obj")
+        self.expect(self.run_in("describe", scene), 2, "shape.obj: found 1099511627776 bytes")
 
 
 class Traces(Case):
@@ -194,8 +195,8 @@ baseline = "base/own.tsv"
                 ('engines = [[]]\n' + block, ("expected a list of programs",)),
                 ('engines = "./odd.py"\n' + block, ("expected a list of programs",)),
                 ('engines = ["./odd.py", "odd.py"]\n' + block, ("the same engine twice",)),
-                (block.replace('"ballistic"', '"scenes/none.toml"'), ("found no file", "scenes/none.toml")),
-                (block.replace('"ballistic"', '"scenes/no*.toml"'), ("no file matches",)),
+                (block.replace('"ballistic"', '"scenes/none.toml"'), ("study.toml:3:14", "found no file `scenes/none.toml`")),
+                (block.replace('"ballistic"', '"scenes/no*.toml"'), ("no file matches `scenes/no*.toml`",)),
                 (block + 'allow = ["crashed"]\nallow_reason = "x"\n', ('found `crashed`', '"diverged" or "not finite"')),
                 (block + 'allow = ["diverged"]\n', ("`allow` needs `allow_reason`",)),
                 (block + 'allow_reason = "x"\n', ("`allow_reason` needs `allow`",)),
