@@ -4,6 +4,7 @@
 
 #include "scene/declarations.hpp"
 #include "scene/inertia.hpp"
+#include "scene/orientation.hpp"
 
 namespace atwood {
 namespace {
@@ -160,7 +161,7 @@ void check_plane(Reading& r, const Value& table, BodyDraft& body) {
   if (table.find("fixed") && !body.fixed)
     fail(r, table.find("fixed")->place,
          "`fixed` in " + r.where + " is false for a plane; expected true (a plane never moves)");
-  for (const char* unused : {"position_m", "orientation_wxyz"})
+  for (const char* unused : {"position_m", "orientation_wxyz", "axis_angle_deg", "euler_xyz_deg"})
     if (const Value* value = table.find(unused))
       fail(r, value->place,
            std::string("`") + unused + "` in " + r.where +
@@ -288,31 +289,36 @@ const Keys<PairLaw>& pair_keys() {
 }
 
 const Keys<BodyDraft>& body_keys() {
-  static const Keys<BodyDraft> keys = {
-      required(key<BodyDraft>("name", &Body::name, name_text(), "a name, used once")),
-      key<BodyDraft>("mass_kg", &Body::mass_kg, number(mass()), "mass [kg]; above 0 unless fixed"),
-      only(In::file, key<BodyDraft>("density_kg_per_m3", &BodyDraft::density_kg_per_m3, optional(number(positive())),
-                                    "in place of a mass: times the volume of the shape [kg/m^3]")),
-      key<BodyDraft>(
-          "inertia_kg_m2", &BodyDraft::inertia, optional(inertia()),
-          "about the centre of mass in body axes [kg m^2]; from the shape unless given, a point mass without both"),
-      key<BodyDraft>("material", &Body::material, material_name(), "name of a material; `default` unless given"),
-      shape_key(),
-      key<BodyDraft>("position_m", &Body::position_m, vector3(), "of the centre of mass [m]; 0 unless given"),
-      key<BodyDraft>("orientation_wxyz", &Body::orientation_wxyz, unit_quaternion(),
-                     "unit quaternion, body to world; identity unless given"),
-      key<BodyDraft>("velocity_m_per_s", &Body::velocity_m_per_s, vector3(),
-                     "of the centre of mass [m/s]; 0 unless given"),
-      key<BodyDraft>("angular_velocity_body_rad_per_s", &Body::angular_velocity_body_rad_per_s, vector3(),
-                     "in body axes [rad/s]; 0 unless given"),
-      key<BodyDraft>("charge_C", &Body::charge_C, number(), "charge [C]; 0 unless given"),
-      key<BodyDraft>("fixed", &Body::fixed, boolean(), "never moves; false unless given (a plane: true)"),
-      key<BodyDraft>("release_s", &Body::release_s, number(non_negative()), "held until then [s]; 0 unless given"),
-  };
+  static const Keys<BodyDraft> keys = [] {
+    Keys<BodyDraft> all = {
+        required(key<BodyDraft>("name", &Body::name, name_text(), "a name, used once")),
+        key<BodyDraft>("mass_kg", &Body::mass_kg, number(mass()), "mass [kg]; above 0 unless fixed"),
+        only(In::file, key<BodyDraft>("density_kg_per_m3", &BodyDraft::density_kg_per_m3, optional(number(positive())),
+                                      "in place of a mass: times the volume of the shape [kg/m^3]")),
+        key<BodyDraft>(
+            "inertia_kg_m2", &BodyDraft::inertia, optional(inertia()),
+            "about the centre of mass in body axes [kg m^2]; from the shape unless given, a point mass without both"),
+        key<BodyDraft>("material", &Body::material, material_name(), "name of a material; `default` unless given"),
+        shape_key(),
+        key<BodyDraft>("position_m", &Body::position_m, vector3(), "of the centre of mass [m]; 0 unless given"),
+        key<BodyDraft>("orientation_wxyz", &Body::orientation_wxyz, unit_quaternion(),
+                       "unit quaternion, body to world; identity unless given"),
+        key<BodyDraft>("velocity_m_per_s", &Body::velocity_m_per_s, vector3(),
+                       "of the centre of mass [m/s]; 0 unless given"),
+        key<BodyDraft>("angular_velocity_body_rad_per_s", &Body::angular_velocity_body_rad_per_s, vector3(),
+                       "in body axes [rad/s]; 0 unless given"),
+        key<BodyDraft>("charge_C", &Body::charge_C, number(), "charge [C]; 0 unless given"),
+        key<BodyDraft>("fixed", &Body::fixed, boolean(), "never moves; false unless given (a plane: true)"),
+        key<BodyDraft>("release_s", &Body::release_s, number(non_negative()), "held until then [s]; 0 unless given"),
+    };
+    add_degree_keys(all, &Body::orientation_wxyz);
+    return all;
+  }();
   return keys;
 }
 
 void finish_body(Reading& r, const Value& table, BodyDraft& body) {
+  require_one_orientation(r, table);
   check_plane(r, table, body);
   if (body.fixed) return check_fixed(r, table, body);
   if (r.form == Form::resolved) {

@@ -49,12 +49,16 @@ void finish_body(Reading& r, const Value& table, BodyDraft& body);
 
 Shape read_shape(Reading& r, const Value& v);
 Force read_force(Reading& r, const Value& v);
+// Of a [[force]] of a file: one, or one for each body where a force of a single body (a thruster) names several.
+void read_forces(Reading& r, const Value& table, std::vector<Force>& out);
 Value write_force(const Scene& scene, const Force& force);
 Value shape_schema(Form form);
 Value force_schema(Form form);
 
 // Fills points and triangles from an OBJ file inside the scene's folder.
 void load_mesh(Reading& r, const Value& file, Mesh& mesh);
+// A table of a truth's values has the columns that its bodies need, each with its bar, and at least one row.
+void check_values_file(Reading& r, const Value& file, const Scenario& scenario);
 // The full path of a `file` key: it exists and lies inside the scene's folder, links followed.
 std::string path_in_folder(Reading& r, const Value& file);
 

@@ -1,35 +1,11 @@
 #include "scene/files.hpp"
 
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 
+#include "scene/input_file.hpp"
 #include "scene/scenario_keys.hpp"
 
 namespace atwood {
-namespace {
-
-constexpr std::size_t kLargestFile = std::size_t{64} << 20;
-
-std::string read_whole(const std::string& path) {
-  const std::string expected = "; expected a scenario file (TOML)";
-  std::error_code error;
-  if (std::filesystem::is_directory(path, error)) throw InputError(path + ": found a directory" + expected);
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw InputError(path + ": cannot be read (" + std::strerror(errno) + ")" + expected);
-  std::string text;
-  char block[1 << 16];
-  while (in.read(block, sizeof block) || in.gcount() > 0) {
-    text.append(block, static_cast<std::size_t>(in.gcount()));
-    if (text.size() > kLargestFile) throw InputError(path + ": found more than 64 MiB" + expected);
-  }
-  if (in.bad()) throw InputError(path + ": cannot be read (" + std::strerror(errno) + ")" + expected);
-  return text;
-}
-
-}  // namespace
-
 Scenario read_scenario_text(std::string_view toml, const std::string& name, const std::string& folder) {
   const Value document = parse_toml(toml, name);
   Reading r;
@@ -39,11 +15,12 @@ Scenario read_scenario_text(std::string_view toml, const std::string& name, cons
   FileDraft draft;
   read_table(r, document, file_keys(), {}, draft);
   resolve(r, document, draft);
+  draft.scenario.notes = std::move(r.notes);
   return std::move(draft.scenario);
 }
 
 Scenario read_scenario(const std::string& path) {
-  const std::string text = read_whole(path);
+  const std::string text = read_input_file(path, "a scenario file (TOML)", largest::scenario);
   Scenario scenario = read_scenario_text(text, path, std::filesystem::path(path).parent_path().string());
   scenario.path = path;
   return scenario;

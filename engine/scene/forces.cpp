@@ -6,6 +6,26 @@
 namespace atwood {
 namespace {
 
+// What a force calls the bodies it acts on: "body", "bodies", or nothing.
+template <class T>
+std::string name_of_bodies(const Keys<T>& keys) {
+  for (const Key<T>& key : keys)
+    if (key.name == "body" || key.name == "bodies") return key.name;
+  return "";
+}
+
+// The table with `other` under its own name: people write `body` and `bodies` alike.
+Value renamed(Reading& r, const Value& v, const std::string& other, const std::string& own) {
+  Value table = v;
+  for (Member& member : std::get<Value::Table>(table.data)) {
+    if (member.key != other) continue;
+    if (v.find(own))
+      fail(r, member.place, "`" + other + "` in " + r.where + " is given beside `" + own + "`; expected one of the two");
+    member.key = own;
+  }
+  return table;
+}
+
 template <class T>
 Alternative<Force> force(std::vector<Tag> tags, std::string doc, Keys<T> keys,
                          std::function<void(Reading&, const Value&, T&)> check = {}) {
@@ -15,17 +35,21 @@ Alternative<Force> force(std::vector<Tag> tags, std::string doc, Keys<T> keys,
   alternative.tags = tags;
   std::vector<std::string> tag_keys;
   for (const Tag& tag : tags) tag_keys.push_back(tag.key);
-  alternative.read = [keys, check, tag_keys](Reading& r, const Value& v, Force& out) {
+  const std::string own = name_of_bodies(keys), other = own == "body" ? "bodies" : "body";
+  alternative.read = [keys, check, tag_keys, own, other](Reading& r, const Value& v, Force& out) {
+    const bool by_other = r.form == Form::file && !own.empty() && v.find(other);
+    const Value with_own = by_other ? renamed(r, v, other, own) : Value();
+    const Value& table = by_other ? with_own : v;
     T value;
-    read_table(r, v, keys, tag_keys, value);
-    if (check) check(r, v, value);
+    read_table(r, table, keys, tag_keys, value);
+    if (check) check(r, table, value);
     out = std::move(value);
   };
   alternative.holds = [](const Force& f) { return std::holds_alternative<T>(f); };
   alternative.write = [keys](const Scene& s, const Force& from, Value& table) {
     write_table(s, std::get<T>(from), keys, table);
   };
-  alternative.schema = [keys, tags](Form form) {
+  alternative.schema = [keys, tags, own](Form form) {
     Value properties{Value::Table{}};
     Value::List needed;
     for (const Tag& tag : tags) {
@@ -33,7 +57,21 @@ Alternative<Force> force(std::vector<Tag> tags, std::string doc, Keys<T> keys,
       needed.push_back(tag.key);
     }
     schema_of(keys, form, properties, needed);
-    return object_schema(std::move(properties), std::move(needed));
+    if (form == Form::resolved || own.empty()) return object_schema(std::move(properties), std::move(needed));
+    // In a file either name will do, with one body or several.
+    Value::Table& members = std::get<Value::Table>(properties.data);
+    std::erase_if(members, [&](const Member& member) { return member.key == own; });
+    for (const char* name : {"body", "bodies"}) {
+      Value names = body_names(false).schema;
+      add(names, "description",
+          "names of bodies, or \"all\"; a body that a grid copied: all its copies. `body` and `bodies` mean the same");
+      add(properties, name, std::move(names));
+    }
+    std::erase_if(needed, [&](const Value& key) { return *key.text() == own; });
+    Value schema = object_schema(std::move(properties), std::move(needed));
+    add(schema, "oneOf", Value::List{table_of({{"required", Value::List{Value("body")}}}),
+                                     table_of({{"required", Value::List{Value("bodies")}}})});
+    return schema;
   };
   return alternative;
 }
@@ -259,6 +297,32 @@ Force read_force(Reading& r, const Value& v) {
   left.front()->read(r, v, out);
   r.where = outer;
   return out;
+}
+
+void read_forces(Reading& r, const Value& table, std::vector<Force>& out) {
+  const Value* kind = table.find("kind");
+  const bool single = kind && kind->text() && (*kind->text() == "thruster" || *kind->text() == "point-force");
+  const Value* named = table.find("body") ? table.find("body") : table.find("bodies");
+  const bool several =
+      single && named && (named->list() || (named->text() && (r.grids.contains(*named->text()) || *named->text() == "all")));
+  if (!several || (table.find("body") && table.find("bodies"))) return out.push_back(read_force(r, table));
+  const std::string outer = r.where;
+  std::vector<int> bodies;
+  r.where += " of kind " + *kind->text();
+  r.key = table.find("body") ? "body" : "bodies";
+  body_names(false).read(r, *named, bodies);
+  r.where = outer;
+  const std::string key = r.key;
+  for (const int body : bodies) {
+    Value each = table;
+    for (Member& member : std::get<Value::Table>(each.data)) {
+      if (member.key != key) continue;
+      member.value = Value(r.scene->bodies[static_cast<std::size_t>(body)].name);
+      member.value.place = named->place;
+    }
+    out.push_back(read_force(r, each));
+    r.where = outer;
+  }
 }
 
 Value write_force(const Scene& scene, const Force& from) {

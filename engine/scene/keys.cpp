@@ -4,13 +4,19 @@
 #include <cmath>
 #include <numeric>
 
+#include "scene/printable.hpp"
+
 namespace atwood {
 
 // ---- messages ---------------------------------------------------------------------------------------------------
-void fail(const Reading& reading, Place place, const std::string& message) {
+std::string place_words(const Reading& reading, Place place) {
   std::string at = reading.name;
   if (place.line > 0) at += ":" + std::to_string(place.line) + ":" + std::to_string(place.column);
-  throw InputError(at + ": " + message);
+  return at + ": ";
+}
+
+void fail(const Reading& reading, Place place, const std::string& message) {
+  throw InputError(place_words(reading, place) + message);
 }
 
 void fail_value(const Reading& reading, const Value& found, const std::string& expected) {
@@ -140,14 +146,19 @@ static Codec<std::string> checked_text(Value schema, std::string expected, bool 
 }
 
 Codec<std::string> text() {
-  return checked_text(table_of({{"type", "string"}}), "a text", [](const std::string&) { return true; });
+  Codec<std::string> c = checked_text(table_of({{"type", "string"}}), "a text", [](const std::string&) { return true; });
+  c.read = [read = c.read](Reading& r, const Value& v, std::string& out) {
+    read(r, v, out);
+    if (r.form == Form::file && !is_printable(out)) fail_value(r, v, "a text without control characters");
+  };
+  return c;
 }
 
 Codec<std::string> name_text() {
-  return checked_text(table_of({{"type", "string"}, {"pattern", "^[^\\u0000-\\u001f\\u007f,\"]{1,100}$"}}),
+  return checked_text(table_of({{"type", "string"}, {"pattern", "^[^\\u0000-\\u001f\\u007f-\\u009f,\"]{1,100}$"}}),
                       "a name of 1 to 100 characters without commas, double quotes and control characters",
                       [](const std::string& s) {
-                        return !s.empty() && s.size() <= 100 && std::none_of(s.begin(), s.end(), [](char c) {
+                        return !s.empty() && s.size() <= 100 && is_printable(s) && std::none_of(s.begin(), s.end(), [](char c) {
                           const auto code = static_cast<unsigned char>(c);
                           return code < 0x20 || code == 0x7f || c == ',' || c == '"';
                         });
@@ -198,8 +209,9 @@ static Codec<std::array<double, N>> numbers(const Range& range) {
 Codec<Real2> vector2(Range range) { return numbers<2>(range); }
 Codec<Real3> vector3(Range range) { return numbers<3>(range); }
 
-// Decimals of a unit vector rarely have unit length to the last bit. Within 1e-9 they are taken for one and normalised;
-// a resolved scene is kept as it stands, to the bit.
+// Decimals of a unit vector rarely have unit length to the last bit. In a file they are divided by their length: within
+// 1e-9 of 1 in silence, within 1e-3, as figures of three digits are, with a note. A resolved scene is kept as it stands,
+// to the bit, and each engine reads that one.
 template <std::size_t N>
 static Codec<std::array<double, N>> unit(const char* what) {
   Codec<std::array<double, N>> c = numbers<N>(any_number());
@@ -207,12 +219,14 @@ static Codec<std::array<double, N>> unit(const char* what) {
     inner(r, v, out);
     double length = 0;
     for (const double x : out) length = std::hypot(length, x);
-    if (!(std::abs(length - 1) <= 1e-9))
+    const bool of_file = r.form == Form::file;
+    const std::string found = "`" + r.key + "` in " + r.where + " has length " + describe(Value(length));
+    if (!(std::abs(length - 1) <= (of_file ? 1e-3 : 1e-9)))
       fail(r, v.place,
-           "`" + r.key + "` in " + r.where + " has length " + describe(Value(length)) + "; expected " + what +
-               " of length 1 (within 1e-9)");
-    if (r.form == Form::file)
-      for (double& x : out) x /= length;
+           found + "; expected " + what + " of length 1 (within " + (of_file ? "1e-3, which is normalised)" : "1e-9)"));
+    if (!of_file) return;
+    for (double& x : out) x /= length;
+    if (std::abs(length - 1) > 1e-9) r.notes.push_back(place_words(r, v.place) + found + "; it was normalised");
   };
   return c;
 }
@@ -247,16 +261,32 @@ static std::vector<std::string> sorted_names(const std::unordered_map<std::strin
   return names;
 }
 
-static int find_name(Reading& r, const Value& v, const std::unordered_map<std::string, int>& known, const char* kind) {
+[[noreturn]] static void fail_name(Reading& r, const Value& v, std::vector<std::string> names, const char* kind) {
   const std::string* found = v.text();
-  if (found)
-    if (const auto it = known.find(*found); it != known.end()) return it->second;
-  std::vector<std::string> names = sorted_names(known);
   const std::string hint = found ? did_you_mean(*found, names) : "";
   const bool more = names.size() > 12;
   if (more) names.resize(12);
   if (names.empty()) names.push_back("none is declared");
   fail_value(r, v, std::string("the name of a ") + kind + " (" + listed(names) + (more ? ", ..." : "") + ")" + hint);
+}
+
+static int find_name(Reading& r, const Value& v, const std::unordered_map<std::string, int>& known, const char* kind) {
+  if (const std::string* found = v.text())
+    if (const auto it = known.find(*found); it != known.end()) return it->second;
+  fail_name(r, v, sorted_names(known), kind);
+}
+
+// Bodies by one name: one, or all copies of a grid.
+static Reading::Copies find_bodies(Reading& r, const Value& v) {
+  if (const std::string* found = v.text()) {
+    if (const auto it = r.grids.find(*found); it != r.grids.end()) return it->second;
+    if (const auto it = r.bodies.find(*found); it != r.bodies.end()) return {it->second, 1};
+  }
+  std::vector<std::string> names;
+  for (const auto& [name, copies] : r.grids) names.push_back(name);
+  std::sort(names.begin(), names.end());
+  for (std::string& name : sorted_names(r.bodies)) names.push_back(std::move(name));
+  fail_name(r, v, std::move(names), "body");
 }
 
 Codec<int> material_name() {
@@ -274,7 +304,7 @@ Codec<int> body_name() {
 Codec<std::vector<int>> body_names(bool all_takes_fixed) {
   Codec<std::vector<int>> c;
   const Value names = table_of({{"type", "array"}, {"items", table_of({{"type", "string"}})}, {"minItems", 1}});
-  c.schema = table_of({{"oneOf", Value::List{table_of({{"const", "all"}}), names}}});
+  c.schema = table_of({{"oneOf", Value::List{table_of({{"type", "string"}}), names}}});
   c.read = [all_takes_fixed](Reading& r, const Value& v, std::vector<int>& out) {
     out.clear();
     if (const std::string* word = v.text(); word && *word == "all") {
@@ -284,14 +314,17 @@ Codec<std::vector<int>> body_names(bool all_takes_fixed) {
       if (out.empty()) fail_value(r, v, "at least one body that can move");
       return;
     }
-    const auto* items = v.list();
-    if (!items || items->empty()) fail_value(r, v, "\"all\" or a list of names of bodies");
+    const Value::List one = v.text() ? Value::List{v} : Value::List{};
+    const auto* items = v.text() ? &one : v.list();
+    if (!items || items->empty()) fail_value(r, v, "\"all\" or a list of names of bodies, or one name");
     std::vector<bool> seen(r.scene->bodies.size());
     for (const Value& item : *items) {
-      const int body = find_name(r, item, r.bodies, "body");
-      if (seen[static_cast<std::size_t>(body)]) fail_value(r, item, "each body once");
-      seen[static_cast<std::size_t>(body)] = true;
-      out.push_back(body);
+      const Reading::Copies found = find_bodies(r, item);
+      for (int body = found.first; body < found.first + found.count; ++body) {
+        if (seen[static_cast<std::size_t>(body)]) fail_value(r, item, "each body once");
+        seen[static_cast<std::size_t>(body)] = true;
+        out.push_back(body);
+      }
     }
   };
   c.write = [](const Scene& s, const std::vector<int>& bodies) {

@@ -25,7 +25,14 @@ struct Reading {
   std::string where, key;                                  // what is being read: "[[body]] `bat`", "mass_kg"
   Scene* scene = nullptr;                                  // as far as it is read
   std::unordered_map<std::string, int> materials, bodies;  // name -> index
+  struct Copies {
+    int first = 0, count = 0;
+  };
+  std::unordered_map<std::string, Copies> grids;  // name of a copied body -> its copies in Scene::bodies
+  std::vector<std::string> notes;                 // what reading changed, in sentences
 };
+
+std::string place_words(const Reading& reading, Place place);  // "t.toml:12:8: "
 
 [[noreturn]] void fail(const Reading& reading, Place place, const std::string& message);
 // "`mass_kg` in [[body]] `bat` is -1; expected ..."
@@ -159,12 +166,13 @@ Codec<std::string> kebab_text();  // an id
 Codec<std::int64_t> integer(std::int64_t low, std::int64_t high);
 Codec<Real2> vector2(Range range = any_number());
 Codec<Real3> vector3(Range range = any_number());
-Codec<Real3> unit_vector3();     // unit to 1e-9; in files normalised
+Codec<Real3> unit_vector3();     // unit to 1e-9; in files to 1e-3, and normalised
 Codec<Real4> unit_quaternion();  // the same
 Codec<Interval> interval();
 Codec<int> material_name();
 Codec<int> body_name();
-Codec<std::vector<int>> body_names(bool all_takes_fixed);  // "all" or a list
+// "all", a name, or a list of names; the name of a body that a grid copied stands for all its copies.
+Codec<std::vector<int>> body_names(bool all_takes_fixed);
 
 template <class M>
 Codec<std::vector<M>> list_of(Codec<M> item, std::size_t most) {

@@ -3,10 +3,10 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <sstream>
 
 #include "scene/declarations.hpp"
+#include "scene/input_file.hpp"
 
 namespace atwood {
 namespace {
@@ -51,7 +51,7 @@ void load_mesh(Reading& r, const Value& file, Mesh& mesh) {
   constexpr std::size_t kMost = 1 << 20;
   r.key = "file";
   const std::string path = path_in_folder(r, file);
-  std::ifstream in(path);
+  std::istringstream in(read_input_file(path, "a mesh (OBJ)", largest::mesh));
   std::string text;
   for (int line = 1; std::getline(in, text); ++line) {
     std::istringstream words(text);

@@ -116,6 +116,7 @@ std::vector<WrittenGrid> read_grids(Reading& r, const FileDraft& draft) {
 void expand(Reading& r, const WrittenGrid& written, const Body& body) {
   const GridDraft& grid = written.grid;
   SplitMix64 random{static_cast<std::uint64_t>(grid.seed)};
+  const auto first = static_cast<int>(r.scene->bodies.size());
   for (std::int64_t i = 0; i < grid.counts[0]; ++i)
     for (std::int64_t j = 0; j < grid.counts[1]; ++j)
       for (std::int64_t k = 0; k < grid.counts[2]; ++k) {
@@ -131,6 +132,7 @@ void expand(Reading& r, const WrittenGrid& written, const Body& body) {
         }
         add_body(r, written.table->place, std::move(copy));
       }
+  r.grids[body.name] = {first, static_cast<int>(r.scene->bodies.size()) - first};
 }
 
 void resolve_bodies(Reading& r, const Value& document, const FileDraft& draft) {
@@ -198,7 +200,9 @@ void resolve(Reading& r, const Value& document, FileDraft& draft) {
     fail(r, state->place, "found `initial_state` without `problem`; expected it with a bare problem only");
   resolve_bodies(r, document, draft);
   each_table(r, draft.force, "[[force]]",
-             [&](const Value& table) { draft.scenario.scene.forces.push_back(read_force(r, table)); });
+             [&](const Value& table) { read_forces(r, table, draft.scenario.scene.forces); });
+  if (draft.scenario.truth.kind == TruthKind::values)
+    check_values_file(r, *document.find("truth")->find("file"), draft.scenario);
 }
 
 }  // namespace atwood

@@ -1,5 +1,6 @@
 // The shapes: one list of keys each.
 #include "scene/declarations.hpp"
+#include "scene/orientation.hpp"
 
 namespace atwood {
 namespace {
@@ -43,21 +44,28 @@ Codec<std::array<int, 3>> triangle() {
 
 const Keys<Compound::Part>& part_keys() {
   using Part = Compound::Part;
-  static const Keys<Part> keys = {
-      required(
-          key<Part>("half_extents_m", &Part::half_extents_m, vector3(positive()), "half the lengths of the sides [m]")),
-      key<Part>("position_body_m", &Part::position_body_m, vector3(),
-                "centre of the box in body axes [m]; 0 unless given"),
-      key<Part>("orientation_wxyz", &Part::orientation_wxyz, unit_quaternion(),
-                "unit quaternion, box to body; identity unless given"),
-  };
+  static const Keys<Part> keys = [] {
+    Keys<Part> all = {
+        required(key<Part>("half_extents_m", &Part::half_extents_m, vector3(positive()),
+                           "half the lengths of the sides [m]")),
+        key<Part>("position_body_m", &Part::position_body_m, vector3(),
+                  "centre of the box in body axes [m]; 0 unless given"),
+        key<Part>("orientation_wxyz", &Part::orientation_wxyz, unit_quaternion(),
+                  "unit quaternion, box to body; identity unless given"),
+    };
+    add_degree_keys(all, &Part::orientation_wxyz);
+    return all;
+  }();
   return keys;
 }
 
 Codec<Compound::Part> part() {
   Codec<Compound::Part> c;
   c.schema = object_schema(part_keys(), Form::file);
-  c.read = [](Reading& r, const Value& v, Compound::Part& out) { read_table(r, v, part_keys(), {}, out); };
+  c.read = [](Reading& r, const Value& v, Compound::Part& out) {
+    read_table(r, v, part_keys(), {}, out);
+    require_one_orientation(r, v);
+  };
   c.write = [](const Scene& s, const Compound::Part& from) {
     Value table{Value::Table{}};
     write_table(s, from, part_keys(), table);

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "scene/files.hpp"
+#include "scene/input_file.hpp"
 #include "scene/value.hpp"
 
 namespace atwood {
@@ -86,12 +87,20 @@ void require_utf8(std::string_view text, const std::string& name) {
 
 Value parse_toml(std::string_view text, const std::string& name) {
   require_utf8(text, name);
+  require_shallow_toml(text, name);
   try {
     return convert(toml::parse(text, name), name, 0);
   } catch (const toml::parse_error& error) {
     throw InputError(at(name, place_of(error.source())) + "found what is no TOML (" + std::string(error.description()) +
                      "); expected a scenario in TOML");
   }
+}
+
+std::string place_of_key(const std::string& path, std::string_view table, std::string_view key) {
+  const Value document = parse_toml(read_input_file(path, "a scenario file (TOML)", largest::scenario), path);
+  const Value* inside = document.find(table);
+  const Value* value = inside ? inside->find(key) : nullptr;
+  return value ? path + ":" + std::to_string(value->place.line) + ":" + std::to_string(value->place.column) : path;
 }
 
 }  // namespace atwood

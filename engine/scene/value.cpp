@@ -5,8 +5,6 @@
 
 namespace atwood {
 
-Value::Value(Table v) : data(std::move(v)) {}
-
 const Value* Value::find(std::string_view key) const {
   if (const Table* members = table())
     for (const Member& member : *members)

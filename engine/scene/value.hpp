@@ -24,15 +24,20 @@ struct Value {
   std::variant<std::monostate, bool, std::int64_t, double, std::string, List, Table> data;
   Place place;
 
-  Value() = default;
-  Value(bool v) : data(v) {}
-  Value(int v) : data(static_cast<std::int64_t>(v)) {}
-  Value(std::int64_t v) : data(v) {}
-  Value(double v) : data(v) {}
-  Value(const char* v) : data(std::string(v)) {}
-  Value(std::string v) : data(std::move(v)) {}
-  Value(List v) : data(std::move(v)) {}
+  Value();
+  Value(bool v);
+  Value(int v);
+  Value(std::int64_t v);
+  Value(double v);
+  Value(const char* v);
+  Value(std::string v);
+  Value(List v);
   Value(Table v);
+  Value(const Value& other);
+  Value(Value&& other) noexcept;
+  Value& operator=(const Value& other);
+  Value& operator=(Value&& other) noexcept;
+  ~Value();
 
   const std::string* text() const { return std::get_if<std::string>(&data); }
   const List* list() const { return std::get_if<List>(&data); }
@@ -46,6 +51,26 @@ struct Member {
   Value value;
   Place place;  // of the key
 };
+
+// Defined here, where Member is a whole type: the variant holds a list of them.
+inline Value::Value() = default;
+inline Value::Value(bool v) : data(v) {}
+inline Value::Value(int v) : data(static_cast<std::int64_t>(v)) {}
+inline Value::Value(std::int64_t v) : data(v) {}
+inline Value::Value(double v) : data(v) {}
+inline Value::Value(const char* v) : data(std::string(v)) {}
+inline Value::Value(std::string v) : data(std::move(v)) {}
+inline Value::Value(List v) : data(std::move(v)) {}
+inline Value::Value(Table v) : data(std::move(v)) {}
+// Held by its type and then moved in: when memory runs out in the copy constructor of a variant of strings and vectors,
+// libstdc++ 12 destroys a member that was never made.
+inline Value::Value(const Value& other) : place(other.place) {
+  std::visit([this]<class T>(const T& held) { data.emplace<T>(T(held)); }, other.data);
+}
+inline Value::Value(Value&& other) noexcept = default;
+inline Value& Value::operator=(const Value& other) { return *this = Value(other); }
+inline Value& Value::operator=(Value&& other) noexcept = default;
+inline Value::~Value() = default;
 
 // A table from pairs, in order.
 Value table_of(std::initializer_list<std::pair<const char*, Value>> members);

@@ -1,9 +1,10 @@
 #include <cmath>
-#include <fstream>
 #include <map>
+#include <sstream>
 #include <stdexcept>
 
 #include "dynamics/state.hpp"
+#include "scene/input_file.hpp"
 #include "truth/truth.hpp"
 
 namespace atwood {
@@ -36,8 +37,7 @@ struct Table {
 };
 
 Table read_table(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) throw std::runtime_error("cannot read `" + path + "`");
+  std::istringstream file(read_input_file(path, "a table of values (CSV)", largest::table));
   Table made;
   std::string line;
   while (std::getline(file, line)) {

@@ -89,13 +89,17 @@ void collect(const std::string& text, std::vector<BenchFigure>& figures) {
     figures.push_back(figure_of(name, quantile(values, 0.5), quantile(values, 0.95)));
 }
 
+json read_document(const std::string& path) {
+  const std::string text = read_bench_text(path);
+  json document = text.empty() ? json::object() : json::parse(text, nullptr, false);
+  return document.is_object() ? document : json::object();
+}
+
 }  // namespace
 
 std::vector<BenchFigure> read_bench(const std::string& path) {
   std::vector<BenchFigure> figures;
-  std::ifstream file(path);
-  if (!file) return figures;
-  const json document = json::parse(file, nullptr, false);
+  const json document = read_document(path);
   if (document.is_discarded() || !document.contains("figures")) return figures;
   for (const auto& f : document.at("figures")) {
     figures.push_back({f.value("scenario", ""), f.value("method", ""), f.value("steps", std::int64_t{0}),
@@ -126,13 +130,6 @@ GoalEntrant entrant_from(const json& j) {
           real(j["error"]),       real(j["bar"]),
           real(j["seconds"]),     real(j["evaluations"]),
           real(j["ns_per_step"]), j.value("accurate", false)};
-}
-
-json read_document(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) return json::object();
-  json document = json::parse(file, nullptr, false);
-  return document.is_object() ? document : json::object();
 }
 
 }  // namespace

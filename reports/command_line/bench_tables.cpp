@@ -9,6 +9,7 @@
 
 #include "reports/command_line/command_line.hpp"
 #include "scene/files.hpp"
+#include "scene/input_file.hpp"
 
 namespace atwood {
 namespace fs = std::filesystem;
@@ -48,12 +49,19 @@ json to_json(const BenchTable& table) {
 }
 
 json read_document(const std::string& path) {
-  std::ifstream file(path);
-  json document = file ? json::parse(file, nullptr, false) : json::object();
+  const std::string text = read_bench_text(path);
+  json document = text.empty() ? json::object() : json::parse(text, nullptr, false);
   return document.is_object() ? document : json::object();
 }
 
 }  // namespace
+
+std::string read_bench_text(const std::string& path) {
+  if (!fs::exists(path)) return "";
+  const std::string text = read_input_file(path, "figures of `atwood bench` (JSON)", largest::figures);
+  require_shallow_json(text, path);
+  return text;
+}
 
 std::vector<BenchTable> read_bench_tables(const std::string& path) { return tables_from(read_document(path)); }
 

@@ -2,7 +2,6 @@
 #include <unistd.h>
 
 #include <cmath>
-#include <fstream>
 #include <map>
 #include <sstream>
 
@@ -10,6 +9,8 @@
 
 #include "reports/command_line/command_line.hpp"
 #include "scene/files.hpp"
+#include "scene/input_file.hpp"
+#include "scene/printable.hpp"
 
 namespace atwood {
 
@@ -79,9 +80,7 @@ Columns read_header(const std::string& line, const std::string& path) {
 }
 
 // Rows may come in any order within one instant; instants must rise and be the same for every body.
-Recording read_trace(const std::string& path, const Scene& scene) {
-  std::ifstream file(path);
-  if (!file) throw InputError(fmt::format("{}: cannot be read: {}", path, std::strerror(errno)));
+Recording read_trace(std::istream& file, const std::string& path, const Scene& scene) {
   std::string line;
   if (!std::getline(file, line))
     throw InputError(fmt::format("{}:1:1: found an empty file; expected a header line", path));
@@ -111,13 +110,19 @@ Recording read_trace(const std::string& path, const Scene& scene) {
     }
     std::array<Wide, 1> t{};
     read_group<1>({"t_s"}, columns, fields, where, t);
-    const std::string& name = fields.at(columns.at.at("body"));
+    const std::size_t t_column = columns.at.at("t_s");
+    if (!std::isfinite(static_cast<double>(t[0])))
+      throw InputError(fmt::format("{}:{}: t_s: found `{}`; expected a time that a double holds, finite", where,
+                                   t_column + 1, fields[t_column]));
+    const std::string name = unguarded_cell(fields.at(columns.at.at("body")));
     if (!index.contains(name))
       throw InputError(fmt::format("{}: found body `{}`, which the scene does not have", where, name));
     if (run.values.empty() || t[0] != run.values.back().t_s) {
       if (!run.values.empty()) {
         complete(number);
-        if (!(t[0] > run.values.back().t_s)) throw InputError(fmt::format("{}: t_s does not rise", where));
+        if (!(t[0] > run.values.back().t_s))
+          throw InputError(fmt::format("{}:{}: t_s: found `{}`; expected times that rise", where, t_column + 1,
+                                       fields[t_column]));
       }
       run.values.push_back({t[0], std::vector<BodySample>(scene.bodies.size())});
       for (std::size_t i = 0; i < scene.bodies.size(); ++i) {  // fixed bodies need no rows
@@ -182,17 +187,20 @@ std::vector<Gate> limits_as_gates(const Options& options, const Scenario& scenar
 
 int command_check(const Place& place, const Options& options) {
   Scenario scenario = read_scene_argument(place, options.scenarios.front());
-  std::ifstream probe(options.input);
+  require_own_id(place, scenario);
+  std::istringstream file(read_input_file(options.input, "a trace (CSV)", largest::trace));
   std::string header;
-  std::getline(probe, header);
-  Recording run = read_trace(options.input, scenario.scene);
+  std::getline(file, header);
+  file.clear();
+  file.seekg(0);
+  Recording run = read_trace(file, options.input, scenario.scene);
   require_even(run, options.input);
   const double t_end = static_cast<double>(run.values.back().t_s);
   if (std::abs(t_end - scenario.t_end_s) > 1e-12 * scenario.t_end_s) scenario.t_end_s = t_end;
   const auto samples = static_cast<std::int64_t>(run.values.size() - 1);
   Truth truth = truth_once(place.truth_worker, scenario, samples, 120);
   if (truth.outcome.status != Status::ok) {
-    fmt::print(stderr, "atwood: no truth for `{}`: {}\n", scenario.id, truth.outcome.reason);
+    fmt::print(stderr, "atwood: no truth for `{}`: {}\n", scenario.id, printable(truth.outcome.reason));
     return exit_gate;
   }
 
@@ -217,6 +225,7 @@ int command_check(const Place& place, const Options& options) {
   Selection selection;
   selection.scenarios = {scenario};
   selection.narrowed = true;
+  selection.tolerances = options.tolerances;
   Cell cell;
   cell.scenario = scenario;
   cell.method = options.as_method;

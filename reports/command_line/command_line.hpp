@@ -41,6 +41,7 @@ struct Options {
   std::string purpose = "run";            // of campaigns: those of compare and advise stay apart
   bool swept = false;                     // contacts
   bool evidence = false;                  // describe METHOD --program
+  bool named_methods_only = false;        // compare: --engine adds no methods that were not named
   bool whole_ladders = false;             // each scenario's ladder, halved as far down as its samples divide it
   std::string wanted_error, budget, metric;  // advise
   std::vector<std::string> goals;         // bench goals: ids, globs
@@ -56,9 +57,11 @@ Place find_place();
 
 std::vector<Scenario> read_catalogue(const Place& place);
 Scenario read_scene_argument(const Place& place, const std::string& id_or_file);  // InputError
-std::vector<Worker> start_workers(const Place& place, const std::vector<std::string>& extra);
-std::vector<Worker> require_workers(const Place& place,
-                                    const Options& options);  // an --engine that fails is an InputError
+void require_own_id(const Place& place, const Scenario& scenario);  // a file with an id of the catalogue: InputError
+// Our own engines and the rivals, then foreign ones by their argv.
+std::vector<Worker> start_workers(const Place& place, const std::vector<std::vector<std::string>>& foreign);
+// With those of --engine and of a study's `engines`; an --engine that is no program is an InputError.
+std::vector<Worker> require_workers(const Place& place, const Options& options, const Study* study = nullptr);
 std::vector<std::string> nearest(const std::string& word, std::vector<std::string> known, std::size_t count);
 bool is_terminal(int fd);
 int terminal_width();
@@ -70,6 +73,7 @@ struct Selection {
   std::vector<Worker> workers;
   std::vector<Cell> cells;
   std::string study;       // the study's id
+  std::string tolerances, baseline;  // files: of the command line, else of the study; empty: none was named
   bool narrowed = false;   // gates left without cells are dropped
 };
 std::string own_file(const Place& place,
@@ -110,6 +114,7 @@ std::vector<BenchFigure> run_benchmarks(const Place& place, const std::string& f
 // Null: what the file has stays.
 void keep_bench(const std::string& path, const Provenance& provenance, const std::vector<BenchFigure>* figures,
                 const std::vector<GoalResult>* goals);
+std::string read_bench_text(const std::string& path);  // of a bench.json; empty: there is none
 std::vector<BenchTable> read_bench_tables(const std::string& path);
 void keep_bench_table(const std::string& path, const Provenance& provenance,
                       const BenchTable& table);  // in place of that id's last one

@@ -173,6 +173,7 @@ int command_compare(const Place& place, const Options& options) {
   chosen.purpose = "compare";
   if (chosen.scenarios.empty()) chosen.scenarios = {"kepler-e0.6"};
   chosen.whole_ladders = chosen.steps.empty();
+  chosen.named_methods_only = true;
   const std::vector<Worker> workers = require_workers(place, options);
   std::vector<std::string> notes;
   chosen.methods = with_tolerances(options.methods, workers, notes);

@@ -10,6 +10,7 @@
 #include "reports/command_line/command_line.hpp"
 #include "reports/command_line/table.hpp"
 #include "scene/files.hpp"
+#include "scene/printable.hpp"
 
 namespace atwood {
 namespace fs = std::filesystem;
@@ -67,7 +68,7 @@ template <class Values> std::string joined(const Values& values, int digits) {
 
 int exit_of(const Outcome& outcome) {
   if (outcome.status == Status::ok) return exit_pass;
-  fmt::print(stderr, "atwood: {}: {}\n", to_string(outcome.status), outcome.reason);
+  fmt::print(stderr, "atwood: {}: {}\n", to_string(outcome.status), printable(outcome.reason));
   return outcome.status == Status::unsupported || outcome.status == Status::not_built ? exit_pass : exit_cell;
 }
 

@@ -2,12 +2,11 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <set>
 
 #include "reports/command_line/goals.hpp"
 #include "scene/files.hpp"
+#include "scene/input_file.hpp"
 
 namespace atwood {
 namespace {
@@ -144,9 +143,8 @@ double parse_duration(const std::string& text, const std::string& what) {
 }
 
 std::vector<Goal> read_goals(const std::string& path) {
-  std::ifstream stream(path, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-  if (!stream && !stream.eof()) throw InputError(path + ": cannot be read; expected a file of goals (TOML)");
+  const std::string text = read_input_file(path, "a file of goals (TOML)", largest::settings);
+  require_shallow_toml(text, path);
   const GoalsFile file{path};
   toml::table root;
   try {

@@ -1,8 +1,12 @@
 // The command line: words in, an Options, one command, an exit code.
+#include <unistd.h>
+
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <new>
+#include <sstream>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -10,6 +14,7 @@
 #include "protocol/descriptors.hpp"
 #include "reports/command_line/command_line.hpp"
 #include "scene/files.hpp"
+#include "scene/printable.hpp"
 #include "validation/study/process.hpp"
 
 namespace {
@@ -201,7 +206,10 @@ int run(int argc, char** argv) {
   try {
     parser.app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    const int code = parser.app.exit(error, std::cout, std::cerr);
+    std::ostringstream out, problem;  // the words of this call may hold anything
+    const int code = parser.app.exit(error, out, problem);
+    std::fputs(printable_lines(out.str()).c_str(), stdout);
+    std::fputs(printable_lines(problem.str()).c_str(), stderr);
     return code == 0 ? exit_pass : exit_input;
   }
   for (const CLI::App* sub : parser.app.get_subcommands())
@@ -211,10 +219,21 @@ int run(int argc, char** argv) {
   return parser.chosen(find_place(), parser.options);
 }
 
-// What went wrong, on standard error as far as it takes it; nothing is thrown.
-void complain(const char* what) {
+// Memory is short: what allocates nothing.
+int out_of_memory() {
+  constexpr char words[] = "atwood: out of memory\n";
+  [[maybe_unused]] const auto written = write(STDERR_FILENO, words, sizeof words - 1);
+  return exit_internal;
+}
+
+// With fputs, which does not throw where nothing can be written.
+void print_error(const char* what) {
   std::fflush(stdout);
-  std::fprintf(stderr, "atwood: %s\n", what);
+  try {
+    std::fputs(("atwood: " + printable_lines(what) + "\n").c_str(), stderr);
+  } catch (const std::bad_alloc&) {
+    out_of_memory();
+  }
 }
 
 }  // namespace
@@ -226,14 +245,16 @@ int main(int argc, char** argv) {
   try {
     code = run(argc, argv);
   } catch (const InputError& error) {
-    complain(error.what());
+    print_error(error.what());
     return exit_input;
+  } catch (const std::bad_alloc&) {
+    return out_of_memory();
   } catch (const std::exception& error) {
-    complain(error.what());
+    print_error(error.what());
     return exit_internal;
   }
   if (std::fflush(stdout) != 0 || std::ferror(stdout)) {
-    complain((std::string("standard output: ") + std::strerror(errno)).c_str());
+    print_error((std::string("standard output: ") + std::strerror(errno)).c_str());
     return exit_internal;
   }
   if (interrupt_signal() != 0) return 128 + interrupt_signal();  // it came when nobody looked any more

@@ -7,13 +7,17 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "reports/command_line/build_info.hpp"
 #include "reports/command_line/command_line.hpp"
 #include "scene/files.hpp"
+#include "scene/input_file.hpp"
+#include "scene/printable.hpp"
 
 namespace atwood {
 namespace fs = std::filesystem;
@@ -50,6 +54,40 @@ void explain_missing(Worker& worker) {
         "builds its worker",
         engine.library, engine.name, engine.packages);
   }
+}
+
+// What a foreign engine says of itself is printed and kept in tables; its ids are sent back to it as they are.
+void make_printable(Worker& worker) {
+  Engine& engine = worker.engine;
+  for (std::string* text : {&engine.version, &engine.scalar, &worker.reason}) *text = printable(*text);
+  bool plain = printable(engine.name) == engine.name;
+  for (auto* list : {&engine.methods, &engine.responses}) {
+    for (MethodInfo& info : *list) {
+      plain = plain && printable(info.id) == info.id;
+      for (std::string* text : {&info.doc, &info.source}) *text = printable(*text);
+      for (auto& [name, value] : info.settings) {
+        plain = plain && printable(name) == name;
+        if (auto* text = std::get_if<std::string>(&value)) plain = plain && printable(*text) == *text;
+      }
+    }
+  }
+  if (plain || worker.status != Status::ok) return;
+  worker.status = Status::crashed;
+  worker.reason = "at hello: a name, an id or a setting holds control characters";
+  engine.methods.clear();
+  engine.responses.clear();
+}
+
+// An unknown `solution` of a closed form is a typing error: told before anything runs. The truth's worker knows the names.
+void require_known_solution(const Place& place, const Scenario& scenario) {
+  if (scenario.truth.kind != TruthKind::closed_form || !fs::exists(place.truth_worker)) return;
+  std::istringstream lines(capture({place.truth_worker, "--solutions"}));
+  std::vector<std::string> known;
+  for (std::string id; std::getline(lines, id);) known.push_back(id);
+  if (std::find(known.begin(), known.end(), scenario.truth.solution) != known.end()) return;
+  throw InputError(fmt::format("{}: `solution` in [truth] is \"{}\"; expected one of {} (did you mean {}?)",
+                               place_of_key(scenario.path, "truth", "solution"), scenario.truth.solution,
+                               fmt::join(known, ", "), fmt::join(nearest(scenario.truth.solution, known, 1), "")));
 }
 
 }  // namespace
@@ -101,33 +139,56 @@ Scenario read_scene_argument(const Place& place, const std::string& id_or_file) 
         "no scenario `{}` in the catalogue and no file of that name; nearest: {}; `atwood list` shows the ids",
         id_or_file, names));
   }
-  return read_scenario(id_or_file);
+  Scenario scenario = read_scenario(id_or_file);
+  require_known_solution(place, scenario);
+  for (const std::string& note : scenario.notes) fmt::print(stderr, "atwood: {}\n", printable(note));
+  return scenario;
 }
 
-std::vector<Worker> start_workers(const Place& place, const std::vector<std::string>& extra) {
-  std::vector<std::string> paths;
+void require_own_id(const Place& place, const Scenario& scenario) {
+  const fs::path in_catalogue = fs::path(place.source_dir) / "validation/scenarios" / (scenario.id + ".toml");
+  std::error_code error;
+  if (scenario.path.empty() || !fs::exists(in_catalogue, error) || fs::equivalent(scenario.path, in_catalogue, error))
+    return;
+  throw InputError(fmt::format(
+      "{}: its id `{}` is that of the catalogue's {}; expected an id of its own: gates, rows and baselines go by ids",
+      scenario.path, scenario.id, in_catalogue.string()));
+}
+
+std::vector<Worker> start_workers(const Place& place, const std::vector<std::vector<std::string>>& foreign) {
+  std::vector<std::vector<std::string>> commands;
+  const auto add_own = [&](const std::string& name) {
+    commands.push_back({fmt::format("{}/atwood-{}", place.bin_dir, name)});
+  };
   for (const char* name :
-       {"engine", "cvode", "bullet64", "bullet32", "ode", "arkode", "ida", "odeint", "fcl", "libccd"}) {
-    paths.push_back(fmt::format("{}/atwood-{}", place.bin_dir, name));
-  }
-  for (const auto& engine : optional_engines) paths.push_back(fmt::format("{}/atwood-{}", place.bin_dir, engine.name));
-  const std::size_t built_in = paths.size();
-  for (const auto& path : extra) paths.push_back(path);
-  std::vector<Worker> workers = find_workers(paths);
-  for (std::size_t i = built_in; i < workers.size(); ++i) workers[i].foreign = true;
-  for (auto& worker : workers) {
-    if (worker.status == Status::not_built) explain_missing(worker);
+       {"engine", "cvode", "bullet64", "bullet32", "ode", "arkode", "ida", "odeint", "fcl", "libccd"})
+    add_own(name);
+  for (const auto& engine : optional_engines) add_own(engine.name);
+  const std::size_t own = commands.size();
+  commands.insert(commands.end(), foreign.begin(), foreign.end());
+  std::vector<Worker> workers = find_workers_by_argv(commands);
+  for (std::size_t i = 0; i < workers.size(); ++i) {
+    workers[i].foreign = i >= own;
+    if (workers[i].foreign) make_printable(workers[i]);
+    if (workers[i].status == Status::not_built) explain_missing(workers[i]);
   }
   return workers;
 }
 
-std::vector<Worker> require_workers(const Place& place, const Options& options) {
+std::vector<Worker> require_workers(const Place& place, const Options& options, const Study* study) {
+  std::vector<std::vector<std::string>> foreign;
+  if (study) foreign = study->engines;
   for (const auto& path : options.engines) {
     if (!fs::exists(path)) throw InputError(fmt::format("--engine {}: no such file", path));
     if (!fs::is_regular_file(path)) throw InputError(fmt::format("--engine {}: not a file", path));
     if (access(path.c_str(), X_OK) != 0) throw InputError(fmt::format("--engine {}: not executable (chmod +x?)", path));
+    const auto same = [&](const std::vector<std::string>& command) {
+      std::error_code error;
+      return command.size() == 1 && fs::equivalent(command.front(), path, error);
+    };
+    if (std::none_of(foreign.begin(), foreign.end(), same)) foreign.push_back({path});
   }
-  return start_workers(place, options.engines);
+  return start_workers(place, foreign);
 }
 
 bool is_terminal(int fd) { return isatty(fd) == 1; }

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <set>
 #include <thread>
 
@@ -16,19 +17,31 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The scenarios named on the command line: globs over the catalogue, ids, families (`cradle` for `cradle-*`), or files
-// of the user's own.
-std::vector<Scenario> choose_scenarios(const Place& place, const std::vector<std::string>& wanted) {
-  const std::vector<Scenario> catalogue = read_catalogue(place);
-  if (wanted.empty()) return catalogue;
+// Two files with one id would be one scenario to the store, to gates and to baselines.
+void require_one_file_each(const std::vector<Scenario>& scenarios) {
+  std::map<std::string, std::string> files;
+  for (const auto& scenario : scenarios) {
+    const auto [first, fresh] = files.emplace(scenario.id, scenario.path);
+    std::error_code error;
+    if (!fresh && first->second != scenario.path && !fs::equivalent(first->second, scenario.path, error))
+      throw InputError(fmt::format("two files have the id `{}`: {} and {}; expected an id of its own in each",
+                                   scenario.id, first->second, scenario.path));
+  }
+}
+
+// The scenarios named on the command line: globs over those that are known, ids, families (`cradle` for `cradle-*`), or
+// files of the user's own.
+std::vector<Scenario> choose_scenarios(const Place& place, const std::vector<std::string>& wanted,
+                                       const std::vector<Scenario>& known) {
+  if (wanted.empty()) return known;
   std::vector<Scenario> chosen;
   for (const auto& name : wanted) {
     const auto before = chosen.size();
-    for (const auto& scenario : catalogue) {
+    for (const auto& scenario : known) {
       if (glob_match(name, scenario.id)) chosen.push_back(scenario);
     }
     if (chosen.size() == before && !fs::exists(name)) {
-      for (const auto& scenario : catalogue) {
+      for (const auto& scenario : known) {
         if (scenario.id.starts_with(name + "-")) chosen.push_back(scenario);
       }
     }
@@ -36,11 +49,34 @@ std::vector<Scenario> choose_scenarios(const Place& place, const std::vector<std
       if (name.find_first_of("*?") != std::string::npos)
         throw InputError(fmt::format("no scenario matches `{}`", name));
       chosen.push_back(read_scene_argument(place, name));
+      require_own_id(place, chosen.back());
     }
   }
+  require_one_file_each(chosen);
   std::set<std::string> seen;
   std::erase_if(chosen, [&](const Scenario& scenario) { return !seen.insert(scenario.id).second; });
   return chosen;
+}
+
+// Scenes that a study names by their files: read once each, and named by their ids from here on.
+std::vector<Scenario> read_own_scenes(const Place& place, Study& study) {
+  std::map<std::string, std::string> ids;  // by path
+  std::vector<Scenario> own;
+  for (StudyCells& cells : study.cells) {
+    for (std::string& name : cells.scenarios) {
+      const bool file = name.rfind("tag:", 0) != 0 && (name.find('/') != std::string::npos || name.ends_with(".toml"));
+      if (!file) continue;
+      if (!ids.contains(name)) {
+        Scenario scenario = read_scene_argument(place, name);
+        ids[name] = scenario.id;
+        require_own_id(place, scenario);
+        if (!own_file(place, scenario).empty()) own.push_back(std::move(scenario));
+      }
+      name = ids[name];
+    }
+  }
+  require_one_file_each(own);
+  return own;
 }
 
 // Rungs below the ladder's coarsest: halved while the samples divide them. Methods of high order live there, and it
@@ -134,12 +170,10 @@ void check_study(const Study& study, const std::vector<Scenario>& catalogue, con
     for (const std::string& method : cells.methods) check_method(fmt::format("study `{}`: ", study.id), method, workers);
     for (const std::string& name : cells.scenarios) {
       if (std::any_of(catalogue.begin(), catalogue.end(), [&](const Scenario& s) { return matches(name, s); })) continue;
-      const bool file = name.find('/') != std::string::npos || name.ends_with(".toml");
       throw InputError(fmt::format(
-          "study `{}`: scenarios: `{}` is no scenario of the catalogue{}", study.id, name,
-          file ? fmt::format("; a file of your own comes by the command line, --scenario {}, and stands in the study by "
-                             "its id", name)
-               : "; expected ids, globs over them, or tag:NAME (`atwood list scenarios`)"));
+          "study `{}`: scenarios: `{}` is no scenario of the catalogue; expected ids, globs over them, tag:NAME (`atwood "
+          "list scenarios`) or files, as in scenes/mine.toml",
+          study.id, name));
     }
   }
 }
@@ -194,24 +228,109 @@ void keep_used(Selection& selection) {
 
 }  // namespace
 
-Selection select_cells(const Place& place, const Options& options) {
-  Selection selection;
-  selection.workers = require_workers(place, options);
-  for (std::size_t i = selection.workers.size() - options.engines.size(); i < selection.workers.size(); ++i) {
-    const Worker& worker = selection.workers[i];
-    if (worker.status != Status::ok) {
-      throw InputError(fmt::format("--engine {}: {}: {}", worker.path, to_string(worker.status), worker.reason));
+namespace {
+
+// Answers of foreign engines are needed: without them there is nothing to select.
+void require_answers(const std::vector<Worker>& workers, const Study& study) {
+  for (const Worker& worker : workers) {
+    if (!worker.foreign || worker.status == Status::ok) continue;
+    const bool of_study =
+        std::find(study.engines.begin(), study.engines.end(), worker.command) != study.engines.end();
+    throw InputError(fmt::format("{}{}: {}: {}", of_study ? fmt::format("study `{}`: engines: ", study.id) : "--engine ",
+                                 fmt::join(worker.command, " "), to_string(worker.status), worker.reason));
+  }
+}
+
+// What a study's blocks name, without the questions that take several runs.
+std::vector<std::string> scenarios_of(const Study& study) {
+  std::vector<std::string> names;
+  std::set<std::string> seen;
+  for (const StudyCells& cells : study.cells)
+    for (const std::string& name : cells.scenarios)
+      if (cells.probe.empty() && seen.insert(name).second) names.push_back(name);
+  return names;
+}
+
+// Whether words of the command line or of a study name this engine's methods.
+bool names_engine(const std::vector<std::string>& methods, const Worker& worker) {
+  return std::any_of(methods.begin(), methods.end(), [&](const std::string& method) {
+    return glob_match(method.substr(0, method.find('/')), worker.engine.name);
+  });
+}
+
+// Engines of --engine: alone where neither a study nor a method was named; otherwise beside what was, unless that names
+// their methods.
+void add_engines(Study& study, const Options& options, const std::vector<Worker>& workers) {
+  if (options.engines.empty()) return;
+  const bool alone = options.study.empty() && options.methods.empty();
+  std::vector<std::string> scenarios = scenarios_of(study);
+  if (!options.scenarios.empty() || scenarios.empty()) scenarios = {"*"};
+  if (alone) study.cells.clear();
+  for (const Worker& worker : workers) {
+    const bool of_study =
+        std::find(study.engines.begin(), study.engines.end(), worker.command) != study.engines.end();
+    if (!worker.foreign || of_study) continue;
+    const bool named = std::any_of(study.cells.begin(), study.cells.end(), [&](const StudyCells& cells) {
+      return names_engine(cells.methods, worker);
+    });
+    if (!alone && (named || options.named_methods_only)) continue;
+    study.cells.push_back(
+        {.scenarios = scenarios, .methods = engine_methods(worker), .steps = {}, .repeats = 5, .sweep = {}});
+  }
+}
+
+// A scene of the user's own that the study does not name: it gets what the study's smooth scenes get.
+void add_own_scenes(Study& study, const Options& options, const std::vector<Scenario>& chosen) {
+  std::vector<std::string> methods;
+  std::set<std::string> seen, named;
+  for (const StudyCells& cells : study.cells) {
+    named.insert(cells.scenarios.begin(), cells.scenarios.end());
+    for (const std::string& method : cells.methods)
+      if (seen.insert(method).second) methods.push_back(method);
+  }
+  for (const std::string& name : options.scenarios) {
+    if (!fs::is_regular_file(name)) continue;
+    for (const Scenario& scenario : chosen) {
+      std::error_code error;
+      if (named.contains(scenario.id) || !fs::equivalent(scenario.path, name, error)) continue;
+      study.cells.push_back({.scenarios = {scenario.id}, .methods = methods, .steps = {}, .repeats = 5, .sweep = {}});
     }
   }
+}
+
+// The study of this call: its engines answered, its scenes read, all of their methods where a block names none.
+Study open_study(const Place& place, const Options& options, Selection& selection, std::vector<Scenario>& known) {
   Study study = read_study(study_path(place, options.study));
+  const std::vector<Scenario> own = read_own_scenes(place, study);
+  known = read_catalogue(place);
+  known.insert(known.end(), own.begin(), own.end());
   selection.study = study.id;
-  selection.narrowed =
-      !options.scenarios.empty() || !options.methods.empty() || !options.steps.empty() || !options.study.empty();
-  if (options.limit_given)
-    for (StudyCells& cells : study.cells) cells.limit_s = 0;
+  selection.tolerances = options.tolerances.empty() ? study.tolerances : options.tolerances;
+  selection.baseline = options.baseline.empty() ? study.baseline : options.baseline;
+  selection.workers = require_workers(place, options, &study);
+  require_answers(selection.workers, study);
+  for (StudyCells& cells : study.cells) {
+    if (options.limit_given) cells.limit_s = 0;
+    if (!cells.methods.empty()) continue;
+    for (const Worker& worker : selection.workers) {
+      if (std::find(study.engines.begin(), study.engines.end(), worker.command) == study.engines.end()) continue;
+      const auto ids = engine_methods(worker);
+      cells.methods.insert(cells.methods.end(), ids.begin(), ids.end());
+    }
+  }
+  return study;
+}
+
+}  // namespace
+
+Selection select_cells(const Place& place, const Options& options) {
+  Selection selection;
+  std::vector<Scenario> known;
+  Study study = open_study(place, options, selection, known);
+  selection.narrowed = !options.scenarios.empty() || !options.methods.empty() || !options.steps.empty() ||
+                       !options.study.empty() || !options.engines.empty();
   for (const std::string& method : options.methods) check_method("--method ", method, selection.workers);
-  selection.scenarios = choose_scenarios(place, options.scenarios);
-  std::vector<Scenario> known = read_catalogue(place);
+  selection.scenarios = choose_scenarios(place, options.scenarios, known);
   known.insert(known.end(), selection.scenarios.begin(), selection.scenarios.end());
   if (!options.study.empty()) check_study(study, known, selection.workers);
   const std::string of_study = fmt::format("study `{}`: ", study.id);
@@ -231,36 +350,12 @@ Selection select_cells(const Place& place, const Options& options) {
       return selection;
     }
   }
-  if (!options.methods
-           .empty()) {  // the command line's methods on the command line's scenarios, whatever the study pairs
-    StudyCells cells{.scenarios = {"*"}, .methods = options.methods, .steps = {}, .repeats = 5, .sweep = {}};
-    study.cells = {cells};
+  if (!options.methods.empty()) {  // the command line's methods on its scenarios, whatever the study pairs
+    study.cells = {{.scenarios = {"*"}, .methods = options.methods, .steps = {}, .repeats = 5, .sweep = {}}};
   } else {
-    const std::set<std::string> in_study = [&] {
-      std::set<std::string> ids;
-      for (const auto& cells : study.cells) ids.insert(cells.scenarios.begin(), cells.scenarios.end());
-      return ids;
-    }();
-    // A scene of the user's own is in no study: give it what the smooth scenes get.
-    for (const auto& name : options.scenarios) {
-      if (fs::exists(name) && fs::is_regular_file(name)) {
-        const std::string id = read_scenario(name).id;
-        if (in_study.contains(id)) continue;
-        std::vector<std::string> methods;
-        for (const auto& cells : study.cells) methods.insert(methods.end(), cells.methods.begin(), cells.methods.end());
-        std::set<std::string> seen;
-        std::erase_if(methods, [&](const auto& method) { return !seen.insert(method).second; });
-        study.cells.push_back({.scenarios = {id}, .methods = methods, .steps = {}, .repeats = 5, .sweep = {}});
-      }
-    }
-    for (std::size_t i = selection.workers.size() - options.engines.size(); i < selection.workers.size(); ++i) {
-      study.cells.push_back({.scenarios = {"*"},
-                             .methods = engine_methods(selection.workers[i]),
-                             .steps = {},
-                             .repeats = 5,
-                             .sweep = {}});
-    }
+    add_own_scenes(study, options, selection.scenarios);
   }
+  add_engines(study, options, selection.workers);
   if (!options.steps.empty()) {
     for (const auto& scenario : selection.scenarios)
       if (names_scenario(study, scenario.id)) check_steps(scenario, options.steps);

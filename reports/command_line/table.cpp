@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "scene/printable.hpp"
+
 namespace atwood {
 namespace {
 
@@ -33,7 +35,8 @@ std::string as_json(const std::string& field) {
 
 }  // namespace
 
-std::string quoted(const std::string& text) {
+std::string quoted(const std::string& raw) {
+  const std::string text = guarded_cell(raw);
   if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
   std::string out = "\"";
   for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
@@ -56,7 +59,7 @@ void Table::row(const std::string& line) {
   const auto fields = split(line);
   std::string text = first_ ? "\n" : ",\n";
   for (std::size_t i = 0; i < fields.size(); ++i) {
-    text += fmt::format("{}\"{}\":{}", i == 0 ? "{" : ",", columns_.at(i), as_json(fields[i]));
+    text += fmt::format("{}\"{}\":{}", i == 0 ? "{" : ",", columns_.at(i), as_json(unguarded_cell(fields[i])));
   }
   fmt::print("{}}}", text);
   first_ = false;

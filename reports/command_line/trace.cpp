@@ -6,6 +6,7 @@
 #include "reports/command_line/command_line.hpp"
 #include "reports/command_line/table.hpp"
 #include "scene/files.hpp"
+#include "scene/printable.hpp"
 
 namespace atwood {
 
@@ -75,7 +76,7 @@ int digits_of(const std::string& scalar) {
 
 int status_exit(const Outcome& outcome) {
   if (outcome.status == Status::ok) return exit_pass;
-  fmt::print(stderr, "atwood: {}: {}\n", to_string(outcome.status), outcome.reason);
+  fmt::print(stderr, "atwood: {}: {}\n", to_string(outcome.status), printable(outcome.reason));
   return outcome.status == Status::crashed || outcome.status == Status::timeout ? exit_cell : exit_pass;
 }
 
@@ -125,7 +126,7 @@ int command_trace(const Place& place, const Options& options) {
     if (truth.condition > 0)
       fmt::print(stderr, "atwood: condition {:.1e}: how much the motion grows a relative perturbation of its start\n",
                  truth.condition);
-    if (!truth.note.empty()) fmt::print(stderr, "atwood: {}\n", truth.note);
+    if (!truth.note.empty()) fmt::print(stderr, "atwood: {}\n", printable(truth.note));
     return exit_pass;
   }
 

@@ -1,9 +1,11 @@
 // Rows as CSV: the columns are a published contract. Quoting as in RFC 4180, lines end in LF, text is valid UTF-8
-// without control characters (an engine's last words may hold anything).
+// without control characters (an engine's last words may hold anything). What scenes and engines wrote begins with an
+// apostrophe where it would begin with = + - @: a spreadsheet would compute it.
 #include <string_view>
 
 #include "protocol/sample.hpp"
 #include "reports/report.hpp"
+#include "scene/printable.hpp"
 #include "text.hpp"
 
 namespace atwood {
@@ -20,6 +22,9 @@ std::string field(const std::string& raw) {
   return quoted + '"';
 }
 
+// Of text that a scene or an engine wrote: no spreadsheet takes it for a formula.
+std::string foreign(const std::string& raw) { return field(guarded_cell(raw)); }
+
 }  // namespace
 
 std::string render_csv(const std::vector<Row>& rows) {
@@ -30,10 +35,10 @@ std::string render_csv(const std::vector<Row>& rows) {
   for (const Row& row : rows) {
     const Provenance& from = row.provenance;
     for (const std::string& column :
-         {field(row.scenario), field(row.method), std::to_string(row.steps), format_double(row.h_s), field(row.body),
+         {foreign(row.scenario), foreign(row.method), std::to_string(row.steps), format_double(row.h_s), foreign(row.body),
           row.t_s ? format_double(*row.t_s) : std::string(), field(row.metric), field(row.unit),
-          format_double(row.value), format_double(row.truth_bar), to_string(row.status), field(row.reason),
-          field(row.settings_hash), field(from.engine_version), field(from.commit), field(from.compiler),
+          format_double(row.value), format_double(row.truth_bar), to_string(row.status), foreign(row.reason),
+          field(row.settings_hash), foreign(from.engine_version), field(from.commit), field(from.compiler),
           field(from.flags), field(from.cpu)}) {
       text += column;
       text += ',';

@@ -20,6 +20,7 @@
 #include <tuple>
 
 #include "scene/files.hpp"
+#include "scene/input_file.hpp"
 #include "validation/gates/gates.hpp"
 
 namespace atwood {
@@ -88,8 +89,8 @@ void write_whole(const std::string& path, const std::string& content) {
 }
 
 std::map<Key, Entry> read_baseline(const std::string& path) {
-  std::ifstream file(path);
-  if (!file || std::filesystem::is_directory(path)) throw std::runtime_error(path + ": no baseline there");
+  if (!std::filesystem::exists(path)) throw std::runtime_error(path + ": no baseline there");
+  std::istringstream file(read_input_file(path, "a baseline", largest::table));
   std::map<Key, Entry> list;
   std::string line;
   for (int number = 1; std::getline(file, line); ++number) {
@@ -115,7 +116,9 @@ std::map<Key, Entry> read_baseline(const std::string& path) {
 }
 
 bool same_machine(const std::string& path, std::span<const Row> rows) {
-  std::ifstream file(path + ".env");
+  const std::string beside = path + ".env";
+  std::istringstream file(
+      std::filesystem::exists(beside) ? read_input_file(beside, "a baseline's environment", largest::settings) : "");
   std::set<std::string> then, now;
   for (std::string line; std::getline(file, line);)
     if (line.starts_with("cpu\t")) then.insert(line.substr(4));

@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "scene/files.hpp"
+#include "scene/input_file.hpp"
 #include "validation/gates/gates.hpp"
 
 namespace atwood {
@@ -149,14 +150,11 @@ Gate read_gate(const std::string& path, const toml::table& table) {
 }  // namespace
 
 std::vector<Gate> read_gates(const std::string& path) {
-  std::ifstream file(path);
-  if (!file || std::filesystem::is_directory(path))
-    throw InputError(path + ": cannot be read; expected a file of gates");
-  std::stringstream content;
-  content << file.rdbuf();
+  const std::string text = read_input_file(path, "a file of gates (TOML)", largest::settings);
+  require_shallow_toml(text, path);
   toml::table root;
   try {
-    root = toml::parse(content.str(), path);
+    root = toml::parse(text, path);
   } catch (const toml::parse_error& error) {
     refuse(path, error.source(), std::string(error.description()));
   }

@@ -7,6 +7,7 @@
 #include <toml++/toml.h>
 
 #include "scene/files.hpp"
+#include "scene/input_file.hpp"
 #include "validation/metrics/measurements.hpp"
 #include "validation/metrics/pose_metrics.hpp"
 #include "validation/study/pose_sweep.hpp"
@@ -57,9 +58,11 @@ PoseAnswer deepest(const ContactAnswer& found) {
 }  // namespace
 
 std::vector<ContactCase> read_contact_cases(const std::string& path) {
+  const std::string text = read_input_file(path, "a table of contacts (TOML)", largest::settings);
+  require_shallow_toml(text, path);
   toml::table root;
   try {
-    root = toml::parse_file(path);
+    root = toml::parse(text, path);
   } catch (const toml::parse_error& error) {
     throw InputError(path + ":" + std::to_string(error.source().begin.line) + ": " + std::string(error.description()));
   }

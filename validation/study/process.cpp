@@ -319,39 +319,4 @@ std::string Process::error_text() {
   return printable(errors_);
 }
 
-// Length of the well-formed UTF-8 sequence at `at`, 0 if there is none (RFC 3629).
-static std::size_t utf8_length(const std::string& text, std::size_t at) {
-  const auto byte = [&](std::size_t i) { return at + i < text.size() ? static_cast<unsigned char>(text[at + i]) : 0u; };
-  const auto follows = [&](std::size_t i) { return (byte(i) & 0xC0u) == 0x80u; };
-  const unsigned first = byte(0);
-  if (first < 0x80) return 1;
-  if (first >= 0xC2 && first <= 0xDF && follows(1)) return 2;
-  const bool overlong3 = first == 0xE0 && byte(1) < 0xA0, surrogate = first == 0xED && byte(1) >= 0xA0;
-  if (first >= 0xE0 && first <= 0xEF && follows(1) && follows(2) && !overlong3 && !surrogate) return 3;
-  const bool overlong4 = first == 0xF0 && byte(1) < 0x90, beyond = first == 0xF4 && byte(1) >= 0x90;
-  if (first >= 0xF0 && first <= 0xF4 && follows(1) && follows(2) && follows(3) && !overlong4 && !beyond) return 4;
-  return 0;
-}
-
-std::string printable(const std::string& text) {
-  std::string out;
-  for (std::size_t i = 0; i < text.size();) {
-    const char c = text[i];
-    if (c == '\x1b' && i + 1 < text.size() && text[i + 1] == '[') {  // ECMA-48: CSI, parameters, one final byte
-      i += 2;
-      while (i < text.size() && !(text[i] >= '@' && text[i] <= '~')) ++i;
-      ++i;
-      continue;
-    }
-    const std::size_t length = utf8_length(text, i);
-    if (c == '\n') out += " | ";
-    else if (c == '\t') out += ' ';
-    else if (length == 0) out += "\xEF\xBF\xBD";
-    else if (static_cast<unsigned char>(c) >= 0x20 && c != '\x7f') out.append(text, i, length);
-    i += length == 0 ? 1 : length;
-  }
-  const std::size_t last = out.find_last_not_of(" |");
-  return last == std::string::npos ? "" : out.substr(0, last + 1);
-}
-
 }  // namespace atwood

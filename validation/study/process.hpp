@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "scene/printable.hpp"
+
 namespace atwood {
 
 using Clock = std::chrono::steady_clock;
@@ -85,8 +87,5 @@ class Process {
   bool buried_ = false;
   bool we_killed_ = false;
 };
-
-// Printable UTF-8 on one line: lines joined by " | ", escape sequences and control characters dropped.
-std::string printable(const std::string& text);
 
 }  // namespace atwood

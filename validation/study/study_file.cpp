@@ -1,21 +1,29 @@
 // Study files: which scenarios meet which methods.
 #include <toml++/toml.h>
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
-#include <fstream>
-#include <iterator>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <set>
+#include <sstream>
 
 #include "scene/files.hpp"
+#include "scene/input_file.hpp"
+#include "validation/gates/gates.hpp"
 #include "validation/metrics/probes.hpp"
 #include "validation/study/study.hpp"
 
 namespace atwood {
+namespace fs = std::filesystem;
 namespace {
 
 struct StudyFile {
   const std::string& path;
+  std::string id = {};  // of the study, once it is read
 
   [[noreturn]] void refuse(const toml::source_region& at, const std::string& what) const {
     throw InputError(path + ":" + std::to_string(at.begin.line) + ":" + std::to_string(at.begin.column) + ": " + what);
@@ -34,7 +42,7 @@ struct StudyFile {
 
   std::vector<std::string> strings(const toml::table& table, const char* key) const {
     const toml::node* node = table.get(key);
-    if (!node) refuse(table.source(), "no `" + std::string(key) + "` in [[cells]]; expected a list of strings");
+    if (!node) refuse(table.source(), "no `" + std::string(key) + "`; expected a list of strings");
     const toml::array* list = node->as_array();
     if (!list || list->empty())
       refuse(node->source(), "`" + std::string(key) + "`: expected a list of strings, at least one");
@@ -74,7 +82,9 @@ struct StudyFile {
       for (const toml::node& each : *list.as_array()) {
         if (const auto flag = each.value_exact<bool>()) sweep[name].push_back(*flag);
         else if (const auto integer = each.value_exact<std::int64_t>()) sweep[name].push_back(*integer);
-        else if (const auto real = each.value_exact<double>()) sweep[name].push_back(*real);
+        else if (const auto real = each.value_exact<double>(); real && std::isfinite(*real))
+          sweep[name].push_back(*real);
+        else if (real) refuse(each.source(), "`" + name + "`: expected finite numbers");
         else if (const auto text = each.value_exact<std::string>()) sweep[name].push_back(*text);
         else refuse(each.source(), "`" + name + "`: expected a boolean, a number or a string");
       }
@@ -109,16 +119,132 @@ struct StudyFile {
            "`probe`: " + (name ? "unknown probe `" + *name + "`; " : std::string()) + "expected one of " + known);
   }
 
-  StudyCells cells(const toml::node& node) const {
+  // A path that is written in the file starts at its folder.
+  std::string beside(const std::string& name) const {
+    return (fs::path(path).parent_path() / name).lexically_normal().string();
+  }
+
+  // Scenarios by id, glob or tag stay as they are. A file is told from those by a slash or by ".toml"; a glob over file
+  // names (scenes/*.toml) stands for the files that are there.
+  std::vector<std::string> scenarios(const toml::table& table) const {
+    std::vector<std::string> found;
+    for (const std::string& name : strings(table, "scenarios")) {
+      const toml::source_region& at = table.get("scenarios")->source();
+      const bool file = name.rfind("tag:", 0) != 0 && (name.find('/') != std::string::npos || name.ends_with(".toml"));
+      if (!file) {
+        found.push_back(name);
+        continue;
+      }
+      const fs::path full = beside(name);
+      std::error_code error;
+      if (full.filename().string().find_first_of("*?") == std::string::npos) {
+        if (!fs::exists(full, error))
+          refuse(at, "study `" + id + "`: scenarios: found no file `" + name + "` in the study's folder " +
+                         fs::path(path).parent_path().string());
+        found.push_back(full.string());
+        continue;
+      }
+      std::set<std::string> matching;
+      for (const auto& entry : fs::directory_iterator(full.has_parent_path() ? full.parent_path() : fs::path("."), error))
+        if (glob_match(full.filename().string(), entry.path().filename().string())) matching.insert(entry.path().string());
+      if (matching.empty()) refuse(at, "study `" + id + "`: scenarios: no file matches `" + name + "`");
+      found.insert(found.end(), matching.begin(), matching.end());
+    }
+    return found;
+  }
+
+  // The program of an engine: a path that starts at the study's folder, or a word that stands beside the study or in PATH.
+  std::string program(const toml::node& at, const std::string& word) const {
+    const bool is_path = word.find('/') != std::string::npos;
+    std::error_code error;
+    std::vector<fs::path> places{fs::absolute(beside(word))};
+    if (!is_path) {
+      const char* variable = std::getenv("PATH");
+      std::istringstream folders(variable ? variable : "");
+      for (std::string folder; std::getline(folders, folder, ':');)
+        places.push_back(fs::absolute(fs::path(folder.empty() ? "." : folder) / word));
+    }
+    for (const fs::path& place : places)
+      if (fs::is_regular_file(place, error) && access(place.c_str(), X_OK) == 0) return place.string();
+    if (fs::is_regular_file(places.front(), error))
+      refuse(at.source(), "`engines`: " + places.front().string() + " is not executable (chmod +x?)");
+    refuse(at.source(), "`engines`: found no program " + (is_path ? places.front().string() : "`" + word + "`") +
+                            (is_path ? "; expected a path that starts at the study's folder"
+                                     : " beside the study or in PATH"));
+  }
+
+  // An argument that names a file beside the study is that file, wherever the program is called from.
+  std::string argument(const std::string& word) const {
+    if (word.empty() || word.front() == '-' || word.front() == '/' || word.find("://") != std::string::npos) return word;
+    std::error_code error;
+    const fs::path full = fs::absolute(beside(word));
+    return word.find('/') != std::string::npos || fs::exists(full, error) ? full.string() : word;
+  }
+
+  std::vector<std::vector<std::string>> engines(const toml::node& node) const {
+    const char* const expected =
+        "`engines`: expected a list of programs, as in [\"./my-engine\", [\"python3\", \"engine.py\", \"--fast\"]]";
+    const toml::array* list = node.as_array();
+    if (!list) refuse(node.source(), expected);
+    std::vector<std::vector<std::string>> engines;
+    for (const toml::node& each : *list) {
+      std::vector<std::string> words;
+      const auto add = [&](const toml::node& word) {
+        const auto text = word.value_exact<std::string>();
+        if (!text || text->find('\0') != std::string::npos || (words.empty() && text->empty()))
+          refuse(word.source(), expected);
+        words.push_back(words.empty() ? program(word, *text) : argument(*text));
+      };
+      if (const toml::array* argv = each.as_array())
+        for (const toml::node& word : *argv) add(word);
+      else add(each);
+      if (words.empty()) refuse(each.source(), expected);
+      if (std::find(engines.begin(), engines.end(), words) != engines.end())
+        refuse(each.source(), "`engines`: found the same engine twice");
+      engines.push_back(std::move(words));
+    }
+    return engines;
+  }
+
+  std::string file_beside(const toml::table& table, const char* key) const {
+    const toml::node* node = table.get(key);
+    if (!node) return "";
+    const auto name = node->value_exact<std::string>();
+    if (!name || name->empty())
+      refuse(node->source(), "`" + std::string(key) + "`: expected the name of a file, from the study's folder");
+    return beside(*name);
+  }
+
+  // allow = ["diverged"], allow_reason = "...": endings of cells that do not fail the run.
+  void read_allowed(const toml::table& table, StudyCells& cells) const {
+    const toml::node *allow = table.get("allow"), *reason = table.get("allow_reason");
+    if (!allow && reason) refuse(reason->source(), "`allow_reason` needs `allow`");
+    if (!allow) return;
+    for (const std::string& word : strings(table, "allow")) {
+      if (word == "diverged") cells.allow.push_back(Status::diverged);
+      else if (word == "not finite") cells.allow.push_back(Status::not_finite);
+      else refuse(allow->source(), "`allow`: found `" + word + "`; expected \"diverged\" or \"not finite\"");
+    }
+    const auto text = reason ? reason->value_exact<std::string>() : std::nullopt;
+    if (!text || text->empty())
+      refuse((reason ? reason : allow)->source(), "`allow` needs `allow_reason`, a sentence on why that is no failure");
+    cells.allow_reason = *text;
+  }
+
+  // A block of the study, or the study's own scenarios and methods where it has no blocks.
+  StudyCells cells(const toml::node& node, const toml::table& root) const {
     const toml::table* table = node.as_table();
     if (!table) refuse(node.source(), "expected [[cells]] to be tables");
-    check_keys(
-        *table,
-        std::array{"scenarios", "methods", "steps", "repeats", "sweep", "timing", "claim", "orders", "except", "probe", "limit"},
-        "[[cells]]");
+    if (table != &root)
+      check_keys(*table,
+                 std::array{"scenarios", "methods", "steps", "repeats", "sweep", "timing", "claim", "orders", "except",
+                            "probe", "limit", "allow", "allow_reason"},
+                 "[[cells]]");
     StudyCells cells;
-    cells.scenarios = strings(*table, "scenarios");
-    cells.methods = strings(*table, "methods");
+    cells.scenarios = scenarios(table->get("scenarios") || !root.get("scenarios") ? *table : root);
+    // Without `methods`: all of the study's engines.
+    if (table->get("methods") || !root.get("engines")) cells.methods = strings(*table, "methods");
+    read_allowed(*table, cells);
     if (table->get("except")) cells.except = strings(*table, "except");
     for (const std::string& method : cells.methods) {
       if (method.find_first_of("*?") != std::string::npos) continue;
@@ -154,24 +280,39 @@ struct StudyFile {
 }  // namespace
 
 Study read_study(const std::string& path) {
-  std::ifstream stream(path, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-  if (!stream && !stream.eof()) throw InputError(path + ": cannot be read; expected a study file (TOML)");
-  const StudyFile file{path};
+  const std::string text = read_input_file(path, "a study file (TOML)", largest::settings);
+  require_shallow_toml(text, path);
+  StudyFile file{path};
   toml::table root;
   try {
     root = toml::parse(text, path);
   } catch (const toml::parse_error& error) {
     file.refuse(error.source(), std::string(error.description()));
   }
-  file.check_keys(root, std::array{"id", "cells"}, "a study");
+  const toml::node* blocks = root.get("cells");
+  if (blocks) {
+    file.check_keys(root, std::array{"id", "scenarios", "engines", "tolerances", "baseline", "cells"}, "a study with [[cells]]");
+  } else {
+    file.check_keys(root,
+                    std::array{"id", "scenarios", "engines", "tolerances", "baseline", "cells", "methods", "steps",
+                               "repeats", "timing", "limit", "except", "allow", "allow_reason"},
+                    "a study");
+  }
   Study study;
+  study.path = path;
   const auto id = root["id"].value_exact<std::string>();
   if (!id || id->empty()) throw InputError(path + ": no `id`; expected a name for the study");
-  study.id = *id;
+  study.id = file.id = *id;
+  if (const toml::node* engines = root.get("engines")) study.engines = file.engines(*engines);
+  study.tolerances = file.file_beside(root, "tolerances");
+  study.baseline = file.file_beside(root, "baseline");
+  if (!blocks && root.get("scenarios")) {
+    study.cells.push_back(file.cells(root, root));
+    return study;
+  }
   const toml::array* list = root["cells"].as_array();
-  if (!list || list->empty()) throw InputError(path + ": no [[cells]]; expected at least one");
-  for (const toml::node& each : *list) study.cells.push_back(file.cells(each));
+  if (!list || list->empty()) throw InputError(path + ": no [[cells]]; expected at least one, or `scenarios`");
+  for (const toml::node& each : *list) study.cells.push_back(file.cells(each, root));
   return study;
 }
 

@@ -285,7 +285,7 @@ class Settings(Case):
         for other in ("mine.toml", "kepler-f*", "tag:smoth"):
             text = (study % "atwood/rk4").replace("['kepler-e0.6']", f"['kepler-e0.6', '{other}']")
             self.expect(self.run_in("run", self.path("study.toml", text)), 2, "study `mine`", f"`{other}`")
-        self.expect(self.run_in("run", self.path("study.toml", (study % "atwood/rk4").replace("kepler-e0.6", "mine.toml"))), 2, "--scenario mine.toml")
+        self.expect(self.run_in("run", self.path("study.toml", (study % "atwood/rk4").replace("kepler-e0.6", "mine.toml"))), 2, "found no file `mine.toml`")
 
     def test_what_an_engine_cannot_do_is_no_slip(self):
         for scene, method in (("bounce-e0.8", "atwood/rk4"), ("bounce-e0.8", "atwood/rk4{gravity=direct}"),

@@ -72,6 +72,7 @@ TEST_CASE("the schema has the keys of the contract") {
     REQUIRE(keyword(schema, "/properties", key));
   for (const char* key :
        {"name", "mass_kg", "density_kg_per_m3", "inertia_kg_m2", "material", "shape", "position_m", "orientation_wxyz",
+        "axis_angle_deg", "euler_xyz_deg",
         "velocity_m_per_s", "angular_velocity_body_rad_per_s", "charge_C", "fixed", "release_s"})
     REQUIRE(keyword(schema, "/properties/body/items/properties", key));
   for (const char* shape : {"sphere", "plane", "rectangle", "box", "capsule", "cylinder", "convex", "mesh", "compound"})
@@ -80,8 +81,13 @@ TEST_CASE("the schema has the keys of the contract") {
                            "point-force", "rotating-frame", "potential"})
     REQUIRE(option(schema["$defs"]["force"], "kind", kind) != nullptr);
   const json& thruster = *option(schema["$defs"]["force"], "kind", "thruster");
-  for (const char* key : {"body", "point_body_m", "direction_body", "thrust_N", "on_s"})
+  for (const char* key : {"body", "bodies", "point_body_m", "direction_body", "thrust_N", "on_s"})
     REQUIRE(thruster["properties"].contains(key));
+  REQUIRE(thruster["oneOf"].size() == 2);  // one of `body` and `bodies`
+  for (const json& needed : thruster["required"]) REQUIRE(needed != "body");
+  const json& drag = *option(schema["$defs"]["force"], "model", "linear");
+  REQUIRE((drag["properties"].contains("body") && drag["properties"].contains("bodies")));
+  REQUIRE(schema["properties"]["force"]["items"]["$ref"] == "#/$defs/force");
 }
 
 TEST_CASE("resolved scenes fit the schema; a wrong one does not") {

@@ -56,6 +56,43 @@ TEST_CASE("cells are scenarios x methods x rungs; globs go over what the engines
   CHECK(plan({{"tag:rough", "three"}, {"demo/*"}, {}, 5, {}}).empty());
 }
 
+TEST_CASE("endings that a block allows go with its cells, and with those that another block names as well") {
+  StudyCells allowed{{"one"}, {"demo/a"}, {8}, 5, {}}, plain = allowed;
+  allowed.allow = {Status::diverged};
+  allowed.allow_reason = "it grows";
+  for (const auto& [first, second] : {std::pair{allowed, plain}, {plain, allowed}}) {
+    const auto cells =
+        plan_cells({"test", {first, second}}, {free_flight("one"), free_flight("two", 4)}, table(), "cpu");
+    REQUIRE(cells.size() == 1);
+    CHECK(cells[0].allow == std::vector<Status>{Status::diverged});
+  }
+  CHECK(plan(plain)[0].allow.empty());
+}
+
+TEST_CASE("a study's own scenes, engines and files start at its folder") {
+  Folder folder;
+  std::ofstream(folder / "engine.sh") << "";
+  std::filesystem::permissions(folder / "engine.sh", std::filesystem::perms::owner_all);
+  std::ofstream(folder / "data.txt") << "";
+  std::ofstream(folder / "mine.toml") << "";
+  std::ofstream(folder / "study.toml") << "id = \"s\"\nscenarios = [\"mine.toml\", \"tag:smooth\"]\ntolerances = \"gates.toml\"\n"
+                                          "baseline = \"../b.tsv\"\nengines = [[\"./engine.sh\", \"data.txt\", \"--a/b\", \"other\"], "
+                                          "\"engine.sh\", [\"sh\", \"x/y\"]]\n";
+  const Study study = read_study(folder / "study.toml");
+  const auto in = [&](const char* name) { return std::filesystem::path(folder / name).lexically_normal().string(); };
+  REQUIRE(study.engines.size() == 3);
+  CHECK(study.engines[0] == std::vector<std::string>{in("engine.sh"), in("data.txt"), "--a/b", "other"});
+  CHECK(study.engines[1] == std::vector<std::string>{in("engine.sh")});
+  CHECK(study.engines[2][0].ends_with("/sh"));
+  CHECK(study.engines[2][0].front() == '/');
+  CHECK(study.engines[2][1] == in("x/y"));
+  CHECK(study.tolerances == in("gates.toml"));
+  CHECK(study.baseline == in("../b.tsv"));
+  REQUIRE(study.cells.size() == 1);
+  CHECK(study.cells[0].scenarios == std::vector<std::string>{in("mine.toml"), "tag:smooth"});
+  CHECK(study.cells[0].methods.empty());  // all of the study's engines
+}
+
 TEST_CASE("with a tolerance the ladder is the tolerance: one rung") {
   CHECK(ids(plan({{"one"}, {"demo/b:1e-6", "demo/b:1e-9"}, {}, 5, {}})) ==
         std::vector<std::string>{"one demo/b:1e-6 8", "one demo/b:1e-9 8"});

@@ -1,0 +1,146 @@
+#include "scene/input_file.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <vector>
+
+#include "scene/files.hpp"
+
+namespace atwood {
+namespace {
+
+constexpr int kDeepestText = 64;
+
+class Descriptor {
+ public:
+  explicit Descriptor(const std::string& path)
+      : number_(open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC)) {}
+  ~Descriptor() {
+    if (number_ >= 0) close(number_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int number() const { return number_; }
+
+ private:
+  int number_;
+};
+
+const char* kind_words(mode_t mode) {
+  if (S_ISDIR(mode)) return "a directory";
+  if (S_ISFIFO(mode)) return "a pipe";
+  if (S_ISSOCK(mode)) return "a socket";
+  return "a device";
+}
+
+std::string size_words(std::size_t bytes) { return std::to_string(bytes / largest::mebibyte) + " MiB"; }
+
+// Follows brackets and dotted keys through a text. `open_` holds, for each bracket that is open, how many levels it
+// stands for: itself, and the dots of the key in front of it.
+class Nesting {
+ public:
+  Nesting(std::string_view text, const std::string& name, bool toml) : text_(text), name_(name), toml_(toml) {}
+
+  void check() {
+    while (at_ < text_.size()) {
+      const char c = text_[at_];
+      if (c == '"' || (toml_ && c == '\'')) skip_string(c);
+      else if (toml_ && c == '#') skip_line();
+      else take(c);
+    }
+  }
+
+ private:
+  void take(char c) {
+    if (c == '[' || c == '{') {
+      open_.push_back(dots_ + 1);
+      depth_ += dots_ + 1;
+      dots_ = 0;
+    } else if (c == ']' || c == '}') {
+      if (!open_.empty()) depth_ -= open_.back(), open_.pop_back();
+      dots_ = 0;
+    } else if (c == ',' || c == '\n') {
+      dots_ = 0;
+    } else if (toml_ && c == '.') {
+      ++dots_;
+    }
+    if (depth_ + dots_ > kDeepestText) refuse();
+    ++at_;
+  }
+
+  bool starts(char quote, std::size_t count) const {
+    return text_.size() - at_ >= count && text_.substr(at_, count) == std::string(count, quote);
+  }
+
+  // Past the closing quotes. Only TOML has three of them, and literal strings, in which a backslash is no escape.
+  void skip_string(char quote) {
+    const std::size_t quotes = toml_ && starts(quote, 3) ? 3 : 1;
+    at_ += quotes;
+    while (at_ < text_.size() && !starts(quote, quotes)) {
+      if (quotes == 1 && text_[at_] == '\n') return;  // never closed: no parser reads on from here
+      at_ += text_[at_] == '\\' && quote == '"' ? 2 : 1;
+    }
+    at_ = std::min(at_ + quotes, text_.size());
+    for (int extra = 0; quotes == 3 && extra < 2 && starts(quote, 1); ++extra) ++at_;  // """a""""" ends in two quotes
+  }
+
+  void skip_line() { at_ = std::min(text_.find('\n', at_), text_.size()); }
+
+  [[noreturn]] void refuse() const {
+    const std::string_view before = text_.substr(0, at_);
+    const auto line = 1 + std::count(before.begin(), before.end(), '\n');
+    const std::string_view on_line = before.substr(before.rfind('\n') + 1);  // npos + 1 is 0
+    const auto column = 1 + std::count_if(on_line.begin(), on_line.end(),
+                                          [](char c) { return (static_cast<unsigned char>(c) & 0xc0u) != 0x80u; });
+    throw InputError(name_ + ":" + std::to_string(line) + ":" + std::to_string(column) +
+                     ": found nesting deeper than " + std::to_string(kDeepestText) +
+                     " levels of brackets and dotted keys; expected fewer");
+  }
+
+  std::string_view text_;
+  const std::string& name_;
+  bool toml_;
+  std::size_t at_ = 0;
+  std::vector<int> open_;
+  int depth_ = 0, dots_ = 0;
+};
+
+}  // namespace
+
+std::string read_input_file(const std::string& path, const std::string& expected, std::size_t most_bytes) {
+  const std::string end = "; expected " + expected;
+  const auto cannot = [&] { return InputError(path + ": cannot be read (" + std::strerror(errno) + ")" + end); };
+  struct stat about {};
+  // Before opening: to open a device can act on it.
+  if (stat(path.c_str(), &about) == 0 && !S_ISREG(about.st_mode))
+    throw InputError(path + ": found " + kind_words(about.st_mode) + end);
+  const Descriptor file(path);
+  if (file.number() < 0 || fstat(file.number(), &about) != 0) throw cannot();
+  if (!S_ISREG(about.st_mode)) throw InputError(path + ": found " + kind_words(about.st_mode) + end);
+  const auto too_large = [&](const std::string& found) {
+    return InputError(path + ": found " + found + end + " of at most " + size_words(most_bytes));
+  };
+  if (about.st_size > 0 && static_cast<std::size_t>(about.st_size) > most_bytes)
+    throw too_large(std::to_string(about.st_size) + " bytes");
+  std::string text;
+  text.reserve(static_cast<std::size_t>(about.st_size));
+  std::vector<char> block(std::size_t{1} << 16);
+  for (;;) {  // to its end, which may lie beyond the size of a moment ago, and files of /proc have none
+    const ssize_t size = read(file.number(), block.data(), block.size());
+    if (size < 0 && errno == EINTR) continue;
+    if (size < 0) throw cannot();
+    if (size == 0) return text;
+    text.append(block.data(), static_cast<std::size_t>(size));
+    if (text.size() > most_bytes) throw too_large("more than " + size_words(most_bytes));
+  }
+}
+
+void require_shallow_toml(std::string_view text, const std::string& name) { Nesting(text, name, true).check(); }
+void require_shallow_json(std::string_view text, const std::string& name) { Nesting(text, name, false).check(); }
+
+}  // namespace atwood

@@ -1,0 +1,38 @@
+// Files that a user names, read whole. A file is data of unknown origin: it may be a device, endless, enormous, or nested
+// so deep that a recursive parser exhausts the stack. All that is refused here, by name, before any of it is parsed.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace atwood {
+
+// The largest file of each kind that is read. A scenario of 100 000 bodies written out takes 40 MiB; a trace of a
+// thousand instants of a thousand bodies 300 MiB.
+namespace largest {
+inline constexpr std::size_t mebibyte = std::size_t{1} << 20;
+inline constexpr std::size_t scenario = 64 * mebibyte;
+inline constexpr std::size_t settings = 16 * mebibyte;  // studies, gates, goals, cases of contacts
+inline constexpr std::size_t figures = 64 * mebibyte;   // bench.json
+inline constexpr std::size_t mesh = 256 * mebibyte;     // OBJ
+inline constexpr std::size_t table = 256 * mebibyte;    // values of a truth, baselines
+inline constexpr std::size_t trace = 1024 * mebibyte;   // CSV that `check` judges
+}  // namespace largest
+
+// The bytes of a regular file, links followed. `expected` says what should stand there: "a study file (TOML)". Throws
+// InputError when the file cannot be opened, is a directory, a pipe, a device or a socket, or is larger than
+// `most_bytes`; nothing is read of such a file, and opening a pipe without a writer does not wait.
+std::string read_input_file(const std::string& path, const std::string& expected, std::size_t most_bytes);
+
+// Throw InputError with line and column where brackets or dotted keys nest deeper than any file of this project does.
+// Parsers of TOML, and what they build, are recursive: deep nesting ends them on the stack. They know strings and
+// comments, and nothing else of the language: what they pass may still be no TOML or JSON.
+void require_shallow_toml(std::string_view text, const std::string& name);
+void require_shallow_json(std::string_view text, const std::string& name);
+
+// Where the value of `key` in [table] of a TOML file stands, for a message: "scene.toml:12:8". The file alone where the
+// key is not there. Throws InputError as reading a scenario does.
+std::string place_of_key(const std::string& path, std::string_view table, std::string_view key);
+
+}  // namespace atwood
