@@ -1,4 +1,5 @@
 // Every entry of a store against its checksum, and what of it is damaged, by name as far as it is known.
+#include "validation/study/process.hpp"
 #include "validation/study/store_database.hpp"
 #include "validation/study/study.hpp"
 
@@ -82,7 +83,9 @@ std::vector<std::string> Store::check() {
 std::vector<std::string> check_store(const std::string& store_path) {
   try {
     Store store(store_path, Store::Mode::check);
-    return store.check();
+    std::vector<std::string> found = store.check();
+    for (std::string& line : found) line = printable(line);  // it may repeat bytes of a damaged file
+    return found;
   } catch (const std::runtime_error& error) {
     return {error.what()};
   }

@@ -19,6 +19,7 @@
 #include <stdexcept>
 
 #include "validation/study/content_hash.hpp"
+#include "validation/study/process.hpp"
 
 namespace atwood {
 
@@ -112,7 +113,7 @@ std::string StoreDatabase::why_not_written(int system, const std::string& otherw
 void StoreDatabase::fail(const SQLite::Exception& error) const {
   const int system = sql ? sqlite3_system_errno(sql->getHandle()) : 0;
   const std::string kept = "; what was stored before is kept, and the same command goes on from there";
-  const std::string what = error.what();
+  const std::string what = printable(error.what());  // it may repeat bytes of a damaged file
   switch (error.getErrorCode()) {
     case SQLITE_FULL: fail("the disk is full" + kept);
     case SQLITE_IOERR: fail(why_not_written(system, what) + kept);

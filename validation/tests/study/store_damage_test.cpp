@@ -14,6 +14,7 @@
 
 #include "scene/files.hpp"
 #include "validation/study/campaigns.hpp"
+#include "validation/study/process.hpp"
 #include "validation/study/recording_blob.hpp"
 #include "validation/study/store.hpp"
 #include "validation/tests/study/free_flight.hpp"
@@ -144,7 +145,10 @@ TEST_CASE("a bit flipped anywhere in a store is told, or changes nothing that is
     }
     ++told;
     CHECK_THAT(error, Catch::Contains("flipped.db: "));
-    CHECK_FALSE(check_store(path).empty());
+    const std::vector<std::string> damage = check_store(path);
+    CHECK_FALSE(damage.empty());
+    for (const std::string& line : damage) CHECK(line == printable(line));
+    CHECK(error == printable(error));
   }
   CHECK(told > 50);
 }
