@@ -141,7 +141,9 @@ TEST_CASE("whatever a worker started ends with it and has none of our descriptor
   REQUIRE(fcntl(ours, F_DUPFD, 100) >= 100);
   {
     Asked ask;
-    CHECK(ask("leaves_children").outcome.status == Status::ok);
+    const Outcome outcome = ask("leaves_children").outcome;
+    CAPTURE(outcome.reason);
+    REQUIRE(outcome.status == Status::ok);
     std::ifstream log(folder / "children");
     int pid = 0, seen = 0;
     for (std::string descriptors; log >> pid >> descriptors; ++seen) {
