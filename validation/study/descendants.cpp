@@ -1,18 +1,18 @@
 #include "validation/study/descendants.hpp"
 
 #include <dirent.h>
+#include <fcntl.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <atomic>
+#include <cerrno>
+#include <chrono>
+#include <cstdio>
 #include <cstdlib>
-#include <fstream>
-#include <iterator>
 #include <set>
-#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -23,6 +23,7 @@ extern "C" {  // the header of glibc 2.36 forgets to say so
 namespace atwood {
 namespace {
 
+constexpr std::size_t kLongestFile = std::size_t{4} << 20;
 constexpr int kRounds = 200;  // who forks as fast as it is killed is left after this many
 
 struct LiveWorkers {
@@ -36,12 +37,24 @@ LiveWorkers& live() {
   return workers;
 }
 
+// Empty where the process is gone, which it may be between any two calls: no stream, whose buffer throws on ESRCH.
+std::string read_of_process(pid_t pid, const char* name) {
+  const int file = open(("/proc/" + std::to_string(pid) + "/" + name).c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) return "";
+  std::string text;
+  char block[4096];
+  ssize_t size = 0;
+  while (text.size() < kLongestFile && ((size = read(file, block, sizeof block)) > 0 || (size < 0 && errno == EINTR)))
+    if (size > 0) text.append(block, static_cast<std::size_t>(size));
+  close(file);
+  return text;
+}
+
 struct Stat { pid_t pid = -1, parent = -1, session = -1; bool zombie = false; };
 
 // proc(5): pid (name) state parent group session ...; the name may hold anything.
 Stat stat_of(pid_t pid) {
-  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  const std::string text = read_of_process(pid, "stat");
   const std::size_t name_end = text.rfind(')');
   Stat stat;
   char state = 0;
@@ -63,10 +76,7 @@ std::vector<pid_t> all_processes() {
 }
 
 bool carries(pid_t pid, const std::string& mark) {
-  std::ifstream file("/proc/" + std::to_string(pid) + "/environ", std::ios::binary);
-  std::string environment(std::size_t{1} << 20, '\0');
-  file.read(environment.data(), static_cast<std::streamsize>(environment.size()));
-  environment.resize(static_cast<std::size_t>(file.gcount()));
+  const std::string environment = read_of_process(pid, "environ");
   for (std::size_t at = 0; (at = environment.find(mark, at)) != std::string::npos; ++at) {
     const std::size_t end = at + mark.size();
     if ((at == 0 || environment[at - 1] == '\0') && (end == environment.size() || environment[end] == '\0')) return true;

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <thread>
@@ -141,7 +142,9 @@ TEST_CASE("whatever a worker started ends with it and has none of our descriptor
   REQUIRE(fcntl(ours, F_DUPFD, 100) >= 100);
   {
     Asked ask;
-    CHECK(ask("leaves_children").outcome.status == Status::ok);
+    const Outcome outcome = ask("leaves_children").outcome;
+    CAPTURE(outcome.reason);
+    REQUIRE(outcome.status == Status::ok);
     std::ifstream log(folder / "children");
     int pid = 0, seen = 0;
     for (std::string descriptors; log >> pid >> descriptors; ++seen) {
@@ -168,6 +171,19 @@ TEST_CASE("nothing is signalled by the number of a worker that was buried") {
   CHECK(process.ending() == "exited with code 1");
   process.kill();  // it has ended: no signal, and no kill of ours
   CHECK_FALSE(process.killed_from_outside());
+}
+
+TEST_CASE("processes that come and go while descendants are looked for disturb nobody") {
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 4; ++t)
+    threads.emplace_back([] {
+      for (int i = 0; i < 100; ++i) {
+        Process process({"/bin/sh", "-c", "for i in 1 2 3 4 5 6 7 8; do /bin/true; done"}, false);
+        if (process.ending() != "exited with code 0") std::abort();
+      }
+    });
+  for (std::thread& thread : threads) thread.join();
+  CHECK(waitpid(-1, nullptr, WNOHANG) == -1);  // nobody was left unburied
 }
 
 TEST_CASE("a signal that nobody saw outlives its guard; one that was seen is forgotten") {
