@@ -195,7 +195,7 @@ baseline = "base/own.tsv"
                 ('engines = [[]]\n' + block, ("expected a list of programs",)),
                 ('engines = "./odd.py"\n' + block, ("expected a list of programs",)),
                 ('engines = ["./odd.py", "odd.py"]\n' + block, ("the same engine twice",)),
-                (block.replace('"ballistic"', '"scenes/none.toml"'), ("study.toml:3:14", "found no file `scenes/none.toml`")),
+                (block.replace('"ballistic"', '"scenes/none.toml"'), ("study.toml:3:13", "found no file `scenes/none.toml`")),
                 (block.replace('"ballistic"', '"scenes/no*.toml"'), ("no file matches `scenes/no*.toml`",)),
                 (block + 'allow = ["crashed"]\nallow_reason = "x"\n', ('found `crashed`', '"diverged" or "not finite"')),
                 (block + 'allow = ["diverged"]\n', ("`allow` needs `allow_reason`",)),
