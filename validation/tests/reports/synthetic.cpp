@@ -241,7 +241,7 @@ Verdict verdict(const std::string& scenario, const std::string& method, const st
   v.margin = std::min(value - low, high - value);
   v.text = fmt::format("{} {} on {}: measured {:.4g} +/- {:.2g}, allowed [{}, {}], margin {:.3g}", method, metric,
                        scenario, value, v.bar, low, high, v.margin);
-  v.rerun = fmt::format("atwood run --filter '{}' --method '{}'", scenario, method);
+  v.rerun = {"atwood", "run", "--filter", scenario, "--method", method};
   return v;
 }
 
