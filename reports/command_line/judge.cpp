@@ -54,7 +54,7 @@ int command_gate(const Place& place, const Options& options) {
   const StudyResult stored = load_rows(options.out_dir + "/store.db", selection.cells);
   const bool no_store = !fs::exists(options.out_dir + "/store.db");
   if (no_store) fmt::print(stderr, "atwood: no store at {}/store.db; `atwood run` makes one\n", options.out_dir);
-  const Judged judged = judge_everything(place, options, selection, standards, stored);
+  const Judged judged = judge_everything(place, options, selection, standards, stored, false);
   ReportData data;
   data.title = "gate";
   data.command = options.program;

@@ -288,13 +288,13 @@ std::vector<Verdict> judge_selection(const Place& place, const Options& options,
 }
 
 Judged judge_everything(const Place& place, const Options& options, const Selection& selection,
-                        const Standards& standards, const StudyResult& result) {
+                        const Standards& standards, const StudyResult& result, bool try_truths) {
   Judged judged;
   judge_gates(place, options, selection, standards.gates, result.rows, judged);
   if (standards.baseline) judge_baseline(place, options, selection, *standards.baseline, result.rows, judged);
   judged.cells = endings_of(selection, result.rows);
   append_failed_cells(place, options, selection, result.rows, judged);
-  judged.refused = refused_truths(place, selection.scenarios, result.rows);
+  judged.refused = refused_truths(place, selection.scenarios, result.rows, try_truths);
   return judged;
 }
 

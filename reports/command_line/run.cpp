@@ -135,7 +135,7 @@ int command_run(const Place& place, const Options& options) {
                how.store_path);
     return exit_of(result, {});
   }
-  const Judged judged = judge_everything(place, options, selection, standards, result);
+  const Judged judged = judge_everything(place, options, selection, standards, result, true);
   ReportData data = assemble_report(place, options, selection, result, {});
   add_judged(data, selection, judged);
   if (standards.baseline) data.baseline_path = selection.baseline;
@@ -161,7 +161,7 @@ int command_report(const Place& place, const Options& options) {
                     options.out_dir));
   }
   const Standards standards = read_standards(place, selection, true);
-  const Judged judged = judge_everything(place, options, selection, standards, result);
+  const Judged judged = judge_everything(place, options, selection, standards, result, false);
   ReportData data = assemble_report(place, options, selection, result, {});
   add_judged(data, selection, judged);
   if (standards.baseline) data.baseline_path = selection.baseline;

@@ -58,7 +58,7 @@ std::string other_truths(const Place& place, const Scenario& scenario, double li
 }
 
 std::vector<RefusedTruth> refused_truths(const Place& place, const std::vector<Scenario>& scenarios,
-                                         const std::vector<Row>& rows) {
+                                         const std::vector<Row>& rows, bool try_truths) {
   std::vector<RefusedTruth> refused;
   for (const Row& row : rows) {
     if (row.metric != "truth" || row.status == Status::ok) continue;
@@ -67,7 +67,9 @@ std::vector<RefusedTruth> refused_truths(const Place& place, const std::vector<S
     const auto found = std::find_if(scenarios.begin(), scenarios.end(), [&](const auto& s) { return s.id == row.scenario; });
     if (found != scenarios.end()) {
       one.truth = kind_words(found->truth);
-      if (row.status == Status::unsupported && refused.size() < 3) one.remedy = other_truths(place, *found, 5);
+      if (row.status == Status::unsupported)
+        one.remedy = try_truths && refused.size() < 3 ? other_truths(place, *found, 5)
+                                                      : "`atwood trace SCENE --method truth` tells what covers it.";
     }
     refused.push_back(one);
   }

@@ -46,13 +46,14 @@ struct Judged {
   std::vector<RefusedTruth> refused;
   std::vector<std::string> notes;
 };
+// `try_truths`: where a truth refuses, others are tried out, which takes seconds.
 Judged judge_everything(const Place& place, const Options& options, const Selection& selection,
-                        const Standards& standards, const StudyResult& result);
+                        const Standards& standards, const StudyResult& result, bool try_truths);
 int exit_of(const StudyResult& result, const std::vector<Verdict>& verdicts);
 
 // Scenes of these rows whose truth refuses, each once, with what covers it instead.
 std::vector<RefusedTruth> refused_truths(const Place& place, const std::vector<Scenario>& scenarios,
-                                         const std::vector<Row>& rows);
+                                         const std::vector<Row>& rows, bool try_truths);
 // Which other kinds of truth cover this scene, tried out: "`kind = "cvode"` covers it". `limit_s` a kind.
 std::string other_truths(const Place& place, const Scenario& scenario, double limit_s);
 

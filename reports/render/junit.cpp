@@ -35,8 +35,9 @@ void append_case(pugi::xml_node suite, const Verdict& verdict) {
   pugi::xml_node failure = test.append_child("failure");
   set(failure, "type", to_string(verdict.judgement));
   set(failure, "message", one_line(verdict.text));
-  const std::string body = fmt::format("{}\nreason: {}\ngate: {}\nrerun: {}\n", verdict.text, verdict.gate.reason,
-                                       origin_words(verdict.gate.origin), shell_line(verdict.rerun));
+  std::string body = fmt::format("{}\nreason: {}\ngate: {}\n", verdict.text, verdict.gate.reason,
+                                 origin_words(verdict.gate.origin));
+  if (!verdict.rerun.empty()) body += "rerun: " + shell_line(verdict.rerun) + "\n";
   failure.append_child(pugi::node_pcdata).set_value(clean_text(body).c_str());
 }
 

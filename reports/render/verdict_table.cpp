@@ -71,7 +71,7 @@ ScenarioLines lines_of(const std::vector<Verdict>& verdicts, const std::vector<R
   };
   std::set<std::tuple<std::string, std::string, std::int64_t>> cells, bad;
   for (const Row& row : rows) {
-    if (row.steps == 0) continue;  // a figure of a whole ladder is no cell
+    if (row.steps == 0 || row.metric == "truth") continue;  // a figure of a whole ladder is no cell, nor is a truth
     const auto cell = std::make_tuple(row.scenario, row.method, row.steps);
     Line& where = line(row.scenario);
     if (cells.insert(cell).second) ++where.cells;
@@ -93,7 +93,7 @@ std::string status_words(const std::vector<Row>& rows) {
   std::map<Status, std::set<std::tuple<std::string, std::string, std::int64_t>>> cells;
   std::set<std::tuple<std::string, std::string, std::int64_t>> all;
   for (const Row& row : rows) {
-    if (row.steps == 0) continue;
+    if (row.steps == 0 || row.metric == "truth") continue;
     const auto cell = std::make_tuple(row.scenario, row.method, row.steps);
     all.insert(cell);
     if (row.status != Status::ok) cells[row.status].insert(cell);

@@ -219,6 +219,12 @@ std::vector<std::string> ladder_of_probe(const std::string& probe, const std::st
   return {method};
 }
 
+// A cell that two blocks name: by its id, if one of them does; allowed to end as either of them allows.
+void join(Cell& before, const StudyCells& cells, const Offer& offer) {
+  if (has_glob(before.pattern)) before.pattern = offer.pattern;
+  before.allow.insert(before.allow.end(), cells.allow.begin(), cells.allow.end());
+}
+
 bool is_ladder(const std::string& probe) { return probe == "tolerance" || probe == "round-off-v"; }
 
 void check_steps(const std::vector<std::int64_t>& steps, const Scenario& scenario, const Study& study) {
@@ -262,6 +268,7 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
               const std::string probe = is_ladder(cells.probe) ? "" : cells.probe;
               const std::string key = scenario.id + "\n" + method + "\n" + std::to_string(steps) + "\n" + probe;
               const auto [place, fresh] = index.emplace(key, planned.size());
+              if (!fresh) join(planned[place->second], cells, offer);
               if (!fresh && planned[place->second].repeats >= cells.repeats) {
                 if (!cells.claim.empty()) {
                   planned[place->second].claim = cells.claim;
@@ -284,7 +291,8 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
                         {},
                         probe,
                         cells.limit_s,
-                        offer.pattern};
+                        fresh ? offer.pattern : planned[place->second].pattern,
+                        fresh ? cells.allow : planned[place->second].allow};
               if (!probe.empty()) cell.repeats = 0;
               if (!frames_taken(cell, workers)) refuse_frames(cell);
               else if (offer.worker >= 0) hash_cell(cell, offer, workers, scene_hash, cpu);

@@ -98,6 +98,24 @@ struct StudyFile {
     cells.most_order = *pair->get(1)->value<double>();
   }
 
+  // allow = ["diverged"], allow_reason = "...": endings of the block's cells that do not fail the run.
+  void read_allow(const toml::table& table, StudyCells& cells) const {
+    const toml::node* reason = table.get("allow_reason");
+    if (!table.get("allow")) {
+      if (reason) refuse(reason->source(), "`allow_reason` needs `allow`");
+      return;
+    }
+    for (const std::string& word : strings(table, "allow")) {
+      if (word != "diverged" && word != "not finite")
+        refuse(table.get("allow")->source(), "`allow`: expected \"diverged\" or \"not finite\", found `" + word + "`");
+      cells.allow.push_back(word == "diverged" ? Status::diverged : Status::not_finite);
+    }
+    const auto text = reason ? reason->value_exact<std::string>() : std::nullopt;
+    if (!text || text->find_first_not_of(" \t\n") == std::string::npos)
+      refuse((reason ? reason : table.get("allow"))->source(), "`allow` needs `allow_reason`: why these cells may end so");
+    cells.allow_reason = *text;
+  }
+
   std::string probe_name(const toml::node& node) const {
     const auto name = node.value_exact<std::string>();
     std::string known;
@@ -114,7 +132,8 @@ struct StudyFile {
     if (!table) refuse(node.source(), "expected [[cells]] to be tables");
     check_keys(
         *table,
-        std::array{"scenarios", "methods", "steps", "repeats", "sweep", "timing", "claim", "orders", "except", "probe", "limit"},
+        std::array{"scenarios", "methods", "steps", "repeats", "sweep", "timing", "claim", "orders", "except", "probe", "limit",
+                   "allow", "allow_reason"},
         "[[cells]]");
     StudyCells cells;
     cells.scenarios = strings(*table, "scenarios");
@@ -143,6 +162,7 @@ struct StudyFile {
         refuse(limit->source(), "`limit`: expected the seconds that a cell may take, 0.01 to 1e6");
       cells.limit_s = *seconds;
     }
+    read_allow(*table, cells);
     if (const toml::node* probe = table->get("probe")) cells.probe = probe_name(*probe);
     if (const toml::node* claim = table->get("claim")) read_claim(*claim, table->get("orders"), cells);
     else if (const toml::node* orders = table->get("orders")) refuse(orders->source(), "`orders` needs `claim`");
