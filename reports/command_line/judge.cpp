@@ -2,6 +2,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <csignal>
 #include <filesystem>
 
 #include <fmt/format.h>
@@ -77,6 +78,7 @@ int command_bless(const Place& place, const Options& options) {
   if (options.reason.find_first_not_of(" \t\n") == std::string::npos)
     throw InputError("bless: --reason is empty; expected why");
   const Selection selection = select_cells(place, options);
+  std::signal(SIGXFSZ, SIG_IGN);  // under a file-size limit writes answer EFBIG, which can be told
   const StudyResult stored = load_rows(options.out_dir + "/store.db", selection.cells);
   if (stored.rows.empty()) throw InputError("bless: the store has no rows of this study; run it first");
   const std::string path = selection.baseline.empty() ? "atwood-baseline.tsv" : selection.baseline;
