@@ -151,6 +151,8 @@ void judge_baseline(const Place& place, const Options& options, const Selection&
   if (const int left_out = leave_out_filtered(place, options, selection, baseline); left_out > 0)
     judged.notes.push_back(fmt::format("{} figure{} of the baseline left out by the filter.", left_out, left_out == 1 ? "" : "s"));
   judged.changes = compare_baseline(baseline, rows);
+  if (!options.steps.empty())  // a part of a ladder has no figure of the whole: none was compared, and none is new
+    std::erase_if(judged.changes, [](const BaselineChange& c) { return c.kind == Kind::added && c.steps == 0; });
   for (BaselineChange& change : judged.changes)
     change.rerun = with_own_files(place, options, selection, change.scenario, change.rerun);
   const bool compared = std::any_of(judged.changes.begin(), judged.changes.end(), [](const BaselineChange& change) {
