@@ -92,6 +92,32 @@ std::vector<AuditFinding> audit_orders(const std::vector<Engine>& engines, const
 // Findings first, each with its claim, its executed orders and the command that prints its evidence.
 std::string render_audit_table(const std::vector<AuditFinding>& findings, bool colour, int width);
 
+// How a cell ended: a case of JUnit beside those of the gates.
+struct CellEnding {
+  std::string scenario, method;
+  std::int64_t steps = 0;
+  Status status = Status::ok;
+  std::string reason = {};
+  bool there = true;                   // false: the store does not have it
+  bool fails = false;                  // crashed, hung, sent garbage; or blew up where that is not allowed
+};
+
+// A truth that does not cover its scene: nothing that needs one is measured there.
+struct RefusedTruth {
+  std::string scenario, truth;         // "extended precision, two methods"
+  Status status = Status::unsupported;
+  std::string reason, remedy;          // which other truth covers the scene, in words
+};
+
+// What a method claims beside what its ladder shows.
+struct ClaimedOrder {
+  std::string scenario, method, metric;
+  double claimed = 0, observed = 0, half_width_95 = 0;  // observed: NaN where the ladder is inconclusive
+  bool foreign = false;                // of the user's own engine
+};
+// "claims 2, observed 0.98 +/- 0.02: below its claim", or above it; empty where the two agree or nothing is observed.
+std::string claim_words(const ClaimedOrder& order);
+
 struct ReportData {
   std::string title;
   std::string command;                 // how this report was made
@@ -112,13 +138,31 @@ struct ReportData {
   std::vector<AuditFinding> audit;     // of the study `audit`
   bool compared = false;               // methods side by side: nothing is judged
   std::vector<std::string> notes;      // how this report's cells came about, in sentences
+  std::vector<CellEnding> cells;
+  std::vector<RefusedTruth> refused_truths;
+  std::vector<ClaimedOrder> claimed_orders;
+  std::string baseline_path;           // empty: no baseline was judged
+  std::vector<BaselineChange> baseline;
 };
 
 std::string render_html(const ReportData& data);      // one self-contained file
 std::string render_json(const ReportData& data);
 std::string render_csv(const std::vector<Row>& rows); // the contract's columns
 std::string render_markdown(const ReportData& data);
-std::string render_junit(const std::vector<Verdict>& verdicts);
+std::string render_junit(const std::vector<Verdict>& verdicts, const std::vector<CellEnding>& cells = {});
+// What `run` ends with: of up to 40 pairs of scenario and method a table of figures, of more a line a scenario; then
+// every gate and cell that did not pass with its command, what truths and claims have to say, and the verdict.
+std::string render_run_table(const ReportData& data, bool colour, int width);
+// What did not pass, then one line: the verdict's counts and `tail`.
+std::string render_quiet(const ReportData& data, const std::string& tail);
+// One line a scenario and method that became worse, the worst first, with its command; then what is missing, better and
+// new, counted.
+std::string render_baseline_table(const std::string& path, const std::vector<BaselineChange>& changes, bool colour);
+std::string render_baseline_json(const std::vector<BaselineChange>& changes);  // an array of what is not unchanged
+// Workflow commands of GitHub Actions, at most ten lines; and the summary of a step, in Markdown. `workspace`: the folder
+// that files are named from.
+std::string render_github_annotations(const ReportData& data, const std::string& workspace);
+std::string render_step_summary(const ReportData& data);
 std::string render_verdict_table(const std::vector<Verdict>& verdicts, const std::vector<Row>& rows, bool colour,
                                  int width);
 

@@ -240,7 +240,7 @@ int command_check(const Place& place, const Options& options) {
   });
   const auto own = judge(limits_as_gates(options, scenario), rows);
   verdicts.insert(verdicts.end(), own.begin(), own.end());
-  for (auto& verdict : verdicts) verdict.rerun = options.program;
+  for (auto& verdict : verdicts) verdict.rerun = options.words;
 
   if (options.json) {
     ReportData data;

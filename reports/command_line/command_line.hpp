@@ -19,7 +19,8 @@ namespace atwood {
 enum ExitCode { exit_pass = 0, exit_gate = 1, exit_input = 2, exit_cell = 3, exit_no_baseline = 4, exit_internal = 5 };
 
 struct Options {
-  std::string program;                    // the words of this call, for the report
+  std::string program;                    // the words of this call, for the report: a shell's line
+  std::vector<std::string> words;         // the same, one by one; the first is the program as it was called
   std::string study;                      // a file, or an id of validation/study; empty: the default study
   std::vector<std::string> scenarios;     // ids, globs or files
   std::vector<std::string> methods;
@@ -39,6 +40,8 @@ struct Options {
   bool check_store = false;               // doctor
   std::int64_t max_cells = kMostCells;
   std::string purpose = "run";            // of campaigns: those of compare and advise stay apart
+  bool quiet = false;                     // run, gate: one line, and what did not pass
+  bool github = false;                    // run, gate: annotations of GitHub Actions, and a step's summary
   bool swept = false;                     // contacts
   bool evidence = false;                  // describe METHOD --program
   bool named_methods_only = false;        // compare: --engine adds no methods that were not named
@@ -78,19 +81,15 @@ struct Selection {
 };
 std::string own_file(const Place& place,
                      const Scenario& scenario);  // of a scene of the user's own; empty: of the catalogue
-// A command that reruns a cell of this scenario, with what the catalogue does not have: a scene's file, an engine,
-// gates.
-std::string with_own_files(const Place& place, const Options& options, const Selection& selection,
-                           const std::string& scenario_id, const std::string& rerun);
+// The words that rerun a cell of this scenario, as this call can be repeated: the program as it was called, the study, and
+// what the catalogue does not have: a scene's file, an engine, gates.
+std::vector<std::string> with_own_files(const Place& place, const Options& options, const Selection& selection,
+                                        const std::string& scenario_id, std::vector<std::string> words);
 std::vector<Gate> read_all_gates(const Place& place);  // the catalogue's own, file by file
 StudyOptions study_options(const Place& place, const Options& options);  // without progress
 Selection select_cells(const Place& place, const Options& options);
 std::vector<Verdict> judge_selection(const Place& place, const Options& options, const Selection& selection,
                                      const std::vector<Row>& rows);
-// The gates' verdicts and, as failures beside them, each cell that timed out or crashed: with its reason and the command
-// that reruns it.
-std::vector<Verdict> with_failed_cells(const Place& place, const Options& options, const Selection& selection,
-                                       const StudyResult& result, std::vector<Verdict> verdicts);
 ReportData assemble_report(const Place& place, const Options& options, const Selection& selection,
                            const StudyResult& result, const std::vector<Verdict>& verdicts);
 void write_outputs(const Options& options, const ReportData& data);        // report.html, and what -o names

@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <cstdlib>
 #include <exception>
 #include <new>
 #include <sstream>
@@ -69,6 +70,11 @@ struct Parser {
     sub->add_option("--junit", options.junit, "Write verdicts as JUnit XML");
     sub->add_option("--tolerances", options.tolerances, "Gates from this file instead of the catalogue's own");
   }
+  void telling(CLI::App* sub) {
+    sub->add_flag("--quiet", options.quiet, "Print one line, and what did not pass");
+    sub->add_flag("--github", options.github,
+                  "Print annotations of GitHub Actions, and append a summary to $GITHUB_STEP_SUMMARY");
+  }
 };
 
 void declare_commands(Parser& p) {
@@ -89,6 +95,8 @@ void declare_commands(Parser& p) {
   run->add_option("STUDY", o.study,
                   "A study file, or the id of one of the catalogue's (the default study unless given)");
   p.running(run);
+  run->add_option("--baseline", o.baseline, "Judge against this baseline too: regressions and improvements");
+  p.telling(run);
 
   auto* trace = p.add("trace", "The motion as CSV; --method truth prints the truth and its bars", command_trace);
   trace->add_option("SCENE", o.input, "A file or a catalogue id")->required();
@@ -156,6 +164,7 @@ void declare_commands(Parser& p) {
   gate->add_option("--tolerances", o.tolerances, "Gates from this file instead of the catalogue's own");
   gate->add_option("--baseline", o.baseline, "Judge against this baseline: regressions and improvements");
   gate->add_option("--junit", o.junit, "Write verdicts as JUnit XML");
+  p.telling(gate);
 
   auto* bless = p.add("bless", "Write the rows in the store as the baseline", command_bless);
   bless->add_option("STUDY", o.study, "The study whose rows become the baseline");
@@ -214,8 +223,11 @@ int run(int argc, char** argv) {
   }
   for (const CLI::App* sub : parser.app.get_subcommands())
     parser.options.limit_given = sub->get_option_no_throw("--limit") != nullptr && sub->count("--limit") > 0;
-  parser.options.program = "./atwood";
-  for (int i = 1; i < argc; ++i) parser.options.program += fmt::format(" {}", argv[i]);
+  // Commands that rerun a cell name the program as it was called: by its own name, or by the script in front of it.
+  const char* called_as = std::getenv("ATWOOD_CALLED_AS");
+  parser.options.words = {called_as && *called_as ? called_as : argc > 0 ? argv[0] : "atwood"};
+  for (int i = 1; i < argc; ++i) parser.options.words.emplace_back(argv[i]);
+  parser.options.program = shell_line(parser.options.words);
   return parser.chosen(find_place(), parser.options);
 }
 

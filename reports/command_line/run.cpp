@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "reports/command_line/command_line.hpp"
+#include "reports/command_line/verdicts.hpp"
 #include "reports/render/statistics_text.hpp"
 #include "scene/files.hpp"
 #include "validation/study/process.hpp"
@@ -32,26 +33,25 @@ std::string count_statuses(const std::vector<Row>& rows) {
   return text;
 }
 
-int exit_code(const StudyResult& result, const std::vector<Verdict>& verdicts) {
-  if (result.interrupted) return 128 + result.signal;
-  if (result.failed_cells > 0) return exit_cell;
-  return gate_exit(verdicts);
-}
-
 // Cells that no engine at the table can run: in no store either.
 int count_absent(const Selection& selection) {
   return static_cast<int>(
       std::count_if(selection.cells.begin(), selection.cells.end(), [](const Cell& cell) { return cell.worker < 0; }));
 }
 
-void print_result(const Place& place, const Options& options, const Selection& selection, const ReportData& data,
+void print_result(const Options& options, const Selection& selection, const ReportData& data,
                   const StudyResult& result) {
   if (options.json) {
     fmt::print("{}\n", render_json(data));
     return;
   }
-  const auto verdicts = with_failed_cells(place, options, selection, result, data.verdicts);
-  fmt::print("{}", render_verdict_table(verdicts, data.rows, use_colour(STDOUT_FILENO), terminal_width()));
+  if (options.quiet) {
+    fmt::print("{}", render_quiet(data, fmt::format("report: {}/report.html", options.out_dir)));
+    return;
+  }
+  if (!data.baseline_path.empty())
+    fmt::print("{}\n", render_baseline_table(data.baseline_path, data.baseline, use_colour(STDOUT_FILENO)));
+  fmt::print("{}", render_run_table(data, use_colour(STDOUT_FILENO), terminal_width()));
   if (!data.audit.empty())
     fmt::print("\n{}", render_audit_table(data.audit, use_colour(STDOUT_FILENO), terminal_width()));
   fmt::print("\n{} cell{}, {} of them found in the store, {} rows", result.cells, result.cells == 1 ? "" : "s",
@@ -71,34 +71,6 @@ void require_folder(const std::string& file) {
 }
 
 }  // namespace
-
-std::vector<Verdict> with_failed_cells(const Place& place, const Options& options, const Selection& selection,
-                                       const StudyResult& result, std::vector<Verdict> verdicts) {
-  if (result.failed_cells == 0) return verdicts;
-  std::set<std::string> told;
-  const auto quoted = [](const std::string& id) {
-    return id.find_first_of(" *?{}()") == std::string::npos ? id : "'" + id + "'";
-  };
-  for (const Row& row : result.rows) {
-    if (row.steps == 0 || (row.status != Status::timeout && row.status != Status::crashed)) continue;
-    const bool of_truth = row.metric == "truth";
-    const std::string key = of_truth ? row.scenario : fmt::format("{}\n{}\n{}", row.scenario, row.method, row.steps);
-    if (!told.insert(key).second) continue;
-    Verdict verdict;
-    verdict.judgement = Judgement::fail;
-    verdict.gate.scenario = verdict.scenario = row.scenario;
-    verdict.gate.method = verdict.method = row.method;
-    verdict.gate.metric = verdict.metric = of_truth ? "truth" : "status";
-    verdict.gate.reason = "A run comes to its end.";
-    verdict.steps = row.steps;
-    verdict.text = fmt::format("{}: {}", to_string(row.status), row.reason);
-    verdict.rerun = with_own_files(place, options, selection, row.scenario,
-                                   fmt::format("./atwood run --scenario {} --method {} --steps {}",
-                                               quoted(row.scenario), quoted(row.method), row.steps));
-    verdicts.push_back(verdict);
-  }
-  return verdicts;
-}
 
 // One line that rewrites itself on a terminal, plain lines elsewhere. A reader that has gone (`2>&1 | head`) ends no
 // run: fputs, which does not throw.
@@ -137,9 +109,12 @@ void make_out_dir(const std::string& path) {
 int command_run(const Place& place, const Options& options) {
   require_outputs_make_sense(options);
   Selection selection;
+  Standards standards;
   {
     const InterruptGuard guard;  // run_study has its own
     selection = select_cells(place, options);
+    standards = read_standards(place, selection, true);
+    if (!options.baseline.empty() && !standards.baseline) return no_baseline(options.baseline);
     make_out_dir(options.out_dir);
     if (interrupt_signal() != 0) {
       fmt::print(stderr, "atwood: interrupted before anything was run\n");
@@ -148,14 +123,15 @@ int command_run(const Place& place, const Options& options) {
   }
 
   StudyOptions how = study_options(place, options);
-  how.progress = progress_printer();
-  if (selection.cells.size() >= kManyCells)
+  if (!options.quiet) how.progress = progress_printer();
+  if (!options.quiet && selection.cells.size() >= kManyCells)
     std::fputs(fmt::format("atwood: {} cells are planned\n", selection.cells.size()).c_str(), stderr);
   const StudyResult result = run_study(selection.cells, selection.workers, how);
   end_progress();
-  if (!result.reused.empty()) std::fputs(("atwood: " + reused_text(result.reused) + "\n").c_str(), stderr);
+  if (!options.quiet && !result.reused.empty())
+    std::fputs(("atwood: " + reused_text(result.reused) + "\n").c_str(), stderr);
   const int absent = count_absent(selection);
-  if (result.cells > absent && result.skipped == result.cells) {
+  if (!options.quiet && result.cells > absent && result.skipped == result.cells) {
     const int stored = result.cells - absent;
     fmt::print(stderr, "atwood: nothing to do: {} in the store already\n",
                stored == 1 ? "the cell is" : fmt::format("all {} cells are", stored));
@@ -163,13 +139,18 @@ int command_run(const Place& place, const Options& options) {
   if (result.interrupted) {
     fmt::print(stderr, "atwood: interrupted; what was done is in {}, and the same command goes on from there\n",
                how.store_path);
-    return exit_code(result, {});
+    return exit_of(result, {});
   }
-  const auto verdicts = judge_selection(place, options, selection, result.rows);
-  const ReportData data = assemble_report(place, options, selection, result, verdicts);
+  const Judged judged = judge_everything(place, options, selection, standards, result, true);
+  ReportData data = assemble_report(place, options, selection, result, {});
+  add_judged(data, selection, judged);
+  if (standards.baseline) data.baseline_path = selection.baseline;
+  else if (!selection.baseline.empty())
+    data.notes.push_back(selection.baseline + ": no baseline is there yet; `atwood bless --reason TEXT` writes one.");
   write_outputs(options, data);
-  print_result(place, options, selection, data, result);
-  return exit_code(result, verdicts);
+  print_result(options, selection, data, result);
+  tell_github(options, data);
+  return exit_of(result, judged.verdicts);
 }
 
 int command_report(const Place& place, const Options& options) {
@@ -185,10 +166,13 @@ int command_report(const Place& place, const Options& options) {
                     "makes them",
                     options.out_dir));
   }
-  const auto verdicts = judge_selection(place, options, selection, result.rows);
-  const ReportData data = assemble_report(place, options, selection, result, verdicts);
+  const Standards standards = read_standards(place, selection, true);
+  const Judged judged = judge_everything(place, options, selection, standards, result, false);
+  ReportData data = assemble_report(place, options, selection, result, {});
+  add_judged(data, selection, judged);
+  if (standards.baseline) data.baseline_path = selection.baseline;
   write_outputs(options, data);
-  print_result(place, options, selection, data, result);
+  print_result(options, selection, data, result);
   return exit_pass;
 }
 

@@ -376,43 +376,6 @@ std::string own_file(const Place& place, const Scenario& scenario) {
   return in_catalogue ? "" : scenario.path;
 }
 
-// The command that reruns a verdict's cell must bring along what the catalogue does not have: a scene's file, an
-// engine, gates.
-std::string with_own_files(const Place& place, const Options& options, const Selection& selection,
-                           const std::string& scenario_id, const std::string& rerun) {
-  std::string text = rerun;
-  const auto word = [](const std::string& path) {
-    return path.find_first_of(" '\"$&;()*?") == std::string::npos ? path : "'" + path + "'";
-  };
-  for (const auto& scenario : selection.scenarios) {
-    if (scenario.id != scenario_id || own_file(place, scenario).empty()) continue;
-    for (const std::string& by_id : {"--scenario " + scenario.id + " ", "--scenario '" + scenario.id + "' "}) {
-      const auto at = text.find(by_id);
-      if (at != std::string::npos) text.replace(at, by_id.size(), "--scenario " + word(scenario.path) + " ");
-    }
-  }
-  if (text.empty()) return text;
-  if (const std::string run = "atwood run "; !options.study.empty() && text.find(run) != std::string::npos) {
-    text.insert(text.find(run) + run.size(), word(options.study) + " ");
-  }
-  for (const auto& engine : options.engines) text += " --engine " + word(engine);
-  if (!options.tolerances.empty()) text += " --tolerances " + word(options.tolerances);
-  return text;
-}
-
-std::vector<Gate> read_all_gates(const Place& place) {
-  std::set<std::string> files;
-  for (const auto& entry : fs::directory_iterator(place.source_dir + "/validation/gates")) {
-    if (entry.path().extension() == ".toml") files.insert(entry.path().string());
-  }
-  std::vector<Gate> gates;
-  for (const auto& file : files) {
-    const auto read = read_gates(file);
-    gates.insert(gates.end(), read.begin(), read.end());
-  }
-  return gates;
-}
-
 namespace {
 
 // "odeint/dopri5" for "odeint/runge_kutta_dopri5": the last word of ids of that engine, where no id is just that.
@@ -485,48 +448,6 @@ StudyOptions study_options(const Place& place, const Options& options) {
   return how;
 }
 
-std::vector<Verdict> judge_selection(const Place& place, const Options& options, const Selection& selection,
-                                     const std::vector<Row>& rows) {
-  std::vector<Gate> gates;
-  if (!options.tolerances.empty()) {
-    gates = read_gates(options.tolerances);
-  } else {
-    gates = read_all_gates(place);
-  }
-  // Gates of a study judge its runs alone; they stay when they have no cells, unless the command line narrowed the run.
-  std::erase_if(gates, [&](const Gate& gate) { return !gate.study.empty() && gate.study != selection.study; });
-  const bool whole_study = options.scenarios.empty() && options.methods.empty() && options.steps.empty();
-  if (selection.narrowed) {
-    // A narrowed run drops the gates that it leaves without cells, and with --steps those of a whole ladder.
-    std::erase_if(gates, [&](const Gate& gate) {
-      const bool of_ladder = gate.metric.rfind("order-", 0) == 0 || gate.metric.rfind("growth-", 0) == 0;
-      if (of_ladder && !options.steps.empty()) return true;
-      if (whole_study && !gate.study.empty()) return false;
-      return std::none_of(selection.cells.begin(), selection.cells.end(), [&](const Cell& cell) {
-        if (!cell.probe.empty() && gate.study.empty())
-          return false;  // a probe asks only what its study's gates are about
-        return glob_match(gate.scenario, cell.scenario.id) && glob_match(gate.method, cell.method) &&
-               (!gate.steps || *gate.steps == cell.plan.steps);
-      });
-    });
-  }
-  std::set<std::tuple<std::string, std::string, std::string, double>> claimed;
-  for (const Cell& cell : selection.cells)
-    if (!cell.claim.empty()) claimed.insert({cell.scenario.id, cell.method, cell.claim, cell.claimed_order});
-  std::vector<Claim> claims;
-  for (const auto& [scenario, method, motion, order] : claimed) claims.push_back({scenario, method, motion, order});
-  auto verdicts = judge(gates_of_claims(gates, claims), rows);
-  for (auto& verdict : verdicts)
-    verdict.rerun = with_own_files(place, options, selection, verdict.scenario, verdict.rerun);
-  return verdicts;
-}
-
-int gate_exit(const std::vector<Verdict>& verdicts) {
-  const bool all_pass = std::all_of(verdicts.begin(), verdicts.end(),
-                                    [](const Verdict& verdict) { return verdict.judgement == Judgement::pass; });
-  return all_pass ? exit_pass : exit_gate;
-}
-
 ReportData assemble_report(const Place& place, const Options& options, const Selection& selection,
                            const StudyResult& result, const std::vector<Verdict>& verdicts) {
   ReportData data;
@@ -569,13 +490,13 @@ void write_named_outputs(const Options& options, const ReportData& data) {
     if (format == "csv") write_file(path, render_csv(data.rows));
     else if (format == "json") write_file(path, render_json(data));
     else if (format == "markdown" || format == "md") write_file(path, render_markdown(data));
-    else if (format == "junit") write_file(path, render_junit(data.verdicts));
+    else if (format == "junit") write_file(path, render_junit(data.verdicts, data.cells));
     else if (format == "html") write_file(path, render_html(data));
     else
       throw InputError(
           fmt::format("-o {}: found format `{}`; expected csv, json, markdown, junit or html", output, format));
   }
-  if (!options.junit.empty()) write_file(options.junit, render_junit(data.verdicts));
+  if (!options.junit.empty()) write_file(options.junit, render_junit(data.verdicts, data.cells));
 }
 
 }  // namespace atwood

@@ -5,6 +5,7 @@
 
 #include "reports/command_line/command_line.hpp"
 #include "reports/command_line/table.hpp"
+#include "reports/command_line/verdicts.hpp"
 #include "scene/files.hpp"
 #include "scene/printable.hpp"
 
@@ -120,7 +121,12 @@ int command_trace(const Place& place, const Options& options) {
 
   if (method == "truth") {
     const Truth truth = truth_once(place.truth_worker, scenario, samples, options.limit_given ? options.cell_limit_s : 120.0);
-    if (truth.outcome.status != Status::ok) return status_exit(truth.outcome);
+    if (truth.outcome.status != Status::ok) {
+      const int code = status_exit(truth.outcome);
+      if (truth.outcome.status == Status::unsupported && scenario.truth.kind != TruthKind::none)
+        fmt::print(stderr, "atwood: {}\n", other_truths(place, scenario, 5));
+      return code == exit_pass ? static_cast<int>(exit_gate) : code;  // what was asked for is not there
+    }
     if (options.events) print_events(scenario.scene, truth.events, &truth, 36, options.json);
     else print_motion(scenario.scene, truth.values, &truth, 36, options.json);
     if (truth.condition > 0)

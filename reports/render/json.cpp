@@ -54,6 +54,12 @@ std::string render_json(const ReportData& data) {
   json.member_integer("unverifiable", counts.unverifiable).member_integer("not_run", counts.not_run).end_object();
   append_provenance(json.key("provenance"), data.provenance);
   append_verdicts(json.key("verdicts"), data.verdicts);
+  if (!data.refused_truths.empty()) append_refused_truths(json.key("refused_truths"), data.refused_truths);
+  if (!data.claimed_orders.empty()) append_claimed_orders(json.key("claimed_orders"), data.claimed_orders);
+  if (!data.baseline_path.empty()) {
+    json.member("baseline_path", data.baseline_path);
+    append_baseline(json.key("baseline"), data.baseline);
+  }
   append_laws(json.key("laws"), data.laws);
   append_scenarios(json.key("scenarios"), data.scenarios);
   append_engines(json.key("engines"), data.engines);

@@ -252,7 +252,7 @@ void append_verdicts(JsonText& json, const std::vector<Verdict>& verdicts) {
         .member("text", verdict.text)
         .member("reason", verdict.gate.reason)
         .member("origin", origin_words(verdict.gate.origin))
-        .member("rerun", verdict.rerun)
+        .member("rerun", shell_line(verdict.rerun))
         .end_object();
   }
   json.end_array();
@@ -288,6 +288,56 @@ void append_bench(JsonText& json, const std::vector<BenchFigure>& bench) {
         .end_object();
   }
   json.end_array();
+}
+
+void append_refused_truths(JsonText& json, const std::vector<RefusedTruth>& truths) {
+  json.begin_array();
+  for (const RefusedTruth& refused : truths) {
+    json.begin_object().member("scenario", refused.scenario).member("truth", refused.truth);
+    json.member("status", to_string(refused.status)).member("reason", refused.reason);
+    json.member("remedy", refused.remedy).end_object();
+  }
+  json.end_array();
+}
+
+void append_claimed_orders(JsonText& json, const std::vector<ClaimedOrder>& orders) {
+  json.begin_array();
+  for (const ClaimedOrder& order : orders) {
+    json.begin_object().inline_from_here().member("scenario", order.scenario).member("method", order.method);
+    json.member("metric", order.metric).member_number("claimed", order.claimed).member_number("observed", order.observed);
+    json.member_number("half_width_95", order.half_width_95).member("words", claim_words(order)).end_object();
+  }
+  json.end_array();
+}
+
+std::string kind_word(BaselineChange::Kind kind) {
+  switch (kind) {
+    case BaselineChange::Kind::regression: return "regression";
+    case BaselineChange::Kind::improvement: return "improvement";
+    case BaselineChange::Kind::unchanged: return "unchanged";
+    case BaselineChange::Kind::missing: return "missing";
+    case BaselineChange::Kind::added: return "added";
+  }
+  return "";
+}
+
+void append_baseline(JsonText& json, const std::vector<BaselineChange>& changes) {
+  json.begin_array();
+  for (const BaselineChange& change : changes) {
+    if (change.kind == BaselineChange::Kind::unchanged) continue;
+    json.begin_object().member("kind", kind_word(change.kind)).member("scenario", change.scenario);
+    json.member("method", change.method).member("metric", change.metric).member_integer("steps", change.steps);
+    json.member_number("before", change.before).member_number("now", change.now).member_number("bar", change.bar);
+    json.member_number("allowed", change.allowed).member_number("ratio", change.ratio).member("unit", change.unit);
+    json.member("text", change.text).member("rerun", shell_line(change.rerun)).end_object();
+  }
+  json.end_array();
+}
+
+std::string render_baseline_json(const std::vector<BaselineChange>& changes) {
+  JsonText json(true);
+  append_baseline(json, changes);
+  return json.str();
 }
 
 }  // namespace atwood

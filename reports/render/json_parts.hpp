@@ -19,6 +19,9 @@ void append_bench(JsonText& json, const std::vector<BenchFigure>& bench);
 void append_dominance(JsonText& json, const std::vector<Dominance>& tables,
                       std::size_t ranks);  // the best `ranks` of each
 void append_audit(JsonText& json, const std::vector<AuditFinding>& findings);
+void append_refused_truths(JsonText& json, const std::vector<RefusedTruth>& truths);
+void append_claimed_orders(JsonText& json, const std::vector<ClaimedOrder>& orders);
+void append_baseline(JsonText& json, const std::vector<BaselineChange>& changes);  // what is not unchanged
 void append_goals(JsonText& json, const std::vector<GoalResult>& goals);
 
 }  // namespace atwood

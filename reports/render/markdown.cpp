@@ -2,13 +2,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 
 #include "markdown_contests.hpp"
 #include "reports/report.hpp"
 #include "audit_table.hpp"
+#include "baseline_table.hpp"
 #include "bench_table.hpp"
+#include "figures_table.hpp"
 #include "ran_methods.hpp"
 #include "statistics_text.hpp"
 #include "text.hpp"
@@ -42,10 +45,11 @@ std::string unit(const std::string& text) { return text.empty() || text == "1" ?
 
 std::string steps_word(std::int64_t steps) { return steps > 0 ? std::to_string(steps) : "-"; }
 
-std::string failing_section(const std::vector<Verdict>& verdicts) {
+std::string failing_section(const std::vector<Verdict>& verdicts, std::size_t most) {
   std::string out;
+  std::size_t shown = 0;
   for (const Verdict* verdict : failing_first(verdicts)) {
-    if (verdict->judgement == Judgement::pass) continue;
+    if (verdict->judgement == Judgement::pass || shown++ >= most) continue;
     if (out.empty()) {
       out = "## What did not pass\n\n| verdict | scenario | method | steps | metric | measured | allowed | rerun |\n"
             "| --- | --- | --- | ---: | --- | ---: | --- | --- |\n";
@@ -53,9 +57,63 @@ std::string failing_section(const std::vector<Verdict>& verdicts) {
     out += fmt::format("| {} | {} | {} | {} | {} | {}{} | {} | {} |\n", to_string(verdict->judgement),
                        cell(verdict->scenario), cell(verdict->method), steps_word(verdict->steps),
                        cell(verdict->metric), cell(measured_words(*verdict)), unit(verdict->unit),
-                       cell(allowed_words(*verdict)), table_code(verdict->rerun));
+                       cell(allowed_words(*verdict)), table_code(shell_line(verdict->rerun)));
+  }
+  if (shown > most) out += fmt::format("\nAnd {} more.\n", shown - most);
+  return out.empty() ? out : out + "\n";
+}
+
+std::string truths_section(const std::vector<RefusedTruth>& truths) {
+  if (truths.empty()) return "";
+  std::string out = "## Scenes whose truth refuses\n\n";
+  for (const RefusedTruth& refused : truths) out += fmt::format("- **{}**\n", cell(refused_words(refused)));
+  return out + "\n";
+}
+
+std::string baseline_section(const ReportData& data) {
+  if (data.baseline_path.empty()) return "";
+  std::string out = fmt::format("## Against the baseline\n\n{}.\n\n", cell(change_counts(data.baseline_path, data.baseline)));
+  const std::vector<ChangedPair> pairs = changed_pairs(data.baseline);
+  if (!pairs.empty()) out += "| scenario | method | became worse | rerun |\n| --- | --- | --- | --- |\n";
+  for (const ChangedPair& pair : pairs)
+    out += fmt::format("| {} | {} | {} | {} |\n", cell(pair.worst->scenario), cell(pair.worst->method),
+                       cell(change_words(pair)), table_code(shell_line(pair.worst->rerun)));
+  if (!pairs.empty()) out += "\n";
+  std::string counted;
+  for (const auto& [kind, word] : {std::pair{BaselineChange::Kind::missing, "missing"},
+                                   {BaselineChange::Kind::improvement, "better"}, {BaselineChange::Kind::added, "new"}})
+    for (const std::string& line : counted_by_scenario(data.baseline, kind))
+      counted += fmt::format("- {}: {}\n", word, cell(line));
+  return out + counted + (counted.empty() ? "" : "\n");
+}
+
+std::string claims_section(const std::vector<ClaimedOrder>& orders) {
+  std::string out;
+  for (const ClaimedOrder& order : orders) {
+    if (!order.foreign || std::isnan(order.observed)) continue;
+    if (out.empty())
+      out = "## Claimed and observed orders\n\n| scenario | method | quantity | claimed | observed | |\n"
+            "| --- | --- | --- | ---: | ---: | --- |\n";
+    const std::string words = claim_words(order);
+    out += fmt::format("| {} | {} | {} | {} | {:.2f} +/- {:.2g} | {} |\n", cell(order.scenario), cell(order.method),
+                       cell(order.metric.substr(order.metric.find('-') + 1)), figure(order.claimed, 3), order.observed,
+                       order.half_width_95, words.empty() ? "" : words.substr(words.rfind(": ") + 2));
   }
   return out.empty() ? out : out + "\n";
+}
+
+std::string notes_section(const std::vector<std::string>& notes) {
+  std::string out;
+  for (const std::string& note : notes) out += fmt::format("- {}\n", cell(note));
+  return out.empty() ? out : "## Notes\n\n" + out + "\n";
+}
+
+std::string heading(const ReportData& data) {
+  const JudgementCounts counts = count(data.verdicts);
+  const bool all_pass = counts.fail + counts.unverifiable + counts.not_run == 0;
+  const char* verdict = data.verdicts.empty() ? "No gates" : all_pass ? "Pass" : "Fail";
+  return fmt::format("# {}\n\n**{}.** {}; scenarios: {}, rows: {}.\n\n", cell(data.title), verdict, words(counts),
+                     data.scenarios.size(), data.rows.size());
 }
 
 std::string laws_section(const std::vector<Law>& laws) {
@@ -143,16 +201,18 @@ std::string provenance_section(const ReportData& data) {
 }  // namespace
 
 std::string render_markdown(const ReportData& data) {
-  const JudgementCounts counts = count(data.verdicts);
-  const bool all_pass = counts.fail + counts.unverifiable + counts.not_run == 0;
-  const char* verdict = data.verdicts.empty() ? "No gates" : all_pass ? "Pass" : "Fail";
-  return fmt::format("# {}\n\n**{}.** {}; scenarios: {}, rows: {}.\n\n", cell(data.title), verdict, words(counts),
-                     data.scenarios.size(), data.rows.size()) +
-         failing_section(data.verdicts) + audit_section(data.audit) + goals_section(data.goals) +
-         tables_section(data.tables) + dominance_section(data.dominance) + laws_section(data.laws) +
-         statistics_section(data.rows) + orders_section(data.rows, "order-position", "Observed order of position") +
+  return heading(data) + failing_section(data.verdicts, data.verdicts.size()) + truths_section(data.refused_truths) +
+         baseline_section(data) + claims_section(data.claimed_orders) + audit_section(data.audit) +
+         goals_section(data.goals) + tables_section(data.tables) + dominance_section(data.dominance) +
+         laws_section(data.laws) + statistics_section(data.rows) +
+         orders_section(data.rows, "order-position", "Observed order of position") +
          orders_section(data.rows, "order-attitude", "Observed order of attitude") + engines_section(data) +
          provenance_section(data);
+}
+
+std::string render_step_summary(const ReportData& data) {
+  return heading(data) + failing_section(data.verdicts, 50) + truths_section(data.refused_truths) + baseline_section(data) +
+         claims_section(data.claimed_orders) + notes_section(data.notes);
 }
 
 }  // namespace atwood

@@ -7,17 +7,13 @@
 #include <tuple>
 
 #include "protocol/sample.hpp"
+#include "figures_table.hpp"
+#include "palette.hpp"
 #include "reports/report.hpp"
 #include "text.hpp"
 
 namespace atwood {
 namespace {
-
-struct Palette {
-  const char *red, *green, *yellow, *dim, *bold, *off;
-};
-constexpr Palette kColours{"\x1b[31m", "\x1b[32m", "\x1b[33m", "\x1b[2m", "\x1b[1m", "\x1b[0m"};
-constexpr Palette kPlain{"", "", "", "", "", ""};
 
 const char* colour_of(Judgement judgement, const Palette& palette) {
   switch (judgement) {
@@ -26,13 +22,6 @@ const char* colour_of(Judgement judgement, const Palette& palette) {
     case Judgement::unverifiable: case Judgement::not_run: return palette.yellow;
   }
   return "";
-}
-
-std::string padded(const std::string& text, std::size_t width) {
-  return text + std::string(width - std::min(width, display_width(text)), ' ');
-}
-std::string right(const std::string& text, std::size_t width) {
-  return std::string(width - std::min(width, display_width(text)), ' ') + text;
 }
 
 // A long sentence over several lines, each indented.
@@ -65,7 +54,7 @@ std::string failing_gate(const Verdict& verdict, const Palette& palette, std::si
   out += wrapped(one_line(verdict.text), kWord + 2, width);
   // The command is there to be copied: it is never cut.
   if (!verdict.rerun.empty()) {
-    out += std::string(kWord + 2, ' ') + palette.dim + one_line(verdict.rerun) + palette.off + '\n';
+    out += std::string(kWord + 2, ' ') + palette.dim + shell_line(verdict.rerun) + palette.off + '\n';
   }
   return out;
 }
@@ -82,7 +71,7 @@ ScenarioLines lines_of(const std::vector<Verdict>& verdicts, const std::vector<R
   };
   std::set<std::tuple<std::string, std::string, std::int64_t>> cells, bad;
   for (const Row& row : rows) {
-    if (row.steps == 0) continue;  // a figure of a whole ladder is no cell
+    if (row.steps == 0 || row.metric == "truth") continue;  // a figure of a whole ladder is no cell, nor is a truth
     const auto cell = std::make_tuple(row.scenario, row.method, row.steps);
     Line& where = line(row.scenario);
     if (cells.insert(cell).second) ++where.cells;
@@ -104,7 +93,7 @@ std::string status_words(const std::vector<Row>& rows) {
   std::map<Status, std::set<std::tuple<std::string, std::string, std::int64_t>>> cells;
   std::set<std::tuple<std::string, std::string, std::int64_t>> all;
   for (const Row& row : rows) {
-    if (row.steps == 0) continue;
+    if (row.steps == 0 || row.metric == "truth") continue;
     const auto cell = std::make_tuple(row.scenario, row.method, row.steps);
     all.insert(cell);
     if (row.status != Status::ok) cells[row.status].insert(cell);
@@ -118,18 +107,20 @@ std::string status_words(const std::vector<Row>& rows) {
   return text;
 }
 
-}  // namespace
-
-std::string render_verdict_table(const std::vector<Verdict>& verdicts, const std::vector<Row>& rows, bool colour,
-                                 int width) {
-  const Palette& palette = colour ? kColours : kPlain;
-  const std::size_t room = static_cast<std::size_t>(width > 0 ? std::clamp(width, 60, 160) : 100);
+// What changed against a baseline has a table of its own above.
+std::string failing_gates(const std::vector<Verdict>& verdicts, const Palette& palette, std::size_t room,
+                          bool with_baseline = false) {
   std::string out;
   for (const Verdict* verdict : failing_first(verdicts)) {
-    if (verdict->judgement != Judgement::pass) out += failing_gate(*verdict, palette, room);
+    if (verdict->judgement == Judgement::pass || (verdict->of_baseline && !with_baseline)) continue;
+    out += failing_gate(*verdict, palette, room);
   }
-  if (!out.empty()) out += '\n';
+  return out;
+}
 
+// A line a scenario: its gates and its cells, counted.
+std::string scenario_table(const std::vector<Verdict>& verdicts, const std::vector<Row>& rows, const Palette& palette,
+                           std::size_t room) {
   const ScenarioLines table = lines_of(verdicts, rows);
   constexpr std::array<const char*, 6> heads{"pass", "fail", "unver.", "not run", "cells", "not ok"};
   std::size_t name_width = 8;
@@ -141,7 +132,7 @@ std::string render_verdict_table(const std::vector<Verdict>& verdicts, const std
     const std::string text = right(number == 0 ? "." : std::to_string(number), std::string_view(heads[column]).size());
     return "  " + (number == 0 ? palette.dim + text : ink + text) + palette.off;
   };
-  out += palette.bold + padded("scenario", name_width);
+  std::string out = palette.bold + padded("scenario", name_width);
   for (const char* head : heads) out += std::string("  ") + head;
   out += std::string(palette.off) + '\n';
   for (const std::string& scenario : table.order) {
@@ -151,13 +142,71 @@ std::string render_verdict_table(const std::vector<Verdict>& verdicts, const std
            cell(line.gates.not_run, 3, palette.yellow) + cell(line.cells, 4, "") +
            cell(line.not_ok, 5, palette.yellow) + '\n';
   }
+  return out;
+}
+
+std::string verdict_line(const std::vector<Verdict>& verdicts, const Palette& palette) {
   const JudgementCounts counts = count(verdicts);
   const bool all_pass = counts.pass == static_cast<std::int64_t>(verdicts.size()) && !verdicts.empty();
   const char* verdict_word = verdicts.empty() ? "NO GATES" : all_pass ? "PASS" : "FAIL";
   const char* ink = verdicts.empty() ? palette.yellow : all_pass ? palette.green : palette.red;
-  out += "\n" + status_words(rows) + '\n';
-  out += fmt::format("{}{}{}{}  {}\n", palette.bold, ink, verdict_word, palette.off, words(counts));
+  return fmt::format("{}{}{}{}  {}\n", palette.bold, ink, verdict_word, palette.off, words(counts));
+}
+
+std::size_t room_of(int width) { return static_cast<std::size_t>(width > 0 ? std::clamp(width, 60, 160) : 100); }
+
+// What truths and claims have to say, in sentences.
+std::string sentences(const ReportData& data, const Palette& palette, std::size_t room) {
+  std::string out;
+  for (const RefusedTruth& refused : data.refused_truths)
+    out += palette.yellow + std::string("no truth") + palette.off + '\n' +
+           wrapped(one_line(refused_words(refused)), 2, room);
+  for (const ClaimedOrder& order : data.claimed_orders) {
+    if (!order.foreign || claim_words(order).empty()) continue;
+    out += wrapped(one_line(fmt::format("{}  {}  {}: {}.", order.scenario, order.method, order.metric, claim_words(order))), 0,
+                   room);
+  }
+  for (const std::string& note : data.notes) out += wrapped(one_line(note), 0, room);
   return out;
+}
+
+}  // namespace
+
+std::string refused_words(const RefusedTruth& refused) {
+  return fmt::format("{}: its truth ({}) ended as {}: {}. Errors, orders and what else needs a truth are not measured.{}",
+                     refused.scenario, refused.truth, to_string(refused.status), refused.reason,
+                     refused.remedy.empty() ? "" : " " + refused.remedy);
+}
+
+std::string render_verdict_table(const std::vector<Verdict>& verdicts, const std::vector<Row>& rows, bool colour,
+                                 int width) {
+  const Palette& palette = colour ? kColours : kPlain;
+  const std::size_t room = room_of(width);
+  std::string out = failing_gates(verdicts, palette, room);
+  if (!out.empty()) out += '\n';
+  return out + scenario_table(verdicts, rows, palette, room) + "\n" + status_words(rows) + '\n' +
+         verdict_line(verdicts, palette);
+}
+
+std::string render_run_table(const ReportData& data, bool colour, int width) {
+  const Palette& palette = colour ? kColours : kPlain;
+  const std::size_t room = room_of(width);
+  const std::string failing = failing_gates(data.verdicts, palette, room);
+  std::string out;
+  if (const std::string figures = figures_table(data, palette, room); !figures.empty())
+    out = figures + (failing.empty() ? "" : "\n") + failing;
+  else
+    out = failing + (failing.empty() ? "" : "\n") + scenario_table(data.verdicts, data.rows, palette, room);
+  if (const std::string said = sentences(data, palette, room); !said.empty()) out += "\n" + said;
+  return out + "\n" + status_words(data.rows) + '\n' + verdict_line(data.verdicts, palette);
+}
+
+std::string render_quiet(const ReportData& data, const std::string& tail) {
+  std::string line = verdict_line(data.verdicts, kPlain);
+  line.pop_back();
+  std::string out = failing_gates(data.verdicts, kPlain, 100, true);
+  for (const RefusedTruth& refused : data.refused_truths) out += "no truth      " + one_line(refused_words(refused)) + "\n";
+  return out + line + "; " + tail + "\n";
 }
 
 }  // namespace atwood

@@ -1,4 +1,6 @@
-// A file is there whole or not at all: write a temporary beside it, fsync, rename.
+// A file is there whole or not at all: write one without a name, fsync, give it a name beside the target, rename. What
+// ends the program while it writes leaves nothing behind; where a file system has no files without a name, a temporary
+// beside the target is removed on failure.
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -7,6 +9,7 @@
 #include <csignal>
 #include <filesystem>
 #include <stdexcept>
+#include <string>
 #include <system_error>
 
 #include "reports/report.hpp"
@@ -34,8 +37,8 @@ class IgnoreSizeSignal {
   throw std::runtime_error("cannot write " + path + ": " + std::generic_category().message(error));
 }
 
-// 0, or the errno of the first failure. Closes the descriptor in each case.
-int write_and_close(int descriptor, const std::string& content, bool sync) {
+// 0, or the errno of the first failure.
+int write_all(int descriptor, const std::string& content, bool sync) {
   int error = 0;
   std::size_t done = 0;
   while (error == 0 && done < content.size()) {
@@ -47,14 +50,78 @@ int write_and_close(int descriptor, const std::string& content, bool sync) {
     }
   }
   if (error == 0 && sync && ::fsync(descriptor) != 0) error = errno;
+  return error;
+}
+
+int close_after(int descriptor, int error) {
   if (::close(descriptor) != 0 && error == 0) error = errno;
   return error;
+}
+
+// Between the first name and the rename no signal ends the program.
+class HoldSignals {
+ public:
+  HoldSignals() {
+    sigset_t ends{};
+    sigemptyset(&ends);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT}) sigaddset(&ends, signal);
+    pthread_sigmask(SIG_BLOCK, &ends, &before_);
+  }
+  ~HoldSignals() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+  HoldSignals(const HoldSignals&) = delete;
+  HoldSignals& operator=(const HoldSignals&) = delete;
+
+ private:
+  sigset_t before_{};
+};
+
+// A new file beside `target`: without a name while `temporary` is empty.
+int open_beside(const std::string& target, bool may_be_nameless, std::string& temporary) {
+  const std::filesystem::path folder = std::filesystem::path(target).parent_path();
+  if (may_be_nameless) {
+    const int nameless = ::open(folder.empty() ? "." : folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);
+    if (nameless >= 0) return nameless;
+  }
+  temporary = target + ".XXXXXX";
+  return ::mkostemp(temporary.data(), O_CLOEXEC);
+}
+
+// Gives a file without a name one beside `target`: by its descriptor, before that is closed.
+int give_name(int descriptor, const std::string& target, std::string& temporary) {
+  const std::string self = "/proc/self/fd/" + std::to_string(descriptor);
+  for (int attempt = 0; attempt < 100; ++attempt) {
+    temporary = target + "." + std::to_string(::getpid()) + "-" + std::to_string(attempt);
+    if (::linkat(AT_FDCWD, self.c_str(), AT_FDCWD, temporary.c_str(), AT_SYMLINK_FOLLOW) == 0) return 0;
+    if (errno != EEXIST) break;
+  }
+  temporary.clear();
+  return errno;
 }
 
 mode_t usual_mode() {
   const mode_t mask = ::umask(0);
   ::umask(mask);
   return 0666 & ~mask;
+}
+
+constexpr int kNoName = -1;  // the file could be written, and given no name: no /proc, or a file system without links
+
+// 0, or the errno of the first failure; the old file is then still there and nothing beside it.
+int replace(const std::string& target, const std::string& content, mode_t mode, bool may_be_nameless) {
+  std::string temporary;
+  const int descriptor = open_beside(target, may_be_nameless, temporary);
+  if (descriptor < 0) return errno;
+  ::fchmod(descriptor, mode);
+  int error = write_all(descriptor, content, true);
+  const HoldSignals held;
+  if (error == 0 && temporary.empty() && give_name(descriptor, target, temporary) != 0) {
+    ::close(descriptor);
+    return kNoName;
+  }
+  error = close_after(descriptor, error);
+  if (error == 0 && ::rename(temporary.c_str(), target.c_str()) != 0) error = errno;
+  if (error != 0 && !temporary.empty()) ::unlink(temporary.c_str());
+  return error;
 }
 
 }  // namespace
@@ -67,21 +134,15 @@ void write_file(const std::string& path, const std::string& content) {
   if (exists && !S_ISREG(info.st_mode)) {  // a pipe or /dev/stdout: nothing to rename over
     const int descriptor = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
     if (descriptor < 0) fail(path, errno);
-    if (const int error = write_and_close(descriptor, content, false)) fail(path, error);
+    if (const int error = close_after(descriptor, write_all(descriptor, content, false))) fail(path, error);
     return;
   }
   // A link stays a link: its target is what is replaced.
   const std::string target = exists ? std::filesystem::canonical(path).string() : path;
-  std::string temporary = target + ".XXXXXX";
-  const int descriptor = ::mkostemp(temporary.data(), O_CLOEXEC);
-  if (descriptor < 0) fail(path, errno);
-  ::fchmod(descriptor, exists ? info.st_mode & 07777 : usual_mode());
-  int error = write_and_close(descriptor, content, true);
-  if (error == 0 && ::rename(temporary.c_str(), target.c_str()) != 0) error = errno;
-  if (error != 0) {
-    ::unlink(temporary.c_str());
-    fail(path, error);
-  }
+  const mode_t mode = exists ? info.st_mode & 07777 : usual_mode();
+  int error = replace(target, content, mode, true);
+  if (error == kNoName) error = replace(target, content, mode, false);
+  if (error != 0) fail(path, error);
   // The rename itself lasts once the folder is on disk; where that cannot be asked for, the file is still whole.
   const std::filesystem::path folder = std::filesystem::path(target).parent_path();
   const int folder_descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);

@@ -1,20 +1,20 @@
 // A baseline: what was measured once and agreed to, one metric a line, sorted, so that a change reads well in a diff.
 //
-//   # atwood baseline 1
+//   # atwood baseline 2
 //   # reason: <text>
 //   # scenario <tab> method <tab> steps <tab> metric <tab> value <tab> bar <tab> unit
 //   kepler-e0.6  atwood/rk4  960  error-position-end  1.319e-06  0  m
+//   # end 1
 //
-// The environment it was measured in is in <path>.env: compiler, flags, CPU, engine versions. No timestamps.
-#include <unistd.h>
-
+// The last line counts the figures, so that a file cut short is not taken for a smaller one. Version 1 had no such line.
+// The environment it was measured in is in <path>.env: compiler, flags, CPU and its features, mathematics library,
+// engine versions. No timestamps.
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <map>
-#include <set>
+#include <limits>
 #include <sstream>
 #include <stdexcept>
 #include <tuple>
@@ -34,22 +34,27 @@ constexpr double kOwnTolerance = 1e-3, kRivalTolerance = 0.02, kTimingTolerance 
 constexpr double kRoundOff = 1e-14;
 
 struct Key {
-  std::string scenario, method, metric;
+  std::string scenario, method;
   std::int64_t steps = 0;
+  std::string metric;
   auto operator<=>(const Key&) const = default;
 };
 struct Entry { double value = 0, bar = 0; std::string unit; };
 
 bool timing(const std::string& metric) { return metric.starts_with("step-time"); }
+
+// A figure under an infinite bar, or itself infinite, agrees with everything: it is no figure to agree on.
 bool judged(const Row& row) {
   return row.status == Status::ok && row.body.empty() && !row.t_s && row.metric != "status" &&
-         !row.metric.starts_with("size-") && row.metric != "condition";
+         !row.metric.starts_with("size-") && row.metric != "condition" && !std::isinf(row.value) &&
+         (std::isnan(row.value) || (std::isfinite(row.truth_bar) && row.truth_bar >= 0));
 }
 
 std::map<Key, Entry> entries(std::span<const Row> rows) {
   std::map<Key, Entry> list;
   for (const Row& r : rows)
-    if (judged(r)) list[{r.scenario, r.method, r.metric, r.steps}] = {r.value, r.truth_bar, r.unit};
+    if (judged(r))
+      list[{r.scenario, r.method, r.steps, r.metric}] = {r.value, std::isnan(r.value) ? 0 : r.truth_bar, r.unit};
   return list;
 }
 
@@ -59,77 +64,105 @@ std::string one_line(std::string text) {
   return text;
 }
 
-std::string environment(std::span<const Row> rows) {
-  std::set<std::string> lines;
+// What figures were measured with: "cpu", "flags", ..., "engine ode".
+std::map<std::string, std::set<std::string>> environment(std::span<const Row> rows) {
+  std::map<std::string, std::set<std::string>> all;
   for (const Row& r : rows) {
     if (!judged(r)) continue;
-    lines.insert("compiler\t" + one_line(r.provenance.compiler));
-    lines.insert("flags\t" + one_line(r.provenance.flags));
-    lines.insert("cpu\t" + one_line(r.provenance.cpu));
-    lines.insert("engine\t" + r.method.substr(0, r.method.find('/')) + "\t" + one_line(r.provenance.engine_version));
+    all["compiler"].insert(one_line(r.provenance.compiler));
+    all["flags"].insert(one_line(r.provenance.flags));
+    all["cpu"].insert(one_line(r.provenance.cpu));
+    if (!r.provenance.cpu_features.empty()) all["cpu_features"].insert(one_line(r.provenance.cpu_features));
+    if (!r.provenance.libm.empty()) all["libm"].insert(one_line(r.provenance.libm));
+    all["engine\t" + r.method.substr(0, r.method.find('/'))].insert(one_line(r.provenance.engine_version));
   }
-  std::string text;
-  for (const std::string& line : lines) text += line + "\n";
-  return text;
+  return all;
 }
 
-// Beside the target, then renamed over it: a full disk leaves the old baseline whole.
-void write_whole(const std::string& path, const std::string& content) {
-  const std::string partial = path + ".partial-" + std::to_string(getpid());
-  std::ofstream out(partial, std::ios::binary);
-  out << content;
-  out.close();
-  std::error_code error;
-  if (out) std::filesystem::rename(partial, path, error);
-  if (!out || error) {
-    std::error_code ignored;
-    std::filesystem::remove(partial, ignored);
-    throw std::runtime_error(path + ": could not be written");
+std::map<std::string, std::set<std::string>> read_environment(const std::string& path) {
+  std::map<std::string, std::set<std::string>> all;
+  if (!std::filesystem::exists(path)) return all;
+  std::istringstream file(read_input_file(path, "a baseline's environment", largest::settings));
+  for (std::string line; std::getline(file, line);) {
+    const std::size_t tab = line.starts_with("engine\t") ? line.find('\t', 7) : line.find('\t');
+    if (tab != std::string::npos) all[line.substr(0, tab)].insert(line.substr(tab + 1));
   }
+  return all;
 }
 
-std::map<Key, Entry> read_baseline(const std::string& path) {
-  if (!std::filesystem::exists(path)) throw std::runtime_error(path + ": no baseline there");
-  std::istringstream file(read_input_file(path, "a baseline", largest::table));
-  std::map<Key, Entry> list;
-  std::string line;
-  for (int number = 1; std::getline(file, line); ++number) {
-    const auto refuse = [&](const std::string& what) {
-      throw InputError(path + ":" + std::to_string(number) + ":1: " + what);
-    };
-    if (number == 1 && line != "# atwood baseline 1") refuse("expected `# atwood baseline 1`, found `" + line + "`");
-    if (line.empty() || line[0] == '#') continue;
+template <class Number>
+bool parse_whole(const std::string& text, Number& value) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+// One file, line by line.
+struct Reader {
+  Baseline& baseline;
+  int version = 0, number = 0;
+  bool ended = false;
+  std::set<Key> seen = {};
+
+  [[noreturn]] void refuse(const std::string& what) const {
+    throw InputError(baseline.path + ":" + std::to_string(number) + ":1: " + what);
+  }
+
+  void first(const std::string& line) {
+    if (line == "# atwood baseline 1") version = 1;
+    else if (line == "# atwood baseline 2") version = 2;
+    else refuse("expected `# atwood baseline 2`, found `" + line.substr(0, 60) + "`");
+  }
+
+  void end(const std::string& text) {
+    std::size_t count = 0;
+    if (!parse_whole(text, count)) refuse("expected `# end COUNT`, found `# end " + text.substr(0, 60) + "`");
+    if (count != seen.size())
+      refuse("the file says that it holds " + std::to_string(count) + " figures, and holds " +
+             std::to_string(seen.size()) + "; expected all of them: a part of it is lost, or was added by hand");
+    ended = true;
+  }
+
+  void figure(const std::string& line) {
     std::vector<std::string> cells;
     std::stringstream stream(line);
     for (std::string cell; std::getline(stream, cell, '\t');) cells.push_back(cell);
     if (cells.size() == 6) cells.push_back("");
     if (cells.size() != 7) refuse("expected 7 columns separated by tabs, found " + std::to_string(cells.size()));
-    try {
-      const Key key{cells[0], cells[1], cells[3], std::stoll(cells[2])};
-      const Entry entry{std::stod(cells[4]), std::stod(cells[5]), cells[6]};
-      if (!list.emplace(key, entry).second) refuse("the metric is there twice");
-    } catch (const std::logic_error&) {
-      refuse("expected numbers in columns 3, 5 and 6");
-    }
+    BaselineEntry entry{cells[0], cells[1], cells[3], 0, 0, 0, cells[6]};
+    if (!parse_whole(cells[2], entry.steps) || entry.steps < 0)
+      refuse("steps: expected a whole number from 0 on, found `" + cells[2] + "`");
+    if (!parse_whole(cells[4], entry.value) || std::isinf(entry.value))
+      refuse("value: expected a finite number, or nan, found `" + cells[4] + "`");
+    if (!parse_whole(cells[5], entry.bar) || !std::isfinite(entry.bar) || entry.bar < 0)
+      refuse("bar: expected a finite number from 0 on, found `" + cells[5] + "`");
+    if (!seen.insert({entry.scenario, entry.method, entry.steps, entry.metric}).second)
+      refuse("the metric is there twice");
+    baseline.entries.push_back(std::move(entry));
   }
-  return list;
-}
 
-bool same_machine(const std::string& path, std::span<const Row> rows) {
-  const std::string beside = path + ".env";
-  std::istringstream file(
-      std::filesystem::exists(beside) ? read_input_file(beside, "a baseline's environment", largest::settings) : "");
-  std::set<std::string> then, now;
-  for (std::string line; std::getline(file, line);)
-    if (line.starts_with("cpu\t")) then.insert(line.substr(4));
-  for (const Row& r : rows)
-    if (judged(r)) now.insert(one_line(r.provenance.cpu));
-  return then == now;
-}
+  void line(const std::string& text) {
+    ++number;
+    if (number == 1) return first(text);
+    if (ended && !text.empty()) refuse("expected nothing after `# end`");
+    if (text.starts_with("# end ") && version >= 2) return end(text.substr(6));
+    if (!text.empty() && text[0] != '#') figure(text);
+  }
+};
 
 // How bad a value is. Orders and counts of what should happen are compared as they are, where less is worse.
-double badness(const std::string& metric, double value) {
-  return metric.starts_with("order-") ? -value : std::fabs(value);
+bool less_is_worse(const std::string& metric) { return metric.starts_with("order-"); }
+double badness(const std::string& metric, double value) { return less_is_worse(metric) ? -value : std::fabs(value); }
+
+// How many times as bad: for an order the share of it that is lost.
+double times_worse(const std::string& metric, double before, double now) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  if (std::isnan(before) && std::isnan(now)) return 1;
+  if (std::isnan(now)) return kInfinity;
+  if (std::isnan(before)) return 0;
+  const double above = less_is_worse(metric) ? before : std::fabs(now);
+  const double below = less_is_worse(metric) ? now : std::fabs(before);
+  if (above == below) return 1;
+  return below > 0 ? above / below : kInfinity;
 }
 
 std::string number(double x) {
@@ -138,15 +171,34 @@ std::string number(double x) {
   return text;
 }
 
+BaselineChange change_of(const Key& key, BaselineChange::Kind kind, double before, double now, double bar,
+                         const std::string& unit) {
+  BaselineChange change;
+  change.kind = kind;
+  change.scenario = key.scenario;
+  change.method = key.method;
+  change.metric = key.metric;
+  change.steps = key.steps;
+  change.before = before;
+  change.now = now;
+  change.bar = bar;
+  change.allowed = std::nan("");
+  change.unit = unit;
+  change.rerun = rerun_words(key.scenario, key.method, key.steps);
+  return change;
+}
+
 BaselineChange compare(const Key& key, const Entry& before, const Entry& now, bool timings_judged) {
   using Kind = BaselineChange::Kind;
-  BaselineChange change{Kind::unchanged, key.scenario, key.method, key.metric, key.steps, before.value, now.value,
-                        before.bar + now.bar, "", ""};
+  BaselineChange change =
+      change_of(key, Kind::unchanged, before.value, now.value, before.bar + now.bar, before.unit);
   const double share = timing(key.metric) ? kTimingTolerance
                        : key.method.starts_with("atwood/") ? kOwnTolerance : kRivalTolerance;
   const double tolerance = change.bar + share * std::fabs(before.value) + (timing(key.metric) ? 0 : kRoundOff);
   const double worse = badness(key.metric, now.value) - badness(key.metric, before.value);
   const bool nan_before = std::isnan(before.value), nan_now = std::isnan(now.value);
+  change.allowed = less_is_worse(key.metric) ? before.value - tolerance : std::fabs(before.value) + tolerance;
+  change.ratio = times_worse(key.metric, before.value, now.value);
   if (nan_now != nan_before) change.kind = nan_now ? Kind::regression : Kind::improvement;
   else if (!nan_now && worse > tolerance) change.kind = Kind::regression;
   else if (!nan_now && -worse > tolerance) change.kind = Kind::improvement;
@@ -159,44 +211,118 @@ BaselineChange compare(const Key& key, const Entry& before, const Entry& now, bo
   return change;
 }
 
-}  // namespace
-
-void write_baseline(const std::string& path, std::span<const Row> rows, const std::string& reason) {
-  if (one_line(reason).find_first_not_of(' ') == std::string::npos) throw InputError("a baseline needs a reason");
-  std::string text = "# atwood baseline 1\n# reason: " + one_line(reason) +
-                     "\n# scenario\tmethod\tsteps\tmetric\tvalue\tbar\tunit\n";
-  // Sorted by scenario, method, steps, metric.
-  std::map<std::tuple<std::string, std::string, std::int64_t, std::string>, std::string> lines;
-  for (const auto& [key, entry] : entries(rows))
-    lines[{key.scenario, key.method, key.steps, key.metric}] =
-        key.scenario + "\t" + key.method + "\t" + std::to_string(key.steps) + "\t" + key.metric + "\t" +
-        format_double(entry.value) + "\t" + format_double(entry.bar) + "\t" + entry.unit + "\n";
-  for (const auto& [key, line] : lines) text += line;
-  write_whole(path, text);
-  write_whole(path + ".env", environment(rows));
+std::string joined(const std::set<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : " | ") + word;
+  return text;
 }
 
-std::vector<BaselineChange> compare_baseline(const std::string& path, std::span<const Row> rows) {
-  using Kind = BaselineChange::Kind;
-  const std::map<Key, Entry> before = read_baseline(path), now = entries(rows);
-  const bool timings_judged = same_machine(path, rows);
-  std::vector<BaselineChange> changes;
-  for (const auto& [key, entry] : before) {
-    const auto found = now.find(key);
-    if (found != now.end()) changes.push_back(compare(key, entry, found->second, timings_judged));
-    else
-      changes.push_back({Kind::missing, key.scenario, key.method, key.metric, key.steps, entry.value, std::nan(""),
-                         entry.bar, "in the baseline, not measured now", ""});
+// Of two lists of words, which only one of them has: "+avx2 -sse4a".
+std::string changed_words(const std::set<std::string>& before, const std::set<std::string>& now) {
+  const auto words_of = [](const std::set<std::string>& lines) {
+    std::set<std::string> words;
+    for (const std::string& line : lines) {
+      std::stringstream stream(line);
+      for (std::string word; stream >> word;) words.insert(word);
+    }
+    return words;
+  };
+  const std::set<std::string> then = words_of(before), here = words_of(now);
+  std::string text;
+  for (const std::string& word : here)
+    if (!then.contains(word)) text += (text.empty() ? "+" : " +") + word;
+  for (const std::string& word : then)
+    if (!here.contains(word)) text += (text.empty() ? "-" : " -") + word;
+  return text;
+}
+
+}  // namespace
+
+BaselineText baseline_text(std::span<const Row> rows, const std::string& reason) {
+  if (one_line(reason).find_first_not_of(' ') == std::string::npos) throw InputError("a baseline needs a reason");
+  BaselineText text;
+  text.figures = "# atwood baseline 2\n# reason: " + one_line(reason) +
+                 "\n# scenario\tmethod\tsteps\tmetric\tvalue\tbar\tunit\n";
+  const std::map<Key, Entry> all = entries(rows);
+  for (const auto& [key, entry] : all)
+    text.figures += one_line(key.scenario) + "\t" + one_line(key.method) + "\t" + std::to_string(key.steps) + "\t" +
+                    one_line(key.metric) + "\t" + format_double(entry.value) + "\t" + format_double(entry.bar) + "\t" +
+                    one_line(entry.unit) + "\n";
+  text.figures += "# end " + std::to_string(all.size()) + "\n";
+  for (const auto& [name, values] : environment(rows))
+    for (const std::string& value : values) text.environment += name + "\t" + value + "\n";
+  return text;
+}
+
+Baseline read_baseline(const std::string& path) {
+  if (!std::filesystem::exists(path)) throw std::runtime_error(path + ": no baseline there");
+  std::istringstream file(read_input_file(path, "a baseline", largest::table));
+  Baseline baseline;
+  baseline.path = path;
+  Reader reader{baseline};
+  for (std::string line; std::getline(file, line);) reader.line(line);
+  if (reader.number == 0) throw InputError(path + ": the file is empty; expected a baseline (`atwood bless` writes one)");
+  if (reader.version >= 2 && !reader.ended) {
+    ++reader.number;
+    reader.refuse("the file ends before its last line, `# end COUNT`: a part of it is lost");
   }
-  for (const auto& [key, entry] : now)
-    if (!before.contains(key))
-      changes.push_back({Kind::added, key.scenario, key.method, key.metric, key.steps, std::nan(""), entry.value,
-                         entry.bar, "measured now, not in the baseline", ""});
-  for (BaselineChange& c : changes) {
-    c.rerun = "./atwood run --scenario '" + c.scenario + "' --method '" + c.method + "'";
-    if (c.steps > 0) c.rerun += " --steps " + std::to_string(c.steps);
+  if (reader.version == 1)
+    baseline.notes.push_back(path + " is of version 1, which does not show whether it is whole; bless again to renew it.");
+  std::sort(baseline.entries.begin(), baseline.entries.end(), [](const BaselineEntry& a, const BaselineEntry& b) {
+    return std::tie(a.scenario, a.method, a.steps, a.metric) < std::tie(b.scenario, b.method, b.steps, b.metric);
+  });
+  baseline.environment = read_environment(path + ".env");
+  if (baseline.environment.empty())
+    baseline.notes.push_back(path + ".env is not there: what the baseline was measured with is unknown.");
+  return baseline;
+}
+
+std::vector<BaselineChange> compare_baseline(const Baseline& baseline, std::span<const Row> rows) {
+  using Kind = BaselineChange::Kind;
+  const std::map<Key, Entry> now = entries(rows);
+  const auto then_cpu = baseline.environment.find("cpu");
+  const auto here = environment(rows);
+  const auto now_cpu = here.find("cpu");
+  const bool timings_judged =
+      then_cpu != baseline.environment.end() && now_cpu != here.end() && then_cpu->second == now_cpu->second;
+  std::vector<BaselineChange> changes;
+  std::set<Key> before;
+  for (const BaselineEntry& e : baseline.entries) {
+    const Key key{e.scenario, e.method, e.steps, e.metric};
+    before.insert(key);
+    if (const auto found = now.find(key); found != now.end()) {
+      changes.push_back(compare(key, {e.value, e.bar, e.unit}, found->second, timings_judged));
+      continue;
+    }
+    changes.push_back(change_of(key, Kind::missing, e.value, std::nan(""), e.bar, e.unit));
+    changes.back().text = "in the baseline, not measured now";
+  }
+  for (const auto& [key, entry] : now) {
+    if (before.contains(key)) continue;
+    changes.push_back(change_of(key, Kind::added, std::nan(""), entry.value, entry.bar, entry.unit));
+    changes.back().text = "measured now, not in the baseline";
   }
   return changes;
+}
+
+std::vector<std::string> environment_changes(const Baseline& baseline, std::span<const Row> rows) {
+  std::vector<std::string> notes;
+  const auto now = environment(rows);
+  const std::pair<const char*, const char*> kinds[] = {{"cpu_features", "processor features"},
+                                                       {"libm", "mathematics library"},
+                                                       {"compiler", "compiler"},
+                                                       {"flags", "compiler's flags"}};
+  for (const auto& [name, words] : kinds) {
+    const auto then = baseline.environment.find(name), here = now.find(name);
+    if (then == baseline.environment.end() || here == now.end() || then->second == here->second) continue;
+    const std::string what = std::string(name) == "cpu_features"
+                                 ? changed_words(then->second, here->second)
+                                 : "`" + joined(here->second) + "`, then `" + joined(then->second) + "`";
+    if (what.empty()) continue;
+    notes.push_back(std::string("The ") + words + " differ from the baseline's: " + what +
+                    "; figures may differ for that alone.");
+  }
+  return notes;
 }
 
 }  // namespace atwood

@@ -1,7 +1,9 @@
 // Tolerances as data, each with a reason; verdicts that can fail.
 #pragma once
 
+#include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -19,6 +21,7 @@ struct Gate {
   std::string ratio_to;                           // max_ratio: the other method
   std::string reason;                             // required
   std::string study;                              // the file's `study = "..."`: it is about that study's runs alone
+  bool named = false;                             // of a file that the user named: never left out in silence
   std::string origin;                             // file:line
 };
 
@@ -31,8 +34,17 @@ struct Verdict {
   std::int64_t steps = 0;
   double value = 0, bar = 0, allowed_low = 0, allowed_high = 0, margin = 0;
   std::string text;                               // measured, allowed, margin, in words
-  std::string rerun;                              // the command that reruns just that cell
+  std::vector<std::string> rerun;                 // the words of the command that reruns just that cell, program first
+  bool of_cell = false;                           // how a cell ended: no gate's question
+  bool of_baseline = false;                       // of a scenario and method against the baseline
 };
+
+// The words that rerun a cell: {"atwood", "run", "--scenario", ...}. Of a whole ladder where steps is 0.
+std::vector<std::string> rerun_words(const std::string& scenario, const std::string& method, std::int64_t steps);
+// Words as one line that a POSIX shell takes apart into exactly these words again, whatever bytes they hold. Plain words
+// stand as they are, others in single quotes; one with control characters or broken UTF-8 is spelled by printf, so that
+// neither a terminal nor a document meets such a byte.
+std::string shell_line(std::span<const std::string> words);
 
 std::vector<Gate> read_gates(const std::string& path);  // InputError on anything unknown or ambiguous
 
@@ -48,11 +60,37 @@ std::string to_string(Judgement judgement);
 bool glob_match(const std::string& pattern, const std::string& text);
 
 // ---- baselines: sorted, one metric a line, no timestamps, the environment in a file beside ------------------
-void write_baseline(const std::string& path, std::span<const Row> rows, const std::string& reason);
-struct BaselineChange {
-  enum class Kind { regression, improvement, unchanged, missing, added } kind;
-  std::string scenario, method, metric; std::int64_t steps; double before, now, bar; std::string text, rerun;
+struct BaselineText { std::string figures, environment; };  // of PATH and PATH.env
+// Rows that ended well, of whole runs, with a finite bar. InputError: a blank reason.
+BaselineText baseline_text(std::span<const Row> rows, const std::string& reason);
+
+struct BaselineEntry {
+  std::string scenario, method, metric;
+  std::int64_t steps = 0;
+  double value = 0, bar = 0;                      // value may be NaN: inconclusive; bar is finite, not negative
+  std::string unit;
 };
-std::vector<BaselineChange> compare_baseline(const std::string& path, std::span<const Row> rows);  // throws if no file
+struct Baseline {
+  std::string path;
+  std::vector<BaselineEntry> entries;             // sorted by scenario, method, steps, metric
+  std::map<std::string, std::set<std::string>> environment;  // "cpu", "compiler", "flags", "cpu_features", "libm"
+  std::vector<std::string> notes;                 // what its reader should know, in sentences
+};
+// std::runtime_error: no file. InputError: not a baseline, truncated, a number that is none, a figure that is there twice.
+Baseline read_baseline(const std::string& path);
+
+struct BaselineChange {
+  enum class Kind { regression, improvement, unchanged, missing, added } kind = Kind::unchanged;
+  std::string scenario, method, metric;
+  std::int64_t steps = 0;
+  double before = 0, now = 0, bar = 0;            // NaN: not there
+  double allowed = 0;                             // the worst value that still counts as unchanged
+  double ratio = 1;                               // how many times as bad as before; infinite where it was exact
+  std::string unit, text;
+  std::vector<std::string> rerun;
+};
+std::vector<BaselineChange> compare_baseline(const Baseline& baseline, std::span<const Row> rows);
+// What decides last digits and is another now than then: processor features, the mathematics library, compiler, flags.
+std::vector<std::string> environment_changes(const Baseline& baseline, std::span<const Row> rows);
 
 }  // namespace atwood

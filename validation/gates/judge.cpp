@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <map>
+#include <set>
 
 #include "validation/gates/gates.hpp"
 
@@ -24,18 +26,6 @@ std::string number(double x) {
   return text;
 }
 
-std::string quoted(const std::string& text) {
-  const bool plain = std::all_of(text.begin(), text.end(), [](unsigned char c) {
-    return std::isalnum(c) || std::string("/.:,+-_@=%").find(static_cast<char>(c)) != std::string::npos;
-  });
-  return plain && !text.empty() ? text : "'" + text + "'";
-}
-
-std::string rerun_command(const std::string& scenario, const std::string& method, std::int64_t steps) {
-  std::string text = "./atwood run --scenario " + quoted(scenario) + " --method " + quoted(method);
-  return steps > 0 ? text + " --steps " + std::to_string(steps) : text;
-}
-
 bool matches_cell(const Gate& gate, const Row& row) {
   return row.body.empty() && !row.t_s && glob_match(gate.scenario, row.scenario) &&
          glob_match(gate.method, row.method) && (!gate.steps || row.steps == *gate.steps);
@@ -53,7 +43,9 @@ Verdict verdict_of(const Gate& gate, const Row& row) {
   v.bar = row.truth_bar;
   v.allowed_low = gate.kind == Gate::Kind::within || gate.kind == Gate::Kind::min ? gate.low : -kInfinity;
   v.allowed_high = gate.kind == Gate::Kind::min ? kInfinity : gate.high;
-  v.rerun = rerun_command(row.scenario, row.method, row.steps);
+  v.rerun = rerun_words(row.scenario, row.method, row.steps);
+  if (gate.kind == Gate::Kind::max_ratio)
+    v.rerun.insert(v.rerun.begin() + 6, {"--method", gate.ratio_to});  // beside the other method's row
   return v;
 }
 
@@ -155,6 +147,43 @@ bool answers_nothing(const Gate& gate, const Row& row) {
          (row.status == Status::unsupported || row.status == Status::not_built);
 }
 
+// Figures that only a truth can give.
+bool needs_truth(const std::string& metric) {
+  static const char* const kinds[] = {"error-", "order-", "growth-", "impact-", "apex-", "landing-", "tolerance-"};
+  return std::any_of(std::begin(kinds), std::end(kinds),
+                     [&](const char* kind) { return metric.starts_with(kind); });
+}
+
+// Where the truth of a scene refuses, its cells run and their errors stay unknown: the gate is not run there, whatever
+// it found on other scenes. One verdict a scene.
+void append_refused_truths(const Gate& gate, std::span<const Row> rows, std::vector<Verdict>& verdicts) {
+  if (!needs_truth(gate.metric)) return;
+  std::map<std::string, const Row*> refused;
+  std::set<std::string> answered;
+  std::set<std::pair<std::string, std::string>> ended;  // without a run there is nothing to measure
+  for (const Row& row : rows)
+    if (matches_cell(gate, row) && row.metric == "status" && row.status != Status::ok)
+      ended.insert({row.scenario, row.method});
+  for (const Row& row : rows) {
+    if (!matches_cell(gate, row)) continue;
+    if (row.metric == "truth" && row.status != Status::ok && !ended.contains({row.scenario, row.method}))
+      refused.emplace(row.scenario, &row);
+    if (row.metric != "status" && row.metric != "truth" && glob_match(gate.metric, row.metric))
+      answered.insert(row.scenario);
+  }
+  for (const auto& [scenario, row] : refused) {
+    if (answered.contains(scenario)) continue;
+    Verdict v = verdict_of(gate, *row);
+    v.metric = gate.metric;
+    v.judgement = Judgement::not_run;
+    v.value = std::nan("");
+    v.margin = -kInfinity;
+    v.text = "no figure: the truth of this scene ended as " + to_string(row->status) +
+             (row->reason.empty() ? "" : ": " + row->reason);
+    verdicts.push_back(v);
+  }
+}
+
 }  // namespace
 
 std::vector<Gate> gates_of_claims(std::span<const Gate> gates, std::span<const Claim> claims) {
@@ -196,6 +225,7 @@ std::vector<Verdict> judge(std::span<const Gate> gates, std::span<const Row> row
       if (failed_cell(gate, row) || (row.metric != "status" && glob_match(gate.metric, row.metric)))
         verdicts.push_back(judge_row(gate, row, rows));
     }
+    append_refused_truths(gate, rows, verdicts);
     if (verdicts.size() != before) continue;
     if (unsupported && !other) continue;  // what an engine can't do, or was not built, changes nothing
     Verdict v;
@@ -208,7 +238,7 @@ std::vector<Verdict> judge(std::span<const Gate> gates, std::span<const Row> row
     v.value = std::nan("");
     v.margin = -kInfinity;
     v.text = "no rows match" + ended;
-    v.rerun = rerun_command(gate.scenario, gate.method, v.steps);
+    v.rerun = rerun_words(gate.scenario, gate.method, v.steps);
     verdicts.push_back(v);
   }
   return verdicts;

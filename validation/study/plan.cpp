@@ -226,6 +226,17 @@ std::vector<std::string> ladder_of_probe(const std::string& probe, const std::st
   return {method};
 }
 
+void allow_more(Cell& cell, const std::vector<Status>& allowed) {
+  for (const Status status : allowed)
+    if (std::find(cell.allow.begin(), cell.allow.end(), status) == cell.allow.end()) cell.allow.push_back(status);
+}
+
+// A cell that two blocks name: by its id, if one of them does; allowed to end as either of them allows.
+void join(Cell& before, const StudyCells& cells, const Offer& offer) {
+  if (has_glob(before.pattern)) before.pattern = offer.pattern;
+  allow_more(before, cells.allow);
+}
+
 bool is_ladder(const std::string& probe) { return probe == "tolerance" || probe == "round-off-v"; }
 
 // ---- how many cells -----------------------------------------------------------------------------------------------
@@ -265,11 +276,6 @@ std::int64_t count_cells(const StudyCells& cells, const std::vector<Offer>& offe
   const std::string count = counted >= kUncountable ? "more than 10^18" : "up to " + std::to_string(counted);
   throw InputError("study `" + study.id + "` plans " + count + " cells; at most " + std::to_string(most_cells) +
                    " are taken unless --max-cells N allows more; a sweep of several settings takes every combination");
-}
-
-void allow_more(Cell& cell, const std::vector<Status>& allowed) {
-  for (const Status status : allowed)
-    if (std::find(cell.allow.begin(), cell.allow.end(), status) == cell.allow.end()) cell.allow.push_back(status);
 }
 
 void check_steps(const std::vector<std::int64_t>& steps, const Scenario& scenario, const Study& study) {
@@ -317,8 +323,8 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
               const std::string probe = is_ladder(cells.probe) ? "" : cells.probe;
               const std::string key = scenario.id + "\n" + method + "\n" + std::to_string(steps) + "\n" + probe;
               const auto [place, fresh] = index.emplace(key, planned.size());
+              if (!fresh) join(planned[place->second], cells, offer);
               if (!fresh && planned[place->second].repeats >= cells.repeats) {
-                allow_more(planned[place->second], cells.allow);
                 if (!cells.claim.empty()) {
                   planned[place->second].claim = cells.claim;
                   planned[place->second].claimed_order = claimed_order(cells, offer);
@@ -340,9 +346,8 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
                         {},
                         probe,
                         cells.limit_s,
-                        offer.pattern,
-                        cells.allow};
-              if (!fresh) allow_more(cell, planned[place->second].allow);
+                        fresh ? offer.pattern : planned[place->second].pattern,
+                        fresh ? cells.allow : planned[place->second].allow};
               if (!probe.empty()) cell.repeats = 0;
               if (!frames_taken(cell, workers)) refuse_frames(cell);
               else if (offer.worker >= 0) hash_cell(cell, offer, workers, scene_hash, cpu, arithmetic);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <sstream>
 
 #include "scene/files.hpp"
@@ -50,8 +51,14 @@ std::vector<Row> rows() {
           row_of("atwood/rk4", 960, "step-time", 5e-8)};
 }
 
+void write_baseline(const std::string& path, const std::vector<Row>& rows, const std::string& reason) {
+  const BaselineText text = baseline_text(rows, reason);
+  std::ofstream(path) << text.figures;
+  std::ofstream(path + ".env") << text.environment;
+}
+
 Kind change_of(const std::vector<Row>& now, const std::string& path, const std::string& metric, std::int64_t steps) {
-  for (const BaselineChange& c : compare_baseline(path, now))
+  for (const BaselineChange& c : compare_baseline(read_baseline(path), now))
     if (c.metric == metric && c.steps == steps && c.method != "ode/default") return c.kind;
   FAIL("no change for " + metric);
   return Kind::added;
@@ -64,12 +71,13 @@ TEST_CASE("baseline: sorted, one metric a line, no timestamps, the same bytes fr
   write_baseline(folder.file(), rows(), "first\nfigures");
   const std::string text = content(folder.file());
   CHECK(text ==
-        "# atwood baseline 1\n# reason: first figures\n# scenario\tmethod\tsteps\tmetric\tvalue\tbar\tunit\n"
+        "# atwood baseline 2\n# reason: first figures\n# scenario\tmethod\tsteps\tmetric\tvalue\tbar\tunit\n"
         "kepler-e0.6\tatwood/rk4\t0\torder-position\t4.05\t0.02\tm\n"
         "kepler-e0.6\tatwood/rk4\t240\terror-position-end\t5e-04\t0\tm\n"
         "kepler-e0.6\tatwood/rk4\t960\terror-position-end\t1.2345e-06\t1e-12\tm\n"
         "kepler-e0.6\tatwood/rk4\t960\tstep-time\t5e-08\t0\tm\n"
-        "kepler-e0.6\tode/default\t960\terror-position-end\t0.1\t0\tm\n");
+        "kepler-e0.6\tode/default\t960\terror-position-end\t0.1\t0\tm\n"
+        "# end 5\n");
   const std::string env = content(folder.file() + ".env");
   CHECK(env.find("cpu\ta cpu\n") != std::string::npos);
   CHECK(env.find("engine\tode\t1.0\n") != std::string::npos);
@@ -78,7 +86,7 @@ TEST_CASE("baseline: sorted, one metric a line, no timestamps, the same bytes fr
   write_baseline(folder.file(), reversed, "first\nfigures");
   CHECK(content(folder.file()) == text);
   CHECK(std::distance(fs::directory_iterator(folder.path), fs::directory_iterator()) == 2);
-  for (const BaselineChange& c : compare_baseline(folder.file(), rows())) CHECK(c.kind == Kind::unchanged);
+  for (const BaselineChange& c : compare_baseline(read_baseline(folder.file()), rows())) CHECK(c.kind == Kind::unchanged);
   CHECK_THROWS_AS(write_baseline(folder.file(), rows(), " "), InputError);
 }
 
@@ -120,11 +128,96 @@ TEST_CASE("baseline: what is missing and what is new is said; a signed figure is
 
 TEST_CASE("baseline: no file, and a file that is not one") {
   const Folder folder;
-  CHECK_THROWS_AS(compare_baseline(folder.file(), rows()), std::runtime_error);
+  CHECK_THROWS_AS(compare_baseline(read_baseline(folder.file()), rows()), std::runtime_error);
   std::ofstream(folder.file()) << "# atwood baseline 1\nkepler\tatwood/rk4\tmany\terror\t1\t0\tm\n";
-  CHECK_THROWS_AS(compare_baseline(folder.file(), rows()), InputError);
+  CHECK_THROWS_AS(compare_baseline(read_baseline(folder.file()), rows()), InputError);
   std::ofstream(folder.file()) << "something else\n";
-  CHECK_THROWS_AS(compare_baseline(folder.file(), rows()), InputError);
-  CHECK_THROWS_AS(write_baseline((folder.path / "no" / "such" / "folder").string(), rows(), "figures"),
-                  std::runtime_error);
+  CHECK_THROWS_AS(compare_baseline(read_baseline(folder.file()), rows()), InputError);
+}
+
+TEST_CASE("baseline: cut short anywhere, or with a number that is none, it is refused") {
+  const Folder folder;
+  write_baseline(folder.file(), rows(), "figures");
+  const std::string whole = content(folder.file());
+  const auto with = [&](const std::string& text) {
+    std::ofstream(folder.file()) << text;
+    return folder.file();
+  };
+  for (std::size_t size = 0; size + 1 < whole.size(); ++size) {
+    INFO(size);
+    CHECK_THROWS_AS(read_baseline(with(whole.substr(0, size))), InputError);
+  }
+  CHECK(read_baseline(with(whole)).entries.size() == 5);
+  CHECK(read_baseline(with(whole.substr(0, whole.size() - 1))).entries.size() == 5);  // the last line feed alone
+  const auto changed = [&](const std::string& from, const std::string& to) {
+    std::string text = whole;
+    text.replace(text.find(from), from.size(), to);
+    return with(text);
+  };
+  for (const auto& [from, to] : {std::pair{"1.2345e-06", "1zzz"}, {"1.2345e-06", "inf"}, {"1.2345e-06", ""}, {"\t960", "\t60abc"},
+                                 {"\t960", "\t-960"}, {"\t960", "\t9.6e2"}, {"1e-12", "inf"}, {"1e-12", "nan"}, {"1e-12", "-1"},
+                                 {"1.2345e-06", " 1"}, {"1.2345e-06", "1e999"}, {"# end 5", "# end 4"}, {"# end 5", "# end 5\nmore"},
+                                 {"# atwood baseline 2", "# atwood baseline 3"}}) {
+    INFO(from << " -> " << to);
+    CHECK_THROWS_AS(read_baseline(changed(from, to)), InputError);
+  }
+}
+
+TEST_CASE("baseline: version 1 is read, and said to show less") {
+  const Folder folder;
+  std::ofstream(folder.file()) << "# atwood baseline 1\nkepler-e0.6\tatwood/rk4\t960\terror-position-end\t1.2345e-06\t1e-12\tm\n";
+  const Baseline old = read_baseline(folder.file());
+  CHECK(old.entries.size() == 1);
+  REQUIRE(old.notes.size() == 2);  // nor is there an environment beside it
+  CHECK(old.notes[0].find("version 1") != std::string::npos);
+}
+
+TEST_CASE("baseline: a figure under an infinite bar agrees with everything, and so is none") {
+  const Folder folder;
+  write_baseline(folder.file(), rows(), "figures");
+  std::vector<Row> now = rows();
+  now[1].value = 7;
+  now[1].truth_bar = std::numeric_limits<double>::infinity();
+  CHECK(change_of(now, folder.file(), "error-position-end", 960) == Kind::missing);
+  CHECK(baseline_text(now, "x").figures.find("inf") == std::string::npos);
+  now[1].value = std::numeric_limits<double>::infinity();
+  now[1].truth_bar = 0;
+  CHECK(change_of(now, folder.file(), "error-position-end", 960) == Kind::missing);
+}
+
+TEST_CASE("baseline: how many times as bad, and what was allowed") {
+  const Folder folder;
+  write_baseline(folder.file(), rows(), "figures");
+  std::vector<Row> now = rows();
+  now[1].value = 2.469e-6;
+  now[3].value = 2.025;
+  for (const BaselineChange& c : compare_baseline(read_baseline(folder.file()), now)) {
+    if (c.kind != Kind::regression) continue;
+    CHECK(c.ratio == Approx(2));
+    CHECK(c.allowed == Approx(c.metric == "order-position" ? 4.05 - 0.04 - 4.05e-3 : 1.2345e-6 * 1.001));
+    CHECK(c.rerun.front() == "atwood");
+  }
+}
+
+TEST_CASE("baseline: processor features and the mathematics library are kept, and said when they differ") {
+  const Folder folder;
+  std::vector<Row> before = rows();
+  for (Row& r : before) {
+    r.provenance.cpu_features = "avx2 fma";
+    r.provenance.libm = "glibc 2.36";
+  }
+  write_baseline(folder.file(), before, "figures");
+  CHECK(content(folder.file() + ".env").find("cpu_features\tavx2 fma\n") != std::string::npos);
+  const Baseline baseline = read_baseline(folder.file());
+  CHECK(baseline.notes.empty());
+  CHECK(environment_changes(baseline, before).empty());
+  std::vector<Row> now = before;
+  for (Row& r : now) {
+    r.provenance.cpu_features = "avx2 sse4a";
+    r.provenance.libm = "glibc 2.31";
+  }
+  const std::vector<std::string> notes = environment_changes(baseline, now);
+  REQUIRE(notes.size() == 2);
+  CHECK(notes[0].find("+sse4a -fma") != std::string::npos);
+  CHECK(notes[1].find("`glibc 2.31`, then `glibc 2.36`") != std::string::npos);
 }

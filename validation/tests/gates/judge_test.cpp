@@ -1,6 +1,7 @@
 // Verdicts by the interval rule, orders, ratios, and what can't be judged.
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 
 #include "validation/gates/gates.hpp"
@@ -66,11 +67,11 @@ TEST_CASE("judge: a failure says what was measured, allowed, by what margin, and
   CHECK(v.judgement == Judgement::fail);
   CHECK(v.text == "measured 3e-06 m, allowed <= 2e-06, margin -1e-06");
   CHECK(v.margin == Approx(-1e-6));
-  CHECK(v.rerun == "./atwood run --scenario kepler-e0.6 --method atwood/rk4 --steps 960");
+  CHECK(shell_line(v.rerun) == "atwood run --scenario kepler-e0.6 --method atwood/rk4 --steps 960");
   Row odd = row_of("error-position-end", 1, 0, "ode/default{erp=0.1}");
   Gate any = gate_of(Gate::Kind::max, 0, 2);
   any.method = "ode/*";
-  CHECK(only(any, {odd}).rerun == "./atwood run --scenario kepler-e0.6 --method 'ode/default{erp=0.1}' --steps 960");
+  CHECK(shell_line(only(any, {odd}).rerun) == "atwood run --scenario kepler-e0.6 --method 'ode/default{erp=0.1}' --steps 960");
 }
 
 TEST_CASE("judge: orders on both sides, with a half-width of at most half the band") {
@@ -84,7 +85,7 @@ TEST_CASE("judge: orders on both sides, with a half-width of at most half the ba
   CHECK(judged(gate, order(3.0, 0.05)) == Judgement::fail);
   CHECK(judged(gate, order(6.0, 0.05)) == Judgement::fail);
   CHECK(judged(gate, order(4.25, 0.1)) == Judgement::unverifiable);
-  CHECK(only(gate, order(3.0, 0.05)).rerun == "./atwood run --scenario kepler-e0.6 --method atwood/rk4");
+  CHECK(shell_line(only(gate, order(3.0, 0.05)).rerun) == "atwood run --scenario kepler-e0.6 --method atwood/rk4");
   std::vector<Row> nothing = order(std::nan(""), 0);
   nothing[0].reason = "inconclusive: 2 of 5 rungs lie above 30 x the floor";
   CHECK(judged(gate, nothing) == Judgement::unverifiable);
@@ -183,6 +184,54 @@ TEST_CASE("a gate on claims becomes one gate a claimed ladder: the claimed order
   CHECK(gates[2].kind == Gate::Kind::max);
   CHECK(judged(gates[0], {row_of("order-position", 4.2, 0.02)}) == Judgement::fail);
   CHECK(gates_of_claims(std::vector<Gate>{claimed}, {}).empty());
+}
+
+TEST_CASE("judge: a truth that refuses leaves the gates that need it not run, scene by scene") {
+  Gate gate = gate_of(Gate::Kind::max, 0, 2);
+  gate.scenario = "*";
+  Row refused = row_of("truth", 0);
+  refused.scenario = "pile";
+  refused.status = Status::unsupported;
+  refused.reason = "bodies may meet";
+  Row energy = row_of("energy-max", 1e-3);
+  energy.scenario = "pile";
+  const std::vector<Row> rows = {row_of("error-position-end", 1), energy, refused};
+  const std::vector<Verdict> verdicts = judge(std::vector<Gate>{gate}, rows);
+  REQUIRE(verdicts.size() == 2);  // another scene's pass hides nothing
+  CHECK(verdicts[0].judgement == Judgement::pass);
+  CHECK(verdicts[1].judgement == Judgement::not_run);
+  CHECK(verdicts[1].scenario == "pile");
+  CHECK(verdicts[1].text.find("bodies may meet") != std::string::npos);
+  gate.metric = "energy-max";  // needs no truth
+  CHECK(judge(std::vector<Gate>{gate}, rows).size() == 1);
+  gate.metric = "error-position-end";
+  Row cannot = row_of("status", 0);  // nor does an engine that cannot do the scene
+  cannot.scenario = "pile";
+  cannot.status = Status::unsupported;
+  CHECK(judge(std::vector<Gate>{gate}, std::vector<Row>{rows[0], refused, cannot}).size() == 1);
+}
+
+TEST_CASE("rerun: words of any bytes come out of a shell as they went in") {
+  const std::vector<std::string> plain{"/usr/bin/atwood", "run", "--scenario", "kepler-e0.6", "a=b"};
+  CHECK(shell_line(plain) == "/usr/bin/atwood run --scenario kepler-e0.6 a=b");
+  CHECK(shell_line(std::vector<std::string>{"a=b", ""}) == "'a=b' ''");
+  CHECK(shell_line(std::vector<std::string>{"x", "it's"}) == "x 'it'\\''s'");
+  const std::vector<std::string> words{"printf", "%s|", "it's", "$(touch x)", "`id`", "a b\tc", "two\nlines", "ends\n\n",
+                                       "\x1b[31mred", "\\0 %d", "caf\xc3\xa9", "\xc2\x9b" "31m", "broken\xff", "-", "*", "~",
+                                       "!x", "\n", "\xe2\x80\xae" "live"};
+  const std::string line = shell_line(words);
+  for (const char c : line.substr(0, line.find("ends")))
+    CHECK(static_cast<unsigned char>(c) >= 0x20);  // no byte that a terminal acts upon
+  CHECK(line.find('\x1b') == std::string::npos);
+  CHECK(line.find("\xc2\x9b") == std::string::npos);
+  CHECK(line.find("caf\xc3\xa9") != std::string::npos);
+  std::string expected, found;
+  for (std::size_t i = 2; i < words.size(); ++i) expected += words[i] + "|";
+  FILE* pipe = popen(line.c_str(), "r");  // /bin/sh
+  REQUIRE(pipe != nullptr);
+  for (int c; (c = std::fgetc(pipe)) != EOF;) found += static_cast<char>(c);
+  CHECK(pclose(pipe) == 0);
+  CHECK(found == expected);
 }
 
 TEST_CASE("globs") {

@@ -241,7 +241,7 @@ Verdict verdict(const std::string& scenario, const std::string& method, const st
   v.margin = std::min(value - low, high - value);
   v.text = fmt::format("{} {} on {}: measured {:.4g} +/- {:.2g}, allowed [{}, {}], margin {:.3g}", method, metric,
                        scenario, value, v.bar, low, high, v.margin);
-  v.rerun = fmt::format("atwood run --filter '{}' --method '{}'", scenario, method);
+  v.rerun = {"atwood", "run", "--filter", scenario, "--method", method};
   return v;
 }
 
@@ -413,8 +413,8 @@ ReportData small_report() {
                   {"fcl", "0.7", "double", {{"fcl/default", "Ran nowhere.", "", {}, false, {}}}, nullptr}};
   data.missing_engines = {{"mujoco", "not built"}};
   data.metrics = {{"error-position-end", "m", "Norm of the difference <at the end>."}};
-  Row row{"kepler-e0.6", "atwood/rk4", 960, 10.0 / 960, "", std::nullopt, "error-position-end", "m", 1.2345678901234567e-7,
-          1e-15, Status::ok, "", "a1b2", data.provenance};
+  Row row{"kepler-e0.6", "atwood/rk4", 960, 10.0 / 960, {}, {}, "", std::nullopt, "error-position-end", "m",
+          1.2345678901234567e-7, 1e-15, Status::ok, "", "a1b2", data.provenance};
   data.rows.push_back(row);
   row.steps = 1920;
   row.h_s = 10.0 / 1920;
@@ -422,14 +422,14 @@ ReportData small_report() {
   row.body = "planet, \"b\"";
   row.t_s = 0.1;
   data.rows.push_back(row);
-  row = {"kepler-e0.6", "ode/default{erp=0.1,cfm=0}", 960, 10.0 / 960, "", std::nullopt, "status", "", 0, 0,
+  row = {"kepler-e0.6", "ode/default{erp=0.1,cfm=0}", 960, 10.0 / 960, {}, {}, "", std::nullopt, "status", "", 0, 0,
          Status::crashed, "line one\nline \x1b[31m two, \"quoted\" \xff", "c3d4", data.provenance};
   data.rows.push_back(row);
-  row = {"kepler-e0.6", "atwood/explicit-euler", 960, 10.0 / 960, "", std::nullopt, "error-position-end", "m",
+  row = {"kepler-e0.6", "atwood/explicit-euler", 960, 10.0 / 960, {}, {}, "", std::nullopt, "error-position-end", "m",
          std::numeric_limits<double>::quiet_NaN(), 1e-15, Status::not_finite, "x is nan", "e5", data.provenance};
   data.rows.push_back(row);
-  row = {"kepler-e0.6", "atwood/rk4", 0, 0, "", std::nullopt, "order-position", "1", 3.98, 0.02, Status::ok, "", "a1b2",
-         data.provenance};
+  row = {"kepler-e0.6", "atwood/rk4", 0, 0, {}, {}, "", std::nullopt, "order-position", "1", 3.98, 0.02, Status::ok, "",
+         "a1b2", data.provenance};
   data.rows.push_back(row);
   data.verdicts = {
       verdict("kepler-e0.6", "atwood/rk4", "order-position", Judgement::pass, 3.98, 3.9, 4.2),

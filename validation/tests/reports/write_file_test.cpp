@@ -1,9 +1,11 @@
 // A file is there whole or not at all.
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 
@@ -84,5 +86,28 @@ TEST_CASE("errors carry the system's words") {
   CHECK_THROWS_WITH(atwood::write_file(folder.path.string(), "x"), Catch::EndsWith("Is a directory"));
   if (fs::exists("/dev/full")) {
     CHECK_THROWS_WITH(atwood::write_file("/dev/full", "x"), "cannot write /dev/full: No space left on device");
+  }
+}
+
+TEST_CASE("a program killed while it writes leaves the old file and no other") {
+  const Folder folder;
+  const std::string path = folder / "report.html";
+  atwood::write_file(path, "old");
+  const std::string large(std::size_t{64} << 20, 'x');
+  for (int attempt = 0; attempt < 6; ++attempt) {
+    const pid_t child = ::fork();
+    REQUIRE(child >= 0);
+    if (child == 0) {
+      for (const int end : {SIGTERM, SIGINT}) std::signal(end, SIG_DFL);  // Catch has its own
+      for (;;) atwood::write_file(path, large);
+    }
+    ::usleep(static_cast<useconds_t>(3000 + 7000 * attempt));
+    ::kill(child, attempt % 2 == 0 ? SIGTERM : SIGINT);
+    int status = 0;
+    REQUIRE(::waitpid(child, &status, 0) == child);
+    CHECK(WIFSIGNALED(status));
+    CHECK(folder.entries() == 1);
+    const std::size_t size = fs::file_size(path);
+    CHECK((size == 3 || size == large.size()));
   }
 }

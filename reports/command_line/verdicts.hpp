@@ -1,0 +1,66 @@
+// What a run or a store is held against, and what came of it.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "reports/command_line/command_line.hpp"
+
+namespace atwood {
+
+// Read before anything is run: a slip of the pen in a file is told at once.
+struct Standards {
+  std::vector<Gate> gates;              // the tolerances' own, else the catalogue's
+  std::optional<Baseline> baseline;
+};
+// `catalogue`: whether its gates are judged where no tolerances are named. A baseline that is named and not there is left
+// out: the command says what that means.
+Standards read_standards(const Place& place, const Selection& selection, bool catalogue);
+
+// A cell by its names, as gates and baselines know it.
+struct CellName {
+  std::string scenario, method, claim;
+  std::int64_t steps = 0;
+  bool probe = false;
+  bool absent = false;                  // a glob over an engine that is not built: nobody knows its methods
+};
+// The cells that this selection would have without --scenario, --method and --steps (scenes of the user's own stay).
+std::vector<CellName> unfiltered_cells(const Place& place, const Options& options, const Selection& selection);
+
+// Gates met with cells. Of the user's own gates none is left out in silence: one that matches no cell of the whole study
+// is not run, with the part that matches nothing and the nearest name; one that only a filter leaves without cells is
+// counted.
+struct SiftedGates {
+  std::vector<Gate> judged;
+  std::vector<Verdict> unmatched;
+  int left_out = 0;
+};
+SiftedGates sift_gates(const Place& place, const Options& options, const Selection& selection,
+                       const std::vector<Gate>& gates);
+
+struct Judged {
+  std::vector<Verdict> verdicts;        // of gates; of the baseline, one a scenario and method; of cells that failed
+  std::vector<CellEnding> cells;
+  std::vector<BaselineChange> changes;
+  std::vector<RefusedTruth> refused;
+  std::vector<std::string> notes;
+};
+// `try_truths`: where a truth refuses, others are tried out, which takes seconds.
+Judged judge_everything(const Place& place, const Options& options, const Selection& selection,
+                        const Standards& standards, const StudyResult& result, bool try_truths);
+int exit_of(const StudyResult& result, const std::vector<Verdict>& verdicts);
+
+// Scenes of these rows whose truth refuses, each once, with what covers it instead.
+std::vector<RefusedTruth> refused_truths(const Place& place, const std::vector<Scenario>& scenarios,
+                                         const std::vector<Row>& rows, bool try_truths);
+// Which other kinds of truth cover this scene, tried out: "`kind = "cvode"` covers it". `limit_s` a kind.
+std::string other_truths(const Place& place, const Scenario& scenario, double limit_s);
+
+std::vector<ClaimedOrder> claimed_orders(const Selection& selection, const std::vector<Row>& rows);
+void add_judged(ReportData& data, const Selection& selection, const Judged& judged);
+int no_baseline(const std::string& path);  // says so; the exit code
+// Annotations to standard output (to standard error beside JSON), the summary to $GITHUB_STEP_SUMMARY.
+void tell_github(const Options& options, const ReportData& data);
+
+}  // namespace atwood
