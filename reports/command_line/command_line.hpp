@@ -24,6 +24,7 @@ struct Options {
   std::vector<std::string> scenarios;     // ids, globs or files
   std::vector<std::string> methods;
   std::vector<std::int64_t> steps;
+  std::vector<double> hz;                 // steps a second, instead of `steps`
   std::vector<std::string> engines;       // executables that speak the worker protocol
   std::vector<std::string> outputs;       // "csv:rows.csv"
   std::string out_dir = "atwood-out";
@@ -38,7 +39,11 @@ struct Options {
   bool swept = false;                     // contacts
   bool evidence = false;                  // describe METHOD --program
   bool whole_ladders = false;             // each scenario's ladder, halved as far down as its samples divide it
-  std::string wanted_error, budget, metric;  // advise
+  std::string wanted_error, budget, metric;  // advise, compare
+  double search_s = 90;                   // advise: after this no further method is begun
+  bool progress = false;                  // progress lines also off a terminal
+  bool long_list = false, names = false;  // list: methods in full; names alone
+  bool manual = false;                    // help --man
   std::vector<std::string> goals;         // bench goals: ids, globs
   std::string goals_file;
 };
