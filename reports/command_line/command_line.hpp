@@ -40,7 +40,7 @@ struct Options {
   bool evidence = false;                  // describe METHOD --program
   bool whole_ladders = false;             // each scenario's ladder, halved as far down as its samples divide it
   std::string wanted_error, budget, metric;  // advise, compare
-  double search_s = 90;                   // advise: after this no further method is begun
+  double search_s = 20;                   // advise: after this no further method is begun
   bool progress = false;                  // progress lines also off a terminal
   bool long_list = false, names = false;  // list: methods in full; names alone
   bool manual = false;                    // help --man
@@ -94,7 +94,8 @@ void write_outputs(const Options& options, const ReportData& data);        // re
 void write_named_outputs(const Options& options, const ReportData& data);  // what -o names
 void require_outputs_make_sense(const Options& options);                   // before the work: InputError
 void make_out_dir(const std::string& path);
-std::function<void(const std::string&)> progress_printer();  // one line that rewrites itself on a terminal
+// One line that rewrites itself on a terminal; elsewhere lines with --progress, and nothing without it (an empty function).
+std::function<void(const std::string&)> progress_printer(const Options& options);
 void end_progress();
 // Methods that take a tolerance and were named without one: a ladder of tolerances besides their equal steps. Globs are
 // spelled out, and last words of ids ("odeint/dopri5"); `notes` gets a sentence on each of the latter.

@@ -132,7 +132,7 @@ std::vector<Candidate> GoalRun::measured(const Goal& goal, const Scenario& scena
   StudyOptions how = study_options(place_, options_);
   how.timing = false;
   how.cell_limit_s = std::max(how.cell_limit_s, goal.limit_s);
-  how.progress = progress_printer();
+  how.progress = progress_printer(options_);
   const StudyResult result = run_study(cells, workers_, how);
   end_progress();
   if (result.interrupted) throw Interrupted{};

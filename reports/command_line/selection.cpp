@@ -8,6 +8,8 @@
 #include <fmt/ranges.h>
 
 #include "reports/command_line/command_line.hpp"
+#include "reports/command_line/contest.hpp"
+#include "reports/command_line/units.hpp"
 #include "scene/files.hpp"
 #include "validation/gates/gates.hpp"
 
@@ -41,14 +43,6 @@ std::vector<Scenario> choose_scenarios(const Place& place, const std::vector<std
   std::set<std::string> seen;
   std::erase_if(chosen, [&](const Scenario& scenario) { return !seen.insert(scenario.id).second; });
   return chosen;
-}
-
-// Rungs below the ladder's coarsest: halved while the samples divide them. Methods of high order live there, and it
-// shows from which step on a method is stable.
-void lengthen_ladder(Scenario& scenario) {
-  std::set<std::int64_t> steps(scenario.steps.begin(), scenario.steps.end());
-  for (std::int64_t n = *steps.begin(); n % 2 == 0 && (n / 2) % scenario.samples == 0; n /= 2) steps.insert(n / 2);
-  scenario.steps.assign(steps.begin(), steps.end());
 }
 
 void check_steps(const Scenario& scenario, const std::vector<std::int64_t>& steps) {
@@ -206,7 +200,8 @@ Selection select_cells(const Place& place, const Options& options) {
   Study study = read_study(study_path(place, options.study));
   selection.study = study.id;
   selection.narrowed =
-      !options.scenarios.empty() || !options.methods.empty() || !options.steps.empty() || !options.study.empty();
+      !options.scenarios.empty() || !options.methods.empty() || !options.steps.empty() || !options.hz.empty() ||
+      !options.study.empty();
   if (options.limit_given)
     for (StudyCells& cells : study.cells) cells.limit_s = 0;
   for (const std::string& method : options.methods) check_method("--method ", method, selection.workers);
@@ -215,6 +210,7 @@ Selection select_cells(const Place& place, const Options& options) {
   known.insert(known.end(), selection.scenarios.begin(), selection.scenarios.end());
   if (!options.study.empty()) check_study(study, known, selection.workers);
   const std::string of_study = fmt::format("study `{}`: ", study.id);
+  const std::map<std::string, std::string> unfit = set_frequencies(selection.scenarios, options.hz, study);
   if (options.whole_ladders) {
     for (auto& scenario : selection.scenarios) lengthen_ladder(scenario);
   }
@@ -225,6 +221,7 @@ Selection select_cells(const Place& place, const Options& options) {
     }
     selection.cells = cells_of_methods(plan_cells(study, selection.scenarios, selection.workers, place.provenance.cpu),
                                        options.methods);
+    require_frequencies(selection.cells, unfit);
     if (!selection.cells.empty()) {
       check_settings(of_study, selection.cells, selection.workers);
       keep_used(selection);
@@ -267,6 +264,7 @@ Selection select_cells(const Place& place, const Options& options) {
     for (auto& cells : study.cells) cells.steps = options.steps;
   }
   selection.cells = plan_cells(study, selection.scenarios, selection.workers, place.provenance.cpu);
+  require_frequencies(selection.cells, unfit);
   if (selection.cells.empty())
     throw InputError("nothing to run: no cell is left of this study; `atwood list` shows ids and methods");
   check_settings(options.methods.empty() ? of_study : "--method ", selection.cells, selection.workers);
@@ -394,12 +392,13 @@ std::vector<Verdict> judge_selection(const Place& place, const Options& options,
   }
   // Gates of a study judge its runs alone; they stay when they have no cells, unless the command line narrowed the run.
   std::erase_if(gates, [&](const Gate& gate) { return !gate.study.empty() && gate.study != selection.study; });
-  const bool whole_study = options.scenarios.empty() && options.methods.empty() && options.steps.empty();
+  const bool whole_ladders = options.steps.empty() && options.hz.empty();
+  const bool whole_study = options.scenarios.empty() && options.methods.empty() && whole_ladders;
   if (selection.narrowed) {
     // A narrowed run drops the gates that it leaves without cells, and with --steps those of a whole ladder.
     std::erase_if(gates, [&](const Gate& gate) {
       const bool of_ladder = gate.metric.rfind("order-", 0) == 0 || gate.metric.rfind("growth-", 0) == 0;
-      if (of_ladder && !options.steps.empty()) return true;
+      if (of_ladder && !whole_ladders) return true;
       if (whole_study && !gate.study.empty()) return false;
       return std::none_of(selection.cells.begin(), selection.cells.end(), [&](const Cell& cell) {
         if (!cell.probe.empty() && gate.study.empty())

@@ -359,9 +359,9 @@ ReportData synthetic_report(const SyntheticSize& size) {
 
 // One level won by us, one by a rival at the truth's bar, one alone; a budget; a rung that ended badly.
 static Dominance small_dominance() {
-  const Reached ours{"atwood/verner8", "atwood/verner8", 120, 1e-6, 2.5e-5, true, false, false};
-  const Reached next{"atwood/rk4", "atwood/rk4", 960, 1e-6, 1e-4, true, false, false};
-  const Reached rival{"cvode/adams:tol", "cvode/adams:1e-8", 240, 1e-6, 4e-4, false, false, true};
+  const Reached ours{"atwood/verner8", "atwood/verner8", 120, 1e-6, 2.5e-5, false, false};
+  const Reached next{"atwood/rk4", "atwood/rk4", 960, 1e-6, 1e-4, false, false};
+  const Reached rival{"cvode/adams:tol", "cvode/adams:1e-8", 240, 1e-6, 4e-4, false, true};
   Reached at_bar = rival;
   at_bar.error = 1e-13;
   at_bar.at_bar = true;
@@ -413,7 +413,7 @@ ReportData small_report() {
                   {"fcl", "0.7", "double", {{"fcl/default", "Ran nowhere.", "", {}, false, {}}}, nullptr}};
   data.missing_engines = {{"mujoco", "not built"}};
   data.metrics = {{"error-position-end", "m", "Norm of the difference <at the end>."}};
-  Row row{"kepler-e0.6", "atwood/rk4", 960, 10.0 / 960, "", std::nullopt, "error-position-end", "m", 1.2345678901234567e-7,
+  Row row{"kepler-e0.6", "atwood/rk4", 960, 10.0 / 960, {}, {}, "", std::nullopt, "error-position-end", "m", 1.2345678901234567e-7,
           1e-15, Status::ok, "", "a1b2", data.provenance};
   data.rows.push_back(row);
   row.steps = 1920;
@@ -422,13 +422,13 @@ ReportData small_report() {
   row.body = "planet, \"b\"";
   row.t_s = 0.1;
   data.rows.push_back(row);
-  row = {"kepler-e0.6", "ode/default{erp=0.1,cfm=0}", 960, 10.0 / 960, "", std::nullopt, "status", "", 0, 0,
+  row = {"kepler-e0.6", "ode/default{erp=0.1,cfm=0}", 960, 10.0 / 960, {}, {}, "", std::nullopt, "status", "", 0, 0,
          Status::crashed, "line one\nline \x1b[31m two, \"quoted\" \xff", "c3d4", data.provenance};
   data.rows.push_back(row);
-  row = {"kepler-e0.6", "atwood/explicit-euler", 960, 10.0 / 960, "", std::nullopt, "error-position-end", "m",
+  row = {"kepler-e0.6", "atwood/explicit-euler", 960, 10.0 / 960, {}, {}, "", std::nullopt, "error-position-end", "m",
          std::numeric_limits<double>::quiet_NaN(), 1e-15, Status::not_finite, "x is nan", "e5", data.provenance};
   data.rows.push_back(row);
-  row = {"kepler-e0.6", "atwood/rk4", 0, 0, "", std::nullopt, "order-position", "1", 3.98, 0.02, Status::ok, "", "a1b2",
+  row = {"kepler-e0.6", "atwood/rk4", 0, 0, {}, {}, "", std::nullopt, "order-position", "1", 3.98, 0.02, Status::ok, "", "a1b2",
          data.provenance};
   data.rows.push_back(row);
   data.verdicts = {
