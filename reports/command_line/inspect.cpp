@@ -118,10 +118,10 @@ void print_methods_table(const Place& place, const Options& options) {
   std::size_t column = 20;
   for (const Worker& worker : workers)
     for (const MethodInfo& info : worker.engine.methods) column = std::max(column, info.id.size());
-  column = std::min(column, width / 2);
+  column = std::min<std::size_t>(column, 34);
   const auto line = [&](const std::string& id, const std::string& orders, bool adaptive, const std::string& doc) {
-    const std::size_t taken = std::max(column, id.size()) + 13;
-    fmt::print("{:<{}} {:<7} {:<4}{}\n", id, column, orders, adaptive ? "tol" : "",
+    const std::size_t taken = std::max(column, id.size()) + 14;
+    fmt::print("{:<{}} {:<8} {:<4}{}\n", id, column, orders, adaptive ? "tol" : "",
                taken + 8 < width ? cut(doc, width - taken) : cut(doc, 8));
   };
   line("method", "orders", false, "what it is");

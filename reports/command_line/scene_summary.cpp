@@ -99,12 +99,25 @@ std::string forces_words(const Scene& scene) {
   return words.empty() ? "none" : fmt::format("{}", fmt::join(words, ", "));
 }
 
+// Whether bodies of these two materials can meet: one of them moves, and they are two.
+bool can_meet(const Scene& scene, const PairLaw& law) {
+  int a_moving = 0, a_all = 0, b_moving = 0, b_all = 0;
+  for (const Body& body : scene.bodies) {
+    if (std::holds_alternative<std::monostate>(body.shape)) continue;
+    if (body.material == law.a) { ++a_all; a_moving += body.fixed ? 0 : 1; }
+    if (body.material == law.b) { ++b_all; b_moving += body.fixed ? 0 : 1; }
+  }
+  return a_all > 0 && b_all > 0 && a_moving + b_moving > 0 && (law.a != law.b || a_all > 1);
+}
+
 std::vector<std::string> laws_words(const Scene& scene) {
   std::vector<std::string> words;
+  int more = 0;
   for (const PairLaw& law : scene.pairs) {
+    if (!can_meet(scene, law)) continue;
     if (words.size() == 6) {
-      words.push_back(fmt::format("and {} pairs more", scene.pairs.size() - 6));
-      break;
+      ++more;
+      continue;
     }
     std::string line = fmt::format("{} on {}: restitution {:.4g}, friction {:.4g}",
                                    scene.materials[static_cast<std::size_t>(law.a)].name,
@@ -115,6 +128,7 @@ std::vector<std::string> laws_words(const Scene& scene) {
     if (law.contact_law == ContactLaw::hertz) line += fmt::format("; gives way by Hertz's law, {:.4g} Pa", law.modulus_Pa);
     words.push_back(line);
   }
+  if (more > 0) words.push_back(fmt::format("and {} pairs of materials more", more));
   return words;
 }
 
@@ -157,7 +171,19 @@ void ask_contacts(const Scenario& scenario, const Worker& engine, Answers& out) 
                                          name_of(scene, pair.second), depth));
   }
   if (told > 3) out.warnings.push_back(fmt::format("{} pairs more overlap at the start", told - 3));
-  if (!overlaps.empty()) out.touches.push_back(fmt::format("{} pairs touch at the start", overlaps.size()));
+  if (!overlaps.empty()) out.touches.push_back(fmt::format("{} pair{} at the start", overlaps.size(), overlaps.size() == 1 ? "" : "s"));
+  const Plan coarsest{scenario.t_end_s, scenario.steps.front(), scenario.samples};
+  const Recording motion = run_once(engine, "atwood/rk4+event", scene, coarsest, kAskLimit_s);
+  if (motion.outcome.status == Status::ok) {
+    std::size_t told_events = 0;
+    for (const Event& event : motion.events) {
+      if (event.kind != EventKind::impact || ++told_events > 3) continue;
+      out.touches.push_back(fmt::format("`{}` and `{}` at {:.6g} s", name_of(scene, event.body_a),
+                                        name_of(scene, event.body_b), static_cast<double>(event.t_s)));
+    }
+    if (told_events > 0) out.touches.back() += " (first impacts by atwood/rk4+event)";
+    return;
+  }
   ContactAnswer swept = contacts_once(engine, scene, {true, scenario.t_end_s}, kAskLimit_s);
   std::erase_if(swept.touches, [](const FoundTouch& touch) { return !(touch.toi_s > 0); });
   std::stable_sort(swept.touches.begin(), swept.touches.end(),
@@ -166,6 +192,7 @@ void ask_contacts(const Scenario& scenario, const Worker& engine, Answers& out) 
     out.touches.push_back(fmt::format("`{}` and `{}` at {:.6g} s", name_of(scene, swept.touches[i].body_a),
                                       name_of(scene, swept.touches[i].body_b),
                                       static_cast<double>(swept.touches[i].toi_s)));
+  if (!swept.touches.empty()) out.touches.back() += " (on straight paths, forces left out)";
   if (now.outcome.status != Status::ok) out.touches.push_back(now.outcome.reason);
 }
 
@@ -254,7 +281,7 @@ std::string scene_summary(const Place& place, const Scenario& scenario, const st
     }
   }
   if (small) ask_engines(scenario, workers, motion.contacts, answers);
-  std::string text = fmt::format("{}\n", wrapped(scenario.id + ": " + scenario.title, 0, width));
+  std::string text = wrapped(scenario.id + ": " + scenario.title, 0, width);
   const auto line = [&](const std::string& name, const std::string& words) {
     if (!words.empty()) text += item(name, words, width);
   };
@@ -269,9 +296,7 @@ std::string scene_summary(const Place& place, const Scenario& scenario, const st
   if (motion.contacts)
     for (const std::string& words : laws_words(scene)) line("contact", words);
   if (motion.contacts && small)
-    line("touches", answers.touches.empty() ? "none on straight paths, forces left out"
-                                            : fmt::format("{} (on straight paths, forces left out)",
-                                                          fmt::join(answers.touches, "; ")));
+    line("touches", answers.touches.empty() ? "none found" : fmt::format("{}", fmt::join(answers.touches, "; ")));
   if (scene.problem.empty()) line("energy", energy_words(scene));
   if (small) {
     line("runs in", answers.runs.empty() ? "no engine that is here" : fmt::format("{}", fmt::join(answers.runs, ", ")));

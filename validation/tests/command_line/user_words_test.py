@@ -233,12 +233,18 @@ class Describing(Case):
     def test_a_scene_in_words(self):
         text = self.ask("describe", self.path("stack.toml", STACK)).stdout
         for word in ("my-stack", "2 x box of 1 kg", "1 x plane (fixed)", "gravity of 9.81 m/s^2", "friction 0.5", "energy",
-                     "19.62 J potential", "runs in", "atwood/rk4+impulse", "ode", "not in", "closed form", "2 pairs touch"):
+                     "19.62 J potential", "runs in", "atwood/rk4+impulse", "ode", "not in", "closed form", "2 pairs at the start"):
             self.assertIn(word, " ".join(text.split()), text)
         self.assertNotIn("warning", text)
         self.assertNotIn("{", text)
         data = json.loads(self.ask("describe", os.path.join(self.here, "stack.toml"), "--json").stdout)
         self.assertEqual(data["id"], "my-stack")
+
+    def test_first_impacts(self):
+        told = " ".join(self.ask("describe", "bounce-e0.8").stdout.split())
+        self.assertIn("`ball` and `ground` at 0.451524 s", told)
+        self.assertIn("ball on ground: restitution 0.8", told)
+        self.assertNotIn("default on", told)
 
     def test_warnings(self):
         text = STACK.replace("position_m = [0, 0, 1.5]", "position_m = [0, 0, 1.4]\nvelocity_m_per_s = [200, 0, 0]")
@@ -282,12 +288,27 @@ class Spread(Case):
         self.assertTrue(apart.startswith("0 m apart"), apart)
 
 
+SLOW = """#!/usr/bin/env python3
+import json, sys, time
+for line in sys.stdin:
+    request = json.loads(line)
+    if request["request"] == "hello":
+        print(json.dumps({"engine": "slow", "version": "1", "scalar": "double", "methods": [{"id": "slow/one", "doc": "slow"}]}), flush=True)
+        continue
+    time.sleep(0.7)
+    print(json.dumps({"cell": request["cell"], "done": {"status": "unsupported", "reason": "slow", "steps_taken": 0,
+                      "rate_evaluations": 0, "busy_ns": []}}), flush=True)
+"""
+
+
 class Progress(Case):
-    def test_never_on_a_pipe_but_with_progress(self):
-        words = ("run", "--scenario", "kepler-e0.6", "--method", "cvode/*", "--no-timing", "--steps", "960")
-        result = self.ask(*words)
-        self.assertNotRegex(result.stderr, r" of \d+, \d+ s")
-        self.assertIn("--progress", self.ask("help", "run").stdout)
+    def test_never_on_a_pipe_unless_it_is_asked_for(self):
+        path = self.path("slow.py", SLOW)
+        os.chmod(path, 0o755)
+        words = ("run", "--scenario", "kepler-e0.6", "--engine", path, "--method", "slow/one", "--no-timing")
+        line = r"(accuracy|truth): \d+ of \d+, \d+ s, about \d+ s left"
+        self.assertNotRegex(self.ask(*words, "--out", "quiet").stderr, line)
+        self.assertRegex(self.ask(*words, "--out", "told", "--progress").stderr, line)
 
 
 if __name__ == "__main__":
