@@ -187,7 +187,7 @@ bool Search::decide() {
   const std::vector<Row> rows = without_idle_halves(rows_, options_.methods, notes);
   const std::vector<WorkCurve> all = work_curves(rows, scenario_.id, advice_.metric);
   const bool by_error = advice_.wanted_error > 0;
-  Contest contest = by_error ? contest_of_error(all, advice_.wanted_error, Cost::seconds)
+  Contest contest = by_error ? contest_of_error(all, advice_.wanted_error / 30, Cost::seconds)
                              : contest_of_budget(all, advice_.budget_s, Cost::seconds);
   const InterruptGuard guard;
   try {
