@@ -40,7 +40,7 @@ struct Options {
   bool evidence = false;                  // describe METHOD --program
   bool whole_ladders = false;             // each scenario's ladder, halved as far down as its samples divide it
   std::string wanted_error, budget, metric;  // advise, compare
-  double search_s = 20;                   // advise: after this no further method is begun
+  double search_s = 10;                   // advise: after this no further method is begun
   bool progress = false;                  // progress lines also off a terminal
   bool long_list = false, names = false;  // list: methods in full; names alone
   bool manual = false;                    // help --man
