@@ -17,12 +17,16 @@ struct MotionClass {
 MotionClass classify(const Scene& scene);
 std::string class_words(const MotionClass& motion);  // "rotation, no velocity-dependent force"
 
-// Ids to try, ":tol" for those run at tolerances, and why the others of the catalogue are not.
+// Ids to try, in that order, and why others are not.
 struct Candidates {
   std::vector<std::string> ids;
   std::vector<std::pair<std::string, std::string>> left_out;  // reason, methods
 };
-Candidates choose_candidates(const MotionClass& motion, const std::vector<Worker>& workers, std::size_t own_engines);
+// Every method of every engine that is here, but for those of ours that claim nothing for the scene's kind of motion: the
+// ones made for it first, one's own engines, rivals, then all others.
+Candidates choose_candidates(const Scene& scene, const std::vector<Worker>& workers, std::size_t own_engines);
+// Those that were named, ids or globs. InputError: no engine offers one of them.
+Candidates named_candidates(const std::vector<std::string>& methods, const std::vector<Worker>& workers);
 
 // A scene without a truth gets one: certified in extended precision, else CVODE's, else a method's own convergence,
 // written to a file of values in `folder`. `words` says which. Throws InputError where none can be had.
@@ -41,11 +45,11 @@ struct Advice {
   MotionClass motion;
   std::string metric, unit, truth;
   double wanted_error = 0, budget_s = 0;  // one of them; 0: the other was asked
-  double safety = 0;  // the asked error over the largest allowed one, or the budget over the longest run
   bool found = false;
   AdviceRung best, next;                  // next.method empty: nobody else
-  std::optional<AdviceRung> coarser, finer;  // twice and half the step; a tenfold tolerance and a tenth
-  PairedRatio next_over_best;             // of times, in turns
+  std::optional<AdviceRung> coarser, finer;  // the rungs beside it on its ladder
+  std::optional<TimedRatio> next_over_best;  // of times, in turns
+  std::string caution;                    // what speaks against it; empty: nothing
   std::vector<std::pair<std::string, std::string>> left_out;
   int runs = 0;
 };

@@ -15,28 +15,35 @@ namespace {
 
 bool shaped(const Body& body) { return !std::holds_alternative<std::monostate>(body.shape); }
 
-// The catalogue's good ones, by what they are good at; ids that this build does not have fall away.
-std::vector<std::string> wanted_ids(const MotionClass& motion) {
+bool gives_way(const Scene& scene) {
+  return std::any_of(scene.pairs.begin(), scene.pairs.end(),
+                     [](const PairLaw& law) { return law.contact_law != ContactLaw::rigid; });
+}
+
+// Who is tried first: ours by what they are good at, rivals, and of the large libraries the ones of high order. Globs,
+// suffixes included; what this build does not have falls away.
+std::vector<std::string> first_ids(const MotionClass& motion, const Scene& scene) {
+  const std::vector<std::string> rivals{"ode/*", "bullet64/*", "bullet32/*", "dart/*", "mujoco/*", "simbody/*", "cvode/*"};
+  std::vector<std::string> ids;
+  const auto add = [&](const std::vector<std::string>& more) { ids.insert(ids.end(), more.begin(), more.end()); };
   if (motion.contacts) {
-    return {"atwood/rk4+event",
-            "atwood/dopri5+event",
-            "atwood/verner6+event",
-            "atwood/verner8+event",
-            "atwood/velocity-verlet+event",
-            "atwood/symplectic-euler+impulse",
-            "atwood/rk4+impulse",
-            "cvode/adams:tol"};
+    add({"atwood/rk4+event", "atwood/symplectic-euler+impulse"});
+    if (gives_way(scene)) add({"atwood/rk4+penalty", "atwood/velocity-verlet+penalty"});
+    add(rivals);
+    add({"atwood/dopri5+event", "atwood/verner6+event", "atwood/verner8+event", "atwood/velocity-verlet+event",
+         "atwood/rk4+impulse"});
+    return ids;
   }
-  std::vector<std::string> ids{"atwood/rk4",        "atwood/dopri5:tol",  "atwood/tsit5:tol",   "atwood/verner6:tol",
-                               "atwood/verner8",    "atwood/verner8:tol", "atwood/verner9:tol", "atwood/dop853",
-                               "atwood/dop853:tol", "atwood/radau15",     "atwood/radau15:tol", "atwood/ias15:tol",
-                               "atwood/gbs:tol",    "atwood/taylor:tol",  "atwood/gauss8",      "atwood/adams-moulton8",
-                               "cvode/adams:tol"};
-  const auto add = [&](std::initializer_list<const char*> more) { ids.insert(ids.end(), more.begin(), more.end()); };
+  add({"atwood/rk4", "atwood/dopri5", "atwood/tsit5", "atwood/verner6", "atwood/verner8", "atwood/verner9",
+       "atwood/dop853", "atwood/radau15", "atwood/ias15", "atwood/gbs", "atwood/taylor", "atwood/gauss8",
+       "atwood/adams-moulton8"});
   if (!motion.rotates && motion.conservative)
-    add({"atwood/dprkn12", "atwood/dprkn12:tol", "atwood/kahan-li8", "atwood/blanes-moan-rkn6", "atwood/leapfrog"});
+    add({"atwood/dprkn12", "atwood/kahan-li8", "atwood/blanes-moan-rkn6", "atwood/leapfrog"});
   if (motion.rotates) add({"atwood/free-top4", "atwood/free-top6", "atwood/lie4", "atwood/rkmk4"});
   if (motion.magnetic) add({"atwood/boris", "atwood/boris4", "atwood/boris6"});
+  add(rivals);
+  add({"odeint/runge_kutta_dopri5", "odeint/runge_kutta_fehlberg78", "odeint/controlled/*", "odeint/bulirsch*",
+       "arkode/erkstep/DORMAND_PRINCE_7_4_5", "arkode/erkstep/VERNER_8_5_6", "arkode/erkstep/FEHLBERG_13_7_8"});
   return ids;
 }
 
@@ -58,16 +65,6 @@ std::string missing_claim(const MethodInfo& info, const MotionClass& motion) {
     if (!info.claimed_order.contains(claim)) return "claims no order for this class of motion (" + claim + ")";
   }
   return "";
-}
-
-const MethodInfo* find_info(const std::string& base, const std::vector<Worker>& workers) {
-  for (const Worker& worker : workers) {
-    if (worker.status != Status::ok) continue;
-    for (const MethodInfo& info : worker.engine.methods) {
-      if (info.id == base) return &info;
-    }
-  }
-  return nullptr;
 }
 
 }  // namespace
@@ -107,35 +104,69 @@ std::string class_words(const MotionClass& motion) {
   return words + (motion.conservative ? ", conservative" : "");
 }
 
-Candidates choose_candidates(const MotionClass& motion, const std::vector<Worker>& workers, std::size_t own_engines) {
+Candidates choose_candidates(const Scene& scene, const std::vector<Worker>& workers, std::size_t own_engines) {
+  const MotionClass motion = classify(scene);
   Candidates chosen;
-  std::set<std::string> tried;
   std::map<std::string, std::string> out;
+  std::set<std::string> known;  // ids without suffixes that are tried or told about
   const auto leave = [&](const std::string& reason, const std::string& id) {
     out[reason] += (out[reason].empty() ? "" : ", ") + id;
   };
-  for (const std::string& id : wanted_ids(motion)) {
-    const MethodInfo* info = find_info(base_of(id), workers);
-    if (info == nullptr || !tried.insert(id).second) continue;
-    if (id.find(":tol") != std::string::npos && !info->adaptive) continue;
-    const std::string missing = missing_claim(*info, motion);
-    if (missing.empty()) chosen.ids.push_back(id);
-  }
+  const auto consider = [&](const MethodInfo& info, const std::string& suffix) {
+    const std::string missing = missing_claim(info, motion);
+    if (missing.empty()) chosen.ids.push_back(info.id + suffix);
+    else leave(missing, info.id);
+    known.insert(info.id);
+  };
   for (std::size_t i = workers.size() - own_engines; i < workers.size(); ++i) {
-    for (const MethodInfo& info : workers[i].engine.methods)
-      chosen.ids.push_back(info.adaptive ? info.id + ":tol" : info.id);
+    for (const MethodInfo& info : workers[i].engine.methods) {
+      chosen.ids.push_back(info.id);
+      known.insert(info.id);
+    }
   }
-  std::set<std::string> bases;
-  for (const std::string& id : chosen.ids) bases.insert(base_of(id));
+  for (const std::string& pattern : first_ids(motion, scene)) {
+    const std::string base = base_of(pattern);
+    for (const Worker& worker : workers) {
+      if (worker.status != Status::ok) continue;
+      for (const MethodInfo& info : worker.engine.methods) {
+        const bool again = known.contains(info.id) && base == pattern;
+        if (glob_match(base, info.id) && !again) consider(info, pattern.substr(base.size()));
+      }
+    }
+  }
   for (const Worker& worker : workers) {
-    if (worker.status != Status::ok || worker.engine.name != "atwood") continue;
+    if (worker.status != Status::ok) {
+      leave(to_string(worker.status) + ": " + worker.reason, std::filesystem::path(worker.path).filename().string());
+      continue;
+    }
+    const bool ours = worker.engine.name == "atwood";
     for (const MethodInfo& info : worker.engine.methods) {
-      if (bases.contains(info.id)) continue;
-      const std::string missing = missing_claim(info, motion);
-      leave(missing.empty() ? "not tried: another of its kind or of a higher order was" : missing, info.id);
+      if (known.contains(info.id)) continue;
+      if (ours && motion.contacts && missing_claim(info, motion).empty())
+        leave("not tried: others of its kind were, with the same answers to contacts", info.id);
+      else consider(info, "");
     }
   }
   for (const auto& [reason, ids] : out) chosen.left_out.emplace_back(reason, ids);
+  return chosen;
+}
+
+Candidates named_candidates(const std::vector<std::string>& methods, const std::vector<Worker>& workers) {
+  Candidates chosen;
+  std::vector<std::string> ids;
+  for (const Worker& worker : workers) {
+    for (const MethodInfo& info : worker.engine.methods) ids.push_back(info.id);
+  }
+  for (const std::string& method : methods) {
+    const std::string base = base_of(method);
+    const std::size_t before = chosen.ids.size();
+    for (const std::string& id : ids) {
+      if (glob_match(base, id)) chosen.ids.push_back(id + method.substr(base.size()));
+    }
+    if (chosen.ids.size() == before)
+      throw InputError(fmt::format("--method {}: no engine offers it; nearest: {}", method, nearest(base, ids, 1).front()));
+    check_settings("--method ", method, workers);
+  }
   return chosen;
 }
 

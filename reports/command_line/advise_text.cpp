@@ -2,9 +2,11 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 #include "reports/command_line/advise.hpp"
+#include "reports/command_line/manual.hpp"
 #include "reports/render/text.hpp"
 
 namespace atwood {
@@ -46,19 +48,22 @@ std::string rerun(const Advice& advice) {
                      advice.best.steps);
 }
 
-std::string wrapped(const std::string& text, std::size_t indent, std::size_t width) {
-  std::string out, line;
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t end = std::min(text.find(' ', at), text.size());
-    const std::string word = text.substr(at, end - at);
-    if (!line.empty() && indent + line.size() + 1 + word.size() > width) {
-      out += std::string(indent, ' ') + line + "\n";
-      line.clear();
-    }
-    line += (line.empty() ? "" : " ") + word;
-    at = end + 1;
+// Of each engine the first few ids of a list; JSON has all.
+std::string shortened(const std::string& methods) {
+  constexpr int kShown = 6;
+  std::vector<std::pair<std::string, int>> engines;  // and how many ids of it there were
+  std::string text;
+  for (std::size_t at = 0; at < methods.size();) {
+    const std::size_t end = std::min(methods.find(", ", at), methods.size());
+    const std::string id = methods.substr(at, end - at), engine = engine_of(id);
+    at = end + 2;
+    auto known = std::find_if(engines.begin(), engines.end(), [&](const auto& one) { return one.first == engine; });
+    if (known == engines.end()) known = engines.insert(engines.end(), {engine, 0});
+    if (++known->second <= kShown) text += (text.empty() ? "" : ", ") + id;
   }
-  return out + std::string(indent, ' ') + line + "\n";
+  for (const auto& [engine, count] : engines)
+    if (count > kShown) text += fmt::format(", and {} more of {}", count - kShown, engine);
+  return text;
 }
 
 json to_json(const AdviceRung& rung, const Advice& advice) {
@@ -84,39 +89,39 @@ std::string advice_text(const Advice& advice) {
     const bool tolerance = method_family(best.method) != best.method;
     if (advice.coarser) text += evidence(tolerance ? "looser" : "coarser", *advice.coarser, advice);
     else if (!tolerance)
-      text += fmt::format("    coarser    none below {} steps: the scene's {} samples divide them\n", best.steps,
-                          advice.scenario.samples);
+      text += fmt::format("    coarser    none below {} steps was accurate enough to count, or the {} samples divide none\n",
+                          best.steps, advice.scenario.samples);
     text += evidence("advised", best, advice);
     if (advice.finer) text += evidence(tolerance ? "tighter" : "finer", *advice.finer, advice);
     const double known = best.bar > 0 && best.error < 3 * best.bar ? best.error + best.bar : best.error;
     const std::string margin =
         advice.wanted_error > 0
-            ? fmt::format("the measured error is {:.3g} times under the asked one (at least {:g} was wanted)",
-                          advice.wanted_error / known, advice.safety)
-            : fmt::format("the run takes {:.3g} of the budget (at most 1/{:g} was wanted)",
-                          best.seconds / advice.budget_s, advice.safety);
+            ? fmt::format("the measured error is {:.3g} times under the asked one", advice.wanted_error / known)
+            : fmt::format("the run takes {:.3g} of the budget", best.seconds / advice.budget_s);
     text += fmt::format("\n  margin     {}\n", margin);
+    if (!advice.caution.empty()) text += fmt::format("  caution    {}\n", advice.caution);
     if (advice.next.method.empty()) {
       text += "  runner-up  nobody else\n";
     } else {
       text += fmt::format("  runner-up  {}, {}: {} in {}", advice.next.method,
                           step_words(advice.next, advice.scenario.t_end_s),
                           format_measure(advice.next.error, advice.next.bar, 3), time_words(advice.next.seconds));
-      const PairedRatio& ratio = advice.next_over_best;
-      text += std::isfinite(ratio.ratio) ? fmt::format("; it takes {:.2f} [{:.2f}, {:.2f}] times as long\n",
-                                                       ratio.ratio, ratio.low, ratio.high)
-                                         : "\n";
+      const auto& ratio = advice.next_over_best;
+      text += ratio ? fmt::format("; it takes {:.2f} [{:.2f}, {:.2f}] times as long\n", ratio->value, ratio->low,
+                                  ratio->high)
+                    : "\n";
     }
   } else {
     text += fmt::format("  use        nothing that was tried: {}\n",
-                        advice.wanted_error > 0 ? "no rung has that error with its margin"
+                        advice.wanted_error > 0 ? "no rung has that error"
                                                 : "every run with an error smaller than the motion takes longer");
   }
   text += fmt::format("  truth      {}; the evidence's bar {:.2g}\n  runs       {}\n", advice.truth, advice.best.bar,
                       advice.runs);
   if (advice.found) text += fmt::format("  rerun      {}\n", rerun(advice));
   text += "\n  left out\n";
-  for (const auto& [reason, methods] : advice.left_out) text += "    " + reason + "\n" + wrapped(methods, 6, 80);
+  for (const auto& [reason, methods] : advice.left_out)
+    text += wrapped(reason, 4, 80) + wrapped(shortened(methods), 6, 80);
   return text;
 }
 
@@ -128,17 +133,17 @@ std::string advice_json(const Advice& advice) {
            {"unit", advice.unit}};
   if (advice.wanted_error > 0) out["wanted_error"] = advice.wanted_error;
   else out["budget_s"] = advice.budget_s;
-  out["safety"] = advice.safety;
+  out["safety"] = 1;  // the asked error over the largest one that counts as reached
   out["found"] = advice.found;
   out["advice"] = to_json(advice.best, advice);
   out["coarser"] = advice.coarser ? to_json(*advice.coarser, advice) : json(nullptr);
   out["finer"] = advice.finer ? to_json(*advice.finer, advice) : json(nullptr);
   out["runner_up"] = to_json(advice.next, advice);
-  const PairedRatio& ratio = advice.next_over_best;
+  const auto& ratio = advice.next_over_best;
   out["runner_up_over_advice"] =
-      std::isfinite(ratio.ratio)
-          ? json{{"ratio", ratio.ratio}, {"low", ratio.low}, {"high", ratio.high}, {"pairs", ratio.pairs}}
-          : json(nullptr);
+      ratio ? json{{"ratio", ratio->value}, {"low", ratio->low}, {"high", ratio->high}, {"pairs", ratio->pairs}}
+            : json(nullptr);
+  out["caution"] = advice.caution;
   out["truth"] = advice.truth;
   out["runs"] = advice.runs;
   out["left_out"] = json::array();

@@ -6,8 +6,10 @@
 #include <sstream>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "reports/command_line/command_line.hpp"
+#include "reports/command_line/spread.hpp"
 #include "scene/files.hpp"
 #include "scene/input_file.hpp"
 #include "scene/printable.hpp"
@@ -201,6 +203,12 @@ int command_check(const Place& place, const Options& options) {
   Truth truth = truth_once(place.truth_worker, scenario, samples, 120);
   if (truth.outcome.status != Status::ok) {
     fmt::print(stderr, "atwood: no truth for `{}`: {}\n", scenario.id, printable(truth.outcome.reason));
+    std::vector<NamedRun> runs{{options.input, std::move(run)}};
+    for (NamedRun& other : run_engines(scenario, samples, require_workers(place, options), 20))
+      runs.push_back(std::move(other));
+    const std::vector<std::string> lines = spread_lines(runs);
+    if (options.json) fmt::print("{}\n", nlohmann::json{{"spread", lines}}.dump(2));
+    else for (const std::string& line : lines) fmt::print("{}\n", line);
     return exit_gate;
   }
 

@@ -25,6 +25,7 @@ struct Options {
   std::vector<std::string> scenarios;     // ids, globs or files
   std::vector<std::string> methods;
   std::vector<std::int64_t> steps;
+  std::vector<double> hz;                 // steps a second, instead of `steps`
   std::vector<std::string> engines;       // executables that speak the worker protocol
   std::vector<std::string> outputs;       // "csv:rows.csv"
   std::string out_dir = "atwood-out";
@@ -46,7 +47,11 @@ struct Options {
   bool evidence = false;                  // describe METHOD --program
   bool named_methods_only = false;        // compare: --engine adds no methods that were not named
   bool whole_ladders = false;             // each scenario's ladder, halved as far down as its samples divide it
-  std::string wanted_error, budget, metric;  // advise
+  std::string wanted_error, budget, metric;  // advise, compare
+  double search_s = 10;                   // advise: after this no further method is begun
+  bool progress = false;                  // progress lines also off a terminal
+  bool long_list = false, names = false;  // list: methods in full; names alone
+  bool manual = false;                    // help --man
   std::vector<std::string> goals;         // bench goals: ids, globs
   std::string goals_file;
 };
@@ -96,7 +101,8 @@ void write_outputs(const Options& options, const ReportData& data);        // re
 void write_named_outputs(const Options& options, const ReportData& data);  // what -o names
 void require_outputs_make_sense(const Options& options);                   // before the work: InputError
 void make_out_dir(const std::string& path);
-std::function<void(const std::string&)> progress_printer();  // one line that rewrites itself on a terminal
+// One line that rewrites itself on a terminal; elsewhere lines with --progress, and nothing without it (an empty function).
+std::function<void(const std::string&)> progress_printer(const Options& options);
 void end_progress();
 // Methods that take a tolerance and were named without one: a ladder of tolerances besides their equal steps. Globs are
 // spelled out, and last words of ids ("odeint/dopri5"); `notes` gets a sentence on each of the latter.

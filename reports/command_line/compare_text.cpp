@@ -7,6 +7,7 @@
 #include <iterator>
 #include <map>
 
+#include "reports/command_line/contest.hpp"
 #include "reports/render/scatter.hpp"
 #include "reports/render/text.hpp"
 
@@ -87,14 +88,28 @@ std::string measured(const WorkPoint* point) {
   return point == nullptr ? "-" : format_measure(point->error, point->bar, 3);
 }
 
+std::string unit_of(const ReportData& data, const std::string& metric) {
+  for (const MetricInfo& known : data.metrics) {
+    if (known.name == metric) return known.unit;
+  }
+  return "";
+}
+
+// A metric's name at the head of a column: without "error-", and its unit where there is room.
+std::string column_words(const std::string& metric, const ReportData& data) {
+  std::string words = metric.rfind("error-", 0) == 0 ? metric.substr(6) : metric;
+  std::replace(words.begin(), words.end(), '-', ' ');
+  const std::string unit = " [" + unit_of(data, metric) + "]";
+  return words.size() + unit.size() <= 18 ? words + unit : fit_to(words, 17);
+}
+
 std::string rungs_table(const ReportData& data, const Scenario& scenario, const std::vector<WorkCurve>& curves,
                         const Letters& letters, const std::string& metric) {
-  const bool turns = metric == "error-attitude-max";
-  const std::string other = turns ? "error-position-max" : "error-velocity-max";
+  const bool by_position = metric == "error-position-max";
+  const std::string other = by_position ? "error-velocity-max" : "error-position-max";
   const auto others = work_curves(data.rows, scenario.id, other);
-  std::string text =
-      fmt::format("     {:<14} {:>17} {:>17} {:>8} {:>9}\n", "rung", turns ? "attitude max [rad]" : "position max [m]",
-                  turns ? "position max [m]" : "velocity max[m/s]", "time", "evals");
+  std::string text = fmt::format("     {:<14} {:>17} {:>17} {:>8} {:>9}\n", "rung", column_words(metric, data),
+                                 by_position ? "velocity max[m/s]" : "position max [m]", "time", "evals");
   for (const WorkCurve& curve : curves) {
     text += fmt::format("  {}  {}{}\n", letters.at(curve.family), curve.family,
                         order_words(data, scenario.id, curve.family).empty()
@@ -114,15 +129,16 @@ std::string rungs_table(const ReportData& data, const Scenario& scenario, const 
 }
 
 std::string mark(const Reached& reached) {
-  return std::string(reached.interpolated ? "~" : reached.coarsest ? "<" : " ") + (reached.at_bar ? "*" : " ");
+  return std::string(reached.coarsest ? "<" : " ") + (reached.at_bar ? "*" : " ");
 }
 
+// How many times as much the next one costs.
 std::string over_next(const Contest& contest, const Letters& letters) {
   if (contest.ranked.size() < 2) return "alone";
   const Reached& next = contest.ranked[1];
   const char name = letters.at(next.family);
-  if (!contest.to_next) return fmt::format("{:.2f} x under {}", next.cost / contest.ranked[0].cost, name);
-  return fmt::format("{:.2f} x under {} [{:.2f}, {:.2f}]", contest.to_next->value, name, contest.to_next->low,
+  if (!contest.to_next) return fmt::format("{} {:.2f}x", name, next.cost / contest.ranked[0].cost);
+  return fmt::format("{} {:.2f}x [{:.2f}, {:.2f}]", name, contest.to_next->value, contest.to_next->low,
                      contest.to_next->high);
 }
 
@@ -133,9 +149,14 @@ std::string cheapest_table(const Dominance& table, const Letters& letters) {
                   table.cost == Cost::seconds ? "time" : "evaluations", norm_words(table.metric), table.unit);
   for (const Contest& contest : table.by_error) {
     const Reached& best = contest.ranked.front();
-    text += fmt::format("    {:<6.0e} {}  {:<24} {:>8}{} {}\n", contest.asked, letters.at(best.family),
-                        fit_id(best.family, 24), cost_words(best.cost, table.cost), mark(best),
-                        over_next(contest, letters));
+    text += fmt::format("    {:<6.2g} {} {:<19} {:<12} {:>7}{} {}\n", contest.asked, letters.at(best.family),
+                        fit_id(best.family, 19), rung_words(best.method, best.steps), cost_words(best.cost, table.cost),
+                        mark(best), over_next(contest, letters));
+    if (table.by_error.size() == 1)  // one error was asked for
+      text += fmt::format("           its error is {:.3g}: {:.3g} times under the asked one\n", best.error,
+                          contest.asked / best.error);
+    if (const std::string caution = caution_words(best, contest.asked); !caution.empty() && table.by_error.size() == 1)
+      text += "           " + caution + "\n";
   }
   return table.by_error.empty() ? "" : text;
 }
@@ -179,9 +200,9 @@ std::string stable_table(const Dominance& table, const Letters& letters, double 
 
 }  // namespace
 
-std::string compare_text(const ReportData& data, const Scenario& scenario, int width) {
+std::string compare_text(const ReportData& data, const Scenario& scenario, const Question& question, int width) {
   std::string text = fmt::format("{}: {}\n", scenario.id, scenario.title);
-  const std::string metric = telling_metric(data.rows, scenario.id);
+  const std::string metric = question.metric.empty() ? telling_metric(data.rows, scenario.id) : question.metric;
   if (metric.empty()) {
     // Nothing was measured against a truth: what there is to say is why.
     for (const WorkCurve& curve : work_curves(data.rows, scenario.id, "error-position-max"))
@@ -191,7 +212,7 @@ std::string compare_text(const ReportData& data, const Scenario& scenario, int w
   const auto curves = work_curves(data.rows, scenario.id, metric);
   Letters letters;
   for (const WorkCurve& curve : curves) letters.emplace(curve.family, letter(letters.size()));
-  text += plot(curves, letters, metric, metric == "error-attitude-max" ? "rad" : "m", std::min(width, 80)) + "\n";
+  text += plot(curves, letters, metric, unit_of(data, metric), std::min(width, 80)) + "\n";
   text += rungs_table(data, scenario, curves, letters, metric);
   const Dominance* first = nullptr;
   for (const Dominance& table : data.dominance) {
@@ -199,8 +220,8 @@ std::string compare_text(const ReportData& data, const Scenario& scenario, int w
     if (first == nullptr) first = &table;
     text += cheapest_table(table, letters) + budget_table(table, letters);
   }
-  text += "    ~ between two measured rungs, on the logs; < nothing cheaper was measured;\n"
-          "    * at the truth's bar; [ ] 95 % interval of the ratio, runs timed in turns\n";
+  text += "    each figure is of a measured rung; < nothing cheaper was measured;\n"
+          "    * at the truth's bar; x what the next costs, [ ] its 95 % interval in turns\n";
   if (first != nullptr) text += stable_table(*first, letters, scenario.t_end_s);
   return text + "\n";
 }

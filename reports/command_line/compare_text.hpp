@@ -7,6 +7,6 @@
 
 namespace atwood {
 
-std::string compare_text(const ReportData& data, const Scenario& scenario, int width);
+std::string compare_text(const ReportData& data, const Scenario& scenario, const Question& question, int width);
 
 }  // namespace atwood

@@ -25,8 +25,11 @@ std::vector<CellName> names_of(const std::vector<Cell>& cells) {
   return names;
 }
 
+// The command line names rungs of the ladders, by count or by frequency: figures of whole ladders are then not judged.
+bool rungs_chosen(const Options& options) { return !options.steps.empty() || !options.hz.empty(); }
+
 bool filtered(const Options& options) {
-  return !options.scenarios.empty() || !options.methods.empty() || !options.steps.empty();
+  return !options.scenarios.empty() || !options.methods.empty() || rungs_chosen(options);
 }
 
 bool of_ladder(const std::string& metric) { return metric.starts_with("order-") || metric.starts_with("growth-"); }
@@ -138,7 +141,7 @@ bool left_out_of_catalogue(const Options& options, const Selection& selection, c
                            const Gate& gate) {
   if (!gate.study.empty() && gate.study != selection.study) return true;
   if (!selection.narrowed) return false;
-  if (of_ladder(gate.metric) && !options.steps.empty()) return true;
+  if (of_ladder(gate.metric) && rungs_chosen(options)) return true;
   if (!filtered(options) && !gate.study.empty()) return false;
   if (!has_rival(gate, cells)) return true;
   return std::none_of(cells.begin(), cells.end(), [&](const CellName& cell) {
@@ -192,7 +195,7 @@ SiftedGates sift_gates(const Place& place, const Options& options, const Selecti
       continue;
     }
     const bool here = any_matches(gate, kept);
-    if (here && has_rival(gate, kept) && !(of_ladder(gate.metric) && !options.steps.empty())) {
+    if (here && has_rival(gate, kept) && !(of_ladder(gate.metric) && rungs_chosen(options))) {
       sifted.judged.push_back(gate);
       continue;
     }

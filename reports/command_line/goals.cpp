@@ -134,7 +134,7 @@ std::vector<Candidate> GoalRun::measured(const Goal& goal, const Scenario& scena
   how.cell_limit_s = std::max(how.cell_limit_s, goal.limit_s);
   how.truth_limit_s = std::max(how.truth_limit_s, 6 * goal.limit_s);
   how.purpose = "goals";
-  how.progress = progress_printer();
+  how.progress = progress_printer(options_);
   const StudyResult result = run_study(cells, workers_, how);
   end_progress();
   if (result.interrupted) throw Interrupted{};

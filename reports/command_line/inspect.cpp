@@ -9,7 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "reports/command_line/command_line.hpp"
+#include "reports/command_line/manual.hpp"
 #include "reports/command_line/program.hpp"
+#include "reports/command_line/scene_summary.hpp"
 #include "scene/files.hpp"
 
 namespace atwood {
@@ -49,22 +51,6 @@ json method_json(const MethodInfo& info) {
   for (const auto& [name, value] : info.settings) settings[name] = json_of(value);
   return {{"id", info.id}, {"doc", info.doc}, {"source", info.source}, {"claimed_order", info.claimed_order},
           {"adaptive", info.adaptive}, {"settings", settings}};
-}
-
-// Word-wraps `text` with every line indented.
-std::string wrapped(const std::string& text, std::size_t indent, std::size_t width) {
-  std::string out, line;
-  for (std::size_t i = 0; i < text.size();) {
-    const auto end = std::min(text.find(' ', i), text.size());
-    const auto word = text.substr(i, end - i);
-    if (!line.empty() && indent + line.size() + 1 + word.size() > width) {
-      out += std::string(indent, ' ') + line + "\n";
-      line.clear();
-    }
-    line += (line.empty() ? "" : " ") + word;
-    i = end + 1;
-  }
-  return line.empty() ? out : out + std::string(indent, ' ') + line + "\n";
 }
 
 json gate_json(const Gate& gate) {
@@ -110,6 +96,84 @@ json list_json(const Place& place, const Options& options, const std::string& wh
   return out;
 }
 
+// Orders for points under forces of position, under forces of velocity, and for bodies that turn.
+std::string orders_text(const MethodInfo& info) {
+  if (info.claimed_order.empty()) return "-";
+  std::string text;
+  for (const char* motion : {"point-mass", "velocity-dependent", "rotation"}) {
+    const auto found = info.claimed_order.find(motion);
+    text += (text.empty() ? "" : " ") + (found == info.claimed_order.end() ? "-" : fmt::format("{:g}", found->second));
+  }
+  return text;
+}
+
+std::string cut(const std::string& text, std::size_t width) {
+  return text.size() <= width ? text : text.substr(0, width - 3) + "...";
+}
+
+// A line a method: as much of its documentation as there is room for.
+void print_methods_table(const Place& place, const Options& options) {
+  const auto width = static_cast<std::size_t>(std::clamp(terminal_width(), 60, 160));
+  const std::vector<Worker> workers = require_workers(place, options);
+  std::size_t column = 20;
+  for (const Worker& worker : workers)
+    for (const MethodInfo& info : worker.engine.methods) column = std::max(column, info.id.size());
+  column = std::min<std::size_t>(column, 34);
+  const auto line = [&](const std::string& id, const std::string& orders, bool adaptive, const std::string& doc) {
+    const std::size_t taken = std::max(column, id.size()) + 14;
+    fmt::print("{:<{}} {:<8} {:<4}{}\n", id, column, orders, adaptive ? "tol" : "",
+               taken + 8 < width ? cut(doc, width - taken) : cut(doc, 8));
+  };
+  line("method", "orders", false, "what it is");
+  for (const Worker& worker : workers) {
+    if (worker.status != Status::ok) {
+      fmt::print("{}: {}: {}\n", fs::path(worker.path).filename().string(), to_string(worker.status), worker.reason);
+      continue;
+    }
+    for (const MethodInfo& info : worker.engine.methods) line(info.id, orders_text(info), info.adaptive, info.doc);
+    for (const MethodInfo& info : worker.engine.responses)
+      line(worker.engine.name + "/..." + info.id, "", false, info.doc);
+  }
+  line("truth", "", false, "the scene's certified truth, for `atwood trace`");
+  fmt::print("\n{}", wrapped("orders: claimed for points under forces of position, under forces of velocity, and for bodies "
+                             "that turn; - no claim. tol: takes a tolerance, as in atwood/dopri5:1e-8. `--long` prints "
+                             "documentation, sources and settings, `atwood describe METHOD` those of one.", 0, width));
+}
+
+std::vector<std::string> file_stems(const std::string& folder) {
+  std::vector<std::string> stems;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path().extension() == ".toml") stems.push_back(entry.path().stem().string());
+  }
+  std::sort(stems.begin(), stems.end());
+  return stems;
+}
+
+void print_studies(const Place& place, const Options& options) {
+  json out = json::array();
+  for (const std::string& id : file_stems(place.source_dir + "/validation/study")) {
+    const Study study = read_study(place.source_dir + "/validation/study/" + id + ".toml");
+    if (options.json) out.push_back({{"id", study.id}, {"blocks", study.cells.size()}});
+    else fmt::print("{:<20} {} block{} of cells\n", id, study.cells.size(), study.cells.size() == 1 ? "" : "s");
+  }
+  if (options.json) fmt::print("{}\n", json{{"studies", out}}.dump(2));
+}
+
+// One name a line, as completion reads them.
+void print_names(const Place& place, const Options& options) {
+  std::vector<std::string> names;
+  if (options.input == "scenarios") names = file_stems(place.source_dir + "/validation/scenarios");
+  if (options.input == "studies") names = file_stems(place.source_dir + "/validation/study");
+  if (options.input == "methods") {
+    for (const Worker& worker : require_workers(place, options))
+      for (const MethodInfo& info : worker.engine.methods) names.push_back(info.id);
+    names.push_back("truth");
+  }
+  if (options.input == "metrics")
+    for (const MetricInfo& metric : all_metrics()) names.push_back(metric.name);
+  for (const std::string& name : names) fmt::print("{}\n", name);
+}
+
 void print_description(const MethodInfo& info, std::size_t width) {
   fmt::print("{}", wrapped(info.doc, 4, width));
   if (!info.source.empty()) fmt::print("{}", wrapped("Source: " + info.source, 4, width));
@@ -151,8 +215,18 @@ std::string worker_line(const Worker& worker) {
 
 int command_list(const Place& place, const Options& options) {
   const std::string what = options.input;
-  if (!what.empty() && what != "scenarios" && what != "methods" && what != "metrics" && what != "gates") {
-    throw InputError(fmt::format("list {}: expected scenarios, methods, metrics or gates", what));
+  if (!what.empty() && what != "scenarios" && what != "methods" && what != "metrics" && what != "gates" &&
+      what != "studies") {
+    throw InputError(fmt::format("list {}: expected scenarios, methods, metrics, gates or studies; nearest: {}", what,
+                                 nearest(what, {"scenarios", "methods", "metrics", "gates", "studies"}, 1).front()));
+  }
+  if (options.names) {
+    print_names(place, options);
+    return exit_pass;
+  }
+  if (what == "studies") {
+    print_studies(place, options);
+    return exit_pass;
   }
   if (options.json) {
     fmt::print("{}\n", list_json(place, options, what).dump(2));
@@ -162,7 +236,10 @@ int command_list(const Place& place, const Options& options) {
     for (const auto& s : read_catalogue(place)) fmt::print("{:<28} {}  [{}]\n", s.id, s.title, join(s.tags, " "));
   }
   if (what.empty()) fmt::print("\n");
-  if (what.empty() || what == "methods") print_methods(place, options);
+  if (what.empty() || what == "methods") {
+    if (options.long_list) print_methods(place, options);
+    else print_methods_table(place, options);
+  }
   if (what.empty()) fmt::print("\n");
   if (what.empty() || what == "metrics") {
     for (const auto& m : all_metrics()) fmt::print("{:<28} [{}]  {}\n", m.name, m.unit, m.definition);
@@ -268,8 +345,45 @@ int describe_method(const Place& place, const Options& options) {
 
 }  // namespace
 
+namespace {
+
+// The metric of this name, where no scene's file has it. Where no scene, method or metric has it and a metric comes
+// nearest, an InputError that says so.
+const MetricInfo* named_metric(const Place& place, const std::string& text) {
+  const fs::path in_catalogue = fs::path(place.source_dir) / "validation/scenarios" / (text + ".toml");
+  if (text.find('/') != std::string::npos || fs::exists(text) || fs::exists(in_catalogue)) return nullptr;
+  std::vector<std::string> names = file_stems(place.source_dir + "/validation/scenarios");
+  const auto scenes = static_cast<std::ptrdiff_t>(names.size());
+  for (const MetricInfo& metric : all_metrics()) {
+    if (metric.name == text) return &metric;
+    names.push_back(metric.name);
+  }
+  const std::string near = nearest(text, names, 1).front();
+  if (std::find(names.begin() + scenes, names.end(), near) != names.end() && !text.ends_with(".toml"))
+    throw InputError(fmt::format("describe {}: no scene, method or metric of that name; nearest: {}", text,
+                                 fmt::join(nearest(text, names, 3), ", ")));
+  return nullptr;
+}
+
+void describe_metric(const MetricInfo& metric, const Options& options) {
+  if (options.json) {
+    fmt::print("{}\n",
+               json{{"name", metric.name}, {"unit", metric.unit}, {"definition", metric.definition}}.dump(2));
+    return;
+  }
+  const auto width = static_cast<std::size_t>(std::clamp(terminal_width(), 50, 110));
+  fmt::print("{} [{}]\n{}", metric.name, metric.unit == "1" ? "a ratio or a count, without unit" : metric.unit,
+             wrapped(metric.definition, 2, width));
+}
+
+}  // namespace
+
 int command_describe(const Place& place, const Options& options) {
   if (names_method(options.input)) return describe_method(place, options);
+  if (const MetricInfo* metric = named_metric(place, options.input)) {
+    describe_metric(*metric, options);
+    return exit_pass;
+  }
   if (options.evidence)
     throw InputError(fmt::format("--program is about a library's method, as in arkode/erkstep/VERNER_8_5_6; found `{}`",
                                  options.input));
@@ -278,11 +392,7 @@ int command_describe(const Place& place, const Options& options) {
     fmt::print("{}\n", scenario_to_json(scenario));
     return exit_pass;
   }
-  fmt::print("{}: {}\n  claim:   {}\n  source:  {}\n  tags:    {}\n", scenario.id, scenario.title, scenario.claim,
-             scenario.source, join(scenario.tags, " "));
-  fmt::print("  run:     {} s, {} samples, steps {}\n\n", format_double(scenario.t_end_s), scenario.samples,
-             fmt::join(scenario.steps, " "));
-  fmt::print("{}\n", json::parse(scene_to_json(scenario.scene)).dump(2));
+  fmt::print("{}", scene_summary(place, scenario, require_workers(place, options), terminal_width()));
   return exit_pass;
 }
 

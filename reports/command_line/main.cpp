@@ -6,6 +6,7 @@
 #include <cstring>
 #include <cstdlib>
 #include <exception>
+#include <functional>
 #include <new>
 #include <sstream>
 
@@ -14,6 +15,7 @@
 
 #include "protocol/descriptors.hpp"
 #include "reports/command_line/command_line.hpp"
+#include "reports/command_line/manual.hpp"
 #include "scene/files.hpp"
 #include "scene/printable.hpp"
 #include "validation/study/process.hpp"
@@ -21,7 +23,7 @@
 namespace {
 
 using namespace atwood;
-using Command = int (*)(const Place&, const Options&);
+using Command = std::function<int(const Place&, const Options&)>;
 
 struct Parser {
   CLI::App app{
@@ -29,7 +31,7 @@ struct Parser {
       "error bars.",
       "atwood"};
   Options options;
-  Command chosen = nullptr;
+  Command chosen;
 
   CLI::App* add(const std::string& name, const std::string& doc, Command command) {
     auto* sub = app.add_subcommand(name, doc);
@@ -37,12 +39,19 @@ struct Parser {
     sub->add_flag("--json", options.json, "Print JSON on standard output");
     return sub;
   }
+  void counts(CLI::App* sub, const char* what) {
+    auto* steps = sub->add_option("--steps", options.steps, what)->expected(1)->take_all();
+    sub->add_option("--hz", options.hz, "The same as steps a second: counts of t_end times this")
+        ->expected(1)
+        ->take_all()
+        ->excludes(steps);
+  }
   void narrowing(CLI::App* sub) {
     sub->add_option("--scenario,--filter", options.scenarios, "Only these scenarios: ids, globs or files")
         ->expected(1)
         ->take_all();
     sub->add_option("--method", options.methods, "Only these methods: ids or globs")->expected(1)->take_all();
-    sub->add_option("--steps", options.steps, "Only these step counts")->expected(1)->take_all();
+    counts(sub, "Only these step counts");
     sub->add_option("--engine", options.engines, "Also this executable, which speaks the worker protocol")
         ->expected(1)
         ->take_all();
@@ -50,6 +59,9 @@ struct Parser {
     sub->add_option("--max-cells", options.max_cells, "Refuse a study that plans more cells than this")
         ->capture_default_str()
         ->check(CLI::PositiveNumber);
+  }
+  void shown_progress(CLI::App* sub) {
+    sub->add_flag("--progress", options.progress, "Progress lines also where standard error is no terminal");
   }
   void running(CLI::App* sub) {
     narrowing(sub);
@@ -64,6 +76,7 @@ struct Parser {
                   "Of engines that are measured anew by each run: take the cells of the last completed run")
         ->excludes(fresh);
     sub->add_flag("--no-timing", options.no_timing, "Leave out the timed pass");
+    shown_progress(sub);
     sub->add_option("-o,--output", options.outputs, "FORMAT:FILE, format csv, json, markdown, junit or html")
         ->expected(1)
         ->take_all();
@@ -79,13 +92,17 @@ struct Parser {
 
 void declare_commands(Parser& p) {
   Options& o = p.options;
-  auto* list = p.add("list", "Scenarios, methods, metrics and gates", command_list);
-  list->add_option("what", o.input, "scenarios, methods, metrics or gates (all unless given)");
+  auto* list = p.add("list", "Scenarios, methods, metrics, gates and studies", command_list);
+  list->add_option("KIND", o.input, "scenarios, methods, metrics, gates or studies (the first four unless given)");
+  list->add_flag("--long", o.long_list, "Methods with documentation, source and settings");
+  list->add_flag("--names", o.names, "Names alone, one a line, as completion reads them")->group("");
   list->add_option("--engine", o.engines, "Also this executable")->expected(1)->take_all();
 
   auto* describe =
-      p.add("describe", "A scene as it was understood, or a method with its claims and settings", command_describe);
-  describe->add_option("SCENE|METHOD", o.input, "A file, a catalogue id, or a method id")->required();
+      p.add("describe", "A scene in words, a method with its claims and settings, or a metric's definition",
+            command_describe);
+  describe->add_option("SCENE|METHOD|METRIC", o.input, "A file, a catalogue id, a method id, or a metric's name")
+      ->required();
   describe->add_flag("--program", o.evidence,
                      "Of a library's method: print a program without Atwood that shows its executed order");
   describe->add_option("--scenario", o.scenarios, "The scene of that program (kepler-e0.6 unless given)")->expected(1);
@@ -101,7 +118,7 @@ void declare_commands(Parser& p) {
   auto* trace = p.add("trace", "The motion as CSV; --method truth prints the truth and its bars", command_trace);
   trace->add_option("SCENE", o.input, "A file or a catalogue id")->required();
   trace->add_option("--method", o.methods, "A method id, or truth")->required()->expected(1);
-  trace->add_option("--steps", o.steps, "Step count (the scenario's last rung unless given)")->expected(1);
+  p.counts(trace, "Step count (the scenario's last rung unless given)");
   trace->add_option("--samples", o.samples, "Samples (the scenario's unless given)");
   trace->add_option("--engine", o.engines, "Also this executable")->expected(1)->take_all();
   trace->add_option("--limit", o.cell_limit_s, "Seconds it may take")->capture_default_str();
@@ -125,12 +142,17 @@ void declare_commands(Parser& p) {
   auto* compare = p.add("compare", "Methods side by side: error, order and cost on each scenario", command_compare);
   compare->add_option("METHODS", o.methods, "Two or more method ids")->required()->expected(1, 64);
   compare->add_option("--scenario,--filter", o.scenarios, "Scenarios: ids, globs or files")->expected(1)->take_all();
-  compare->add_option("--steps", o.steps, "Only these step counts")->expected(1)->take_all();
+  p.counts(compare, "Only these step counts");
+  compare->add_option("--metric", o.metric, "What is compared: position, velocity, attitude, body-rate, state, energy, or a\n"
+                      "metric's name (the one of position and attitude that tells them apart unless given)");
+  compare->add_option("--error", o.wanted_error, "Only this error, with its unit: 1e-6rad, 0.1mm");
+  compare->add_option("--budget", o.budget, "Only what this time buys: 16.7ms, 40us");
   compare->add_option("--engine", o.engines, "Also this executable")->expected(1)->take_all();
   compare->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
   compare->add_option("-j,--jobs", o.jobs, "Workers at once");
   compare->add_option("--limit", o.cell_limit_s, "Seconds a cell may take; a truth six times that")->capture_default_str();
   compare->add_flag("--no-timing", o.no_timing, "Leave out the timed pass");
+  p.shown_progress(compare);
   compare
       ->add_option("-o,--output", o.outputs,
                    "FORMAT:FILE, format csv, json, markdown, junit or html (OUT/compare.html unless given)")
@@ -139,11 +161,18 @@ void declare_commands(Parser& p) {
 
   auto* advise = p.add("advise", "Recommend a method and its step for a scene, with evidence", command_advise);
   advise->add_option("SCENE", o.input, "A file or a catalogue id")->required();
-  advise->add_option("--error", o.wanted_error, "The error that is allowed, in metres unless --metric says otherwise");
+  advise->add_option("--error", o.wanted_error,
+                     "The error that is allowed: 1e-8 (in the metric's unit; metres unless --metric says otherwise), 0.1mm,\n"
+                     "1e-6rad, 2cm/s; a unit decides the metric");
   advise->add_option("--budget", o.budget, "The time that a whole run may take: 16.7ms, 40us");
   advise->add_option("--metric", o.metric,
                      "position (unless given), velocity, attitude, body-rate, state, energy, or a metric's name");
+  advise->add_option("--method", o.methods, "Only these methods: ids or globs")->expected(1)->take_all();
   advise->add_option("--engine", o.engines, "Also this executable")->expected(1)->take_all();
+  advise->add_option("--time", o.search_s, "Seconds after which no further method is begun")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1e6));
+  p.shown_progress(advise);
   advise->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
   advise->add_option("-j,--jobs", o.jobs, "Workers at once (one a core unless given)")->check(CLI::Range(1, 1024));
   advise->add_option("--limit", o.cell_limit_s, "Seconds a run may take; a truth six times that")
@@ -201,7 +230,36 @@ void declare_commands(Parser& p) {
   doctor->add_flag("--check-store", o.check_store, "Verify all that the store holds; exit code 5 where it is damaged");
 
   auto* schema = p.add("schema", "The JSON Schema of scenario files and of rows", command_schema);
-  schema->add_option("what", o.input, "scenario (unless given) or rows");
+  schema->add_option("SCHEMA", o.input, "scenario (unless given) or rows");
+
+  auto* help = p.add("help", "The commands, or one command's options", [&p](const Place&, const Options& asked) {
+    if (asked.manual) {
+      fmt::print("{}", man_page(p.app));
+      return exit_pass;
+    }
+    fmt::print("{}", help_text(asked.input.empty() ? p.app : command_of(p.app, asked.input), terminal_width()));
+    return exit_pass;
+  });
+  help->add_option("COMMAND", o.input, "One command (all unless given)");
+  help->add_flag("--man", o.manual, "The manual page, as roff: atwood help --man | man -l -");
+
+  auto* completion = p.add("completion", "A script that completes commands, options and ids in a shell",
+                           [&p](const Place&, const Options& asked) {
+                             fmt::print("{}", completion_script(p.app, asked.input));
+                             return exit_pass;
+                           });
+  completion->add_option("SHELL", o.input, "bash, zsh or fish: source <(atwood completion bash)")->required();
+  name_values(p.app);
+}
+
+// What was wrong with the words of the call.
+void complain(const CLI::App& app, const CLI::ParseError& error, const std::vector<std::string>& words) {
+  std::string what = unknown_words(app, words);
+  if (what.empty()) {
+    const std::string command = app.get_subcommands().empty() ? "" : " " + app.get_subcommands().front()->get_name();
+    what = fmt::format("atwood{}: {}; `atwood help{}` shows the options", command, error.what(), command);
+  }
+  std::fputs(printable_lines(fmt::format("{}{}\n", what.rfind("atwood", 0) == 0 ? "" : "atwood: ", what)).c_str(), stderr);
 }
 
 int run(int argc, char** argv) {
@@ -211,15 +269,20 @@ int run(int argc, char** argv) {
   parser.app.footer(
       "Exit codes: 0 pass; 1 a gate failed, is unverifiable or was not run; 2 input or usage; 3 a cell crashed, hung\n"
       "or sent garbage; 4 no baseline; 5 input/output or internal; 130, 143 interrupted.");
+  parser.app.formatter_fn(
+      [](const CLI::App* app, const std::string&, CLI::AppFormatMode) { return help_text(*app, terminal_width()); });
   declare_commands(parser);
   try {
     parser.app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    std::ostringstream out, problem;  // the words of this call may hold anything
-    const int code = parser.app.exit(error, out, problem);
-    std::fputs(printable_lines(out.str()).c_str(), stdout);
-    std::fputs(printable_lines(problem.str()).c_str(), stderr);
-    return code == 0 ? exit_pass : exit_input;
+    if (error.get_exit_code() == 0) {
+      std::ostringstream out;  // the words of this call may hold anything
+      parser.app.exit(error, out, out);
+      std::fputs(printable_lines(out.str()).c_str(), stdout);
+      return exit_pass;
+    }
+    complain(parser.app, error, {argv + 1, argv + std::max(argc, 1)});
+    return exit_input;
   }
   for (const CLI::App* sub : parser.app.get_subcommands())
     parser.options.limit_given = sub->get_option_no_throw("--limit") != nullptr && sub->count("--limit") > 0;

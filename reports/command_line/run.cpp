@@ -74,8 +74,11 @@ void require_folder(const std::string& file) {
 
 // One line that rewrites itself on a terminal, plain lines elsewhere. A reader that has gone (`2>&1 | head`) ends no
 // run: fputs, which does not throw.
-std::function<void(const std::string&)> progress_printer() {
-  if (!is_terminal(STDERR_FILENO)) return [](const std::string& line) { std::fputs((line + "\n").c_str(), stderr); };
+std::function<void(const std::string&)> progress_printer(const Options& options) {
+  if (!is_terminal(STDERR_FILENO)) {
+    if (!options.progress) return {};
+    return [](const std::string& line) { std::fputs((line + "\n").c_str(), stderr); };
+  }
   return [](const std::string& line) {
     std::fputs(("\r\x1b[2K" + line.substr(0, static_cast<std::size_t>(terminal_width() - 1))).c_str(), stderr);
   };
@@ -123,7 +126,7 @@ int command_run(const Place& place, const Options& options) {
   }
 
   StudyOptions how = study_options(place, options);
-  if (!options.quiet) how.progress = progress_printer();
+  if (!options.quiet) how.progress = progress_printer(options);
   if (!options.quiet && selection.cells.size() >= kManyCells)
     std::fputs(fmt::format("atwood: {} cells are planned\n", selection.cells.size()).c_str(), stderr);
   const StudyResult result = run_study(selection.cells, selection.workers, how);

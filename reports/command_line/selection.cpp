@@ -9,6 +9,8 @@
 #include <fmt/ranges.h>
 
 #include "reports/command_line/command_line.hpp"
+#include "reports/command_line/contest.hpp"
+#include "reports/command_line/units.hpp"
 #include "scene/files.hpp"
 #include "validation/gates/gates.hpp"
 
@@ -77,14 +79,6 @@ std::vector<Scenario> read_own_scenes(const Place& place, Study& study) {
   }
   require_one_file_each(own);
   return own;
-}
-
-// Rungs below the ladder's coarsest: halved while the samples divide them. Methods of high order live there, and it
-// shows from which step on a method is stable.
-void lengthen_ladder(Scenario& scenario) {
-  std::set<std::int64_t> steps(scenario.steps.begin(), scenario.steps.end());
-  for (std::int64_t n = *steps.begin(); n % 2 == 0 && (n / 2) % scenario.samples == 0; n /= 2) steps.insert(n / 2);
-  scenario.steps.assign(steps.begin(), steps.end());
 }
 
 void check_steps(const Scenario& scenario, const std::vector<std::int64_t>& steps) {
@@ -328,12 +322,13 @@ Selection select_cells(const Place& place, const Options& options) {
   std::vector<Scenario> known;
   Study study = open_study(place, options, selection, known);
   selection.narrowed = !options.scenarios.empty() || !options.methods.empty() || !options.steps.empty() ||
-                       !options.study.empty() || !options.engines.empty();
+                       !options.hz.empty() || !options.study.empty() || !options.engines.empty();
   for (const std::string& method : options.methods) check_method("--method ", method, selection.workers);
   selection.scenarios = choose_scenarios(place, options.scenarios, known);
   known.insert(known.end(), selection.scenarios.begin(), selection.scenarios.end());
   if (!options.study.empty()) check_study(study, known, selection.workers);
   const std::string of_study = fmt::format("study `{}`: ", study.id);
+  const std::map<std::string, std::string> unfit = set_frequencies(selection.scenarios, options.hz, study);
   if (options.whole_ladders) {
     for (auto& scenario : selection.scenarios) lengthen_ladder(scenario);
   }
@@ -344,6 +339,7 @@ Selection select_cells(const Place& place, const Options& options) {
     }
     selection.cells = cells_of_methods(plan_cells(study, selection.scenarios, selection.workers, place.provenance.cpu, options.max_cells),
                                        options.methods);
+    require_frequencies(selection.cells, unfit);
     if (!selection.cells.empty()) {
       check_settings(of_study, selection.cells, selection.workers);
       keep_used(selection);
@@ -362,6 +358,7 @@ Selection select_cells(const Place& place, const Options& options) {
     for (auto& cells : study.cells) cells.steps = options.steps;
   }
   selection.cells = plan_cells(study, selection.scenarios, selection.workers, place.provenance.cpu, options.max_cells);
+  require_frequencies(selection.cells, unfit);
   if (selection.cells.empty())
     throw InputError("nothing to run: no cell is left of this study; `atwood list` shows ids and methods");
   check_settings(options.methods.empty() ? of_study : "--method ", selection.cells, selection.workers);

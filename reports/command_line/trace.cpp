@@ -6,6 +6,7 @@
 #include "reports/command_line/command_line.hpp"
 #include "reports/command_line/table.hpp"
 #include "reports/command_line/verdicts.hpp"
+#include "reports/command_line/units.hpp"
 #include "scene/files.hpp"
 #include "scene/printable.hpp"
 
@@ -118,6 +119,8 @@ int command_trace(const Place& place, const Options& options) {
   const std::string& method = options.methods.front();
   const std::int64_t samples = options.samples.value_or(scenario.samples);
   if (samples <= 0) throw InputError(fmt::format("--samples {}: expected a positive count", samples));
+  scenario.samples = samples;
+  set_frequency(scenario, options.hz);
 
   if (method == "truth") {
     const Truth truth = truth_once(place.truth_worker, scenario, samples, options.limit_given ? options.cell_limit_s : 120.0);

@@ -34,7 +34,6 @@ void append_method(JsonText& json, const MethodInfo& method) {
 void append_reached(JsonText& json, const Reached& reached) {
   json.begin_object().inline_from_here().member("family", reached.family).member("method", reached.method);
   json.member_integer("steps", reached.steps).key("error").number(reached.error, 6).key("cost").number(reached.cost, 6);
-  if (reached.interpolated) json.key("interpolated").boolean(true);
   if (reached.at_bar) json.key("at_bar").boolean(true);
   if (reached.coarsest) json.key("coarsest").boolean(true);
   json.end_object();

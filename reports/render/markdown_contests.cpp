@@ -12,7 +12,7 @@ namespace {
 std::string cell(const std::string& text) { return escape_markdown_cell(text); }
 
 std::string mark(const Reached& reached) {
-  return std::string(reached.interpolated ? " ~" : reached.coarsest ? " <" : "") + (reached.at_bar ? " *" : "");
+  return std::string(reached.coarsest ? " <" : "") + (reached.at_bar ? " *" : "");
 }
 
 // Another one's cost over the winner's.
@@ -111,8 +111,7 @@ std::string dominance_section(const std::vector<Dominance>& tables) {
   if (tables.empty()) return "";
   std::string out =
       "## Who is cheapest\n\nErrors from 1e-3 to 1e-13 that somebody reaches; a ratio is the other's cost over the "
-      "winner's. ~ between two measured rungs on the "
-      "logs, < nothing cheaper was measured, * at the truth's bar.\n\n"
+      "winner's. Each figure is of a measured rung; < nothing cheaper was measured, * at the truth's bar.\n\n"
       "| scenario | error | levels atwood leads | levels another engine leads | finest level of atwood | of others "
       "|\n| --- | --- | ---: | ---: | ---: | ---: |\n";
   std::string details, last;

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "protocol/method.hpp"
+#include "validation/metrics/metrics.hpp"
 
 namespace atwood {
 namespace {
@@ -72,13 +73,22 @@ Ladders gather(std::span<const Row> rows, const std::string& scenario, const std
   return out;
 }
 
-double log_between(double x, double x0, double x1, double y0, double y1) {
-  return std::exp(std::log(y0) +
-                  (std::log(x) - std::log(x0)) / (std::log(x1) - std::log(x0)) * (std::log(y1) - std::log(y0)));
-}
-
 bool usable(const WorkPoint& point, Cost cost) {
   return cost_of(point, cost) > 0 && std::isfinite(cost_of(point, cost));
+}
+
+// How bad it gets on the rungs finer than this one.
+double worst_finer(const WorkCurve& curve, const WorkPoint& point) {
+  double worst = 0;
+  for (const WorkPoint& other : curve.points) {
+    if (coarser(point, other)) worst = std::max(worst, known_error(other));
+  }
+  for (const FailedRung& rung : curve.failed) {
+    const bool bad = rung.status == Status::diverged || rung.status == Status::not_finite;
+    if (bad && coarser(point, WorkPoint{rung.method, rung.steps, 0, 0, 0, 0, 0}))
+      worst = std::numeric_limits<double>::infinity();
+  }
+  return worst;
 }
 
 Reached at_rung(const WorkCurve& curve, const WorkPoint& point, Cost cost) {
@@ -90,18 +100,7 @@ Reached at_rung(const WorkCurve& curve, const WorkPoint& point, Cost cost) {
   reached.cost = cost_of(point, cost);
   reached.at_bar = at_bar(point);
   reached.coarsest = &point == &curve.points.front();
-  return reached;
-}
-
-// Between a rung that is too coarse and one that is good enough. A line to an error of 0 has no logarithm: the rung
-// itself.
-Reached between(const WorkCurve& curve, const WorkPoint& poor, const WorkPoint& good, double wanted, Cost cost) {
-  Reached reached = at_rung(curve, good, cost);
-  const double low = known_error(good), high = known_error(poor);
-  if (!usable(poor, cost) || low == wanted || !(low > 0)) return reached;
-  reached.cost = log_between(wanted, high, low, cost_of(poor, cost), cost_of(good, cost));
-  reached.error = wanted;
-  reached.interpolated = true;
+  reached.worst_finer = worst_finer(curve, point);
   return reached;
 }
 
@@ -116,10 +115,6 @@ void tell_untimed(WorkCurve& curve) {
     if (point.steps > timed->steps)
       point.seconds = timed->seconds * static_cast<double>(point.steps) / static_cast<double>(timed->steps);
   }
-}
-
-template <class Better> void keep(std::optional<Reached>& best, const Reached& found, Better better) {
-  if (!best || better(found, *best)) best = found;
 }
 
 }  // namespace
@@ -191,41 +186,42 @@ std::vector<WorkCurve> work_curves(std::span<const Row> rows, const std::string&
 }
 
 std::optional<Reached> cheapest(const WorkCurve& curve, double wanted, Cost cost) {
-  std::optional<Reached> best;
-  const auto cheaper = [](const Reached& a, const Reached& b) { return a.cost < b.cost; };
-  for (std::size_t i = 0; i < curve.points.size(); ++i) {
-    const WorkPoint& point = curve.points[i];
+  const WorkPoint* best = nullptr;
+  for (const WorkPoint& point : curve.points) {
     if (!usable(point, cost) || !(known_error(point) <= wanted)) continue;
-    keep(best, at_rung(curve, point, cost), cheaper);
-    for (const std::size_t j : {i - 1, i + 1}) {  // i - 1 of the first rung wraps beyond the last
-      if (j >= curve.points.size() || !(known_error(curve.points[j]) > wanted)) continue;
-      keep(best, between(curve, curve.points[j], point, wanted, cost), cheaper);
-    }
+    if (best == nullptr || cost_of(point, cost) < cost_of(*best, cost)) best = &point;
   }
-  return best;
+  return best ? std::optional(at_rung(curve, *best, cost)) : std::nullopt;
 }
 
 std::optional<Reached> most_accurate(const WorkCurve& curve, double budget, Cost cost) {
-  std::optional<Reached> best;
-  const auto better = [](const Reached& a, const Reached& b) { return a.error < b.error; };
-  for (std::size_t i = 0; i < curve.points.size(); ++i) {
-    const WorkPoint& point = curve.points[i];
+  const WorkPoint* best = nullptr;
+  for (const WorkPoint& point : curve.points) {
     if (!usable(point, cost) || cost_of(point, cost) > budget) continue;
-    keep(best, at_rung(curve, point, cost), better);
-    if (i + 1 >= curve.points.size()) continue;
-    const WorkPoint& next = curve.points[i + 1];
-    if (!usable(next, cost) || cost_of(next, cost) <= budget || !(known_error(next) < known_error(point)) ||
-        !(known_error(next) > 0))
-      continue;
-    Reached part = at_rung(curve, point, cost);
-    part.error = log_between(budget, cost_of(point, cost), cost_of(next, cost), known_error(point), known_error(next));
-    part.cost = budget;
-    part.interpolated = true;
-    part.at_bar = at_bar(next);
-    part.coarsest = false;
-    keep(best, part, better);
+    if (best == nullptr || known_error(point) < known_error(*best)) best = &point;
   }
-  return best;
+  return best ? std::optional(at_rung(curve, *best, cost)) : std::nullopt;
+}
+
+Contest contest_of_error(std::span<const WorkCurve> curves, double wanted, Cost cost) {
+  Contest contest{wanted, {}, {}};
+  for (const WorkCurve& curve : curves) {
+    if (const auto reached = cheapest(curve, wanted, cost)) contest.ranked.push_back(*reached);
+  }
+  std::stable_sort(contest.ranked.begin(), contest.ranked.end(),
+                   [](const Reached& a, const Reached& b) { return a.cost < b.cost; });
+  return contest;
+}
+
+Contest contest_of_budget(std::span<const WorkCurve> curves, double budget, Cost cost) {
+  Contest contest{budget, {}, {}};
+  for (const WorkCurve& curve : curves) {
+    if (const auto reached = most_accurate(curve, budget, cost)) contest.ranked.push_back(*reached);
+  }
+  std::stable_sort(contest.ranked.begin(), contest.ranked.end(), [](const Reached& a, const Reached& b) {
+    return a.error != b.error ? a.error < b.error : a.cost < b.cost;
+  });
+  return contest;
 }
 
 StableRange stable_range(const WorkCurve& curve) {
@@ -255,25 +251,17 @@ const std::vector<double>& budgets(Cost cost) {
 }
 
 Dominance dominance(std::span<const WorkCurve> curves, const std::string& scenario, const std::string& metric,
-                    const std::string& unit, Cost cost) {
+                    const std::string& unit, Cost cost, const Question& question) {
   Dominance table{scenario, metric, unit, cost, {}, {}, {}};
-  for (const double level : error_levels()) {
-    Contest contest{level, {}, {}};
-    for (const WorkCurve& curve : curves) {
-      if (const auto reached = cheapest(curve, level, cost)) contest.ranked.push_back(*reached);
-    }
-    std::stable_sort(contest.ranked.begin(), contest.ranked.end(),
-                     [](const Reached& a, const Reached& b) { return a.cost < b.cost; });
-    if (!contest.ranked.empty()) table.by_error.push_back(std::move(contest));
+  const bool one = question.error > 0 || question.budget_s > 0;
+  for (const double level : one ? std::vector<double>{question.error} : error_levels()) {
+    Contest contest = contest_of_error(curves, level, cost);
+    if (level > 0 && !contest.ranked.empty()) table.by_error.push_back(std::move(contest));
   }
-  for (const double budget : budgets(cost)) {
-    Contest contest{budget, {}, {}};
-    for (const WorkCurve& curve : curves) {
-      if (const auto reached = most_accurate(curve, budget, cost)) contest.ranked.push_back(*reached);
-    }
-    std::stable_sort(contest.ranked.begin(), contest.ranked.end(),
-                     [](const Reached& a, const Reached& b) { return a.error < b.error; });
-    if (!contest.ranked.empty()) table.by_budget.push_back(std::move(contest));
+  for (const double budget : one ? std::vector<double>{question.budget_s} : budgets(cost)) {
+    if (one && cost != Cost::seconds) continue;  // a budget that is asked for is one of time
+    Contest contest = contest_of_budget(curves, budget, cost);
+    if (budget > 0 && !contest.ranked.empty()) table.by_budget.push_back(std::move(contest));
   }
   for (const WorkCurve& curve : curves) {
     if (!curve.points.empty() || !curve.failed.empty()) table.stable.push_back(stable_range(curve));
@@ -305,25 +293,28 @@ std::string telling_metric(std::span<const Row> rows, const std::string& scenari
   return best;
 }
 
-std::vector<Dominance> find_dominance(std::span<const Row> rows) {
+std::vector<Dominance> find_dominance(std::span<const Row> rows, const Question& question) {
   std::vector<std::string> scenarios;
   std::map<std::string, std::vector<Row>> of;
   for (const Row& row : rows) {
     if (!of.contains(row.scenario)) scenarios.push_back(row.scenario);
     std::vector<Row>& own = of[row.scenario];
     const bool wanted = row.metric == "status" || row.metric == "run-time" || row.metric == "rate-evaluations" ||
-                        row.metric.rfind("size-", 0) == 0 || ends_with(row.metric, "-max");
+                        row.metric.rfind("size-", 0) == 0 || ends_with(row.metric, "-max") ||
+                        row.metric == question.metric;
     if (wanted) own.push_back(row);
   }
   std::vector<Dominance> tables;
   for (const std::string& scenario : scenarios) {
     const std::vector<Row>& own = of.at(scenario);
-    const std::string metric = telling_metric(own, scenario);
+    const std::string metric = question.metric.empty() ? telling_metric(own, scenario) : question.metric;
     if (metric.empty()) continue;
     const std::vector<WorkCurve> curves = work_curves(own, scenario, metric);
-    const std::string unit = metric == "error-attitude-max" ? "rad" : "m";
+    const auto info = std::find_if(all_metrics().begin(), all_metrics().end(),
+                                   [&](const MetricInfo& known) { return known.name == metric; });
+    const std::string unit = info == all_metrics().end() ? "" : info->unit;
     for (const Cost cost : {Cost::seconds, Cost::evaluations}) {
-      Dominance table = dominance(curves, scenario, metric, unit, cost);
+      Dominance table = dominance(curves, scenario, metric, unit, cost, question);
       if (!table.by_error.empty() || !table.by_budget.empty()) tables.push_back(std::move(table));
     }
   }

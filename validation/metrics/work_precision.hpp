@@ -1,8 +1,7 @@
 // Work and precision: what an error costs, what a budget buys, which steps are stable. Pure functions over rows.
 //
 // A *curve* is one method's ladder on one scenario: of step counts, or of tolerances (many ids, one family
-// "cvode/adams:tol"). Between two neighbouring rungs of a curve, log cost is a straight line in log error; outside the
-// rungs that were measured nothing is said.
+// "cvode/adams:tol"). Who wins is judged by measured rungs alone: nothing is said between them or beyond them.
 //
 // An error under three bars of its truth is only known to lie below value + bar: that sum then stands for it, and what
 // is read off it is marked `at_bar`.
@@ -61,17 +60,18 @@ std::vector<WorkCurve> work_curves(std::span<const Row> rows, const std::string&
 double motion_size(std::span<const Row> rows, const std::string& scenario, const std::string& metric);
 
 struct Reached {
-  std::string family, method;  // method: the measured rung it stands on (the nearest one that is at least as good)
+  std::string family, method;  // method and steps: the measured rung
   std::int64_t steps = 0;
-  double error = 0, cost = 0;
-  bool interpolated = false;   // between that rung and the one before it
+  double error = 0, cost = 0;  // of that rung
   bool at_bar = false;         // the rung's error is not told apart from the truth's bar
   bool coarsest = false;       // nothing cheaper was measured: the cost is an upper limit
+  double worst_finer = 0;      // the largest error of this curve's finer rungs, infinite where one failed; 0: none is finer
 };
 
-// Least cost of an error of at most `wanted`; none where no rung reaches it, or none that does has that cost.
+// The cheapest measured rung with an error of at most `wanted`; none where no rung reaches it, or none that does has that
+// cost.
 std::optional<Reached> cheapest(const WorkCurve& curve, double wanted, Cost cost);
-// Least error for a cost of at most `budget`; none where every rung costs more.
+// The measured rung of least error with a cost of at most `budget`; none where every rung costs more.
 std::optional<Reached> most_accurate(const WorkCurve& curve, double budget, Cost cost);
 
 // The coarsest rung from which on every finer one has a finite error below the size of the motion.
@@ -98,6 +98,14 @@ struct Dominance {
   std::vector<StableRange> stable;   // one a curve that has any rung
 };
 
+// The judgement that `compare`, `advise` and the reports share: every curve's rung for this error, cheapest first, or for
+// this budget, most accurate first (of equal errors the cheaper).
+Contest contest_of_error(std::span<const WorkCurve> curves, double wanted, Cost cost);
+Contest contest_of_budget(std::span<const WorkCurve> curves, double budget, Cost cost);
+
+// What a user asks of a comparison. An empty metric: the telling one; 0: every level of error, every budget.
+struct Question { std::string metric; double error = 0, budget_s = 0; };
+
 // 1e-3, 1e-4 .. 1e-13.
 const std::vector<double>& error_levels();
 // In seconds: frames at 60 and at 25 a second, and smaller ones for small problems: 1 us, 10 us, 100 us, 1 ms.
@@ -105,7 +113,7 @@ const std::vector<double>& error_levels();
 const std::vector<double>& budgets(Cost cost);
 
 Dominance dominance(std::span<const WorkCurve> curves, const std::string& scenario, const std::string& metric,
-                    const std::string& unit, Cost cost);
+                    const std::string& unit, Cost cost, const Question& question = {});
 
 // The metric that tells methods apart on a scenario: of attitude and position the one in which some run errs more, as a
 // share of the motion's size (attitude where both are as large as the motion). The largest error over the run, which no
@@ -113,7 +121,7 @@ Dominance dominance(std::span<const WorkCurve> curves, const std::string& scenar
 std::string telling_metric(std::span<const Row> rows, const std::string& scenario);
 
 // One table a scenario of these rows, in time and (where any engine counts them) in evaluations.
-std::vector<Dominance> find_dominance(std::span<const Row> rows);
+std::vector<Dominance> find_dominance(std::span<const Row> rows, const Question& question = {});
 
 // The best of the ranked ones that is (or is not) of one engine; null where there is none.
 const Reached* best_of(const Contest& contest, const std::string& engine);

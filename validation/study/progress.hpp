@@ -11,17 +11,22 @@ namespace atwood {
 
 class Progress {
  public:
-  Progress(std::size_t total, std::function<void(const std::string&)> print)
-      : total_(total), print_(std::move(print)) {}
+  using Clock = std::chrono::steady_clock;
+  Progress(std::size_t total, std::function<void(const std::string&)> print,
+           std::function<Clock::time_point()> now = Clock::now)
+      : total_(total), print_(std::move(print)), now_(std::move(now)) {}
 
-  void expect(std::size_t total);               // when more, or less, turns out to be needed
-  void done(const std::string& what);           // one piece of work; `what` is the phase it belongs to
+  void expect(std::size_t total, std::size_t truths);  // when more, or less, turns out to be needed; truths among them
+  void done(const std::string& what);  // one piece of work; `what` is the phase it belongs to, "truth" for truths
 
  private:
+  double seconds_left(double since_start_s, double since_truths_s) const;
+
   std::mutex mutex_;
-  std::size_t total_, done_ = 0;
+  std::size_t total_, truths_ = 0, done_ = 0, truths_done_ = 0;
   std::function<void(const std::string&)> print_;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now(), printed_ = start_;
+  std::function<Clock::time_point()> now_;
+  Clock::time_point start_ = now_(), truth_end_ = start_, printed_ = start_;
 };
 
 }  // namespace atwood

@@ -410,7 +410,8 @@ void StudyRun::accuracy_pass() {
   for (const Ladder& ladder : ladders_) cells += ladder.todo.size();
   const auto timed = std::count_if(cells_.begin(), cells_.end(), [](const Cell& cell) { return cell.repeats > 0; });
   for (const TruthWork& truth : truths_) truths += truth.state == TruthWork::State::pending ? 1 : 0;
-  progress_.expect(truths + cells + (options_.timing ? std::min(cells, static_cast<std::size_t>(timed)) : 0));
+  progress_.expect(truths + cells + (options_.timing ? std::min(cells, static_cast<std::size_t>(timed)) : 0),
+                   truths);
   if (cells > 0) {
     std::vector<std::thread> threads;
     for (int i = 0; i < std::max(1, options_.jobs); ++i) threads.emplace_back([this] { work(); });

@@ -28,7 +28,7 @@ export interface Goal {
   id: string; title: string; scenario: string; metric: string; unit: string; wanted_error: Loose; budget_kind: string; budget: Loose; reached: boolean;
   ours: GoalEntrant | null; rival: GoalEntrant | null; uncounted: GoalEntrant | null; ratio: Loose; ratio_low: Loose; ratio_high: Loose; why: string; wanted_ratio?: number;
 }
-export interface Reached { family: string; method: string; steps: number; error: Loose; cost: Loose; interpolated?: boolean; at_bar?: boolean; coarsest?: boolean }
+export interface Reached { family: string; method: string; steps: number; error: Loose; cost: Loose; at_bar?: boolean; coarsest?: boolean }
 export interface Contest { asked: Loose; contenders: number; ranked: Reached[]; to_next?: { value: Loose; low: Loose; high: Loose; pairs: number } }
 export interface Dominance {
   scenario: string; metric: string; unit: string; cost: 'seconds' | 'evaluations'; by_error: Contest[]; by_budget: Contest[];

@@ -4,7 +4,7 @@ import { Child, h, labelledSelect, option, section } from './dom';
 import { brokenId } from './table';
 
 const isOurs = (reached: Reached) => engineOf(reached.family) === 'atwood';
-const mark = (reached: Reached) => `${reached.interpolated ? ' ~' : reached.coarsest ? ' <' : ''}${reached.at_bar ? ' *' : ''}`;
+const mark = (reached: Reached) => `${reached.coarsest ? ' <' : ''}${reached.at_bar ? ' *' : ''}`;
 const costWords = (table: Dominance, cost: number) => (table.cost === 'seconds' ? seconds(cost) : String(Math.round(cost)));
 const level = (value: number) => value.toExponential(0);
 const norm = (metric: string) => metric.replace(/^error-/, '').replace(/-max$/, ', largest over the run').replace(/-end$/, ', at the end');
@@ -107,7 +107,7 @@ export function dominance(report: Report): HTMLElement | null {
   const scenario = labelledSelect('scenario', 'dominance-scenario', draw);
   fill();
   return section('dominance', 'Who is cheapest',
-    h('p', { class: 'hint' }, 'For each error the method that reaches it at the least cost, and for each budget the most accurate one. \u00d7 is the cost of the best other engine over the winner\u2019s; alone: no other engine reaches that error. Solid: a method of this engine wins; outlined: another engine does. ~ lies between two measured rungs, on the logs; < nothing cheaper was measured; * at the truth\u2019s bar. Times come from the timed pass of this report.'),
+    h('p', { class: 'hint' }, 'For each error the method that reaches it at the least cost, and for each budget the most accurate one. \u00d7 is the cost of the best other engine over the winner\u2019s; alone: no other engine reaches that error. Solid: a method of this engine wins; outlined: another engine does. Each figure is of a measured rung; < nothing cheaper was measured; * at the truth\u2019s bar. Times come from the timed pass of this report.'),
     report.notes.length ? h('details', {}, h('summary', {}, 'How these methods were run'), ...report.notes.map((note) => h('p', { class: 'hint' }, note))) : null,
     h('div', { class: 'bar' }, cost.box, scenario.box), table, place);
 }

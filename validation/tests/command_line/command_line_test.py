@@ -431,7 +431,7 @@ class Advising(Case):
         self.expect(self.run_in("advise", "kepler-e0", "--error", "1e-25"), 1, "nothing that was tried", "did not reach the error")
 
     def test_slips_of_the_pen(self):
-        for words in (["kepler-e0"], ["kepler-e0", "--error", "1e-8", "--budget", "1ms"], ["kepler-e0", "--error", "-1"], ["kepler-e0", "--error", "1e-8m"],
+        for words in (["kepler-e0"], ["kepler-e0", "--error", "1e-8", "--budget", "1ms"], ["kepler-e0", "--error", "-1"], ["kepler-e0", "--error", "1e-8parsec"],
                       ["kepler-e0", "--budget", "16"], ["kepler-e0", "--error", "1e-8", "--metric", "colour"], ["kepler-e0", "--error", "1e-8", "--metric", "attitude"]):
             self.expect(self.run_in("advise", *words), 2)
         self.expect(self.run_in("advise", "keppler-e0", "--error", "1e-8"), 2, "kepler-e0")

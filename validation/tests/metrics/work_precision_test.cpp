@@ -56,7 +56,7 @@ TEST_CASE("families: tolerances are rungs of one ladder, all else stays in the n
   CHECK(engine_of("bullet64/tuned") == "bullet64");
 }
 
-TEST_CASE("what an error costs: a straight line between rungs on the logs, nothing outside them") {
+TEST_CASE("what an error costs: the cheapest measured rung that reaches it, and nothing between rungs or beyond them") {
   std::vector<Row> rows;  // error = 1e-2 (n / 10)^-2, a microsecond a step
   for (const std::int64_t n : {1000, 10, 100})
     rung(rows, "a/m", n, 1e-2 * std::pow(static_cast<double>(n) / 10, -2), 1e-6 * static_cast<double>(n),
@@ -66,20 +66,20 @@ TEST_CASE("what an error costs: a straight line between rungs on the logs, nothi
   CHECK(curve.points[0].steps == 10);  // sorted, whatever the order of the rows
   CHECK(curve.points[2].steps == 1000);
 
-  const auto at_5 = cheapest(curve, 1e-5, Cost::seconds);  // (n / 10)^2 = 1e3
+  const auto at_5 = cheapest(curve, 1e-5, Cost::seconds);
   REQUIRE(at_5);
-  CHECK(at_5->interpolated);
-  CHECK(at_5->cost == Approx(1e-5 * std::sqrt(1e3)).epsilon(1e-12));
-  CHECK(at_5->steps == 1000);  // the measured rung that is at least as good
-  CHECK(at_5->error == 1e-5);
-  CHECK(cheapest(curve, 1e-5, Cost::evaluations)->cost == Approx(20 * std::sqrt(1e3)).epsilon(1e-12));
+  CHECK(at_5->steps == 1000);
+  CHECK(at_5->cost == Approx(1e-3));
+  CHECK(at_5->error == Approx(1e-6));
+  CHECK(at_5->worst_finer == 0);  // none is finer
+  CHECK(cheapest(curve, 1e-5, Cost::evaluations)->cost == Approx(2000));
 
   const auto on_rung = cheapest(curve, 1e-4 * (1 + 1e-12), Cost::seconds);
   CHECK(on_rung->cost == Approx(1e-4));
+  CHECK(on_rung->worst_finer == Approx(1e-6));
 
   const auto easy = cheapest(curve, 0.5, Cost::seconds);  // the coarsest rung is better than asked: an upper limit
   CHECK(easy->coarsest);
-  CHECK_FALSE(easy->interpolated);
   CHECK(easy->cost == Approx(1e-5));
   CHECK_FALSE(cheapest(curve, 1e-7, Cost::seconds));  // below the finest: never extrapolated
 }
@@ -92,12 +92,11 @@ TEST_CASE("what a budget buys") {
   CHECK_FALSE(most_accurate(curve, 9e-6, Cost::seconds));
   CHECK(most_accurate(curve, 1e-5, Cost::seconds)->error == 1e-2);
   const auto between = most_accurate(curve, 1e-5 * std::sqrt(10), Cost::seconds);
-  CHECK(between->interpolated);
-  CHECK(between->error == Approx(1e-3).epsilon(1e-12));
+  CHECK(between->error == 1e-2);
   CHECK(between->steps == 10);
+  CHECK(between->cost == Approx(1e-5));
   const auto rich = most_accurate(curve, 10, Cost::seconds);
   CHECK(rich->error == Approx(1e-6));
-  CHECK_FALSE(rich->interpolated);
   CHECK_FALSE(most_accurate(curve, 1e9, Cost::evaluations));  // an engine that counts none
 }
 
@@ -107,12 +106,14 @@ TEST_CASE("an error that rises again at fine steps costs what the coarse rung co
   rung(rows, "a/m", 100, 1e-8, 1e-4, 1);
   rung(rows, "a/m", 1000, 1e-6, 1e-3, 1);
   const WorkCurve curve = only(rows);
-  CHECK(cheapest(curve, 1e-6, Cost::seconds)->cost == Approx(1e-5 * std::pow(10, 4.0 / 6)).epsilon(1e-12));
+  const auto dip = cheapest(curve, 1e-7, Cost::seconds);
+  CHECK(dip->cost == Approx(1e-4));
+  CHECK(dip->worst_finer == 1e-6);  // more than was asked: it may be luck, and is told
   CHECK(most_accurate(curve, 1, Cost::seconds)->error == 1e-8);
   CHECK(most_accurate(curve, 1, Cost::seconds)->steps == 100);
 }
 
-TEST_CASE("a rung without a time is no rung of the time, and none to interpolate from") {
+TEST_CASE("a rung without a time is no rung of the time, whatever its error") {
   std::vector<Row> rows;
   rung(rows, "a/m", 10, 1e-2, 1e-5, 10);
   rung(rows, "a/m", 100, 1e-4, nan_value, 100);
@@ -120,7 +121,6 @@ TEST_CASE("a rung without a time is no rung of the time, and none to interpolate
   const WorkCurve curve = only(rows);
   CHECK(cheapest(curve, 1e-4, Cost::seconds)->steps == 1000);
   CHECK(cheapest(curve, 1e-4, Cost::seconds)->cost == 1e-3);
-  CHECK_FALSE(cheapest(curve, 1e-5, Cost::seconds)->interpolated);
   CHECK(cheapest(curve, 1e-4, Cost::evaluations)->cost == 100);
 }
 
@@ -157,14 +157,13 @@ TEST_CASE("under three bars the bar counts, and says so") {
   CHECK(most_accurate(curve, 1, Cost::seconds)->at_bar);
 }
 
-TEST_CASE("an exact result has no logarithm: its rung's own cost stands") {
+TEST_CASE("an exact result is a rung like any other") {
   std::vector<Row> rows;
   rung(rows, "a/m", 10, 1e-3, 1e-5, 10);
   rung(rows, "a/m", 100, 0, 1e-4, 100);
   const auto at = cheapest(only(rows), 1e-6, Cost::seconds);
   REQUIRE(at);
   CHECK(at->cost == 1e-4);
-  CHECK_FALSE(at->interpolated);
 }
 
 TEST_CASE("tolerances are ordered from loose to tight") {
@@ -188,11 +187,11 @@ TEST_CASE("crossing curves: a low order is cheaper above the crossing, a high on
   const auto curves = work_curves(rows, "s", "error-position-max");
   const Dominance table = dominance(curves, "s", "error-position-max", "m", Cost::seconds);
   REQUIRE(table.by_error.size() == 5);  // 1e-3 .. 1e-7; finer levels nobody reaches
-  CHECK(table.by_error[0].ranked[0].family == "rival/high");
+  CHECK(table.by_error[2].ranked[0].family == "rival/high");
   const Contest& at_5 = table.by_error[2];
   REQUIRE(at_5.ranked.size() == 2);
   CHECK(at_5.asked == 1e-5);
-  CHECK(at_5.ranked[1].cost / at_5.ranked[0].cost == Approx(std::sqrt(1e3)).epsilon(1e-3));  // 1e5 us over sqrt(1e7) us
+  CHECK(at_5.ranked[1].cost / at_5.ranked[0].cost == Approx(10).epsilon(1e-3));  // 1e5 us over 1e4 us
   CHECK(best_of(at_5, "atwood")->family == "atwood/low");
   CHECK(best_rival(at_5, "atwood")->family == "rival/high");
   CHECK(best_of(table.by_error[3], "atwood") == nullptr);  // 1e-6: low has no rung there
@@ -201,6 +200,31 @@ TEST_CASE("crossing curves: a low order is cheaper above the crossing, a high on
       std::find_if(table.by_budget.begin(), table.by_budget.end(), [](const Contest& c) { return c.asked == 1e-4; });
   REQUIRE(budget != table.by_budget.end());
   CHECK(budget->ranked[0].family == "atwood/low");
+}
+
+TEST_CASE("a question that names one error or one budget has one contest, of the levels' own kind, and failures are no luck") {
+  std::vector<Row> rows;
+  rung(rows, "a/m", 10, 2e-3, 1e-5, 10);
+  rung(rows, "a/m", 100, 4e-5, 1e-4, 100);
+  rung(rows, "b/m", 10, 5e-5, 9e-5, 10);
+  failure(rows, "b/m", 20, Status::diverged, "gone");
+  const auto curves = work_curves(rows, "s", "error-position-max");
+  const Contest asked = contest_of_error(curves, 6e-5, Cost::seconds);
+  REQUIRE(asked.ranked.size() == 2);
+  CHECK(asked.ranked[0].method == "b/m");
+  CHECK(std::isinf(asked.ranked[0].worst_finer));
+  const auto tables = find_dominance(rows, {"error-position-max", 6e-5, 0});
+  REQUIRE(tables.size() == 2);  // time, evaluations
+  REQUIRE(tables[0].by_error.size() == 1);
+  CHECK(tables[0].by_budget.empty());
+  CHECK(tables[0].by_error[0].ranked[0].method == asked.ranked[0].method);
+  CHECK(tables[0].by_error[0].ranked[0].steps == asked.ranked[0].steps);
+  const auto bought = find_dominance(rows, {"", 0, 1e-4});
+  REQUIRE(bought.size() == 1);
+  REQUIRE(bought[0].by_budget.size() == 1);
+  CHECK(bought[0].by_error.empty());
+  CHECK(bought[0].by_budget[0].ranked[0].method == "a/m");
+  CHECK(contest_of_budget(curves, 1e-4, Cost::seconds).ranked[0].steps == 100);
 }
 
 TEST_CASE("stable steps: the coarsest rung from which on no finer one fails") {

@@ -359,9 +359,9 @@ ReportData synthetic_report(const SyntheticSize& size) {
 
 // One level won by us, one by a rival at the truth's bar, one alone; a budget; a rung that ended badly.
 static Dominance small_dominance() {
-  const Reached ours{"atwood/verner8", "atwood/verner8", 120, 1e-6, 2.5e-5, true, false, false};
-  const Reached next{"atwood/rk4", "atwood/rk4", 960, 1e-6, 1e-4, true, false, false};
-  const Reached rival{"cvode/adams:tol", "cvode/adams:1e-8", 240, 1e-6, 4e-4, false, false, true};
+  const Reached ours{"atwood/verner8", "atwood/verner8", 120, 1e-6, 2.5e-5, false, false};
+  const Reached next{"atwood/rk4", "atwood/rk4", 960, 1e-6, 1e-4, false, false};
+  const Reached rival{"cvode/adams:tol", "cvode/adams:1e-8", 240, 1e-6, 4e-4, false, true};
   Reached at_bar = rival;
   at_bar.error = 1e-13;
   at_bar.at_bar = true;

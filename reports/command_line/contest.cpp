@@ -1,0 +1,128 @@
+#include "reports/command_line/contest.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "reports/render/text.hpp"
+
+namespace atwood {
+namespace {
+
+constexpr int kPairs = 15;
+
+double rung_seconds(const std::vector<Row>& rows, const Cell& cell) {
+  for (const Row& row : rows) {
+    if (row.metric == "run-time" && row.scenario == cell.scenario.id && row.method == cell.method &&
+        row.steps == cell.plan.steps)
+      return row.value;
+  }
+  return 0;
+}
+
+// The rungs of one half of a method's ladders: equal steps, or tolerances.
+struct Half {
+  bool runs = false;
+  std::int64_t fewest_steps = 0, most_steps = 0;
+  double fewest_evaluations = 0, most_evaluations = 0;
+  // Four times the steps, and hardly more work: they were not its steps.
+  bool idle() const {
+    return most_steps >= 4 * fewest_steps && most_evaluations > 0 && most_evaluations < 1.5 * fewest_evaluations;
+  }
+};
+
+}  // namespace
+
+void lengthen_ladder(Scenario& scenario) {
+  std::set<std::int64_t> steps(scenario.steps.begin(), scenario.steps.end());
+  for (std::int64_t n = *steps.begin(); n % 2 == 0 && (n / 2) % scenario.samples == 0; n /= 2) steps.insert(n / 2);
+  scenario.steps.assign(steps.begin(), steps.end());
+}
+
+std::vector<Row> without_idle_halves(const std::vector<Row>& rows, const std::vector<std::string>& asked,
+                                     std::vector<std::string>& notes) {
+  std::map<std::pair<std::string, std::string>, Half> halves;  // scenario, family
+  for (const Row& row : rows) {
+    if (row.steps == 0 || row.status != Status::ok || !row.body.empty() || row.t_s) continue;
+    Half& half = halves[{row.scenario, method_family(row.method)}];
+    half.runs = true;
+    if (row.metric != "rate-evaluations") continue;
+    half.fewest_steps = half.fewest_steps == 0 ? row.steps : std::min(half.fewest_steps, row.steps);
+    half.most_steps = std::max(half.most_steps, row.steps);
+    half.fewest_evaluations = half.fewest_evaluations == 0 ? row.value : std::min(half.fewest_evaluations, row.value);
+    half.most_evaluations = std::max(half.most_evaluations, row.value);
+  }
+  const auto is_idle = [&](const Row& row) {
+    const std::string family = method_family(row.method);
+    const bool tolerance = family != row.method;
+    if (tolerance && std::find(asked.begin(), asked.end(), row.method) != asked.end()) return false;
+    const std::size_t at = tolerance ? family.find(":tol") : std::min(family.find_first_of("+@{"), family.size());
+    const std::string other =
+        tolerance ? family.substr(0, at) + family.substr(at + 4) : family.substr(0, at) + ":tol" + family.substr(at);
+    const auto twin = halves.find({row.scenario, other});
+    if (twin == halves.end() || !twin->second.runs) return false;
+    const auto own = halves.find({row.scenario, family});
+    return own == halves.end() || !own->second.runs || (!tolerance && own->second.idle());
+  };
+  std::vector<Row> kept;
+  std::set<std::string> said;
+  for (const Row& row : rows) {
+    if (!is_idle(row)) kept.push_back(row);
+    else if (method_family(row.method) == row.method && said.insert(row.method).second)
+      notes.push_back(row.method + " chooses its own steps: run at a ladder of tolerances instead of equal steps.");
+  }
+  return kept;
+}
+
+const Cell* TurnTimes::find_cell(const std::string& scenario, const Reached& reached) const {
+  for (const Cell& cell : cells_) {
+    if (cell.worker >= 0 && cell.scenario.id == scenario && cell.method == reached.method &&
+        cell.plan.steps == reached.steps)
+      return &cell;
+  }
+  return nullptr;
+}
+
+Contender TurnTimes::contender(const Cell& cell, double seconds) const {
+  return {&workers_[static_cast<std::size_t>(cell.worker)], cell.method, &cell.scenario.scene, cell.plan, seconds, 0};
+}
+
+const TurnTimes::Turns& TurnTimes::measured(const Cell& a, const Cell& b, double a_s, double b_s) {
+  const auto [place, fresh] = known_.try_emplace({&a, &b});
+  if (!fresh) return place->second;
+  for (const auto& round : stopwatch_.in_turns({contender(a, a_s), contender(b, b_s)}, kPairs)) {
+    if (!std::isfinite(round[0]) || !std::isfinite(round[1])) continue;
+    place->second.first.push_back(round[0]);
+    place->second.second.push_back(round[1]);
+  }
+  return place->second;
+}
+
+void TurnTimes::settle(Contest& contest, const std::string& scenario, bool of_error) {
+  if (contest.ranked.size() < 2) return;
+  const Cell *a = find_cell(scenario, contest.ranked[0]), *b = find_cell(scenario, contest.ranked[1]);
+  if (a == nullptr || b == nullptr) return;
+  const double a_s = rung_seconds(rows_, *a), b_s = rung_seconds(rows_, *b);
+  if (!(a_s > 0) || !(b_s > 0) || a_s + b_s > 1) return;  // thirty runs of a second each are too many
+  const Turns& turns = measured(*a, *b, a_s, b_s);
+  if (turns.first.size() < 5) return;
+  PairedRatio ratio = paired_ratio(turns.second, turns.first);
+  if (!std::isfinite(ratio.ratio)) return;
+  if (of_error && ratio.high < kClearlyQuicker) {
+    std::swap(contest.ranked[0], contest.ranked[1]);
+    contest.ranked[0].cost = median(turns.second);
+    contest.ranked[1].cost = median(turns.first);
+    ratio = paired_ratio(turns.first, turns.second);
+  }
+  contest.to_next = TimedRatio{ratio.ratio, ratio.low, ratio.high, static_cast<int>(turns.first.size())};
+}
+
+std::string caution_words(const Reached& reached, double wanted) {
+  if (!(reached.worst_finer > wanted)) return "";
+  if (std::isinf(reached.worst_finer)) return "a finer step diverges: that this one does not may be luck";
+  return fmt::format("a finer step errs by {:.2g}, more than was asked: this one may be luck", reached.worst_finer);
+}
+
+}  // namespace atwood
