@@ -121,6 +121,7 @@ std::string claim_words(const ClaimedOrder& order);
 struct ReportData {
   std::string title;
   std::string command;                 // how this report was made
+  std::string program = "atwood";      // its first word, quoted for a shell: as the program was called
   Provenance provenance;
   std::vector<Scenario> scenarios;
   std::map<std::string, std::string> own_files;  // scenario: the user's file that reruns it

@@ -276,6 +276,10 @@ int command_advise(const Place& place, const Options& options) {
     if (!search->run(candidates.ids)) return interrupted();
   }
   if (!search->decide()) return interrupted();
+  const std::string own = own_file(place, advice.scenario);
+  advice.rerun = rerun_words(own.empty() ? advice.scenario.id : own, advice.best.method, advice.best.steps);
+  advice.rerun.front() = options.words.front();
+  for (const std::string& engine : options.engines) advice.rerun.insert(advice.rerun.end(), {"--engine", engine});
   fmt::print("{}", options.json ? advice_json(advice) : advice_text(advice));
   return advice.found ? exit_pass : exit_gate;
 }

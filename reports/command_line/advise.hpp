@@ -52,6 +52,7 @@ struct Advice {
   std::string caution;                    // what speaks against it; empty: nothing
   std::vector<std::pair<std::string, std::string>> left_out;
   int runs = 0;
+  std::vector<std::string> rerun;         // the words of the command that runs `best` alone
 };
 std::string advice_text(const Advice& advice);
 std::string advice_json(const Advice& advice);

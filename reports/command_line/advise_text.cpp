@@ -37,17 +37,6 @@ std::string asked_words(const Advice& advice) {
                      time_words(advice.budget_s));
 }
 
-std::string quoted(const std::string& text) {
-  return text.find_first_of(" '\"$&;()*?{}") == std::string::npos ? text : "'" + text + "'";
-}
-
-std::string rerun(const Advice& advice) {
-  const bool own = advice.scenario.path.find("validation/scenarios/") == std::string::npos;
-  return fmt::format("./atwood run --scenario {} --method {} --steps {}",
-                     quoted(own ? advice.scenario.path : advice.scenario.id), quoted(advice.best.method),
-                     advice.best.steps);
-}
-
 // Of each engine the first few ids of a list; JSON has all.
 std::string shortened(const std::string& methods) {
   constexpr int kShown = 6;
@@ -118,7 +107,7 @@ std::string advice_text(const Advice& advice) {
   }
   text += fmt::format("  truth      {}; the evidence's bar {:.2g}\n  runs       {}\n", advice.truth, advice.best.bar,
                       advice.runs);
-  if (advice.found) text += fmt::format("  rerun      {}\n", rerun(advice));
+  if (advice.found) text += fmt::format("  rerun      {}\n", shell_line(advice.rerun));
   text += "\n  left out\n";
   for (const auto& [reason, methods] : advice.left_out)
     text += wrapped(reason, 4, 80) + wrapped(shortened(methods), 6, 80);
@@ -149,7 +138,7 @@ std::string advice_json(const Advice& advice) {
   out["left_out"] = json::array();
   for (const auto& [reason, methods] : advice.left_out)
     out["left_out"].push_back({{"reason", reason}, {"methods", methods}});
-  if (advice.found) out["rerun"] = rerun(advice);
+  if (advice.found) out["rerun"] = shell_line(advice.rerun);
   return out.dump(2) + "\n";
 }
 

@@ -254,6 +254,7 @@ int command_check(const Place& place, const Options& options) {
     ReportData data;
     data.title = "check " + options.input;
     data.command = options.program;
+    data.program = shell_line(std::vector{options.words.front()});
     data.provenance = place.provenance;
     data.scenarios = {scenario};
     data.rows = rows;

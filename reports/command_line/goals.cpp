@@ -439,6 +439,7 @@ int command_goals(const Place& place, const Options& options) {
     ReportData data;
     data.title = "Atwood: goals";
     data.command = options.program;
+    data.program = shell_line(std::vector{options.words.front()});
     data.provenance = place.provenance;
     data.goals = results;
     fmt::print("{}\n", render_json(data));

@@ -59,6 +59,7 @@ int command_gate(const Place& place, const Options& options) {
   ReportData data;
   data.title = "gate";
   data.command = options.program;
+  data.program = shell_line(std::vector{options.words.front()});
   data.provenance = place.provenance;
   data.rows = stored.rows;
   add_judged(data, selection, judged);

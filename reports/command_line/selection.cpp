@@ -450,6 +450,7 @@ ReportData assemble_report(const Place& place, const Options& options, const Sel
   ReportData data;
   data.title = options.study.empty() ? "Atwood: the default study" : "Atwood: " + selection.study;
   data.command = options.program;
+  data.program = shell_line(std::vector{options.words.front()});
   data.provenance = place.provenance;
   data.scenarios = selection.scenarios;
   for (const auto& scenario : selection.scenarios) {

@@ -179,7 +179,7 @@ std::string embedded_json(const ReportData& data, const Detail& detail) {
   const std::vector<const Row*> rows = sorted_rows(data.rows, detail, rows_left_out);
   const std::vector<const StoredSeries*> series = chosen_series(data.series, detail.series_rungs);
   JsonText json(false);
-  json.begin_object().member("title", data.title).member("command", data.command);
+  json.begin_object().member("title", data.title).member("command", data.command).member("program", data.program);
   json.member("left_out", left_out_words(data, rows_left_out, data.series.size() - series.size(), detail));
   append_provenance(json.key("provenance"), data.provenance);
   append_verdicts(json.key("verdicts"), data.verdicts);

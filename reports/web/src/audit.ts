@@ -1,5 +1,5 @@
 // The library audit: what a library claims of its methods beside what they do, problem by problem.
-import { AuditFinding, AuditProblem, Report, figure, real, shellWord } from './data';
+import { AuditFinding, AuditProblem, Report, commandLine, figure, real, shellWord } from './data';
 import { Child, copyButton, h, section } from './dom';
 import { Column, smallTable } from './table';
 
@@ -24,7 +24,7 @@ function findingsTable(report: Report, findings: AuditFinding[], label: string):
     { name: 'method', value: (f) => f.method },
     { name: 'claimed', number: true, value: (f) => real(f.claimed), cell: (f) => h('span', { title: f.claim }, String(f.claimed)) },
     ...scenarios.map((scenario): Column<AuditFinding> => ({ name: scenario, number: true, value: (f) => real(of(f, scenario)?.order), cell: (f) => executed(of(f, scenario)) })),
-    { name: 'evidence', value: () => '', cell: (f) => copyButton(`./atwood describe ${shellWord(f.method.replace(':tol', ':1e-8'))} --program`) },
+    { name: 'evidence', value: () => '', cell: (f) => copyButton(commandLine(`describe ${shellWord(f.method.replace(':tol', ':1e-8'))} --program`)) },
   ];
   return smallTable(columns, findings, label);
 }

@@ -50,7 +50,7 @@ export interface AuditProblem { scenario: string; verdict: string; order: Loose;
 export interface AuditFinding { method: string; claim: string; claimed: Loose; verdict: string; problems: AuditProblem[] }
 export interface FigureTable { id: string; title: string; columns: string[]; rows: (string | number | null)[][]; notes: string[] }
 export interface Report {
-  title: string; command: string; left_out: string; provenance: Record<string, string>;
+  title: string; command: string; program: string; left_out: string; provenance: Record<string, string>;
   verdicts: Verdict[]; laws: Law[]; scenarios: Scenario[]; engines: Engine[]; ran: RanMethod[];
   missing_engines: { name: string; reason: string }[];
   metrics: { name: string; unit: string; definition: string }[];
@@ -63,6 +63,7 @@ export async function readReport(): Promise<Report> {
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('deflate-raw'));
   const report = JSON.parse(await new Response(stream).text()) as Report;
   for (const [scenario, file] of Object.entries(report.own_files)) ownFiles.set(scenario, file);
+  program = report.program;
   return report;
 }
 
@@ -127,7 +128,9 @@ export function shellWord(text: string): string {
   return /^[\w@%+=:,./-]+$/.test(text) ? text : `'${text.replace(/'/g, `'\\''`)}'`;
 }
 const ownFiles = new Map<string, string>();  // scenes of the user's own rerun by their file
+let program = 'atwood';                      // as it was called, quoted
+export function commandLine(words: string): string { return `${program} ${words}`; }
 export function rerunCommand(scenario: string, method: string, steps: number): string {
   const at = steps > 0 ? ` --steps ${steps}` : '';
-  return `./atwood run --scenario ${shellWord(scenario)} --method ${shellWord(method)}${at}`;
+  return commandLine(`run --scenario ${shellWord(ownFiles.get(scenario) ?? scenario)} --method ${shellWord(method)}${at}`);
 }
