@@ -11,12 +11,14 @@ const std::vector<MetricInfo>& all_metrics() {
       {"status", "", "How the cell ended when it could not be measured; the reason says why."},
       {"error-position-end", "m", "Distance from the true position at the last sample; the worst body."},
       {"error-position-max", "m",
-       "Largest distance from the true position over the samples, t = 0 left out; the worst body."},
+       "Largest distance from the true position over the samples, t = 0 left out; the worst body; its bar b encloses "
+       "[max(e - b), max(e + b)]."},
       {"error-position-rms", "m",
        "Root mean square over the samples (t = 0 left out) of the distance from the true position; the worst body."},
       {"error-velocity-end", "m/s", "Norm of the velocity's error at the last sample; the worst body."},
       {"error-velocity-max", "m/s",
-       "Largest norm of the velocity's error over the samples, t = 0 left out; the worst body."},
+       "Largest norm of the velocity's error over the samples, t = 0 and samples on the instant of an impact left out; the "
+       "worst body."},
       {"error-velocity-rms", "m/s",
        "Root mean square over the samples (t = 0 left out) of the velocity's error; the worst body."},
       {"error-attitude-end", "rad",
@@ -29,7 +31,8 @@ const std::vector<MetricInfo>& all_metrics() {
       {"error-body-rate-end", "rad/s",
        "Norm of the error of the body-axes angular velocity at the last sample; the worst body."},
       {"error-body-rate-max", "rad/s",
-       "Largest norm of the error of the body-axes angular velocity over the samples, t = 0 left out; the worst body."},
+       "Largest norm of the error of the body-axes angular velocity over the samples, t = 0 and samples on the instant of "
+       "an impact left out; the worst body."},
       {"error-body-rate-rms", "rad/s",
        "Root mean square over the samples (t = 0 left out) of the body-axes angular velocity's error; the worst body."},
       {"error-state-end", "1",

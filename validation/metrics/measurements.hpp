@@ -1,6 +1,7 @@
 // The families of metrics behind `measure`, one .cpp each. Private to this room.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -16,6 +17,25 @@ Row row(const std::string& metric, double value, double bar = 0, std::string rea
 // Euclidean norm of a - b, subtracted wide, then narrowed.
 double distance(const std::array<Wide, 3>& a, const std::array<Wide, 3>& b);
 double norm(const std::array<Wide, 3>& a);
+
+// The largest of several figures e, each known to within its bar b. It lies somewhere in [max(e - b), max(e + b)], and
+// what reaches highest need not be the figure that is largest: bar() is the distance from the largest to max(e + b),
+// which is the further end, for the largest has a bar too.
+struct Largest {
+  std::vector<std::pair<double, double>> figures;
+  void take(double e, double b) { figures.emplace_back(e, b); }
+  double value() const {
+    double largest = 0;
+    for (const auto& [e, b] : figures) largest = std::max(largest, e);
+    return largest;
+  }
+  double bar() const {
+    const double largest = value();
+    double reach = 0;
+    for (const auto& [e, b] : figures) reach = std::max(reach, b - (largest - e));
+    return reach;
+  }
+};
 
 // Why the recording can't be measured (not as many samples as the truth, a number that is not finite, ...) as a
 // "status" row; no row when it can.

@@ -96,6 +96,47 @@ TEST_CASE("measure: a lag in phase is an error in position and conserves everyth
   CHECK(find(rows, "momentum-error") == nullptr);  // not declared
 }
 
+TEST_CASE("measure: the bar of a largest error encloses what every sample's bar allows") {
+  const Scenario s = circle();
+  Truth truth = truth_of(orbit(s, 1, 1), 0);
+  Recording run = orbit(s, 1, 1);
+  const auto off = [&](std::size_t k, double error, double bar) {
+    run.values[k].bodies[0].p_m[2] += Wide(error);
+    truth.bars[k].bodies[0].p_m[2] = Wide(bar);
+  };
+  off(20, 0.05, 0.0001);  // the worst sample, well known
+  off(60, 0.03, 0.04);    // a smaller error of which less is known: up to 0.07
+  const std::vector<Row> rows = measure(s, truth, run);
+  const Row& largest = *find(rows, "error-position-max");
+  CHECK(largest.value == Approx(0.05).epsilon(1e-12));
+  CHECK(largest.value + largest.truth_bar >= 0.07 * (1 - 1e-12));    // max (e + b)
+  CHECK(largest.value - largest.truth_bar <= 0.0499);                // max (e - b)
+  CHECK(largest.truth_bar == Approx(0.02));
+  // The worst sample's own bar where it is the widest, without loss beside a large value.
+  off(20, 0, 1e-34);
+  truth.bars[60].bodies[0].p_m[2] = 0;
+  CHECK(find(measure(s, truth, run), "error-position-max")->truth_bar == Approx(1e-34));
+}
+
+TEST_CASE("measure: velocities on the instant of an impact are left out of maxima and means, and counted") {
+  const Scenario s = circle();
+  Truth truth = truth_of(orbit(s, 1, 1), 0);
+  Recording run = orbit(s, 1, 1);
+  Event impact;
+  impact.t_s = truth.values[30].t_s + Wide(1e-12);
+  truth.events = {impact};
+  truth.event_bar_s = {2e-12};
+  for (Wide& v : run.values[30].bodies[0].v_m_per_s) v = -v;
+  run.values[31].bodies[0].v_m_per_s[2] += Wide(1e-3);
+  const std::vector<Row> rows = measure(s, truth, run);
+  CHECK(value_of(rows, "error-velocity-max") == Approx(1e-3));
+  CHECK(value_of(rows, "error-velocity-rms") == Approx(1e-3 / std::sqrt(119.0)));
+  CHECK(find(rows, "error-velocity-max")->reason == "1 samples on the instant of an impact left out");
+  CHECK(find(rows, "error-position-max")->reason.empty());
+  truth.event_bar_s = {0.5e-12};  // the sample lies outside the bar: the jump is an error
+  CHECK(value_of(measure(s, truth, run), "error-velocity-max") > 1);
+}
+
 TEST_CASE("measure: the whole state's relative error joins positions and velocities of the last sample in one norm") {
   const Scenario s = circle();
   Recording run = orbit(s, 1, 1);
