@@ -32,10 +32,15 @@ double position_error_m(const BodySample& a, const BodySample& truth);
 double attitude_error_rad(const BodySample& a, const BodySample& truth);  // geodesic, no cancellation, q ~ -q
 
 // ---- observed order ---------------------------------------------------------------------------------------
+// `floor` is each rung's known bar; 0 or missing: not known. The interval holds the slope of the line through the
+// window, the slope of its two finest rungs and the slope extrapolated to h = 0 (order_interval.hpp); where scatter is
+// all there is to see, the line's slope with Student's t. `order` is its middle. Local slopes that change the more the
+// smaller h is, or by more than 0.2 at the finest rungs, are inconclusive.
 struct OrderFit {
   bool conclusive = false;
   std::string reason;             // why not
   double order = 0, half_width_95 = 0;
+  double finest_slope = 0, extrapolated = 0;
   std::vector<int> used;          // indices of rungs in the asymptotic window
   std::vector<std::string> left_out;  // one entry a rung: "", "pre-asymptotic", "floor", "not finite"
 };

@@ -54,7 +54,7 @@ TEST_CASE("coverage: order, log-normal noise, 4 to 10 rungs, ratios 2 and 2^(1/4
         covered += fit.conclusive && std::fabs(fit.order - 4) <= fit.half_width_95;
       }
       CAPTURE(c.ratio, c.sigma, rungs, conclusive);
-      CHECK(conclusive > 0.95 * kSeries);
+      CHECK(conclusive > (rungs == 4 ? 0.8 : 0.95) * kSeries);  // four rungs seldom tell scatter from curvature
       check_coverage(covered, conclusive);
     }
 }
