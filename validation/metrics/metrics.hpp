@@ -56,6 +56,12 @@ GrowthFit fit_growth_ensemble(std::span<const double> t_s, std::span<const std::
 // away); else `inconclusive`, with the reason.
 void name_law(GrowthFit& fit);
 
+// Whether steps lie in the asymptotic range three of them cannot tell: their order is what makes GCI32 / (r^p GCI21)
+// equal 1. A fourth can: the orders of the finer and of the coarser three agree to 0.1 with each other, and with the
+// formal order where that is known (else 0).
+enum class AsymptoticRange { not_tested, agrees, disagrees };
+AsymptoticRange asymptotic_range(double finer_order, double coarser_order, double formal_order);
+
 // ---- runs without a truth: three steps, Richardson extrapolation, grid convergence index ---------------------
 struct GridLevel { double h_s = 0; std::vector<double> value; };  // a scalar, or a vector whose norm counts
 struct GridConvergence {
@@ -67,7 +73,7 @@ struct GridConvergence {
   } kind = Kind::divergent;      // none: the finest two agree exactly
   double order = 0;              // negative: the differences grow as h shrinks
   double index = 0;              // 1.25 |f2 - f1| / (r^p - 1), in the unit of f: the band about the finest value
-  double asymptotic_ratio = 0;   // GCI32 / (r^p GCI21): near 1 in the asymptotic range
+  double index_coarse = 0;       // 1.25 |f3 - f2| / (r32^p - 1): about the middle value
   double difference = 0;         // |f2 - f1|
   std::vector<double> extrapolated;
 };
@@ -136,7 +142,13 @@ std::vector<Row> fit_ladder(std::span<const Row> cells);
 
 // Of the same ladder, from where its runs ended: gci-position, richardson-order-position, and gci-effectivity where a
 // truth is known. The finest three rungs whose differences lie above 30 x the floor.
-struct LadderEnd { std::int64_t steps = 0; double h_s = 0; Sample last; };
+// `formal_order`: what the method claims for this motion; 0: not known.
+struct LadderEnd {
+  std::int64_t steps = 0;
+  double h_s = 0;
+  Sample last;
+  double formal_order = 0;
+};
 std::vector<Row> fit_ends(const Scenario& scenario, std::span<const LadderEnd> ends, std::span<const Row> cells);
 // round-off-best-error and -step of a ladder that goes past its floor; none where the V is not seen.
 std::vector<Row> fit_round_off_v(std::span<const Row> cells);
