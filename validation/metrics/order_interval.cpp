@@ -31,7 +31,10 @@ using Columns = std::vector<std::vector<double>>;
 
 // y = sum_k c_k column_k by weighted least squares (Gram and Schmidt, each column twice over for its round-off): the
 // last coefficient c = sum_i weight_i y_i, and the weighted squares of what is left.
-struct Fit { double last = 0, squares = 0; std::vector<double> weight; };
+struct Fit {
+  double last = 0, squares = 0;
+  std::vector<double> weight;
+};
 Fit fit_columns(Columns q, std::span<const double> y, std::span<const double> root) {
   const std::size_t n = y.size();
   std::vector<double> left(n);
@@ -69,7 +72,9 @@ double reach(std::span<const double> weight, std::span<const double> bar) {
 }
 
 // The columns of the models above, h in units of the coarsest rung's.
-struct Powers { std::vector<double> one, x, x_squared, h, h_squared, inverse; };
+struct Powers {
+  std::vector<double> one, x, x_squared, h, h_squared, inverse;
+};
 Powers powers_of(std::span<const double> x) {
   Powers p;
   for (double v : x) {
@@ -103,7 +108,7 @@ struct Ladder {
   std::vector<double> root;  // square roots of the rungs' weights
   Powers powers;
   Fit line;
-  double blur = 0;           // of the line's slope, from the bars
+  double blur = 0;  // of the line's slope, from the bars
   Fit with(std::vector<double> a) const { return fit_columns({powers.one, std::move(a), powers.x}, y, root); }
 };
 
@@ -130,7 +135,7 @@ bool runs_away(const Ladder& ladder, bool sense, const Fit& linear, const Fit& s
   const bool few = ladder.x.size() == kFewest;
   const Fit away = ladder.with(ladder.powers.inverse);
   const bool better = away.squares < (few ? 1 : 0.25) * std::min(linear.squares, square.squares);
-  return better && (sense || !few) && std::fabs(away.last - ladder.line.last) > reach(away.weight, ladder.bar);
+  return better && sense && std::fabs(away.last - ladder.line.last) > reach(away.weight, ladder.bar);
 }
 
 }  // namespace
@@ -151,8 +156,8 @@ OrderInterval order_interval(std::span<const double> x, std::span<const double> 
   out.finest = (y[n - 1] - y[n - 2]) * last;
   out.extrapolated = linear.last;
   out.curved = is_curved(ladder, sense, bent);
-  const double scatter = out.curved && n > kFewest ? scatter_half_width(ladder, bent, 3)
-                                                   : scatter_half_width(ladder, ladder.line, 2);
+  const double scatter =
+      out.curved && n > kFewest ? scatter_half_width(ladder, bent, 3) : scatter_half_width(ladder, ladder.line, 2);
   out.low = slope - scatter;
   out.high = slope + scatter;
   if (out.curved) {

@@ -10,7 +10,10 @@ using namespace atwood;
 
 namespace {
 
-struct Ladder { int order = 0; std::vector<double> h, error, floor; };
+struct Ladder {
+  int order = 0;
+  std::vector<double> h, error, floor;
+};
 
 std::vector<double> ladder_of(double coarsest, double ratio, int rungs) {
   std::vector<double> h;
