@@ -81,14 +81,16 @@ std::string measured_text(const Verdict& v) {
   return v.unit.empty() || v.unit == "1" ? text : text + " " + v.unit;
 }
 
-// An order's bar is the 95 % half-width of its fit. It passes when its whole interval lies inside the band, which it can
-// only where the half-width is at most half the band; it fails when its whole interval lies outside; otherwise the
+// An order's bar is the 95 % half-width of its fit. It passes when its whole interval lies inside the band, which it
+// can only where the half-width is at most half the band; it fails when its whole interval lies outside; otherwise the
 // ladder has not shown it.
 void judge_order(Verdict& v, const std::string& window) {
   conclude(v, v.value - v.bar, v.value + v.bar, measured_text(v), window);
   if (v.judgement != Judgement::unverifiable) return;
-  if (v.bar > (v.allowed_high - v.allowed_low) / 2) v.text += ": the half-width is more than half the band";
-  else v.text += ": the interval reaches across the edge";
+  if (v.bar > (v.allowed_high - v.allowed_low) / 2)
+    v.text += ": the half-width is more than half the band";
+  else
+    v.text += ": the interval reaches across the edge";
 }
 
 void judge_ratio(Verdict& v, const Row& row, std::span<const Row> rows) {

@@ -70,8 +70,8 @@ void append_impacts(const Scenario& scenario, const Truth& truth, const Recordin
   if (wanted == 0) return;
   const std::string count = std::to_string(found) + " of " + std::to_string(wanted) + " impacts";
   const auto add = [&](const char* metric, const Largest& worst) {
-    rows.push_back(
-        row(metric, found < wanted ? std::nan("") : worst.value(), worst.bar(), found < wanted ? count + " reported" : ""));
+    rows.push_back(row(metric, found < wanted ? std::nan("") : worst.value(), worst.bar(),
+                       found < wanted ? count + " reported" : ""));
   };
   add("impact-time-error", time);
   add("impact-place-error", place);
@@ -126,21 +126,21 @@ void append_restitution(const Scenario& scenario, const Recording& run, std::vec
 
 // From the states: friction's work and the engine's own too. Between samples nothing but contact takes or gives energy
 // where the scene has no force but gravity.
-void append_energy_gain(const Scenario& scenario, const Recording& run, std::vector<Row>& rows) {
+void append_energy_gain(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows) {
   if (!scenario.scene.forces.empty() || run.values.size() < 2) return;
-  Wide start_potential = 0, least = 0, gain = 0, scale = 0;
+  Wide least = 0, gain = 0;
   for (const Sample& s : run.values) {
     const dynamics::Energy e = dynamics::energy(scenario.scene, s);
     const Wide total = e.kinetic_J + e.potential_J;
-    if (&s == &run.values.front()) {
-      least = total;
-      start_potential = e.potential_J;
-    }
+    if (&s == &run.values.front()) least = total;
     gain = std::max(gain, Wide(total - least));
     least = std::min(least, total);
-    scale = std::max(scale, e.kinetic_J + Wide(magnitude(e.potential_J - start_potential)));
   }
-  if (scale > 0) rows.push_back(row("energy-gain", static_cast<double>(gain / scale)));
+  const EnergyScale scale = energy_scale(scenario, truth);
+  if (scale.joules > 0)
+    rows.push_back(row("energy-gain", static_cast<double>(gain / scale.joules)));
+  else
+    rows.push_back(row("energy-rise", static_cast<double>(gain), 0, "in joules: no truth to scale by"));
 }
 
 dynamics::Gap<Wide> gap_at(const Scene& scene, const dynamics::Layout& layout, const dynamics::ContactPair& pair,
@@ -240,7 +240,7 @@ void append_contact(const Scenario& scenario, const Truth& truth, const Recordin
     append_apexes(scenario, truth, run, rows);
   }
   append_restitution(scenario, run, rows);
-  append_energy_gain(scenario, run, rows);
+  append_energy_gain(scenario, truth, run, rows);
   append_contact_forces(scenario, run, rows);
   append_penetration(scenario.scene, run, rows);
 }

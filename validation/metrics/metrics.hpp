@@ -98,6 +98,14 @@ struct LyapunovFit {
 };
 LyapunovFit fit_lyapunov(std::span<const double> local_exponents);
 
+// At the round-off floor, where one run's drift is one draw: the mean over runs (at least 32) of each run's least
+// squares slope, the half-width from a bootstrap over the runs. runs[k][i] is run k's value at t_s[i].
+struct EnsembleDrift {
+  double slope_per_s = std::numeric_limits<double>::quiet_NaN(), half_width_95 = 0;
+  std::string reason;  // why there is none
+};
+EnsembleDrift fit_drift_ensemble(std::span<const double> t_s, std::span<const std::vector<double>> runs);
+
 // ---- scaling: time against the number of bodies, T ~ N^exponent; and T / log N, whose exponent is 1 for N log N
 // -------- Least squares on the logs with 95 % half-widths (Student's t); fewer than 4 rungs: not a number.
 struct ScalingFit {
@@ -108,9 +116,13 @@ struct ScalingFit {
 ScalingFit fit_scaling(std::span<const double> bodies, std::span<const double> seconds);
 
 // ---- drift (slope, 1/s) told apart from oscillation (half range of the residual) ----------------------------
+// The half-width models what is left as correlated from one sample to the next; where that is not stationary (a random
+// walk, as round-off leaves; a slope that changes) no such interval holds: `stationary` is false and the half-width
+// infinite. Shorter series than 4: all 0.
 struct DriftFit {
-  double slope_per_s = 0, half_width_95 = 0, oscillation = 0, largest = 0, period_s = 0;
-};  // period 0: none
+  double slope_per_s = 0, half_width_95 = 0, oscillation = 0, largest = 0, period_s = 0;  // period 0: none
+  bool stationary = true;
+};
 DriftFit fit_drift(std::span<const double> t_s, std::span<const double> value);
 
 // What amplifies round-off: growth of a perturbation of the initial state over the run, the perturbation relative to

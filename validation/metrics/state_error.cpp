@@ -252,7 +252,7 @@ Series error_series(const Scenario& scenario, const Truth& truth, const Recordin
     series.attitude_rad = worst_series(Quantity::attitude, scenario, truth, run);
     series.body_rate_rad_per_s = worst_series(Quantity::body_rate, scenario, truth, run);
   }
-  series.energy = relative_energy(scenario, run);
+  series.energy = energy_change(scenario, run, energy_scale(scenario, truth));
   return series;
 }
 

@@ -1,8 +1,9 @@
 // What `measure` makes of whole recordings: rows, statuses, conservation by the reference's formulas, timing.
-#include <catch2/catch.hpp>
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <random>
 #include <set>
 
 #include "validation/metrics/metrics.hpp"
@@ -109,8 +110,8 @@ TEST_CASE("measure: the bar of a largest error encloses what every sample's bar 
   const std::vector<Row> rows = measure(s, truth, run);
   const Row& largest = *find(rows, "error-position-max");
   CHECK(largest.value == Approx(0.05).epsilon(1e-12));
-  CHECK(largest.value + largest.truth_bar >= 0.07 * (1 - 1e-12));    // max (e + b)
-  CHECK(largest.value - largest.truth_bar <= 0.0499);                // max (e - b)
+  CHECK(largest.value + largest.truth_bar >= 0.07 * (1 - 1e-12));  // max (e + b)
+  CHECK(largest.value - largest.truth_bar <= 0.0499);              // max (e - b)
   CHECK(largest.truth_bar == Approx(0.02));
   // The worst sample's own bar where it is the widest, without loss beside a large value.
   off(20, 0, 1e-34);
@@ -178,10 +179,78 @@ TEST_CASE("measure: energy drift and scale by hand") {
   for (Sample& sample : run.values)  // v^2 grows as 1 + 2e-4 t: E - E0 = m 1e-4 t
     for (Wide& x : sample.bodies[0].v_m_per_s) x *= std::sqrt(1 + 2e-4 * static_cast<double>(sample.t_s));
   const std::vector<Row> rows = measure(s, truth_of(orbit(s, 1, 1)), run);
-  const double scale = 1 * (1 + 2e-4 * 6);  // kinetic at the end, m = 2; the potential does not change
+  const double scale = 1;  // the truth's kinetic energy, m = 2; its potential does not change
   CHECK(value_of(rows, "energy-drift") == Approx(2e-4 / scale).epsilon(1e-6));
   CHECK(value_of(rows, "energy-max") == Approx(2e-4 * 6 / scale).epsilon(1e-6));
   CHECK(value_of(rows, "energy-oscillation") < 1e-10);
+}
+
+TEST_CASE(
+    "measure: one energy scale a scene, the truth's: a run that blows up errs by more than 1, a worse one drifts "
+    "more") {
+  const Scenario s = circle();
+  const Truth truth = truth_of(orbit(s, 1, 1));
+  const auto blown = [&](double rate) {
+    Recording run = orbit(s, 1, 1);
+    for (Sample& sample : run.values)
+      for (Wide& x : sample.bodies[0].v_m_per_s) x *= std::exp(rate * static_cast<double>(sample.t_s));
+    return measure(s, truth, run);
+  };
+  const auto bad = blown(1), worse = blown(2);
+  CHECK(value_of(bad, "energy-max") == Approx(std::exp(12.0) - 1));
+  CHECK(value_of(worse, "energy-max") == Approx(std::exp(24.0) - 1));
+  CHECK(value_of(worse, "energy-drift") > value_of(bad, "energy-drift"));
+  CHECK(value_of(bad, "energy-scale") == Approx(1));
+  CHECK(find(bad, "energy-scale")->unit == "J");
+  CHECK(find(bad, "energy-scale")->reason == "the truth's samples");
+  CHECK(error_series(s, truth, orbit(s, 1, 1)).energy.size() == 121);
+}
+
+TEST_CASE("measure: without a truth the scale is a converged reference run's, else energies are in joules") {
+  Scenario s = circle();
+  Recording run = orbit(s, 1, 1);
+  run.values.back().bodies[0].v_m_per_s[2] = Wide(0.1);  // E - E0 = 2 / 2 0.01 J
+  const std::vector<Row> rows = measure(s, {}, run);
+  CHECK(value_of(rows, "energy-scale") == Approx(1).epsilon(1e-6));
+  CHECK(find(rows, "energy-scale")->reason == "reference run: classical RK4, 2048 steps, energy converged to 1e-3");
+  CHECK(value_of(rows, "energy-max") == Approx(0.01));
+  // Scaled up, what is relative stays and what is in joules grows: bodies that can touch have no such run.
+  s.scene.bodies[0].shape = Sphere{0.1};
+  s.scene.bodies[0].mass_kg = 200;
+  s.scene.bodies[1].shape = Sphere{0.1};
+  const std::vector<Row> joules = measure(s, {}, run);
+  CHECK(find(joules, "energy-max") == nullptr);
+  CHECK(find(joules, "energy-scale") == nullptr);
+  CHECK(value_of(joules, "energy-change-max") == Approx(1));
+  CHECK(find(joules, "energy-change-max")->unit == "J");
+}
+
+TEST_CASE(
+    "measure: at round-off one run has no drift and no law; above it a slope that changes has the halves' as bar") {
+  const Scenario s = circle();
+  const Truth truth = truth_of(orbit(s, 1, 1));
+  Recording run = orbit(s, 1, 1);
+  run.outcome.steps_taken = 1200;
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal(0, 1);
+  double walk = 0;
+  for (Sample& sample : run.values) {
+    for (Wide& x : sample.bodies[0].v_m_per_s) x = static_cast<double>(x * Wide(1 + walk));
+    walk += 2e-16 * normal(random);
+  }
+  const std::vector<Row> floor = measure(s, truth, run);
+  for (const char* metric : {"energy-drift", "growth-exponent-energy"}) {
+    CHECK(std::isnan(value_of(floor, metric)));
+    CHECK(find(floor, metric)->reason.starts_with("inconclusive: round-off: "));
+  }
+  Recording bent = orbit(s, 1, 1);
+  for (Sample& sample : bent.values)
+    for (Wide& x : sample.bodies[0].v_m_per_s) x *= 1 + 1e-5 * sample.t_s * sample.t_s;
+  const std::vector<Row> rows = measure(s, truth, bent);
+  const Row& drift = *find(rows, "energy-drift");
+  CHECK(drift.value == Approx(1.2e-4).epsilon(0.05));     // 2e-5 t^2 over 6 s
+  CHECK(drift.truth_bar == Approx(0.6e-4).epsilon(0.1));  // 0.6e-4 and 1.8e-4 over the halves
+  CHECK(drift.reason.starts_with("gains energy; not stationary"));
 }
 
 TEST_CASE("measure: gravity's impulse is accounted for, a lost push is not") {
