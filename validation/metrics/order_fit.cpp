@@ -126,7 +126,7 @@ OrderFit fit_order(std::span<const double> h_s, std::span<const double> error, s
     return fit;
   }
   const double half_width = (interval.high - interval.low) / 2;
-  if (half_width > kWidest) {
+  if (!(half_width <= kWidest)) {
     fit.reason = "the finest rungs scatter: a half-width of " + format_measure(half_width, 0, 2) + " tells no order";
     return fit;
   }

@@ -128,3 +128,8 @@ TEST_CASE("order interval: what the bars explain is not curvature, what they do 
   CHECK(std::fabs(blurred.order - 2) <= blurred.half_width_95);
   CHECK(blurred.half_width_95 > known.half_width_95);
 }
+
+TEST_CASE("order interval: rungs of one and the same step tell no order") {
+  const std::vector<double> same(6, 0.1), error{1, 2, 3, 4, 5, 6};
+  CHECK_FALSE(fit_order(same, error, std::vector<double>(6, 0.001)).conclusive);
+}
