@@ -73,15 +73,16 @@ std::string measured_text(const Verdict& v) {
   return v.unit.empty() || v.unit == "1" ? text : text + " " + v.unit;
 }
 
-// An order's bar is the 95 % half-width of its fit. It passes when it lies inside the band and the half-width is at
-// most half the band; it fails when its whole interval lies outside; otherwise the ladder has not shown it.
+// An order's bar is the 95 % half-width of its fit. It passes when its whole interval lies inside the band, which it
+// can only where the half-width is at most half the band; it fails when its whole interval lies outside; otherwise the
+// ladder has not shown it.
 void judge_order(Verdict& v, const std::string& window) {
   conclude(v, v.value - v.bar, v.value + v.bar, measured_text(v), window);
-  if (v.judgement == Judgement::fail) return;
-  const bool inside = v.value >= v.allowed_low && v.value <= v.allowed_high;
-  const bool narrow = v.bar <= (v.allowed_high - v.allowed_low) / 2;
-  v.judgement = inside && narrow ? Judgement::pass : Judgement::unverifiable;
-  if (!narrow) v.text += ": the half-width is more than half the band";
+  if (v.judgement != Judgement::unverifiable) return;
+  if (v.bar > (v.allowed_high - v.allowed_low) / 2)
+    v.text += ": the half-width is more than half the band";
+  else
+    v.text += ": the interval reaches across the edge";
 }
 
 void judge_ratio(Verdict& v, const Row& row, std::span<const Row> rows) {

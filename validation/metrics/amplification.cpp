@@ -17,23 +17,6 @@ constexpr std::array<unsigned, 4> kTwins = {0, 1, 2, 4};  // rows of the Walsh m
 
 using State = std::vector<double>;
 
-// Classical RK4 over the reference's own rates; a step uses the force of its own interval.
-void step(const dynamics::Dynamics<double>& f, double t, double h, State& y, std::array<State, 5>& work) {
-  const int interval = f.interval_at(t + h / 2);
-  auto& [k1, k2, k3, k4, z] = work;
-  const auto stage = [&](double c, const State& k) {
-    for (std::size_t i = 0; i < y.size(); ++i) z[i] = y[i] + c * h * k[i];
-  };
-  f.rate(t, y.data(), k1.data(), interval);
-  stage(0.5, k1);
-  f.rate(t + h / 2, z.data(), k2.data(), interval);
-  stage(0.5, k2);
-  f.rate(t + h / 2, z.data(), k3.data(), interval);
-  stage(1, k3);
-  f.rate(t + h, z.data(), k4.data(), interval);
-  for (std::size_t i = 0; i < y.size(); ++i) y[i] += h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]);
-}
-
 double norm_of(Kind kind, const dynamics::Layout& layout, const State& y) {
   double sum = 0;
   for (int i = 0; i < layout.size; ++i)
@@ -76,6 +59,23 @@ double free_flight_growth(const Sizes& s, double t_end_s) {
 
 }  // namespace
 
+void metrics::reference_step(const dynamics::Dynamics<double>& f, double t, double h, std::vector<double>& y,
+                             std::array<std::vector<double>, 5>& work) {
+  const int interval = f.interval_at(t + h / 2);
+  auto& [k1, k2, k3, k4, z] = work;
+  const auto stage = [&](double c, const std::vector<double>& k) {
+    for (std::size_t i = 0; i < y.size(); ++i) z[i] = y[i] + c * h * k[i];
+  };
+  f.rate(t, y.data(), k1.data(), interval);
+  stage(0.5, k1);
+  f.rate(t + h / 2, z.data(), k2.data(), interval);
+  stage(0.5, k2);
+  f.rate(t + h / 2, z.data(), k3.data(), interval);
+  stage(1, k3);
+  f.rate(t + h, z.data(), k4.data(), interval);
+  for (std::size_t i = 0; i < y.size(); ++i) y[i] += h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]);
+}
+
 double perturbation_growth(const Scenario& scenario, const Truth& truth) {
   if (!metrics::has_truth(truth)) return 0;
   const Scene& scene = scenario.scene;
@@ -95,7 +95,7 @@ double perturbation_growth(const Scenario& scenario, const Truth& truth) {
   std::array<double, 4> size{}, apart{};
   const std::array<Kind, 4> kinds{Kind::position, Kind::velocity, Kind::attitude, Kind::rate};
   for (std::int64_t n = 0; n < steps; ++n) {
-    for (State& y : twins) step(f, h * static_cast<double>(n), h, y, work);
+    for (State& y : twins) metrics::reference_step(f, h * static_cast<double>(n), h, y, work);
     for (std::size_t k = 0; k < kinds.size(); ++k) {
       size[k] = std::max(size[k], norm_of(kinds[k], layout, twins[0]));
       for (std::size_t i = 1; i < twins.size(); ++i) {
@@ -133,8 +133,8 @@ double metrics::state_horizon_s(const Scenario& scenario, const Truth& truth) {
   for (State& w : work) w.assign(y.size(), 0.0);
   double size = 0;
   for (std::int64_t n = 0; n < steps; ++n) {
-    step(f, h * static_cast<double>(n), h, y, work);
-    step(f, h * static_cast<double>(n), h, twin, work);
+    metrics::reference_step(f, h * static_cast<double>(n), h, y, work);
+    metrics::reference_step(f, h * static_cast<double>(n), h, twin, work);
     State d = twin;
     for (std::size_t i = 0; i < d.size(); ++i) d[i] -= y[i];
     size = std::max(size, norm_of(Kind::position, f.layout(), y));
@@ -145,6 +145,24 @@ double metrics::state_horizon_s(const Scenario& scenario, const Truth& truth) {
 
 double round_off_floor(double unit, double steps, double size, double amplification) {
   return unit * std::sqrt(steps) * size * amplification;
+}
+
+double metrics::recorded_unit_round_off(const Scene& scene, const Recording& run) {
+  double unit = 0x1p-24;
+  const auto take = [&](Wide x) {
+    if (x == Wide(static_cast<float>(x))) return;
+    if (x == Wide(static_cast<double>(x)))
+      unit = std::min(unit, 0x1p-53);
+    else
+      unit = std::min(unit, x == Wide(static_cast<long double>(x)) ? 0x1p-64 : 0x1p-113);
+  };
+  for (std::size_t k = 1; k < run.values.size(); ++k)
+    for (std::size_t b = 0; b < run.values[k].bodies.size() && b < scene.bodies.size(); ++b) {
+      if (scene.bodies[b].fixed) continue;
+      for (Wide x : run.values[k].bodies[b].p_m) take(x);
+      for (Wide x : run.values[k].bodies[b].v_m_per_s) take(x);
+    }
+  return unit;
 }
 
 double unit_round_off(const std::string& method) {

@@ -11,12 +11,14 @@ const std::vector<MetricInfo>& all_metrics() {
       {"status", "", "How the cell ended when it could not be measured; the reason says why."},
       {"error-position-end", "m", "Distance from the true position at the last sample; the worst body."},
       {"error-position-max", "m",
-       "Largest distance from the true position over the samples, t = 0 left out; the worst body."},
+       "Largest distance from the true position over the samples, t = 0 left out; the worst body; its bar b encloses "
+       "[max(e - b), max(e + b)]."},
       {"error-position-rms", "m",
        "Root mean square over the samples (t = 0 left out) of the distance from the true position; the worst body."},
       {"error-velocity-end", "m/s", "Norm of the velocity's error at the last sample; the worst body."},
       {"error-velocity-max", "m/s",
-       "Largest norm of the velocity's error over the samples, t = 0 left out; the worst body."},
+       "Largest norm of the velocity's error over the samples, t = 0 and samples on the instant of an impact left out; "
+       "the worst body."},
       {"error-velocity-rms", "m/s",
        "Root mean square over the samples (t = 0 left out) of the velocity's error; the worst body."},
       {"error-attitude-end", "rad",
@@ -29,7 +31,8 @@ const std::vector<MetricInfo>& all_metrics() {
       {"error-body-rate-end", "rad/s",
        "Norm of the error of the body-axes angular velocity at the last sample; the worst body."},
       {"error-body-rate-max", "rad/s",
-       "Largest norm of the error of the body-axes angular velocity over the samples, t = 0 left out; the worst body."},
+       "Largest norm of the error of the body-axes angular velocity over the samples, t = 0 and samples on the instant "
+       "of an impact left out; the worst body."},
       {"error-body-rate-rms", "rad/s",
        "Root mean square over the samples (t = 0 left out) of the body-axes angular velocity's error; the worst body."},
       {"error-state-end", "1",
@@ -42,11 +45,25 @@ const std::vector<MetricInfo>& all_metrics() {
       {"size-body-rate", "rad/s", "Largest angular speed along the true motion."},
       {"condition", "1",
        "Growth over the run of a perturbation relative to each initial vector's own size: what amplifies round-off."},
-      {"energy-max", "1", "Largest |E - E0| / E_scale; E_scale = max over the run of kinetic + |V - V0|."},
+      {"energy-scale", "J",
+       "E_scale, one a scene for all methods and steps: max of kinetic + |V - V0| over the truth's samples, or, "
+       "without "
+       "a truth, over a run of the reference whose energy has converged under refinement (the reason says which)."},
+      {"energy-max", "1", "Largest |E - E0| / E_scale."},
       {"energy-drift", "1/s",
        "Slope of (E - E0) / E_scale, an oscillation of any shape fitted beside it and the median of pair slopes taken "
-       "of the rest; bar = 95 % corrected for autocorrelation; positive: gains."},
+       "of the rest; bar = 95 % corrected for autocorrelation, or, where what is left is not stationary, how far the "
+       "slopes of the run's halves and its mean slopes lie; NaN: round-off, where one run is one draw; positive: "
+       "gains."},
       {"energy-oscillation", "1", "Half the range of (E - E0) / E_scale about its drift."},
+      {"energy-change-max", "J", "Largest |E - E0|, of scenes without E_scale."},
+      {"energy-change-drift", "W", "energy-drift of scenes without E_scale: slope of E - E0."},
+      {"energy-change-oscillation", "J", "Half the range of E - E0 about its drift, of scenes without E_scale."},
+      {"energy-drift-round-off", "1/s",
+       "Ensemble of 96 runs perturbed in the last place, beside wider arithmetic: mean slope of round-off in energy "
+       "over "
+       "E_scale; bar = 95 % by bootstrap over runs."},
+      {"energy-change-drift-round-off", "W", "The same of scenes without E_scale, in joules a second."},
       {"momentum-error", "kg m/s",
        "Largest |P(t) - P(0) - M g t|: linear momentum, uniform gravity's impulse accounted for."},
       {"momentum-error-relative", "1", "momentum-error over the largest sum of m |v|."},
@@ -108,7 +125,9 @@ const std::vector<MetricInfo>& all_metrics() {
        "95 %; NaN: inconclusive."},
       {"gci-position", "m",
        "Grid convergence index of the last position from the finest three usable steps, 1.25 |x2 - x1| / (r^p - 1): "
-       "the band about the finest value, no truth used; the worst body."},
+       "the band about the finest value, no truth used; the worst body; the reason says whether the order of the next "
+       "coarser three, and the formal one where it is known, agree: three steps alone do not test the asymptotic "
+       "range."},
       {"richardson-order-position", "1",
        "Order p that the differences between those three steps show; negative: they grow as h shrinks."},
       {"gci-effectivity", "1",
@@ -151,6 +170,8 @@ const std::vector<MetricInfo>& all_metrics() {
       {"energy-gain", "1",
        "Contacts under gravity alone: largest rise of the energy above its least value before, over E_scale; 0 where "
        "it only falls."},
+      {"energy-rise", "J",
+       "energy-gain of scenes without E_scale: largest rise of the energy above its least value before."},
       {"contact-energy-gain", "J",
        "Largest work of a reported normal impulse, J (vn_before + vn_after) / 2; zero or less where no contact gains "
        "energy."},

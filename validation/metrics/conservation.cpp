@@ -5,6 +5,7 @@
 #include "dynamics/arithmetic.hpp"
 #include "dynamics/invariants.hpp"
 #include "validation/metrics/measurements.hpp"
+#include "validation/metrics/slope_fit.hpp"
 
 namespace atwood::metrics {
 namespace {
@@ -89,14 +90,6 @@ void append_center_of_mass(const Scenario& scenario, const Recording& run, std::
   rows.push_back(row("center-of-mass-error", largest));
 }
 
-std::string drift_text(const DriftFit& drift) {
-  std::string text = drift.slope_per_s > drift.half_width_95    ? "gains energy"
-                     : drift.slope_per_s < -drift.half_width_95 ? "loses energy"
-                                                                : "no drift outside its interval";
-  if (drift.period_s > 0) text += ", period " + format_measure(drift.period_s, 0) + " s removed";
-  return text;
-}
-
 // mu of the orbit whose Laplace-Runge-Lenz vector the reference computes.
 double orbit_mu(const Scene& scene, int body) {
   for (const Force& force : scene.forces)
@@ -133,40 +126,93 @@ void append_magnetic_moment(const Scenario& scenario, const Recording& run, std:
   if (worst >= 0) rows.push_back(row("magnetic-moment-error", worst));
 }
 
-}  // namespace
-
-std::vector<double> relative_energy(const Scenario& scenario, const Recording& run) {
-  if (!scenario.scene.problem.empty()) return {};
-  if (!declares(scenario, "energy") && !declares(scenario, "jacobi-constant")) return {};
-  std::vector<Wide> change;
-  Wide scale = 0, start = 0, start_potential = 0;
-  for (const Sample& s : run.values) {
-    const dynamics::Energy e = dynamics::energy(scenario.scene, s);
-    if (change.empty()) {
-      start = e.kinetic_J + e.potential_J;
-      start_potential = e.potential_J;
-    }
-    change.push_back(e.kinetic_J + e.potential_J - start);
-    scale = std::max(scale, e.kinetic_J + dynamics::magnitude(Wide(e.potential_J - start_potential)));
-  }
-  if (!(scale > 0)) return {};
-  std::vector<double> relative;
-  for (const Wide& c : change) relative.push_back(static_cast<double>(c / scale));
-  return relative;
+// How far other slopes of the same run lie: those of its two halves, the least squares line's, from the first sample to
+// the last. A stair of a few steps has all of these.
+double spread_of_slopes(std::span<const double> t, std::span<const double> energy, double slope) {
+  const std::size_t half = t.size() / 2;
+  double spread = 0;
+  for (const double other : {fit_drift(t.first(half + 1), energy.first(half + 1)).slope_per_s,
+                             fit_drift(t.subspan(half), energy.subspan(half)).slope_per_s, fit_line(t, energy).slope,
+                             (energy.back() - energy.front()) / (t.back() - t.front())})
+    spread = std::max(spread, std::fabs(other - slope));
+  return spread;
 }
 
-void append_conservation(const Scenario& scenario, const Recording& run, std::vector<Row>& rows) {
-  if (!scenario.scene.problem.empty() || run.values.size() < 2) return;
-  const std::vector<double> energy = relative_energy(scenario, run);
-  if (!energy.empty()) {
-    std::vector<double> t;
-    for (const Sample& s : run.values) t.push_back(static_cast<double>(s.t_s));
-    const DriftFit drift = fit_drift(t, energy);
-    rows.push_back(row("energy-max", drift.largest));
-    rows.push_back(row("energy-drift", drift.slope_per_s, drift.half_width_95, drift_text(drift)));
-    rows.push_back(row("energy-oscillation", drift.oscillation));
-    if (declares(scenario, "jacobi-constant")) rows.push_back(row("jacobi-constant-error", drift.largest));
+Row drift_row(const std::string& metric, std::span<const double> t, std::span<const double> energy,
+              const DriftFit& drift, double floor) {
+  if (drift.largest <= 30 * floor)
+    return row(
+        metric, std::nan(""), 0,
+        "inconclusive: round-off: |E - E0| stays below 30 u sqrt(steps), where one run is one draw; a drift there "
+        "needs the probe `ensemble`");
+  const double bar = drift.stationary ? drift.half_width_95 : spread_of_slopes(t, energy, drift.slope_per_s);
+  std::string text = drift.slope_per_s > bar    ? "gains energy"
+                     : drift.slope_per_s < -bar ? "loses energy"
+                                                : "no drift outside its interval";
+  if (drift.period_s > 0) text += ", period " + format_measure(drift.period_s, 0) + " s removed";
+  if (!drift.stationary)
+    text += "; not stationary about its line: the bar is how far the slopes of its halves and its mean slopes lie";
+  return row(metric, drift.slope_per_s, bar, text);
+}
+
+void append_energy(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows) {
+  const EnergyScale scale = energy_scale(scenario, truth);
+  const std::vector<double> energy = energy_change(scenario, run, scale);
+  if (energy.empty()) return;
+  std::vector<double> t;
+  for (const Sample& s : run.values) t.push_back(static_cast<double>(s.t_s));
+  const DriftFit drift = fit_drift(t, energy);
+  const double floor = energy_floor(scenario, run, scale);
+  if (!(scale.joules > 0)) {
+    rows.push_back(
+        row("energy-change-max", drift.largest, 0, "in joules: neither a truth nor a converged reference run"));
+    rows.push_back(drift_row("energy-change-drift", t, energy, drift, floor));
+    rows.push_back(row("energy-change-oscillation", drift.oscillation));
+    return;
   }
+  rows.push_back(row("energy-scale", scale.joules, 0, scale.source));
+  rows.push_back(row("energy-max", drift.largest));
+  rows.push_back(drift_row("energy-drift", t, energy, drift, floor));
+  rows.push_back(row("energy-oscillation", drift.oscillation));
+  if (declares(scenario, "jacobi-constant")) rows.push_back(row("jacobi-constant-error", drift.largest));
+}
+
+}  // namespace
+
+std::vector<double> energy_change(const Scenario& scenario, const Recording& run, const EnergyScale& scale) {
+  if (!scenario.scene.problem.empty()) return {};
+  if (!declares(scenario, "energy") && !declares(scenario, "jacobi-constant")) return {};
+  std::vector<double> change;
+  Wide start = 0;
+  const Wide unit = scale.joules > 0 ? scale.joules : 1;
+  for (const Sample& s : run.values) {
+    const dynamics::Energy e = dynamics::energy(scenario.scene, s);
+    if (change.empty()) start = e.kinetic_J + e.potential_J;
+    change.push_back(static_cast<double>((e.kinetic_J + e.potential_J - start) / unit));
+  }
+  return change;
+}
+
+double relative_floor(const Scene& scene, const Recording& run) {
+  const double steps =
+      static_cast<double>(std::max(run.outcome.steps_taken, static_cast<std::int64_t>(run.values.size())));
+  return round_off_floor(recorded_unit_round_off(scene, run), steps, 1, 1);
+}
+
+double energy_floor(const Scenario& scenario, const Recording& run, const EnergyScale& scale) {
+  const double relative = relative_floor(scenario.scene, run);
+  if (scale.joules > 0) return relative;
+  Wide largest = 0;
+  for (const Sample& s : run.values) {
+    const dynamics::Energy e = dynamics::energy(scenario.scene, s);
+    largest = std::max(largest, e.kinetic_J + dynamics::magnitude(e.potential_J));
+  }
+  return relative * static_cast<double>(largest);
+}
+
+void append_conservation(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows) {
+  if (!scenario.scene.problem.empty() || run.values.size() < 2) return;
+  append_energy(scenario, truth, run, rows);
   if (declares(scenario, "momentum")) append_momentum(scenario, run, rows);
   if (declares(scenario, "angular-momentum") || declares(scenario, "angular-momentum-center"))
     append_angular_momentum(scenario, run, rows);

@@ -41,20 +41,13 @@ std::map<Pair, std::vector<Impact>> impacts(const std::vector<Event>& events, co
 
 // Impact k of a pair in the run against impact k of that pair in the truth. A missing impact makes the figures NaN (a
 // gate then fails): a maximum over those that did happen would praise the run for what it missed.
-struct Worst {
-  double value = 0, bar = 0;
-  void take(double off, double b) {
-    if (off > value || (off == value && b > bar)) { value = off; bar = b; }
-  }
-};
-
 double magnitude(Wide x) { return std::fabs(static_cast<double>(x)); }
 
 void append_impacts(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows) {
   const auto expected = impacts(truth.events, truth.event_bar_s);
   auto reported = impacts(run.events, {});
   if (expected.empty() || (reported.empty() && run.events.empty())) return;
-  Worst time, place, normal, tangential;
+  Largest time, place, normal, tangential;
   std::int64_t wanted = 0, found = 0, extra = 0;
   for (const auto& [pair, list] : expected) {
     const auto& mine = reported[pair];
@@ -76,9 +69,9 @@ void append_impacts(const Scenario& scenario, const Truth& truth, const Recordin
     if (!expected.contains(pair)) extra += static_cast<std::int64_t>(mine.size());
   if (wanted == 0) return;
   const std::string count = std::to_string(found) + " of " + std::to_string(wanted) + " impacts";
-  const auto add = [&](const char* metric, const Worst& worst) {
-    rows.push_back(
-        row(metric, found < wanted ? std::nan("") : worst.value, worst.bar, found < wanted ? count + " reported" : ""));
+  const auto add = [&](const char* metric, const Largest& worst) {
+    rows.push_back(row(metric, found < wanted ? std::nan("") : worst.value(), worst.bar(),
+                       found < wanted ? count + " reported" : ""));
   };
   add("impact-time-error", time);
   add("impact-place-error", place);
@@ -102,7 +95,7 @@ void append_transitions(const Truth& truth, const Recording& run, std::vector<Ro
   const auto expected = sorted(truth.events, truth.event_bar_s);
   const auto reported = sorted(run.events, {});
   if (expected.empty() || reported.empty()) return;
-  Worst worst;
+  Largest worst;
   std::string missing;
   for (const auto& [key, list] : expected) {
     const auto mine = reported.find(key);
@@ -112,7 +105,7 @@ void append_transitions(const Truth& truth, const Recording& run, std::vector<Ro
       else if (missing.empty()) missing = "no `" + to_string(key.second) + "` reported where the truth has one";
     }
   }
-  rows.push_back(row("transition-time-error", missing.empty() ? worst.value : std::nan(""), worst.bar, missing));
+  rows.push_back(row("transition-time-error", missing.empty() ? worst.value() : std::nan(""), worst.bar(), missing));
 }
 
 void append_restitution(const Scenario& scenario, const Recording& run, std::vector<Row>& rows) {
@@ -133,21 +126,21 @@ void append_restitution(const Scenario& scenario, const Recording& run, std::vec
 
 // From the states: friction's work and the engine's own too. Between samples nothing but contact takes or gives energy
 // where the scene has no force but gravity.
-void append_energy_gain(const Scenario& scenario, const Recording& run, std::vector<Row>& rows) {
+void append_energy_gain(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows) {
   if (!scenario.scene.forces.empty() || run.values.size() < 2) return;
-  Wide start_potential = 0, least = 0, gain = 0, scale = 0;
+  Wide least = 0, gain = 0;
   for (const Sample& s : run.values) {
     const dynamics::Energy e = dynamics::energy(scenario.scene, s);
     const Wide total = e.kinetic_J + e.potential_J;
-    if (&s == &run.values.front()) {
-      least = total;
-      start_potential = e.potential_J;
-    }
+    if (&s == &run.values.front()) least = total;
     gain = std::max(gain, Wide(total - least));
     least = std::min(least, total);
-    scale = std::max(scale, e.kinetic_J + Wide(magnitude(e.potential_J - start_potential)));
   }
-  if (scale > 0) rows.push_back(row("energy-gain", static_cast<double>(gain / scale)));
+  const EnergyScale scale = energy_scale(scenario, truth);
+  if (scale.joules > 0)
+    rows.push_back(row("energy-gain", static_cast<double>(gain / scale.joules)));
+  else
+    rows.push_back(row("energy-rise", static_cast<double>(gain), 0, "in joules: no truth to scale by"));
 }
 
 dynamics::Gap<Wide> gap_at(const Scene& scene, const dynamics::Layout& layout, const dynamics::ContactPair& pair,
@@ -168,7 +161,7 @@ void append_apexes(const Scenario& scenario, const Truth& truth, const Recording
   const Scene& scene = scenario.scene;
   const dynamics::Layout layout = dynamics::layout(scene);
   const auto expected = impacts(truth.events, {});
-  double worst = 0, bar = 0;
+  Largest worst;
   int apexes = 0;
   for (const auto& [bodies, list] : expected) {
     const dynamics::ContactPair pair{bodies.first, bodies.second, 0, 0};
@@ -191,10 +184,10 @@ void append_apexes(const Scenario& scenario, const Truth& truth, const Recording
       if (m < truth.bars.size())
         b = (norm(truth.bars[m].bodies[pair.a].p_m) + norm(truth.bars[m].bodies[pair.b].p_m)) /
             static_cast<double>(right);
-      if (off > worst || (off == worst && b > bar)) { worst = off; bar = b; }
+      worst.take(off, b);
     }
   }
-  if (apexes > 0) rows.push_back(row("apex-error", worst, bar, std::to_string(apexes) + " apexes"));
+  if (apexes > 0) rows.push_back(row("apex-error", worst.value(), worst.bar(), std::to_string(apexes) + " apexes"));
 }
 
 // Where a falling body crosses z = 0: x, y by the parabola through three samples (one before the crossing's interval,
@@ -247,7 +240,7 @@ void append_contact(const Scenario& scenario, const Truth& truth, const Recordin
     append_apexes(scenario, truth, run, rows);
   }
   append_restitution(scenario, run, rows);
-  append_energy_gain(scenario, run, rows);
+  append_energy_gain(scenario, truth, run, rows);
   append_contact_forces(scenario, run, rows);
   append_penetration(scenario.scene, run, rows);
 }

@@ -1,6 +1,8 @@
 // Drift told apart from oscillation: a robust slope, its interval corrected for autocorrelation, the residual's range.
 #include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "validation/metrics/metrics.hpp"
@@ -135,8 +137,52 @@ DriftFit fit_drift(std::span<const double> t_s, std::span<const double> value) {
   }
   const auto [low, high] = std::minmax_element(r.begin(), r.end());
   fit.oscillation = (*high - *low) / 2;
-  fit.half_width_95 = width_scale * metrics::correlated_half_width(t_s, noise, kEfficiency);
+  fit.stationary = metrics::stationary(noise);
+  // A twentieth wider: series that pass the test for stationarity are those whose correlation looks smaller than it is.
+  fit.half_width_95 = fit.stationary ? 1.05 * width_scale * metrics::correlated_half_width(t_s, noise, kEfficiency)
+                                     : std::numeric_limits<double>::infinity();
   return fit;
+}
+
+EnsembleDrift fit_drift_ensemble(std::span<const double> t_s, std::span<const std::vector<double>> runs) {
+  constexpr std::size_t kFewestRuns = 32;
+  constexpr int kResamples = 1000;
+  EnsembleDrift drift;
+  const std::size_t n = runs.size();
+  if (n < kFewestRuns) {
+    drift.reason = std::to_string(n) + " runs, a drift at the floor needs " + std::to_string(kFewestRuns);
+    return drift;
+  }
+  std::vector<double> slopes;
+  for (const std::vector<double>& run : runs) {
+    if (run.size() != t_s.size() || run.size() < 2) {
+      drift.reason = "a run has other samples";
+      return drift;
+    }
+    slopes.push_back(metrics::fit_line(t_s, run).slope);
+    if (!std::isfinite(slopes.back())) {
+      drift.reason = "a run is not finite";
+      return drift;
+    }
+  }
+  const auto mean_of = [](const std::vector<double>& x) {
+    double sum = 0;
+    for (double v : x) sum += v;
+    return sum / static_cast<double>(x.size());
+  };
+  drift.slope_per_s = mean_of(slopes);
+  SplitMix64 random{0x6472696674};
+  std::vector<double> resample(n);
+  double squares = 0;
+  for (int r = 0; r < kResamples; ++r) {
+    for (double& s : resample) s = slopes[metrics::draw(random, n)];
+    const double off = mean_of(resample) - drift.slope_per_s;
+    squares += off * off / kResamples;
+  }
+  // A resample of n runs varies as n - 1 of them do.
+  const double count = static_cast<double>(n), error = std::sqrt(squares * count / (count - 1));
+  drift.half_width_95 = boost::math::quantile(boost::math::students_t(count - 1), 0.975) * error;
+  return drift;
 }
 
 }  // namespace atwood

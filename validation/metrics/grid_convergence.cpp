@@ -54,10 +54,18 @@ GridConvergence grid_convergence(const GridLevel& fine, const GridLevel& medium,
   g.kind = s < 0 ? GridConvergence::Kind::oscillatory : GridConvergence::Kind::monotone;
   const double fine_gain = std::pow(r21, p) - 1, coarse_gain = std::pow(r32, p) - 1;
   g.index = kSafety * e21 / fine_gain;
-  g.asymptotic_ratio = kSafety * e32 / coarse_gain / (std::pow(r21, p) * g.index);
+  g.index_coarse = kSafety * e32 / coarse_gain;
   for (std::size_t i = 0; i < n; ++i)
     g.extrapolated.push_back(fine.value[i] - (medium.value[i] - fine.value[i]) / fine_gain);
   return g;
+}
+
+AsymptoticRange asymptotic_range(double finer_order, double coarser_order, double formal_order) {
+  constexpr double kAgree = 0.1;
+  if (!std::isfinite(finer_order) || !std::isfinite(coarser_order)) return AsymptoticRange::not_tested;
+  const bool agree = std::fabs(finer_order - coarser_order) <= kAgree &&
+                     (!(formal_order > 0) || std::fabs(finer_order - formal_order) <= kAgree);
+  return agree ? AsymptoticRange::agrees : AsymptoticRange::disagrees;
 }
 
 std::string to_string(GridConvergence::Kind kind) {

@@ -1,6 +1,7 @@
 // The law by which an error grows: a power of t or an exponential, fitted to its envelope.
 #include <algorithm>
 #include <array>
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
 #include "validation/metrics/measurements.hpp"
@@ -11,6 +12,7 @@ namespace {
 
 constexpr std::size_t kFewestSamples = 60;
 constexpr std::size_t kWindows = 12;
+constexpr double kExponentChange = 0.2;  // along the run; laws are half a unit apart
 
 // The largest error of each of 12 equal windows of time, the first tenth of the run left out: what oscillates within a
 // window drops out, and the points are nearly independent where neighbouring samples are not. Largest beside
@@ -38,6 +40,44 @@ std::vector<double> logarithms(std::vector<double> x) {
   return x;
 }
 
+// Local exponents of the first and the last window by a parabola through the envelope's logs, and whether it explains
+// more than the windows' scatter would in 5 % of true powers.
+struct Bend {
+  double first = 0, last = 0;
+  bool significant = false;
+};
+Bend bend_of(std::span<const double> x, std::span<const double> y, const metrics::Line& line) {
+  const std::size_t n = x.size();
+  std::vector<double> squares(n);
+  for (std::size_t i = 0; i < n; ++i) squares[i] = (x[i] - x[0]) * (x[i] - x[0]);
+  const metrics::Line of_squares = metrics::fit_line(x, squares);
+  double along = 0, norm = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double bend = squares[i] - of_squares.intercept - of_squares.slope * x[i];
+    along += bend * (y[i] - line.intercept - line.slope * x[i]);
+    norm += bend * bend;
+  }
+  const double c = along / norm, freedom = static_cast<double>(n) - 3;
+  const double left = std::max(line.residual_squares - along * c, 0.0);
+  const double limit = boost::math::quantile(boost::math::students_t(freedom), 0.975);
+  const auto slope_at = [&](double at) { return line.slope + c * (2 * (at - x[0]) - of_squares.slope); };
+  return {slope_at(x[0]), slope_at(x[n - 1]), c * c * norm > limit * limit * left / freedom};
+}
+
+// One draw of a random walk wanders about any power: what the law leaves of the samples does not come back.
+bool wanders(std::span<const double> t, std::span<const double> e, const metrics::Line& law) {
+  std::vector<double> left;
+  double squares = 0;
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    const double from = t[i] - t.front();
+    if (from < 0.1 * (t.back() - t.front()) || !(e[i] > 0)) continue;
+    // An error that passes near zero has no more to say than that it is small.
+    left.push_back(std::max(std::log(e[i]) - law.intercept - law.slope * std::log(from), -3.0));
+    squares += left.back() * left.back();
+  }
+  return squares > 0.01 * static_cast<double>(left.size()) && !metrics::stationary(left);
+}
+
 }  // namespace
 
 GrowthFit fit_growth(std::span<const double> t_s, std::span<const double> error, double floor) {
@@ -57,7 +97,7 @@ GrowthFit fit_growth(std::span<const double> t_s, std::span<const double> error,
   std::vector<double> sorted = env.e;
   std::sort(sorted.begin(), sorted.end());
   if (sorted[sorted.size() / 2] < 30 * floor) {
-    fit.reason = "within 30 x the floor: a law there needs an ensemble of runs";
+    fit.reason = "round-off: within 30 x the floor, where a law needs an ensemble of runs";
     return fit;
   }
   for (int pass = 0; pass < 4; ++pass) {
@@ -73,6 +113,16 @@ GrowthFit fit_growth(std::span<const double> t_s, std::span<const double> error,
     fit.law = "exponential";
     fit.reason = "rate " + format_measure(exponential.slope, 0) + " +/- " +
                  format_measure(exponential.half_width_95, 0, 2) + " 1/s";
+    return fit;
+  }
+  const Bend bend = bend_of(log_t, log_e, power);
+  if (bend.significant && std::fabs(bend.last - bend.first) > kExponentChange) {
+    fit.reason = "no power of t: the exponent goes from " + format_measure(bend.first, 0) + " to " +
+                 format_measure(bend.last, 0) + " along the run";
+    return fit;
+  }
+  if (wanders(t_s, error, power)) {
+    fit.reason = "what the law leaves is not stationary, as of one draw of a walk: a law needs an ensemble of runs";
     return fit;
   }
   name_law(fit);
@@ -95,7 +145,7 @@ void name_law(GrowthFit& fit) {
 
 namespace metrics {
 
-void append_growth(const Series& series, double truth_bar_m, std::vector<Row>& rows) {
+void append_growth(const Series& series, const GrowthFloors& floors, std::vector<Row>& rows) {
   const auto append = [&](const std::string& metric, const std::vector<double>& error, double floor) {
     if (error.size() < kFewestSamples) return;
     const GrowthFit fit = fit_growth(series.t_s, error, floor);
@@ -104,11 +154,11 @@ void append_growth(const Series& series, double truth_bar_m, std::vector<Row>& r
     if (conclusive && !fit.reason.empty()) reason += ", " + fit.reason;
     rows.push_back(row(metric, conclusive ? fit.exponent : std::nan(""), conclusive ? fit.half_width_95 : 0, reason));
   };
-  append("growth-exponent-position", series.position_m, truth_bar_m);
-  append("growth-exponent-attitude", series.attitude_rad, 0x1p-53);
+  append("growth-exponent-position", series.position_m, floors.position_m);
+  append("growth-exponent-attitude", series.attitude_rad, floors.attitude_rad);
   std::vector<double> energy = series.energy;
   for (double& e : energy) e = std::fabs(e);
-  append("growth-exponent-energy", energy, 0x1p-53);
+  append("growth-exponent-energy", energy, floors.energy);
 }
 
 }  // namespace metrics

@@ -36,7 +36,9 @@ std::string window_text(const OrderFit& fit, const std::vector<Rung>& rungs) {
   std::string text;
   if (fit.conclusive) {
     text = std::to_string(rungs[fit.used.front()].steps) + ".." + std::to_string(rungs[fit.used.back()].steps) +
-           " steps, " + std::to_string(fit.used.size()) + " rungs, +/- " + significant(fit.half_width_95);
+           " steps, " + std::to_string(fit.used.size()) + " rungs, +/- " + significant(fit.half_width_95) +
+           ", finest slope " + format_measure(fit.finest_slope, 0, 4) + ", extrapolated " +
+           format_measure(fit.extrapolated, 0, 4);
     if (fit.order + fit.half_width_95 < 0) text += "; negative: the error grows as h shrinks, above the floor";
   } else {
     text = "inconclusive: " + fit.reason;

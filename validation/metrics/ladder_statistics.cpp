@@ -56,6 +56,26 @@ Worst worst_body(const Scene& scene, const LadderEnd& fine, const LadderEnd& med
   return worst;
 }
 
+// The order of the next coarser three steps for the same body, beside that of the finest three and the formal one.
+std::string range_text(std::span<const LadderEnd> finest, const Worst& worst) {
+  if (finest.size() < 4) return "asymptotic range not tested: three steps cannot";
+  const GridConvergence coarser = grid_convergence(level_of(finest[1], worst.body), level_of(finest[2], worst.body),
+                                                   level_of(finest[3], worst.body));
+  const double formal = finest[0].formal_order;
+  std::string orders = "orders " + format_measure(worst.grid.order, 0) + " and, from " +
+                       steps_text(finest[1], finest[2], finest[3]) + ", " + format_measure(coarser.order, 0);
+  if (formal > 0) orders += "; formal order " + format_measure(formal, 0);
+  switch (asymptotic_range(worst.grid.order, coarser.order, formal)) {
+    case AsymptoticRange::not_tested:
+      return "asymptotic range not tested: the coarser three steps have no order";
+    case AsymptoticRange::agrees:
+      return "asymptotic: " + orders;
+    case AsymptoticRange::disagrees:
+      return "not asymptotic: " + orders;
+  }
+  return "";
+}
+
 }  // namespace
 
 std::vector<Row> fit_ends(const Scenario& scenario, std::span<const LadderEnd> ends, std::span<const Row> cells) {
@@ -89,7 +109,8 @@ std::vector<Row> fit_ends(const Scenario& scenario, std::span<const LadderEnd> e
     }
     std::string text = to_string(g.kind) + "; " + steps + "; extrapolated";
     for (double x : g.extrapolated) text += " " + format_double(x);
-    text += " m; asymptotic ratio " + format_measure(g.asymptotic_ratio, 0);
+    const std::size_t known = std::min<std::size_t>(sorted.size() - i, 4);
+    text += " m; " + range_text(std::span(sorted).subspan(i, known), worst);
     rows.push_back(filled(metrics::row("gci-position", g.index, 0, text), cells.front()));
     const auto error = cell == figures.end() ? std::map<std::string, const Row*>::const_iterator{}
                                              : cell->second.find("error-position-end");

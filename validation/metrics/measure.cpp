@@ -63,14 +63,19 @@ std::vector<Row> measure(const Scenario& scenario, const Truth& truth, const Rec
     append_sizes(scenario, truth, rows);
     rows.push_back(row("condition", remembered_growth(scenario, truth)));
   }
-  append_conservation(scenario, run, rows);
+  append_conservation(scenario, truth, run, rows);
   append_contact(scenario, truth, run, rows);
-  double truth_bar_m = 0, size_m = 0;
+  const double floor = relative_floor(scenario.scene, run);
+  GrowthFloors floors{0, floor, energy_floor(scenario, run, energy_scale(scenario, truth))};
+  double size_m = 0, condition = 1;
   for (const Row& r : rows) {
-    if (r.metric == "error-position-max") truth_bar_m = r.truth_bar;
+    if (r.metric == "error-position-max") floors.position_m = r.truth_bar;
     if (r.metric == "size-position") size_m = r.value;
+    if (r.metric == "condition") condition = std::max(condition, r.value);
   }
-  append_growth(error_series(scenario, truth, run), std::max(truth_bar_m, 0x1p-53 * size_m), rows);
+  floors.position_m = std::max(floors.position_m, floor * size_m * condition);
+  floors.attitude_rad *= condition;
+  append_growth(error_series(scenario, truth, run), floors, rows);
   if (run.outcome.rate_evaluations > 0)
     rows.push_back(row("rate-evaluations", static_cast<double>(run.outcome.rate_evaluations)));
   return rows;

@@ -1,12 +1,19 @@
 // The families of metrics behind `measure`, one .cpp each. Private to this room.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "validation/metrics/metrics.hpp"
+
+namespace atwood::dynamics {
+template <class S>
+class Dynamics;
+}
 
 namespace atwood::metrics {
 
@@ -16,6 +23,25 @@ Row row(const std::string& metric, double value, double bar = 0, std::string rea
 // Euclidean norm of a - b, subtracted wide, then narrowed.
 double distance(const std::array<Wide, 3>& a, const std::array<Wide, 3>& b);
 double norm(const std::array<Wide, 3>& a);
+
+// The largest of several figures e, each known to within its bar b. It lies somewhere in [max(e - b), max(e + b)], and
+// what reaches highest need not be the figure that is largest: bar() is the distance from the largest to max(e + b),
+// which is the further end, for the largest has a bar too.
+struct Largest {
+  std::vector<std::pair<double, double>> figures;
+  void take(double e, double b) { figures.emplace_back(e, b); }
+  double value() const {
+    double largest = 0;
+    for (const auto& [e, b] : figures) largest = std::max(largest, e);
+    return largest;
+  }
+  double bar() const {
+    const double largest = value();
+    double reach = 0;
+    for (const auto& [e, b] : figures) reach = std::max(reach, b - (largest - e));
+    return reach;
+  }
+};
 
 // Why the recording can't be measured (not as many samples as the truth, a number that is not finite, ...) as a
 // "status" row; no row when it can.
@@ -27,14 +53,39 @@ bool has_truth(const Truth& truth);
 double state_horizon_s(const Scenario& scenario, const Truth& truth);
 void append_state_errors(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows);
 void append_sizes(const Scenario& scenario, const Truth& truth, std::vector<Row>& rows);
-void append_conservation(const Scenario& scenario, const Recording& run, std::vector<Row>& rows);
+void append_conservation(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows);
 void append_contact(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows);
 void append_contact_forces(const Scenario& scenario, const Recording& run, std::vector<Row>& rows);
 void append_penetration(const Scene& scene, const Recording& run, std::vector<Row>& rows);
 void append_landing(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows);
-void append_growth(const Series& series, double truth_bar_m, std::vector<Row>& rows);
+// Below 30 of these an error is the truth's bar or round-off, one draw of which has no law. Energy: of relative_energy.
+struct GrowthFloors {
+  double position_m = 0, attitude_rad = 0, energy = 0;
+};
+void append_growth(const Series& series, const GrowthFloors& floors, std::vector<Row>& rows);
 
-// (E - E0) / max over the run of (kinetic + |V - V0|), one entry a sample; empty for a bare problem.
-std::vector<double> relative_energy(const Scenario& scenario, const Recording& run);
+// Max of kinetic + |V - V0| over the truth's samples; without a truth, over a run of the reference whose energy has
+// converged under refinement (smooth scenes of moderate size); else `joules` is 0 and energies stay in joules.
+struct EnergyScale {
+  double joules = 0;
+  std::string source;
+};
+EnergyScale energy_scale(const Scenario& scenario, const Truth& truth);
+// One step of classical RK4 over the reference's own rates, with the force of its own interval; `work`: five vectors of
+// y's size.
+void reference_step(const dynamics::Dynamics<double>& f, double t, double h, std::vector<double>& y,
+                    std::array<std::vector<double>, 5>& work);
+// (E - E0) over the scale, or in joules where there is none; one entry a sample. Empty for a bare problem and where the
+// scenario declares neither energy nor the Jacobi constant.
+std::vector<double> energy_change(const Scenario& scenario, const Recording& run, const EnergyScale& scale);
+
+// The unit round-off of the narrowest of float, double, long double and quad that holds all that a run recorded:
+// engines widen without loss, so this is the scalar that they computed in.
+double recorded_unit_round_off(const Scene& scene, const Recording& run);
+// u sqrt(steps) of a run, steps as it counts them, at least its samples.
+double relative_floor(const Scene& scene, const Recording& run);
+// What round-off leaves in energy_change, in its unit: relative_floor, of the run's own largest energy where there is
+// no scale.
+double energy_floor(const Scenario& scenario, const Recording& run, const EnergyScale& scale);
 
 }  // namespace atwood::metrics

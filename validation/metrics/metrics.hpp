@@ -32,10 +32,15 @@ double position_error_m(const BodySample& a, const BodySample& truth);
 double attitude_error_rad(const BodySample& a, const BodySample& truth);  // geodesic, no cancellation, q ~ -q
 
 // ---- observed order ---------------------------------------------------------------------------------------
+// `floor` is each rung's known bar; 0 or missing: not known. The interval holds the slope of the line through the
+// window, the slope of its two finest rungs and the slope extrapolated to h = 0 (order_interval.hpp); where scatter is
+// all there is to see, the line's slope with Student's t. `order` is its middle. Local slopes that change the more the
+// smaller h is, or by more than 0.2 at the finest rungs, are inconclusive.
 struct OrderFit {
   bool conclusive = false;
   std::string reason;             // why not
   double order = 0, half_width_95 = 0;
+  double finest_slope = 0, extrapolated = 0;
   std::vector<int> used;          // indices of rungs in the asymptotic window
   std::vector<std::string> left_out;  // one entry a rung: "", "pre-asymptotic", "floor", "not finite"
 };
@@ -51,6 +56,12 @@ GrowthFit fit_growth_ensemble(std::span<const double> t_s, std::span<const std::
 // away); else `inconclusive`, with the reason.
 void name_law(GrowthFit& fit);
 
+// Whether steps lie in the asymptotic range three of them cannot tell: their order is what makes GCI32 / (r^p GCI21)
+// equal 1. A fourth can: the orders of the finer and of the coarser three agree to 0.1 with each other, and with the
+// formal order where that is known (else 0).
+enum class AsymptoticRange { not_tested, agrees, disagrees };
+AsymptoticRange asymptotic_range(double finer_order, double coarser_order, double formal_order);
+
 // ---- runs without a truth: three steps, Richardson extrapolation, grid convergence index ---------------------
 struct GridLevel { double h_s = 0; std::vector<double> value; };  // a scalar, or a vector whose norm counts
 struct GridConvergence {
@@ -62,7 +73,7 @@ struct GridConvergence {
   } kind = Kind::divergent;      // none: the finest two agree exactly
   double order = 0;              // negative: the differences grow as h shrinks
   double index = 0;              // 1.25 |f2 - f1| / (r^p - 1), in the unit of f: the band about the finest value
-  double asymptotic_ratio = 0;   // GCI32 / (r^p GCI21): near 1 in the asymptotic range
+  double index_coarse = 0;       // 1.25 |f3 - f2| / (r32^p - 1): about the middle value
   double difference = 0;         // |f2 - f1|
   std::vector<double> extrapolated;
 };
@@ -87,6 +98,14 @@ struct LyapunovFit {
 };
 LyapunovFit fit_lyapunov(std::span<const double> local_exponents);
 
+// At the round-off floor, where one run's drift is one draw: the mean over runs (at least 32) of each run's least
+// squares slope, the half-width from a bootstrap over the runs. runs[k][i] is run k's value at t_s[i].
+struct EnsembleDrift {
+  double slope_per_s = std::numeric_limits<double>::quiet_NaN(), half_width_95 = 0;
+  std::string reason;  // why there is none
+};
+EnsembleDrift fit_drift_ensemble(std::span<const double> t_s, std::span<const std::vector<double>> runs);
+
 // ---- scaling: time against the number of bodies, T ~ N^exponent; and T / log N, whose exponent is 1 for N log N
 // -------- Least squares on the logs with 95 % half-widths (Student's t); fewer than 4 rungs: not a number.
 struct ScalingFit {
@@ -97,9 +116,13 @@ struct ScalingFit {
 ScalingFit fit_scaling(std::span<const double> bodies, std::span<const double> seconds);
 
 // ---- drift (slope, 1/s) told apart from oscillation (half range of the residual) ----------------------------
+// The half-width models what is left as correlated from one sample to the next; where that is not stationary (a random
+// walk, as round-off leaves; a slope that changes) no such interval holds: `stationary` is false and the half-width
+// infinite. Shorter series than 4: all 0.
 struct DriftFit {
-  double slope_per_s = 0, half_width_95 = 0, oscillation = 0, largest = 0, period_s = 0;
-};  // period 0: none
+  double slope_per_s = 0, half_width_95 = 0, oscillation = 0, largest = 0, period_s = 0;  // period 0: none
+  bool stationary = true;
+};
 DriftFit fit_drift(std::span<const double> t_s, std::span<const double> value);
 
 // What amplifies round-off: growth of a perturbation of the initial state over the run, the perturbation relative to
@@ -131,7 +154,13 @@ std::vector<Row> fit_ladder(std::span<const Row> cells);
 
 // Of the same ladder, from where its runs ended: gci-position, richardson-order-position, and gci-effectivity where a
 // truth is known. The finest three rungs whose differences lie above 30 x the floor.
-struct LadderEnd { std::int64_t steps = 0; double h_s = 0; Sample last; };
+// `formal_order`: what the method claims for this motion; 0: not known.
+struct LadderEnd {
+  std::int64_t steps = 0;
+  double h_s = 0;
+  Sample last;
+  double formal_order = 0;
+};
 std::vector<Row> fit_ends(const Scenario& scenario, std::span<const LadderEnd> ends, std::span<const Row> cells);
 // round-off-best-error and -step of a ladder that goes past its floor; none where the V is not seen.
 std::vector<Row> fit_round_off_v(std::span<const Row> cells);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "validation/metrics/metrics.hpp"
+#include "validation/metrics/order_interval.hpp"
 #include "validation/metrics/slope_fit.hpp"
 
 namespace atwood {
@@ -112,18 +113,27 @@ OrderFit fit_order(std::span<const double> h_s, std::span<const double> error, s
   for (std::size_t k = 0; k < first; ++k) fit.left_out[kept[k]] = "pre-asymptotic";
   fit.used.assign(kept.begin() + static_cast<std::ptrdiff_t>(first), kept.end());
   const auto xs = std::span(log_h).subspan(first), ys = std::span(log_e).subspan(first);
-  const Line line = fit_line(xs, ys);
   if (slopes_change(xs, ys)) {
     fit.reason = "local slopes still change by more than 0.2 at the finest rungs";
     return fit;
   }
-  if (line.half_width_95 > kWidest) {
-    fit.reason =
-        "the finest rungs scatter: a half-width of " + format_measure(line.half_width_95, 0, 2) + " tells no order";
+  std::vector<double> bar;
+  for (int i : fit.used) bar.push_back(static_cast<std::size_t>(i) < floor.size() ? floor[i] / error[i] : 0);
+  const metrics::OrderInterval interval = metrics::order_interval(xs, ys, bar);
+  if (!interval.settles) {
+    fit.reason = "local slopes settle to nothing: the smaller h, the more they change; finest slope " +
+                 format_measure(interval.finest, 0, 4);
     return fit;
   }
-  fit.order = line.slope;
-  fit.half_width_95 = line.half_width_95;
+  const double half_width = (interval.high - interval.low) / 2;
+  if (!(half_width <= kWidest)) {
+    fit.reason = "the finest rungs scatter: a half-width of " + format_measure(half_width, 0, 2) + " tells no order";
+    return fit;
+  }
+  fit.order = (interval.low + interval.high) / 2;
+  fit.half_width_95 = half_width;
+  fit.finest_slope = interval.finest;
+  fit.extrapolated = interval.extrapolated;
   fit.conclusive = true;
   return fit;
 }

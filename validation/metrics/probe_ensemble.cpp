@@ -66,9 +66,9 @@ std::string wider(const std::string& method) {
 
 struct Runs { std::vector<std::vector<double>> position, attitude, energy; };
 
-void append(const Scenario& scenario, const Recording& run, const std::vector<Sample>& beside,
-            const std::vector<double>& energy_beside, Runs& runs) {
-  std::vector<double> position, attitude, energy = relative_energy(scenario, run);
+void append(const Scenario& scenario, const EnergyScale& energy_scale, const Recording& run,
+            const std::vector<Sample>& beside, const std::vector<double>& energy_beside, Runs& runs) {
+  std::vector<double> position, attitude, energy = energy_change(scenario, run, energy_scale);
   for (std::size_t k = 0; k < run.values.size(); ++k) {
     double p = 0, q = 0;
     for (std::size_t b = 0; b < run.values[k].bodies.size(); ++b) {
@@ -95,12 +95,28 @@ Row growth_row(const std::string& metric, std::span<const double> t, const std::
              text + "; " + std::to_string(runs.size()) + " runs beside " + beside);
 }
 
+// Where one run's drift is one draw: the mean over the runs.
+Row drift_row(std::span<const double> t, const std::vector<std::vector<double>>& runs, const EnergyScale& scale,
+              const std::string& beside) {
+  const EnsembleDrift drift = fit_drift_ensemble(t, runs);
+  const std::string metric = scale.joules > 0 ? "energy-drift-round-off" : "energy-change-drift-round-off";
+  const std::string text = std::to_string(runs.size()) + " runs beside " + beside;
+  if (!drift.reason.empty()) return row(metric, std::nan(""), 0, "inconclusive: " + drift.reason + "; " + text);
+  const bool none = std::fabs(drift.slope_per_s) <= drift.half_width_95;
+  return row(metric, drift.slope_per_s, drift.half_width_95,
+             (none                    ? "no drift outside its interval; "
+              : drift.slope_per_s > 0 ? "gains energy; "
+                                      : "loses energy; ") +
+                 text);
+}
+
 }  // namespace
 
 std::vector<Row> probe_ensemble(const ProbeRequest& request) {
   require_no_contacts(request);
   const Scenario& scenario = request.scenario;
   const bool single = unit_round_off(request.method) > 1e-10;
+  const EnergyScale energy = energy_scale(scenario, request.truth);
   std::string other = wider(request.method);
   Runs runs;
   std::vector<double> t;
@@ -124,12 +140,13 @@ std::vector<Row> probe_ensemble(const ProbeRequest& request) {
       for (const Sample& s : run.values) t.push_back(static_cast<double>(s.t_s));
       scale = sizes_of(scenario.scene, run.values).position_m;
     }
-    append(scenario, run, beside.values, other.empty() ? std::vector<double>{} : relative_energy(scenario, beside),
-           runs);
+    append(scenario, energy, run, beside.values,
+           other.empty() ? std::vector<double>{} : energy_change(scenario, beside, energy), runs);
   }
   const std::string beside = other.empty() ? "the truth" : other;
   std::vector<Row> rows;
   if (!runs.energy.empty()) rows.push_back(growth_row("growth-exponent-round-off-energy", t, runs.energy, beside));
+  if (!runs.energy.empty()) rows.push_back(drift_row(t, runs.energy, energy, beside));
   const bool moves = scale > 0;
   if (moves) rows.push_back(growth_row("growth-exponent-round-off-position", t, runs.position, beside));
   const bool turns =

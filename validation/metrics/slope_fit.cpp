@@ -113,4 +113,26 @@ double correlated_half_width(std::span<const double> x, std::span<const double> 
   return high / std::sqrt(efficiency);
 }
 
+bool stationary(std::span<const double> residual) {
+  const std::size_t n = residual.size();
+  if (n < 10) return true;
+  double aa = 0, ab = 0, bb = 0, ay = 0, by = 0, yy = 0;
+  for (std::size_t i = 2; i < n; ++i) {
+    const double level = residual[i - 1], before = residual[i - 1] - residual[i - 2], y = residual[i] - residual[i - 1];
+    aa += level * level;
+    ab += level * before;
+    bb += before * before;
+    ay += level * y;
+    by += before * y;
+    yy += y * y;
+  }
+  const double determinant = aa * bb - ab * ab;
+  if (!(determinant > 1e-12 * aa * bb)) return true;  // nothing is left, or it does not vary
+  const double phi = (bb * ay - ab * by) / determinant, gamma = (aa * by - ab * ay) / determinant;
+  const double freedom = static_cast<double>(n) - 2 - 4;  // the line took two, phi and gamma two
+  const double variance = std::max(yy - phi * ay - gamma * by, 0.0) / freedom;
+  const double count = static_cast<double>(n) - 2, critical = -3.4126 - 4.039 / count - 17.83 / (count * count);
+  return phi < 0 && phi * phi * determinant > critical * critical * variance * bb;
+}
+
 }  // namespace atwood::metrics

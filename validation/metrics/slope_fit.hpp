@@ -24,4 +24,9 @@ double theil_sen(std::span<const double> x, std::span<const double> y);
 // estimate, too small in short series, covers as little as 80 %. `efficiency`: of the estimator beside least squares.
 double correlated_half_width(std::span<const double> x, std::span<const double> residual, double efficiency);
 
+// Does what a line leaves of equally spaced samples come back to it? The test of Dickey and Fuller (1981) with a trend
+// and one lagged difference, Delta r_i = phi r_(i-1) + gamma Delta r_(i-1), phi = 0 in a random walk: true where that
+// is rejected at the 5 % level (critical value by MacKinnon 1996), and of residuals that vanish.
+bool stationary(std::span<const double> residual);
+
 }  // namespace atwood::metrics

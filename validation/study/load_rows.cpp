@@ -113,7 +113,7 @@ std::map<std::pair<std::string, std::string>, std::vector<LadderEnd>> ladder_end
     if (recording.values.empty()) continue;
     ends[{cell.scenario.id, cell.method}].push_back({cell.plan.steps,
                                                      cell.plan.t_end_s / static_cast<double>(cell.plan.steps),
-                                                     std::move(recording.values.back())});
+                                                     std::move(recording.values.back()), cell.claimed_order});
   }
   return ends;
 }

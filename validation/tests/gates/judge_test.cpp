@@ -81,6 +81,10 @@ TEST_CASE("judge: orders on both sides, with a half-width of at most half the ba
   };
   CHECK(judged(gate, order(4.05, 0.03)) == Judgement::pass);
   CHECK(judged(gate, order(4.05, 0.14)) == Judgement::pass);
+  // The order inside, its interval across the edge: not shown.
+  CHECK(judged(gate, order(4.19, 0.1)) == Judgement::unverifiable);
+  CHECK(judged(gate, order(3.905, 0.01)) == Judgement::unverifiable);
+  CHECK(only(gate, order(4.19, 0.1)).text.ends_with("the interval reaches across the edge"));
   CHECK(judged(gate, order(4.05, 0.16)) == Judgement::unverifiable);
   CHECK(judged(gate, order(3.0, 0.05)) == Judgement::fail);
   CHECK(judged(gate, order(6.0, 0.05)) == Judgement::fail);

@@ -1,8 +1,9 @@
 // What `measure` makes of whole recordings: rows, statuses, conservation by the reference's formulas, timing.
-#include <catch2/catch.hpp>
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <random>
 #include <set>
 
 #include "validation/metrics/metrics.hpp"
@@ -96,6 +97,47 @@ TEST_CASE("measure: a lag in phase is an error in position and conserves everyth
   CHECK(find(rows, "momentum-error") == nullptr);  // not declared
 }
 
+TEST_CASE("measure: the bar of a largest error encloses what every sample's bar allows") {
+  const Scenario s = circle();
+  Truth truth = truth_of(orbit(s, 1, 1), 0);
+  Recording run = orbit(s, 1, 1);
+  const auto off = [&](std::size_t k, double error, double bar) {
+    run.values[k].bodies[0].p_m[2] += Wide(error);
+    truth.bars[k].bodies[0].p_m[2] = Wide(bar);
+  };
+  off(20, 0.05, 0.0001);  // the worst sample, well known
+  off(60, 0.03, 0.04);    // a smaller error of which less is known: up to 0.07
+  const std::vector<Row> rows = measure(s, truth, run);
+  const Row& largest = *find(rows, "error-position-max");
+  CHECK(largest.value == Approx(0.05).epsilon(1e-12));
+  CHECK(largest.value + largest.truth_bar >= 0.07 * (1 - 1e-12));  // max (e + b)
+  CHECK(largest.value - largest.truth_bar <= 0.0499);              // max (e - b)
+  CHECK(largest.truth_bar == Approx(0.02));
+  // The worst sample's own bar where it is the widest, without loss beside a large value.
+  off(20, 0, 1e-34);
+  truth.bars[60].bodies[0].p_m[2] = 0;
+  CHECK(find(measure(s, truth, run), "error-position-max")->truth_bar == Approx(1e-34));
+}
+
+TEST_CASE("measure: velocities on the instant of an impact are left out of maxima and means, and counted") {
+  const Scenario s = circle();
+  Truth truth = truth_of(orbit(s, 1, 1), 0);
+  Recording run = orbit(s, 1, 1);
+  Event impact;
+  impact.t_s = truth.values[30].t_s + Wide(1e-12);
+  truth.events = {impact};
+  truth.event_bar_s = {2e-12};
+  for (Wide& v : run.values[30].bodies[0].v_m_per_s) v = -v;
+  run.values[31].bodies[0].v_m_per_s[2] += Wide(1e-3);
+  const std::vector<Row> rows = measure(s, truth, run);
+  CHECK(value_of(rows, "error-velocity-max") == Approx(1e-3));
+  CHECK(value_of(rows, "error-velocity-rms") == Approx(1e-3 / std::sqrt(119.0)));
+  CHECK(find(rows, "error-velocity-max")->reason == "1 samples on the instant of an impact left out");
+  CHECK(find(rows, "error-position-max")->reason.empty());
+  truth.event_bar_s = {0.5e-12};  // the sample lies outside the bar: the jump is an error
+  CHECK(value_of(measure(s, truth, run), "error-velocity-max") > 1);
+}
+
 TEST_CASE("measure: the whole state's relative error joins positions and velocities of the last sample in one norm") {
   const Scenario s = circle();
   Recording run = orbit(s, 1, 1);
@@ -137,10 +179,78 @@ TEST_CASE("measure: energy drift and scale by hand") {
   for (Sample& sample : run.values)  // v^2 grows as 1 + 2e-4 t: E - E0 = m 1e-4 t
     for (Wide& x : sample.bodies[0].v_m_per_s) x *= std::sqrt(1 + 2e-4 * static_cast<double>(sample.t_s));
   const std::vector<Row> rows = measure(s, truth_of(orbit(s, 1, 1)), run);
-  const double scale = 1 * (1 + 2e-4 * 6);  // kinetic at the end, m = 2; the potential does not change
+  const double scale = 1;  // the truth's kinetic energy, m = 2; its potential does not change
   CHECK(value_of(rows, "energy-drift") == Approx(2e-4 / scale).epsilon(1e-6));
   CHECK(value_of(rows, "energy-max") == Approx(2e-4 * 6 / scale).epsilon(1e-6));
   CHECK(value_of(rows, "energy-oscillation") < 1e-10);
+}
+
+TEST_CASE(
+    "measure: one energy scale a scene, the truth's: a run that blows up errs by more than 1, a worse one drifts "
+    "more") {
+  const Scenario s = circle();
+  const Truth truth = truth_of(orbit(s, 1, 1));
+  const auto blown = [&](double rate) {
+    Recording run = orbit(s, 1, 1);
+    for (Sample& sample : run.values)
+      for (Wide& x : sample.bodies[0].v_m_per_s) x *= std::exp(rate * static_cast<double>(sample.t_s));
+    return measure(s, truth, run);
+  };
+  const auto bad = blown(1), worse = blown(2);
+  CHECK(value_of(bad, "energy-max") == Approx(std::exp(12.0) - 1));
+  CHECK(value_of(worse, "energy-max") == Approx(std::exp(24.0) - 1));
+  CHECK(value_of(worse, "energy-drift") > value_of(bad, "energy-drift"));
+  CHECK(value_of(bad, "energy-scale") == Approx(1));
+  CHECK(find(bad, "energy-scale")->unit == "J");
+  CHECK(find(bad, "energy-scale")->reason == "the truth's samples");
+  CHECK(error_series(s, truth, orbit(s, 1, 1)).energy.size() == 121);
+}
+
+TEST_CASE("measure: without a truth the scale is a converged reference run's, else energies are in joules") {
+  Scenario s = circle();
+  Recording run = orbit(s, 1, 1);
+  run.values.back().bodies[0].v_m_per_s[2] = Wide(0.1);  // E - E0 = 2 / 2 0.01 J
+  const std::vector<Row> rows = measure(s, {}, run);
+  CHECK(value_of(rows, "energy-scale") == Approx(1).epsilon(1e-6));
+  CHECK(find(rows, "energy-scale")->reason == "reference run: classical RK4, 2048 steps, energy converged to 1e-3");
+  CHECK(value_of(rows, "energy-max") == Approx(0.01));
+  // Scaled up, what is relative stays and what is in joules grows: bodies that can touch have no such run.
+  s.scene.bodies[0].shape = Sphere{0.1};
+  s.scene.bodies[0].mass_kg = 200;
+  s.scene.bodies[1].shape = Sphere{0.1};
+  const std::vector<Row> joules = measure(s, {}, run);
+  CHECK(find(joules, "energy-max") == nullptr);
+  CHECK(find(joules, "energy-scale") == nullptr);
+  CHECK(value_of(joules, "energy-change-max") == Approx(1));
+  CHECK(find(joules, "energy-change-max")->unit == "J");
+}
+
+TEST_CASE(
+    "measure: at round-off one run has no drift and no law; above it a slope that changes has the halves' as bar") {
+  const Scenario s = circle();
+  const Truth truth = truth_of(orbit(s, 1, 1));
+  Recording run = orbit(s, 1, 1);
+  run.outcome.steps_taken = 1200;
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal(0, 1);
+  double walk = 0;
+  for (Sample& sample : run.values) {
+    for (Wide& x : sample.bodies[0].v_m_per_s) x = static_cast<double>(x * Wide(1 + walk));
+    walk += 2e-16 * normal(random);
+  }
+  const std::vector<Row> floor = measure(s, truth, run);
+  for (const char* metric : {"energy-drift", "growth-exponent-energy"}) {
+    CHECK(std::isnan(value_of(floor, metric)));
+    CHECK(find(floor, metric)->reason.starts_with("inconclusive: round-off: "));
+  }
+  Recording bent = orbit(s, 1, 1);
+  for (Sample& sample : bent.values)
+    for (Wide& x : sample.bodies[0].v_m_per_s) x *= 1 + 1e-5 * sample.t_s * sample.t_s;
+  const std::vector<Row> rows = measure(s, truth, bent);
+  const Row& drift = *find(rows, "energy-drift");
+  CHECK(drift.value == Approx(1.2e-4).epsilon(0.05));     // 2e-5 t^2 over 6 s
+  CHECK(drift.truth_bar == Approx(0.6e-4).epsilon(0.1));  // 0.6e-4 and 1.8e-4 over the halves
+  CHECK(drift.reason.starts_with("gains energy; not stationary"));
 }
 
 TEST_CASE("measure: gravity's impulse is accounted for, a lost push is not") {

@@ -174,6 +174,11 @@ TEST_CASE("ladder: without a truth three steps tell the error; the V is seen on 
   }
   const auto rows = fit_ends(scenario, ends, cells);
   CHECK(find(rows, "richardson-order-position").value == Approx(2).margin(0.01));
+  CHECK(find(rows, "gci-position").reason.find("; asymptotic: orders 2") != std::string::npos);
+  const auto of_three = fit_ends(scenario, std::span(ends).last(3), cells);
+  CHECK(find(of_three, "gci-position").reason.ends_with("asymptotic range not tested: three steps cannot"));
+  for (LadderEnd& end : ends) end.formal_order = 4;
+  CHECK(find(fit_ends(scenario, ends, cells), "gci-position").reason.find("; not asymptotic: ") != std::string::npos);
   CHECK(find(rows, "gci-effectivity").value == Approx(0.8).margin(0.01));  // the index is 1.25 of the error
   for (int k = 0; k < 3; ++k) {
     Row row = cells.back();

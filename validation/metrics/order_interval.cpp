@@ -1,0 +1,188 @@
+// An error is C h^p (1 + a h + b h^2 + ...): on a ladder of one method on one problem what lies off a straight line on
+// the logs is no noise but the higher powers, and a confidence interval that takes it for noise does not hold p. With a
+// model of the deviation,
+//
+//     log e = c + p log h + a h,      log e = c + p log h + b h^2,      log e = c + p log h + a h + b h^2,
+//
+// p is the slope extrapolated to h = 0. The interval reaches over the line's slope, the finest local slope and these
+// three, each as far beyond the line's as Roache's safety factor says, and what the bars of the rungs let each vary by.
+//
+// Where the bars are not known (all 0), scatter may be noise: the deviation counts as curvature where all local slopes
+// change in one sense, or a parabola explains more than scatter would in 5 % of ladders; else Student's t is the
+// interval.
+#include "validation/metrics/order_interval.hpp"
+
+#include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+#include <vector>
+
+namespace atwood::metrics {
+namespace {
+
+constexpr double kSafety = 1.25;      // Roache 1994
+constexpr double kEvenWeight = 3e-3;  // rungs whose relative bar is larger weigh less, as 1 / bar^2
+constexpr double kLoose = 5;          // an estimate that the bars blur by more than this times the line's tells nothing
+constexpr std::size_t kFewest = 4;
+
+double quantile(double freedom, double p) { return boost::math::quantile(boost::math::students_t(freedom), p); }
+
+using Columns = std::vector<std::vector<double>>;
+
+// y = sum_k c_k column_k by weighted least squares (Gram and Schmidt, each column twice over for its round-off): the
+// last coefficient c = sum_i weight_i y_i, and the weighted squares of what is left.
+struct Fit {
+  double last = 0, squares = 0;
+  std::vector<double> weight;
+};
+Fit fit_columns(Columns q, std::span<const double> y, std::span<const double> root) {
+  const std::size_t n = y.size();
+  std::vector<double> left(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    left[i] = root[i] * y[i];
+    for (auto& column : q) column[i] *= root[i];
+  }
+  Fit fit;
+  for (std::size_t c = 0; c < q.size(); ++c) {
+    for (int pass = 0; pass < 2; ++pass)
+      for (std::size_t b = 0; b < c; ++b) {
+        double dot = 0;
+        for (std::size_t i = 0; i < n; ++i) dot += q[c][i] * q[b][i];
+        for (std::size_t i = 0; i < n; ++i) q[c][i] -= dot * q[b][i];
+      }
+    double norm = 0, along = 0;
+    for (double v : q[c]) norm += v * v;
+    norm = std::sqrt(norm);
+    for (double& v : q[c]) v /= norm;
+    for (std::size_t i = 0; i < n; ++i) along += q[c][i] * left[i];
+    for (std::size_t i = 0; i < n; ++i) left[i] -= along * q[c][i];
+    if (c + 1 < q.size()) continue;
+    fit.last = along / norm;
+    for (std::size_t i = 0; i < n; ++i) fit.weight.push_back(q[c][i] / norm * root[i]);
+  }
+  for (double r : left) fit.squares += r * r;
+  return fit;
+}
+
+// The most by which the rungs' bars can move sum_i weight_i y_i.
+double reach(std::span<const double> weight, std::span<const double> bar) {
+  double sum = 0;
+  for (std::size_t i = 0; i < weight.size(); ++i) sum += std::fabs(weight[i]) * bar[i];
+  return sum;
+}
+
+// The columns of the models above, h in units of the coarsest rung's.
+struct Powers {
+  std::vector<double> one, x, x_squared, h, h_squared, inverse;
+};
+Powers powers_of(std::span<const double> x) {
+  Powers p;
+  for (double v : x) {
+    const double from = v - x.front(), h = std::exp(from);
+    p.one.push_back(1);
+    p.x.push_back(v);
+    p.x_squared.push_back(from * from);
+    p.h.push_back(h);
+    p.h_squared.push_back(h * h);
+    p.inverse.push_back(1 / h);
+  }
+  return p;
+}
+
+// Do all local slopes change in one sense, changes within the bars left out?
+bool one_sense(std::span<const double> x, std::span<const double> y, std::span<const double> bar) {
+  bool up = false, down = false;
+  for (std::size_t i = 0; i + 2 < x.size(); ++i) {
+    const double a = 1 / (x[i + 1] - x[i]), b = 1 / (x[i + 2] - x[i + 1]);
+    const double change = (y[i + 2] - y[i + 1]) * b - (y[i + 1] - y[i]) * a;
+    const std::vector<double> weight{a, a + b, b};
+    const double within = reach(weight, bar.subspan(i, 3));
+    up = up || change > within;
+    down = down || change < -within;
+  }
+  return up != down;
+}
+
+struct Ladder {
+  std::span<const double> x, y, bar;
+  std::vector<double> root;  // square roots of the rungs' weights
+  Powers powers;
+  Fit line;
+  double blur = 0;  // of the line's slope, from the bars
+  Fit with(std::vector<double> a) const { return fit_columns({powers.one, std::move(a), powers.x}, y, root); }
+};
+
+bool is_curved(const Ladder& ladder, bool sense, const Fit& bent) {
+  if (*std::min_element(ladder.bar.begin(), ladder.bar.end()) > 0) return true;
+  if (sense) return true;
+  const double freedom = static_cast<double>(ladder.x.size()) - 3, limit = quantile(freedom, 0.975);
+  return ladder.line.squares - bent.squares > limit * limit * bent.squares / freedom;
+}
+
+// 95 % of the line's slope by the scatter about the line, or, where that is curved, about the parabola.
+double scatter_half_width(const Ladder& ladder, const Fit& left, double parameters) {
+  double variance = 0;
+  for (std::size_t i = 0; i < ladder.x.size(); ++i) {
+    const double a = ladder.line.weight[i] / ladder.root[i];
+    variance += a * a;
+  }
+  const double freedom = static_cast<double>(ladder.x.size()) - parameters;
+  return quantile(freedom, 0.975) * std::sqrt(left.squares / freedom * variance);
+}
+
+// Local slopes that change the more the smaller h is come nearer to nothing: 1/h tells them better than h or h^2 does.
+bool runs_away(const Ladder& ladder, bool sense, const Fit& linear, const Fit& square) {
+  const bool few = ladder.x.size() == kFewest;
+  const Fit away = ladder.with(ladder.powers.inverse);
+  const bool better = away.squares < (few ? 1 : 0.25) * std::min(linear.squares, square.squares);
+  return better && sense && std::fabs(away.last - ladder.line.last) > reach(away.weight, ladder.bar);
+}
+
+}  // namespace
+
+OrderInterval order_interval(std::span<const double> x, std::span<const double> y, std::span<const double> bar) {
+  const std::size_t n = x.size();
+  Ladder ladder{x, y, bar, {}, powers_of(x), {}, 0};
+  for (double b : bar) ladder.root.push_back(kEvenWeight / std::hypot(kEvenWeight, b));
+  ladder.line = fit_columns({ladder.powers.one, ladder.powers.x}, y, ladder.root);
+  ladder.blur = reach(ladder.line.weight, bar);
+  const double slope = ladder.line.last;
+  const Fit linear = ladder.with(ladder.powers.h), square = ladder.with(ladder.powers.h_squared);
+  const Fit bent = ladder.with(ladder.powers.x_squared);
+  const bool sense = one_sense(x, y, bar);
+
+  OrderInterval out;
+  const double last = 1 / (x[n - 1] - x[n - 2]);
+  out.finest = (y[n - 1] - y[n - 2]) * last;
+  out.extrapolated = linear.last;
+  out.curved = is_curved(ladder, sense, bent);
+  const double scatter =
+      out.curved && n > kFewest ? scatter_half_width(ladder, bent, 3) : scatter_half_width(ladder, ladder.line, 2);
+  out.low = slope - scatter;
+  out.high = slope + scatter;
+  if (out.curved) {
+    const auto take = [&](double estimate, std::span<const double> weight) {
+      const double blur = reach(weight, bar), shift = estimate - slope;
+      if (std::fabs(shift) <= blur && blur > kLoose * ladder.blur) return;
+      out.low = std::min(out.low, slope + kSafety * shift - blur);
+      out.high = std::max(out.high, slope + kSafety * shift + blur);
+    };
+    take(linear.last, linear.weight);
+    take(square.last, square.weight);
+    if (n > kFewest) {
+      const Powers& p = ladder.powers;
+      const Fit both = fit_columns({p.one, p.h, p.h_squared, p.x}, y, ladder.root);
+      take(both.last, both.weight);
+    }
+    std::vector<double> finest(n, 0.0);
+    finest[n - 1] = last;
+    finest[n - 2] = -last;
+    take(out.finest, finest);
+    out.settles = !runs_away(ladder, sense, linear, square);
+  }
+  out.low -= ladder.blur;
+  out.high += ladder.blur;
+  return out;
+}
+
+}  // namespace atwood::metrics
