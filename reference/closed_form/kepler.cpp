@@ -28,7 +28,7 @@ Translation<S> about_attractor(const Scene& scene, int body) {
   if (const std::string why = orbit.misfit(); !why.empty()) return {"`" + planet.name + "` " + why, {}};
   return {"", [=](S t) {
             const Flight<S> now = orbit.at(t);
-            return Flight<S>{origin + now.p, now.v};
+            return Flight<S>{origin + now.p, now.v, now.failure};
           }};
 }
 
@@ -89,7 +89,7 @@ Motion<S> two_bodies(const Scenario& scenario, const std::vector<S>& t_s) {
     const S share = first ? -share_b : share_a;
     return {"", [=](S t) {
               const Flight<S> r = orbit.at(t);
-              return Flight<S>{c0 + t * (u + (t / 2) * g) + share * r.p, u + t * g + share * r.v};
+              return Flight<S>{c0 + t * (u + (t / 2) * g) + share * r.p, u + t * g + share * r.v, r.failure};
             }};
   });
 }

@@ -28,7 +28,7 @@ struct Happening {  // an Event over S
 // What the doubles of a scene leave open, where a law takes for closed or flat what they close or flatten to round-off
 // only: it goes into every bar after t = 0.
 template <class S>
-struct Slack { S p_m{}, q{}, v_m_per_s{}; };
+struct Slack { S p_m{}, q{}, v_m_per_s{}, w_rad_per_s{}; };
 
 template <class S>
 struct Motion {
@@ -47,7 +47,7 @@ struct Solution {
 };
 
 template <class S>
-struct Flight { Vec<S> p{}, v{}; };
+struct Flight { Vec<S> p{}, v{}; const char* failure = nullptr; };  // failure: why there is none at this instant
 template <class S>
 struct Spin { Quat<S> q{1, 0, 0, 0}; Vec<S> w{}; };
 template <class S>
