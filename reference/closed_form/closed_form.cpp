@@ -87,6 +87,7 @@ std::string add_samples(Truth& truth, const Scene& scene, const std::vector<Wide
   std::vector<BodySpread> spreads(wide.poses.front().size());
   const Wide noise = 1024 * unit_round_off<Narrow>() / proportional;
   Wide places = 0, speeds = 0, rates = 0;  // the largest so far of all bodies
+  for (const Pose<Wide>& start : wide.poses.front()) places = larger(places, norm(start.p_WB));
   for (std::size_t k = 0; k < t_s.size(); ++k) {
     Sample &value = truth.values.emplace_back(), &bar = truth.bars.emplace_back();
     value.t_s = bar.t_s = t_s[k];
