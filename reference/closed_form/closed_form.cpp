@@ -187,7 +187,7 @@ Truth closed_form_truth(const Scenario& scenario, std::int64_t samples) {
     return unsupported(scenario, "no such solution; known are " + known);
   }
   if (samples < 1) return unsupported(scenario, "no samples asked for");
-  if (!scenario.scene.problem.empty()) return unsupported(scenario, "a bare problem has none");
+  if (const std::string what = not_taken(scenario, found->takes); !what.empty()) return unsupported(scenario, what);
   const std::vector<Wide> t_s = instants<Wide>(scenario, samples);
   const Motion<Wide> wide = found->wide(scenario, t_s);
   if (!wide.misfit.empty()) return unsupported(scenario, wide.misfit);

@@ -158,7 +158,7 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
 
 Solution oscillator() {
   return {"oscillator", "linear oscillator, damped and driven, Landau and Lifshitz, Mechanics, sections 21-26",
-          solve<Narrow>, solve<Wide>};
+          feature::flying | feature::spring | feature::linear_drag_force | feature::angular_drag | feature::drive, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form
