@@ -163,6 +163,14 @@ void hold_jumps(Truth& truth, const Motion<Wide>& wide, const std::vector<Instan
   }
 }
 
+// Is it more than 1e-20 of the scene's size?
+bool shows(const Slack<Wide>& slack, const Sample& start) {
+  Wide size = 0;
+  for (const BodySample& body : start.bodies)
+    for (const Wide& p : body.p_m) size = larger(size, magnitude(p));
+  return slack.p_m > Wide(1e-20) * size || slack.q > Wide(1e-20);
+}
+
 Truth unsupported(const Scenario& scenario, const std::string& why) {
   Truth truth;
   truth.outcome.status = Status::unsupported;
@@ -200,7 +208,8 @@ Truth closed_form_truth(const Scenario& scenario, std::int64_t samples) {
     return unsupported(scenario, "which bodies meet " + when + " hangs on the last digits");
   if (const std::string body = add_samples(truth, scenario.scene, t_s, wide, narrow, impacts); !body.empty())
     return unsupported(scenario, "the motion of `" + body + "` magnifies round-off too much for a bar");
-  if (wide.slack.p_m > 0) truth.note = "the scene's doubles close the contact, or lay the body flat, to round-off only";
+  if (shows(wide.slack, truth.values.front()))
+    truth.note = "parts within the round-off of the scene's doubles (an open contact, a tilt, a slip) are taken for none";
   hold_jumps(truth, wide, impacts);
   for (const Sample& bar : truth.bars)
     for (const BodySample& body : bar.bodies)

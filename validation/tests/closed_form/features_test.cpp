@@ -1,5 +1,5 @@
-// Each closed form is given, one at a time, everything that a scene may hold. It refuses, or the thing changes nothing,
-// or the certified solver, which shares nothing with it, answers the same.
+// Each closed form is given, one at a time, everything that a scene may hold. It refuses, or the certified solver, which
+// shares nothing with it, answers the same; where that has no answer, what changes nothing is on a list.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <functional>
@@ -153,6 +153,15 @@ std::string differs(const Truth& a, const Truth& b, std::size_t bodies) {
   return "";
 }
 
+// Moments where nothing turns about the axes that they change; more gravity on what stands.
+bool idle(const std::string& id, const std::string& name) {
+  if (id == "stack-10" && (name == "gravity aside" || name == "gravity down")) return true;
+  for (const char* known : {"frames", "charge", "negative charge", "friction", "restitution", "a fixed point",
+                            "a fixed wall", "a fixed box", "slow spin", "unequal moments", "skew moments"})
+    if (name == known) return true;
+  return false;
+}
+
 }  // namespace
 
 TEST_CASE("What a closed form does not take is refused, changes nothing, or is what the certified solver says") {
@@ -180,12 +189,13 @@ TEST_CASE("What a closed form does not take is refused, changes nothing, or is w
         continue;
       }
       ++answered;
-      if (differs(truth, plain, base.scene.bodies.size()).empty() && given.scene.bodies.size() == base.scene.bodies.size())
-        continue;
       const Truth certified = extended_truth(given, 4);
       if (certified.outcome.status != Status::ok) {
         ++unjudged;
-        WARN(id << " with " << added.name << " is not judged: " << certified.outcome.reason);
+        // The same answer with a thing as without is right only of what has no effect on a rigid, unmoved contact.
+        const bool same = differs(truth, plain, base.scene.bodies.size()).empty();
+        INFO("the certified solver: " << certified.outcome.reason);
+        CHECK((!same || idle(id, added.name)));
         continue;
       }
       INFO(differs(truth, certified, given.scene.bodies.size()));
@@ -194,7 +204,7 @@ TEST_CASE("What a closed form does not take is refused, changes nothing, or is w
   }
   CHECK(answered > 100);
   CHECK(refused > 500);
-  CHECK(unjudged < answered / 8);
+  CHECK(unjudged < answered / 4);
 }
 
 TEST_CASE("Compliant pairs are refused by every closed form of rigid contact, by name") {

@@ -120,7 +120,7 @@ TEST_CASE("Tops on the separatrix, in each of its quarters, and beside the middl
 }
 
 TEST_CASE("Random tops, half of them beside the separatrix or the middle axis, stay within their bars") {
-  const int count = number_from("ATWOOD_FUZZ_COUNT", 24), seed = number_from("ATWOOD_FUZZ_SEED", 1784);
+  const int count = number_from("ATWOOD_FUZZ_COUNT", 16), seed = number_from("ATWOOD_FUZZ_SEED", 1784);
   int answered = 0;
   for (int k = 0; k < count; ++k) {
     std::mt19937_64 random(static_cast<std::uint64_t>(seed) * 1000003u + static_cast<std::uint64_t>(k));
