@@ -140,3 +140,17 @@ TEST_CASE("What hardly stands is not said to stand: a slope beside the friction 
   given.scene.gravity_m_per_s2 = {9.81e-9, 0, -9.81};
   CHECK_THAT(closed_form_truth(given, 4).outcome.reason, Catch::Contains("`ball`"));
 }
+
+TEST_CASE("Beside resonance, where long double sees resonance and quad does not, an oscillator is refused") {
+  for (int e = 21; e <= 52; ++e) {
+    const double part = std::ldexp(1.0, -e);
+    Scenario given = scenario("oscillator", 4);
+    given.scene.bodies = {point("bob", 1, {1, 0, 0}, {0, 0, 0})};
+    given.scene.forces = {Spring{{0}, {0, 0, 0}, 1 + 2 * part, 0, 0, {}}, Drive{{0}, {1, 0, 0}, 1 + part, 0.3}};
+    INFO("2^-" << e);
+    CHECK_THAT(closed_form_truth(given, 4).outcome.reason, Catch::Contains("resonance"));
+    given.scene.forces = {Spring{{0}, {0, 0, 0}, (1 + part) * (1 + part), 0, 0, {}},
+                          Drive{{0}, {1, 0, 0}, 1 + part, 0.3}};
+    if (e <= 26) CHECK(closed_form_truth(given, 4).outcome.reason == "");  // the square is a double: resonance itself
+  }
+}
