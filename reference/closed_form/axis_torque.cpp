@@ -14,6 +14,8 @@ namespace atwood::closed_form {
 
 namespace {
 
+constexpr double most_turning = 1e6;  // rad
+
 template <class S>
 struct Phase { S re1{}, im1{}, re2{}, im2{}; };  // J1, J2
 
@@ -21,7 +23,7 @@ template <class S>
 Phase<S> integrate(S theta0, S w0, S alpha, S t) {
   static const GaussRule<S> rule = gauss_rule<S>(16);
   const S most = magnitude(w0) + magnitude(alpha) * t;
-  const auto panels = static_cast<std::int64_t>(most * t) + 1;
+  const auto panels = static_cast<std::int64_t>(most * t) + 1;  // most_turning bounds it
   const S h = t / panels;
   Phase<S> sum;
   for (std::int64_t k = 0; k < panels; ++k)
@@ -92,6 +94,18 @@ Vec<S> multiply(const Real33& m, const Vec<S>& v) {
           S(m[6]) * v[0] + S(m[7]) * v[1] + S(m[8]) * v[2]};
 }
 
+// Exactly: the least spin across the middle axis grows.
+template <class S>
+bool keeps_axis(const Body& body, const Vec<S>& axis) {
+  const Real33& I = body.inertia_kg_m2;
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3;
+    if (I[3 * i + j] != 0 || I[3 * j + i] != 0) return false;
+    if (I[4 * i] != I[4 * j] && axis[i] != 0 && axis[j] != 0) return false;
+  }
+  return true;
+}
+
 template <class S>
 std::string build(const Scene& scene, int index, double t_end_s, Ship<S>& ship) {
   const Body& body = scene.bodies[index];
@@ -130,21 +144,31 @@ std::string build(const Scene& scene, int index, double t_end_s, Ship<S>& ship) 
     if (!rotates(body)) return name + " is a point mass and a moment acts on it";
     ship.axis_B = (1 / norm(axis)) * axis;
     const Vec<S> Iw = multiply(body.inertia_kg_m2, ship.axis_B);
-    if (!parallel(ship.axis_B, Iw)) return name + " does not spin or is not turned about a principal axis";
+    if (!keeps_axis(body, ship.axis_B) || !parallel(ship.axis_B, Iw))
+      return name + " does not spin or is not turned about a principal axis";
     moment = dot(ship.axis_B, Iw);
   }
   Pose<S> now = start;
   S theta = 0;
   for (std::size_t k = 0; k < ship.pieces.size(); ++k) {
     Piece<S>& piece = ship.pieces[k];
+    for (int i = 0; i < 3; ++i)
+      if (ship.axis_B[i] == 0 && torques[k][i] != 0) return "a moment on " + name + " is not along its axis of spin";
     if (!parallel(ship.axis_B, torques[k])) return "a moment on " + name + " is not along its axis of spin";
     piece.alpha = dot(ship.axis_B, torques[k]) / moment;
     piece.theta = theta;
     piece.w = dot(now.w_WB_B, ship.axis_B);
     piece.p = now.p_WB;
     piece.v = now.v_WB;
-    if (k + 1 == ship.pieces.size()) break;
+    if (k + 1 == ship.pieces.size()) {
+      const S last = S(t_end_s) - piece.from;
+      if (magnitude(piece.w) * last + magnitude(piece.alpha) * last * last > S(most_turning))
+        return name + " turns by more than 1e6 rad";
+      break;
+    }
     const S length = ship.pieces[k + 1].from - piece.from;
+    if (magnitude(piece.w) * length + magnitude(piece.alpha) * length * length > S(most_turning))
+      return name + " turns by more than 1e6 rad";
     now = ship.at(piece, length);
     theta += length * (piece.w + piece.alpha * length / 2);
   }
@@ -181,7 +205,7 @@ Solution axis_torque() {
       "axis-torque",
       "body-fixed force with its moment along a principal axis: uniform angular acceleration and Fresnel integrals, "
       "Longuski, J. Guidance 14 (1991) 1145",
-      solve<Narrow>, solve<Wide>};
+      feature::uniform_gravity | feature::spin | feature::thruster, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -103,7 +103,8 @@ class Table {
       }
       for (const Obstacle<S>& obstacle : obstacles_) {
         const S gap = distance(obstacle, balls_[i].p) - balls_[i].radius;
-        if (gap < -8 * unit_round_off<double>() * (norm(balls_[i].p) + balls_[i].radius)) overlap(i, obstacle.body);
+        const S noise = 8 * unit_round_off<double>() * (norm(balls_[i].p) + balls_[i].radius);
+        if (gap < -noise || gap < -1e-9 * balls_[i].radius) overlap(i, obstacle.body);
       }
     }
   }
@@ -282,7 +283,7 @@ Solution ball_flights() {
   return {"ball-flights",
           "balls between impacts on parabolas, impacts at roots of quadratics, Newton's law and Coulomb's: "
           "Routh, art. 169, 180",
-          solve<Narrow>, solve<Wide>};
+          feature::flying | feature::touching, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -22,7 +22,7 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
 }  // namespace
 
 Solution ballistic() {
-  return {"ballistic", "free flight under uniform gravity, p = p0 + v0 t + g t^2/2", solve<Narrow>, solve<Wide>};
+  return {"ballistic", "free flight under uniform gravity, p = p0 + v0 t + g t^2/2", feature::flying, solve<Narrow>, solve<Wide>};
 }
 
 // A free body with uniform gravity: the same flight; its turning is turning()'s business, as everywhere.
@@ -30,7 +30,7 @@ Solution free_rigid_body() {
   return {"free-rigid-body",
           "free asymmetric top by Jacobi elliptic functions with attitude, van Zon and Schofield, J. Comput. Phys. 225 "
           "(2007) 145; Carlson's symmetric integrals; uniform gravity",
-          solve<Narrow>, solve<Wide>};
+          feature::flying, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -64,7 +64,8 @@ struct Bounces {
     return "";
   }
   Flight<S> at(S now) const {
-    const bool rests = stops && now >= stop;
+    const bool lies = ever && a > 0 && V == 0;  // from the start, whatever its restitution
+    const bool rests = lies || (stops && now >= stop);
     S h = 0, u = 0;
     if (!rests) {
       S from = 0, height = h0, up = u0;
@@ -140,7 +141,11 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
   path.drift = g + path.a * path.n;
   const Vec<S> spin = rotate(start.q_WB, start.w_WB_B);
   const S touching = 4 * unit_round_off<double>() * radius;  // the round-off of the scene's doubles
-  if (path.h0 < 0 && -path.h0 <= touching) path.h0 = 0;
+  if (path.h0 < 0 && -path.h0 <= touching) {
+    motion.slack.p_m = -2 * path.h0 * (1 + path.a * S(scenario.t_end_s) * S(scenario.t_end_s) / radius);
+    motion.slack.v_m_per_s = motion.slack.p_m / radius * larger(path.a * S(scenario.t_end_s), norm(start.v_WB));
+    path.h0 = 0;
+  }
   if (path.h0 < 0) motion.misfit = "`" + ball.name + "` overlaps the plane at the start";
   if (law.friction != 0 && !(is_zero(path.slide) && is_zero(path.drift) && is_zero(cross(spin, path.n))))
     motion.misfit = "the contact has friction and `" + ball.name + "` slides or spins";
@@ -165,7 +170,7 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
 
 Solution bounce() {
   return {"bounce", "ball on a plane, impacts in closed form: geometric series of flights, Newton's restitution",
-          solve<Narrow>, solve<Wide>};
+          feature::flying | feature::touching, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

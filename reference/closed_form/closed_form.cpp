@@ -1,6 +1,9 @@
 #include "closed_form/closed_form.hpp"
 
 #include <algorithm>
+#include <deque>
+#include <map>
+#include <tuple>
 
 #include "closed_form/solution.hpp"
 
@@ -26,18 +29,22 @@ const std::vector<Solution>& catalogue() {
 constexpr double safety = 32;
 const Wide round_off = unit_round_off<Wide>();
 const Wide ratio = unit_round_off<Wide>() / unit_round_off<Narrow>();
+const Wide proportional = 0x1p-20;
 
 struct Spread {  // one kind of value of one body, over the run so far
   Wide difference = 0, scale = 0;
   template <class A, class B>
-  Wide bar(const A& wide, const B& narrow) {
+  void see(const A& wide, const B& narrow) {
     for (std::size_t i = 0; i < wide.size(); ++i) {
       difference = larger(difference, magnitude(wide[i] - Wide(narrow[i])));
       if (!is_finite(wide[i]) || !is_finite(narrow[i])) difference = std::numeric_limits<double>::infinity();
       scale = larger(scale, magnitude(wide[i]));
     }
-    return safety * (ratio * difference + round_off * scale);
   }
+  Wide bar() const { return safety * (ratio * difference + round_off * scale); }
+  // The difference grows in proportion to the round-off only while it is small beside the motion itself (`way`: its
+  // extent, and what round-off alone does to numbers of the scene's size): past that it is no longer a measure of what quad's own round-off does.
+  bool trusted(Wide way) const { return difference <= proportional * way || !is_finite(difference); }
 };
 
 struct BodySpread { Spread p, q, v, w; };
@@ -64,8 +71,23 @@ Event event_of(const Happening<Wide>& from) {
   return made;
 }
 
-void add_samples(Truth& truth, const std::vector<Wide>& t_s, const Motion<Wide>& wide, const Motion<Narrow>& narrow) {
+// An impact's instant, and how far off it may be: in quad, in long double.
+struct Instant { int body_a = 0, body_b = 0; Wide t_s = 0, bar_s = 0, narrow_bar_s = 0; };
+
+// At an impact's instant long double may show the velocity before it where quad shows the one after it.
+bool at_impact(const std::vector<Instant>& impacts, int body, Wide t_s) {
+  return std::any_of(impacts.begin(), impacts.end(), [&](const Instant& hit) {
+    return (hit.body_a == body || hit.body_b == body) && magnitude(hit.t_s - t_s) <= hit.narrow_bar_s;
+  });
+}
+
+// Empty, or which body's motion magnifies round-off too much for a bar.
+std::string add_samples(Truth& truth, const Scene& scene, const std::vector<Wide>& t_s, const Motion<Wide>& wide,
+                        const Motion<Narrow>& narrow, const std::vector<Instant>& impacts) {
   std::vector<BodySpread> spreads(wide.poses.front().size());
+  const Wide noise = 1024 * unit_round_off<Narrow>() / proportional;
+  Wide places = 0, speeds = 0, rates = 0;  // the largest so far of all bodies
+  for (const Pose<Wide>& start : wide.poses.front()) places = larger(places, norm(start.p_WB));
   for (std::size_t k = 0; k < t_s.size(); ++k) {
     Sample &value = truth.values.emplace_back(), &bar = truth.bars.emplace_back();
     value.t_s = bar.t_s = t_s[k];
@@ -75,30 +97,60 @@ void add_samples(Truth& truth, const std::vector<Wide>& t_s, const Motion<Wide>&
       value.bodies.push_back({w.p_WB, w.q_WB, w.v_WB, w.w_WB_B});
       BodySample& half_width = bar.bodies.emplace_back();
       half_width.q_wxyz = {};
+      BodySpread& of = spreads[i];
+      of.p.see(w.p_WB, n.p_WB);
+      of.q.see(w.q_WB, n.q_WB);
+      if (!at_impact(impacts, static_cast<int>(i), t_s[k])) {
+        of.v.see(w.v_WB, n.v_WB);
+        of.w.see(w.w_WB_B, n.w_WB_B);
+      }
       if (k == 0) continue;
-      half_width.p_m.fill(spreads[i].p.bar(w.p_WB, n.p_WB));
-      half_width.q_wxyz.fill(spreads[i].q.bar(w.q_WB, n.q_WB));
-      half_width.v_m_per_s.fill(spreads[i].v.bar(w.v_WB, n.v_WB));
-      half_width.w_rad_per_s.fill(spreads[i].w.bar(w.w_WB_B, n.w_WB_B));
-      for (Wide& bar_p : half_width.p_m) bar_p += wide.slack.p_m;
-      for (Wide& bar_q : half_width.q_wxyz) bar_q += wide.slack.q;
-      for (Wide& bar_v : half_width.v_m_per_s) bar_v += wide.slack.v_m_per_s;
+      places = larger(places, of.p.scale);
+      speeds = larger(speeds, of.v.scale);
+      rates = larger(rates, of.w.scale);
+      if (!of.p.trusted(of.v.scale * t_s[k] + noise * places) || !of.q.trusted(1) ||
+          !of.v.trusted(of.v.scale + noise * speeds) || !of.w.trusted(of.w.scale + noise * rates))
+        return scene.bodies[i].name;
+      half_width.p_m.fill(of.p.bar() + wide.slack.p_m);
+      half_width.q_wxyz.fill(of.q.bar() + wide.slack.q);
+      half_width.v_m_per_s.fill(of.v.bar() + wide.slack.v_m_per_s);
+      half_width.w_rad_per_s.fill(of.w.bar() + wide.slack.w_rad_per_s);
     }
   }
+  return "";
 }
 
-void add_events(Truth& truth, const Motion<Wide>& wide, const Motion<Narrow>& narrow) {
-  for (std::size_t k = 0; k < wide.happenings.size(); ++k) {
-    const Happening<Wide>& at = wide.happenings[k];
-    truth.events.push_back(event_of(at));
-    const Wide difference =
-        k < narrow.happenings.size() ? magnitude(at.t_s - Wide(narrow.happenings[k].t_s)) : magnitude(at.t_s);
+// Empty, or when long double sees another impact than quad: whether two bodies meet hangs on round-off. Each pair's
+// impacts are compared in their order; impacts of different pairs at one instant may come in either.
+std::string add_events(Truth& truth, const Scenario& scenario, const Motion<Wide>& wide, const Motion<Narrow>& narrow,
+                       std::vector<Instant>& impacts) {
+  std::map<std::tuple<EventKind, int, int>, std::deque<Wide>> also;
+  for (const Happening<Narrow>& at : narrow.happenings) also[{at.kind, at.body_a, at.body_b}].push_back(at.t_s);
+  const Wide t_end = scenario.t_end_s, last = t_end * (1 - 64 * unit_round_off<Narrow>());
+  const auto when = [](Wide t_s) { return "at t = " + format_double(static_cast<double>(t_s)) + " s"; };
+  for (const Happening<Wide>& at : wide.happenings) {
+    std::deque<Wide>& twins = also[{at.kind, at.body_a, at.body_b}];
+    if (twins.empty() && at.t_s < last) return when(at.t_s);
+    const Wide difference = twins.empty() ? magnitude(t_end - at.t_s) : magnitude(at.t_s - twins.front());
+    if (!twins.empty()) twins.pop_front();
     const Wide half_width = safety * (ratio * difference + round_off * magnitude(at.t_s));
+    truth.events.push_back(event_of(at));
     truth.event_bar_s.push_back(static_cast<double>(half_width));
-    // A sample at the very instant of an impact may show the velocity before or after it.
+    impacts.push_back({at.body_a, at.body_b, at.t_s, half_width,
+                       half_width + 2 * difference + 64 * unit_round_off<Narrow>() * magnitude(at.t_s)});
+  }
+  for (const auto& [pair, left] : also)
+    if (!left.empty() && left.front() < last) return when(left.front());
+  return "";
+}
+
+// A sample at the very instant of an impact may show the velocity before or after it.
+void hold_jumps(Truth& truth, const Motion<Wide>& wide, const std::vector<Instant>& impacts) {
+  for (std::size_t k = 0; k < impacts.size(); ++k) {
+    const Happening<Wide>& at = wide.happenings[k];
+    if (at.vn_after_m_per_s == at.vn_before_m_per_s) continue;
     for (std::size_t s = 1; s < truth.values.size(); ++s) {
-      if (magnitude(truth.values[s].t_s - at.t_s) > half_width) continue;
-      if (at.vn_after_m_per_s == at.vn_before_m_per_s) continue;
+      if (magnitude(truth.values[s].t_s - at.t_s) > impacts[k].bar_s) continue;
       for (const int body : {at.body_a, at.body_b}) {
         for (Wide& v : truth.bars[s].bodies[body].v_m_per_s)
           v += magnitude(at.vn_after_m_per_s - at.vn_before_m_per_s) * (1 + at.impulse_t_N_s / at.impulse_n_N_s);
@@ -109,6 +161,14 @@ void add_events(Truth& truth, const Motion<Wide>& wide, const Motion<Narrow>& na
       truth.note = "a sample falls on the instant of an impact: the bars of its velocity and spin hold the jump";
     }
   }
+}
+
+// Is it more than 1e-20 of the scene's size?
+bool shows(const Slack<Wide>& slack, const Sample& start) {
+  Wide size = 0;
+  for (const BodySample& body : start.bodies)
+    for (const Wide& p : body.p_m) size = larger(size, magnitude(p));
+  return slack.p_m > Wide(1e-20) * size || slack.q > Wide(1e-20);
 }
 
 Truth unsupported(const Scenario& scenario, const std::string& why) {
@@ -135,7 +195,7 @@ Truth closed_form_truth(const Scenario& scenario, std::int64_t samples) {
     return unsupported(scenario, "no such solution; known are " + known);
   }
   if (samples < 1) return unsupported(scenario, "no samples asked for");
-  if (!scenario.scene.problem.empty()) return unsupported(scenario, "a bare problem has none");
+  if (const std::string what = not_taken(scenario, found->takes); !what.empty()) return unsupported(scenario, what);
   const std::vector<Wide> t_s = instants<Wide>(scenario, samples);
   const Motion<Wide> wide = found->wide(scenario, t_s);
   if (!wide.misfit.empty()) return unsupported(scenario, wide.misfit);
@@ -143,9 +203,14 @@ Truth closed_form_truth(const Scenario& scenario, std::int64_t samples) {
   if (!narrow.misfit.empty()) return unsupported(scenario, "too near a limit of validity: " + narrow.misfit);
   Truth truth;
   truth.source = std::string("closed form: ") + found->citation;
-  add_samples(truth, t_s, wide, narrow);
-  if (wide.slack.p_m > 0) truth.note = "the scene's doubles close the contact, or lay the body flat, to round-off only";
-  add_events(truth, wide, narrow);
+  std::vector<Instant> impacts;
+  if (const std::string when = add_events(truth, scenario, wide, narrow, impacts); !when.empty())
+    return unsupported(scenario, "which bodies meet " + when + " hangs on the last digits");
+  if (const std::string body = add_samples(truth, scenario.scene, t_s, wide, narrow, impacts); !body.empty())
+    return unsupported(scenario, "the motion of `" + body + "` magnifies round-off too much for a bar");
+  if (shows(wide.slack, truth.values.front()))
+    truth.note = "parts within the round-off of the scene's doubles (an open contact, a tilt, a slip) are taken for none";
+  hold_jumps(truth, wide, impacts);
   for (const Sample& bar : truth.bars)
     for (const BodySample& body : bar.bodies)
       for (const auto* values : {&body.p_m, &body.v_m_per_s, &body.w_rad_per_s})

@@ -1,10 +1,12 @@
-// B. C. Carlson, Numerical computation of real or complex elliptic integrals, Numer. Algorithms 10 (1995) 13; the
-// amplitude by the arithmetic-geometric mean, Abramowitz and Stegun 16.4.
+// B. C. Carlson, Numerical computation of real or complex elliptic integrals, Numer. Algorithms 10 (1995) 13; Jacobi's
+// functions by the arithmetic-geometric mean.
 #include "closed_form/elliptic.hpp"
 
 namespace atwood::closed_form {
 
 namespace {
+
+constexpr int most_halvings = 500;  // two arguments that underflow to 0 never meet: the answer is not finite then
 
 // Duplication shrinks the deviations fourfold a step; the series below err by their sixth power.
 template <class S>
@@ -37,7 +39,7 @@ S carlson_rf(S x, S y, S z) {
   const S spread = larger(magnitude(mean - x), larger(magnitude(mean - y), magnitude(mean - z)));
   const S x0 = x, y0 = y;
   S quarter = 1;
-  while (quarter * spread > close_enough<S>() * mean) {
+  for (int k = 0; k < most_halvings && quarter * spread > close_enough<S>() * mean; ++k) {
     const S l = root(x) * root(y) + root(x) * root(z) + root(y) * root(z);
     x = (x + l) / 4;
     y = (y + l) / 4;
@@ -57,7 +59,7 @@ S carlson_rj(S x, S y, S z, S p) {
   S spread = magnitude(mean - p);
   for (const S v : {x, y, z}) spread = larger(spread, magnitude(mean - v));
   S delta = (p - x) * (p - y) * (p - z), quarter = 1, sum = 0;
-  while (quarter * spread > close_enough<S>() * mean) {
+  for (int k = 0; k < most_halvings && quarter * spread > close_enough<S>() * mean; ++k) {
     const S rx = root(x), ry = root(y), rz = root(z), rp = root(p);
     const S l = rx * ry + rx * rz + ry * rz, d = (rp + rx) * (rp + ry) * (rp + rz);
     const S e = quarter * quarter * quarter * delta / (d * d);
@@ -77,28 +79,43 @@ S carlson_rj(S x, S y, S z, S p) {
   return quarter * series / (mean * root(mean)) + 6 * sum;
 }
 
-// a, b -> (a + b)/2, sqrt(a b); phi_N = 2^N a_N u, then backwards sin(2 phi_{n-1} - phi_n) = (c_n / a_n) sin phi_n.
-// The arc sine as an arc tangent: its cosine is sqrt(cos^2 + (b_n / a_n)^2 sin^2), well conditioned as k -> 1.
+// R. Bulirsch, Numer. Math. 7 (1965) 78: Gauss's transformation a, b -> (a + b)/2, sqrt(a b), and back on cot am. The
+// cotangent keeps its relative accuracy however near the separatrix, where the angle itself would not.
 template <class S>
-S amplitude(S u, S kc) {
-  if (kc == 0) return 2 * arc_tangent(hyperbolic_tangent(u / 2));
-  std::array<S, 64> a, b, c;
+Jacobi<S> jacobi(S u, S kc) {
+  Jacobi<S> made;
+  if (kc == 0) {
+    made.sn = hyperbolic_tangent(u);
+    made.cn = made.dn = 1 / hyperbolic_cosine(u);
+    return made;
+  }
+  std::array<S, 64> a, b;
   a[0] = 1;
   b[0] = kc;
   int n = 0;
-  do {
+  while (n < 60 && magnitude(a[n] - b[n]) > unit_round_off<S>() * a[n] / 4) {
     a[n + 1] = (a[n] + b[n]) / 2;
     b[n + 1] = root(a[n] * b[n]);
-    c[n + 1] = (a[n] - b[n]) / 2;
     ++n;
-  } while (n < 60 && magnitude(c[n]) > unit_round_off<S>() * a[n] / 4);
-  S phi = std::ldexp(1.0, n) * a[n] * u;
-  for (; n > 0; --n) {
-    const S sn = a[n] * sine(phi), cn = cosine(phi);
-    const S along = root(a[n] * a[n] * cn * cn + b[n] * b[n] * (sn / a[n]) * (sn / a[n]));
-    phi = (phi + arc_tangent(c[n] * (sn / a[n]), along)) / 2;
   }
-  return phi;
+  const S whole = pi<S>() / a[n];  // 2 K
+  made.halves = floor_of(u / whole + S(0.5));
+  const S angle = a[n] * (u - made.halves * whole), s = sine(angle);
+  made.dn = 1;
+  if (s != 0) {
+    // With phi_n = a_n u, c_n = a_n cot phi_n and d_n = dn at that stage: c_{n-1} = c_n d_n, and
+    // d_{n-1} = (b_{n-1} a_{n-1} + q) / (a_{n-1} a_n ...) in Bulirsch's form below.
+    S cot = cosine(angle) / s, c = a[n] * cot;
+    for (int k = n - 1; k >= 0; --k) {
+      const S q = cot * c;
+      c *= made.dn;
+      made.dn = (b[k] + q) / (a[k] + q);
+      cot = c / a[k];
+    }
+    made.sn = (s < 0 ? -1 : 1) / root(cot * cot + 1);
+    made.cn = magnitude(cot) / root(cot * cot + 1);
+  }
+  return made;
 }
 
 template Narrow carlson_rc(Narrow, Narrow);
@@ -107,7 +124,7 @@ template Narrow carlson_rf(Narrow, Narrow, Narrow);
 template Wide carlson_rf(Wide, Wide, Wide);
 template Narrow carlson_rj(Narrow, Narrow, Narrow, Narrow);
 template Wide carlson_rj(Wide, Wide, Wide, Wide);
-template Narrow amplitude(Narrow, Narrow);
-template Wide amplitude(Wide, Wide);
+template Jacobi<Narrow> jacobi(Narrow, Narrow);
+template Jacobi<Wide> jacobi(Wide, Wide);
 
 }  // namespace atwood::closed_form

@@ -1,4 +1,4 @@
-// Carlson's symmetric elliptic integrals and Jacobi's amplitude.
+// Carlson's symmetric elliptic integrals and Jacobi's functions.
 #pragma once
 
 #include "closed_form/number.hpp"
@@ -12,8 +12,11 @@ S carlson_rf(S x, S y, S z);
 template <class S>
 S carlson_rj(S x, S y, S z, S p);  // p > 0
 
-// am(u | k) from the complementary modulus kc, kc^2 = 1 - k^2, 0 <= kc <= 1; continuous in u, odd.
+// sn, cn, dn of u - 2 K halves, which lies in [-K, K] (so cn >= 0), from the complementary modulus kc, kc^2 = 1 - k^2,
+// 0 <= kc <= 1. kc = 0: no period, halves is 0.
 template <class S>
-S amplitude(S u, S kc);
+struct Jacobi { S sn{0}, cn{1}, dn{1}, halves{0}; };
+template <class S>
+Jacobi<S> jacobi(S u, S kc);
 
 }  // namespace atwood::closed_form

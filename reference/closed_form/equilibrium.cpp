@@ -11,8 +11,11 @@ namespace {
 
 using V = Vec<double>;
 constexpr double touching = 1e-11;  // of the larger of the bodies' places and sizes
+constexpr double nearness = 1e-7;   // of the thinner body: no place is so far off that a gap of its size is none
+constexpr double margin = 1e-5;     // forces are looked for inside the cones and within the surfaces by this part
 constexpr int most_sweeps = 20000;
 constexpr double balanced = 1e-7;   // of gravity
+constexpr double round_off = 1e-14;
 
 // A box, a rectangle (a box of thickness 0), a ball (a box of no extent with a radius), a plane.
 struct Solid {
@@ -71,6 +74,13 @@ double reach(const Solid& solid, const V& n) {  // of the solid along n, from it
 
 // Of its farthest point from its centre, at most.
 double extent(const Solid& solid) { return length(V{solid.half[0], solid.half[1], solid.half[2]}) + solid.radius; }
+
+double thinnest(const Solid& solid) {  // of what it has of extents
+  double least = solid.radius > 0 ? solid.radius : HUGE_VAL;
+  for (const double half : solid.half)
+    if (half > 0) least = std::min(least, half);
+  return least;
+}
 
 V corner(const Solid& solid, int index) {
   V at = solid.center;
@@ -164,15 +174,19 @@ std::string find_touches(const Scene& scene, const std::vector<Solid>& solids, s
       if (!b.plane && a.radius == 0 && b.radius > 0) continue;
       const double size = length(a.center) + (b.plane ? 0 : length(b.center)) + extent(a);
       const std::size_t before = touches.size();
-      const double gap = touch(a, b, touching * size, touches);
-      if (gap < -touching * size)
+      const double tolerance = std::min(touching * size, nearness * std::min(thinnest(a), b.plane ? HUGE_VAL : thinnest(b)));
+      const double gap = touch(a, b, tolerance, touches);
+      if (gap < -tolerance)
         return "`" + scene.bodies[i].name + "` and `" + scene.bodies[j].name + "` overlap";
       if (touches.size() > before) made.open_m = std::max(made.open_m, std::fabs(gap));
       for (std::size_t k = before; k < touches.size(); ++k) {
         touches[k].a = static_cast<int>(i);
         touches[k].b = static_cast<int>(j);
-        touches[k].friction = pair_law(scene, touches[k].a, touches[k].b).friction;
+        touches[k].friction = (1 - margin) * pair_law(scene, touches[k].a, touches[k].b).friction;
       }
+      V middle{};
+      for (std::size_t k = before; k < touches.size(); ++k) middle = middle + (1.0 / double(touches.size() - before)) * touches[k].x;
+      for (std::size_t k = before; k < touches.size(); ++k) touches[k].x = touches[k].x + margin * (middle - touches[k].x);
     }
   return "";
 }
@@ -240,7 +254,9 @@ class Sweeps {
     std::pair<std::size_t, double> worst{0, 0};
     for (std::size_t i = 0; i < solids_.size(); ++i) {
       const Solid& s = solids_[i];
-      const double speed = length(moving_[i].v) + length(moving_[i].w_B) * extent(s);
+      // A ball has but one foot: what does not balance it to round-off rolls it away.
+      const double speed =
+          (length(moving_[i].v) + length(moving_[i].w_B) * extent(s)) * (s.radius > 0 ? balanced / round_off : 1);
       if (speed > worst.second) worst = {i, speed};
     }
     return worst;

@@ -9,6 +9,8 @@ namespace {
 
 // What the round-off of a scene's doubles may do to a sum of a few of them.
 constexpr double ulps = 16 * 0x1p-53;
+// A gap is closed only if it is nothing beside the body, however far from the origin that lies.
+constexpr double closed = 1e-9;
 
 template <class S>
 void plane_floor(const Plane& plane, Floor<S>& floor) {
@@ -88,8 +90,12 @@ Floor<S> find_floor(const Scene& scene) {
   const Vec<S> g = vec<S>(scene.gravity_m_per_s2);
   floor.g_n = -dot(floor.n, g);
   floor.g_t = g + floor.g_n * floor.n;
-  // Along a level floor gravity has no part; what a tilted normal's round-off leaves is not a slope.
-  if (norm(floor.g_t) <= S(ulps) * norm(g)) floor.g_t = {};
+  // Along a level floor gravity has no part; what a tilted normal's round-off leaves is not a slope; the
+  // bars hold it.
+  if (norm(floor.g_t) <= S(ulps) * norm(g)) {
+    floor.dropped = norm(floor.g_t);
+    floor.g_t = {};
+  }
   if (!(floor.g_n > 0)) floor.misfit = "gravity does not press onto `" + scene.bodies[floor.body].name + "`";
   return floor;
 }
@@ -118,7 +124,8 @@ Stance<S> stand_on(const Floor<S>& floor, const Scene& scene, int at) {
   if (!stance.misfit.empty()) return stance;
   const S gap = dot(floor.n, pose.p_WB) - floor.offset - stance.height;
   stance.rise = magnitude(dot(floor.n, pose.v_WB));
-  if (magnitude(gap) > S(ulps) * (norm(pose.p_WB) + stance.height)) stance.misfit = name + " does not touch the floor";
+  if (magnitude(gap) > S(ulps) * (norm(pose.p_WB) + stance.height) || magnitude(gap) > S(closed) * S(stance.reach_m))
+    stance.misfit = name + " does not touch the floor";
   if (stance.rise > S(ulps) * norm(pose.v_WB)) stance.misfit = name + " does not move along the floor";
   stance.slack_m = 4 * (magnitude(gap) + floor.flat) + stance.tilt * S(stance.reach_m);
   return stance;

@@ -15,6 +15,7 @@ struct Floor {
   Vec<S> n{};                   // unit, upwards: against gravity
   S offset{};                   // n . x on the floor
   S g_n{};                      // gravity into the floor
+  S dropped{};                  // gravity along a floor that is taken for level
   Vec<S> g_t{};                 // gravity along it
   S flat{};                     // how far from flat a mesh is
   std::vector<std::array<Vec<double>, 2>> rim;  // edges of one triangle only; none: the floor has no end

@@ -6,6 +6,8 @@
 //            else slips: f_i = mu_i m_i g
 // For n equal solid balls, kappa = 7/2: f2 = ((F - f1) / M) / (3.5 / m + n / M). All friction lies along the push as
 // long as nothing turns about the vertical, which is checked, as is where the floor's pressure has its centre.
+#include <algorithm>
+
 #include "closed_form/floor.hpp"
 
 namespace atwood::closed_form {
@@ -29,6 +31,7 @@ struct Cart {
   S F{}, push_height{}, push_aside{};
   std::vector<Rider<S>> riders;
   S A{}, open{};          // open: the widest gap under a rider, of round-off
+  S lift{}, veer{};       // of the push off the floor, its moment about the vertical: round-off, taken for none
   bool stands = false;
 };
 
@@ -42,6 +45,7 @@ std::string find_push(const Scene& scene, const Floor<S>& floor, Cart<S>& cart) 
   cart.push = vec<S>(push.force_N);
   const S upwards = dot(cart.push, floor.n);
   if (magnitude(upwards) > S(0x1p-48) * norm(cart.push) || is_zero(cart.push)) return "the push is not along the floor";
+  cart.lift = magnitude(upwards);
   cart.F = norm(cart.push);
   cart.e = (1 / cart.F) * cart.push;
   const Vec<S> arm = rotate(initial_pose<S>(scene.bodies[push.body]).q_WB, vec<S>(push.point_body_m));
@@ -103,7 +107,7 @@ void accelerate(Cart<S>& cart, S floor_friction) {
 // The slab stays flat and straight: the pressure's centre lies under it, c N = h (f1 - sum f_i) + z F + sum m_i g x_i,
 // and no moment turns it. Riders stay on the deck and apart.
 template <class S>
-std::string goes_wrong(const Scene& scene, const Floor<S>& floor, const Stance<S>& stance, const Cart<S>& cart, S f1,
+std::string goes_wrong(const Scene& scene, const Floor<S>& floor, const Stance<S>& stance, Cart<S>& cart, S f1,
                        S t_end) {
   const std::string name = "`" + scene.bodies[cart.slab].name + "`";
   const Vec<S> left = cross(floor.n, cart.e);
@@ -118,6 +122,7 @@ std::string goes_wrong(const Scene& scene, const Floor<S>& floor, const Stance<S
   turning = turning - f1 * aside / weight;
   if (magnitude(turning) > S(0x1p-46) * cart.F * (size + magnitude(cart.push_aside)))
     return name + " is turned about the vertical";
+  cart.veer = magnitude(turning);
   for (const S t : {S(0), t_end}) {
     S moment = cart.height * (f1 - rub) + cart.push_height * cart.F;
     for (const Rider<S>& r : cart.riders) {
@@ -179,7 +184,14 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
   Stance<S> stance;
   motion.misfit = set_up(scene, floor, S(scenario.t_end_s), cart, stance);
   if (!motion.misfit.empty()) return motion;
-  motion.slack = {stance.slack_m + 4 * cart.open, 4 * stance.tilt, S(0)};
+  const S t_end = scenario.t_end_s;
+  const Real33& I = scene.bodies[cart.slab].inertia_kg_m2;
+  const S spin = 4 * t_end * cart.veer / S(std::min(I[0], std::min(I[4], I[8])));
+  const S speed = 4 * t_end * cart.lift / cart.mass + spin * S(stance.reach_m) + 4 * t_end * floor.dropped;
+  S least = stance.reach_m;
+  for (const Rider<S>& rider : cart.riders) least = rider.radius < least ? rider.radius : least;
+  motion.slack = {stance.slack_m + 4 * cart.open + t_end * speed, 4 * stance.tilt + t_end * (spin + speed / least), speed,
+                  spin + speed / least};
   const Vec<S> about = cross(floor.n, cart.e);
   for (const S& t : t_s) {
     auto& poses = motion.poses.emplace_back();
@@ -204,7 +216,7 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
 
 Solution friction_cone() {
   return {"friction-cone", "a pushed slab that carries balls: Coulomb's friction, Newton's and Euler's laws",
-          solve<Narrow>, solve<Wide>};
+          feature::uniform_gravity | feature::touching | feature::point_force, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

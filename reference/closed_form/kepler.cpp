@@ -28,7 +28,7 @@ Translation<S> about_attractor(const Scene& scene, int body) {
   if (const std::string why = orbit.misfit(); !why.empty()) return {"`" + planet.name + "` " + why, {}};
   return {"", [=](S t) {
             const Flight<S> now = orbit.at(t);
-            return Flight<S>{origin + now.p, now.v};
+            return Flight<S>{origin + now.p, now.v, now.failure};
           }};
 }
 
@@ -89,7 +89,7 @@ Motion<S> two_bodies(const Scenario& scenario, const std::vector<S>& t_s) {
     const S share = first ? -share_b : share_a;
     return {"", [=](S t) {
               const Flight<S> r = orbit.at(t);
-              return Flight<S>{c0 + t * (u + (t / 2) * g) + share * r.p, u + t * g + share * r.v};
+              return Flight<S>{c0 + t * (u + (t / 2) * g) + share * r.p, u + t * g + share * r.v, r.failure};
             }};
   });
 }
@@ -107,14 +107,14 @@ Solution kepler() {
   return {
       "kepler",
       "Kepler's equation in universal variables, Stiefel and Scheifele, Linear and Regular Celestial Mechanics (1971)",
-      solve<Narrow>, solve<Wide>};
+      feature::flying | feature::attractor | feature::mutual_gravity | feature::coulomb, solve<Narrow>, solve<Wide>};
 }
 
 Solution coulomb_two_body() {
   return {"coulomb-two-body",
           "conic of two charges about their centre of mass (Rutherford 1911), in universal variables, Stiefel and "
           "Scheifele (1971)",
-          two_bodies<Narrow>, two_bodies<Wide>};
+          feature::flying | feature::mutual_gravity | feature::coulomb, two_bodies<Narrow>, two_bodies<Wide>};
 }
 
 }  // namespace atwood::closed_form

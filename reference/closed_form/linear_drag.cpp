@@ -52,8 +52,7 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
 }  // namespace
 
 Solution linear_drag() {
-  return {"linear-drag", "drag linear in the air speed: exponential approach, Lamb, Dynamics (1914)", solve<Narrow>,
-          solve<Wide>};
+  return {"linear-drag", "drag linear in the air speed: exponential approach, Lamb, Dynamics (1914)", feature::flying | feature::linear_drag_force | feature::angular_drag, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

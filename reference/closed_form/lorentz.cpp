@@ -44,7 +44,7 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
 
 Solution lorentz() {
   return {"lorentz", "charge in uniform E and B: gyration, E x B drift, acceleration along B, Jackson, ch. 12",
-          solve<Narrow>, solve<Wide>};
+          feature::flying | feature::lorentz_force, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

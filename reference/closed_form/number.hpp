@@ -32,6 +32,8 @@ inline Narrow exponential_minus_1(Narrow x) { return std::expm1(x); }
 inline Wide exponential_minus_1(Wide x) { return expm1q(x); }
 inline Narrow log_of_1_plus(Narrow x) { return std::log1p(x); }
 inline Wide log_of_1_plus(Wide x) { return log1pq(x); }
+inline Narrow logarithm(Narrow x) { return std::log(x); }
+inline Wide logarithm(Wide x) { return logq(x); }
 inline Narrow hyperbolic_sine(Narrow x) { return std::sinh(x); }
 inline Wide hyperbolic_sine(Wide x) { return sinhq(x); }
 inline Narrow hyperbolic_cosine(Narrow x) { return std::cosh(x); }

@@ -126,6 +126,13 @@ Translation<S> translation(const Scene& scene, int body) {
   Oscillator<S> made;
   const Spring* spring = nullptr;
   if (const std::string misfit = gather(scene, body, made, spring); !misfit.empty()) return {misfit, {}};
+  // Beside resonance the driven and the free part are large and cancel; at it exactly the formula is another one.
+  for (const auto& drive : made.drives) {
+    const S frequency = root(made.omega2), re = (frequency - drive.w) * (frequency + drive.w),
+            im = 2 * made.gamma * drive.w, size = root(re * re + im * im);
+    if (size != 0 && size < S(0x1p-20) * made.omega2)
+      return {"`" + bob.name + "` is driven within 2^-20 of its resonance, but not at it", {}};
+  }
   const Vec<S> start = vec<S>(bob.position_m), v = vec<S>(bob.velocity_m_per_s), out = start - made.anchor;
   const S length0 = spring->rest_length_m;
   if (length0 != 0 || spring->damping_N_s_per_m != 0) {
@@ -158,7 +165,7 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
 
 Solution oscillator() {
   return {"oscillator", "linear oscillator, damped and driven, Landau and Lifshitz, Mechanics, sections 21-26",
-          solve<Narrow>, solve<Wide>};
+          feature::flying | feature::spring | feature::linear_drag_force | feature::angular_drag | feature::drive, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

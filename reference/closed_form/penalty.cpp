@@ -130,7 +130,7 @@ Approach<S> approach(const Scene& scene, const Two& two) {
   made.n = (1 / norm(d)) * d;
   made.gap = norm(d) - radius - other;
   made.speed = -dot(made.n, u);
-  made.aside = norm(cross(made.n, u));
+  made.aside = norm(cross(d, u));  // differences and products of doubles: exactly 0 where they meet head on
   made.inverse_mass = made.inverse_mass + 1 / S(b.mass_kg);
   made.curvature = made.curvature + 1 / other;
   return made;
@@ -140,7 +140,7 @@ template <class S>
 std::string find_law(const PairLaw& given, const Approach<S>& way, bool turns, Law<S>& law) {
   if (given.contact_law == ContactLaw::rigid) return "the pair's `contact_law` is rigid";
   if (!(way.gap > 0)) return "the bodies touch at the start";
-  if (way.aside > S(0x1p-48) * magnitude(way.speed)) return "the balls do not meet head on";
+  if (way.aside != 0) return "the balls do not meet head on";
   if (given.friction != 0 && turns) return "the contact has friction and a body turns or slides";
   law.m = 1 / way.inverse_mass;
   law.v = way.speed;
@@ -226,7 +226,7 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
 
 Solution penalty() {
   return {"penalty", "surfaces that give way: spring and dashpot, Schwager and Poschel (2007); Hertz (1881)",
-          solve<Narrow>, solve<Wide>};
+          feature::spin | feature::touching | feature::linear_contact | feature::hertz_contact, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -25,7 +25,7 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
 }  // namespace
 
 Solution rest() {
-  return {"rest", "statics: contact forces within Coulomb's cones hold every body", solve<Narrow>, solve<Wide>};
+  return {"rest", "statics: contact forces within Coulomb's cones hold every body", feature::uniform_gravity | feature::touching, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

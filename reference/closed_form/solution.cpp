@@ -101,6 +101,10 @@ Motion<S> move_each(const Scenario& scenario, const std::vector<S>& t_s,
       const S since = t_s[k] - S(body.release_s);
       if (!(since > 0)) continue;
       const Flight<S> flight = flies.at(since);
+      if (flight.failure != nullptr) {
+        motion.misfit = std::string(flight.failure) + " for `" + body.name + "`";
+        return motion;
+      }
       const Spin<S> spin = turns.at(since);
       motion.poses[k][i] = {flight.p, flight.v, spin.w, spin.q};
     }

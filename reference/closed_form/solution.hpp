@@ -1,10 +1,12 @@
 // What a closed form answers, and the walk over bodies that move independently of each other.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <string>
 #include <vector>
 
+#include "closed_form/features.hpp"
 #include "closed_form/number.hpp"
 #include "scene/scene.hpp"
 
@@ -28,7 +30,7 @@ struct Happening {  // an Event over S
 // What the doubles of a scene leave open, where a law takes for closed or flat what they close or flatten to round-off
 // only: it goes into every bar after t = 0.
 template <class S>
-struct Slack { S p_m{}, q{}, v_m_per_s{}; };
+struct Slack { S p_m{}, q{}, v_m_per_s{}, w_rad_per_s{}; };
 
 template <class S>
 struct Motion {
@@ -42,12 +44,13 @@ struct Motion {
 struct Solution {
   const char* id;
   const char* citation;
+  Features takes;  // all that a scene may hold: anything else is refused before the formulas see it
   Motion<Narrow> (*narrow)(const Scenario&, const std::vector<Narrow>& t_s);
   Motion<Wide> (*wide)(const Scenario&, const std::vector<Wide>& t_s);
 };
 
 template <class S>
-struct Flight { Vec<S> p{}, v{}; };
+struct Flight { Vec<S> p{}, v{}; const char* failure = nullptr; };  // failure: why there is none at this instant
 template <class S>
 struct Spin { Quat<S> q{1, 0, 0, 0}; Vec<S> w{}; };
 template <class S>
@@ -80,6 +83,17 @@ bool acts_on(const Force& force, int body);
 std::string named(const Scene& scene, const Force& force, int body);
 // Empty, or which two bodies have shapes that could touch.
 std::string could_touch(const Scene& scene);
+
+// A spin w about a principal axis taken for steady although a rate of `dropped` across it was left out: how large that
+// rate may have become at t. It grows as exp(|w| sqrt((I2 - I1)(I3 - I2) / (I1 I3)) t) about the middle axis, and about
+// the others stays within a factor of the moments' ratio.
+template <class S>
+S grown(const std::array<S, 3>& moment, S w, S dropped, S t) {
+  const S least = std::min(moment[0], std::min(moment[1], moment[2])),
+          most = std::max(moment[0], std::max(moment[1], moment[2])), middle = moment[0] + moment[1] + moment[2] - least - most;
+  if (dropped == 0) return 0;
+  return dropped * (most / least) * exponential(w * t * root(larger(S(0), (middle - least) * (most - middle)) / (least * most)));
+}
 
 // The moments are all alike: a body that turns like a ball about every axis.
 bool turns_like_a_ball(const Body& body);

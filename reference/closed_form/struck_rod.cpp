@@ -189,10 +189,14 @@ bool strikes_again(const Shape& rod, const Vec<S>& d, const Vec<S>& u, const Vec
 
 // What the blow gives: the impulse on the ball and both new spins, in the rod's axes.
 template <class S>
-struct Struck { std::string misfit; Blow<S> blow; Vec<S> J{}, rod_w{}, ball_w{}; };
+struct Struck { std::string misfit; Blow<S> blow; Vec<S> J{}, rod_w{}, ball_w{}; Slack<S> slack; };
+
+// Smaller parts of a sum are its own round-off: they are dropped, and the bars hold what they could do.
+template <class S>
+S noise() { return 256 * unit_round_off<S>(); }
 
 template <class S>
-Struck<S> strike(const Pair<S>& pair, const Touch<S>& touch, const Vec<S>& u, const PairLaw& law) {
+Struck<S> strike(const Pair<S>& pair, const Touch<S>& touch, const Vec<S>& u, const PairLaw& law, S rest) {
   Struck<S> made;
   const Vec<S>&n = touch.n_B, &r = touch.r_B;
   const auto turned_by = [&](const Vec<S>& impulse) {
@@ -206,14 +210,14 @@ Struck<S> strike(const Pair<S>& pair, const Touch<S>& touch, const Vec<S>& u, co
            dot(seen, cross(turned_by(given), r));
   };
   const Vec<S> sliding = u - dot(u, n) * n, lean = r - dot(r, n) * n;
-  const bool slides = norm(sliding) > S(0x1p-46) * norm(u);
+  const bool slides = norm(sliding) > noise<S>() * norm(u);
   Vec<S> along{};
   // Where nothing slides yet, the blow itself may start it, in the plane of r and n.
   if (slides) along = (1 / norm(sliding)) * sliding;
-  else if (norm(lean) > S(0x1p-46) * norm(r)) along = (1 / norm(lean)) * lean;
+  else if (norm(lean) > noise<S>() * norm(r)) along = (1 / norm(lean)) * lean;
   const bool rough = law.friction != 0 && !is_zero(along);
   const Vec<S> across = cross(n, along);
-  if (rough && magnitude(yields(across, n)) + magnitude(yields(across, along)) > S(0x1p-44) * yields(n, n))
+  if (rough && magnitude(yields(across, n)) + magnitude(yields(across, along)) > noise<S>() * yields(n, n))
     made.misfit = "the impact has friction and is not planar";
   made.blow = routh(rough ? yields(along, along) : S(1), rough ? yields(along, n) : S(0), yields(n, n),
                     slides ? norm(sliding) : S(0), dot(u, n), S(law.restitution), rough ? S(law.friction) : S(0));
@@ -222,8 +226,22 @@ Struck<S> strike(const Pair<S>& pair, const Touch<S>& touch, const Vec<S>& u, co
   made.ball_w = (pair.ball_yield / pair.radius) * cross(S(-1) * n, made.J);
   const Vec<S>& w = made.rod_w;
   const Vec<S> L{pair.moment[0] * w[0], pair.moment[1] * w[1], pair.moment[2] * w[2]};
-  if (norm(cross(w, L)) > S(0x1p-44) * norm(w) * norm(L))
+  const S tumbles = norm(cross(w, L));
+  if (tumbles > noise<S>() * norm(w) * norm(L)) {
     made.misfit = "the rod is not struck in one of its planes of symmetry: it tumbles";
+    return made;
+  }
+  const std::array<S, 3> moment{pair.moment[0], pair.moment[1], pair.moment[2]};
+  const S least = std::min(moment[0], std::min(moment[1], moment[2]));
+  // |w x L| = w^2 times a difference of moments times the angle off the axis, so `tumbles` over |L| least bounds no
+  // angle where moments are alike; there the spin keeps to itself.
+  const S dropped = tumbles == 0 ? S(0) : noise<S>() * norm(w);
+  made.slack.w_rad_per_s = grown(moment, norm(w), dropped, rest) + tumbles * rest / least;
+  made.slack.q = made.slack.w_rad_per_s * rest;
+  if (law.friction != 0) {  // what slid, or leaned, by less than the noise
+    made.slack.v_m_per_s = noise<S>() * norm(u);
+    made.slack.p_m = made.slack.v_m_per_s * rest;
+  }
   return made;
 }
 
@@ -256,14 +274,20 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
                u = rotate(to_rod, pair.ball0.v_WB - pair.rod0.v_WB);
   const Body& rod = scene.bodies[pair.rod];
   const auto* box = std::get_if<Box>(&rod.shape);
+  const S apart = off_rod(rod.shape, d) - pair.radius;
+  if (apart < 0) {
+    motion.misfit = "the bodies overlap at the start";
+    return motion;
+  }
   Touch<S> touch = box != nullptr ? touch_box(*box, d, u, pair.radius, motion.misfit)
                                   : touch_capsule(std::get<Capsule>(rod.shape), d, u, pair.radius);
   if (!motion.misfit.empty()) return motion;
   touch.happens = touch.happens && touch.t <= t_end;
   Struck<S> struck;
   if (touch.happens) {
-    struck = strike(pair, touch, u, pair_law(scene, pair.rod, pair.ball));
+    struck = strike(pair, touch, u, pair_law(scene, pair.rod, pair.ball), t_end - touch.t);
     motion.misfit = struck.misfit;
+    motion.slack = struck.slack;
     const Vec<S> parts = u + (pair.inverse_rod + pair.inverse_ball) * struck.J;
     if (motion.misfit.empty() && strikes_again(rod.shape, d + touch.t * u, parts, struck.rod_w, pair.radius,
                                                struck.blow.after, t_end - touch.t))
@@ -299,7 +323,7 @@ Solution struck_rod() {
   return {"struck-rod",
           "a rod struck by a ball in empty space, linear and angular impulse, Routh's process with friction: "
           "Routh, art. 168-195; Delannoy (2005), eq. 5-8",
-          solve<Narrow>, solve<Wide>};
+          feature::touching, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

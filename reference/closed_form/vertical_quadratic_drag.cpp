@@ -75,8 +75,7 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
 
 Solution vertical_quadratic_drag() {
   return {"vertical-quadratic-drag",
-          "drag quadratic in the air speed along gravity: tanh and log cosh, Lamb, Dynamics (1914)", solve<Narrow>,
-          solve<Wide>};
+          "drag quadratic in the air speed along gravity: tanh and log cosh, Lamb, Dynamics (1914)", feature::flying | feature::quadratic_drag_force | feature::angular_drag, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form
