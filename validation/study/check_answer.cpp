@@ -81,12 +81,19 @@ void check_start(const BodySample& sample, std::size_t i, double t_end_s, const 
     wrong_start(i, "angular_velocity_body_rad_per_s", w, start.w_rad_per_s);
 }
 
+bool is_finite(const BodySample& sample) {
+  const auto all = [](const auto& values) {
+    return std::all_of(values.begin(), values.end(), [](Wide x) { return std::isfinite(static_cast<double>(x)); });
+  };
+  return all(sample.p_m) && all(sample.q_wxyz) && all(sample.v_m_per_s) && all(sample.w_rad_per_s);
+}
+
 void check_norm(const BodySample& sample, std::size_t i, std::size_t k, const SampledBodies& bodies) {
   const bool drifts = bodies.start.empty() || bodies.start[i].turns;
   if (k > 0 && drifts) return;
   const Real4 q = narrowed(sample.q_wxyz);
   const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-  if (std::fabs(norm - 1) <= kNormTolerance || (k > 0 && !std::isfinite(norm))) return;
+  if (std::fabs(norm - 1) <= kNormTolerance) return;
   throw wire::Garbage("sample " + std::to_string(k) + ": the quaternion of body " + std::to_string(i) + ", " +
                       listed(q.data(), 4) + ", has norm " + format_double(norm) +
                       "; a unit quaternion w, x, y, z was expected");
@@ -152,6 +159,7 @@ void check_layout(const Sample& sample, std::size_t k, double t_end_s, std::int6
 
 void check_states(const Sample& sample, std::size_t k, double t_end_s, const SampledBodies& bodies) {
   for (std::size_t i = 0; i < sample.bodies.size(); ++i) {
+    if (!is_finite(sample.bodies[i])) continue;  // an answer: the cell ends `not finite`
     check_norm(sample.bodies[i], i, k, bodies);
     if (k == 0 && !bodies.start.empty()) check_start(sample.bodies[i], i, t_end_s, bodies);
   }
