@@ -100,7 +100,7 @@ Codec<Real4> axis_angle_degrees() {
       fail_value(r, v, "{ axis = [x, y, z], angle_deg = ... } or [x, y, z, degrees]");
     }
     if (read.axis == Real3{})
-      fail(r, v.place, "the axis of `" + r.key + "` in " + r.where + " is [0, 0, 0]; expected one of any length but 0");
+      fail(r, v.place, "the axis of `" + r.key + "` in " + r.where + " is [0, 0, 0]; expected an axis that is not 0");
     out = axis_angle_quaternion(read.axis, read.angle_deg);
   };
   return c;

@@ -41,6 +41,7 @@ class Search {
   bool run_some(const std::vector<std::string>& ids);
   bool run_cells(const std::vector<std::string>& ids);
   bool over() const;                              // no time is left to begin another method
+  bool had_turn(const std::string& engine) const;
   std::string refusal(const std::string& engine) const;
   void tell_losers(const std::vector<WorkCurve>& all, const Contest& contest);
 
@@ -121,7 +122,14 @@ std::string Search::refusal(const std::string& engine) const {
   return reason;
 }
 
-// Every engine's first method is tried, whatever the time. A ladder takes at most about three limits (its rungs double,
+// Some method of the engine has run, well or badly. That one is unsupported takes no time.
+bool Search::had_turn(const std::string& engine) const {
+  return std::any_of(rows_.begin(), rows_.end(), [&](const Row& row) {
+    return row.metric == "status" && row.status != Status::unsupported && engine_of(row.method) == engine;
+  });
+}
+
+// Every engine's first method that it supports is tried, whatever the time. A ladder takes at most about three limits (its rungs double,
 // and the first that hangs ends it), so that with a limit of an engine's share of the time they end within twice of it.
 bool Search::run(const Candidates& candidates) {
   const std::vector<std::string>& ids = candidates.ids;
@@ -136,7 +144,8 @@ bool Search::run(const Candidates& candidates) {
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const bool solver = engine_of(ids[i]) == "arkode" || engine_of(ids[i]) == "odeint";
     if (truth_failed_) break;
-    if (i >= candidates.firsts && over()) {
+    const bool owed = i < candidates.firsts || (i < candidates.short_list && !had_turn(engine_of(ids[i])));
+    if (!owed && over()) {
       leave(fmt::format("not tried: the {:g} s of the search were over (--time SECONDS gives it more)", options_.search_s),
             ids[i]);
     } else if (const std::string reason = solver ? refusal(engine_of(ids[i])) : ""; !reason.empty()) {

@@ -21,6 +21,7 @@ std::string class_words(const MotionClass& motion);  // "rotation, no velocity-d
 struct Candidates {
   std::vector<std::string> ids;
   std::size_t firsts = 0;                                         // so many head the list: one of each engine
+  std::size_t short_list = 0;                                     // so many, those included, are tried before the others
   std::vector<std::pair<std::string, std::string>> left_out;  // reason, methods
 };
 // Every method of every engine that is here, but for those of ours that claim nothing for the scene's kind of motion: the

@@ -74,6 +74,7 @@ void take_turns(Candidates& chosen, std::size_t short_list) {
   }
   chosen.ids = in_turns(early);
   chosen.firsts = engines.size();
+  chosen.short_list = early.size();
   const std::vector<std::string> others = in_turns(late);
   chosen.ids.insert(chosen.ids.end(), others.begin(), others.end());
 }

@@ -139,6 +139,11 @@ class Files(Case):
         self.assertRegex(self.ask("run", study, code=2).stderr, "nearest: .*scenes/satellite.toml")
         self.assertIn("nearest: cradle-", self.ask("describe", "cradle-55", code=2).stderr)
 
+    def test_an_axis_of_no_length(self):
+        scene = self.path("mine.toml", self.catalogue("ballistic").replace('id = "ballistic"', 'id = "mine"').replace(
+            "position_m", 'axis_angle_deg = { axis = [0, 0, 0], angle_deg = 5 }\nposition_m', 1))
+        self.assertIn("is [0, 0, 0]; expected an axis that is not 0", self.ask("describe", scene, code=2).stderr)
+
     def test_a_pipe_as_mesh(self):
         os.mkfifo(os.path.join(self.here, "shape.obj"))
         scene = self.path("mine.toml", self.catalogue("ballistic").replace('id = "ballistic"', 'id = "mine"') .replace(
@@ -194,6 +199,15 @@ class Advice(Case):
         self.assertIn("slow/m0", hung)
         late = " ".join(methods for reason, methods in reasons.items() if "the 1 s of the search were over" in reason)
         self.assertIn("slow/m5", late)
+
+    def test_what_is_unsupported_is_no_turn(self):
+        # Our +event has no contact between boxes; +impulse has, and still comes when the time is over.
+        words = ("advise", "stack-10", "--error", "1e-3m", "--time", "1", "--json")
+        advice = json.loads(subprocess.run([ATWOOD, *words], cwd=self.here, text=True, capture_output=True, timeout=120).stdout)
+        tried = " ".join([advice["advice"]["method"] if advice["advice"] else ""] +
+                         [out["methods"] for out in advice["left_out"] if not out["reason"].startswith("not tried")])
+        for method in ("atwood/symplectic-euler+impulse", "bullet64/", "ode/"):
+            self.assertIn(method, tried)
 
     def test_the_coarsest_rung_says_why_it_is(self):
         words = ("advise", "bounce-e0.8", "--error", "1e-3", "--method", "atwood/midpoint+event", "--time", "1")
