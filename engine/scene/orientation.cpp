@@ -99,7 +99,8 @@ Codec<Real4> axis_angle_degrees() {
     } else {
       fail_value(r, v, "{ axis = [x, y, z], angle_deg = ... } or [x, y, z, degrees]");
     }
-    if (read.axis == Real3{}) fail_value(r, v, "an axis that is not 0");
+    if (read.axis == Real3{})
+      fail(r, v.place, "the axis of `" + r.key + "` in " + r.where + " is [0, 0, 0]; expected an axis that is not 0");
     out = axis_angle_quaternion(read.axis, read.angle_deg);
   };
   return c;

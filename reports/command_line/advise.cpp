@@ -21,6 +21,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+constexpr double kLeastLimit_s = 0.05;  // of a run, however short the search
+constexpr int kMostAtOnce = 4;          // methods between two looks at the clock
+
 class Search {
  public:
   Search(const Place& place, const Options& options, const std::vector<Worker>& workers, Scenario scenario,
@@ -30,13 +33,15 @@ class Search {
     lengthen_ladder(scenario_);
   }
 
-  bool run(const std::vector<std::string>& ids);  // false: interrupted
+  bool run(const Candidates& candidates);         // false: interrupted
   bool decide();                                  // the same
   bool truth_failed() const { return truth_failed_; }
 
  private:
   bool run_some(const std::vector<std::string>& ids);
+  bool run_cells(const std::vector<std::string>& ids);
   bool over() const;                              // no time is left to begin another method
+  bool had_turn(const std::string& engine) const;
   std::string refusal(const std::string& engine) const;
   void tell_losers(const std::vector<WorkCurve>& all, const Contest& contest);
 
@@ -49,19 +54,45 @@ class Search {
   std::vector<Cell> cells_;
   std::vector<Row> rows_;
   std::set<std::string> engines_run_;
+  double run_limit_s_ = 0;                        // what one run may take
   bool truth_failed_ = false;
 };
 
 // The ladders that `compare` runs: the scenario's own steps and their halves, and tolerances where a method takes them.
+// Every tolerance is a ladder of its own to a study, so that the loosest is run first: where it takes long, the tighter
+// ones would take the time of the others.
 bool Search::run_some(const std::vector<std::string>& ids) {
-  std::vector<std::string> notes;
+  std::vector<std::string> notes, tight;
+  std::set<std::string> families;
+  std::vector<std::string> loose = with_tolerances(ids, workers_, notes);
+  std::erase_if(loose, [&](const std::string& id) {
+    const std::string family = method_family(id);
+    if (family == id || families.insert(family).second) return false;
+    tight.push_back(id);
+    return true;
+  });
+  if (!run_cells(loose)) return false;
+  std::map<std::string, std::string> slow;        // families, and the methods of them that are not run
+  for (const Row& row : rows_) {
+    const std::string family = method_family(row.method);
+    if (family == row.method) continue;
+    if ((row.metric == "status" && row.status == Status::timeout) ||
+        (row.metric == "run-time" && row.value > run_limit_s_ / 8))
+      slow.try_emplace(family);
+  }
+  std::erase_if(tight, [&](const std::string& id) { return slow.contains(method_family(id)); });
+  return tight.empty() || truth_failed_ || run_cells(tight);
+}
+
+bool Search::run_cells(const std::vector<std::string>& ids) {
   StudyCells block;
   block.scenarios = {"*"};
-  block.methods = with_tolerances(ids, workers_, notes);
+  block.methods = ids;
   block.repeats = 5;
   std::vector<Cell> cells = plan_cells({"advise", {block}}, {scenario_}, workers_, place_.provenance.cpu);
   StudyOptions how = study_options(place_, options_);
   how.purpose = "advise";
+  how.cell_limit_s = run_limit_s_;
   how.progress = progress_printer(options_);
   const StudyResult result = run_study(cells, workers_, how);
   end_progress();
@@ -91,8 +122,20 @@ std::string Search::refusal(const std::string& engine) const {
   return reason;
 }
 
-bool Search::run(const std::vector<std::string>& ids) {
-  const std::size_t jobs = static_cast<std::size_t>(std::max(1, study_options(place_, options_).jobs));
+// Some method of the engine has run, well or badly. That one is unsupported takes no time.
+bool Search::had_turn(const std::string& engine) const {
+  return std::any_of(rows_.begin(), rows_.end(), [&](const Row& row) {
+    return row.metric == "status" && row.status != Status::unsupported && engine_of(row.method) == engine;
+  });
+}
+
+// Every engine's first method that it supports is tried, whatever the time. A ladder takes at most about three limits (its rungs double,
+// and the first that hangs ends it), so that with a limit of an engine's share of the time they end within twice of it.
+bool Search::run(const Candidates& candidates) {
+  const std::vector<std::string>& ids = candidates.ids;
+  const std::size_t jobs = static_cast<std::size_t>(std::clamp(study_options(place_, options_).jobs, 1, kMostAtOnce));
+  run_limit_s_ = std::min(options_.cell_limit_s,
+                          std::max(kLeastLimit_s, options_.search_s / static_cast<double>(candidates.firsts)));
   std::map<std::string, std::string> out;
   const auto leave = [&](const std::string& reason, const std::string& id) {
     out[reason] += (out[reason].empty() ? "" : ", ") + id;
@@ -101,7 +144,8 @@ bool Search::run(const std::vector<std::string>& ids) {
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const bool solver = engine_of(ids[i]) == "arkode" || engine_of(ids[i]) == "odeint";
     if (truth_failed_) break;
-    if (over()) {
+    const bool owed = i < candidates.firsts || (i < candidates.short_list && !had_turn(engine_of(ids[i])));
+    if (!owed && over()) {
       leave(fmt::format("not tried: the {:g} s of the search were over (--time SECONDS gives it more)", options_.search_s),
             ids[i]);
     } else if (const std::string reason = solver ? refusal(engine_of(ids[i])) : ""; !reason.empty()) {
@@ -144,6 +188,24 @@ Neighbours neighbours(const std::vector<WorkCurve>& all, const Reached& reached)
     }
   }
   return found;
+}
+
+// Why no coarser rung stands beside the advised one.
+std::string no_coarser_words(const std::vector<WorkCurve>& all, const AdviceRung& best, const Scenario& scenario) {
+  std::string ran;
+  for (const WorkCurve& curve : all) {
+    for (const FailedRung& rung : curve.failed) {
+      if (rung.method != best.method || rung.steps >= best.steps) continue;
+      ran += fmt::format("{}{} steps ({})", ran.empty() ? "" : ", ", rung.steps,
+                         rung.status == Status::diverged ? rung.reason : to_string(rung.status) + ": " + rung.reason);
+    }
+  }
+  if (!ran.empty()) return "was run and does not count: " + ran;
+  if (best.steps % 2 != 0) return fmt::format("none was run: the ladder begins at {} steps, which is odd", best.steps);
+  if (best.steps / 2 % scenario.samples != 0)
+    return fmt::format("none was run: the ladder begins at {} steps, and {} steps are no multiple of the {} samples",
+                       best.steps, best.steps / 2, scenario.samples);
+  return fmt::format("none was run: the ladder begins at {} steps", best.steps);
 }
 
 // Who ran and is not recommended, and why.
@@ -202,6 +264,7 @@ bool Search::decide() {
     advice_.best = found.self;
     advice_.coarser = found.coarser;
     advice_.finer = found.finer;
+    if (!found.coarser) advice_.no_coarser = no_coarser_words(all, found.self, scenario_);
     if (by_error) advice_.caution = caution_words(contest.ranked[0], advice_.wanted_error);
   }
   if (contest.ranked.size() > 1) advice_.next = neighbours(all, contest.ranked[1]).self;
@@ -236,6 +299,7 @@ int command_advise(const Place& place, const Options& options) {
   Advice advice;
   read_request(options, advice);
   advice.scenario = read_scene_argument(place, options.input);
+  require_own_id(place, advice.scenario);
   advice.motion = classify(advice.scenario.scene);
   if (advice.metric.find("attitude") != std::string::npos || advice.metric.find("body-rate") != std::string::npos) {
     if (!advice.motion.rotates)
@@ -259,7 +323,7 @@ int command_advise(const Place& place, const Options& options) {
   advice.truth = truth_words(advice.scenario.truth);
   if (advice.scenario.truth.kind != TruthKind::none) {
     search.emplace(place, options, workers, advice.scenario, start, advice);
-    if (!search->run(candidates.ids)) return interrupted();
+    if (!search->run(candidates)) return interrupted();
   }
   if (!search || search->truth_failed()) {
     fmt::print(stderr, "atwood: `{}` has no truth that can be had: looking for one\n", advice.scenario.id);
@@ -273,7 +337,7 @@ int command_advise(const Place& place, const Options& options) {
     advice.truth = truth.words;
     advice.left_out = candidates.left_out;
     search.emplace(place, options, workers, truth.scenario, Clock::now(), advice);
-    if (!search->run(candidates.ids)) return interrupted();
+    if (!search->run(candidates)) return interrupted();
   }
   if (!search->decide()) return interrupted();
   const std::string own = own_file(place, advice.scenario);

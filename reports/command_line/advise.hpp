@@ -20,10 +20,13 @@ std::string class_words(const MotionClass& motion);  // "rotation, no velocity-d
 // Ids to try, in that order, and why others are not.
 struct Candidates {
   std::vector<std::string> ids;
+  std::size_t firsts = 0;                                         // so many head the list: one of each engine
+  std::size_t short_list = 0;                                     // so many, those included, are tried before the others
   std::vector<std::pair<std::string, std::string>> left_out;  // reason, methods
 };
 // Every method of every engine that is here, but for those of ours that claim nothing for the scene's kind of motion: the
-// ones made for it first, one's own engines, rivals, then all others.
+// ones made for it first, one's own engines, rivals, then all others. Among those that come first, and among the others,
+// the engines take turns, a method each.
 Candidates choose_candidates(const Scene& scene, const std::vector<Worker>& workers, std::size_t own_engines);
 // Those that were named, ids or globs. InputError: no engine offers one of them.
 Candidates named_candidates(const std::vector<std::string>& methods, const std::vector<Worker>& workers);
@@ -48,6 +51,7 @@ struct Advice {
   bool found = false;
   AdviceRung best, next;                  // next.method empty: nobody else
   std::optional<AdviceRung> coarser, finer;  // the rungs beside it on its ladder
+  std::string no_coarser;                 // where there is no coarser rung: why
   std::optional<TimedRatio> next_over_best;  // of times, in turns
   std::string caution;                    // what speaks against it; empty: nothing
   std::vector<std::pair<std::string, std::string>> left_out;

@@ -9,6 +9,7 @@
 
 #include "reports/command_line/advise.hpp"
 #include "scene/files.hpp"
+#include "validation/metrics/work_precision.hpp"
 
 namespace atwood {
 namespace {
@@ -20,6 +21,64 @@ bool gives_way(const Scene& scene) {
                      [](const PairLaw& law) { return law.contact_law != ContactLaw::rigid; });
 }
 
+// The law of a pair of materials that two bodies have, one of them not fixed, loses energy: by restitution, friction or
+// damping.
+bool contacts_dissipate(const Scene& scene) {
+  std::vector<int> bodies(scene.materials.size()), moving(scene.materials.size());
+  for (const Body& body : scene.bodies) {
+    if (!shaped(body)) continue;
+    const auto material = static_cast<std::size_t>(body.material);
+    ++bodies[material];
+    moving[material] += body.fixed ? 0 : 1;
+  }
+  return std::any_of(scene.pairs.begin(), scene.pairs.end(), [&](const PairLaw& law) {
+    const auto a = static_cast<std::size_t>(law.a), b = static_cast<std::size_t>(law.b);
+    const bool meet = a == b ? bodies[a] > 1 : bodies[a] > 0 && bodies[b] > 0;
+    if (!meet || moving[a] + moving[b] == 0) return false;
+    const bool rigid = law.contact_law == ContactLaw::rigid;
+    return law.friction != 0 || law.rolling_friction_m != 0 || (rigid && law.restitution != 1) ||
+           law.damping_N_s_per_m != 0 || law.damping_s_per_m != 0;
+  });
+}
+
+// Gravity of the world, and nothing that changes with place, time or velocity.
+bool constant_forces(const Scene& scene) { return scene.forces.empty(); }
+
+// The engines take turns, in the order in which they are first named, a method each a round.
+std::vector<std::string> in_turns(const std::vector<std::string>& ids) {
+  std::vector<std::pair<std::string, std::vector<std::string>>> engines;
+  std::size_t rounds = 0;
+  for (const std::string& id : ids) {
+    const std::string engine = engine_of(id);
+    auto known = std::find_if(engines.begin(), engines.end(), [&](const auto& one) { return one.first == engine; });
+    if (known == engines.end()) known = engines.insert(engines.end(), {engine, {}});
+    known->second.push_back(id);
+    rounds = std::max(rounds, known->second.size());
+  }
+  std::vector<std::string> turns;
+  for (std::size_t round = 0; round < rounds; ++round) {
+    for (const auto& [engine, own] : engines)
+      if (round < own.size()) turns.push_back(own[round]);
+  }
+  return turns;
+}
+
+// The first `short_list` ids in turns, then the others in turns. An engine that has none among the first sends its first
+// other one there.
+void take_turns(Candidates& chosen, std::size_t short_list) {
+  std::vector<std::string> early, late;
+  std::set<std::string> engines;
+  for (std::size_t i = 0; i < chosen.ids.size(); ++i) {
+    const bool first_of_engine = engines.insert(engine_of(chosen.ids[i])).second;
+    (i < short_list || first_of_engine ? early : late).push_back(chosen.ids[i]);
+  }
+  chosen.ids = in_turns(early);
+  chosen.firsts = engines.size();
+  chosen.short_list = early.size();
+  const std::vector<std::string> others = in_turns(late);
+  chosen.ids.insert(chosen.ids.end(), others.begin(), others.end());
+}
+
 // Who is tried first: ours by what they are good at, rivals, and of the large libraries the ones of high order. Globs,
 // suffixes included; what this build does not have falls away.
 std::vector<std::string> first_ids(const MotionClass& motion, const Scene& scene) {
@@ -27,11 +86,13 @@ std::vector<std::string> first_ids(const MotionClass& motion, const Scene& scene
   std::vector<std::string> ids;
   const auto add = [&](const std::vector<std::string>& more) { ids.insert(ids.end(), more.begin(), more.end()); };
   if (motion.contacts) {
+    // Between impacts a constant force is met exactly by two stages; more of them only cost more.
+    if (constant_forces(scene)) add({"atwood/midpoint+event", "atwood/velocity-verlet+event", "atwood/heun+event"});
     add({"atwood/rk4+event", "atwood/symplectic-euler+impulse"});
     if (gives_way(scene)) add({"atwood/rk4+penalty", "atwood/velocity-verlet+penalty"});
     add(rivals);
-    add({"atwood/dopri5+event", "atwood/verner6+event", "atwood/verner8+event", "atwood/velocity-verlet+event",
-         "atwood/rk4+impulse"});
+    add({"atwood/velocity-verlet+event", "atwood/midpoint+event", "atwood/dopri5+event", "atwood/verner6+event",
+         "atwood/verner8+event", "atwood/rk4+impulse"});
     return ids;
   }
   add({"atwood/rk4", "atwood/dopri5", "atwood/tsit5", "atwood/verner6", "atwood/verner8", "atwood/verner9",
@@ -79,6 +140,7 @@ MotionClass classify(const Scene& scene) {
     shapes += shaped(body) ? 1 : 0;
   }
   motion.contacts = shapes > 1;
+  if (motion.contacts && contacts_dissipate(scene)) motion.conservative = false;
   for (const Force& force : scene.forces) {
     bool depends = std::holds_alternative<LinearDrag>(force) || std::holds_alternative<QuadraticDrag>(force) ||
                    std::holds_alternative<RotatingFrame>(force);
@@ -109,12 +171,13 @@ Candidates choose_candidates(const Scene& scene, const std::vector<Worker>& work
   Candidates chosen;
   std::map<std::string, std::string> out;
   std::set<std::string> known;  // ids without suffixes that are tried or told about
+  std::set<std::string> taken;  // ids with theirs that are tried
   const auto leave = [&](const std::string& reason, const std::string& id) {
     out[reason] += (out[reason].empty() ? "" : ", ") + id;
   };
   const auto consider = [&](const MethodInfo& info, const std::string& suffix) {
     const std::string missing = missing_claim(info, motion);
-    if (missing.empty()) chosen.ids.push_back(info.id + suffix);
+    if (missing.empty()) chosen.ids.push_back(info.id + suffix), taken.insert(info.id + suffix);
     else leave(missing, info.id);
     known.insert(info.id);
   };
@@ -129,11 +192,13 @@ Candidates choose_candidates(const Scene& scene, const std::vector<Worker>& work
     for (const Worker& worker : workers) {
       if (worker.status != Status::ok) continue;
       for (const MethodInfo& info : worker.engine.methods) {
-        const bool again = known.contains(info.id) && base == pattern;
-        if (glob_match(base, info.id) && !again) consider(info, pattern.substr(base.size()));
+        const std::string suffix = pattern.substr(base.size());
+        const bool again = (known.contains(info.id) && base == pattern) || taken.contains(info.id + suffix);
+        if (glob_match(base, info.id) && !again) consider(info, suffix);
       }
     }
   }
+  const std::size_t short_list = chosen.ids.size();
   for (const Worker& worker : workers) {
     if (worker.status != Status::ok) {
       leave(to_string(worker.status) + ": " + worker.reason, std::filesystem::path(worker.path).filename().string());
@@ -142,12 +207,11 @@ Candidates choose_candidates(const Scene& scene, const std::vector<Worker>& work
     const bool ours = worker.engine.name == "atwood";
     for (const MethodInfo& info : worker.engine.methods) {
       if (known.contains(info.id)) continue;
-      if (ours && motion.contacts && missing_claim(info, motion).empty())
-        leave("not tried: others of its kind were, with the same answers to contacts", info.id);
-      else consider(info, "");
+      consider(info, ours && motion.contacts ? "+event" : "");
     }
   }
   for (const auto& [reason, ids] : out) chosen.left_out.emplace_back(reason, ids);
+  take_turns(chosen, short_list);
   return chosen;
 }
 
@@ -167,6 +231,7 @@ Candidates named_candidates(const std::vector<std::string>& methods, const std::
       throw InputError(fmt::format("--method {}: no engine offers it; nearest: {}", method, nearest(base, ids, 1).front()));
     check_settings("--method ", method, workers);
   }
+  take_turns(chosen, chosen.ids.size());
   return chosen;
 }
 

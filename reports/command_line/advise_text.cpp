@@ -78,8 +78,7 @@ std::string advice_text(const Advice& advice) {
     const bool tolerance = method_family(best.method) != best.method;
     if (advice.coarser) text += evidence(tolerance ? "looser" : "coarser", *advice.coarser, advice);
     else if (!tolerance)
-      text += fmt::format("    coarser    none below {} steps was accurate enough to count, or the {} samples divide none\n",
-                          best.steps, advice.scenario.samples);
+      text += fmt::format("    coarser    {}\n", advice.no_coarser);
     text += evidence("advised", best, advice);
     if (advice.finer) text += evidence(tolerance ? "tighter" : "finer", *advice.finer, advice);
     const double known = best.bar > 0 && best.error < 3 * best.bar ? best.error + best.bar : best.error;
@@ -126,6 +125,7 @@ std::string advice_json(const Advice& advice) {
   out["found"] = advice.found;
   out["advice"] = to_json(advice.best, advice);
   out["coarser"] = advice.coarser ? to_json(*advice.coarser, advice) : json(nullptr);
+  out["no_coarser"] = advice.no_coarser;
   out["finer"] = advice.finer ? to_json(*advice.finer, advice) : json(nullptr);
   out["runner_up"] = to_json(advice.next, advice);
   const auto& ratio = advice.next_over_best;

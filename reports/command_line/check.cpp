@@ -1,6 +1,7 @@
 // check: judge a trace that any program recorded.
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <sstream>
@@ -160,6 +161,40 @@ void require_even(const Recording& run, const std::string& path) {
   }
 }
 
+// "body `ball` is not finite at t = 0.5 s" of the first number that is not; empty: all are.
+std::string not_finite_words(const Recording& run, const Scene& scene) {
+  const auto finite = [](const auto& values) {
+    return std::all_of(values.begin(), values.end(), [](const Wide& x) { return std::isfinite(static_cast<double>(x)); });
+  };
+  for (const Sample& sample : run.values) {
+    for (std::size_t i = 0; i < sample.bodies.size(); ++i) {
+      const BodySample& body = sample.bodies[i];
+      if (!finite(body.p_m) || !finite(body.q_wxyz) || !finite(body.v_m_per_s) || !finite(body.w_rad_per_s))
+        return fmt::format("body `{}` is not finite at t = {} s",
+                           i < scene.bodies.size() ? scene.bodies[i].name : scene.problem,
+                           format_double(static_cast<double>(sample.t_s)));
+    }
+  }
+  return "";
+}
+
+// Without a truth: how far the trace and the engines' runs are apart.
+int check_without_truth(const Place& place, const Options& options, const Scenario& scenario, Recording run,
+                        const Truth& truth) {
+  const bool asked = !options.limits.empty() || !options.tolerances.empty() || options.as_method != "check";
+  const bool lost = truth.outcome.status != Status::unsupported;  // it hung or crashed: it might have judged
+  fmt::print(stderr, "atwood: no truth for `{}`: {}; {}\n", scenario.id, printable(truth.outcome.reason),
+             asked ? "what was asked cannot be judged" : "no gate was asked for: nothing was judged");
+  const auto samples = static_cast<std::int64_t>(run.values.size() - 1);
+  std::vector<NamedRun> runs{{options.input, std::move(run)}};
+  for (NamedRun& other : run_engines(scenario, samples, require_workers(place, options), 20))
+    runs.push_back(std::move(other));
+  const std::vector<std::string> lines = spread_lines(runs, true);
+  if (options.json) fmt::print("{}\n", nlohmann::json{{"spread", lines}}.dump(2));
+  else for (const std::string& line : lines) fmt::print("{}\n", line);
+  return asked || lost ? exit_gate : exit_pass;
+}
+
 std::vector<Gate> limits_as_gates(const Options& options, const Scenario& scenario) {
   std::vector<Gate> gates;
   for (const auto& limit : options.limits) {
@@ -176,9 +211,14 @@ std::vector<Gate> limits_as_gates(const Options& options, const Scenario& scenar
     } catch (const std::invalid_argument&) {
       throw InputError(fmt::format("--max {}: expected METRIC=VALUE", limit));
     }
-    const auto known = all_metrics();
-    if (std::none_of(known.begin(), known.end(), [&](const auto& metric) { return metric.name == gate.metric; })) {
-      throw InputError(fmt::format("--max {}: no metric `{}`; `atwood list metrics` names them", limit, gate.metric));
+    if (!std::isfinite(gate.high))
+      throw InputError(fmt::format("--max {}: found `{}`; expected a number that is finite", limit,
+                                   limit.substr(equals + 1)));
+    std::vector<std::string> known;
+    for (const auto& metric : all_metrics()) known.push_back(metric.name);
+    if (std::find(known.begin(), known.end(), gate.metric) == known.end()) {
+      throw InputError(fmt::format("--max {}: no metric `{}`; nearest: {}; `atwood list metrics` names them", limit,
+                                   gate.metric, nearest(gate.metric, known, 1).front()));
     }
     gates.push_back(gate);
   }
@@ -188,6 +228,7 @@ std::vector<Gate> limits_as_gates(const Options& options, const Scenario& scenar
 }  // namespace
 
 int command_check(const Place& place, const Options& options) {
+  require_outputs_make_sense(options);
   Scenario scenario = read_scene_argument(place, options.scenarios.front());
   require_own_id(place, scenario);
   std::istringstream file(read_input_file(options.input, "a trace (CSV)", largest::trace));
@@ -197,19 +238,21 @@ int command_check(const Place& place, const Options& options) {
   file.seekg(0);
   Recording run = read_trace(file, options.input, scenario.scene);
   require_even(run, options.input);
+  const std::vector<Gate> limits = limits_as_gates(options, scenario);
+  const std::string not_finite = not_finite_words(run, scenario.scene);
   const double t_end = static_cast<double>(run.values.back().t_s);
+  if (t_end > scenario.t_end_s * (1 + 1e-9))
+    throw InputError(fmt::format("{}: t_s: found t = {} s; expected times up to the scenario's end, {} s", options.input,
+                                 format_double(t_end), format_double(scenario.t_end_s)));
   if (std::abs(t_end - scenario.t_end_s) > 1e-12 * scenario.t_end_s) scenario.t_end_s = t_end;
   const auto samples = static_cast<std::int64_t>(run.values.size() - 1);
   Truth truth = truth_once(place.truth_worker, scenario, samples, 120);
   if (truth.outcome.status != Status::ok) {
-    fmt::print(stderr, "atwood: no truth for `{}`: {}\n", scenario.id, printable(truth.outcome.reason));
-    std::vector<NamedRun> runs{{options.input, std::move(run)}};
-    for (NamedRun& other : run_engines(scenario, samples, require_workers(place, options), 20))
-      runs.push_back(std::move(other));
-    const std::vector<std::string> lines = spread_lines(runs);
-    if (options.json) fmt::print("{}\n", nlohmann::json{{"spread", lines}}.dump(2));
-    else for (const std::string& line : lines) fmt::print("{}\n", line);
-    return exit_gate;
+    if (!not_finite.empty()) {
+      fmt::print(stderr, "atwood: {}: {}\n", printable(options.input), printable(not_finite));
+      return exit_gate;
+    }
+    return check_without_truth(place, options, scenario, std::move(run), truth);
   }
 
   auto rows = measure(scenario, truth, run);
@@ -246,7 +289,7 @@ int command_check(const Place& place, const Options& options) {
            (verdict.gate.metric.rfind("order-", 0) == 0 || verdict.gate.metric.rfind("growth-", 0) == 0 ||
             verdict.gate.metric == "step-time" || verdict.gate.metric == "rate-evaluations");
   });
-  const auto own = judge(limits_as_gates(options, scenario), rows);
+  const auto own = judge(limits, rows);
   verdicts.insert(verdicts.end(), own.begin(), own.end());
   for (auto& verdict : verdicts) verdict.rerun = options.words;
 
@@ -271,7 +314,9 @@ int command_check(const Place& place, const Options& options) {
     else fmt::print("{}", render_verdict_table(verdicts, rows, use_colour(STDOUT_FILENO), terminal_width()));
   }
   if (!options.junit.empty()) write_file(options.junit, render_junit(verdicts));
-  return gate_exit(verdicts);
+  if (not_finite.empty()) return gate_exit(verdicts);
+  fmt::print(stderr, "atwood: {}: {}\n", printable(options.input), printable(not_finite));
+  return std::max(gate_exit(verdicts), static_cast<int>(exit_gate));
 }
 
 }  // namespace atwood

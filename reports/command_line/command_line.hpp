@@ -66,6 +66,8 @@ Place find_place();
 std::vector<Scenario> read_catalogue(const Place& place);
 Scenario read_scene_argument(const Place& place, const std::string& id_or_file);  // InputError
 void require_own_id(const Place& place, const Scenario& scenario);  // a file with an id of the catalogue: InputError
+// The same where nothing is kept under the id: a note on standard error.
+void note_shared_id(const Place& place, const Scenario& scenario);
 // Our own engines and the rivals, then foreign ones by their argv.
 std::vector<Worker> start_workers(const Place& place, const std::vector<std::vector<std::string>>& foreign);
 // With those of --engine and of a study's `engines`; an --engine that is no program is an InputError.

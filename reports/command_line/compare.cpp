@@ -34,6 +34,20 @@ void note_tolerances(const std::vector<std::string>& asked, const std::vector<st
     notes.push_back(families + ": named without a tolerance and taking one; run at 1e-4, 1e-5 .. 1e-13 each.");
 }
 
+// A metric of attitudes needs a scene where something turns.
+void require_attitudes(const Selection& selection, const std::string& metric) {
+  if (metric.find("attitude") == std::string::npos && metric.find("body-rate") == std::string::npos) return;
+  std::string still;
+  for (const Scenario& scenario : selection.scenarios) {
+    if (std::any_of(scenario.scene.bodies.begin(), scenario.scene.bodies.end(),
+                    [](const Body& body) { return !body.fixed && rotates(body); }))
+      return;
+    still += (still.empty() ? "" : ", ") + scenario.id;
+  }
+  throw InputError(fmt::format("compare: the bodies of {} do not turn: there is no {}", still,
+                               metric.find("attitude") != std::string::npos ? "attitude" : "body rate"));
+}
+
 void write_documents(const Options& options, const ReportData& data) {
   const bool html = std::any_of(options.outputs.begin(), options.outputs.end(),
                                 [](const auto& o) { return o.rfind("html:", 0) == 0; });
@@ -64,6 +78,7 @@ int command_compare(const Place& place, const Options& options) {
     throw InputError(fmt::format("compare {}: expected two methods or more, or a glob over them; of one method alone "
                                  "`atwood run --method {}` tells all", options.methods.front(), options.methods.front()));
   const Selection selection = select_cells(place, chosen);
+  require_attitudes(selection, question.metric);
   make_out_dir(options.out_dir);
   StudyOptions how = study_options(place, chosen);
   how.progress = progress_printer(options);

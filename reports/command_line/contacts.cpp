@@ -76,6 +76,7 @@ int exit_of(const Outcome& outcome) {
 
 int command_contacts(const Place& place, const Options& options) {
   const Scenario scenario = read_scene_argument(place, options.input);
+  note_shared_id(place, scenario);
   if (!scenario.scene.problem.empty())
     throw InputError(fmt::format("{}: the bare system `{}` has no bodies that could touch", options.input,
                                  scenario.scene.problem));

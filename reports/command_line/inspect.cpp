@@ -113,21 +113,24 @@ std::string cut(const std::string& text, std::size_t width) {
 
 // A line a method: as much of its documentation as there is room for.
 void print_methods_table(const Place& place, const Options& options) {
-  const auto width = static_cast<std::size_t>(std::clamp(terminal_width(), 60, 160));
+  const auto width = static_cast<std::size_t>(std::clamp(terminal_width(), 60, 120));
   const std::vector<Worker> workers = require_workers(place, options);
   std::size_t column = 20;
   for (const Worker& worker : workers)
     for (const MethodInfo& info : worker.engine.methods) column = std::max(column, info.id.size());
   column = std::min<std::size_t>(column, 34);
   const auto line = [&](const std::string& id, const std::string& orders, bool adaptive, const std::string& doc) {
-    const std::size_t taken = std::max(column, id.size()) + 14;
-    fmt::print("{:<{}} {:<8} {:<4}{}\n", id, column, orders, adaptive ? "tol" : "",
+    const bool apart = id.size() > column && id.size() + 14 + 8 > width;  // too long a name has a line of its own
+    const std::size_t taken = (apart ? column : std::max(column, id.size())) + 14;
+    if (apart) fmt::print("{}\n", id);
+    fmt::print("{:<{}} {:<8} {:<4}{}\n", apart ? "" : id, column, orders, adaptive ? "tol" : "",
                taken + 8 < width ? cut(doc, width - taken) : cut(doc, 8));
   };
   line("method", "orders", false, "what it is");
   for (const Worker& worker : workers) {
     if (worker.status != Status::ok) {
-      fmt::print("{}: {}: {}\n", fs::path(worker.path).filename().string(), to_string(worker.status), worker.reason);
+      fmt::print("{}", wrapped(fmt::format("{}: {}: {}", fs::path(worker.path).filename().string(),
+                                           to_string(worker.status), worker.reason), 0, width));
       continue;
     }
     for (const MethodInfo& info : worker.engine.methods) line(info.id, orders_text(info), info.adaptive, info.doc);
@@ -388,6 +391,7 @@ int command_describe(const Place& place, const Options& options) {
     throw InputError(fmt::format("--program is about a library's method, as in arkode/erkstep/VERNER_8_5_6; found `{}`",
                                  options.input));
   const Scenario scenario = read_scene_argument(place, options.input);
+  note_shared_id(place, scenario);
   if (options.json) {
     fmt::print("{}\n", scenario_to_json(scenario));
     return exit_pass;

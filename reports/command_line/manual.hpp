@@ -8,6 +8,7 @@
 namespace CLI {
 class App;
 class Option;
+class ParseError;
 }  // namespace CLI
 
 namespace atwood {
@@ -15,6 +16,11 @@ namespace atwood {
 // Gives each option that takes a word the name of what it takes ("SCENE", "METHOD", "FILE"): help prints it, and
 // completion knows by it what may follow.
 void name_values(CLI::App& app);
+
+// Every option that takes a number refuses what is none, what is not finite and what is out of its range.
+void check_values(CLI::App& app);
+// What is wrong with an option's value, repetition or lack of one; empty: nothing of the kind.
+std::string value_words(const CLI::App& app, const CLI::ParseError& error);
 
 // An option as help, man page and completion see it.
 struct OptionWords {

@@ -24,10 +24,14 @@ std::size_t letters_apart(const std::string& a, const std::string& b) {
 
 std::vector<std::string> nearest(const std::string& word, std::vector<std::string> known, std::size_t count) {
   // Names that begin with the word, or the word with one of them, are meant rather than those that are a few letters
-  // off.
+  // off; among the latter, each letter that they begin with in common counts for one that is off.
   const auto begins = [&](const std::string& name) { return name.starts_with(word) || word.starts_with(name); };
+  const auto distance = [&](const std::string& name) {
+    const auto common = std::mismatch(word.begin(), word.end(), name.begin(), name.end()).first - word.begin();
+    return static_cast<std::ptrdiff_t>(letters_apart(word, name)) - common;
+  };
   std::stable_sort(known.begin(), known.end(), [&](const auto& a, const auto& b) {
-    return begins(a) != begins(b) ? begins(a) : letters_apart(word, a) < letters_apart(word, b);
+    return begins(a) != begins(b) ? begins(a) : distance(a) < distance(b);
   });
   if (known.size() > count) known.resize(count);
   return known;

@@ -125,6 +125,24 @@ std::vector<Scenario> read_catalogue(const Place& place) {
   return catalogue;
 }
 
+namespace {
+
+// With the nearest of the scenes that lie beside the place where it was looked for.
+InputError no_such_scene(const std::string& file) {
+  std::vector<std::string> beside;
+  std::error_code error;
+  const fs::path folder = fs::path(file).parent_path();
+  for (fs::directory_iterator entry(folder.empty() ? fs::path(".") : folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    if (entry->path().extension() == ".toml") beside.push_back((folder / entry->path().filename()).string());
+  }
+  std::sort(beside.begin(), beside.end());
+  return InputError(fmt::format("{}: No such file or directory{}", file,
+                                beside.empty() ? "" : "; nearest: " + nearest(file, beside, 1).front()));
+}
+
+}  // namespace
+
 Scenario read_scene_argument(const Place& place, const std::string& id_or_file) {
   const fs::path in_catalogue = fs::path(place.source_dir) / "validation/scenarios" / (id_or_file + ".toml");
   const bool looks_like_file =
@@ -139,20 +157,38 @@ Scenario read_scene_argument(const Place& place, const std::string& id_or_file) 
         "no scenario `{}` in the catalogue and no file of that name; nearest: {}; `atwood list` shows the ids",
         id_or_file, names));
   }
+  if (!fs::exists(id_or_file)) throw no_such_scene(id_or_file);
   Scenario scenario = read_scenario(id_or_file);
   require_known_solution(place, scenario);
   for (const std::string& note : scenario.notes) fmt::print(stderr, "atwood: {}\n", printable(note));
   return scenario;
 }
 
-void require_own_id(const Place& place, const Scenario& scenario) {
+namespace {
+
+// The catalogue's file with this scenario's id, where the scenario is read from another one; empty otherwise.
+std::string file_of_same_id(const Place& place, const Scenario& scenario) {
   const fs::path in_catalogue = fs::path(place.source_dir) / "validation/scenarios" / (scenario.id + ".toml");
   std::error_code error;
   if (scenario.path.empty() || !fs::exists(in_catalogue, error) || fs::equivalent(scenario.path, in_catalogue, error))
-    return;
+    return "";
+  return in_catalogue.string();
+}
+
+}  // namespace
+
+void require_own_id(const Place& place, const Scenario& scenario) {
+  const std::string other = file_of_same_id(place, scenario);
+  if (other.empty()) return;
   throw InputError(fmt::format(
       "{}: its id `{}` is that of the catalogue's {}; expected an id of its own: gates, rows and baselines go by ids",
-      scenario.path, scenario.id, in_catalogue.string()));
+      scenario.path, scenario.id, other));
+}
+
+void note_shared_id(const Place& place, const Scenario& scenario) {
+  if (file_of_same_id(place, scenario).empty()) return;
+  fmt::print(stderr, "atwood: {}: its id `{}` is that of the catalogue's scenario; what is printed is of the file\n",
+             printable(scenario.path), printable(scenario.id));
 }
 
 std::vector<Worker> start_workers(const Place& place, const std::vector<std::vector<std::string>>& foreign) {

@@ -60,11 +60,23 @@ void print_result(const Options& options, const Selection& selection, const Repo
   fmt::print("{}{}\nreport: {}/report.html\n", statuses.empty() ? "" : "; ", statuses, options.out_dir);
 }
 
+// A pipe that nobody reads would hang, a disk would be overwritten: only files, and what stands for the standard streams
+// or takes all (/dev/stdout, /dev/null).
+void require_ordinary(const std::string& file) {
+  std::error_code error;
+  const fs::file_status status = fs::status(file, error);
+  if (file.starts_with("/dev/std") || file.starts_with("/dev/fd/") || file == "/dev/null" || !fs::exists(status)) return;
+  const char* kind = fs::is_fifo(status) ? "a pipe" : fs::is_socket(status) ? "a socket"
+                     : fs::is_character_file(status) || fs::is_block_file(status) ? "a device" : "";
+  if (*kind != '\0') throw InputError(fmt::format("{}: found {}; expected a file to write to", file, kind));
+}
+
 // Before the work, not after it.
 void require_folder(const std::string& file) {
   const fs::path folder = fs::absolute(file).parent_path();
   if (!fs::is_directory(folder))
     throw std::runtime_error(fmt::format("{}: cannot be written: no folder {}", file, folder.string()));
+  require_ordinary(file);
   if (!fs::exists(file) && access(folder.c_str(), W_OK) != 0) {
     throw std::runtime_error(fmt::format("{}: cannot be written: {}: {}", file, folder.string(), std::strerror(errno)));
   }
@@ -101,6 +113,8 @@ void require_outputs_make_sense(const Options& options) {
     require_folder(output.substr(colon + 1));
   }
   if (!options.junit.empty()) require_folder(options.junit);
+  for (const char* document : {"report.html", "compare.html", "store.db", "bench.json"})
+    require_ordinary(options.out_dir + "/" + document);
 }
 
 void make_out_dir(const std::string& path) {

@@ -20,7 +20,7 @@ std::vector<NamedRun> run_finest(const std::vector<Cell>& cells, const std::stri
                                  const std::vector<Row>& rows, const std::vector<Worker>& workers, double limit_s);
 
 // A line a pair: the largest distance of a body in the one run from itself in the other, and when. Runs with different
-// counts of samples are not compared. The first line says what the figures are not.
-std::vector<std::string> spread_lines(const std::vector<NamedRun>& runs);
+// counts of samples are not compared. `with_first`: only pairs with the first run. The first line says what the figures are not.
+std::vector<std::string> spread_lines(const std::vector<NamedRun>& runs, bool with_first = false);
 
 }  // namespace atwood

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "reports/command_line/command_line.hpp"
 #include "reports/command_line/table.hpp"
@@ -89,15 +90,17 @@ const Worker& worker_of(const std::vector<Worker>& workers, const std::string& m
   } catch (const std::invalid_argument& error) {
     throw InputError(fmt::format("--method {}: {}", method, error.what()));
   }
-  std::string names;
+  std::vector<std::string> names;
   for (const auto& worker : workers) {
     if (worker.status != Status::ok) continue;
     for (const auto& info : worker.engine.methods) {
       if (info.id == id.engine + "/" + id.scheme) return worker;
-      names += (names.empty() ? "" : ", ") + info.id;
+      names.push_back(info.id);
     }
   }
-  throw InputError(fmt::format("--method {}: no engine offers it; expected truth or one of {}", method, names));
+  names.emplace_back("truth");
+  throw InputError(fmt::format("--method {}: no engine offers it; nearest: {}; `atwood list methods` shows all", method,
+                               fmt::join(nearest(id.engine + "/" + id.scheme, names, 3), ", ")));
 }
 
 // With recorded frames: an engine that takes them, whole frames, and the start and the end alone.
@@ -116,6 +119,7 @@ void require_frames(const Scenario& scenario, const Worker& worker, std::int64_t
 
 int command_trace(const Place& place, const Options& options) {
   Scenario scenario = read_scene_argument(place, options.input);
+  note_shared_id(place, scenario);
   const std::string& method = options.methods.front();
   const std::int64_t samples = options.samples.value_or(scenario.samples);
   if (samples <= 0) throw InputError(fmt::format("--samples {}: expected a positive count", samples));

@@ -273,9 +273,11 @@ std::int64_t count_cells(const StudyCells& cells, const std::vector<Offer>& offe
 }
 
 [[noreturn]] void refuse_cells(const Study& study, std::int64_t counted, std::int64_t most_cells) {
+  const bool sweeps = std::any_of(study.cells.begin(), study.cells.end(),
+                                  [](const StudyCells& cells) { return cells.sweep.size() > 1; });
   const std::string count = counted >= kUncountable ? "more than 10^18" : "up to " + std::to_string(counted);
   throw InputError("study `" + study.id + "` plans " + count + " cells; at most " + std::to_string(most_cells) +
-                   " are taken unless --max-cells N allows more; a sweep of several settings takes every combination");
+                   " are taken unless --max-cells N allows more" + (sweeps ? "; a sweep of several settings takes every combination" : ""));
 }
 
 void check_steps(const std::vector<std::int64_t>& steps, const Scenario& scenario, const Study& study) {

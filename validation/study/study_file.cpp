@@ -21,6 +21,29 @@ namespace atwood {
 namespace fs = std::filesystem;
 namespace {
 
+// "; nearest: scenes/satellite.toml": of the scenes in that folder the one whose name has most letters in common at its
+// two ends; empty where none has half of them.
+std::string nearest_file(const fs::path& missing, const std::string& written) {
+  const std::string word = missing.stem().string();
+  std::string best;
+  std::size_t most = (word.size() + 1) / 2;
+  std::error_code error;
+  for (fs::directory_iterator entry(missing.parent_path(), error), end; !error && entry != end; entry.increment(error)) {
+    if (entry->path().extension() != ".toml") continue;
+    const std::string name = entry->path().stem().string();
+    const auto head = static_cast<std::size_t>(
+        std::mismatch(word.begin(), word.end(), name.begin(), name.end()).first - word.begin());
+    const auto tail = static_cast<std::size_t>(
+        std::mismatch(word.rbegin(), word.rend(), name.rbegin(), name.rend()).first - word.rbegin());
+    const std::size_t common = std::min(head + tail, std::min(word.size(), name.size()));
+    if (common < most || (common == most && !best.empty() && name > best)) continue;
+    most = common;
+    best = name;
+  }
+  if (best.empty()) return "";
+  return "; nearest: " + (fs::path(written).parent_path() / (best + ".toml")).string();
+}
+
 struct StudyFile {
   const std::string& path;
   std::string id = {};  // of the study, once it is read
@@ -140,7 +163,7 @@ struct StudyFile {
       if (full.filename().string().find_first_of("*?") == std::string::npos) {
         if (!fs::exists(full, error))
           refuse(at, "study `" + id + "`: scenarios: found no file `" + name + "` in the study's folder " +
-                         fs::path(path).parent_path().string());
+                         fs::path(path).parent_path().string() + nearest_file(full, name));
         found.push_back(full.string());
         continue;
       }
