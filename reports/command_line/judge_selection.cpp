@@ -16,6 +16,7 @@
 
 #include "reports/command_line/verdicts.hpp"
 #include "scene/files.hpp"
+#include "validation/metrics/metrics.hpp"
 
 namespace atwood {
 namespace fs = std::filesystem;
@@ -72,6 +73,28 @@ bool names_cell(const BaselineEntry& entry, const std::vector<CellName>& cells, 
       return with_ladders && (cell.method == entry.method || without_tolerance(cell.method) == entry.method);
     return cell.method == entry.method && cell.steps == entry.steps;
   });
+}
+
+// Each metric has one unit: a figure in another one, edited by hand, would be compared as if it were in the metric's.
+void require_units(const Baseline& baseline) {
+  std::map<std::string, std::string> units;
+  for (const MetricInfo& metric : all_metrics()) units[metric.name] = metric.unit;
+  for (const BaselineEntry& e : baseline.entries) {
+    const auto known = units.find(e.metric);
+    if (known != units.end() && known->second != e.unit)
+      throw InputError(fmt::format("{}: {} {} {}: the unit is `{}`; expected `{}`, the unit of this metric", baseline.path,
+                                   e.scenario, e.method, e.metric, e.unit, known->second));
+  }
+}
+
+// Inconclusive in the baseline, a number now: told, since nothing holds such a figure to anything.
+void tell_no_numbers(Judged& judged) {
+  const auto count = std::count_if(judged.changes.begin(), judged.changes.end(), [](const BaselineChange& c) {
+    return c.kind == Kind::added && c.text.starts_with("was not a number");
+  });
+  if (count > 0)
+    judged.notes.push_back(fmt::format("{} figure{} not a number in the baseline and {} one now: counted as new, not compared.",
+                                       count, count == 1 ? " was" : "s were", count == 1 ? "is" : "are"));
 }
 
 // Figures that only a filter of this call leaves without a cell are no loss.
@@ -155,6 +178,7 @@ void judge_baseline(const Place& place, const Options& options, const Selection&
     std::erase_if(judged.changes, [](const BaselineChange& c) { return c.kind == Kind::added && c.steps == 0; });
   for (BaselineChange& change : judged.changes)
     change.rerun = with_own_files(place, options, selection, change.scenario, change.rerun);
+  tell_no_numbers(judged);
   const bool compared = std::any_of(judged.changes.begin(), judged.changes.end(), [](const BaselineChange& change) {
     return change.kind != Kind::missing && change.kind != Kind::added;
   });
@@ -279,6 +303,7 @@ Standards read_standards(const Place& place, const Selection& selection, bool ca
   Standards standards;
   if (catalogue || !selection.tolerances.empty()) standards.gates = gates_named(place, selection.tolerances);
   if (!selection.baseline.empty() && fs::exists(selection.baseline)) standards.baseline = read_baseline(selection.baseline);
+  if (standards.baseline) require_units(*standards.baseline);
   return standards;
 }
 

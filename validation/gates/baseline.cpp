@@ -21,6 +21,7 @@
 
 #include "scene/files.hpp"
 #include "scene/input_file.hpp"
+#include "scene/printable.hpp"
 #include "validation/gates/gates.hpp"
 
 namespace atwood {
@@ -30,6 +31,9 @@ namespace {
 // left is another compiler's round-off inside an error that is itself measured in full. Rivals are built elsewhere.
 // Times come from a noisy machine.
 constexpr double kOwnTolerance = 1e-3, kRivalTolerance = 0.02, kTimingTolerance = 0.25;
+// The bar of a baseline counts up to kBarGrowth times today's or kBarShare of the value, whichever is larger: the file is
+// edited by hand and merged, and a bar that no measurement explains must not make everything agree with it.
+constexpr double kBarGrowth = 10, kBarShare = 1e-3;
 // Below this share of a metric's own unit, values are round-off of round-off and change with the mathematics library.
 constexpr double kRoundOff = 1e-14;
 
@@ -61,7 +65,7 @@ std::map<Key, Entry> entries(std::span<const Row> rows) {
 std::string one_line(std::string text) {
   for (char& c : text)
     if (c == '\n' || c == '\r' || c == '\t') c = ' ';
-  return text;
+  return printable(text);
 }
 
 // What figures were measured with: "cpu", "flags", ..., "engine ode".
@@ -84,6 +88,7 @@ std::map<std::string, std::set<std::string>> read_environment(const std::string&
   if (!std::filesystem::exists(path)) return all;
   std::istringstream file(read_input_file(path, "a baseline's environment", largest::settings));
   for (std::string line; std::getline(file, line);) {
+    if (line.ends_with('\r')) line.pop_back();
     const std::size_t tab = line.starts_with("engine\t") ? line.find('\t', 7) : line.find('\t');
     if (tab != std::string::npos) all[line.substr(0, tab)].insert(line.substr(tab + 1));
   }
@@ -190,8 +195,15 @@ BaselineChange change_of(const Key& key, BaselineChange::Kind kind, double befor
 
 BaselineChange compare(const Key& key, const Entry& before, const Entry& now, bool timings_judged) {
   using Kind = BaselineChange::Kind;
+  const double largest_bar = std::max(kBarGrowth * now.bar, kBarShare * std::fabs(before.value));
+  const double bar_before = std::isnan(largest_bar) ? before.bar : std::min(before.bar, largest_bar);
   BaselineChange change =
-      change_of(key, Kind::unchanged, before.value, now.value, before.bar + now.bar, before.unit);
+      change_of(key, Kind::unchanged, before.value, now.value, bar_before + now.bar, before.unit);
+  if (std::isnan(before.value) && !std::isnan(now.value)) {  // inconclusive then: there is nothing to be better than
+    change.kind = Kind::added;
+    change.text = "was not a number in the baseline: nothing to compare with";
+    return change;
+  }
   const double share = timing(key.metric) ? kTimingTolerance
                        : key.method.starts_with("atwood/") ? kOwnTolerance : kRivalTolerance;
   const double tolerance = change.bar + share * std::fabs(before.value) + (timing(key.metric) ? 0 : kRoundOff);
@@ -199,11 +211,14 @@ BaselineChange compare(const Key& key, const Entry& before, const Entry& now, bo
   const bool nan_before = std::isnan(before.value), nan_now = std::isnan(now.value);
   change.allowed = less_is_worse(key.metric) ? before.value - tolerance : std::fabs(before.value) + tolerance;
   change.ratio = times_worse(key.metric, before.value, now.value);
-  if (nan_now != nan_before) change.kind = nan_now ? Kind::regression : Kind::improvement;
+  if (nan_now && !nan_before) change.kind = Kind::regression;
   else if (!nan_now && worse > tolerance) change.kind = Kind::regression;
   else if (!nan_now && -worse > tolerance) change.kind = Kind::improvement;
   change.text = number(before.value) + " -> " + number(now.value) + (before.unit == "1" ? "" : " " + before.unit) +
                 ", tolerance " + number(tolerance);
+  if (bar_before < before.bar)
+    change.text += "; of the baseline's bar of " + number(before.bar) + " only " + number(bar_before) + " counts: today's is " +
+                   number(now.bar);
   if (timing(key.metric) && !timings_judged && change.kind != Kind::unchanged) {
     change.text += "; advisory: another machine";
     change.kind = Kind::unchanged;
@@ -260,7 +275,10 @@ Baseline read_baseline(const std::string& path) {
   Baseline baseline;
   baseline.path = path;
   Reader reader{baseline};
-  for (std::string line; std::getline(file, line);) reader.line(line);
+  for (std::string line; std::getline(file, line);) {
+    if (line.ends_with('\r')) line.pop_back();  // a copy with Windows line ends is the same baseline
+    reader.line(line);
+  }
   if (reader.number == 0) throw InputError(path + ": the file is empty; expected a baseline (`atwood bless` writes one)");
   if (reader.version >= 2 && !reader.ended) {
     ++reader.number;
@@ -307,19 +325,31 @@ std::vector<BaselineChange> compare_baseline(const Baseline& baseline, std::span
 
 std::vector<std::string> environment_changes(const Baseline& baseline, std::span<const Row> rows) {
   std::vector<std::string> notes;
+  if (baseline.environment.empty()) return notes;  // said when it was read
+  struct Part { std::string name, words, differs; };
+  std::vector<Part> parts{{"cpu", "processor", "differs"},
+                          {"cpu_features", "processor's features", "differ"},
+                          {"libm", "mathematics library", "differs"},
+                          {"compiler", "compiler", "differs"},
+                          {"flags", "compiler's flags", "differ"}};
   const auto now = environment(rows);
-  const std::pair<const char*, const char*> kinds[] = {{"cpu_features", "processor features"},
-                                                       {"libm", "mathematics library"},
-                                                       {"compiler", "compiler"},
-                                                       {"flags", "compiler's flags"}};
-  for (const auto& [name, words] : kinds) {
-    const auto then = baseline.environment.find(name), here = now.find(name);
-    if (then == baseline.environment.end() || here == now.end() || then->second == here->second) continue;
-    const std::string what = std::string(name) == "cpu_features"
-                                 ? changed_words(then->second, here->second)
-                                 : "`" + joined(here->second) + "`, then `" + joined(then->second) + "`";
-    if (what.empty()) continue;
-    notes.push_back(std::string("The ") + words + " differ from the baseline's: " + what +
+  std::set<std::string> engines;  // of the baseline's figures: another engine's version says nothing about them
+  for (const BaselineEntry& e : baseline.entries) engines.insert("engine\t" + e.method.substr(0, e.method.find('/')));
+  for (const auto& [name, versions] : now)
+    if (engines.contains(name)) parts.push_back({name, "version of the engine " + name.substr(7), "differs"});
+  for (const Part& part : parts) {
+    const auto here = now.find(part.name);
+    if (here == now.end()) continue;
+    const auto then = baseline.environment.find(part.name);
+    if (then == baseline.environment.end()) {
+      notes.push_back("The " + part.words + " that the baseline was measured with is not in " + baseline.path +
+                      ".env; here: `" + joined(here->second) + "`.");
+      continue;
+    }
+    if (std::includes(then->second.begin(), then->second.end(), here->second.begin(), here->second.end())) continue;
+    std::string what = part.name == "cpu_features" ? changed_words(then->second, here->second) : "";
+    if (what.empty()) what = "`" + joined(here->second) + "`, then `" + joined(then->second) + "`";
+    notes.push_back("The " + part.words + " " + part.differs + " from the baseline's: " + what +
                     "; figures may differ for that alone.");
   }
   return notes;

@@ -73,7 +73,7 @@ struct BaselineEntry {
 struct Baseline {
   std::string path;
   std::vector<BaselineEntry> entries;             // sorted by scenario, method, steps, metric
-  std::map<std::string, std::set<std::string>> environment;  // "cpu", "compiler", "flags", "cpu_features", "libm"
+  std::map<std::string, std::set<std::string>> environment;  // "cpu", "flags", ..., "engine<tab>ode"; empty: no .env
   std::vector<std::string> notes;                 // what its reader should know, in sentences
 };
 // std::runtime_error: no file. InputError: not a baseline, truncated, a number that is none, a figure that is there twice.
@@ -89,8 +89,11 @@ struct BaselineChange {
   std::string unit, text;
   std::vector<std::string> rerun;
 };
+// A figure that was NaN then and is a number now is `added`. A bar of the baseline counts up to 10 times today's or 0.1 % of
+// the value, whichever is larger.
 std::vector<BaselineChange> compare_baseline(const Baseline& baseline, std::span<const Row> rows);
-// What decides last digits and is another now than then: processor features, the mathematics library, compiler, flags.
+// What is another now than then, or is not in the .env: processor and its features, mathematics library, compiler, flags,
+// versions of the engines. A sentence each; none where there is no .env.
 std::vector<std::string> environment_changes(const Baseline& baseline, std::span<const Row> rows);
 
 }  // namespace atwood

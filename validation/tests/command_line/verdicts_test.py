@@ -55,8 +55,9 @@ FALLS = """status = "ok"
         print(json.dumps({"cell": request["cell"], "t_s": t, "bodies": [x + [1, 0, 0, 0] + [1, 0, 2 - 9.8 * t] + [0, 0, 0]]}), flush=True)
 """
 NAN = """status = "ok"
+    start = [0, 0, 1] + [1, 0, 0, 0] + [1, 0, 2] + [0, 0, 0]
     for k in range(n + 1):
-        print(json.dumps({"cell": request["cell"], "t_s": t_end * k / n, "bodies": [["nan"] * 13]}), flush=True)
+        print(json.dumps({"cell": request["cell"], "t_s": t_end * k / n, "bodies": [["nan"] * 13 if k else start]}), flush=True)
 """
 DIVERGES = """status = "diverged"
 """

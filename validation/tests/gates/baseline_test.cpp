@@ -221,3 +221,73 @@ TEST_CASE("baseline: processor features and the mathematics library are kept, an
   CHECK(notes[0].find("+sse4a -fma") != std::string::npos);
   CHECK(notes[1].find("`glibc 2.31`, then `glibc 2.36`") != std::string::npos);
 }
+
+TEST_CASE("baseline: a bar that no measurement explains does not widen the tolerance") {
+  const Folder folder;
+  write_baseline(folder.file(), rows(), "figures");
+  std::string text = content(folder.file());
+  text.replace(text.find("\t1e-12\t"), 7, "\t1e300\t");
+  std::ofstream(folder.file()) << text;
+  std::vector<Row> now = rows();
+  CHECK(change_of(now, folder.file(), "error-position-end", 960) == Kind::unchanged);
+  now[1].value = 1.3e-6;
+  CHECK(change_of(now, folder.file(), "error-position-end", 960) == Kind::regression);
+  for (const BaselineChange& c : compare_baseline(read_baseline(folder.file()), now))
+    if (c.kind == Kind::regression) CHECK(c.text.find("the baseline's bar of 1e+300 only 1.2345e-09 counts") != std::string::npos);
+  now[1].truth_bar = 1e-8;  // today's own bar, and ten times as much of the baseline's
+  CHECK(change_of(now, folder.file(), "error-position-end", 960) == Kind::unchanged);
+}
+
+TEST_CASE("baseline: what was not a number is new when it is one, not better") {
+  const Folder folder;
+  std::vector<Row> before = rows();
+  before[1].value = std::nan("");
+  write_baseline(folder.file(), before, "figures");
+  CHECK(change_of(rows(), folder.file(), "error-position-end", 960) == Kind::added);
+  CHECK(change_of(before, folder.file(), "error-position-end", 960) == Kind::unchanged);
+}
+
+TEST_CASE("baseline: a copy with Windows line ends is the same baseline, and a reason holds no escape bytes") {
+  const Folder folder;
+  write_baseline(folder.file(), rows(), "a\x1b[2Jb\x9b");
+  CHECK(content(folder.file()).find_first_of("\x1b\x9b") == std::string::npos);
+  for (const std::string& path : {folder.file(), folder.file() + ".env"}) {
+    std::string windows;
+    for (const char c : content(path)) windows += c == '\n' ? std::string("\r\n") : std::string(1, c);
+    std::ofstream(path) << windows;
+  }
+  for (const BaselineChange& c : compare_baseline(read_baseline(folder.file()), rows())) CHECK(c.kind == Kind::unchanged);
+  CHECK(read_baseline(folder.file()).entries.front().unit == "m");
+  CHECK(environment_changes(read_baseline(folder.file()), rows()).empty());
+}
+
+TEST_CASE("baseline: each part of the environment that differs, or is not there, is told") {
+  const Folder folder;
+  std::vector<Row> now = rows();
+  for (Row& r : now) r.provenance.cpu_features = "avx2", r.provenance.libm = "glibc 2.36";
+  write_baseline(folder.file(), now, "figures");
+  const std::string env = content(folder.file() + ".env");
+  const auto notes_with = [&](const std::string& from, const std::string& to) {
+    std::string text = env;
+    text.replace(text.find(from), from.size(), to);
+    std::ofstream(folder.file() + ".env") << text;
+    return environment_changes(read_baseline(folder.file()), now);
+  };
+  CHECK(notes_with("cpu\t", "cpu\t").empty());
+  const std::pair<const char*, const char*> parts[] = {
+      {"cpu\ta cpu\n", "The processor"},          {"cpu_features\tavx2\n", "The processor's features"},
+      {"libm\tglibc 2.36\n", "The mathematics library"}, {"compiler\tg++ 12\n", "The compiler"},
+      {"flags\t-O3\n", "The compiler's flags"},   {"engine\tatwood\t1.0\n", "The version of the engine atwood"},
+      {"engine\tode\t1.0\n", "The version of the engine ode"}};
+  for (const auto& [line, words] : parts) {
+    INFO(line);
+    std::string other = line;
+    other.insert(other.size() - 1, " x");
+    for (const std::string& text : {other, std::string()}) {
+      const std::vector<std::string> notes = notes_with(line, text);
+      REQUIRE(notes.size() == 1);
+      CHECK(notes[0].starts_with(words));
+      CHECK(notes[0].find(text.empty() ? "is not in" : "differ") != std::string::npos);
+    }
+  }
+}

@@ -82,7 +82,7 @@ class Wrapper(unittest.TestCase):
         shown = self.machine.run("--help").stdout
         for command in ("atwood run", "atwood gate", "atwood bless", "atwood doctor", "atwood check"):
             self.assertIn(command, shown)
-        self.assertIn("  atwood bless --reason TEXT\n      make the stored rows the baseline\n", shown)
+        self.assertIn("  atwood bless [STUDY] --reason TEXT\n      make the stored rows the baseline\n", shown)
 
     def test_help_is_the_programs_own_where_one_is_built(self):
         program = self.machine.folder / "build/release/bin/atwood"
