@@ -214,7 +214,7 @@ class Truths(Case):
         self.assertEqual([r["scenario"] for r in refused], ["mine"])
         self.assertIn("none", refused[0]["remedy"])
         self.expect(self.run_in(*words, "--tolerances", self.path("g.toml", gate("mine", "*"))), 1, "1 not run", "truth of this scene ended")
-        self.expect(self.run_in(*words, "--tolerances", self.path("g.toml", gate("mine", "*", "energy-max", "max = 1e9"))), 0)
+        self.expect(self.run_in(*words, "--tolerances", self.path("g.toml", gate("mine", "*", "energy-change-max", "max = 1e9"))), 0)
 
 
 class Baselines(Case):
