@@ -142,7 +142,7 @@ class Whole(unittest.TestCase):
 
     def test_a_study_without_gates_is_not_passed_by_a_part_of_it(self):
         self.path("only.toml", 'id = "only"\n[[cells]]\nscenarios = ["ballistic", "kepler-e0.6"]\n'
-                               'methods = ["atwood/rk4"]\nrepeats = 0\n')
+                               'methods = ["atwood/rk4"]\n')
         self.path("gates.toml", GATES.replace("mine/one", "atwood/rk4").replace("1e-9", "1e9"))
         self.path("none.toml", GATES.replace("mine/one", "atwood/rk4").replace("1e-9", "1e9").replace('"*"', '"ballistic"'))
         self.atwood("run", "only.toml", "--scenario", "ballistic", "--no-timing")
