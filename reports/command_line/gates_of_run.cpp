@@ -151,7 +151,57 @@ bool left_out_of_catalogue(const Options& options, const Selection& selection, c
   });
 }
 
+bool judges(const Gate& gate, const CellName& cell) {
+  return matches(gate, cell) || (gate.kind == Gate::Kind::max_ratio && glob_match(gate.scenario, cell.scenario) &&
+                                 cell.method == gate.ratio_to && (!gate.steps || *gate.steps == cell.steps));
+}
+
+bool same_gate(const Gate& a, const Gate& b) {
+  return a.origin == b.origin && a.kind == b.kind && a.scenario == b.scenario && a.method == b.method &&
+         a.metric == b.metric && a.steps == b.steps && a.claim == b.claim && a.ratio_to == b.ratio_to;
+}
+
+const char* is_or_are(std::size_t count) { return count == 1 ? "is" : "are"; }
+
 }  // namespace
+
+std::string missing_words(const Selection& selection, const StudyResult& result) {
+  if (result.missing.empty()) return "";
+  const Cell& first = selection.cells[result.missing.front()];
+  return fmt::format("{} of {} planned cells {} not in the store (the first: {}, {}, {} steps)", result.missing.size(),
+                     selection.cells.size(), is_or_are(result.missing.size()), first.scenario.id, first.method,
+                     first.plan.steps);
+}
+
+std::vector<std::string> make_words(const Place& place, const Options& options, const Selection& selection) {
+  std::vector<std::string> words{"atwood", "run"};
+  const auto add = [&](const char* flag, const std::string& value) { words.insert(words.end(), {flag, value}); };
+  for (const std::string& scenario : options.scenarios) add("--scenario", scenario);
+  for (const std::string& method : options.methods) add("--method", method);
+  for (const std::int64_t steps : options.steps) add("--steps", std::to_string(steps));
+  for (const double hz : options.hz) add("--hz", format_double(hz));
+  return with_own_files(place, options, selection, "", words);
+}
+
+void judge_missing(const Selection& selection, const std::vector<Gate>& gates, const StudyResult& result,
+                   const std::vector<std::string>& make_words, std::vector<Verdict>& verdicts) {
+  if (result.missing.empty()) return;
+  const std::vector<CellName> cells = names_of(selection.cells);
+  for (const Gate& gate : gates) {
+    const auto of_gate = static_cast<std::size_t>(
+        std::count_if(cells.begin(), cells.end(), [&](const CellName& cell) { return judges(gate, cell); }));
+    const auto missing = static_cast<std::size_t>(std::count_if(
+        result.missing.begin(), result.missing.end(), [&](std::size_t i) { return judges(gate, cells[i]); }));
+    if (missing == 0) continue;
+    std::erase_if(verdicts, [&](const Verdict& verdict) {
+      return verdict.judgement != Judgement::fail && same_gate(verdict.gate, gate);
+    });
+    Verdict verdict =
+        not_run(gate, fmt::format("{} of its {} cells {} not in the store", missing, of_gate, is_or_are(missing)));
+    verdict.rerun = make_words;
+    verdicts.push_back(std::move(verdict));
+  }
+}
 
 std::vector<CellName> unfiltered_cells(const Place& place, const Options& options, const Selection& selection) {
   std::vector<CellName> names = names_of(selection.cells);

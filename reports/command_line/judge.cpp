@@ -64,9 +64,8 @@ int command_gate(const Place& place, const Options& options) {
   data.rows = stored.rows;
   add_judged(data, selection, judged);
   if (standards.baseline) data.baseline_path = selection.baseline;
-  if (const auto absent = std::count_if(data.cells.begin(), data.cells.end(), [](const auto& cell) { return !cell.there; });
-      absent > 0 && !no_store)
-    data.notes.push_back(fmt::format("{} of {} cells are not in the store: `atwood run` makes them.", absent, data.cells.size()));
+  if (const std::string missing = missing_words(selection, stored); !missing.empty() && !no_store)
+    data.notes.push_back(fmt::format("{}: `{}` makes them.", missing, shell_line(make_words(place, options, selection))));
   if (options.json) data.rows.clear();  // `run` and `report` print them
   print_gate(options, data, gates_judged);
   if (!options.junit.empty()) write_file(options.junit, render_junit(data.verdicts, data.cells));
@@ -82,6 +81,9 @@ int command_bless(const Place& place, const Options& options) {
   std::signal(SIGXFSZ, SIG_IGN);  // under a file-size limit writes answer EFBIG, which can be told
   const StudyResult stored = load_rows(options.out_dir + "/store.db", selection.cells);
   if (stored.rows.empty()) throw InputError("bless: the store has no rows of this study; run it first");
+  if (const std::string missing = missing_words(selection, stored); !missing.empty())
+    throw InputError(fmt::format("bless: {}; `{}` makes them, and then they can be blessed", missing,
+                                 shell_line(make_words(place, options, selection))));
   const std::string path = selection.baseline.empty() ? "atwood-baseline.tsv" : selection.baseline;
   const BaselineText text = baseline_text(stored.rows, options.reason);
   // The figures last: an environment that is newer than they are only makes their comparison more careful.

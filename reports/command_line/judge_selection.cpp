@@ -45,11 +45,14 @@ std::vector<Gate> gates_named(const Place& place, const std::string& file) {
 }
 
 void judge_gates(const Place& place, const Options& options, const Selection& selection, const std::vector<Gate>& gates,
-                 const std::vector<Row>& rows, Judged& judged) {
+                 const std::vector<Row>& rows, Judged& judged, const StudyResult* stored = nullptr) {
   const SiftedGates sifted = sift_gates(place, options, selection, gates);
-  judged.verdicts = judge(gates_of_claims(sifted.judged, claims_of(selection)), rows);
+  const std::vector<Gate> asked = gates_of_claims(sifted.judged, claims_of(selection));
+  judged.verdicts = judge(asked, rows);
   for (Verdict& verdict : judged.verdicts)
     verdict.rerun = with_own_files(place, options, selection, verdict.scenario, verdict.rerun);
+  if (stored != nullptr)
+    judge_missing(selection, asked, *stored, make_words(place, options, selection), judged.verdicts);
   judged.verdicts.insert(judged.verdicts.end(), sifted.unmatched.begin(), sifted.unmatched.end());
   if (sifted.left_out > 0)
     judged.notes.push_back(
@@ -153,6 +156,21 @@ std::vector<Verdict> baseline_verdicts(const Baseline& baseline, const std::vect
     verdicts.push_back(v);
   }
   return verdicts;
+}
+
+// Without a gate or a baseline nothing else says that a part of the study was never measured.
+Verdict cells_missing(const std::string& text, const std::vector<std::string>& words) {
+  Verdict v;
+  v.of_cell = true;
+  v.scenario = v.gate.scenario = v.method = v.gate.method = "*";
+  v.metric = v.gate.metric = "cells";
+  v.gate.reason = "What a study plans has been measured.";
+  v.gate.origin = "the study itself";
+  v.judgement = Judgement::not_run;
+  v.value = v.allowed_high = std::numeric_limits<double>::quiet_NaN();
+  v.text = text;
+  v.rerun = words;
+  return v;
 }
 
 Verdict nothing_compared(const Baseline& baseline, const std::string& why) {
@@ -317,8 +335,10 @@ std::vector<Verdict> judge_selection(const Place& place, const Options& options,
 Judged judge_everything(const Place& place, const Options& options, const Selection& selection,
                         const Standards& standards, const StudyResult& result, bool try_truths) {
   Judged judged;
-  judge_gates(place, options, selection, standards.gates, result.rows, judged);
+  judge_gates(place, options, selection, standards.gates, result.rows, judged, &result);
   if (standards.baseline) judge_baseline(place, options, selection, *standards.baseline, result.rows, judged);
+  if (judged.verdicts.empty() && !result.missing.empty())
+    judged.verdicts.push_back(cells_missing(missing_words(selection, result), make_words(place, options, selection)));
   judged.cells = endings_of(selection, result.rows);
   append_failed_cells(place, options, selection, result.rows, judged);
   judged.refused = refused_truths(place, selection.scenarios, result.rows, try_truths);

@@ -140,6 +140,8 @@ int command_run(const Place& place, const Options& options) {
   }
 
   StudyOptions how = study_options(place, options);
+  how.narrowed =
+      !options.scenarios.empty() || !options.methods.empty() || !options.steps.empty() || !options.hz.empty();
   if (!options.quiet) how.progress = progress_printer(options);
   if (!options.quiet && selection.cells.size() >= kManyCells)
     std::fputs(fmt::format("atwood: {} cells are planned\n", selection.cells.size()).c_str(), stderr);
@@ -188,6 +190,11 @@ int command_report(const Place& place, const Options& options) {
   ReportData data = assemble_report(place, options, selection, result, {});
   add_judged(data, selection, judged);
   if (standards.baseline) data.baseline_path = selection.baseline;
+  if (const std::string missing = missing_words(selection, result); !missing.empty()) {
+    const std::string made = shell_line(make_words(place, options, selection));
+    data.notes.push_back(fmt::format("{}: `{}` makes them.", missing, made));
+    std::fputs(fmt::format("atwood: {}: `{}` makes them\n", missing, made).c_str(), stderr);
+  }
   write_outputs(options, data);
   print_result(options, selection, data, result);
   return exit_pass;

@@ -39,6 +39,15 @@ struct SiftedGates {
 SiftedGates sift_gates(const Place& place, const Options& options, const Selection& selection,
                        const std::vector<Gate>& gates);
 
+// Planned cells that the store lacks and that a gate would judge: it is then not run, one verdict a gate, which says how
+// many there are; what fails of the cells that are there stays beside it. Without any gate and baseline, one verdict on
+// the study. `make_words`: the command that makes the cells.
+void judge_missing(const Selection& selection, const std::vector<Gate>& gates, const StudyResult& result,
+                   const std::vector<std::string>& make_words, std::vector<Verdict>& verdicts);
+std::vector<std::string> make_words(const Place& place, const Options& options, const Selection& selection);
+// "4 of 6 planned cells are not in the store (the first: ...)"; empty: all of them are.
+std::string missing_words(const Selection& selection, const StudyResult& result);
+
 struct Judged {
   std::vector<Verdict> verdicts;        // of gates; of the baseline, one a scenario and method; of cells that failed
   std::vector<CellEnding> cells;

@@ -17,6 +17,27 @@ std::string series_of(const Cell& cell, const std::string& purpose) {
   return content_hash({"series 1", cell.campaign, purpose});
 }
 
+// A cell's keys in the campaign with this id.
+CellKeys keys_in(const Cell& cell, const std::string& id) {
+  CellKeys keys{cell.accuracy_hash, cell.timing_hash, ""};
+  if (!cell.campaign.empty()) {
+    keys.accuracy = content_hash({keys.accuracy, "campaign", id});
+    keys.timing = content_hash({keys.timing, "campaign", id});
+  }
+  keys.measured = measured_key(cell, keys.accuracy);
+  return keys;
+}
+
+// Whether a campaign holds all of these cells that are of it: an interrupted run has then left none of them over.
+bool holds_all(Store& store, const std::vector<Cell>& cells, const std::string& campaign, const std::string& id) {
+  for (const Cell& cell : cells) {
+    if (cell.worker < 0 || cell.campaign != campaign) continue;
+    const CellKeys keys = keys_in(cell, id);
+    if (store.damage(keys).empty() && store.measured_basis(keys.measured).empty()) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 Campaigns Campaigns::latest(Store& store, const std::vector<Cell>& cells, const std::string& purpose) {
@@ -42,10 +63,17 @@ Campaigns Campaigns::begin(Store& store, const std::vector<Cell>& cells, const s
     if (last) now = std::max(now, last->touched + 1);  // the clock may have been set back
     Campaign campaign;
     std::string& told = campaigns.told_[cell.campaign];
+    const bool same_run = last && last->run_id == run_id && !run_id.empty();
+    bool anew = false;
     if (completed && !options.fresh) {
       campaign = *completed;
       told = "cells of its last completed campaign are taken (--reuse)";
-    } else if (last && !options.fresh && (!last->complete || (last->run_id == run_id && !run_id.empty()))) {
+    } else if (last && options.narrowed && !same_run &&
+               (options.fresh || last->complete || holds_all(store, cells, cell.campaign, last->id))) {
+      campaign = *last;
+      anew = true;
+      told = "a part of the study is measured anew in its last campaign, whose other cells stay (--reuse takes the last one)";
+    } else if (last && !options.fresh && (!last->complete || same_run)) {
       campaign = *last;
       told = "the campaign of an interrupted run goes on (--fresh starts anew)";
     } else {
@@ -56,11 +84,20 @@ Campaigns Campaigns::begin(Store& store, const std::vector<Cell>& cells, const s
     }
     campaign.run_id = run_id;
     campaign.touched = now;
-    campaign.complete = false;
-    store.put_campaign(campaign);
+    if (!anew) campaign.complete = false;  // a part that is interrupted makes the whole no work to go on with
     campaigns.by_cells_[cell.campaign] = campaign;
+    if (anew) campaigns.forget_cells(store, cells, cell.campaign);
+    store.put_campaign(campaign);
   }
   return campaigns;
+}
+
+// At once, not one after another: what an interrupted run has not come to is then missing, not old.
+void Campaigns::forget_cells(Store& store, const std::vector<Cell>& cells, const std::string& campaign) const {
+  std::vector<CellKeys> all;
+  for (const Cell& cell : cells)
+    if (cell.worker >= 0 && cell.campaign == campaign) all.push_back(keys(cell));
+  store.forget(all);
 }
 
 void Campaigns::complete(Store& store) const {
@@ -72,15 +109,8 @@ void Campaigns::complete(Store& store) const {
 }
 
 CellKeys Campaigns::keys(const Cell& cell) const {
-  CellKeys keys{cell.accuracy_hash, cell.timing_hash, ""};
-  if (!cell.campaign.empty()) {
-    const auto found = by_cells_.find(cell.campaign);
-    const std::string id = found == by_cells_.end() ? "" : found->second.id;
-    keys.accuracy = content_hash({keys.accuracy, "campaign", id});
-    keys.timing = content_hash({keys.timing, "campaign", id});
-  }
-  keys.measured = measured_key(cell, keys.accuracy);
-  return keys;
+  const auto found = by_cells_.find(cell.campaign);
+  return keys_in(cell, found == by_cells_.end() ? "" : found->second.id);
 }
 
 std::string Campaigns::told(const Cell& cell) const {

@@ -56,17 +56,18 @@ void append_timing(Store& store, const Cell& cell, const std::string& timing_has
          timing->provenance);
 }
 
-void append_cell(Store& store, const Cell& cell, const CellKeys& keys, StudyResult& result) {
+// False: the store does not hold the cell, which an engine at the table runs.
+bool append_cell(Store& store, const Cell& cell, const CellKeys& keys, StudyResult& result) {
   if (cell.worker < 0) {
     append(result.rows, failure_row("status", cell.absent, cell.absent_reason), cell, {});
     if (failed(cell.absent)) ++result.failed_cells;
     ++result.skipped;
-    return;
+    return true;
   }
   const auto run = store.run(keys.accuracy);
-  if (!run) return;
+  if (!run) return false;
   const auto measured = store.measured(keys.measured, true, false);
-  if (!measured) return;
+  if (!measured) return false;
   ++result.skipped;
   for (const Row& row : measured->rows) append(result.rows, row, cell, run->provenance);
   if (parse_method_id(cell.method).rtol && run->outcome.status == Status::ok && run->outcome.steps_taken > 0) {
@@ -75,6 +76,7 @@ void append_cell(Store& store, const Cell& cell, const CellKeys& keys, StudyResu
   }
   if (failed(run->outcome.status)) ++result.failed_cells;
   append_timing(store, cell, keys.timing, run->outcome.steps_taken, result);
+  return true;
 }
 
 // `read` of a cell; what is damaged is named, with what to do about it.
@@ -166,7 +168,11 @@ std::string measured_key(const Cell& cell, const std::string& accuracy_hash) {
 StudyResult collect_rows(Store& store, const std::vector<Cell>& cells, const Campaigns& campaigns) {
   StudyResult result;
   result.cells = static_cast<int>(cells.size());
-  for (const Cell& cell : cells) of_cell(cell, [&] { append_cell(store, cell, campaigns.keys(cell), result); });
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    of_cell(cells[i], [&] {
+      if (!append_cell(store, cells[i], campaigns.keys(cells[i]), result)) result.missing.push_back(i);
+    });
+  }
   append_ladders(store, cells, campaigns, result);
   return result;
 }
@@ -174,6 +180,8 @@ StudyResult collect_rows(Store& store, const std::vector<Cell>& cells, const Cam
 StudyResult load_rows(const std::string& store_path, const std::vector<Cell>& cells, const std::string& purpose) {
   StudyResult nothing;
   nothing.cells = static_cast<int>(cells.size());
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    if (cells[i].worker >= 0) nothing.missing.push_back(i);
   if (!store_exists(store_path)) return nothing;
   Store store(store_path, Store::Mode::read);
   return store.empty() ? nothing : collect_rows(store, cells, latest_campaigns(store, cells, purpose));

@@ -180,7 +180,7 @@ void StudyRun::forget_damaged() {
     const CellKeys keys = campaigns_.keys(cell);
     const std::string what = store_.damage(keys);
     if (what.empty()) continue;
-    store_.forget(keys);
+    store_.forget({keys});
     if (++count <= kMostDamagedNamed && options_.notice)
       options_.notice("store " + options_.store_path + ": " + what + " of the cell " + cell.scenario.id + ", " +
                       cell.method + ", " + std::to_string(cell.plan.steps) +

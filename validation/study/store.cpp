@@ -162,15 +162,17 @@ std::string Store::truth_damage(const std::string& truth_hash) {
 }
 
 // ---- writing ------------------------------------------------------------------------------------------------------
-void Store::forget(const CellKeys& cell) {
+void Store::forget(const std::vector<CellKeys>& cells) {
   database_->written([&] {
-    database_->erase(kCells, cell.accuracy);
-    database_->erase(kSeries, cell.accuracy);
-    database_->erase(kMeasured, cell.measured);
-    SQLite::Statement& rows = database_->prepared("DELETE FROM rows WHERE key=?");
-    rows.bind(1, cell.measured);
-    rows.exec();
-    database_->erase(kTimings, cell.timing);
+    for (const CellKeys& cell : cells) {
+      database_->erase(kCells, cell.accuracy);
+      database_->erase(kSeries, cell.accuracy);
+      database_->erase(kMeasured, cell.measured);
+      SQLite::Statement& rows = database_->prepared("DELETE FROM rows WHERE key=?");
+      rows.bind(1, cell.measured);
+      rows.exec();
+      database_->erase(kTimings, cell.timing);
+    }
   });
 }
 

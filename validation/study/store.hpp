@@ -89,7 +89,7 @@ class Store {
   // What of a cell is damaged, all of it read against its checksums; empty: nothing.
   std::string damage(const CellKeys& cell);
   std::string truth_damage(const std::string& truth_hash);
-  void forget(const CellKeys& cell);
+  void forget(const std::vector<CellKeys>& cells);  // in one transaction
   // Damaged entries that belong to no one cell (provenances, campaigns, runs) are taken out: the cells that need one
   // are then damaged, a campaign that has gone is begun anew. A line for each.
   std::vector<std::string> forget_shared_damage();

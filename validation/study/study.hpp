@@ -105,6 +105,7 @@ struct StudyOptions {
   bool timing = true;
   bool fresh = false;                            // nothing is taken from the store: everything runs again
   bool reuse = false;                            // campaigns: cells of the last completed one are taken
+  bool narrowed = false;                         // campaigns: a part of the study, which joins the latest one
   std::string purpose = "run";                   // campaigns of another purpose (compare, advise) stay apart
   Provenance provenance;                         // engine_version is filled per cell
   std::function<void(const std::string&)> progress;  // a line with an estimate, for stderr
@@ -120,6 +121,9 @@ std::string reused_text(const std::vector<Reused>& reused);  // "reused from the
 struct StudyResult {
   std::vector<Row> rows;                         // of this study's cells, cell by cell, then ladders
   int cells = 0, skipped = 0;                    // skipped: found in the store
+  // Indices of the cells that an engine at the table runs and that the store does not hold; a cell without its times
+  // is there.
+  std::vector<std::size_t> missing = {};
   bool interrupted = false;                      // SIGINT or SIGTERM: what was done is kept
   int signal = 0;
   int failed_cells = 0;                          // crashed, hung, garbage

@@ -164,7 +164,7 @@ class Stale(Case):
         self.assertLess(before, 4 + 1)
         self.run_all(told=["the campaign of an interrupted run goes on", "mine 2 of 4 cells"])
         self.assertEqual(self.runs(), before + 2)
-        self.run_all(told=["mine 0 of 4 cells", "a new campaign"])
+        self.run_all(told=["mine 0 of 4 cells", "measured anew in its last campaign"])
 
 
 class Damage(Case):
