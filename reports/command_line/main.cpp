@@ -322,6 +322,9 @@ int main(int argc, char** argv) {
   } catch (const InputError& error) {
     print_error(error.what());
     return exit_input;
+  } catch (const WorkerFailure& error) {
+    print_error(error.what());
+    return exit_cell;
   } catch (const std::bad_alloc&) {
     return out_of_memory();
   } catch (const std::exception& error) {
