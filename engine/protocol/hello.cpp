@@ -1,5 +1,5 @@
 // Who a worker is: written by serve(), read by whoever starts it. Nothing that it says is taken unchecked.
-#include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "protocol/json_lines.hpp"
@@ -55,7 +55,13 @@ MethodInfo read_method(const Json& each) {
   if (each.contains("settings")) method.settings = read_settings(each["settings"]);
   if (each.contains("adaptive")) method.adaptive = each["adaptive"].is_boolean() && each["adaptive"].get<bool>();
   if (each.contains("claims") && each["claims"].is_object()) {
-    for (const auto& [motion, order] : each["claims"].items()) method.claimed_order[motion] = narrow_number(order);
+    for (const auto& [motion, order] : each["claims"].items()) {
+      const double claimed = narrow_number(order);
+      if (!(claimed > 0 && std::isfinite(claimed)))
+        throw Garbage("method `" + cut(method.id) + "` claims the order " + excerpt(order) + " for \"" + cut(motion) +
+                      "\"; expected a finite, positive number");
+      method.claimed_order[motion] = claimed;
+    }
   }
   return method;
 }
@@ -66,10 +72,12 @@ void add_method(MethodInfo method, std::vector<MethodInfo>& methods) {
 }
 
 void check_name(const std::string& name) {
-  const bool control = std::any_of(name.begin(), name.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; });
-  if (name.size() > kLongestName || control || name.find_first_of("/:+@{}*?") != std::string::npos)
+  const bool known = name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_.-") == std::string::npos;
+  const bool begins = name.empty() || name.find_first_of("_.-") != 0;
+  if (name.size() > kLongestName || !known || !begins)
     throw Garbage("the engine calls itself `" + cut(name) + "`; expected a name of at most " +
-                  std::to_string(kLongestName) + " bytes without control characters and any of / : + @ { } * ?");
+                  std::to_string(kLongestName) +
+                  " bytes of lower-case letters a to z, digits, `_`, `.` and `-`, which begins with a letter or a digit");
 }
 
 void check_methods(const Engine& engine) {

@@ -30,7 +30,27 @@ void refuse_deep(std::string_view line) {
   }
 }
 
-Garbage not_an_object(std::string_view line) { return Garbage("not a JSON object: " + cut(line)); }
+// The first bare NaN or infinity outside strings, as Python and JavaScript print it; empty: none.
+std::string_view bare_number(std::string_view line) {
+  constexpr std::string_view words[] = {"NaN", "nan", "-Infinity", "Infinity", "-inf", "inf"};
+  bool in_string = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (line[i] == '"') in_string = !in_string;
+    else if (in_string && line[i] == '\\') ++i;
+    else if (!in_string)
+      for (const std::string_view word : words)
+        if (line.substr(i, word.size()) == word) return word;
+  }
+  return {};
+}
+
+Garbage not_an_object(std::string_view line) {
+  const std::string_view bare = line.starts_with('{') ? bare_number(line) : std::string_view{};
+  if (bare.empty()) return Garbage("not a JSON object: " + cut(line));
+  return Garbage("not a JSON object: it holds a bare " + std::string(bare) +
+                 ", which JSON has not; numbers that are not finite are the strings \"nan\", \"inf\" and \"-inf\": " +
+                 cut(line));
+}
 
 // Events of nlohmann's parser, put together to one value at a time.
 class MemberReader : public nlohmann::json_sax<Json> {

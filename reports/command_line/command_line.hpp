@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,9 @@
 #include "validation/study/study.hpp"
 
 namespace atwood {
+
+// A foreign engine that was started and crashed, hung or sent garbage at hello: exit_cell.
+struct WorkerFailure : std::runtime_error { using std::runtime_error::runtime_error; };
 
 enum ExitCode { exit_pass = 0, exit_gate = 1, exit_input = 2, exit_cell = 3, exit_no_baseline = 4, exit_internal = 5 };
 

@@ -66,7 +66,7 @@ class FrameBudget {
       : entrant_(entrant),
         like_(like),
         limit_s_(limit_s),
-        client_(entrant.worker->command, pinned(entrant.method)) {}
+        client_(entrant.worker->command, pinned(entrant.method), entrant.worker->foreign) {}
 
   // Doubling until both budgets are passed, then halving the interval (of log N) on each side of each.
   std::array<int, 2> largest() {

@@ -320,6 +320,9 @@ int main(int argc, char** argv) {
   } catch (const InputError& error) {
     print_error(error.what());
     return exit_input;
+  } catch (const WorkerFailure& error) {
+    print_error(error.what());
+    return exit_cell;
   } catch (const std::bad_alloc&) {
     return out_of_memory();
   } catch (const std::system_error& error) {  // fmt::print's own words on a stream that takes nothing name no stream

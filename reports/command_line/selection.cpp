@@ -230,8 +230,11 @@ void require_answers(const std::vector<Worker>& workers, const Study& study) {
     if (!worker.foreign || worker.status == Status::ok) continue;
     const bool of_study =
         std::find(study.engines.begin(), study.engines.end(), worker.command) != study.engines.end();
-    throw InputError(fmt::format("{}{}: {}: {}", of_study ? fmt::format("study `{}`: engines: ", study.id) : "--engine ",
-                                 fmt::join(worker.command, " "), to_string(worker.status), worker.reason));
+    const std::string words =
+        fmt::format("{}{}: {}: {}", of_study ? fmt::format("study `{}`: engines: ", study.id) : "--engine ",
+                    fmt::join(worker.command, " "), to_string(worker.status), worker.reason);
+    if (worker.status == Status::not_built) throw InputError(words);  // it cannot be started
+    throw WorkerFailure(words);
   }
 }
 

@@ -21,7 +21,7 @@ bool pinned(const std::string& method) { return method.find("threads") == std::s
 WorkerClient& Stopwatch::client(const Contender& contender) {
   const bool pin = pinned(contender.method);
   std::unique_ptr<WorkerClient>& held = clients_[{contender.worker->path, pin}];
-  if (!held) held = std::make_unique<WorkerClient>(contender.worker->command, pin);
+  if (!held) held = std::make_unique<WorkerClient>(contender.worker->command, pin, contender.worker->foreign);
   return *held;
 }
 

@@ -28,6 +28,9 @@ const std::vector<MetricInfo>& all_metrics() {
       {"error-attitude-rms", "rad",
        "Root mean square over the samples (t = 0 left out) of the geodesic angle to the true attitude; the worst "
        "body."},
+      {"quaternion-norm-drift", "1",
+       "Largest | |q| - 1 | over the samples and the bodies that turn, where it is above 1e-6: methods that do not "
+       "normalise the quaternion drift, and the angle of an attitude does not show it."},
       {"error-body-rate-end", "rad/s",
        "Norm of the error of the body-axes angular velocity at the last sample; the worst body."},
       {"error-body-rate-max", "rad/s",

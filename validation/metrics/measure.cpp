@@ -63,6 +63,7 @@ std::vector<Row> measure(const Scenario& scenario, const Truth& truth, const Rec
     append_sizes(scenario, truth, rows);
     rows.push_back(row("condition", remembered_growth(scenario, truth)));
   }
+  append_norm_drift(scenario, run, rows);
   append_conservation(scenario, truth, run, rows);
   append_contact(scenario, truth, run, rows);
   const double floor = relative_floor(scenario.scene, run);

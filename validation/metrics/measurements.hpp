@@ -52,6 +52,8 @@ bool has_truth(const Truth& truth);
 // reference's own equations. t_end for other scenes.
 double state_horizon_s(const Scenario& scenario, const Truth& truth);
 void append_state_errors(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows);
+// quaternion-norm-drift; needs no truth.
+void append_norm_drift(const Scenario& scenario, const Recording& run, std::vector<Row>& rows);
 void append_sizes(const Scenario& scenario, const Truth& truth, std::vector<Row>& rows);
 void append_conservation(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows);
 void append_contact(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows);

@@ -210,6 +210,18 @@ void append_state_errors(const Scenario& scenario, const Truth& truth, const Rec
   append_state_end(scenario, truth, run, rows);
 }
 
+void append_norm_drift(const Scenario& scenario, const Recording& run, std::vector<Row>& rows) {
+  constexpr double least = 1e-6;  // what normalising in float leaves is below
+  double largest = 0;
+  for (const Sample& sample : run.values)
+    for (std::size_t b = 0; b < sample.bodies.size(); ++b) {
+      if (!applies(Quantity::attitude, scenario.scene.bodies[b])) continue;
+      const auto& [w, x, y, z] = sample.bodies[b].q_wxyz;
+      largest = std::max(largest, static_cast<double>(fabsq(sqrtq(w * w + x * x + y * y + z * z) - 1)));
+    }
+  if (largest > least) rows.push_back(row("quaternion-norm-drift", largest));
+}
+
 void append_sizes(const Scenario& scenario, const Truth& truth, std::vector<Row>& rows) {
   double p = 0, v = 0, w = 0;
   for (const Sample& s : truth.values)

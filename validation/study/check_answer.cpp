@@ -88,15 +88,16 @@ bool is_finite(const BodySample& sample) {
   return all(sample.p_m) && all(sample.q_wxyz) && all(sample.v_m_per_s) && all(sample.w_rad_per_s);
 }
 
-void check_norm(const BodySample& sample, std::size_t i, std::size_t k, const SampledBodies& bodies) {
-  const bool drifts = bodies.start.empty() || bodies.start[i].turns;
-  if (k > 0 && drifts) return;
+void check_norm(const BodySample& sample, std::size_t i, std::size_t k, const SampledBodies& bodies, bool foreign) {
+  const bool drifts = k > 0 && (bodies.start.empty() || bodies.start[i].turns);
+  if (drifts && !foreign) return;
   const Real4 q = narrowed(sample.q_wxyz);
-  const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-  if (std::fabs(norm - 1) <= kNormTolerance) return;
+  const double norm = std::hypot(std::hypot(q[0], q[1]), std::hypot(q[2], q[3]));
+  if (std::fabs(norm - 1) <= (drifts ? kNormDrift : kNormTolerance)) return;
   throw wire::Garbage("sample " + std::to_string(k) + ": the quaternion of body " + std::to_string(i) + ", " +
                       listed(q.data(), 4) + ", has norm " + format_double(norm) +
-                      "; a unit quaternion w, x, y, z was expected");
+                      "; a unit quaternion w, x, y, z was expected" +
+                      (drifts ? " (of a body that turns, a norm within 10 % of 1)" : ""));
 }
 
 // What somebody may have printed for t_s instead of seconds; empty: no idea.
@@ -117,12 +118,20 @@ std::string slip_of_time(double t, double due, std::size_t k, std::int64_t sampl
 // Steps done in less than this are not steps: a unit other than nanoseconds was meant.
 constexpr double kQuickestStepNs = 0.1;
 
-std::string slip_of_busy(double sum, double steps, double wall_ns) {
+// No engine steps faster than this.
+constexpr double kLeastStepNs = 0.3;
+
+std::string slip_of_busy(double sum, double steps, double wall_ns, bool foreign) {
   const auto would_fill = [&](double unit_ns) { return sum * unit_ns >= 0.2 * wall_ns && sum * unit_ns <= 1.1 * wall_ns; };
+  if (foreign && sum < 3 * steps && would_fill(1e3)) return "microseconds";
   if (sum >= kQuickestStepNs * steps) return "";
   if (would_fill(1e9)) return "seconds";
   return would_fill(1e6) ? "milliseconds" : "";
 }
+
+double distance(const Real3& a, const Real3& b) { return length({a[0] - b[0], a[1] - b[1], a[2] - b[2]}); }
+
+bool finite(const Real3& v) { return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]); }
 
 }  // namespace
 
@@ -151,21 +160,53 @@ void check_layout(const Sample& sample, std::size_t k, double t_end_s, std::int6
   }
   const double due = t_end_s * static_cast<double>(k) / static_cast<double>(samples);
   const double t = static_cast<double>(sample.t_s);
+  const double last = k > 0 ? t_end_s * static_cast<double>(k - 1) / static_cast<double>(samples) : -1;
+  if (k > 0 && std::fabs(t - last) <= 1e-6 * t_end_s)
+    throw wire::Garbage("sample " + std::to_string(k - 1) + ", at t_s = " + format_double(t) +
+                        ", came twice; the next one is due at " + format_double(due));
   if (!(std::fabs(t - due) <= 1e-6 * t_end_s)) {
     throw wire::Garbage("sample " + std::to_string(k) + " is at t_s = " + format_double(t) + "; asked for " +
                         format_double(due) + slip_of_time(t, due, k, samples));
   }
 }
 
-void check_states(const Sample& sample, std::size_t k, double t_end_s, const SampledBodies& bodies) {
+void check_states(const Sample& sample, std::size_t k, double t_end_s, const SampledBodies& bodies, bool foreign) {
   for (std::size_t i = 0; i < sample.bodies.size(); ++i) {
     if (!is_finite(sample.bodies[i])) continue;  // an answer: the cell ends `not finite`
-    check_norm(sample.bodies[i], i, k, bodies);
+    check_norm(sample.bodies[i], i, k, bodies, foreign);
     if (k == 0 && !bodies.start.empty()) check_start(sample.bodies[i], i, t_end_s, bodies);
   }
 }
 
-void check_busy(const std::vector<std::int64_t>& busy_ns, int repeats, std::int64_t steps, std::int64_t wall_ns) {
+std::string blow_up(const std::vector<Sample>& samples, double t_end_s, const SampledBodies& bodies) {
+  const double run_m = std::max(bodies.speed_m_per_s, bodies.gravity_m_per_s2 * t_end_s) * t_end_s;
+  const double size = std::max(bodies.size_m, run_m) > 0 ? std::max(bodies.size_m, run_m) : 1;
+  const double speed = std::max(bodies.speed_m_per_s, size / t_end_s);
+  const double rate = std::max(bodies.rate_rad_per_s, 1 / t_end_s);
+  const auto beyond = [&](const Real3& v, double scale) { return finite(v) && !(length(v) <= kBlowUp * scale); };
+  for (std::size_t k = 1; k < samples.size(); ++k) {
+    for (std::size_t i = 0; i < samples[k].bodies.size(); ++i) {
+      const BodySample& now = samples[k].bodies[i];
+      const Real3 p = narrowed(now.p_m), before = narrowed(samples[k - 1].bodies[i].p_m);
+      const Real3 v = narrowed(now.v_m_per_s), w = narrowed(now.w_rad_per_s);
+      const std::string who = "body " + std::to_string(i);
+      const std::string when = " at sample " + std::to_string(k);
+      if (finite(p) && finite(before) && !(distance(p, before) <= kBlowUp * size))
+        return who + " moves " + format_double(distance(p, before)) + " m from sample " + std::to_string(k - 1) + " to " +
+               std::to_string(k) + "; the scene's size is " + format_double(size) + " m";
+      if (beyond(v, speed))
+        return who + " has a speed of " + format_double(length(v)) + " m/s" + when + "; the scene's size over the run is " +
+               format_double(speed) + " m/s";
+      if (!bodies.start.empty() && bodies.start[i].turns && beyond(w, rate))
+        return who + " turns at " + format_double(length(w)) + " rad/s" + when + "; the scene's rate is " +
+               format_double(rate) + " rad/s";
+    }
+  }
+  return "";
+}
+
+void check_busy(const std::vector<std::int64_t>& busy_ns, int repeats, std::int64_t steps, std::int64_t wall_ns,
+                bool foreign) {
   if (busy_ns.empty()) throw wire::Garbage("a timed pass without busy_ns");
   if (busy_ns.size() != static_cast<std::size_t>(repeats))
     throw wire::Garbage("busy_ns has " + std::to_string(busy_ns.size()) + " entries; asked for " +
@@ -181,10 +222,14 @@ void check_busy(const std::vector<std::int64_t>& busy_ns, int repeats, std::int6
   if (sum > 1.05 * wall + 1e6)
     throw wire::Garbage("busy_ns of all repeats is " + format_double(sum) + " ns, longer than the whole answer took (" +
                         format_double(wall) + " ns on the wall): is it in another unit, or summed over threads?");
-  const std::string unit = slip_of_busy(sum, static_cast<double>(steps) * repeats, wall);
+  const std::string unit = slip_of_busy(sum, static_cast<double>(steps) * repeats, wall, foreign);
   if (!unit.empty())
     throw wire::Garbage("busy_ns of " + std::to_string(busy_ns.front()) + " for " + std::to_string(steps) +
                         " steps; nanoseconds were expected: is it in " + unit + "?");
+  const double step_ns = sum / (static_cast<double>(steps) * repeats);
+  if (foreign && step_ns < kLeastStepNs)
+    throw wire::Garbage("busy_ns of " + std::to_string(busy_ns.front()) + " for " + std::to_string(steps) + " steps is " +
+                        format_double(step_ns) + " ns a step; at least 0.3 ns were expected: is busy_ns in another unit?");
 }
 
 }  // namespace atwood

@@ -98,7 +98,8 @@ class Judge {
   }
 
   Outcome run(std::size_t worker, const MethodId& id, const Scene& scene) {
-    WorkerClient& client = clients_.try_emplace(worker, workers_[worker].command).first->second;
+    WorkerClient& client = clients_.try_emplace(worker, workers_[worker].command, false, workers_[worker].foreign)
+                               .first->second;
     return client
         .run(to_string(id), scene_to_json(scene), sampled_bodies(scene), {1e-6, 1, 1, {}}, 0, kLimitS)
         .outcome;

@@ -108,6 +108,7 @@ class StudyRun {
   void run_probe_cell(const Cell& cell, const Truth& truth, const std::string& truth_hash,
                       std::map<int, WorkerClient>& clients);
   void run_sweep_cell(const Cell& cell, const std::string& truth_hash, std::map<int, WorkerClient>& clients);
+  WorkerClient& client_of(const Cell& cell, std::map<int, WorkerClient>& clients) const;
   std::shared_ptr<const Truth> truth_of(TruthWork& work);
   MeasuredRecord measured(const Cell& cell, const Truth& truth, const std::string& hash,
                           const Recording& recording) const;
@@ -296,12 +297,16 @@ MeasuredRecord StudyRun::measured(const Cell& cell, const Truth& truth, const st
   return record;
 }
 
+WorkerClient& StudyRun::client_of(const Cell& cell, std::map<int, WorkerClient>& clients) const {
+  const Worker& worker = workers_[static_cast<std::size_t>(cell.worker)];
+  return clients.try_emplace(cell.worker, worker.command, false, worker.foreign).first->second;
+}
+
 // Several runs, of which the rows alone are kept. The cell's time limit is each run's, and what all of them may take is
 // ten times that.
 void StudyRun::run_probe_cell(const Cell& cell, const Truth& truth, const std::string& truth_hash,
                               std::map<int, WorkerClient>& clients) {
-  WorkerClient& client =
-      clients.try_emplace(cell.worker, workers_[static_cast<std::size_t>(cell.worker)].command).first->second;
+  WorkerClient& client = client_of(cell, clients);
   RunRecord run = new_run(cell);
   double left_s = 10 * run.limit_s;
   const auto one = [&](const std::string& method, const Scene& scene, const Plan& plan) {
@@ -330,8 +335,7 @@ void StudyRun::run_probe_cell(const Cell& cell, const Truth& truth, const std::s
 
 // The poses of every pair, against their exact answers; the worst are kept as scenes beside the store.
 void StudyRun::run_sweep_cell(const Cell& cell, const std::string& truth_hash, std::map<int, WorkerClient>& clients) {
-  WorkerClient& client =
-      clients.try_emplace(cell.worker, workers_[static_cast<std::size_t>(cell.worker)].command).first->second;
+  WorkerClient& client = client_of(cell, clients);
   RunRecord run = new_run(cell);
   MeasuredRecord record;
   record.basis = content_hash({truth_hash, kMetricsVersion});
@@ -372,8 +376,7 @@ void StudyRun::run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& cli
       recording.outcome = outcome_of(Status::timeout, "not tried: " + std::to_string(hung_at) +
                                                           " steps of the same ladder already reached the time limit");
     } else {
-      WorkerClient& client =
-          clients.try_emplace(cell.worker, workers_[static_cast<std::size_t>(cell.worker)].command).first->second;
+      WorkerClient& client = client_of(cell, clients);
       recording = client.run(cell.method, scene_json, sampled_bodies(cell.scenario.scene), cell.plan, 0, run.limit_s);
       run.wall_ns = client.wall_ns();
       run.killed_from_outside = client.killed_from_outside() || recording.outcome.status == Status::not_built;
@@ -450,7 +453,8 @@ void StudyRun::timed_pass() {
     if (cell->worker != worker) {
       worker = cell->worker;
       client.reset();
-      client.emplace(workers_[static_cast<std::size_t>(worker)].command, true);
+      const Worker& next = workers_[static_cast<std::size_t>(worker)];
+      client.emplace(next.command, true, next.foreign);
     }
     if (scene_id != cell->scenario.id) {
       scene_id = cell->scenario.id;
@@ -486,9 +490,8 @@ std::vector<Reused> StudyRun::reused() const {
     ++reused.cells;
     reused.reused += ran_.contains(&cell) ? 0 : 1;
     if (!cell.campaign.empty() && reused.campaign.empty())
-      reused.campaign = campaigns_.told(cell) + ", since " + worker.unknown_code +
-                        ": its results may change though all that is known of it stays; a `fingerprint` in its hello "
-                        "tells when they do";
+      reused.campaign = campaigns_.told(cell) + ", because not all of the code behind its results is known: " +
+                        worker.unknown_code + ". Send \"fingerprint\" in hello to let results be reused";
   }
   std::vector<Reused> all;
   for (auto& [worker, reused] : by_worker) all.push_back(std::move(reused));

@@ -205,15 +205,22 @@ Recording WorkerClient::run(const std::string& method, const std::string& scene_
     append_events(answer, bodies.count, recording.events);
     if (!answer.done && !answer.events_alone && repeats == 0) {
       add_sample(answer, plan.t_end_s, plan.samples, bodies.count, recording.values);
-      check_states(answer.sample, recording.values.size() - 1, plan.t_end_s, bodies);
+      check_states(answer.sample, recording.values.size() - 1, plan.t_end_s, bodies, foreign_);
     }
     if (!answer.done || answer.outcome.status != Status::ok) return;
     if (repeats == 0 && recording.values.size() != static_cast<std::size_t>(plan.samples) + 1) {
       throw wire::Garbage("ended as ok with " + std::to_string(recording.values.size()) + " of " +
                           std::to_string(plan.samples + 1) + " samples");
     }
-    if (repeats > 0) check_busy(answer.outcome.busy_ns, repeats, plan.steps, wall_ns_);
+    // With a tolerance the engine chooses its steps.
+    const bool adaptive = method.find(':') != std::string::npos && answer.outcome.steps_taken > 0;
+    const std::int64_t steps = adaptive ? std::min(plan.steps, answer.outcome.steps_taken) : plan.steps;
+    if (repeats > 0) check_busy(answer.outcome.busy_ns, repeats, steps, wall_ns_, foreign_);
   });
+  if (foreign_ && repeats == 0 && recording.outcome.status == Status::ok) {
+    const std::string why = blow_up(recording.values, plan.t_end_s, bodies);
+    if (!why.empty()) recording.outcome.status = Status::diverged, recording.outcome.reason = "the host: " + why;
+  }
   recording.outcome.reason = printable(recording.outcome.reason);
   return recording;
 }
@@ -397,7 +404,7 @@ std::vector<Worker> find_workers_by_argv(const std::vector<std::vector<std::stri
 Recording run_once(const Worker& worker, const std::string& method, const Scene& scene, const Plan& plan,
                    double limit_s) {
   const BrokenPipeGuard guard;
-  WorkerClient client(worker.command);
+  WorkerClient client(worker.command, false, worker.foreign);
   return client.run(method, scene_to_json(scene), sampled_bodies(scene), plan, 0, limit_s);
 }
 

@@ -22,8 +22,9 @@ struct Interrupted {};
 
 class WorkerClient {
  public:
-  explicit WorkerClient(std::vector<std::string> command, bool pinned = false)
-      : command_(std::move(command)), pinned_(pinned) {}
+  // `foreign`: the engine was not built with this program, so that more of what it sends is checked.
+  explicit WorkerClient(std::vector<std::string> command, bool pinned = false, bool foreign = false)
+      : command_(std::move(command)), pinned_(pinned), foreign_(foreign) {}
 
   // All throw Interrupted. `limit_s` counts from the request; starting has a limit of its own.
   Engine hello(Outcome& outcome);
@@ -58,7 +59,7 @@ class WorkerClient {
   Outcome explain(Wait wait, double limit_s);
 
   std::vector<std::string> command_;
-  bool pinned_;
+  bool pinned_, foreign_;
   std::unique_ptr<Process> process_;
   Engine engine_;
   std::int64_t cell_ = 0, wall_ns_ = 0;

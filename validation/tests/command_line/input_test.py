@@ -239,7 +239,7 @@ class Words(Case):
             rows = file.read()
         self.assertNotIn("\x1b", rows)
         self.assertIn("told", rows)
-        self.expect(self.run_in("run", "--engine", evil, "--scenario", "ballistic"), 2, "control characters")
+        self.expect(self.run_in("run", "--engine", evil, "--scenario", "ballistic"), 3, "lower-case letters")
 
     def test_reasons_are_no_formulas(self):
         worker = self.engine("odd", reason="=1+1,\\\"a\\\"")

@@ -150,7 +150,7 @@ class Stale(Case):
         self.run_all(told=["mine 0 of 4 cells"])
         self.assertGreater(self.error(), 0.01)
         self.write_engine(fingerprint="one", files=["gian.py"])
-        self.run_all(code=2, told=["hello lists the file `gian.py`, which does not exist"])
+        self.run_all(code=3, told=["hello lists the file `gian.py`, which does not exist"])
 
     def test_an_interrupted_run_goes_on_with_its_campaign(self):
         words = [ATWOOD, "run", *self.words, "--no-timing", "-j", "1"]

@@ -97,6 +97,25 @@ TEST_CASE("measure: a lag in phase is an error in position and conserves everyth
   CHECK(find(rows, "momentum-error") == nullptr);  // not declared
 }
 
+TEST_CASE("measure: a quaternion that is not of norm 1 is a row of its own, the attitude's angle does not show it") {
+  Scenario s = circle();
+  s.scene.bodies[0].inertia_kg_m2 = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  const Truth truth = truth_of(orbit(s, 1, 1));
+  Recording run = orbit(s, 1, 1);
+  run.values[7].bodies[0].q_wxyz = {0.99 * 0.6, 0, 0.99 * 0.8, 0};   // 0.01 short
+  run.values[9].bodies[0].q_wxyz = {0, 1.25 * 0.28, 0, 1.25 * 0.96};  // 0.25 long
+  run.values[9].bodies[1].q_wxyz = {9, 0, 0, 0};                      // fixed: nobody's affair
+  const std::vector<Row> rows = measure(s, truth, run);
+  CHECK(value_of(rows, "quaternion-norm-drift") == Approx(0.25));
+  CHECK(find(rows, "quaternion-norm-drift")->unit == "1");
+  run = orbit(s, 1, 1);
+  for (Sample& sample : run.values) sample.bodies[0].q_wxyz[0] *= Wide(1.02);
+  CHECK(value_of(measure(s, truth, run), "error-attitude-max") == 0);
+  CHECK(value_of(measure(s, truth, run), "quaternion-norm-drift") == Approx(0.02));
+  for (Sample& sample : run.values) sample.bodies[0].q_wxyz = {Wide(1) - Wide(5e-7), 0, 0, 0};  // as float leaves it
+  CHECK(find(measure(s, truth, run), "quaternion-norm-drift") == nullptr);
+}
+
 TEST_CASE("measure: the bar of a largest error encloses what every sample's bar allows") {
   const Scenario s = circle();
   Truth truth = truth_of(orbit(s, 1, 1), 0);

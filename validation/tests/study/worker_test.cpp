@@ -58,7 +58,8 @@ TEST_CASE("each fault is named, and the worker answers again after it") {
       Fault{"too_many_samples", Status::crashed, "garbage: more samples than the 9 asked for"},
       Fault{"too_few_samples", Status::crashed, "garbage: ended as ok with 2 of 9 samples"},
       Fault{"body_missing", Status::crashed, "garbage: sample 0 has 0 bodies; the scene has 1"},
-      Fault{"bare_nan", Status::crashed, "garbage: not a JSON object"},
+      Fault{"bare_nan", Status::crashed,
+            "garbage: not a JSON object: it holds a bare NaN, which JSON has not; numbers that are not finite are the strings"},
       Fault{"steps_negative", Status::crashed, "garbage: \"steps_taken\" is negative: -3"},
       Fault{"norm_two", Status::crashed,
             "garbage: sample 0: the quaternion of body 0, [2, 0, 0, 0], has norm 2; a unit quaternion"},
@@ -110,6 +111,66 @@ TEST_CASE("a unit is guessed where a step would have taken no time") {
   CHECK_NOTHROW(check_busy({100, 100}, 2, 100, 250'000'000));
   CHECK_NOTHROW(check_busy({50}, 1, 1, 200'000));
   CHECK_NOTHROW(check_busy({1'000'000'000}, 1, 100, 1'000'500'000));
+}
+
+TEST_CASE("the quaternion of a turning body: foreign engines keep its norm within 10 %, our own are not bounded") {
+  Scenario spinning = free_flight("spinning");
+  Body& ball = spinning.scene.bodies[0];
+  ball.shape = Sphere{0.1};
+  ball.inertia_kg_m2 = {0.1, 0, 0, 0, 0.1, 0, 0, 0, 0.1};
+  ball.angular_velocity_body_rad_per_s = {0, 0, 1};
+  const SampledBodies bodies(spinning.scene);
+  REQUIRE(bodies.start[0].turns);
+  const auto sample_of_norm = [](double norm) {
+    Sample sample;
+    sample.bodies.resize(1);
+    sample.bodies[0].q_wxyz = {0.6 * norm, 0, 0, 0.8 * norm};
+    return sample;
+  };
+  for (const double norm : {2.0, 50.0, 0.001, 0.0, 1.2, 0.89, 1e200}) {
+    CAPTURE(norm);
+    CHECK_THROWS_WITH(check_states(sample_of_norm(norm), 3, 2, bodies, true),
+                      Catch::StartsWith("sample 3: the quaternion of body 0, [") && Catch::Contains("within 10 % of 1"));
+    CHECK_NOTHROW(check_states(sample_of_norm(norm), 3, 2, bodies, false));
+  }
+  for (const double norm : {1.0, 1.01, 1.09, 0.91, std::nan("")}) CHECK_NOTHROW(check_states(sample_of_norm(norm), 3, 2, bodies, true));
+}
+
+TEST_CASE("finite values of an absurd size are a motion that has diverged") {
+  const SampledBodies bodies(scenario.scene);  // 3.2 m/s over 2 s: 6.4 m
+  std::vector<Sample> samples(9);
+  for (Sample& sample : samples) {
+    sample.bodies.resize(1);
+    sample.bodies[0].p_m = {1e12, 0, 0};
+    sample.bodies[0].v_m_per_s = {0, 1e12, 0};
+  }
+  CHECK(blow_up(samples, 2, bodies) == "");
+  samples[4].bodies[0].p_m = {1e300, 0, 0};
+  CHECK_THAT(blow_up(samples, 2, bodies), Catch::StartsWith("body 0 moves 1e+300 m from sample 3 to 4; the scene's size is 6.4"));
+  samples[4].bodies[0].p_m = {1e12, 0, 0};
+  samples[5].bodies[0].v_m_per_s = {0, -1e308, 1e308};
+  CHECK_THAT(blow_up(samples, 2, bodies), Catch::StartsWith("body 0 has a speed of 1.4") && Catch::Contains("at sample 5"));
+  for (Wide& x : samples[5].bodies[0].v_m_per_s) x = static_cast<Wide>(std::nan(""));  // `not finite` is another ending
+  CHECK(blow_up(samples, 2, bodies) == "");
+  samples[6].bodies[0].w_rad_per_s = {1e300, 0, 0};  // a point does not turn
+  CHECK(blow_up(samples, 2, bodies) == "");
+}
+
+TEST_CASE("a foreign engine's step takes some time") {
+  CHECK_THROWS_WITH(check_busy({1, 1}, 2, 60, 20'000'000, true),
+                    Catch::Contains("ns a step; at least 0.3 ns were expected: is busy_ns in another unit?"));
+  CHECK_NOTHROW(check_busy({18, 18}, 2, 60, 20'000'000, true));
+  CHECK_THROWS_WITH(check_busy({106, 106}, 2, 60, 220'000, true), Catch::Contains("is it in microseconds?"));
+  CHECK_NOTHROW(check_busy({106, 106}, 2, 60, 20'000'000, true));
+  CHECK_NOTHROW(check_busy({1, 1}, 2, 60, 20'000'000));
+}
+
+TEST_CASE("a sample given twice is told as that") {
+  Sample sample;
+  sample.bodies.resize(1);
+  sample.t_s = 0.75;
+  CHECK_NOTHROW(check_layout(sample, 3, 2, 8, 1));
+  CHECK_THROWS_WITH(check_layout(sample, 4, 2, 8, 1), "sample 3, at t_s = 0.75, came twice; the next one is due at 1");
 }
 
 TEST_CASE("an answer before its question is refused by name") {
@@ -209,6 +270,19 @@ TEST_CASE("two engines of one name, and names that are taken, are refused") {
     return path;
   };
   const std::string good = engine("good", R"({"engine":"mine","methods":[{"id":"mine/a"}]})");
+  for (const std::string name : {"ATWOOD", " atwood", "-mine", "min\xC3\xA9"}) {
+    CAPTURE(name);
+    const auto refused = find_workers({engine("named", R"({"engine":")" + name + R"(","methods":[]})")});
+    CHECK(refused[0].status == Status::crashed);
+    CHECK_THAT(refused[0].reason, Catch::StartsWith("at hello: garbage: the engine calls itself `") && Catch::Contains("lower-case"));
+  }
+  for (const std::string order : {"\"nan\"", "\"inf\"", "0", "-2"}) {
+    CAPTURE(order);
+    const auto refused = find_workers(
+        {engine("claims", R"({"engine":"c","methods":[{"id":"c/a","claims":{"rotation":)" + order + "}}]}")});
+    CHECK(refused[0].status == Status::crashed);
+    CHECK_THAT(refused[0].reason, Catch::Contains("method `c/a` claims the order") && Catch::Contains("for \"rotation\"; expected a finite, positive"));
+  }
   const auto found =
       find_workers({folder / "atwood-engine", good, engine("again", R"({"engine":"mine","methods":[]})"), good,
                     engine("ours", R"({"engine":"atwood","methods":[]})"), engine("t", R"({"engine":"truth","methods":[]})"),

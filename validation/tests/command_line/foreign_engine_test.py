@@ -1,0 +1,105 @@
+"""Foreign engines whose answers cannot be true: quaternions of any norm, absurd sizes, no answer at hello."""
+import csv
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ATWOOD = os.path.abspath(sys.argv[1])
+
+SCENE = """id = "spinning-ball"
+title = "A ball spins freely"
+claim = "It turns at a constant rate."
+tags = ["smooth"]
+[run]
+t_end_s = 1
+steps = [16]
+samples = 8
+[world]
+gravity_m_per_s2 = [0, 0, 0]
+[[body]]
+name = "ball"
+mass_kg = 1
+shape.sphere = { radius_m = 0.1 }
+position_m = [0, 0, 0]
+velocity_m_per_s = [1, 0, 0]
+angular_velocity_body_rad_per_s = [0, 0, 2]
+[truth]
+kind = "extended"
+"""
+
+ENGINE = """#!/usr/bin/env python3
+import json, math, sys
+for line in sys.stdin:
+    r = json.loads(line)
+    if r["request"] == "hello":
+        print(json.dumps({"engine": "mine", "version": "1", "scalar": "double", "fingerprint": "1",
+                          "methods": [{"id": "mine/a", "doc": "exact", "settings": {}}]}), flush=True)
+        continue
+    norm, leap = NORM, LEAP
+    for k in range(r["samples"] + 1):
+        t = r["t_end_s"] * k / r["samples"]
+        n = norm if k else 1
+        print(json.dumps({"cell": r["cell"], "t_s": t, "bodies": [[t + (leap if k else 0), 0, 0, n * math.cos(t), 0, 0,
+                          n * math.sin(t), 1, 0, 0, 0, 0, 2]]}))
+    print(json.dumps({"cell": r["cell"], "done": {"status": "ok", "reason": "", "steps_taken": r["steps"],
+                      "rate_evaluations": 0, "busy_ns": []}}), flush=True)
+"""
+
+
+class Foreign(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.scene = self.file("scene.toml", SCENE)
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def file(self, name, text, mode=0o755):
+        path = os.path.join(self.folder.name, name)
+        with open(path, "w") as file:
+            file.write(text)
+        os.chmod(path, mode)
+        return path
+
+    def run_engine(self, path, code):
+        rows = os.path.join(self.folder.name, "rows.csv")
+        done = subprocess.run([ATWOOD, "run", "--engine", path, "--scenario", self.scene, "--no-timing", "--fresh", "--out",
+                               os.path.join(self.folder.name, "out"), "-o", "csv:" + rows],
+                              capture_output=True, text=True, stdin=subprocess.DEVNULL)
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        if not os.path.exists(rows):
+            return {}, done.stderr
+        with open(rows) as file:
+            return {row["metric"]: row for row in csv.DictReader(file) if row["method"] == "mine/a"}, done.stderr
+
+    def engine(self, norm="1", leap="0"):
+        return self.file("engine", ENGINE.replace("NORM", norm).replace("LEAP", leap))
+
+    def test_norms(self):
+        rows, _ = self.run_engine(self.engine(), 0)
+        self.assertLess(float(rows["error-attitude-max"]["value"]), 1e-12)
+        self.assertNotIn("quaternion-norm-drift", rows)
+        rows, _ = self.run_engine(self.engine(norm="1.01"), 0)
+        self.assertAlmostEqual(float(rows["quaternion-norm-drift"]["value"]), 0.01, 12)
+        for norm in ("2", "0.001"):
+            rows, _ = self.run_engine(self.engine(norm=norm), 3)
+            self.assertEqual(rows["status"]["status"], "crashed")
+            self.assertIn("garbage: sample 1: the quaternion of body 0", rows["status"]["reason"])
+
+    def test_absurd_sizes(self):
+        rows, _ = self.run_engine(self.engine(leap="1e300"), 1)
+        self.assertEqual(rows["status"]["status"], "diverged")
+        self.assertIn("the host: body 0 moves 1e+300 m from sample 0 to 1", rows["status"]["reason"])
+
+    def test_hello(self):
+        for name, text in (("garbage", "#!/bin/sh\necho hello to you too\n"), ("dies", "#!/bin/sh\nexit 1\n")):
+            _, words = self.run_engine(self.file(name, text), 3)
+            self.assertIn("at hello: ", words)
+        self.run_engine(self.file("plain", "#!/bin/sh\n", 0o644), 2)
+        self.run_engine(os.path.join(self.folder.name, "missing"), 2)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
