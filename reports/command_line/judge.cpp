@@ -29,7 +29,7 @@ void print_gate(const Options& options, const ReportData& data, bool gates_judge
   }
   const bool colour = use_colour(STDOUT_FILENO);
   if (!data.baseline_path.empty())
-    fmt::print("{}\n", render_baseline_table(data.baseline_path, data.baseline, colour));
+    fmt::print("{}{}\n", render_baseline_table(data.baseline_path, data.baseline, colour), improvements_hint(options, data));
   for (const std::string& note : data.notes) fmt::print("{}\n", note);
   if (!data.notes.empty()) fmt::print("\n");
   fmt::print("{}", render_verdict_table(data.verdicts, data.rows, colour, terminal_width()));
@@ -37,8 +37,8 @@ void print_gate(const Options& options, const ReportData& data, bool gates_judge
 
 }  // namespace
 
-int no_baseline(const std::string& path) {
-  fmt::print(stderr, "atwood: no baseline at {}; `atwood bless --reason TEXT --baseline {}` writes one\n", path, path);
+int no_baseline(const Options& options, const std::string& path) {
+  fmt::print(stderr, "atwood: no baseline at {}; `{}` writes one\n", path, same_call(options, "bless", path));
   return exit_no_baseline;
 }
 
@@ -47,14 +47,15 @@ int command_gate(const Place& place, const Options& options) {
   // With a baseline on the command line and no tolerances the baseline alone is judged.
   const bool gates_judged = options.baseline.empty() || !selection.tolerances.empty();
   const Standards standards = read_standards(place, selection, gates_judged);
-  if (!selection.baseline.empty() && !standards.baseline) return no_baseline(selection.baseline);
+  if (!selection.baseline.empty() && !standards.baseline) return no_baseline(options, selection.baseline);
   if (standards.baseline && standards.baseline->entries.empty()) {
-    fmt::print(stderr, "atwood: {} holds no figure; `atwood bless --reason TEXT` writes one that does\n", selection.baseline);
+    fmt::print(stderr, "atwood: {} holds no figure; `{}` writes one that does\n", selection.baseline,
+               same_call(options, "bless", selection.baseline));
     return exit_no_baseline;
   }
   const StudyResult stored = load_rows(options.out_dir + "/store.db", selection.cells);
   const bool no_store = !fs::exists(options.out_dir + "/store.db");
-  if (no_store) fmt::print(stderr, "atwood: no store at {}/store.db; `atwood run` makes one\n", options.out_dir);
+  if (no_store) fmt::print(stderr, "atwood: no store at {}/store.db; `{}` makes one\n", options.out_dir, same_call(options, "run"));
   const Judged judged = judge_everything(place, options, selection, standards, stored, false);
   ReportData data;
   data.title = "gate";

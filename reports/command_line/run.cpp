@@ -6,6 +6,7 @@
 #include <cstring>
 #include <filesystem>
 #include <set>
+#include <tuple>
 
 #include <fmt/format.h>
 
@@ -24,9 +25,16 @@ constexpr std::size_t kManyCells = 2000;  // of which their number is told befor
 
 std::string count_statuses(const std::vector<Row>& rows) {
   std::map<Status, int> counts;
-  for (const auto& row : rows) {
-    if (row.metric == "status" && row.status != Status::ok) ++counts[row.status];
-  }
+  std::set<std::tuple<std::string, std::string, std::int64_t>> ended;  // a cell whose timed pass failed counts once
+  for (const auto& row : rows)
+    if (row.metric == "status" && row.status != Status::ok) {
+      ended.insert({row.scenario, row.method, row.steps});
+      ++counts[row.status];
+    }
+  for (const auto& row : rows)
+    if (row.metric.starts_with("step-time") && (row.status == Status::crashed || row.status == Status::timeout) &&
+        ended.insert({row.scenario, row.method, row.steps}).second)
+      ++counts[row.status];
   std::string text;
   for (const auto& [status, count] : counts)
     text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, to_string(status));
@@ -50,12 +58,13 @@ void print_result(const Options& options, const Selection& selection, const Repo
     return;
   }
   if (!data.baseline_path.empty())
-    fmt::print("{}\n", render_baseline_table(data.baseline_path, data.baseline, use_colour(STDOUT_FILENO)));
+    fmt::print("{}{}\n", render_baseline_table(data.baseline_path, data.baseline, use_colour(STDOUT_FILENO)),
+               improvements_hint(options, data));
   fmt::print("{}", render_run_table(data, use_colour(STDOUT_FILENO), terminal_width()));
   if (!data.audit.empty())
     fmt::print("\n{}", render_audit_table(data.audit, use_colour(STDOUT_FILENO), terminal_width()));
-  fmt::print("\n{} cell{}, {} of them found in the store, {} rows", result.cells, result.cells == 1 ? "" : "s",
-             result.skipped - count_absent(selection), data.rows.size());
+  fmt::print("\n{} cell{}, {} of them found in the store, {} row{}", result.cells, result.cells == 1 ? "" : "s",
+             result.skipped - count_absent(selection), data.rows.size(), data.rows.size() == 1 ? "" : "s");
   const auto statuses = count_statuses(data.rows);
   fmt::print("{}{}\nreport: {}/report.html\n", statuses.empty() ? "" : "; ", statuses, options.out_dir);
 }
@@ -131,7 +140,7 @@ int command_run(const Place& place, const Options& options) {
     const InterruptGuard guard;  // run_study has its own
     selection = select_cells(place, options);
     standards = read_standards(place, selection, true);
-    if (!options.baseline.empty() && !standards.baseline) return no_baseline(options.baseline);
+    if (!options.baseline.empty() && !standards.baseline) return no_baseline(options, options.baseline);
     make_out_dir(options.out_dir);
     if (interrupt_signal() != 0) {
       fmt::print(stderr, "atwood: interrupted before anything was run\n");
@@ -165,7 +174,8 @@ int command_run(const Place& place, const Options& options) {
   add_judged(data, selection, judged);
   if (standards.baseline) data.baseline_path = selection.baseline;
   else if (!selection.baseline.empty())
-    data.notes.push_back(selection.baseline + ": no baseline is there yet; `atwood bless --reason TEXT` writes one.");
+    data.notes.push_back(fmt::format("{}: no baseline is there yet; `{}` writes one.", selection.baseline,
+                                     same_call(options, "bless", selection.baseline)));
   write_outputs(options, data);
   print_result(options, selection, data, result);
   tell_github(options, data);
@@ -175,15 +185,15 @@ int command_run(const Place& place, const Options& options) {
 int command_report(const Place& place, const Options& options) {
   require_outputs_make_sense(options);
   if (!fs::exists(options.out_dir + "/store.db")) {
-    throw InputError(fmt::format("report: no store at {}/store.db; `atwood run` makes one", options.out_dir));
+    throw InputError(fmt::format("report: no store at {}/store.db; `{}` makes one", options.out_dir,
+                                 same_call(options, "run")));
   }
   const Selection selection = select_cells(place, options);
   const StudyResult result = load_rows(options.out_dir + "/store.db", selection.cells);
   if (result.rows.empty()) {
     throw InputError(
-        fmt::format("{}/store.db holds none of these cells: they were never run, or by an earlier build; `atwood run` "
-                    "makes them",
-                    options.out_dir));
+        fmt::format("{}/store.db holds none of these cells: they were never run, or by an earlier build; `{}` makes them",
+                    options.out_dir, same_call(options, "run")));
   }
   const Standards standards = read_standards(place, selection, true);
   const Judged judged = judge_everything(place, options, selection, standards, result, false);

@@ -68,7 +68,11 @@ std::string other_truths(const Place& place, const Scenario& scenario, double li
 
 std::vector<ClaimedOrder> claimed_orders(const Selection& selection, const std::vector<Row>& rows);
 void add_judged(ReportData& data, const Selection& selection, const Judged& judged);
-int no_baseline(const std::string& path);  // says so; the exit code
+int no_baseline(const Options& options, const std::string& path);  // says so; the exit code
+// This call with another command (run, bless), as a shell's line that works in any folder: the program as it was called,
+// the study, filters, engines, --out, absolute paths. `baseline`: where bless writes to.
+std::string same_call(const Options& options, const std::string& command, const std::string& baseline = "");
+std::string improvements_hint(const Options& options, const ReportData& data);  // a line, or nothing
 // Annotations to standard output (to standard error beside JSON), the summary to $GITHUB_STEP_SUMMARY.
 void tell_github(const Options& options, const ReportData& data);
 

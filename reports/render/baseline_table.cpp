@@ -30,7 +30,9 @@ std::vector<ChangedPair> changed_pairs(const std::vector<BaselineChange>& change
 
 std::string ratio_words(const BaselineChange& change) {
   if (std::isnan(change.now)) return "no figure any more";
-  return std::isfinite(change.ratio) ? fmt::format("{:.4g} x as bad", change.ratio) : "it was exact";
+  if (std::isfinite(change.ratio) && change.ratio >= 0) return fmt::format("{:.4g} x as bad", change.ratio);
+  if (change.metric.starts_with("order-")) return "nothing of the order is left";
+  return change.before == 0 ? "it was zero" : "worse";
 }
 
 std::string change_words(const ChangedPair& pair) {
@@ -63,8 +65,9 @@ std::vector<std::string> counted_by_scenario(const std::vector<BaselineChange>& 
 std::string change_counts(const std::string& path, const std::vector<BaselineChange>& changes) {
   std::map<Kind, int> counts;
   for (const BaselineChange& change : changes) ++counts[change.kind];
-  return fmt::format("{} regressions, {} missing, {} improvements, {} new, {} unchanged against {}", counts[Kind::regression],
-                     counts[Kind::missing], counts[Kind::improvement], counts[Kind::added], counts[Kind::unchanged],
+  return fmt::format("{} regression{}, {} missing, {} improvement{}, {} new, {} unchanged against {}", counts[Kind::regression],
+                     counts[Kind::regression] == 1 ? "" : "s", counts[Kind::missing], counts[Kind::improvement],
+                     counts[Kind::improvement] == 1 ? "" : "s", counts[Kind::added], counts[Kind::unchanged],
                      one_line(path));
 }
 
@@ -81,8 +84,6 @@ std::string render_baseline_table(const std::string& path, const std::vector<Bas
   for (const auto& [kind, word] : counted)
     for (const std::string& line : counted_by_scenario(changes, kind)) out += fmt::format("{:<11}  {}\n", word, line);
   out += change_counts(path, changes) + "\n";
-  if (std::any_of(changes.begin(), changes.end(), [](const auto& change) { return change.kind == Kind::improvement; }))
-    out += "to keep the improvements: atwood bless --reason TEXT\n";
   return out;
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
@@ -23,6 +24,7 @@ struct Ladder {
   std::map<std::pair<std::int64_t, std::string>, const Row*> figures;  // steps, metric: rows that are ok
   std::set<std::int64_t> rungs, ended;                                 // ended: with the engine's own bad end
   std::map<Status, int> endings;
+  std::map<Status, std::set<std::int64_t>> timing_failed;              // the timed pass alone crashed or hung
 
   const Row* at(std::int64_t steps, const std::string& metric) const {
     const auto found = figures.find({steps, metric});
@@ -50,6 +52,8 @@ Ladders ladders_of(const std::vector<Row>& rows) {
     if (row.steps > 0) ladder.rungs.insert(row.steps);
     if (row.status == Status::ok) ladder.figures[{row.steps, row.metric}] = &row;
     else if (row.metric == "status" && ladder.ended.insert(row.steps).second) ++ladder.endings[row.status];
+    else if (row.metric.starts_with("step-time") && (row.status == Status::crashed || row.status == Status::timeout))
+      ladder.timing_failed[row.status].insert(row.steps);
   }
   return result;
 }
@@ -121,6 +125,10 @@ std::string verdict_cell(const ReportData& data, const Pair& pair, const Ladder&
     const bool all = number == static_cast<int>(ladder.rungs.size());
     const std::string how_many = all ? "" : fmt::format("{} of {} ", number, ladder.rungs.size());
     text += (text.empty() ? "" : "; ") + how_many + to_string(status);
+  }
+  for (const auto& [status, steps] : ladder.timing_failed) {
+    const auto number = std::count_if(steps.begin(), steps.end(), [&](std::int64_t n) { return !ladder.ended.contains(n); });
+    if (number > 0) text += fmt::format("; {} of {} {} in the timed pass", number, ladder.rungs.size(), to_string(status));
   }
   return text;
 }

@@ -43,11 +43,22 @@ std::string command(const char* level, const std::string& place, const std::stri
   return fmt::format("::{} {}title={}::{}\n", level, place, escaped(one_line(title), true), escaped(message, false));
 }
 
+// Gates and the baseline in turn, so that neither keeps the other out of the few that are shown.
+std::vector<const Verdict*> in_turn(const std::vector<Verdict>& verdicts) {
+  std::vector<const Verdict*> gates, baseline, all;
+  for (const Verdict* v : failing_first(verdicts)) (v->of_baseline ? baseline : gates).push_back(v);
+  for (std::size_t i = 0; i < std::max(gates.size(), baseline.size()); ++i) {
+    if (i < gates.size()) all.push_back(gates[i]);
+    if (i < baseline.size()) all.push_back(baseline[i]);
+  }
+  return all;
+}
+
 }  // namespace
 
 std::string render_github_annotations(const ReportData& data, const std::string& workspace) {
   std::vector<std::string> lines;
-  for (const Verdict* v : failing_first(data.verdicts)) {
+  for (const Verdict* v : in_turn(data.verdicts)) {
     if (v->judgement == Judgement::pass) continue;
     const std::string steps = v->steps > 0 ? fmt::format(" at {} steps", v->steps) : "";
     const std::string rerun = v->rerun.empty() ? "" : "\nrerun: " + shell_line(v->rerun);

@@ -17,6 +17,7 @@ void set(pugi::xml_node node, const char* name, const std::string& value) {
 }
 
 std::string case_name(const Verdict& verdict) {
+  if (verdict.of_baseline) return verdict.method + " against the baseline";  // whichever figure is the worst
   const std::string steps = verdict.steps > 0 ? fmt::format(" at {} steps", verdict.steps) : "";
   return verdict.method + " " + verdict.metric + steps;
 }

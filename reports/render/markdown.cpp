@@ -112,8 +112,10 @@ std::string heading(const ReportData& data) {
   const JudgementCounts counts = count(data.verdicts);
   const bool all_pass = counts.fail + counts.unverifiable + counts.not_run == 0;
   const char* verdict = data.verdicts.empty() ? "No gates" : all_pass ? "Pass" : "Fail";
+  std::set<std::string> scenarios;  // `gate` reads cells alone
+  for (const CellEnding& ending : data.cells) scenarios.insert(ending.scenario);
   return fmt::format("# {}\n\n**{}.** {}; scenarios: {}, rows: {}.\n\n", cell(data.title), verdict, words(counts),
-                     data.scenarios.size(), data.rows.size());
+                     data.scenarios.empty() ? scenarios.size() : data.scenarios.size(), data.rows.size());
 }
 
 std::string laws_section(const std::vector<Law>& laws) {
