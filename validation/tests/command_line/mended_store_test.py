@@ -1,5 +1,6 @@
 """A store that a disk has changed is mended by the next run; an engine's fingerprint covers the modules beside it."""
 import os
+import re
 import shutil
 import sqlite3
 import subprocess
@@ -38,16 +39,17 @@ class Damage(Case):
         self.atwood(*run)
         with sqlite3.connect(store) as database:
             database.execute("PRAGMA journal_mode=DELETE")
-            key, = database.execute("SELECT key FROM rows ORDER BY key LIMIT 1").fetchone()
+            keys = [key for key, in database.execute("SELECT DISTINCT key FROM rows ORDER BY key")]
         database.close()
         with open(store, "rb") as file:
             sound = file.read()
-        places = [i for i in range(len(sound)) if sound.startswith(key.encode(), i)]
+        # One bit in the tail of a key: the entry then stands at the wrong place of its table.
+        places = [match.start() + 25 for match in re.finditer(keys[3].encode(), sound)]
         self.assertGreater(len(places), 5)
         mended = 0
         for place in places:
             damaged = bytearray(sound)
-            damaged[place] ^= 2
+            damaged[place] ^= 1
             for end in ("-wal", "-shm"):
                 if os.path.exists(store + end):
                     os.remove(store + end)
@@ -59,9 +61,11 @@ class Damage(Case):
             if first.returncode != 0:
                 self.assertIn("move it away", first.stderr)
                 continue
-            self.assertNotIn("runs again", self.atwood(*run).stderr)
-            self.atwood("doctor", "--check-store", told=["sound"])
-            mended += 1
+            mended += "runs again" in first.stderr
+            second = self.atwood(*run).stderr
+            self.assertNotIn("runs again", second)
+            self.assertIn("nothing to do", second)
+            self.atwood("report", *run[1:-1])
         self.assertGreater(mended, 5)
 
 
