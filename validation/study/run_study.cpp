@@ -21,6 +21,7 @@
 #include "validation/study/progress.hpp"
 #include "validation/study/short_text.hpp"
 #include "validation/study/worker_client.hpp"
+#include "validation/study/worker_identity.hpp"
 
 namespace atwood {
 namespace {
@@ -101,6 +102,7 @@ class StudyRun {
   std::size_t truth_index(const Scenario& scenario);
   bool is_known(const TruthWork& work);
   RunRecord new_run(const Cell& cell) const;
+  bool loads_more(int worker, const WorkerClient& client);
   Task next();
   void work();
   void solve_truth(TruthWork& work, WorkerClient& client);
@@ -134,6 +136,7 @@ class StudyRun {
   std::exception_ptr failure_;
   bool stop_ = false;
   int failed_truths_ = 0;
+  std::set<int> told_to_load_more_;    // workers
   std::set<const Cell*> touched_, ran_;  // ran_: those whose accuracy run is not the store's
   PoseTruths pose_truths_{store_, options_.truth_worker};
 };
@@ -181,11 +184,13 @@ void StudyRun::forget_damaged() {
     const CellKeys keys = campaigns_.keys(cell);
     const std::string what = store_.damage(keys);
     if (what.empty()) continue;
+    store_.rebuild();
     store_.forget({keys});
     if (++count <= kMostDamagedNamed && options_.notice)
       options_.notice("store " + options_.store_path + ": " + what + " of the cell " + cell.scenario.id + ", " +
                       cell.method + ", " + std::to_string(cell.plan.steps) +
-                      " steps is damaged; the cell runs again");
+                      " steps " + (what == "the rows" || what == "the times" ? "are" : "is") +
+                      " damaged; the cell runs again");
   }
   if (count > kMostDamagedNamed && options_.notice)
     options_.notice("store " + options_.store_path + ": ... and " + std::to_string(count - kMostDamagedNamed) +
@@ -194,6 +199,7 @@ void StudyRun::forget_damaged() {
 
 bool StudyRun::is_known(const TruthWork& work) {
   if (const std::string damage = store_.truth_damage(work.hash); !damage.empty()) {
+    store_.rebuild();
     store_.forget_truth(work.hash);
     if (options_.notice)
       options_.notice(damage + ": the truth of `" + work.scenario->id + "`, which is solved again where it is needed");
@@ -210,6 +216,22 @@ RunRecord StudyRun::new_run(const Cell& cell) const {
   run.method = cell.method;
   run.steps = cell.plan.steps;
   return run;
+}
+
+// Code that a worker has loaded since hello is in no hash: its cell is then kept like one that was killed from outside,
+// which the next run tries again.
+bool StudyRun::loads_more(int index, const WorkerClient& client) {
+  const Worker& worker = workers_[static_cast<std::size_t>(index)];
+  if (!worker.foreign || !worker.engine.fingerprint.empty() || !worker.unknown_code.empty()) return false;
+  if (client.process_id() == 0 || worker.code.empty()) return false;
+  const std::string file = code_loaded_since(worker.command, worker.engine, worker.code, client.process_id());
+  if (file.empty()) return false;
+  const std::lock_guard<std::mutex> held(mutex_);
+  if (told_to_load_more_.insert(index).second && options_.notice)
+    options_.notice(worker.engine.name + ": it loads " + file +
+                    " after its hello, so that its cells are measured again by every run; name it in hello's `files`, or "
+                    "give a `fingerprint`");
+  return true;
 }
 
 void StudyRun::plan_work() {
@@ -319,7 +341,8 @@ void StudyRun::run_probe_cell(const Cell& cell, const Truth& truth, const std::s
     run.wall_ns += client.wall_ns();
     left_s -= 1e-9 * static_cast<double>(client.wall_ns());
     run.killed_from_outside =
-        run.killed_from_outside || client.killed_from_outside() || recording.outcome.status == Status::not_built;
+        run.killed_from_outside || client.killed_from_outside() || recording.outcome.status == Status::not_built ||
+        loads_more(cell.worker, client);
     return recording;
   };
   MeasuredRecord record;
@@ -379,7 +402,8 @@ void StudyRun::run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& cli
       WorkerClient& client = client_of(cell, clients);
       recording = client.run(cell.method, scene_json, sampled_bodies(cell.scenario.scene), cell.plan, 0, run.limit_s);
       run.wall_ns = client.wall_ns();
-      run.killed_from_outside = client.killed_from_outside() || recording.outcome.status == Status::not_built;
+      run.killed_from_outside = client.killed_from_outside() || recording.outcome.status == Status::not_built ||
+                                loads_more(cell.worker, client);
       if (recording.outcome.status == Status::timeout) hung_at = cell.plan.steps;
     }
     recording.outcome.reason = shortened(recording.outcome.reason, kLongestReason);

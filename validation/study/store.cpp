@@ -162,6 +162,10 @@ std::string Store::truth_damage(const std::string& truth_hash) {
 }
 
 // ---- writing ------------------------------------------------------------------------------------------------------
+void Store::rebuild() {
+  database_->written([&] { database_->rebuild(); });
+}
+
 void Store::forget(const std::vector<CellKeys>& cells) {
   database_->written([&] {
     for (const CellKeys& cell : cells) {
@@ -180,6 +184,7 @@ std::vector<std::string> Store::forget_shared_damage() {
   std::vector<std::string> told;
   database_->written([&] {
     for (const StoreTable* table : {&kProvenances, &kRuns, &kCampaigns}) {
+      if (!database_->damaged_keys(*table).empty()) database_->rebuild();
       for (const std::string& key : database_->damaged_keys(*table)) {
         database_->erase(*table, key);
         told.push_back("store " + database_->path + ": an entry of `" + table->name + "` is damaged and taken out");

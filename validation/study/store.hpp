@@ -22,8 +22,8 @@
 
 namespace atwood {
 
-// How a cell's accuracy run ended. A kill from outside is kept as a row but tried again next time, and so is a timeout
-// under a longer limit.
+// How a cell's accuracy run ended. A kill from outside is kept as a row but tried again next time, and so are a timeout
+// under a longer limit and a run of code that was loaded after hello.
 struct RunRecord {
   Outcome outcome;
   std::int64_t wall_ns = 0;     // of the whole request; decides how often the timed pass repeats it
@@ -89,6 +89,9 @@ class Store {
   // What of a cell is damaged, all of it read against its checksums; empty: nothing.
   std::string damage(const CellKeys& cell);
   std::string truth_damage(const std::string& truth_hash);
+  // All tables made anew from what can be read of them, so that what is damaged can be taken out. Once; later calls do
+  // nothing.
+  void rebuild();
   void forget(const std::vector<CellKeys>& cells);  // in one transaction
   // Damaged entries that belong to no one cell (provenances, campaigns, runs) are taken out: the cells that need one
   // are then damaged, a campaign that has gone is begun anew. A line for each.

@@ -120,7 +120,7 @@ void StoreDatabase::fail(const SQLite::Exception& error) const {
     case SQLITE_READONLY:
     case SQLITE_PERM: fail("cannot be written: it or its folder is read-only");
     case SQLITE_CANTOPEN: fail("cannot be opened: " + (system != 0 ? std::string(std::strerror(system)) : what));
-    case SQLITE_CORRUPT: damaged(what);
+    case SQLITE_CORRUPT: damaged("the database's own structure cannot be read");
     case SQLITE_NOTADB:
       fail("is not a store: it is no SQLite database; move it away or choose another output folder");
     case SQLITE_BUSY:
@@ -130,7 +130,7 @@ void StoreDatabase::fail(const SQLite::Exception& error) const {
     case SQLITE_ERROR:  // every statement is right where the tables are what they were made to be
     case SQLITE_SCHEMA:
     case SQLITE_CONSTRAINT:
-    case SQLITE_MISMATCH: damaged(what);
+    case SQLITE_MISMATCH: damaged("its tables are not what they were made to be");
     default: fail(what);
   }
 }

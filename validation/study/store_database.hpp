@@ -87,6 +87,10 @@ struct StoreDatabase {
   std::vector<Row> select_rows(const std::string& key, std::int64_t count, std::int64_t checksum);
   // Whether number and sum of the keys are those of `totals`; empty, or what is wrong.
   std::string read_keys(const StoreTable& table);
+  // All tables made anew from what a scan finds: where the order of a table or an index is damaged, an entry that is
+  // there can be neither found nor taken out. Inside a transaction; once for each opening.
+  void rebuild();
+  bool rebuilt = false;
 
   // `work` under the lock, its failures in words.
   template <class Work>

@@ -136,6 +136,29 @@ std::string StoreDatabase::read_keys(const StoreTable& table) {
   return same_sum ? "" : std::string("the key of an entry of `") + table.name + "` has changed";
 }
 
+// A scan meets every entry whatever the order. Without LIMIT, SQLite would copy a table as it lies, order and all.
+void StoreDatabase::rebuild() {
+  if (rebuilt) return;
+  rebuilt = true;
+  statements.clear();
+  std::vector<std::string> names{"rows", "totals"};
+  for (const StoreTable* table : kStoreTables) names.emplace_back(table->name);
+  for (const std::string& name : names) sql->exec("ALTER TABLE " + name + " RENAME TO old_" + name);
+  sql->exec(kStoreTablesSql);
+  for (const std::string& name : names) {
+    sql->exec("INSERT OR IGNORE INTO " + name + " SELECT * FROM old_" + name + " LIMIT -1");
+    sql->exec("DROP TABLE old_" + name);
+  }
+  for (const StoreTable* table : kStoreTables) {
+    if (!table->counted || read_keys(*table).empty()) continue;  // else what was ignored is counted no more
+    SQLite::Statement& total = prepared("INSERT OR REPLACE INTO totals(name, entries, key_sum) VALUES(?,?,?)");
+    total.bind(1, table->name);
+    total.bind(2, static_cast<std::int64_t>(keys[table].keys.size()));
+    total.bind(3, static_cast<std::int64_t>(keys[table].sum));
+    total.exec();
+  }
+}
+
 // ---- provenances and rows -----------------------------------------------------------------------------------------
 namespace {
 
@@ -171,7 +194,7 @@ void StoreDatabase::insert_measured(const std::string& key, const std::string& c
   ValueChecksum checksum;
   std::int64_t ordinal = 0;
   for (const Row& row : record.rows) {
-    SQLite::Statement& insert = prepared(std::string("INSERT INTO rows(key, ") + kRowColumns + ") VALUES(" +
+    SQLite::Statement& insert = prepared(std::string("INSERT OR REPLACE INTO rows(key, ") + kRowColumns + ") VALUES(" +
                                          placeholders(kRowColumnCount + 1) + ")");
     insert.bind(1, key);
     int index = 1;

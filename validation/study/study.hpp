@@ -47,6 +47,7 @@ struct Worker {                                  // an executable that answered 
   Engine engine;                                 // `run` is empty here; name, version, scalar, methods
   std::string build_id;                          // hash of its program, libraries and files (worker_identity.hpp)
   std::string unknown_code = {};                 // why code beyond those may decide its results; empty: none does
+  std::vector<std::string> code = {};            // files that were mapped as code after hello, sorted
   Status status = Status::ok;                    // not_built, crashed, timeout: with the reason
   std::string reason;
 };

@@ -327,6 +327,7 @@ void identify(Worker& worker, pid_t process, FileHashes& hashes, Outcome& outcom
   const WorkerIdentity identity = identify_worker(worker.command, worker.engine, process, hashes);
   worker.build_id = identity.hash;
   worker.unknown_code = printable(identity.unknown_code);
+  worker.code = mapped_code(process);
   if (identity.error.empty()) return;
   outcome.status = Status::crashed;
   outcome.reason = printable(identity.error);

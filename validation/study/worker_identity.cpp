@@ -150,6 +150,7 @@ fs::path folder_of_program(const std::vector<std::string>& command) {
 std::string FileHashes::of(const std::string& path) {
   struct stat info {};
   if (stat(path.c_str(), &info) != 0 || !S_ISREG(info.st_mode)) return "";
+  if (info.st_size > kLargestHashedFile) return "";
   const Stamp stamp{info.st_dev, info.st_ino, info.st_size, info.st_mtim.tv_sec, info.st_mtim.tv_nsec};
   const auto [place, fresh] = known_.emplace(stamp, "");
   if (fresh) place->second = file_hash(path);
@@ -172,6 +173,18 @@ WorkerIdentity identify_worker(const std::vector<std::string>& command, const En
     add(hash.empty() ? command[i] : option + fs::path(path).filename().string(), hash);
   }
 
+  const auto refuse_large = [&](const std::string& who, const std::string& path) {
+    struct stat info {};
+    if (!identity.error.empty() || stat(path.c_str(), &info) != 0 || !S_ISREG(info.st_mode)) return;
+    if (info.st_size > kLargestHashedFile)
+      identity.error = who + " `" + path + "`, which has " + std::to_string(info.st_size) + " bytes; at most " +
+                       std::to_string(kLargestHashedFile) + " (4 GiB) are hashed";
+  };
+  refuse_large("its program is", program_of(command));
+  for (std::size_t i = 1; i < command.size(); ++i) refuse_large("its command names", named_path(command[i]));
+  for (const std::string& listed : engine.files)
+    refuse_large("hello lists", (folder_of_program(command) / listed).string());
+
   std::set<std::pair<std::string, std::string>> libraries;  // by name: the order of addresses changes from run to run
   for (const std::string& file : mapped.files) {
     const std::string hash = hashes.of(file);
@@ -182,6 +195,7 @@ WorkerIdentity identify_worker(const std::vector<std::string>& command, const En
   for (const auto& [name, hash] : libraries) add(name, hash);
 
   for (const std::string& listed : engine.files) {
+    if (!identity.error.empty()) break;
     const std::string path = (folder_of_program(command) / listed).string();
     const std::string hash = hashes.of(path);
     std::error_code error;
@@ -192,6 +206,23 @@ WorkerIdentity identify_worker(const std::vector<std::string>& command, const En
   }
   identity.hash = all;
   return identity;
+}
+
+std::vector<std::string> mapped_code(pid_t process) {
+  const Mapped mapped = mapped_files(process);
+  return {mapped.files.begin(), mapped.files.end()};
+}
+
+std::string code_loaded_since(const std::vector<std::string>& command, const Engine& engine,
+                              const std::vector<std::string>& code, pid_t process) {
+  for (const std::string& file : mapped_code(process)) {
+    if (std::binary_search(code.begin(), code.end(), file)) continue;
+    const bool listed = std::any_of(engine.files.begin(), engine.files.end(), [&](const std::string& name) {
+      return same_file(file, (folder_of_program(command) / name).string());
+    });
+    if (!listed) return file;
+  }
+  return "";
 }
 
 }  // namespace atwood

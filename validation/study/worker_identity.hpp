@@ -3,7 +3,8 @@
 //
 // The libraries are those that the running process has mapped as code after it answered hello (/proc/PID/maps): what
 // the dynamic linker resolved, what LD_PRELOAD and LD_LIBRARY_PATH put in their place, and what was loaded with dlopen
-// by then. What is loaded later is not seen; a worker names it in hello's `files`, or gives a `fingerprint`.
+// by then. What is loaded later is in no hash unless the worker names it in hello's `files` or answers for it with a
+// `fingerprint`: code_loaded_since() finds it, and the cells of such a process are measured again by every run.
 #pragma once
 
 #include <sys/types.h>
@@ -17,10 +18,13 @@
 
 namespace atwood {
 
+// A larger file decides no engine's results: hashing it would take minutes, of a sparse one for ever.
+inline constexpr off_t kLargestHashedFile = off_t{4} << 30;
+
 // Hashes of files, each read once as long as it does not change: engines share most libraries.
 class FileHashes {
  public:
-  std::string of(const std::string& path);  // empty: no regular file, or not readable
+  std::string of(const std::string& path);  // empty: no regular file, not readable, or too large
 
  private:
   using Stamp = std::tuple<dev_t, ino_t, off_t, time_t, long>;
@@ -32,12 +36,19 @@ struct WorkerIdentity {
   // Not empty: code beyond all that may decide its results (a script's imports, a launcher's child), and why. A worker
   // that gives a fingerprint answers for all of its code.
   std::string unknown_code;
-  std::string error;           // not empty: hello lists a file that does not exist, or is no regular file
+  std::string error;           // not empty: hello lists a file that does not exist or is no regular file, or one is too large
 };
 
 // `process`: the running worker, which has answered hello with `engine`. Files that hello lists by relative paths
 // start at the folder of the program: the script's, where the command runs a script by its interpreter.
 WorkerIdentity identify_worker(const std::vector<std::string>& command, const Engine& engine, pid_t process,
                                FileHashes& hashes);
+
+// Files that the process has mapped as code, sorted; empty: it is gone.
+std::vector<std::string> mapped_code(pid_t process);
+// A file that the process has mapped as code and that neither stands in `code`, those of its worker after hello, nor is
+// listed in hello's `files`; empty: none.
+std::string code_loaded_since(const std::vector<std::string>& command, const Engine& engine,
+                              const std::vector<std::string>& code, pid_t process);
 
 }  // namespace atwood

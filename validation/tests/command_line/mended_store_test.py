@@ -1,5 +1,8 @@
-"""An engine's fingerprint covers the modules beside it."""
+"""A store that a disk has changed is mended by the next run; an engine's fingerprint covers the modules beside it."""
 import os
+import re
+import shutil
+import sqlite3
 import subprocess
 import sys
 import tempfile
@@ -29,6 +32,43 @@ class Case(unittest.TestCase):
         return result
 
 
+class Damage(Case):
+    def test_a_flipped_bit_in_a_key_is_mended_or_refused_in_words(self):
+        run = ["run", *SCENARIO, "--method", "atwood/rk4", "--no-timing"]
+        store = self.path("atwood-out/store.db")
+        self.atwood(*run)
+        with sqlite3.connect(store) as database:
+            database.execute("PRAGMA journal_mode=DELETE")
+            keys = [key for key, in database.execute("SELECT DISTINCT key FROM rows ORDER BY key")]
+        database.close()
+        with open(store, "rb") as file:
+            sound = file.read()
+        # One bit in the tail of a key: the entry then stands at the wrong place of its table.
+        places = [match.start() + 25 for match in re.finditer(keys[3].encode(), sound)]
+        self.assertGreater(len(places), 5)
+        mended = 0
+        for place in places:
+            damaged = bytearray(sound)
+            damaged[place] ^= 1
+            for end in ("-wal", "-shm"):
+                if os.path.exists(store + end):
+                    os.remove(store + end)
+            with open(store, "wb") as file:
+                file.write(damaged)
+            first = self.atwood(*run, code=(0, 5))
+            for word in ("UNIQUE", "constraint", "rows.key"):
+                self.assertNotIn(word, first.stderr)
+            if first.returncode != 0:
+                self.assertIn("move it away", first.stderr)
+                continue
+            mended += "runs again" in first.stderr
+            second = self.atwood(*run).stderr
+            self.assertNotIn("runs again", second)
+            self.assertIn("nothing to do", second)
+            self.atwood("report", *run[1:-1])
+        self.assertGreater(mended, 5)
+
+
 class Template(Case):
     def test_a_module_of_the_copied_worker_counts(self):
         with open(WORKER) as file:
@@ -45,6 +85,66 @@ class Template(Case):
         self.assertNotIn("python 0 of", self.atwood(*run).stderr)
         gain("1.01234")
         self.atwood(*run, told=["python 0 of"])
+
+
+# Loads a library at its first run request, as plug-ins do.
+LATE = r"""
+#include <dlfcn.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+int main(void) {
+  static char line[1 << 20];
+  while (fgets(line, sizeof line, stdin)) {
+    const char* cell = strstr(line, "\"cell\":");
+    if (strstr(line, "\"hello\"") || !cell) {
+      printf("{\"engine\":\"late\",\"version\":\"1\",\"scalar\":\"double\",MORE"
+             "\"methods\":[{\"id\":\"late/a\",\"doc\":\"a\"}]}\n");
+    } else {
+      if (!dlopen(getenv("LATE_LIBRARY"), RTLD_NOW)) return 1;
+      printf("{\"cell\":%d,\"done\":{\"status\":\"unsupported\",\"reason\":\"no\"}}\n", atoi(cell + 7));
+    }
+    fflush(stdout);
+  }
+  return 0;
+}
+"""
+
+
+@unittest.skipUnless(shutil.which("cc"), "without a compiler")
+class Late(Case):
+    def build(self, more=""):
+        for name, text, flags in (("late", LATE.replace("MORE", more), ["-ldl"]),
+                                  ("liblate.so", "double gain(void) { return 1; }", ["-shared", "-fPIC"])):
+            with open(self.path(name + ".c"), "w") as file:
+                file.write(text)
+            subprocess.run(["cc", self.path(name + ".c"), "-o", self.path(name), *flags], check=True)
+        os.environ["LATE_LIBRARY"] = self.path("liblate.so")
+
+    def test_cells_of_a_library_that_is_loaded_after_hello_are_measured_again(self):
+        run = ["run", *SCENARIO, "--engine", "./late", "--no-timing"]
+        self.build()
+        self.atwood(*run, told=["late 0 of", "liblate.so after its hello"])
+        self.atwood(*run, told=["late 0 of", "liblate.so after its hello"])
+        self.build(more='\\"files\\":[\\"liblate.so\\"],')
+        self.atwood(*run, told=["late 0 of"])
+        self.assertNotIn("late 0 of", self.atwood(*run).stderr)
+
+
+class Large(Case):
+    def test_a_huge_file_is_refused_by_name(self):
+        with open(self.path("huge.bin"), "wb") as file:
+            file.truncate(200 << 30)
+        shutil.copy(WORKER, self.path("worker.py"))
+        with open(self.path("study.toml"), "w") as file:
+            file.write('id = "s"\nengines = [["python3", "worker.py", "huge.bin"]]\n[[cells]]\n'
+                       'scenarios = ["ballistic"]\nmethods = ["python/*"]\n')
+        self.atwood("run", "study.toml", "--no-timing", code=(2, 3), told=["huge.bin", "4 GiB"])
+        with open(self.path("worker.py")) as file:
+            text = file.read()
+        with open(self.path("worker.py"), "w") as file:
+            file.write(text.replace('"scalar": "double",', '"scalar": "double", "files": ["huge.bin"],', 1))
+        self.atwood("run", *SCENARIO, "--engine", "./worker.py", "--no-timing", code=(2, 3), told=["huge.bin", "4 GiB"])
 
 
 if __name__ == "__main__":

@@ -186,7 +186,7 @@ class Damage(Case):
         self.atwood("bless", *self.words, "--reason", "why", code=5, told=[name])
         self.atwood("doctor", "--check-store", code=5, told=[name])
         self.atwood("doctor", "--check-store", "--json", code=5, told=['"sound": false'])
-        self.run_all(told=[f"the rows of the cell {name} is damaged; the cell runs again", "atwood 3 of 4 cells"])
+        self.run_all(told=[f"the rows of the cell {name} are damaged; the cell runs again", "atwood 3 of 4 cells"])
         self.atwood("doctor", "--check-store", told=["sound"])
         with open(self.path("rows.csv")) as file:
             self.assertEqual([row[:15] for row in csv.reader(file)], [row[:15] for row in csv.reader(expected.splitlines())])
