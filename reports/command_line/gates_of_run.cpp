@@ -173,18 +173,8 @@ std::string missing_words(const Selection& selection, const StudyResult& result)
                      first.plan.steps);
 }
 
-std::vector<std::string> make_words(const Place& place, const Options& options, const Selection& selection) {
-  std::vector<std::string> words{"atwood", "run"};
-  const auto add = [&](const char* flag, const std::string& value) { words.insert(words.end(), {flag, value}); };
-  for (const std::string& scenario : options.scenarios) add("--scenario", scenario);
-  for (const std::string& method : options.methods) add("--method", method);
-  for (const std::int64_t steps : options.steps) add("--steps", std::to_string(steps));
-  for (const double hz : options.hz) add("--hz", format_double(hz));
-  return with_own_files(place, options, selection, "", words);
-}
-
 void judge_missing(const Selection& selection, const std::vector<Gate>& gates, const StudyResult& result,
-                   const std::vector<std::string>& make_words, std::vector<Verdict>& verdicts) {
+                   const std::vector<std::string>& run_words, std::vector<Verdict>& verdicts) {
   if (result.missing.empty()) return;
   const std::vector<CellName> cells = names_of(selection.cells);
   for (const Gate& gate : gates) {
@@ -198,7 +188,7 @@ void judge_missing(const Selection& selection, const std::vector<Gate>& gates, c
     });
     Verdict verdict =
         not_run(gate, fmt::format("{} of its {} cells {} not in the store", missing, of_gate, is_or_are(missing)));
-    verdict.rerun = make_words;
+    verdict.rerun = run_words;
     verdicts.push_back(std::move(verdict));
   }
 }

@@ -66,7 +66,7 @@ int command_gate(const Place& place, const Options& options) {
   add_judged(data, selection, judged);
   if (standards.baseline) data.baseline_path = selection.baseline;
   if (const std::string missing = missing_words(selection, stored); !missing.empty() && !no_store)
-    data.notes.push_back(fmt::format("{}: `{}` makes them.", missing, shell_line(make_words(place, options, selection))));
+    data.notes.push_back(fmt::format("{}: `{}` makes them.", missing, same_call(options, "run")));
   if (options.json) data.rows.clear();  // `run` and `report` print them
   print_gate(options, data, gates_judged);
   if (!options.junit.empty()) write_file(options.junit, render_junit(data.verdicts, data.cells));
@@ -84,7 +84,7 @@ int command_bless(const Place& place, const Options& options) {
   if (stored.rows.empty()) throw InputError("bless: the store has no rows of this study; run it first");
   if (const std::string missing = missing_words(selection, stored); !missing.empty())
     throw InputError(fmt::format("bless: {}; `{}` makes them, and then they can be blessed", missing,
-                                 shell_line(make_words(place, options, selection))));
+                                 same_call(options, "run")));
   const std::string path = selection.baseline.empty() ? "atwood-baseline.tsv" : selection.baseline;
   const BaselineText text = baseline_text(stored.rows, options.reason);
   // The figures last: an environment that is newer than they are only makes their comparison more careful.

@@ -52,7 +52,7 @@ void judge_gates(const Place& place, const Options& options, const Selection& se
   for (Verdict& verdict : judged.verdicts)
     verdict.rerun = with_own_files(place, options, selection, verdict.scenario, verdict.rerun);
   if (stored != nullptr)
-    judge_missing(selection, asked, *stored, make_words(place, options, selection), judged.verdicts);
+    judge_missing(selection, asked, *stored, same_call_words(options, "run"), judged.verdicts);
   judged.verdicts.insert(judged.verdicts.end(), sifted.unmatched.begin(), sifted.unmatched.end());
   if (sifted.left_out > 0)
     judged.notes.push_back(
@@ -323,7 +323,7 @@ std::vector<std::string> with_own_files(const Place& place, const Options& optio
   return words;
 }
 
-std::string same_call(const Options& options, const std::string& command, const std::string& baseline) {
+std::vector<std::string> same_call_words(const Options& options, const std::string& command, const std::string& baseline) {
   std::vector<std::string> words{options.words.empty() ? "atwood" : options.words.front(), command};
   const auto add = [&](const char* flag, const std::string& value) {
     if (!value.empty()) words.insert(words.end(), {flag, value});
@@ -342,7 +342,11 @@ std::string same_call(const Options& options, const std::string& command, const 
     add("--baseline", absolute_words(baseline));
   }
   add("--out", absolute_words(options.out_dir));
-  return shell_line(words);
+  return words;
+}
+
+std::string same_call(const Options& options, const std::string& command, const std::string& baseline) {
+  return shell_line(same_call_words(options, command, baseline));
 }
 
 std::string improvements_hint(const Options& options, const ReportData& data) {
@@ -385,7 +389,7 @@ Judged judge_everything(const Place& place, const Options& options, const Select
   judge_gates(place, options, selection, standards.gates, result.rows, judged, &result);
   if (standards.baseline) judge_baseline(place, options, selection, *standards.baseline, result.rows, judged);
   if (judged.verdicts.empty() && !result.missing.empty())
-    judged.verdicts.push_back(cells_missing(missing_words(selection, result), make_words(place, options, selection)));
+    judged.verdicts.push_back(cells_missing(missing_words(selection, result), same_call_words(options, "run")));
   judged.cells = endings_of(selection, result.rows);
   append_failed_cells(place, options, selection, result.rows, judged);
   judged.refused = refused_truths(place, selection.scenarios, result.rows, try_truths);

@@ -122,7 +122,7 @@ void require_outputs_make_sense(const Options& options) {
     require_folder(output.substr(colon + 1));
   }
   if (!options.junit.empty()) require_folder(options.junit);
-  for (const char* document : {"report.html", "compare.html", "store.db", "bench.json"})
+  for (const char* document : {"report.html", "compare.html", "bench.json"})
     require_ordinary(options.out_dir + "/" + document);
 }
 
@@ -201,7 +201,7 @@ int command_report(const Place& place, const Options& options) {
   add_judged(data, selection, judged);
   if (standards.baseline) data.baseline_path = selection.baseline;
   if (const std::string missing = missing_words(selection, result); !missing.empty()) {
-    const std::string made = shell_line(make_words(place, options, selection));
+    const std::string made = same_call(options, "run");
     data.notes.push_back(fmt::format("{}: `{}` makes them.", missing, made));
     std::fputs(fmt::format("atwood: {}: `{}` makes them\n", missing, made).c_str(), stderr);
   }

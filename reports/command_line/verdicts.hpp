@@ -41,10 +41,9 @@ SiftedGates sift_gates(const Place& place, const Options& options, const Selecti
 
 // Planned cells that the store lacks and that a gate would judge: it is then not run, one verdict a gate, which says how
 // many there are; what fails of the cells that are there stays beside it. Without any gate and baseline, one verdict on
-// the study. `make_words`: the command that makes the cells.
+// the study. `run_words`: the command that makes the cells.
 void judge_missing(const Selection& selection, const std::vector<Gate>& gates, const StudyResult& result,
-                   const std::vector<std::string>& make_words, std::vector<Verdict>& verdicts);
-std::vector<std::string> make_words(const Place& place, const Options& options, const Selection& selection);
+                   const std::vector<std::string>& run_words, std::vector<Verdict>& verdicts);
 // "4 of 6 planned cells are not in the store (the first: ...)"; empty: all of them are.
 std::string missing_words(const Selection& selection, const StudyResult& result);
 
@@ -72,6 +71,7 @@ int no_baseline(const Options& options, const std::string& path);  // says so; t
 // This call with another command (run, bless), as a shell's line that works in any folder: the program as it was called,
 // the study, filters, engines, --out, absolute paths. `baseline`: where bless writes to.
 std::string same_call(const Options& options, const std::string& command, const std::string& baseline = "");
+std::vector<std::string> same_call_words(const Options& options, const std::string& command, const std::string& baseline = "");
 std::string improvements_hint(const Options& options, const ReportData& data);  // a line, or nothing
 // Annotations to standard output (to standard error beside JSON), the summary to $GITHUB_STEP_SUMMARY.
 void tell_github(const Options& options, const ReportData& data);

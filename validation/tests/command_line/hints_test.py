@@ -82,8 +82,8 @@ class Pasted(unittest.TestCase):
     def test_cells_that_are_not_in_the_store(self):
         self.assertEqual(self.run_in("run", *SMALL, "--no-timing").returncode, 0)
         absent = self.run_in("gate", "--scenario", "kepler-e0.6", "--method", "atwood/rk4", "--steps", "480", "--steps", "960")
-        self.assertIn("1 of 2 cells are not in the store", absent.stdout)
-        words = shlex.split(self.between_ticks(absent.stdout, "not in the store: `"))
+        self.assertIn("1 of 2 planned cells is not in the store", absent.stdout)
+        words = shlex.split(self.between_ticks(absent.stdout, "480 steps): `"))
         self.assertEqual(words[:2] + words[-2:], [ATWOOD, "run", "--out", os.path.join(self.here, "atwood-out")])
         self.assertEqual([words[i + 1] for i, word in enumerate(words) if word == "--steps"], ["480", "960"])
 

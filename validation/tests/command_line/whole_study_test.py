@@ -112,7 +112,8 @@ class Whole(unittest.TestCase):
         missing = 3 - len(self.steps_run())
         self.assertGreater(missing, 0)
         of_three = f"{missing} of its 3 cells"
-        command = f"{ATWOOD} run --scenario mine.toml --method mine/one --engine ./engine.py --tolerances gates.toml"
+        command = (f"{ATWOOD} run --scenario {self.here}/mine.toml --method mine/one --engine {self.here}/engine.py "
+                   f"--tolerances {self.here}/gates.toml --out {self.here}/atwood-out")
         self.atwood("gate", *self.words, "--tolerances", "gates.toml", code=1, told=[of_three, "not run", command])
         self.atwood("gate", *self.words, "--tolerances", "gates.toml", "--quiet", code=1, told=[of_three])
         junit = self.path("junit.xml")
@@ -146,7 +147,7 @@ class Whole(unittest.TestCase):
         self.path("gates.toml", GATES.replace("mine/one", "atwood/rk4").replace("1e-9", "1e9"))
         self.path("none.toml", GATES.replace("mine/one", "atwood/rk4").replace("1e-9", "1e9").replace('"*"', '"ballistic"'))
         self.atwood("run", "only.toml", "--scenario", "ballistic", "--no-timing")
-        self.atwood("gate", "only.toml", code=1, told=["planned cells are not in the store", "kepler-e0.6", "atwood run only.toml"])
+        self.atwood("gate", "only.toml", code=1, told=["planned cells are not in the store", "kepler-e0.6", f"atwood run {self.here}/only.toml"])
         self.atwood("gate", "only.toml", "--tolerances", "gates.toml", code=1, told=["not in the store"])
         self.atwood("gate", "only.toml", "--scenario", "ballistic", "--tolerances", "gates.toml")
         self.atwood("gate", "only.toml", "--tolerances", "none.toml", told=["planned cells are not in the store"])
