@@ -16,6 +16,7 @@
 
 #include "reports/command_line/verdicts.hpp"
 #include "scene/files.hpp"
+#include "scene/printable.hpp"
 #include "validation/metrics/metrics.hpp"
 
 namespace atwood {
@@ -248,6 +249,22 @@ std::vector<CellEnding> endings_of(const Selection& selection, const std::vector
   return endings;
 }
 
+// Why a user's own engine refused scenes: a sentence for each method and scene, the first ten of them.
+void tell_refusals(const Selection& selection, const std::vector<CellEnding>& endings, std::vector<std::string>& notes) {
+  constexpr int kShown = 10;
+  std::set<std::pair<std::string, std::string>> told;
+  for (std::size_t i = 0; i < endings.size() && i < selection.cells.size(); ++i) {
+    const Cell& cell = selection.cells[i];
+    const CellEnding& ending = endings[i];
+    const bool foreign = cell.worker >= 0 && selection.workers[static_cast<std::size_t>(cell.worker)].foreign;
+    if (!foreign || ending.status != Status::unsupported || !told.insert({ending.method, ending.scenario}).second) continue;
+    if (told.size() > kShown) continue;
+    notes.push_back(fmt::format("{} does not run {}: {}.", ending.method, ending.scenario,
+                                ending.reason.empty() ? "its engine gives no reason" : printable(ending.reason)));
+  }
+  if (told.size() > kShown) notes.push_back(fmt::format("{} more scenes and methods are unsupported.", told.size() - kShown));
+}
+
 void append_failed_cells(const Place& place, const Options& options, const Selection& selection,
                          const std::vector<Row>& rows, Judged& judged) {
   const auto append = [&](const std::string& scenario, const std::string& method, std::int64_t steps,
@@ -391,6 +408,7 @@ Judged judge_everything(const Place& place, const Options& options, const Select
   if (judged.verdicts.empty() && !result.missing.empty())
     judged.verdicts.push_back(cells_missing(missing_words(selection, result), same_call_words(options, "run")));
   judged.cells = endings_of(selection, result.rows);
+  tell_refusals(selection, judged.cells, judged.notes);
   append_failed_cells(place, options, selection, result.rows, judged);
   judged.refused = refused_truths(place, selection.scenarios, result.rows, try_truths);
   return judged;

@@ -100,6 +100,21 @@ class Foreign(unittest.TestCase):
         self.run_engine(self.file("plain", "#!/bin/sh\n", 0o644), 2)
         self.run_engine(os.path.join(self.folder.name, "missing"), 2)
 
+    def test_a_refusal_is_told_with_its_reason(self):
+        refuses = self.file("refuses.py", """#!/usr/bin/env python3
+import json, sys
+for line in sys.stdin:
+    r = json.loads(line)
+    if r["request"] == "hello":
+        print(json.dumps({"engine": "mine", "methods": [{"id": "mine/a", "doc": "none", "settings": {}}]}), flush=True)
+    else:
+        print(json.dumps({"cell": r["cell"], "done": {"status": "unsupported", "reason": "mine has no balls"}}), flush=True)
+""")
+        done = subprocess.run([ATWOOD, "run", "--engine", refuses, "--scenario", self.scene, "--no-timing", "--out",
+                               os.path.join(self.folder.name, "out")], capture_output=True, text=True, stdin=subprocess.DEVNULL)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertIn("mine/a does not run spinning-ball: mine has no balls.", done.stdout)
+
 
 if __name__ == "__main__":
     unittest.main(argv=sys.argv[:1])
