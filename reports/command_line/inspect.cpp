@@ -129,8 +129,8 @@ void print_methods_table(const Place& place, const Options& options) {
   line("method", "orders", false, "what it is");
   for (const Worker& worker : workers) {
     if (worker.status != Status::ok) {
-      fmt::print("{}", wrapped(fmt::format("{}: {}: {}", fs::path(worker.path).filename().string(),
-                                           to_string(worker.status), worker.reason), 0, width));
+      fmt::print("{}", wrapped(fmt::format("{}: {} (`atwood doctor` says why)", fs::path(worker.path).filename().string(),
+                                           to_string(worker.status)), 0, width));
       continue;
     }
     for (const MethodInfo& info : worker.engine.methods) line(info.id, orders_text(info), info.adaptive, info.doc);

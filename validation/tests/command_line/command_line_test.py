@@ -134,7 +134,8 @@ class OptionalEngines(Case):
         for engine in self.ENGINES:
             how = f"ATWOOD_ENGINES={engine} ./atwood run"
             self.expect(self.run_without("doctor"), 0, f"atwood-{engine}", "not built", how)
-            self.expect(self.run_without("list", "methods"), 0, f"atwood-{engine}: not built", how)
+            self.expect(self.run_without("list", "methods"), 0, f"atwood-{engine}: not built", "atwood doctor")
+            self.expect(self.run_without("list", "methods", "--long"), 0, f"atwood-{engine}: not built", how)
             for method in (f"{engine}/default", f"{engine}/*"):
                 result = self.run_without("run", "--scenario", "ballistic", "--method", method, "--steps", "120", "--no-timing",
                                           "--out", self.path("out"), "-o", "csv:" + self.path("rows.csv"))
@@ -307,8 +308,9 @@ class Settings(Case):
 
     def test_words(self):
         for steps in ("0", "-60", "7"):
-            self.expect(self.run_in("run", *SMALL[:-2], steps, "--no-timing"), 2, f"--steps {steps}: expected a positive multiple of 60")
-            self.expect(self.run_in("trace", "kepler-e0.6", "--method", "atwood/rk4", "--steps", steps), 2, "a positive multiple of 60")
+            words = "a positive multiple of 60" if steps == "7" else f"--steps: found `{steps}`; expected a whole number of steps from 1"
+            self.expect(self.run_in("run", *SMALL[:-2], steps, "--no-timing"), 2, words)
+            self.expect(self.run_in("trace", "kepler-e0.6", "--method", "atwood/rk4", "--steps", steps), 2, words)
         self.expect(self.run_in("contacts", "bounce-e0.8", "--engine", "mujoco"), 2, "mujoco answers no questions about contacts", "bullet64")
         self.expect(self.run_in("contacts", "bounce-e0.8", "--engine", "havok"), 2, "no such engine or file")
         self.expect(self.run_in("contacts", "--help"), 0, "unit-size")
@@ -402,7 +404,11 @@ class Advising(Case):
         self.assertEqual([r["value"] for r in rows], [best["error"]])
 
     def test_a_budget_and_another_metric(self):
-        advice = self.advice("symmetric-top", "--budget", "1ms", "--metric", "attitude")
+        for _ in range(3):  # a busy machine may take longer when the winner is timed once more
+            advice = self.advice("symmetric-top", "--budget", "1ms", "--metric", "attitude")
+            if advice["advice"]["seconds"] <= 1e-3:
+                break
+            shutil.rmtree(os.path.join(self.folder.name, "atwood-out"), ignore_errors=True)
         self.assertEqual(advice["unit"], "rad")
         self.assertLessEqual(advice["advice"]["seconds"], 1e-3)
         self.assertLess(advice["advice"]["error"], 1e-9)
@@ -421,6 +427,7 @@ class Advising(Case):
             text = file.read()
         ball = "shape.sphere = { radius_m = 0.125 }"  # of uneven moments: the slip turns, and no truth follows that
         text = text.replace(ball, ball + "\ninertia_kg_m2 = [0.00625, 0.00625, 0.007]", 1)
+        text = text.replace('id = "oblique-rough"', 'id = "rough"').replace('id     = "oblique-rough"', 'id     = "rough"')
         rough = self.path("rough.toml", text[:text.index("[truth]")] + '[truth]\nkind = "none"\n' + text[text.index("[[invariant]]"):])
         advice = self.advice(rough, "--error", "1e-6")
         self.assertIn("self-convergence", advice["truth"])
@@ -651,7 +658,8 @@ class OddEngines(Case):
             self.assertNotIn("PASS", result.stdout)
             command = next(line for line in result.stdout.splitlines() if line.strip().startswith("./atwood run"))
             self.assertIn("--method odd/one --steps " + steps, command)
-            self.expect(self.run_in(*command.split()[1:], "--limit", "0.5"), 3, why)
+            self.assertIn("--limit 0.5", command)
+            self.expect(self.run_in(*command.split()[1:]), 3, why)
             self.assertIn("1 fail", self.expect(self.run_in("gate", *words[1:-5], *words[-2:], "--steps", steps), 3, why).stdout)
 
     def test_a_block_of_a_study_has_a_limit_of_its_own(self):
@@ -670,7 +678,9 @@ class OddEngines(Case):
 
     def test_will_not_start(self):
         path = self.path("dead.py", "#!/usr/bin/env python3\nraise SystemExit(1)\n", 0o755)
-        self.expect(self.run_in("run", "--engine", path, "--scenario", "ballistic"), 2, "dead.py")
+        self.expect(self.run_in("run", "--engine", path, "--scenario", "ballistic"), 3, "dead.py", "at hello")
+        path = self.path("plain.txt", "no program\n")
+        self.expect(self.run_in("run", "--engine", path, "--scenario", "ballistic"), 2, "not executable")
 
     def test_python_example_equals_symplectic_euler(self):
         worker = os.path.join(ROOT, "reference/your_engine/worker.py")

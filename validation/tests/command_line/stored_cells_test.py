@@ -61,7 +61,7 @@ class Case(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory()
         self.here = self.folder.name
-        self.environment = {**os.environ, "ENGINE_LOG": self.path("engine.log", "")}
+        self.environment = {**os.environ, "ATWOOD_CALLED_AS": "", "ENGINE_LOG": self.path("engine.log", "")}
         self.write_engine()
         self.path("gain.py", "GAIN = 1.0\n")
         self.path("mine.toml", SCENE)

@@ -2,6 +2,7 @@
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -190,7 +191,23 @@ class Units(Case):
 class Agreement(Case):
     METHODS = ("ode/default", "bullet64/default", "atwood/symplectic-euler+impulse")
 
+    # Times decide, and a busy machine disturbs them: a judgement that contradicts itself does so each of three times.
+    def in_three_tries(self, ask):
+        for left in (2, 1, 0):
+            try:
+                return ask()
+            except AssertionError:
+                if left == 0:
+                    raise
+                shutil.rmtree(os.path.join(self.here, "atwood-out"), ignore_errors=True)
+
     def test_advise_and_compare_name_the_same_winner_and_step(self):
+        self.in_three_tries(self.same_winner_of_an_error)
+
+    def test_a_budget_too(self):
+        self.in_three_tries(self.same_winner_of_a_budget)
+
+    def same_winner_of_an_error(self):
         path = self.path("stack.toml", STACK)
         asked = [word for method in self.METHODS for word in ("--method", method)]
         advice = json.loads(self.ask("advise", path, "--error", "1e-3m", *asked, "--json").stdout)
@@ -208,7 +225,7 @@ class Agreement(Case):
         reached = [c["run-time"] for c in costs.values() if "run-time" in c and c.get("error-position-max", 1) <= 1e-3]
         self.assertLessEqual(first["cost"], 1.25 * min(reached))
 
-    def test_a_budget_too(self):
+    def same_winner_of_a_budget(self):
         path = self.path("stack.toml", STACK)
         asked = [word for method in self.METHODS for word in ("--method", method)]
         advice = json.loads(self.ask("advise", path, "--budget", "1s", *asked, "--json").stdout)
