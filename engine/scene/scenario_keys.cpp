@@ -220,11 +220,34 @@ Keys<T> shared_keys(Scenario& (*scenario_of)(T&)) {
   return keys;
 }
 
-struct World {
-  Real3 gravity_m_per_s2{};
-};
-Key<World> gravity_key() {
-  return key<World>("gravity_m_per_s2", &World::gravity_m_per_s2, vector3(), "uniform gravity [m/s^2]; 0 unless given");
+const std::vector<std::string> kSimultaneousImpacts = {"sequential", "together"};  // as in SimultaneousImpacts, from 1
+
+// Left out of a resolved scene that does not say.
+Key<Scene> simultaneous_impacts_key() {
+  Key<Scene> impacts;
+  impacts.name = "simultaneous_impacts";
+  impacts.doc = "impacts at one instant: sequential (pair by pair) or together (one solve); absent: a truth ends where "
+                "the outcome would depend on it";
+  const auto codec = one_of(kSimultaneousImpacts);
+  impacts.schema = codec.schema;
+  impacts.read = [codec](Reading& r, const Value& v, Scene& out) {
+    std::string word;
+    codec.read(r, v, word);
+    const auto at = std::find(kSimultaneousImpacts.begin(), kSimultaneousImpacts.end(), word);
+    out.simultaneous_impacts = static_cast<SimultaneousImpacts>(1 + (at - kSimultaneousImpacts.begin()));
+  };
+  impacts.write = [](const Scene&, const Scene& from) {
+    if (from.simultaneous_impacts == SimultaneousImpacts::unspecified) return Value();
+    return Value(kSimultaneousImpacts[static_cast<std::size_t>(from.simultaneous_impacts) - 1]);
+  };
+  return impacts;
+}
+
+const Keys<Scene>& world_keys() {
+  static const Keys<Scene> keys = {
+      key<Scene>("gravity_m_per_s2", &Scene::gravity_m_per_s2, vector3(), "uniform gravity [m/s^2]; 0 unless given"),
+      simultaneous_impacts_key()};
+  return keys;
 }
 
 Value material_schema(Form form) { return object_schema(material_keys(), form); }
@@ -233,11 +256,9 @@ std::vector<Key<FileDraft>> parts() {
   Key<FileDraft> world;
   world.name = "world";
   world.doc = "what acts everywhere";
-  world.schema = object_schema(Keys<World>{gravity_key()}, Form::file);
+  world.schema = object_schema(world_keys(), Form::file);
   world.read = [](Reading& r, const Value& v, FileDraft& out) {
-    World read;
-    within(r, "[world]", [&] { read_table(r, v, Keys<World>{gravity_key()}, {}, read); });
-    out.scenario.scene.gravity_m_per_s2 = read.gravity_m_per_s2;
+    within(r, "[world]", [&] { read_table(r, v, world_keys(), {}, out.scenario.scene); });
     out.has_world = true;
   };
   Key<FileDraft> problem;
@@ -426,6 +447,7 @@ const Keys<Scene>& scene_keys() {
   static const Keys<Scene> keys = {
       key<Scene>("problem", &Scene::problem, text(), "name of a bare system of equations, or empty"),
       key<Scene>("gravity_m_per_s2", &Scene::gravity_m_per_s2, vector3(), "uniform gravity [m/s^2]"),
+      simultaneous_impacts_key(),
       required(part_of_scene(
           "materials", "the materials", array_of(material_schema(Form::resolved)),
           [](Reading& r, const Value& v, Scene&) {

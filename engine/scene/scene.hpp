@@ -119,11 +119,19 @@ using Force = std::variant<MutualGravity, Attractor, LinearDrag, QuadraticDrag, 
                            Thruster, PointForce, RotatingFrame, Potential>;
 
 // ---- the scene ------------------------------------------------------------------------------------------------
+// What happens when several contacts of one connected group have an impact at the same instant.
+enum class SimultaneousImpacts {
+  unspecified,  // a truth ends where the outcome would depend on it
+  sequential,   // pair by pair, the fastest approach first, ties in the order of the bodies, until none approaches
+  together      // one solve with the impulses of all contacts of the group (Moreau 1988)
+};
+
 struct Scene {
   // A bare system of equations from the catalogue instead of bodies ("lorenz"). It appears as one body of that name:
   // its three unknowns are the body's position, their rates its velocity; position_m is the initial state.
   std::string problem;
   Real3 gravity_m_per_s2{};
+  SimultaneousImpacts simultaneous_impacts = SimultaneousImpacts::unspecified;
   std::vector<Material> materials;  // at least one; index 0 is used by bodies that name none
   std::vector<PairLaw> pairs;       // every unordered pair of materials
   std::vector<Body> bodies;

@@ -19,7 +19,7 @@ class Reader {
   void add(Feature feature, std::string what) { present.push_back({feature, std::move(what)}); }
 
   void read(const Scene& scene) {
-    const auto& [problem, gravity_m_per_s2, materials, pairs, bodies, forces] = scene;
+    const auto& [problem, gravity_m_per_s2, simultaneous_impacts, materials, pairs, bodies, forces] = scene;
     if (!problem.empty()) add(feature::bare_problem, "the bare problem `" + problem + "`");
     if (gravity_m_per_s2 != Real3{}) add(feature::uniform_gravity, "uniform gravity");
     for (const Force& force : forces) {

@@ -45,6 +45,8 @@ TEST_CASE("unknown keys, with the likely one") {
   check(force("kind = \"drag\"\n"), "10:1", "missing key `model`", "one of linear, quadratic");
   check(body("mass_kg = 1\n[world]\ngravity = [0, 0, -9.8]\n"), "11:1", "unknown key `gravity`",
         "one of gravity_m_per_s2");
+  check(body("mass_kg = 1\n[world]\nsimultaneous_impacts = \"both\"\n"), "11:24", "`simultaneous_impacts` in [world]",
+        "one of sequential, together");
 }
 
 TEST_CASE("missing keys name the table's place") {

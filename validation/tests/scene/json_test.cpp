@@ -83,6 +83,7 @@ Force any_force(int bodies) {
 Scene any_scene() {
   Scene scene;
   scene.gravity_m_per_s2 = any_vector();
+  scene.simultaneous_impacts = static_cast<SimultaneousImpacts>(*rc::gen::inRange(0, 3));
   const int materials = *rc::gen::inRange(1, 4), bodies = *rc::gen::inRange(1, 5);
   for (int m = 0; m < materials; ++m)
     scene.materials.push_back({"m \\ ü" + std::to_string(m), 0.1 * m, any_positive(), any_positive()});
@@ -147,6 +148,7 @@ TEST_CASE("any scene survives JSON to the bit") {
     const Scene back = scene_from_json(json);
     RC_ASSERT(scene_to_json(back) == json);  // shapes, forces, materials and pairs: each double's text is its own
     RC_ASSERT(same_bits(back.gravity_m_per_s2, scene.gravity_m_per_s2));
+    RC_ASSERT(back.simultaneous_impacts == scene.simultaneous_impacts);
     RC_ASSERT(back.bodies.size() == scene.bodies.size());
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) RC_ASSERT(same_body(back.bodies[i], scene.bodies[i]));
     RC_ASSERT(back.forces.size() == scene.forces.size());
