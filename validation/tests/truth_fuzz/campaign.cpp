@@ -1,0 +1,182 @@
+// atwood-truth-fuzz: random scenes solved by the truths and judged by checkers of 60 digits. An error above the truth's
+// bar is a breach; none is allowed.
+//
+//   atwood-truth-fuzz --list
+//   atwood-truth-fuzz --pair 'closed-form/*' --answered 10000 --log fuzz.tsv
+//
+// The log holds one line a scene (pair, seed, index, outcome, largest error in bars, reason); a campaign with the same
+// seed goes on where its log ends. Exit code: 0, or 1 when a bar was breached or more scenes were refused than the pair
+// allows, 2 for usage.
+#include <fmt/core.h>
+#include <fnmatch.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <fstream>
+#include <sstream>
+
+#include "kinds.hpp"
+#include "scene/files.hpp"
+#include "truth/truth.hpp"
+
+using namespace atwood;
+using namespace atwood::fuzz;
+
+namespace {
+
+struct Settings {
+  std::string pair = "*", log;
+  std::uint64_t seed = 1784;
+  int answered = 100;
+  double most_seconds = 1e9;  // a pair
+  std::int64_t show = -1;
+};
+
+enum class Result { held, breach, refused, unchecked };
+const char* const kResults[] = {"held", "breach", "refused", "unchecked"};
+
+struct Judged { Result result = Result::held; double worst = 0; std::string reason; };
+
+// The largest error in bars. A value whose checker is not ten times closer than the truth's bar decides nothing, unless
+// it breaches the bar by more than the checker may be off.
+Judged judge(const Truth& truth, const Checked& exact) {
+  Judged made;
+  if (truth.values.size() != exact.values.size()) return {Result::unchecked, 0, "another number of samples"};
+  double unsharp = 0;
+  const auto hold = [&](Wide value, Wide bar, const Long& is, const Long& own, const std::string& what) {
+    const Long off = abs(widened(value) - is), allowed = widened(bar);
+    if (!(off <= allowed + own)) {
+      const double ratio = allowed > 0 ? static_cast<double>(off / allowed) : HUGE_VAL;
+      if (made.result != Result::breach || ratio > made.worst)
+        made = {Result::breach, ratio, fmt::format("{} is off by {:.2e} with a bar of {:.2e}", what,
+                                                   static_cast<double>(off), static_cast<double>(allowed))};
+      return;
+    }
+    if (allowed == 0 && own < Long(1e-36) * (1 + abs(is))) return;  // exact, such as what never moves
+    if (own > allowed / 10) unsharp = std::max(unsharp, allowed > 0 ? static_cast<double>(own / allowed) : HUGE_VAL);
+    if (made.result != Result::breach && allowed > 0) made.worst = std::max(made.worst, static_cast<double>(off / allowed));
+  };
+  for (std::size_t k = 1; k < truth.values.size(); ++k)
+    for (std::size_t i = 0; i < truth.values[k].bodies.size(); ++i) {
+      const BodySample &value = truth.values[k].bodies[i], &bar = truth.bars[k].bodies[i];
+      const LongBody &is = exact.values[k][i], &own = exact.own[k][i];
+      const std::string at = fmt::format(" of body {} at sample {}", i, k);
+      for (int c = 0; c < 3; ++c) {
+        hold(value.p_m[c], bar.p_m[c], is.p[c], own.p[c], "position" + at);
+        hold(value.v_m_per_s[c], bar.v_m_per_s[c], is.v[c], own.v[c], "velocity" + at);
+        hold(value.w_rad_per_s[c], bar.w_rad_per_s[c], is.w[c], own.w[c], "body rate" + at);
+      }
+      for (int c = 0; c < 4; ++c) hold(value.q_wxyz[c], bar.q_wxyz[c], is.q[c], own.q[c], "orientation" + at);
+    }
+  if (made.result == Result::held && unsharp > 0)
+    return {Result::unchecked, made.worst, fmt::format("the checker's own bar is {:.1e} of the truth's", unsharp)};
+  return made;
+}
+
+Scenario scene_of(const Kind& kind, const Settings& settings, std::uint64_t index) {
+  Random random(settings.seed, index);
+  Scenario scenario = kind.scene(random, index % 2 == 1);
+  return scenario;
+}
+
+Judged try_scene(const Kind& kind, const Scenario& scenario) {
+  const Truth truth = solve_truth(scenario, scenario.samples);
+  if (truth.outcome.status != Status::ok) return {Result::refused, 0, truth.outcome.reason};
+  const Checked exact = kind.check(scenario, scenario.samples);
+  if (!exact.refused.empty()) return {Result::unchecked, 0, exact.refused};
+  return judge(truth, exact);
+}
+
+struct Tally {
+  std::uint64_t next = 0;
+  int count[4]{};
+  double worst = 0;
+  void add(Result result, double ratio) {
+    ++count[static_cast<int>(result)];
+    if (result == Result::held) worst = std::max(worst, ratio);
+    ++next;
+  }
+  int answered() const { return count[0] + count[1]; }
+  int all() const { return count[0] + count[1] + count[2] + count[3]; }
+};
+
+Tally read_log(const Settings& settings, const std::string& pair) {
+  Tally tally;
+  std::ifstream in(settings.log);
+  for (std::string line; std::getline(in, line);) {
+    std::istringstream words(line);
+    std::string of, result;
+    std::uint64_t seed = 0, index = 0;
+    double worst = 0;
+    if (!(words >> of >> seed >> index >> result >> worst) || of != pair || seed != settings.seed) continue;
+    for (int k = 0; k < 4; ++k)
+      if (result == kResults[k] && index == tally.next) tally.add(static_cast<Result>(k), worst);
+  }
+  return tally;
+}
+
+// Whether the pair held.
+bool campaign(const Kind& kind, const Settings& settings) {
+  const std::string pair = kind.truth + "/" + kind.name;
+  Tally tally = settings.log.empty() ? Tally{} : read_log(settings, pair);
+  std::ofstream log;
+  if (!settings.log.empty()) log.open(settings.log, std::ios::app);
+  const auto begin = std::chrono::steady_clock::now();
+  const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); };
+  // A kind of which nearly all scenes are refused would never end: four times the count decides.
+  while (tally.answered() < settings.answered && tally.all() < 4 * settings.answered && seconds() < settings.most_seconds) {
+    const std::uint64_t index = tally.next;
+    const Judged judged = try_scene(kind, scene_of(kind, settings, index));
+    tally.add(judged.result, judged.worst);
+    if (log.is_open())
+      log << fmt::format("{}\t{}\t{}\t{}\t{:.3g}\t{}\n", pair, settings.seed, index,
+                         kResults[static_cast<int>(judged.result)], judged.worst, judged.reason) << std::flush;
+    if (judged.result == Result::breach)
+      fmt::print("BREACH {} --seed {} --show {}: {} ({:.3g} bars)\n", pair, settings.seed, index, judged.reason, judged.worst);
+  }
+  const double refused = tally.all() == 0 ? 1 : 1 - static_cast<double>(tally.answered()) / tally.all();
+  const bool many = refused > kind.most_refused;
+  fmt::print("{:36} {:6} answered, {} breached, worst {:.2g} bars; {} refused, {} not checked{}\n", pair, tally.answered(),
+             tally.count[1], tally.worst, tally.count[2], tally.count[3],
+             many ? fmt::format(": more than {:.0f} %", 100 * kind.most_refused) : "");
+  return tally.count[1] == 0 && !many;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);
+  Settings settings;
+  bool list = false;
+  CLI::App app("Random scenes solved by the truths and judged by checkers of 60 digits.");
+  app.add_flag("--list", list, "print the pairs of truth and kind of scene");
+  app.add_option("--pair", settings.pair, "glob of pairs");
+  app.add_option("--answered", settings.answered, "scenes a pair that must be answered")->check(CLI::PositiveNumber);
+  app.add_option("--seed", settings.seed, "of the scenes");
+  app.add_option("--log", settings.log, "file of outcomes; a campaign goes on where it ends");
+  app.add_option("--most-seconds", settings.most_seconds, "a pair; it then ends with fewer scenes")->check(CLI::PositiveNumber);
+  app.add_option("--show", settings.show, "print one scene as JSON, and its judgement");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  bool held = true, any = false;
+  for (const Kind& kind : kinds()) {
+    const std::string pair = kind.truth + "/" + kind.name;
+    if (fnmatch(settings.pair.c_str(), pair.c_str(), 0) != 0) continue;
+    any = true;
+    if (list) {
+      fmt::print("{}\n", pair);
+    } else if (settings.show >= 0) {
+      const Scenario scenario = scene_of(kind, settings, static_cast<std::uint64_t>(settings.show));
+      const Judged judged = try_scene(kind, scenario);
+      fmt::print("{}\n{}: {} ({:.3g} bars) {}\n", scenario_to_json(scenario), pair,
+                 kResults[static_cast<int>(judged.result)], judged.worst, judged.reason);
+    } else {
+      held = campaign(kind, settings) && held;
+    }
+  }
+  if (!any) fmt::print(stderr, "no pair `{}`; --list names them\n", settings.pair);
+  return !any ? 2 : held ? 0 : 1;
+}

@@ -1,0 +1,343 @@
+#include "smooth_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+namespace atwood::fuzz {
+namespace {
+
+using State = std::vector<Long>;  // p, v of each body, then q, w of those that rotate, fixed ones included
+using Rate = std::function<void(const Long& t_s, const State& y, State& dydt)>;
+
+constexpr int columns = 16;         // of the extrapolation: order 2 columns
+constexpr int most_steps = 20'000;  // before the scene is left to others
+
+// ---- the equations of motion ------------------------------------------------------------------------------------
+
+struct Equations {
+  const Scene& scene;
+  std::vector<std::array<Long, 9>> inverse_inertia;
+  std::vector<Force> acting;  // in this interval of time
+  double now_s = 0;           // its middle
+
+  explicit Equations(const Scene& s) : scene(s) {
+    for (const Body& body : scene.bodies) inverse_inertia.push_back(rotates(body) ? inverse(body.inertia_kg_m2) : std::array<Long, 9>{});
+  }
+  static std::array<Long, 9> inverse(const Real33& m) {
+    const Long3 a{m[0], m[3], m[6]}, b{m[1], m[4], m[7]}, c{m[2], m[5], m[8]};  // columns
+    const Long3 bc = cross(b, c), ca = cross(c, a), ab = cross(a, b);
+    const Long det = dot(a, bc);
+    std::array<Long, 9> made;
+    for (int j = 0; j < 3; ++j) {
+      made[j] = bc[j] / det;
+      made[3 + j] = ca[j] / det;
+      made[6 + j] = ab[j] / det;
+    }
+    return made;
+  }
+  bool held(int i) const { return scene.bodies[i].fixed || now_s < scene.bodies[i].release_s; }
+};
+
+Long3 times(const std::array<Long, 9>& m, const Long3& v) {
+  return {m[0] * v[0] + m[1] * v[1] + m[2] * v[2], m[3] * v[0] + m[4] * v[1] + m[5] * v[2],
+          m[6] * v[0] + m[7] * v[1] + m[8] * v[2]};
+}
+Long3 times(const Real33& m, const Long3& v) {
+  std::array<Long, 9> wide;
+  std::copy(m.begin(), m.end(), wide.begin());
+  return times(wide, v);
+}
+
+constexpr int per_body = 13;
+LongBody body_at(const State& y, int i) {
+  const Long* at = &y[static_cast<std::size_t>(per_body * i)];
+  return {{at[0], at[1], at[2]}, {at[6], at[7], at[8], at[9]}, {at[3], at[4], at[5]}, {at[10], at[11], at[12]}};
+}
+
+struct Loads {
+  const Equations& of;
+  const Long& t_s;
+  std::vector<LongBody> bodies;
+  std::vector<Long3> force, torque_body;  // world axes, body axes
+
+  Long mass(int i) const { return of.scene.bodies[i].mass_kg; }
+  void push(int i, const Long3& point_body, const Long3& f) {
+    force[i] = force[i] + f;
+    torque_body[i] = torque_body[i] + cross(point_body, turned_back(bodies[i].q, f));
+  }
+  void operator()(const MutualGravity& g) {
+    for (const int i : g.bodies)
+      for (const int j : g.bodies) {
+        if (i == j) continue;
+        const Long3 d = bodies[j].p - bodies[i].p;
+        const Long r2 = dot(d, d) + Long(g.softening_m) * g.softening_m;
+        const Long massive = of.scene.bodies[j].mass_kg;
+        force[i] = force[i] + Long(g.constant_m3_per_kg_s2) * mass(i) * massive / (r2 * sqrt(r2)) * d;
+      }
+  }
+  void operator()(const Attractor& a) {
+    for (const int i : a.bodies) {
+      const Long3 d = widened(a.center_m) - bodies[i].p;
+      const Long r2 = dot(d, d);
+      force[i] = force[i] + mass(i) * Long(a.mu_m3_per_s2) / (r2 * sqrt(r2)) * d;
+    }
+  }
+  void operator()(const LinearDrag& d) {
+    for (const int i : d.bodies) {
+      force[i] = force[i] - Long(d.coefficient_kg_per_s) * (bodies[i].v - widened(d.wind_m_per_s));
+      torque_body[i] = torque_body[i] - Long(d.angular_coefficient_N_m_s) * bodies[i].w;
+    }
+  }
+  void operator()(const QuadraticDrag& d) {
+    const Long k = Long(d.density_kg_per_m3) * d.drag_coefficient * d.area_m2 / 2;
+    for (const int i : d.bodies) {
+      const Long3 u = bodies[i].v - widened(d.wind_m_per_s);
+      force[i] = force[i] - k * sqrt(dot(u, u)) * u;
+      torque_body[i] = torque_body[i] - Long(d.angular_coefficient_N_m_s) * bodies[i].w;
+    }
+  }
+  void operator()(const Spring& s) {
+    Long3 at[2]{}, speed[2]{}, arm[2]{};
+    for (std::size_t k = 0; k < 2; ++k) {
+      if (k >= s.bodies.size()) {
+        at[k] = widened(s.anchor_m);
+        continue;
+      }
+      const LongBody& b = bodies[s.bodies[k]];
+      if (k < s.points_body_m.size()) arm[k] = widened(s.points_body_m[k]);
+      at[k] = b.p + turned(b.q, arm[k]);
+      speed[k] = b.v + turned(b.q, cross(b.w, arm[k]));
+    }
+    const Long3 d = at[1] - at[0];
+    const Long length = sqrt(dot(d, d));
+    Long3 pull = Long(s.stiffness_N_per_m) * d;  // of the first body towards the second point
+    if (length > 0) {
+      const Long stretch_rate = dot(d, speed[1] - speed[0]) / length;
+      pull = pull + (s.damping_N_s_per_m * stretch_rate - Long(s.stiffness_N_per_m) * s.rest_length_m) / length * d;
+    } else {
+      pull = pull + Long(s.damping_N_s_per_m) * (speed[1] - speed[0]);
+    }
+    push(s.bodies[0], arm[0], pull);
+    if (s.bodies.size() > 1) push(s.bodies[1], arm[1], Long(-1) * pull);
+  }
+  void operator()(const Drive& d) {
+    const Long size = cos(d.angular_frequency_rad_per_s * t_s + d.phase_rad);
+    for (const int i : d.bodies) force[i] = force[i] + size * widened(d.force_N);
+  }
+  void operator()(const Lorentz& l) {
+    for (const int i : l.bodies)
+      force[i] = force[i] + Long(of.scene.bodies[i].charge_C) *
+                                (widened(l.electric_V_per_m) + cross(bodies[i].v, widened(l.magnetic_T)));
+  }
+  void operator()(const Coulomb& c) {
+    for (const int i : c.bodies)
+      for (const int j : c.bodies) {
+        if (i == j) continue;
+        const Long3 d = bodies[i].p - bodies[j].p;
+        const Long r2 = dot(d, d), charges = Long(of.scene.bodies[i].charge_C) * of.scene.bodies[j].charge_C;
+        force[i] = force[i] + Long(c.constant_N_m2_per_C2) * charges / (r2 * sqrt(r2)) * d;
+      }
+  }
+  void operator()(const Thruster& t) {
+    push(t.body, widened(t.point_body_m), Long(t.thrust_N) * turned(bodies[t.body].q, widened(t.direction_body)));
+  }
+  void operator()(const PointForce& f) { push(f.body, widened(f.point_body_m), widened(f.force_N)); }
+  void operator()(const RotatingFrame&) {}
+  void operator()(const Potential&) {}
+};
+
+void rate(const Equations& of, const Long& t_s, const State& y, State& dydt) {
+  const int n = static_cast<int>(of.scene.bodies.size());
+  Loads loads{of, t_s, {}, std::vector<Long3>(n), std::vector<Long3>(n)};
+  for (int i = 0; i < n; ++i) loads.bodies.push_back(body_at(y, i));
+  for (const Force& force : of.acting) std::visit(loads, force);
+  std::fill(dydt.begin(), dydt.end(), Long(0));
+  for (int i = 0; i < n; ++i) {
+    if (of.held(i)) continue;
+    const Body& body = of.scene.bodies[i];
+    const LongBody& b = loads.bodies[i];
+    Long* d = &dydt[static_cast<std::size_t>(per_body * i)];
+    for (int k = 0; k < 3; ++k) {
+      d[k] = b.v[k];
+      d[3 + k] = loads.force[i][k] / body.mass_kg + of.scene.gravity_m_per_s2[k];
+    }
+    if (!rotates(body)) continue;
+    const Long3 u{b.q[1], b.q[2], b.q[3]}, turning = Long(0.5) * (b.q[0] * b.w + cross(u, b.w));
+    d[6] = -dot(u, b.w) / 2;
+    const Long3 dw = times(of.inverse_inertia[i], loads.torque_body[i] - cross(b.w, times(body.inertia_kg_m2, b.w)));
+    for (int k = 0; k < 3; ++k) {
+      d[7 + k] = turning[k];
+      d[10 + k] = dw[k];
+    }
+  }
+}
+
+// ---- extrapolation ----------------------------------------------------------------------------------------------
+// Gragg's modified midpoint rule with 2, 4, ..., 2 columns substeps: Hairer, Norsett and Wanner, Solving Ordinary
+// Differential Equations I, section II.9.
+
+State midpoints(const Rate& f, const Long& t_s, const State& y, const Long& H, int substeps) {
+  const Long h = H / substeps;
+  State before = y, now = y, slope(y.size());
+  f(t_s, y, slope);
+  for (std::size_t i = 0; i < y.size(); ++i) now[i] += h * slope[i];
+  for (int m = 1; m < substeps; ++m) {
+    f(t_s + m * h, now, slope);
+    for (std::size_t i = 0; i < y.size(); ++i) {
+      const Long after = before[i] + 2 * h * slope[i];
+      before[i] = now[i];
+      now[i] = after;
+    }
+  }
+  f(t_s + H, now, slope);
+  for (std::size_t i = 0; i < y.size(); ++i) now[i] = (before[i] + now[i] + h * slope[i]) / 2;
+  return now;
+}
+
+struct Step { State y; Long error; };  // error: of the last column but one, in scales
+
+Step extrapolate(const Rate& f, const Long& t_s, const State& y, const Long& H, const State& scale) {
+  std::vector<State> row;
+  Step made;
+  for (int j = 1; j <= columns; ++j) {
+    std::vector<State> next{midpoints(f, t_s, y, H, 2 * j)};
+    for (int k = 1; k < j; ++k) {
+      const Long ratio = Long(j * j) / Long((j - k) * (j - k)) - 1;
+      State value = next[k - 1];
+      for (std::size_t i = 0; i < y.size(); ++i) value[i] += (next[k - 1][i] - row[k - 1][i]) / ratio;
+      next.push_back(std::move(value));
+    }
+    row = std::move(next);
+  }
+  made.error = 0;
+  for (std::size_t i = 0; i < y.size(); ++i) {
+    const Long off = abs(row[columns - 1][i] - row[columns - 2][i]);
+    if (!(off <= scale[i] * 1e300)) made.error = 1;  // not finite
+    else if (scale[i] > 0) made.error = std::max(made.error, Long(off / scale[i]));
+  }
+  made.y = std::move(row.back());
+  return made;
+}
+
+// Each component by the largest of its kind and body so far.
+void widen_scale(State& scale, const State& y) {
+  constexpr int kinds[5] = {0, 3, 6, 10, per_body};
+  for (std::size_t body = 0; body < y.size(); body += per_body)
+    for (int kind = 0; kind < 4; ++kind) {
+      Long most = 0;
+      for (int i = kinds[kind]; i < kinds[kind + 1]; ++i)
+        most = std::max({most, Long(abs(y[body + i])), scale[body + i]});
+      for (int i = kinds[kind]; i < kinds[kind + 1]; ++i) scale[body + i] = most;
+    }
+}
+
+State start_of(const Scene& scene) {
+  State y;
+  for (const Body& body : scene.bodies) {
+    Long norm = 0;
+    for (const double q : body.orientation_wxyz) norm += Long(q) * q;
+    norm = sqrt(norm);
+    for (const double p : body.position_m) y.emplace_back(p);
+    for (const double v : body.velocity_m_per_s) y.emplace_back(v);
+    for (const double q : body.orientation_wxyz) y.push_back(q / norm);
+    for (const double w : body.angular_velocity_body_rad_per_s) y.emplace_back(w);
+  }
+  return y;
+}
+
+// Where forces switch and bodies are let go.
+std::vector<double> switches(const Scene& scene, double t_end_s) {
+  std::vector<double> at{t_end_s};
+  const auto add = [&](double t) { if (t > 0 && t < t_end_s) at.push_back(t); };
+  for (const Body& body : scene.bodies) add(body.release_s);
+  for (const Force& force : scene.forces) {
+    const auto* thruster = std::get_if<Thruster>(&force);
+    const auto* push = std::get_if<PointForce>(&force);
+    for (const Interval& on : thruster ? thruster->on_s : push ? push->on_s : std::vector<Interval>{}) {
+      add(on.from_s);
+      add(on.to_s);
+    }
+  }
+  std::sort(at.begin(), at.end());
+  at.erase(std::unique(at.begin(), at.end()), at.end());
+  return at;
+}
+
+bool acts_at(const Force& force, double t_s) {
+  const auto* thruster = std::get_if<Thruster>(&force);
+  const auto* push = std::get_if<PointForce>(&force);
+  if (!thruster && !push) return true;
+  const auto& on_s = thruster ? thruster->on_s : push->on_s;
+  return on_s.empty() || std::any_of(on_s.begin(), on_s.end(), [&](const Interval& on) { return on.from_s <= t_s && t_s < on.to_s; });
+}
+
+// One integration with `digits` asked for at each step. Empty: it took more than `most_steps`.
+std::vector<State> integrate(const Scenario& scenario, std::int64_t samples, int digits) {
+  Equations equations(scenario.scene);
+  const Rate f = [&](const Long& t_s, const State& y, State& dydt) { rate(equations, t_s, y, dydt); };
+  const Long asked = pow(Long(10), -digits);
+  State y = start_of(scenario.scene), scale(y.size());
+  widen_scale(scale, y);
+  std::vector<State> at{y};
+  Long t = 0, length = Long(scenario.t_end_s) / samples;
+  int steps = 0;
+  double interval_from = 0;
+  const std::vector<double> borders = switches(scenario.scene, scenario.t_end_s);
+  std::int64_t sample = 1;
+  for (const double border : borders) {
+    equations.now_s = interval_from + (border - interval_from) / 2;
+    equations.acting.clear();
+    for (const Force& force : scenario.scene.forces)
+      if (acts_at(force, equations.now_s)) equations.acting.push_back(force);
+    while (sample <= samples) {
+      const Long next_sample = Long(scenario.t_end_s) * sample / samples;
+      const Long target = std::min(next_sample, Long(border));
+      while (t < target) {
+        if (++steps > most_steps) return {};
+        const Long H = std::min(length, Long(target - t));
+        // Components that start at rest are scaled by what they become: the first try widens the scale.
+        State wider = scale;
+        widen_scale(wider, midpoints(f, t, y, H, 2));
+        Step step = extrapolate(f, t, y, H, wider);
+        if (step.error > asked) {
+          length = H / 2;
+          continue;
+        }
+        t = H == target - t ? target : Long(t + H);
+        y = std::move(step.y);
+        widen_scale(scale, y);
+        if (step.error < asked / 10000) length = std::max(length, Long(H * 1.25));
+      }
+      if (next_sample > border) break;
+      at.push_back(y);
+      ++sample;
+    }
+    interval_from = border;
+  }
+  return at;
+}
+
+}  // namespace
+
+Checked check_smooth(const Scenario& scenario, std::int64_t samples, int digits) {
+  for (const Force& force : scenario.scene.forces)
+    if (std::holds_alternative<RotatingFrame>(force) || std::holds_alternative<Potential>(force))
+      return {"the checker has no rotating frames and no potentials", {}, {}};
+  const std::vector<State> fine = integrate(scenario, samples, digits), coarse = integrate(scenario, samples, digits - 4);
+  if (fine.empty() || coarse.empty()) return {"the checker needs more than " + std::to_string(most_steps) + " steps", {}, {}};
+  Checked made;
+  const int n = static_cast<int>(scenario.scene.bodies.size());
+  for (std::size_t k = 0; k < fine.size(); ++k) {
+    State off(fine[k].size());
+    for (std::size_t i = 0; i < off.size(); ++i) off[i] = abs(fine[k][i] - coarse[k][i]) + abs(fine[k][i]) * 1e-55;
+    auto &values = made.values.emplace_back(), &own = made.own.emplace_back();
+    for (int i = 0; i < n; ++i) {
+      values.push_back(body_at(fine[k], i));
+      own.push_back(body_at(off, i));
+    }
+  }
+  return made;
+}
+
+}  // namespace atwood::fuzz
