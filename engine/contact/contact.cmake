@@ -45,6 +45,7 @@ target_sources(atwood_engine PRIVATE
   contact/event/modes.cpp
   contact/event/motion.cpp
   contact/event/near.cpp
+  contact/event/painleve.cpp
   contact/event/pairs.cpp
   contact/event/project.cpp
   contact/event/rows.cpp

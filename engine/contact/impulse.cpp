@@ -74,6 +74,24 @@ void resist_rolling(const ImpactLaw<S>& law, const Vec3<S>& n, S p, ImpactBody<S
   tangential_N_s = norm(friction);
 }
 
+// The whole impulse of the slip's path, then the couple against rolling; axes: the slip, across it, the normal.
+template <class S>
+void push_along_path(const ImpactLaw<S>& law, const S (&K)[3][3], const S (&u0)[3], const Vec3<S> (&axis)[3],
+                     ImpactBody<S>& a, ImpactBody<S>& b, Impulse<S>& impulse) {
+  const SlipPath<S> path = slip_path(law, K, u0);
+  const auto& J = path.impulse_N_s;
+  push(a, b, J[0] * axis[0] + J[1] * axis[1] + J[2] * axis[2], S(1));
+  impulse.normal_N_s = J[2];
+  impulse.tangential_N_s = real::sqrt(J[0] * J[0] + J[1] * J[1]);
+  impulse.finished = path.finished;
+  if (law.rolling_friction_m > S(0)) {
+    const ImpactLaw<S> couple_alone{law.restitution, S(0), law.rolling_friction_m, law.hypothesis};
+    S none{};
+    resist_rolling(couple_alone, axis[2], J[2], a, b, none, axis[0]);
+  }
+  impulse.vn_after_m_per_s = dot(velocity_between(a, b), axis[2]);
+}
+
 }  // namespace
 
 template <class S> Vec3<S> velocity_between(const ImpactBody<S>& a, const ImpactBody<S>& b) {
@@ -115,17 +133,7 @@ Impulse<S> collide(const ImpactLaw<S>& law, const Vec3<S>& normal, ImpactBody<S>
     const Vec3<S> axis[3] = {along, cross(normal, along), normal};
     if (!decoupled(a, b, axis, K)) {
       const S u0[3] = {slip_speed, S(0), impulse.vn_before_m_per_s};
-      const SlipPath<S> path = slip_path(law, K, u0);
-      const auto& J = path.impulse_N_s;
-      push(a, b, J[0] * axis[0] + J[1] * axis[1] + J[2] * axis[2], S(1));
-      impulse.normal_N_s = J[2];
-      impulse.tangential_N_s = real::sqrt(J[0] * J[0] + J[1] * J[1]);
-      if (law.rolling_friction_m > S(0)) {
-        const ImpactLaw<S> couple_alone{law.restitution, S(0), law.rolling_friction_m, law.hypothesis};
-        S none{};
-        resist_rolling(couple_alone, normal, J[2], a, b, none, along);
-      }
-      impulse.vn_after_m_per_s = dot(velocity_between(a, b), normal);
+      push_along_path(law, K, u0, axis, a, b, impulse);
       return impulse;
     }
   }
@@ -141,8 +149,25 @@ Impulse<S> collide(const ImpactLaw<S>& law, const Vec3<S>& normal, ImpactBody<S>
   return impulse;
 }
 
+template <class S>
+Impulse<S> strike_without_collision(const ImpactLaw<S>& law, const Vec3<S>& normal, ImpactBody<S>& a,
+                                    ImpactBody<S>& b) {
+  Impulse<S> impulse;
+  const Vec3<S> u = velocity_between(a, b), slip = u - dot(u, normal) * normal;
+  const S speed = norm(slip);
+  if (!(speed > S(0)) || !(law.friction > S(0)) || law.hypothesis == Restitution::newton) return impulse;
+  const Vec3<S> along = (S(1) / speed) * slip, axis[3] = {along, cross(normal, along), normal};
+  S K[3][3];
+  if (decoupled(a, b, axis, K)) return impulse;
+  const S u0[3] = {speed, S(0), S(0)};
+  push_along_path(law, K, u0, axis, a, b, impulse);
+  return impulse;
+}
+
 #define ATWOOD_IMPULSE(S)                                                                                          \
   template Impulse<S> collide<S>(const ImpactLaw<S>&, const Vec3<S>&, ImpactBody<S>&, ImpactBody<S>&);             \
+  template Impulse<S> strike_without_collision<S>(const ImpactLaw<S>&, const Vec3<S>&, ImpactBody<S>&,              \
+                                                  ImpactBody<S>&);                                                 \
   template void push<S>(ImpactBody<S>&, ImpactBody<S>&, const Vec3<S>&, S);                                        \
   template void twist<S>(ImpactBody<S>&, ImpactBody<S>&, const Vec3<S>&);                                          \
   template Vec3<S> velocity_between<S>(const ImpactBody<S>&, const ImpactBody<S>&);                                \

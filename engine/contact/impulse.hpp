@@ -30,6 +30,7 @@ template <class S> struct ImpactLaw {
 template <class S> struct Impulse {
   S normal_N_s{}, tangential_N_s{};
   S vn_before_m_per_s{}, vn_after_m_per_s{};  // (v_b - v_a) . n at the point
+  bool finished = true;                       // false: the path of the slip was not followed to its end
 };
 
 // One impact at one point under Coulomb friction; `normal` is a unit vector from a to b. Not approaching: nothing
@@ -40,6 +41,15 @@ template <class S> struct Impulse {
 // Mechanics (2000).
 template <class S>
 Impulse<S> collide(const ImpactLaw<S>& law, const Vec3<S>& normal, ImpactBody<S>& a, ImpactBody<S>& b);
+
+// The impact without collision of a point that touches, v_n = 0, and slides so that friction presses it on harder than
+// it is pushed back (n . K n - mu n . K s < 0 along the slip s): compression runs by itself until the slip has stopped
+// or turned far enough, restitution follows. Poisson's and Stronge's hypotheses alone have an answer; newton, which
+// knows no speed to give back, must not be asked. An impulse of 0: there is no such impact. Sources: Darboux, Etude
+// geometrique sur les percussions et le choc des corps (1880); Keller (1986); Champneys and Varkonyi, IMA J. Appl.
+// Math. 81 (2016) 538.
+template <class S>
+Impulse<S> strike_without_collision(const ImpactLaw<S>& law, const Vec3<S>& normal, ImpactBody<S>& a, ImpactBody<S>& b);
 
 // An impulse along `direction` on b, its opposite on a.
 template <class S> void push(ImpactBody<S>& a, ImpactBody<S>& b, const Vec3<S>& direction, S impulse_N_s);

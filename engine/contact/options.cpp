@@ -37,8 +37,10 @@ std::vector<MethodInfo> make_responses() {
       "(work). "
       "simultaneous: sequential (the pair that approaches fastest first, ties in the scene's order, until none "
       "approaches; points of "
-      "one pair at once) or together (one complementarity problem; there Stronge's law is taken as Poisson's). Methods "
-      "that take "
+      "one pair at once) or together (one complementarity problem; there Stronge's law is taken as Poisson's); a scene "
+      "that names its convention (simultaneous_impacts) goes before the default, and a setting that contradicts it is "
+      "refused. Where Coulomb's law has no contact force (Painleve), an impact without collision follows under poisson "
+      "and stronge; under newton, and where it has several, the run ends unsupported. Methods that take "
       "forces apart or as series hand lasting contacts to rk4 (with a tolerance: dopri5).";
   event.source = "Hairer, Norsett, Wanner (1993), II.6; Pfeiffer and Glocker (1996); Stronge, Impact Mechanics (2000)";
   event.settings = {{"restitution", std::string("newton")}, {"simultaneous", std::string("sequential")}};

@@ -15,7 +15,8 @@ template <class S> struct Path {
   const S (&u0)[3];
   S J[3]{};        // so far: on b along t1, t2, n
   S work{};        // of the normal impulse so far
-  bool compressed = false, done = false, stopped = false;  // stopped: no slip now
+  bool compressed = false, done = false, lost = false;  // lost: with no end in sight
+  bool stopped = false;                                 // no slip now
   S p_compression{}, work_compression{};
 
   S u(int i) const { return u0[i] + (K[i][0] * J[0] + K[i][1] * J[1] + K[i][2] * J[2]); }
@@ -28,8 +29,11 @@ template <class S> struct Path {
     if (law.hypothesis == Restitution::poisson) return p_compression + e * p_compression - J[2];
     if (law.hypothesis == Restitution::newton) return slope > S(0) ? (-e * u0[2] - vn) / slope : S(-1);
     const S missing = work_compression - e * e * work_compression - work;  // = vn dp + slope dp^2 / 2
-    const S root = real::sqrt(real::max(S(0), vn * vn + S(2) * slope * missing));
-    return missing > S(0) ? S(2) * missing / (vn + root) : S(0);
+    if (!(missing > S(0))) return S(0);
+    const S square = vn * vn + S(2) * slope * missing;
+    if (square < S(0) || (slope <= S(0) && vn <= S(0))) return S(-1);  // v_n falls before that is done
+    const S root = real::sqrt(square);
+    return vn > S(0) ? S(2) * missing / (vn + root) : (root - vn) / slope;
   }
   void next_phase() {
     if (compressed) {
@@ -85,7 +89,7 @@ template <class S> void straight(Path<S>& path, S d0, S d1, const S* s) {
     }
   }
   if (dp < S(0)) {  // cannot be: slip that lasts has a positive slope (d . K d > 0), slip that stops stops
-    path.done = true;
+    path.done = path.lost = true;
     return;
   }
   path.work += vn * dp + slope * dp * dp / S(2);
@@ -176,14 +180,15 @@ template <class S> bool keeps_direction(const Path<S>& path, const S (&s)[2]) {
 template <class S> void turning(Path<S>& path) {
   const auto& K = path.K;
   const S tolerance = S(64) * real::epsilon<S>();
-  const S size = (real::abs(path.u0[0]) + real::abs(path.u0[1]) + real::abs(path.u0[2])) / K[2][2];
-  const S speed_round_off = S(16) * real::epsilon<S>() * size * (K[0][0] + K[1][1]);
+  const S asked = (real::abs(path.u0[0]) + real::abs(path.u0[1]) + real::abs(path.u0[2])) / K[2][2];
+  S size = asked;
   Turn<S> at{{path.J[0], path.J[1], path.J[2], path.work}};
   S h = S(0.25) / ((K[0][0] + K[1][1] + K[2][2]) * (S(1) + path.law.friction));
   const auto take = [&](const Turn<S>& to) {
     at = to;
     for (int i = 0; i < 3; ++i) path.J[i] = to.z[i];
     path.work = to.z[3];
+    size = asked + real::abs(to.z[0]) + real::abs(to.z[1]) + real::abs(to.z[2]);
   };
   for (int steps = 0; steps < 4000; ++steps) {
     S error{};
@@ -221,14 +226,14 @@ template <class S> void turning(Path<S>& path) {
     take(next);
     if (error < tolerance * size / S(1000)) h = h * S(1.5);
     const S speed = path.speed();
-    if (speed <= speed_round_off) {
+    if (speed <= S(8) * tolerance * size * (K[0][0] + K[1][1])) {  // as far as J is known
       path.stopped = true;
       return;
     }
     const S s[2] = {path.u(0) / speed, path.u(1) / speed};
     if (keeps_direction(path, s)) return;
   }
-  path.done = true;
+  path.done = path.lost = true;
 }
 
 }  // namespace
@@ -255,7 +260,7 @@ template <class S> SlipPath<S> slip_path(const ImpactLaw<S>& law, const S (&K)[3
       straight(path, -mu * s[0], -mu * s[1], static_cast<const S*>(nullptr));
     }
   }
-  return {{path.J[0], path.J[1], path.J[2]}};
+  return {{path.J[0], path.J[1], path.J[2]}, path.done && !path.lost};
 }
 
 template SlipPath<float> slip_path<float>(const ImpactLaw<float>&, const float (&)[3][3], const float (&)[3]);

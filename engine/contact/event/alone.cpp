@@ -136,6 +136,7 @@ template <class S> bool add_alone(const EventRun<S>& run, Contact<S>& contact, S
     gives += sides[i].sign * dot(n, answer[i].linear + cross(answer[i].angular, sides[i].arm));
   }
   const S N = dot(n, b) / gives;
+  if (contact.mode == Mode::slips) note_yield(contact, gives);
   contact.normal_N = N;
   contact.friction_N = N * (contact.along_W - n);
   contact.couple_N_m = N * contact.along_couple_W;

@@ -14,7 +14,17 @@ namespace {
 
 Outcome unsupported(const std::string& reason) { return {Status::unsupported, reason, 0, 0, {}}; }
 
-EventOptions read_options(const MethodId& id, std::string& why) {
+// The scene's convention for simultaneous impacts, if it names one, is followed; else the setting.
+void take_convention(const MethodId& id, const Scene& scene, EventOptions& options, std::string& why) {
+  if (scene.simultaneous_impacts == SimultaneousImpacts::unspecified) return;
+  const bool together = scene.simultaneous_impacts == SimultaneousImpacts::together;
+  if (id.overrides.count("simultaneous") > 0 && together != options.together)
+    why = std::string("+event: simultaneous=") + (together ? "sequential" : "together") +
+          " contradicts the scene, whose simultaneous_impacts is `" + (together ? "together" : "sequential") + "`";
+  options.together = together;
+}
+
+EventOptions read_options(const MethodId& id, const Scene& scene, std::string& why) {
   EventOptions options;
   const Settings settings = response_settings(id, why);
   if (!why.empty()) return options;
@@ -27,6 +37,7 @@ EventOptions read_options(const MethodId& id, std::string& why) {
   options.together = simultaneous == "together";
   if (!options.together && simultaneous != "sequential")
     why = "+event: simultaneous is sequential or together, not `" + simultaneous + "`";
+  if (why.empty()) take_convention(id, scene, options, why);
   return options;
 }
 
@@ -102,6 +113,9 @@ template <class S> void restart(EventRun<S>& run, const Plan& plan) {
   run.outcome = {};
   run.contacts.clear();
   run.carrying = 0;
+  run.inconsistent = -1;
+  run.struck_s = S(-1);
+  run.strikes = 0;
   run.starts = true;
   run.slip_ends = false;
   run.has_factors = false;
@@ -187,7 +201,7 @@ template <class S> Outcome run_once(EventRun<S>& run, const Plan& plan, const Ob
 template <class S>
 Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
   std::string why;
-  const EventOptions options = read_options(id, why);
+  const EventOptions options = read_options(id, scene, why);
   if (!why.empty()) return unsupported(why);
   Simulation<S> simulation = prepare<S>(integrator_part(id), scene);
   if (simulation.outcome.status != Status::ok) return simulation.outcome;

@@ -141,6 +141,25 @@ template <class S> void solve_contacts(EventRun<S>& run) {
   share_by_pressure(run);
 }
 
+// Of several contacts: what their forces x make of the rows, A x = right - rows without them, along x, per 1 N of all
+// normal forces. The first that slips keeps it.
+template <class S> void note_yield_together(EventRun<S>& run) {
+  Contact<S>* slips = nullptr;
+  S along = S(0), normal = S(0), free_rows[5];
+  run.acceleration.swap(run.free_acceleration);
+  for (Contact<S>& contact : run.contacts) {
+    if (contact.first_row < 0) continue;
+    if (slips == nullptr && contact.mode == Mode::slips && !contact.waits) slips = &contact;
+    const S* x = run.unknown.data() + contact.first_row;
+    read_rows(run, contact, free_rows);
+    for (int i = 0; i < contact.force_rows + contact.couple_rows; ++i)
+      along += x[i] * (run.right[contact.first_row + i] - free_rows[i]);
+    normal += x[0];
+  }
+  run.acceleration.swap(run.free_acceleration);
+  if (slips != nullptr && normal > S(0)) note_yield(*slips, along / (normal * normal));
+}
+
 template <class S> void add_together(EventRun<S>& run, S* dydt) {
   for (const int body : run.contact_bodies)
     run.free_acceleration[body] = {linear_of(run, body, dydt), angular_of(run, body, dydt)};
@@ -148,6 +167,8 @@ template <class S> void add_together(EventRun<S>& run, S* dydt) {
   if (!run.answered) answer_unknowns(run);
   for (Contact<S>& contact : run.contacts)
     if (contact.first_row >= 0) read_unknowns(run, contact);
+  if (std::any_of(run.contacts.begin(), run.contacts.end(), [](const Contact<S>& c) { return c.mode == Mode::slips; }))
+    note_yield_together(run);
   for (const int body : run.contact_bodies) {
     if (!run.moves[body] || !run.loaded[body]) continue;
     S* at = dydt + run.model.offset(body);

@@ -17,7 +17,9 @@ namespace atwood::event {
 
 namespace {
 
-constexpr int most_impacts_at_once = 2000;
+// Of one instant: beyond the first, what impacts that lose speed have left over is taken at once; those that lose none
+// come to an end of their own, or the run does.
+constexpr int most_impacts_at_once = 2000, most_elastic_impacts_at_once = 1000000;
 
 template <class S> struct Instant {
   EventRun<S>& run;
@@ -261,17 +263,22 @@ template <class S> bool all_impacts(Instant<S>& now) {
       collide_together(now, 0, count);
     return true;
   }
-  for (int impacts = 0; impacts < most_impacts_at_once; ++impacts) {
+  for (int lossy = 0, elastic = 0; lossy < most_impacts_at_once;) {
     int fastest = -1;
-    S least = -now.still;
-    for (int i = 0; i < count; ++i) {
+    S least = S(0);
+    for (int i = 0; i < count; ++i) {  // a tie, within round-off, goes to the first in the scene's order
       const S vn = now.vn(run.hits[i]);
-      if (vn < least) {
+      if (vn < least - now.still) {
         least = vn;
         fastest = i;
       }
     }
     if (fastest < 0) return true;
+    if (law_of(run, run.hits[fastest].pair).restitution < S(1)) ++lossy;
+    else if (++elastic > most_elastic_impacts_at_once) {
+      run.outcome = {Status::diverged, "atwood's +event met 1000000 elastic impacts at one instant", 0, 0, {}};
+      return false;
+    }
     int first = fastest;
     while (first > 0 && run.hits[first - 1].pair == run.hits[fastest].pair) --first;
     const int end = end_of_pair(run, first);
@@ -389,14 +396,22 @@ template <class S> bool resolve_impacts(EventRun<S>& run, S t_s) {
   Instant<S> now{run, run.approach_round_off()};
   for (const Hit<S>& hit : run.hits) run.pairs[hit.pair].ends = false;
   run.y_kept = run.y;
-  all_impacts(now);
+  if (!all_impacts(now)) return false;
   store_velocities(run);
   if (find_ends(now, t_s)) {
     run.y = run.y_kept;
     load_poses(run);
-    all_impacts(now);
+    if (!all_impacts(now)) return false;
     store_velocities(run);
   }
+  for (const Pending<S>& made : run.pending)
+    if (!made.impulse.finished) {
+      run.outcome = {Status::diverged,
+                     "atwood's +event: the path of an impact's slip at t = " + format_double(static_cast<double>(t_s)) +
+                         " s was not followed to its end",
+                     0, 0, {}};
+      return false;
+    }
   for (const Pending<S>& made : run.pending)
     report_event(run, EventKind::impact, run.pairs[made.pair], made.sight, made.knob_is_a, made.impulse, t_s);
   drop_kicked(run, run.slip_round_off());
@@ -418,7 +433,7 @@ template <class S> bool resolve_impacts(EventRun<S>& run, S t_s) {
   }
   for (const Pending<S>& made : run.pending) run.pairs[made.pair].ends = false;
   project_contacts(run, run.y.data());
-  return true;
+  return run.inconsistent < 0 || strike(run, t_s);
 }
 
 template bool resolve_impacts<float>(EventRun<float>&, float);

@@ -320,6 +320,7 @@ void report_event(const EventRun<S>& run, EventKind kind, const ShapePair<S>& pa
 
 template <class S> bool review_contacts(EventRun<S>& run, S t_s, bool report) {
   run.sights_at_start = false;
+  run.inconsistent = -1;
   const std::vector<Contact<S>>& old = run.contacts_before;
   run.contacts_before = run.contacts;
   std::vector<unsigned char>& standing = run.standing_before;  // of each old contact's pair
@@ -364,6 +365,10 @@ template <class S> bool review_contacts(EventRun<S>& run, S t_s, bool report) {
       run.outcome = {Status::diverged, "atwood's +event found no contact forces that obey Coulomb's law", 0, 0, {}};
       return false;
     }
+    // Of several contacts, forces are known to no more than that.
+    const S coarse = run.contacts.size() > 1 ? real::sqrt(real::epsilon<S>()) * size : S(0);
+    if (!judge_forces(run, t_s, real::max(tiny_acceleration, coarse), real::max(tiny_N, coarse * heaviest)))
+      return false;
     drop_leaving(run, tiny_acceleration);
     count_carrying(run);
     list_bodies(run);

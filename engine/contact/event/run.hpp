@@ -91,6 +91,7 @@ template <class S> struct Contact {
   S normal_N{}, largest_N{};     // now; since it carries
   Vec3<S> friction_N, couple_N_m;
   bool alone = false;  // shares no moving body with another contact that carries: solved by itself (alone.cpp)
+  S least_yield{}, most_yield{};  // normal acceleration per 1 N with the friction of slip: in a trial step's evaluations
   bool of_balls = false;  // and who moves is a ball: a force through the middle does not turn it
   int first_row = -1, force_rows = 1, couple_rows = 0;  // -1: none of the linear system's
   Vec3<S> tangent[2];            // of the rows after the normal one
@@ -174,6 +175,9 @@ template <class S> struct EventRun {
   std::vector<Twist<S>> free_acceleration, acceleration;  // of bodies in one evaluation: without and with them
   bool near_bound = false;                 // in an evaluation of this step a force came near to its bound
   bool solvable = true;
+  int inconsistent = -1;                   // a pair for which Coulomb's law has no contact force (painleve.cpp)
+  S struck_s = S(-1);                      // the last impact without collision,
+  int strikes = 0;                         // and how many there were at that instant before
   bool sights_at_end = false;              // the contacts' last sights, and the bodies' poses, are of y_new
   bool sights_at_start = false;            // ... are of y
 
@@ -287,6 +291,18 @@ template <class S> bool review_contacts(EventRun<S>& run, S t_s, bool report);
 template <class S>
 void report_event(const EventRun<S>& run, EventKind kind, const ShapePair<S>& pair, const Sight<S>& sight,
                   bool knob_is_a, const Impulse<S>& impulse, S t_s);
+
+// ---- painleve.cpp: are the forces that were found the only ones? False: others obey the laws as well, the run ends.
+// Where none obey them, run.inconsistent is the pair, whose impact without collision strike() takes, with all impacts
+// that follow from it; false: it has no answer, the run ends.
+template <class S> bool judge_forces(EventRun<S>& run, S t_s, S tiny_acceleration, S tiny_N);
+template <class S> bool strike(EventRun<S>& run, S t_s);
+// In the evaluations of a trial step: does the normal acceleration that a force gives vanish, or change too much for
+// the method to follow next to where it does? False: the step must be shorter.
+template <class S> void note_yield(Contact<S>& contact, S yield);
+template <class S> void forget_yields(EventRun<S>& run);
+template <class S> bool keeps_off_singularity(const EventRun<S>& run);
+template <class S> bool refuse_at(EventRun<S>& run, S t_s, const char* what);  // ends the run as unsupported; false
 
 // ---- impacts.cpp: the impacts of an instant, at run.y
 template <class S> bool resolve_impacts(EventRun<S>& run, S t_s);

@@ -12,7 +12,37 @@ namespace atwood::event {
 
 namespace {
 
-constexpr int most_events_a_step = 1000, most_pieces_of_a_step = 100000;
+// A run may have as many events as its motion asks for, as long as its time goes on.
+constexpr int most_events_without_progress = 10000, most_pieces_of_a_part = 100000;
+constexpr double part_of_a_step = 1e-3;
+
+// Of a step: how much was left of it when its time last went on, and what came since.
+template <class S> struct Progress {
+  S left_at_event_s, left_at_piece_s;
+  int events = 0, pieces = 0;
+
+  // Do events follow each other within the last place of the time?
+  bool stalls_at_event(S left_s, S place_s) {
+    if (left_at_event_s - left_s > place_s) {
+      left_at_event_s = left_s;
+      events = 0;
+    }
+    return ++events > most_events_without_progress;
+  }
+  bool stalls_at_piece(S left_s, S part_s) {
+    if (left_at_piece_s - left_s > part_s) {
+      left_at_piece_s = left_s;
+      pieces = 0;
+    }
+    return ++pieces > most_pieces_of_a_part;
+  }
+};
+
+template <class S> bool diverged(EventRun<S>& run, S t_s, const char* what) {
+  run.outcome = {Status::diverged,
+                 "atwood's +event: at t = " + format_double(static_cast<double>(t_s)) + " s " + what, 0, 0, {}};
+  return false;
+}
 
 template <class S>
 Stepper<S>& stepper_of(EventRun<S>& run) {
@@ -137,6 +167,19 @@ template <class S> bool trial_step(EventRun<S>& run, Stepper<S>& stepper, S t_s,
   return false;
 }
 
+// ... shortened until forces next to a configuration without any (painleve.cpp) are followed.
+template <class S> bool followed_step(EventRun<S>& run, Stepper<S>& stepper, S t_s, S& h_s) {
+  constexpr int most_halvings = 60;
+  for (int halving = 0; halving < most_halvings; ++halving, h_s = h_s / S(2)) {
+    forget_yields(run);
+    if (!trial_step(run, stepper, t_s, h_s)) return false;
+    if (run.carrying == 0 || keeps_off_singularity(run)) return true;
+  }
+  return refuse_at(run, t_s,
+                   "a contact slides into a configuration without contact forces (Painleve): its normal force grows "
+                   "without bound");
+}
+
 // The largest |v| + r |w|, whose square is at most 2 (v^2 + r^2 w^2): most steps need no root.
 template <class S> void note_speeds(EventRun<S>& run) {
   for (const int body : run.model.moving()) {
@@ -227,7 +270,7 @@ template <class S> bool respond(EventRun<S>& run, const Fall<S>& fall, S t_s) {
   }
   if (!review_contacts(run, t_s, true)) return false;
   project_contacts(run, run.y.data());
-  return true;
+  return run.inconsistent < 0 || strike(run, t_s);
 }
 
 // The law has changed, or the run begins: which bodies move, what touches, what is pressed on what.
@@ -253,7 +296,7 @@ template <class S> bool look_anew(EventRun<S>& run, S t_s) {
   }
   if (!review_contacts(run, t_s, true)) return false;
   project_contacts(run, run.y.data());
-  return true;
+  return run.inconsistent < 0 || strike(run, t_s);
 }
 
 }  // namespace
@@ -261,8 +304,10 @@ template <class S> bool look_anew(EventRun<S>& run, S t_s) {
 template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s) {
   const S round_off_s = S(4) * real::epsilon<S>() * real::abs(t_s + h_s);  // of the step's ends: no step of its own
   S left_s = h_s;
-  int pieces = 0;
-  for (int events = 0; events < most_events_a_step && pieces < most_pieces_of_a_step; ++events, ++pieces) {
+  Progress<S> progress{left_s, left_s};
+  for (;;) {
+    if (progress.stalls_at_piece(left_s, S(part_of_a_step) * h_s))
+      return diverged(run, t_s, "slip asked for 100000 pieces of a thousandth of a step");
     if (run.seen_epoch != run.model.system().epoch) {
       if (!look_anew(run, t_s)) return false;
       ++run.step_count;
@@ -270,7 +315,7 @@ template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s) {
     S step_s = left_s;
     if (run.carrying > 0) step_s = step_with_slip(run, t_s, h_s, left_s);
     Stepper<S>& stepper = stepper_of(run);
-    if (!trial_step(run, stepper, t_s, step_s)) return false;
+    if (!followed_step(run, stepper, t_s, step_s)) return false;
     if (!find_near(run, step_s)) return false;
     measure_gaps(run);
     Flow<S> flow{run, stepper, t_s, step_s};
@@ -288,7 +333,6 @@ template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s) {
       left_s -= step_s;
       t_s += step_s;
       if (!(left_s > round_off_s)) return true;
-      --events;
       continue;
     }
     if (first.theta > S(0)) {
@@ -303,11 +347,9 @@ template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s) {
     if (!respond(run, first, t_s)) return false;
     ++run.step_count;
     if (!(left_s > round_off_s)) return true;
+    if (progress.stalls_at_event(left_s, real::epsilon<S>() * real::abs(t_s)))
+      return diverged(run, t_s, "10000 events followed each other within the last place of the time");
   }
-  run.outcome.status = Status::diverged;
-  run.outcome.reason =
-      "atwood's +event met more than 1000 events in one step, or slip that asks for 100000 pieces of it";
-  return false;
 }
 
 template bool step_with_events<float>(EventRun<float>&, float, float);
