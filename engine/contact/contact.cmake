@@ -65,5 +65,6 @@ target_sources(atwood_engine PRIVATE
   contact/stepping/options.cpp
   contact/stepping/run.cpp
   contact/stepping/seen.cpp
+  contact/stepping/rolling.cpp
   contact/stepping/sleep.cpp
   contact/stepping/step.cpp)

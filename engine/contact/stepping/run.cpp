@@ -68,6 +68,15 @@ void build_world(World<S>& world, const Scene& scene, Simulation<S>& simulation,
   bodies.moves.resize(count);
   bodies.isotropic.resize(count);
   bodies.reach.resize(count);
+  Rolling<S>& rolling = world.rolling;
+  for (const Body& body : scene.bodies)
+    rolling.some_round = rolling.some_round || (!body.fixed && (std::holds_alternative<Capsule>(body.shape) ||
+                                                                std::holds_alternative<Cylinder>(body.shape)));
+  if (rolling.some_round) {
+    rolling.rolls.resize(count);
+    for (auto* rates : {&rolling.by_forces, &rolling.by_contacts, &rolling.kicked, &rolling.turned})
+      rates->resize(count);
+  }
   if (world.options.sleeping) {
     world.sleep.island.resize(count);
     world.sleep.still_s.resize(count);
@@ -96,6 +105,9 @@ template <class S> void restart(World<S>& world) {
   world.manifolds.clear();
   world.manifolds_before.clear();
   world.manifold_batches.clear();
+  std::fill(world.rolling.rolls.begin(), world.rolling.rolls.end(), 0);
+  world.rolling.bodies.clear();
+  world.rolling.manifolds.clear();
 }
 
 // From the initial state to the end, with or without looking.
