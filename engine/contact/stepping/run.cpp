@@ -5,6 +5,7 @@
 
 #include "contact/options.hpp"
 #include "contact/stepping/points.hpp"
+#include "scene/contact_laws.hpp"
 #include "simulation.hpp"
 
 namespace atwood {
@@ -14,8 +15,23 @@ using namespace stepping;
 
 Outcome unsupported(const std::string& reason) { return {Status::unsupported, reason, 0, 0, {}}; }
 
+// Impacts that bounce are taken one after another, those that do not are solved at once: whichever convention for
+// simultaneous impacts the scene names, it has to be that of all its pairs.
+std::string other_convention(const Scene& scene) {
+  const SimultaneousImpacts named = scene.simultaneous_impacts;
+  if (named == SimultaneousImpacts::unspecified) return "";
+  for (const PairLaw& law : laws_in_play(scene)) {
+    if (named == SimultaneousImpacts::together && law.restitution > 0)
+      return "the scene's simultaneous_impacts is together: +impulse takes impacts with restitution one after another";
+    if (named == SimultaneousImpacts::sequential && !(law.restitution > 0))
+      return "the scene's simultaneous_impacts is sequential: +impulse solves contacts without restitution together";
+  }
+  return "";
+}
+
 // What +impulse has no answer for, by name; "" otherwise.
 std::string missing(const Scene& scene) {
+  if (const std::string other = other_convention(scene); !other.empty()) return other;
   for (const PairLaw& pair : scene.pairs)
     if (pair.rolling_friction_m > 0) return "atwood's +impulse has no rolling friction";
   // A pair of shapes is met or not whoever has them: the first moving and the first fixed body of each kind stand for

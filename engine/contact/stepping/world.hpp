@@ -178,6 +178,7 @@ template <class S> struct Impacts {
   std::vector<int> bouncing;         // contacts with restitution
   std::vector<int> first, of_body;   // those of body i: of_body[first[i]] .. of_body[first[i + 1]]
   std::vector<Approach<S>> queue;    // a heap, the earliest on top
+  std::vector<Approach<S>> tied;     // of one instant, where the scene names an order
   std::vector<Manifold<S>> shapes;   // room
 };
 
