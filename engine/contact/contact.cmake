@@ -64,6 +64,7 @@ target_sources(atwood_engine PRIVATE
   contact/stepping/manifolds.cpp
   contact/stepping/manifolds_found.cpp
   contact/stepping/options.cpp
+  contact/stepping/rolling.cpp
   contact/stepping/run.cpp
   contact/stepping/seen.cpp
   contact/stepping/sleep.cpp

@@ -25,6 +25,11 @@ std::vector<MethodInfo> make_responses() {
       " sleeping: islands in which every point has been slower than sleep_below_m_per_s for sleep_after_s stand still "
       "as if fixed, "
       "until somebody comes near (off unless asked for: it loses the momentum of the last tremble).";
+  impulse.doc +=
+      " A scene's simultaneous_impacts is followed where it is that of all pairs: sequential where they have "
+      "restitution (at one instant the fastest approach first, ties in the scene's order), together where they have "
+      "none; else the scene is refused. Cylinders and capsules that roll are stepped by leapfrog, with contacts and "
+      "Euler's equations anew in every substep.";
   impulse.source =
       "Moreau (1988); Stewart and Trinkle (1996); Alart and Curnier (1991); Macklin et al., Small Steps (2019)";
   impulse.settings = stepping::default_settings();
@@ -55,7 +60,8 @@ std::vector<MethodInfo> make_responses() {
       "above 0). "
       "Friction: a tangential spring of `tangential_ratio` of the normal stiffness that slides on the cone. A step "
       "beyond the "
-      "method's stability limit on the stiffest contact is refused.";
+      "method's stability limit on the stiffest contact is refused. Its impacts last and have no instant: a scene that "
+      "names its simultaneous_impacts is refused, unless it says how all its pairs give way.";
   penalty.source = "Cundall and Strack, Geotechnique 29 (1979) 47; Hunt and Crossley, J. Appl. Mech. 42 (1975) 440; "
                    "Schwager and Poeschel, Granular Matter 9 (2007) 465";
   penalty.settings = {

@@ -4,6 +4,7 @@
 
 #include "contact/options.hpp"
 #include "contact/penalty_force.hpp"
+#include "scene/contact_laws.hpp"
 
 namespace atwood {
 
@@ -66,6 +67,15 @@ std::string too_long_a_step(const MethodId& id, double w, double z, double h_s) 
          format_double(std::round(w)) + " rad/s)";
 }
 
+// A contact as a spring lasts: several at once push together, each as its overlap says, which is neither convention.
+std::string has_no_instants(const Scene& scene) {
+  if (scene.simultaneous_impacts == SimultaneousImpacts::unspecified) return "";
+  for (const PairLaw& law : laws_in_play(scene))
+    if (law.contact_law == ContactLaw::rigid)
+      return "the scene names its simultaneous_impacts: +penalty's impacts of rigid pairs last and have no instant";
+  return "";
+}
+
 template <class S>
 Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
   std::string why;
@@ -79,6 +89,7 @@ Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const O
   if (!(options.overlap > 0 && options.overlap < 1)) return unsupported("+penalty: overlap is above 0 and below 1");
   if (!(options.impact_speed_m_per_s >= 0 && options.damping_ratio >= 0 && options.tangential_ratio >= 0))
     return unsupported("+penalty: settings are not negative");
+  if (why = has_no_instants(scene); !why.empty()) return unsupported(why);
   auto force = std::make_unique<PenaltyForce<S>>(scene, options);
   if (!force->refusal().empty()) return unsupported(force->refusal());
   const auto stiffest = force->stiffest();

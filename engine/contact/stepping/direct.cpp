@@ -108,7 +108,7 @@ template <class S> bool already_solved(const World<S>& world, DirectSolver<S>& d
     for (int r = 0; r < 3; ++r) {
       const int row = 3 * i + r;
       d.l[row] = d.points[i].impulse[r];
-      d.q[row] = dot(u, axis(d.points[i], r)) + (r == 0 ? d.points[i].closing : S(0));
+      d.q[row] = dot(u, axis(d.points[i], r)) + (r == 0 ? d.points[i].closing : d.points[i].slip[r - 1]);
       d.step[row] = S(1) / (r == 0 ? coupling(world, d, row, row) : larger);
       z[r] = d.l[row] - d.step[row] * d.q[row];
       scale = real::max(scale, real::abs(d.l[row]));

@@ -281,6 +281,57 @@ template <class S> void list_contacts_of_bodies(World<S>& world, int contacts) {
   each([&](int body, int contact) { impacts.of_body[static_cast<std::size_t>(impacts.first[body + 1]++)] = contact; });
 }
 
+template <class S> S approach_of(const World<S>& world, int contact, const Encounter<S>& meeting) {
+  const auto [a, b] = bodies_of(world, contact);
+  const Flight<S> fa = flight(world, a), fb = flight(world, b);
+  return -dot((fb.v + cross(fb.w, meeting.arm_b)) - (fa.v + cross(fa.w, meeting.arm_a)), meeting.normal);
+}
+
+// By how little two instants may differ and be one: the rounding of the places over how fast the gap closes.
+template <class S> S same_instant(const World<S>& world, int contact, S approach, S sub_s) {
+  const auto [a, b] = bodies_of(world, contact);
+  const auto size = [&](int body) {
+    const S own = world.geometry[body].kind == ShapeKind::plane ? real::abs(world.geometry[body].offset)
+                                                                : world.geometry[body].bounding_radius;
+    return norm(load3(world.bodies.place[body].at)) + own;
+  };
+  return S(16) * real::epsilon<S>() * (sub_s + (size(a) + size(b)) / approach);
+}
+
+// Of the impacts of this instant, where the scene asks for them one after another: the fastest approach, ties in the
+// order of the bodies. The others go back into the queue.
+template <class S, class Later>
+void take_fastest(World<S>& world, S now_s, S sub_s, const Later& later, Approach<S>& next, Encounter<S>& meeting) {
+  auto& queue = world.impacts.queue;
+  auto& tied = world.impacts.tied;
+  tied.clear();
+  S fastest = approach_of(world, next.contact, meeting);
+  const S until_s = meeting.t_s + same_instant(world, next.contact, fastest, sub_s);
+  const auto order = [&](int contact) {
+    const auto [a, b] = bodies_of(world, contact);
+    return std::pair(std::min(a, b), std::max(a, b));
+  };
+  while (!queue.empty() && queue.front().t_s <= until_s) {
+    std::pop_heap(queue.begin(), queue.end(), later);
+    const Approach<S> other = queue.back();
+    queue.pop_back();
+    const Encounter<S> its = meeting_of(world, other.contact, now_s, sub_s);
+    if (!its.meets || other.contact == next.contact) continue;
+    const S approach = approach_of(world, other.contact, its), alike = S(64) * real::epsilon<S>() * fastest;
+    const bool earlier = its.t_s <= until_s && (approach > fastest + alike || (approach >= fastest - alike &&
+                                                                               order(other.contact) < order(next.contact)));
+    tied.push_back(earlier ? Approach<S>{meeting.t_s, next.contact} : Approach<S>{its.t_s, other.contact});
+    if (!earlier) continue;
+    next = other;
+    meeting = its;
+    fastest = approach;
+  }
+  for (const Approach<S>& other : tied) {
+    queue.push_back(other);
+    std::push_heap(queue.begin(), queue.end(), later);
+  }
+}
+
 }  // namespace
 
 template <class S> void list_bouncing(World<S>& world) {
@@ -297,6 +348,7 @@ template <class S> void meet_impacts(World<S>& world, S sub_s) {
     return x.t_s != y.t_s ? x.t_s > y.t_s : x.contact > y.contact;
   };
   S now_s{};
+  const bool one_by_one = world.scene->simultaneous_impacts == SimultaneousImpacts::sequential;
   const auto watch = [&](int contact) {
     const Encounter<S> meeting = meeting_of(world, contact, now_s, sub_s);
     if (!meeting.meets) return;
@@ -307,7 +359,7 @@ template <class S> void meet_impacts(World<S>& world, S sub_s) {
   const std::size_t most = impacts.bouncing.size() * impacts_a_contact;
   for (std::size_t n = 0; !queue.empty() && n < most; ++n) {
     std::pop_heap(queue.begin(), queue.end(), later);
-    const Approach<S> next = queue.back();
+    Approach<S> next = queue.back();
     queue.pop_back();
     Encounter<S> meeting = meeting_of(world, next.contact, now_s, sub_s);
     if (!meeting.meets) continue;  // an impact since then changed it
@@ -316,6 +368,7 @@ template <class S> void meet_impacts(World<S>& world, S sub_s) {
       std::push_heap(queue.begin(), queue.end(), later);
       continue;
     }
+    if (one_by_one) take_fastest(world, now_s, sub_s, later, next, meeting);
     if (!meet_on_surfaces(world, next.contact, now_s, sub_s, meeting)) continue;
     now_s = meeting.t_s;
     collide_contact(world, next.contact, meeting, now_s);

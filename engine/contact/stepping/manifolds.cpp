@@ -167,7 +167,12 @@ ATWOOD_INLINE void solve(ManifoldBatch<S>& c, Row<S>* velocities, const Row<S>* 
     b.push(r_b, dn);
 
     u = (b.v() + cross(b.w(), r_b)) - (a.v() + cross(a.w(), r_a));
-    const Pack<S> ut = dot(u, t), us = dot(u, s), most = mu * jn;
+    Pack<S> ut = dot(u, t), us = dot(u, s);
+    if (c.slips) {
+      ut += load(c.slip[i][0].lane);
+      us += load(c.slip[i][1].lane);
+    }
+    const Pack<S> most = mu * jn;
     const Pack<S> t_old = load(point.impulse_t[0].lane), s_old = load(point.impulse_t[1].lane);
     const Pack<S> m11 = load(point.mass_t[0].lane), m12 = load(point.mass_t[1].lane), m22 = load(point.mass_t[2].lane);
     const Pack<S> stick_t = t_old - (m11 * ut + m12 * us), stick_s = s_old - (m12 * ut + m22 * us);

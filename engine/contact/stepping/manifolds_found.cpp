@@ -259,6 +259,15 @@ template <class S> void list_restless(World<S>& world) {
   }
 }
 
+// Of what rolls the point of contact runs along the surface, however little the bodies move against each other.
+template <class S> void add_rolling(const World<S>& world, std::vector<int>& stale) {
+  if (world.rolling.manifolds.empty()) return;
+  for (const int i : world.rolling.manifolds)
+    if (stands_alone(world, static_cast<std::size_t>(i))) stale.push_back(i);
+  std::sort(stale.begin(), stale.end());
+  stale.erase(std::unique(stale.begin(), stale.end()), stale.end());
+}
+
 // What a step's sums tell of points that are no longer there goes to the first of the manifold.
 template <class S> void hand_on_sums(World<S>& world, const FoundManifold<S>& found) {
   const std::size_t first = lane_count * world.balls.batches.size() + 4 * static_cast<std::size_t>(found.slot);
@@ -321,6 +330,7 @@ template <class S> void renew_manifolds(World<S>& world) {
   stale.clear();
   for (const int i : world.restless)
     if (is_stale(world, world.manifolds[static_cast<std::size_t>(i)])) stale.push_back(i);
+  add_rolling(world, stale);
   if (stale.empty()) return;
   const int count = static_cast<int>(stale.size());
   auto& shapes = world.scratch.renewed;

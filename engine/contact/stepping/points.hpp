@@ -88,6 +88,7 @@ template <class S> struct Point {
   Vec3<S> n, t, s, arm_a, arm_b;
   S gap{}, closing{}, friction{}, restitution{};
   S impulse[3] = {};
+  S slip[2] = {};  // of the point ahead, along t and s
 };
 
 template <class S> Point<S> point_at(const World<S>& world, int contact) {
@@ -108,6 +109,10 @@ template <class S> Point<S> point_at(const World<S>& world, int contact) {
   out = {batch.a[k], batch.b[k], n, t, cross(n, t), lane_of(point.arm_a, k), lane_of(point.arm_b, k),
          point.gap.lane[k], point.closing.lane[k], batch.friction.lane[k], batch.restitution.lane[k],
          {point.impulse_n.lane[k], point.impulse_t[0].lane[k], point.impulse_t[1].lane[k]}};
+  if (batch.slips) {
+    out.slip[0] = batch.slip[at.point][0].lane[k];
+    out.slip[1] = batch.slip[at.point][1].lane[k];
+  }
   return out;
 }
 

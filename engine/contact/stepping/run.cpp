@@ -5,6 +5,7 @@
 
 #include "contact/options.hpp"
 #include "contact/stepping/points.hpp"
+#include "scene/contact_laws.hpp"
 #include "simulation.hpp"
 
 namespace atwood {
@@ -14,8 +15,23 @@ using namespace stepping;
 
 Outcome unsupported(const std::string& reason) { return {Status::unsupported, reason, 0, 0, {}}; }
 
+// Impacts that bounce are taken one after another, those that do not are solved at once: whichever convention for
+// simultaneous impacts the scene names, it has to be that of all its pairs.
+std::string other_convention(const Scene& scene) {
+  const SimultaneousImpacts named = scene.simultaneous_impacts;
+  if (named == SimultaneousImpacts::unspecified) return "";
+  for (const PairLaw& law : laws_in_play(scene)) {
+    if (named == SimultaneousImpacts::together && law.restitution > 0)
+      return "the scene's simultaneous_impacts is together: +impulse takes impacts with restitution one after another";
+    if (named == SimultaneousImpacts::sequential && !(law.restitution > 0))
+      return "the scene's simultaneous_impacts is sequential: +impulse solves contacts without restitution together";
+  }
+  return "";
+}
+
 // What +impulse has no answer for, by name; "" otherwise.
 std::string missing(const Scene& scene) {
+  if (const std::string other = other_convention(scene); !other.empty()) return other;
   for (const PairLaw& pair : scene.pairs)
     if (pair.rolling_friction_m > 0) return "atwood's +impulse has no rolling friction";
   // A pair of shapes is met or not whoever has them: the first moving and the first fixed body of each kind stand for
@@ -68,6 +84,15 @@ void build_world(World<S>& world, const Scene& scene, Simulation<S>& simulation,
   bodies.moves.resize(count);
   bodies.isotropic.resize(count);
   bodies.reach.resize(count);
+  Rolling<S>& rolling = world.rolling;
+  for (const Body& body : scene.bodies)
+    rolling.some_round = rolling.some_round || (!body.fixed && (std::holds_alternative<Capsule>(body.shape) ||
+                                                                std::holds_alternative<Cylinder>(body.shape)));
+  if (rolling.some_round) {
+    rolling.rolls.resize(count);
+    for (auto* rates : {&rolling.by_forces, &rolling.by_contacts, &rolling.kicked, &rolling.turned})
+      rates->resize(count);
+  }
   if (world.options.sleeping) {
     world.sleep.island.resize(count);
     world.sleep.still_s.resize(count);
@@ -96,6 +121,9 @@ template <class S> void restart(World<S>& world) {
   world.manifolds.clear();
   world.manifolds_before.clear();
   world.manifold_batches.clear();
+  std::fill(world.rolling.rolls.begin(), world.rolling.rolls.end(), 0);
+  world.rolling.bodies.clear();
+  world.rolling.manifolds.clear();
 }
 
 // From the initial state to the end, with or without looking.

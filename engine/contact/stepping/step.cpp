@@ -30,15 +30,6 @@ template <class S> Row<S> row(const Vec3<S>& first, const Vec3<S>& second, S sev
   return {{first.x, first.y, first.z, second.x, second.y, second.z, seventh, eighth}};
 }
 
-// R I^-1 R^T, entry by entry from the images of the world's axes.
-template <class S> Row<S> inverse_inertia(const MassProperties<S>& mass, const Quat<S>& q_WB) {
-  const auto image = [&](const Vec3<S>& axis) {
-    return rotate(q_WB, mass.times_inverse_inertia(rotate_back(q_WB, axis)));
-  };
-  const Vec3<S> x = image({S(1), S(0), S(0)}), y = image({S(0), S(1), S(0)}), z = image({S(0), S(0), S(1)});
-  return {{x.x, x.y, x.z, y.y, y.z, z.z, mass.inverse_mass_per_kg, S(0)}};
-}
-
 template <class S> bool is_isotropic(const MassProperties<S>& mass) {
   return mass.diagonal && mass.I_row[0].x == mass.I_row[1].y && mass.I_row[1].y == mass.I_row[2].z;
 }
@@ -212,19 +203,30 @@ template <class S> void substep(World<S>& world, S sub_s, Phases& phases) {
   meet_impacts(world, sub_s);
   const bool rests = options.rest_sweeps > options.iterations && at_rest(world);
   phases.end("solve");
+  kick_rolling(world, sub_s);
   kick(world);
   phases.end("integrate");
   prepare_balls(world, sub_s, options.push_apart, options.warm_start);
   prepare_manifolds(world, sub_s, options.push_apart, options.warm_start);
+  look_ahead(world, sub_s);
   const bool solved = options.solver != Solver::sequential && solve_directly(world, rests);
   if (!solved) sweep(world, rests);
   if (world.sums_impulses) add_sums(world);
   phases.end("solve");
   drift(world, sub_s);
+  turn_rolling(world, sub_s);
   phases.end("integrate");
 }
 
 }  // namespace
+
+template <class S> Row<S> inverse_inertia(const MassProperties<S>& mass, const Quat<S>& q_WB) {
+  const auto image = [&](const Vec3<S>& axis) {
+    return rotate(q_WB, mass.times_inverse_inertia(rotate_back(q_WB, axis)));
+  };
+  const Vec3<S> x = image({S(1), S(0), S(0)}), y = image({S(0), S(1), S(0)}), z = image({S(0), S(0), S(1)});
+  return {{x.x, x.y, x.z, y.y, y.z, z.z, mass.inverse_mass_per_kg, S(0)}};
+}
 
 template <class S> void load_bodies(World<S>& world) {
   Bodies<S>& bodies = world.bodies;
@@ -290,6 +292,7 @@ template <class S> bool step(World<S>& world, S t_s, S h_s) {
     find_manifolds(world);
   }
   list_bouncing(world);
+  list_rolling(world, h_s);
   const bool events = world.observer != nullptr && world.observer->event;
   world.sums_impulses = world.sums_impulses || events;
   if (world.sums_impulses) clear_sums(world);
@@ -297,6 +300,7 @@ template <class S> bool step(World<S>& world, S t_s, S h_s) {
   phases.end("narrow");
   for (int k = 0; k < world.substeps; ++k) {
     world.t_s = t_s + S(k) * world.sub_s;
+    if (k > 0) turn_rolling_inertias(world);
     if (k > 0) renew_manifolds(world);
     phases.end("narrow");
     substep(world, world.sub_s, phases);
@@ -311,6 +315,7 @@ template <class S> bool step(World<S>& world, S t_s, S h_s) {
 #define ATWOOD_STEP(S)                             \
   template void load_bodies<S>(World<S>&);         \
   template void set_kicks<S>(World<S>&);           \
+  template Row<S> inverse_inertia<S>(const MassProperties<S>&, const Quat<S>&);  \
   template void load_body<S>(World<S>&, int);      \
   template void store_bodies<S>(World<S>&);        \
   template bool step<S>(World<S>&, S, S);

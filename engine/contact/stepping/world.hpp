@@ -92,6 +92,8 @@ template <class S> struct ManifoldBatch {
   Lanes<S> axis_a[3], axis_b[3], round_a, round_b, lean;  // moved_point()
   Lanes<S> turned_a[3], turned_b[3];  // how far the bodies had turned since the step began when it was found
   ManifoldPoint<S> point[4];
+  bool slips = false;                 // some `slip` is not 0
+  Lanes<S> slip[4][2];                // of a point: how much faster it slides half a substep later, m/s (rolling.cpp)
 };
 
 // Batches [first, last) that touch no moving body twice.
@@ -122,6 +124,17 @@ template <class S> struct FoundManifold {
 
 // A pair of balls that pushed each other when the candidates were found anew.
 template <class S> struct Kept { std::int32_t a, b; S impulse_n, impulse_t[3], normal[3]; };
+
+// Round bodies with contacts that last (rolling.cpp): by body, but for the two lists.
+template <class S> struct Rolling {
+  bool some_round = false;          // some moving body is a cylinder or a capsule
+  std::vector<int> bodies, manifolds;
+  std::vector<unsigned char> rolls;
+  std::vector<Vec3<S>> by_forces;   // what forces do to the body rate in a substep, world axes
+  std::vector<Vec3<S>> by_contacts; // what contacts did to it in the last one, rad/s^2
+  std::vector<Vec3<S>> kicked;      // ... before they did
+  std::vector<Vec3<S>> turned;      // since the step began, before the drift
+};
 
 // Who sleeps: empty unless the option is on.
 struct Sleep {
@@ -165,6 +178,7 @@ template <class S> struct Impacts {
   std::vector<int> bouncing;         // contacts with restitution
   std::vector<int> first, of_body;   // those of body i: of_body[first[i]] .. of_body[first[i + 1]]
   std::vector<Approach<S>> queue;    // a heap, the earliest on top
+  std::vector<Approach<S>> tied;     // of one instant, where the scene names an order
   std::vector<Manifold<S>> shapes;   // room
 };
 
@@ -209,6 +223,7 @@ template <class S> struct World {
   std::vector<Onset<S>> onsets;
   std::vector<Told<S>> told;           // by the contact's number
   DirectSolver<S> direct;
+  Rolling<S> rolling;
   Sleep sleep;
   std::vector<FoundManifold<S>> manifolds, manifolds_before;
   // manifolds whose bodies may move far within the step; that have, and are found anew
@@ -262,6 +277,17 @@ template <class S> void load_body(World<S>& world, int body);        // ... of o
 template <class S> void store_bodies(World<S>& world);               // and back
 // false: free flight's implicit equations were not solved
 template <class S> bool step(World<S>& world, S t_s, S h_s);
+
+// R I^-1 R^T, entry by entry from the images of the world's axes; 1/m
+template <class S> Row<S> inverse_inertia(const MassProperties<S>& mass, const Quat<S>& q_WB);
+
+// ---- rolling.cpp
+// Who rolls in the coming step of h_s, once contacts are found and kicks set.
+template <class S> void list_rolling(World<S>& world, S h_s);
+template <class S> void turn_rolling_inertias(World<S>& world);   // before a later substep's contacts
+template <class S> void kick_rolling(World<S>& world, S sub_s);   // before the kick
+template <class S> void look_ahead(World<S>& world, S sub_s);     // once contacts are prepared
+template <class S> void turn_rolling(World<S>& world, S sub_s);   // after the drift
 
 // ---- candidates.cpp
 // Pairs that may touch within the coming step of h_s; those at hand serve as long as they hold.
