@@ -3,11 +3,9 @@
 // report).
 //
 //   heap    balls of one size as dense as poured ones (58 % of space); settled: each call moves them by 1e-5 of a
-//   radius,
-//           stirred: by a twentieth, this way and that, and all of them down by as much
+//           radius, stirred: by a twentieth, this way and that, and all of them down by as much
 //   planes  as many finite planes, askew, as one in 80 of the bodies: a ball inside the sphere or the box around a
-//   rectangle
-//           is mostly far from the rectangle itself, most of all beyond its corners
+//           rectangle is mostly far from the rectangle itself, most of all beyond its corners
 //   giant   one ball of 25 radii in the midst
 //   line    a row of balls, each touching the next
 #include <time.h>

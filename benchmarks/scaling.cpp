@@ -1,11 +1,12 @@
 // Time against the number of bodies: free flight, gravity over all pairs, gravity by a tree.
 //
-//   scaling/free-flight/SCALAR/N, scaling/free-flight-2-threads/SCALAR/N      ns_per_step of all N; ns_per_body_step
-//   scaling/gravity-pair/N           ns_per_step: nanoseconds an interaction, one body's pull on one other (N (N - 1)
-//   of them);
-//                                    pairs_per_s counts those, unordered_pairs_per_s halves of them, N (N - 1) / 2
-//   scaling/gravity-direct/N, scaling/gravity-tree/N (opening 0.5), and -2-threads      ns_per_step: one evaluation of
-//   all rates
+//   scaling/free-flight/SCALAR/N, scaling/free-flight-2-threads/SCALAR/N
+//       ns_per_step of all N; ns_per_body_step
+//   scaling/gravity-pair/N
+//       ns_per_step: nanoseconds an interaction, one body's pull on one other (N (N - 1) of them);
+//       pairs_per_s counts those, unordered_pairs_per_s halves of them, N (N - 1) / 2
+//   scaling/gravity-direct/N, scaling/gravity-tree/N (opening 0.5), and -2-threads
+//       ns_per_step: one evaluation of all rates
 //
 // Fitted exponents and memory a body go to standard error when all have run.
 #include <benchmark/benchmark.h>
@@ -39,8 +40,7 @@ double bytes_in_use() {
   return static_cast<double>(info.uordblks) + static_cast<double>(info.hblkhd);
 }
 
-// ---- free flight
-// ------------------------------------------------------------------------------------------------------------
+// ---- free flight --------------------------------------------------------------------------------------------------
 void free_flight(benchmark::State& state, const std::string& family, const std::string& method, int bodies) {
   const Scene scene = free_flight_scene(bodies);
   const std::int64_t steps = std::max<std::int64_t>(64, 200000 / bodies);
@@ -79,8 +79,7 @@ void register_free_flight() {
       }
 }
 
-// ---- gravity
-// ------------------------------------------------------------------------------------------------------------------
+// ---- gravity ------------------------------------------------------------------------------------------------------
 // Point masses uniform in a cube.
 Scene cloud(int bodies) {
   Scene scene;
@@ -151,8 +150,7 @@ void register_all_gravity() {
   }
 }
 
-// ---- the fits
-// -------------------------------------------------------------------------------------------------------------------
+// ---- the fits -----------------------------------------------------------------------------------------------------
 void print_fits() {
   for (const auto& [family, runs] : seen) {
     std::vector<double> bodies, seconds;

@@ -49,8 +49,7 @@ template <class S> bool refuse_step(Outcome& outcome, S t_s) {
   return false;
 }
 
-// ---- the steps of the plan
-// ------------------------------------------------------------------------------------------------
+// ---- the steps of the plan ----------------------------------------------------------------------------------------
 template <class S> bool one_step(Simulation<S>& s, const Plan& plan, std::int64_t n, S h_s) {
   const S t_s = time_at<S>(plan, n);
   s.model->select_interval(t_s, t_s + h_s);

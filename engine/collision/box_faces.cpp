@@ -41,10 +41,9 @@ template <class S> Facing<S> facing(const BoxPair<S>& pair, bool reference_is_a,
   return f;
 }
 
-// ---- the polygon
-// --------------------------------------------------------------------------------------------------------- A corner of
-// it: place on the reference face, gap along the normal, the features that meet there, and what the side to the next
-// corner lies on: the other's side 0..3, or 4 + the reference's side.
+// ---- the polygon --------------------------------------------------------------------------------------------------
+// A corner of it: place on the reference face, gap along the normal, the features that meet there, and what the side to
+// the next corner lies on: the other's side 0..3, or 4 + the reference's side.
 template <class S> struct Corner {
   S u, v, gap;
   int feature, other_feature, side;

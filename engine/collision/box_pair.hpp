@@ -49,12 +49,11 @@ template <class S> std::uint32_t feature_id(const Vec3<S>& normal_W, int feature
   return static_cast<std::uint32_t>(a_lies_first(normal_W) ? 32 * feature_a + feature_b : 32 * feature_b + feature_a);
 }
 
-// ---- where two faces lie over each other (box_faces.cpp)
-// ----------------------------------------------------------------- The face of the reference box along its axis `k`
-// that looks along the normal most, and the other's face that looks against it most, projected onto each other along
-// the normal; kept are the points within `margin`, at most four. `normal_W` need not be the reference face's own.
-// `deepest` is the least gap between the cores, infinite when the faces do not overlap (the manifold is then the
-// other's lowest corner, moved onto the face).
+// ---- where two faces lie over each other (box_faces.cpp) ----------------------------------------------------------
+// The face of the reference box along its axis `k` that looks along the normal most, and the other's face that looks
+// against it most, projected onto each other along the normal; kept are the points within `margin`, at most four.
+// `normal_W` need not be the reference face's own. `deepest` is the least gap between the cores, infinite when the
+// faces do not overlap (the manifold is then the other's lowest corner, moved onto the face).
 template <class S>
 Manifold<S> face_manifold(const BoxPair<S>& pair, bool reference_is_a, int k, const Vec3<S>& normal_W, S margin,
                           S& deepest);
@@ -70,9 +69,8 @@ template <class S> struct BoxClosest {
 // edges.
 template <class S> BoxClosest<S> closest_of_boxes(const BoxPair<S>& pair);
 
-// ---- all together (box_pairs.cpp)
-// ------------------------------------------------------------------------------------------ False: the surfaces are
-// more than `margin` apart.
+// ---- all together (box_pairs.cpp) ---------------------------------------------------------------------------------
+// False: the surfaces are more than `margin` apart.
 template <class S> bool box_manifold(const BoxPair<S>& pair, S margin, Manifold<S>& out);
 
 }  // namespace atwood

@@ -42,10 +42,9 @@ class PairSort {
   std::vector<std::int32_t> start_;
 };
 
-// ---- the kinds
-// -------------------------------------------------------------------------------------------------------------- Pairs
-// whose centres are at most `reach` (r_a + r_b) apart in the sum of the coordinates' differences. No true pair is lost
-// at reach = sqrt(3), the largest ratio of that distance to Euclid's; at reach = 1 pairs that meet askew are.
+// ---- the kinds ----------------------------------------------------------------------------------------------------
+// Pairs whose centres are at most `reach` (r_a + r_b) apart in the sum of the coordinates' differences. No true pair is
+// lost at reach = sqrt(3), the largest ratio of that distance to Euclid's; at reach = 1 pairs that meet askew are.
 template <class S> std::int64_t manhattan_pairs(Items<S> items, S reach, std::vector<BodyPair>& pairs);
 
 template <class S> std::unique_ptr<BroadPhase<S>> make_all_pairs();

@@ -160,9 +160,8 @@ template <class S> ConvexPiece<S> piece_of(const TriangleMesh<S>& mesh, int t) {
 }
 template <class S> Aabb<S> bounds_of(const ConvexPiece<S>& piece, const Placement<S>& place);
 
-// ---- two meshes, b placed in a's axes
-// ------------------------------------------------------------------------------------- The box around a box of B's
-// axes, in A's.
+// ---- two meshes, b placed in a's axes -----------------------------------------------------------------------------
+// The box around a box of B's axes, in A's.
 template <class S> Aabb<S> turned_box(const Aabb<S>& box, const Placement<S>& b_in_a) {
   const Vec3<S> center = placed(b_in_a, S(0.5) * (box.low + box.high)), h = S(0.5) * (box.high - box.low);
   const Vec3<S>* axis = b_in_a.axis_W;

@@ -40,9 +40,9 @@ template <class S> S height_of_center(const Posed<S>& plane, const Posed<S>& b) 
   return dot(plane.shape.normal_W, b.place.p_W) - plane.shape.offset;
 }
 
-// ---- boxes and rectangles
-// -------------------------------------------------------------------------------------------- A corner is p + sum s_k
-// h_k axis_k; its height above the plane height(p) + sum s_k rise_k with rise_k = h_k n . axis_k.
+// ---- boxes and rectangles -----------------------------------------------------------------------------------------
+// A corner is p + sum s_k h_k axis_k; its height above the plane height(p) + sum s_k rise_k with rise_k = h_k n .
+// axis_k.
 template <class S> struct Rises {
   S center, rise[3];
   Vec3<S> half_side[3];
@@ -70,9 +70,9 @@ template <class S> unsigned lowest_corner(const Vec3<S>& n, const Vec3<S>* axis)
   return (dot(n, axis[0]) < S(0) ? 1u : 0u) | (dot(n, axis[1]) < S(0) ? 2u : 0u) | (dot(n, axis[2]) < S(0) ? 4u : 0u);
 }
 
-// ---- cylinders
-// ------------------------------------------------------------------------------------------------------- `down` is the
-// unit direction within the discs in which they sink deepest; without a tilt there is none, and it is zero.
+// ---- cylinders ----------------------------------------------------------------------------------------------------
+// `down` is the unit direction within the discs in which they sink deepest; without a tilt there is none, and it is
+// zero.
 template <class S> struct Leaning {
   S center, cosine, sine;  // cosine = n . axis, sine >= 0
   Vec3<S> down;

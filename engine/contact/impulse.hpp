@@ -15,9 +15,10 @@ template <class S> struct ImpactBody {
 
 // What restitution e means, v_n the normal velocity between the bodies at the point (negative: they approach), p the
 // normal impulse, W the work of the normal impulse; compression ends where v_n = 0.
-//   newton   v_n after = -e v_n before                 can gain energy where friction couples to v_n (eccentric
-//   impacts) poisson  p after compression = e p of compression  never gains for e <= 1 stronge  W after compression =
-//   -e^2 W of compression   never gains for e <= 1
+//   newton   v_n after = -e v_n before                     can gain energy where friction couples to v_n (eccentric
+//                                                          impacts)
+//   poisson  p after compression = e p of compression      never gains for e <= 1
+//   stronge  W after compression = -e^2 W of compression   never gains for e <= 1
 // Without friction, and where friction does not act on v_n (spheres), the three are one.
 enum class Restitution : unsigned char { newton, poisson, stronge };
 

@@ -100,9 +100,8 @@ template <class S> void straight(Path<S>& path, S d0, S d1, const S* s) {
   if (!stops) path.next_phase();
 }
 
-// ---- slip that turns
-// ---------------------------------------------------------------------------------------------------------- In tau, dp
-// = |u_t| dtau: the equations stay smooth as slip stops (it then takes infinite tau).
+// ---- slip that turns ----------------------------------------------------------------------------------------------
+// In tau, dp = |u_t| dtau: the equations stay smooth as slip stops (it then takes infinite tau).
 //   z = (j_1, j_2, p, W):  z' = (-mu u_1, -mu u_2, |u_t|, |u_t| v_n)
 template <class S> struct Turn { S z[4]; };
 

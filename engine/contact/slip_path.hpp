@@ -1,9 +1,10 @@
 // How the relative velocity at a point runs during an impact: the slip's hodograph, in the normal impulse p.
 //
-//   u = u0 + K J,  J = (j_1, j_2, p),  K the inverse mass matrix of the point: symmetric, positive definite     axes
-//   t1, t2, n slip      dJ/dp = (-mu s, 1),  s = u_t / |u_t| no slip   dJ/dp = (f, 1),      f = -K_tt^-1 K_tn: slip
-//   stays zero; possible where |f| <= mu else      slip sets in along the s with K_tn - mu K_tt s = lambda s, lambda >
-//   0: it keeps that direction
+//   u = u0 + K J,  J = (j_1, j_2, p),  axes t1, t2, n;  K the inverse mass matrix of the point: symmetric, positive
+//                                                       definite
+//   slip      dJ/dp = (-mu s, 1),  s = u_t / |u_t|
+//   no slip   dJ/dp = (f, 1),      f = -K_tt^-1 K_tn: slip stays zero; possible where |f| <= mu
+//   else      slip sets in along the s with K_tn - mu K_tt s = lambda s, lambda > 0: it keeps that direction
 //
 // Sources: Keller (1986); Bhatt and Koechling, J. Appl. Mech. 62 (1995) 893; Stronge, Impact Mechanics (2000), ch. 4;
 // Batlle, J. Appl. Mech. 63 (1996) 168 for slip that sets in anew.

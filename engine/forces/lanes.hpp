@@ -8,7 +8,8 @@
 //     static constexpr Items items = Items::bodies;
 //     template <class M, class L> ATWOOD_INLINE auto law(int item, const M& motion, const L& loads) const {
 //       return [body = motion.body(bodies[item]), load = loads.body(bodies[item]), mu = mu](auto k) ATWOOD_INLINED {
-//       load.acceleration_W(k) -= mu * body.p_WB(k) ... };
+//         load.acceleration_W(k) -= mu * body.p_WB(k) ...
+//       };
 //     }
 //     ATWOOD_ONE_LAW
 //   };

@@ -9,8 +9,8 @@ namespace atwood {
 
 // Order 2, symmetric, implicit, energy kept by construction: with z = y_new - y,
 //
-//   z_p = h (v + v_new) / 2,   z_v = h / m F(p, p_new),   z_q = h/2 q_m (0, w_m),   I z_w = -h w_m x I w_m,   _m: the
-//   midpoint
+//   z_p = h (v + v_new) / 2,      z_v = h / m F(p, p_new),
+//   z_q = h/2 q_m (0, w_m),     I z_w = -h w_m x I w_m,      _m: the midpoint
 //
 // F: the mean of the forces over the segment from p to p_new (average vector field: Quispel, McLaren, J. Phys. A 41
 // (2008) 045206), by Gauss's formula of nine nodes; or a discrete gradient of the potential (forces/conservative.hpp).

@@ -30,8 +30,8 @@ GeneralisedAlpha<S>::GeneralisedAlpha(RigidModel<S>& model, S rho, bool compensa
 }
 
 // The solver's unknown is z = af (y_new - y); its equation z = h k(z). With f the law at y + z:
-//   rate entries and velocities: k = af (r_n + g (f - r_n) / am),   positions: k = af (v + h (a_n / 2 + b (f_v - a_n) /
-//   am))
+//   rate entries and velocities:  k = af (r_n + g (f - r_n) / am)
+//   positions:                    k = af (v + h (a_n / 2 + b (f_v - a_n) / am))
 template <class S> void GeneralisedAlpha<S>::rates_at(void* stepper, const S* z, S* k) {
   auto& self = *static_cast<GeneralisedAlpha*>(stepper);
   for (int i = 0; i < self.size_; ++i) self.at_[i] = self.y_start_[i] + z[i];

@@ -13,11 +13,10 @@ namespace atwood {
 //
 //   a_n + am (a_new - a_n) = f(t + af h, y + af (y_new - y))
 //   v_new = v + h (a_n + g (a_new - a_n)),   x_new = x + h v + h^2 (a_n / 2 + b (a_new - a_n))
-//   g = 1/2 + am - af,  b = (1 + am - af)^2 / 4,  am = (2 - rho) / (1 + rho)             (Chung, Hulbert, eq. 17, 20,
-//   25; their
-//                                                                               alphas are 1 - am and 1 - af)
-//   y_new = y + h (r_n + g (r_new - r_n)),  am = (3 - rho) / (2 + 2 rho), r the rates     (Jansen et al., eq. 19 and
-//   24)
+//   g = 1/2 + am - af,  b = (1 + am - af)^2 / 4,  am = (2 - rho) / (1 + rho)
+//       (Chung, Hulbert, eq. 17, 20, 25; their alphas are 1 - am and 1 - af)
+//   y_new = y + h (r_n + g (r_new - r_n)),  am = (3 - rho) / (2 + 2 rho),  r the rates
+//       (Jansen et al., eq. 19 and 24)
 //
 // rho is the spectral radius at infinite stiffness. The rates a_n, r_n are the method's own and go from step to step.
 template <class S> class GeneralisedAlpha final : public Stepper<S> {

@@ -19,8 +19,9 @@ template <class S> Vec3<S> LieRungeKutta<S>::spin(int stage, int at) const {
 }
 
 // Stages at 0, h/2, h/2, h:
-//   Munthe-Kaas       exp(h/2 k1)   exp(h/2 k2)   exp(h k3),                    q_new: exp(h (k1 + 2 k2 + 2 k3 + k4) /
-//   6) commutator-free   exp(h/2 k1)   exp(h/2 k2)   exp(h/2 k1) exp(h k3 - h/2 k1),
+//   Munthe-Kaas       exp(h/2 k1)   exp(h/2 k2)   exp(h k3),
+//                     q_new: exp(h (k1 + 2 k2 + 2 k3 + k4) / 6)
+//   commutator-free   exp(h/2 k1)   exp(h/2 k2)   exp(h/2 k1) exp(h k3 - h/2 k1),
 //                     q_new: exp(h (3 k1 + 2 k2 + 2 k3 - k4) / 12) exp(h (-k1 + 2 k2 + 2 k3 + 3 k4) / 12)
 // k: body rates, by Munthe-Kaas pulled back to the start of the step. The first factor stands left: it acts first in
 // body axes.

@@ -1,10 +1,9 @@
 // One step of any method: from (t, y) over h, with dense output of the step just taken.
 //
 //   auto stepper = make_stepper<double>("rk4", model, why);  // integrators/catalogue.hpp; allocates here, not in steps
-//   stepper->step(t, h, y, y_new);                               // y is left as it was, so a step can be taken again
-//   stepper->step(t, theta * h, y, y_mid);                       // ... with another h: the method's own order inside a
-//   step stepper->dense(theta, y_mid);                                // cheaper: the interpolant of the last step()
-//   call
+//   stepper->step(t, h, y, y_new);          // y is left as it was, so a step can be taken again
+//   stepper->step(t, theta * h, y, y_mid);  // ... with another h: the method's own order inside a step
+//   stepper->dense(theta, y_mid);           // cheaper: the interpolant of the last call of step()
 //
 // A caller that edits a state between steps (a contact's impulse) just passes the edited state: the method notices
 // that (t, y) is not where its last step ended and evaluates the rate anew. A change of the force law itself is seen

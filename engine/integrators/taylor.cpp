@@ -190,8 +190,8 @@ template <class S> void Taylor<S>::add_quadratic(int k) {
   }
 }
 
-// q' = 1/2 q (0, w)    I w' = -w x (I w) - angular_drag w: no other force turns bodies here, so a top's series stands
-// alone.
+//   q' = 1/2 q (0, w),   I w' = -w x (I w) - angular_drag w
+// No other force turns bodies here, so a top's series does not depend on the other bodies'.
 template <class S> void Taylor<S>::find_turning(std::size_t top) {
   const auto [body, at, angular_drag] = tops_[top];
   const auto& moving = model_.moving();

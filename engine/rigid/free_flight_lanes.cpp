@@ -3,8 +3,7 @@
 namespace atwood {
 namespace {
 
-// ---- a lane's numbers; all of this is laid out in vector registers by the loops below
-// -------------------------------------
+// ---- a lane's numbers; all of this is laid out in vector registers by the loops below -----------------------------
 template <class S>
 ATWOOD_INLINE Vec3<S> get(const S (&rows)[3][flight_lanes], int l) {
   return {rows[0][l], rows[1][l], rows[2][l]};
@@ -60,8 +59,7 @@ template <class S> ATWOOD_INLINE Quat<S> unit(const Quat<S>& q) {
   return scale(S(1) / real::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z), q);
 }
 
-// ---- the classical Runge-Kutta method, one pass over registers
-// ---------------------------------------------------------------
+// ---- the classical Runge-Kutta method, one pass over registers ----------------------------------------------------
 //   k1 = f(y)  k2 = f(y + h/2 k1)  k3 = f(y + h/2 k2)  k4 = f(y + h k3)  y_new = y + h (b1 k1 + b2 k2 + b2 k3 + b4 k4)
 // h (k/2) and (h/2) k are one number, halving being exact.
 template <class T, class S> ATWOOD_INLINE T weigh(const S* b, const T& k1, const T& k2, const T& k3, const T& k4) {
@@ -124,9 +122,8 @@ ATWOOD_INLINE void classical_steps(int bodies, const FlightSteps<S>& steps, std:
   }
 }
 
-// ---- any tableau, a stage at a time
-// ------------------------------------------------------------------------------------------ Row r of 7: the attitude's
-// four, then three of half the body rate.
+// ---- any tableau, a stage at a time -------------------------------------------------------------------------------
+// Row r of 7: the attitude's four, then three of half the body rate.
 template <class S> ATWOOD_INLINE S* rates_row(FlightLanes<S>& lanes, int stage, int r) {
   return lanes.rates.data() + (static_cast<std::ptrdiff_t>(stage) * 7 + r) * flight_lanes;
 }
@@ -200,8 +197,7 @@ ATWOOD_INLINE void any_steps(int bodies, const FlightSteps<S>& steps, std::int64
   }
 }
 
-// ---- one body by itself
-// -------------------------------------------------------------------------------------------------------
+// ---- one body by itself -------------------------------------------------------------------------------------------
 template <class S> struct Turning { Quat<S> q; Vec3<S> u; };
 
 // Room that nobody fills with zeros first.

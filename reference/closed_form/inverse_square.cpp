@@ -1,5 +1,5 @@
-// Kepler's problem in universal variables: Stiefel and Scheifele, Linear and Regular Celestial Mechanics (1971),
-// ch. 11. With dt = r ds, beta = 2 mu / r0 - v0^2, eta = r0 . v0 and Stumpff's G_k(beta, s),
+// Kepler's problem in universal variables: Stiefel and Scheifele, Linear and Regular Celestial Mechanics (1971), ch.
+// 11. With dt = r ds, beta = 2 mu / r0 - v0^2, eta = r0 . v0 and Stumpff's G_k(beta, s),
 //   t = r0 G1 + eta G2 + mu G3        Kepler's equation: t' = r > 0, so it has one root
 //   r = r0 G0 + eta G1 + mu G2
 //   f = 1 - mu G2 / r0,  g = r0 G1 + eta G2,  f' = -mu G1 / (r r0),  g' = 1 - mu G2 / r

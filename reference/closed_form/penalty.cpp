@@ -4,11 +4,12 @@
 // Linear (T. Schwager and T. Poschel, Granular Matter 9 (2007) 465):  m d'' = -k d - c d',  z = c / (2 sqrt(k m)) < 1,
 //   d = v / w_d exp(-z w0 t) sin(w_d t),  w0^2 = k / m,  w_d = w0 sqrt(1 - z^2)
 //   that may pull: until d = 0 again, t = pi / w_d, with e = exp(-pi z / sqrt(1 - z^2))
-//   clamped at 0:  until k d + c d' = 0, t = 2 acos(z) / w_d, with e = exp(-2 z acos z / sqrt(1 - z^2)); then it flies
-//   free
+//   clamped at 0:  until k d + c d' = 0, t = 2 acos(z) / w_d, with e = exp(-2 z acos z / sqrt(1 - z^2));
+//                  then it flies free
 // Hertz (J. reine angew. Math. 92 (1881) 156):  m d'' = -K d^(3/2),  K = 4/3 E sqrt(R)
-//   by energy, with d = d_m sin(a)^(4/5), d_m = (5 m v^2 / (4 K))^(2/5):  d' = v cos a,  t = 4 d_m / (5 v) int_0^a
-//   sin^(-1/5) and the way out mirrors the way in.
+//   by energy, with d = d_m sin(a)^(4/5), d_m = (5 m v^2 / (4 K))^(2/5):
+//   d' = v cos a,  t = 4 d_m / (5 v) int_0^a sin^(-1/5)
+//   and the way out mirrors the way in.
 #include "closed_form/gauss.hpp"
 #include "closed_form/solution.hpp"
 

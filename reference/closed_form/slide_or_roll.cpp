@@ -3,8 +3,9 @@
 // Bodies, art. 144; G. G. Coriolis, Jeu de billard, 1835).
 //
 // Along the line (e; gravity g_s along it, g_n into the floor) the surface slides at u = v - r w, w about n x e:
-//   slip:  v' = g_s - mu g_n sign u,  w' = mu g_n sign u m r / I,  u' = g_s - kappa mu g_n sign u,  kappa = 1 + m r^2 /
-//   I roll:  u = 0,  v' = r w' = g_s (1 - 1 / kappa), while friction can: |g_s| <= kappa mu g_n
+//   slip:  v' = g_s - mu g_n sign u,  w' = mu g_n sign u m r / I,
+//          u' = g_s - kappa mu g_n sign u,  kappa = 1 + m r^2 / I
+//   roll:  u = 0,  v' = r w' = g_s (1 - 1 / kappa), while friction can: |g_s| <= kappa mu g_n
 // A box cannot turn (kappa = 1): its roll is standing still. Whether it would tip is decided by where the floor's
 // pressure has its centre, height f / N ahead of the box's own.
 #include <algorithm>

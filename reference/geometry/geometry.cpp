@@ -62,9 +62,8 @@ void require(const Shape& a, const Shape& b) {
     throw std::invalid_argument("truth: no separation of " + why);
 }
 
-// ---- inside of closed meshes
-// ------------------------------------------------------------------------------------------ Every edge joins two
-// triangles that run along it in opposite ways.
+// ---- inside of closed meshes --------------------------------------------------------------------------------------
+// Every edge joins two triangles that run along it in opposite ways.
 bool closed(const Mesh& mesh) {
   std::map<std::pair<int, int>, int> ways;
   for (const auto& t : mesh.triangles)

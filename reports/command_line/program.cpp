@@ -303,8 +303,7 @@ Solver arkode(const MethodInfo& info, bool tolerance) {
   return made;
 }
 
-// ---- odeint
-// ----------------------------------------------------------------------------------------------------------
+// ---- odeint -------------------------------------------------------------------------------------------------------
 constexpr const char* kOdeintPlain =
     R"(struct System { void operator()(const state& x, state& dxdt, real t) const { f(t, x.data(), dxdt.data()); } };
 static void solve(long steps, real* y) {

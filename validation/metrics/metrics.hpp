@@ -80,8 +80,7 @@ struct GridConvergence {
 GridConvergence grid_convergence(const GridLevel& fine, const GridLevel& medium, const GridLevel& coarse);
 std::string to_string(GridConvergence::Kind kind);
 
-// ---- tolerance calibration: slope of log error on log rtol (1: proportional), tolerances near the floor left out
-// ------
+// ---- tolerance calibration: slope of log error on log rtol (1: proportional), tolerances near the floor left out --
 struct ToleranceFit {
   bool conclusive = false;
   std::string reason;
@@ -90,8 +89,7 @@ struct ToleranceFit {
 };
 ToleranceFit fit_tolerance(std::span<const double> rtol, std::span<const double> error, std::span<const double> floor);
 
-// ---- chaos: the mean of ln(d_end / d_start) / T over stretches, one after another; stretches 0: too few (9)
-// -----------
+// ---- chaos: the mean of ln(d_end / d_start) / T over stretches, one after another; stretches 0: too few (9) -------
 struct LyapunovFit {
   double exponent_per_s = std::numeric_limits<double>::quiet_NaN(), half_width_95 = 0;
   int stretches = 0;
@@ -106,8 +104,8 @@ struct EnsembleDrift {
 };
 EnsembleDrift fit_drift_ensemble(std::span<const double> t_s, std::span<const std::vector<double>> runs);
 
-// ---- scaling: time against the number of bodies, T ~ N^exponent; and T / log N, whose exponent is 1 for N log N
-// -------- Least squares on the logs with 95 % half-widths (Student's t); fewer than 4 rungs: not a number.
+// ---- scaling: time against the number of bodies, T ~ N^exponent; and T / log N, whose exponent is 1 for N log N ---
+// Least squares on the logs with 95 % half-widths (Student's t); fewer than 4 rungs: not a number.
 struct ScalingFit {
   int rungs = 0;
   double exponent = std::numeric_limits<double>::quiet_NaN(), half_width_95 = exponent;

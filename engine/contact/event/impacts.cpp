@@ -5,8 +5,8 @@
 // floor) are as one point; others (a sliding box that lands flat) are solved together. "together": all points of all
 // pairs in one complementarity problem (Newton's or Poisson's law at each; for several points at once Stronge's is
 // taken as Poisson's):
-//   v_n + e v_n- >= 0,  p_n >= 0,  (v_n + e v_n-) p_n = 0,  |p_t| <= mu p_n, slip opposed         (Moreau; Glocker and
-//   Pfeiffer)
+//   v_n + e v_n- >= 0,  p_n >= 0,  (v_n + e v_n-) p_n = 0,  |p_t| <= mu p_n, slip opposed
+//       (Moreau; Glocker and Pfeiffer)
 // solved point after point, friction on a round cone, until nothing changes.
 #include <algorithm>
 #include <cmath>
@@ -90,9 +90,8 @@ template <class S> void collide_one(Instant<S>& now, Hit<S>& hit) {
   run.pending.push_back({hit.pair, f.knob_body == run.pairs[hit.pair].a, hit.sight, impulse});
 }
 
-// ---- several points of one pair that move alike
-// ------------------------------------------------------------------------------ Is x within the hull of the points,
-// all of them on a plane of normal n?
+// ---- several points of one pair that move alike -------------------------------------------------------------------
+// Is x within the hull of the points, all of them on a plane of normal n?
 template <class S> bool supported(const Hit<S>* hits, int count, const Vec3<S>& n, const Vec3<S>& x, S tiny_m) {
   for (int i = 0; i < count; ++i)
     for (int j = 0; j < i; ++j) {
@@ -139,8 +138,7 @@ template <class S> bool collide_as_one(Instant<S>& now, int first, int count) {
   return true;
 }
 
-// ---- several points at once
-// ---------------------------------------------------------------------------------------------------
+// ---- several points at once ---------------------------------------------------------------------------------------
 template <class S> void push_at(Instant<S>& now, Hit<S>& hit, const Vec3<S>& impulse) {
   const Feature<S>& f = now.feature(hit);
   EventRun<S>& run = now.run;
@@ -245,8 +243,7 @@ template <class S> void collide_together(Instant<S>& now, int first, int count) 
   report_group(now, first, count);
 }
 
-// ---- the order of impacts
-// -----------------------------------------------------------------------------------------------------
+// ---- the order of impacts -----------------------------------------------------------------------------------------
 template <class S> int end_of_pair(const EventRun<S>& run, int first) {
   int end = first;
   while (end < static_cast<int>(run.hits.size()) && run.hits[end].pair == run.hits[first].pair) ++end;
@@ -289,14 +286,14 @@ template <class S> bool all_impacts(Instant<S>& now) {
   return true;
 }
 
-// ---- the end of a series of bounces
-// ------------------------------------------------------------------------------------------- Each touch is located to
-// about eps r / v, so late bounces cost more than they tell: a series is summed once a bounce rises by less than
-// eps^(2/3) r.   flight T_k = 2 v / a,  rise a T^2 / 8,  rest of the series T_k / (1 - e) The impact that ends it is
-// taken without restitution: friction's impulse over the rest of the series, and the way that it takes from a sliding
-// body, are then those of a body that slides under its weight from here on, exactly. Each impact of a series tells when
-// the series will end, early ones to less round-off: of those that agree with all later ones within that of the last,
-// the first is believed.
+// ---- the end of a series of bounces -------------------------------------------------------------------------------
+// Each touch is located to about eps r / v, so late bounces cost more than they tell: a series is summed once a bounce
+// rises by
+// less than eps^(2/3) r.   flight T_k = 2 v / a,  rise a T^2 / 8,  rest of the series T_k / (1 - e)
+// The impact that ends it is taken without restitution: friction's impulse over the rest of the series, and the way
+// that it takes from a sliding body, are then those of a body that slides under its weight from here on, exactly. Each
+// impact of a series tells when the series will end, early ones to less round-off: of those that agree with all later
+// ones within that of the last, the first is believed.
 template <class S>
 void forecast_end(EventRun<S>& run, ShapePair<S>& pair, S t_s, S rises, S series_s, S ratio) {
   const S places = norm(run.poses[pair.a].p) + norm(run.poses[pair.b].p) + pair.reach;

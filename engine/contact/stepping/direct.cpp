@@ -1,8 +1,8 @@
 // All contacts of an island at once: Newton's method on the contact law with its round cone.
 //
 // Impulses l = (n, t, s) of every point in its own frame, relative velocities u = W l + q with W = J M^-1 J^T. The law
-//   0 <= l_n  _|_  u_n + closing >= 0,    |l_ts| <= mu l_n, friction straight against the slip, on the cone where there
-//   is slip
+//   0 <= l_n  _|_  u_n + closing >= 0,
+//   |l_ts| <= mu l_n, friction straight against the slip, on the cone where there is slip
 // is F(l) = 0 with a step r of each row's own size (Alart and Curnier, Comput. Methods Appl. Mech. Eng. 92 (1991) 353):
 //   z = l - r (u + closing),   F_n = l_n - max(0, z_n),   F_ts = l_ts - project(z_ts, disc of radius mu max(0, z_n)).
 // W is singular where a body stands on more points than it needs; Newton's matrix takes W + eps diag(W) instead, F does

@@ -211,9 +211,8 @@ template <class S> void lay_out(World<S>& world) {
   for (std::size_t i = 0; i < colour.size(); ++i) put_manifold(world, static_cast<int>(i), at[colour[i]]++);
 }
 
-// ---- within a step
-// ---------------------------------------------------------------------------------------------------------- At most,
-// of points of the two surfaces against each other.
+// ---- within a step ------------------------------------------------------------------------------------------------
+// At most, of points of the two surfaces against each other.
 template <class S> S moved_since_found(const World<S>& world, const FoundManifold<S>& found) {
   const ManifoldBatch<S>& batch = world.manifold_batches.batches[static_cast<std::size_t>(found.slot / lane_count)];
   const int k = found.slot % lane_count;

@@ -4,8 +4,9 @@
 // Simulation", SCA 2019; Catto, "Solver2D", 2024), each of them
 //
 //   impacts    fast approaches that meet within the substep, one after another in the order of their times
-//   (impacts.cpp) kick       v += dv_free prepare    overlap is pushed apart in the positions alone: no velocity ever
-//   sees it; gaps and normals at the new
+//              (impacts.cpp)
+//   kick       v += dv_free
+//   prepare    overlap is pushed apart in the positions alone: no velocity ever sees it; gaps and normals at the new
 //              positions; the impulses of the last substep are applied again (warm start)
 //   solve      sweeps over all contacts:  v_n >= -max(gap, 0) / h_s,  impulse inside its round cone
 //   drift      p += h_s v
