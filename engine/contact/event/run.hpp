@@ -175,6 +175,7 @@ template <class S> struct EventRun {
   std::vector<Twist<S>> free_acceleration, acceleration;  // of bodies in one evaluation: without and with them
   bool near_bound = false;                 // in an evaluation of this step a force came near to its bound
   bool solvable = true;
+  S rises_enough{};                        // a normal acceleration that is none, as forces are known
   int inconsistent = -1;                   // a pair for which Coulomb's law has no contact force (painleve.cpp)
   S struck_s = S(-1);                      // the last impact without collision,
   int strikes = 0;                         // and how many there were at that instant before
