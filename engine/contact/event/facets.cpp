@@ -2,6 +2,7 @@
 // about the edge, or flies. Corners see faces alone, so a body that lies over an end, or is larger than the whole
 // sheet, is refused.
 #include <algorithm>
+#include <cmath>
 
 #include "collision/contacts.hpp"
 #include "contact/event/run.hpp"
@@ -81,9 +82,8 @@ S within_facet(const EventRun<S>& run, Contact<S>& contact) {
   const Feature<S>& feature = run.features[contact.feature];
   const Surface<S>& surface = run.surfaces[feature.surface];
   const Facet<S>& facet = contact.facet;
-  const Pose<S>&of = run.poses[feature.knob_body], &on = run.poses[feature.surface_body];
-  const Vec3<S> center = feature.knob.centered ? of.p : of.p + turned(of, feature.knob.center_B);
-  const Vec3<S> c = turned_back(on, center - on.p);
+  const Pose<S>& on = run.poses[feature.surface_body];
+  const Vec3<S> c = turned_back(on, outermost_of(run, feature) - on.p);
   switch (surface.kind) {
     case SurfaceKind::segment: {
       const S inside = surface.half_extents.z - real::abs(c.z);
@@ -149,8 +149,9 @@ bool clear_of_ends(EventRun<S>& run, const S* y) {
     if (std::find(run.near.begin(), run.near.end(), ends.pair) == run.near.end()) continue;
     const Placement<S> knob = placed(run, ends.knob_body, y), sheet = placed(run, ends.surface_body, y);
     if (norm(knob.p_W - sheet.p_W) > pair.reach) continue;
-    if (separation(ends.knob, knob, ends.surface, sheet).gap >= held_at(run, ends.pair) - S(64) * run.gap_round_off())
-      continue;
+    // The distance between shapes is found by iteration, not to the last place.
+    const S tolerance = S(64) * run.gap_round_off() + S(std::pow(static_cast<double>(real::epsilon<S>()), 0.6)) * pair.reach;
+    if (separation(ends.knob, knob, ends.surface, sheet).gap >= held_at(run, ends.pair) - tolerance) continue;
     run.outcome = {Status::unsupported, pair.past_the_end, 0, 0, {}};
     return false;
   }
@@ -159,12 +160,30 @@ bool clear_of_ends(EventRun<S>& run, const S* y) {
 
 template <class S>
 bool passes_a_sheet(const EventRun<S>& run, const S* y, const S* y_end) {
+  // Next to each other, has one turned? A body that tips over an end may be clear of it again.
+  const auto turned_much = [&](int body) {
+    const Pose<S> from = pose_of(run, body, y), to = pose_of(run, body, y_end);
+    S most = S(0);
+    for (int k = 0; k < 3; ++k) most = real::max(most, norm(to.axis[k] - from.axis[k]));
+    return most > S(0.05);
+  };
   return std::any_of(run.ends.begin(), run.ends.end(), [&](const SheetEnds<S>& ends) {
+    const Placement<S> one = placed(run, ends.knob_body, y), other = placed(run, ends.surface_body, y);
+    if (norm(one.p_W - other.p_W) < run.pairs[ends.pair].reach &&
+        (turned_much(ends.knob_body) || turned_much(ends.surface_body)))
+      return true;
     const auto side = [&](const S* at) {
       const Placement<S> sheet = placed(run, ends.surface_body, at);
       return dot(turned(sheet, ends.normal_B), placed(run, ends.knob_body, at).p_W - sheet.p_W) -
              dot(ends.normal_B, ends.on_it_B);
     };
+    if (ends.thick) {  // has their place to each other changed by much of the smaller one's size?
+      const auto apart = [&](const S* at) {
+        return placed(run, ends.knob_body, at).p_W - placed(run, ends.surface_body, at).p_W;
+      };
+      const S size = real::min(run.reach[ends.knob_body], run.reach[ends.surface_body]);
+      return norm(apart(y_end) - apart(y)) > size / S(32) && norm(apart(y)) < S(2) * run.pairs[ends.pair].reach;
+    }
     return side(y) * side(y_end) < S(0);
   });
 }

@@ -8,16 +8,16 @@ namespace atwood::event {
 namespace {
 
 // ---- impacts --------------------------------------------------------------------------------------------------------
-// Where in (0, high] a gap falls through zero that is at or above it at 0 and below at `high`. Newton on the gap, from
+// Where in (low, high] a gap falls through zero that is at or above it at `low` and below at `high`. Newton on the gap, from
 // where the parabola through the start and the end falls through zero (free flight onto a plane is that), kept in a
 // bracket; a gap that starts at zero, after an impact, rises first. Ends where corrections no longer shrink: what is
 // left of the gap is round-off.
-template <class S> S refine(Flow<S>& flow, const Feature<S>& feature, S high, S gap_high) {
+template <class S> S refine(Flow<S>& flow, const Feature<S>& feature, S low, S high, S gap_high) {
   const bool leaves = feature.rate > S(0);
   const S rise = feature.rate * flow.h_s * high, bend = gap_high - feature.gap - rise;
   const S root = real::sqrt(real::max(rise * rise - S(4) * bend * feature.gap, S(0)));
   const S guess = leaves ? (rise + root) / (S(-2) * bend) : S(2) * feature.gap / (root - rise);
-  S theta = guess > S(0) && guess < S(1) ? guess * high : high, low = S(0), last = high;
+  S theta = guess > S(0) && guess < S(1) && guess * high > low ? guess * high : high, last = high;
   for (int i = 0; i < 100; ++i) {
     const Sight<S> sight = sight_of(flow.run, feature, flow.at(theta));
     const S slope = sight.rate * flow.h_s;
@@ -50,7 +50,7 @@ template <class S> Overlap<S> overlap_within(Flow<S>& flow, const Feature<S>& fe
   if (!(feature.rate < S(0) && feature.rate_end > S(0))) return none;
   // Bodies that parted at the start of the step, by round-off not at once: no dip, or the touch would be found for
   // ever.
-  if (real::abs(feature.gap) <= flow.run.gap_round_off() && feature.rate >= -flow.run.approach_round_off()) return none;
+  if (feature.gap <= flow.run.gap_round_off() && feature.rate >= -flow.run.approach_round_off()) return none;
   // A gap that falls and rises again is convex there: it stays above its tangents at both ends.
   const S fall = feature.rate * flow.h_s, rise = feature.rate_end * flow.h_s;
   if (feature.gap + fall * ((feature.gap_end - rise - feature.gap) / (fall - rise)) > S(0)) return none;
@@ -65,6 +65,16 @@ template <class S> Overlap<S> overlap_within(Flow<S>& flow, const Feature<S>& fe
   return none;
 }
 
+// A gap that starts closed with no rate, by round-off, has been let go because it rises. Where within (0, high] it
+// has done so; 0: nowhere, or it starts otherwise.
+template <class S> S rises_until(Flow<S>& flow, const Feature<S>& feature, S high) {
+  const EventRun<S>& run = flow.run;
+  if (feature.gap > run.gap_round_off() || real::abs(feature.rate) > run.approach_round_off()) return S(0);
+  for (S theta = high / S(2); theta > high * S(0x1p-40); theta = theta / S(2))
+    if (sight_of(flow.run, feature, flow.at(theta)).gap > run.gap_round_off()) return theta;
+  return S(0);
+}
+
 template <class S> S touch_of(Flow<S>& flow, const Feature<S>& feature) {
   if (feature.gap <= S(0) && feature.rate < -flow.run.approach_round_off()) return S(0);
   const Overlap<S> overlap = overlap_within(flow, feature);
@@ -73,7 +83,7 @@ template <class S> S touch_of(Flow<S>& flow, const Feature<S>& feature) {
   if (real::abs(feature.gap) <= flow.run.gap_round_off() && real::abs(feature.gap_end) <= flow.run.gap_round_off() &&
       real::abs(feature.rate_end) <= flow.run.approach_round_off())
     return S(2);
-  return refine(flow, feature, overlap.theta, overlap.gap);
+  return refine(flow, feature, rises_until(flow, feature, overlap.theta), overlap.theta, overlap.gap);
 }
 
 // ---- conditions of lasting contacts ---------------------------------------------------------------------------------
@@ -86,17 +96,20 @@ template <class S> S value_of(const EventRun<S>& run, Condition condition, Conta
     case Condition::couple: return pair.rolling_friction_m * contact.normal_N - norm(contact.couple_N_m);
     case Condition::slip: return dot(contact.u, contact.slip_direction);
     case Condition::facet: return within_facet(run, contact) + run.gap_round_off();  // 0 above inner edges
+    case Condition::pressed: return run.rises_enough + normal_acceleration(run, contact, run.dydt.data());
     default: return dot(contact.w, contact.roll_direction);
   }
 }
 
 bool about_forces(Condition condition) {
-  return condition == Condition::force || condition == Condition::cone || condition == Condition::couple;
+  return condition == Condition::force || condition == Condition::cone || condition == Condition::couple ||
+         condition == Condition::pressed;
 }
 
 template <class S> bool applies(const EventRun<S>& run, Condition condition, const Contact<S>& contact) {
   switch (condition) {
-    case Condition::force: return true;
+    case Condition::force:
+    case Condition::pressed: return true;
     case Condition::cone: return contact.mode == Mode::sticks;
     case Condition::couple: return contact.turning == Turning::held;
     case Condition::slip: return contact.mode == Mode::slips && !contact.waits;
@@ -117,8 +130,13 @@ template <class S> struct Watch {
       const S* y = at == S(0) ? run.y.data() : at == S(1) ? run.y_new.data() : flow.at(at);
       theta = at;
       forces = about_forces(condition);
-      if (forces) run.model.system().rate(flow.t_s + at * flow.h_s, y, run.dydt.data());
-      else see_contacts(run, y);
+      if (forces) {
+        run.model.system().rate(flow.t_s + at * flow.h_s, y, run.dydt.data());
+        for (Contact<S>& contact : run.contacts)
+          if (!contact.carries) see_contact(run, contact);
+      } else {
+        see_contacts(run, y);
+      }
       run.sights_at_end = at == S(1);
     }
     return value_of(flow.run, condition, flow.run.contacts[index]);
@@ -154,9 +172,10 @@ template <class S> void search(Watch<S>& watch, Condition condition, Fall<S>& fi
   const EventRun<S>& run = watch.flow.run;
   for (int i = 0; i < static_cast<int>(run.contacts.size()); ++i) {
     const Contact<S>& contact = run.contacts[i];
-    if (!contact.carries || !applies(run, condition, contact)) continue;
+    if (contact.carries == (condition == Condition::pressed) || !applies(run, condition, contact)) continue;
     const S until = real::min(first.theta, S(1)), end = watch.value(condition, i, until);
-    const S tiny = about_forces(condition) ? -S(64) * real::epsilon<S>() * contact.largest_N : S(0);
+    const bool bounded = about_forces(condition) && condition != Condition::pressed;
+    const S tiny = bounded ? -S(64) * real::epsilon<S>() * contact.largest_N : S(0);
     if (!(end < tiny)) continue;
     const S theta = locate(watch, condition, i, watch.value(condition, i, S(0)), end, until);
     if (theta <= S(1) && theta < first.theta) first = {theta, condition, i};
@@ -189,6 +208,7 @@ template <class S> void earliest_switch(Flow<S>& flow, Fall<S>& first) {
   if (run.near_bound)
     for (const Condition condition : {Condition::force, Condition::cone, Condition::couple})
       search(watch, condition, first);
+  if (run.carrying < static_cast<int>(run.contacts.size())) search(watch, Condition::pressed, first);
   for (const Condition condition : {Condition::slip, Condition::roll, Condition::facet})
     search(watch, condition, first);
 }

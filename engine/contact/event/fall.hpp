@@ -5,7 +5,8 @@
 
 namespace atwood::event {
 
-enum class Condition : unsigned char { none, gap, force, cone, slip, couple, roll, facet, calm };
+// pressed: a contact that touches and does not carry is pressed on again
+enum class Condition : unsigned char { none, gap, force, cone, slip, couple, roll, facet, calm, pressed };
 
 template <class S> struct Fall {
   S theta = S(2);

@@ -168,11 +168,15 @@ void see_ball(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface,
   }
 }
 
-// The lowest point of a circle about the unit axis a: x = c - R e, e = (n - (n.a) a) / s, s its length.
+// The lowest point of a circle about the unit axis a over a face: x = c - R e, e = (n - (n.a) a) / s, s its length. It
+// goes where the face's turning takes n as well.
 template <class S, bool with_rates>
-void see_rim(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, Sight<S>& sight) {
+void see_rim(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, const Facet<S>& facet, const Pose<S>& on,
+             Sight<S>& sight) {
   sight.normal_dot = sight.x_dot = {};
-  const Vec3<S> arm = turned(of, knob.center_B), axis = turned(of, knob.axis_B), &n = surface.normal_W;
+  const bool plane = surface.kind == SurfaceKind::plane;
+  const Vec3<S> arm = turned(of, knob.center_B), axis = turned(of, knob.axis_B),
+                n = plane ? surface.normal_W : turned(on, facet.direction_B);
   const Vec3<S> center = of.p + arm;
   const S lean = dot(n, axis);
   const Vec3<S> up = n - lean * axis;
@@ -180,14 +184,17 @@ void see_rim(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, 
   const Vec3<S> e = s > S(0) ? (S(1) / s) * up : Vec3<S>{};
   sight.normal = n;
   sight.x = center - knob.radius * e;
-  sight.gap = dot(n, center) - surface.offset - knob.radius * s;
+  const S above = plane ? dot(n, center) - surface.offset : dot(n, center - on.p) - dot(facet.direction_B, facet.point_B);
+  sight.gap = above - knob.radius * s;
   sight.rate = dot(n, of.v + cross(of.w, sight.x - of.p));
-  if (with_rates && s > S(0)) {
-    const Vec3<S> axis_dot = cross(of.w, axis);
-    const Vec3<S> up_dot = -dot(n, axis_dot) * axis - lean * axis_dot;
-    const Vec3<S> e_dot = (S(1) / s) * (up_dot - dot(e, up_dot) * e);
-    sight.x_dot = of.v + cross(of.w, arm) - knob.radius * e_dot;
-  }
+  if (!plane) sight.rate -= dot(n, on.v + cross(on.w, sight.x - on.p));
+  if (!with_rates) return;
+  if (!plane) sight.normal_dot = cross(on.w, n);
+  sight.x_dot = of.v + cross(of.w, arm);
+  if (!(s > S(0))) return;
+  const Vec3<S> axis_dot = cross(of.w, axis), &n_dot = sight.normal_dot;
+  const Vec3<S> up_dot = n_dot - (dot(n_dot, axis) + dot(n, axis_dot)) * axis - lean * axis_dot;
+  sight.x_dot -= (knob.radius / s) * (up_dot - dot(e, up_dot) * e);
 }
 
 }  // namespace
@@ -224,22 +231,30 @@ Facet<S> nearest_facet(const Surface<S>& surface, const Vec3<S>& center_B, bool 
   return corner ? face_of_mesh(surface.mesh, center_B, side_B, beside) : nearest_of_mesh(surface.mesh, center_B);
 }
 
+template <class S> Vec3<S> outermost_of_rim(const Knob<S>& knob, const Pose<S>& of, const Vec3<S>& n_W) {
+  const Vec3<S> center = of.p + turned(of, knob.center_B), axis = turned(of, knob.axis_B);
+  const Vec3<S> up = n_W - dot(n_W, axis) * axis;
+  const S s = norm(up);
+  return s > S(0) ? center - (knob.radius / s) * up : center;
+}
+
 template <class S>
 Sight<S> look(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, const Facet<S>& facet,
               const Pose<S>& on) {
   Sight<S> sight;
-  if (knob.rim) see_rim<S, false>(knob, of, surface, sight);
+  if (knob.rim) see_rim<S, false>(knob, of, surface, facet, on, sight);
   else see_ball<S, false>(knob, of, surface, facet, on, sight);
   return sight;
 }
 template <class S>
 void watch(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, const Facet<S>& facet, const Pose<S>& on,
            Sight<S>& sight) {
-  if (knob.rim) see_rim<S, true>(knob, of, surface, sight);
+  if (knob.rim) see_rim<S, true>(knob, of, surface, facet, on, sight);
   else see_ball<S, true>(knob, of, surface, facet, on, sight);
 }
 
 #define ATWOOD_FEATURES(S)                                                                                       \
+  template Vec3<S> outermost_of_rim<S>(const Knob<S>&, const Pose<S>&, const Vec3<S>&);                          \
   template S within_triangle<S>(const Triangle<S>&, const Vec3<S>&);                                             \
   template Facet<S> nearest_facet<S>(const Surface<S>&, const Vec3<S>&, bool, const Vec3<S>&, S&);               \
   template Sight<S> look<S>(const Knob<S>&, const Pose<S>&, const Surface<S>&, const Facet<S>&, const Pose<S>&); \

@@ -27,7 +27,7 @@ template <class S> inline Vec3<S> turned_back(const Pose<S>& pose, const Vec3<S>
 template <class S> struct Knob {
   Vec3<S> center_B;
   S radius{};
-  bool rim = false;      // a circle of that radius about axis_B, instead of a ball; meets planes alone
+  bool rim = false;      // a circle of that radius about axis_B, instead of a ball; meets faces alone
   bool centered = true;  // center_B is the body's origin
   Vec3<S> axis_B;
 };
@@ -66,6 +66,9 @@ template <class S> struct Sight {
 template <class S>
 Facet<S> nearest_facet(const Surface<S>& surface, const Vec3<S>& center_B, bool corner, const Vec3<S>& side_B,
                        S& beside);
+
+// The point of a rim that lies farthest against the unit vector n.
+template <class S> Vec3<S> outermost_of_rim(const Knob<S>& knob, const Pose<S>& of, const Vec3<S>& n_W);
 
 // Gap, rate, normal and point.
 template <class S>

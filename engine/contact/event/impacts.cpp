@@ -24,6 +24,7 @@ constexpr int most_impacts_at_once = 2000, most_elastic_impacts_at_once = 100000
 template <class S> struct Instant {
   EventRun<S>& run;
   S still;  // approach below it is round-off
+  int unsettled = 0;  // solutions for several points that did not settle
 
   const Feature<S>& feature(const Hit<S>& hit) const { return run.features[hit.feature]; }
   Vec3<S> u(const Hit<S>& hit) const {
@@ -153,10 +154,11 @@ template <class S> void push_at(Instant<S>& now, Hit<S>& hit, const Vec3<S>& imp
   apply(f.knob_body, hit.knob, impulse);
 }
 
-// Until v_n >= hit.target wherever p_n = hit.least, p_n >= hit.least.
-template <class S> void settle(Instant<S>& now, std::vector<Hit<S>>& hits, int first, int count) {
+// Until v_n >= hit.target wherever p_n = hit.least, p_n >= hit.least. False: the impulses do not settle.
+template <class S> bool settle(Instant<S>& now, std::vector<Hit<S>>& hits, int first, int count) {
+  S change = S(0), size = S(0);
   for (int sweep = 0; sweep < 20000; ++sweep) {
-    S change = S(0), size = S(0);
+    change = size = S(0);
     for (int i = first; i < first + count; ++i) {
       Hit<S>& hit = hits[i];
       const Vec3<S>& n = hit.sight.normal;
@@ -175,8 +177,9 @@ template <class S> void settle(Instant<S>& now, std::vector<Hit<S>>& hits, int f
       change = real::max(change, norm(t - hit.tangential_N_s));
       hit.tangential_N_s = t;
     }
-    if (!(change > S(4) * real::epsilon<S>() * size)) return;
+    if (!(change > S(4) * real::epsilon<S>() * size)) return true;
   }
+  return change <= real::sqrt(real::epsilon<S>()) * size;
 }
 
 template <class S> void report_group(Instant<S>& now, int first, int count) {
@@ -208,11 +211,32 @@ template <class S> void report_group(Instant<S>& now, int first, int count) {
   }
 }
 
-template <class S> void collide_together(Instant<S>& now, int first, int count) {
+// Impulses that do not settle, as friction far beyond 1 has them, stand where they take energy, and no more than a few
+// times at one instant: what is left of the approach is the next impact's.
+template <class S> bool accept_unsettled(Instant<S>& now, const std::vector<Vec3<S>>& u_before, int first, int count) {
+  constexpr int most_unsettled = 4;
+  S gain = S(0), size = S(0);  // twice the work of the impulses
+  for (int i = 0; i < count; ++i) {
+    const Hit<S>& hit = now.run.hits[first + i];
+    const Vec3<S> impulse = hit.normal_N_s * hit.sight.normal + hit.tangential_N_s;
+    const S part = dot(impulse, u_before[i] + now.u(hit));
+    gain += part;
+    size += real::abs(part);
+  }
+  if (++now.unsettled <= most_unsettled && gain <= real::sqrt(real::epsilon<S>()) * size) return true;
+  now.run.outcome = {Status::unsupported,
+                     "atwood's +event found no impulses of several contacts of one instant that obey Coulomb's law",
+                     0, 0, {}};
+  return false;
+}
+
+template <class S> bool collide_together(Instant<S>& now, int first, int count) {
   EventRun<S>& run = now.run;
   const bool newton = run.options.restitution == Restitution::newton;
+  std::vector<Vec3<S>> u_before;
   for (int i = first; i < first + count; ++i) {
     Hit<S>& hit = run.hits[i];
+    u_before.push_back(now.u(hit));
     const Feature<S>& f = now.feature(hit);
     const ImpactLaw<S> law = law_of(run, hit.pair);
     hit.surface = impact_body(run, f.surface_body, hit.sight.x);
@@ -230,7 +254,7 @@ template <class S> void collide_together(Instant<S>& now, int first, int count) 
     hit.tangential_N_s = {};
     hit.target = newton && hit.before < S(0) ? -law.restitution * hit.before : S(0);
   }
-  settle(now, run.hits, first, count);
+  bool settled = settle(now, run.hits, first, count);
   if (!newton) {
     bool restores = false;
     for (int i = first; i < first + count; ++i) {
@@ -238,9 +262,11 @@ template <class S> void collide_together(Instant<S>& now, int first, int count) 
       hit.least = (S(1) + law_of(run, hit.pair).restitution) * hit.normal_N_s;
       restores = restores || hit.least > hit.normal_N_s;
     }
-    if (restores) settle(now, run.hits, first, count);
+    if (restores) settled = settle(now, run.hits, first, count) && settled;
   }
+  if (!settled && !accept_unsettled(now, u_before, first, count)) return false;
   report_group(now, first, count);
+  return true;
 }
 
 // ---- the order of impacts -----------------------------------------------------------------------------------------
@@ -257,7 +283,7 @@ template <class S> bool all_impacts(Instant<S>& now) {
   if (run.options.together) {
     if (count == 1) collide_one(now, run.hits[0]);
     else if (count > 1 && !(end_of_pair(run, 0) == count && collide_as_one(now, 0, count)))
-      collide_together(now, 0, count);
+      return collide_together(now, 0, count);
     return true;
   }
   for (int lossy = 0, elastic = 0; lossy < most_impacts_at_once;) {
@@ -280,10 +306,9 @@ template <class S> bool all_impacts(Instant<S>& now) {
     while (first > 0 && run.hits[first - 1].pair == run.hits[fastest].pair) --first;
     const int end = end_of_pair(run, first);
     if (end - first == 1) collide_one(now, run.hits[first]);
-    else if (!collide_as_one(now, first, end - first)) collide_together(now, first, end - first);
+    else if (!collide_as_one(now, first, end - first) && !collide_together(now, first, end - first)) return false;
   }
-  collide_together(now, 0, count);  // ever smaller impacts back and forth: what is left of them, at once
-  return true;
+  return collide_together(now, 0, count);  // ever smaller impacts back and forth: what is left of them, at once
 }
 
 // ---- the end of a series of bounces -------------------------------------------------------------------------------

@@ -367,6 +367,7 @@ template <class S> bool review_contacts(EventRun<S>& run, S t_s, bool report) {
     }
     // Of several contacts, forces are known to no more than that.
     const S coarse = run.contacts.size() > 1 ? real::sqrt(real::epsilon<S>()) * size : S(0);
+    run.rises_enough = S(4) * real::max(tiny_acceleration, coarse);
     if (!judge_forces(run, t_s, real::max(tiny_acceleration, coarse), real::max(tiny_N, coarse * heaviest)))
       return false;
     drop_leaving(run, tiny_acceleration);

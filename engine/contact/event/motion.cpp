@@ -34,13 +34,25 @@ template <class S> void pose_bodies(EventRun<S>& run, const Feature<S>& feature,
   for (const int body : {feature.knob_body, feature.surface_body}) take_pose(run, body, y, run.poses[body]);
 }
 
+// What of a knob stands on its surface's facet: of a rim the point that lies farthest against the face on its side.
+template <class S> Vec3<S> outermost_of(const EventRun<S>& run, const Feature<S>& feature) {
+  const Surface<S>& surface = run.surfaces[feature.surface];
+  const Pose<S>&of = run.poses[feature.knob_body], &on = run.poses[feature.surface_body];
+  if (feature.knob.centered) return of.p;
+  if (!feature.knob.rim || surface.kind == SurfaceKind::plane) return of.p + turned(of, feature.knob.center_B);
+  const Vec3<S> side_B = turned_back(on, of.p - on.p);
+  S beside{};
+  const Facet<S> face = nearest_facet(surface, side_B, true, side_B, beside);
+  return outermost_of_rim(feature.knob, of, turned(on, face.direction_B));
+}
+
 template <class S> Facet<S> facet_under(const EventRun<S>& run, const Feature<S>& feature, S& beside) {
   const Surface<S>& surface = run.surfaces[feature.surface];
   beside = S(0);
   if (surface.kind == SurfaceKind::plane) return {2, {}, {}};
   if (surface.kind == SurfaceKind::point) return {0, {}, {}};
   const Pose<S>&of = run.poses[feature.knob_body], &on = run.poses[feature.surface_body];
-  const Vec3<S> center = feature.knob.centered ? of.p : of.p + turned(of, feature.knob.center_B);
+  const Vec3<S> center = outermost_of(run, feature);
   const bool corner = surface.radius + feature.knob.radius == S(0) || !feature.knob.centered;
   const Vec3<S> center_B = turned_back(on, center - on.p), side_B = turned_back(on, of.p - on.p);
   if (surface.flat) {  // above one of its triangles: nothing is nearer
@@ -134,6 +146,7 @@ template <class S> void store_velocity(EventRun<S>& run, int body, const Vec3<S>
   template void take_pose<S>(const EventRun<S>&, int, const S*, Pose<S>&);                          \
   template Pose<S> pose_of<S>(const EventRun<S>&, int, const S*);                                   \
   template void pose_bodies<S>(EventRun<S>&, const Feature<S>&, const S*);                          \
+  template Vec3<S> outermost_of<S>(const EventRun<S>&, const Feature<S>&);                          \
   template Facet<S> facet_under<S>(const EventRun<S>&, const Feature<S>&, S&);                      \
   template Sight<S> sight_of_ball<S>(const EventRun<S>&, const Feature<S>&, const S*);              \
   template Sight<S> posed_sight<S>(const EventRun<S>&, const Feature<S>&);                          \

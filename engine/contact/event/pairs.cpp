@@ -112,6 +112,15 @@ template <class S> bool surface_for_balls(const Shape& shape, Surface<S>& surfac
   return false;
 }
 
+bool has_knobs_for_faces(const Shape& shape) {
+  return std::holds_alternative<Box>(shape) || std::holds_alternative<Convex>(shape) ||
+         std::holds_alternative<Capsule>(shape) || std::holds_alternative<Cylinder>(shape);
+}
+template <class S> bool has_faces(const Shape& shape) {
+  if (const auto* mesh = std::get_if<Mesh>(&shape)) return mesh_surface<S>(*mesh).flat;
+  return std::holds_alternative<Rectangle>(shape) || std::holds_alternative<Box>(shape);
+}
+
 template <class S> S bounding_radius(const Shape& shape) {
   S radius = S(0);
   for (const Knob<S>& knob : knobs_for_planes<S>(shape)) radius = real::max(radius, norm(knob.center_B) + knob.radius);
@@ -157,25 +166,32 @@ struct Builder {
       add(run, pair, index, knob_body, surface_body, knobs_for_planes<S>(k), std::move(surface));
       return true;
     }
-    const bool sheet = std::holds_alternative<Rectangle>(s),
-               flat = std::holds_alternative<Mesh>(s) && mesh_surface<S>(std::get<Mesh>(s)).flat;
-    const bool corners =
-        std::holds_alternative<Box>(k) || std::holds_alternative<Convex>(k) || std::holds_alternative<Capsule>(k);
-    if (corners && (sheet || flat) && surface_for_balls(s, surface)) {
-      pair.past_the_end = std::string("atwood's +event has no contact of ") + shape_name(k) + " `" +
-                          scene.bodies[knob_body].name + "` with the end of " + shape_name(s) + " `" +
-                          scene.bodies[surface_body].name + "`, over which it lies";
-      SheetEnds<S> ends{index, knob_body,         surface_body, make_geometry<S>(k), make_geometry<S>(s),
-                        {},    {S(0), S(0), S(1)}};
-      if (flat) {
-        ends.on_it_B = surface.mesh.front().corner_B[0];
-        ends.normal_B = surface.mesh.front().normal_B;
-      }
-      run.ends.push_back(std::move(ends));
-      add(run, pair, index, knob_body, surface_body, knobs_for_planes<S>(k), std::move(surface));
-      return true;
+    return meet_faces(run, pair, index, knob_body, surface_body);
+  }
+
+  // Corners, end balls and rims against faces: all that a shape with faces can do as long as nothing lies over their
+  // ends (facets.cpp), from both sides where both shapes know them.
+  template <class S>
+  bool meet_faces(EventRun<S>& run, ShapePair<S>& pair, int index, int knob_body, int surface_body) const {
+    const Shape &k = scene.bodies[knob_body].shape, &s = scene.bodies[surface_body].shape;
+    Surface<S> surface;
+    if (!has_knobs_for_faces(k) || !has_faces<S>(s) || !surface_for_balls(s, surface)) return false;
+    pair.past_the_end = std::string("atwood's +event has no contact of ") + shape_name(k) + " `" +
+                        scene.bodies[knob_body].name + "` with the end of " + shape_name(s) + " `" +
+                        scene.bodies[surface_body].name + "`, over which it lies";
+    SheetEnds<S> ends{index, knob_body,         surface_body, make_geometry<S>(k), make_geometry<S>(s),
+                      {},    {S(0), S(0), S(1)}};
+    ends.thick = surface.kind != SurfaceKind::mesh && !std::holds_alternative<Rectangle>(s);
+    if (surface.kind == SurfaceKind::mesh) {
+      ends.on_it_B = surface.mesh.front().corner_B[0];
+      ends.normal_B = surface.mesh.front().normal_B;
     }
-    return false;
+    run.ends.push_back(std::move(ends));
+    add(run, pair, index, knob_body, surface_body, knobs_for_planes<S>(k), std::move(surface));
+    Surface<S> back;
+    if (run.ends.back().thick && has_knobs_for_faces(s) && has_faces<S>(k) && surface_for_balls(k, back))
+      add(run, pair, index, surface_body, knob_body, knobs_for_planes<S>(s), std::move(back));
+    return true;
   }
 };
 

@@ -34,11 +34,13 @@ template <class S> struct ShapePair {
   S tail_s{}, ends_s{};          // ends_s: when its series will have ended, as its impacts so far tell
 };
 
-// A body of corners and the sheet or flat mesh that they may stand on, whose ends they do not know.
+// A body of corners, end balls or rims and the sheet, flat mesh or box that they may stand on, whose ends they do not
+// know.
 template <class S> struct SheetEnds {
   int pair = 0, knob_body = 0, surface_body = 0;
   Geometry<S> knob, surface;
   Vec3<S> on_it_B, normal_B;
+  bool thick = false;            // a box: it has no other side, and what passes it within a step may only cross its edges
 };
 
 // A feature that touches at the instant of an impact.
@@ -175,6 +177,7 @@ template <class S> struct EventRun {
   std::vector<Twist<S>> free_acceleration, acceleration;  // of bodies in one evaluation: without and with them
   bool near_bound = false;                 // in an evaluation of this step a force came near to its bound
   bool solvable = true;
+  S rises_enough{};                        // a normal acceleration that is none, as forces are known
   int inconsistent = -1;                   // a pair for which Coulomb's law has no contact force (painleve.cpp)
   S struck_s = S(-1);                      // the last impact without collision,
   int strikes = 0;                         // and how many there were at that instant before
@@ -205,6 +208,7 @@ void take_pose(const EventRun<S>& run, int body, const S* y, Pose<S>& pose);  //
 template <class S> Pose<S> pose_of(const EventRun<S>& run, int body, const S* y);
 template <class S>
 void pose_bodies(EventRun<S>& run, const Feature<S>& feature, const S* y);  // the two of them, into run.poses
+template <class S> Vec3<S> outermost_of(const EventRun<S>& run, const Feature<S>& feature);  // run.poses are current
 template <class S>
 Facet<S> facet_under(const EventRun<S>& run, const Feature<S>& feature, S& beside);  // run.poses are current
 // Centred balls on planes and balls need no axes of their bodies.

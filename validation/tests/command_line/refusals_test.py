@@ -201,7 +201,7 @@ class Advice(Case):
         self.assertIn("slow/m5", late)
 
     def test_what_is_unsupported_is_no_turn(self):
-        # Our +event has no contact between boxes; +impulse has, and still comes when the time is over.
+        # What a scene makes unsupported costs no turn: +impulse still comes when the time is over.
         words = ("advise", "stack-10", "--error", "1e-3m", "--time", "1", "--json")
         advice = json.loads(subprocess.run([ATWOOD, *words], cwd=self.here, text=True, capture_output=True, timeout=120).stdout)
         tried = " ".join([advice["advice"]["method"] if advice["advice"] else ""] +

@@ -158,7 +158,7 @@ TEST_CASE("a glancing touch inside one long step is found") {
 
 TEST_CASE("a pair without a contact test is refused by name once its bodies come near") {
   Scene scene = ball_over_plane(1, 0.5);
-  scene.bodies[1].shape = Box{{0.1, 0.1, 0.1}};
+  scene.bodies[1].shape = Cylinder{0.1, 0.1};
   Body other = scene.bodies[1];
   other.name = "other";
   other.position_m = {0, 0, 5};
@@ -166,7 +166,7 @@ TEST_CASE("a pair without a contact test is refused by name once its bodies come
   scene.bodies[1].velocity_m_per_s = {0, 0, 6};
   const auto r = run("atwood/rk4+event", scene, {1, 60, 60});
   CHECK(r.outcome.status == Status::unsupported);
-  CHECK(r.outcome.reason.find("box `ball` and box `other`") != std::string::npos);
+  CHECK(r.outcome.reason.find("cylinder `ball` and cylinder `other`") != std::string::npos);
   scene.bodies[2].position_m = {3, 0, 5};  // far enough to the side
   CHECK(run("atwood/rk4+event", scene, {1, 60, 60}).outcome.status == Status::ok);
 }

@@ -1,0 +1,92 @@
+// Long series of impacts under `+event`, and conventions for impacts of one instant.
+#include <catch2/catch.hpp>
+
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "recorded.hpp"
+
+using namespace atwood;
+using namespace atwood::recorded;
+
+namespace {
+
+Scene billiard(double ratio, double gap_m) {
+  Scene scene = world({0, 0, 0}, 1, 0);
+  scene.bodies = {fixed("wall", Plane{{1, 0, 0}, 0}), ball("small", 1, 0.1, {0.1 + gap_m, 0, 0}),
+                  ball("large", ratio, 0.1, {0.3 + 2 * gap_m, 0, 0}, {-1, 0, 0})};
+  return scene;
+}
+
+}  // namespace
+
+// Galperin, Regul. Chaotic Dyn. 8 (2003) 375: 100^k to 1 gives the first k + 1 digits of pi. Every second impact turns
+// (sqrt(M) V, sqrt(m) v) by twice atan(sqrt(m / M)), the others turn v round: that fixes the last speeds.
+TEST_CASE("Galperin's billiard has as many impacts as pi has, up to 31 415 in one step") {
+  const int digits[] = {3, 31, 314, 3141, 31415};
+  for (int k = 1; k <= 4; ++k)
+    for (const char* method : {"atwood/rk4+event", "atwood/dopri5:1e-10+event"}) {
+      const double ratio = std::pow(100., k), turn = 2 * std::atan(1 / std::sqrt(ratio));
+      const Recorded it = run(method, billiard(ratio, 1), {40, 1, 1});
+      INFO(ratio << " to 1, " << method << " " << it.outcome.reason);
+      REQUIRE(it.outcome.status == Status::ok);
+      CHECK(it.count(EventKind::impact) == digits[k]);
+      CHECK(it.count(EventKind::impact) == std::ceil(M_PI / (turn / 2)) - 1);
+      const double angle = turn * ((it.count(EventKind::impact) + 1) / 2);
+      CHECK(it.v(2)[0] == Approx(-std::cos(angle)).epsilon(1e-6));
+    }
+}
+
+// ... all of them at one instant, where all touch: one after the other.
+TEST_CASE("Galperin's billiard of touching balls has all its impacts at once") {
+  const Recorded it = run("atwood/rk4+event", billiard(1e6, 0), {1, 1, 1});
+  REQUIRE(it.outcome.status == Status::ok);
+  CHECK(it.count(EventKind::impact) == 3141);
+  CHECK(it.v(2)[0] > 0.999);
+}
+
+TEST_CASE("a scene's convention for simultaneous impacts is followed, and a setting may not contradict it") {
+  // One ball falls between two that touch each other: one after the other they take what comes, or both at once.
+  Scene scene = world({0, 0, 0}, 1, 0);
+  const double s = 0.1 * std::sqrt(3.);
+  scene.bodies = {ball("left", 1, 0.1, {-0.1, 0, 0}), ball("right", 1, 0.1, {0.1, 0, 0}),
+                  ball("falls", 1, 0.1, {0, 0, s}, {0, 0, -1})};
+  const Plan plan{0.125, 1, 1};
+  const auto speeds = [&](const std::string& method) {
+    const Recorded it = run(method, scene, plan);
+    REQUIRE(it.outcome.status == Status::ok);
+    return std::array{it.v(0)[2], it.v(1)[2], it.v(2)[2]};
+  };
+  const auto one_by_one = speeds("atwood/rk4+event"), at_once = speeds("atwood/rk4+event{simultaneous=together}");
+  CHECK(at_once[0] == Approx(at_once[1]).epsilon(1e-12));
+  CHECK(std::abs(one_by_one[0] - one_by_one[1]) > 0.1);
+  scene.simultaneous_impacts = SimultaneousImpacts::together;
+  CHECK(speeds("atwood/rk4+event") == at_once);
+  CHECK(speeds("atwood/rk4+event{simultaneous=together}") == at_once);
+  const Recorded against = run("atwood/rk4+event{simultaneous=sequential}", scene, plan);
+  CHECK(against.outcome.status == Status::unsupported);
+  CHECK(against.outcome.reason.find("simultaneous=sequential contradicts the scene") != std::string::npos);
+  scene.simultaneous_impacts = SimultaneousImpacts::sequential;
+  CHECK(speeds("atwood/rk4+event") == one_by_one);
+  CHECK(run("atwood/rk4+event{simultaneous=together}", scene, plan).outcome.status == Status::unsupported);
+}
+
+// Ties within round-off go by the scene's order, not by which sum was rounded down: turned anyhow, the same.
+TEST_CASE("a tie goes to the first in the scene's order, however the scene is turned") {
+  for (int i = 0; i < 60; ++i) {
+    const double a = 0.1 * i, b = 0.37 * i, h = 0.1 * std::sqrt(3.);
+    const auto at = [&](double x, double z) -> Real3 {  // of the plane that a and b turn
+      return {std::cos(a) * x - std::sin(a) * std::sin(b) * z, std::sin(a) * x + std::cos(a) * std::sin(b) * z,
+              std::cos(b) * z};
+    };
+    Scene scene = world({0, 0, 0}, 1, 0);
+    scene.bodies = {ball("first", 1, 0.1, at(-0.1, 0)), ball("second", 1, 0.1, at(0.1, 0)),
+                    ball("falls", 1, 0.1, at(0, h), at(0, -1))};
+    const Recorded it = run("atwood/rk4+event", scene, {0.125, 1, 1});
+    INFO(i);
+    REQUIRE(it.outcome.status == Status::ok);
+    const auto speed = [&](int body) { return std::hypot(it.v(body)[0], it.v(body)[1], it.v(body)[2]); };
+    CHECK(speed(0) > speed(1) + 0.1);
+  }
+}
