@@ -16,7 +16,7 @@ namespace {
 const std::vector<Solution>& catalogue() {
   static const std::vector<Solution> all{ballistic(), linear_drag(), vertical_quadratic_drag(), oscillator(), kepler(),
                                          coulomb_two_body(), closed_form::lorentz(), free_rigid_body(), axis_torque(),
-                                         bounce(), sphere_impact(), slide_or_roll(),
+                                         bounce(), sphere_impact(), slide_or_roll(), steady_roll(),
                                          ball_flights(), friction_cone(), struck_rod(),
                                          penalty(), rest()};
   return all;

@@ -116,6 +116,7 @@ Solution bounce();
 Solution sphere_impact();
 Solution slide_or_roll();
 Solution ball_flights();
+Solution steady_roll();
 Solution friction_cone();
 Solution struck_rod();
 Solution penalty();

@@ -318,8 +318,8 @@ void take_fastest(World<S>& world, S now_s, S sub_s, const Later& later, Approac
     const Encounter<S> its = meeting_of(world, other.contact, now_s, sub_s);
     if (!its.meets || other.contact == next.contact) continue;
     const S approach = approach_of(world, other.contact, its), alike = S(64) * real::epsilon<S>() * fastest;
-    const bool earlier = its.t_s <= until_s && (approach > fastest + alike || (approach >= fastest - alike &&
-                                                                               order(other.contact) < order(next.contact)));
+    const bool comes_first = approach >= fastest - alike && order(other.contact) < order(next.contact);
+    const bool earlier = its.t_s <= until_s && (approach > fastest + alike || comes_first);
     tied.push_back(earlier ? Approach<S>{meeting.t_s, next.contact} : Approach<S>{its.t_s, other.contact});
     if (!earlier) continue;
     next = other;
