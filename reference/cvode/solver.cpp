@@ -17,6 +17,7 @@ namespace atwood::cvode {
 
 struct Solver::Parts {
   Options options;
+  std::vector<double> atol;
   int size = 0;
   Rate rate;
   Roots g;
@@ -60,7 +61,10 @@ struct Solver::Parts {
 #endif
     CVodeInit(memory, evaluate, t_s, y);
     CVodeSetUserData(memory, this);
-    CVodeSStolerances(memory, options.rtol, options.atol);
+    N_Vector each = N_VNew_Serial(size, context);
+    std::copy(atol.begin(), atol.end(), N_VGetArrayPointer(each));
+    CVodeSVtolerances(memory, options.rtol, each);  // keeps a copy
+    N_VDestroy(each);
     CVodeSetMaxOrd(memory, options.max_order);
     if (options.family == Family::adams) {
       nonlinear = SUNNonlinSol_FixedPoint(y, 0, context);
@@ -84,8 +88,11 @@ struct Solver::Parts {
   }
 };
 
-Solver::Solver(const Options& options, int size, Rate rate) : parts_(std::make_unique<Parts>()) {
+Solver::Solver(const Options& options, const std::vector<double>& atol, Rate rate)
+    : parts_(std::make_unique<Parts>()) {
+  const int size = static_cast<int>(atol.size());
   parts_->options = options;
+  parts_->atol = atol;
   parts_->size = size;
   parts_->rate = std::move(rate);
   parts_->y = N_VNew_Serial(size, parts_->context);
