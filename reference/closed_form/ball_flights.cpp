@@ -79,7 +79,8 @@ class Table {
       const S until = next.happens && next.t <= t_end_ ? next.t : t_end_;
       pass_clear(until);
       if (stalled_ > most_stalled)
-        misfit_ = "the time does not advance over " + std::to_string(most_stalled) + " impacts at t = " + at_now();
+        misfit_ = "the time does not advance over " + std::to_string(most_stalled) + " impacts at t = " + at_now() +
+                  ": what bounces there comes to rest";
       if (motion_.happenings.size() > most_told)
         misfit_ = "more impacts than the memory for " + std::to_string(most_told) + " of them holds";
       motion_.misfit = misfit_;

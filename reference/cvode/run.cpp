@@ -105,7 +105,6 @@ struct Course {  // one run under way
     log(std::move(made));
   }
   bool settle() {
-    for (const dynamics::ContactPair& pair : contacts.passed(y)) log_state(-1, pair);
     dynamics::Instant<double> told;
     const bool changed = contacts.settle(t_s, y, interval, events, told);
     if (!told.after.empty()) log(widened(told));
@@ -145,6 +144,7 @@ struct Course {  // one run under way
       const Stop why = solver.advance(target, t_s, y);
       if (why == Stop::failed) break;
       if (why == Stop::root) {
+        for (const dynamics::ContactPair& pair : contacts.passed(y)) log_state(-1, pair);
         if (settle() || giving.any()) restart();
         continue;
       }

@@ -119,7 +119,7 @@ Stop Solver::advance(double target_s, double& t_s, std::vector<double>& y) {
   Parts& p = *parts_;
   // Instants that CVODE would call too close to tell apart.
   if (target_s - t_s <= 4e-16 * std::fmax(std::fabs(t_s), std::fabs(target_s))) return Stop::reached;
-  const std::int64_t left = p.options.max_steps - steps();
+  const std::int64_t left = p.options.max_steps - (p.options.per_stretch ? p.steps_now() : steps());
   CVodeSetMaxNumSteps(p.memory, static_cast<long int>(std::max<std::int64_t>(left, 1)));
   sunrealtype reached = t_s;
   const int flag = CVode(p.memory, target_s, p.y, &reached, CV_NORMAL);

@@ -20,6 +20,7 @@ struct Options {
   Scales scales;
   int max_order = 12;                 // 5 at most for BDF
   std::int64_t max_steps = 2000000;   // of a whole run
+  bool per_stretch = false;           // ... or of each stretch between restarts
 };
 
 enum class Stop { reached, root, failed };

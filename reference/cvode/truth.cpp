@@ -64,7 +64,7 @@ Solved solve(const Scenario& scenario, std::int64_t samples, cvode::Family famil
              const cvode::Scales& scales) {
   cvode::Options options;
   options.scales = scales;
-  options.max_steps = std::int64_t(1) << 62;  // as long as it advances
+  options.per_stretch = true;  // however many impacts there are
   options.family = family;
   options.rtol = rtol;
   options.atol = rtol / 100;

@@ -324,9 +324,12 @@ void ErrorGrowth::strike(Wide t_s, const Blow<Wide>& blow, const std::vector<Wid
   apply(moved, kick);
 }
 
-void ErrorGrowth::hold_on_plane(int body, const Real3& normal, double off_m) {
+void ErrorGrowth::hold_on_plane(int body, const Real3& normal) {
   dynamics_.hold_on_plane(body, normal);
   narrow_.hold_on_plane(body, normal);
+}
+
+void ErrorGrowth::keep_to_plane(int body, const Real3& normal, double off_m) {
   const double size = std::hypot(normal[0], normal[1], normal[2]);
   Columns moved = Q_;
   std::vector<double> delta(layout_.size, 0);

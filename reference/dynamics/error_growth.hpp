@@ -31,8 +31,9 @@ class ErrorGrowth {
   void strike(Wide t_s, const Blow<Wide>& blow, const std::vector<Wide>& after, int interval, double off_m);
   // A further error of at most this much in each component.
   void add(const std::vector<double>& delta);
-  // A ball lies on a plane from now on: its gap is off by at most `off_m`, and the gap's rate by nothing.
-  void hold_on_plane(int body, const Real3& normal, double off_m);
+  // A ball stays within `off_m` of a plane, whatever it does along the plane's normal.
+  void keep_to_plane(int body, const Real3& normal, double off_m);
+  void hold_on_plane(int body, const Real3& normal);
 
   // Per component of y.
   std::vector<double> bounds() const;

@@ -124,6 +124,7 @@ class Follower {
     std::size_t event = now.first_event;
     for (std::size_t k = 0; k < now.blows.size(); ++k) {
       const Blow<Wide>& blow = now.blows[k];
+      bool settling = false;
       Wide fastest = 0;
       for (const ContactPair& pair : blow.pairs)
         fastest = std::min(fastest, gap(scene_, layout_, pair, blow.before.data()).rate_m_per_s);
@@ -131,20 +132,45 @@ class Follower {
       for (const ContactPair& pair : blow.pairs) {
         const double gap_bar = growth_.gap_bound(pair, blow.before) + static_cast<double>(now.off_m);
         const double bar = gap_bar / rate + (event < apart_s_.size() ? apart_s_[event] : 0);
+        bar_s = std::max(bar_s, now.t > 0 ? bar : 0);
         const double bend = std::fabs(growth_.gap_acceleration(pair, now.t, blow.before, now.interval));
-        if (growth_.rate_bound(pair, blow.before) + apart_rate(pair) + bend * bar > linear * rate && now.t > 0)
+        const double rate_bar = growth_.rate_bound(pair, blow.before) + apart_rate(pair);
+        if (rate_bar + bend * bar <= linear * rate || now.t == 0) continue;
+        if (settles(now, pair, blow, rate + rate_bar + std::sqrt(2 * std::fabs(bend) * gap_bar))) settling = true;
+        else
           end(now.t, names(pair) + " graze each other" + when(now.t) +
                          ": how they part is not decided within the bars");
-        bar_s = std::max(bar_s, now.t > 0 ? bar : 0);
       }
       if (now.t > 0) tell_apart(now, blow, bar_s);
       if (made_.end) return;
       const std::vector<Wide>& after = k + 1 < now.blows.size() ? now.blows[k + 1].before : now.after;
-      growth_.strike(now.t, blow, after, now.interval, static_cast<double>(now.off_m));
+      if (settling) {
+        const Laid<Wide>& last = bouncing_.back();
+        bar_s = static_cast<double>(last.until - now.t + last.bar_s);
+        growth_.keep_to_plane(last.ball, last.normal, static_cast<double>(last.height_m));
+      }
+      else growth_.strike(now.t, blow, after, now.interval, static_cast<double>(now.off_m));
       for (const auto& impulse : blow.impulses)
         if (impulse.normal_N_s > 0 && event < made_.events_s.size()) made_.events_s[event++] = bar_s;
     }
     hits_.push_back({now.t, bar_s, &now});
+  }
+
+  // The last low bounces of a ball that is pulled towards its plane and loses speed: they hang on the errors, and stay
+  // below what `speed` reaches until they end.
+  bool settles(const Instant<Wide>& now, const ContactPair& pair, const Blow<Wide>& blow, double speed) {
+    const int ball = ball_of(scene_, pair);
+    const double pull = -growth_.gap_acceleration(pair, now.t, blow.before, now.interval), e = pair.restitution;
+    if (ball < 0 || blow.pairs.size() != 1 || pair.friction > 0 || !(e < 1) || !(pull > 0)) return false;
+    Laid<Wide> made;
+    made.pair = pair;
+    made.ball = ball;
+    made.normal = std::get<Plane>(scene_.bodies[plane_of(scene_, pair)].shape).normal;
+    made.speed_m_per_s = speed;
+    made.height_m = speed * speed / (2 * pull);
+    made.until = now.t + 2 * speed / (pull * (1 - e));
+    bouncing_.push_back(made);
+    return true;
   }
 
   void lay(const Instant<Wide>& now, const Laid<Wide>& laid) {
@@ -163,7 +189,8 @@ class Follower {
     for (const Wide& each : laid.push) push.push_back(static_cast<double>(each));
     growth_.add(push);
     const double off = static_cast<double>(magnitude(gap(scene_, layout_, laid.pair, now.after.data()).gap_m));
-    growth_.hold_on_plane(laid.ball, laid.normal, off);
+    growth_.keep_to_plane(laid.ball, laid.normal, off);
+    growth_.hold_on_plane(laid.ball, laid.normal);
     bouncing_.push_back(std::move(kept));
   }
 

@@ -3,9 +3,11 @@
 #pragma once
 
 #include <boost/multiprecision/cpp_bin_float.hpp>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
+#include "protocol/truth.hpp"
 #include "scenes.hpp"
 
 namespace atwood::scenes {
