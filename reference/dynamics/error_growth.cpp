@@ -109,7 +109,9 @@ ErrorGrowth::Columns ErrorGrowth::derivative(double t_s, double span_s, const st
   const int n = layout_.size;
   const double h = span_s / steps;
   std::vector<double> k1(n), k2(n), k3(n), k4(n), stage(n);
-  const auto flow = [&](std::vector<double> from) {
+  // What the flow adds to a state: over a short span the state itself has lost its digits.
+  const auto flow = [&](const std::vector<double>& start) {
+    std::vector<double> from = start, added(n, 0);
     for (int step = 0; step < steps; ++step) {
       const double t = t_s + step * h;
       const auto shifted = [&](const std::vector<double>& k, double part) {
@@ -120,9 +122,12 @@ ErrorGrowth::Columns ErrorGrowth::derivative(double t_s, double span_s, const st
       narrow_.rate(t + h / 2, shifted(k1, 0.5), k2.data(), interval);
       narrow_.rate(t + h / 2, shifted(k2, 0.5), k3.data(), interval);
       narrow_.rate(t + h, shifted(k3, 1), k4.data(), interval);
-      for (int i = 0; i < n; ++i) from[i] += h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]);
+      for (int i = 0; i < n; ++i) {
+        added[i] += h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]);
+        from[i] = start[i] + added[i];
+      }
     }
-    return from;
+    return added;
   };
   Columns made(n, std::vector<double>(n, 0));
   std::vector<bool> done(n, false);
@@ -152,7 +157,8 @@ ErrorGrowth::Columns ErrorGrowth::derivative(double t_s, double span_s, const st
     down = flow(down);
     for (const int i : at)
       for (int j = 0; j < n; ++j)
-        if (at.size() == 1 || body_[j] == body_[i]) made[i][j] = (up[j] - down[j]) / step[i] * scale_[i] / scale_[j];
+        if (at.size() == 1 || body_[j] == body_[i])
+          made[i][j] = (i == j ? 1 : 0) + (up[j] - down[j]) / step[i] * scale_[i] / scale_[j];
   }
   return made;
 }
