@@ -7,17 +7,25 @@
 //
 // At an impact the feet slide at s = u_t - (r_a W_a + r_b W_b) x n. The impulse is J along n, J = -(1 + e) u_n /
 // (1/m_a + 1/m_b), and the lesser of mu J and |s| / (1/m_a + 1/m_b + r_a^2/I_a + r_b^2/I_b) against s, which keeps its
-// direction. Impacts at one instant come one after the other: of the pairs that touch the one that closes fastest, at
-// equal speeds the one first in order, until none closes (E. Mariotte, 1673).
+// direction. Impacts at one instant whose impulses act on each other follow the scene's convention: one after the other,
+// of the pairs that touch the one that closes fastest, at equal speeds the one first in order, until none closes
+// (E. Mariotte, 1673); or together (J. J. Moreau, 1988). Without one the motion ends there, unless all of them agree.
+#include <algorithm>
+#include <numeric>
 #include <type_traits>
 
 #include "closed_form/obstacles.hpp"
+#include "dynamics/complementarity.hpp"
 
 namespace atwood::closed_form {
 
 namespace {
 
-constexpr std::size_t most_impacts = 20000;
+// Impacts in a row during which the time advances by less than a unit in its last place: there is no progress.
+constexpr int most_stalled = 1000;
+constexpr std::size_t most_told = 4000000;  // events: some 250 bytes each, twice
+constexpr std::size_t most_tried = 4;       // contacts of a group whose orders are all tried
+constexpr int most_blows = 100000;          // of a group at one instant
 
 template <class S>
 struct Ball {
@@ -45,6 +53,15 @@ struct Meeting {
   Vec<S> normal{};             // from ball to other
 };
 
+// Two bodies that touch now.
+template <class S>
+struct Touch {
+  int ball = -1, other = -1;     // other: a ball, or -1
+  int body_a = -1, body_b = -1;  // a < b
+  S sign{};                      // 1: ball is body_a
+  Vec<S> normal{};               // from ball to other
+};
+
 template <class S>
 class Table {
  public:
@@ -57,12 +74,15 @@ class Table {
     motion_.misfit = misfit_;
     if (!motion_.misfit.empty()) return motion_;
     std::size_t next_sample = 0;
-    for (std::size_t impacts = 0;; ++impacts) {
+    for (;;) {
       const Meeting<S> next = first_meeting();
       const S until = next.happens && next.t <= t_end_ ? next.t : t_end_;
       pass_clear(until);
-      if (impacts == most_impacts)
-        misfit_ = "more than " + std::to_string(most_impacts) + " impacts: does a ball come to rest?";
+      if (stalled_ > most_stalled)
+        misfit_ = "the time does not advance over " + std::to_string(most_stalled) + " impacts at t = " + at_now() +
+                  ": what bounces there comes to rest";
+      if (motion_.happenings.size() > most_told)
+        misfit_ = "more impacts than the memory for " + std::to_string(most_told) + " of them holds";
       motion_.misfit = misfit_;
       if (!misfit_.empty()) return motion_;
       const bool last = !(next.happens && next.t <= t_end_);
@@ -70,8 +90,13 @@ class Table {
       while (next_sample < t_s.size() && (last || t_s[next_sample] < until || t_s[next_sample] == 0))
         sample(t_s[next_sample++]);
       if (last) return motion_;
+      stalled_ = until - now_ <= 2 * unit_round_off<S>() * until ? stalled_ + 1 : 0;
       now_ = until;
       strike(next);
+      if (!motion_.branch.empty()) {
+        motion_.end_s = now_;
+        return motion_;
+      }
     }
   }
 
@@ -165,12 +190,16 @@ class Table {
     if (all.empty()) return {};
     S earliest = all.front().t;
     for (const Meeting<S>& made : all) earliest = made.t < earliest ? made.t : earliest;
-    const S together = earliest + 256 * unit_round_off<S>() * (earliest + S(1e-3) * t_end_);
+    const S together = earliest + window(earliest);
     Meeting<S> first;
     for (const Meeting<S>& made : all)
       if (made.t <= together && made.closing > first.closing * (1 + 256 * unit_round_off<S>())) first = made;
+    due_ = std::move(all);
     return first;
   }
+  // Instants nearer than this are one.
+  S window(S t) const { return 256 * unit_round_off<S>() * (t + S(1e-3) * t_end_); }
+  std::string at_now() const { return format_double(static_cast<double>(now_)) + " s"; }
 
   // What quadratics do not see until `until`: edges and corners, and balls that are held.
   void pass_clear(S until) {
@@ -194,26 +223,224 @@ class Table {
     }
   }
 
+  // ---- impacts ----------------------------------------------------------------------------------------------------
+  Touch<S> touch_of(int ball, int other, const Vec<S>& normal) const {
+    Touch<S> made;
+    const int count = static_cast<int>(balls_.size());
+    int other_body = -1, left = other - count;
+    if (other < count) other_body = balls_[other].body;
+    for (const Obstacle<S>& obstacle : obstacles_) {
+      if (other_body < 0 && left < static_cast<int>(obstacle.faces.size())) other_body = obstacle.body;
+      left -= static_cast<int>(obstacle.faces.size());
+    }
+    const int body = balls_[ball].body;
+    made = {ball, other < count ? other : -1, std::min(body, other_body), std::max(body, other_body),
+            S(body < other_body ? 1 : -1), normal};
+    return made;
+  }
+
+  // What touches now, in the order of the bodies. `hit` does, to round-off of the flight to it.
+  std::vector<Touch<S>> touches(const Meeting<S>& hit) const {
+    std::vector<Touch<S>> made{touch_of(hit.ball, hit.other, hit.normal)};
+    const auto keep = [&](const Touch<S>& touch) {
+      const Touch<S>& first = made.front();
+      if (touch.body_a != first.body_a || touch.body_b != first.body_b || touch.other >= 0 ||
+          dot(touch.normal, first.normal) < S(0.5))
+        if (touch.body_a != first.body_a || touch.body_b != first.body_b || first.other < 0) made.push_back(touch);
+    };
+    std::vector<Pose<S>> poses;
+    for (const Ball<S>& ball : balls_) poses.push_back(fly(ball, g_, now_));
+    for (std::size_t i = 0; i < balls_.size(); ++i) {
+      const Pose<S>& here = poses[i];
+      const S size = norm(here.p_WB) + balls_[i].radius;
+      if (balls_[i].t > now_) continue;  // still held
+      for (std::size_t j = 0; j < i; ++j) {
+        if (balls_[j].t > now_) continue;
+        const Vec<S> d = here.p_WB - poses[j].p_WB;
+        const S far = norm(d), near = 256 * unit_round_off<S>() * (size + norm(poses[j].p_WB) + balls_[j].radius) +
+                                      window(now_) * (norm(here.v_WB) + norm(poses[j].v_WB));
+        if (far - balls_[i].radius - balls_[j].radius <= near)
+          keep(touch_of(static_cast<int>(j), static_cast<int>(i), (1 / far) * d));
+      }
+      int index = static_cast<int>(balls_.size());
+      for (const Obstacle<S>& obstacle : obstacles_)
+        for (const Face<S>& face : obstacle.faces) {
+          const S height = dot(face.n, here.p_WB) - face.offset - balls_[i].radius;
+          const S near = 256 * unit_round_off<S>() * (size + magnitude(face.offset)) + window(now_) * norm(here.v_WB);
+          if (magnitude(height) <= near && within_sides(face, here.p_WB))
+            keep(touch_of(static_cast<int>(i), index, S(-1) * face.n));
+          ++index;
+        }
+    }
+    std::stable_sort(made.begin(), made.end(), [](const Touch<S>& a, const Touch<S>& b) {
+      return a.body_a != b.body_a ? a.body_a < b.body_a : a.body_b < b.body_b;
+    });
+    return made;
+  }
+
+  const PairLaw& law_of(const Touch<S>& touch) const { return pair_law(scene_, touch.body_a, touch.body_b); }
+
+  // Do their impulses act on each other?
+  bool couple(const Touch<S>& one, const Touch<S>& other) const {
+    const auto has = [](const Touch<S>& touch, int ball) {
+      return ball >= 0 && (touch.ball == ball || touch.other == ball);
+    };
+    if (!has(other, one.ball) && !has(other, one.other)) return false;
+    if (law_of(one).friction > 0 || law_of(other).friction > 0) return true;
+    return magnitude(dot(one.normal, other.normal)) > 8 * unit_round_off<S>();
+  }
+
+  S closing(const Touch<S>& touch) const {
+    const Vec<S> u = touch.other < 0 ? S(-1) * balls_[touch.ball].v : balls_[touch.other].v - balls_[touch.ball].v;
+    return -dot(u, touch.normal);
+  }
+  S slow(const Touch<S>& touch) const {
+    return still * (fast_ + norm(balls_[touch.ball].v) + (touch.other < 0 ? S(0) : norm(balls_[touch.other].v)));
+  }
+
+  // The earliest group of contacts that act on each other, `hit` among them.
   void strike(const Meeting<S>& hit) {
-    Ball<S>* two[2] = {&balls_[hit.ball], nullptr};
-    int other_body = -1;
-    if (hit.other < static_cast<int>(balls_.size())) {
-      two[1] = &balls_[hit.other];
-      other_body = two[1]->body;
-    } else {
-      int left = hit.other - static_cast<int>(balls_.size());
-      for (const Obstacle<S>& obstacle : obstacles_) {
-        if (other_body < 0 && left < static_cast<int>(obstacle.faces.size())) other_body = obstacle.body;
-        left -= static_cast<int>(obstacle.faces.size());
+    const std::vector<Touch<S>> all = touches(hit);
+    std::vector<Touch<S>> group;
+    std::vector<bool> in(all.size(), false);
+    for (std::size_t k = 0; k < all.size(); ++k)
+      in[k] = all[k].ball == hit.ball && dot(all[k].normal, hit.normal) > S(0.5) &&
+              all[k].other == (hit.other < static_cast<int>(balls_.size()) ? hit.other : -1);
+    for (bool grown = true; grown;) {
+      grown = false;
+      for (std::size_t k = 0; k < all.size(); ++k)
+        for (std::size_t m = 0; m < all.size() && !in[k]; ++m)
+          if (in[m] && couple(all[k], all[m])) in[k] = grown = true;
+    }
+    for (std::size_t k = 0; k < all.size(); ++k)
+      if (in[k]) group.push_back(all[k]);
+    fast_ = 0;
+    for (const Touch<S>& touch : group) {
+      if (law_of(touch).rolling_friction_m != 0) misfit_ = "rolling friction is not covered";
+      for (const int at : {touch.ball, touch.other}) {
+        if (at < 0) continue;
+        Ball<S>& ball = balls_[at];
+        const Pose<S> here = fly(ball, g_, now_);
+        ball.p = here.p_WB, ball.v = here.v_WB, ball.q = here.q_WB, ball.t = larger(ball.t, now_);
+        fast_ = larger(fast_, norm(ball.v));
       }
     }
-    const PairLaw& law = pair_law(scene_, two[0]->body, other_body);
-    if (law.rolling_friction_m != 0) misfit_ = "rolling friction is not covered";
-    for (Ball<S>* ball : two) {
-      if (ball == nullptr) continue;
-      const Pose<S> here = fly(*ball, g_, now_);
-      ball->p = here.p_WB, ball->v = here.v_WB, ball->q = here.q_WB, ball->t = now_;
+    const std::size_t first = motion_.happenings.size();
+    resolve(group);
+    const S rival = rival_of(group);
+    for (std::size_t k = first; k < motion_.happenings.size(); ++k) motion_.happenings[k].rival_s = rival;
+  }
+
+  // How much later the next contact that acts on the group would have been struck.
+  S rival_of(const std::vector<Touch<S>>& group) const {
+    S rival = -1;
+    for (const Meeting<S>& other : due_) {
+      const Touch<S> touch = touch_of(other.ball, other.other, other.normal);
+      bool among = false, coupled = false;
+      for (const Touch<S>& member : group) {
+        among = among || (member.body_a == touch.body_a && member.body_b == touch.body_b);
+        coupled = coupled || couple(member, touch);
+      }
+      if (!among && coupled && (rival < 0 || other.t - now_ < rival)) rival = larger(S(0), other.t - now_);
     }
+    return rival;
+  }
+
+  void resolve(const std::vector<Touch<S>>& group) {
+    const bool alone = group.size() == 1;
+    if (!alone && scene_.simultaneous_impacts == SimultaneousImpacts::together) {
+      if (!strike_together(group))
+        motion_.branch = "simultaneous impacts solved together are not covered with friction or for more than " +
+                         std::to_string(dynamics::most_together) + " contacts";
+      return;
+    }
+    const std::vector<Ball<S>> start = balls_;
+    if (!strike_in_turn(group, {})) motion_.branch = "simultaneous impacts pair by pair have no end";
+    if (alone || scene_.simultaneous_impacts == SimultaneousImpacts::sequential || !motion_.branch.empty()) return;
+    const std::vector<Ball<S>> end = balls_;
+    const std::size_t told = motion_.happenings.size();
+    bool agree = group.size() <= most_tried;
+    std::vector<std::size_t> order(group.size());
+    std::iota(order.begin(), order.end(), std::size_t(0));
+    while (agree) {
+      balls_ = start;
+      agree = strike_in_turn(group, order) && same(end, start);
+      if (!std::next_permutation(order.begin(), order.end())) break;
+    }
+    if (agree) {
+      balls_ = start;
+      agree = strike_together(group) && same(end, start);
+    }
+    balls_ = end;
+    motion_.happenings.resize(told);
+    if (agree) return;
+    motion_.branch = "the outcome of simultaneous impacts (";
+    for (std::size_t k = 0; k < group.size() && k < 3; ++k)
+      motion_.branch += (k == 0 ? "`" : ", `") + scene_.bodies[group[k].body_a].name + "` with `" +
+                        scene_.bodies[group[k].body_b].name + "`";
+    motion_.branch += ") hangs on a convention: [world] simultaneous_impacts names none";
+  }
+
+  bool same(const std::vector<Ball<S>>& end, const std::vector<Ball<S>>& start) const {
+    for (std::size_t i = 0; i < end.size(); ++i) {
+      const S speeds = norm(end[i].v) + norm(start[i].v) + fast_, spins = norm(end[i].w_B) + norm(start[i].w_B);
+      if (norm(end[i].v - balls_[i].v) > 1024 * unit_round_off<S>() * speeds) return false;
+      if (norm(end[i].w_B - balls_[i].w_B) > 1024 * unit_round_off<S>() * spins) return false;
+    }
+    return true;
+  }
+
+  // `order`: of preference among those that close; empty: the fastest.
+  bool strike_in_turn(const std::vector<Touch<S>>& group, const std::vector<std::size_t>& order) {
+    for (int blows = 0; blows < most_blows; ++blows) {
+      const Touch<S>* next = nullptr;
+      S fastest = 0;
+      for (std::size_t k = 0; k < group.size(); ++k) {
+        const Touch<S>& touch = group[order.empty() ? k : order[k]];
+        const S speed = closing(touch);
+        if (!(speed > slow(touch))) continue;
+        if (next != nullptr && (!order.empty() || !(speed > fastest * (1 + 256 * unit_round_off<S>())))) continue;
+        next = &touch;
+        fastest = speed;
+      }
+      if (next == nullptr) return true;
+      blow(*next);
+    }
+    return false;
+  }
+
+  // Moreau's law: 0 <= Lambda_i, v_i+ + e_i min(v_i-, 0) >= 0, one of them 0. False: not covered.
+  bool strike_together(const std::vector<Touch<S>>& group) {
+    const std::size_t n = group.size();
+    std::vector<std::vector<S>> A(n, std::vector<S>(n, S(0)));
+    std::vector<S> q, before, impulse;
+    S speed = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      if (law_of(group[i]).friction > 0) return false;
+      before.push_back(-closing(group[i]));
+      q.push_back(before[i] + (before[i] < 0 ? S(law_of(group[i]).restitution) * before[i] : S(0)));
+      speed = larger(speed, magnitude(q[i]));
+      for (std::size_t j = 0; j < n; ++j)
+        for (const int of : {group[i].ball, group[i].other})
+          for (const int by : {group[j].ball, group[j].other})
+            if (of >= 0 && of == by)
+              A[i][j] = A[i][j] + S(of == group[i].ball ? -1 : 1) * S(by == group[j].ball ? -1 : 1) *
+                                      balls_[of].inverse_mass * dot(group[i].normal, group[j].normal);
+    }
+    if (!dynamics::complementary<S>(A, q, still * speed, still * S(n), impulse)) return false;
+    for (std::size_t i = 0; i < n; ++i)
+      for (const int at : {group[i].ball, group[i].other})
+        if (at >= 0)
+          balls_[at].v = balls_[at].v + (S(at == group[i].ball ? -1 : 1) * balls_[at].inverse_mass * impulse[i]) *
+                                            group[i].normal;
+    for (std::size_t i = 0; i < n; ++i)
+      if (impulse[i] > 0) tell(group[i], impulse[i], S(0), before[i], -closing(group[i]));
+    return true;
+  }
+
+  void blow(const Touch<S>& touch) {
+    const PairLaw& law = law_of(touch);
+    Ball<S>* two[2] = {&balls_[touch.ball], touch.other < 0 ? nullptr : &balls_[touch.other]};
     // The relative velocity of the feet, other minus ball.
     Vec<S> u{}, spin{};
     S yields{}, turns{};
@@ -224,8 +451,8 @@ class Table {
       yields = yields + two[k]->inverse_mass;
       turns = turns + two[k]->radius * two[k]->radius * two[k]->inverse_inertia;
     }
-    const S closing = -dot(u, hit.normal), impulse = (1 + S(law.restitution)) * closing / yields;
-    const Vec<S> sliding = u + closing * hit.normal - cross(spin, hit.normal);
+    const S speed_in = -dot(u, touch.normal), impulse = (1 + S(law.restitution)) * speed_in / yields;
+    const Vec<S> sliding = u + speed_in * touch.normal - cross(spin, touch.normal);
     const S speed = norm(sliding);
     S rub = 0;
     Vec<S> along{};
@@ -235,23 +462,26 @@ class Table {
     }
     for (int k = 0; k < 2; ++k) {
       if (two[k] == nullptr) continue;
-      two[k]->v = two[k]->v + (S(k == 0 ? -1 : 1) * two[k]->inverse_mass) * (impulse * hit.normal - rub * along);
+      two[k]->v = two[k]->v + (S(k == 0 ? -1 : 1) * two[k]->inverse_mass) * (impulse * touch.normal - rub * along);
       if (rub == 0) continue;
-      const Vec<S> about = cross(hit.normal, along);  // the arm times the impulse points this way for both
+      const Vec<S> about = cross(touch.normal, along);  // the arm times the impulse points this way for both
       two[k]->w_B =
           two[k]->w_B + (rub * two[k]->radius * two[k]->inverse_inertia) * rotate(conjugate(two[k]->q), about);
     }
+    tell(touch, impulse, rub, -speed_in, S(law.restitution) * speed_in);
+  }
+
+  void tell(const Touch<S>& touch, S impulse, S rub, S before, S after) {
     Happening<S> made;
     made.t_s = now_;
-    const bool in_order = two[0]->body < other_body;
-    made.body_a = in_order ? two[0]->body : other_body;
-    made.body_b = in_order ? other_body : two[0]->body;
-    made.x_W = two[0]->p + two[0]->radius * hit.normal;
-    made.normal_W = S(in_order ? 1 : -1) * hit.normal;
+    made.body_a = touch.body_a;
+    made.body_b = touch.body_b;
+    made.x_W = balls_[touch.ball].p + balls_[touch.ball].radius * touch.normal;
+    made.normal_W = touch.sign * touch.normal;
     made.impulse_n_N_s = impulse;
     made.impulse_t_N_s = rub;
-    made.vn_before_m_per_s = -closing;
-    made.vn_after_m_per_s = S(law.restitution) * closing;
+    made.vn_before_m_per_s = before;
+    made.vn_after_m_per_s = after;
     motion_.happenings.push_back(made);
   }
 
@@ -264,7 +494,9 @@ class Table {
   // Slower than this part of the speeds at hand is round-off.
   static constexpr double still = 64 * (std::is_same_v<S, Wide> ? 0x1p-113 : 0x1p-64);
   const Scene& scene_;
-  S t_end_, now_{};
+  S t_end_, now_{}, fast_{};   // fast_: of the group's balls before their impact
+  int stalled_ = 0;
+  std::vector<Meeting<S>> due_;
   Vec<S> g_;
   std::vector<Ball<S>> balls_;
   std::vector<Obstacle<S>> obstacles_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <deque>
 #include <map>
+#include <optional>
 #include <tuple>
 
 #include "closed_form/solution.hpp"
@@ -30,6 +31,7 @@ constexpr double safety = 32;
 const Wide round_off = unit_round_off<Wide>();
 const Wide ratio = unit_round_off<Wide>() / unit_round_off<Narrow>();
 const Wide proportional = 0x1p-20;
+constexpr double end_margin = 1e-9;  // of the time: how long before the end of what is certified the samples stop
 
 struct Spread {  // one kind of value of one body, over the run so far
   Wide difference = 0, scale = 0;
@@ -74,16 +76,22 @@ Event event_of(const Happening<Wide>& from) {
 // An impact's instant, and how far off it may be: in quad, in long double.
 struct Instant { int body_a = 0, body_b = 0; Wide t_s = 0, bar_s = 0, narrow_bar_s = 0; };
 
-// At an impact's instant long double may show the velocity before it where quad shows the one after it.
-bool at_impact(const std::vector<Instant>& impacts, int body, Wide t_s) {
-  return std::any_of(impacts.begin(), impacts.end(), [&](const Instant& hit) {
-    return (hit.body_a == body || hit.body_b == body) && magnitude(hit.t_s - t_s) <= hit.narrow_bar_s;
-  });
+// At an impact's instant long double may show the velocity before it where quad shows the one after it. In the order
+// of time, as impacts come; `widest`: of their narrow bars.
+struct Impacts { std::vector<Instant> all; Wide widest = 0; };
+
+bool at_impact(const Impacts& impacts, int body, Wide t_s) {
+  auto hit = std::lower_bound(impacts.all.begin(), impacts.all.end(), t_s - impacts.widest,
+                              [](const Instant& a, Wide t) { return a.t_s < t; });
+  for (; hit != impacts.all.end() && hit->t_s <= t_s + impacts.widest; ++hit)
+    if ((hit->body_a == body || hit->body_b == body) && magnitude(hit->t_s - t_s) <= hit->narrow_bar_s) return true;
+  return false;
 }
 
 // Empty, or which body's motion magnifies round-off too much for a bar.
 std::string add_samples(Truth& truth, const Scene& scene, const std::vector<Wide>& t_s, const Motion<Wide>& wide,
-                        const Motion<Narrow>& narrow, const std::vector<Instant>& impacts) {
+                        const Motion<Narrow>& narrow, const Impacts& impacts) {
+  if (t_s.empty()) return "";
   std::vector<BodySpread> spreads(wide.poses.front().size());
   const Wide noise = 1024 * unit_round_off<Narrow>() / proportional;
   Wide places = 0, speeds = 0, rates = 0;  // the largest so far of all bodies
@@ -123,12 +131,14 @@ std::string add_samples(Truth& truth, const Scene& scene, const std::vector<Wide
 // Empty, or when long double sees another impact than quad: whether two bodies meet hangs on round-off. Each pair's
 // impacts are compared in their order; impacts of different pairs at one instant may come in either.
 std::string add_events(Truth& truth, const Scenario& scenario, const Motion<Wide>& wide, const Motion<Narrow>& narrow,
-                       std::vector<Instant>& impacts) {
+                       std::optional<Wide> end_s, Impacts& impacts) {
   std::map<std::tuple<EventKind, int, int>, std::deque<Wide>> also;
   for (const Happening<Narrow>& at : narrow.happenings) also[{at.kind, at.body_a, at.body_b}].push_back(at.t_s);
-  const Wide t_end = scenario.t_end_s, last = t_end * (1 - 64 * unit_round_off<Narrow>());
+  const Wide t_end = end_s.value_or(scenario.t_end_s),
+             last = t_end * (1 - (end_s ? Wide(end_margin) : 64 * Wide(unit_round_off<Narrow>())));
   const auto when = [](Wide t_s) { return "at t = " + format_double(static_cast<double>(t_s)) + " s"; };
   for (const Happening<Wide>& at : wide.happenings) {
+    if (end_s && at.t_s >= last) break;
     std::deque<Wide>& twins = also[{at.kind, at.body_a, at.body_b}];
     if (twins.empty() && at.t_s < last) return when(at.t_s);
     const Wide difference = twins.empty() ? magnitude(t_end - at.t_s) : magnitude(at.t_s - twins.front());
@@ -136,8 +146,9 @@ std::string add_events(Truth& truth, const Scenario& scenario, const Motion<Wide
     const Wide half_width = safety * (ratio * difference + round_off * magnitude(at.t_s));
     truth.events.push_back(event_of(at));
     truth.event_bar_s.push_back(static_cast<double>(half_width));
-    impacts.push_back({at.body_a, at.body_b, at.t_s, half_width,
-                       half_width + 2 * difference + 64 * unit_round_off<Narrow>() * magnitude(at.t_s)});
+    impacts.all.push_back({at.body_a, at.body_b, at.t_s, half_width,
+                           half_width + 2 * difference + 64 * unit_round_off<Narrow>() * magnitude(at.t_s)});
+    impacts.widest = larger(impacts.widest, impacts.all.back().narrow_bar_s);
   }
   for (const auto& [pair, left] : also)
     if (!left.empty() && left.front() < last) return when(left.front());
@@ -147,10 +158,13 @@ std::string add_events(Truth& truth, const Scenario& scenario, const Motion<Wide
 // A sample at the very instant of an impact may show the velocity before or after it.
 void hold_jumps(Truth& truth, const Motion<Wide>& wide, const std::vector<Instant>& impacts) {
   for (std::size_t k = 0; k < impacts.size(); ++k) {
+    const auto from = std::lower_bound(truth.values.begin(), truth.values.end(), impacts[k].t_s - impacts[k].bar_s,
+                                       [](const Sample& sample, Wide t) { return sample.t_s < t; });
     const Happening<Wide>& at = wide.happenings[k];
     if (at.vn_after_m_per_s == at.vn_before_m_per_s) continue;
-    for (std::size_t s = 1; s < truth.values.size(); ++s) {
-      if (magnitude(truth.values[s].t_s - at.t_s) > impacts[k].bar_s) continue;
+    for (auto s = static_cast<std::size_t>(from - truth.values.begin()); s < truth.values.size(); ++s) {
+      if (truth.values[s].t_s > at.t_s + impacts[k].bar_s) break;
+      if (s == 0) continue;
       for (const int body : {at.body_a, at.body_b}) {
         for (Wide& v : truth.bars[s].bodies[body].v_m_per_s)
           v += magnitude(at.vn_after_m_per_s - at.vn_before_m_per_s) * (1 + at.impulse_t_N_s / at.impulse_n_N_s);
@@ -161,6 +175,39 @@ void hold_jumps(Truth& truth, const Motion<Wide>& wide, const std::vector<Instan
       truth.note = "a sample falls on the instant of an impact: the bars of its velocity and spin hold the jump";
     }
   }
+}
+
+// Where what is certified ends, and why.
+struct Ending { Wide t_s = 0; std::string why; };
+
+std::optional<Wide> end_of(const std::optional<Ending>& ending) {
+  return ending ? std::optional<Wide>(ending->t_s) : std::nullopt;
+}
+
+std::optional<Ending> branch_of(const Motion<Wide>& wide, const Motion<Narrow>& narrow) {
+  std::optional<Ending> made;
+  const auto see = [&](Wide t_s, const std::string& why) {
+    if (why.empty() || (made && made->t_s <= t_s)) return;
+    made = Ending{t_s, why + " at t = " + format_double(static_cast<double>(t_s)) + " s"};
+  };
+  see(wide.end_s, wide.branch);
+  see(narrow.end_s, narrow.branch);
+  return made;
+}
+
+// The first impact beside which another, that acts on it, would have come within both bars: their order is not known,
+// and what follows hangs on it.
+std::optional<Ending> rival_within_bars(const Scene& scene, const Motion<Wide>& wide,
+                                        const std::vector<Instant>& impacts) {
+  for (std::size_t k = 0; k < impacts.size(); ++k) {
+    const Happening<Wide>& at = wide.happenings[k];
+    if (at.rival_s < 0 || at.rival_s > 4 * impacts[k].bar_s) continue;
+    return Ending{at.t_s, "another impact beside that of `" + scene.bodies[at.body_a].name + "` and `" +
+                              scene.bodies[at.body_b].name + "` at t = " +
+                              format_double(static_cast<double>(at.t_s)) +
+                              " s cannot be told apart from it in time, and their order decides what follows"};
+  }
+  return std::nullopt;
 }
 
 // Is it more than 1e-20 of the scene's size?
@@ -196,21 +243,30 @@ Truth closed_form_truth(const Scenario& scenario, std::int64_t samples) {
   }
   if (samples < 1) return unsupported(scenario, "no samples asked for");
   if (const std::string what = not_taken(scenario, found->takes); !what.empty()) return unsupported(scenario, what);
-  const std::vector<Wide> t_s = instants<Wide>(scenario, samples);
+  std::vector<Wide> t_s = instants<Wide>(scenario, samples);
   const Motion<Wide> wide = found->wide(scenario, t_s);
   if (!wide.misfit.empty()) return unsupported(scenario, wide.misfit);
   const Motion<Narrow> narrow = found->narrow(scenario, instants<Narrow>(scenario, samples));
   if (!narrow.misfit.empty()) return unsupported(scenario, "too near a limit of validity: " + narrow.misfit);
   Truth truth;
   truth.source = std::string("closed form: ") + found->citation;
-  std::vector<Instant> impacts;
-  if (const std::string when = add_events(truth, scenario, wide, narrow, impacts); !when.empty())
+  std::optional<Ending> ending = branch_of(wide, narrow);
+  Impacts impacts;
+  if (const std::string when = add_events(truth, scenario, wide, narrow, end_of(ending), impacts); !when.empty())
     return unsupported(scenario, "which bodies meet " + when + " hangs on the last digits");
+  if (auto earlier = rival_within_bars(scenario.scene, wide, impacts.all)) {
+    ending = std::move(earlier);
+    truth.events.clear();
+    truth.event_bar_s.clear();
+    impacts = {};
+    add_events(truth, scenario, wide, narrow, end_of(ending), impacts);
+  }
+  while (ending && !t_s.empty() && t_s.back() > 0 && t_s.back() >= ending->t_s * (1 - Wide(end_margin))) t_s.pop_back();
   if (const std::string body = add_samples(truth, scenario.scene, t_s, wide, narrow, impacts); !body.empty())
     return unsupported(scenario, "the motion of `" + body + "` magnifies round-off too much for a bar");
   if (shows(wide.slack, truth.values.front()))
     truth.note = "parts within the round-off of the scene's doubles (an open contact, a tilt, a slip) are taken for none";
-  hold_jumps(truth, wide, impacts);
+  hold_jumps(truth, wide, impacts.all);
   for (const Sample& bar : truth.bars)
     for (const BodySample& body : bar.bodies)
       for (const auto* values : {&body.p_m, &body.v_m_per_s, &body.w_rad_per_s})
@@ -221,6 +277,10 @@ Truth closed_form_truth(const Scenario& scenario, std::int64_t samples) {
             failed.outcome.reason = "closed form `" + scenario.truth.solution + "` is not finite on this scene";
             return failed;
           }
+  if (ending) {
+    truth.outcome.status = Status::unsupported;
+    truth.outcome.reason = "closed form `" + scenario.truth.solution + "`: " + ending->why;
+  }
   return truth;
 }
 

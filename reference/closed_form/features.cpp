@@ -30,10 +30,15 @@ class Reader {
         }
     }
     for (const Body& body : bodies) read(body);
+    std::size_t touchable = 0;
     for (std::size_t i = 0; i < bodies.size(); ++i)
       for (std::size_t j = 0; j < i; ++j)
-        if (bodies[i].shape.index() != 0 && bodies[j].shape.index() != 0 && !(bodies[i].fixed && bodies[j].fixed))
+        if (bodies[i].shape.index() != 0 && bodies[j].shape.index() != 0 && !(bodies[i].fixed && bodies[j].fixed)) {
+          ++touchable;
           read(pair_law(scene, static_cast<int>(j), static_cast<int>(i)), bodies[j].name, bodies[i].name);
+        }
+    if (touchable > 1 && simultaneous_impacts != SimultaneousImpacts::unspecified)
+      add(feature::convention, "the convention for simultaneous impacts");
   }
 
   void read(const Body& body) {

@@ -38,12 +38,14 @@ enum Feature : std::uint64_t {
   offset_spring = 1ull << 23,    // fastened beside a body's centre
   two_body_spring = 1ull << 24,
   angular_drag = 1ull << 25,
+  convention = 1ull << 27,       // for simultaneous impacts, where two pairs could have them
   impossible = 1ull << 26,       // what no file can hold: a free plane, a restitution above 1, a mass of 0
 };
 
 // Those of translation and turning alone.
 constexpr std::uint64_t flying = uniform_gravity | late_release | spin;
-constexpr std::uint64_t touching = touching_shapes | friction;
+// One contact each at a time, or none that is struck: no convention decides anything. `ball-flights` follows it.
+constexpr std::uint64_t touching = touching_shapes | friction | convention;
 }  // namespace feature
 using feature::Feature;
 using Features = std::uint64_t;

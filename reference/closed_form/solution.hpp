@@ -25,6 +25,7 @@ struct Happening {  // an Event over S
   int body_a = 0, body_b = 0;
   Vec<S> x_W{}, normal_W{};
   S impulse_n_N_s{}, impulse_t_N_s{}, vn_before_m_per_s{}, vn_after_m_per_s{};
+  S rival_s = -1;  // how much later another contact that acts on this one would have been struck; negative: none
 };
 
 // What the doubles of a scene leave open, where a law takes for closed or flat what they close or flatten to round-off
@@ -35,7 +36,9 @@ struct Slack { S p_m{}, q{}, v_m_per_s{}, w_rad_per_s{}; };
 template <class S>
 struct Motion {
   std::string misfit;                         // why the scene is not one that the solution solves; empty: it is
-  std::vector<std::vector<Pose<S>>> poses;    // [instant][body]
+  std::string branch;                         // why it ends at end_s: what follows hangs on a convention
+  S end_s{};
+  std::vector<std::vector<Pose<S>>> poses;    // [instant][body]; of instants before a branch
   std::vector<Happening<S>> happenings;
   Slack<S> slack;
 };

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "dynamics/arithmetic.hpp"
+#include "dynamics/last_bounces.hpp"
 
 namespace atwood::cvode {
 
@@ -11,7 +12,6 @@ using dynamics::ContactPair;
 using dynamics::Gap;
 using dynamics::gap;
 using dynamics::Triple;
-using dynamics::operator+=, dynamics::operator-=, dynamics::operator-, dynamics::operator*;
 
 namespace {
 
@@ -24,20 +24,22 @@ constexpr double lowest_bounce_cap = 1e-4;  // of the scene's size, for coarse t
 
 // What a few sums and products of its terms leave of a value that should be zero.
 constexpr double round_off = 16 * 0x1p-52;
+constexpr double passing = 1e-9;      // of the speeds: a gap's rate at the root that was located
 constexpr double overlooked = 1e-7;  // of the scene's size: an overlap that no root has shown
 
-constexpr int most_strikes = 2000;
+// Impacts in a row during which the time advances by less than a unit in its last place: there is no progress.
+constexpr int most_stalled = 1000;
 
 double length(const Triple<double>& v) { return std::sqrt(dynamics::dot(v, v)); }
 
 double scene_size(const Scene& scene) {
-  double size = 1e-3;
+  double size = 0;
   for (const Body& body : scene.bodies) {
     if (const auto* sphere = std::get_if<Sphere>(&body.shape)) size = std::max(size, sphere->radius_m);
     if (!body.fixed)
       for (const double x : body.position_m) size = std::max(size, std::fabs(x));
   }
-  return size;
+  return size > 0 ? size : 1;
 }
 
 Event event_at(double t_s, EventKind kind, const ContactPair& pair, const Gap<double>& where) {
@@ -57,8 +59,9 @@ Event event_at(double t_s, EventKind kind, const ContactPair& pair, const Gap<do
 
 Contacts::Contacts(const Scene& scene, dynamics::Dynamics<double>& equations, const Options& options)
     : scene_(scene), equations_(equations), size_m_(scene_size(scene)),
-      low_bounce_m_(std::min(lowest_bounce * (options.rtol * size_m_ + options.atol), lowest_bounce_cap * size_m_)),
-      rtol_(options.rtol), atol_(options.atol) {
+      low_bounce_m_(std::min(lowest_bounce * (options.rtol * size_m_ + options.atol * options.scales.position_m),
+                             lowest_bounce_cap * size_m_)),
+      rtol_(options.rtol), atol_m_per_s_(options.atol * options.scales.velocity_m_per_s) {
   const dynamics::ContactPairs found = dynamics::contact_pairs(scene);
   for (const ContactPair& pair : found.pairs)
     if (!pair.gives) pairs_.push_back({pair});  // else giving_contacts.hpp
@@ -74,7 +77,7 @@ void Contacts::evaluate(const double* y, double* g) const {
   for (const Pair& pair : pairs_) {
     const Gap<double> now = gap(scene_, equations_.layout(), pair, y);
     *g++ = pair.together ? now.gap_m + near : now.gap_m;
-    *g++ = pair.together ? 2 * near - now.gap_m : dynamics::plane_of(scene_, pair) < 0 ? -now.rate_m_per_s : 1;
+    *g++ = pair.together ? 2 * near - now.gap_m : -now.rate_m_per_s;
   }
 }
 
@@ -86,91 +89,152 @@ double Contacts::slow(const Pair& pair, double gap_m, const std::vector<double>&
     const int at = equations_.layout().slots[body].velocity;
     if (at >= 0) speeds += length(dynamics::read3(&y[at]));
   }
-  return pair.together && gap_m > -touching / 2 * size_m_ ? rtol_ * speeds + atol_ : round_off * speeds;
+  return pair.together && gap_m > -touching / 2 * size_m_ ? rtol_ * speeds + atol_m_per_s_ : round_off * speeds;
 }
 
-void Contacts::strike(const ContactPair& pair, double t_s, std::vector<double>& y, std::vector<Event>& events) {
-  const Gap<double> before = gap(scene_, equations_.layout(), pair, y.data());
+// May the pair be struck at all? Fills failure() if not.
+bool Contacts::may_strike(const ContactPair& pair, double t_s, const std::vector<double>& y) {
   for (const int body : {pair.a, pair.b})
     if (!scene_.bodies[body].fixed && scene_.bodies[body].release_s > t_s)
       failure_ = "CVODE: " + name(body) + " is struck before its release: not covered";
   for (const ContactPair& held : held_)
     for (const int body : {pair.a, pair.b})
-      if (!scene_.bodies[body].fixed && (body == held.a || body == held.b))
+      if (!scene_.bodies[body].fixed && (body == held.a || body == held.b) &&
+          dynamics::couple(scene_, equations_.layout(), pair, held, y.data())) {
         failure_ = "CVODE: " + name(body) + " is struck while it rests: not covered";
+        branch_ = true;
+      }
   if (const std::string why = dynamics::unstrikable(scene_, pair); !why.empty())
     failure_ = "CVODE: " + why + " is not covered";
-  if (++strikes_ > most_strikes) failure_ = "CVODE: more than " + std::to_string(most_strikes) + " impacts";
-  const dynamics::Strike<double> impulse = dynamics::strike(scene_, equations_.layout(), pair, y.data());
-  Event made = event_at(t_s, EventKind::impact, pair, before);
-  made.impulse_n_N_s = impulse.normal_N_s;
-  made.impulse_t_N_s = impulse.tangential_N_s;
-  made.vn_before_m_per_s = before.rate_m_per_s;
-  made.vn_after_m_per_s = gap(scene_, equations_.layout(), pair, y.data()).rate_m_per_s;
-  events.push_back(made);
+  return failure_.empty();
 }
 
-// A ball that leaves a plane at speed v against a pull a flies 2 v / a; all flights to come take 2 v / (a (1 - e)).
-bool Contacts::rests(const Pair& pair, double t_s, std::vector<double>& y, int interval,
-                     std::vector<Event>& events) {
+void Contacts::tell(const dynamics::Blow<double>& blow, const double* after, double t_s,
+                    std::vector<Event>& events) const {
+  for (std::size_t k = 0; k < blow.pairs.size(); ++k) {
+    if (!(blow.impulses[k].normal_N_s > 0)) continue;
+    const Gap<double> before = gap(scene_, equations_.layout(), blow.pairs[k], blow.before.data());
+    Event made = event_at(t_s, EventKind::impact, blow.pairs[k], before);
+    made.impulse_n_N_s = blow.impulses[k].normal_N_s;
+    made.impulse_t_N_s = blow.impulses[k].tangential_N_s;
+    made.vn_before_m_per_s = before.rate_m_per_s;
+    made.vn_after_m_per_s = gap(scene_, equations_.layout(), blow.pairs[k], after).rate_m_per_s;
+    events.push_back(made);
+  }
+}
+
+// Counts impacts, not their number but whether the time advances.
+void Contacts::advances(double t_s) {
+  stalled_ = last_strike_s_ >= 0 && t_s - last_strike_s_ <= 0x1p-52 * t_s ? stalled_ + 1 : 0;
+  last_strike_s_ = t_s;
+  if (stalled_ > most_stalled)
+    failure_ = "CVODE: the time does not advance over " + std::to_string(most_stalled) + " impacts at t = " +
+               format_double(t_s) + " s";
+}
+
+// A ball whose next bounce is lower than `low_bounce_m_` is laid to rest.
+bool Contacts::rests(const Pair& pair, double t_s, std::vector<double>& y, int interval, std::vector<Event>& events,
+                     dynamics::Instant<double>& told) {
   const Gap<double> now = gap(scene_, equations_.layout(), pair, y.data());
-  std::vector<double> dydt(y.size());
-  equations_.rate(t_s, y.data(), dydt.data(), interval);
+  const double speed = std::fabs(now.rate_m_per_s);
+  const dynamics::LastBounces<double> last = dynamics::last_bounces(
+      scene_, equations_, static_cast<const ContactPair&>(pair), t_s, y.data(), interval, pair.together ? speed : -1);
   double pull = 0, pulls = 0;
   for (const int body : {pair.a, pair.b}) {
     const int at = equations_.layout().slots[body].velocity;
     if (at < 0) continue;
-    pull += (body == pair.a ? 1 : -1) * dynamics::dot(dynamics::read3(&dydt[at]), now.normal);
-    pulls += length(dynamics::read3(&dydt[at]));
+    pull += (body == pair.a ? 1 : -1) * dynamics::dot(dynamics::read3(&last.dydt[at]), now.normal);
+    pulls += length(dynamics::read3(&last.dydt[at]));
   }
   if (!(pull > (pair.together ? rtol_ : round_off) * pulls)) return false;
-  const double speed = std::fabs(now.rate_m_per_s), flight = 2 * speed / pull;
   if ((pair.restitution >= 1 && !pair.together) || speed * speed > 2 * pull * low_bounce_m_) return false;
-  const int plane = dynamics::plane_of(scene_, pair), ball = dynamics::ball_of(scene_, pair);
-  if (plane < 0) {
+  const int ball = dynamics::ball_of(scene_, pair);
+  if (ball < 0) {
     failure_ = "CVODE: " + name(pair.a) + " and " + name(pair.b) + " come to rest on each other: not covered";
     return false;
   }
-  if (dynamics::rubs(scene_, equations_.layout(), pair, y.data(), dydt.data(), 1e-8 * speed + 1e-9)) {
+  if (dynamics::rubs(scene_, equations_.layout(), pair, y.data(), last.dydt.data(),
+                     1e-8 * speed + rtol_ * length(dynamics::read3(&y[equations_.layout().slots[ball].velocity])) +
+                         1e3 * atol_m_per_s_)) {
     failure_ =
         "CVODE: " + name(ball) + " comes to rest on a plane with friction, and slides or is pulled along: not covered";
     return false;
   }
-  const int at = equations_.layout().slots[ball].velocity;
-  const double rest_s = pair.together ? t_s : t_s + flight / (1 - pair.restitution);
-  const double outward = ball == pair.b ? now.rate_m_per_s : -now.rate_m_per_s;
-  for (int k = 0; k < 3; ++k) y[at + k] -= outward * now.normal[k];
-  equations_.hold_on_plane(ball, std::get<Plane>(scene_.bodies[plane].shape).normal);
-  if (t_s > 0 || speed > 0) events.push_back(event_at(rest_s, EventKind::rest, pair, now));
+  if (!last.ends) {
+    failure_ = "CVODE: when " + name(ball) + " comes to rest is not decided: its restitution is too near 1";
+    return false;
+  }
+  dynamics::Laid<double> laid = last.laid;
+  laid.told = t_s > 0 || speed > 0;
+  y = last.held;
+  equations_.hold_on_plane(ball, laid.normal);
+  if (laid.told) events.push_back(event_at(laid.until, EventKind::rest, pair, now));
+  told.laid.push_back(std::move(laid));
   return true;
 }
 
-bool Contacts::settle(double t_s, std::vector<double>& y, int interval, std::vector<Event>& events) {
+bool Contacts::settle(double t_s, std::vector<double>& y, int interval, std::vector<Event>& events,
+                      dynamics::Instant<double>& told) {
+  told.t = t_s;
+  told.interval = interval;
+  told.first_event = events.size();
   bool ever = false;
   for (bool changed = true; changed && failure_.empty();) {
     changed = false;
+    std::vector<ContactPair> meeting;
+    std::vector<double> slowest;
+    for (const Pair& pair : pairs_) {
+      const Gap<double> now = gap(scene_, equations_.layout(), pair, y.data());
+      if (now.gap_m > touching * size_m_) continue;
+      meeting.push_back(pair);
+      slowest.push_back(slow(pair, now.gap_m, y));
+      if (!(now.rate_m_per_s < -slowest.back())) continue;
+      if (!may_strike(pair, t_s, y)) return ever;
+      changed = ever = true;
+      if (t_s > 0) told.off_m = std::max(told.off_m, std::fabs(now.gap_m));
+    }
+    if (changed) {
+      advances(t_s);
+      auto resolved = dynamics::strike_all(scene_, equations_.layout(), meeting, slowest, y.data());
+      if (!resolved.why.empty()) {
+        failure_ = "CVODE: the outcome of simultaneous impacts " + resolved.why;
+        branch_ = true;
+        return ever;
+      }
+      for (std::size_t k = 0; k < resolved.blows.size(); ++k)
+        tell(resolved.blows[k], k + 1 < resolved.blows.size() ? resolved.blows[k + 1].before.data() : y.data(), t_s,
+             events);
+      for (auto& blow : resolved.blows) told.blows.push_back(std::move(blow));
+    }
     for (std::size_t k = 0; k < pairs_.size() && failure_.empty(); ++k) {
       Pair& pair = pairs_[k];
-      Gap<double> now = gap(scene_, equations_.layout(), pair, y.data());
+      const Gap<double> now = gap(scene_, equations_.layout(), pair, y.data());
       const bool near = now.gap_m <= touching * size_m_;
-      if (near && now.rate_m_per_s < -slow(pair, now.gap_m, y)) {
-        strike(pair, t_s, y, events);
-        changed = ever = true;
-        now = gap(scene_, equations_.layout(), pair, y.data());
-      }
       const bool together = near && std::fabs(now.rate_m_per_s) <= slow(pair, now.gap_m, y);
       ever |= together != pair.together;
       pair.together = together;
-      if (!near) continue;
-      if (failure_.empty() && rests(pair, t_s, y, interval, events)) {
-        held_.push_back(pair);
-        pairs_.erase(pairs_.begin() + static_cast<std::ptrdiff_t>(k));
-        changed = ever = true;
-        break;
-      }
+      if (!near || !rests(pair, t_s, y, interval, events, told)) continue;
+      held_.push_back(pair);
+      pairs_.erase(pairs_.begin() + static_cast<std::ptrdiff_t>(k));
+      changed = ever = true;
+      break;
     }
   }
+  told.after = y;
   return ever;
+}
+
+std::vector<ContactPair> Contacts::passed(const std::vector<double>& y) const {
+  std::vector<ContactPair> made;
+  for (const Pair& pair : pairs_) {
+    double speeds = 0;
+    for (const int body : {pair.a, pair.b})
+      if (const int at = equations_.layout().slots[body].velocity; at >= 0)
+        speeds += length(dynamics::read3(&y[at]));
+    const Gap<double> now = gap(scene_, equations_.layout(), pair, y.data());
+    if (!pair.together && std::fabs(now.rate_m_per_s) <= passing * speeds) made.push_back(pair);
+  }
+  return made;
 }
 
 void Contacts::check(const std::vector<double>& y) {

@@ -17,11 +17,45 @@ Outcome refusal(std::string reason) {
   return made;
 }
 
+std::vector<Wide> widened(const std::vector<double>& y) { return {y.begin(), y.end()}; }
+
+dynamics::Instant<Wide> widened(const dynamics::Instant<double>& from) {
+  dynamics::Instant<Wide> made;
+  made.t = from.t;
+  made.interval = from.interval;
+  made.off_m = from.off_m;
+  made.first_event = from.first_event;
+  made.after = widened(from.after);
+  for (const dynamics::Blow<double>& blow : from.blows) {
+    auto& wide = made.blows.emplace_back();
+    wide.pairs = blow.pairs;
+    wide.before = widened(blow.before);
+    for (const auto& impulse : blow.impulses) wide.impulses.push_back({impulse.normal_N_s, impulse.tangential_N_s});
+  }
+  for (const dynamics::Laid<double>& laid : from.laid)
+    made.laid.push_back({laid.pair, laid.ball, laid.normal, laid.until, laid.bar_s, laid.height_m, laid.speed_m_per_s,
+                         laid.per_speed, widened(laid.push), laid.told});
+  return made;
+}
+
+std::vector<double> tolerances(const dynamics::Layout& layout, const Options& options) {
+  std::vector<double> made;
+  for (const dynamics::Kind kind : layout.kinds)
+    made.push_back(options.atol * (kind == dynamics::Kind::position   ? options.scales.position_m
+                                   : kind == dynamics::Kind::velocity ? options.scales.velocity_m_per_s
+                                   : kind == dynamics::Kind::rate     ? options.scales.rate_rad_per_s
+                                                                      : 1));
+  return made;
+}
+
 struct Course {  // one run under way
   const Scene& scene;
   double t_end_s;
   std::int64_t samples;
   const Observer& observer;
+  Record* record;
+  bool touches = false;  // rigid contacts are possible
+  std::int64_t logged_steps = 0;
   dynamics::Dynamics<double> equations;
   Contacts contacts;
   GivingContacts giving;
@@ -32,23 +66,49 @@ struct Course {  // one run under way
   std::int64_t sampled = 0;
   std::vector<Event> events;
 
-  Course(const Scene& given, double end, std::int64_t count, const Options& options, const Observer& to)
+  Course(const Scene& given, double end, std::int64_t count, const Options& options, const Observer& to,
+         Record* of)
       : scene(given),
         t_end_s(end),
         samples(count),
         observer(to),
+        record(of),
         equations(given, end),
         contacts(given, equations, options),
         giving(given, equations.layout()),
-        solver(options, equations.size(),
+        solver(options, tolerances(equations.layout(), options),
                [this](double t, const double* from, double* dydt) {
                  equations.rate(t, from, dydt, interval);
                  giving.add_rates(from, dydt);
                }),
-        y(dynamics::pack<double>(given)) {}
+        y(dynamics::pack<double>(given)) {
+    touches = contacts.roots() > 0;
+  }
 
   double sample_time(std::int64_t k) const {
     return k == samples ? t_end_s : static_cast<double>(Wide(t_end_s) * k / samples);
+  }
+  void log(dynamics::Instant<Wide> what) {
+    if (record == nullptr || !touches) return;
+    what.steps = static_cast<double>(solver.steps() - logged_steps);
+    logged_steps = solver.steps();
+    record->instants.push_back(std::move(what));
+  }
+  void log_state(std::int64_t sample, std::optional<dynamics::ContactPair> passed) {
+    dynamics::Instant<Wide> made;
+    made.t = sample >= 0 ? Wide(t_end_s) * sample / samples : Wide(t_s);
+    made.interval = interval;
+    made.sample = sample;
+    made.passed = passed;
+    made.first_event = events.size();
+    made.after = widened(y);
+    log(std::move(made));
+  }
+  bool settle() {
+    dynamics::Instant<double> told;
+    const bool changed = contacts.settle(t_s, y, interval, events, told);
+    if (!told.after.empty()) log(widened(told));
+    return changed;
   }
   void take_sample(const std::vector<double>& state) {
     if (observer.sample) {
@@ -57,6 +117,7 @@ struct Course {  // one run under way
       observer.sample(made);
     }
     contacts.check(state);
+    log_state(sampled, std::nullopt);
     ++sampled;
   }
   double next_stop() const {
@@ -64,7 +125,7 @@ struct Course {  // one run under way
     return interval < static_cast<int>(switches.size()) ? switches[interval] : t_end_s;
   }
   void restart() {
-    contacts.settle(t_s, y, interval, events);
+    settle();
     giving.settle(y.data());
     solver.start(t_s, y, next_stop(), contacts.roots() + giving.roots(), [this](double, const double* from, double* g) {
       contacts.evaluate(from, g);
@@ -83,12 +144,14 @@ struct Course {  // one run under way
       const Stop why = solver.advance(target, t_s, y);
       if (why == Stop::failed) break;
       if (why == Stop::root) {
-        if (contacts.settle(t_s, y, interval, events) || giving.any()) restart();
+        for (const dynamics::ContactPair& pair : contacts.passed(y)) log_state(-1, pair);
+        if (settle() || giving.any()) restart();
         continue;
       }
       t_s = target;
       while (sampled <= samples && sample_time(sampled) <= t_s) take_sample(y);
       if (t_s >= stop && t_s < t_end_s) {
+        log_state(-1, std::nullopt);
         ++interval;
         restart();
       }
@@ -100,6 +163,10 @@ struct Course {  // one run under way
     Outcome outcome;
     outcome.steps_taken = solver.steps();
     outcome.rate_evaluations = solver.rate_evaluations();
+    if (record != nullptr) {
+      record->branch = contacts.branch();
+      record->end_s = t_s;
+    }
     if (!contacts.failure().empty()) {
       outcome.status = Status::unsupported;
       outcome.reason = contacts.failure();
@@ -117,10 +184,10 @@ struct Course {  // one run under way
 }  // namespace
 
 Outcome run(const Scene& scene, double t_end_s, std::int64_t samples, const Options& options,
-            const Observer& observer) {
+            const Observer& observer, Record* record) {
   if (const std::string why = dynamics::unsupported(scene); !why.empty()) return refusal("CVODE: " + why);
   if (!(t_end_s > 0) || samples < 1) return refusal("CVODE: nothing to run");
-  Course course(scene, t_end_s, samples, options, observer);
+  Course course(scene, t_end_s, samples, options, observer, record);
   for (const std::string& why : {course.contacts.failure(), course.giving.failure()})
     if (!why.empty()) return refusal(why);
   if (course.equations.size() == 0) {  // nothing moves

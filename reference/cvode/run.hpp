@@ -2,12 +2,21 @@
 #pragma once
 
 #include "cvode/solver.hpp"
+#include "dynamics/instants.hpp"
 #include "protocol/sample.hpp"
 #include "scene/scene.hpp"
 
 namespace atwood::cvode {
 
+// What happened, for the bars of a truth. branch: the run ends unsupported at `end_s`, and is good up to there.
+struct Record {
+  std::vector<dynamics::Instant<Wide>> instants;
+  bool branch = false;
+  double end_s = 0;
+};
+
 // Samples at t_end_s k / samples; none when the observer is empty. Never throws on a scene.
-Outcome run(const Scene& scene, double t_end_s, std::int64_t samples, const Options& options, const Observer& observer);
+Outcome run(const Scene& scene, double t_end_s, std::int64_t samples, const Options& options, const Observer& observer,
+            Record* record = nullptr);
 
 }  // namespace atwood::cvode

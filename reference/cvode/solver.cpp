@@ -17,6 +17,7 @@ namespace atwood::cvode {
 
 struct Solver::Parts {
   Options options;
+  std::vector<double> atol;
   int size = 0;
   Rate rate;
   Roots g;
@@ -60,7 +61,10 @@ struct Solver::Parts {
 #endif
     CVodeInit(memory, evaluate, t_s, y);
     CVodeSetUserData(memory, this);
-    CVodeSStolerances(memory, options.rtol, options.atol);
+    N_Vector each = N_VNew_Serial(size, context);
+    std::copy(atol.begin(), atol.end(), N_VGetArrayPointer(each));
+    CVodeSVtolerances(memory, options.rtol, each);  // keeps a copy
+    N_VDestroy(each);
     CVodeSetMaxOrd(memory, options.max_order);
     if (options.family == Family::adams) {
       nonlinear = SUNNonlinSol_FixedPoint(y, 0, context);
@@ -84,8 +88,11 @@ struct Solver::Parts {
   }
 };
 
-Solver::Solver(const Options& options, int size, Rate rate) : parts_(std::make_unique<Parts>()) {
+Solver::Solver(const Options& options, const std::vector<double>& atol, Rate rate)
+    : parts_(std::make_unique<Parts>()) {
+  const int size = static_cast<int>(atol.size());
   parts_->options = options;
+  parts_->atol = atol;
   parts_->size = size;
   parts_->rate = std::move(rate);
   parts_->y = N_VNew_Serial(size, parts_->context);
@@ -112,7 +119,7 @@ Stop Solver::advance(double target_s, double& t_s, std::vector<double>& y) {
   Parts& p = *parts_;
   // Instants that CVODE would call too close to tell apart.
   if (target_s - t_s <= 4e-16 * std::fmax(std::fabs(t_s), std::fabs(target_s))) return Stop::reached;
-  const std::int64_t left = p.options.max_steps - steps();
+  const std::int64_t left = p.options.max_steps - (p.options.per_stretch ? p.steps_now() : steps());
   CVodeSetMaxNumSteps(p.memory, static_cast<long int>(std::max<std::int64_t>(left, 1)));
   sunrealtype reached = t_s;
   const int flag = CVode(p.memory, target_s, p.y, &reached, CV_NORMAL);

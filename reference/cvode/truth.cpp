@@ -1,9 +1,16 @@
 #include <quadmath.h>
 
 #include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
 
 #include "cvode/cvode.hpp"
 #include "cvode/run.hpp"
+#include "dynamics/arithmetic.hpp"
+#include "dynamics/error_growth.hpp"
+#include "dynamics/rates.hpp"
+#include "dynamics/shared_errors.hpp"
 
 namespace atwood {
 
@@ -12,15 +19,52 @@ namespace {
 constexpr double loose = 1e-10, tight = 1e-12;
 constexpr double safety = 2;
 constexpr double least = 1e-13;  // of the scale so far: double's round-off over a run
+// Of one operation, as error_growth.hpp counts them: 64 a step. CVODE's polynomials are corrected by little a step.
+constexpr double unit = 0x1p-56;
+constexpr double end_margin = 1e-9;  // of the time: how long before the end of what is certified the samples stop
 
 struct Solved {
   std::vector<Sample> values;
   std::vector<Event> events;
   Outcome outcome;
+  cvode::Record record;
 };
 
-Solved solve(const Scenario& scenario, std::int64_t samples, cvode::Family family, double rtol) {
+// Sizes of the scene's values at the start; where all of a kind are zero, what the run's length makes of the next kind.
+cvode::Scales scales_of(const Scenario& scenario) {
+  const dynamics::Layout layout = dynamics::layout(scenario.scene);
+  const dynamics::Dynamics<double> equations(scenario.scene, scenario.t_end_s);
+  const std::vector<double> y = dynamics::pack<double>(scenario.scene);
+  std::vector<double> f(y.size());
+  equations.rate(0, y.data(), f.data(), 0);
+  double p = 0, v = 0, a = 0, w = 0, turning = 0;
+  for (std::size_t i = 0; i < y.size(); ++i)
+    switch (layout.kinds[i]) {
+      case dynamics::Kind::position: p = std::max(p, std::fabs(y[i])); break;
+      case dynamics::Kind::velocity: v = std::max(v, std::fabs(y[i])), a = std::max(a, std::fabs(f[i])); break;
+      case dynamics::Kind::rate: w = std::max(w, std::fabs(y[i])), turning = std::max(turning, std::fabs(f[i])); break;
+      case dynamics::Kind::attitude: break;
+    }
+  for (const Body& body : scenario.scene.bodies)
+    if (const auto* sphere = std::get_if<Sphere>(&body.shape); sphere != nullptr && !body.fixed)
+      p = std::max(p, sphere->radius_m);
+  const double t = scenario.t_end_s;
+  cvode::Scales made;
+  if (v == 0) v = a > 0 && p > 0 ? std::fmin(a * t, std::sqrt(a * p)) : a * t;
+  if (p == 0) p = v * t;
+  if (w == 0) w = turning * t;
+  if (p > 0) made.position_m = p;
+  if (v > 0) made.velocity_m_per_s = v;
+  else made.velocity_m_per_s = made.position_m / t;
+  if (w > 0) made.rate_rad_per_s = w;
+  return made;
+}
+
+Solved solve(const Scenario& scenario, std::int64_t samples, cvode::Family family, double rtol,
+             const cvode::Scales& scales) {
   cvode::Options options;
+  options.scales = scales;
+  options.per_stretch = true;  // however many impacts there are
   options.family = family;
   options.rtol = rtol;
   options.atol = rtol / 100;
@@ -28,7 +72,8 @@ Solved solve(const Scenario& scenario, std::int64_t samples, cvode::Family famil
   Solved made;
   made.outcome = cvode::run(
       scenario.scene, scenario.t_end_s, samples, options,
-      {[&](const Sample& s) { made.values.push_back(s); }, [&](const Event& e) { made.events.push_back(e); }});
+      {[&](const Sample& s) { made.values.push_back(s); }, [&](const Event& e) { made.events.push_back(e); }},
+      &made.record);
   if (made.outcome.status != Status::ok)
     made.outcome.reason += std::string(" (") + (family == cvode::Family::adams ? "Adams" : "BDF") + " at rtol " +
                            format_double(rtol) + ")";
@@ -67,89 +112,75 @@ struct Spread {  // one kind of value of one body
   }
 };
 
-// Between the last bounce that was followed and the rest the ball still bounces, lower than the runs resolve: what it
-// may then have of speed and height, by the last speed that it left with.
-struct Unresolved { Wide speed = 0, height = 0; };
-Unresolved unresolved(const std::vector<Event>& events, int body, Wide t_s, double slack_s) {
-  Unresolved made;
-  for (std::size_t r = 0; r < events.size(); ++r) {
-    const Event& rest = events[r];
-    if (rest.kind != EventKind::rest || (rest.body_a != body && rest.body_b != body)) continue;
-    for (std::size_t k = r; k-- > 0;) {
-      const Event& last = events[k];
-      if (last.body_a != rest.body_a || last.body_b != rest.body_b) continue;
-      if (t_s >= last.t_s - slack_s && t_s <= rest.t_s + slack_s)
-        made = {fabsq(last.vn_after_m_per_s), fabsq(last.vn_after_m_per_s) * (rest.t_s - last.t_s)};
-      break;
+// The first instant at which the runs came to different impacts of a pair, or one came no further. What bounces lower
+// than a run follows is summed up, at its own tolerance: no impact is missed there.
+std::optional<dynamics::End> first_difference(const Scene& scene, const std::vector<Solved>& runs) {
+  std::optional<dynamics::End> end;
+  const auto at = [](Wide t_s) { return " at t = " + format_double(static_cast<double>(t_s)) + " s"; };
+  const auto end_at = [&](Wide t_s, const std::string& why) {
+    if (!end || t_s < end->t_s) end = dynamics::End{t_s, why};
+  };
+  struct Touches { std::vector<Wide> t_s; bool rests = false; };
+  std::vector<std::map<std::pair<int, int>, Touches>> all;
+  for (const Solved& run : runs) {
+    if (run.record.branch) end_at(run.record.end_s, run.outcome.reason + at(run.record.end_s));
+    auto& of = all.emplace_back();
+    for (const Event& event : run.events) {
+      Touches& touches = of[{event.body_a, event.body_b}];
+      if (event.kind == EventKind::impact) touches.t_s.push_back(event.t_s);
+      if (event.kind == EventKind::rest) touches.rests = true;
     }
+  }
+  for (auto& run : all)
+    for (const auto& [pair, mine] : run)
+      for (auto& other : all) {
+        const Touches& theirs = other[pair];
+        if (mine.t_s.size() <= theirs.t_s.size() || (mine.rests && theirs.rests)) continue;
+        const Wide t_s = mine.t_s[theirs.t_s.size()];
+        end_at(t_s, "CVODE: the runs disagree on the impact of `" + scene.bodies[pair.first].name + "` and `" +
+                        scene.bodies[pair.second].name + "`" + at(t_s));
+      }
+  return end;
+}
+
+// Twice the largest difference of the runs, per sample and unknown: what they say of themselves.
+std::vector<std::vector<Wide>> differences(const Scene& scene, const std::vector<Solved>& runs, std::size_t samples) {
+  const dynamics::Layout layout = dynamics::layout(scene);
+  std::vector<std::vector<Wide>> made;
+  for (std::size_t k = 0; k < samples; ++k) {
+    std::vector<std::vector<Wide>> states;
+    for (const Solved& run : runs) states.push_back(dynamics::pack<Wide>(scene, run.values[k]));
+    auto& apart = made.emplace_back(layout.size, Wide(0));
+    for (int i = 0; i < layout.size; ++i)
+      for (const auto& one : states)
+        for (const auto& other : states) apart[i] = fmaxq(apart[i], safety * fabsq(one[i] - other[i]));
   }
   return made;
 }
 
-// An error d of the positions at an impact of two spheres turns the line of centres by d / (r_a + r_b), and with it the
-// change of velocity. The four runs share that error where it is the round-off of the root's location (CVODE: 100 units
-// in the last place of the time), so it is added rather than seen in their differences.
-class Turned {
- public:
-  Turned(const Scene& scene, const std::vector<Event>& events)
-      : scene_(scene), events_(events), kicks_(scene.bodies.size()) {}
-
-  // Events up to t_s, with the bars of the sample before.
-  void pass(Wide t_s, const Sample* before) {
-    for (; next_ < events_.size() && events_[next_].t_s <= t_s; ++next_) {
-      const Event& event = events_[next_];
-      const auto* a = std::get_if<Sphere>(&scene_.bodies[event.body_a].shape);
-      const auto* b = std::get_if<Sphere>(&scene_.bodies[event.body_b].shape);
-      if (a == nullptr || b == nullptr) continue;
-      Wide off = 100 * 0x1p-52 * fabsq(event.t_s * event.vn_before_m_per_s), size = 0;
-      for (const int body : {event.body_a, event.body_b}) {
-        for (int k = 0; k < 3; ++k) size = fmaxq(size, fabsq(event.x_m[k]));
-        if (before != nullptr) off += 2 * before->bodies[body].p_m[0];
-      }
-      off += 8 * 0x1p-52 * size;
-      const Wide kick =
-          fabsq(event.vn_after_m_per_s - event.vn_before_m_per_s) * off / (Wide(a->radius_m) + b->radius_m);
-      for (const int body : {event.body_a, event.body_b}) kicks_[body].push_back({event.t_s, safety * kick});
-    }
+// Is the body's velocity at this instant that before an impact or that after it?
+bool jumps(const Truth& truth, int body, Wide t_s) {
+  for (std::size_t e = 0; e < truth.events.size(); ++e) {
+    const Event& event = truth.events[e];
+    if (event.body_a != body && event.body_b != body) continue;
+    if (fabsq(event.t_s - t_s) <= truth.event_bar_s[e] && event.vn_after_m_per_s != event.vn_before_m_per_s)
+      return true;
   }
-  Wide speed(int body) const {
-    Wide sum = 0;
-    for (const Kick& kick : kicks_[body]) sum += kick.speed;
-    return sum;
-  }
-  Wide way(int body, Wide t_s) const {
-    Wide sum = 0;
-    for (const Kick& kick : kicks_[body]) sum += kick.speed * fmaxq(t_s - kick.t_s, 0);
-    return sum;
-  }
+  return false;
+}
 
- private:
-  struct Kick { Wide t_s = 0, speed = 0; };
-  const Scene& scene_;
-  const std::vector<Event>& events_;
-  std::vector<std::vector<Kick>> kicks_;
-  std::size_t next_ = 0;
-};
-
-void add_bars(const Scene& scene, Truth& truth, const std::vector<Solved>& runs) {
+void add_bars(const Scene& scene, Truth& truth, const std::vector<Solved>& runs,
+              const std::vector<std::vector<Wide>>& shared) {
   struct BodySpread { Spread p, q, v, w; };
-  std::vector<BodySpread> spreads(truth.values.front().bodies.size());
-  Turned turned(scene, truth.events);
+  std::vector<BodySpread> spreads(scene.bodies.size());
   for (std::size_t k = 0; k < truth.values.size(); ++k) {
-    turned.pass(truth.values[k].t_s, k > 0 ? &truth.bars[k - 1] : nullptr);
     Sample& bar = truth.bars.emplace_back();
     bar.t_s = truth.values[k].t_s;
+    const Sample more = shared.empty() ? Sample{} : dynamics::unpack_bars<Wide>(scene, bar.t_s, shared[k].data());
     for (std::size_t i = 0; i < spreads.size(); ++i) {
       BodySample& made = bar.bodies.emplace_back();
       made.q_wxyz = {};
       if (k == 0) continue;
-      Wide jump = 0;
-      for (std::size_t e = 0; e < truth.events.size(); ++e) {
-        const Event& event = truth.events[e];
-        if (event.body_a != static_cast<int>(i) && event.body_b != static_cast<int>(i)) continue;
-        if (fabsq(event.t_s - bar.t_s) <= truth.event_bar_s[e])
-          jump += fabsq(event.vn_after_m_per_s - event.vn_before_m_per_s);
-      }
       std::vector<const std::array<Wide, 3>*> p, v, w;
       std::vector<const std::array<Wide, 4>*> q;
       for (const Solved& run : runs) {
@@ -159,14 +190,48 @@ void add_bars(const Scene& scene, Truth& truth, const std::vector<Solved>& runs)
         v.push_back(&body.v_m_per_s);
         w.push_back(&body.w_rad_per_s);
       }
-      const double slack_s = least * static_cast<double>(bar.t_s);
-      const Unresolved low = unresolved(truth.events, static_cast<int>(i), bar.t_s, slack_s);
-      made.p_m.fill(spreads[i].p.bar(p, false) + low.height + turned.way(static_cast<int>(i), bar.t_s));
+      const bool jump = jumps(truth, static_cast<int>(i), bar.t_s);
+      made.p_m.fill(spreads[i].p.bar(p, false));
       made.q_wxyz.fill(spreads[i].q.bar(q, false));
-      made.v_m_per_s.fill(spreads[i].v.bar(v, jump > 0) + jump + low.speed + turned.speed(static_cast<int>(i)));
-      made.w_rad_per_s.fill(spreads[i].w.bar(w, false));
+      made.v_m_per_s.fill(spreads[i].v.bar(v, jump));
+      made.w_rad_per_s.fill(spreads[i].w.bar(w, jump));
+      if (shared.empty()) continue;
+      for (int c = 0; c < 3; ++c) {
+        made.p_m[c] += more.bodies[i].p_m[c];
+        made.v_m_per_s[c] += more.bodies[i].v_m_per_s[c];
+        made.w_rad_per_s[c] += more.bodies[i].w_rad_per_s[c];
+      }
+      for (int c = 0; c < 4; ++c) made.q_wxyz[c] += more.bodies[i].q_wxyz[c];
     }
   }
+}
+
+// What the runs share, and where what they can certify ends.
+std::vector<std::vector<Wide>> share(const Scenario& scenario, Truth& truth, const std::vector<Solved>& runs,
+                                     std::optional<dynamics::End>& end) {
+  std::size_t samples = runs.front().values.size();
+  for (const Solved& run : runs) samples = std::min(samples, run.values.size());
+  const auto& instants = runs.front().record.instants;
+  std::vector<std::vector<Wide>> made;
+  if (!instants.empty()) {
+    dynamics::SharedErrors shared =
+        dynamics::shared_errors(scenario.scene, scenario.t_end_s, instants, truth.events, truth.event_bar_s,
+                                differences(scenario.scene, runs, samples), unit);
+    for (std::size_t k = 0; k < truth.event_bar_s.size(); ++k) truth.event_bar_s[k] += shared.events_s[k];
+    if (shared.end && (!end || shared.end->t_s < end->t_s)) {
+      end = shared.end;
+      end->why = "CVODE: " + end->why;
+    }
+    made = std::move(shared.samples);
+  }
+  const auto certified = [&](Wide t_s) { return !end || t_s == 0 || t_s < end->t_s * (1 - Wide(end_margin)); };
+  while (samples > 0 && !certified(runs.front().values[samples - 1].t_s)) --samples;
+  truth.values.assign(runs.front().values.begin(), runs.front().values.begin() + static_cast<std::ptrdiff_t>(samples));
+  while (end && !truth.events.empty() && !certified(truth.events.back().t_s)) {
+    truth.events.pop_back();
+    truth.event_bar_s.pop_back();
+  }
+  return made;
 }
 
 }  // namespace
@@ -174,10 +239,19 @@ void add_bars(const Scene& scene, Truth& truth, const std::vector<Solved>& runs)
 Truth cvode_truth(const Scenario& scenario, std::int64_t samples) {
   Truth truth;
   std::vector<Solved> runs;
+  const bool known = dynamics::unsupported(scenario.scene).empty();
+  if (known && dynamics::contacts_possible(scenario.scene) &&
+      dynamics::layout(scenario.scene).size > dynamics::ErrorGrowth::most_unknowns) {
+    truth.outcome.status = Status::unsupported;
+    truth.outcome.reason = "CVODE: contacts in a scene of more than " +
+                           std::to_string(dynamics::ErrorGrowth::most_unknowns) + " unknowns are not covered";
+    return truth;
+  }
+  const cvode::Scales scales = known ? scales_of(scenario) : cvode::Scales{};
   for (const double rtol : {tight, loose})
     for (const cvode::Family family : {cvode::Family::adams, cvode::Family::bdf}) {
-      runs.push_back(solve(scenario, samples, family, rtol));
-      if (runs.back().outcome.status != Status::ok) {
+      runs.push_back(solve(scenario, samples, family, rtol, scales));
+      if (runs.back().outcome.status != Status::ok && !runs.back().record.branch) {
         truth.outcome = runs.back().outcome;
         return truth;
       }
@@ -186,13 +260,19 @@ Truth cvode_truth(const Scenario& scenario, std::int64_t samples) {
     }
   truth.source = "cvode: SUNDIALS " + cvode::version() +
                  ", Adams at rtol 1e-12; bar: twice the largest difference, so far "
-                 "in the run, among Adams and BDF at rtol 1e-12 and 1e-10 (atol = rtol / 100), plus 1e-13 of the scale";
-  truth.values = runs.front().values;
+                 "in the run, among Adams and BDF at rtol 1e-12 and 1e-10 (atol = rtol / 100 of each kind's size), plus "
+                 "1e-13 of the scale, plus round-off and the location of impacts grown along the motion";
   truth.events = runs.front().events;
   for (const Event& event : truth.events)
     truth.event_bar_s.push_back(static_cast<double>(safety * spread_of(event, runs) + Wide(least) * fabsq(event.t_s)));
-  add_bars(scenario.scene, truth, runs);
+  std::optional<dynamics::End> end = first_difference(scenario.scene, runs);
+  const std::vector<std::vector<Wide>> shared = share(scenario, truth, runs, end);
+  add_bars(scenario.scene, truth, runs, shared);
   truth.note = "CVODE's own differences: wider than a certified truth's bar";
+  if (end) {
+    truth.outcome.status = Status::unsupported;
+    truth.outcome.reason = end->why;
+  }
   return truth;
 }
 

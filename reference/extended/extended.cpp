@@ -4,7 +4,10 @@
 #include <cstdio>
 
 #include "dynamics/arithmetic.hpp"
+#include "dynamics/contacts.hpp"
+#include "dynamics/error_growth.hpp"
 #include "dynamics/rates.hpp"
+#include "dynamics/shared_errors.hpp"
 #include "extended/collocation.hpp"
 #include "extended/extrapolation.hpp"
 #include "extended/path.hpp"
@@ -14,6 +17,7 @@ namespace atwood {
 namespace {
 
 using namespace extended;
+using dynamics::End;
 using dynamics::Layout;
 using dynamics::magnitude;
 
@@ -23,6 +27,10 @@ constexpr double unbounded = 1e-3;     // a bar this wide bounds nothing
 // bar.
 constexpr double bar_safety = 2;
 constexpr double quad_round_off = 1e-33;
+constexpr double quad_unit = 0x1p-113;
+constexpr double end_margin = 1e-9;    // of the time: how long before the end of what is certified the samples stop
+
+std::string at_time(Wide t_s) { return " at t = " + format_double(static_cast<double>(t_s)) + " s"; }
 
 std::vector<int> groups_of(const Layout& layout) {
   std::vector<int> groups;
@@ -43,7 +51,8 @@ MakeStepper<Wide> collocation(const Layout& layout, double tolerance) {
   };
 }
 
-struct Trial { Path<Wide> close, wide, gauss; };
+// end: how far it is certified, where that is not the whole run.
+struct Trial { Path<Wide> close, wide, gauss; std::int64_t samples = 0; std::optional<End> end; };
 
 // The largest value of each component's kind over the run; 1 where the kind never leaves zero.
 std::vector<Wide> scales(const Layout& layout, const Path<Wide>& path) {
@@ -54,50 +63,112 @@ std::vector<Wide> scales(const Layout& layout, const Path<Wide>& path) {
   return made;
 }
 
-// largest: relative to the scale; bounded: the samples before the first bar that bounds nothing.
-struct Bars { std::vector<std::vector<Wide>> values; double largest = 0; std::size_t bounded = 0; };
+// largest: relative to the scale; bounded: the samples before the first bar that bounds nothing; certified: those
+// before the end.
+struct Bars {
+  std::vector<std::vector<Wide>> values;
+  std::vector<double> events_s;
+  double largest = 0;
+  std::size_t bounded = 0, certified = 0;
+  std::optional<End> end;
+};
 
-Bars compare(const Layout& layout, const Trial& trial) {
+Bars differences(const Layout& layout, const Trial& trial) {
   Bars made;
   const std::vector<Wide> scale = scales(layout, trial.close);
-  made.bounded = trial.close.states.size();
-  made.values.assign(trial.close.states.size(), std::vector<Wide>(layout.size, Wide(0)));
-  for (std::size_t k = 1; k < made.values.size(); ++k)
+  const std::size_t samples =
+      std::min({trial.close.states.size(), trial.wide.states.size(), trial.gauss.states.size()});
+  made.values.assign(samples, std::vector<Wide>(layout.size, Wide(0)));
+  for (std::size_t k = 1; k < samples; ++k)
     for (int i = 0; i < layout.size; ++i) {
       const Wide value = trial.close.states[k][i];
       const Wide apart =
           std::max(magnitude(value - trial.wide.states[k][i]), magnitude(value - trial.gauss.states[k][i]));
-      const Wide bar = bar_safety * apart + Wide(quad_round_off) * scale[i];
-      made.values[k][i] = bar;
+      made.values[k][i] = bar_safety * apart + Wide(quad_round_off) * scale[i];
+    }
+  for (std::size_t k = 0; k < trial.close.events.size(); ++k) {
+    const Wide t = trial.close.events[k].t_s;
+    Wide apart = 0;
+    for (const Path<Wide>* other : {&trial.wide, &trial.gauss})
+      if (k < other->events.size()) apart = std::max(apart, magnitude(t - other->events[k].t_s));
+    made.events_s.push_back(static_cast<double>(bar_safety * apart + Wide(quad_round_off) * t));
+  }
+  return made;
+}
+
+void end_at(std::optional<End>& end, Wide t_s, const std::string& why) {
+  if (!end || t_s < end->t_s) end = End{t_s, why};
+}
+
+// With what the runs share added; the samples that are left are those before the end.
+Bars compare(const Scene& scene, double t_end_s, const Layout& layout, const Trial& trial) {
+  Bars made = differences(layout, trial);
+  made.end = trial.end;
+  if (!trial.close.instants.empty()) {
+    const dynamics::SharedErrors shared =
+        dynamics::shared_errors(scene, t_end_s, trial.close.instants, trial.close.events, made.events_s, made.values,
+                                quad_unit);
+    for (std::size_t k = 0; k < made.values.size(); ++k)
+      for (int i = 0; i < layout.size; ++i) made.values[k][i] += shared.samples[k][i];
+    for (std::size_t k = 0; k < made.events_s.size(); ++k) made.events_s[k] += shared.events_s[k];
+    if (shared.end) end_at(made.end, shared.end->t_s, shared.end->why);
+  }
+  const std::vector<Wide> scale = scales(layout, trial.close);
+  made.bounded = trial.close.states.size();
+  made.certified = made.values.size();
+  for (std::size_t k = 1; k < made.values.size(); ++k) {
+    const Wide t = Wide(t_end_s) * Wide(static_cast<double>(k)) / Wide(static_cast<double>(trial.samples));
+    if (made.end && t >= made.end->t_s * (1 - Wide(end_margin))) {
+      made.certified = k;
+      break;
+    }
+    for (int i = 0; i < layout.size; ++i) {
+      const Wide bar = made.values[k][i];
       made.largest = std::max(made.largest, static_cast<double>(bar / scale[i]));
       if (!(bar <= Wide(unbounded) * scale[i])) made.bounded = std::min(made.bounded, k);
     }
+  }
   return made;
+}
+
+// The first instant at which one run came to another impact than the rest, or came no further.
+void find_end(Trial& trial) {
+  for (const Path<Wide>* path : {&trial.close, &trial.wide, &trial.gauss})
+    if (path->branch) end_at(trial.end, path->end, path->failure + at_time(path->end));
+  const auto& events = trial.close.events;
+  for (const Path<Wide>* other : {&trial.wide, &trial.gauss}) {
+    const std::size_t both = std::min(events.size(), other->events.size());
+    std::size_t k = 0;
+    while (k < both && events[k].kind == other->events[k].kind && events[k].body_a == other->events[k].body_a &&
+           events[k].body_b == other->events[k].body_b)
+      ++k;
+    if (k == events.size() && k == other->events.size()) continue;
+    const Wide mine = k < events.size() ? events[k].t_s : trial.close.end,
+               theirs = k < other->events.size() ? other->events[k].t_s : other->end;
+    const Wide t_s = std::min(mine, theirs);
+    end_at(trial.end, t_s, "the methods disagree on the impact" + at_time(t_s));
+  }
 }
 
 Trial attempt(const Scene& scene, double t_end_s, std::int64_t samples, const Layout& layout, double tolerance) {
   const std::vector<Wide> initial = dynamics::pack<Wide>(scene);
   Trial made;
+  made.samples = samples;
+  const auto failed = [&](const Path<Wide>& path) {
+    if (path.failure.empty() || path.branch) return false;
+    made.close.failure = path.failure;
+    made.close.branch = false;
+    return true;
+  };
   made.close = walk<Wide>(scene, t_end_s, samples, initial, extrapolation(layout, tolerance));
-  if (!made.close.failure.empty()) return made;
+  if (failed(made.close)) return made;
   made.wide = walk<Wide>(scene, t_end_s, samples, initial, extrapolation(layout, 1e3 * tolerance));
+  if (failed(made.wide)) return made;
   made.gauss = walk<Wide>(scene, t_end_s, samples, initial, collocation(layout, tolerance));
-  for (const Path<Wide>* path : {&made.wide, &made.gauss})
-    if (!path->failure.empty()) made.close.failure = path->failure;
-  const auto impacts = made.close.events.size();
-  if (made.close.failure.empty() && (made.wide.events.size() != impacts || made.gauss.events.size() != impacts))
-    made.close.failure = "the two methods disagree on the number of impacts";
+  if (failed(made.gauss)) return made;
+  find_end(made);
+  made.close.failure.clear();
   return made;
-}
-
-void fill_events(Truth& truth, const Trial& trial) {
-  truth.events = trial.close.events;
-  for (std::size_t k = 0; k < truth.events.size(); ++k) {
-    const Wide t = truth.events[k].t_s;
-    const Wide apart = std::max(magnitude(t - trial.wide.events[k].t_s), magnitude(t - trial.gauss.events[k].t_s));
-    const Wide bar = bar_safety * apart + Wide(quad_round_off) * t;
-    truth.event_bar_s.push_back(static_cast<double>(bar));
-  }
 }
 
 // The rates of lorenz stand for its velocity: their bars follow from those of the unknowns.
@@ -140,6 +211,10 @@ Truth extended_truth(const Scenario& scenario, std::int64_t samples) {
   if (const std::string why = dynamics::unsupported(scene); !why.empty()) return refused(why, Status::unsupported);
   if (samples < 1 || !(scenario.t_end_s > 0)) return refused("no samples to solve for", Status::unsupported);
   const Layout layout = dynamics::layout(scene);
+  if (dynamics::contacts_possible(scene) && layout.size > dynamics::ErrorGrowth::most_unknowns)
+    return refused("contacts in a scene of " + std::to_string(layout.size) + " unknowns, more than " +
+                       std::to_string(dynamics::ErrorGrowth::most_unknowns) + ", are not covered by the extended truth",
+                   Status::unsupported);
   Truth truth;
   truth.source = "extended: GBS 24 and Gauss 20 in quad";
   double tolerance = 1e-28;
@@ -147,24 +222,33 @@ Truth extended_truth(const Scenario& scenario, std::int64_t samples) {
   if (!trial.close.failure.empty())
     return refused(trial.close.failure,
                    trial.close.failure.find("singular") != std::string::npos ? Status::diverged : Status::unsupported);
-  Bars bars = compare(layout, trial);
+  Bars bars = compare(scene, scenario.t_end_s, layout, trial);
   truth.condition = flow_condition(scene, scenario.t_end_s, samples);
-  if (bars.largest > target_bar) {  // closer
+  if (bars.largest > target_bar || (bars.end && !trial.close.branch)) {  // closer
     Trial closer = attempt(scene, scenario.t_end_s, samples, layout, 1e-31);
-    Bars narrower = closer.close.failure.empty() ? compare(layout, closer) : bars;
-    if (narrower.largest < bars.largest) {
+    Bars narrower = closer.close.failure.empty() ? compare(scene, scenario.t_end_s, layout, closer) : bars;
+    if (narrower.certified > bars.certified ||
+        (narrower.certified == bars.certified && narrower.largest < bars.largest)) {
       trial = std::move(closer);
       bars = std::move(narrower);
     }
   }
   if (bars.largest > target_bar) truth.note = note_on(bars, truth.condition, scenario.t_end_s, samples);
-  for (std::size_t k = 0; k < trial.close.states.size(); ++k) {
+  for (std::size_t k = 0; k < bars.certified; ++k) {
     const Wide t = Wide(scenario.t_end_s) * Wide(static_cast<double>(k)) / Wide(static_cast<double>(samples));
     truth.values.push_back(dynamics::unpack<Wide>(scene, t, trial.close.states[k].data()));
     truth.bars.push_back(dynamics::unpack_bars<Wide>(scene, t, bars.values[k].data()));
     if (!scene.problem.empty()) lorenz_bars(truth.bars.back(), truth.values.back());
   }
-  fill_events(truth, trial);
+  for (std::size_t k = 0; k < trial.close.events.size(); ++k) {
+    if (bars.end && trial.close.events[k].t_s >= bars.end->t_s * (1 - Wide(end_margin))) break;
+    truth.events.push_back(trial.close.events[k]);
+    truth.event_bar_s.push_back(bars.events_s[k]);
+  }
+  if (bars.end) {
+    truth.outcome.status = Status::unsupported;
+    truth.outcome.reason = bars.end->why;
+  }
   truth.outcome.steps_taken = trial.close.steps;
   truth.outcome.rate_evaluations = trial.close.evaluations + trial.wide.evaluations + trial.gauss.evaluations;
   return truth;

@@ -3,7 +3,6 @@
 #include <optional>
 
 #include "dynamics/arithmetic.hpp"
-#include "extended/impacts.hpp"
 
 namespace atwood::extended {
 
@@ -80,6 +79,7 @@ struct Walk {
   std::unique_ptr<Stepper<S>> stepper;
   S t = 0;
   std::vector<S> y;
+  std::int64_t logged_steps = 0;
   Path<S> path;
 
   Walk(const Scene& scene, double t_end_s, const std::vector<S>& initial, const MakeStepper<S>& make)
@@ -92,9 +92,30 @@ struct Walk {
   Walk& operator=(const Walk&) = delete;
 
   bool failed() {
-    if (path.failure.empty()) path.failure = impacts.failure();
+    if (path.failure.empty()) {
+      path.failure = impacts.failure();
+      path.branch = impacts.branch();
+    }
     return !path.failure.empty();
   }
+
+  void log(Instant<S> what) {
+    if (!impacts.any()) return;
+    what.steps = static_cast<double>(stepper->steps - logged_steps);
+    logged_steps = stepper->steps;
+    path.instants.push_back(std::move(what));
+  }
+  void log_state(S at, const std::vector<S>& state, std::int64_t sample, std::optional<dynamics::ContactPair> passed) {
+    Instant<S> made;
+    made.t = at;
+    made.interval = interval;
+    made.sample = sample;
+    made.passed = passed;
+    made.first_event = path.events.size();
+    made.after = state;
+    log(std::move(made));
+  }
+  void settle() { log(impacts.settle(t, y.data(), interval, path.events)); }
 
   bool singular() {
     path.failure =
@@ -121,10 +142,14 @@ struct Walk {
         if (failed()) return false;
       }
     if (impacts.any()) {
-      if (const auto tau = impacts.first_touch(before.data(), y.data(), taken, again)) {
+      const auto tau = impacts.first_touch(before.data(), y.data(), taken, again);
+      for (auto& passage : impacts.passages(before.data(), y.data(), taken, tau ? *tau : taken, again))
+        log_state(t + passage.tau, passage.y, -1, passage.pair);
+      if (failed()) return false;
+      if (tau) {
         y = again(*tau);
         t += *tau;
-        impacts.settle(t, y.data(), interval, path.events);
+        settle();
         return !failed();
       }
       impacts.check_held(y.data());
@@ -143,19 +168,22 @@ struct Walk {
   void run(double t_end_s, std::int64_t samples) {
     const std::vector<double>& switches = dynamics.switch_times();
     path.states.push_back(y);  // the scene itself, before what happens at its first instant
-    impacts.settle(S(0), y.data(), interval, path.events);
+    log_state(S(0), y, 0, std::nullopt);
+    settle();
     if (failed()) return;
     std::size_t next = 0;
     for (std::int64_t k = 1; k <= samples; ++k) {
       const S target = S(t_end_s) * S(k) / S(samples);
       for (; next < switches.size() && switches[next] <= target; ++next) {
         if (!go_to(S(switches[next]))) return;
+        log_state(t, y, -1, std::nullopt);
         ++interval;
-        impacts.settle(t, y.data(), interval, path.events);
+        settle();
         if (failed()) return;
       }
       if (!go_to(target)) return;
       path.states.push_back(y);
+      log_state(t, y, k, std::nullopt);
     }
   }
 };
@@ -167,6 +195,7 @@ Path<S> walk(const Scene& scene, double t_end_s, std::int64_t samples, const std
              const MakeStepper<S>& make) {
   Walk<S> going(scene, t_end_s, initial, make);
   going.run(t_end_s, samples);
+  going.path.end = going.t;
   going.path.steps = going.stepper->steps;
   going.path.evaluations = going.stepper->evaluations;
   return std::move(going.path);
