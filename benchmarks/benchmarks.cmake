@@ -41,3 +41,13 @@ foreach(engine engine cvode bullet64 bullet32 ode)
 endforeach()
 atwood_smoke(bench-scaling --benchmark_filter=/1024/)
 atwood_smoke(broad-phases 400)
+
+# Our general methods on the reference's rate, beside odeint, ARKODE and CVODE: the one program that links both.
+add_library(atwood_same_rate STATIC ${PROJECT_SOURCE_DIR}/benchmarks/same_rate/same_rate.cpp)
+target_link_libraries(atwood_same_rate PUBLIC atwood_engine atwood_stepping)
+target_include_directories(atwood_same_rate PUBLIC ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/reference)
+target_compile_options(atwood_same_rate PRIVATE -Wno-psabi)
+add_executable(atwood-same-rate ${PROJECT_SOURCE_DIR}/benchmarks/same_rate/main.cpp)
+target_link_libraries(atwood-same-rate PRIVATE atwood_same_rate)
+set_target_properties(atwood-same-rate PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+add_dependencies(programs atwood-same-rate)

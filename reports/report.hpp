@@ -1,6 +1,7 @@
 // Rows in, documents out. Rendering runs no physics: a report can be made again from its rows.
 #pragma once
 
+#include <limits>
 #include <map>
 #include <string>
 #include <variant>
@@ -10,6 +11,7 @@
 #include "scene/scene.hpp"
 #include "validation/gates/gates.hpp"
 #include "validation/metrics/metrics.hpp"
+#include "validation/metrics/overhead.hpp"
 #include "validation/metrics/work_precision.hpp"
 #include "validation/row.hpp"
 #include "validation/study/study.hpp"
@@ -61,6 +63,11 @@ struct GoalResult {
          ratio_high = 0;               // rival's cost over ours [95 %], where both reach the error; else NaN
   std::string why;                     // what is missing, in words; empty when reached
   double wanted_ratio = 0;             // the rival's cost over ours that is asked for; 0: none
+  // Beside a library (odeint, ARKODE, CVODE): its best method and our best one, both on the reference's rate, and the
+  // ratio of their times. Methods empty, ratios NaN: no library is among the rivals, or one of the two misses the error.
+  GoalEntrant same_rate = {}, library = {};
+  double same_rate_ratio = std::numeric_limits<double>::quiet_NaN(), same_rate_low = same_rate_ratio,
+         same_rate_high = same_rate_ratio;
 };
 
 std::string goal_words(const GoalResult& goal);  // "error-state-end 2e-10 in 40 us"
@@ -134,6 +141,9 @@ struct ReportData {
   std::vector<Law> laws;
   std::vector<BenchFigure> bench;
   std::vector<Dominance> dominance;    // who is cheapest for an error, who most accurate for a budget
+  std::string rates;                   // compare: whose right-hand sides the ranked methods evaluate, a sentence
+  bool same_rate = false;              // ... all of them the reference's
+  std::vector<MethodOverhead> overheads;
   std::vector<GoalResult> goals;
   std::vector<BenchTable> tables;
   std::vector<AuditFinding> audit;     // of the study `audit`

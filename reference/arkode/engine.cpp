@@ -27,6 +27,8 @@ Settings settings(const Scheme& scheme) {
   all["table_last_node_is_one"] = scheme.last_node_is_one;
   all["table_first_same_as_last"] = scheme.first_same_as_last;
   all["max_steps"] = std::int64_t(2000000);
+  all["rate"] = std::string("the reference's");
+  all["rate_repeats"] = std::int64_t(1);
   all["sampling"] = std::string("whole steps (equal steps), stop time at each sample (tolerance); no interpolation");
   all["adaptivity"] = std::string("ARKODE's default controller, with a tolerance alone");
   if (!is_implicit(scheme)) return all;
@@ -103,12 +105,20 @@ std::string read_options(const MethodId& id, arkode::Options& options) {
   return "";
 }
 
-Outcome run_method(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
+Outcome run_method(const MethodId& asked, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
+  MethodId id = asked;
+  int rate_repeats = 1;
+  try {
+    rate_repeats = stepping::take_rate_repeats(id);
+  } catch (const std::invalid_argument& error) {
+    return stepping::refusal(error.what());
+  }
   arkode::Options options;
   if (const std::string why = read_options(id, options); !why.empty()) return stepping::refusal(why);
   return stepping::run<double>("arkode", scene, plan, observer, repeats, options.by_tolerance,
                                [&](const stepping::Equations<double>& equations, const std::vector<double>& y,
-                                   double h_s) { return arkode::make_solver(options, equations, y, h_s); });
+                                   double h_s) { return arkode::make_solver(options, equations, y, h_s); },
+                               rate_repeats);
 }
 
 }  // namespace

@@ -295,17 +295,6 @@ Settings default_settings() {
           {"simd", true}};
 }
 
-Settings tuned_settings() {
-  Settings tuned = default_settings();
-  tuned["contact_processing_threshold_m"] = 0.0;  // no speculative contact: it would stop a ball above the floor
-  tuned["restitution_velocity_threshold_m_per_s"] = 1e-6;
-  tuned["split_impulse_penetration_threshold_m"] = 0.0;  // never push apart by velocity: that adds energy
-  tuned["iterations"] = std::int64_t{50};
-  tuned["hull_margin_m"] = 0.0;  // a hull as large as it is
-  tuned["smooth_inner_edges"] = true;
-  return tuned;
-}
-
 std::set<std::string> fixed_settings() {
   return {"scalar", "step", "solver", "pair_law", "forces", "continuous_collision", "rectangle", "rolling_friction"};
 }

@@ -16,7 +16,6 @@
 namespace atwood::bullet {
 
 Settings default_settings();
-Settings tuned_settings();
 std::set<std::string> fixed_settings();
 // Throws std::invalid_argument on a value out of range.
 void check_settings(const Settings& settings);

@@ -133,6 +133,26 @@ struct Collector : btCollisionWorld::ContactResultCallback {
   }
 };
 
+// A pair's coefficients are asked for by plain function pointers, which a stepped world of this process may have set to
+// its own: they would look for its scene on these objects. Nothing here depends on them.
+struct NoCoefficients {
+  static btScalar none(const btCollisionObject*, const btCollisionObject*) { return 0; }
+  CalculateCombinedCallback restitution = gCalculateCombinedRestitutionCallback,
+                            friction = gCalculateCombinedFrictionCallback,
+                            rolling = gCalculateCombinedRollingFrictionCallback;
+  NoCoefficients() {
+    gCalculateCombinedRestitutionCallback = gCalculateCombinedFrictionCallback = none;
+    gCalculateCombinedRollingFrictionCallback = none;
+  }
+  ~NoCoefficients() {
+    gCalculateCombinedRestitutionCallback = restitution;
+    gCalculateCombinedFrictionCallback = friction;
+    gCalculateCombinedRollingFrictionCallback = rolling;
+  }
+  NoCoefficients(const NoCoefficients&) = delete;
+  NoCoefficients& operator=(const NoCoefficients&) = delete;
+};
+
 struct Room {
   btDefaultCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher;
@@ -146,8 +166,8 @@ struct Room {
     return info;
   }
   Room() : configuration(small()), dispatcher(&configuration), world(&dispatcher, &broad, &configuration) {
-    // registerAlgorithm serves a stepping world's dispatch; questions of one pair go by the table of closest points.
     static btGImpactCollisionAlgorithm::CreateFunc gimpact;
+    btGImpactCollisionAlgorithm::registerAlgorithm(&dispatcher);  // the stepped world's table
     for (int other = 0; other < MAX_BROADPHASE_COLLISION_TYPES; ++other) {
       dispatcher.registerClosestPointsCreateFunc(GIMPACT_SHAPE_PROXYTYPE, other, &gimpact);
       dispatcher.registerClosestPointsCreateFunc(other, GIMPACT_SHAPE_PROXYTYPE, &gimpact);
@@ -155,7 +175,35 @@ struct Room {
   }
 };
 
-void overlap(Room& room, const Scene& scene, int i, int j, ContactAnswer& answer) {
+// What btCollisionDispatcher::defaultNearCallback does with a pair that its broad phase has found.
+void overlap_as_stepped(Room& room, btCollisionObject& one, btCollisionObject& other, int i, int j, ContactAnswer& answer) {
+  const NoCoefficients guard;
+  const btCollisionObjectWrapper first(nullptr, one.getCollisionShape(), &one, one.getWorldTransform(), -1, -1);
+  const btCollisionObjectWrapper second(nullptr, other.getCollisionShape(), &other, other.getWorldTransform(), -1, -1);
+  btCollisionAlgorithm* algorithm = room.dispatcher.findAlgorithm(&first, &second, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+  if (algorithm == nullptr) return;
+  btManifoldResult result(&first, &second);
+  algorithm->processCollision(&first, &second, room.world.getDispatchInfo(), &result);
+  btManifoldArray manifolds;
+  algorithm->getAllContactManifolds(manifolds);
+  for (int m = 0; m < manifolds.size(); ++m) {
+    // Its normal points from its second object to its first.
+    const double sign = manifolds[m]->getBody0() == &one ? -1 : 1;
+    for (int k = 0; k < manifolds[m]->getNumContacts(); ++k) {
+      const btManifoldPoint& point = manifolds[m]->getContactPoint(k);
+      if (point.getDistance() > 0) continue;
+      const Real3 middle = 0.5 * (wide(point.getPositionWorldOnA()) + wide(point.getPositionWorldOnB()));
+      answer.contacts.push_back({i, j, rivals::widened(middle), rivals::widened(sign * wide(point.m_normalWorldOnB)),
+                                 -static_cast<Wide>(point.getDistance())});
+    }
+  }
+  algorithm->~btCollisionAlgorithm();
+  room.dispatcher.freeCollisionAlgorithm(algorithm);
+}
+
+enum class Table { stepped, closest_points };
+
+void overlap(Room& room, Table table, const Scene& scene, int i, int j, ContactAnswer& answer) {
   const Body &a = scene.bodies[static_cast<std::size_t>(i)], &b = scene.bodies[static_cast<std::size_t>(j)];
   const Made of_a = make(a, b), of_b = make(b, a);
   for (const auto& p : of_a.parts)
@@ -165,6 +213,10 @@ void overlap(Room& room, const Scene& scene, int i, int j, ContactAnswer& answer
       one.setWorldTransform(place(a) * p.in_body);
       other.setCollisionShape(q.shape.get());
       other.setWorldTransform(place(b) * q.in_body);
+      if (table == Table::stepped) {
+        overlap_as_stepped(room, one, other, i, j, answer);
+        continue;
+      }
       Collector collector(&one, answer.contacts, i, j);
       room.world.contactPairTest(&one, &other, collector);
     }
@@ -201,14 +253,22 @@ void first_touch(const Scene& scene, const ContactQuery& query, int i, int j, Co
                             rivals::widened(wide(result.m_hitPoint)), rivals::widened(sign * wide(result.m_normal))});
 }
 
-}  // namespace
-
-ContactAnswer find_contacts(const Scene& scene, const ContactQuery& query) {
+ContactAnswer answer_from(Table table, const Scene& scene, const ContactQuery& query) {
   Room room;
   return rivals::ask_pairs(kName, scene, [&](int a, int b, ContactAnswer& answer) {
     if (query.swept) first_touch(scene, query, a, b, answer);
-    else overlap(room, scene, a, b, answer);
+    else overlap(room, table, scene, a, b, answer);
   });
+}
+
+}  // namespace
+
+ContactAnswer find_contacts(const Scene& scene, const ContactQuery& query) {
+  return answer_from(Table::stepped, scene, query);
+}
+
+ContactAnswer closest_points(const Scene& scene, const ContactQuery& query) {
+  return answer_from(Table::closest_points, scene, query);
 }
 
 }  // namespace atwood::bullet

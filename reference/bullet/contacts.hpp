@@ -1,13 +1,16 @@
-// Where bodies touch, by Bullet's own narrow phase (btCollisionWorld::contactPairTest) and convex casts
-// (btContinuousConvexCollision).
+// Where bodies touch, by Bullet's own narrow phase and convex casts (btContinuousConvexCollision). The narrow phase has two
+// tables of algorithms, and both are offered:
+//   contacts         the stepped world's (BT_CONTACT_POINT_ALGORITHMS): what a step of a new pair gets, as
+//                    btCollisionDispatcher's near callback asks for it. Boxes go by the separating-axis test
+//   closest-points   btCollisionWorld::contactPairTest's (BT_CLOSEST_POINT_ALGORITHMS). Boxes go by GJK and, overlapping, by
+//                    EPA
 //
 // Margins: 0 for boxes, cylinders, hulls and triangles (Bullet's default of 0.04 m is a fact of its dynamics; with it a
 // hull would be 0.04 m too large); a sphere's or capsule's margin is its radius. Contacts that Bullet reports ahead of
 // touching (distance > 0) are left out. Meshes against meshes and planes go through GImpact, against anything else
 // through the triangles' bounding-volume tree. A rectangle is a box of zero thickness.
 //
-// What is Bullet's own: boxes against boxes go by GJK here (its separating-axis test serves the stepped world alone);
-// GImpact leaves out a mesh wholly beneath a plane, and finds triangles touching that are apart by its own tolerance.
+// A persistent manifold gathers more points over several steps; what is told here is one call's. What is Bullet's own: GImpact leaves out a mesh wholly beneath a plane, and finds triangles touching that are apart by its own tolerance.
 // Its casts end a millimetre before the touch, whatever the size, and give up after 64 steps.
 #pragma once
 
@@ -16,6 +19,7 @@
 
 namespace atwood::bullet {
 
-ContactAnswer find_contacts(const Scene& scene, const ContactQuery& query);
+ContactAnswer find_contacts(const Scene& scene, const ContactQuery& query);   // as the world steps
+ContactAnswer closest_points(const Scene& scene, const ContactQuery& query);  // as contactPairTest answers
 
 }  // namespace atwood::bullet

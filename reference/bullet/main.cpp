@@ -5,5 +5,8 @@
 
 int main() {
   return atwood::serve(atwood::bullet_engine(),
-                       {{}, false, {{"unit-size", atwood::rivals::at_unit_size(atwood::bullet::find_contacts)}}});
+                       {{},
+                        false,
+                        {{"closest-points", atwood::bullet::closest_points},
+                         {"unit-size", atwood::rivals::at_unit_size(atwood::bullet::find_contacts)}}});
 }

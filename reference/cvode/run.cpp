@@ -77,8 +77,8 @@ struct Course {  // one run under way
         contacts(given, equations, options),
         giving(given, equations.layout()),
         solver(options, tolerances(equations.layout(), options),
-               [this](double t, const double* from, double* dydt) {
-                 equations.rate(t, from, dydt, interval);
+               [this, repeats = options.rate_repeats](double t, const double* from, double* dydt) {
+                 for (int k = 0; k < repeats; ++k) equations.rate(t, from, dydt, interval);
                  giving.add_rates(from, dydt);
                }),
         y(dynamics::pack<double>(given)) {
@@ -133,10 +133,12 @@ struct Course {  // one run under way
     });
   }
 
-  // Until the end or a failure. A sample at the instant of an impact or a switch shows the state before it.
-  Outcome go() {
+  void begin() {
     take_sample(y);
     restart();
+  }
+  // Until the end or a failure. A sample at the instant of an impact or a switch shows the state before it.
+  Outcome go() {
     while (contacts.failure().empty() && (t_s < t_end_s || sampled <= samples)) {
       const double stop = next_stop();
       const double sample_s = sampled <= samples ? sample_time(sampled) : t_end_s;
@@ -184,7 +186,7 @@ struct Course {  // one run under way
 }  // namespace
 
 Outcome run(const Scene& scene, double t_end_s, std::int64_t samples, const Options& options,
-            const Observer& observer, Record* record) {
+            const Observer& observer, Record* record, std::chrono::nanoseconds* busy) {
   if (const std::string why = dynamics::unsupported(scene); !why.empty()) return refusal("CVODE: " + why);
   if (!(t_end_s > 0) || samples < 1) return refusal("CVODE: nothing to run");
   Course course(scene, t_end_s, samples, options, observer, record);
@@ -194,7 +196,12 @@ Outcome run(const Scene& scene, double t_end_s, std::int64_t samples, const Opti
     while (course.sampled <= samples) course.take_sample(course.y);
     return {};
   }
-  return course.go();
+  course.begin();
+  const auto from = std::chrono::steady_clock::now();
+  Outcome outcome = course.go();
+  if (busy != nullptr)
+    *busy = std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now() - from);
+  return outcome;
 }
 
 }  // namespace atwood::cvode

@@ -21,6 +21,7 @@ struct Options {
   int max_order = 12;                 // 5 at most for BDF
   std::int64_t max_steps = 2000000;   // of a whole run
   bool per_stretch = false;           // ... or of each stretch between restarts
+  int rate_repeats = 1;               // each evaluation is made so many times over and counts once
 };
 
 enum class Stop { reached, root, failed };

@@ -18,9 +18,9 @@ Engine ode_engine() {
        "problem. Friction is a coefficient and the pair's law is the scene's.",
        ode::default_settings()},
       {"tuned",
-       "ODE without penetration recovery (erp 0), with finite rotation and the friction pyramid turned along the "
-       "slip.",
-       ode::tuned_settings()}};
+       "ODE with the settings that `atwood tune` found for the class of the scene (free flight, bounce, friction, stack, "
+       "heap): the default's where none were better on scenes held out.",
+       ode::default_settings(), {}, false, true}};
   rival.fixed = ode::fixed_settings();
   rival.check = ode::check_settings;
   rival.refusal = [](const Scene& scene, const Settings&) { return ode::refusal(scene); };

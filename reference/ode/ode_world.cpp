@@ -287,14 +287,6 @@ Settings default_settings() {
           {"angular_damping", 0.0}};
 }
 
-Settings tuned_settings() {
-  Settings tuned = default_settings();
-  tuned["erp"] = 0.0;                               // penetration recovery by velocity adds energy to a bounce
-  tuned["friction_direction"] = std::string("slip");
-  tuned["finite_rotation"] = true;
-  return tuned;
-}
-
 std::set<std::string> fixed_settings() {
   return {"scalar", "pair_law", "friction_model", "forces", "space", "rectangle", "rolling_friction"};
 }

@@ -17,7 +17,6 @@
 namespace atwood::ode {
 
 Settings default_settings();
-Settings tuned_settings();
 std::set<std::string> fixed_settings();
 void check_settings(const Settings& settings);  // throws std::invalid_argument
 

@@ -30,6 +30,8 @@ Settings settings(const Entry& entry) {
   all["stepper"] = entry.type;
   all["claim"] = entry.claim;
   if (entry.has_in_place) all["in_place"] = false;
+  all["rate"] = std::string("the reference's");
+  all["rate_repeats"] = std::int64_t(1);
   if (entry.has_epsilon) all["epsilon"] = 1e-6;
   if (entry.by_tolerance) all["rtol"] = 1e-8;
   if (entry.by_tolerance) all["atol"] = std::string("rtol / 100");
@@ -81,7 +83,14 @@ std::string read_choice(const MethodId& id, const Entry& entry, Choice& choice) 
   return "";
 }
 
-Outcome run_method(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
+Outcome run_method(const MethodId& asked, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
+  MethodId id = asked;
+  int rate_repeats = 1;
+  try {
+    rate_repeats = stepping::take_rate_repeats(id);
+  } catch (const std::invalid_argument& error) {
+    return stepping::refusal(error.what());
+  }
   const auto found =
       std::find_if(entries().begin(), entries().end(), [&](const Entry& entry) { return entry.name == id.scheme; });
   if (found == entries().end())
@@ -92,7 +101,8 @@ Outcome run_method(const MethodId& id, const Scene& scene, const Plan& plan, con
     return stepping::run<S>("odeint", scene, plan, observer, repeats, found->by_tolerance,
                             [&](const stepping::Equations<S>& equations, const std::vector<S>& y, S h_s) {
                               return make(equations, y, h_s, choice);
-                            });
+                            },
+                            rate_repeats);
   };
   return id.scalar == "long-double" ? with(found->in_long_double) : with(found->in_double);
 }

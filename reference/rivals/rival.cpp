@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "rivals/scene_class.hpp"
+#include "rivals/tuned.hpp"
+
 namespace atwood::rivals {
 namespace {
 
@@ -31,7 +34,10 @@ Outcome run(const Rival& rival, const MethodId& id, const Scene& scene, const Pl
   if (const auto reason = refusal(rival.name, plain, rival.scalar, scene, rival.gives_way); !reason.empty())
     return unsupported(reason);
   try {
-    Settings settings = with_overrides(preset->settings, id.overrides, rival.fixed);
+    Settings of_class = preset->settings;
+    if (preset->by_class)
+      of_class = with_overrides(of_class, tuned_changes(rival.name, scene_class(scene)), rival.fixed);
+    Settings settings = with_overrides(of_class, id.overrides, rival.fixed);
     if (preset->adaptive && id.rtol) {
       settings["accuracy"] = *id.rtol;
       settings["steps"] = std::string("chosen");
@@ -65,6 +71,8 @@ Engine engine_of(const Rival& rival) {
     info.claimed_order = preset.claimed_order;
     info.adaptive = preset.adaptive;
     info.settings = preset.settings;
+    for (const SceneClass each : all_scene_classes())
+      if (preset.by_class) info.settings["class_" + to_string(each)] = tuned_words(rival.name, each);
     engine.methods.push_back(info);
   }
   engine.run = [rival](const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer,

@@ -18,6 +18,8 @@ struct Preset {
   Settings settings;  // all of them, as printed
   std::map<std::string, double> claimed_order = {};
   bool adaptive = false;  // takes a tolerance: its settings have "accuracy", and "steps" becomes "chosen"
+  bool by_class = false;  // settings are changed by what tuned.hpp holds for the scene's class, before a caller's own
+                          // changes; printed as "class_bounce" and so on
 };
 
 struct Rival {

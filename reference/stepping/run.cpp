@@ -74,8 +74,9 @@ struct Course {
   Equations<S> equations;
   std::int64_t evaluations = 0, steps = 0;
   std::vector<S> y;
+  std::unique_ptr<Stepper<S>> stepper;
 
-  Course(const Scene& given, const Plan& asked, const Observer& to, bool tolerance)
+  Course(const Scene& given, const Plan& asked, const Observer& to, bool tolerance, int rate_repeats)
       : scene(given),
         plan(asked),
         observer(to),
@@ -88,9 +89,9 @@ struct Course {
     if (scene.problem.empty() && 2 * positions == equations.size) equations.positions = positions;
     equations.velocity_dependent = accelerations_depend_on_velocity(scene);
     equations.time_dependent = accelerations_depend_on_time(scene);
-    equations.rate = [this](S t_s, const S* from, S* dydt) {
+    equations.rate = [this, rate_repeats](S t_s, const S* from, S* dydt) {
       ++evaluations;
-      motion.rate(t_s, from, dydt, 0);
+      for (int k = 0; k < rate_repeats; ++k) motion.rate(t_s, from, dydt, 0);
     };
     equations.jacobian = [this](S t_s, const S* from, S* dfdy, S* dfdt) {
       evaluations += 4 * (equations.size + 1);
@@ -113,14 +114,17 @@ struct Course {
                   "the state is not finite at t = " + format_double(static_cast<double>(t_s)) + " s");
   }
 
-  void go(const Maker<S>& make) {
-    const S h = S(plan.t_end_s) / S(plan.steps);
+  S step_s() const { return S(plan.t_end_s) / S(plan.steps); }
+  void prepare(const Maker<S>& make) {
+    if (equations.size > 0) stepper = make(equations, y, step_s());
+  }
+  void go() {
+    const S h = step_s();
     take_sample(0);
     if (equations.size == 0) {  // nothing moves
       for (std::int64_t k = 1; k <= plan.samples; ++k) take_sample(k);
       return;
     }
-    const std::unique_ptr<Stepper<S>> stepper = make(equations, y, h);
     const std::int64_t stretch = plan.steps / plan.samples;
     for (std::int64_t k = 1; k <= plan.samples; ++k) {
       if (by_tolerance) {
@@ -134,13 +138,16 @@ struct Course {
   }
 };
 
+// One run; `busy` (null: not timed) is the time of the stepping alone.
 template <class S>
-Outcome run_once(const std::string& engine, const Scene& scene, const Plan& plan, const Observer& observer,
-                 bool by_tolerance, const Maker<S>& make) {
-  Course<S> course(scene, plan, observer, by_tolerance);
+Outcome run_once(const std::string& engine, Course<S>& course, const Maker<S>& make, std::chrono::nanoseconds* busy) {
+  using Clock = std::chrono::steady_clock;
   Outcome outcome;
   try {
-    course.go(make);
+    course.prepare(make);
+    const Clock::time_point from = Clock::now();
+    course.go();
+    if (busy != nullptr) *busy = std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - from);
   } catch (const Failure& failure) {
     outcome.status = failure.status;
     outcome.reason = engine + ": " + failure.what();
@@ -168,29 +175,45 @@ Outcome refusal(const std::string& reason) {
   return made;
 }
 
+int take_rate_repeats(MethodId& id) {
+  const auto found = id.overrides.find("rate_repeats");
+  if (found == id.overrides.end()) return 1;
+  const auto* count = std::get_if<std::int64_t>(&found->second);
+  if (count == nullptr || *count < 1 || *count > 1000)
+    throw std::invalid_argument(id.engine + ": rate_repeats is a whole number from 1 to 1000");
+  const int value = static_cast<int>(*count);
+  id.overrides.erase(found);
+  return value;
+}
+
 template <class S>
 Outcome run(const std::string& engine, const Scene& scene, const Plan& plan, const Observer& observer, int repeats,
-            bool by_tolerance, const Maker<S>& make) {
+            bool by_tolerance, const Maker<S>& make, int rate_repeats) {
   if (const std::string why = uncovered(scene, plan.t_end_s); !why.empty()) return refusal(engine + ": " + why);
   if (!(plan.t_end_s > 0) || plan.samples < 1 || plan.steps < 1 || plan.steps % plan.samples != 0) {
     return refusal(engine + ": nothing to run");
   }
-  if (repeats <= 0) return run_once(engine, scene, plan, observer, by_tolerance, make);
+  if (repeats <= 0) {
+    Course<S> course(scene, plan, observer, by_tolerance, rate_repeats);
+    return run_once(engine, course, make, nullptr);
+  }
   Outcome outcome;
   std::vector<std::int64_t> busy_ns;
-  for (int k = 0; k < repeats; ++k) {
-    const auto from = std::chrono::steady_clock::now();
-    outcome = run_once(engine, scene, plan, {}, by_tolerance, make);
-    const auto to = std::chrono::steady_clock::now();
-    busy_ns.push_back(std::chrono::duration_cast<std::chrono::nanoseconds>(to - from).count());
+  const Observer nobody;
+  for (int k = 0; k <= repeats; ++k) {  // the first warms up, as ours does
+    Course<S> course(scene, plan, nobody, by_tolerance, rate_repeats);
+    std::chrono::nanoseconds busy{};
+    outcome = run_once(engine, course, make, &busy);
     if (outcome.status != Status::ok) break;
+    if (k > 0) busy_ns.push_back(busy.count());
   }
   outcome.busy_ns = busy_ns;
   return outcome;
 }
 
-template Outcome run(const std::string&, const Scene&, const Plan&, const Observer&, int, bool, const Maker<double>&);
+template Outcome run(const std::string&, const Scene&, const Plan&, const Observer&, int, bool, const Maker<double>&,
+                     int);
 template Outcome run(const std::string&, const Scene&, const Plan&, const Observer&, int, bool,
-                     const Maker<long double>&);
+                     const Maker<long double>&, int);
 
 }  // namespace atwood::stepping

@@ -52,16 +52,22 @@ using Maker = std::function<std::unique_ptr<Stepper<S>>(const Equations<S>& equa
 bool accelerations_depend_on_velocity(const Scene& scene);
 bool accelerations_depend_on_time(const Scene& scene);
 
-// `engine` names the library in refusals. repeats > 0: the timed pass. Never throws on a scene.
+// `engine` names the library in refusals. repeats > 0: the timed pass, whose clock runs while the library steps:
+// equations and stepper are made before. `rate_repeats`: each evaluation is made that many times over and counts once,
+// so that the time of a rate of another cost is measured with the same results. Never throws on a scene.
 template <class S>
 Outcome run(const std::string& engine, const Scene& scene, const Plan& plan, const Observer& observer, int repeats,
-            bool by_tolerance, const Maker<S>& make);
+            bool by_tolerance, const Maker<S>& make, int rate_repeats = 1);
+
+// The setting `rate_repeats` of a method id, taken out of it; 1 unless given. Throws std::invalid_argument with what was
+// expected where it is not a whole number from 1 to 1000.
+int take_rate_repeats(MethodId& id);
 
 Outcome refusal(const std::string& reason);
 
 extern template Outcome run(const std::string&, const Scene&, const Plan&, const Observer&, int, bool,
-                            const Maker<double>&);
+                            const Maker<double>&, int);
 extern template Outcome run(const std::string&, const Scene&, const Plan&, const Observer&, int, bool,
-                            const Maker<long double>&);
+                            const Maker<long double>&, int);
 
 }  // namespace atwood::stepping

@@ -11,6 +11,7 @@
 #include <set>
 
 #include "reports/command_line/contest.hpp"
+#include "reports/command_line/same_rate.hpp"
 #include "reports/command_line/units.hpp"
 #include "reports/render/text.hpp"
 #include "scene/files.hpp"
@@ -308,10 +309,19 @@ int command_advise(const Place& place, const Options& options) {
                                                           : "--metric " + options.metric,
                                    advice.scenario.id));
   }
-  const std::vector<Worker> workers = require_workers(place, options);
-  const Candidates candidates = options.methods.empty()
-                                    ? choose_candidates(advice.scenario.scene, workers, options.engines.size())
-                                    : named_candidates(options.methods, workers);
+  Options with_twins = options;
+  with_twins.with_same_rate = options.same_rate;
+  const std::vector<Worker> workers = require_workers(place, with_twins), named = without_same_rate(workers);
+  Candidates candidates = options.methods.empty()
+                              ? choose_candidates(advice.scenario.scene, named, options.engines.size())
+                              : named_candidates(options.methods, named);
+  if (options.same_rate) candidates = at_same_rate(candidates, workers);
+  advice.rates = options.same_rate
+                     ? "the same: ours and libraries' methods call the reference's right-hand side"
+                     : std::any_of(candidates.ids.begin(), candidates.ids.end(),
+                                   [](const std::string& id) { return is_library(engine_of(id)); })
+                           ? "native: libraries call the reference's right-hand side, others their own (--same-rate: one for all)"
+                           : "";
   if (candidates.ids.empty())
     throw InputError(fmt::format("advise: no method here claims an order for `{}` ({})", advice.scenario.id,
                                  class_words(advice.motion)));
@@ -341,7 +351,7 @@ int command_advise(const Place& place, const Options& options) {
   }
   if (!search->decide()) return interrupted();
   const std::string own = own_file(place, advice.scenario);
-  advice.rerun = rerun_words(own.empty() ? advice.scenario.id : own, advice.best.method, advice.best.steps);
+  advice.rerun = rerun_words(own.empty() ? advice.scenario.id : own, native_twin(advice.best.method), advice.best.steps);
   advice.rerun.front() = options.words.front();
   for (const std::string& engine : options.engines) advice.rerun.insert(advice.rerun.end(), {"--engine", engine});
   fmt::print("{}", options.json ? advice_json(advice) : advice_text(advice));

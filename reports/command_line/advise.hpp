@@ -28,6 +28,8 @@ struct Candidates {
 // ones made for it first, one's own engines, rivals, then all others. Among those that come first, and among the others,
 // the engines take turns, a method each.
 Candidates choose_candidates(const Scene& scene, const std::vector<Worker>& workers, std::size_t own_engines);
+// --same-rate: ours as their twins on the reference's rate, libraries as they are; all others are left out with the reason.
+Candidates at_same_rate(const Candidates& candidates, const std::vector<Worker>& workers);
 // Those that were named, ids or globs. InputError: no engine offers one of them.
 Candidates named_candidates(const std::vector<std::string>& methods, const std::vector<Worker>& workers);
 
@@ -47,6 +49,7 @@ struct Advice {
   Scenario scenario;
   MotionClass motion;
   std::string metric, unit, truth;
+  std::string rates;                      // whose right-hand sides the methods evaluate; empty: each its engine's own
   double wanted_error = 0, budget_s = 0;  // one of them; 0: the other was asked
   bool found = false;
   AdviceRung best, next;                  // next.method empty: nobody else

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "reports/command_line/advise.hpp"
+#include "reports/command_line/same_rate.hpp"
 #include "scene/files.hpp"
 #include "validation/metrics/work_precision.hpp"
 
@@ -213,6 +214,26 @@ Candidates choose_candidates(const Scene& scene, const std::vector<Worker>& work
   for (const auto& [reason, ids] : out) chosen.left_out.emplace_back(reason, ids);
   take_turns(chosen, short_list);
   return chosen;
+}
+
+Candidates at_same_rate(const Candidates& candidates, const std::vector<Worker>& workers) {
+  Candidates same;
+  same.left_out = candidates.left_out;
+  std::string own;
+  for (std::size_t i = 0; i < candidates.ids.size(); ++i) {
+    const std::string& id = candidates.ids[i];
+    const std::string kept = is_library(engine_of(id)) ? id : same_rate_twin(id, workers);
+    if (kept.empty()) {
+      own += (own.empty() ? "" : ", ") + id;
+      continue;
+    }
+    same.ids.push_back(kept);
+    if (i < candidates.firsts) ++same.firsts;
+    if (i < candidates.short_list) ++same.short_list;
+  }
+  same.firsts = std::max<std::size_t>(same.firsts, 1);
+  if (!own.empty()) same.left_out.emplace_back("--same-rate: evaluates a rate of its own alone", own);
+  return same;
 }
 
 Candidates named_candidates(const std::vector<std::string>& methods, const std::vector<Worker>& workers) {

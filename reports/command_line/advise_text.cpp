@@ -104,6 +104,7 @@ std::string advice_text(const Advice& advice) {
                         advice.wanted_error > 0 ? "no rung has that error"
                                                 : "every run with an error smaller than the motion takes longer");
   }
+  if (!advice.rates.empty()) text += fmt::format("  rates      {}\n", advice.rates);
   text += fmt::format("  truth      {}; the evidence's bar {:.2g}\n  runs       {}\n", advice.truth, advice.best.bar,
                       advice.runs);
   if (advice.found) text += fmt::format("  rerun      {}\n", shell_line(advice.rerun));
@@ -134,6 +135,7 @@ std::string advice_json(const Advice& advice) {
             : json(nullptr);
   out["caution"] = advice.caution;
   out["truth"] = advice.truth;
+  out["rates"] = advice.rates;
   out["runs"] = advice.runs;
   out["left_out"] = json::array();
   for (const auto& [reason, methods] : advice.left_out)

@@ -143,7 +143,9 @@ std::vector<GoalResult> read_goal_results(const std::string& path) {
                      g.value("unit", ""), real(g["wanted_error"]), g.value("budget_kind", ""), real(g["budget"]),
                      g.value("reached", false), entrant_from(g["ours"]), entrant_from(g["rival"]),
                      entrant_from(g["uncounted"]), real(g["ratio"]), real(g["ratio_low"]), real(g["ratio_high"]),
-                     g.value("why", ""), g.value("wanted_ratio", 0.0)});
+                     g.value("why", ""), g.value("wanted_ratio", 0.0), entrant_from(g["same_rate"]),
+                     entrant_from(g["library"]), real(g["same_rate_ratio"]), real(g["same_rate_low"]),
+                     real(g["same_rate_high"])});
   }
   return goals;
 }
@@ -185,7 +187,12 @@ void keep_bench(const std::string& path, const Provenance& provenance, const std
                                    {"ratio_low", g.ratio_low},
                                    {"ratio_high", g.ratio_high},
                                    {"why", g.why},
-                                   {"wanted_ratio", g.wanted_ratio}});
+                                   {"wanted_ratio", g.wanted_ratio},
+                                   {"same_rate", to_json(g.same_rate)},
+                                   {"library", to_json(g.library)},
+                                   {"same_rate_ratio", g.same_rate_ratio},
+                                   {"same_rate_low", g.same_rate_low},
+                                   {"same_rate_high", g.same_rate_high}});
     }
   }
   std::error_code error;

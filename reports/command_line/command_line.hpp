@@ -49,12 +49,17 @@ struct Options {
   bool github = false;                    // run, gate: annotations of GitHub Actions, and a step's summary
   bool swept = false;                     // contacts
   bool evidence = false;                  // describe METHOD --program
+  bool same_rate = false, native_rate = false;  // compare, advise: whose right-hand side is evaluated; neither: compare chooses
+  bool with_same_rate = false;            // the worker of same_rate.hpp joins the others
   bool named_methods_only = false;        // compare: --engine adds no methods that were not named
   bool whole_ladders = false;             // each scenario's ladder, halved as far down as its samples divide it
   std::string wanted_error, budget, metric;  // advise, compare
   double search_s = 10;                   // advise: after this no further method is begun
   bool progress = false;                  // progress lines also off a terminal
   bool long_list = false, names = false;  // list: methods in full; names alone
+  std::string scene_class, tuned_file;    // tune
+  std::int64_t trials = 24;
+  std::uint64_t seed = 1784;
   bool manual = false;                    // help --man
   std::vector<std::string> goals;         // bench goals: ids, globs
   std::string goals_file;
@@ -73,7 +78,8 @@ void require_own_id(const Place& place, const Scenario& scenario);  // a file wi
 // The same where nothing is kept under the id: a note on standard error.
 void note_shared_id(const Place& place, const Scenario& scenario);
 // Our own engines and the rivals, then foreign ones by their argv.
-std::vector<Worker> start_workers(const Place& place, const std::vector<std::vector<std::string>>& foreign);
+std::vector<Worker> start_workers(const Place& place, const std::vector<std::vector<std::string>>& foreign,
+                                  bool with_same_rate = false);
 // With those of --engine and of a study's `engines`; an --engine that is no program is an InputError.
 std::vector<Worker> require_workers(const Place& place, const Options& options, const Study* study = nullptr);
 std::vector<std::string> nearest(const std::string& word, std::vector<std::string> known, std::size_t count);
@@ -151,6 +157,7 @@ int command_goals(const Place&, const Options&);  // bench goals
 int command_broad_phases(const Place&, const Options&);  // bench broad-phases
 int command_frame_budget(const Place&, const Options&);  // bench frame-budget
 int command_bench(const Place&, const Options&);
+int command_tune(const Place&, const Options&);
 int command_report(const Place&, const Options&);
 
 }  // namespace atwood

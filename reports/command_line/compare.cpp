@@ -10,6 +10,7 @@
 #include "reports/command_line/command_line.hpp"
 #include "reports/command_line/compare_text.hpp"
 #include "reports/command_line/contest.hpp"
+#include "reports/command_line/same_rate.hpp"
 #include "reports/command_line/spread.hpp"
 #include "reports/command_line/units.hpp"
 #include "scene/files.hpp"
@@ -69,11 +70,15 @@ int command_compare(const Place& place, const Options& options) {
   if (chosen.scenarios.empty()) chosen.scenarios = {"kepler-e0.6"};
   chosen.whole_ladders = chosen.steps.empty() && chosen.hz.empty();
   chosen.named_methods_only = true;
-  const std::vector<Worker> workers = require_workers(place, options);
+  chosen.with_same_rate = true;
+  const std::vector<Worker> workers = require_workers(place, chosen);
   std::vector<std::string> notes;
-  chosen.methods = with_tolerances(options.methods, workers, notes);
+  chosen.methods = with_tolerances(options.methods, without_same_rate(workers), notes);
+  const std::vector<std::string> named = chosen.methods;
+  const RankedRates rates = choose_rates(options, named, workers);
+  chosen.methods.insert(chosen.methods.end(), rates.twins.begin(), rates.twins.end());
   std::set<std::string> families;
-  for (const std::string& method : chosen.methods) families.insert(method.substr(0, method.find(':')));
+  for (const std::string& method : named) families.insert(method.substr(0, method.find(':')));
   if (families.size() < 2 && options.methods.size() < 2)
     throw InputError(fmt::format("compare {}: expected two methods or more, or a glob over them; of one method alone "
                                  "`atwood run --method {}` tells all", options.methods.front(), options.methods.front()));
@@ -85,15 +90,19 @@ int command_compare(const Place& place, const Options& options) {
   StudyResult result = run_study(selection.cells, selection.workers, how);
   end_progress();
   if (result.interrupted) return 128 + result.signal;
-  note_tolerances(options.methods, chosen.methods, notes);
+  note_tolerances(options.methods, named, notes);
   result.rows = without_idle_halves(result.rows, options.methods, notes);
   ReportData data = assemble_report(place, chosen, selection, result, {});
   data.title = "Atwood: methods compared";
   data.bench.clear();
   data.goals.clear();
-  data.notes = notes;
   data.compared = true;
-  data.dominance = find_dominance(data.rows, question);
+  data.rates = rates.words;
+  data.same_rate = rates.same;
+  const std::vector<Row> ranked = rates.same ? ranked_rows(data.rows, notes) : data.rows;
+  data.dominance = find_dominance(ranked, question);
+  if (!rates.words.empty()) notes.insert(notes.begin(), rates.words);
+  data.notes = notes;
   if (!options.no_timing) {
     const InterruptGuard guard;
     try {
@@ -102,6 +111,7 @@ int command_compare(const Place& place, const Options& options) {
         if (table.cost != Cost::seconds) continue;
         for (Contest& contest : table.by_error) times.settle(contest, table.scenario, true);
       }
+      if (rates.same) data.overheads = measure_overheads(selection.cells, selection.workers, ranked, options.cell_limit_s);
     } catch (const Interrupted&) {
       return 128 + interrupt_signal();
     }
@@ -119,7 +129,8 @@ int command_compare(const Place& place, const Options& options) {
     fmt::print("{}\n", render_json(data));
   } else {
     for (const auto& scenario : selection.scenarios) fmt::print("{}", compare_text(data, scenario, question, terminal_width()));
-    for (const auto& note : data.notes) fmt::print("{}\n", note);
+    for (const auto& note : data.notes)
+      if (note != data.rates) fmt::print("{}\n", note);  // it heads every scenario
   }
   write_documents(options, data);
   return result.failed_cells > 0 ? exit_cell : exit_pass;

@@ -8,6 +8,8 @@
 #include <map>
 
 #include "reports/command_line/contest.hpp"
+#include "reports/command_line/manual.hpp"
+#include "reports/command_line/same_rate.hpp"
 #include "reports/render/scatter.hpp"
 #include "reports/render/text.hpp"
 
@@ -202,6 +204,7 @@ std::string stable_table(const Dominance& table, const Letters& letters, double 
 
 std::string compare_text(const ReportData& data, const Scenario& scenario, const Question& question, int width) {
   std::string text = fmt::format("{}: {}\n", scenario.id, scenario.title);
+  if (!data.rates.empty()) text += wrapped(data.rates, 2, 80);
   const std::string metric = question.metric.empty() ? telling_metric(data.rows, scenario.id) : question.metric;
   if (metric.empty()) {
     // Nothing was measured against a truth: what there is to say is why.
@@ -222,6 +225,7 @@ std::string compare_text(const ReportData& data, const Scenario& scenario, const
   }
   text += "    each figure is of a measured rung; < nothing cheaper was measured;\n"
           "    * at the truth's bar; x what the next costs, [ ] its 95 % interval in turns\n";
+  text += overhead_text(data.overheads, scenario.id);
   if (first != nullptr) text += stable_table(*first, letters, scenario.t_end_s);
   return text + "\n";
 }

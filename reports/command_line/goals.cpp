@@ -9,6 +9,7 @@
 #include <set>
 
 #include "reports/command_line/command_line.hpp"
+#include "reports/command_line/same_rate.hpp"
 #include "reports/command_line/stopwatch.hpp"
 #include "scene/files.hpp"
 #include "validation/study/process.hpp"
@@ -20,7 +21,10 @@ const double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kTimed = 5;   // of each side, the quickest after one look
 constexpr int kRounds = 15;
 
-enum class Side { ours, rival, uncounted };
+// `library`: a rival that evaluates the reference's rate; `same_rate`: ours on that rate.
+enum class Side { ours, rival, uncounted, library, same_rate };
+
+bool is_rival(Side side) { return side == Side::rival || side == Side::library; }
 
 struct Candidate {
   Side side = Side::ours;
@@ -93,6 +97,19 @@ bool better(const GoalEntrant& a, const GoalEntrant& b, const std::string& kind)
   return kind.empty() ? a.error < b.error : x < y;
 }
 
+// Ours on the reference's rate, where a library is among the rivals and times are compared.
+std::vector<std::string> twins_beside_libraries(const Goal& goal) {
+  const bool beside = std::any_of(goal.rivals.begin(), goal.rivals.end(),
+                                  [](const std::string& rival) { return is_library(engine_of(rival)); });
+  if (!beside || goal.budget_kind == "evaluations") return {};
+  std::vector<std::string> twins;
+  for (const std::string& method : goal.methods) {
+    if (engine_of(method) == "atwood" && method.find('+') == std::string::npos)
+      twins.push_back("atwood-same-rate" + method.substr(method.find('/')));
+  }
+  return twins;
+}
+
 class GoalRun {
  public:
   GoalRun(const Place& place, const Options& options, const std::vector<Worker>& workers)
@@ -121,8 +138,10 @@ class GoalRun {
 
 std::vector<Candidate> GoalRun::measured(const Goal& goal, const Scenario& scenario, std::vector<Cell>& cells) {
   std::map<std::string, Side> sides;
+  const std::vector<std::string> twins = twins_beside_libraries(goal);
   for (const auto& [side, patterns] :
-       {std::pair{Side::uncounted, &goal.uncounted}, {Side::ours, &goal.methods}, {Side::rival, &goal.rivals}}) {
+       {std::pair{Side::uncounted, &goal.uncounted}, {Side::ours, &goal.methods}, {Side::rival, &goal.rivals},
+        {Side::same_rate, &twins}}) {
     if (patterns->empty()) continue;
     for (Cell& cell : plan_goal(goal, scenario, *patterns, workers_, place_.provenance.cpu)) {
       if (sides.emplace(cell.method + " " + std::to_string(cell.plan.steps), side).second)
@@ -148,7 +167,9 @@ std::vector<Candidate> GoalRun::measured(const Goal& goal, const Scenario& scena
     if (cell.worker < 0 || failed.contains(key)) continue;
     GoalEntrant entrant = entrant_of(cell, result.rows, goal);
     if (!goal.metric.empty() && !std::isfinite(entrant.error)) continue;
-    candidates.push_back({sides.at(key), &cell, entrant, {}});
+    const Side side = sides.at(key);
+    candidates.push_back({side == Side::rival && is_library(engine_of(cell.method)) ? Side::library : side, &cell,
+                          entrant, {}});
   }
   return candidates;
 }
@@ -157,15 +178,15 @@ std::vector<Candidate> GoalRun::measured(const Goal& goal, const Scenario& scena
 void ask_by_rivals(Goal& goal, std::vector<Candidate>& candidates) {
   double least = kNone;
   for (const Candidate& c : candidates) {
-    if (c.side == Side::rival && !(c.entrant.error >= least)) least = c.entrant.error;
+    if (is_rival(c.side) && !(c.entrant.error >= least)) least = c.entrant.error;
   }
   goal.error = goal.error_ratio * least;
-  for (Candidate& c : candidates) c.entrant.accurate = c.side == Side::rival || c.entrant.error <= goal.error;
+  for (Candidate& c : candidates) c.entrant.accurate = is_rival(c.side) || c.entrant.error <= goal.error;
 }
 
 void GoalRun::time(const Goal& goal, std::vector<Candidate>& candidates) {
   std::vector<Candidate*> chosen;
-  for (const Side side : {Side::ours, Side::rival, Side::uncounted}) {
+  for (const Side side : {Side::ours, Side::rival, Side::uncounted, Side::library, Side::same_rate}) {
     std::vector<Candidate*> own;
     for (Candidate& c : candidates) {
       if (c.side == side && c.entrant.accurate) own.push_back(&c);
@@ -238,6 +259,15 @@ std::string shortfall(const Goal& goal, const GoalEntrant& ours) {
   return "";
 }
 
+// Of times, or of times of a step.
+PairedRatio cost_ratio(const Candidate& rival, const Candidate& ours, const Goal& goal) {
+  PairedRatio ratio = paired_ratio(rival.times_s, ours.times_s);
+  if (goal.budget_kind != "ns_per_step") return ratio;
+  const double per_step = static_cast<double>(ours.entrant.steps) / static_cast<double>(rival.entrant.steps);
+  for (double* figure : {&ratio.ratio, &ratio.low, &ratio.high}) *figure *= per_step;
+  return ratio;
+}
+
 // What was asked, and nothing found yet.
 GoalResult blank_result(const Goal& goal) {
   GoalResult result;
@@ -271,6 +301,10 @@ GoalResult GoalRun::run(const Goal& asked) {
   if (!options_.no_timing) time(goal, candidates);
   const Candidate* ours = best(candidates, Side::ours, goal.budget_kind);
   const Candidate* rival = best(candidates, Side::rival, goal.budget_kind);
+  const Candidate* library = best(candidates, Side::library, goal.budget_kind);
+  const Candidate* same_rate = best(candidates, Side::same_rate, goal.budget_kind);
+  if (rival == nullptr || (library != nullptr && better(library->entrant, rival->entrant, goal.budget_kind)))
+    rival = library;
   const Candidate* uncounted = best(candidates, Side::uncounted, goal.budget_kind);
   if (ours != nullptr) result.ours = ours->entrant;
   if (rival != nullptr) result.rival = rival->entrant;
@@ -282,13 +316,16 @@ GoalResult GoalRun::run(const Goal& asked) {
     if (goal.budget_kind == "evaluations") {
       result.ratio = result.ratio_low = result.ratio_high = rival->entrant.evaluations / ours->entrant.evaluations;
     } else {
-      const PairedRatio paired = paired_ratio(rival->times_s, ours->times_s);
-      const double per_step = goal.budget_kind == "ns_per_step"
-                                  ? static_cast<double>(ours->entrant.steps) / static_cast<double>(rival->entrant.steps)
-                                  : 1;
-      result.ratio = per_step * paired.ratio;
-      result.ratio_low = per_step * paired.low;
-      result.ratio_high = per_step * paired.high;
+      const PairedRatio ratio = cost_ratio(*rival, *ours, goal);
+      result.ratio = ratio.ratio, result.ratio_low = ratio.low, result.ratio_high = ratio.high;
+    }
+  }
+  if (library != nullptr && same_rate != nullptr && goal.budget_kind != "evaluations") {
+    result.library = library->entrant;
+    result.same_rate = same_rate->entrant;
+    if (library->entrant.accurate && same_rate->entrant.accurate) {
+      const PairedRatio ratio = cost_ratio(*library, *same_rate, goal);
+      result.same_rate_ratio = ratio.ratio, result.same_rate_low = ratio.low, result.same_rate_high = ratio.high;
     }
   }
   if (goal.times_faster > 0 && result.reached && !(result.ratio >= goal.times_faster)) {
@@ -412,7 +449,9 @@ std::vector<Goal> chosen_goals(const Place& place, const Options& options) {
 
 int command_goals(const Place& place, const Options& options) {
   const std::vector<Goal> goals = chosen_goals(place, options);
-  const std::vector<Worker> workers = require_workers(place, options);
+  Options chosen = options;
+  chosen.with_same_rate = true;
+  const std::vector<Worker> workers = require_workers(place, chosen);
   make_out_dir(options.out_dir);
   const InterruptGuard guard;
   GoalRun run(place, options, workers);

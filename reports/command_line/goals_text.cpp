@@ -36,8 +36,16 @@ std::string goals_text(const std::vector<GoalResult>& goals) {
     if (!goal.uncounted.method.empty()) text += line("uncounted", goal.uncounted);
     if (std::isfinite(goal.ratio)) {
       const bool interval = std::isfinite(goal.ratio_low) && goal.ratio_low < goal.ratio_high;
-      text += fmt::format("    ratio      the rival costs {:.3g} x ours{}\n", goal.ratio,
+      text += fmt::format("    ratio      {}the rival costs {:.3g} x ours{}\n",
+                          goal.library.method.empty() ? "" : "at native rates ", goal.ratio,
                           interval ? fmt::format(" [{:.3g}, {:.3g}]", goal.ratio_low, goal.ratio_high) : "");
+    }
+    if (!goal.library.method.empty() && !goal.same_rate.method.empty()) {
+      text += line("same rate", goal.same_rate) + line("library", goal.library);
+      text += std::isfinite(goal.same_rate_ratio)
+                  ? fmt::format("    ratio      at the same rate the library costs {:.3g} x ours [{:.3g}, {:.3g}]\n",
+                                goal.same_rate_ratio, goal.same_rate_low, goal.same_rate_high)
+                  : "";
     }
     if (!goal.why.empty()) text += fmt::format("    missing    {}\n", goal.why);
   }

@@ -130,6 +130,7 @@ void declare_commands(Parser& p) {
   contacts
       ->add_option("--engine", o.engines,
                    "atwood (unless given), truth, bullet64, bullet32, ode, fcl or libccd; one with a test of its own: box-edges,\n"
+                   "bullet64/closest-points (contactPairTest's algorithms; bullet64 alone: the stepped world's), bullet32/closest-points,\n"
                    "bullet64/unit-size, bullet32/unit-size, ode/unit-size, fcl/unit-size, libccd/unit-size; or a worker's path")
       ->expected(1);
   contacts->add_flag("--swept", o.swept,
@@ -145,6 +146,10 @@ void declare_commands(Parser& p) {
                       "metric's name (the one of position and attitude that tells them apart unless given)");
   compare->add_option("--error", o.wanted_error, "Only this error, with its unit: 1e-6rad, 0.1mm");
   compare->add_option("--budget", o.budget, "Only what this time buys: 16.7ms, 40us");
+  compare->add_flag("--same-rate", o.same_rate, "Rank methods that all evaluate the reference's right-hand side: ours as\n"
+                    "atwood-same-rate/..., native times beside (unless given: where libraries and such methods alone are compared)");
+  compare->add_flag("--native-rate", o.native_rate, "Rank each method with its engine's own right-hand side")
+      ->excludes("--same-rate");
   compare->add_option("--engine", o.engines, "Also this executable")->expected(1)->take_all();
   compare->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
   compare->add_option("-j,--jobs", o.jobs, "Workers at once");
@@ -166,6 +171,8 @@ void declare_commands(Parser& p) {
   advise->add_option("--metric", o.metric,
                      "position (unless given), velocity, attitude, body-rate, state, energy, or a metric's name");
   advise->add_option("--method", o.methods, "Only these methods: ids or globs")->expected(1)->take_all();
+  advise->add_flag("--same-rate", o.same_rate,
+                   "Judge methods that all evaluate the reference's right-hand side: ours and those of odeint, ARKODE, CVODE");
   advise->add_option("--engine", o.engines, "Also this executable")->expected(1)->take_all();
   advise->add_option("--time", o.search_s, "Seconds after which no further method is begun")
       ->capture_default_str();
@@ -174,6 +181,21 @@ void declare_commands(Parser& p) {
   advise->add_option("-j,--jobs", o.jobs, "Workers at once (one a core unless given)");
   advise->add_option("--limit", o.cell_limit_s, "Seconds a run may take; a truth six times that")
       ->capture_default_str();
+
+  auto* tune = p.add("tune", "Search the settings of an engine that suit a class of scenes; the default is one of the trials",
+                     command_tune);
+  tune->add_option("ENGINE", o.input, "atwood, bullet32, bullet64 or ode")->required();
+  tune->add_option("--class", o.scene_class, "free-flight, bounce, friction, stack, heap or mechanism")->required();
+  tune->add_option("--trials", o.trials, "Sets of settings, the default included")->capture_default_str();
+  tune->add_option("--seed", o.seed, "Of the sets and of the choice of scenes")->capture_default_str();
+  tune->add_option("--scenario", o.scenarios, "Only these scenes of the class: ids or globs")->expected(1)->take_all();
+  tune->add_option("--file", o.tuned_file, "Where settings and evidence are kept (OUT/tuned.json unless given); the presets read\n"
+                   "reference/rivals/tuned.json when they are built");
+  tune->add_flag("--no-timing", o.no_timing, "Compare at equal steps instead of equal time");
+  tune->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
+  tune->add_option("-j,--jobs", o.jobs, "Workers at once");
+  tune->add_option("--limit", o.cell_limit_s, "Seconds a run may take")->capture_default_str();
+  p.shown_progress(tune);
 
   auto* check = p.add("check", "Judge a trace that any program recorded", command_check);
   check->add_option("RUN.CSV", o.input, "Columns as `atwood trace` prints them; q and w may be missing")->required();

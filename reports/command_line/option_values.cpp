@@ -25,6 +25,7 @@ const std::map<std::string, NumberRange>& number_ranges() {
       {"limit", {false, 0.01, 1e6, " of seconds"}},   {"time", {false, 0, 1e6, " of seconds"}},
       {"hz", {false, 1e-9, 1e15, " of steps a second"}}, {"steps", {true, 1, 1e15, " of steps"}},
       {"samples", {true, 1, 1e15, " of samples"}},    {"jobs", {true, 1, 1024, " of workers"}},
+      {"trials", {true, 1, 10000, " of trials"}},     {"seed", {true, 0, 1e15, ""}},
       {"max-cells", {true, 1, 1e15, " of cells"}}};
   return ranges;
 }

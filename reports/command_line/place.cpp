@@ -191,7 +191,8 @@ void note_shared_id(const Place& place, const Scenario& scenario) {
              printable(scenario.path), printable(scenario.id));
 }
 
-std::vector<Worker> start_workers(const Place& place, const std::vector<std::vector<std::string>>& foreign) {
+std::vector<Worker> start_workers(const Place& place, const std::vector<std::vector<std::string>>& foreign,
+                                  bool with_same_rate) {
   std::vector<std::vector<std::string>> commands;
   const auto add_own = [&](const std::string& name) {
     commands.push_back({fmt::format("{}/atwood-{}", place.bin_dir, name)});
@@ -200,6 +201,7 @@ std::vector<Worker> start_workers(const Place& place, const std::vector<std::vec
        {"engine", "cvode", "bullet64", "bullet32", "ode", "arkode", "ida", "odeint", "fcl", "libccd"})
     add_own(name);
   for (const auto& engine : optional_engines) add_own(engine.name);
+  if (with_same_rate) add_own("same-rate");
   const std::size_t own = commands.size();
   commands.insert(commands.end(), foreign.begin(), foreign.end());
   std::vector<Worker> workers = find_workers_by_argv(commands);
@@ -224,7 +226,7 @@ std::vector<Worker> require_workers(const Place& place, const Options& options, 
     };
     if (std::none_of(foreign.begin(), foreign.end(), same)) foreign.push_back({path});
   }
-  return start_workers(place, foreign);
+  return start_workers(place, foreign, options.with_same_rate);
 }
 
 bool is_terminal(int fd) { return isatty(fd) == 1; }

@@ -103,7 +103,7 @@ std::string nearest_names(const std::string& id, const std::vector<MethodInfo>& 
 
 // Methods that are no motion: tests of contacts, which sweeps of poses ask.
 bool is_contact_test(const std::string& scheme) {
-  return scheme == "contacts" || scheme == "box-edges" || scheme == "unit-size";
+  return scheme == "contacts" || scheme == "box-edges" || scheme == "unit-size" || scheme == "closest-points";
 }
 
 // Who says hello by this name, or would if it were built.

@@ -68,6 +68,10 @@ std::string render_json(const ReportData& data) {
   append_metrics(json.key("metrics"), data.metrics);
   append_bench(json.key("bench"), data.bench);
   append_dominance(json.key("dominance"), data.dominance, static_cast<std::size_t>(-1));
+  if (!data.rates.empty()) {
+    json.member("rates", data.same_rate ? "same" : "native").member("rates_words", data.rates);
+    append_overheads(json.key("overheads"), data.overheads);
+  }
   append_goals(json.key("goals"), data.goals);
   if (!data.tables.empty()) append_tables(json.key("tables"), data.tables);
   if (!data.audit.empty()) append_audit(json.key("audit"), data.audit);

@@ -115,6 +115,23 @@ void append_dominance(JsonText& json, const std::vector<Dominance>& tables, std:
   json.end_array();
 }
 
+void append_overheads(JsonText& json, const std::vector<MethodOverhead>& overheads) {
+  const auto estimate = [&](const char* name, const Estimate& e) {
+    json.key(name).begin_object().inline_from_here();
+    json.key("value").number(e.value, 6).key("low").number(e.low, 6).key("high").number(e.high, 6).end_object();
+  };
+  json.begin_array();
+  for (const MethodOverhead& one : overheads) {
+    json.begin_object().member("scenario", one.scenario).member("family", one.family).member("method", one.method);
+    json.member_integer("steps", one.steps).member_number("evaluations", one.evaluations);
+    json.member_integer("rounds", one.fit.rounds).key("straight").boolean(one.fit.straight);
+    estimate("overhead_ns", one.fit.overhead_ns);
+    estimate("rate_ns", one.fit.rate_ns);
+    json.end_object();
+  }
+  json.end_array();
+}
+
 void append_goals(JsonText& json, const std::vector<GoalResult>& goals) {
   json.begin_array();
   for (const GoalResult& goal : goals) {
@@ -134,6 +151,16 @@ void append_goals(JsonText& json, const std::vector<GoalResult>& goals) {
         .number(goal.ratio_low, 6)
         .key("ratio_high")
         .number(goal.ratio_high, 6);
+    if (!goal.library.method.empty()) {
+      append_entrant(json.key("same_rate"), goal.same_rate);
+      append_entrant(json.key("library"), goal.library);
+      json.key("same_rate_ratio")
+          .number(goal.same_rate_ratio, 6)
+          .key("same_rate_low")
+          .number(goal.same_rate_low, 6)
+          .key("same_rate_high")
+          .number(goal.same_rate_high, 6);
+    }
     json.member("why", goal.why).end_object();
   }
   json.end_array();

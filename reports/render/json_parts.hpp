@@ -22,6 +22,7 @@ void append_audit(JsonText& json, const std::vector<AuditFinding>& findings);
 void append_refused_truths(JsonText& json, const std::vector<RefusedTruth>& truths);
 void append_claimed_orders(JsonText& json, const std::vector<ClaimedOrder>& orders);
 void append_baseline(JsonText& json, const std::vector<BaselineChange>& changes);  // what is not unchanged
+void append_overheads(JsonText& json, const std::vector<MethodOverhead>& overheads);
 void append_goals(JsonText& json, const std::vector<GoalResult>& goals);
 
 }  // namespace atwood

@@ -23,6 +23,30 @@ double reach_m(const Scene& scene, bool swept) {
   return reach + largest_radius_m(scene);
 }
 
+// How far rounding its inputs moves a body's surface: a coordinate by u of itself, a size likewise, an attitude by 2 u rad
+// of its radius; of both bodies, in three coordinates.
+double moved_by_rounding_m(const Scene& scene, bool swept, const InputRounding& rounding) {
+  if (rounding.unit == 0) return 0;
+  double reach = reach_m(scene, swept);
+  if (rounding.at_unit_size && !swept && scene.bodies.size() == 2) {
+    const auto planar = [](const Body& body) { return std::holds_alternative<Plane>(body.shape); };
+    double apart = 0;
+    for (std::size_t i = 0; i < 3; ++i)
+      apart = std::max(apart, std::fabs(scene.bodies[0].position_m[i] - scene.bodies[1].position_m[i]));
+    if (!planar(scene.bodies[0]) && !planar(scene.bodies[1])) reach = apart + largest_radius_m(scene);
+  }
+  return 8 * rounding.unit * reach;
+}
+
+double closing_speed(const Scene& scene) {
+  double sum = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double v = scene.bodies[1].velocity_m_per_s[i] - scene.bodies[0].velocity_m_per_s[i];
+    sum += v * v;
+  }
+  return std::sqrt(sum);
+}
+
 // The angle between two directions; 0 in either is no direction.
 double angle(const std::array<double, 3>& a, const std::array<double, 3>& b) {
   double cross = 0, dot = 0;
@@ -47,9 +71,9 @@ class Tally {
  public:
   Tally(std::string pair, PoseRows& out) : pair_(std::move(pair)), out_(out) {}
 
-  void add(const std::string& what, std::int64_t index, double error) {
+  void add(const std::string& what, std::int64_t index, double error, double bar = 0) {
     // Not a number is as wrong as can be.
-    errors_of(what).push_back({std::isnan(error) ? HUGE_VAL : error, index});
+    errors_of(what).push_back({std::isnan(error) ? HUGE_VAL : error, index, bar});
   }
   void count(const std::string& metric, const std::string& what, std::size_t poses) {
     auto& list = errors_of(what);
@@ -60,28 +84,43 @@ class Tally {
   void spread(const std::string& metric, const std::string& what, const std::string& unit_note) {
     auto& list = errors_of(what);
     if (list.empty()) return;
-    std::sort(list.begin(), list.end());
+    std::sort(list.begin(), list.end(), [](const Error& a, const Error& b) {
+      return std::pair(a.value, a.index) < std::pair(b.value, b.index);
+    });
     const auto last = static_cast<double>(list.size() - 1);
-    const auto at = [&](double part) { return list[static_cast<std::size_t>(part * last)].first; };
+    const auto at = [&](double part) { return list[static_cast<std::size_t>(part * last)]; };
     const std::string reason = std::to_string(list.size()) + " poses" + unit_note;
-    put(metric + "-median", at(0.5), reason);
-    put(metric + "-p99", at(0.99), reason);
-    put(metric + "-max", at(1), reason + "; the worst is pose " + std::to_string(list.back().second));
+    put(metric + "-median", at(0.5).value, reason, at(0.5).bar);
+    put(metric + "-p99", at(0.99).value, reason, at(0.99).bar);
+    put(metric + "-max", at(1).value, reason + "; the worst is pose " + std::to_string(list.back().index), bar_of_largest(list));
     keep_worst(what, list);
   }
 
  private:
-  using Errors = std::vector<std::pair<double, std::int64_t>>;
+  struct Error { double value = 0; std::int64_t index = 0; double bar = 0; };
+  using Errors = std::vector<Error>;
+  // Encloses [max(e - b), max(e + b)].
+  static double bar_of_largest(const Errors& list) {
+    double largest = 0, low = 0, high = 0;
+    for (const Error& e : list) {
+      largest = std::max(largest, e.value);
+      low = std::max(low, e.value - e.bar);
+      high = std::max(high, e.value + e.bar);
+    }
+    return std::isfinite(largest) ? std::max(largest - low, high - largest) : 0;
+  }
   Errors& errors_of(const std::string& what) { return errors_[what]; }
-  void put(const std::string& metric, double value, const std::string& reason) {
-    Row row = metrics::row(metric, value, 0, reason);
+  void put(const std::string& metric, double value, const std::string& reason, double bar = 0) {
+    Row row = metrics::row(metric, value, bar, reason);
     row.body = pair_;
     out_.rows.push_back(row);
   }
   void keep_worst(const std::string& what, const Errors& list) {
     if (list.empty()) return;
-    const auto worst = *std::max_element(list.begin(), list.end());
-    if (worst.first > 0) out_.worst.push_back({what, worst.second, worst.first});
+    const auto worst = *std::max_element(list.begin(), list.end(), [](const Error& a, const Error& b) {
+      return std::pair(a.value, a.index) < std::pair(b.value, b.index);
+    });
+    if (worst.value > 0) out_.worst.push_back({what, worst.index, worst.value});
   }
 
   std::string pair_;
@@ -92,7 +131,8 @@ class Tally {
 }  // namespace
 
 PoseRows measure_poses(const std::string& pair, bool swept, const SceneOfPose& scene_of,
-                       std::span<const PoseAnswer> answers, std::span<const PoseAnswer> truths) {
+                       std::span<const PoseAnswer> answers, std::span<const PoseAnswer> truths,
+                       const InputRounding& rounding) {
   PoseRows out;
   Tally tally(pair, out);
   const std::size_t poses = std::min(answers.size(), truths.size());
@@ -101,27 +141,30 @@ PoseRows measure_poses(const std::string& pair, bool swept, const SceneOfPose& s
     const auto index = static_cast<std::int64_t>(k);
     const Scene scene = scene_of(index);
     const double size = pair_size_m(scene), reach = reach_m(scene, swept);
+    const double moved = moved_by_rounding_m(scene, swept, rounding);
     if (swept) {
       if (truth.hit && !(truth.toi_s > 0))
         continue;  // they overlap at the start: casts of shapes answer for bodies apart
-      if (truth.hit && !answer.hit) tally.add("miss", index, kSweepEndS - truth.toi_s);
+      const double moved_s = moved > 0 ? std::min(kSweepEndS, moved / closing_speed(scene)) : 0;
+      if (truth.hit && !answer.hit && kSweepEndS - truth.toi_s >= moved_s)
+        tally.add("miss", index, kSweepEndS - truth.toi_s);
       if (!truth.hit && answer.hit) tally.add("false-hit", index, answer.toi_s);
-      if (truth.hit && answer.hit) tally.add("time", index, std::fabs(answer.toi_s - truth.toi_s));
+      if (truth.hit && answer.hit) tally.add("time", index, std::fabs(answer.toi_s - truth.toi_s), moved_s);
       continue;
     }
-    const double doubt = std::max(truth.bar, 64 * 0x1p-53 * reach);
+    const double doubt = std::max({truth.bar, 64 * 0x1p-53 * reach, moved});
     const bool decided = std::fabs(truth.gap_m) > doubt;
     if (decided && truth.hit && !answer.hit) tally.add("miss", index, -truth.gap_m / size);
     if (decided && !truth.hit && answer.hit) tally.add("false-hit", index, truth.gap_m / size);
     if (truth.hit != answer.hit) continue;
     if (!truth.hit) {
-      if (!std::isnan(answer.gap_m)) tally.add("distance", index, std::fabs(answer.gap_m - truth.gap_m) / size);
+      if (!std::isnan(answer.gap_m)) tally.add("distance", index, std::fabs(answer.gap_m - truth.gap_m) / size, moved / size);
       continue;
     }
     if (surfaces(scene)) continue;
-    tally.add("depth", index, std::fabs(answer.gap_m - truth.gap_m) / size);
+    tally.add("depth", index, std::fabs(answer.gap_m - truth.gap_m) / size, moved / size);
     const double needed = std::max({1e-3 * std::fabs(truth.gap_m), 1e-9 * size, 64 * doubt});
-    if (decided && truth.margin_m > needed) tally.add("normal", index, angle(answer.normal, truth.normal));
+    if (decided && truth.margin_m > needed) tally.add("normal", index, angle(answer.normal, truth.normal), 8 * rounding.unit);
   }
   tally.count(swept ? "touch-misses" : "contact-misses", "miss", poses);
   tally.count(swept ? "touch-false-hits" : "contact-false-hits", "false-hit", poses);
@@ -133,6 +176,10 @@ PoseRows measure_poses(const std::string& pair, bool swept, const SceneOfPose& s
     tally.spread("contact-distance-error", "distance", " apart, relative to the smaller body");
   }
   return out;
+}
+
+InputRounding input_rounding(const std::string& scalar, const std::string& test) {
+  return {scalar == "float" ? 0x1p-24 : 0, test == "unit-size"};
 }
 
 std::vector<Row> over_all_pairs(std::span<const Row> rows) {
@@ -149,6 +196,7 @@ std::vector<Row> over_all_pairs(std::span<const Row> rows) {
       found->value += row.value;
     } else if (row.value > found->value) {
       found->value = row.value;
+      found->truth_bar = row.truth_bar;
       found->reason = "the worst pair is " + row.body;
     }
   }

@@ -27,8 +27,18 @@ using SceneOfPose = std::function<Scene(std::int64_t index)>;
 // of the bodies' places (64 units in the last place of the largest coordinate) and the truth's bar. Errors of depth and
 // distance are relative to pair_size_m; the normal's [rad] counts where the next direction's depth is 1e-3 of the depth
 // (and 1e-9 of the size) behind; depth, normal and distance where engine and truth agree on overlap.
+//
+// An engine that computes in float is given each coordinate, size and attitude rounded to float, and answers that pose: its
+// figures carry what that rounding may change as their bar, and it hits or misses only above it. `at_unit_size`: it was
+// asked at unit size about the first body's place (rivals/unit_size.hpp), where only distances are rounded.
+struct InputRounding {
+  double unit = 0;            // 2^-24 of an engine in float; 0: a double's, which the doubt above covers
+  bool at_unit_size = false;
+};
+InputRounding input_rounding(const std::string& scalar, const std::string& test);
 PoseRows measure_poses(const std::string& pair, bool swept, const SceneOfPose& scene_of,
-                       std::span<const PoseAnswer> answers, std::span<const PoseAnswer> truths);
+                       std::span<const PoseAnswer> answers, std::span<const PoseAnswer> truths,
+                       const InputRounding& rounding = {});
 
 // Of one method's rows, pair by pair: figures of the whole sweep, without a body. Misses and false hits are summed, of
 // errors the worst pair's stands.

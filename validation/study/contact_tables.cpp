@@ -75,7 +75,7 @@ std::vector<ContactCase> read_contact_cases(const std::string& path) {
 }
 
 std::vector<Row> table_rows(const Cell& cell, WorkerClient& client, const std::string& folder, double limit_s,
-                            Outcome& outcome) {
+                            const std::string& scalar, Outcome& outcome) {
   const std::string test = cell.method.substr(cell.method.find('/') + 1);
   std::set<std::string> files;
   for (const auto& entry : fs::directory_iterator(folder))
@@ -101,7 +101,7 @@ std::vector<Row> table_rows(const Cell& cell, WorkerClient& client, const std::s
       continue;
     }
     const auto scene_of = [&](std::int64_t k) { return cases[static_cast<std::size_t>(k)].scene; };
-    const PoseRows measured = measure_poses(pair, false, scene_of, answers, truths);
+    const PoseRows measured = measure_poses(pair, false, scene_of, answers, truths, input_rounding(scalar, test));
     rows.insert(rows.end(), measured.rows.begin(), measured.rows.end());
   }
   const std::vector<Row> whole = over_all_pairs(rows);

@@ -91,7 +91,7 @@ const std::vector<PoseAnswer>& PoseTruths::of(const std::string& pair, std::int6
 }
 
 std::vector<Row> sweep_rows(const Cell& cell, WorkerClient& client, PoseTruths& truths, const StudyOptions& options,
-                            double cell_limit_s, Outcome& outcome) {
+                            double cell_limit_s, const std::string& scalar, Outcome& outcome) {
   const bool swept = cell.probe == "touch-sweep";
   const std::string test = cell.method.substr(cell.method.find('/') + 1);
   const double limit_s = 10 * cell_limit_s + 0.01 * static_cast<double>(cell.plan.steps);
@@ -111,7 +111,7 @@ std::vector<Row> sweep_rows(const Cell& cell, WorkerClient& client, PoseTruths& 
       continue;
     }
     const auto scene_of = [&, &pair = pair](std::int64_t k) { return sweep_scene(pair, kPoseSeed, k, swept); };
-    const PoseRows measured = measure_poses(pair, swept, scene_of, poses, exact);
+    const PoseRows measured = measure_poses(pair, swept, scene_of, poses, exact, input_rounding(scalar, test));
     rows.insert(rows.end(), measured.rows.begin(), measured.rows.end());
     keep_poses(cell, pair, swept, measured.worst, options);
   }

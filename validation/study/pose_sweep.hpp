@@ -30,9 +30,9 @@ class PoseTruths {
 };
 
 // Rows of every pair (body: the pair); the worst poses go to FOLDER OF THE STORE/poses/PAIR/METHOD-WHAT.toml.
-// `outcome`: of the worker, where it did worse than not to know a pair.
+// `scalar`: the engine's, in which it takes its inputs. `outcome`: of the worker, where it did worse than not to know a pair.
 std::vector<Row> sweep_rows(const Cell& cell, WorkerClient& client, PoseTruths& truths, const StudyOptions& options,
-                            double cell_limit_s, Outcome& outcome);
+                            double cell_limit_s, const std::string& scalar, Outcome& outcome);
 
 // ---- tables -------------------------------------------------------------------------------------------------------
 // A case with an answer by hand. A pair's file (validation/scenarios/geometry/PAIR.toml) lists them: name, gap_m,
@@ -45,6 +45,6 @@ struct ContactCase {
 std::vector<ContactCase> read_contact_cases(const std::string& path);  // InputError
 // Rows of every pair's file in the folder (body: the pair), by the test of contacts that the cell's method names.
 std::vector<Row> table_rows(const Cell& cell, WorkerClient& client, const std::string& folder, double limit_s,
-                            Outcome& outcome);
+                            const std::string& scalar, Outcome& outcome);
 
 }  // namespace atwood

@@ -363,9 +363,10 @@ void StudyRun::run_sweep_cell(const Cell& cell, const std::string& truth_hash, s
   MeasuredRecord record;
   record.basis = content_hash({truth_hash, kMetricsVersion});
   const std::string tables = std::filesystem::path(cell.scenario.path).replace_filename("geometry").string();
+  const std::string& scalar = workers_[static_cast<std::size_t>(cell.worker)].engine.scalar;
   record.rows = cell.probe == "contact-tables"
-                    ? table_rows(cell, client, tables, run.limit_s, run.outcome)
-                    : sweep_rows(cell, client, pose_truths_, options_, run.limit_s, run.outcome);
+                    ? table_rows(cell, client, tables, run.limit_s, scalar, run.outcome)
+                    : sweep_rows(cell, client, pose_truths_, options_, run.limit_s, scalar, run.outcome);
   const CellKeys keys = campaigns_.keys(cell);
   store_.put_run(keys.accuracy, run, {}, keys.measured, record);
   progress_.done("sweeps");

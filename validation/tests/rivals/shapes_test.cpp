@@ -82,7 +82,7 @@ Body flat(const Shape& shape) {
 // `one_point`: the engine finds one contact between these two (MuJoCo between a box and a hull or cylinder), so the box
 // rocks.
 void check_slide(const Engine& engine, const Scene& scene, const std::string& what, bool one_point = false) {
-  const Run end = run(engine, method(engine, "tuned"), scene, Plan{1, 480, 24});
+  const Run end = run(engine, sharpest(engine), scene, Plan{1, 480, 24});
   INFO(engine.name << ", " << what << ": " << end.outcome.reason);
   REQUIRE(to_string(end.outcome.status) == "ok");
   CHECK(end.p(1, 0) - 0.02 == Approx(kStop_m).epsilon(one_point ? 0.25 : 0.04));
@@ -106,14 +106,14 @@ TEST_CASE("a box slides over every shape of floor") {
   for (const auto& [floor, depth_m] : floors()) {
     const Scene scene = scene_of(floor.shape, depth_m, flat(Box{{0.2, 0.2, 0.05}}), kMu);
     if (engine.name == "ode" && floor.name == "convex") {  // ODE's own loss: one point between a box and a hull
-      const Run sunk = run(engine, method(engine, "tuned"), scene, Plan{1, 480, 24});
+      const Run sunk = run(engine, sharpest(engine), scene, Plan{1, 480, 24});
       CHECK(to_string(sunk.outcome.status) == "ok");
       CHECK(sunk.p(1, 2) < 0.04);
     } else if (takes(engine, floor)) {
       check_slide(engine, scene, "box on a " + floor.name,
                   engine.name == "mujoco" && (floor.name == "convex" || floor.name == "cylinder"));
     } else {
-      const Run refused = run(engine, method(engine, "tuned"), scene, Plan{1, 480, 24});
+      const Run refused = run(engine, sharpest(engine), scene, Plan{1, 480, 24});
       CHECK(to_string(refused.outcome.status) == "unsupported");
       CHECK_THAT(refused.outcome.reason, Catch::Contains("`" + scene.bodies[0].name + "`"));
     }
@@ -125,7 +125,7 @@ TEST_CASE("a smooth ball glides over every shape of floor, seams and all") {
   for (const auto& [floor, depth_m] : floors()) {
     if (!takes(engine, floor)) continue;
     const Scene scene = scene_of(floor.shape, depth_m, sphere_body("ball", 1, 0.1, {0.02, 0.01, 0.1}), 0);
-    const Run end = run(engine, method(engine, "tuned"), scene, Plan{1, 480, 480});
+    const Run end = run(engine, sharpest(engine), scene, Plan{1, 480, 480});
     INFO(engine.name << ", ball on a " << floor.name << ": " << end.outcome.reason);
     REQUIRE(to_string(end.outcome.status) == "ok");
     const bool trips = is_bullet(engine) && floor.name == "compound";  // Bullet's own loss: a seam it knows nothing of
@@ -147,7 +147,7 @@ TEST_CASE("rolling friction slows a rolling ball by 5/7 c g / r") {
   scene.pairs[0].rolling_friction_m = 0.002;
   scene.bodies[1].velocity_m_per_s = {1, 0, 0};
   scene.bodies[1].angular_velocity_body_rad_per_s = {0, 10, 0};
-  const Run end = run(engine, method(engine, "tuned"), scene, Plan{1, 1000, 10});
+  const Run end = run(engine, sharpest(engine), scene, Plan{1, 1000, 10});
   if (engine.name == "dart") {
     CHECK(to_string(end.outcome.status) == "unsupported");
     CHECK_THAT(end.outcome.reason, Catch::Contains("no rolling friction"));

@@ -1,0 +1,401 @@
+// tune ENGINE --class C: trials on training scenes, the best of them against the default on scenes held out.
+#include "reports/command_line/tune.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <sstream>
+
+#include <fmt/format.h>
+
+#include "reports/render/text.hpp"
+#include "scene/files.hpp"
+#include "scene/split_mix.hpp"
+#include "validation/study/process.hpp"
+#include "validation/study/worker_client.hpp"
+
+namespace atwood {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t kMostScenes = 6;      // of each kind, training and held out
+constexpr double kLongestRun_s = 1;         // of the default at the coarsest rung: a search makes many
+constexpr std::int64_t kSamples = 16;       // few, so that step counts may differ by little
+constexpr double kRate_hz = 240;            // the coarsest rung, of at most so many steps:
+constexpr double kMostSteps = 3600;
+constexpr double kClearlyBetter = -0.05;    // a mean gain of 5 %: less is kept for nobody
+// Of any figure, in its unit (m, rad, shares of the energy), in scenes of about a metre: what is under it is no difference.
+// Also above a float's round-off.
+constexpr double kLeastDifference = 1e-6;
+constexpr int kMostTries = 5;               // on the scenes held out
+constexpr double kSame = 0.01;              // a setting whose removal costs less is not kept
+
+using Runs = std::map<std::pair<std::string, std::int64_t>, std::map<std::string, Row>>;  // method and steps: metric, row
+
+class Search {
+ public:
+  Search(const Place& place, const Options& options, const std::vector<Worker>& workers, TuneRanges ranges,
+         rivals::SceneClass scene_class)
+      : place_(place), options_(options), workers_(workers), ranges_(std::move(ranges)), class_(scene_class) {}
+
+  void choose_scenes(std::vector<Scenario> catalogue);
+  TuneResult run();
+
+ private:
+  struct Trial { Settings changes; double score = 0; std::string trouble; };
+
+  std::string id_of(const Settings& changes) const;
+  bool suits(const Scenario& scenario, const std::map<std::string, Runs>& all) const;
+  std::vector<Row> measure(const std::vector<Scenario>& scenes, const std::vector<std::string>& methods,
+                           const std::vector<std::int64_t>& factors, bool near) const;
+  Trial judged(const Settings& changes, const std::map<std::string, Runs>& runs) const;
+  Trial pruned(Trial trial, const std::vector<Row>& known) const;
+  std::vector<TuneEvidence> beside_default(const std::vector<Scenario>& scenes, const Settings& changes, bool held_out) const;
+
+  const Place& place_;
+  const Options& options_;
+  const std::vector<Worker>& workers_;
+  TuneRanges ranges_;
+  rivals::SceneClass class_;
+  std::vector<Scenario> training_, held_out_;
+};
+
+std::map<std::string, Runs> by_scene(const std::vector<Row>& rows) {
+  std::map<std::string, Runs> runs;
+  for (const Row& row : rows)
+    if (row.steps > 0 && row.body.empty() && !row.t_s) runs[row.scenario][{row.method, row.steps}][row.metric] = row;
+  return runs;
+}
+
+const Row* row_of(const Runs& runs, const std::string& method, std::int64_t steps, const std::string& metric) {
+  const auto run = runs.find({method, steps});
+  if (run == runs.end()) return nullptr;
+  const auto row = run->second.find(metric);
+  return row == run->second.end() || row->second.status != Status::ok ? nullptr : &row->second;
+}
+
+double value_of(const Runs& runs, const std::string& method, std::int64_t steps, const std::string& metric) {
+  const Row* row = row_of(runs, method, steps, metric);
+  return row == nullptr ? kNone : row->value;
+}
+
+std::string trouble_of(const Runs& runs, const std::string& method, std::int64_t steps) {
+  const auto run = runs.find({method, steps});
+  if (run == runs.end()) return "not run";
+  const auto row = run->second.find("status");
+  if (row == run->second.end() || row->second.status == Status::ok) return "";
+  return to_string(row->second.status) + ": " + row->second.reason;
+}
+
+std::string words_of(const Settings& changes) {
+  if (changes.empty()) return "the default";
+  MethodId id{"x", "x", {}, {}, "", "", changes};
+  const std::string text = to_string(id);
+  return text.substr(text.find('{') + 1, text.size() - text.find('{') - 2);
+}
+
+std::string Search::id_of(const Settings& changes) const {
+  MethodId id = parse_method_id(ranges_.base);
+  id.overrides = changes;
+  return to_string(id);
+}
+
+// Each method at each multiple of the coarsest rung (`near`: at it and at the next counts that the samples allow).
+std::vector<Row> Search::measure(const std::vector<Scenario>& scenes, const std::vector<std::string>& methods,
+                                 const std::vector<std::int64_t>& factors, bool near) const {
+  std::vector<Cell> cells;
+  for (const Scenario& scenario : scenes) {
+    StudyCells block;
+    block.scenarios = {scenario.id};
+    block.methods = methods;
+    block.repeats = 5;
+    for (const std::int64_t f : factors)
+      block.steps.push_back(near ? scenario.steps.front() + f * scenario.samples : scenario.steps.front() * f);
+    for (Cell& cell : plan_cells({"tune", {block}}, {scenario}, workers_, place_.provenance.cpu)) cells.push_back(std::move(cell));
+  }
+  StudyOptions how = study_options(place_, options_);
+  how.purpose = "tune";
+  how.timing = !options_.no_timing;
+  how.progress = progress_printer(options_);
+  const StudyResult result = run_study(cells, workers_, how);
+  end_progress();
+  if (result.interrupted) throw Interrupted{};
+  return result.rows;
+}
+
+// Scenes of the class in an order that the seed shuffles, those that the default runs, quickly and with a figure, until
+// there are enough; every other one is held out.
+void Search::choose_scenes(std::vector<Scenario> catalogue) {
+  std::erase_if(catalogue, [&](const Scenario& s) {
+    const bool geometry = std::find(s.tags.begin(), s.tags.end(), "geometry") != s.tags.end();
+    return geometry || !s.scene.problem.empty() || s.scene.bodies.size() > 1100 || rivals::scene_class(s.scene) != class_;
+  });
+  SplitMix64 random{options_.seed};
+  for (std::size_t i = catalogue.size(); i > 1; --i)
+    std::swap(catalogue[i - 1], catalogue[static_cast<std::size_t>(random.next_unit() * static_cast<double>(i))]);
+  std::size_t chosen = 0;
+  for (std::size_t from = 0; from < catalogue.size() && held_out_.size() < kMostScenes; from += kMostScenes) {
+    std::vector<Scenario> some(catalogue.begin() + static_cast<std::ptrdiff_t>(from),
+                               catalogue.begin() + static_cast<std::ptrdiff_t>(std::min(from + kMostScenes, catalogue.size())));
+    for (Scenario& scenario : some) {
+      const double steps = std::clamp(kRate_hz * scenario.t_end_s, 64.0, kMostSteps);
+      scenario.samples = kSamples;
+      scenario.steps = {kSamples * static_cast<std::int64_t>(std::llround(steps / static_cast<double>(kSamples)))};
+    }
+    const auto runs = by_scene(measure(some, {id_of({})}, {1}, false));
+    for (Scenario& scenario : some) {
+      if (!suits(scenario, runs)) continue;
+      std::vector<Scenario>& side = chosen++ % 2 == 0 ? training_ : held_out_;
+      if (side.size() < kMostScenes) side.push_back(std::move(scenario));
+    }
+  }
+}
+
+bool Search::suits(const Scenario& scenario, const std::map<std::string, Runs>& all) const {
+  const auto runs = all.find(scenario.id);
+  const std::int64_t n = scenario.steps.front();
+  if (runs == all.end() || !trouble_of(runs->second, id_of({}), n).empty()) return false;
+  if (value_of(runs->second, id_of({}), n, "run-time") > kLongestRun_s) return false;
+  return std::any_of(primary_metrics(class_).begin(), primary_metrics(class_).end(), [&](const std::string& metric) {
+    return row_of(runs->second, id_of({}), n, metric) != nullptr;
+  });
+}
+
+Search::Trial Search::judged(const Settings& changes, const std::map<std::string, Runs>& all) const {
+  Trial trial{changes, 0, ""};
+  const std::string base = id_of({}), method = id_of(changes);
+  std::vector<TuneFigure> figures;
+  for (const Scenario& scenario : training_) {
+    const Runs& runs = all.at(scenario.id);
+    const std::int64_t n = scenario.steps.front();
+    if (const std::string why = trouble_of(runs, method, n); !why.empty()) {
+      trial.trouble = scenario.id + ": " + why;
+      trial.score = std::numeric_limits<double>::infinity();
+      return trial;
+    }
+    const double ratio = options_.no_timing ? 1 : value_of(runs, method, n, "run-time") / value_of(runs, base, n, "run-time");
+    for (const std::string& metric : primary_metrics(class_)) {
+      const Row* of_default = row_of(runs, base, n, metric);
+      if (of_default == nullptr || !std::isfinite(of_default->value)) continue;
+      TuneFigure figure{scenario.id, metric, n, {}, kLeastDifference + (std::isfinite(of_default->truth_bar) ? of_default->truth_bar : 0), value_of(runs, method, n, metric), ratio};
+      for (const std::int64_t f : {1, 2, 4}) {
+        const double value = value_of(runs, base, n * f, metric);
+        if (!std::isfinite(value)) break;
+        figure.of_default.push_back(value);
+      }
+      figures.push_back(std::move(figure));
+    }
+  }
+  trial.score = tune_score(figures);
+  return trial;
+}
+
+// Of the four runs at nearly the same step.
+double median_ratio(const Runs& runs, const std::string& method, const std::string& base, const Scenario& scenario) {
+  std::vector<double> ratios;
+  for (int k = 0; k < 4; ++k) {
+    const std::int64_t n = scenario.steps.front() + k * scenario.samples;
+    const double ratio = value_of(runs, method, n, "run-time") / value_of(runs, base, n, "run-time");
+    if (std::isfinite(ratio)) ratios.push_back(ratio);
+  }
+  if (ratios.empty()) return 1;
+  std::sort(ratios.begin(), ratios.end());
+  return ratios[ratios.size() / 2];
+}
+
+// Medians over four runs at nearly the same step, and at equal time: the default's figure is what its ladder gives there.
+std::vector<TuneEvidence> Search::beside_default(const std::vector<Scenario>& scenes, const Settings& changes,
+                                                 bool held_out) const {
+  const std::string base = id_of({}), method = id_of(changes);
+  const auto near = by_scene(measure(scenes, {base, method}, {0, 1, 2, 3}, true));
+  const auto ladder = by_scene(measure(scenes, {base}, {1, 2, 4}, false));
+  std::vector<TuneEvidence> evidence;
+  for (const Scenario& scenario : scenes) {
+    const Runs &runs = near.at(scenario.id), &rungs = ladder.at(scenario.id);
+    const std::int64_t n = scenario.steps.front();
+    const double ratio = options_.no_timing ? 1 : median_ratio(runs, method, base, scenario);
+    for (const std::string& metric : primary_metrics(class_)) {
+      std::vector<double> of_default, of_tuned;
+      double bar = 0;
+      for (int k = 0; k < 4; ++k) {
+        const Row* row = row_of(runs, base, n + k * scenario.samples, metric);
+        if (row != nullptr && std::isfinite(row->value)) of_default.push_back(std::fabs(row->value)), bar = std::max(bar, std::isfinite(row->truth_bar) ? row->truth_bar : 0);
+        of_tuned.push_back(std::fabs(value_of(runs, method, n + k * scenario.samples, metric)));
+      }
+      if (of_default.empty()) continue;
+      std::sort(of_default.begin(), of_default.end());
+      const bool failed = std::any_of(of_tuned.begin(), of_tuned.end(), [](double v) { return !std::isfinite(v); });
+      std::sort(of_tuned.begin(), of_tuned.end());  // medians
+      const auto middle = [](const std::vector<double>& v) { return (v[(v.size() - 1) / 2] + v[v.size() / 2]) / 2; };
+      const auto half_range = [](const std::vector<double>& v) { return (v.back() - v.front()) / 2; };
+      TuneFigure figure{scenario.id, metric, n, {}, bar, 0, ratio};
+      for (const std::int64_t f : {1, 2, 4}) {
+        const double value = value_of(rungs, base, n * f, metric);
+        if (!std::isfinite(value)) break;
+        figure.of_default.push_back(value);
+      }
+      double at_equal_time = middle(of_default);
+      if (!figure.of_default.empty() && figure.of_default[0] != 0)
+        at_equal_time *= std::min(1.0, default_at_equal_time(figure) / std::fabs(figure.of_default[0]));
+      evidence.push_back({scenario.id, metric, n, held_out, at_equal_time, failed ? kNone : middle(of_tuned),
+                          half_range(of_default) + bar + kLeastDifference, ratio});
+    }
+  }
+  return evidence;
+}
+
+// Without the changes that do nothing for it: each is taken back alone, in the order of names, where the score stays.
+Search::Trial Search::pruned(Trial trial, const std::vector<Row>& known) const {
+  const Settings all = trial.changes;
+  for (const auto& [name, value] : all) {
+    if (trial.changes.size() == 1) break;
+    Settings fewer = trial.changes;
+    fewer.erase(name);
+    std::vector<Row> rows = measure(training_, {id_of(fewer)}, {1}, false);
+    rows.insert(rows.end(), known.begin(), known.end());
+    const Trial without = judged(fewer, by_scene(rows));
+    if (without.score <= trial.score + kSame) trial = without;
+  }
+  return trial;
+}
+
+const TuneEvidence* first_worse(const std::vector<TuneEvidence>& evidence) {
+  const auto found = std::find_if(evidence.begin(), evidence.end(), [](const TuneEvidence& e) { return e.worse(); });
+  return found == evidence.end() ? nullptr : &*found;
+}
+
+std::string worse_words(const TuneEvidence& e) {
+  return std::isfinite(e.of_tuned) ? fmt::format("{} of {} is {:.3g}, the default's {:.3g} +/- {:.1g}", e.metric, e.scenario,
+                                                 e.of_tuned, e.of_default, e.interval)
+                                   : fmt::format("a run of {} failed", e.scenario);
+}
+
+TuneResult Search::run() {
+  TuneResult result;
+  result.engine = ranges_.engine;
+  result.scene_class = rivals::to_string(class_);
+  result.seed = options_.seed;
+  for (const Scenario& scenario : training_) result.training.push_back(scenario.id);
+  for (const Scenario& scenario : held_out_) result.held_out.push_back(scenario.id);
+  if (training_.empty() || held_out_.empty()) {
+    result.verdict = fmt::format("the default is kept: found {} scenes of that class that it runs; expected two at least, for one is held out",
+                                 training_.size() + held_out_.size());
+    return result;
+  }
+  const std::vector<Settings> sets = tune_trials(ranges_, static_cast<int>(options_.trials), options_.seed);
+  std::vector<std::string> methods;
+  for (const Settings& changes : sets) methods.push_back(id_of(changes));
+  std::vector<Row> rows = measure(training_, methods, {1}, false);
+  const std::vector<Row> finer = measure(training_, {methods.front()}, {2, 4}, false);
+  rows.insert(rows.end(), finer.begin(), finer.end());
+  const auto runs = by_scene(rows);
+  std::vector<Trial> trials;
+  for (const Settings& changes : sets) trials.push_back(judged(changes, runs));
+  result.trials = static_cast<int>(trials.size());
+  std::stable_sort(trials.begin(), trials.end(), [](const Trial& a, const Trial& b) { return a.score < b.score; });
+  for (const Trial& trial : trials) {
+    if (!trial.trouble.empty()) ++result.failed;
+    fmt::print(stderr, "  {:>8}  {}{}\n", std::isfinite(trial.score) ? fmt::format("{:.3f}", trial.score) : "-",
+               words_of(trial.changes), trial.trouble.empty() ? "" : "  (" + trial.trouble + ")");
+  }
+  // The best that worsens no figure of the training scenes goes to the held-out ones; where it worsens one there, the next,
+  // a few times.
+  std::string refused;
+  for (const Trial& found : trials) {
+    if (!(found.score < kClearlyBetter)) break;
+    const Trial trial = pruned(found, rows);
+    std::vector<TuneEvidence> evidence = beside_default(training_, trial.changes, false);
+    if (const TuneEvidence* worse = first_worse(evidence)) {
+      fmt::print(stderr, "  refused   {}: {}\n", words_of(trial.changes), worse_words(*worse));
+      if (refused.empty()) refused = fmt::format("; {} was refused: {}", words_of(trial.changes), worse_words(*worse));
+      continue;
+    }
+    const std::vector<TuneEvidence> outside = beside_default(held_out_, trial.changes, true);
+    evidence.insert(evidence.end(), outside.begin(), outside.end());
+    ++result.tried_held_out;
+    if (const TuneEvidence* worse = first_worse(outside)) {
+      refused = fmt::format("; {} was worse on a scene held out: {}", words_of(trial.changes), worse_words(*worse));
+      fmt::print(stderr, "  held out {}\n", refused);
+      if (result.tried_held_out < kMostTries) continue;
+      break;
+    }
+    if (std::none_of(outside.begin(), outside.end(), [](const TuneEvidence& e) { return e.better(); })) {
+      refused = fmt::format("; {} was better than its interval in no figure of the scenes held out", words_of(trial.changes));
+      fmt::print(stderr, "  held out {}\n", refused);
+      if (result.tried_held_out < kMostTries) continue;
+      break;
+    }
+    result.evidence = evidence;
+    result.settings = trial.changes;
+    result.verdict = fmt::format("kept: {}; on the training scenes its figures are {:.3g} of the default's at equal time (geometric mean), "
+                                 "none is worse there or on the scenes held out, and some of the latter is better, beyond intervals",
+                                 words_of(trial.changes), std::exp(trial.score));
+    return result;
+  }
+  result.verdict = (result.tried_held_out == 0 ? "the default is kept: no trial was better and worsened nothing in training"
+                                               : "the default is kept: what was better in training was not so on the scenes held out") +
+                   refused;
+  return result;
+}
+
+std::string text_of_file(const std::string& path) {
+  std::ifstream file(path);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+}  // namespace
+
+int command_tune(const Place& place, const Options& options) {
+  const TuneRanges ranges = tune_ranges(options.input);
+  const auto scene_class = rivals::scene_class_of(options.scene_class);
+  if (!scene_class) {
+    std::string names;
+    for (const auto each : rivals::all_scene_classes()) names += (names.empty() ? "" : ", ") + rivals::to_string(each);
+    throw InputError(fmt::format("--class {}: no such class of scenes; expected one of {}", options.scene_class, names));
+  }
+  const std::vector<Worker> workers = require_workers(place, options);
+  for (const Worker& worker : workers) {
+    const std::string name = std::filesystem::path(worker.path).filename().string();
+    if (name == "atwood-" + (options.input == "atwood" ? std::string("engine") : options.input) && worker.status != Status::ok)
+      throw InputError(fmt::format("tune {}: {}: {}", options.input, to_string(worker.status), worker.reason));
+  }
+  std::vector<Scenario> catalogue = read_catalogue(place);
+  if (!options.scenarios.empty()) {
+    std::erase_if(catalogue, [&](const Scenario& scenario) {
+      return std::none_of(options.scenarios.begin(), options.scenarios.end(),
+                          [&](const std::string& pattern) { return glob_match(pattern, scenario.id); });
+    });
+    if (catalogue.empty()) throw InputError("--scenario: found no scenario of the catalogue by these names");
+  }
+  make_out_dir(options.out_dir);
+  TuneResult result;
+  try {
+    Search search(place, options, workers, ranges, *scene_class);
+    search.choose_scenes(std::move(catalogue));
+    result = search.run();
+  } catch (const Interrupted&) {
+    return 128 + std::max(interrupt_signal(), 2);
+  }
+  const std::string path = options.tuned_file.empty() ? options.out_dir + "/tuned.json" : options.tuned_file;
+  const std::string entry = tuned_file_with("", result);
+  write_file(path, tuned_file_with(text_of_file(path), result));
+  if (options.json) {
+    fmt::print("{}", entry);
+  } else {
+    fmt::print("{} on {}: {} trials, {} of which failed, {} tried on scenes held out, seed {}\n  {}\n", result.engine,
+               result.scene_class, result.trials, result.failed, result.tried_held_out, result.seed, result.verdict);
+    for (const TuneEvidence& e : result.evidence)
+      fmt::print("    {:<9} {:<22} {:<20} default {:>9.3g}  tuned {:>9.3g}  +/- {:.1g}, {:.2f} x the time{}\n",
+                 e.held_out ? "held out" : "training", e.scenario, e.metric, e.of_default, e.of_tuned, e.interval, e.time_ratio,
+                 e.worse() ? "  WORSE" : "");
+    fmt::print("{}\n", path);
+  }
+  return exit_pass;
+}
+
+}  // namespace atwood

@@ -1,0 +1,73 @@
+#include "validation/metrics/overhead.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace atwood {
+namespace {
+
+struct Line { double at_zero = 0, slope = 0; };
+
+// Weighted least squares of y over x.
+Line line_through(std::span<const int> x, std::span<const double> y) {
+  double w = 0, wx = 0, wy = 0, wxx = 0, wxy = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double weight = 1 / (y[i] * y[i]), at = x[i];
+    w += weight;
+    wx += weight * at;
+    wy += weight * y[i];
+    wxx += weight * at * at;
+    wxy += weight * at * y[i];
+  }
+  const double slope = (w * wxy - wx * wy) / (w * wxx - wx * wx);
+  return {(wy - slope * wx) / w, slope};
+}
+
+// The largest k with P(Binomial(n, 1/2) < k) <= 0.025: the k-th smallest and the k-th largest of n enclose their median.
+std::size_t outer_rank(std::size_t n) {
+  double term = std::pow(0.5, static_cast<double>(n)), below = 0;
+  std::size_t k = 0;
+  while (k < n && below + term <= 0.025) {
+    below += term;
+    term *= static_cast<double>(n - k) / static_cast<double>(k + 1);
+    ++k;
+  }
+  return k;
+}
+
+Estimate median_with_interval(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const std::size_t n = values.size(), rank = std::max<std::size_t>(1, outer_rank(n));
+  return {(values[(n - 1) / 2] + values[n / 2]) / 2, values[rank - 1], values[n - rank]};
+}
+
+}  // namespace
+
+OverheadFit fit_overhead(std::span<const int> repeats, const std::vector<std::vector<double>>& ns) {
+  OverheadFit fit;
+  std::vector<double> overheads, rates, bends;
+  const std::size_t half = repeats.size() / 2;
+  for (const std::vector<double>& round : ns) {
+    const bool usable = round.size() == repeats.size() &&
+                        std::all_of(round.begin(), round.end(), [](double t) { return std::isfinite(t) && t > 0; });
+    if (!usable) continue;
+    const Line line = line_through(repeats, round);
+    if (!std::isfinite(line.at_zero) || !std::isfinite(line.slope)) continue;
+    overheads.push_back(line.at_zero);
+    rates.push_back(line.slope);
+    if (repeats.size() < 4) continue;
+    const Line first = line_through(repeats.first(half), std::span(round).first(half));
+    const Line last = line_through(repeats.subspan(half), std::span(round).subspan(half));
+    bends.push_back(last.slope / first.slope);
+  }
+  fit.rounds = static_cast<int>(overheads.size());
+  if (fit.rounds == 0) return fit;
+  fit.overhead_ns = median_with_interval(overheads);
+  fit.rate_ns = median_with_interval(rates);
+  if (bends.size() < 6) return fit;
+  const Estimate bend = median_with_interval(bends);
+  fit.straight = !((bend.low > 1 && bend.value > 1.1) || (bend.high < 1 && bend.value < 0.9));
+  return fit;
+}
+
+}  // namespace atwood
