@@ -306,6 +306,7 @@ template <class S> bool strike(EventRun<S>& run, S t_s);
 template <class S> void note_yield(Contact<S>& contact, S yield);
 template <class S> void forget_yields(EventRun<S>& run);
 template <class S> bool keeps_off_singularity(const EventRun<S>& run);
+template <class S> bool near_singularity(const EventRun<S>& run);  // is some such acceleration small?
 template <class S> bool refuse_at(EventRun<S>& run, S t_s, const char* what);  // ends the run as unsupported; false
 
 // ---- impacts.cpp: the impacts of an instant, at run.y
