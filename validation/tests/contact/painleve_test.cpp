@@ -61,7 +61,8 @@ double lowest(const Sample& sample, const Slide& of) {
 
 }  // namespace
 
-// Compression: along q = mu p until v_t = 0, v_n falls; then sticking, dq / dp = 3 s c / (1 + 3 s^2), back to v_n = 0. Both phases are straight lines of the (p, q) plane: the impulse in closed form.
+// Compression: along q = mu p until v_t = 0, v_n falls; then sticking, dq / dp = 3 s c / (1 + 3 s^2), back to v_n = 0.
+// Both phases are straight lines of the (p, q) plane: the impulse in closed form.
 TEST_CASE("a rod in Painleve's inconsistent case takes the impact without collision of the plane theory") {
   for (const double tangent : {2., 1., 3.})
     for (const double beyond : {1e-4, 0.1, 1., 5.})
