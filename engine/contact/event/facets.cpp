@@ -150,7 +150,8 @@ bool clear_of_ends(EventRun<S>& run, const S* y) {
     const Placement<S> knob = placed(run, ends.knob_body, y), sheet = placed(run, ends.surface_body, y);
     if (norm(knob.p_W - sheet.p_W) > pair.reach) continue;
     // The distance between shapes is found by iteration, not to the last place.
-    const S tolerance = S(64) * run.gap_round_off() + S(std::pow(static_cast<double>(real::epsilon<S>()), 0.6)) * pair.reach;
+    const S iterated = S(std::pow(static_cast<double>(real::epsilon<S>()), 0.6));
+    const S tolerance = S(64) * run.gap_round_off() + iterated * pair.reach;
     if (separation(ends.knob, knob, ends.surface, sheet).gap >= held_at(run, ends.pair) - tolerance) continue;
     run.outcome = {Status::unsupported, pair.past_the_end, 0, 0, {}};
     return false;

@@ -8,10 +8,10 @@ namespace atwood::event {
 namespace {
 
 // ---- impacts --------------------------------------------------------------------------------------------------------
-// Where in (low, high] a gap falls through zero that is at or above it at `low` and below at `high`. Newton on the gap, from
-// where the parabola through the start and the end falls through zero (free flight onto a plane is that), kept in a
-// bracket; a gap that starts at zero, after an impact, rises first. Ends where corrections no longer shrink: what is
-// left of the gap is round-off.
+// Where in (low, high] a gap falls through zero that is at or above it at `low` and below at `high`. Newton on the
+// gap, from where the parabola through the start and the end falls through zero (free flight onto a plane is that),
+// kept in a bracket; a gap that starts at zero, after an impact, rises first. Ends where corrections no longer shrink:
+// what is left of the gap is round-off.
 template <class S> S refine(Flow<S>& flow, const Feature<S>& feature, S low, S high, S gap_high) {
   const bool leaves = feature.rate > S(0);
   const S rise = feature.rate * flow.h_s * high, bend = gap_high - feature.gap - rise;

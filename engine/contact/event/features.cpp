@@ -171,8 +171,8 @@ void see_ball(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface,
 // The lowest point of a circle about the unit axis a over a face: x = c - R e, e = (n - (n.a) a) / s, s its length. It
 // goes where the face's turning takes n as well.
 template <class S, bool with_rates>
-void see_rim(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, const Facet<S>& facet, const Pose<S>& on,
-             Sight<S>& sight) {
+void see_rim(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, const Facet<S>& facet,
+             const Pose<S>& on, Sight<S>& sight) {
   sight.normal_dot = sight.x_dot = {};
   const bool plane = surface.kind == SurfaceKind::plane;
   const Vec3<S> arm = turned(of, knob.center_B), axis = turned(of, knob.axis_B),
@@ -184,7 +184,8 @@ void see_rim(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, 
   const Vec3<S> e = s > S(0) ? (S(1) / s) * up : Vec3<S>{};
   sight.normal = n;
   sight.x = center - knob.radius * e;
-  const S above = plane ? dot(n, center) - surface.offset : dot(n, center - on.p) - dot(facet.direction_B, facet.point_B);
+  const S above =
+      plane ? dot(n, center) - surface.offset : dot(n, center - on.p) - dot(facet.direction_B, facet.point_B);
   sight.gap = above - knob.radius * s;
   sight.rate = dot(n, of.v + cross(of.w, sight.x - of.p));
   if (!plane) sight.rate -= dot(n, on.v + cross(on.w, sight.x - on.p));

@@ -138,12 +138,21 @@ template <class S> void forget_yields(EventRun<S>& run) {
   }
 }
 
+// A 32nd of what a force may give at most.
+template <class S> bool small_yield(const EventRun<S>& run, const Contact<S>& contact) {
+  const Feature<S>& f = run.features[contact.feature];
+  return contact.least_yield < (run.mobility[f.knob_body] + run.mobility[f.surface_body]) / S(32);
+}
+
+template <class S> bool near_singularity(const EventRun<S>& run) {
+  return std::any_of(run.contacts.begin(), run.contacts.end(),
+                     [&](const Contact<S>& contact) { return small_yield(run, contact); });
+}
+
 template <class S> bool keeps_off_singularity(const EventRun<S>& run) {
   return std::none_of(run.contacts.begin(), run.contacts.end(), [&](const Contact<S>& contact) {
-    const Feature<S>& f = run.features[contact.feature];
-    const S near_it = (run.mobility[f.knob_body] + run.mobility[f.surface_body]) / S(32);
     return contact.least_yield <= S(0) ||
-           (contact.least_yield < near_it && contact.most_yield > S(1.125) * contact.least_yield);
+           (small_yield(run, contact) && contact.most_yield > S(1.125) * contact.least_yield);
   });
 }
 
@@ -199,6 +208,7 @@ template <class S> bool strike(EventRun<S>& run, S t_s) {
   template bool refuse_at<S>(EventRun<S>&, S, const char*); \
   template void note_yield<S>(Contact<S>&, S);              \
   template void forget_yields<S>(EventRun<S>&);             \
+  template bool near_singularity<S>(const EventRun<S>&);    \
   template bool keeps_off_singularity<S>(const EventRun<S>&);
 ATWOOD_PAINLEVE(float)
 ATWOOD_PAINLEVE(double)

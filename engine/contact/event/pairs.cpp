@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "collision/contacts.hpp"
 #include "contact/event/run.hpp"
 
 namespace atwood::event {
@@ -176,6 +177,8 @@ struct Builder {
     const Shape &k = scene.bodies[knob_body].shape, &s = scene.bodies[surface_body].shape;
     Surface<S> surface;
     if (!has_knobs_for_faces(k) || !has_faces<S>(s) || !surface_for_balls(s, surface)) return false;
+    // Without a distance between the two, ends would go unseen.
+    if (no_contact_test(make_geometry<S>(k).kind, make_geometry<S>(s).kind) != nullptr) return false;
     pair.past_the_end = std::string("atwood's +event has no contact of ") + shape_name(k) + " `" +
                         scene.bodies[knob_body].name + "` with the end of " + shape_name(s) + " `" +
                         scene.bodies[surface_body].name + "`, over which it lies";

@@ -40,7 +40,7 @@ template <class S> struct SheetEnds {
   int pair = 0, knob_body = 0, surface_body = 0;
   Geometry<S> knob, surface;
   Vec3<S> on_it_B, normal_B;
-  bool thick = false;            // a box: it has no other side, and what passes it within a step may only cross its edges
+  bool thick = false;            // a box: it has no other side; what passes it within a step may cross its edges alone
 };
 
 // A feature that touches at the instant of an impact.
@@ -93,7 +93,7 @@ template <class S> struct Contact {
   S normal_N{}, largest_N{};     // now; since it carries
   Vec3<S> friction_N, couple_N_m;
   bool alone = false;  // shares no moving body with another contact that carries: solved by itself (alone.cpp)
-  S least_yield{}, most_yield{};  // normal acceleration per 1 N with the friction of slip: in a trial step's evaluations
+  S least_yield{}, most_yield{};  // normal acceleration per 1 N with its friction: in a trial step's evaluations
   bool of_balls = false;  // and who moves is a ball: a force through the middle does not turn it
   int first_row = -1, force_rows = 1, couple_rows = 0;  // -1: none of the linear system's
   Vec3<S> tangent[2];            // of the rows after the normal one
@@ -306,6 +306,7 @@ template <class S> bool strike(EventRun<S>& run, S t_s);
 template <class S> void note_yield(Contact<S>& contact, S yield);
 template <class S> void forget_yields(EventRun<S>& run);
 template <class S> bool keeps_off_singularity(const EventRun<S>& run);
+template <class S> bool near_singularity(const EventRun<S>& run);  // is some such acceleration small?
 template <class S> bool refuse_at(EventRun<S>& run, S t_s, const char* what);  // ends the run as unsupported; false
 
 // ---- impacts.cpp: the impacts of an instant, at run.y

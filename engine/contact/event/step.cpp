@@ -15,6 +15,9 @@ namespace {
 // A run may have as many events as its motion asks for, as long as its time goes on.
 constexpr int most_events_without_progress = 10000, most_pieces_of_a_part = 100000;
 constexpr double part_of_a_step = 1e-3;
+constexpr int most_pieces_near_singularity = 5000;  // each changes what a force gives there by an eighth at most
+constexpr const char* into_singularity =
+    "a contact slides into a configuration without contact forces (Painleve): its normal force grows without bound";
 
 // Of a step: how much was left of it when its time last went on, and what came since.
 template <class S> struct Progress {
@@ -175,9 +178,7 @@ template <class S> bool followed_step(EventRun<S>& run, Stepper<S>& stepper, S t
     if (!trial_step(run, stepper, t_s, h_s)) return false;
     if (run.carrying == 0 || keeps_off_singularity(run)) return true;
   }
-  return refuse_at(run, t_s,
-                   "a contact slides into a configuration without contact forces (Painleve): its normal force grows "
-                   "without bound");
+  return refuse_at(run, t_s, into_singularity);
 }
 
 // The largest |v| + r |w|, whose square is at most 2 (v^2 + r^2 w^2): most steps need no root.
@@ -308,6 +309,8 @@ template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s) {
   for (;;) {
     if (progress.stalls_at_piece(left_s, S(part_of_a_step) * h_s))
       return diverged(run, t_s, "slip asked for 100000 pieces of a thousandth of a step");
+    if (progress.pieces > most_pieces_near_singularity && run.carrying > 0 && near_singularity(run))
+      return refuse_at(run, t_s, into_singularity);
     if (run.seen_epoch != run.model.system().epoch) {
       if (!look_anew(run, t_s)) return false;
       ++run.step_count;

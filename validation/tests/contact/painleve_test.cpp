@@ -61,7 +61,8 @@ double lowest(const Sample& sample, const Slide& of) {
 
 }  // namespace
 
-// Compression: along q = mu p until v_t = 0, v_n falls; then sticking, dq / dp = 3 s c / (1 + 3 s^2), back to v_n = 0. Both phases are straight lines of the (p, q) plane: the impulse in closed form.
+// Compression: along q = mu p until v_t = 0, v_n falls; then sticking, dq / dp = 3 s c / (1 + 3 s^2), back to v_n = 0.
+// Both phases are straight lines of the (p, q) plane: the impulse in closed form.
 TEST_CASE("a rod in Painleve's inconsistent case takes the impact without collision of the plane theory") {
   for (const double tangent : {2., 1., 3.})
     for (const double beyond : {1e-4, 0.1, 1., 5.})
@@ -140,4 +141,27 @@ TEST_CASE("a rod that slides on its end neither goes through the floor nor gains
                 }
               }
   CHECK(answered > 600);
+}
+
+// A coin on its rim: friction presses the rim on ever harder, N grows as the root of the time that is left.
+TEST_CASE("a contact that slides into the singular configuration ends the run there") {
+  const double R = 0.1, half = 0.005, up = M_PI / 2 - 0.8;
+  Scene scene = world({0, 0, -g}, 0, 10);
+  const double across = (3 * R * R + 4 * half * half) / 12;
+  Body coin = moving("coin", Cylinder{R, half}, 0.05, {across, across, R * R / 2},
+                     {0, 0, R * std::sin(up) + half * std::cos(up)}, {0.5, 0.2, 0}, {0.3, 0, 0});
+  coin.orientation_wxyz = {std::cos(up / 2), std::sin(up / 2), 0, 0};
+  scene.bodies = {fixed("floor", Plane{{0, 0, 1}, 0}), coin};
+  for (const char* method : {"atwood/dop853:1e-10+event{restitution=stronge}", "atwood/dopri5:1e-9+event"}) {
+    const Recorded it = run(method, scene, {0.5, 500, 500});
+    INFO(method << " " << it.outcome.reason);
+    CHECK(it.outcome.status == Status::unsupported);
+    CHECK(it.outcome.reason.find("t = 0.015343") != std::string::npos);
+    CHECK(it.outcome.reason.find("grows without bound") != std::string::npos);
+    double before = energy(it.samples[0], coin, g);
+    for (const Sample& sample : it.samples) {
+      CHECK(energy(sample, coin, g) <= before * (1 + 1e-9));
+      before = energy(sample, coin, g);
+    }
+  }
 }
