@@ -212,3 +212,20 @@ TEST_CASE("momentum of two balls passes over to round-off, spin and friction wit
     CHECK(static_cast<double>(L[i]) == Approx(static_cast<double>(L0[i])).margin(1e-9));
   }
 }
+
+TEST_CASE("+penalty refuses a convention for simultaneous impacts, unless the scene says how its pairs give way") {
+  PairLaw law;
+  law.restitution = 0.5;
+  Scene scene = into_plane(law);
+  REQUIRE(run("atwood/rk4+penalty", scene, 0.001, 2000).outcome.status == Status::ok);
+  scene.simultaneous_impacts = SimultaneousImpacts::sequential;
+  const Ran refused = run("atwood/rk4+penalty", scene, 0.001, 2000);
+  CHECK(refused.outcome.status == Status::unsupported);
+  CHECK(refused.outcome.reason.find("simultaneous_impacts") != std::string::npos);
+  law.contact_law = ContactLaw::linear;
+  law.restitution = 0;
+  law.stiffness_N_per_m = 1e4;
+  Scene gives_way = into_plane(law);
+  gives_way.simultaneous_impacts = SimultaneousImpacts::together;
+  CHECK(run("atwood/rk4+penalty", gives_way, 0.001, 2000).outcome.status == Status::ok);
+}
