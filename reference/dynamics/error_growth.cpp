@@ -12,10 +12,10 @@ namespace {
 
 constexpr double nudge = 1e-7;        // of a component's own size, for derivatives of the flow in double
 constexpr double wide_nudge = 1e-13;  // for derivatives of an impact, in quad
-constexpr double settled = 1e-3;      // the derivative is known when half the step changes it by no more
+constexpr double settled = 1e-6;      // the derivative is known when half the step changes it by no more
 constexpr int most_substeps = 1 << 14;
 // The derivative's own error: `settled`, and what a difference quotient leaves.
-constexpr double inflation = 1.01;
+constexpr double inflation = 1 + 1e-5;
 
 double length(const Wide* v) {
   return std::sqrt(static_cast<double>(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]));
