@@ -12,8 +12,8 @@ namespace {
 
 constexpr double nudge = 1e-7;        // of a component's own size, for derivatives of the flow in double
 constexpr double wide_nudge = 1e-13;  // for derivatives of an impact, in quad
-// The derivative is known when half the step changes it by no more than the first of its size, or, where round-off of the
-// differences stands above that, by no more than the second; the change is then held by the inflation.
+// The derivative is known when half the step changes it by no more than the first of its size, or, where round-off of
+// the differences stands above that, by no more than the second; the change is then held by the inflation.
 constexpr double settled = 1e-6, settled_at_round_off = 1e-3;
 constexpr int round_off_substeps = 128;
 constexpr int most_substeps = 1 << 14;
