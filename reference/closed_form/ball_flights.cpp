@@ -7,7 +7,7 @@
 //
 // At an impact the feet slide at s = u_t - (r_a W_a + r_b W_b) x n. The impulse is J along n, J = -(1 + e) u_n /
 // (1/m_a + 1/m_b), and the lesser of mu J and |s| / (1/m_a + 1/m_b + r_a^2/I_a + r_b^2/I_b) against s, which keeps its
-// direction. Impacts at one instant whose impulses act on each other follow the scene's convention: one after the other,
+// direction. Impacts at one instant whose impulses act on each other follow the scene's convention: one after another,
 // of the pairs that touch the one that closes fastest, at equal speeds the one first in order, until none closes
 // (E. Mariotte, 1673); or together (J. J. Moreau, 1988). Without one the motion ends there, unless all of them agree.
 #include <algorithm>

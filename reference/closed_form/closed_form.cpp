@@ -261,7 +261,7 @@ Truth closed_form_truth(const Scenario& scenario, std::int64_t samples) {
     impacts = {};
     add_events(truth, scenario, wide, narrow, end_of(ending), impacts);
   }
-  while (ending && !t_s.empty() && t_s.back() > 0 && t_s.back() >= ending->t_s * (1 - Wide(end_margin))) t_s.pop_back();
+  while (ending && t_s.size() > 1 && t_s.back() >= ending->t_s * (1 - Wide(end_margin))) t_s.pop_back();
   if (const std::string body = add_samples(truth, scenario.scene, t_s, wide, narrow, impacts); !body.empty())
     return unsupported(scenario, "the motion of `" + body + "` magnifies round-off too much for a bar");
   if (shows(wide.slack, truth.values.front()))

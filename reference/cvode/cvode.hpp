@@ -15,7 +15,9 @@ namespace atwood {
 Engine cvode_engine();
 
 // Adams and BDF at two tolerances each. Values from the tighter Adams; the bar of each kind of value is twice the
-// largest difference among the four so far in the run. Sphere-sphere and sphere-plane contacts without friction.
+// largest difference among the four so far in the run, and with contacts what they share (dynamics/shared_errors.hpp).
+// Sphere-sphere and sphere-plane contacts. Where an outcome is not decided within the bars, or the runs disagree on an
+// impact, it ends as extended_truth does. Absolute tolerances are relative to the size of each kind of value.
 Truth cvode_truth(const Scenario& scenario, std::int64_t samples);
 
 }  // namespace atwood

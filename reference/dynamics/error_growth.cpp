@@ -12,10 +12,12 @@ namespace {
 
 constexpr double nudge = 1e-7;        // of a component's own size, for derivatives of the flow in double
 constexpr double wide_nudge = 1e-13;  // for derivatives of an impact, in quad
-constexpr double settled = 1e-3;      // the derivative is known when half the step changes it by no more
+// The derivative is known when half the step changes it by no more than the first of its size, or, where round-off of
+// the differences stands above that, by no more than the second; the change is then held by the inflation.
+constexpr double settled = 1e-6, settled_at_round_off = 1e-3;
+constexpr int round_off_substeps = 128;
 constexpr int most_substeps = 1 << 14;
-// The derivative's own error: `settled`, and what a difference quotient leaves.
-constexpr double inflation = 1.01;
+constexpr double least_inflation = 1 + 1e-5;  // what a difference quotient leaves
 
 double length(const Wide* v) {
   return std::sqrt(static_cast<double>(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]));
@@ -148,7 +150,8 @@ ErrorGrowth::Columns ErrorGrowth::derivative(double t_s, double span_s, const st
     std::vector<double> up = y, down = y, step(n, 0);
     for (const int i : at) {
       done[i] = true;
-      step[i] = nudge * std::max(1e-3 * scale_[i], std::fabs(y[i]));
+      const bool turns = layout_.kinds[i] == Kind::attitude || layout_.kinds[i] == Kind::rate;
+      step[i] = nudge * std::max((turns ? 1 : 1e-3) * scale_[i], std::fabs(y[i]));
       up[i] += step[i];
       down[i] -= step[i];
       step[i] = up[i] - down[i];
@@ -175,6 +178,7 @@ void ErrorGrowth::flow(Wide t_s, Wide t_next_s, const std::vector<Wide>& y, int 
   const int n = layout_.size;
   Columns T = derivative(t, span, narrow, interval, 1);
   bool known = false;
+  double inflation = least_inflation;
   for (int count = 2; count <= most_substeps && !known; count *= 2) {
     Columns finer = derivative(t, span, narrow, interval, count);
     double largest = 0, change = 0;
@@ -184,7 +188,8 @@ void ErrorGrowth::flow(Wide t_s, Wide t_next_s, const std::vector<Wide>& y, int 
         change = std::max(change, std::fabs(finer[i][j] - T[i][j]));
         if (!std::isfinite(finer[i][j])) change = HUGE_VAL;
       }
-    known = change <= settled * largest;
+    known = change <= (count < round_off_substeps ? settled : settled_at_round_off) * largest;
+    if (known) inflation = least_inflation + change / largest;
     T = std::move(finer);
   }
   if (!known) {
@@ -197,11 +202,11 @@ void ErrorGrowth::flow(Wide t_s, Wide t_next_s, const std::vector<Wide>& y, int 
       if (Q_[k][i] == 0) continue;
       for (int j = 0; j < n; ++j) moved[k][j] += T[i][j] * Q_[k][i];
     }
-  apply(moved, noise(y, span, 64 * (1 + steps)));
+  apply(moved, noise(y, span, 64 * (1 + steps)), inflation);
 }
 
 // Modified Gram-Schmidt, each column orthogonalised twice; what is linearly dependent is replaced by a unit vector.
-void ErrorGrowth::apply(const Columns& moved, const std::vector<double>& delta) {
+void ErrorGrowth::apply(const Columns& moved, const std::vector<double>& delta, double inflation) {
   const int n = layout_.size;
   std::vector<int> order(n);
   std::iota(order.begin(), order.end(), 0);
@@ -327,7 +332,7 @@ void ErrorGrowth::strike(Wide t_s, const Blow<Wide>& blow, const std::vector<Wid
     }
   }
   for (int i = 0; i < n; ++i) kick[i] += place[i];
-  apply(moved, kick);
+  apply(moved, kick, least_inflation);
 }
 
 void ErrorGrowth::hold_on_plane(int body, const Real3& normal) {
@@ -346,7 +351,7 @@ void ErrorGrowth::keep_to_plane(int body, const Real3& normal, double off_m) {
       for (int k = 0; k < 3; ++k) column[from + k] -= along * normal[k] / size;
     }
   for (int k = 0; k < 3; ++k) delta[layout_.slots[body].position + k] = off_m;
-  apply(moved, delta);
+  apply(moved, delta, 1);
 }
 
 double ErrorGrowth::along(const std::vector<double>& row) const {

@@ -47,7 +47,8 @@ class ErrorGrowth {
  private:
   using Columns = std::vector<std::vector<double>>;  // one vector a column
   Columns derivative(double t_s, double span_s, const std::vector<double>& y, int interval, int steps);
-  void apply(const Columns& moved, const std::vector<double>& delta);  // moved: T Q, scaled
+  // moved: T Q, scaled; known to a factor of `inflation`.
+  void apply(const Columns& moved, const std::vector<double>& delta, double inflation);
   double along(const std::vector<double>& row) const;
   std::vector<Wide> gap_gradient(const ContactPair& pair, const std::vector<Wide>& y) const;
   double reach(int body, const Wide* y, double span_s) const;

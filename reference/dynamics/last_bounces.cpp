@@ -67,7 +67,8 @@ LastBounces<S> last_bounces(const Scene& scene, const Dynamics<S>& dynamics, con
   laid.push.assign(n, S(0));
   for (int i = 0; i < n; ++i) laid.push[i] = span * std::max(magnitude(down[i]), magnitude(up[i]));
   for (const Slot& slot : layout.slots)
-    for (int k = 0; k < 3 && slot.velocity >= 0; ++k) laid.push[slot.position + k] = span * laid.push[slot.velocity + k];
+    for (int k = 0; k < 3 && slot.velocity >= 0; ++k)
+      laid.push[slot.position + k] = span * laid.push[slot.velocity + k];
   const S change = 2 * (high - low) / pull;
   made.ends = made.lies || (low > 0 && change < 1 && e * (1 + change) < 1);
   if (made.lies || !made.ends) return made;

@@ -14,8 +14,13 @@ namespace atwood {
 // closer; if that does not help the note says what the motion's conditioning allows, and from when on nothing is
 // bounded.
 //
-// Covers every smooth scene and, with located impacts, smooth contacts of spheres with spheres and planes. Anything
-// else is answered with Status::unsupported and a reason. Never throws on a scene.
+// With contacts the bars also hold what the runs share (dynamics/shared_errors.hpp): the location of impacts, round-off
+// grown through every impact, the bounces that a series sums up, and at a sample within an impact's time bar the jump.
+//
+// Covers every smooth scene and, with located impacts, smooth contacts of spheres with spheres and planes, up to 200
+// unknowns. Anything else is answered with Status::unsupported and a reason. Where an outcome is not decided within the
+// bars (a graze, impacts at one instant without a convention) the truth ends: Status::unsupported, a reason with the
+// time, and the samples and events before it, which are certified. Never throws on a scene.
 Truth extended_truth(const Scenario& scenario, std::int64_t samples);
 
 // Largest growth of a relative perturbation of the initial state, each component perturbed by its kind's scale: a
