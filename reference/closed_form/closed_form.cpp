@@ -1,6 +1,7 @@
 #include "closed_form/closed_form.hpp"
 
 #include <algorithm>
+#include <cfenv>
 #include <deque>
 #include <map>
 #include <optional>
@@ -25,9 +26,10 @@ const std::vector<Solution>& catalogue() {
 
 // Round-off of long double is 2^49 times that of quad: the same formulas' difference between the two is, scaled, what
 // quad's own round-off does to the value, through whatever conditioning the formulas and the motion have. One
-// realisation of round-off may be lucky: hence the largest over the run so far and over the components of a kind, a
-// factor of 32, and 32 units in the last place of the scale as the least.
-constexpr double safety = 32;
+// realisation of round-off may be lucky: hence long double in its four directions of rounding, the largest difference
+// over the run so far and over the components of a kind, a factor of 64, and 64 units in the last place of the scale as
+// the least.
+constexpr double safety = 64;
 const Wide round_off = unit_round_off<Wide>();
 const Wide ratio = unit_round_off<Wide>() / unit_round_off<Narrow>();
 const Wide proportional = 0x1p-20;
@@ -51,6 +53,18 @@ struct Spread {  // one kind of value of one body, over the run so far
 
 struct BodySpread { Spread p, q, v, w; };
 
+// Every evaluation in long double: to nearest first, then in the other directions of rounding, as far as they see the
+// same impacts (beside a limit of validity a directed rounding may fall on its other side).
+using Realisations = std::vector<Motion<Narrow>>;
+
+bool same_impacts(const Motion<Narrow>& a, const Motion<Narrow>& b) {
+  return b.misfit.empty() && a.branch == b.branch && a.poses.size() == b.poses.size() &&
+         std::equal(a.happenings.begin(), a.happenings.end(), b.happenings.begin(), b.happenings.end(),
+                    [](const Happening<Narrow>& x, const Happening<Narrow>& y) {
+                      return x.kind == y.kind && x.body_a == y.body_a && x.body_b == y.body_b;
+                    });
+}
+
 template <class S>
 std::vector<S> instants(const Scenario& scenario, std::int64_t samples) {
   std::vector<S> t_s;
@@ -73,6 +87,19 @@ Event event_of(const Happening<Wide>& from) {
   return made;
 }
 
+Realisations narrow_realisations(const Solution& solution, const Scenario& scenario, std::int64_t samples) {
+  const int kept = std::fegetround();
+  Realisations made;
+  for (const int direction : {FE_TONEAREST, FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO}) {
+    std::fesetround(direction);
+    Motion<Narrow> motion = solution.narrow(scenario, instants<Narrow>(scenario, samples));
+    if (made.empty() || same_impacts(made.front(), motion)) made.push_back(std::move(motion));
+    std::fesetround(kept);
+    if (!made.front().misfit.empty()) break;
+  }
+  return made;
+}
+
 // An impact's instant, and how far off it may be: in quad, in long double.
 struct Instant { int body_a = 0, body_b = 0; Wide t_s = 0, bar_s = 0, narrow_bar_s = 0; };
 
@@ -90,7 +117,7 @@ bool at_impact(const Impacts& impacts, int body, Wide t_s) {
 
 // Empty, or which body's motion magnifies round-off too much for a bar.
 std::string add_samples(Truth& truth, const Scene& scene, const std::vector<Wide>& t_s, const Motion<Wide>& wide,
-                        const Motion<Narrow>& narrow, const Impacts& impacts) {
+                        const Realisations& narrow, const Impacts& impacts) {
   if (t_s.empty()) return "";
   std::vector<BodySpread> spreads(wide.poses.front().size());
   const Wide noise = 1024 * unit_round_off<Narrow>() / proportional;
@@ -101,14 +128,16 @@ std::string add_samples(Truth& truth, const Scene& scene, const std::vector<Wide
     value.t_s = bar.t_s = t_s[k];
     for (std::size_t i = 0; i < spreads.size(); ++i) {
       const Pose<Wide>& w = wide.poses[k][i];
-      const Pose<Narrow>& n = narrow.poses[k][i];
       value.bodies.push_back({w.p_WB, w.q_WB, w.v_WB, w.w_WB_B});
       BodySample& half_width = bar.bodies.emplace_back();
       half_width.q_wxyz = {};
       BodySpread& of = spreads[i];
-      of.p.see(w.p_WB, n.p_WB);
-      of.q.see(w.q_WB, n.q_WB);
-      if (!at_impact(impacts, static_cast<int>(i), t_s[k])) {
+      const bool jumps = at_impact(impacts, static_cast<int>(i), t_s[k]);
+      for (const Motion<Narrow>& realisation : narrow) {
+        const Pose<Narrow>& n = realisation.poses[k][i];
+        of.p.see(w.p_WB, n.p_WB);
+        of.q.see(w.q_WB, n.q_WB);
+        if (jumps) continue;
         of.v.see(w.v_WB, n.v_WB);
         of.w.see(w.w_WB_B, n.w_WB_B);
       }
@@ -130,19 +159,25 @@ std::string add_samples(Truth& truth, const Scene& scene, const std::vector<Wide
 
 // Empty, or when long double sees another impact than quad: whether two bodies meet hangs on round-off. Each pair's
 // impacts are compared in their order; impacts of different pairs at one instant may come in either.
-std::string add_events(Truth& truth, const Scenario& scenario, const Motion<Wide>& wide, const Motion<Narrow>& narrow,
+std::string add_events(Truth& truth, const Scenario& scenario, const Motion<Wide>& wide, const Realisations& narrow,
                        std::optional<Wide> end_s, Impacts& impacts) {
-  std::map<std::tuple<EventKind, int, int>, std::deque<Wide>> also;
-  for (const Happening<Narrow>& at : narrow.happenings) also[{at.kind, at.body_a, at.body_b}].push_back(at.t_s);
+  const std::vector<Happening<Narrow>>& nearest = narrow.front().happenings;
+  std::map<std::tuple<EventKind, int, int>, std::deque<std::size_t>> also;  // indices of happenings
+  for (std::size_t k = 0; k < nearest.size(); ++k)
+    also[{nearest[k].kind, nearest[k].body_a, nearest[k].body_b}].push_back(k);
   const Wide t_end = end_s.value_or(scenario.t_end_s),
              last = t_end * (1 - (end_s ? Wide(end_margin) : 64 * Wide(unit_round_off<Narrow>())));
   const auto when = [](Wide t_s) { return "at t = " + format_double(static_cast<double>(t_s)) + " s"; };
   for (const Happening<Wide>& at : wide.happenings) {
     if (end_s && at.t_s >= last) break;
-    std::deque<Wide>& twins = also[{at.kind, at.body_a, at.body_b}];
+    std::deque<std::size_t>& twins = also[{at.kind, at.body_a, at.body_b}];
     if (twins.empty() && at.t_s < last) return when(at.t_s);
-    const Wide difference = twins.empty() ? magnitude(t_end - at.t_s) : magnitude(at.t_s - twins.front());
-    if (!twins.empty()) twins.pop_front();
+    Wide difference = twins.empty() ? magnitude(t_end - at.t_s) : Wide(0);
+    if (!twins.empty()) {
+      for (const Motion<Narrow>& realisation : narrow)
+        difference = larger(difference, magnitude(at.t_s - Wide(realisation.happenings[twins.front()].t_s)));
+      twins.pop_front();
+    }
     const Wide half_width = safety * (ratio * difference + round_off * magnitude(at.t_s));
     truth.events.push_back(event_of(at));
     truth.event_bar_s.push_back(static_cast<double>(half_width));
@@ -151,7 +186,7 @@ std::string add_events(Truth& truth, const Scenario& scenario, const Motion<Wide
     impacts.widest = larger(impacts.widest, impacts.all.back().narrow_bar_s);
   }
   for (const auto& [pair, left] : also)
-    if (!left.empty() && left.front() < last) return when(left.front());
+    if (!left.empty() && nearest[left.front()].t_s < last) return when(nearest[left.front()].t_s);
   return "";
 }
 
@@ -246,11 +281,12 @@ Truth closed_form_truth(const Scenario& scenario, std::int64_t samples) {
   std::vector<Wide> t_s = instants<Wide>(scenario, samples);
   const Motion<Wide> wide = found->wide(scenario, t_s);
   if (!wide.misfit.empty()) return unsupported(scenario, wide.misfit);
-  const Motion<Narrow> narrow = found->narrow(scenario, instants<Narrow>(scenario, samples));
-  if (!narrow.misfit.empty()) return unsupported(scenario, "too near a limit of validity: " + narrow.misfit);
+  const Realisations narrow = narrow_realisations(*found, scenario, samples);
+  if (const std::string& misfit = narrow.front().misfit; !misfit.empty())
+    return unsupported(scenario, "too near a limit of validity: " + misfit);
   Truth truth;
   truth.source = std::string("closed form: ") + found->citation;
-  std::optional<Ending> ending = branch_of(wide, narrow);
+  std::optional<Ending> ending = branch_of(wide, narrow.front());
   Impacts impacts;
   if (const std::string when = add_events(truth, scenario, wide, narrow, end_of(ending), impacts); !when.empty())
     return unsupported(scenario, "which bodies meet " + when + " hangs on the last digits");

@@ -360,7 +360,7 @@ std::vector<Kind> all_kinds() {
     return [asked](const Scenario& s, std::int64_t samples) { return check_smooth(s, samples, asked); };
   };
   const auto flights = [](const Scenario& s, std::int64_t samples) { return check_flights(s, samples); };
-  const auto closed = [&](const char* name, auto scene) { return Kind{"closed-form", name, scene, digits(38)}; };
+  const auto closed = [&](const char* name, auto scene) { return Kind{"closed-form", name, scene, digits(42)}; };
   std::vector<Kind> all{closed("ballistic", ballistic), closed("linear-drag", linear_drag),
                         closed("vertical-quadratic-drag", quadratic_drag), closed("oscillator", oscillator),
                         closed("kepler", kepler), closed("coulomb-two-body", coulomb), closed("lorentz", lorentz),
