@@ -128,6 +128,12 @@ int command_trace(const Place& place, const Options& options) {
 
   if (method == "truth") {
     const Truth truth = truth_once(place.truth_worker, scenario, samples, options.limit_given ? options.cell_limit_s : 120.0);
+    if (truth.values.size() > 1 && truth.outcome.status == Status::unsupported) {  // good up to where it ends
+      if (options.events) print_events(scenario.scene, truth.events, &truth, 36, options.json);
+      else print_motion(scenario.scene, truth.values, &truth, 36, options.json);
+      fmt::print(stderr, "atwood: certified up to t = {} s, where the truth ends\n",
+                 format_double(static_cast<double>(truth.values.back().t_s)));
+    }
     if (truth.outcome.status != Status::ok) {
       const int code = status_exit(truth.outcome);
       if (truth.outcome.status == Status::unsupported && scenario.truth.kind != TruthKind::none)

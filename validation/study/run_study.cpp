@@ -278,6 +278,7 @@ void StudyRun::solve_truth(TruthWork& work, WorkerClient& client) {
                                                     scenario.t_end_s, scenario.samples, options_.truth_limit_s));
   truth->outcome.reason = shortened(truth->outcome.reason, kLongestReason);
   const Status status = truth->outcome.status;
+  if (status != Status::ok) truth->values.clear(), truth->bars.clear();  // a study judges whole runs
   const bool failed = status == Status::crashed || status == Status::timeout || status == Status::not_built;
   if (!failed) store_.put_truth(work.hash, scenario.id, *truth);
   {

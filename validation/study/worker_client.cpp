@@ -271,7 +271,8 @@ Truth WorkerClient::truth(const std::string& scenario_json, const SampledBodies&
     truth.bars.push_back(answer.bar);
     truth.bars.back().t_s = answer.sample.t_s;
   });
-  if (truth.outcome.status != Status::ok) truth.values.clear(), truth.bars.clear();
+  if (truth.outcome.status != Status::ok && truth.outcome.status != Status::unsupported)
+    truth.values.clear(), truth.bars.clear();
   truth.outcome.reason = printable(truth.outcome.reason);
   return truth;
 }

@@ -38,6 +38,7 @@ class WorkerClient {
   // Poses from..from + count of a pair; `outcome` says how it ended. `test`: one beside the engine's own, or empty.
   std::vector<PoseAnswer> sweep(const std::string& test, const std::string& pair, std::uint64_t seed,
                                 std::int64_t count, bool swept, double limit_s, Outcome& outcome);
+  // Unsupported from some instant on: the samples before it are there, and `outcome` says why they end.
   Truth truth(const std::string& scenario_json, const SampledBodies& bodies, double t_end_s, std::int64_t samples,
               double limit_s);
 

@@ -228,5 +228,23 @@ for line in sys.stdin:
     time.sleep(60)
 """
 
+class Branches(Case):
+    """An outcome that hangs on a convention ends a truth there; what came before is certified and printed."""
+
+    def test_what_comes_before_a_branch_is_printed(self):
+        text = self.catalogue("simultaneous").replace('id     = "simultaneous"', 'id     = "branch"')
+        text = text.replace('simultaneous_impacts = "sequential"\n', "")
+        kinds = ('kind     = "closed-form"\nsolution = "ball-flights"', 'kind = "extended"', 'kind = "cvode"')
+        for kind in kinds:
+            path = self.path("branch.toml", text.replace(kinds[0], kind))
+            traced = self.ask("trace", path, "--method", "truth", code=1)
+            rows = [line.split(",") for line in traced.stdout.splitlines()[1:]]
+            self.assertEqual(len(rows), 25 * 3)  # the impact is at (2 - sqrt(3) / 2) / 3 = 0.378 s
+            self.assertEqual(float(rows[-1][0]), 0.375)
+            self.assertAlmostEqual(float(rows[-1][3]), -1 + 3 * 0.375, 12)
+            self.assertIn("certified up to t = 0.375 s", traced.stderr)
+            self.assertIn("at t = 0.37799", traced.stderr)
+
+
 if __name__ == "__main__":
     unittest.main(argv=sys.argv[:1])
