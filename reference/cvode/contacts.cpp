@@ -17,6 +17,7 @@ namespace {
 
 // A gap that the location of a root leaves: CVODE stops within 100 units in the last place of the time.
 constexpr double touching = 1e-10;  // of the scene's size
+constexpr double start_round_off = 0x1p-46;  // of the scene's size: gaps of bodies placed in contact
 // Bounces lower than this many times the error that CVODE may make in a position (rtol x + atol) are not followed: they
 // are summed as a geometric series. Followed further, the ball would meet the plane at the integrator's errors.
 constexpr double lowest_bounce = 100;
@@ -67,9 +68,14 @@ Contacts::Contacts(const Scene& scene, dynamics::Dynamics<double>& equations, co
     if (!pair.gives) pairs_.push_back({pair});  // else giving_contacts.hpp
   if (!found.unsupported.empty()) failure_ = "CVODE: " + found.unsupported + " is not covered";
   const std::vector<double> y = dynamics::pack<double>(scene);
-  for (const ContactPair& pair : pairs_)
-    if (gap(scene_, equations_.layout(), pair, y.data()).gap_m < -touching * size_m_)
-      failure_ = "CVODE: " + name(pair.a) + " and " + name(pair.b) + " overlap at the start";
+  for (const ContactPair& pair : pairs_) {
+    const double apart_m = gap(scene_, equations_.layout(), pair, y.data()).gap_m;
+    const std::string both = name(pair.a) + " and " + name(pair.b);
+    if (apart_m < -touching * size_m_) failure_ = "CVODE: " + both + " overlap at the start";
+    // What lies between the round-off of a contact and `touching` would be taken for one.
+    if (apart_m > start_round_off * size_m_ && apart_m <= touching * size_m_)
+      failure_ = "CVODE: " + both + " start " + format_double(apart_m) + " m apart, too near to be told from a contact";
+  }
 }
 
 void Contacts::evaluate(const double* y, double* g) const {

@@ -259,3 +259,17 @@ TEST_CASE("A ball released late, and contacts that are not covered") {
   boxed.scene.bodies[0].shape = Box{{0.1, 0.1, 0.1}};
   CHECK(cvode_truth(boxed, 8).outcome.reason.find("box `ball`") != std::string::npos);
 }
+
+TEST_CASE("A start too near to be told from a contact is refused: it would stand still, with no bar on its velocity") {
+  for (const double apart : {1e-11, 1e-12, 1e-13}) {
+    Scenario near = bouncing(0.5, 0.25);
+    Body& ball = near.scene.bodies[0];
+    ball.velocity_m_per_s = {0, 0, 0};
+    ball.position_m[2] = std::get<Sphere>(ball.shape).radius_m * (1 + apart);
+    const Truth truth = cvode_truth(near, 8);
+    CHECK(truth.outcome.status == Status::unsupported);
+    CHECK(truth.outcome.reason.find("too near to be told from a contact") != std::string::npos);
+    ball.position_m[2] = std::get<Sphere>(ball.shape).radius_m;
+    CHECK(cvode_truth(near, 8).outcome.status == Status::ok);
+  }
+}
