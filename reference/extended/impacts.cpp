@@ -26,6 +26,9 @@ constexpr double last_flight = is_wide<S> ? 1e-10 : 1e-4;
 template <class S>
 constexpr double least_flight = is_wide<S> ? 1e-12 : 1e-4;
 constexpr double rest_slack = 1e-24;
+// Of a gap's round-off: the next impact of a lower flight would not be located.
+template <class S>
+constexpr double least_height = is_wide<S> ? 1e3 : 4;
 // Impacts in a row during which the time advances by less than a unit in its last place: there is no progress.
 constexpr int most_stalled = 1000;
 constexpr double near = 1e-3;  // of the pair's size: a passage worth telling
@@ -137,7 +140,10 @@ std::optional<Laid<S>> Impacts<S>::rests(const Pair& pair, S t, S* y, int interv
   const dynamics::LastBounces<S> last =
       dynamics::last_bounces(scene_, dynamics_, pair, t, y, interval, slow(pair));
   if (!last.pulled || (pair.restitution >= 1 && !last.lies)) return {};
-  if (last.flight_s > last_flight<S> * t_end_s_) return {};
+  const Gap<S> now = gap(scene_, dynamics_.layout(), pair, y);
+  const S height = magnitude(now.rate_m_per_s) * last.flight_s / 4;
+  const bool located = height > S(least_height<S>) * tiny(pair, y);
+  if (located && last.flight_s > last_flight<S> * t_end_s_) return {};
   const int ball = last.laid.ball;
   if (ball < 0) {
     failure_ = "`" + scene_.bodies[pair.a].name + "` and `" + scene_.bodies[pair.b].name +
@@ -151,12 +157,11 @@ std::optional<Laid<S>> Impacts<S>::rests(const Pair& pair, S t, S* y, int interv
     return {};
   }
   const bool known = last.ends && last.laid.bar_s <= rest_slack * t_end_s_;
-  if (!known && last.flight_s > least_flight<S> * t_end_s_) return {};
+  if (!known && located && last.flight_s > least_flight<S> * t_end_s_) return {};
   if (!last.ends) {
     failure_ = "when `" + scene_.bodies[ball].name + "` comes to rest is not decided: its restitution is too near 1";
     return {};
   }
-  const Gap<S> now = gap(scene_, dynamics_.layout(), pair, y);
   Laid<S> made = last.laid;
   made.told = made.until <= t_end_s_ && (t > 0 || magnitude(now.rate_m_per_s) > 0);
   std::copy(last.held.begin(), last.held.end(), y);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "billiard.hpp"
+#include "closed_form/closed_form.hpp"
 #include "cvode/cvode.hpp"
 #include "extended/extended.hpp"
 #include "scenes.hpp"
@@ -171,4 +172,31 @@ TEST_CASE("a velocity at the instant of an impact has the jump as its bar") {
   CHECK(size(truth.bars[8].bodies[1].p_m[0]) < 1e-28);
   CHECK(size(truth.bars[7].bodies[1].v_m_per_s[0]) < 1e-28);
   CHECK(size(truth.bars[9].bodies[1].v_m_per_s[0]) < 1e-28);
+}
+
+TEST_CASE("bounces too low to be located: beside the instant of rest the bars hold the closed form") {
+  struct Case { double radius_m, gap_m, restitution; };
+  int answered = 0;
+  for (const Case& c : {Case{1.125, 1e-10, 0.5}, {100, 1e-7, 0.3}, {0.125, 1e-12, 0.6}, {1.125, 1e-9, 0.8}})
+    for (const double beside : {-1e-9, -1e-11, -1e-12, 1e-11, 1e-9}) {
+      Scenario given = scenes::bounce(c.restitution, 0, false, 1);
+      Body& ball = given.scene.bodies[1];
+      ball.shape = Sphere{c.radius_m};
+      ball.position_m[2] = c.radius_m + c.gap_m;
+      const double fall_s = std::sqrt(2 * (ball.position_m[2] - c.radius_m) / 9.81);
+      given.t_end_s = fall_s * (1 + c.restitution) / (1 - c.restitution) * (1 + beside);
+      const Truth tested = extended_truth(given, 16);
+      given.truth = {TruthKind::closed_form, "bounce", ""};
+      const Truth exact = closed_form_truth(given, 16);
+      INFO("radius " << c.radius_m << ", gap " << c.gap_m << ", " << beside << ": " << tested.outcome.reason);
+      if (tested.outcome.status != Status::ok || exact.outcome.status != Status::ok) continue;
+      ++answered;
+      for (std::size_t k = 0; k <= 16; ++k) {
+        const BodySample &a = tested.values[k].bodies[1], &b = exact.values[k].bodies[1];
+        const BodySample &of_a = tested.bars[k].bodies[1], &of_b = exact.bars[k].bodies[1];
+        CHECK(size(a.p_m[2] - b.p_m[2]) <= size(of_a.p_m[2]) + size(of_b.p_m[2]));
+        CHECK(size(a.v_m_per_s[2] - b.v_m_per_s[2]) <= size(of_a.v_m_per_s[2]) + size(of_b.v_m_per_s[2]));
+      }
+    }
+  CHECK(answered >= 10);
 }
