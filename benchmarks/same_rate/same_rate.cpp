@@ -1,7 +1,6 @@
 #include "benchmarks/same_rate/same_rate.hpp"
 
 #include <memory>
-#include <stdexcept>
 
 #include "integrators/adaptive.hpp"
 #include "integrators/catalogue.hpp"
@@ -139,11 +138,7 @@ bool takes_a_bare_rate(const std::string& scheme) {
 Outcome run(const MethodId& asked, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
   MethodId id = asked;
   int rate_repeats = 1;
-  try {
-    rate_repeats = stepping::take_rate_repeats(id);
-  } catch (const std::invalid_argument& error) {
-    return stepping::refusal(error.what());
-  }
+  if (const std::string why = stepping::take_rate_repeats(id, rate_repeats); !why.empty()) return stepping::refusal(why);
   const MethodInfo* info = find_integrator(id.scheme);
   if (info != nullptr && !takes_a_bare_rate(id.scheme))
     return stepping::refusal(info->id + " needs more than a rate: it is not offered at the reference's");

@@ -108,11 +108,7 @@ std::string read_options(const MethodId& id, arkode::Options& options) {
 Outcome run_method(const MethodId& asked, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
   MethodId id = asked;
   int rate_repeats = 1;
-  try {
-    rate_repeats = stepping::take_rate_repeats(id);
-  } catch (const std::invalid_argument& error) {
-    return stepping::refusal(error.what());
-  }
+  if (const std::string why = stepping::take_rate_repeats(id, rate_repeats); !why.empty()) return stepping::refusal(why);
   arkode::Options options;
   if (const std::string why = read_options(id, options); !why.empty()) return stepping::refusal(why);
   return stepping::run<double>("arkode", scene, plan, observer, repeats, options.by_tolerance,

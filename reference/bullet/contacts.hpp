@@ -10,8 +10,9 @@
 // touching (distance > 0) are left out. Meshes against meshes and planes go through GImpact, against anything else
 // through the triangles' bounding-volume tree. A rectangle is a box of zero thickness.
 //
-// A persistent manifold gathers more points over several steps; what is told here is one call's. What is Bullet's own: GImpact leaves out a mesh wholly beneath a plane, and finds triangles touching that are apart by its own tolerance.
-// Its casts end a millimetre before the touch, whatever the size, and give up after 64 steps.
+// A persistent manifold gathers points over several steps; reported here are the points of one call. Bullet's own
+// behaviour is kept: GImpact leaves out a mesh wholly beneath a plane, and reports triangles as touching that are apart by
+// less than its tolerance. Its casts end a millimetre before the touch, whatever the size, and give up after 64 steps.
 #pragma once
 
 #include "protocol/contact_query.hpp"

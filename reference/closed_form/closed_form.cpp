@@ -88,14 +88,21 @@ Event event_of(const Happening<Wide>& from) {
   return made;
 }
 
+// The direction of rounding while it lives; restored whatever ends the evaluation, memory that is short too.
+struct Rounding {
+  explicit Rounding(int direction) { std::fesetround(direction); }
+  ~Rounding() { std::fesetround(before); }
+  Rounding(const Rounding&) = delete;
+  Rounding& operator=(const Rounding&) = delete;
+  const int before = std::fegetround();
+};
+
 Realisations narrow_realisations(const Solution& solution, const Scenario& scenario, std::int64_t samples) {
-  const int kept = std::fegetround();
   Realisations made;
   for (const int direction : {FE_TONEAREST, FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO}) {
-    std::fesetround(direction);
+    const Rounding rounding(direction);
     Motion<Narrow> motion = solution.narrow(scenario, instants<Narrow>(scenario, samples));
     if (made.empty() || same_impacts(made.front(), motion)) made.push_back(std::move(motion));
-    std::fesetround(kept);
     if (!made.front().misfit.empty() || made.front().happenings.empty()) break;
   }
   return made;

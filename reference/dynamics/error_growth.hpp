@@ -31,7 +31,7 @@ class ErrorGrowth {
   void strike(Wide t_s, const Blow<Wide>& blow, const std::vector<Wide>& after, int interval, double off_m);
   // A further error of at most this much in each component.
   void add(const std::vector<double>& delta);
-  // A ball stays within `off_m` of a plane, whatever it does along the plane's normal.
+  // A ball stays within `off_m` of a plane; its motion along the plane's normal is not followed further.
   void keep_to_plane(int body, const Real3& normal, double off_m);
   void hold_on_plane(int body, const Real3& normal);
 

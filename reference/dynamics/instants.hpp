@@ -1,4 +1,5 @@
-// A motion with contacts as the list of what happened, for whoever follows an error along it.
+// A motion with contacts as the list of the instants at which something happened; the growth of errors is computed along
+// it.
 #pragma once
 
 #include <cstdint>

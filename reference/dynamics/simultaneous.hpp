@@ -40,7 +40,7 @@ template <class S>
 Resolved<S> strike_all(const Scene& scene, const Layout& layout, const std::vector<ContactPair>& touching,
                        const std::vector<S>& slow, S* y);
 
-// One Blow's map, y- to y+, for whoever needs its derivative.
+// The map y- to y+ of one Blow; its derivative gives the saltation matrix.
 template <class S>
 void strike_again(const Scene& scene, const Layout& layout, const std::vector<ContactPair>& pairs, S* y);
 

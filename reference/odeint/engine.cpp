@@ -86,11 +86,7 @@ std::string read_choice(const MethodId& id, const Entry& entry, Choice& choice) 
 Outcome run_method(const MethodId& asked, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
   MethodId id = asked;
   int rate_repeats = 1;
-  try {
-    rate_repeats = stepping::take_rate_repeats(id);
-  } catch (const std::invalid_argument& error) {
-    return stepping::refusal(error.what());
-  }
+  if (const std::string why = stepping::take_rate_repeats(id, rate_repeats); !why.empty()) return stepping::refusal(why);
   const auto found =
       std::find_if(entries().begin(), entries().end(), [&](const Entry& entry) { return entry.name == id.scheme; });
   if (found == entries().end())

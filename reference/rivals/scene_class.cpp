@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <utility>
 
 #include "geometry/geometry.hpp"
 #include "rivals/vector.hpp"
 #include "rivals/world.hpp"
+#include "scene/bounding_radius.hpp"
 #include "scene/contact_laws.hpp"
 
 namespace atwood::rivals {
@@ -18,35 +18,9 @@ namespace {
 constexpr int kMostInStack = 128, kFewestInHeap = 16;
 constexpr double kTouching = 1e-3;  // of the smaller body's radius
 
-// Of the sphere about the centre of mass that holds the shape; infinite for a plane.
-double radius_of(const Shape& shape) {
-  struct Radius {
-    double operator()(const std::monostate&) const { return 0; }
-    double operator()(const Sphere& s) const { return s.radius_m; }
-    double operator()(const Plane&) const { return std::numeric_limits<double>::infinity(); }
-    double operator()(const Rectangle& s) const { return std::hypot(s.half_extents_m[0], s.half_extents_m[1]); }
-    double operator()(const Box& s) const { return length(s.half_extents_m); }
-    double operator()(const Capsule& s) const { return s.radius_m + s.half_length_m; }
-    double operator()(const Cylinder& s) const { return std::hypot(s.radius_m, s.half_length_m); }
-    double operator()(const Convex& s) const { return farthest(s.points_m); }
-    double operator()(const Mesh& s) const { return farthest(s.points_m); }
-    double operator()(const Compound& s) const {
-      double most = 0;
-      for (const auto& part : s.boxes) most = std::max(most, length(part.position_body_m) + length(part.half_extents_m));
-      return most;
-    }
-    static double farthest(const std::vector<Real3>& points) {
-      double most = 0;
-      for (const Real3& p : points) most = std::max(most, length(p));
-      return most;
-    }
-  };
-  return std::visit(Radius{}, shape);
-}
-
 bool touch(const Scene& scene, int a, int b) {
   const Body &one = scene.bodies[static_cast<std::size_t>(a)], &other = scene.bodies[static_cast<std::size_t>(b)];
-  const double r = radius_of(one.shape), s = radius_of(other.shape), near_m = kTouching * std::min(r, s);
+  const double r = bounding_radius_m(one.shape), s = bounding_radius_m(other.shape), near_m = kTouching * std::min(r, s);
   const double apart_m = length(one.position_m - other.position_m);
   if (std::isfinite(r) && std::isfinite(s) && apart_m > r + s + near_m) return false;
   if (geometry::no_separation(one.shape, other.shape).empty()) {
@@ -60,7 +34,7 @@ bool touch(const Scene& scene, int a, int b) {
   const Body &body = std::isfinite(r) ? one : other;
   const Plane& plane = std::get<Plane>((std::isfinite(r) ? other : one).shape);
   const double norm = length(plane.normal);
-  return (dot(plane.normal, body.position_m) - plane.offset_m) / norm <= radius_of(body.shape) + near_m;
+  return (dot(plane.normal, body.position_m) - plane.offset_m) / norm <= bounding_radius_m(body.shape) + near_m;
 }
 
 bool still(const Body& body) {

@@ -175,15 +175,15 @@ Outcome refusal(const std::string& reason) {
   return made;
 }
 
-int take_rate_repeats(MethodId& id) {
+std::string take_rate_repeats(MethodId& id, int& rate_repeats) {
   const auto found = id.overrides.find("rate_repeats");
-  if (found == id.overrides.end()) return 1;
+  if (found == id.overrides.end()) return "";
   const auto* count = std::get_if<std::int64_t>(&found->second);
   if (count == nullptr || *count < 1 || *count > 1000)
-    throw std::invalid_argument(id.engine + ": rate_repeats is a whole number from 1 to 1000");
-  const int value = static_cast<int>(*count);
+    return id.engine + ": rate_repeats is a whole number from 1 to 1000";
+  rate_repeats = static_cast<int>(*count);
   id.overrides.erase(found);
-  return value;
+  return "";
 }
 
 template <class S>

@@ -59,9 +59,9 @@ template <class S>
 Outcome run(const std::string& engine, const Scene& scene, const Plan& plan, const Observer& observer, int repeats,
             bool by_tolerance, const Maker<S>& make, int rate_repeats = 1);
 
-// The setting `rate_repeats` of a method id, taken out of it; 1 unless given. Throws std::invalid_argument with what was
-// expected where it is not a whole number from 1 to 1000.
-int take_rate_repeats(MethodId& id);
+// The setting `rate_repeats` of a method id, taken out of it; `rate_repeats` stays as it is unless given. Answers what was
+// expected where it is not a whole number from 1 to 1000, else nothing.
+std::string take_rate_repeats(MethodId& id, int& rate_repeats);
 
 Outcome refusal(const std::string& reason);
 

@@ -26,7 +26,7 @@ constexpr double kLongestRun_s = 1;         // of the default at the coarsest ru
 constexpr std::int64_t kSamples = 16;       // few, so that step counts may differ by little
 constexpr double kRate_hz = 240;            // the coarsest rung, of at most so many steps:
 constexpr double kMostSteps = 3600;
-constexpr double kClearlyBetter = -0.05;    // a mean gain of 5 %: less is kept for nobody
+constexpr double kClearlyBetter = -0.05;    // a mean gain of 5 %; a smaller one keeps the default
 // Of any figure, in its unit (m, rad, shares of the energy), in scenes of about a metre: what is under it is no difference.
 // Also above a float's round-off.
 constexpr double kLeastDifference = 1e-6;

@@ -20,7 +20,7 @@ struct TuneRange {
 struct TuneRanges {
   std::string engine, base;           // "bullet64", "bullet64/default"
   std::vector<TuneRange> ranges;
-  std::vector<Settings> starts;       // sets that somebody has recommended: tried after the default, before random ones
+  std::vector<Settings> starts;       // recommended sets, among them the former presets: tried after the default, before random ones
 };
 // InputError: there are none for this engine; the engines that have some are named.
 TuneRanges tune_ranges(const std::string& engine);

@@ -4,34 +4,12 @@
 #include <cmath>
 #include <string>
 
+#include "scene/bounding_radius.hpp"
+
 namespace atwood {
 namespace {
 
 double length(const Real3& v) { return std::hypot(v[0], v[1], v[2]); }
-
-double farthest(const std::vector<Real3>& points) {
-  double radius = 0;
-  for (const Real3& point : points) radius = std::max(radius, length(point));
-  return radius;
-}
-
-// How far a shape reaches from its body's origin; 0 for what is infinite or nothing.
-struct Reach {
-  double operator()(const std::monostate&) const { return 0; }
-  double operator()(const Sphere& s) const { return s.radius_m; }
-  double operator()(const Plane&) const { return 0; }
-  double operator()(const Rectangle& s) const { return std::hypot(s.half_extents_m[0], s.half_extents_m[1]); }
-  double operator()(const Box& s) const { return length(s.half_extents_m); }
-  double operator()(const Capsule& s) const { return s.radius_m + s.half_length_m; }
-  double operator()(const Cylinder& s) const { return std::hypot(s.radius_m, s.half_length_m); }
-  double operator()(const Convex& s) const { return farthest(s.points_m); }
-  double operator()(const Mesh& s) const { return farthest(s.points_m); }
-  double operator()(const Compound& s) const {
-    double radius = 0;
-    for (const auto& part : s.boxes) radius = std::max(radius, length(part.position_body_m) + length(part.half_extents_m));
-    return radius;
-  }
-};
 
 std::string listed(const double* values, std::size_t size) {
   std::string text = "[";
@@ -147,7 +125,7 @@ SampledBodies::SampledBodies(const Scene& scene) : count(scene.problem.empty() ?
     one.placed = !std::holds_alternative<Plane>(body.shape);
     one.still = body.fixed || body.release_s > 0;
     one.moves = scene.problem.empty();
-    size_m = std::max({size_m, length(body.position_m), std::visit(Reach{}, body.shape)});
+    size_m = std::max({size_m, length(body.position_m), one.placed ? bounding_radius_m(body.shape) : 0});
     speed_m_per_s = std::max(speed_m_per_s, length(body.velocity_m_per_s));
     rate_rad_per_s = std::max(rate_rad_per_s, length(body.angular_velocity_body_rad_per_s));
   }

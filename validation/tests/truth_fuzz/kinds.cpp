@@ -5,30 +5,20 @@
 
 #include "flights_check.hpp"
 #include "smooth_check.hpp"
+#include "validation/tests/closed_form/scenes.hpp"
 
 namespace atwood::fuzz {
 namespace {
 
 constexpr double pi = 3.141592653589793;
 
-Scenario empty(TruthKind truth, const std::string& solution, double t_end_s) {
-  Scenario made;
-  made.id = solution;
-  made.t_end_s = t_end_s;
-  made.samples = 4;
-  made.truth = {truth, solution, ""};
-  made.scene.materials.push_back({"default", 0, 0, 0});
-  made.scene.pairs.push_back({0, 0, 0, 0, 0});
-  return made;
-}
+using testing::ball, testing::point;
 
-Body point(const std::string& name, double mass_kg, Real3 p, Real3 v) {
-  Body body;
-  body.name = name;
-  body.mass_kg = mass_kg;
-  body.position_m = p;
-  body.velocity_m_per_s = v;
-  return body;
+Scenario empty(TruthKind truth, const std::string& solution, double t_end_s) {
+  Scenario made = testing::scenario(solution, t_end_s);
+  made.samples = 4;
+  made.truth.kind = truth;
+  return made;
 }
 
 Body turning(Body body, Real3 moments, Real3 w) {
@@ -37,10 +27,10 @@ Body turning(Body body, Real3 moments, Real3 w) {
   return body;
 }
 
-Body ball(const std::string& name, double mass_kg, double radius_m, Real3 p, Real3 v) {
-  const double moment = 0.4 * mass_kg * radius_m * radius_m;
-  Body body = turning(point(name, mass_kg, p, v), {moment, moment, moment}, {});
-  body.shape = Sphere{radius_m};
+Body peg(const std::string& name, double radius_m, Real3 p) {
+  Body body = ball(name, 0, radius_m, p, {});
+  body.inertia_kg_m2 = {};
+  body.fixed = true;
   return body;
 }
 
@@ -256,11 +246,7 @@ Scenario billiard(TruthKind truth, const char* solution, Random& r, bool border)
   }
   const double side = 1.2;
   for (int i = 0; i < 4; ++i) {
-    Body fixed = ball("peg" + std::to_string(i), 0, r.uniform(0.3, 0.55), {side * (i % 2 ? 0.5 : -0.5), side * (i / 2 ? 0.5 : -0.5), 0}, {});
-    fixed.mass_kg = 0;
-    fixed.inertia_kg_m2 = {};
-    fixed.fixed = true;
-    s.scene.bodies.push_back(fixed);
+    s.scene.bodies.push_back(peg("peg" + std::to_string(i), r.uniform(0.3, 0.55), {side * (i % 2 ? 0.5 : -0.5), side * (i / 2 ? 0.5 : -0.5), 0}));
   }
   const double angle = border ? pi / 4 * r.whole(0, 7) + r.sign() * r.power(-12, -2) : r.uniform(-pi, pi);
   s.scene.bodies.push_back(ball("ball", 1, 0.01, {r.uniform(-0.03, 0.03), r.uniform(-0.03, 0.03), 0},
@@ -297,9 +283,7 @@ Scenario drop(TruthKind truth, const char* solution, Random& r, bool border) {
   const double height = r.uniform(0.5, 1.5), aside = border ? r.power(-15, -1) : r.uniform(0, 0.2);
   Body below = plane({0, 0, 1}, 0);
   if (r.whole(0, 1)) {
-    below = ball("peg", 0, 0.3, {0, 0, -0.3}, {});
-    below.inertia_kg_m2 = {};
-    below.fixed = true;
+    below = peg("peg", 0.3, {0, 0, -0.3});
   } else {
     const double tilt = r.uniform(0, 0.4);
     below.shape = Plane{{std::sin(tilt), 0, std::cos(tilt)}, 0};
