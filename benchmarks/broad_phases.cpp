@@ -27,7 +27,11 @@ using namespace atwood;
 using Json = nlohmann::ordered_json;
 using Cloud = std::vector<BroadItem<double>>;
 
-struct Rectangle { Vec3<double> center, u, v; double half_m; };  // u, v: unit axes
+// u, v: unit axes
+struct Rectangle {
+  Vec3<double> center, u, v;
+  double half_m;
+};
 
 struct Crowd {
   Cloud items;
@@ -103,7 +107,10 @@ bool touch(const Crowd& crowd, const BodyPair& pair) {
   return norm(d - inside(dot(d, r.u)) * r.u - inside(dot(d, r.v)) * r.v) <= b.radius;
 }
 
-struct Kind { std::string name; std::unique_ptr<BroadPhase<double>> (*make)(Team*); };
+struct Kind {
+  std::string name;
+  std::unique_ptr<BroadPhase<double>> (*make)(Team*);
+};
 std::vector<Kind> kinds() {
   return {{"all-pairs", [](Team*) { return broad::make_all_pairs<double>(); }},
           {"manhattan", [](Team*) { return broad::make_manhattan<double>(); }},
@@ -132,7 +139,9 @@ double now_s(bool one_thread) {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-struct Calls { double seconds = 0, kept = 0, touching = 0; };
+struct Calls {
+  double seconds = 0, kept = 0, touching = 0;
+};
 
 // The mean over eight calls, of the quickest eight (which nobody interrupted), after two that warm up: a phase may rest
 // on what it kept for some calls and pay for it in others. Kept and touching pairs are of the last call.
@@ -173,7 +182,7 @@ int main(int argc, char** argv) {
     const bool every_pair = kind.name == "all-pairs" || kind.name == "manhattan" || kind.name == "bounding-spheres";
     std::fprintf(stderr, "atwood: broad phase %s\n", kind.name.c_str());
     std::vector<double> bodies, seconds;
-    const std::vector<int> sizes = every_pair                         ? std::vector{500, 1000, 2000, 4000, 8000}
+    const std::vector<int> sizes = every_pair                       ? std::vector{500, 1000, 2000, 4000, 8000}
                                    : kind.name == "sweep-and-prune" ? std::vector{1000, 2000, 5000, 10000, 30000}
                                                                     : std::vector{1000, 3000, 10000, 30000, 100000};
     for (const int size : sizes) {
@@ -224,7 +233,8 @@ int main(int argc, char** argv) {
         "also for the exponents (95 %).",
         "planes: " + std::to_string(balls / 80) +
             " finite planes askew among the balls (a box or sphere around a rectangle is mostly empty); giant: one ball "
-            "of 25 r; line: " + std::to_string(balls) + " in a row, touching."}}};
+            "of 25 r; line: " +
+            std::to_string(balls) + " in a row, touching."}}};
   std::printf("%s\n", Json{{"tables", {table}}}.dump(1).c_str());
   return 0;
 }

@@ -26,7 +26,9 @@ namespace {
 using namespace atwood;
 
 // The quickest of each family's runs, by number of bodies.
-struct Seen { double seconds = 0, bytes = 0; };
+struct Seen {
+  double seconds = 0, bytes = 0;
+};
 std::map<std::string, std::map<int, Seen>> seen;
 
 void remember(const std::string& family, int bodies, double seconds, double bytes) {
@@ -99,7 +101,13 @@ Scene cloud(int bodies) {
   return scene;
 }
 
-struct Gravity { std::string family; int bodies; GravityOptions::Sum sum; int threads; bool per_pair; };
+struct Gravity {
+  std::string family;
+  int bodies;
+  GravityOptions::Sum sum;
+  int threads;
+  bool per_pair;
+};
 
 void gravity(benchmark::State& state, const Gravity& g) {
   const Scene scene = cloud(g.bodies);

@@ -73,10 +73,9 @@ void register_all(const std::shared_ptr<Engine>& engine) {
       for (const auto& text : ids) {
         const std::int64_t steps = rung_of(scenario);
         const MethodId id = parse_method_id(text);
-        benchmark::RegisterBenchmark(("step/" + scenario.id + "/" + text + "/" + std::to_string(steps)).c_str(),
-                                     [engine, id, scenario, steps](benchmark::State& state) {
-                                       step(state, *engine, id, scenario, steps);
-                                     })
+        benchmark::RegisterBenchmark(
+            ("step/" + scenario.id + "/" + text + "/" + std::to_string(steps)).c_str(),
+            [engine, id, scenario, steps](benchmark::State& state) { step(state, *engine, id, scenario, steps); })
             ->UseManualTime()
             ->MinTime(0.005);
       }

@@ -23,7 +23,7 @@ bool contacts_possible(const Scene& scene);
 // learns.
 template <class S> class RememberingTerm : public ForceTerm<S> {
  public:
-  virtual void begin(const Motion<S>& motion) = 0;   // the start of a run: nothing is remembered
+  virtual void begin(const Motion<S>& motion) = 0;  // the start of a run: nothing is remembered
   // After an accepted step. True: the forces at this very state are others than before (cached rates are stale).
   virtual bool accept(const Motion<S>& motion) = 0;
   // What acts at a sample, into sample.contacts; what has happened since the last one, to observer.event.
@@ -36,8 +36,8 @@ template <class S> struct Simulation {
   std::unique_ptr<RigidModel<S>> model;
   std::unique_ptr<Stepper<S>> stepper;
   std::unique_ptr<FreeFlight<S>> free_flight;  // null: no force-free scene, or no method whose steps can be fused
-  RememberingTerm<S>* memory = nullptr;  // of the model's terms; null: none of them remembers
-  std::vector<S> y, y_new;  // the state, and room for the next one
+  RememberingTerm<S>* memory = nullptr;        // of the model's terms; null: none of them remembers
+  std::vector<S> y, y_new;                     // the state, and room for the next one
   Outcome outcome;
 };
 // `added`: a force besides the scene's (null: none), named `what`.
@@ -49,8 +49,9 @@ Simulation<S> prepare(const MethodId& id, const Scene& scene, std::unique_ptr<Re
 template <class S> S time_at(const Plan& plan, std::int64_t n);
 
 // Sample k of the plan, at t = t_end k / samples, from the state y.
-template <class S> void observe(RigidModel<S>& model, const Plan& plan, std::int64_t k, const S* y, Sample& sample,
-                                const Observer& observer, RememberingTerm<S>* memory = nullptr);
+template <class S>
+void observe(RigidModel<S>& model, const Plan& plan, std::int64_t k, const S* y, Sample& sample,
+             const Observer& observer, RememberingTerm<S>* memory = nullptr);
 
 // Is the state fit to go on? Otherwise sets the outcome: not finite, or diverged (a component above 1e12 `scale`).
 template <class S> bool healthy(const S* y, int size, S scale, S t_s, Outcome& outcome);

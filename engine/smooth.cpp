@@ -82,10 +82,11 @@ template <class S> void march_equal_steps(Run<S>& run) {
   if (!run.see(0, s.y.data())) return;
   for (std::int64_t k = 0; k < plan.samples; ++k) {
     if (s.free_flight != nullptr && equal) fly_steps(s, plan, k * stride, (k + 1) * stride, h_s);
-    else for (std::int64_t n = k * stride; n < (k + 1) * stride; ++n) {
-      if (!one_step(s, plan, n, equal ? h_s : time_at<S>(plan, n + 1) - time_at<S>(plan, n))) return;
-      ++s.outcome.steps_taken;
-    }
+    else
+      for (std::int64_t n = k * stride; n < (k + 1) * stride; ++n) {
+        if (!one_step(s, plan, n, equal ? h_s : time_at<S>(plan, n + 1) - time_at<S>(plan, n))) return;
+        ++s.outcome.steps_taken;
+      }
     if (!run.see(k + 1, s.y.data())) return;
   }
 }

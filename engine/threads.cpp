@@ -28,7 +28,9 @@ struct Team::Members {
   ~Members();
 
   // A member's parts of the present round that nobody has begun: its number, the next and the end, in one word.
-  struct alignas(64) Queue { std::atomic<std::uint64_t> ticket{0}; };
+  struct alignas(64) Queue {
+    std::atomic<std::uint64_t> ticket{0};
+  };
   void share_out(Call call, const void* work, int parts);
   void serve(int member);
   int do_parts(int member);
@@ -37,9 +39,9 @@ struct Team::Members {
   int size;
   Call call_ = nullptr;
   const void* work_ = nullptr;
-  std::unique_ptr<Queue[]> queues_;                   // one a member
-  alignas(64) std::atomic<std::uint32_t> round_{0};   // grows by one for each run(); members wait for it to change
-  alignas(64) std::atomic<int> left_{0};              // parts of the round that are not done
+  std::unique_ptr<Queue[]> queues_;                  // one a member
+  alignas(64) std::atomic<std::uint32_t> round_{0};  // grows by one for each run(); members wait for it to change
+  alignas(64) std::atomic<int> left_{0};             // parts of the round that are not done
   std::atomic<bool> closing_{false};
   std::vector<std::thread> others_;
 };

@@ -47,7 +47,9 @@ class Team {
 };
 
 // Part `part` of `parts` of the items 0 .. count - 1: contiguous, sizes that differ by at most one.
-struct Share { int first, last; };
+struct Share {
+  int first, last;
+};
 constexpr Share share(int count, int part, int parts) {
   const auto bound = [=](int p) { return static_cast<int>(static_cast<std::int64_t>(count) * p / parts); };
   return {bound(part), bound(part + 1)};

@@ -45,24 +45,24 @@ struct Law {
 
 // A goal of the project, measured beside its rivals in one run (benchmarks/goals.toml).
 struct GoalEntrant {
-  std::string method;                  // empty: nobody
+  std::string method;  // empty: nobody
   std::int64_t steps = 0;
-  double error = 0, bar = 0;           // NaN: the goal asks for no error
-  double seconds = 0, evaluations = 0; // of the run; NaN: not timed, not counted
+  double error = 0, bar = 0;            // NaN: the goal asks for no error
+  double seconds = 0, evaluations = 0;  // of the run; NaN: not timed, not counted
   double ns_per_step = 0;
-  bool accurate = false;               // reaches the wanted error
+  bool accurate = false;  // reaches the wanted error
 };
 struct GoalResult {
   std::string id, title, scenario, metric, unit;
-  double wanted_error = 0;             // NaN: none
+  double wanted_error = 0;  // NaN: none
   std::string budget_kind;  // "seconds", "evaluations", "ns_per_step", "ns" (a benchmark's figure), "" (none)
   double budget = 0;
   bool reached = false;
   GoalEntrant ours, rival, uncounted;  // the best of each
   double ratio = 0, ratio_low = 0,
-         ratio_high = 0;               // rival's cost over ours [95 %], where both reach the error; else NaN
-  std::string why;                     // what is missing, in words; empty when reached
-  double wanted_ratio = 0;             // the rival's cost over ours that is asked for; 0: none
+         ratio_high = 0;    // rival's cost over ours [95 %], where both reach the error; else NaN
+  std::string why;          // what is missing, in words; empty when reached
+  double wanted_ratio = 0;  // the rival's cost over ours that is asked for; 0: none
   // Beside a library (odeint, ARKODE, CVODE): its best method and our best one, both on the reference's rate, and the
   // ratio of their times. Methods empty, ratios NaN: no library is among the rivals, or one of the two misses the error.
   GoalEntrant same_rate = {}, library = {};
@@ -79,12 +79,12 @@ enum class AuditVerdict { as_claimed, lower, higher, inconclusive, unsupported }
 struct AuditProblem {
   std::string scenario;
   AuditVerdict verdict = AuditVerdict::inconclusive;
-  double order = 0, half_width_95 = 0;   // NaN when inconclusive or unsupported
-  std::string quantity;                  // "position", or "velocity" where position's order is inconclusive
-  std::string reason;                    // the window and interval, or why there is none
+  double order = 0, half_width_95 = 0;  // NaN when inconclusive or unsupported
+  std::string quantity;                 // "position", or "velocity" where position's order is inconclusive
+  std::string reason;                   // the window and interval, or why there is none
 };
 struct AuditFinding {
-  std::string method, claim;             // claim: where the claimed order comes from
+  std::string method, claim;  // claim: where the claimed order comes from
   double claimed = 0;
   AuditVerdict verdict = AuditVerdict::inconclusive;  // lower on one problem: lower; else higher on two, or on
                                                       // the only one that tells: higher; ...
@@ -105,34 +105,34 @@ struct CellEnding {
   std::int64_t steps = 0;
   Status status = Status::ok;
   std::string reason = {};
-  bool there = true;                   // false: the store does not have it
-  bool fails = false;                  // crashed, hung, sent garbage; or blew up where that is not allowed
+  bool there = true;   // false: the store does not have it
+  bool fails = false;  // crashed, hung, sent garbage; or blew up where that is not allowed
 };
 
 // A truth that does not cover its scene: nothing that needs one is measured there.
 struct RefusedTruth {
-  std::string scenario, truth;         // "extended precision, two methods"
+  std::string scenario, truth;  // "extended precision, two methods"
   Status status = Status::unsupported;
-  std::string reason, remedy;          // which other truth covers the scene, in words
+  std::string reason, remedy;  // which other truth covers the scene, in words
 };
 
 // What a method claims beside what its ladder shows.
 struct ClaimedOrder {
   std::string scenario, method, metric;
   double claimed = 0, observed = 0, half_width_95 = 0;  // observed: NaN where the ladder is inconclusive
-  bool foreign = false;                // of the user's own engine
+  bool foreign = false;                                 // of the user's own engine
 };
 // "claims 2, observed 0.98 +/- 0.02: below its claim", or above it; empty where the two agree or nothing is observed.
 std::string claim_words(const ClaimedOrder& order);
 
 struct ReportData {
   std::string title;
-  std::string command;                 // how this report was made
-  std::string program = "atwood";      // its first word, quoted for a shell: as the program was called
+  std::string command;             // how this report was made
+  std::string program = "atwood";  // its first word, quoted for a shell: as the program was called
   Provenance provenance;
   std::vector<Scenario> scenarios;
-  std::map<std::string, std::string> own_files;  // scenario: the user's file that reruns it
-  std::vector<Engine> engines;         // settings of every method
+  std::map<std::string, std::string> own_files;                      // scenario: the user's file that reruns it
+  std::vector<Engine> engines;                                       // settings of every method
   std::vector<std::pair<std::string, std::string>> missing_engines;  // name, reason
   std::vector<MetricInfo> metrics;
   std::vector<Row> rows;
@@ -140,25 +140,25 @@ struct ReportData {
   std::vector<StoredSeries> series;
   std::vector<Law> laws;
   std::vector<BenchFigure> bench;
-  std::vector<Dominance> dominance;    // who is cheapest for an error, who most accurate for a budget
-  std::string rates;                   // compare: whose right-hand sides the ranked methods evaluate, a sentence
-  bool same_rate = false;              // ... all of them the reference's
+  std::vector<Dominance> dominance;  // who is cheapest for an error, who most accurate for a budget
+  std::string rates;                 // compare: whose right-hand sides the ranked methods evaluate, a sentence
+  bool same_rate = false;            // ... all of them the reference's
   std::vector<MethodOverhead> overheads;
   std::vector<GoalResult> goals;
   std::vector<BenchTable> tables;
-  std::vector<AuditFinding> audit;     // of the study `audit`
-  bool compared = false;               // methods side by side: nothing is judged
-  std::vector<std::string> notes;      // how this report's cells came about, in sentences
+  std::vector<AuditFinding> audit;  // of the study `audit`
+  bool compared = false;            // methods side by side: nothing is judged
+  std::vector<std::string> notes;   // how this report's cells came about, in sentences
   std::vector<CellEnding> cells;
   std::vector<RefusedTruth> refused_truths;
   std::vector<ClaimedOrder> claimed_orders;
-  std::string baseline_path;           // empty: no baseline was judged
+  std::string baseline_path;  // empty: no baseline was judged
   std::vector<BaselineChange> baseline;
 };
 
-std::string render_html(const ReportData& data);      // one self-contained file
+std::string render_html(const ReportData& data);  // one self-contained file
 std::string render_json(const ReportData& data);
-std::string render_csv(const std::vector<Row>& rows); // the contract's columns
+std::string render_csv(const std::vector<Row>& rows);  // the contract's columns
 std::string render_markdown(const ReportData& data);
 std::string render_junit(const std::vector<Verdict>& verdicts, const std::vector<CellEnding>& cells = {});
 // What `run` ends with: of up to 40 pairs of scenario and method a table of figures, of more a line a scenario; then

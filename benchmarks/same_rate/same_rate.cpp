@@ -26,7 +26,9 @@ template <class S> void give_rate(RigidModel<S>& model, const stepping::Equation
   };
 }
 
-struct Tolerance { double rtol = 0, atol = 0; };
+struct Tolerance {
+  double rtol = 0, atol = 0;
+};
 
 // A stepper of ours as the loop of reference/stepping calls any library's.
 template <class S> class Joined : public stepping::Stepper<S> {
@@ -83,7 +85,8 @@ template <class S> class Joined : public stepping::Stepper<S> {
  private:
   static std::string at(S t_s) { return format_double(static_cast<double>(t_s)) + " s"; }
   [[noreturn]] static void fail_unsolved(S t_s) {
-    throw stepping::Failure(Status::diverged, "the implicit equations of the step at t = " + at(t_s) + " were not solved");
+    throw stepping::Failure(Status::diverged,
+                            "the implicit equations of the step at t = " + at(t_s) + " were not solved");
   }
   typename atwood::Stepper<S>::Advice judge(S h_s) {
     if (stepper_->chooses_steps()) return stepper_->advise(S(tolerance_.rtol), S(tolerance_.atol));
@@ -138,20 +141,21 @@ bool takes_a_bare_rate(const std::string& scheme) {
 Outcome run(const MethodId& asked, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
   MethodId id = asked;
   int rate_repeats = 1;
-  if (const std::string why = stepping::take_rate_repeats(id, rate_repeats); !why.empty()) return stepping::refusal(why);
+  if (const std::string why = stepping::take_rate_repeats(id, rate_repeats); !why.empty())
+    return stepping::refusal(why);
   const MethodInfo* info = find_integrator(id.scheme);
   if (info != nullptr && !takes_a_bare_rate(id.scheme))
     return stepping::refusal(info->id + " needs more than a rate: it is not offered at the reference's");
   if (info == nullptr) return stepping::refusal(std::string(kName) + " has no method `" + id.scheme + "`");
-  if (id.rtol && !info->adaptive) return stepping::refusal(asked.engine + "/" + id.scheme + " takes equal steps, no tolerance");
+  if (id.rtol && !info->adaptive)
+    return stepping::refusal(asked.engine + "/" + id.scheme + " takes equal steps, no tolerance");
   if (id.rtol && !(*id.rtol > 0)) return stepping::refusal("a tolerance must be above 0");
   if (!id.response.empty()) return stepping::refusal(std::string(kName) + " has no contacts: no +" + id.response);
   std::string why;
   const Settings settings = merged_settings(*info, id.overrides, why);
   if (!why.empty()) return stepping::refusal(why);
   const StepLimits limits = limits_of(settings);
-  if (id.scalar == "long-double")
-    return run_in<long double>(id, scene, plan, observer, repeats, rate_repeats, limits);
+  if (id.scalar == "long-double") return run_in<long double>(id, scene, plan, observer, repeats, rate_repeats, limits);
   if (!id.scalar.empty() && id.scalar != "double")
     return stepping::refusal(std::string(kName) + " runs in double and long-double, not " + id.scalar);
   return run_in<double>(id, scene, plan, observer, repeats, rate_repeats, limits);

@@ -20,7 +20,7 @@ constexpr int next(int i) { return i == 2 ? 0 : i + 1; }
 // stays flat against it, and the bound is sharp to a few eps of the extents. That holds if every projection is made
 // with this n, not by identities for the true one (A_i x B_j . B_k = R[i][l] is off by eps / s).
 template <class S> struct EdgeAxis {
-  S along_1, along_2, gap, offset;   // n = along_1 A_i1 + along_2 A_i2; offset = t . n
+  S along_1, along_2, gap, offset;  // n = along_1 A_i1 + along_2 A_i2; offset = t . n
 };
 template <class S> EdgeAxis<S> edge_axis(const BoxPair<S>& pair, int i, int j, S sine) {
   const auto& R = pair.R;
@@ -78,7 +78,7 @@ template <class S> bool greatest_gap(const BoxPair<S>& pair, S limit, BoxAxis<S>
   if (!faces(pair, Q, limit, best)) return false;
 
   // Most edges are told from R alone: with v = s gap and s <= 1, an axis can only win if v > min(best, 0).
-  const auto &R = pair.R;
+  const auto& R = pair.R;
   const auto &h_a = pair.h_a, &h_b = pair.h_b, &t = pair.t_a;
   const S eps = real::epsilon<S>();
   const S slack = S(16) * eps * (pair.size + real::abs(t[0]) + real::abs(t[1]) + real::abs(t[2]));

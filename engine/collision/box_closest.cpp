@@ -15,9 +15,9 @@ template <class S> S square(const Three<S>& v) { return v[0] * v[0] + v[1] * v[1
 // ---- corners ------------------------------------------------------------------------------------------------------
 template <class S> struct CornerNearest {
   S square{};
-  Three<S> on_box{}, way{};         // in the box's axes; from the box to the corner
+  Three<S> on_box{}, way{};  // in the box's axes; from the box to the corner
   int box_feature = kFeatureNone, corner_feature = kFeatureNone;
-  int steps = 0;                    // parts of `way` that are not 0: 1 over a face, 2 beside an edge, 3 off a corner
+  int steps = 0;  // parts of `way` that are not 0: 1 over a face, 2 beside an edge, 3 off a corner
 };
 // Squares of distances that agree to round-off are directions that differ by its root: then the feature decides that
 // leaves the direction least freedom.
@@ -34,7 +34,7 @@ CornerNearest<S> nearest_corner(const Three<S>& h, const Three<S>& t, const Thre
   for (int bits = 0; bits < 8; ++bits) {
     CornerNearest<S> one;
     Three<S> x = t;
-    bool repeats = false;           // of a side without length one end is enough
+    bool repeats = false;  // of a side without length one end is enough
     for (int j = 0; j < 3; ++j) {
       const int sign = (bits >> j) & 1 ? 1 : -1;
       repeats = repeats || (sign > 0 && other_h[j] == S(0));
@@ -65,8 +65,8 @@ template <class S> Three<Three<S>> transposed(const Three<Three<S>>& R) {
 // ---- edges --------------------------------------------------------------------------------------------------------
 template <class S> struct EdgesNearest {
   S distance{};
-  int i = -1, j = -1;               // -1: none nearer than the corners
-  Three<S> normal{}, on_a{};        // in a's axes; from a to b
+  int i = -1, j = -1;         // -1: none nearer than the corners
+  Three<S> normal{}, on_a{};  // in a's axes; from a to b
   int feature_a = kFeatureNone, feature_b = kFeatureNone;
 };
 

@@ -13,11 +13,11 @@ constexpr int next(int i) { return i == 2 ? 0 : i + 1; }
 
 // The two boxes as the reference sees them, in its axes.
 template <class S> struct Facing {
-  std::array<S, 3> h, other_h, t, n;             // half extents; the way to the other's centre; the way it lies (unit)
-  std::array<std::array<S, 3>, 3> R;             // R[i][j] = reference axis i . other's axis j
-  int k, l;                                      // the faces' axes
-  S sign, other_sign;                            // and which of the two faces each
-  S round_off;                                   // of places on the face
+  std::array<S, 3> h, other_h, t, n;  // half extents; the way to the other's centre; the way it lies (unit)
+  std::array<std::array<S, 3>, 3> R;  // R[i][j] = reference axis i . other's axis j
+  int k, l;                           // the faces' axes
+  S sign, other_sign;                 // and which of the two faces each
+  S round_off;                        // of places on the face
 };
 
 template <class S> Facing<S> facing(const BoxPair<S>& pair, bool reference_is_a, int k, const Vec3<S>& normal_W) {
@@ -47,7 +47,7 @@ template <class S> Facing<S> facing(const BoxPair<S>& pair, bool reference_is_a,
 template <class S> struct Corner {
   S u, v, gap;
   int feature, other_feature, side;
-  S skin;          // from the reference's core to its surface, along the normal
+  S skin;  // from the reference's core to its surface, along the normal
 };
 template <class S> struct Polygon {
   static constexpr int most = 12;  // four corners, and one more for each side that cuts; round-off can add some

@@ -14,11 +14,11 @@ namespace atwood {
 template <class S> struct BoxPair {
   const Placement<S>* place_a = nullptr;
   const Placement<S>* place_b = nullptr;
-  std::array<S, 3> h_a{}, h_b{};           // half extents of the cores
+  std::array<S, 3> h_a{}, h_b{};  // half extents of the cores
   S radius_a{}, radius_b{};
-  std::array<S, 3> t_a{}, t_b{};           // from a's centre to b's, in the axes of a and of b
-  std::array<std::array<S, 3>, 3> R{};     // R[i][j] = A_i . B_j
-  S size{};                                // sum of the half extents: round-off is a few eps of it
+  std::array<S, 3> t_a{}, t_b{};        // from a's centre to b's, in the axes of a and of b
+  std::array<std::array<S, 3>, 3> R{};  // R[i][j] = A_i . B_j
+  S size{};                             // sum of the half extents: round-off is a few eps of it
 };
 template <class S>
 BoxPair<S> box_pair(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b,
@@ -27,10 +27,10 @@ BoxPair<S> box_pair(const Geometry<S>& a, const Placement<S>& place_a, const Geo
 // ---- the fifteen axes (box_axes.cpp) ------------------------------------------------------------------------------
 enum class BoxAxisKind : unsigned char { face_a, face_b, edges };
 template <class S> struct BoxAxis {
-  S gap{};                                 // of the cores along the axis
+  S gap{};  // of the cores along the axis
   BoxAxisKind kind = BoxAxisKind::face_a;
-  int i = 0, j = 0;                        // A_i (face_a, edges), B_j (face_b, edges)
-  Vec3<S> normal_W;                        // unit, from a to b
+  int i = 0, j = 0;  // A_i (face_a, edges), B_j (face_b, edges)
+  Vec3<S> normal_W;  // unit, from a to b
 };
 // The axis of greatest gap: when the cores overlap, that of least penetration. False, early, when some axis shows more
 // than `limit` between them.
@@ -38,7 +38,7 @@ template <class S> bool greatest_gap(const BoxPair<S>& pair, S limit, BoxAxis<S>
 
 // ---- features: sign s_k of each axis, 0 where it varies: a corner, an edge or a face ------------------------------
 constexpr std::array<int, 3> kFeatureWeight{9, 3, 1};
-constexpr int kFeatureNone = 13;           // all signs 0; add sign * weight
+constexpr int kFeatureNone = 13;  // all signs 0; add sign * weight
 // Of two boxes that meet one is first whichever is called a: that behind along a fixed direction, no axis or diagonal
 // of any scene, so that it rarely changes while they touch.
 template <class S> bool a_lies_first(const Vec3<S>& normal_W) {
@@ -61,8 +61,8 @@ Manifold<S> face_manifold(const BoxPair<S>& pair, bool reference_is_a, int k, co
 // ---- cores apart (box_closest.cpp) --------------------------------------------------------------------------------
 template <class S> struct BoxClosest {
   S distance{};
-  Vec3<S> normal_W;                        // unit, from a to b
-  std::array<S, 3> on_a{};                 // in a's axes
+  Vec3<S> normal_W;         // unit, from a to b
+  std::array<S, 3> on_a{};  // in a's axes
   int feature_a = kFeatureNone, feature_b = kFeatureNone;
 };
 // The nearest points of two cores of which `greatest_gap` found a positive gap. Corners against boxes, edges against

@@ -31,7 +31,7 @@ template <class S> int most_along(const Placement<S>& place, const Vec3<S>& n_W,
 template <class S> struct Crossing {
   Vec3<S> normal_W;
   S gap{};
-  std::array<S, 3> on_a{};            // in a's axes
+  std::array<S, 3> on_a{};  // in a's axes
   int feature_a = kFeatureNone, feature_b = kFeatureNone;
 };
 
@@ -49,8 +49,8 @@ bool flat_faces(const BoxPair<S>& pair, const Vec3<S>& normal_W, S margin, Manif
 
 // One of two edges side by side, as seen from a's centre in world axes.
 template <class S> struct Side {
-  Vec3<S> center_W, at_W, along_W;    // of the core; the nearest point of the core; the edge's direction
-  S place, half_length, radius;       // where on the edge that point lies
+  Vec3<S> center_W, at_W, along_W;  // of the core; the nearest point of the core; the edge's direction
+  S place, half_length, radius;     // where on the edge that point lies
 };
 
 // The gap at a place `way` along the base's edge from the nearest point, and the base's skin there.
@@ -204,9 +204,9 @@ template <class S> Separation<S> box_box_separation(const Posed<S>& a, const Pos
   return {deepest->gap, m.normal_W, deepest->x_W - half, deepest->x_W + half};
 }
 
-#define ATWOOD_BOX_PAIRS(S)                                                                                     \
-  template bool box_manifold<S>(const BoxPair<S>&, S, Manifold<S>&);                                            \
-  template void box_box_contacts<S>(const Posed<S>&, const Posed<S>&, S, std::vector<Manifold<S>>&);            \
+#define ATWOOD_BOX_PAIRS(S)                                                                          \
+  template bool box_manifold<S>(const BoxPair<S>&, S, Manifold<S>&);                                 \
+  template void box_box_contacts<S>(const Posed<S>&, const Posed<S>&, S, std::vector<Manifold<S>>&); \
   template Separation<S> box_box_separation<S>(const Posed<S>&, const Posed<S>&);
 ATWOOD_BOX_PAIRS(float)
 ATWOOD_BOX_PAIRS(double)

@@ -45,8 +45,14 @@ template <class S> class Grid final : public BroadPhase<S> {
 
  private:
   using Cell = std::int64_t;
-  struct Filed { Cell i, j, k; std::int32_t item; };
-  struct Found { std::vector<BodyPair> pairs; std::int64_t kept = 0; };
+  struct Filed {
+    Cell i, j, k;
+    std::int32_t item;
+  };
+  struct Found {
+    std::vector<BodyPair> pairs;
+    std::int64_t kept = 0;
+  };
 
   static double width(const BroadItem<S>& item) {
     const Aabb<S>& box = item.box;

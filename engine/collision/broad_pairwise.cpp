@@ -54,8 +54,7 @@ template <class S> std::int64_t manhattan_pairs(Items<S> items, S reach, std::ve
 
 template <class S> std::unique_ptr<BroadPhase<S>> make_all_pairs() { return std::make_unique<AllPairs<S>>(); }
 template <class S> std::unique_ptr<BroadPhase<S>> make_manhattan() { return std::make_unique<Manhattan<S>>(); }
-template <class S>
-std::unique_ptr<BroadPhase<S>> make_bounding_spheres() {
+template <class S> std::unique_ptr<BroadPhase<S>> make_bounding_spheres() {
   return std::make_unique<BoundingSpheres<S>>();
 }
 

@@ -15,16 +15,16 @@ namespace atwood {
 class Team;
 
 enum class BroadPhaseKind { all_pairs, manhattan, bounding_spheres, sweep_and_prune, grid, tree, bsp };
-const std::vector<std::string>& broad_phase_names();              // "all-pairs", "manhattan", "bounding-spheres", ...
-BroadPhaseKind broad_phase_kind(const std::string& name);         // throws std::invalid_argument with the names
+const std::vector<std::string>& broad_phase_names();       // "all-pairs", "manhattan", "bounding-spheres", ...
+BroadPhaseKind broad_phase_kind(const std::string& name);  // throws std::invalid_argument with the names
 
-using BodyPair = std::pair<std::int32_t, std::int32_t>;           // indices into `items`, first < second
+using BodyPair = std::pair<std::int32_t, std::int32_t>;  // indices into `items`, first < second
 
 template <class S> struct BroadItem {
-  Aabb<S> box;          // already grown by whatever margin the caller wants
-  Vec3<S> center;       // of the bounding sphere
-  S radius{};           // ... likewise grown
-  bool moves = true;    // two that do not move are no pair
+  Aabb<S> box;        // already grown by whatever margin the caller wants
+  Vec3<S> center;     // of the bounding sphere
+  S radius{};         // ... likewise grown
+  bool moves = true;  // two that do not move are no pair
 };
 
 // Every kind answers the same set: pairs whose boxes overlap and whose bounding spheres overlap (touching counts),

@@ -34,7 +34,10 @@ template <class S> class Sweep final : public BroadPhase<S> {
   }
 
  private:
-  struct Entry { S low, high; std::int32_t item; };
+  struct Entry {
+    S low, high;
+    std::int32_t item;
+  };
 
   // The axis along which centres scatter most; sums in double, and finite ones alone.
   static int widest_axis(Items<S> items) {

@@ -31,14 +31,29 @@ template <class S> class Tree final : public BroadPhase<S> {
   }
 
  private:
+  // In preorder; `skip`: the next node that is not below this one
   struct Node {
     Aabb<S> box;
     std::int32_t skip, first, count;
-  };  // in preorder; `skip`: the next node that is not below this one
-  struct Entry { Vec3<S> middle; std::int32_t item; };
-  struct Fat { Aabb<S> box; Vec3<S> center; S radius; };
-  struct Birth { Vec3<S> low; std::int64_t call; };               // where the box was when it was fattened
-  struct Found { std::vector<BodyPair> pairs, decided; std::int64_t visits = 0; };
+  };
+  struct Entry {
+    Vec3<S> middle;
+    std::int32_t item;
+  };
+  struct Fat {
+    Aabb<S> box;
+    Vec3<S> center;
+    S radius;
+  };
+  // Where the box was when it was fattened
+  struct Birth {
+    Vec3<S> low;
+    std::int64_t call;
+  };
+  struct Found {
+    std::vector<BodyPair> pairs, decided;
+    std::int64_t visits = 0;
+  };
 
   static bool within(const BroadItem<S>& item, const Fat& fat) {
     const Aabb<S>&inner = item.box, &outer = fat.box;

@@ -48,8 +48,8 @@ template <class S> Separation<S> compound_separation(const Posed<S>& a, const Po
   return least;
 }
 
-#define ATWOOD_COMPOUND(S)                                                                                \
-  template void compound_contacts<S>(const Posed<S>&, const Posed<S>&, S, std::vector<Manifold<S>>&);     \
+#define ATWOOD_COMPOUND(S)                                                                            \
+  template void compound_contacts<S>(const Posed<S>&, const Posed<S>&, S, std::vector<Manifold<S>>&); \
   template Separation<S> compound_separation<S>(const Posed<S>&, const Posed<S>&);
 ATWOOD_COMPOUND(float)
 ATWOOD_COMPOUND(double)

@@ -10,22 +10,18 @@
 namespace atwood {
 
 template <class S> struct ContactPoint {
-  Vec3<S> x_W;            // midway between the two surfaces along the normal
-  S gap{};                // surface to surface along the normal; negative: overlap
-  std::uint32_t id = 0;   // which features meet: the same from step to step while they do (warm starts)
+  Vec3<S> x_W;           // midway between the two surfaces along the normal
+  S gap{};               // surface to surface along the normal; negative: overlap
+  std::uint32_t id = 0;  // which features meet: the same from step to step while they do (warm starts)
 };
 
-enum class Meeting : unsigned char {
-  point,
-  edge,
-  edge_edge,
-  face
-};  // what the manifold is: one point, a segment, two crossing edges, a polygon
+// What the manifold is: one point, a segment, two crossing edges, a polygon
+enum class Meeting : unsigned char { point, edge, edge_edge, face };
 
 // Contacts of two convex pieces. One plane of contact, at most four points that span the clipped polygon (kept: the
 // deepest one and those that keep the largest area).
 template <class S> struct Manifold {
-  Vec3<S> normal_W;       // unit, from a to b
+  Vec3<S> normal_W;  // unit, from a to b
   Meeting meeting = Meeting::point;
   int count = 0;
   std::array<ContactPoint<S>, 4> points;

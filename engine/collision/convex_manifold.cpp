@@ -7,8 +7,8 @@ namespace atwood {
 namespace {
 
 template <class S> struct Marked {
-  Vec3<S> x;              // A's axes
-  std::uint32_t id = 0;   // the features it comes from
+  Vec3<S> x;             // A's axes
+  std::uint32_t id = 0;  // the features it comes from
 };
 template <class S> using Polygon = std::vector<Marked<S>>;
 

@@ -70,9 +70,7 @@ template <class S> bool convex_piece(const Geometry<S>& geometry, ConvexPiece<S>
       set_vertices(piece, unit_segment<S>());
       return true;
     case ShapeKind::rectangle:
-    case ShapeKind::box:
-      piece = box_piece(geometry.half_extents);
-      return true;
+    case ShapeKind::box: piece = box_piece(geometry.half_extents); return true;
     case ShapeKind::cylinder:
       piece.core = Core::cylinder;
       piece.half = {geometry.radius, geometry.radius, geometry.half_length};
@@ -132,11 +130,11 @@ template <class S> Placement<S> relative_placement(const Placement<S>& place_a, 
            turned_back(place_a, place_b.axis_W[2])}};
 }
 
-#define ATWOOD_PIECE(S)                                                                                       \
-  template bool convex_piece<S>(const Geometry<S>&, ConvexPiece<S>&);                                          \
-  template ConvexPiece<S> box_piece<S>(const Vec3<S>&);                                                        \
-  template ConvexPiece<S> triangle_piece<S>(const Vec3<S>&, const Vec3<S>&, const Vec3<S>&, const Vec3<S>&);   \
-  template Vec3<S> support<S>(const ConvexPiece<S>&, const Vec3<S>&, int&);                                    \
+#define ATWOOD_PIECE(S)                                                                                      \
+  template bool convex_piece<S>(const Geometry<S>&, ConvexPiece<S>&);                                        \
+  template ConvexPiece<S> box_piece<S>(const Vec3<S>&);                                                      \
+  template ConvexPiece<S> triangle_piece<S>(const Vec3<S>&, const Vec3<S>&, const Vec3<S>&, const Vec3<S>&); \
+  template Vec3<S> support<S>(const ConvexPiece<S>&, const Vec3<S>&, int&);                                  \
   template Placement<S> relative_placement<S>(const Placement<S>&, const Placement<S>&);
 ATWOOD_PIECE(float)
 ATWOOD_PIECE(double)

@@ -18,13 +18,13 @@ template <class S> struct ConvexPiece {
   using Edge = typename Hull<S>::Edge;
 
   Core core = Core::point;
-  S radius{};                         // around the core
-  Vec3<S> half;                       // segment: (0, 0, h); cylinder: (r, r, h)
-  const Hull<S>* form = nullptr;      // loops and edges; for a box those of a box with sides 2; a cylinder has none
+  S radius{};                     // around the core
+  Vec3<S> half;                   // segment: (0, 0, h); cylinder: (r, r, h)
+  const Hull<S>* form = nullptr;  // loops and edges; for a box those of a box with sides 2; a cylinder has none
   int own_count = 0;
-  std::array<Vec3<S>, 8> own;         // vertices of all polyhedra but hulls
-  std::array<Face, 2> sides;          // triangle: front and back
-  std::array<Edge, 3> rim;            // triangle
+  std::array<Vec3<S>, 8> own;  // vertices of all polyhedra but hulls
+  std::array<Face, 2> sides;   // triangle: front and back
+  std::array<Edge, 3> rim;     // triangle
 
   bool polyhedral() const { return core != Core::cylinder; }
   std::span<const Vec3<S>> vertices() const {
@@ -75,8 +75,7 @@ template <class S> inline Vec3<S> accurate_cross(const Vec3<S>& a, const Vec3<S>
 
 // B's placement in A's axes.
 template <class S> Placement<S> relative_placement(const Placement<S>& place_a, const Placement<S>& place_b);
-template <class S>
-inline Vec3<S> placed(const Placement<S>& place, const Vec3<S>& x) {
+template <class S> inline Vec3<S> placed(const Placement<S>& place, const Vec3<S>& x) {
   return place.p_W + turned(place, x);
 }
 

@@ -6,8 +6,7 @@
 namespace atwood {
 namespace {
 
-template <class S>
-S largest(const Vec3<S>& v) {
+template <class S> S largest(const Vec3<S>& v) {
   return real::max(real::abs(v.x), real::max(real::abs(v.y), real::abs(v.z)));
 }
 
@@ -15,12 +14,14 @@ template <class S> struct Polytope {
   static constexpr int kMostPoints = 160, kMostFaces = 2 * kMostPoints;
   struct Face {
     int corner[3];
-    int across[3];        // the face beyond corner[k] -> corner[k + 1]
-    Vec3<S> normal;       // unit, outwards
-    S offset{};           // signed distance of the origin, positive inside
+    int across[3];   // the face beyond corner[k] -> corner[k + 1]
+    Vec3<S> normal;  // unit, outwards
+    S offset{};      // signed distance of the origin, positive inside
     bool alive = true;
   };
-  struct Rim { int from, to, outside; };
+  struct Rim {
+    int from, to, outside;
+  };
 
   DifferencePoint<S> point[kMostPoints];
   Face face[kMostFaces];
@@ -62,8 +63,8 @@ bool first_tetrahedron(Polytope<S>& polytope, const Support& farthest, Vec3<S>& 
   if (flat(widest)) return false;
   const Vec3<S> along = unit_along(p[1].w - p[0].w);
   const Vec3<S> least = real::abs(along.x) <= real::abs(along.y) && real::abs(along.x) <= real::abs(along.z) ? axes[0]
-                        : real::abs(along.y) <= real::abs(along.z)                                            ? axes[1]
-                                                                                                              : axes[2];
+                        : real::abs(along.y) <= real::abs(along.z)                                           ? axes[1]
+                                                                                                             : axes[2];
   const Vec3<S> u = unit_along(cross(along, least)), v = cross(along, u);
   const auto off_line = [&](const DifferencePoint<S>& q) { return norm(cross(along, q.w - p[0].w)); };
   S most{-1};

@@ -9,10 +9,10 @@ namespace atwood {
 // below zero the cores are apart.
 template <class S> struct LeastOverlap {
   Vec3<S> normal{S(0), S(0), S(1)};
-  S overlap{};        // along `normal`, by supports: never below the least
-  S certified{};      // the least is no smaller (a face of a polytope within A - B); -infinity when A - B has no volume
-  Vec3<S> on_a, on_b; // deepest points, A's axes
-  Simplex<S> face;    // of A - B, that the normal belongs to
+  S overlap{};    // along `normal`, by supports: never below the least
+  S certified{};  // the least is no smaller (a face of a polytope within A - B); -infinity when A - B has no volume
+  Vec3<S> on_a, on_b;  // deepest points, A's axes
+  Simplex<S> face;     // of A - B, that the normal belongs to
 };
 
 // The expanding polytope (van den Bergen 2001), from any tetrahedron in A - B: while the origin is outside, its

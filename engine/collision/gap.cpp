@@ -72,8 +72,8 @@ template <class S> Gap<S> gap_between(const ContactPair<S>& pair, const Vec3<S>&
   return {distance, normal, p_a + (pair.radius_a + distance / S(2)) * normal};
 }
 
-#define ATWOOD_GAP(S)                                                                  \
-  template std::vector<ContactPair<S>> contact_pairs<S>(const Scene&, std::string&);  \
+#define ATWOOD_GAP(S)                                                                \
+  template std::vector<ContactPair<S>> contact_pairs<S>(const Scene&, std::string&); \
   template Gap<S> gap_between<S>(const ContactPair<S>&, const Vec3<S>&, const Vec3<S>&);
 ATWOOD_GAP(float)
 ATWOOD_GAP(double)

@@ -10,11 +10,11 @@
 namespace atwood {
 
 template <class S> struct ContactPair {
-  int a = 0, b = 0;             // a < b
+  int a = 0, b = 0;                       // a < b
   bool plane_a = false, plane_b = false;  // at most one of them; the other (or both) a sphere
   S radius_a{}, radius_b{};
-  Vec3<S> plane_normal;         // unit
-  S plane_offset{};             // n . x = offset on the plane
+  Vec3<S> plane_normal;  // unit
+  S plane_offset{};      // n . x = offset on the plane
   S restitution{}, friction{};
 };
 

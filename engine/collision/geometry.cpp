@@ -78,45 +78,48 @@ template <class S> Placement<S> part_placement(const Placement<S>& body, const t
 template <class S> Geometry<S> make_geometry(const Shape& shape) {
   Geometry<S> g;
   g.kind = static_cast<ShapeKind>(shape.index());
-  std::visit([&g]<class T>(const T& from) {
-    if constexpr (std::is_same_v<T, Sphere>) {
-      g.radius = S(from.radius_m);
-      g.bounding_radius = g.radius;
-    } else if constexpr (std::is_same_v<T, Plane>) {
-      const Vec3<S> given = narrow3<S>(from.normal);
-      const S scale = S(1) / norm(given);
-      g.normal_W = scale * given;
-      g.offset = scale * S(from.offset_m);
-      g.bounding_radius = std::numeric_limits<S>::infinity();
-    } else if constexpr (std::is_same_v<T, Rectangle>) {
-      g.half_extents = {S(from.half_extents_m[0]), S(from.half_extents_m[1]), S(0)};
-      g.bounding_radius = kOutward<S> * norm(g.half_extents);
-    } else if constexpr (std::is_same_v<T, Box>) {
-      g.half_extents = narrow3<S>(from.half_extents_m);
-      g.bounding_radius = kOutward<S> * norm(g.half_extents);
-    } else if constexpr (std::is_same_v<T, Capsule>) {
-      g.radius = S(from.radius_m), g.half_length = S(from.half_length_m);
-      g.bounding_radius = kOutward<S> * (g.radius + g.half_length);
-    } else if constexpr (std::is_same_v<T, Cylinder>) {
-      g.radius = S(from.radius_m), g.half_length = S(from.half_length_m);
-      g.bounding_radius = kOutward<S> * norm(Vec3<S>{g.radius, g.half_length, S(0)});
-    } else if constexpr (std::is_same_v<T, Convex> || std::is_same_v<T, Mesh>) {
-      g.bounding_radius = kOutward<S> * farthest<S>(from.points_m);
-      if constexpr (std::is_same_v<T, Convex>) g.hull = make_hull<S>(from);
-      else g.mesh = make_triangle_mesh<S>(from);
-    } else if constexpr (std::is_same_v<T, Compound>) {
-      for (const auto& box : from.boxes) {
-        const Real4& q = box.orientation_wxyz;
-        const typename Geometry<S>::Part part{narrow3<S>(box.half_extents_m), narrow3<S>(box.position_body_m),
-                                              {S(q[0]), S(q[1]), S(q[2]), S(q[3])}};
-        const Placement<S> place = placement(part.p_B, part.q_BP);
-        for (int corner = 0; corner < 8; ++corner)
-          g.bounding_radius = real::max(
-              g.bounding_radius, kOutward<S> * norm(place.p_W + turned(place, with_signs(part.half_extents, corner))));
-        g.parts.push_back(part);
-      }
-    }
-  }, shape);
+  std::visit(
+      [&g]<class T>(const T& from) {
+        if constexpr (std::is_same_v<T, Sphere>) {
+          g.radius = S(from.radius_m);
+          g.bounding_radius = g.radius;
+        } else if constexpr (std::is_same_v<T, Plane>) {
+          const Vec3<S> given = narrow3<S>(from.normal);
+          const S scale = S(1) / norm(given);
+          g.normal_W = scale * given;
+          g.offset = scale * S(from.offset_m);
+          g.bounding_radius = std::numeric_limits<S>::infinity();
+        } else if constexpr (std::is_same_v<T, Rectangle>) {
+          g.half_extents = {S(from.half_extents_m[0]), S(from.half_extents_m[1]), S(0)};
+          g.bounding_radius = kOutward<S> * norm(g.half_extents);
+        } else if constexpr (std::is_same_v<T, Box>) {
+          g.half_extents = narrow3<S>(from.half_extents_m);
+          g.bounding_radius = kOutward<S> * norm(g.half_extents);
+        } else if constexpr (std::is_same_v<T, Capsule>) {
+          g.radius = S(from.radius_m), g.half_length = S(from.half_length_m);
+          g.bounding_radius = kOutward<S> * (g.radius + g.half_length);
+        } else if constexpr (std::is_same_v<T, Cylinder>) {
+          g.radius = S(from.radius_m), g.half_length = S(from.half_length_m);
+          g.bounding_radius = kOutward<S> * norm(Vec3<S>{g.radius, g.half_length, S(0)});
+        } else if constexpr (std::is_same_v<T, Convex> || std::is_same_v<T, Mesh>) {
+          g.bounding_radius = kOutward<S> * farthest<S>(from.points_m);
+          if constexpr (std::is_same_v<T, Convex>) g.hull = make_hull<S>(from);
+          else g.mesh = make_triangle_mesh<S>(from);
+        } else if constexpr (std::is_same_v<T, Compound>) {
+          for (const auto& box : from.boxes) {
+            const Real4& q = box.orientation_wxyz;
+            const typename Geometry<S>::Part part{
+                narrow3<S>(box.half_extents_m), narrow3<S>(box.position_body_m), {S(q[0]), S(q[1]), S(q[2]), S(q[3])}};
+            const Placement<S> place = placement(part.p_B, part.q_BP);
+            for (int corner = 0; corner < 8; ++corner)
+              g.bounding_radius =
+                  real::max(g.bounding_radius,
+                            kOutward<S> * norm(place.p_W + turned(place, with_signs(part.half_extents, corner))));
+            g.parts.push_back(part);
+          }
+        }
+      },
+      shape);
   return g;
 }
 
@@ -154,10 +157,10 @@ template <class S> Aabb<S> bounds(const Geometry<S>& g, const Placement<S>& plac
   }
 }
 
-#define ATWOOD_GEOMETRY(S)                                                                                   \
-  template Placement<S> placement<S>(const Vec3<S>&, const Quat<S>&);                                        \
-  template Placement<S> part_placement<S>(const Placement<S>&, const Geometry<S>::Part&);                    \
-  template Geometry<S> make_geometry<S>(const Shape&);                                                       \
+#define ATWOOD_GEOMETRY(S)                                                                \
+  template Placement<S> placement<S>(const Vec3<S>&, const Quat<S>&);                     \
+  template Placement<S> part_placement<S>(const Placement<S>&, const Geometry<S>::Part&); \
+  template Geometry<S> make_geometry<S>(const Shape&);                                    \
   template Aabb<S> bounds<S>(const Geometry<S>&, const Placement<S>&);
 ATWOOD_GEOMETRY(float)
 ATWOOD_GEOMETRY(double)

@@ -23,18 +23,8 @@ template <class S> inline Vec3<S> turned_back(const Placement<S>& place, const V
   return {dot(place.axis_W[0], v_W), dot(place.axis_W[1], v_W), dot(place.axis_W[2], v_W)};
 }
 
-enum class ShapeKind : unsigned char {
-  none,
-  sphere,
-  plane,
-  rectangle,
-  box,
-  capsule,
-  cylinder,
-  convex,
-  mesh,
-  compound
-};  // Shape's order
+// Shape's order
+enum class ShapeKind : unsigned char { none, sphere, plane, rectangle, box, capsule, cylinder, convex, mesh, compound };
 
 template <class S> struct Hull;          // vertices, faces, edges of a convex polyhedron (hull.hpp)
 template <class S> struct TriangleMesh;  // triangles, adjacency and a bounding-volume tree (triangle_mesh.hpp)
@@ -48,8 +38,11 @@ template <class S> struct Geometry {
   S bounding_radius{};        // about the body's origin; infinite for planes
   std::shared_ptr<const Hull<S>> hull;
   std::shared_ptr<const TriangleMesh<S>> mesh;
-  struct Part { Vec3<S> half_extents, p_B; Quat<S> q_BP; };
-  std::vector<Part> parts;    // compound: oriented boxes
+  struct Part {
+    Vec3<S> half_extents, p_B;
+    Quat<S> q_BP;
+  };
+  std::vector<Part> parts;  // compound: oriented boxes
 };
 template <class S> Geometry<S> make_geometry(const Shape& shape);
 // Where a compound's box is when its body is at `body`.

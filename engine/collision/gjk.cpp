@@ -6,8 +6,7 @@
 namespace atwood {
 namespace {
 
-template <class S>
-S largest(const Vec3<S>& v) {
+template <class S> S largest(const Vec3<S>& v) {
   return real::max(real::abs(v.x), real::max(real::abs(v.y), real::abs(v.z)));
 }
 

@@ -27,12 +27,12 @@ DifferencePoint<S> difference_support(const ConvexPiece<S>& a, const ConvexPiece
                                       const Vec3<S>& direction, int climb_a = 0, int climb_b = 0);
 
 template <class S> struct Closest {
-  bool apart = false;      // false: the cores overlap, or are as near as round-off tells
+  bool apart = false;  // false: the cores overlap, or are as near as round-off tells
   S distance{};
-  Vec3<S> on_a, on_b;      // A's axes
-  Vec3<S> normal;          // unit, from a to b
+  Vec3<S> on_a, on_b;  // A's axes
+  Vec3<S> normal;      // unit, from a to b
   Simplex<S> simplex;
-  bool beyond = false;     // known to be more than `enough` apart; the rest is then not set but `normal`
+  bool beyond = false;  // known to be more than `enough` apart; the rest is then not set but `normal`
 };
 
 // Gilbert, Johnson, Keerthi (1988); sub-algorithm of Montanari, Petrinic, Barbieri, ACM Trans. Graph. 36 (2017) 30.

@@ -54,7 +54,10 @@ Loops flat_outline(const std::vector<Real3>& points) {
   if (norm(across(c)) <= 64 * 0x1p-52L * norm(wide(points[b]) - at)) return {{a, b}};
   const Long3 z = unit(across(c)), y = cross(z, x);
   const long double straight = 32 * 0x1p-52L * norm(wide(points[b]) - at);  // a corner nearer to its chord is none
-  struct Flat { long double u, v; int index; };
+  struct Flat {
+    long double u, v;
+    int index;
+  };
   std::vector<Flat> sorted;
   for (int i = 0; i < static_cast<int>(points.size()); ++i)
     sorted.push_back({dot(x, wide(points[i]) - at), dot(y, wide(points[i]) - at), i});
@@ -219,7 +222,7 @@ template <class S> int farthest_vertex(const Hull<S>& hull, const Vec3<S>& direc
   }
 }
 
-#define ATWOOD_HULL(S)                                    \
+#define ATWOOD_HULL(S)                                      \
   template Hull<S> make_hull<S>(const std::vector<Real3>&); \
   template int farthest_vertex<S>(const Hull<S>&, const Vec3<S>&, int);
 ATWOOD_HULL(float)

@@ -13,23 +13,23 @@ namespace atwood {
 // (left = right = -1); a single place gives one vertex.
 template <class S> struct Hull {
   struct Face {
-    Vec3<S> normal;     // unit, outwards
-    S offset{};         // n . x = offset on the face; no vertex lies beyond by more than round-off
+    Vec3<S> normal;            // unit, outwards
+    S offset{};                // n . x = offset on the face; no vertex lies beyond by more than round-off
     int first = 0, count = 0;  // corners[first ... first + count), anticlockwise from outside
   };
   struct Edge {
-    int from = 0, to = 0;         // vertices
-    int left = 0, right = 0;      // faces; the left one's loop runs from -> to
-    Vec3<S> along;                // unit, from -> to
+    int from = 0, to = 0;     // vertices
+    int left = 0, right = 0;  // faces; the left one's loop runs from -> to
+    Vec3<S> along;            // unit, from -> to
   };
   std::vector<Vec3<S>> vertices;  // corners of the hull alone: none inside a face or within an edge
   std::vector<Face> faces;
   std::vector<int> corners;
   std::vector<Edge> edges;
-  std::vector<int> neighbours;    // of vertex i: neighbours[first_neighbour[i] ... first_neighbour[i + 1])
+  std::vector<int> neighbours;  // of vertex i: neighbours[first_neighbour[i] ... first_neighbour[i + 1])
   std::vector<int> first_neighbour;
-  Vec3<S> inside;                 // the mean of the vertices
-  S bounding_radius{};            // about the body's origin
+  Vec3<S> inside;       // the mean of the vertices
+  S bounding_radius{};  // about the body's origin
 };
 
 // The hull of `points`, exact but for this: triangles within round-off of one plane are one face.

@@ -9,8 +9,7 @@
 namespace atwood {
 namespace {
 
-template <class S>
-Corners<S> corners_of(const ConvexPiece<S>& triangle) {
+template <class S> Corners<S> corners_of(const ConvexPiece<S>& triangle) {
   return {triangle.own[0], triangle.own[1], triangle.own[2]};
 }
 
@@ -152,9 +151,9 @@ Separation<S> mesh_mesh_separation(const TriangleMesh<S>& a, const TriangleMesh<
   return nearest;
 }
 
-#define ATWOOD_MESH_MESH(S)                                                                                          \
-  template void mesh_mesh_contacts<S>(const TriangleMesh<S>&, const TriangleMesh<S>&, const Placement<S>&, S,        \
-                                      std::vector<Manifold<S>>&);                                                    \
+#define ATWOOD_MESH_MESH(S)                                                                                   \
+  template void mesh_mesh_contacts<S>(const TriangleMesh<S>&, const TriangleMesh<S>&, const Placement<S>&, S, \
+                                      std::vector<Manifold<S>>&);                                             \
   template Separation<S> mesh_mesh_separation<S>(const TriangleMesh<S>&, const TriangleMesh<S>&, const Placement<S>&);
 ATWOOD_MESH_MESH(float)
 ATWOOD_MESH_MESH(double)

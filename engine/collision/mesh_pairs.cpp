@@ -82,7 +82,10 @@ void mesh_convex_contacts(const TriangleMesh<S>& mesh, const ConvexPiece<S>& b, 
       S(64) * real::epsilon<S>() * (mesh.bounding_radius + norm(b_in_mesh.p_W) + norm(box.high - box.low));
   int left = -1;  // the nearest triangle, whose normal the others may have left to each other
   Meet<S> left_meet;
-  struct AlongFace { int t; S side, way; };
+  struct AlongFace {
+    int t;
+    S side, way;
+  };
   static thread_local std::vector<AlongFace> along_faces;
   static thread_local OwnDepths<S> own;
   along_faces.clear(), own.clear();

@@ -109,12 +109,12 @@ template <class S> Aabb<S> bounds_of(const ConvexPiece<S>& piece, const Placemen
                piece.radius + slack);
 }
 
-#define ATWOOD_MESH_QUERIES(S)                                                                                     \
-  template OnTriangle<S> closest_on_triangle<S>(const TriangleMesh<S>&, int, const Vec3<S>&, S);                   \
-  template bool in_region<S>(const TriangleMesh<S>&, int, const OnTriangle<S>&, const Vec3<S>&, S);                \
-  template Vec3<S> outwards<S>(const TriangleMesh<S>&, int, const OnTriangle<S>&);                                 \
-  template bool normal_allowed<S>(const TriangleMesh<S>&, int, Vec3<S>&);                                          \
-  template OnMesh<S> closest_on_mesh<S>(const TriangleMesh<S>&, const Vec3<S>&);                                   \
+#define ATWOOD_MESH_QUERIES(S)                                                                      \
+  template OnTriangle<S> closest_on_triangle<S>(const TriangleMesh<S>&, int, const Vec3<S>&, S);    \
+  template bool in_region<S>(const TriangleMesh<S>&, int, const OnTriangle<S>&, const Vec3<S>&, S); \
+  template Vec3<S> outwards<S>(const TriangleMesh<S>&, int, const OnTriangle<S>&);                  \
+  template bool normal_allowed<S>(const TriangleMesh<S>&, int, Vec3<S>&);                           \
+  template OnMesh<S> closest_on_mesh<S>(const TriangleMesh<S>&, const Vec3<S>&);                    \
   template Aabb<S> bounds_of<S>(const ConvexPiece<S>&, const Placement<S>&);
 ATWOOD_MESH_QUERIES(float)
 ATWOOD_MESH_QUERIES(double)

@@ -44,7 +44,10 @@ void each_triangle(const TriangleMesh<S>& mesh, const Aabb<S>& box, const Visit&
 template <class S, class Visit>
 void nearest_triangles(const TriangleMesh<S>& mesh, const Aabb<S>& box, S least, const Visit& visit) {
   if (mesh.nodes.empty()) return;
-  struct Pending { int node; S distance; } stack[64];
+  struct Pending {
+    int node;
+    S distance;
+  } stack[64];
   int height = 1;
   stack[0] = {0, distance_between(mesh.nodes[0].box, box)};
   while (height > 0) {
@@ -62,7 +65,7 @@ void nearest_triangles(const TriangleMesh<S>& mesh, const Aabb<S>& box, S least,
 
 template <class S> struct OnTriangle {
   enum Part : unsigned char { face, edge, corner } part = face;
-  int which = 0;     // edge or corner of the triangle
+  int which = 0;  // edge or corner of the triangle
   Vec3<S> x;
   S distance{};
 };

@@ -18,8 +18,8 @@ template <class S> S extent_of(const ConvexPiece<S>& a, const ConvexPiece<S>& b,
 template <class S> struct Side {
   const ConvexPiece<S>& piece;
   const Placement<S>& place;
-  S sign;                    // outwards along sign * n
-  Vec3<S> edge;              // of the meeting, unit; 0: none
+  S sign;        // outwards along sign * n
+  Vec3<S> edge;  // of the meeting, unit; 0: none
 };
 
 template <class S> Vec3<S> axis_of(const Side<S>& side) { return side.place.axis_W[2]; }

@@ -52,7 +52,8 @@ template <class S> Rises<S> rises(const Posed<S>& plane, const Posed<S>& b) {
   const Vec3<S>& n = plane.shape.normal_W;
   const Vec3<S>& h = b.shape.half_extents;
   const Vec3<S>* axis = b.place.axis_W;
-  return {height_of_center(plane, b), {h.x * dot(n, axis[0]), h.y * dot(n, axis[1]), h.z * dot(n, axis[2])},
+  return {height_of_center(plane, b),
+          {h.x * dot(n, axis[0]), h.y * dot(n, axis[1]), h.z * dot(n, axis[2])},
           {h.x * axis[0], h.y * axis[1], h.z * axis[2]}};
 }
 // Signs of the lowest corner: s_k = -sign(n . axis_k). The id of a corner is one bit an axis: the bit is set where s_k
@@ -86,8 +87,8 @@ template <class S> Leaning<S> leaning(const Posed<S>& plane, const Posed<S>& b) 
   out.down = -turned(b.place, in_disc);
   return out;
 }
-template <class S> Low<S> rim(const Leaning<S>& lean, const Posed<S>& b, S disc, const Vec3<S>& radial, S radial_rise,
-                              std::uint32_t id) {
+template <class S>
+Low<S> rim(const Leaning<S>& lean, const Posed<S>& b, S disc, const Vec3<S>& radial, S radial_rise, std::uint32_t id) {
   const S along = disc * b.shape.half_length;
   return {b.place.p_W + (along * b.place.axis_W[2] + b.shape.radius * radial),
           lean.center + along * lean.cosine + b.shape.radius * radial_rise, id};
@@ -185,8 +186,8 @@ template <class S> Separation<S> plane_cylinder_separation(const Posed<S>& a, co
   return lowest(a, low.x_W, low.height);
 }
 
-#define ATWOOD_PLANE_PAIR(S, other)                                                                             \
-  template void plane_##other##_contacts<S>(const Posed<S>&, const Posed<S>&, S, std::vector<Manifold<S>>&);    \
+#define ATWOOD_PLANE_PAIR(S, other)                                                                          \
+  template void plane_##other##_contacts<S>(const Posed<S>&, const Posed<S>&, S, std::vector<Manifold<S>>&); \
   template Separation<S> plane_##other##_separation<S>(const Posed<S>&, const Posed<S>&);
 #define ATWOOD_PLANE_PAIRS(S) ATWOOD_PLANE_PAIR(S, box) ATWOOD_PLANE_PAIR(S, capsule) ATWOOD_PLANE_PAIR(S, cylinder)
 ATWOOD_PLANE_PAIRS(float)

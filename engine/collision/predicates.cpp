@@ -102,8 +102,8 @@ template <class S> bool coplanar_triangles_meet(const Corners<S>& p, const Corne
       const auto [low, high] = std::minmax({of(p[0]), of(p[1]), of(p[2]), of(q[0]), of(q[1]), of(q[2])});
       return high - low;
     };
-    const S x = spread([](const Vec3<S>& v) { return v.x; }), y = spread([](const Vec3<S>& v) { return v.y; }),
-            z = spread([](const Vec3<S>& v) { return v.z; });
+    const S x = spread([](const Vec3<S>&v) { return v.x; }), y = spread([](const Vec3<S>&v) { return v.y; }),
+            z = spread([](const Vec3<S>&v) { return v.z; });
     axis = x <= y && x <= z ? 0 : y <= z ? 1 : 2;
   }
   std::array<Flat<S>, 3> u, v;
@@ -170,9 +170,9 @@ template <class S> bool triangles_meet(const Corners<S>& p, const Corners<S>& q)
   return edges_meet(p, side_p, q) || edges_meet(q, side_q, p);
 }
 
-#define ATWOOD_PREDICATES(S)                                                                                   \
-  template int orient3d<S>(const Vec3<S>&, const Vec3<S>&, const Vec3<S>&, const Vec3<S>&);                    \
-  template int orient2d<S>(const std::array<S, 2>&, const std::array<S, 2>&, const std::array<S, 2>&);         \
+#define ATWOOD_PREDICATES(S)                                                                           \
+  template int orient3d<S>(const Vec3<S>&, const Vec3<S>&, const Vec3<S>&, const Vec3<S>&);            \
+  template int orient2d<S>(const std::array<S, 2>&, const std::array<S, 2>&, const std::array<S, 2>&); \
   template bool triangles_meet<S>(const Corners<S>&, const Corners<S>&);
 ATWOOD_PREDICATES(float)
 ATWOOD_PREDICATES(double)

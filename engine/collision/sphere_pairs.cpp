@@ -182,12 +182,12 @@ template <class S> Separation<S> sphere_cylinder_separation(const Posed<S>& a, c
   return sphere_shape_separation(a, b);
 }
 
-#define ATWOOD_SPHERE_PAIR(S, other)                                                                             \
-  template void sphere_##other##_contacts<S>(const Posed<S>&, const Posed<S>&, S, std::vector<Manifold<S>>&);    \
+#define ATWOOD_SPHERE_PAIR(S, other)                                                                          \
+  template void sphere_##other##_contacts<S>(const Posed<S>&, const Posed<S>&, S, std::vector<Manifold<S>>&); \
   template Separation<S> sphere_##other##_separation<S>(const Posed<S>&, const Posed<S>&);
-#define ATWOOD_SPHERE_PAIRS(S)                                                                             \
-  ATWOOD_SPHERE_PAIR(S, sphere) ATWOOD_SPHERE_PAIR(S, plane) ATWOOD_SPHERE_PAIR(S, box)                    \
-  ATWOOD_SPHERE_PAIR(S, capsule) ATWOOD_SPHERE_PAIR(S, cylinder)
+#define ATWOOD_SPHERE_PAIRS(S)  \
+  ATWOOD_SPHERE_PAIR(S, sphere) \
+  ATWOOD_SPHERE_PAIR(S, plane) ATWOOD_SPHERE_PAIR(S, box) ATWOOD_SPHERE_PAIR(S, capsule) ATWOOD_SPHERE_PAIR(S, cylinder)
 ATWOOD_SPHERE_PAIRS(float)
 ATWOOD_SPHERE_PAIRS(double)
 ATWOOD_SPHERE_PAIRS(long double)

@@ -166,7 +166,7 @@ template <class S> struct Look {
   const Spinning<S>&a, &b;
   Vec3<S> w_a, w_b, v_W;
   S most_s, round_off;
-  S fastest{};           // no gap closes faster
+  S fastest{};  // no gap closes faster
   Stay<S> stay{};
 
   Look(const Spinning<S>& of_a, const Spinning<S>& of_b, const Vec3<S>& v, S left_s, S touch)

@@ -16,14 +16,14 @@ namespace atwood {
 template <class S> struct Spinning {
   const Geometry<S>& shape;
   Placement<S> place;
-  Vec3<S> w_W;         // constant, world axes
+  Vec3<S> w_W;  // constant, world axes
 };
 
 template <class S> struct Stay {
-  S until_s{};             // from now; infinite: to the end
-  bool touching = false;   // within round-off
+  S until_s{};                                 // from now; infinite: to the end
+  bool touching = false;                       // within round-off
   S gap = std::numeric_limits<S>::infinity();  // the least of the parts looked at
-  Vec3<S> normal_W{};      // from a to b, between the parts that rule
+  Vec3<S> normal_W{};                          // from a to b, between the parts that rule
 };
 
 // `v_W` is a's velocity less b's, `most_s` the time that is left. A gap of `round_off` is a touch. A closed mesh is its

@@ -10,13 +10,13 @@
 namespace atwood {
 
 template <class S> struct SweptBody {
-  Vec3<S> p_W;       // at t = 0
+  Vec3<S> p_W;  // at t = 0
   Quat<S> q_WB;
   Vec3<S> v_W, w_W;  // constant, world axes
 };
 
 template <class S> struct Touch {
-  S t_s{};           // 0 for bodies that overlap at the start
+  S t_s{};                // 0 for bodies that overlap at the start
   Vec3<S> x_W, normal_W;  // the point midway; unit normal from a to b, at that time
 };
 

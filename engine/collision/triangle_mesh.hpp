@@ -21,12 +21,12 @@ template <class S> struct TriangleMesh {
     std::array<int, 3> corner;
     std::array<int, 3> across;  // the triangle beyond the edge corner[k] -> corner[k + 1]; -1: none, or more than one
     std::array<EdgeKind, 3> edge;
-    Vec3<S> normal;                 // unit; the anticlockwise side
+    Vec3<S> normal;  // unit; the anticlockwise side
   };
-  struct Node {                     // depth first: the left child follows its parent
+  struct Node {  // depth first: the left child follows its parent
     Aabb<S> box;
-    int right = -1;                 // inner node: the right child; leaf: -1
-    int first = 0, count = 0;       // leaf: triangles[first ... first + count)
+    int right = -1;            // inner node: the right child; leaf: -1
+    int first = 0, count = 0;  // leaf: triangles[first ... first + count)
   };
   std::vector<Vec3<S>> points;
   std::vector<Triangle> triangles;  // in the tree's order
@@ -34,9 +34,9 @@ template <class S> struct TriangleMesh {
   std::vector<Node> nodes;
   std::vector<int> around, first_around;  // points joined to point i by an edge: around[first_around[i] ... )
   std::vector<Vec3<S>> point_normals;  // weighted by angle (Baerentzen, Aanaes 2005): tells the inside of a closed mesh
-  bool closed = false, convex = false;    // convex: closed, and no point lies before any triangle
-  std::shared_ptr<const Hull<S>> solid;   // what a convex one bounds, unless it has very many corners
-  S bounding_radius{};              // about the body's origin
+  bool closed = false, convex = false;   // convex: closed, and no point lies before any triangle
+  std::shared_ptr<const Hull<S>> solid;  // what a convex one bounds, unless it has very many corners
+  S bounding_radius{};                   // about the body's origin
 };
 
 // Points that coincide are one; triangles without area are left out.

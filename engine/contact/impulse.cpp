@@ -6,8 +6,7 @@ namespace atwood {
 
 namespace {
 
-template <class S>
-Vec3<S> times(const Vec3<S> (&row)[3], const Vec3<S>& v) {
+template <class S> Vec3<S> times(const Vec3<S> (&row)[3], const Vec3<S>& v) {
   return {dot(row[0], v), dot(row[1], v), dot(row[2], v)};
 }
 
@@ -101,8 +100,7 @@ template <class S> Vec3<S> velocity_between(const ImpactBody<S>& a, const Impact
 template <class S> S mobility(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S>& c, const Vec3<S>& d) {
   return own_mobility(a, c, d) + own_mobility(b, c, d);
 }
-template <class S>
-S mobility(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S>& d) {
+template <class S> S mobility(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S>& d) {
   return mobility(a, b, d, d);
 }
 
@@ -164,14 +162,14 @@ Impulse<S> strike_without_collision(const ImpactLaw<S>& law, const Vec3<S>& norm
   return impulse;
 }
 
-#define ATWOOD_IMPULSE(S)                                                                                          \
-  template Impulse<S> collide<S>(const ImpactLaw<S>&, const Vec3<S>&, ImpactBody<S>&, ImpactBody<S>&);             \
-  template Impulse<S> strike_without_collision<S>(const ImpactLaw<S>&, const Vec3<S>&, ImpactBody<S>&,              \
-                                                  ImpactBody<S>&);                                                 \
-  template void push<S>(ImpactBody<S>&, ImpactBody<S>&, const Vec3<S>&, S);                                        \
-  template void twist<S>(ImpactBody<S>&, ImpactBody<S>&, const Vec3<S>&);                                          \
-  template Vec3<S> velocity_between<S>(const ImpactBody<S>&, const ImpactBody<S>&);                                \
-  template S mobility<S>(const ImpactBody<S>&, const ImpactBody<S>&, const Vec3<S>&);                              \
+#define ATWOOD_IMPULSE(S)                                                                              \
+  template Impulse<S> collide<S>(const ImpactLaw<S>&, const Vec3<S>&, ImpactBody<S>&, ImpactBody<S>&); \
+  template Impulse<S> strike_without_collision<S>(const ImpactLaw<S>&, const Vec3<S>&, ImpactBody<S>&, \
+                                                  ImpactBody<S>&);                                     \
+  template void push<S>(ImpactBody<S>&, ImpactBody<S>&, const Vec3<S>&, S);                            \
+  template void twist<S>(ImpactBody<S>&, ImpactBody<S>&, const Vec3<S>&);                              \
+  template Vec3<S> velocity_between<S>(const ImpactBody<S>&, const ImpactBody<S>&);                    \
+  template S mobility<S>(const ImpactBody<S>&, const ImpactBody<S>&, const Vec3<S>&);                  \
   template S mobility<S>(const ImpactBody<S>&, const ImpactBody<S>&, const Vec3<S>&, const Vec3<S>&);
 ATWOOD_IMPULSE(float)
 ATWOOD_IMPULSE(double)

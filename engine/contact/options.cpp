@@ -62,8 +62,9 @@ std::vector<MethodInfo> make_responses() {
       "beyond the "
       "method's stability limit on the stiffest contact is refused. Its impacts last and have no instant: a scene that "
       "names its simultaneous_impacts is refused, unless it says how all its pairs give way.";
-  penalty.source = "Cundall and Strack, Geotechnique 29 (1979) 47; Hunt and Crossley, J. Appl. Mech. 42 (1975) 440; "
-                   "Schwager and Poeschel, Granular Matter 9 (2007) 465";
+  penalty.source =
+      "Cundall and Strack, Geotechnique 29 (1979) 47; Hunt and Crossley, J. Appl. Mech. 42 (1975) 440; "
+      "Schwager and Poeschel, Granular Matter 9 (2007) 465";
   penalty.settings = {
       {"overlap", 1e-3}, {"impact_speed_m_per_s", 0.0}, {"damping_ratio", 0.0}, {"tangential_ratio", 2.0 / 7}};
   return {impulse, event, penalty};

@@ -101,8 +101,7 @@ PenaltyForce<S>::PenaltyForce(const Scene& scene, const PenaltyOptions& options)
       refusal_ = both + ": no test for " + missing;
     else if (law.contact_law == ContactLaw::hertz && !(round_radius(first.shape) > 0 && round_radius(second.shape) > 0))
       refusal_ = "Hertz's law needs balls, planes or rectangles: " + both;
-    else if (law.rolling_friction_m != 0)
-      refusal_ = "+penalty has no rolling friction: " + both;
+    else if (law.rolling_friction_m != 0) refusal_ = "+penalty has no rolling friction: " + both;
     else if (damping_ratio_[static_cast<std::size_t>(&law - scene.pairs.data())] < S(0))
       refusal_ = "a spring with a dashpot that never pulls has no restitution of " + format_double(law.restitution) +
                  " (" + both + "); +penalty{damping_ratio=1} takes what comes";
@@ -244,7 +243,8 @@ template <class S> void PenaltyForce<S>::find_points(const Motion<S>& motion) co
     const Vec3<S>& p = places_[body].p_W;
     items_.push_back({grown(bounds(shapes_[body], places_[body])),
                       {static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z)},
-                      1.000001 * static_cast<double>(shapes_[body].bounding_radius), moving(motion, body)});
+                      1.000001 * static_cast<double>(shapes_[body].bounding_radius),
+                      moving(motion, body)});
   }
   broad_->find(items_, near_);
   for (const auto& [i, j] : near_) meet(motion, bounded_[i], bounded_[j]);

@@ -37,7 +37,7 @@ inline constexpr double least_restitution = 1e-3;
 // One pair's law in numbers.
 template <class S> struct ContactSpring {
   ContactLaw law = ContactLaw::linear;
-  S stiffness{}, damping{};         // linear: k, c; Hertz: 4/3 E sqrt(R), a
+  S stiffness{}, damping{};  // linear: k, c; Hertz: 4/3 E sqrt(R), a
   bool pull = false;
   S friction{}, tangential_ratio{};
 };
@@ -48,7 +48,9 @@ template <class S> class PenaltyForce final : public RememberingTerm<S> {
 
   const std::string& refusal() const { return refusal_; }  // names the pair that has no such law; "": all have
   // The stiffest contact that the scene can make: how fast it swings, and how it is damped.
-  struct Stiffest { double angular_frequency_rad_per_s = 0, damping_ratio = 0; };
+  struct Stiffest {
+    double angular_frequency_rad_per_s = 0, damping_ratio = 0;
+  };
   Stiffest stiffest() const;
 
   void add_loads(const Motion<S>& motion, Load<S>* loads) const override;
@@ -58,24 +60,24 @@ template <class S> class PenaltyForce final : public RememberingTerm<S> {
   void tell(const Motion<S>& motion, Sample& sample, const Observer& observer) override;
 
  private:
-  struct Key {                         // the pair, and which features meet
+  struct Key {  // the pair, and which features meet
     int a, b, piece_a, piece_b;
     std::uint32_t id;
     auto operator<=>(const Key&) const = default;
   };
-  struct Point {                       // of contact, now
+  struct Point {  // of contact, now
     Key key;
-    Vec3<S> x_W, normal_W, u_W;        // u: slip of b on a
+    Vec3<S> x_W, normal_W, u_W;  // u: slip of b on a
     S overlap, closing, force_N;
-    Vec3<S> friction_W;                // on b
-    Vec3<S> stretch_W;                 // of the tangential spring
-    bool slides;                       // on the cone
+    Vec3<S> friction_W;  // on b
+    Vec3<S> stretch_W;   // of the tangential spring
+    bool slides;         // on the cone
   };
-  struct Memory {                      // of a point, since the last accepted step
+  struct Memory {  // of a point, since the last accepted step
     Key key;
-    Vec3<S> stretch_W, on_a_B, on_b_B; // the spring's stretch; the material points that met
+    Vec3<S> stretch_W, on_a_B, on_b_B;  // the spring's stretch; the material points that met
   };
-  struct Episode {                     // of a point, since it met
+  struct Episode {  // of a point, since it met
     Key key;
     S begin_s, vn_before, impulse_n, impulse_t, last_s, last_n, last_t;
     Vec3<S> x_W, normal_W;
@@ -95,9 +97,9 @@ template <class S> class PenaltyForce final : public RememberingTerm<S> {
   std::string refusal_;
   S speed_{};
   std::vector<Geometry<S>> shapes_;
-  std::vector<int> bounded_, planes_;          // bodies with shapes
-  std::vector<S> inverse_mass_, damping_ratio_; // a body; a pair law
-  std::vector<Memory> memory_, next_memory_;   // sorted by key
+  std::vector<int> bounded_, planes_;            // bodies with shapes
+  std::vector<S> inverse_mass_, damping_ratio_;  // a body; a pair law
+  std::vector<Memory> memory_, next_memory_;     // sorted by key
   std::vector<Episode> episodes_, next_episodes_;
   std::vector<Event> events_;
   // Room for one evaluation.

@@ -13,8 +13,8 @@ template <class S> struct Path {
   const ImpactLaw<S>& law;
   const S (&K)[3][3];
   const S (&u0)[3];
-  S J[3]{};        // so far: on b along t1, t2, n
-  S work{};        // of the normal impulse so far
+  S J[3]{};                                             // so far: on b along t1, t2, n
+  S work{};                                             // of the normal impulse so far
   bool compressed = false, done = false, lost = false;  // lost: with no end in sight
   bool stopped = false;                                 // no slip now
   S p_compression{}, work_compression{};
@@ -65,7 +65,8 @@ template <class S> void new_direction(const S (&K)[3][3], S mu, S (&s)[2]) {
     s[0] = (d * K[0][2] - b * K[1][2]) / det;
     s[1] = (a * K[1][2] - b * K[0][2]) / det;
     if (!(lambda > low && lambda < high)) break;
-    if (s[0] * s[0] + s[1] * s[1] > S(1)) low = lambda; else high = lambda;
+    if (s[0] * s[0] + s[1] * s[1] > S(1)) low = lambda;
+    else high = lambda;
   }
   const S length = real::sqrt(s[0] * s[0] + s[1] * s[1]);
   s[0] = s[0] / length;

@@ -57,8 +57,7 @@ template <class S> void ConservativeForces<S>::read(const Spring& force, const S
     if (rotates(scene.bodies[force.bodies[k]]) && force.points_body_m[k] != Real3{})
       refusal_ =
           "springs must pull at centres of mass; one pulls at a point of `" + scene.bodies[force.bodies[k]].name + "`";
-    else if (force.points_body_m[k] != Real3{})
-      refusal_ = "springs must pull at centres of mass";
+    else if (force.points_body_m[k] != Real3{}) refusal_ = "springs must pull at centres of mass";
   const bool anchored = force.bodies.size() == 1;
   springs_.push_back({anchored ? -1 : force.bodies[0], force.bodies.back(), narrow3<S>(force.anchor_m),
                       S(force.stiffness_N_per_m), S(force.rest_length_m)});

@@ -30,17 +30,41 @@ template <class S> class ConservativeForces {
   void add_discrete_forces(const Motion<S>& from, const Motion<S>& to, Vec3<S>* force_W) const;
 
  private:
-  struct Uniform { int body; Vec3<S> force_W; };
-  struct Central { int body; Vec3<S> centre; S strength; };                          // U = -strength / r
+  struct Uniform {
+    int body;
+    Vec3<S> force_W;
+  };
+  // U = -strength / r
+  struct Central {
+    int body;
+    Vec3<S> centre;
+    S strength;
+  };
+  // U = -constant w w / sqrt(r^2 + s^2)
   struct Pairs {
     std::vector<int> bodies;
     std::vector<S> weight;
     S constant, softening2;
-  };  // U = -constant w w / sqrt(r^2 + s^2)
-  struct Elastic { int a, b; Vec3<S> anchor; S stiffness, rest_length; };            // a = -1: the anchor
-  struct HenonHeiles { int body; S lambda; };
-  struct Magnetic { int body; Vec3<S> charge_times_field; };
-  struct Frame { int body; S mass; Vec3<S> rate; };
+  };
+  // a = -1: the anchor
+  struct Elastic {
+    int a, b;
+    Vec3<S> anchor;
+    S stiffness, rest_length;
+  };
+  struct HenonHeiles {
+    int body;
+    S lambda;
+  };
+  struct Magnetic {
+    int body;
+    Vec3<S> charge_times_field;
+  };
+  struct Frame {
+    int body;
+    S mass;
+    Vec3<S> rate;
+  };
 
   void read(const MutualGravity&, const Scene&);
   void read(const Attractor&, const Scene&);

@@ -12,9 +12,7 @@ template <class S> struct DriveTerm final : ForceTerm<S> {
   static constexpr Items items = Items::bodies;
   template <class M, class L> ATWOOD_INLINE auto law(int item, const M& motion, const L& loads) const {
     return [load = loads.body(bodies[item]), t_s = motion.t_s, force = force, omega = angular_frequency,
-            phase = phase](int k) ATWOOD_INLINED {
-      load.force_W(k) += real::cos(omega * t_s[k] + phase) * force;
-    };
+            phase = phase](int k) ATWOOD_INLINED { load.force_W(k) += real::cos(omega * t_s[k] + phase) * force; };
   }
   ATWOOD_ONE_LAW
 };

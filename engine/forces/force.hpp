@@ -16,9 +16,9 @@ class Team;
 
 // Where a body's twelve or six scalars are: in the state, or (fixed or held) in an array of its own.
 template <class S> struct Slot {
-  int offset = -1;            // of p_WB in the state; -1: fixed
+  int offset = -1;  // of p_WB in the state; -1: fixed
   bool rotates = false;
-  const S* resting = nullptr; // not null: the body does not move now, and stands here
+  const S* resting = nullptr;  // not null: the body does not move now, and stands here
 };
 
 template <class S> struct Motion {
@@ -64,12 +64,17 @@ template <class S> class ForceTerm {
   virtual bool velocity_dependent() const { return false; }
   // All that depends on a velocity is charge v x field, of fixed fields, and `charge_field_W` (one a body) gains charge
   // times field [C T]. False, nothing gained: some other law.
-  virtual bool add_magnetic(Vec3<S>* charge_field_W) const { (void)charge_field_W; return !velocity_dependent(); }
+  virtual bool add_magnetic(Vec3<S>* charge_field_W) const {
+    (void)charge_field_W;
+    return !velocity_dependent();
+  }
   std::vector<Interval> on_s;  // empty: always
 };
 
 // One file a force. A factory throws Unsupported for what the engine has no law for.
-struct Unsupported { std::string reason; };
+struct Unsupported {
+  std::string reason;
+};
 
 // How mutual gravity is summed: over all pairs, or by a tree with multipoles (gravity_tree.hpp).
 struct GravityOptions {

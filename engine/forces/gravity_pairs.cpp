@@ -41,7 +41,9 @@ template <class S>
 ATWOOD_INLINE void pull_block(const PointMasses<S>& bodies, int from, int to, S softening2_m2, int first,
                               const Accelerations<S>& sums) {
   Lanes<S> at, sum;
-  struct { const S *x, *y, *z; } positions{bodies.x_m, bodies.y_m, bodies.z_m};
+  struct {
+    const S *x, *y, *z;
+  } positions{bodies.x_m, bodies.y_m, bodies.z_m};
   load(positions, first, at);
   load(sums, first, sum);
   const int block_from = std::clamp(first, from, to), block_to = std::clamp(first + lanes, from, to);

@@ -18,7 +18,7 @@ inline constexpr int gravity_block = 16;
 constexpr int whole_blocks(int bodies) { return (bodies + gravity_block - 1) / gravity_block; }
 
 template <class S> struct PointMasses {
-  const S *x_m, *y_m, *z_m;    // whole blocks; the padding must be finite
+  const S *x_m, *y_m, *z_m;  // whole blocks; the padding must be finite
   const S* Gm_m3_per_s2;
 };
 template <class S> struct Accelerations { S *x, *y, *z; };  // [m/s^2], whole blocks; added to

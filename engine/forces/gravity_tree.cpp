@@ -10,8 +10,8 @@ namespace atwood {
 namespace {
 
 constexpr int lanes = gravity_block;
-constexpr int least_shared = 1000;                     // bodies
-constexpr int group_blocks = 2;                       // bodies of so many blocks ask the tree together
+constexpr int least_shared = 1000;             // bodies
+constexpr int group_blocks = 2;                // bodies of so many blocks ask the tree together
 constexpr int most_waiting = 7 * 3 * 21 + 64;  // nodes of a walk's stack: seven siblings at each level, and to spare
 
 // The pull of nodes on the bodies of a block, as in the header's equation.
@@ -60,17 +60,9 @@ double gravity_tree_bound(double opening) {
 
 template <class S>
 GravityTree<S>::GravityTree(int bodies, int threads)
-    : count_(bodies),
-      padded_(whole_blocks(bodies) * gravity_block),
-      key_(bodies),
-      key_room_(bodies),
-      order_(bodies),
-      order_room_(bodies),
-      sorted_(std::size_t(7) * padded_),
-      nodes_(std::size_t(bodies) / 2 + 64),
-      boxes_(nodes_.size()),
-      moments_(nodes_.size()),
-      lists_(std::max(threads, 1)) {}
+    : count_(bodies), padded_(whole_blocks(bodies) * gravity_block), key_(bodies), key_room_(bodies), order_(bodies),
+      order_room_(bodies), sorted_(std::size_t(7) * padded_), nodes_(std::size_t(bodies) / 2 + 64),
+      boxes_(nodes_.size()), moments_(nodes_.size()), lists_(std::max(threads, 1)) {}
 
 template <class S> void GravityTree<S>::flush_nodes(VectorWidth width, int group, S softening2_m2, List& list) {
   const Moments* const nodes = moments_.data();
@@ -78,10 +70,11 @@ template <class S> void GravityTree<S>::flush_nodes(VectorWidth width, int group
   S *const x = row(0), *const y = row(1), *const z = row(2), *const ax = row(4), *const ay = row(5), *const az = row(6);
   const std::int32_t* const waiting = list.node;
   const int count = list.nodes;
-  at_width(width, [=]() __attribute__((always_inline)) {
-    for (int k = first; k < last; k += lanes)
-      pull_block(nodes, waiting, count, softening2_m2, x + k, y + k, z + k, ax + k, ay + k, az + k);
-  });
+  at_width(
+      width, [=]() __attribute__((always_inline)) {
+        for (int k = first; k < last; k += lanes)
+          pull_block(nodes, waiting, count, softening2_m2, x + k, y + k, z + k, ax + k, ay + k, az + k);
+      });
   list.counts.by_node += static_cast<std::int64_t>(count) * (std::min(last, count_) - first);
   list.nodes = 0;
 }

@@ -40,17 +40,25 @@ template <class S> class GravityTree {
   void add_gravity(VectorWidth width, const PointMasses<S>& bodies, S softening2_m2, S opening, Team* team,
                    const Accelerations<S>& sums);
 
-  struct Counts { std::int64_t by_node = 0, by_body = 0; };  // interactions computed in the last call
+  // Interactions computed in the last call
+  struct Counts {
+    std::int64_t by_node = 0, by_body = 0;
+  };
   Counts counts() const;
   int nodes() const { return node_count_; }
 
  private:
-  struct Box { S low[3], high[3]; };
+  struct Box {
+    S low[3], high[3];
+  };
+  // Bodies [first, last) in the tree's order; no children: a leaf
   struct Node {
     std::int32_t first, last, child, children;
-  };  // bodies [first, last) in the tree's order; no children: a leaf
+  };
   // What a node pulls with: G M, the centre of mass, G Q (xx yy zz xy xz yz); and the radius about the centre.
-  struct Moments { S GM, centre[3], GQ[6], radius; };
+  struct Moments {
+    S GM, centre[3], GQ[6], radius;
+  };
   // Nodes and bodies that wait to pull a group; one a thread.
   struct List {
     std::int32_t node[256];

@@ -9,8 +9,8 @@
 namespace atwood {
 namespace {
 
-constexpr int leaf_bodies = 32;           // at most, where the curve tells them apart
-constexpr int levels = 21;                // bits of each coordinate in a key
+constexpr int leaf_bodies = 32;            // at most, where the curve tells them apart
+constexpr int levels = 21;                 // bits of each coordinate in a key
 constexpr int digit_bits = 8, digits = 8;  // of the sort: 64 bits
 
 // The 21 low bits of x, two zeros after each.

@@ -58,12 +58,10 @@ template <class S> struct BodyLanes {
 template <class S, class K> struct Vec3OfLane {
   S* at;
   K k;
-  template <class V>
-  ATWOOD_INLINE void operator+=(const Vec3<V>& b) const {
+  template <class V> ATWOOD_INLINE void operator+=(const Vec3<V>& b) const {
     store3(load3(at, lane_count, k) + b, at, lane_count, k);
   }
-  template <class V>
-  ATWOOD_INLINE void operator-=(const Vec3<V>& b) const {
+  template <class V> ATWOOD_INLINE void operator-=(const Vec3<V>& b) const {
     store3(load3(at, lane_count, k) - b, at, lane_count, k);
   }
 };
@@ -129,11 +127,10 @@ ATWOOD_INLINE void add_loads_of_lanes(const Term& term, const LaneMotion<S>& mot
 
 }  // namespace atwood
 
-#define ATWOOD_ONE_LAW                                                                                               \
-  void add_loads(const Motion<S>& motion, Load<S>* loads) const override { add_loads_of_one(*this, motion, loads); } \
-  bool has_lanes() const override { return true; }                                                                   \
-  void add_lane_loads(const LaneMotion<S>& motion, S* loads) const override {                                        \
-    in_lanes<S>(motion.width, [&](auto width) ATWOOD_INLINED {                                       \
-      add_loads_of_lanes<decltype(width)::value>(*this, motion, loads);                                              \
-    });                                                                                                              \
+#define ATWOOD_ONE_LAW                                                                                                 \
+  void add_loads(const Motion<S>& motion, Load<S>* loads) const override { add_loads_of_one(*this, motion, loads); }   \
+  bool has_lanes() const override { return true; }                                                                     \
+  void add_lane_loads(const LaneMotion<S>& motion, S* loads) const override {                                          \
+    in_lanes<S>(motion.width,                                                                                          \
+                [&](auto width) ATWOOD_INLINED { add_loads_of_lanes<decltype(width)::value>(*this, motion, loads); }); \
   }

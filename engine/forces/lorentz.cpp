@@ -17,9 +17,8 @@ template <class S> struct LorentzTerm final : ForceTerm<S> {
   static constexpr Items items = Items::bodies;
   template <class M, class L> ATWOOD_INLINE auto law(int item, const M& motion, const L& loads) const {
     return [body = motion.body(bodies[item]), load = loads.body(bodies[item]), charge = charge[item],
-            electric = electric, magnetic = magnetic](auto k) ATWOOD_INLINED {
-      load.force_W(k) += charge * (electric + cross(body.v_WB(k), magnetic));
-    };
+            electric = electric, magnetic = magnetic](auto k)
+               ATWOOD_INLINED { load.force_W(k) += charge * (electric + cross(body.v_WB(k), magnetic)); };
   }
   ATWOOD_ONE_LAW
 };

@@ -29,20 +29,33 @@ template <class S> struct SeriesForces {
   std::vector<Linear> linear;
 
   // r = p_b - p_a (a = -1: from the centre): a_a += on_a r / (r^2 + s^2)^(3/2), a_b += on_b r / (r^2 + s^2)^(3/2)
-  struct InverseSquare { int a, b; Vec3<S> centre; S on_a, on_b, softening2; };
+  struct InverseSquare {
+    int a, b;
+    Vec3<S> centre;
+    S on_a, on_b, softening2;
+  };
   std::vector<InverseSquare> inverse_square;
 
-  struct Link { int a, b; S on_a, on_b; };  // a spring of no rest length: a_a += on_a r, a_b += on_b r, r as above
+  // a spring of no rest length: a_a += on_a r, a_b += on_b r, r as above
+  struct Link {
+    int a, b;
+    S on_a, on_b;
+  };
   std::vector<Link> links;
 
+  // a += amplitude cos(omega t + phase)
   struct Oscillating {
     int body;
     Vec3<S> amplitude;
     S angular_frequency, phase;
-  };  // a += amplitude cos(omega t + phase)
+  };
   std::vector<Oscillating> oscillating;
 
-  struct Quadratic { int body; S strength; };  // a -= strength (2 x y, x^2 - y^2, 0): Henon and Heiles
+  // a -= strength (2 x y, x^2 - y^2, 0): Henon and Heiles
+  struct Quadratic {
+    int body;
+    S strength;
+  };
   std::vector<Quadratic> quadratic;
 
  private:

@@ -20,8 +20,8 @@ template <class S> S StepControl<S>::next_step(S h_s, S error) {
   }
   double factor = most;
   if (now > 0)
-    factor = safety * std::pow(now, -static_cast<double>(exponent_)) *
-             std::pow(static_cast<double>(error_before_), beta);
+    factor =
+        safety * std::pow(now, -static_cast<double>(exponent_)) * std::pow(static_cast<double>(error_before_), beta);
   factor = real::min(real::max(factor, least), rejected_before ? 1.0 : most);
   error_before_ = real::max(error, S(1e-4));
   return h_s * S(factor);

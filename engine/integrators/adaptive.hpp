@@ -5,7 +5,9 @@ namespace atwood {
 
 // Proportional-integral control as in Hairer, Wanner, Solving ODEs II, eq. IV.2.43 and the code DOPRI5:
 //   h_new = h safety err_n^-(1/k - 3/4 beta) err_(n-1)^beta, within [least, most] h, k = 1 + the estimate's order.
-struct StepLimits { double safety = 0.9, beta = 0.04, least = 0.2, most = 10; };
+struct StepLimits {
+  double safety = 0.9, beta = 0.04, least = 0.2, most = 10;
+};
 
 template <class S> class StepControl {
  public:

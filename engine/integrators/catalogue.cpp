@@ -18,7 +18,12 @@ std::map<std::string, double> claims_everywhere(double order) {
 
 MethodInfo fixed_step(const std::string& scheme, std::map<std::string, double> claims, const std::string& doc,
                       const std::string& source) {
-  return {"atwood/" + scheme, doc, source, std::move(claims), false, {{"scalar", std::string("double")},
+  return {"atwood/" + scheme,
+          doc,
+          source,
+          std::move(claims),
+          false,
+          {{"scalar", std::string("double")},
            {"compensated", false},
            {"gravity", std::string("auto")},
            {"opening", GravityOptions{}.opening},
@@ -30,8 +35,11 @@ MethodInfo with_tolerance(const std::string& scheme, std::map<std::string, doubl
   MethodInfo info = fixed_step(scheme, std::move(claims), doc, source);
   info.adaptive = true;
   const StepLimits limits;
-  info.settings.insert({{"atol_over_rtol", 0.01}, {"safety", limits.safety}, {"beta", limits.beta},
-                        {"least_factor", limits.least}, {"most_factor", limits.most}});
+  info.settings.insert({{"atol_over_rtol", 0.01},
+                        {"safety", limits.safety},
+                        {"beta", limits.beta},
+                        {"least_factor", limits.least},
+                        {"most_factor", limits.most}});
   return info;
 }
 

@@ -5,7 +5,9 @@
 namespace atwood {
 namespace {
 
-struct Value { Quad p, slope; };
+struct Value {
+  Quad p, slope;
+};
 
 // P_s + mix P_(s-1) at x in [-1, 1], and its derivative:
 //   n P_n = (2n - 1) x P_(n-1) - (n - 1) P_(n-2),   P_n' = n P_(n-1) + x P_(n-1)'

@@ -27,7 +27,10 @@ const std::string boris =
     "on "
     "velocities otherwise.";
 
-struct Charges { const char* scheme; const char* composition; };
+struct Charges {
+  const char* scheme;
+  const char* composition;
+};
 const Charges charges[] = {{"boris", "leapfrog-dkd"}, {"boris4", "suzuki4"}, {"boris6", "kahan-li6"}};
 
 }  // namespace

@@ -41,17 +41,9 @@ template <class S> void Reference<S>::end(const S* y_new) { std::copy(y_new, y_n
 // ---- projection ---------------------------------------------------------------------------------------------------
 template <class S>
 ProjectedRungeKutta<S>::ProjectedRungeKutta(RigidModel<S>& model, bool compensated)
-    : Stepper<S>(model.system()),
-      model_(model),
-      size_(model.state_size()),
-      classical_(model.system()),
-      reference_(model),
-      rest_(compensated, size_),
-      spin_(model.body_count()),
-      force_W_(model.body_count()),
-      d_(size_),
-      trial_(size_),
-      inverse_metric_(size_) {
+    : Stepper<S>(model.system()), model_(model), size_(model.state_size()), classical_(model.system()),
+      reference_(model), rest_(compensated, size_), spin_(model.body_count()), force_W_(model.body_count()), d_(size_),
+      trial_(size_), inverse_metric_(size_) {
   for (auto& direction : direction_) direction.resize(size_);
 }
 
@@ -201,8 +193,7 @@ template <class S> void ProjectedRungeKutta<S>::project_spin(const Spin& wanted,
     const S aa = dot(a, a), ab = dot(a, b), bb = dot(b, b), determinant = aa * bb - ab * ab;
     if (determinant > S(1e-6) * aa * bb)
       w += ((energy * bb - size * ab) / determinant) * a + ((size * aa - energy * ab) / determinant) * b;
-    else
-      w += (energy / aa) * a;
+    else w += (energy / aa) * a;
   }
   for (int i = 0; i < 3; ++i) {
     const S wide[] = {w.x, w.y, w.z}, was[] = {w_classical.x, w_classical.y, w_classical.z};
@@ -236,14 +227,8 @@ template <class S> bool ProjectedRungeKutta<S>::step(S t_s, S h_s, const S* y, S
 // ---- relaxation ---------------------------------------------------------------------------------------------------
 template <class S>
 RelaxationRungeKutta<S>::RelaxationRungeKutta(RigidModel<S>& model, bool compensated)
-    : Stepper<S>(model.system()),
-      model_(model),
-      size_(model.state_size()),
-      classical_(model.system()),
-      reference_(model),
-      rest_(compensated, size_),
-      d_(size_),
-      trial_(size_) {}
+    : Stepper<S>(model.system()), model_(model), size_(model.state_size()), classical_(model.system()),
+      reference_(model), rest_(compensated, size_), d_(size_), trial_(size_) {}
 
 template <class S> S RelaxationRungeKutta<S>::misfit(const S* y, S gamma) {
   for (int i = 0; i < size_; ++i) trial_[i] = y[i] + gamma * d_[i];

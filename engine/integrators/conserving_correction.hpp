@@ -22,7 +22,7 @@ template <class S> class ClassicalIncrement {
 template <class S> class Reference {
  public:
   explicit Reference(RigidModel<S>& model) : model_(model), start_(model.state_size()), end_(model.state_size()) {}
-  bool continues(const S* y);       // false: the invariants are to be taken from y
+  bool continues(const S* y);  // false: the invariants are to be taken from y
   void end(const S* y_new);
 
  private:
@@ -43,7 +43,10 @@ template <class S> class ProjectedRungeKutta final : public Stepper<S> {
   bool step(S t_s, S h_s, const S* y, S* y_new) override;
 
  private:
-  struct Spin { S twice_energy; Vec3<S> momentum_W; };
+  struct Spin {
+    S twice_energy;
+    Vec3<S> momentum_W;
+  };
   static constexpr int most = 4;  // energy, three components of angular momentum
   void take_invariants(const S* y);
   void find_metric(const S* y);

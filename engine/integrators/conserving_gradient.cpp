@@ -13,17 +13,8 @@ constexpr int nodes = 9;  // an odd number: the middle one is the midpoint. Exac
 
 template <class S>
 DiscreteGradient<S>::DiscreteGradient(RigidModel<S>& model, Force force, bool compensated)
-    : Stepper<S>(model.system()),
-      model_(model),
-      size_(model.state_size()),
-      force_(force),
-      solver_(size_, {Quad(1)}),
-      z_(size_),
-      k_(size_),
-      known_(size_),
-      end_y_(size_),
-      force_W_(model.body_count()),
-      rest_(compensated, size_) {
+    : Stepper<S>(model.system()), model_(model), size_(model.state_size()), force_(force), solver_(size_, {Quad(1)}),
+      z_(size_), k_(size_), known_(size_), end_y_(size_), force_W_(model.body_count()), rest_(compensated, size_) {
   const CollocationTableau points = gauss_collocation(nodes);
   node_.assign(points.c.begin(), points.c.end());
   weight_.assign(points.b.begin(), points.b.end());

@@ -6,7 +6,12 @@
 namespace atwood {
 namespace {
 
-struct Entry { const char* scheme; const Tableau* tableau; const char* doc; const char* source; };
+struct Entry {
+  const char* scheme;
+  const Tableau* tableau;
+  const char* doc;
+  const char* source;
+};
 
 // What is said of every pair stands in about(), from the tableau.
 const Entry entries[] = {

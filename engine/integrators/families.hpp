@@ -15,9 +15,9 @@ namespace atwood {
 // checked.
 template <class S> struct StepperRequest {
   std::string scheme;
-  RigidModel<S>& model;   // outlives the stepper
+  RigidModel<S>& model;  // outlives the stepper
   Settings settings;
-  std::string why;        // set by the family when it answers null for a scheme of its own
+  std::string why;  // set by the family when it answers null for a scheme of its own
 
   bool flag(const char* name) const { return std::get<bool>(settings.at(name)); }
   double number(const char* name) const { return std::get<double>(settings.at(name)); }
@@ -27,8 +27,8 @@ template <class S> struct StepperRequest {
 template <class S> using StepperPointer = std::unique_ptr<Stepper<S>>;
 
 // A family answers null, `why` untouched, for a scheme that is not its own.
-#define ATWOOD_FAMILY(name)                                     \
-  std::vector<MethodInfo> name##_methods();                     \
+#define ATWOOD_FAMILY(name)                 \
+  std::vector<MethodInfo> name##_methods(); \
   template <class S> StepperPointer<S> make_##name(StepperRequest<S>& request)
 
 ATWOOD_FAMILY(explicit_runge_kutta);  // tableaux, with error control and with equal steps

@@ -6,13 +6,8 @@ namespace atwood {
 
 template <class S>
 GeneralisedAlpha<S>::GeneralisedAlpha(RigidModel<S>& model, S rho, bool compensated)
-    : Stepper<S>(model.system()),
-      size_(model.state_size()),
-      af_(S(1) / (S(1) + rho)),
-      velocity_of_(size_, -1),
-      is_velocity_(size_, false),
-      solver_(size_, {Quad(1)}),
-      rest_(compensated, size_) {
+    : Stepper<S>(model.system()), size_(model.state_size()), af_(S(1) / (S(1) + rho)), velocity_of_(size_, -1),
+      is_velocity_(size_, false), solver_(size_, {Quad(1)}), rest_(compensated, size_) {
   const auto weights = [&](S am, bool second) {
     const S g = S(0.5) + am - af_, b = (S(1) + am - af_) * (S(1) + am - af_) / S(4);
     return Weights{am, g, second ? b : S(0)};

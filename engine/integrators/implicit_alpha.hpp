@@ -25,14 +25,16 @@ template <class S> class GeneralisedAlpha final : public Stepper<S> {
   bool step(S t_s, S h_s, const S* y, S* y_new) override;
 
  private:
-  struct Weights { S am, g, b; };
+  struct Weights {
+    S am, g, b;
+  };
   static void rates_at(void* stepper, const S* z, S* k);
   void recall(S t_s, S h_s, const S* y);
 
   int size_;
   S af_;
   Weights second_, first_;
-  std::vector<int> velocity_of_;   // of each entry: where its velocity stands if it is a position; -1: it is none
+  std::vector<int> velocity_of_;  // of each entry: where its velocity stands if it is a position; -1: it is none
   std::vector<bool> is_velocity_;
   StageSolver<S> solver_;
   std::vector<S> z_, k_, known_, at_, slope_, rate_, rate_new_, start_, end_;

@@ -12,7 +12,7 @@ template <class S> struct DenseLu {
   explicit DenseLu(int n) : size(n), entry(static_cast<std::size_t>(n) * n), pivot(n) {}
 
   int size;
-  std::vector<S> entry;    // row-major: the matrix before factor(), L and U after it
+  std::vector<S> entry;  // row-major: the matrix before factor(), L and U after it
   std::vector<int> pivot;
 
   S& at(int i, int j) { return entry[static_cast<std::size_t>(i) * size + j]; }

@@ -7,16 +7,10 @@ namespace atwood {
 template <class S>
 ImplicitRungeKutta<S>::ImplicitRungeKutta(System<S>& system, const CollocationTableau& tableau,
                                           const ImplicitOptions& options)
-    : Stepper<S>(system),
-      size_(system.size),
-      stages_(tableau.stages),
-      options_(options),
-      a_(tableau.a.begin(), tableau.a.end()),
-      b_(tableau.b.begin(), tableau.b.end()),
-      c_(tableau.c.begin(), tableau.c.end()),
-      rest_(options.compensated, system.size),
-      filter_(options.estimates ? system.size : 0),
-      last_end_(system.size) {
+    : Stepper<S>(system), size_(system.size), stages_(tableau.stages), options_(options),
+      a_(tableau.a.begin(), tableau.a.end()), b_(tableau.b.begin(), tableau.b.end()),
+      c_(tableau.c.begin(), tableau.c.end()), rest_(options.compensated, system.size),
+      filter_(options.estimates ? system.size : 0), last_end_(system.size) {
   stiffly_accurate_ = std::equal(tableau.b.begin(), tableau.b.end(), tableau.a.end() - stages_);
   find_groups(tableau);
   find_extrapolation(tableau);

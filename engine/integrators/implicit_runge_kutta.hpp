@@ -9,8 +9,8 @@ namespace atwood {
 
 struct ImplicitOptions {
   bool compensated = false;
-  bool projects = true;   // unit quaternions after each step; Gauss methods keep their length themselves
-  bool estimates = false; // Radau IIA of three stages: error_norm() works
+  bool projects = true;    // unit quaternions after each step; Gauss methods keep their length themselves
+  bool estimates = false;  // Radau IIA of three stages: error_norm() works
 };
 
 // Any implicit Runge-Kutta method, in increments z_i = Y_i - y:
@@ -29,7 +29,7 @@ template <class S> class ImplicitRungeKutta final : public Stepper<S> {
   int estimate_order() const override { return 3; }
 
  private:
-  struct Group {                 // stages first ... first + solver.stages() - 1
+  struct Group {  // stages first ... first + solver.stages() - 1
     int first;
     bool is_explicit;
     StageSolver<S> solver;
@@ -47,9 +47,9 @@ template <class S> class ImplicitRungeKutta final : public Stepper<S> {
   ImplicitOptions options_;
   bool stiffly_accurate_ = false;  // y_new is the last stage
   std::vector<S> a_, b_, c_;
-  std::vector<S> extrapolated_;    // z_i = h sum_j extrapolated_ij k_j of the step before; empty: not a collocation
+  std::vector<S> extrapolated_;  // z_i = h sum_j extrapolated_ij k_j of the step before; empty: not a collocation
   std::vector<Group> groups_;
-  std::vector<S> k_, z_;           // of all stages, component after component
+  std::vector<S> k_, z_;  // of all stages, component after component
   std::vector<S> group_k_, group_z_, known_, stage_y_, stage_t_s_, scratch_, slope_;
   std::vector<S> first_slope_, error_;  // of methods that estimate
   S gamma0_{};

@@ -5,8 +5,7 @@
 namespace atwood {
 
 template <class S>
-ImplicitSolver<S>::ImplicitSolver(int size)
-    : size_(size), g_(size), change_(size), shifted_(size), lu_(size) {}
+ImplicitSolver<S>::ImplicitSolver(int size) : size_(size), g_(size), change_(size), shifted_(size), lu_(size) {}
 
 // Largest change of a component, relative to it or to a thousandth of the largest component.
 template <class S> S ImplicitSolver<S>::relative_size(const S* change, const S* z) const {
@@ -21,8 +20,7 @@ template <class S> S ImplicitSolver<S>::relative_size(const S* change, const S* 
   return largest;
 }
 
-template <class S>
-bool ImplicitSolver<S>::solve(Function g, void* context, S t_s, S c_s, const S* y0, S* z) {
+template <class S> bool ImplicitSolver<S>::solve(Function g, void* context, S t_s, S c_s, const S* y0, S* z) {
   return sweep(g, context, t_s, c_s, y0, z) == Progress::solved || newton(g, context, t_s, c_s, y0, z);
 }
 
@@ -48,8 +46,7 @@ auto ImplicitSolver<S>::sweep(Function g, void* context, S t_s, S c_s, const S* 
   return Progress::slow;
 }
 
-template <class S>
-void ImplicitSolver<S>::factor_jacobian(Function g, void* context, S t_s, S c_s, S* z) {
+template <class S> void ImplicitSolver<S>::factor_jacobian(Function g, void* context, S t_s, S c_s, S* z) {
   const S root = real::sqrt(real::epsilon<S>());
   S bulk = S(0);
   for (int i = 0; i < size_; ++i) bulk = real::max(bulk, real::abs(z[i]));
@@ -60,15 +57,13 @@ void ImplicitSolver<S>::factor_jacobian(Function g, void* context, S t_s, S c_s,
     const S step = z[j] - here;
     g(context, t_s, z, shifted_.data());
     z[j] = here;
-    for (int i = 0; i < size_; ++i)
-      lu_.at(i, j) = (i == j ? S(1) : S(0)) - c_s * (shifted_[i] - g_[i]) / step;
+    for (int i = 0; i < size_; ++i) lu_.at(i, j) = (i == j ? S(1) : S(0)) - c_s * (shifted_[i] - g_[i]) / step;
   }
   lu_.factor();
 }
 
 // Simplified Newton from y0: the Jacobian is formed again whenever the last one contracts too slowly.
-template <class S>
-bool ImplicitSolver<S>::newton(Function g, void* context, S t_s, S c_s, const S* y0, S* z) {
+template <class S> bool ImplicitSolver<S>::newton(Function g, void* context, S t_s, S c_s, const S* y0, S* z) {
   std::copy(y0, y0 + size_, z);
   factor_jacobian(g, context, t_s, c_s, z);
   S before = S(1e30f);

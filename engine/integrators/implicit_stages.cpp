@@ -33,14 +33,9 @@ template <class S> bool rest_is_nothing(S now, S before) {
 
 template <class S>
 StageSolver<S>::StageSolver(int size, std::vector<Quad> a)
-    : size_(size),
-      stages_(static_cast<int>(std::lround(std::sqrt(static_cast<double>(a.size()))))),
-      a_(a.begin(), a.end()),
-      guess_(static_cast<std::size_t>(size) * stages_),
-      right_(guess_.size()),
-      change_(guess_.size()),
-      shifted_(guess_.size()),
-      held_(stages_),
+    : size_(size), stages_(static_cast<int>(std::lround(std::sqrt(static_cast<double>(a.size()))))),
+      a_(a.begin(), a.end()), guess_(static_cast<std::size_t>(size) * stages_), right_(guess_.size()),
+      change_(guess_.size()), shifted_(guess_.size()), held_(stages_),
       lu_(size * stages_ <= largest_newton ? size * stages_ : 0) {
   for (const Quad& entry : inverse(a, stages_)) a_inverse_.push_back(S(entry));
   if (lu_.size > 0) jacobian_.resize(static_cast<std::size_t>(size) * size * stages_);
@@ -160,8 +155,7 @@ template <class S> auto StageSolver<S>::newton(S* z, S* k) -> Progress {
     factor = now > before / S(16);
     if (!solved && !fresh && now > before / S(2))  // a stale Jacobian led astray: back, and on with a new one
       for (std::size_t i = 0; i < change_.size(); ++i) z[i] -= change_[i];
-    else
-      before = now;
+    else before = now;
   }
   if (!solved) return Progress::failed;
   for (int i = 0; i < size_; ++i)

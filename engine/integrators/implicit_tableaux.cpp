@@ -1,5 +1,7 @@
 #include "integrators/implicit_tableaux.hpp"
 
+// clang-format off: the rows of tables stand as they are printed in their sources
+
 namespace atwood {
 namespace {
 
@@ -23,11 +25,29 @@ CollocationTableau sdirk2_tableau() {
 CollocationTableau sdirk4_tableau() {
   const Quad g = ratio(1, 4), o = Quad(0);
   const std::vector<Quad> last{ratio(25, 24), ratio(-49, 48), ratio(125, 16), ratio(-85, 12), g};
-  CollocationTableau t{5, {g, ratio(3, 4), ratio(11, 20), ratio(1, 2), Quad(1)}, last,
-                       {g, o, o, o, o,
-                        ratio(1, 2), g, o, o, o,
-                        ratio(17, 50), ratio(-1, 25), g, o, o,
-                        ratio(371, 1360), ratio(-137, 2720), ratio(15, 544), g, o}};
+  CollocationTableau t{5,
+                       {g, ratio(3, 4), ratio(11, 20), ratio(1, 2), Quad(1)},
+                       last,
+                       {g,
+                        o,
+                        o,
+                        o,
+                        o,
+                        ratio(1, 2),
+                        g,
+                        o,
+                        o,
+                        o,
+                        ratio(17, 50),
+                        ratio(-1, 25),
+                        g,
+                        o,
+                        o,
+                        ratio(371, 1360),
+                        ratio(-137, 2720),
+                        ratio(15, 544),
+                        g,
+                        o}};
   t.a.insert(t.a.end(), last.begin(), last.end());
   return t;
 }

@@ -53,10 +53,7 @@ template <class S> void renormalise(const RigidModel<S>& model, S* y, Compensati
 // Entries that accelerations() leaves alone stay 0: kicks move nothing.
 template <class S>
 Kicker<S>::Kicker(RigidModel<S>& model)
-    : model_(model),
-      acceleration_(model.state_size()),
-      middle_(model.state_size()),
-      omega_W_(model.body_count()),
+    : model_(model), acceleration_(model.state_size()), middle_(model.state_size()), omega_W_(model.body_count()),
       solver_(model.velocity_dependent() ? model.state_size() : 0) {
 }  // a square matrix: none where no kick is solved for
 
@@ -72,8 +69,7 @@ template <class S> void Kicker<S>::kick_again(S h_s, S* y, Compensation<S>& rest
 
 // v_m = v + r a(v_m) with a(v) = b + v x omega: x = v_m - v solves x + s x x = r a(v), s = r omega, whose inverse is
 // x -> (x - s x x + (s . x) s) / (1 + s^2); a(v_m) is x / r.
-template <class S>
-void Kicker<S>::kick_in_magnetic_field(S t_s, S direct_s, S adjoint_s, S* y, Compensation<S>& rest) {
+template <class S> void Kicker<S>::kick_in_magnetic_field(S t_s, S direct_s, S adjoint_s, S* y, Compensation<S>& rest) {
   if (omega_epoch_ != model_.system().epoch) {
     model_.gyration(omega_W_);
     omega_epoch_ = model_.system().epoch;
@@ -107,9 +103,9 @@ template <class S> bool Kicker<S>::kick(S t_s, S direct_s, S adjoint_s, S* y, Co
   return solved;
 }
 
-#define ATWOOD_INSTANTIATE(S)                                                                      \
-  template bool drift<S>(const RigidModel<S>&, FreeTop, S, S, S*, Compensation<S>&);              \
-  template void renormalise<S>(const RigidModel<S>&, S*, Compensation<S>&);                       \
+#define ATWOOD_INSTANTIATE(S)                                                        \
+  template bool drift<S>(const RigidModel<S>&, FreeTop, S, S, S*, Compensation<S>&); \
+  template void renormalise<S>(const RigidModel<S>&, S*, Compensation<S>&);          \
   template class Kicker<S>;
 ATWOOD_INSTANTIATE(float)
 ATWOOD_INSTANTIATE(double)

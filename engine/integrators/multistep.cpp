@@ -7,17 +7,13 @@ namespace atwood {
 template <class S>
 Multistep<S>::Multistep(System<S>& system, const MultistepTable& table, std::unique_ptr<Stepper<S>> starter,
                         bool compensated)
-    : Stepper<S>(system),
-      size_(system.size),
-      increment_(table.increment.begin(), table.increment.end()),
+    : Stepper<S>(system), size_(system.size), increment_(table.increment.begin(), table.increment.end()),
       rate_(table.rate.begin(), table.rate.end()),
       guess_increment_(table.guess_increment.begin(), table.guess_increment.end()),
-      guess_rate_(table.guess_rate.begin(), table.guess_rate.end()),
-      implicit_(S(table.implicit)),
+      guess_rate_(table.guess_rate.begin(), table.guess_rate.end()), implicit_(S(table.implicit)),
       starter_(std::move(starter)),
       solver_(table.implicit == Quad(0) ? 0 : size_, {table.implicit == Quad(0) ? Quad(1) : table.implicit}),
-      rest_(compensated, size_),
-      increments_(increment_.size(), std::vector<S>(size_)),
+      rest_(compensated, size_), increments_(increment_.size(), std::vector<S>(size_)),
       rates_(rate_.size(), std::vector<S>(size_)) {
   for (std::vector<S>* room : {&z_, &k_, &known_, &at_, &before_projection_, &start_, &end_}) room->resize(size_);
 }

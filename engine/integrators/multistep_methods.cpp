@@ -7,7 +7,10 @@ namespace atwood {
 namespace {
 
 enum class Kind { none, bashforth, moulton, backward };
-struct Choice { Kind kind; int order; };
+struct Choice {
+  Kind kind;
+  int order;
+};
 
 constexpr int highest_adams = 8, highest_bdf = 5;
 
@@ -23,8 +26,7 @@ Choice chosen(const std::string& scheme) {
   return {Kind::none, 0};
 }
 
-const std::string history =
-    " An edited state, another step size or another law (a thruster switches) starts afresh.";
+const std::string history = " An edited state, another step size or another law (a thruster switches) starts afresh.";
 const std::string attitude =
     " A rotating body's quaternion is integrated as four numbers, q' = 1/2 q (0, w), beside Euler's equations in body "
     "axes, "
@@ -35,8 +37,8 @@ std::string starter(const std::string& name, int stages, int order) {
          std::to_string(order) + ".";
 }
 
-int gauss_stages(int order) { return order / 2 + 1; }        // of order 2 s > order
-int radau_stages(int order) { return (order + 3) / 2; }      // of order 2 s - 1 > order
+int gauss_stages(int order) { return order / 2 + 1; }    // of order 2 s > order
+int radau_stages(int order) { return (order + 3) / 2; }  // of order 2 s - 1 > order
 
 }  // namespace
 

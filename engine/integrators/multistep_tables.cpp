@@ -2,6 +2,8 @@
 
 #include "integrators/collocation_nodes.hpp"
 
+// clang-format off: the rows of tables stand as they are printed in their sources
+
 namespace atwood {
 namespace {
 

@@ -19,9 +19,7 @@ template <class S, class Of> void for_each_coordinate(const RigidModel<S>& model
 // ---- accelerations ----------------------------------------------------------------------------------------------
 template <class S>
 NystromAccelerations<S>::NystromAccelerations(RigidModel<S>& model, int stages)
-    : model_(model),
-      values_(static_cast<std::size_t>(stages) * model.state_size()),
-      start_(model.state_size()),
+    : model_(model), values_(static_cast<std::size_t>(stages) * model.state_size()), start_(model.state_size()),
       end_(model.state_size()) {
   for (int i = 0; i < stages; ++i) k_.push_back(values_.data() + static_cast<std::size_t>(i) * model.state_size());
 }
@@ -31,8 +29,8 @@ template <class S> void NystromAccelerations<S>::start(S t_s, const S* y) {
   const bool same_law = epoch_ == model_.system().epoch;
   const S same_instant_s = S(8) * real::epsilon<S>() * real::max(real::abs(t_s), real::abs(end_s_));
   const bool again = same_law && start_known_ && start_s_ == t_s && std::equal(y, y + size, start_.begin());
-  const bool carries_on = same_law && end_stage_ >= 0 && real::abs(end_s_ - t_s) <= same_instant_s &&
-                          std::equal(y, y + size, end_.begin());
+  const bool carries_on =
+      same_law && end_stage_ >= 0 && real::abs(end_s_ - t_s) <= same_instant_s && std::equal(y, y + size, end_.begin());
   if (again) return;
   if (carries_on) std::swap(k_[0], k_[end_stage_]);
   else evaluate(0, t_s, y);
@@ -52,14 +50,9 @@ template <class S> void NystromAccelerations<S>::end(int stage, S t_s, const S* 
 // ---- Dormand and Prince -----------------------------------------------------------------------------------------
 template <class S>
 Nystrom<S>::Nystrom(RigidModel<S>& model, const NystromTableau& tableau, bool compensated)
-    : Stepper<S>(model.system()),
-      model_(model),
-      stages_(tableau.stages),
-      estimate_order_(std::min(tableau.order, tableau.embedded_order)),
-      first_same_as_last_(tableau.first_same_as_last),
-      k_(model, tableau.stages),
-      stage_(model.state_size()),
-      rest_(compensated, model.state_size()) {
+    : Stepper<S>(model.system()), model_(model), stages_(tableau.stages),
+      estimate_order_(std::min(tableau.order, tableau.embedded_order)), first_same_as_last_(tableau.first_same_as_last),
+      k_(model, tableau.stages), stage_(model.state_size()), rest_(compensated, model.state_size()) {
   const auto read = [&](const char* row) { return read_row(row, stages_); };
   const auto difference = [&](const char* weights, const char* embedded) {
     TableauRow row = read(weights);

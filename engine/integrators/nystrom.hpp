@@ -38,7 +38,11 @@ template <class S> class Nystrom final : public Stepper<S> {
   int estimate_order() const override { return estimate_order_; }
 
  private:
-  struct Combination { int stage[max_nystrom_stages]; S weight[max_nystrom_stages]; int terms = 0; };
+  struct Combination {
+    int stage[max_nystrom_stages];
+    S weight[max_nystrom_stages];
+    int terms = 0;
+  };
   static Combination combine(const TableauRow& row);
   S sum(const Combination& combination, int velocity_entry) const;
 

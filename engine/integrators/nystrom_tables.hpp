@@ -17,7 +17,7 @@ struct NystromTableau {
   std::array<const char*, max_nystrom_stages> a{};
   const char *b = "", *b_velocity = "", *c = "";
   const char *embedded = "", *embedded_velocity = "";
-  bool first_same_as_last = false;    // the last stage is the acceleration at x_new
+  bool first_same_as_last = false;  // the last stage is the acceleration at x_new
 };
 
 // Kicks and drifts in turns, a kick first: v += kicks_0 h a, x += drifts_0 h v, v += kicks_1 h a, ... The times of the

@@ -55,7 +55,7 @@ StepperPointer<S> make_kick_drift(StepperRequest<S>& request, const std::string&
                                         request.flag("compensated"));
 }
 
-#define ATWOOD_INSTANTIATE(S) \
+#define ATWOOD_INSTANTIATE(S)  \
   template class KickDrift<S>; \
   template StepperPointer<S> make_kick_drift<S>(StepperRequest<S>&, const std::string&, FreeTop);
 ATWOOD_INSTANTIATE(float)

@@ -14,7 +14,11 @@ template <class S> class KickDrift final : public Stepper<S> {
   bool step(S t_s, S h_s, const S* y, S* y_new) override;
 
  private:
-  struct Part { bool kick; S direct, adjoint, elapsed; };  // elapsed: the drifts before it, in steps
+  // elapsed: the drifts before it, in steps
+  struct Part {
+    bool kick;
+    S direct, adjoint, elapsed;
+  };
 
   bool continues(S t_s, const S* y) const;  // from the end of the last step, under the same law
 

@@ -4,9 +4,15 @@
 namespace atwood {
 namespace {
 
-struct Named { const char* scheme; const char* composition; };
-const Named all[] = {{"symplectic-euler", "symplectic-euler"}, {"velocity-verlet", "leapfrog-kdk"},
-                     {"leapfrog", "leapfrog-dkd"}, {"leapfrog-kdk", "leapfrog-kdk"}, {"leapfrog-dkd", "leapfrog-dkd"}};
+struct Named {
+  const char* scheme;
+  const char* composition;
+};
+const Named all[] = {{"symplectic-euler", "symplectic-euler"},
+                     {"velocity-verlet", "leapfrog-kdk"},
+                     {"leapfrog", "leapfrog-dkd"},
+                     {"leapfrog-kdk", "leapfrog-kdk"},
+                     {"leapfrog-dkd", "leapfrog-dkd"}};
 
 }  // namespace
 

@@ -258,8 +258,7 @@ template <class S> S Radau15<S>::add(int i, S y, S increment) {
 
 // Keeps the record of the last step that advise() accepted: samples inside it are steps from its start, and the next
 // step starts at its end.
-template <class S>
-void Radau15<S>::put_on_record(S t_s, S h_s, const S* y, const S* y_new, bool predicted) {
+template <class S> void Radau15<S>::put_on_record(S t_s, S h_s, const S* y, const S* y_new, bool predicted) {
   last_ = kept_ >= 0 ? 1 - kept_ : 1 - last_;
   Record& record = record_[last_];
   record.valid = true;
@@ -272,9 +271,8 @@ void Radau15<S>::put_on_record(S t_s, S h_s, const S* y, const S* y_new, bool pr
   record.rest_new.swap(rest_new_);
   S* miss = lanes_of(record.miss);
   if (predicted)
-    in_lanes<S>(width_, [&](auto) ATWOOD_INLINED {
-      radau::differences(rates_, lanes_of(rate_), lanes_of(predicted_), miss);
-    });
+    in_lanes<S>(width_,
+                [&](auto) ATWOOD_INLINED { radau::differences(rates_, lanes_of(rate_), lanes_of(predicted_), miss); });
   else std::fill(miss, miss + size_ * nodes, S(0));
   record.rate.swap(rate_);
 }

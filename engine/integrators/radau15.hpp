@@ -20,7 +20,7 @@ inline constexpr int radau_nodes = lane_count;  // a node a lane
 template <class S> struct RadauTable {
   using Row = S[radau_nodes];
   alignas(lane_count * sizeof(S)) Row c, a[radau_nodes], a2[radau_nodes], power[radau_nodes], newton[radau_nodes];
-  Row row[radau_nodes], row2[radau_nodes];  // a and a2 transposed, a node a row
+  Row row[radau_nodes], row2[radau_nodes];                // a and a2 transposed, a node a row
   alignas(lane_count * sizeof(S)) Row ends[radau_nodes];  // ends[j]: b[j], b2[j], power[j][7]
 };
 template <class S> const RadauTable<S>& radau_table();
@@ -47,9 +47,12 @@ template <class S> class Radau15 final : public Stepper<S> {
     bool valid = false;
     S t_s{}, h_s{}, contraction = S(1);
     std::vector<S> y, y_new, rest, rest_new;  // rest: what rounding cut off the state, with compensation
-    LaneArray<S> rate, miss;  // the rates at the nodes, and what their prediction was short of
+    LaneArray<S> rate, miss;                  // the rates at the nodes, and what their prediction was short of
   };
-  struct Scale { S state{}, rate{}; };  // largest of a kind of component
+  // Largest of a kind of component
+  struct Scale {
+    S state{}, rate{};
+  };
 
   void find_unknowns();
   Record* find_start(S t_s, const S* y, S& offset);
@@ -74,19 +77,22 @@ template <class S> class Radau15 final : public Stepper<S> {
   std::int64_t epoch_ = -1;
   // Components of the state: those integrated once (rate at the same place) and twice (positions; their rate is their
   // velocity's). `kinds_`: runs of components with a rate of their own, that share a scale.
-  struct Kind { int first, last; };  // in rates_
+  // In rates_
+  struct Kind {
+    int first, last;
+  };
   std::vector<int> once_, twice_, rates_;
   std::vector<Kind> kinds_;
-  std::vector<S> weight_;            // of rates_: h / scale, a change in the rate as a relative change of the state
-  std::vector<Scale> scale_;         // of kinds_
+  std::vector<S> weight_;     // of rates_: h / scale, a change in the rate as a relative change of the state
+  std::vector<Scale> scale_;  // of kinds_
   LaneArray<S> state_, base_, rate_, rate_before_, predicted_, ends_;
   std::vector<S> node_state_, node_rate_;
   S t_nodes_[radau_nodes];
   Record record_[2];
-  int last_ = 0;                     // record of the last step
-  int kept_ = -1;                    // record of the last step that advise() accepted
-  S rtol_{}, atol_{};                // 0: sweeps to round-off
-  S contraction_ = S(1);             // of the sweeps, as last seen
+  int last_ = 0;          // record of the last step
+  int kept_ = -1;         // record of the last step that advise() accepted
+  S rtol_{}, atol_{};     // 0: sweeps to round-off
+  S contraction_ = S(1);  // of the sweeps, as last seen
   bool converged_ = false;
 };
 

@@ -23,7 +23,9 @@ template <class S> class LieRungeKutta final : public Stepper<S> {
 
  private:
   // What moves the attitude: rotation vectors, one after the other in body axes. The second may be zero.
-  struct Turns { Vec3<S> first, second; };
+  struct Turns {
+    Vec3<S> first, second;
+  };
 
   Turns stage_turns(int stage, S h_s, int at) const;
   Turns last_turns(S h_s, int at) const;

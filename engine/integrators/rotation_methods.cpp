@@ -28,7 +28,11 @@ const std::string exact =
     "and body "
     "rate within a drift as they are.";
 
-struct Split { const char* scheme; const char* composition; FreeTop top; };
+struct Split {
+  const char* scheme;
+  const char* composition;
+  FreeTop top;
+};
 const Split splits[] = {{"free-top2", "leapfrog-kdk", FreeTop::splitting},
                         {"free-top4", "blanes-moan4-kicks-first", FreeTop::splitting},
                         {"free-top6", "blanes-moan6", FreeTop::splitting},

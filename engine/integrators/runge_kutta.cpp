@@ -9,18 +9,10 @@ namespace atwood {
 
 template <class S>
 ExplicitRungeKutta<S>::ExplicitRungeKutta(System<S>& system, const Tableau& tableau, bool compensated)
-    : Stepper<S>(system),
-      stages_(tableau.stages),
-      dense_stages_(tableau.dense_stages),
-      size_(system.size),
-      first_same_as_last_(tableau.first_same_as_last),
-      retakes_(tableau.embedded_order > 0),
-      dense_(tableau.dense_order > 0),
-      rates_(static_cast<std::size_t>(stages_ + dense_stages_) * system.size),
-      stage_(system.size),
-      start_(system.size),
-      last_end_(system.size),
-      change_(compensated ? system.size : 0),
+    : Stepper<S>(system), stages_(tableau.stages), dense_stages_(tableau.dense_stages), size_(system.size),
+      first_same_as_last_(tableau.first_same_as_last), retakes_(tableau.embedded_order > 0),
+      dense_(tableau.dense_order > 0), rates_(static_cast<std::size_t>(stages_ + dense_stages_) * system.size),
+      stage_(system.size), start_(system.size), last_end_(system.size), change_(compensated ? system.size : 0),
       rest_(compensated, system.size) {
   const Coefficients read = read_coefficients(tableau);
   for (int i = 0; i < stages_ + dense_stages_; ++i) {

@@ -21,12 +21,16 @@ template <class S> class ExplicitRungeKutta final : public Stepper<S> {
 
  private:
   // A row with the zeros of the tableau left out.
-  struct Combination { int stage[max_stages]; S weight[max_stages]; int terms = 0; };
+  struct Combination {
+    int stage[max_stages];
+    S weight[max_stages];
+    int terms = 0;
+  };
 
   static Combination combine(const TableauRow& row);
   static typename ExplicitWeights<S>::Row row_of(const Combination& combination);
-  S sum(const Combination& combination, int i) const;                                  // of weight * k, component i
-  void add(const S* y, S h_s, const Combination& combination, S* out) const;           // out = y + h sum
+  S sum(const Combination& combination, int i) const;                         // of weight * k, component i
+  void add(const S* y, S h_s, const Combination& combination, S* out) const;  // out = y + h sum
   template <int terms> void add_terms(const S* y, S h_s, const Combination& combination, S* out) const;
   void add_compensated(const S* y, S h_s, S* y_new);
   void first_stage(S t_s, const S* y);

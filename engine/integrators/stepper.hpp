@@ -40,7 +40,10 @@ template <class S> class Stepper {
 
   // ---- methods that choose their own steps (extrapolation, Taylor, Radau 15): the runner then asks advise() after
   // each step instead of error_norm(), with no controller of its own.
-  struct Advice { bool accepted; S next_s; };
+  struct Advice {
+    bool accepted;
+    S next_s;
+  };
   virtual bool chooses_steps() const { return false; }
   virtual Advice advise(S rtol, S atol);
   // Called once before the first step of an adaptive run; the first guess of a step is the runner's.

@@ -42,7 +42,8 @@ TableauRow read_row(const char* text) {
 
 TableauRow read_row(const char* text, int length) {
   TableauRow row = read_row(text);
-  if (static_cast<int>(row.size()) > length) throw std::logic_error(std::string("a tableau's row is too long: ") + text);
+  if (static_cast<int>(row.size()) > length)
+    throw std::logic_error(std::string("a tableau's row is too long: ") + text);
   row.resize(static_cast<std::size_t>(length));
   return row;
 }

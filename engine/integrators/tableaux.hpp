@@ -14,33 +14,33 @@ inline constexpr int max_stages = 16;
 // Stage i: k_i = f(t + c_i h, y + h sum_j<i a_ij k_j); y_new = y + h sum b_i k_i. Entries that a row leaves off are 0.
 struct Tableau {
   int stages = 0;
-  int order = 0;                        // of b
-  int embedded_order = 0;               // of b^; 0: there is none
+  int order = 0;           // of b
+  int embedded_order = 0;  // of b^; 0: there is none
   std::array<const char*, max_stages> a{};
   const char *b = "", *c = "";
-  const char* embedded = "";            // b^: the error estimate is h sum (b_i - b^_i) k_i
+  const char* embedded = "";  // b^: the error estimate is h sum (b_i - b^_i) k_i
   // DOP853's second estimate, of order 3, which keeps the first from being trusted where it is small by accident
   // (Hairer, Norsett, Wanner I, eq. II.10.17): |h| e5^2 / sqrt(e5^2 + e3^2 / 100).
   int companion_order = 0;
   const char* companion = "";
-  bool first_same_as_last = false;      // the last stage is the rate at y_new
+  bool first_same_as_last = false;  // the last stage is the rate at y_new
   // The interpolant, for tableaux whose last stage is the rate at y_new, nested as in the codes DOPRI5 and DOP853:
   //   y + th (dy + u (h k_1 - dy + th (2 dy - h (k_1 + k_last) + u h (D_1 + th (D_2 + u (D_3 + th D_4))))))
   // with u = 1 - th, D_n = sum dense[n-1]_i k_i; without rows it is the cubic Hermite polynomial. dense_stages further
   // stages, rows of a after the others, are evaluated only when it is asked for.
-  int dense_order = 0;                  // 0: there is none
+  int dense_order = 0;  // 0: there is none
   int dense_stages = 0;
   std::array<const char*, 4> dense{};
 };
 
-using TableauRow = std::vector<Quad>;   // stages + dense_stages long
+using TableauRow = std::vector<Quad>;  // stages + dense_stages long
 
 struct Coefficients {
-  std::vector<TableauRow> a;            // dense stages included
+  std::vector<TableauRow> a;  // dense stages included
   TableauRow b, c;
-  TableauRow error, companion_error;    // b - b^; zeros where there is none
+  TableauRow error, companion_error;  // b - b^; zeros where there is none
   std::vector<TableauRow> dense;
-  int estimate_order = 0;               // k where the estimate is O(h^(k+1))
+  int estimate_order = 0;  // k where the estimate is O(h^(k+1))
 };
 
 // Throws std::logic_error where an entry is no number or a row is too long: our own data, so our own fault.

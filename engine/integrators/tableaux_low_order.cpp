@@ -1,6 +1,8 @@
 // Tableaux of orders 1 to 4, without error estimates.
 #include "integrators/tableaux.hpp"
 
+// clang-format off: the rows of tables stand as they are printed in their sources
+
 namespace atwood {
 
 const Tableau explicit_euler_tableau{.stages = 1, .order = 1, .b = "1", .c = "0"};

@@ -23,16 +23,9 @@ int order_of_tolerance(double rtol) { return std::clamp(static_cast<int>(std::ce
 
 template <class S>
 Taylor<S>::Taylor(RigidModel<S>& model, const TaylorOptions& options)
-    : Stepper<S>(model.system()),
-      model_(model),
-      forces_(model.series_forces()),
-      wanted_order_(options.order),
-      size_(model.state_size()),
-      increment_(size_),
-      acceleration_(model.body_count()),
-      sine_(forces_.oscillating.size()),
-      cosine_(forces_.oscillating.size()),
-      kind_(size_),
+    : Stepper<S>(model.system()), model_(model), forces_(model.series_forces()), wanted_order_(options.order),
+      size_(model.state_size()), increment_(size_), acceleration_(model.body_count()),
+      sine_(forces_.oscillating.size()), cosine_(forces_.oscillating.size()), kind_(size_),
       rest_(options.compensated, size_) {
   tops_.reserve(model.body_count());
   if (!model.bare_problem())
@@ -239,7 +232,7 @@ template <class S> void Taylor<S>::next_lorenz(int k) {
 // not finite.
 template <class S> S Taylor<S>::longest_step() const {
   double size[kinds]{}, last[2][kinds]{};
-  const auto grow = [&](double (&largest)[kinds], int k) {
+  const auto grow = [&](double(&largest)[kinds], int k) {
     for (int i = 0; i < size_; ++i) {
       const double value = std::abs(static_cast<double>(row(k)[i]));
       if (!(value <= largest[kind_[i]])) largest[kind_[i]] = value;

@@ -21,9 +21,9 @@ inline constexpr int taylor_equal_steps_order = 12, taylor_most_order = 100;
 
 // Series of r = p_b - p_a of every pair, |r|^2 and |r|^-3, coefficient after coefficient, a pair a lane.
 template <class S> struct PairSeries {
-  int lanes = 0;       // pairs, filled up to whole blocks
-  bool blocks = false; // lanes go by eights
-  std::vector<S> rows; // coefficient k: x y z u w, `lanes` each
+  int lanes = 0;                                       // pairs, filled up to whole blocks
+  bool blocks = false;                                 // lanes go by eights
+  std::vector<S> rows;                                 // coefficient k: x y z u w, `lanes` each
   std::vector<S> softening2, inverse_u, acceleration;  // the last: x y z of r / |r|^3 at the newest coefficient
 
   S* row(int k, int which) { return rows.data() + (static_cast<std::ptrdiff_t>(k) * 5 + which) * lanes; }
@@ -43,7 +43,11 @@ template <class S> class Taylor final : public Stepper<S> {
   int order() const { return order_; }
 
  private:
-  struct Top { int body, at; S angular_drag; };  // at: of its attitude in the state
+  // at: of its attitude in the state
+  struct Top {
+    int body, at;
+    S angular_drag;
+  };
 
   void set_order(int order);
   void lay_out_pairs();
@@ -68,20 +72,20 @@ template <class S> class Taylor final : public Stepper<S> {
   const int wanted_order_;
   const VectorWidth width_ = widest_vectors();
   int size_, order_ = 0;
-  S rtol_{}, atol_{}, bound_s_{};     // rtol 0: equal steps
+  S rtol_{}, atol_{}, bound_s_{};  // rtol 0: equal steps
   // Of which state, law and instant the series is; coefficients are in units of `unit_s`: c_k unit^k.
   bool valid_ = false;
   S start_s_{}, unit_s_{};
   std::int64_t epoch_ = -1;
-  std::vector<S> series_;             // coefficient k of component i: series_[k size + i]
-  std::vector<S> momentum_;           // I w of each top, x y z, likewise
-  std::vector<S> turning_;            // attitude and body rate of a top, as series::turn wants them
+  std::vector<S> series_;                         // coefficient k of component i: series_[k size + i]
+  std::vector<S> momentum_;                       // I w of each top, x y z, likewise
+  std::vector<S> turning_;                        // attitude and body rate of a top, as series::turn wants them
   std::vector<S> increment_, half_, reciprocal_;  // n / 2, 1 / n
   PairSeries<S> pairs_;
-  std::vector<Vec3<S>> acceleration_; // one a body, at the newest coefficient
-  std::vector<S> sine_, cosine_;      // of each oscillating force, likewise
+  std::vector<Vec3<S>> acceleration_;  // one a body, at the newest coefficient
+  std::vector<S> sine_, cosine_;       // of each oscillating force, likewise
   std::vector<Top> tops_;
-  std::vector<int> kind_;             // of each component: position, velocity, attitude, body rate
+  std::vector<int> kind_;  // of each component: position, velocity, attitude, body rate
   Compensation<S> rest_;
 };
 

@@ -65,7 +65,7 @@ template <int W, class S> ATWOOD_INLINE void inverse_square(PairSeries<S>& pairs
 inline constexpr int top_scalars = 24;
 
 template <class S> ATWOOD_INLINE void store_top(const S* q, const S* w, S* row) {
-  const S all[top_scalars] = {-q[1], q[0], q[3], -q[2], -q[2], -q[3], q[0], q[1], -q[3], q[2],  -q[1], q[0],
+  const S all[top_scalars] = {-q[1], q[0], q[3], -q[2], -q[2], -q[3], q[0], q[1], -q[3], q[2], -q[1], q[0],
                               w[1],  w[2], w[0], S(0),  w[2],  w[0],  w[1], S(0), w[0],  w[1], w[2],  S(0)};
   for (int i = 0; i < top_scalars; ++i) row[i] = all[i];
 }
@@ -73,8 +73,12 @@ template <class S> ATWOOD_INLINE void store_top(const S* q, const S* w, S* row) 
 // Four numbers side by side: a register, where there is one.
 template <class S, bool vectors = has_vector_lanes<S>> struct Four {
   S at[4];
-  ATWOOD_INLINE void add(S factor, const S* b) { for (int l = 0; l < 4; ++l) at[l] += factor * b[l]; }
-  ATWOOD_INLINE void add(const S* a, const S* b) { for (int l = 0; l < 4; ++l) at[l] += a[l] * b[l]; }
+  ATWOOD_INLINE void add(S factor, const S* b) {
+    for (int l = 0; l < 4; ++l) at[l] += factor * b[l];
+  }
+  ATWOOD_INLINE void add(const S* a, const S* b) {
+    for (int l = 0; l < 4; ++l) at[l] += a[l] * b[l];
+  }
 };
 template <class S> struct Four<S, true> {
   typedef S V __attribute__((vector_size(4 * sizeof(S))));

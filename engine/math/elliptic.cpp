@@ -97,9 +97,9 @@ template <class S> auto JacobiFunctions<S>::at(S u) const -> Values {
   return {sn, cs * sn, dn};
 }
 
-#define ATWOOD_INSTANTIATE(S)                   \
-  template S carlson_rf<S>(S, S, S);            \
-  template S carlson_rj<S>(S, S, S, S);         \
+#define ATWOOD_INSTANTIATE(S)           \
+  template S carlson_rf<S>(S, S, S);    \
+  template S carlson_rj<S>(S, S, S, S); \
   template class JacobiFunctions<S>;
 ATWOOD_INSTANTIATE(float)
 ATWOOD_INSTANTIATE(double)

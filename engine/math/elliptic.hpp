@@ -16,7 +16,9 @@ template <class S> class JacobiFunctions {
   explicit JacobiFunctions(S complement);
 
   S quarter() const { return quarter_; }  // K: sn has the period 4 K
-  struct Values { S sn, cn, dn; };
+  struct Values {
+    S sn, cn, dn;
+  };
   Values at(S u) const;  // |u| <= K
 
  private:

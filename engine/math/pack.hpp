@@ -11,16 +11,16 @@ template <class S> struct WidePack {
   S lane[lane_count];
   S operator[](int k) const { return lane[k]; }
 };
-#define ATWOOD_PACK_OPERATION(op)                                                        \
+#define ATWOOD_PACK_OPERATION(op)                                                          \
   template <class S> WidePack<S> operator op(const WidePack<S>& a, const WidePack<S>& b) { \
-    WidePack<S> out;                                                                     \
-    for (int k = 0; k < lane_count; ++k) out.lane[k] = a.lane[k] op b.lane[k];           \
-    return out;                                                                          \
-  }                                                                                      \
+    WidePack<S> out;                                                                       \
+    for (int k = 0; k < lane_count; ++k) out.lane[k] = a.lane[k] op b.lane[k];             \
+    return out;                                                                            \
+  }                                                                                        \
   template <class S> WidePack<S> operator op(S a, const WidePack<S>& b) {                  \
-    WidePack<S> out;                                                                     \
-    for (int k = 0; k < lane_count; ++k) out.lane[k] = a op b.lane[k];                   \
-    return out;                                                                          \
+    WidePack<S> out;                                                                       \
+    for (int k = 0; k < lane_count; ++k) out.lane[k] = a op b.lane[k];                     \
+    return out;                                                                            \
   }
 ATWOOD_PACK_OPERATION(+)
 ATWOOD_PACK_OPERATION(-)
@@ -29,9 +29,18 @@ ATWOOD_PACK_OPERATION(*)
 
 using FloatPack = float __attribute__((vector_size(lane_count * sizeof(float))));
 using DoublePack = double __attribute__((vector_size(lane_count * sizeof(double))));
-template <class S> struct PackOf { using Type = WidePack<S>; static constexpr bool in_register = false; };
-template <> struct PackOf<float> { using Type = FloatPack; static constexpr bool in_register = true; };
-template <> struct PackOf<double> { using Type = DoublePack; static constexpr bool in_register = true; };
+template <class S> struct PackOf {
+  using Type = WidePack<S>;
+  static constexpr bool in_register = false;
+};
+template <> struct PackOf<float> {
+  using Type = FloatPack;
+  static constexpr bool in_register = true;
+};
+template <> struct PackOf<double> {
+  using Type = DoublePack;
+  static constexpr bool in_register = true;
+};
 template <class S> using Pack = typename PackOf<S>::Type;
 
 template <class S> ATWOOD_INLINE Pack<S> load(const S* at) {
@@ -102,20 +111,16 @@ template <class P, VectorWidth width> ATWOOD_INLINE P root(WholePack<width>, con
 }
 
 // Component c of the lane, or of the pack, at at[c * stride].
-template <class S>
-ATWOOD_INLINE Vec3<S> load3(const S* at, std::ptrdiff_t stride, int k) {
+template <class S> ATWOOD_INLINE Vec3<S> load3(const S* at, std::ptrdiff_t stride, int k) {
   return load3(at + k, stride);
 }
-template <class S>
-ATWOOD_INLINE Quat<S> load4(const S* at, std::ptrdiff_t stride, int k) {
+template <class S> ATWOOD_INLINE Quat<S> load4(const S* at, std::ptrdiff_t stride, int k) {
   return load4(at + k, stride);
 }
-template <class S>
-ATWOOD_INLINE void store3(const Vec3<S>& a, S* at, std::ptrdiff_t stride, int k) {
+template <class S> ATWOOD_INLINE void store3(const Vec3<S>& a, S* at, std::ptrdiff_t stride, int k) {
   store3(a, at + k, stride);
 }
-template <class S>
-ATWOOD_INLINE void store4(const Quat<S>& a, S* at, std::ptrdiff_t stride, int k) {
+template <class S> ATWOOD_INLINE void store4(const Quat<S>& a, S* at, std::ptrdiff_t stride, int k) {
   store4(a, at + k, stride);
 }
 template <class S, VectorWidth width>

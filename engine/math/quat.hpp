@@ -5,9 +5,7 @@
 
 namespace atwood {
 
-template <class S> struct Quat {
-  S w{1}, x{}, y{}, z{};
-};
+template <class S> struct Quat { S w{1}, x{}, y{}, z{}; };
 
 template <class S> Quat<S> operator*(const Quat<S>& a, const Quat<S>& b) {
   return {a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z, a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
@@ -40,6 +38,11 @@ template <class S> Quat<S> quaternion_rate(const Quat<S>& q, const Vec3<S>& w_WB
 }
 
 template <class S> Quat<S> load4(const S* from) { return {from[0], from[1], from[2], from[3]}; }
-template <class S> void store4(const Quat<S>& q, S* to) { to[0] = q.w; to[1] = q.x; to[2] = q.y; to[3] = q.z; }
+template <class S> void store4(const Quat<S>& q, S* to) {
+  to[0] = q.w;
+  to[1] = q.x;
+  to[2] = q.y;
+  to[3] = q.z;
+}
 
 }  // namespace atwood

@@ -10,8 +10,18 @@ namespace atwood {
 template <class S> struct Vec3 {
   S x{}, y{}, z{};
 
-  Vec3& operator+=(const Vec3& b) { x += b.x; y += b.y; z += b.z; return *this; }
-  Vec3& operator-=(const Vec3& b) { x -= b.x; y -= b.y; z -= b.z; return *this; }
+  Vec3& operator+=(const Vec3& b) {
+    x += b.x;
+    y += b.y;
+    z += b.z;
+    return *this;
+  }
+  Vec3& operator-=(const Vec3& b) {
+    x -= b.x;
+    y -= b.y;
+    z -= b.z;
+    return *this;
+  }
 };
 
 // Mixed kinds: a number of a vector lane's kind with one that is the same in all lanes (math/pack.hpp).
@@ -33,7 +43,11 @@ template <class S> [[gnu::always_inline]] inline S norm(const Vec3<S>& a) { retu
 
 // States are spans of scalars; these read and write three of them.
 template <class S> Vec3<S> load3(const S* from) { return {from[0], from[1], from[2]}; }
-template <class S> void store3(const Vec3<S>& a, S* to) { to[0] = a.x; to[1] = a.y; to[2] = a.z; }
+template <class S> void store3(const Vec3<S>& a, S* to) {
+  to[0] = a.x;
+  to[1] = a.y;
+  to[2] = a.z;
+}
 template <class S> Vec3<S> narrow3(const std::array<double, 3>& a) { return {S(a[0]), S(a[1]), S(a[2])}; }
 
 }  // namespace atwood

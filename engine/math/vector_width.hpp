@@ -36,13 +36,9 @@ VectorWidth widest_vectors();
 #else
 #define ATWOOD_V4 "arch=x86-64-v4,prefer-vector-width=512"
 #endif
-template <class Kernel>
-[[gnu::target(ATWOOD_V4), gnu::noinline]] void run_at_v4(const Kernel& kernel) {
-  kernel();
-}
+template <class Kernel> [[gnu::target(ATWOOD_V4), gnu::noinline]] void run_at_v4(const Kernel& kernel) { kernel(); }
 #undef ATWOOD_V4
-template <class Kernel>
-[[gnu::target("arch=x86-64-v3"), gnu::noinline]] void run_at_v3(const Kernel& kernel) {
+template <class Kernel> [[gnu::target("arch=x86-64-v3"), gnu::noinline]] void run_at_v3(const Kernel& kernel) {
   kernel();
 }
 

@@ -13,21 +13,21 @@ struct ContactQuery {
   double t_end_s = 0;
 };
 
-struct FoundContact {      // one point
-  int body_a = 0, body_b = 0;             // a < b
-  std::array<Wide, 3> x_m{}, normal{};    // unit, from a to b
-  Wide depth_m = 0;                       // >= 0
+struct FoundContact {                   // one point
+  int body_a = 0, body_b = 0;           // a < b
+  std::array<Wide, 3> x_m{}, normal{};  // unit, from a to b
+  Wide depth_m = 0;                     // >= 0
 };
-struct FoundTouch {        // the first touch of a pair
+struct FoundTouch {  // the first touch of a pair
   int body_a = 0, body_b = 0;
-  Wide toi_s = 0;                         // 0: they overlap at the start
+  Wide toi_s = 0;  // 0: they overlap at the start
   std::array<Wide, 3> x_m{}, normal{};
 };
 
 struct ContactAnswer {
   std::vector<FoundContact> contacts;
   std::vector<FoundTouch> touches;
-  Outcome outcome;         // unsupported: with the reason
+  Outcome outcome;  // unsupported: with the reason
 };
 
 }  // namespace atwood

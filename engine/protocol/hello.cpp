@@ -75,9 +75,9 @@ void check_name(const std::string& name) {
   const bool known = name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_.-") == std::string::npos;
   const bool begins = name.empty() || name.find_first_of("_.-") != 0;
   if (name.size() > kLongestName || !known || !begins)
-    throw Garbage("the engine calls itself `" + cut(name) + "`; expected a name of at most " +
-                  std::to_string(kLongestName) +
-                  " bytes of lower-case letters a to z, digits, `_`, `.` and `-`, which begins with a letter or a digit");
+    throw Garbage(
+        "the engine calls itself `" + cut(name) + "`; expected a name of at most " + std::to_string(kLongestName) +
+        " bytes of lower-case letters a to z, digits, `_`, `.` and `-`, which begins with a letter or a digit");
 }
 
 void check_methods(const Engine& engine) {
@@ -86,9 +86,10 @@ void check_methods(const Engine& engine) {
   for (const MethodInfo& method : engine.methods) {
     const bool whole_engine = method.id == engine.name && engine.name == "truth";
     if (!whole_engine && (method.id.rfind(engine.name + "/", 0) != 0 || method.id.size() == engine.name.size() + 1))
-      throw Garbage("method `" + cut(method.id) + "` of engine `" + engine.name + "`; expected an id that begins with `" +
-                    engine.name + "/`");
-    if (method.id.size() > kLongestId) throw Garbage("a method's id of more than " + std::to_string(kLongestId) + " bytes");
+      throw Garbage("method `" + cut(method.id) + "` of engine `" + engine.name +
+                    "`; expected an id that begins with `" + engine.name + "/`");
+    if (method.id.size() > kLongestId)
+      throw Garbage("a method's id of more than " + std::to_string(kLongestId) + " bytes");
     if (!ids.insert(method.id).second) throw Garbage("method `" + cut(method.id) + "` is listed twice");
   }
 }

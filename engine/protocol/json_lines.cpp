@@ -47,9 +47,9 @@ std::string_view bare_number(std::string_view line) {
 Garbage not_an_object(std::string_view line) {
   const std::string_view bare = line.starts_with('{') ? bare_number(line) : std::string_view{};
   if (bare.empty()) return Garbage("not a JSON object: " + cut(line));
-  return Garbage("not a JSON object: it holds a bare " + std::string(bare) +
-                 ", which JSON has not; numbers that are not finite are the strings \"nan\", \"inf\" and \"-inf\": " +
-                 cut(line));
+  return Garbage(
+      "not a JSON object: it holds a bare " + std::string(bare) +
+      ", which JSON has not; numbers that are not finite are the strings \"nan\", \"inf\" and \"-inf\": " + cut(line));
 }
 
 // Events of nlohmann's parser, put together to one value at a time.
@@ -242,8 +242,7 @@ Wide number(const Json& json) {
   const auto& written = json.get_ref<const std::string&>();
   try {
     if (written.size() <= kExcerpt) return parse_wide(written);
-  } catch (const std::invalid_argument&) {
-  }
+  } catch (const std::invalid_argument&) {}
   throw Garbage("not a number: `" + cut(written) + "`");
 }
 

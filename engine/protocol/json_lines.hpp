@@ -13,9 +13,9 @@ namespace atwood::wire {
 
 using Json = nlohmann::ordered_json;
 
-inline constexpr int kDeepestLine = 64;                          // containers within containers
-inline constexpr std::size_t kMostMembers = 4096;                // of one object
-inline constexpr std::size_t kMostValues = std::size_t{1} << 20; // held of one line outside of its long arrays
+inline constexpr int kDeepestLine = 64;                           // containers within containers
+inline constexpr std::size_t kMostMembers = 4096;                 // of one object
+inline constexpr std::size_t kMostValues = std::size_t{1} << 20;  // held of one line outside of its long arrays
 inline constexpr std::size_t kLongestText = std::size_t{64} << 10;
 
 // At most 120 bytes of a text, "..." where it was cut.
@@ -42,7 +42,7 @@ int index(const Json& json, const char* what);             // an integer that an
 std::string text(const Json& json, const char* what);      // cut at kLongestText
 std::string text_or(const Json& json, const char* key, const std::string& otherwise);
 const Json& array(const Json& json, const char* what, std::size_t size = 0);  // size 0: any
-Wide number(const Json& json);          // a number, or its text where it is wider than double or not finite
+Wide number(const Json& json);  // a number, or its text where it is wider than double or not finite
 double narrow_number(const Json& json);
 void check_protocol(const Json& version, const char* whose);  // "this worker": who speaks kProtocol
 

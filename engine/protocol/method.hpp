@@ -29,21 +29,21 @@ MethodId parse_method_id(const std::string& text);  // throws std::invalid_argum
 std::string to_string(const MethodId& id);          // canonical: parse(to_string(id)) == id
 
 struct MethodInfo {
-  std::string id;                      // base id, without tolerance or suffixes: "atwood/rk4", "bullet64/default"
-  std::string doc, source;             // one paragraph; the paper or manual it follows
+  std::string id;           // base id, without tolerance or suffixes: "atwood/rk4", "bullet64/default"
+  std::string doc, source;  // one paragraph; the paper or manual it follows
   std::map<std::string, double> claimed_order;  // class of motion -> order: "point-mass", "velocity-dependent",
                                                 // "rotation", "contact"; absent: no claim
-  bool adaptive = false;               // takes a tolerance
-  Settings settings;                   // the defaults, all of them
+  bool adaptive = false;                        // takes a tolerance
+  Settings settings;                            // the defaults, all of them
 };
 
 // What one engine is. `run` never throws on what a scene may contain: it answers unsupported with a reason that names
 // the engine and the thing. `repeats` > 0 asks for the timed pass: no observation, that many entries in busy_ns.
 struct Engine {
-  std::string name, version, scalar;   // "bullet64", "3.24", "double"
+  std::string name, version, scalar;  // "bullet64", "3.24", "double"
   std::vector<MethodInfo> methods;
   std::function<Outcome(const MethodId&, const Scene&, const Plan&, const Observer&, int repeats)> run;
-  bool frames = false;                 // takes steps of recorded, unequal length (Plan::frame_ends_s)
+  bool frames = false;  // takes steps of recorded, unequal length (Plan::frame_ends_s)
   std::vector<MethodInfo> responses =
       {};  // "+impulse", ...: what may follow a scheme, with doc and settings of its own
   // Where the scene's bodies touch; never throws. Empty: the engine has no such query.

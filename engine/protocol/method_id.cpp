@@ -46,8 +46,7 @@ double tolerance(Cursor& cursor) {
   return value;
 }
 
-template <class Names>
-std::string one_of(Cursor& cursor, const Names& names, char mark) {
+template <class Names> std::string one_of(Cursor& cursor, const Names& names, char mark) {
   std::string word = cursor.until("+@{:");
   if (std::find(names.begin(), names.end(), word) == names.end()) {
     std::string expected;

@@ -22,16 +22,14 @@ constexpr std::array<std::pair<EventKind, const char*>, 6> kEvents{{{EventKind::
                                                                     {EventKind::roll, "roll"},
                                                                     {EventKind::separate, "separate"}}};
 
-template <class Table, class Value>
-std::string name_of(const Table& table, Value value) {
+template <class Table, class Value> std::string name_of(const Table& table, Value value) {
   for (const auto& [candidate, name] : table) {
     if (candidate == value) return name;
   }
   throw std::invalid_argument("no name for value " + std::to_string(static_cast<int>(value)));
 }
 
-template <class Table>
-auto value_of(const Table& table, const std::string& text, const std::string& what) {
+template <class Table> auto value_of(const Table& table, const std::string& text, const std::string& what) {
   std::string expected;
   for (const auto& [value, name] : table) {
     if (text == name) return value;

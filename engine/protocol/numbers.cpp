@@ -32,8 +32,7 @@ int significant_digits(const std::string& text) {
   return digits;
 }
 
-template <class Real, class Read>
-Real read(const std::string& text, Read from_text) {
+template <class Real, class Read> Real read(const std::string& text, Read from_text) {
   char* end = nullptr;
   errno = 0;
   const Real value = from_text(text.c_str(), &end);

@@ -126,7 +126,8 @@ Profile read_profile(const Json& done) {
   if (!done.contains("phase_ns")) return profile;
   const Json& phases = done["phase_ns"];
   if (!phases.is_object()) throw Garbage("\"phase_ns\" is not an object: " + excerpt(phases));
-  if (phases.size() > kMostPhases) throw Garbage("more than " + std::to_string(kMostPhases) + " phases in \"phase_ns\"");
+  if (phases.size() > kMostPhases)
+    throw Garbage("more than " + std::to_string(kMostPhases) + " phases in \"phase_ns\"");
   for (const auto& [phase, ns] : phases.items()) profile.phase_ns[cut(phase)] = count(ns, "phase_ns");
   return profile;
 }
@@ -142,7 +143,9 @@ void read_done(const Json& done, Answer& answer) {
 
 // ---- the line -----------------------------------------------------------------------------------------------------
 // Which members have come: what a line is follows from them.
-struct Seen { bool cell = false, t_s = false, bodies = false, events = false, found = false; };
+struct Seen {
+  bool cell = false, t_s = false, bodies = false, events = false, found = false;
+};
 
 Reading how_to_read(const std::string& member, Seen& seen) {
   seen.cell = seen.cell || member == "cell";
@@ -192,7 +195,8 @@ Answer read_answer(std::string_view line, const Limits& most) {
   Answer answer;
   Seen seen;
   read_members(
-      line, [&](const std::string& member) {
+      line,
+      [&](const std::string& member) {
         if (member == "bars") answer.has_bar = true;
         return how_to_read(member, seen);
       },

@@ -20,7 +20,7 @@ using Wide = __float128;  // arithmetic works natively; functions come from <qua
 struct Plan {
   double t_end_s = 0;
   std::int64_t steps = 0;
-  std::int64_t samples = 0;  // divides steps
+  std::int64_t samples = 0;               // divides steps
   std::vector<double> frame_ends_s = {};  // empty: equal steps
 };
 
@@ -35,20 +35,20 @@ template <class T> T step_begin_s(const Plan& plan, std::int64_t n) {
 }
 
 struct BodySample {
-  std::array<Wide, 3> p_m{};              // world
-  std::array<Wide, 4> q_wxyz{1, 0, 0, 0}; // body to world
-  std::array<Wide, 3> v_m_per_s{};        // world
-  std::array<Wide, 3> w_rad_per_s{};      // body axes
+  std::array<Wide, 3> p_m{};               // world
+  std::array<Wide, 4> q_wxyz{1, 0, 0, 0};  // body to world
+  std::array<Wide, 3> v_m_per_s{};         // world
+  std::array<Wide, 3> w_rad_per_s{};       // body axes
 };
 
 // A contact that carries force at a sample's instant: the mean over the step that ends there, or the force itself where
 // the method knows it.
 struct ContactSample {
-  int body_a = 0, body_b = 0;                       // a < b
-  std::array<double, 3> x_m{}, normal{};            // unit, from a to b
-  double gap_m = 0;                                 // negative: overlap
-  double force_n_N = 0;                             // on b along the normal, >= 0
-  std::array<double, 3> force_t_N{};                // friction on b, world axes
+  int body_a = 0, body_b = 0;             // a < b
+  std::array<double, 3> x_m{}, normal{};  // unit, from a to b
+  double gap_m = 0;                       // negative: overlap
+  double force_n_N = 0;                   // on b along the normal, >= 0
+  std::array<double, 3> force_t_N{};      // friction on b, world axes
 };
 inline bool operator==(const ContactSample& a, const ContactSample& b) {  // not defaulted: Boost's odeint needs C++17
   return a.body_a == b.body_a && a.body_b == b.body_b && a.x_m == b.x_m && a.normal == b.normal && a.gap_m == b.gap_m &&
@@ -57,7 +57,7 @@ inline bool operator==(const ContactSample& a, const ContactSample& b) {  // not
 
 struct Sample {
   Wide t_s = 0;
-  std::vector<BodySample> bodies;  // in the order of Scene::bodies, fixed ones included
+  std::vector<BodySample> bodies;            // in the order of Scene::bodies, fixed ones included
   std::vector<ContactSample> contacts = {};  // of methods and engines that tell; one entry a contact point
 };
 
@@ -75,35 +75,35 @@ enum class Status { ok, unsupported, diverged, not_finite, timeout, crashed, not
 
 struct Outcome {
   Status status = Status::ok;
-  std::string reason;                     // empty when ok
+  std::string reason;  // empty when ok
   std::int64_t steps_taken = 0;
   std::int64_t rate_evaluations = 0;
-  std::vector<std::int64_t> busy_ns;      // timing pass: one per repeat, the stepping alone (no start-up, no sampling)
+  std::vector<std::int64_t> busy_ns;  // timing pass: one per repeat, the stepping alone (no start-up, no sampling)
 };
 
 // A pass of its own, apart from accuracy and timing: one clock reading a step, and one a phase where the engine has
 // phases.
 struct Profile {
-  std::vector<std::int64_t> step_ns;                // one a step of the plan
-  std::map<std::string, std::int64_t> phase_ns;     // "broad", "narrow", "solve", "integrate"; empty: not told
+  std::vector<std::int64_t> step_ns;             // one a step of the plan
+  std::map<std::string, std::int64_t> phase_ns;  // "broad", "narrow", "solve", "integrate"; empty: not told
 };
 
 // Where samples and events go. Both empty in the timed pass.
 struct Observer {
   std::function<void(const Sample&)> sample;
   std::function<void(const Event&)> event;
-  Profile* profile = nullptr;      // not null: the profile pass; nothing else is observed, repeats are 0
+  Profile* profile = nullptr;  // not null: the profile pass; nothing else is observed, repeats are 0
 };
 
 std::string to_string(
     Status status);  // "ok", "unsupported", "diverged", "not finite", "timeout", "crashed", "not built"
-Status status_from_string(const std::string& text);      // throws std::invalid_argument
+Status status_from_string(const std::string& text);  // throws std::invalid_argument
 std::string to_string(EventKind kind);
 EventKind event_kind_from_string(const std::string& text);
 
 // Text of numbers, exact both ways. digits 17: shortest round-trip double; 21: long double; 36: quad.
 std::string format_number(Wide value, int digits);
-std::string format_double(double value);     // shortest round-trip; "nan", "inf", "-inf"
-Wide parse_wide(const std::string& text);    // throws std::invalid_argument
+std::string format_double(double value);   // shortest round-trip; "nan", "inf", "-inf"
+Wide parse_wide(const std::string& text);  // throws std::invalid_argument
 
 }  // namespace atwood

@@ -70,8 +70,7 @@ Outcome failure(Status status, const std::string& reason) {
 }
 
 // Whatever `work` throws becomes an outcome.
-template <class Work>
-Outcome guarded(Work work) {
+template <class Work> Outcome guarded(Work work) {
   try {
     return work();
   } catch (const std::invalid_argument& error) {
@@ -101,9 +100,8 @@ void answer_run(const Engine& engine, const wire::Request& request, Pipe& pipe) 
       events.clear();
     };
   }
-  const Outcome outcome = guarded([&] {
-    return engine.run(parse_method_id(request.method), scene, request.plan, observer, request.repeats);
-  });
+  const Outcome outcome = guarded(
+      [&] { return engine.run(parse_method_id(request.method), scene, request.plan, observer, request.repeats); });
   wire::event_lines(request.cell, events, nullptr, put);
   pipe.put(wire::done_line(request.cell, outcome, events, profile));
 }
@@ -222,8 +220,7 @@ bool answered_contacts(const ContactTest& test, const wire::Request& request, Pi
 }
 
 // `answer(request, pipe)` answers everything but hello.
-template <class AnswerRequest>
-int serve_lines(const Engine& hello, AnswerRequest answer) {
+template <class AnswerRequest> int serve_lines(const Engine& hello, AnswerRequest answer) {
   open_standard_descriptors();
   Pipe pipe;
   std::string line;

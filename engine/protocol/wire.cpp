@@ -22,8 +22,7 @@ void append(std::string& line, Wide value) {
   line += '"';
 }
 
-template <class Values>
-void append_all(std::string& line, const Values& values) {
+template <class Values> void append_all(std::string& line, const Values& values) {
   for (const Wide value : values) {
     append(line, value);
     line += ',';
@@ -258,7 +257,8 @@ namespace {
 
 std::string one_line(std::int64_t cell, const Sample& sample, const Sample* bar, const std::vector<Event>& events) {
   std::string only;
-  sample_lines(cell, sample, bar, events, [&](const std::string& line) { only = line; }, std::string::npos);
+  sample_lines(
+      cell, sample, bar, events, [&](const std::string& line) { only = line; }, std::string::npos);
   return only;
 }
 
@@ -319,8 +319,10 @@ std::string contacts_line(std::int64_t cell, const ContactAnswer& answer, bool s
     line += ',';
   };
   using One = std::array<Wide, 1>;
-  if (swept) for (const FoundTouch& t : answer.touches) row(t.body_a, t.body_b, One{t.toi_s}, t.x_m, t.normal);
-  else for (const FoundContact& c : answer.contacts) row(c.body_a, c.body_b, c.x_m, c.normal, One{c.depth_m});
+  if (swept)
+    for (const FoundTouch& t : answer.touches) row(t.body_a, t.body_b, One{t.toi_s}, t.x_m, t.normal);
+  else
+    for (const FoundContact& c : answer.contacts) row(c.body_a, c.body_b, c.x_m, c.normal, One{c.depth_m});
   if (line.back() == ',') line.pop_back();
   return line + "]}";
 }

@@ -23,20 +23,22 @@ inline constexpr std::size_t kLongestHello = std::size_t{4} << 20;
 inline constexpr std::size_t kLongestPart = std::size_t{16} << 20;  // from here on a sample continues on another line
 
 // A line that does not follow the protocol; says what was found.
-struct Garbage : std::runtime_error { using std::runtime_error::runtime_error; };
+struct Garbage : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
 
 // ---- requests ---------------------------------------------------------------------------------------------------
 struct Request {
   enum class Kind { hello, run, truth, contacts, sweep } kind = Kind::hello;
   std::int64_t cell = -1;
   std::string method;
-  Plan plan;           // truth: samples alone
-  int repeats = 0;     // 0: the accuracy pass, or the profile
+  Plan plan;        // truth: samples alone
+  int repeats = 0;  // 0: the accuracy pass, or the profile
   bool profile = false;
-  std::string json;    // run, contacts: the scene; truth: the scenario
-  ContactQuery contacts = {};   // contacts, sweep
-  std::string test = {};        // contacts, sweep: one beside the engine's own; empty: its own
-  std::string pair = {};        // sweep: poses from..from + count of this pair (scene/pair_sweep.hpp)
+  std::string json;            // run, contacts: the scene; truth: the scenario
+  ContactQuery contacts = {};  // contacts, sweep
+  std::string test = {};       // contacts, sweep: one beside the engine's own; empty: its own
+  std::string pair = {};       // sweep: poses from..from + count of this pair (scene/pair_sweep.hpp)
   std::uint64_t seed = 0;
   std::int64_t from = 0, count = 0;
 };
@@ -87,7 +89,7 @@ struct Answer {
   std::vector<double> event_bar_s;
   Outcome outcome;
   Profile profile;
-  std::string source, note;   // of a truth
+  std::string source, note;  // of a truth
   double condition = 0;
   std::vector<FoundContact> contacts;
   std::vector<FoundTouch> touches;

@@ -45,9 +45,7 @@ void put_inertia(FlightKind kind, const MassProperties<S>& mass, FlightInertia<S
 
 template <class S>
 FreeFlight<S>::FreeFlight(RigidModel<S>& model, ExplicitWeights<S> weights)
-    : model_(model),
-      weights_(std::move(weights)),
-      steps_(weights_),
+    : model_(model), weights_(std::move(weights)), steps_(weights_),
       lanes_(model.team() == nullptr ? 1 : model.team()->size()) {
   for (FlightLanes<S>& lanes : lanes_) lanes.rates.resize(weights_.a.size() * 7 * flight_lanes);
   sorted_.reserve(model.body_count());

@@ -37,11 +37,11 @@ template <class S> class FreeFlight {
   ExplicitWeights<S> weights_;
   FlightSteps<S> steps_;
   VectorWidth width_ = widest_vectors();
-  std::vector<FlightLanes<S>> lanes_;  // one a thread
+  std::vector<FlightLanes<S>> lanes_;         // one a thread
   std::vector<FlightInertia<S, 1>> inertia_;  // a body
   int fixed_ = 0;
-  std::vector<int> sorted_;            // the moving bodies by kind, and in each kind by index
-  int end_[3] = {};                    // of each kind in sorted_
+  std::vector<int> sorted_;  // the moving bodies by kind, and in each kind by index
+  int end_[3] = {};          // of each kind in sorted_
   std::int64_t epoch_ = -1, counted_epoch_ = -1;
 };
 

@@ -4,8 +4,7 @@ namespace atwood {
 namespace {
 
 // ---- a lane's numbers; all of this is laid out in vector registers by the loops below -----------------------------
-template <class S>
-ATWOOD_INLINE Vec3<S> get(const S (&rows)[3][flight_lanes], int l) {
+template <class S> ATWOOD_INLINE Vec3<S> get(const S (&rows)[3][flight_lanes], int l) {
   return {rows[0][l], rows[1][l], rows[2][l]};
 }
 template <class S> ATWOOD_INLINE Quat<S> get(const S (&rows)[4][flight_lanes], int l) {
@@ -17,12 +16,10 @@ template <class S> ATWOOD_INLINE void put(const Vec3<S>& a, S (&rows)[3][flight_
 template <class S> ATWOOD_INLINE void put(const Quat<S>& a, S (&rows)[4][flight_lanes], int l) {
   rows[0][l] = a.w, rows[1][l] = a.x, rows[2][l] = a.y, rows[3][l] = a.z;
 }
-template <class S>
-ATWOOD_INLINE Vec3<S> add(const Vec3<S>& a, const Vec3<S>& b) {
+template <class S> ATWOOD_INLINE Vec3<S> add(const Vec3<S>& a, const Vec3<S>& b) {
   return {a.x + b.x, a.y + b.y, a.z + b.z};
 }
-template <class S>
-ATWOOD_INLINE Quat<S> add(const Quat<S>& a, const Quat<S>& b) {
+template <class S> ATWOOD_INLINE Quat<S> add(const Quat<S>& a, const Quat<S>& b) {
   return {a.w + b.w, a.x + b.x, a.y + b.y, a.z + b.z};
 }
 template <class S> ATWOOD_INLINE Vec3<S> scale(S s, const Vec3<S>& a) { return {s * a.x, s * a.y, s * a.z}; }
@@ -71,8 +68,8 @@ template <class S> struct ClassicalSteps {
   Vec3<S> fall_half, fall_whole, fall;
 
   explicit ClassicalSteps(const FlightSteps<S>& steps)  // of a classical tableau
-      : h(steps.h_s), half_h(steps.h_s * S(0.5)),
-        b{steps.weights.b.weight[0], steps.weights.b.weight[1], steps.weights.b.weight[1], steps.weights.b.weight[3]},
+      : h(steps.h_s), half_h(steps.h_s * S(0.5)), b{steps.weights.b.weight[0], steps.weights.b.weight[1],
+                                                    steps.weights.b.weight[1], steps.weights.b.weight[3]},
         fall_half(steps.stage_m_per_s[1]), fall_whole(steps.stage_m_per_s[3]), fall(steps.step_m_per_s) {}
 };
 
@@ -198,7 +195,10 @@ ATWOOD_INLINE void any_steps(int bodies, const FlightSteps<S>& steps, std::int64
 }
 
 // ---- one body by itself -------------------------------------------------------------------------------------------
-template <class S> struct Turning { Quat<S> q; Vec3<S> u; };
+template <class S> struct Turning {
+  Quat<S> q;
+  Vec3<S> u;
+};
 
 // Room that nobody fills with zeros first.
 template <class S> struct TurningRates {
@@ -212,8 +212,7 @@ template <class S> struct TurningRates {
     return {scale(weight, load4(rate[stage])), scale(weight, load3(rate[stage] + 4))};
   }
 };
-template <class S>
-ATWOOD_INLINE Turning<S> add(const Turning<S>& a, const Turning<S>& b) {
+template <class S> ATWOOD_INLINE Turning<S> add(const Turning<S>& a, const Turning<S>& b) {
   return {add(a.q, b.q), add(a.u, b.u)};
 }
 
@@ -257,19 +256,22 @@ ATWOOD_INLINE void fly_by(const S* from, S* to, const Translate& translate_by, c
 template <FlightKind kind, class S>
 void fly_alone_as(const FlightSteps<S>& steps, const FlightInertia<S, 1>& inertia, const S* from, S* to) {
   if (!steps.classical)
-    return fly_by<kind>(from, to, [&](auto& p, auto& v) { translate(steps, p, v); },
-                        [&](auto& q, auto& u) { rotate<kind>(steps, inertia, q, u); });
+    return fly_by<kind>(
+        from, to, [&](auto& p, auto& v) { translate(steps, p, v); },
+        [&](auto& q, auto& u) { rotate<kind>(steps, inertia, q, u); });
   const ClassicalSteps<S> by(steps);
-  fly_by<kind>(from, to, [&](auto& p, auto& v) { translate_classically(by, p, v); },
-               [&](auto& q, auto& u) { rotate_classically<kind>(by, inertia, 0, q, u); });
+  fly_by<kind>(
+      from, to, [&](auto& p, auto& v) { translate_classically(by, p, v); },
+      [&](auto& q, auto& u) { rotate_classically<kind>(by, inertia, 0, q, u); });
 }
 
 template <FlightKind kind, class S>
 void fly_kind(VectorWidth width, int bodies, const FlightSteps<S>& steps, std::int64_t count, FlightLanes<S>& lanes) {
-  at_width(width, [&]() __attribute__((always_inline)) {
-    if (steps.classical) classical_steps<kind>(bodies, steps, count, lanes);
-    else any_steps<kind>(bodies, steps, count, lanes);
-  });
+  at_width(
+      width, [&]() __attribute__((always_inline)) {
+        if (steps.classical) classical_steps<kind>(bodies, steps, count, lanes);
+        else any_steps<kind>(bodies, steps, count, lanes);
+      });
 }
 
 // slope of a constant rate g by a row's weights, in its order

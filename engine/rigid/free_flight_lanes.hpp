@@ -35,7 +35,7 @@ template <class S> struct FlightSteps {
   S h_s{};
   std::vector<Vec3<S>> stage_m_per_s2, stage_m_per_s;  // a_i g, h a_i g
   Vec3<S> step_m_per_s2{}, step_m_per_s{};             // sum b_i g, h sum b_i g
-  bool classical = false;              // the tableau is RK4's, for which there is a loop of its own
+  bool classical = false;                              // the tableau is RK4's, for which there is a loop of its own
 
   explicit FlightSteps(const ExplicitWeights<S>& w);
   void set_gravity(const Vec3<S>& gravity_m_per_s2);

@@ -58,7 +58,7 @@ bool free_turn(FreeTop top, const MassProperties<S>& mass, S direct_s, S adjoint
   return solved;
 }
 
-#define ATWOOD_INSTANTIATE(S)                                                       \
+#define ATWOOD_INSTANTIATE(S)                                                      \
   template void split_turn<S>(const Vec3<S>&, S, S, const Vec3<S>&, FreeTurn<S>&); \
   template bool free_turn<S>(FreeTop, const MassProperties<S>&, S, S, const Vec3<S>&, FreeTurn<S>&);
 ATWOOD_INSTANTIATE(float)

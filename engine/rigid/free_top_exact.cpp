@@ -21,7 +21,9 @@
 namespace atwood {
 namespace {
 
-struct Axes { int one, two, three; };
+struct Axes {
+  int one, two, three;
+};
 
 template <class S> S part(const Vec3<S>& v, int i) { return (&v.x)[i]; }
 template <class S> S square(S x) { return x * x; }
@@ -30,7 +32,11 @@ template <class S> S square(S x) { return x * x; }
 template <class S> Axes choose_axes(const Vec3<S>& g, const Vec3<S>& L) {
   Axes a{0, 1, 2};
   const auto order = [&](int& i, int& j) {
-    if (part(g, j) < part(g, i)) { const int k = i; i = j; j = k; }
+    if (part(g, j) < part(g, i)) {
+      const int k = i;
+      i = j;
+      j = k;
+    }
   };
   order(a.one, a.two);
   order(a.two, a.three);

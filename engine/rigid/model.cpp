@@ -43,9 +43,7 @@ bool is_on(const std::vector<Interval>& on_s, double t_s) {
 template <class S>
 RigidModel<S>::RigidModel(const Scene& scene, const ModelOptions& options)
     : team_(options.threads > 1 ? std::make_unique<Team>(options.threads) : nullptr),
-      gravity_(narrow3<S>(scene.gravity_m_per_s2)),
-      conservative_(scene),
-      series_forces_(scene) {
+      gravity_(narrow3<S>(scene.gravity_m_per_s2)), conservative_(scene), series_forces_(scene) {
   system_.context = this;
   build_bodies(scene);
   if (!scene.problem.empty()) {
@@ -90,7 +88,9 @@ template <class S> void RigidModel<S>::build_bodies(const Scene& scene) {
       slot.offset = state_size_;
       state_size_ += slot.rotates ? rotating_size : point_size;
     }
-    BodyState<S> start{narrow3<S>(body.position_m), narrow3<S>(body.velocity_m_per_s), {},
+    BodyState<S> start{narrow3<S>(body.position_m),
+                       narrow3<S>(body.velocity_m_per_s),
+                       {},
                        narrow3<S>(body.angular_velocity_body_rad_per_s)};
     const Real4& q = body.orientation_wxyz;  // of unit length to a double's round-off: to S's own from here on
     start.q_WB = normalised(Quat<S>{S(q[0]), S(q[1]), S(q[2]), S(q[3])});
@@ -231,14 +231,12 @@ template <class S> void RigidModel<S>::normalise(S* y) const {
     }
 }
 
-template <class S>
-void RigidModel<S>::project_of(void* context, S* y) {
+template <class S> void RigidModel<S>::project_of(void* context, S* y) {
   static_cast<RigidModel*>(context)->normalise(y);
 }
 
 // q / |q| - q = q (1 / n - 1) with n = sqrt(1 + e), e = |q|^2 - 1: -q e / (n (1 + n)), without the cancellation.
-template <class S>
-void RigidModel<S>::projection_of(void* context, const S* y, S* change) {
+template <class S> void RigidModel<S>::projection_of(void* context, const S* y, S* change) {
   const RigidModel& model = *static_cast<RigidModel*>(context);
   std::fill(change, change + model.state_size_, S(0));
   for (const Slot<S>& slot : model.slots_)

@@ -34,14 +34,13 @@ inline constexpr int at_position = 0, at_velocity = 3, at_attitude = 6, at_body_
 
 template <class S> struct MassProperties {
   S mass_kg{}, inverse_mass_per_kg{};  // both 0: fixed (and its inverse inertia is 0 too)
-  Vec3<S> I_row[3];          // inertia about the centre of mass, body axes
+  Vec3<S> I_row[3];                    // inertia about the centre of mass, body axes
   Vec3<S> I_inverse_row[3];
-  bool diagonal = true;      // body axes are principal
+  bool diagonal = true;  // body axes are principal
   PrincipalAxes<S> principal;
 
   template <class V = S> ATWOOD_INLINE Vec3<V> times_inertia(const Vec3<V>& w_B) const { return times(I_row, w_B); }
-  template <class V = S>
-  ATWOOD_INLINE Vec3<V> times_inverse_inertia(const Vec3<V>& L_B) const {
+  template <class V = S> ATWOOD_INLINE Vec3<V> times_inverse_inertia(const Vec3<V>& L_B) const {
     return times(I_inverse_row, L_B);
   }
 
@@ -86,21 +85,21 @@ template <class S> class RigidModel {
   bool rotates(int body) const { return slots_[body].rotates; }
   const MassProperties<S>& mass(int body) const { return mass_[body]; }
   void initial_state(S* y) const;
-  BodyState<S> body(int body, const S* y) const;                       // fixed ones included
-  void set_body(int body, const BodyState<S>& state, S* y) const;      // no effect on a fixed one
-  void write(S t_s, const S* y, Sample& sample);                       // sample.bodies is resized once; t_s is not set
+  BodyState<S> body(int body, const S* y) const;                   // fixed ones included
+  void set_body(int body, const BodyState<S>& state, S* y) const;  // no effect on a fixed one
+  void write(S t_s, const S* y, Sample& sample);                   // sample.bodies is resized once; t_s is not set
 
   // ---- switches and releases: the law that holds in [from_s, to_s] (as at its midpoint) holds until the next call
   const std::vector<double>& switch_times_s() const { return switch_times_s_; }  // sorted, unique, > 0
-  void select_interval(S from_s, S to_s);                              // cheap when nothing switches
-  std::span<const int> moving() const { return moving_; }              // neither fixed nor held at present
+  void select_interval(S from_s, S to_s);                                        // cheap when nothing switches
+  std::span<const int> moving() const { return moving_; }                        // neither fixed nor held at present
 
   // ---- rates
   System<S>& system() { return system_; }  // y' = f(t, y) with embedded quaternions; lives as long as the model
   // The kick of partitioned methods: velocity entries get force / mass, body-rate entries I^-1 torque without the
   // gyroscopic term; every other entry is left as it is.
   void accelerations(S t_s, const S* y, S* dydt);
-  void normalise(S* y) const;              // unit quaternions
+  void normalise(S* y) const;                            // unit quaternions
   bool feels_forces() const { return !terms_.empty(); }  // besides uniform gravity
   const Vec3<S>& uniform_gravity() const { return gravity_; }
   // Does the law of [from_s, to_s] hold already? select_interval would change nothing.
@@ -110,10 +109,10 @@ template <class S> class RigidModel {
   // Whether or not they act now; of a scene without bodies, empty.
   const SeriesForces<S>& series_forces() const { return series_forces_; }
   Motion<S> motion(S t_s, const S* y) const { return {t_s, y, slots_.data()}; }
-  S energy(const S* y) const;              // J, kinetic and potential
-  S energy_scale(const S* y) const;        // J, the sum of their sizes: what an energy's round-off is relative to
+  S energy(const S* y) const;        // J, kinetic and potential
+  S energy_scale(const S* y) const;  // J, the sum of their sizes: what an energy's round-off is relative to
   void set_vector_width(VectorWidth width) { width_ = width; }  // of batches of rates; the same bits at each
-  Team* team() const { return team_.get(); }  // null: one thread
+  Team* team() const { return team_.get(); }                    // null: one thread
 
  private:
   static void rate_of(void* context, S t_s, const S* y, S* dydt);
@@ -127,11 +126,11 @@ template <class S> class RigidModel {
   void build_forces(const Scene& scene, const GravityOptions& gravity);
 
   std::string unsupported_;
-  std::unique_ptr<Team> team_;             // outlives the terms, which use it
+  std::unique_ptr<Team> team_;  // outlives the terms, which use it
   bool bare_problem_ = false, velocity_dependent_ = false, magnetic_only_ = true;
   int state_size_ = 0;
   std::vector<Slot<S>> slots_;
-  std::vector<S> resting_;                 // p, v = 0, q, w = 0 of every body: what forces see of fixed and held ones
+  std::vector<S> resting_;  // p, v = 0, q, w = 0 of every body: what forces see of fixed and held ones
   std::vector<BodyState<S>> initial_;
   std::vector<double> release_s_;
   std::vector<MassProperties<S>> mass_;
@@ -140,12 +139,12 @@ template <class S> class RigidModel {
   std::vector<const ForceTerm<S>*> active_;
   std::vector<double> switch_times_s_;
   std::vector<int> moving_;
-  bool holds_ = false;                     // some body of the state does not move now
-  bool lanes_ = true;                      // every active force has a law over lanes
+  bool holds_ = false;  // some body of the state does not move now
+  bool lanes_ = true;   // every active force has a law over lanes
   VectorWidth width_ = widest_vectors();
   LaneArray<S> resting_lanes_, load_lanes_;
-  std::vector<S> one_;                     // a state and its rate: batches one by one
-  int interval_ = -1;                      // how many switch times lie behind
+  std::vector<S> one_;  // a state and its rate: batches one by one
+  int interval_ = -1;   // how many switch times lie behind
   Vec3<S> gravity_;
   ConservativeForces<S> conservative_;
   SeriesForces<S> series_forces_;

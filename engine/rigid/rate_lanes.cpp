@@ -59,8 +59,7 @@ template <VectorWidth width, class S> ATWOOD_INLINE void move(const Lanes<S>& la
 
 }  // namespace
 
-template <class S>
-void RigidModel<S>::rates_of(void* context, int count, const S* t_s, const S* y, S* dydt) {
+template <class S> void RigidModel<S>::rates_of(void* context, int count, const S* t_s, const S* y, S* dydt) {
   RigidModel& model = *static_cast<RigidModel*>(context);
   if (!model.lanes_) {
     S *state = model.one_.data(), *rate = state + model.state_size_;
@@ -75,12 +74,20 @@ void RigidModel<S>::rates_of(void* context, int count, const S* t_s, const S* y,
     for (int i = 0; i < model.state_size_ * count; ++i) dydt[i] = S(0);  // held bodies do not move
   for (int first = 0; first < count; first += lane_count) {
     const int block = std::min(lane_count, count - first);
-    const Lanes<S> lanes{block, count, y + first, dydt + first, lanes_of(model.load_lanes_), model.slots_.data(),
-                         model.mass_.data(), model.moving_};
+    const Lanes<S> lanes{block,
+                         count,
+                         y + first,
+                         dydt + first,
+                         lanes_of(model.load_lanes_),
+                         model.slots_.data(),
+                         model.mass_.data(),
+                         model.moving_};
     in_lanes<S>(model.width_, [&](auto) ATWOOD_INLINED { start(lanes, model.gravity_); });
     const S* resting = lanes_of(model.resting_lanes_);
-    const LaneMotion<S> motion{model.width_, block, t_s + first, y + first, count, model.slots_.data(), resting,
-                               resting + model.slots_.size() * body_scalars * lane_count};
+    const LaneMotion<S> motion{model.width_, block,
+                               t_s + first,  y + first,
+                               count,        model.slots_.data(),
+                               resting,      resting + model.slots_.size() * body_scalars * lane_count};
     for (const ForceTerm<S>* term : model.active_) term->add_lane_loads(motion, lanes.load);
     in_lanes<S>(model.width_, [&](auto width) ATWOOD_INLINED { move<decltype(width)::value>(lanes); });
   }

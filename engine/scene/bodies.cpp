@@ -9,8 +9,7 @@
 namespace atwood {
 namespace {
 
-template <class T>
-Codec<std::optional<T>> optional(Codec<T> inner) {
+template <class T> Codec<std::optional<T>> optional(Codec<T> inner) {
   Codec<std::optional<T>> c;
   c.schema = inner.schema;
   c.read = [inner](Reading& r, const Value& v, std::optional<T>& out) {

@@ -32,8 +32,7 @@ Face face_of(const std::vector<Real3>& p, int a, int b, int c) {
 }
 
 // The index that makes `measure` largest.
-template <class Measure>
-std::size_t farthest(const std::vector<Real3>& points, Measure measure) {
+template <class Measure> std::size_t farthest(const std::vector<Real3>& points, Measure measure) {
   std::size_t best = 0;
   for (std::size_t i = 1; i < points.size(); ++i)
     if (measure(points[i]) > measure(points[best])) best = i;

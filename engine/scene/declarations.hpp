@@ -11,8 +11,7 @@ namespace atwood {
 struct Tag {
   std::string key, value;
 };
-template <class V>
-struct Alternative {
+template <class V> struct Alternative {
   std::string name, doc;
   std::vector<Tag> tags;
   std::function<void(Reading&, const Value&, V&)> read;

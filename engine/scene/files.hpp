@@ -13,7 +13,9 @@ namespace atwood {
 // What a user got wrong, where, what was found, what was expected. The message reads
 //   scenes/rod.toml:12:8: unknown key `mas_kg` in [[body]]; expected one of mass_kg, ... (did you mean mass_kg?)
 // The command line exits with 2 on it.
-struct InputError : std::runtime_error { using std::runtime_error::runtime_error; };
+struct InputError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
 
 // Reads, checks and resolves a scenario file. Throws InputError.
 Scenario read_scenario(const std::string& path);

@@ -7,8 +7,7 @@ namespace atwood {
 namespace {
 
 // What a force calls the bodies it acts on: "body", "bodies", or nothing.
-template <class T>
-std::string name_of_bodies(const Keys<T>& keys) {
+template <class T> std::string name_of_bodies(const Keys<T>& keys) {
   for (const Key<T>& key : keys)
     if (key.name == "body" || key.name == "bodies") return key.name;
   return "";
@@ -20,7 +19,8 @@ Value renamed(Reading& r, const Value& v, const std::string& other, const std::s
   for (Member& member : std::get<Value::Table>(table.data)) {
     if (member.key != other) continue;
     if (v.find(own))
-      fail(r, member.place, "`" + other + "` in " + r.where + " is given beside `" + own + "`; expected one of the two");
+      fail(r, member.place,
+           "`" + other + "` in " + r.where + " is given beside `" + own + "`; expected one of the two");
     member.key = own;
   }
   return table;
@@ -69,41 +69,36 @@ Alternative<Force> force(std::vector<Tag> tags, std::string doc, Keys<T> keys,
     }
     std::erase_if(needed, [&](const Value& key) { return *key.text() == own; });
     Value schema = object_schema(std::move(properties), std::move(needed));
-    add(schema, "oneOf", Value::List{table_of({{"required", Value::List{Value("body")}}}),
-                                     table_of({{"required", Value::List{Value("bodies")}}})});
+    add(schema, "oneOf",
+        Value::List{table_of({{"required", Value::List{Value("body")}}}),
+                    table_of({{"required", Value::List{Value("bodies")}}})});
     return schema;
   };
   return alternative;
 }
 
-template <class T>
-Key<T> bodies(bool all_takes_fixed = false) {
+template <class T> Key<T> bodies(bool all_takes_fixed = false) {
   return required(key<T>("bodies", &T::bodies, body_names(all_takes_fixed),
                          all_takes_fixed ? "names of bodies, or \"all\": those that move and fixed ones with a charge"
                                          : "names of bodies, or \"all\": those that are not fixed"));
 }
-template <class T>
-Key<T> wind() {
+template <class T> Key<T> wind() {
   return key<T>("wind_m_per_s", &T::wind_m_per_s, vector3(), "velocity of the medium [m/s]; 0 unless given");
 }
-template <class T>
-Key<T> angular_drag() {
+template <class T> Key<T> angular_drag() {
   return key<T>("angular_coefficient_N_m_s", &T::angular_coefficient_N_m_s, number(non_negative()),
                 "torque = -coefficient w [N m s]; 0 unless given");
 }
-template <class T>
-Key<T> on_times() {
+template <class T> Key<T> on_times() {
   return key<T>("on_s", &T::on_s, list_of(interval(), 4096),
                 "when it acts: [from, to) pairs [s], in order; always unless given");
 }
-template <class T>
-Key<T> point() {
+template <class T> Key<T> point() {
   return key<T>("point_body_m", &T::point_body_m, vector3(),
                 "where it acts, in body axes [m]; the centre of mass unless given");
 }
 
-template <class T>
-void check_on_times(Reading& r, const Value& v, T& f) {
+template <class T> void check_on_times(Reading& r, const Value& v, T& f) {
   for (std::size_t i = 1; i < f.on_s.size(); ++i)
     if (f.on_s[i].from_s < f.on_s[i - 1].to_s)
       fail(r, v.find("on_s")->place,
@@ -304,7 +299,8 @@ void read_forces(Reading& r, const Value& table, std::vector<Force>& out) {
   const bool single = kind && kind->text() && (*kind->text() == "thruster" || *kind->text() == "point-force");
   const Value* named = table.find("body") ? table.find("body") : table.find("bodies");
   const bool several =
-      single && named && (named->list() || (named->text() && (r.grids.contains(*named->text()) || *named->text() == "all")));
+      single && named &&
+      (named->list() || (named->text() && (r.grids.contains(*named->text()) || *named->text() == "all")));
   if (!several || (table.find("body") && table.find("bodies"))) return out.push_back(read_force(r, table));
   const std::string outer = r.where;
   std::vector<int> bodies;

@@ -87,12 +87,9 @@ Range between(double low, double high) {
 
 double read_number(Reading& r, const Value& v, const Range& range) {
   double number = 0;
-  if (const auto* integer = std::get_if<std::int64_t>(&v.data))
-    number = static_cast<double>(*integer);
-  else if (const auto* real = std::get_if<double>(&v.data))
-    number = *real;
-  else
-    fail_value(r, v, range.expected);
+  if (const auto* integer = std::get_if<std::int64_t>(&v.data)) number = static_cast<double>(*integer);
+  else if (const auto* real = std::get_if<double>(&v.data)) number = *real;
+  else fail_value(r, v, range.expected);
   const bool inside =
       std::isfinite(number) && number <= range.high && (range.low_open ? number > range.low : number >= range.low);
   if (!inside) fail_value(r, v, range.expected);
@@ -146,7 +143,8 @@ static Codec<std::string> checked_text(Value schema, std::string expected, bool 
 }
 
 Codec<std::string> text() {
-  Codec<std::string> c = checked_text(table_of({{"type", "string"}}), "a text", [](const std::string&) { return true; });
+  Codec<std::string> c =
+      checked_text(table_of({{"type", "string"}}), "a text", [](const std::string&) { return true; });
   c.read = [read = c.read](Reading& r, const Value& v, std::string& out) {
     read(r, v, out);
     if (r.form == Form::file && !is_printable(out)) fail_value(r, v, "a text without control characters");
@@ -155,14 +153,14 @@ Codec<std::string> text() {
 }
 
 Codec<std::string> name_text() {
-  return checked_text(table_of({{"type", "string"}, {"pattern", "^[^\\u0000-\\u001f\\u007f-\\u009f,\"]{1,100}$"}}),
-                      "a name of 1 to 100 characters without commas, double quotes and control characters",
-                      [](const std::string& s) {
-                        return !s.empty() && s.size() <= 100 && is_printable(s) && std::none_of(s.begin(), s.end(), [](char c) {
-                          const auto code = static_cast<unsigned char>(c);
-                          return code < 0x20 || code == 0x7f || c == ',' || c == '"';
-                        });
-                      });
+  return checked_text(
+      table_of({{"type", "string"}, {"pattern", "^[^\\u0000-\\u001f\\u007f-\\u009f,\"]{1,100}$"}}),
+      "a name of 1 to 100 characters without commas, double quotes and control characters", [](const std::string& s) {
+        return !s.empty() && s.size() <= 100 && is_printable(s) && std::none_of(s.begin(), s.end(), [](char c) {
+          const auto code = static_cast<unsigned char>(c);
+          return code < 0x20 || code == 0x7f || c == ',' || c == '"';
+        });
+      });
 }
 
 Codec<std::string> kebab_text() {
@@ -192,8 +190,7 @@ Codec<std::string> one_of(std::vector<std::string> words) {
 }
 
 // ---- vectors ----------------------------------------------------------------------------------------------------
-template <std::size_t N>
-static Codec<std::array<double, N>> numbers(const Range& range) {
+template <std::size_t N> static Codec<std::array<double, N>> numbers(const Range& range) {
   Codec<std::array<double, N>> c;
   const auto count = static_cast<std::int64_t>(N);
   c.schema = table_of({{"type", "array"}, {"items", number_schema(range)}, {"minItems", count}, {"maxItems", count}});
@@ -212,8 +209,7 @@ Codec<Real3> vector3(Range range) { return numbers<3>(range); }
 // Decimals of a unit vector rarely have unit length to the last bit. In a file they are divided by their length: within
 // 1e-9 of 1 in silence, within 1e-3, as figures of three digits are, with a note. A resolved scene is kept as it stands,
 // to the bit, and each engine reads that one.
-template <std::size_t N>
-static Codec<std::array<double, N>> unit(const char* what) {
+template <std::size_t N> static Codec<std::array<double, N>> unit(const char* what) {
   Codec<std::array<double, N>> c = numbers<N>(any_number());
   c.read = [inner = c.read, what](Reading& r, const Value& v, std::array<double, N>& out) {
     inner(r, v, out);

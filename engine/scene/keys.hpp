@@ -42,8 +42,7 @@ std::string listed(const std::vector<std::string>& names);
 std::string did_you_mean(const std::string& found, const std::vector<std::string>& candidates);
 
 // How one type of value is read, written and described.
-template <class M>
-struct Codec {
+template <class M> struct Codec {
   Value schema;
   std::function<void(Reading&, const Value&, M&)> read;
   std::function<Value(const Scene&, const M&)> write;
@@ -51,8 +50,7 @@ struct Codec {
 
 enum class In { both, file, resolved };
 
-template <class T>
-struct Key {
+template <class T> struct Key {
   std::string name, doc;
   Value schema;
   Value resolved_schema;  // where the resolved form differs; else empty
@@ -61,13 +59,11 @@ struct Key {
   std::function<void(Reading&, const Value&, T&)> read;
   std::function<Value(const Scene&, const T&)> write;  // an empty Value leaves the key out
 };
-template <class T>
-using Keys = std::vector<Key<T>>;
+template <class T> using Keys = std::vector<Key<T>>;
 
 inline bool belongs(In in, Form form) { return in == In::both || (in == In::file) == (form == Form::file); }
 
-template <class T, class B, class M>
-Key<T> key(std::string name, M B::*member, Codec<M> codec, std::string doc) {
+template <class T, class B, class M> Key<T> key(std::string name, M B::*member, Codec<M> codec, std::string doc) {
   Key<T> k;
   k.name = std::move(name);
   k.doc = std::move(doc);
@@ -76,13 +72,11 @@ Key<T> key(std::string name, M B::*member, Codec<M> codec, std::string doc) {
   k.write = [member, write = codec.write](const Scene& s, const T& from) { return write(s, from.*member); };
   return k;
 }
-template <class T>
-Key<T> required(Key<T> k) {
+template <class T> Key<T> required(Key<T> k) {
   k.required = true;
   return k;
 }
-template <class T>
-Key<T> only(In in, Key<T> k) {
+template <class T> Key<T> only(In in, Key<T> k) {
   k.in = in;
   return k;
 }
@@ -107,16 +101,13 @@ void read_table(Reading& r, const Value& table, const Keys<T>& keys, const std::
   for (const auto& k : keys) {
     if (!belongs(k.in, r.form)) continue;
     r.key = k.name;
-    if (const Value* value = table.find(k.name))
-      k.read(r, *value, out);
-    else if (k.required)
-      fail(r, table.place, "missing key `" + k.name + "` in " + r.where + "; expected " + k.doc);
+    if (const Value* value = table.find(k.name)) k.read(r, *value, out);
+    else if (k.required) fail(r, table.place, "missing key `" + k.name + "` in " + r.where + "; expected " + k.doc);
   }
   r.key = outer_key;
 }
 
-template <class T>
-void write_table(const Scene& scene, const T& from, const Keys<T>& keys, Value& table) {
+template <class T> void write_table(const Scene& scene, const T& from, const Keys<T>& keys, Value& table) {
   for (const auto& k : keys) {
     if (!belongs(k.in, Form::resolved) || !k.write) continue;
     Value value = k.write(scene, from);
@@ -125,8 +116,7 @@ void write_table(const Scene& scene, const T& from, const Keys<T>& keys, Value& 
 }
 
 // Properties and required keys of one kind of object, in one form.
-template <class T>
-void schema_of(const Keys<T>& keys, Form form, Value& properties, Value::List& required_keys) {
+template <class T> void schema_of(const Keys<T>& keys, Form form, Value& properties, Value::List& required_keys) {
   for (const auto& k : keys) {
     if (!belongs(k.in, form)) continue;
     Value schema = form == Form::resolved && !k.resolved_schema.empty() ? k.resolved_schema : k.schema;
@@ -136,8 +126,7 @@ void schema_of(const Keys<T>& keys, Form form, Value& properties, Value::List& r
   }
 }
 Value object_schema(Value properties, Value::List required_keys);
-template <class T>
-Value object_schema(const Keys<T>& keys, Form form) {
+template <class T> Value object_schema(const Keys<T>& keys, Form form) {
   Value properties{Value::Table{}};
   Value::List required_keys;
   schema_of(keys, form, properties, required_keys);
@@ -174,8 +163,7 @@ Codec<int> body_name();
 // "all", a name, or a list of names; the name of a body that a grid copied stands for all its copies.
 Codec<std::vector<int>> body_names(bool all_takes_fixed);
 
-template <class M>
-Codec<std::vector<M>> list_of(Codec<M> item, std::size_t most) {
+template <class M> Codec<std::vector<M>> list_of(Codec<M> item, std::size_t most) {
   Codec<std::vector<M>> c;
   c.schema = table_of({{"type", "array"}, {"items", item.schema}, {"maxItems", static_cast<std::int64_t>(most)}});
   c.read = [item, most](Reading& r, const Value& v, std::vector<M>& out) {

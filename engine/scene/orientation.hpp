@@ -20,8 +20,7 @@ Codec<Real4> axis_angle_degrees();
 Codec<Real4> euler_xyz_degrees();
 
 // The two keys beside `orientation_wxyz`, in files alone.
-template <class T, class B>
-void add_degree_keys(Keys<T>& keys, Real4 B::*orientation) {
+template <class T, class B> void add_degree_keys(Keys<T>& keys, Real4 B::*orientation) {
   keys.push_back(only(In::file, key<T>("axis_angle_deg", orientation, axis_angle_degrees(),
                                        "in place of orientation_wxyz: { axis = [x, y, z], angle_deg = ... } or "
                                        "[x, y, z, degrees]; right-handed, the axis of any length but 0 [degrees]")));

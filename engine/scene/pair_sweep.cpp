@@ -102,9 +102,7 @@ Real3 furthest(const std::vector<Real3>& points, const Real3& n) {
 struct Support {
   Real3 n;
   Draw& draw;
-  double side(double component, double h) const {
-    return component > 0 ? h : component < 0 ? -h : draw.between(-h, h);
-  }
+  double side(double component, double h) const { return component > 0 ? h : component < 0 ? -h : draw.between(-h, h); }
   Real3 operator()(const std::monostate&) const { return {}; }
   Real3 operator()(const Plane&) const { return {}; }
   Real3 operator()(const Sphere& s) const { return plus({}, s.radius_m, n); }

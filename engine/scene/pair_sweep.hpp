@@ -19,7 +19,7 @@ namespace atwood {
 const std::vector<std::string>& sweep_pairs();  // "sphere-sphere", "box-box", ...
 const std::vector<std::string>& touch_pairs();  // those that are swept in time
 
-inline constexpr double kSweepEndS = 1;          // of swept poses
+inline constexpr double kSweepEndS = 1;  // of swept poses
 
 // Pose `index` of a pair, bodies "a" and "b" in the pair's order; depends on nothing but its arguments. Swept: the
 // bodies would come to the pose at some time within kSweepEndS, on straight lines, and everything but planes spins.

@@ -7,8 +7,7 @@
 namespace atwood {
 namespace {
 
-template <class F>
-void each_table(Reading& r, const Value* list, const std::string& where, F f) {
+template <class F> void each_table(Reading& r, const Value* list, const std::string& where, F f) {
   if (!list) return;
   r.where = where;
   r.key.clear();

@@ -12,8 +12,7 @@ const std::vector<std::string> kQuantities = {
     "center-of-mass", "jacobi-constant", "laplace-runge-lenz", "magnetic-moment"};
 
 // Reads into another type of draft, with its own words for where it is.
-template <class F>
-void within(Reading& r, const std::string& where, F read) {
+template <class F> void within(Reading& r, const std::string& where, F read) {
   const std::string outer_where = r.where, outer_key = r.key;
   r.where = where, r.key.clear();
   read();
@@ -74,10 +73,8 @@ Key<Scenario> steps_key() {
   k.resolved_schema = list.schema;
   k.schema = table_of({{"oneOf", Value::List{list.schema, std::move(ladder)}}});
   k.read = [list](Reading& r, const Value& v, Scenario& out) {
-    if (v.table() && r.form == Form::file)
-      out.steps = geometric_ladder(r, v);
-    else
-      list.read(r, v, out.steps);
+    if (v.table() && r.form == Form::file) out.steps = geometric_ladder(r, v);
+    else list.read(r, v, out.steps);
   };
   return k;
 }
@@ -180,8 +177,7 @@ void read_invariants(Reading& r, const Value& v, std::vector<Invariant>& out) {
 }
 
 // The keys that file and resolved form share; `scenario_of` finds the scenario in either draft.
-template <class T>
-Keys<T> shared_keys(Scenario& (*scenario_of)(T&)) {
+template <class T> Keys<T> shared_keys(Scenario& (*scenario_of)(T&)) {
   Keys<T> keys = {
       required(words<T>("id", &Scenario::id, kebab_text(), "unique, kebab-case", scenario_of)),
       words<T>("title", &Scenario::title, text(), "one line", scenario_of),
@@ -226,8 +222,9 @@ const std::vector<std::string> kSimultaneousImpacts = {"sequential", "together"}
 Key<Scene> simultaneous_impacts_key() {
   Key<Scene> impacts;
   impacts.name = "simultaneous_impacts";
-  impacts.doc = "impacts at one instant: sequential (pair by pair) or together (one solve); absent: a truth ends where "
-                "the outcome would depend on it";
+  impacts.doc =
+      "impacts at one instant: sequential (pair by pair) or together (one solve); absent: a truth ends where "
+      "the outcome would depend on it";
   const auto codec = one_of(kSimultaneousImpacts);
   impacts.schema = codec.schema;
   impacts.read = [codec](Reading& r, const Value& v, Scene& out) {
@@ -291,8 +288,7 @@ std::vector<Key<FileDraft>> parts() {
   };
 }
 
-template <class T>
-void read_list(Reading& r, const Value& v, const std::string& what, T each) {
+template <class T> void read_list(Reading& r, const Value& v, const std::string& what, T each) {
   const auto* items = v.list();
   if (!items) fail_value(r, v, "a list");
   for (std::size_t i = 0; i < items->size(); ++i)
@@ -309,8 +305,7 @@ void read_pair(Reading& r, const Value& v, Scene& scene) {
   scene.pairs.push_back(law);
 }
 
-template <class Item, class Write>
-Value list_value(const std::vector<Item>& items, Write write) {
+template <class Item, class Write> Value list_value(const std::vector<Item>& items, Write write) {
   Value::List out;
   out.reserve(items.size());
   for (const Item& item : items) out.push_back(write(item));
@@ -333,8 +328,7 @@ BodyDraft draft_of(const Body& body) {
   return draft;
 }
 
-template <class T>
-Value written(const Scene& scene, const T& from, const Keys<T>& keys) {
+template <class T> Value written(const Scene& scene, const T& from, const Keys<T>& keys) {
   Value table{Value::Table{}};
   write_table(scene, from, keys, table);
   return table;
@@ -392,11 +386,13 @@ void check_frames(Reading& r, const Value& run, const Scenario& scenario) {
            "`frame_ends_s` in [run] has " + describe(Value(ends[i])) + " after " + describe(Value(ends[i - 1])) +
                "; expected growing times");
   if (ends.back() != scenario.t_end_s)
-    fail(r, place, "`frame_ends_s` in [run] ends at " + describe(Value(ends.back())) + "; expected t_end_s, " +
-                       describe(Value(scenario.t_end_s)));
+    fail(r, place,
+         "`frame_ends_s` in [run] ends at " + describe(Value(ends.back())) + "; expected t_end_s, " +
+             describe(Value(scenario.t_end_s)));
   if (scenario.samples != 1)
-    fail(r, run.find("samples")->place, "`samples` in [run] is " + std::to_string(scenario.samples) +
-                                            "; expected 1 with recorded frames: the start and the end");
+    fail(r, run.find("samples")->place,
+         "`samples` in [run] is " + std::to_string(scenario.samples) +
+             "; expected 1 with recorded frames: the start and the end");
   for (const std::int64_t steps : scenario.steps)
     if (steps % static_cast<std::int64_t>(ends.size()) != 0)
       fail(r, run.find("steps")->place,

@@ -20,6 +20,7 @@ using Real4 = std::array<double, 4>;
 using Real33 = std::array<double, 9>;
 
 // ---- shapes ----------------------------------------------------------------------------------------------------
+// clang-format off
 struct Sphere { double radius_m = 0; };
 struct Plane { Real3 normal{0, 0, 1}; double offset_m = 0; };  // n . x = offset on the plane; infinite, fixed
 struct Rectangle { Real2 half_extents_m{}; };                  // in the body's x, y; normal +z
@@ -28,8 +29,13 @@ struct Capsule { double radius_m = 0; double half_length_m = 0; };   // along bo
 struct Cylinder { double radius_m = 0; double half_length_m = 0; };  // along body z
 struct Convex { std::vector<Real3> points_m; };
 struct Mesh { std::string file; std::vector<Real3> points_m; std::vector<std::array<int, 3>> triangles; };
+// clang-format on
 struct Compound {
-  struct Part { Real3 half_extents_m{}; Real3 position_body_m{}; Real4 orientation_wxyz{1, 0, 0, 0}; };
+  struct Part {
+    Real3 half_extents_m{};
+    Real3 position_body_m{};
+    Real4 orientation_wxyz{1, 0, 0, 0};
+  };
   std::vector<Part> boxes;
 };
 using Shape = std::variant<std::monostate, Sphere, Plane, Rectangle, Box, Capsule, Cylinder, Convex, Mesh, Compound>;
@@ -56,44 +62,67 @@ struct PairLaw {
   double friction = 0;
   double rolling_friction_m = 0;
   ContactLaw contact_law = ContactLaw::rigid;
-  double stiffness_N_per_m = 0;   // linear
-  double damping_N_s_per_m = 0;   // linear
-  bool pull = false;              // linear: F may turn negative until the overlap ends; else it is 0 at least
-  double modulus_Pa = 0;          // hertz: E, 1/E = (1 - nu_a^2)/E_a + (1 - nu_b^2)/E_b
-  double damping_s_per_m = 0;     // hertz
+  double stiffness_N_per_m = 0;  // linear
+  double damping_N_s_per_m = 0;  // linear
+  bool pull = false;             // linear: F may turn negative until the overlap ends; else it is 0 at least
+  double modulus_Pa = 0;         // hertz: E, 1/E = (1 - nu_a^2)/E_a + (1 - nu_b^2)/E_b
+  double damping_s_per_m = 0;    // hertz
 };
 
 struct Body {
   std::string name;
-  double mass_kg = 0;          // 0 when fixed
-  Real33 inertia_kg_m2{};      // about the centre of mass, body axes; all zero: a point mass, which does not rotate
-  int material = 0;            // index into Scene::materials
+  double mass_kg = 0;      // 0 when fixed
+  Real33 inertia_kg_m2{};  // about the centre of mass, body axes; all zero: a point mass, which does not rotate
+  int material = 0;        // index into Scene::materials
   Shape shape;
-  Real3 position_m{};          // of the centre of mass
+  Real3 position_m{};  // of the centre of mass
   Real4 orientation_wxyz{1, 0, 0, 0};
   Real3 velocity_m_per_s{};
   Real3 angular_velocity_body_rad_per_s{};
   double charge_C = 0;
   bool fixed = false;
-  double release_s = 0;        // held until then
+  double release_s = 0;  // held until then
 };
 
 // ---- forces ---------------------------------------------------------------------------------------------------
 // `bodies` are indices into Scene::bodies.
-struct Interval { double from_s = 0; double to_s = 0; };  // half-open [from, to)
+// half-open [from, to)
+struct Interval {
+  double from_s = 0;
+  double to_s = 0;
+};
 
-struct MutualGravity { std::vector<int> bodies; double constant_m3_per_kg_s2 = 6.6743e-11; double softening_m = 0; };
-struct Attractor { std::vector<int> bodies; Real3 center_m{}; double mu_m3_per_s2 = 0; };
+struct MutualGravity {
+  std::vector<int> bodies;
+  double constant_m3_per_kg_s2 = 6.6743e-11;
+  double softening_m = 0;
+};
+struct Attractor {
+  std::vector<int> bodies;
+  Real3 center_m{};
+  double mu_m3_per_s2 = 0;
+};
 struct LinearDrag {  // F = -coefficient u, u = v - wind; torque = -angular_coefficient w
-  std::vector<int> bodies; double coefficient_kg_per_s = 0; Real3 wind_m_per_s{}; double angular_coefficient_N_m_s = 0;
+  std::vector<int> bodies;
+  double coefficient_kg_per_s = 0;
+  Real3 wind_m_per_s{};
+  double angular_coefficient_N_m_s = 0;
 };
 struct QuadraticDrag {  // F = -1/2 rho C_d A |u| u
-  std::vector<int> bodies; double density_kg_per_m3 = 0; double drag_coefficient = 0; double area_m2 = 0;
-  Real3 wind_m_per_s{}; double angular_coefficient_N_m_s = 0;
+  std::vector<int> bodies;
+  double density_kg_per_m3 = 0;
+  double drag_coefficient = 0;
+  double area_m2 = 0;
+  Real3 wind_m_per_s{};
+  double angular_coefficient_N_m_s = 0;
 };
 struct Spring {  // one body and an anchor, or two bodies; points in body axes, one per body
-  std::vector<int> bodies; Real3 anchor_m{}; double stiffness_N_per_m = 0; double damping_N_s_per_m = 0;
-  double rest_length_m = 0; std::vector<Real3> points_body_m;
+  std::vector<int> bodies;
+  Real3 anchor_m{};
+  double stiffness_N_per_m = 0;
+  double damping_N_s_per_m = 0;
+  double rest_length_m = 0;
+  std::vector<Real3> points_body_m;
 };
 struct Drive {
   std::vector<int> bodies;
@@ -101,20 +130,39 @@ struct Drive {
   double angular_frequency_rad_per_s = 0;
   double phase_rad = 0;
 };
-struct Lorentz { std::vector<int> bodies; Real3 electric_V_per_m{}; Real3 magnetic_T{}; };  // F = q (E + v x B)
-struct Coulomb { std::vector<int> bodies; double constant_N_m2_per_C2 = 0; };
+// F = q (E + v x B)
+struct Lorentz {
+  std::vector<int> bodies;
+  Real3 electric_V_per_m{};
+  Real3 magnetic_T{};
+};
+struct Coulomb {
+  std::vector<int> bodies;
+  double constant_N_m2_per_C2 = 0;
+};
 struct Thruster {  // force thrust * R direction_body at R point_body, while on
-  int body = 0; Real3 point_body_m{}; Real3 direction_body{}; double thrust_N = 0; std::vector<Interval> on_s;
+  int body = 0;
+  Real3 point_body_m{};
+  Real3 direction_body{};
+  double thrust_N = 0;
+  std::vector<Interval> on_s;
 };
 struct PointForce {  // force fixed in the world at a point fixed in the body; on_s empty: always on
-  int body = 0; Real3 point_body_m{}; Real3 force_N{}; std::vector<Interval> on_s;
+  int body = 0;
+  Real3 point_body_m{};
+  Real3 force_N{};
+  std::vector<Interval> on_s;
 };
-struct RotatingFrame { Real3 angular_velocity_rad_per_s{}; };  // a = -2 W x v - W x (W x r), on every point mass
+// a = -2 W x v - W x (W x r), on every point mass
+struct RotatingFrame {
+  Real3 angular_velocity_rad_per_s{};
+};
+// F = -grad V
 struct Potential {
   std::vector<int> bodies;
   std::string name;
   std::map<std::string, double> parameters;
-};  // F = -grad V
+};
 using Force = std::variant<MutualGravity, Attractor, LinearDrag, QuadraticDrag, Spring, Drive, Lorentz, Coulomb,
                            Thruster, PointForce, RotatingFrame, Potential>;
 
@@ -145,19 +193,22 @@ struct TruthSpec {
   std::string solution;  // closed_form: the id of the solution
   std::string file;      // values: CSV in the scene's folder (the truth's own format, resolved path)
 };
-struct Invariant { std::string quantity; };  // energy, momentum, angular-momentum, center-of-mass, jacobi-constant, ...
+// energy, momentum, angular-momentum, center-of-mass, jacobi-constant, ...
+struct Invariant {
+  std::string quantity;
+};
 
 struct Scenario {
   std::string id, title, claim, source;
   std::vector<std::string> tags;
   double t_end_s = 0;
-  std::vector<std::int64_t> steps;  // the ladder
-  std::int64_t samples = 0;         // divides every step count
-  std::vector<double> frame_ends_s; // recorded frames instead of equal steps; empty: none
+  std::vector<std::int64_t> steps;   // the ladder
+  std::int64_t samples = 0;          // divides every step count
+  std::vector<double> frame_ends_s;  // recorded frames instead of equal steps; empty: none
   Scene scene;
   TruthSpec truth;
   std::vector<Invariant> invariants;
-  std::string path;                 // the file it was read from; empty when it came by JSON
+  std::string path;                     // the file it was read from; empty when it came by JSON
   std::vector<std::string> notes = {};  // what reading changed, in sentences ("... was normalised"); not part of JSON
 };
 

@@ -50,14 +50,12 @@ std::string doc(const Scheme& scheme) {
       scheme.name + ": " + std::to_string(scheme.stages) + " stages, order " + std::to_string(scheme.q) +
       (scheme.p > 0 ? " with an embedded method of order " + std::to_string(scheme.p) : ", no embedding");
   switch (scheme.module) {
-    case Module::erkstep:
-      return "ARKODE's ERKStep with its packaged explicit table " + table + ".";
+    case Module::erkstep: return "ARKODE's ERKStep with its packaged explicit table " + table + ".";
     case Module::arkstep_explicit:
       return "ARKODE's ARKStep, all of the rate explicit, with its packaged explicit table " + table + ".";
     case Module::arkstep_implicit:
       return "ARKODE's ARKStep, all of the rate implicit, with its packaged diagonally implicit table " + table + ".";
-    case Module::arkstep_imex:
-      return "ARKODE's ARKStep with its packaged additive pair " + table + ".";
+    case Module::arkstep_imex: return "ARKODE's ARKStep with its packaged additive pair " + table + ".";
   }
   return "";
 }
@@ -90,14 +88,12 @@ std::string read_options(const MethodId& id, arkode::Options& options) {
   for (const auto& [key, value] : id.overrides) {
     const auto* number = std::get_if<std::int64_t>(&value);
     const auto* real = std::get_if<double>(&value);
-    if (key == "max_steps" && number && *number >= 1)
-      options.max_steps = *number;
+    if (key == "max_steps" && number && *number >= 1) options.max_steps = *number;
     else if (key == "nonlinear_iterations" && is_implicit(*found) && number && *number >= 1)
       options.nonlinear_iterations = static_cast<int>(*number);
     else if (key == "nonlinear_coefficient" && is_implicit(*found) && real && *real > 0)
       options.nonlinear_coefficient = *real;
-    else if (key == "nonlinear_crdown" && is_implicit(*found) && real && *real > 0)
-      options.nonlinear_crdown = *real;
+    else if (key == "nonlinear_crdown" && is_implicit(*found) && real && *real > 0) options.nonlinear_crdown = *real;
     else
       return "arkode has no setting `" + key + "` of that value here; it has max_steps" +
              (is_implicit(*found) ? ", nonlinear_iterations, nonlinear_coefficient, nonlinear_crdown" : "");
@@ -108,13 +104,16 @@ std::string read_options(const MethodId& id, arkode::Options& options) {
 Outcome run_method(const MethodId& asked, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
   MethodId id = asked;
   int rate_repeats = 1;
-  if (const std::string why = stepping::take_rate_repeats(id, rate_repeats); !why.empty()) return stepping::refusal(why);
+  if (const std::string why = stepping::take_rate_repeats(id, rate_repeats); !why.empty())
+    return stepping::refusal(why);
   arkode::Options options;
   if (const std::string why = read_options(id, options); !why.empty()) return stepping::refusal(why);
-  return stepping::run<double>("arkode", scene, plan, observer, repeats, options.by_tolerance,
-                               [&](const stepping::Equations<double>& equations, const std::vector<double>& y,
-                                   double h_s) { return arkode::make_solver(options, equations, y, h_s); },
-                               rate_repeats);
+  return stepping::run<double>(
+      "arkode", scene, plan, observer, repeats, options.by_tolerance,
+      [&](const stepping::Equations<double>& equations, const std::vector<double>& y, double h_s) {
+        return arkode::make_solver(options, equations, y, h_s);
+      },
+      rate_repeats);
 }
 
 }  // namespace

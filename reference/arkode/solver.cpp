@@ -111,7 +111,8 @@ class Solver : public stepping::Stepper<double> {
     check(ARKStepSetUserData(memory_, this), 0);
     const auto name = [](const std::string& text, const char* none) { return text.empty() ? none : text.c_str(); };
     check(ARKStepSetTableName(memory_, name(options_.scheme.implicit_table, "ARKODE_DIRK_NONE"),
-                              name(options_.scheme.explicit_table, "ARKODE_ERK_NONE")), 0);
+                              name(options_.scheme.explicit_table, "ARKODE_ERK_NONE")),
+          0);
     check(ARKStepSStolerances(memory_, options_.rtol, options_.atol), 0);
     check(ARKStepSetMaxNumSteps(memory_, static_cast<long int>(options_.max_steps)), 0);
     if (!options_.by_tolerance) check(ARKStepSetFixedStep(memory_, h_s), 0);
@@ -129,7 +130,7 @@ class Solver : public stepping::Stepper<double> {
     if (options_.nonlinear_iterations > 0) check(ARKStepSetMaxNonlinIters(memory_, options_.nonlinear_iterations), 0);
     if (options_.by_tolerance) return;
     if (options_.nonlinear_iterations == 0) check(ARKStepSetMaxNonlinIters(memory_, 20), 0);
-    check(ARKStepSetLSetupFrequency(memory_, 1), 0);   // a fresh Newton matrix each step: it keeps its fast convergence
+    check(ARKStepSetLSetupFrequency(memory_, 1), 0);  // a fresh Newton matrix each step: it keeps its fast convergence
     check(ARKStepSetJacEvalFrequency(memory_, 1), 0);
   }
 

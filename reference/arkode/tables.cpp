@@ -10,16 +10,20 @@ namespace atwood::arkode {
 
 namespace {
 
+// clang-format off
 constexpr std::array kExplicit{
     "HEUN_EULER_2_1_2", "BOGACKI_SHAMPINE_4_2_3", "ARK324L2SA_ERK_4_2_3", "ZONNEVELD_5_3_4", "ARK436L2SA_ERK_6_3_4",
     "SAYFY_ABURUB_6_3_4", "CASH_KARP_6_4_5", "FEHLBERG_6_4_5", "DORMAND_PRINCE_7_4_5", "ARK548L2SA_ERK_8_4_5",
     "VERNER_8_5_6", "FEHLBERG_13_7_8", "KNOTH_WOLKE_3_3", "ARK437L2SA_ERK_7_3_4", "ARK548L2SAb_ERK_8_4_5"};
+// clang-format on
+// clang-format off
 constexpr std::array kImplicit{
     "SDIRK_2_1_2", "BILLINGTON_3_3_2", "TRBDF2_3_3_2", "KVAERNO_4_2_3", "ARK324L2SA_DIRK_4_2_3", "CASH_5_2_4",
     "CASH_5_3_4", "SDIRK_5_3_4", "KVAERNO_5_3_4", "ARK436L2SA_DIRK_6_3_4", "KVAERNO_7_4_5", "ARK548L2SA_DIRK_8_4_5",
     "ARK437L2SA_DIRK_7_3_4", "ARK548L2SAb_DIRK_8_4_5", "ESDIRK324L2SA_4_2_3", "ESDIRK325L2SA_5_2_3",
     "ESDIRK32I5L2SA_5_2_3", "ESDIRK436L2SA_6_3_4", "ESDIRK43I6L2SA_6_3_4", "QESDIRK436L2SA_6_3_4",
     "ESDIRK437L2SA_7_3_4", "ESDIRK547L2SA_7_4_5", "ESDIRK547L2SA2_7_4_5"};
+// clang-format on
 // Additive pairs: name, explicit half, implicit half (same nodes, same weights).
 constexpr std::array<std::array<const char*, 3>, 5> kPairs{{
     {"ARK324L2SA_4_2_3", "ARK324L2SA_ERK_4_2_3", "ARK324L2SA_DIRK_4_2_3"},
@@ -32,7 +36,9 @@ constexpr std::array<std::array<const char*, 3>, 5> kPairs{{
 struct Table {  // owns one of the library's
   ARKodeButcherTable held;
   explicit Table(ARKodeButcherTable given) : held(given) {}
-  ~Table() { if (held != nullptr) ARKodeButcherTable_Free(held); }
+  ~Table() {
+    if (held != nullptr) ARKodeButcherTable_Free(held);
+  }
   Table(const Table&) = delete;
 };
 
@@ -53,7 +59,8 @@ bool fill(const Table& table, Scheme& scheme) {
   return true;
 }
 
-void add(std::vector<Scheme>& all, Module module, const char* name, const char* explicit_half, const char* implicit_half) {
+void add(std::vector<Scheme>& all, Module module, const char* name, const char* explicit_half,
+         const char* implicit_half) {
   Scheme made;
   made.module = module;
   made.name = name;

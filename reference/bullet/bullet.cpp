@@ -24,7 +24,10 @@ Engine bullet_engine() {
       {"tuned",
        "Bullet with the settings that `atwood tune` found for the class of the scene (free flight, bounce, friction, stack, "
        "heap): the default's where none were better on scenes held out.",
-       bullet::default_settings(), {}, false, true}};
+       bullet::default_settings(),
+       {},
+       false,
+       true}};
   rival.fixed = bullet::fixed_settings();
   rival.check = bullet::check_settings;
   rival.refusal = [](const Scene& scene, const Settings&) { return bullet::refusal(scene); };

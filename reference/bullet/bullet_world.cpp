@@ -80,7 +80,8 @@ class BulletWorld : public rivals::World {
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) add(static_cast<int>(i));
   }
   ~BulletWorld() override {
-    for (auto& body : bodies_) if (body) world_.removeRigidBody(body.get());
+    for (auto& body : bodies_)
+      if (body) world_.removeRigidBody(body.get());
   }
   BulletWorld(const BulletWorld&) = delete;
   BulletWorld& operator=(const BulletWorld&) = delete;
@@ -185,8 +186,8 @@ class BulletWorld : public rivals::World {
     btRigidBody::btRigidBodyConstructionInfo info(0, nullptr, shape);
     const bool plane = std::holds_alternative<Plane>(body.shape);
     if (!plane) {
-      info.m_startWorldTransform = btTransform(narrow(rivals::product(body.orientation_wxyz, q_BP_[i])).normalized(),
-                                               narrow(body.position_m));
+      info.m_startWorldTransform =
+          btTransform(narrow(rivals::product(body.orientation_wxyz, q_BP_[i])).normalized(), narrow(body.position_m));
     }
     bodies_[i] = std::make_unique<btRigidBody>(info);
     btRigidBody& made = *bodies_[i];

@@ -30,7 +30,10 @@ Real3 wide(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
 
 // A body's shapes with where they are in it, and what they refer to.
 struct Made {
-  struct Part { std::unique_ptr<btCollisionShape> shape; btTransform in_body = btTransform::getIdentity(); };
+  struct Part {
+    std::unique_ptr<btCollisionShape> shape;
+    btTransform in_body = btTransform::getIdentity();
+  };
   std::vector<Part> parts;
   std::unique_ptr<btTriangleMesh> triangles;
 };
@@ -176,11 +179,13 @@ struct Room {
 };
 
 // What btCollisionDispatcher::defaultNearCallback does with a pair that its broad phase has found.
-void overlap_as_stepped(Room& room, btCollisionObject& one, btCollisionObject& other, int i, int j, ContactAnswer& answer) {
+void overlap_as_stepped(Room& room, btCollisionObject& one, btCollisionObject& other, int i, int j,
+                        ContactAnswer& answer) {
   const NoCoefficients guard;
   const btCollisionObjectWrapper first(nullptr, one.getCollisionShape(), &one, one.getWorldTransform(), -1, -1);
   const btCollisionObjectWrapper second(nullptr, other.getCollisionShape(), &other, other.getWorldTransform(), -1, -1);
-  btCollisionAlgorithm* algorithm = room.dispatcher.findAlgorithm(&first, &second, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+  btCollisionAlgorithm* algorithm =
+      room.dispatcher.findAlgorithm(&first, &second, nullptr, BT_CONTACT_POINT_ALGORITHMS);
   if (algorithm == nullptr) return;
   btManifoldResult result(&first, &second);
   algorithm->processCollision(&first, &second, room.world.getDispatchInfo(), &result);
@@ -243,8 +248,8 @@ void first_touch(const Scene& scene, const ContactQuery& query, int i, int j, Co
   if (!convex || (!other && !plane)) throw std::invalid_argument("it casts convex shapes, not meshes");
   btVoronoiSimplexSolver simplex;
   btGjkEpaPenetrationDepthSolver depth;
-  btContinuousConvexCollision cast = plane ? btContinuousConvexCollision(convex, plane)
-                                           : btContinuousConvexCollision(convex, other, &simplex, &depth);
+  btContinuousConvexCollision cast =
+      plane ? btContinuousConvexCollision(convex, plane) : btContinuousConvexCollision(convex, other, &simplex, &depth);
   btConvexCast::CastResult result;
   result.m_fraction = 1;
   if (!cast.calcTimeOfImpact(place(a), moved(a, query.t_end_s), place(b), moved(b, query.t_end_s), result)) return;

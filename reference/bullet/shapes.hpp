@@ -20,7 +20,9 @@ class btTriangleInfoMap;
 
 namespace atwood::bullet {
 
-struct Margins { double inside_m = 0.04, hull_m = 0.04; };
+struct Margins {
+  double inside_m = 0.04, hull_m = 0.04;
+};
 
 // Makes shapes and owns them, with the numbers that they refer to.
 class Shapes {

@@ -16,11 +16,9 @@ namespace {
 
 constexpr double most_turning = 1e6;  // rad
 
-template <class S>
-struct Phase { S re1{}, im1{}, re2{}, im2{}; };  // J1, J2
+template <class S> struct Phase { S re1{}, im1{}, re2{}, im2{}; };  // J1, J2
 
-template <class S>
-Phase<S> integrate(S theta0, S w0, S alpha, S t) {
+template <class S> Phase<S> integrate(S theta0, S w0, S alpha, S t) {
   static const GaussRule<S> rule = gauss_rule<S>(16);
   const S most = magnitude(w0) + magnitude(alpha) * t;
   const auto panels = static_cast<std::int64_t>(most * t) + 1;  // most_turning bounds it
@@ -38,14 +36,12 @@ Phase<S> integrate(S theta0, S w0, S alpha, S t) {
   return sum;
 }
 
-template <class S>
-struct Piece {  // between two switches
+template <class S> struct Piece {  // between two switches
   S from{}, alpha{}, theta{}, w{};
   Vec<S> force_B{}, p{}, v{};
 };
 
-template <class S>
-struct Ship {
+template <class S> struct Ship {
   Vec<S> axis_B{0, 0, 1}, g{};
   Quat<S> q0{1, 0, 0, 0};
   S mass{};
@@ -67,9 +63,8 @@ struct Ship {
 };
 
 bool is_on(const Thruster& thruster, double t_s) {
-  return thruster.on_s.empty() || std::any_of(thruster.on_s.begin(), thruster.on_s.end(), [&](const Interval& on) {
-           return on.from_s <= t_s && t_s < on.to_s;
-         });
+  return thruster.on_s.empty() || std::any_of(thruster.on_s.begin(), thruster.on_s.end(),
+                                              [&](const Interval& on) { return on.from_s <= t_s && t_s < on.to_s; });
 }
 
 std::vector<double> switches(const std::vector<const Thruster*>& thrusters, double t_end_s) {
@@ -83,20 +78,17 @@ std::vector<double> switches(const std::vector<const Thruster*>& thrusters, doub
   return times;
 }
 
-template <class S>
-bool parallel(const Vec<S>& a, const Vec<S>& b) {
+template <class S> bool parallel(const Vec<S>& a, const Vec<S>& b) {
   return norm(cross(a, b)) <= 8 * unit_round_off<S>() * norm(a) * norm(b);
 }
 
-template <class S>
-Vec<S> multiply(const Real33& m, const Vec<S>& v) {
+template <class S> Vec<S> multiply(const Real33& m, const Vec<S>& v) {
   return {S(m[0]) * v[0] + S(m[1]) * v[1] + S(m[2]) * v[2], S(m[3]) * v[0] + S(m[4]) * v[1] + S(m[5]) * v[2],
           S(m[6]) * v[0] + S(m[7]) * v[1] + S(m[8]) * v[2]};
 }
 
 // Exactly: the least spin across the middle axis grows.
-template <class S>
-bool keeps_axis(const Body& body, const Vec<S>& axis) {
+template <class S> bool keeps_axis(const Body& body, const Vec<S>& axis) {
   const Real33& I = body.inertia_kg_m2;
   for (int i = 0; i < 3; ++i) {
     const int j = (i + 1) % 3;
@@ -106,8 +98,7 @@ bool keeps_axis(const Body& body, const Vec<S>& axis) {
   return true;
 }
 
-template <class S>
-std::string build(const Scene& scene, int index, double t_end_s, Ship<S>& ship) {
+template <class S> std::string build(const Scene& scene, int index, double t_end_s, Ship<S>& ship) {
   const Body& body = scene.bodies[index];
   const std::string name = "`" + body.name + "`";
   std::vector<const Thruster*> thrusters;
@@ -175,8 +166,7 @@ std::string build(const Scene& scene, int index, double t_end_s, Ship<S>& ship) 
   return "";
 }
 
-template <class S>
-Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
   const Scene& scene = scenario.scene;
   Motion<S> motion;
   motion.misfit = could_touch(scene);

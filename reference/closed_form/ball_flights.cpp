@@ -27,17 +27,15 @@ constexpr std::size_t most_told = 4000000;  // events: some 250 bytes each, twic
 constexpr std::size_t most_tried = 4;       // contacts of a group whose orders are all tried
 constexpr int most_blows = 100000;          // of a group at one instant
 
-template <class S>
-struct Ball {
+template <class S> struct Ball {
   int body = -1;
   S radius{}, inverse_mass{}, inverse_inertia{};
-  S t{};                       // since when it flies as follows: its release, its last impact; held before
+  S t{};  // since when it flies as follows: its release, its last impact; held before
   Vec<S> p{}, v{}, w_B{};
   Quat<S> q{1, 0, 0, 0};
 };
 
-template <class S>
-Pose<S> fly(const Ball<S>& ball, const Vec<S>& g, S t) {
+template <class S> Pose<S> fly(const Ball<S>& ball, const Vec<S>& g, S t) {
   const S since = t - ball.t;
   if (!(since > 0)) return {ball.p, ball.v, ball.w_B, ball.q};
   const S rate = norm(ball.w_B);
@@ -45,25 +43,22 @@ Pose<S> fly(const Ball<S>& ball, const Vec<S>& g, S t) {
           rate == 0 ? ball.q : ball.q * turn((1 / rate) * ball.w_B, rate * since)};
 }
 
-template <class S>
-struct Meeting {
+template <class S> struct Meeting {
   bool happens = false;
-  S t{}, closing{};            // speed
-  int ball = -1, other = -1;   // other: a ball, or a face beyond them
-  Vec<S> normal{};             // from ball to other
+  S t{}, closing{};           // speed
+  int ball = -1, other = -1;  // other: a ball, or a face beyond them
+  Vec<S> normal{};            // from ball to other
 };
 
 // Two bodies that touch now.
-template <class S>
-struct Touch {
+template <class S> struct Touch {
   int ball = -1, other = -1;     // other: a ball, or -1
   int body_a = -1, body_b = -1;  // a < b
   S sign{};                      // 1: ball is body_a
   Vec<S> normal{};               // from ball to other
 };
 
-template <class S>
-class Table {
+template <class S> class Table {
  public:
   explicit Table(const Scenario& scenario)
       : scene_(scenario.scene), t_end_(scenario.t_end_s), g_(vec<S>(scene_.gravity_m_per_s2)) {
@@ -141,7 +136,7 @@ class Table {
   // Both fly from the later of `now` and their releases on; a held one is a target at rest.
   Meeting<S> meeting(std::size_t i, std::size_t j) const {
     Meeting<S> made;
-    const Ball<S> &a = balls_[j], &b = balls_[i];
+    const Ball<S>&a = balls_[j], &b = balls_[i];
     S from = larger(now_, larger(a.t, b.t));
     const Pose<S> pose_a = fly(a, g_, from), pose_b = fly(b, g_, from);
     const Vec<S> d = pose_b.p_WB - pose_a.p_WB, u = pose_b.v_WB - pose_a.v_WB, aside = cross(d, u);
@@ -234,8 +229,12 @@ class Table {
       left -= static_cast<int>(obstacle.faces.size());
     }
     const int body = balls_[ball].body;
-    made = {ball, other < count ? other : -1, std::min(body, other_body), std::max(body, other_body),
-            S(body < other_body ? 1 : -1), normal};
+    made = {ball,
+            other < count ? other : -1,
+            std::min(body, other_body),
+            std::max(body, other_body),
+            S(body < other_body ? 1 : -1),
+            normal};
     return made;
   }
 
@@ -431,8 +430,8 @@ class Table {
     for (std::size_t i = 0; i < n; ++i)
       for (const int at : {group[i].ball, group[i].other})
         if (at >= 0)
-          balls_[at].v = balls_[at].v + (S(at == group[i].ball ? -1 : 1) * balls_[at].inverse_mass * impulse[i]) *
-                                            group[i].normal;
+          balls_[at].v =
+              balls_[at].v + (S(at == group[i].ball ? -1 : 1) * balls_[at].inverse_mass * impulse[i]) * group[i].normal;
     for (std::size_t i = 0; i < n; ++i)
       if (impulse[i] > 0) tell(group[i], impulse[i], S(0), before[i], -closing(group[i]));
     return true;
@@ -494,7 +493,7 @@ class Table {
   // Slower than this part of the speeds at hand is round-off.
   static constexpr double still = 64 * (std::is_same_v<S, Wide> ? 0x1p-113 : 0x1p-64);
   const Scene& scene_;
-  S t_end_, now_{}, fast_{};   // fast_: of the group's balls before their impact
+  S t_end_, now_{}, fast_{};  // fast_: of the group's balls before their impact
   int stalled_ = 0;
   std::vector<Meeting<S>> due_;
   Vec<S> g_;
@@ -504,8 +503,7 @@ class Table {
   Motion<S> motion_;
 };
 
-template <class S>
-Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
   return Table<S>(scenario).play(t_s);
 }
 

@@ -5,8 +5,7 @@ namespace atwood::closed_form {
 
 namespace {
 
-template <class S>
-Translation<S> translation(const Scene& scene, int body) {
+template <class S> Translation<S> translation(const Scene& scene, int body) {
   for (const Force& force : scene.forces)
     if (acts_on(force, body)) return {named(scene, force, body) + " is not covered", {}};
   const Vec<S> p = vec<S>(scene.bodies[body].position_m), v = vec<S>(scene.bodies[body].velocity_m_per_s);
@@ -14,15 +13,15 @@ Translation<S> translation(const Scene& scene, int body) {
   return {"", [=](S t) { return Flight<S>{p + t * (v + (t / 2) * g), v + t * g}; }};
 }
 
-template <class S>
-Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
   return move_each<S>(scenario, t_s, translation<S>);
 }
 
 }  // namespace
 
 Solution ballistic() {
-  return {"ballistic", "free flight under uniform gravity, p = p0 + v0 t + g t^2/2", feature::flying, solve<Narrow>, solve<Wide>};
+  return {"ballistic", "free flight under uniform gravity, p = p0 + v0 t + g t^2/2", feature::flying, solve<Narrow>,
+          solve<Wide>};
 }
 
 // A free body with uniform gravity: the same flight; its turning is turning()'s business, as everywhere.

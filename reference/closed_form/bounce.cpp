@@ -12,7 +12,9 @@ namespace {
 
 constexpr std::size_t most_impacts = 1000000;
 
-struct Cast { int ball = -1, plane = -1; };
+struct Cast {
+  int ball = -1, plane = -1;
+};
 
 std::string find_cast(const Scene& scene, Cast& cast) {
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
@@ -29,14 +31,13 @@ std::string find_cast(const Scene& scene, Cast& cast) {
   return "";
 }
 
-template <class S>
-struct Bounces {
-  S e{}, h0{}, u0{}, a{};               // height over contact, its rate, pull towards the plane
-  Vec<S> p0{}, n{}, slide{}, drift{};   // velocity and acceleration along the plane
+template <class S> struct Bounces {
+  S e{}, h0{}, u0{}, a{};              // height over contact, its rate, pull towards the plane
+  Vec<S> p0{}, n{}, slide{}, drift{};  // velocity and acceleration along the plane
   S V{}, stop{};
   bool ever = false, stops = false;
-  std::vector<S> t;                     // impacts
-  std::vector<S> speed;                 // with which each leaves
+  std::vector<S> t;      // impacts
+  std::vector<S> speed;  // with which each leaves
 
   // h0 + u0 t - a t^2 / 2 = 0, the root that is passed downwards, without cancellation.
   void first_impact() {
@@ -84,8 +85,7 @@ struct Bounces {
   }
 };
 
-template <class S>
-Happening<S> happening(const Bounces<S>& path, const Cast& cast, S radius, S t, S release) {
+template <class S> Happening<S> happening(const Bounces<S>& path, const Cast& cast, S radius, S t, S release) {
   Happening<S> made;
   made.t_s = t + release;
   made.body_a = std::min(cast.ball, cast.plane);
@@ -117,8 +117,7 @@ void list_happenings(const Bounces<S>& path, const Cast& cast, S radius, S mass,
   motion.happenings.push_back(rest);
 }
 
-template <class S>
-Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
   const Scene& scene = scenario.scene;
   Motion<S> motion;
   Cast cast;

@@ -16,11 +16,13 @@ using namespace closed_form;
 namespace {
 
 const std::vector<Solution>& catalogue() {
+  // clang-format off
   static const std::vector<Solution> all{ballistic(), linear_drag(), vertical_quadratic_drag(), oscillator(), kepler(),
                                          coulomb_two_body(), closed_form::lorentz(), free_rigid_body(), axis_torque(),
                                          bounce(), sphere_impact(), slide_or_roll(), steady_roll(),
                                          ball_flights(), friction_cone(), struck_rod(),
                                          penalty(), rest()};
+  // clang-format on
   return all;
 }
 
@@ -38,8 +40,7 @@ constexpr double end_margin = 1e-9;  // of the time: how long before the end of 
 
 struct Spread {  // one kind of value of one body, over the run so far
   Wide difference = 0, scale = 0;
-  template <class A, class B>
-  void see(const A& wide, const B& narrow) {
+  template <class A, class B> void see(const A& wide, const B& narrow) {
     for (std::size_t i = 0; i < wide.size(); ++i) {
       difference = larger(difference, magnitude(wide[i] - Wide(narrow[i])));
       if (!is_finite(wide[i]) || !is_finite(narrow[i])) difference = std::numeric_limits<double>::infinity();
@@ -52,7 +53,9 @@ struct Spread {  // one kind of value of one body, over the run so far
   bool trusted(Wide way) const { return difference <= proportional * way || !is_finite(difference); }
 };
 
-struct BodySpread { Spread p, q, v, w; };
+struct BodySpread {
+  Spread p, q, v, w;
+};
 
 // Evaluations in long double: to nearest; with impacts in the other directions of rounding too, as far as they see the
 // same ones (beside a limit of validity a directed rounding may fall on its other side).
@@ -66,8 +69,7 @@ bool same_impacts(const Motion<Narrow>& a, const Motion<Narrow>& b) {
                     });
 }
 
-template <class S>
-std::vector<S> instants(const Scenario& scenario, std::int64_t samples) {
+template <class S> std::vector<S> instants(const Scenario& scenario, std::int64_t samples) {
   std::vector<S> t_s;
   for (std::int64_t k = 0; k <= samples; ++k) t_s.push_back(S(scenario.t_end_s) * S(k) / S(samples));
   return t_s;
@@ -109,11 +111,17 @@ Realisations narrow_realisations(const Solution& solution, const Scenario& scena
 }
 
 // An impact's instant, and how far off it may be: in quad, in long double.
-struct Instant { int body_a = 0, body_b = 0; Wide t_s = 0, bar_s = 0, narrow_bar_s = 0; };
+struct Instant {
+  int body_a = 0, body_b = 0;
+  Wide t_s = 0, bar_s = 0, narrow_bar_s = 0;
+};
 
 // At an impact's instant long double may show the velocity before it where quad shows the one after it. In the order
 // of time, as impacts come; `widest`: of their narrow bars.
-struct Impacts { std::vector<Instant> all; Wide widest = 0; };
+struct Impacts {
+  std::vector<Instant> all;
+  Wide widest = 0;
+};
 
 bool at_impact(const Impacts& impacts, int body, Wide t_s) {
   auto hit = std::lower_bound(impacts.all.begin(), impacts.all.end(), t_s - impacts.widest,
@@ -222,7 +230,10 @@ void hold_jumps(Truth& truth, const Motion<Wide>& wide, const std::vector<Instan
 }
 
 // Where what is certified ends, and why.
-struct Ending { Wide t_s = 0; std::string why; };
+struct Ending {
+  Wide t_s = 0;
+  std::string why;
+};
 
 std::optional<Wide> end_of(const std::optional<Ending>& ending) {
   return ending ? std::optional<Wide>(ending->t_s) : std::nullopt;
@@ -247,8 +258,7 @@ std::optional<Ending> rival_within_bars(const Scene& scene, const Motion<Wide>& 
     const Happening<Wide>& at = wide.happenings[k];
     if (at.rival_s < 0 || at.rival_s > 4 * impacts[k].bar_s) continue;
     return Ending{at.t_s, "another impact beside that of `" + scene.bodies[at.body_a].name + "` and `" +
-                              scene.bodies[at.body_b].name + "` at t = " +
-                              format_double(static_cast<double>(at.t_s)) +
+                              scene.bodies[at.body_b].name + "` at t = " + format_double(static_cast<double>(at.t_s)) +
                               " s cannot be told apart from it in time, and their order decides what follows"};
   }
   return std::nullopt;
@@ -310,7 +320,8 @@ Truth closed_form_truth(const Scenario& scenario, std::int64_t samples) {
   if (const std::string body = add_samples(truth, scenario.scene, t_s, wide, narrow, impacts); !body.empty())
     return unsupported(scenario, "the motion of `" + body + "` magnifies round-off too much for a bar");
   if (shows(wide.slack, truth.values.front()))
-    truth.note = "parts within the round-off of the scene's doubles (an open contact, a tilt, a slip) are taken for none";
+    truth.note =
+        "parts within the round-off of the scene's doubles (an open contact, a tilt, a slip) are taken for none";
   hold_jumps(truth, wide, impacts.all);
   for (const Sample& bar : truth.bars)
     for (const BodySample& body : bar.bodies)

@@ -9,14 +9,12 @@ namespace {
 constexpr int most_halvings = 500;  // two arguments that underflow to 0 never meet: the answer is not finite then
 
 // Duplication shrinks the deviations fourfold a step; the series below err by their sixth power.
-template <class S>
-S close_enough() { return exponential(S(-digits<S>) * S(0.6931) / 6) / 4; }
+template <class S> S close_enough() { return exponential(S(-digits<S>) * S(0.6931) / 6) / 4; }
 
 }  // namespace
 
 // R_C(x, y) = atan(sqrt((y - x)/x)) / sqrt(y - x) or its hyperbolic twin; 1/sqrt(x) sum at y = x.
-template <class S>
-S carlson_rc(S x, S y) {
+template <class S> S carlson_rc(S x, S y) {
   const S d = y - x;
   if (magnitude(d) < x / 16) {  // sum_k (-d/x)^k / (2k + 1) / sqrt(x)
     const S ratio = -d / x;
@@ -32,8 +30,7 @@ S carlson_rc(S x, S y) {
   return log_of_1_plus(2 * a / (1 - a)) / (2 * root(-d));
 }
 
-template <class S>
-S carlson_rf(S x, S y, S z) {
+template <class S> S carlson_rf(S x, S y, S z) {
   S mean = (x + y + z) / 3;
   const S start = mean;
   const S spread = larger(magnitude(mean - x), larger(magnitude(mean - y), magnitude(mean - z)));
@@ -52,8 +49,7 @@ S carlson_rf(S x, S y, S z) {
   return (1 - e2 / 10 + e3 / 14 + e2 * e2 / 24 - 3 * e2 * e3 / 44) / root(mean);
 }
 
-template <class S>
-S carlson_rj(S x, S y, S z, S p) {
+template <class S> S carlson_rj(S x, S y, S z, S p) {
   S mean = (x + y + z + 2 * p) / 5;
   const S start = mean, x0 = x, y0 = y, z0 = z;
   S spread = magnitude(mean - p);
@@ -81,8 +77,7 @@ S carlson_rj(S x, S y, S z, S p) {
 
 // R. Bulirsch, Numer. Math. 7 (1965) 78: Gauss's transformation a, b -> (a + b)/2, sqrt(a b), and back on cot am. The
 // cotangent keeps its relative accuracy however near the separatrix, where the angle itself would not.
-template <class S>
-Jacobi<S> jacobi(S u, S kc) {
+template <class S> Jacobi<S> jacobi(S u, S kc) {
   Jacobi<S> made;
   if (kc == 0) {
     made.sn = hyperbolic_tangent(u);

@@ -5,18 +5,13 @@
 
 namespace atwood::closed_form {
 
-template <class S>
-S carlson_rc(S x, S y);  // y > 0
-template <class S>
-S carlson_rf(S x, S y, S z);
-template <class S>
-S carlson_rj(S x, S y, S z, S p);  // p > 0
+template <class S> S carlson_rc(S x, S y);  // y > 0
+template <class S> S carlson_rf(S x, S y, S z);
+template <class S> S carlson_rj(S x, S y, S z, S p);  // p > 0
 
 // sn, cn, dn of u - 2 K halves, which lies in [-K, K] (so cn >= 0), from the complementary modulus kc, kc^2 = 1 - k^2,
 // 0 <= kc <= 1. kc = 0: no period, halves is 0.
-template <class S>
-struct Jacobi { S sn{0}, cn{1}, dn{1}, halves{0}; };
-template <class S>
-Jacobi<S> jacobi(S u, S kc);
+template <class S> struct Jacobi { S sn{0}, cn{1}, dn{1}, halves{0}; };
+template <class S> Jacobi<S> jacobi(S u, S kc);
 
 }  // namespace atwood::closed_form

@@ -14,7 +14,7 @@ constexpr double touching = 1e-11;  // of the larger of the bodies' places and s
 constexpr double nearness = 1e-7;   // of the thinner body: no place is so far off that a gap of its size is none
 constexpr double margin = 1e-5;     // forces are looked for inside the cones and within the surfaces by this part
 constexpr int most_sweeps = 20000;
-constexpr double balanced = 1e-7;   // of gravity
+constexpr double balanced = 1e-7;  // of gravity
 constexpr double round_off = 1e-14;
 
 // A box, a rectangle (a box of thickness 0), a ball (a box of no extent with a radius), a plane.
@@ -23,12 +23,17 @@ struct Solid {
   double half[3]{}, radius = 0, offset = 0;
   bool plane = false, free = false;
   double inverse_mass = 0;
-  Real33 inertia_inverse{};       // diagonal, body axes
+  Real33 inertia_inverse{};  // diagonal, body axes
 };
 
 double length(const V& v) { return std::sqrt(dot(v, v)); }
 
-struct Touch { int a = 0, b = 0; V x{}, n{}; double friction = 0; };  // n from a to b
+// n from a to b
+struct Touch {
+  int a = 0, b = 0;
+  V x{}, n{};
+  double friction = 0;
+};
 
 std::string make_solid(const Scene& scene, const Body& body, Solid& made) {
   const std::string name = "`" + body.name + "`";
@@ -174,10 +179,10 @@ std::string find_touches(const Scene& scene, const std::vector<Solid>& solids, s
       if (!b.plane && a.radius == 0 && b.radius > 0) continue;
       const double size = length(a.center) + (b.plane ? 0 : length(b.center)) + extent(a);
       const std::size_t before = touches.size();
-      const double tolerance = std::min(touching * size, nearness * std::min(thinnest(a), b.plane ? HUGE_VAL : thinnest(b)));
+      const double tolerance =
+          std::min(touching * size, nearness * std::min(thinnest(a), b.plane ? HUGE_VAL : thinnest(b)));
       const double gap = touch(a, b, tolerance, touches);
-      if (gap < -tolerance)
-        return "`" + scene.bodies[i].name + "` and `" + scene.bodies[j].name + "` overlap";
+      if (gap < -tolerance) return "`" + scene.bodies[i].name + "` and `" + scene.bodies[j].name + "` overlap";
       if (touches.size() > before) made.open_m = std::max(made.open_m, std::fabs(gap));
       for (std::size_t k = before; k < touches.size(); ++k) {
         touches[k].a = static_cast<int>(i);
@@ -185,13 +190,17 @@ std::string find_touches(const Scene& scene, const std::vector<Solid>& solids, s
         touches[k].friction = (1 - margin) * pair_law(scene, touches[k].a, touches[k].b).friction;
       }
       V middle{};
-      for (std::size_t k = before; k < touches.size(); ++k) middle = middle + (1.0 / double(touches.size() - before)) * touches[k].x;
-      for (std::size_t k = before; k < touches.size(); ++k) touches[k].x = touches[k].x + margin * (middle - touches[k].x);
+      for (std::size_t k = before; k < touches.size(); ++k)
+        middle = middle + (1.0 / double(touches.size() - before)) * touches[k].x;
+      for (std::size_t k = before; k < touches.size(); ++k)
+        touches[k].x = touches[k].x + margin * (middle - touches[k].x);
     }
   return "";
 }
 
-struct Moving { V v{}, w_B{}; };
+struct Moving {
+  V v{}, w_B{};
+};
 
 // A second of gravity's impulse, undone by the contacts' impulses. First by those of least sum of squares that stop all
 // bodies, cones or not (conjugate gradients): of stacks and walls they often lie in the cones as they are. Then, from

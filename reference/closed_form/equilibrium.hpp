@@ -8,9 +8,9 @@
 namespace atwood::closed_form {
 
 struct Equilibrium {
-  std::string misfit;      // which body nothing holds, what overlaps, what is not covered; empty: forces were found
-  double open_m = 0;       // the widest gap or overlap that was taken for a touch: round-off of the scene's doubles
-  double least_m = 0;      // the smallest extent of a body
+  std::string misfit;  // which body nothing holds, what overlaps, what is not covered; empty: forces were found
+  double open_m = 0;   // the widest gap or overlap that was taken for a touch: round-off of the scene's doubles
+  double least_m = 0;  // the smallest extent of a body
 };
 
 // Boxes, spheres, fixed planes and rectangles under uniform gravity. Looks for contact forces within Coulomb's cones

@@ -34,12 +34,12 @@ enum Feature : std::uint64_t {
   rolling_friction = 1ull << 19,
   linear_contact = 1ull << 20,
   hertz_contact = 1ull << 21,
-  softening = 1ull << 22,        // of mutual gravity
-  offset_spring = 1ull << 23,    // fastened beside a body's centre
+  softening = 1ull << 22,      // of mutual gravity
+  offset_spring = 1ull << 23,  // fastened beside a body's centre
   two_body_spring = 1ull << 24,
   angular_drag = 1ull << 25,
-  convention = 1ull << 27,       // for simultaneous impacts, where two pairs could have them
-  impossible = 1ull << 26,       // what no file can hold: a free plane, a restitution above 1, a mass of 0
+  convention = 1ull << 27,  // for simultaneous impacts, where two pairs could have them
+  impossible = 1ull << 26,  // what no file can hold: a free plane, a restitution above 1, a mass of 0
 };
 
 // Those of translation and turning alone.
@@ -50,7 +50,11 @@ constexpr std::uint64_t touching = touching_shapes | friction | convention;
 using feature::Feature;
 using Features = std::uint64_t;
 
-struct Present { Feature feature; std::string what; };  // what: "the force `drag` on `ball`"
+// what: "the force `drag` on `ball`"
+struct Present {
+  Feature feature;
+  std::string what;
+};
 
 // Reads every key of the scenario, each once: a key that is added to the scene does not compile until it is read here.
 // Forces on fixed bodies alone, laws of pairs of which none has a shape, frames and charges without a field have no

@@ -12,16 +12,14 @@ constexpr double ulps = 16 * 0x1p-53;
 // A gap is closed only if it is nothing beside the body, however far from the origin that lies.
 constexpr double closed = 1e-9;
 
-template <class S>
-void plane_floor(const Plane& plane, Floor<S>& floor) {
+template <class S> void plane_floor(const Plane& plane, Floor<S>& floor) {
   const Vec<S> normal = vec<S>(plane.normal);
   const S length = norm(normal);
   floor.n = (1 / length) * normal;
   floor.offset = S(plane.offset_m) / length;
 }
 
-template <class S>
-void mesh_floor(const Body& body, const Mesh& mesh, Floor<S>& floor) {
+template <class S> void mesh_floor(const Body& body, const Mesh& mesh, Floor<S>& floor) {
   const Pose<S> pose = initial_pose<S>(body);
   std::vector<Vec<S>> points;
   for (const Real3& p : mesh.points_m) points.push_back(pose.p_WB + rotate(pose.q_WB, vec<S>(p)));
@@ -50,8 +48,7 @@ void mesh_floor(const Body& body, const Mesh& mesh, Floor<S>& floor) {
     if (count == 1) floor.rim.push_back({rounded(points[edge.first]), rounded(points[edge.second])});
 }
 
-template <class S>
-void box_on_face(const Box& box, const Pose<S>& pose, const Floor<S>& floor, Stance<S>& stance) {
+template <class S> void box_on_face(const Box& box, const Pose<S>& pose, const Floor<S>& floor, Stance<S>& stance) {
   const Vec<S> up = rotate(conjugate(pose.q_WB), floor.n);
   int k = 0;
   for (int i = 1; i < 3; ++i)
@@ -70,8 +67,7 @@ void box_on_face(const Box& box, const Pose<S>& pose, const Floor<S>& floor, Sta
 
 }  // namespace
 
-template <class S>
-Floor<S> find_floor(const Scene& scene) {
+template <class S> Floor<S> find_floor(const Scene& scene) {
   Floor<S> floor;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const Body& body = scene.bodies[i];
@@ -100,8 +96,7 @@ Floor<S> find_floor(const Scene& scene) {
   return floor;
 }
 
-template <class S>
-Stance<S> stand_on(const Floor<S>& floor, const Scene& scene, int at) {
+template <class S> Stance<S> stand_on(const Floor<S>& floor, const Scene& scene, int at) {
   const Body& body = scene.bodies[at];
   const std::string name = "`" + body.name + "`";
   const Pose<S> pose = initial_pose<S>(body);

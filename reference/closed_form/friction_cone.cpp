@@ -14,29 +14,26 @@ namespace atwood::closed_form {
 
 namespace {
 
-template <class S>
-struct Rider {
+template <class S> struct Rider {
   int body = -1;
   S mass{}, radius{}, kappa{}, inertia{}, grip{};  // grip: mu g
-  S along{}, aside{};      // of its foot from the slab's centre
+  S along{}, aside{};                              // of its foot from the slab's centre
   bool rolls = true;
-  S a{};                   // along the push
+  S a{};  // along the push
 };
 
-template <class S>
-struct Cart {
+template <class S> struct Cart {
   int slab = -1;
-  S mass{}, height{};      // half its thickness
-  Vec<S> push{}, e{};      // e: unit, along the push
+  S mass{}, height{};  // half its thickness
+  Vec<S> push{}, e{};  // e: unit, along the push
   S F{}, push_height{}, push_aside{};
   std::vector<Rider<S>> riders;
-  S A{}, open{};          // open: the widest gap under a rider, of round-off
-  S lift{}, veer{};       // of the push off the floor, its moment about the vertical: round-off, taken for none
+  S A{}, open{};     // open: the widest gap under a rider, of round-off
+  S lift{}, veer{};  // of the push off the floor, its moment about the vertical: round-off, taken for none
   bool stands = false;
 };
 
-template <class S>
-std::string find_push(const Scene& scene, const Floor<S>& floor, Cart<S>& cart) {
+template <class S> std::string find_push(const Scene& scene, const Floor<S>& floor, Cart<S>& cart) {
   if (scene.forces.size() != 1 || !std::holds_alternative<PointForce>(scene.forces.front()))
     return "one point-force is needed";
   const auto& push = std::get<PointForce>(scene.forces.front());
@@ -85,8 +82,7 @@ std::string add_rider(const Scene& scene, const Floor<S>& floor, int at, const S
 }
 
 // The more slip, the less they hold the slab back and the faster it goes: slippers stay slippers.
-template <class S>
-void accelerate(Cart<S>& cart, S floor_friction) {
+template <class S> void accelerate(Cart<S>& cart, S floor_friction) {
   for (bool changed = true; changed;) {
     changed = false;
     S pushed = cart.F - floor_friction, inertia = cart.mass;
@@ -175,8 +171,7 @@ std::string set_up(const Scene& scene, const Floor<S>& floor, S t_end, Cart<S>& 
   return goes_wrong(scene, floor, stance, cart, cart.stands ? cart.F : f1, t_end);
 }
 
-template <class S>
-Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
   const Scene& scene = scenario.scene;
   Motion<S> motion;
   const Floor<S> floor = find_floor<S>(scene);
@@ -190,8 +185,8 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
   const S speed = 4 * t_end * cart.lift / cart.mass + spin * S(stance.reach_m) + 4 * t_end * floor.dropped;
   S least = stance.reach_m;
   for (const Rider<S>& rider : cart.riders) least = rider.radius < least ? rider.radius : least;
-  motion.slack = {stance.slack_m + 4 * cart.open + t_end * speed, 4 * stance.tilt + t_end * (spin + speed / least), speed,
-                  spin + speed / least};
+  motion.slack = {stance.slack_m + 4 * cart.open + t_end * speed, 4 * stance.tilt + t_end * (spin + speed / least),
+                  speed, spin + speed / least};
   const Vec<S> about = cross(floor.n, cart.e);
   for (const S& t : t_s) {
     auto& poses = motion.poses.emplace_back();

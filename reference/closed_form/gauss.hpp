@@ -7,11 +7,9 @@
 
 namespace atwood::closed_form {
 
-template <class S>
-struct GaussRule { std::vector<S> node, weight; };
+template <class S> struct GaussRule { std::vector<S> node, weight; };
 
-template <class S>
-GaussRule<S> gauss_rule(int n) {
+template <class S> GaussRule<S> gauss_rule(int n) {
   GaussRule<S> rule;
   for (int k = 0; k < n; ++k) {
     S x = cosine(pi<S>() * (S(k) + S(0.75)) / (S(n) + S(0.5))), slope = 0;

@@ -12,12 +12,10 @@ namespace atwood::closed_form {
 
 namespace {
 
-template <class S>
-S last_step() { return std::ldexp(1.0, -digits<S> * 3 / 5); }
+template <class S> S last_step() { return std::ldexp(1.0, -digits<S> * 3 / 5); }
 
 // The anomaly s at time t after the start, by Newton's iteration inside a bracket that only shrinks.
-template <class S>
-class Anomaly {
+template <class S> class Anomaly {
  public:
   Anomaly(S distance, S eta, S mu, S beta) : distance_(distance), eta_(eta), mu_(mu), beta_(beta) {}
 
@@ -34,7 +32,8 @@ class Anomaly {
       const Time now = time(s);
       const S late = now.t - t;
       if (!is_finite(late)) return false;
-      if (late > 0) high = s; else low = s;
+      if (late > 0) high = s;
+      else low = s;
       // As near as the sum's own round-off lets one tell.
       if (magnitude(late) <= 2 * unit_round_off<S>() * (now.size + t)) return true;
       S next = s - late / now.r;
@@ -53,7 +52,10 @@ class Anomaly {
 
  private:
   static constexpr int most_tries = 1000;
-  struct Time { S t{}, r{}, size{}; };  // t and r = dt/ds at s; size: of the terms that make t
+  // t and r = dt/ds at s; size: of the terms that make t
+  struct Time {
+    S t{}, r{}, size{};
+  };
 
   Time time(S s) const {
     const auto G = stumpff(beta_, s);
@@ -95,18 +97,17 @@ class Anomaly {
 
 }  // namespace
 
-template <class S>
-std::string InverseSquare<S>::misfit() const {
+template <class S> std::string InverseSquare<S>::misfit() const {
   if (is_zero(r0)) return "starts at the centre";
   if (mu > 0 && is_zero(cross(r0, v0))) return "has no angular momentum and may fall into the centre";
   return "";
 }
 
-template <class S>
-Flight<S> InverseSquare<S>::at(S t) const {
+template <class S> Flight<S> InverseSquare<S>::at(S t) const {
   if (mu == 0) return {r0 + t * v0, v0};
   const S distance = norm(r0), eta = dot(r0, v0), beta = 2 * mu / distance - dot(v0, v0);
-  if (beta > 0) {  // an ellipse: s grows by 2 pi / sqrt(beta) in each period 2 pi mu / beta^(3/2), which changes nothing
+  if (beta >
+      0) {  // an ellipse: s grows by 2 pi / sqrt(beta) in each period 2 pi mu / beta^(3/2), which changes nothing
     const S period = 2 * pi<S>() * mu / (beta * root(beta));
     t -= floor_of(t / period) * period;
   }

@@ -7,8 +7,7 @@
 
 namespace atwood::closed_form {
 
-template <class S>
-struct InverseSquare {
+template <class S> struct InverseSquare {
   S mu{};
   Vec<S> r0{}, v0{};
   std::string misfit() const;  // the centre is hit

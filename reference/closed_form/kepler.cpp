@@ -10,8 +10,7 @@ namespace atwood::closed_form {
 
 namespace {
 
-template <class S>
-Translation<S> about_attractor(const Scene& scene, int body) {
+template <class S> Translation<S> about_attractor(const Scene& scene, int body) {
   const Attractor* center = nullptr;
   for (const Force& force : scene.forces) {
     if (!acts_on(force, body)) continue;
@@ -32,11 +31,12 @@ Translation<S> about_attractor(const Scene& scene, int body) {
           }};
 }
 
-struct Couple { int a = -1, b = -1; };
+struct Couple {
+  int a = -1, b = -1;
+};
 
 // The one pair of mobile bodies that forces act between, and the mu of its relative motion.
-template <class S>
-std::string find_couple(const Scene& scene, Couple& couple, S& mu) {
+template <class S> std::string find_couple(const Scene& scene, Couple& couple, S& mu) {
   for (const Force& force : scene.forces) {
     const auto* gravity = std::get_if<MutualGravity>(&force);
     const auto* coulomb = std::get_if<Coulomb>(&force);
@@ -61,8 +61,7 @@ std::string find_couple(const Scene& scene, Couple& couple, S& mu) {
 }
 
 // c = (m_a p_a + m_b p_b) / M falls freely; r = p_b - p_a; p_a = c - (m_b / M) r, p_b = c + (m_a / M) r.
-template <class S>
-Motion<S> two_bodies(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> two_bodies(const Scenario& scenario, const std::vector<S>& t_s) {
   const Scene& scene = scenario.scene;
   Couple couple;
   S mu = 0;
@@ -94,8 +93,7 @@ Motion<S> two_bodies(const Scenario& scenario, const std::vector<S>& t_s) {
   });
 }
 
-template <class S>
-Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
   for (const Force& force : scenario.scene.forces)
     if (std::holds_alternative<Attractor>(force)) return move_each<S>(scenario, t_s, about_attractor<S>);
   return two_bodies<S>(scenario, t_s);

@@ -7,10 +7,8 @@ namespace {
 
 // phi1(x) = (1 - exp(-x)) / x and phi2(x) = (exp(-x) - 1 + x) / x^2, without cancellation near 0:
 //   phi2 = 1/2! - x/3! + x^2/4! - ...
-template <class S>
-S phi1(S x) { return x == 0 ? S(1) : -exponential_minus_1(-x) / x; }
-template <class S>
-S phi2(S x) {
+template <class S> S phi1(S x) { return x == 0 ? S(1) : -exponential_minus_1(-x) / x; }
+template <class S> S phi2(S x) {
   if (x > 1) return (exponential_minus_1(-x) + x) / (x * x);
   S term = S(1) / 2, sum = 0;
   for (int k = 3; magnitude(term) > unit_round_off<S>() / 8; ++k) {
@@ -22,8 +20,7 @@ S phi2(S x) {
 
 // With k = c/m and u the wind:  v = u + (v0 - u) exp(-k t) + g t phi1(k t)
 //                               p = p0 + u t + (v0 - u) t phi1(k t) + g t^2 phi2(k t)
-template <class S>
-Translation<S> translation(const Scene& scene, int body) {
+template <class S> Translation<S> translation(const Scene& scene, int body) {
   S c = 0;
   Vec<S> carried{};
   for (const Force& force : scene.forces) {
@@ -44,15 +41,15 @@ Translation<S> translation(const Scene& scene, int body) {
           }};
 }
 
-template <class S>
-Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
   return move_each<S>(scenario, t_s, translation<S>);
 }
 
 }  // namespace
 
 Solution linear_drag() {
-  return {"linear-drag", "drag linear in the air speed: exponential approach, Lamb, Dynamics (1914)", feature::flying | feature::linear_drag_force | feature::angular_drag, solve<Narrow>, solve<Wide>};
+  return {"linear-drag", "drag linear in the air speed: exponential approach, Lamb, Dynamics (1914)",
+          feature::flying | feature::linear_drag_force | feature::angular_drag, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

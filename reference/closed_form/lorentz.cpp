@@ -10,8 +10,7 @@ namespace atwood::closed_form {
 
 namespace {
 
-template <class S>
-Translation<S> translation(const Scene& scene, int body) {
+template <class S> Translation<S> translation(const Scene& scene, int body) {
   const Body& particle = scene.bodies[body];
   Vec<S> E{}, B{};
   for (const Force& force : scene.forces) {
@@ -35,8 +34,7 @@ Translation<S> translation(const Scene& scene, int body) {
           }};
 }
 
-template <class S>
-Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
   return move_each<S>(scenario, t_s, translation<S>);
 }
 

@@ -42,67 +42,49 @@ inline Narrow hyperbolic_tangent(Narrow x) { return std::tanh(x); }
 inline Wide hyperbolic_tangent(Wide x) { return tanhq(x); }
 inline Narrow floor_of(Narrow x) { return std::floor(x); }
 inline Wide floor_of(Wide x) { return floorq(x); }
-template <class S>
-S magnitude(S x) { return x < 0 ? -x : x; }
-template <class S>
-S larger(S a, S b) { return a < b ? b : a; }
-template <class S>
-bool is_finite(S x) { return x - x == 0; }
+template <class S> S magnitude(S x) { return x < 0 ? -x : x; }
+template <class S> S larger(S a, S b) { return a < b ? b : a; }
+template <class S> bool is_finite(S x) { return x - x == 0; }
 
-template <class S>
-constexpr int digits = std::numeric_limits<S>::digits;  // of the significand
-template <>
-inline constexpr int digits<Wide> = 113;
-template <class S>
-S unit_round_off() { return std::ldexp(1.0, -digits<S>); }
-template <class S>
-S pi() { return 4 * arc_tangent(S(1)); }
+template <class S> constexpr int digits = std::numeric_limits<S>::digits;  // of the significand
+template <> inline constexpr int digits<Wide> = 113;
+template <class S> S unit_round_off() { return std::ldexp(1.0, -digits<S>); }
+template <class S> S pi() { return 4 * arc_tangent(S(1)); }
 
-template <class S>
-using Vec = std::array<S, 3>;
-template <class S>
-using Quat = std::array<S, 4>;
+template <class S> using Vec = std::array<S, 3>;
+template <class S> using Quat = std::array<S, 4>;
 
-template <class S>
-Vec<S> vec(const Real3& v) { return {S(v[0]), S(v[1]), S(v[2])}; }
-template <class S>
-Vec<S> operator+(const Vec<S>& a, const Vec<S>& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
-template <class S>
-Vec<S> operator-(const Vec<S>& a, const Vec<S>& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-template <class S>
-Vec<S> operator*(const S& s, const Vec<S>& a) { return {s * a[0], s * a[1], s * a[2]}; }
-template <class S>
-S dot(const Vec<S>& a, const Vec<S>& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-template <class S>
-Vec<S> cross(const Vec<S>& a, const Vec<S>& b) {
+template <class S> Vec<S> vec(const Real3& v) { return {S(v[0]), S(v[1]), S(v[2])}; }
+template <class S> Vec<S> operator+(const Vec<S>& a, const Vec<S>& b) {
+  return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+}
+template <class S> Vec<S> operator-(const Vec<S>& a, const Vec<S>& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+template <class S> Vec<S> operator*(const S& s, const Vec<S>& a) { return {s * a[0], s * a[1], s * a[2]}; }
+template <class S> S dot(const Vec<S>& a, const Vec<S>& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+template <class S> Vec<S> cross(const Vec<S>& a, const Vec<S>& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
-template <class S>
-S norm(const Vec<S>& a) { return root(dot(a, a)); }
-template <class S>
-bool is_zero(const Vec<S>& a) { return a[0] == 0 && a[1] == 0 && a[2] == 0; }
+template <class S> S norm(const Vec<S>& a) { return root(dot(a, a)); }
+template <class S> bool is_zero(const Vec<S>& a) { return a[0] == 0 && a[1] == 0 && a[2] == 0; }
 
-template <class S>
-Quat<S> operator*(const Quat<S>& a, const Quat<S>& b) {
+template <class S> Quat<S> operator*(const Quat<S>& a, const Quat<S>& b) {
   return {a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3], a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
           a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1], a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]};
 }
-template <class S>
-Quat<S> conjugate(const Quat<S>& q) { return {q[0], -q[1], -q[2], -q[3]}; }
-template <class S>
-Vec<S> rotate(const Quat<S>& q, const Vec<S>& v) {
+template <class S> Quat<S> conjugate(const Quat<S>& q) { return {q[0], -q[1], -q[2], -q[3]}; }
+template <class S> Vec<S> rotate(const Quat<S>& q, const Vec<S>& v) {
   const Vec<S> u{q[1], q[2], q[3]};
   return v + S(2) * cross(u, cross(u, v) + q[0] * v);
 }
 // Turns by `angle` about the unit vector `axis`; continuous in the angle beyond 2 pi.
-template <class S>
-Quat<S> turn(const Vec<S>& axis, S angle) {
+template <class S> Quat<S> turn(const Vec<S>& axis, S angle) {
   const S s = sine(angle / 2);
   return {cosine(angle / 2), s * axis[0], s * axis[1], s * axis[2]};
 }
 // The scene's quaternion is unit to the round-off of double; the problem is the direction it gives.
-template <class S>
-Quat<S> quat(const Real4& given) {
+template <class S> Quat<S> quat(const Real4& given) {
   Quat<S> q{S(given[0]), S(given[1]), S(given[2]), S(given[3])};
   const S length = root(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
   for (S& part : q) part /= length;

@@ -7,8 +7,7 @@ namespace atwood::closed_form {
 namespace {
 
 // Faces across axis k of the obstacle, on both sides.
-template <class S>
-void add_faces(Obstacle<S>& made, int k) {
+template <class S> void add_faces(Obstacle<S>& made, int k) {
   for (const int side : {1, -1}) {
     Face<S> face;
     face.n = S(side) * made.axis[k];
@@ -22,16 +21,14 @@ void add_faces(Obstacle<S>& made, int k) {
   }
 }
 
-template <class S>
-Vec<S> place(const Arc<S>& arc, S t) {
+template <class S> Vec<S> place(const Arc<S>& arc, S t) {
   const S since = t - arc.from;
   return arc.p + since * (arc.v + (since / 2) * arc.g);
 }
 
 }  // namespace
 
-template <class S>
-bool add_obstacle(const Body& body, int at, std::vector<Obstacle<S>>& obstacles) {
+template <class S> bool add_obstacle(const Body& body, int at, std::vector<Obstacle<S>>& obstacles) {
   Obstacle<S> made;
   made.body = at;
   if (const auto* plane = std::get_if<Plane>(&body.shape)) {
@@ -61,8 +58,7 @@ bool add_obstacle(const Body& body, int at, std::vector<Obstacle<S>>& obstacles)
   return true;
 }
 
-template <class S>
-S distance(const Obstacle<S>& obstacle, const Vec<S>& p) {
+template <class S> S distance(const Obstacle<S>& obstacle, const Vec<S>& p) {
   if (obstacle.faces.front().endless) return dot(obstacle.faces.front().n, p) - obstacle.faces.front().offset;
   Vec<S> beyond{};
   for (int k = 0; k < 3; ++k)
@@ -70,16 +66,14 @@ S distance(const Obstacle<S>& obstacle, const Vec<S>& p) {
   return norm(beyond);
 }
 
-template <class S>
-bool within_sides(const Face<S>& face, const Vec<S>& p) {
+template <class S> bool within_sides(const Face<S>& face, const Vec<S>& p) {
   for (int k = 0; k < 2 && !face.endless; ++k)
     if (magnitude(dot(face.side[k], p - face.center)) > face.half[k]) return false;
   return true;
 }
 
 // V^2 = u^2 + 2 a h is the square of the speed there; the root without cancellation.
-template <class S>
-S descends(S h, S u, S a, S touching, S& speed) {
+template <class S> S descends(S h, S u, S a, S touching, S& speed) {
   if (magnitude(h) <= touching) h = 0;
   const S square = u * u + 2 * a * h;
   if (!(square >= 0) || (!(a > 0) && !(u < 0)) || (h < 0 && !(u > 0))) return -1;
@@ -103,18 +97,17 @@ bool stays_open(S start, S end, const std::function<S(S)>& gap, const std::funct
   return true;
 }
 
-template <class S>
-bool stays_clear(const Arc<S>& arc, S reach, const std::function<S(const Vec<S>&)>& distance) {
+template <class S> bool stays_clear(const Arc<S>& arc, S reach, const std::function<S(const Vec<S>&)>& distance) {
   const auto way = [&](S from, S until) {
     const S v0 = norm(arc.v + (from - arc.from) * arc.g),
             v1 = norm(arc.v + (until - arc.from) * arc.g);  // |v| is convex
     return larger(v0, v1) * (until - from);
   };
-  return stays_open<S>(arc.from, arc.until, [&](S t) { return distance(place(arc, t)) - reach; }, way, S(1e-9) * reach);
+  return stays_open<S>(
+      arc.from, arc.until, [&](S t) { return distance(place(arc, t)) - reach; }, way, S(1e-9) * reach);
 }
 
-template <class S>
-bool meets_an_edge(const Obstacle<S>& obstacle, S radius, const Arc<S>& arc) {
+template <class S> bool meets_an_edge(const Obstacle<S>& obstacle, S radius, const Arc<S>& arc) {
   for (const Face<S>& face : obstacle.faces) {
     if (face.endless) continue;
     const S height = dot(face.n, arc.p) - face.offset;

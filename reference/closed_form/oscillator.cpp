@@ -7,10 +7,8 @@ namespace atwood::closed_form {
 namespace {
 
 // cosh(sqrt y) and sinh(sqrt y) / sqrt y, entire in y: y < 0 under-, y > 0 overcritically damped.
-template <class S>
-S cosh_root(S y) { return y < 0 ? cosine(root(-y)) : hyperbolic_cosine(root(y)); }
-template <class S>
-S sinhc_root(S y) {
+template <class S> S cosh_root(S y) { return y < 0 ? cosine(root(-y)) : hyperbolic_cosine(root(y)); }
+template <class S> S sinhc_root(S y) {
   if (magnitude(y) > 1) return y < 0 ? sine(root(-y)) / root(-y) : hyperbolic_sine(root(y)) / root(y);
   S term = 1, sum = 0;
   for (int k = 1; magnitude(term) > unit_round_off<S>() / 8; ++k) {
@@ -20,13 +18,15 @@ S sinhc_root(S y) {
   return sum;
 }
 
-template <class S>
-struct Oscillator {
-  S gamma{}, omega2{};                     // x'' + 2 gamma x' + omega2 x = ...
-  Vec<S> anchor{}, rest{};                 // where the spring would rest
-  Vec<S> x0{}, v0{};                       // about rest
-  struct Driven { Vec<S> push{}; S w{}, phase{}; };
-  std::vector<Driven> drives;              // push cos(w t + phase), an acceleration
+template <class S> struct Oscillator {
+  S gamma{}, omega2{};      // x'' + 2 gamma x' + omega2 x = ...
+  Vec<S> anchor{}, rest{};  // where the spring would rest
+  Vec<S> x0{}, v0{};        // about rest
+  struct Driven {
+    Vec<S> push{};
+    S w{}, phase{};
+  };
+  std::vector<Driven> drives;  // push cos(w t + phase), an acceleration
 
   // Fundamental solutions: C(0) = 1, C'(0) = 0; s(0) = 0, s'(0) = 1.
   Flight<S> homogeneous(const Vec<S>& x, const Vec<S>& v, S t) const {
@@ -83,11 +83,9 @@ struct Oscillator {
   }
 };
 
-template <class S>
-bool along(const Vec<S>& line, const Vec<S>& v) { return is_zero(cross(line, v)); }
+template <class S> bool along(const Vec<S>& line, const Vec<S>& v) { return is_zero(cross(line, v)); }
 
-template <class S>
-std::string gather(const Scene& scene, int body, Oscillator<S>& made, const Spring*& spring) {
+template <class S> std::string gather(const Scene& scene, int body, Oscillator<S>& made, const Spring*& spring) {
   const Body& bob = scene.bodies[body];
   const S mass = bob.mass_kg;
   S linear = 0;
@@ -120,8 +118,7 @@ std::string gather(const Scene& scene, int body, Oscillator<S>& made, const Spri
 
 // Along a line through the anchor the spring is linear whatever its rest length and damping; off it only an undamped
 // spring without rest length is (drag is, in every direction).
-template <class S>
-Translation<S> translation(const Scene& scene, int body) {
+template <class S> Translation<S> translation(const Scene& scene, int body) {
   const Body& bob = scene.bodies[body];
   Oscillator<S> made;
   const Spring* spring = nullptr;
@@ -142,8 +139,7 @@ Translation<S> translation(const Scene& scene, int body) {
       if (is_zero(line)) line = drive.push;
     bool straight = along(line, out) && along(line, v) && along(line, made.rest - made.anchor);
     for (const auto& drive : made.drives) straight &= along(line, drive.push);
-    if (!straight)
-      return {"`" + bob.name + "` leaves its line, and its spring has a rest length or damping", {}};
+    if (!straight) return {"`" + bob.name + "` leaves its line, and its spring has a rest length or damping", {}};
     if (length0 != 0) {
       if (is_zero(out)) return {"`" + bob.name + "` starts on the anchor of a spring with a rest length", {}};
       made.rest = made.rest + (length0 / norm(out)) * out;
@@ -156,8 +152,7 @@ Translation<S> translation(const Scene& scene, int body) {
   return {"", [=](S t) { return made.at(t); }};
 }
 
-template <class S>
-Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
   return move_each<S>(scenario, t_s, translation<S>);
 }
 
@@ -165,7 +160,8 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
 
 Solution oscillator() {
   return {"oscillator", "linear oscillator, damped and driven, Landau and Lifshitz, Mechanics, sections 21-26",
-          feature::flying | feature::spring | feature::linear_drag_force | feature::angular_drag | feature::drive, solve<Narrow>, solve<Wide>};
+          feature::flying | feature::spring | feature::linear_drag_force | feature::angular_drag | feature::drive,
+          solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

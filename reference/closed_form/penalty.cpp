@@ -20,15 +20,13 @@ namespace {
 inline Narrow fifth_root(Narrow x) { return std::pow(x, Narrow(1) / 5); }
 inline Wide fifth_root(Wide x) { return powq(x, Wide(1) / 5); }
 
-template <class S>
-struct Squeeze { S d{}, rate{}; };  // overlap and its rate
+template <class S> struct Squeeze { S d{}, rate{}; };  // overlap and its rate
 
-template <class S>
-struct Law {
+template <class S> struct Law {
   S m{}, v{};
   bool hertz = false, pulls = false;
   S k{}, c{}, K{};
-  S lasts{}, e{1};          // the force; restitution
+  S lasts{}, e{1};  // the force; restitution
   S z{}, w0{}, w_d{}, deepest{};
 
   void prepare() {
@@ -80,7 +78,10 @@ struct Law {
   }
 };
 
-struct Two { int a = -1, b = -1; };  // b: a ball or a plane
+// b: a ball or a plane
+struct Two {
+  int a = -1, b = -1;
+};
 
 std::string find_two(const Scene& scene, Two& two) {
   int plane = -1;
@@ -107,11 +108,15 @@ std::string find_two(const Scene& scene, Two& two) {
   return scene.gravity_m_per_s2 != Real3{} ? "there is gravity" : "";
 }
 
-template <class S>
-struct Approach { S gap{}; Vec<S> n{}; S speed{}, aside{}; S inverse_mass{}, curvature{}; };  // n: from a to b
+// n: from a to b
+template <class S> struct Approach {
+  S gap{};
+  Vec<S> n{};
+  S speed{}, aside{};
+  S inverse_mass{}, curvature{};
+};
 
-template <class S>
-Approach<S> approach(const Scene& scene, const Two& two) {
+template <class S> Approach<S> approach(const Scene& scene, const Two& two) {
   Approach<S> made;
   const Body &a = scene.bodies[two.a], &b = scene.bodies[two.b];
   const Pose<S> pose_a = initial_pose<S>(a), pose_b = initial_pose<S>(b);
@@ -137,8 +142,7 @@ Approach<S> approach(const Scene& scene, const Two& two) {
   return made;
 }
 
-template <class S>
-std::string find_law(const PairLaw& given, const Approach<S>& way, bool turns, Law<S>& law) {
+template <class S> std::string find_law(const PairLaw& given, const Approach<S>& way, bool turns, Law<S>& law) {
   if (given.contact_law == ContactLaw::rigid) return "the pair's `contact_law` is rigid";
   if (!(way.gap > 0)) return "the bodies touch at the start";
   if (way.aside != 0) return "the balls do not meet head on";
@@ -177,8 +181,7 @@ void list_happenings(const Two& two, const Law<S>& law, const Approach<S>& way, 
   motion.happenings.push_back(parts);
 }
 
-template <class S>
-Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
   const Scene& scene = scenario.scene;
   Motion<S> motion;
   Two two;
@@ -227,7 +230,8 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
 
 Solution penalty() {
   return {"penalty", "surfaces that give way: spring and dashpot, Schwager and Poschel (2007); Hertz (1881)",
-          feature::spin | feature::touching | feature::linear_contact | feature::hertz_contact, solve<Narrow>, solve<Wide>};
+          feature::spin | feature::touching | feature::linear_contact | feature::hertz_contact, solve<Narrow>,
+          solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

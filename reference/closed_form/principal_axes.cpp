@@ -8,16 +8,14 @@ namespace atwood::closed_form {
 
 namespace {
 
-template <class S>
-Quat<S> about(int axis, S angle) {
+template <class S> Quat<S> about(int axis, S angle) {
   Vec<S> unit{};
   unit[axis] = 1;
   return turn(unit, angle);
 }
 
 // A quarter turn about the third axis swaps the other two moments.
-template <class S>
-void swap_axes(PrincipalAxes<S>& axes, int i, int j) {
+template <class S> void swap_axes(PrincipalAxes<S>& axes, int i, int j) {
   const int k = 3 - i - j;
   axes.q_BP = axes.q_BP * about(k, pi<S>() / 2);
   std::swap(axes.moment[i], axes.moment[j]);
@@ -25,8 +23,7 @@ void swap_axes(PrincipalAxes<S>& axes, int i, int j) {
 
 }  // namespace
 
-template <class S>
-PrincipalAxes<S> principal_axes(const Real33& inertia) {
+template <class S> PrincipalAxes<S> principal_axes(const Real33& inertia) {
   std::array<std::array<S, 3>, 3> m;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) m[i][j] = (S(inertia[3 * i + j]) + S(inertia[3 * j + i])) / 2;

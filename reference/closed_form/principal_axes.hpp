@@ -5,14 +5,12 @@
 
 namespace atwood::closed_form {
 
-template <class S>
-struct PrincipalAxes {
-  std::array<S, 3> moment{};   // ascending
-  Quat<S> q_BP{1, 0, 0, 0};    // principal axes to body axes
+template <class S> struct PrincipalAxes {
+  std::array<S, 3> moment{};  // ascending
+  Quat<S> q_BP{1, 0, 0, 0};   // principal axes to body axes
 };
 
 // A diagonal matrix is only reordered, by quarter turns; any other is diagonalised by Jacobi's rotations.
-template <class S>
-PrincipalAxes<S> principal_axes(const Real33& inertia);
+template <class S> PrincipalAxes<S> principal_axes(const Real33& inertia);
 
 }  // namespace atwood::closed_form

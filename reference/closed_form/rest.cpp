@@ -7,8 +7,7 @@ namespace atwood::closed_form {
 
 namespace {
 
-template <class S>
-Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
   Motion<S> motion;
   // One scalar looks: the check is in double for both.
   if constexpr (std::is_same_v<S, Wide>) {
@@ -25,7 +24,8 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
 }  // namespace
 
 Solution rest() {
-  return {"rest", "statics: contact forces within Coulomb's cones hold every body", feature::uniform_gravity | feature::touching, solve<Narrow>, solve<Wide>};
+  return {"rest", "statics: contact forces within Coulomb's cones hold every body",
+          feature::uniform_gravity | feature::touching, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -16,15 +16,13 @@ namespace atwood::closed_form {
 
 namespace {
 
-template <class S>
-struct Leg {  // s, v along the line; angle, w about n x e; constant accelerations
+template <class S> struct Leg {  // s, v along the line; angle, w about n x e; constant accelerations
   S t{}, s{}, v{}, angle{}, w{}, a{}, spin_up{};
   bool holds = false;  // rolls or stands
 };
 
-template <class S>
-struct Line {
-  Vec<S> e{}, about{};  // unit; zero where nothing ever moves
+template <class S> struct Line {
+  Vec<S> e{}, about{};               // unit; zero where nothing ever moves
   S kappa{1}, r{}, turn_per_push{};  // turn_per_push: m r / I
   bool round = false;
   std::vector<Leg<S>> legs;
@@ -78,10 +76,7 @@ struct Line {
   }
 };
 
-template <class S>
-bool across(const Vec<S>& a, const Vec<S>& e) {
-  return norm(cross(a, e)) > S(0x1p-48) * norm(a);
-}
+template <class S> bool across(const Vec<S>& a, const Vec<S>& e) { return norm(cross(a, e)) > S(0x1p-48) * norm(a); }
 
 template <class S>
 std::string tips(const Stance<S>& stance, const Line<S>& line, const Floor<S>& floor, S g_s, S grip) {
@@ -175,7 +170,11 @@ void add_slack(Slack<S>& slack, const Body& body, const Stance<S>& stance, const
   slack.q = larger(slack.q, turned);
 }
 
-struct Way { int body; Vec<double> from, to; double reach_m; };
+struct Way {
+  int body;
+  Vec<double> from, to;
+  double reach_m;
+};
 
 std::string ways_meet(const Scene& scene, const std::vector<Way>& ways) {
   for (std::size_t i = 0; i < ways.size(); ++i)
@@ -185,8 +184,7 @@ std::string ways_meet(const Scene& scene, const std::vector<Way>& ways) {
   return "";
 }
 
-template <class S>
-Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
   const Scene& scene = scenario.scene;
   Motion<S> motion;
   const Floor<S> floor = find_floor<S>(scene);

@@ -52,8 +52,8 @@ double segment_distance(const Vec<double>& a, const Vec<double>& b, const Vec<do
     const Vec<double> left = p - from - s * u;
     return std::sqrt(dot(left, left));
   };
-  const double at_ends = std::min(std::min(to_segment(a, c, d), to_segment(b, c, d)),
-                                  std::min(to_segment(c, a, b), to_segment(d, a, b)));
+  const double at_ends =
+      std::min(std::min(to_segment(a, c, d), to_segment(b, c, d)), std::min(to_segment(c, a, b), to_segment(d, a, b)));
   const Vec<double> u = b - a, v = d - c, w = c - a;
   const double uu = dot(u, u), uv = dot(u, v), vv = dot(v, v), bend = uu * vv - uv * uv;
   if (!(bend > 1e-14 * uu * vv)) return at_ends;
@@ -63,8 +63,7 @@ double segment_distance(const Vec<double>& a, const Vec<double>& b, const Vec<do
   return std::min(at_ends, std::sqrt(dot(left, left)));
 }
 
-template <class S>
-Pose<S> initial_pose(const Body& body) {
+template <class S> Pose<S> initial_pose(const Body& body) {
   Pose<S> pose;
   pose.p_WB = vec<S>(body.position_m);
   pose.q_WB = quat<S>(body.orientation_wxyz);

@@ -12,7 +12,9 @@ namespace atwood::closed_form {
 
 namespace {
 
-struct Two { int a = -1, b = -1; };
+struct Two {
+  int a = -1, b = -1;
+};
 
 std::string find_two(const Scene& scene, Two& two) {
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
@@ -31,15 +33,13 @@ std::string find_two(const Scene& scene, Two& two) {
   return scene.bodies[two.a].fixed && scene.bodies[two.b].fixed ? "both spheres are fixed" : "";
 }
 
-template <class S>
-struct Meeting {
+template <class S> struct Meeting {
   bool happens = false;
   S t{}, impulse{}, before{}, after{};
   Vec<S> normal{};
 };
 
-template <class S>
-Meeting<S> meet(const Vec<S>& d0, const Vec<S>& u, S reach, S e, S inverse_mass) {
+template <class S> Meeting<S> meet(const Vec<S>& d0, const Vec<S>& u, S reach, S e, S inverse_mass) {
   Meeting<S> made;
   const S b = dot(d0, u), c = (norm(d0) - reach) * (norm(d0) + reach);
   const Vec<S> aside = cross(d0, u);
@@ -55,11 +55,10 @@ Meeting<S> meet(const Vec<S>& d0, const Vec<S>& u, S reach, S e, S inverse_mass)
 }
 
 // What friction does at the impact, for spheres whose moments of inertia are all alike.
-template <class S>
-struct Friction {
-  Vec<S> impulse_on_b{};         // on a: its opposite
+template <class S> struct Friction {
+  Vec<S> impulse_on_b{};  // on a: its opposite
   S size{};
-  std::array<Spin<S>, 2> spin{}; // after the impact, at its instant
+  std::array<Spin<S>, 2> spin{};  // after the impact, at its instant
 };
 
 template <class S>
@@ -93,8 +92,7 @@ Friction<S> rub(const Scene& scene, const Two& two, const Meeting<S>& hit, const
   return made;
 }
 
-template <class S>
-Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
   const Scene& scene = scenario.scene;
   Motion<S> motion;
   Two two;

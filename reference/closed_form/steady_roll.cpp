@@ -21,8 +21,7 @@ namespace {
 // Of the radius and of the rates: doubles may miss a steady roll by so much; what misses it by more is another motion.
 constexpr double round_off_share = 0x1p-44;
 
-template <class S>
-struct Roll {
+template <class S> struct Roll {
   S m{}, g{}, R{}, l{}, I_a{}, I_t{};
   S lean{}, precession{}, spin{};  // theta, W, s
   Vec<S> up{}, from_middle{};      // of the circle to the centre, at the start
@@ -31,8 +30,7 @@ struct Roll {
 };
 
 // w' along d, y, a; w_y is theta'.
-template <class S>
-Vec<S> change_of_rates(const Roll<S>& roll, S lean, const Vec<S>& w) {
+template <class S> Vec<S> change_of_rates(const Roll<S>& roll, S lean, const Vec<S>& w) {
   const S sine_ = sine(lean), cosine_ = cosine(lean), W = -w[0] / sine_, m = roll.m;
   const Vec<S> f{w[0], w[1], W * cosine_}, rho{roll.R, 0, -roll.l}, z{-sine_, 0, cosine_};
   const Vec<S> momentum{roll.I_t * w[0], roll.I_t * w[1], roll.I_a * w[2]};
@@ -46,8 +44,7 @@ Vec<S> change_of_rates(const Roll<S>& roll, S lean, const Vec<S>& w) {
 }
 
 // A + B C by central differences; its root and the gain of the rates.
-template <class S>
-std::string find_nodding(Roll<S>& roll, const Vec<S>& w) {
+template <class S> std::string find_nodding(Roll<S>& roll, const Vec<S>& w) {
   const S rate = norm(w), width = S(0x1p-20), step = width * rate;
   const auto at = [&](S lean, S d, S y, S a) {
     return change_of_rates(roll, roll.lean + lean, Vec<S>{w[0] + d, y, w[2] + a});
@@ -60,8 +57,7 @@ std::string find_nodding(Roll<S>& roll, const Vec<S>& w) {
   const S B_d = (at(0, step, 0, 0)[1] - at(0, -step, 0, 0)[1]) / (2 * step);
   const S B_a = (at(0, 0, 0, step)[1] - at(0, 0, 0, -step)[1]) / (2 * step);
   const S square = -(A + B_d * C_d + B_a * C_a);
-  if (!(square > S(1e-6) * (rate * rate + roll.g / roll.R)))
-    return "it would fall over: the steady roll is not stable";
+  if (!(square > S(1e-6) * (rate * rate + roll.g / roll.R))) return "it would fall over: the steady roll is not stable";
   roll.nod_rad_per_s = root(square);
   // A lean off by e shifts W and s by their share of C e, and W = -w_d / sin itself.
   const S sine_ = sine(roll.lean);
@@ -69,8 +65,7 @@ std::string find_nodding(Roll<S>& roll, const Vec<S>& w) {
   return "";
 }
 
-template <class S>
-std::string find_roll(const Scene& scene, int at, const Floor<S>& floor, Roll<S>& roll) {
+template <class S> std::string find_roll(const Scene& scene, int at, const Floor<S>& floor, Roll<S>& roll) {
   const Body& body = scene.bodies[at];
   const std::string name = "`" + body.name + "`";
   const auto* cylinder = std::get_if<Cylinder>(&body.shape);
@@ -118,8 +113,7 @@ std::string find_roll(const Scene& scene, int at, const Floor<S>& floor, Roll<S>
   return "";
 }
 
-template <class S>
-Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
   const Scene& scene = scenario.scene;
   Motion<S> motion;
   const Floor<S> floor = find_floor<S>(scene);

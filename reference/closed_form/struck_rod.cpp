@@ -14,16 +14,14 @@ namespace atwood::closed_form {
 
 namespace {
 
-template <class S>
-struct Pair {
+template <class S> struct Pair {
   int rod = -1, ball = -1;
   Pose<S> rod0, ball0;
   S inverse_rod{}, inverse_ball{}, radius{}, ball_yield{};  // ball_yield: r^2 / I
   S moment[3]{};                                            // of the rod, body axes
 };
 
-template <class S>
-std::string find_pair(const Scene& scene, Pair<S>& pair) {
+template <class S> std::string find_pair(const Scene& scene, Pair<S>& pair) {
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const Body& body = scene.bodies[i];
     const std::string name = "`" + body.name + "`";
@@ -55,16 +53,14 @@ std::string find_pair(const Scene& scene, Pair<S>& pair) {
   return "";
 }
 
-template <class S>
-struct Touch {
+template <class S> struct Touch {
   bool happens = false;
   S t{};
   Vec<S> n_B{}, r_B{};  // rod's axes: from rod to ball; from its centre to the touch
 };
 
 // |d + t u| = reach in the first `axes` coordinates from `foot` on; the smaller root.
-template <class S>
-bool meets(const Vec<S>& d, const Vec<S>& u, int axes, S reach, S& t) {
+template <class S> bool meets(const Vec<S>& d, const Vec<S>& u, int axes, S reach, S& t) {
   S a = 0, b = 0, c = -reach * reach;
   for (int k = 0; k < axes; ++k) {
     a = a + u[k] * u[k];
@@ -77,8 +73,7 @@ bool meets(const Vec<S>& d, const Vec<S>& u, int axes, S reach, S& t) {
   return true;
 }
 
-template <class S>
-Touch<S> touch_capsule(const Capsule& capsule, const Vec<S>& d, const Vec<S>& u, S radius) {
+template <class S> Touch<S> touch_capsule(const Capsule& capsule, const Vec<S>& d, const Vec<S>& u, S radius) {
   Touch<S> made;
   const S half = capsule.half_length_m, own = capsule.radius_m;
   const auto take = [&](S t, S along) {
@@ -100,8 +95,7 @@ Touch<S> touch_capsule(const Capsule& capsule, const Vec<S>& d, const Vec<S>& u,
   return made;
 }
 
-template <class S>
-Touch<S> touch_box(const Box& box, const Vec<S>& d, const Vec<S>& u, S radius, std::string& misfit) {
+template <class S> Touch<S> touch_box(const Box& box, const Vec<S>& d, const Vec<S>& u, S radius, std::string& misfit) {
   Touch<S> made;
   bool near_edge = false;
   S t_edge{};
@@ -127,12 +121,10 @@ Touch<S> touch_box(const Box& box, const Vec<S>& d, const Vec<S>& u, S radius, s
   return made;
 }
 
-template <class S>
-struct Blow { S normal{}, tangential{}, before{}, after{}; };
+template <class S> struct Blow { S normal{}, tangential{}, before{}, after{}; };
 
 // Routh's process in the plane of t and n. K = (K_tt, K_tn, K_nn); u_n < 0.
-template <class S>
-Blow<S> routh(S K_tt, S K_tn, S K_nn, S u_t, S u_n, S e, S mu) {
+template <class S> Blow<S> routh(S K_tt, S K_tn, S K_nn, S u_t, S u_n, S e, S mu) {
   Blow<S> made;
   made.before = u_n;
   made.after = -e * u_n;
@@ -157,8 +149,7 @@ Blow<S> routh(S K_tt, S K_tn, S K_nn, S u_t, S u_n, S e, S mu) {
   return made;
 }
 
-template <class S>
-S off_rod(const Shape& rod, const Vec<S>& p) {
+template <class S> S off_rod(const Shape& rod, const Vec<S>& p) {
   Vec<S> beyond = p;
   if (const auto* box = std::get_if<Box>(&rod)) {
     for (int k = 0; k < 3; ++k) beyond[k] = larger(S(0), magnitude(p[k]) - S(box->half_extents_m[k]));
@@ -188,12 +179,15 @@ bool strikes_again(const Shape& rod, const Vec<S>& d, const Vec<S>& u, const Vec
 }
 
 // What the blow gives: the impulse on the ball and both new spins, in the rod's axes.
-template <class S>
-struct Struck { std::string misfit; Blow<S> blow; Vec<S> J{}, rod_w{}, ball_w{}; Slack<S> slack; };
+template <class S> struct Struck {
+  std::string misfit;
+  Blow<S> blow;
+  Vec<S> J{}, rod_w{}, ball_w{};
+  Slack<S> slack;
+};
 
 // Smaller parts of a sum are its own round-off: they are dropped, and the bars hold what they could do.
-template <class S>
-S noise() { return 256 * unit_round_off<S>(); }
+template <class S> S noise() { return 256 * unit_round_off<S>(); }
 
 template <class S>
 Struck<S> strike(const Pair<S>& pair, const Touch<S>& touch, const Vec<S>& u, const PairLaw& law, S rest) {
@@ -245,8 +239,7 @@ Struck<S> strike(const Pair<S>& pair, const Touch<S>& touch, const Vec<S>& u, co
   return made;
 }
 
-template <class S>
-Happening<S> happening(const Pair<S>& pair, const Touch<S>& touch, const Blow<S>& blow) {
+template <class S> Happening<S> happening(const Pair<S>& pair, const Touch<S>& touch, const Blow<S>& blow) {
   const bool in_order = pair.rod < pair.ball;
   Happening<S> hit;
   hit.t_s = touch.t;
@@ -261,8 +254,7 @@ Happening<S> happening(const Pair<S>& pair, const Touch<S>& touch, const Blow<S>
   return hit;
 }
 
-template <class S>
-Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
   const Scene& scene = scenario.scene;
   const S t_end = scenario.t_end_s;
   Motion<S> motion;
@@ -289,8 +281,8 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
     motion.misfit = struck.misfit;
     motion.slack = struck.slack;
     const Vec<S> parts = u + (pair.inverse_rod + pair.inverse_ball) * struck.J;
-    if (motion.misfit.empty() && strikes_again(rod.shape, d + touch.t * u, parts, struck.rod_w, pair.radius,
-                                               struck.blow.after, t_end - touch.t))
+    if (motion.misfit.empty() &&
+        strikes_again(rod.shape, d + touch.t * u, parts, struck.rod_w, pair.radius, struck.blow.after, t_end - touch.t))
       motion.misfit = "the rod, turning, may strike the ball again";
     if (!motion.misfit.empty()) return motion;
     motion.happenings.push_back(happening(pair, touch, struck.blow));

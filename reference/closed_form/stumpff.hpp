@@ -6,8 +6,7 @@
 
 namespace atwood::closed_form {
 
-template <class S>
-std::array<S, 5> stumpff(S beta, S s) {
+template <class S> std::array<S, 5> stumpff(S beta, S s) {
   const S x = beta * s * s;
   std::array<S, 5> G;
   if (magnitude(x) < 1) {  // the series of the two highest; G_{k} = s^k / k! - beta G_{k+2} is exact downwards

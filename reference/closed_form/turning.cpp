@@ -14,22 +14,20 @@ namespace atwood::closed_form {
 namespace {
 
 // Spin about an axis on which the torque-free rate stays: q = q0 exp(w t / 2).
-template <class S>
-SpinAt<S> steady(const Quat<S>& q0, const Vec<S>& w) {
+template <class S> SpinAt<S> steady(const Quat<S>& q0, const Vec<S>& w) {
   const S rate = norm(w);
   if (rate == 0) return [=](S) { return Spin<S>{q0, w}; };
   return [=](S t) { return Spin<S>{q0 * turn((1 / rate) * w, rate * t), w}; };
 }
 
-template <class S>
-struct Top {
-  Quat<S> q_BP{1, 0, 0, 0};      // principal axes to body axes, in Jacobi's order
+template <class S> struct Top {
+  Quat<S> q_BP{1, 0, 0, 0};  // principal axes to body axes, in Jacobi's order
   std::array<S, 3> I{};
   Quat<S> q0_WP{1, 0, 0, 0};
   S a1{}, a2{}, a3{}, lambda{}, u0{}, kc{};
   Jacobi<S> start;
-  S L{}, third0{};               // third0, start_WP: what is the same at every instant
-  Vec<S> axis_W{};               // of the angular momentum
+  S L{}, third0{};  // third0, start_WP: what is the same at every instant
+  Vec<S> axis_W{};  // of the angular momentum
   Quat<S> start_WP{1, 0, 0, 0};
 
   // sn^3 R_J(cn^2, dn^2, 1, 1 - n sn^2), continued over half periods: (3/n) (Pi(n; phi) - F(phi)).
@@ -61,8 +59,8 @@ struct Top {
     const S side = now.halves != 2 * floor_of(now.halves / 2) ? -1 : 1;
     S psi = L * t / I[0];
     if (I[1] != I[0])
-      psi += L * (I[2] - I[0]) * (I[1] - I[0]) / (3 * I[0] * I[0] * (I[1] - I[2]) * lambda) *
-             (third_kind(now) - third0);
+      psi +=
+          L * (I[2] - I[0]) * (I[1] - I[0]) / (3 * I[0] * I[0] * (I[1] - I[2]) * lambda) * (third_kind(now) - third0);
     const Quat<S> q_WP = turn(axis_W, psi) * start_WP * conjugate(to_momentum(now));
     return {q_WP * conjugate(q_BP), rotate(q_BP, Vec<S>{side * a1 * now.cn, side * a2 * now.sn, a3 * now.dn})};
   }
@@ -72,8 +70,7 @@ struct Top {
 //   X = L^2 - 2 T I3 = I1 (I1 - I3) w1^2 + I2 (I2 - I3) w2^2,  Y = L^2 - 2 T I1 = I2 (I2 - I1) w2^2 + I3 (I3 - I1) w3^2
 //   a1^2 = X / (I1 (I1 - I3)), a2^2 = X / (I2 (I2 - I3)), a3^2 = Y / (I3 (I3 - I1))
 //   lambda^2 = (I3 - I2) Y / (I1 I2 I3),  kc^2 = (I3 - I1) (I3 (I3 - I2) w3^2 - I1 (I2 - I1) w1^2) / ((I3 - I2) Y)
-template <class S>
-Top<S> make_top(Quat<S> q_BP, std::array<S, 3> I, Vec<S> w, const Quat<S>& q0_WB) {
+template <class S> Top<S> make_top(Quat<S> q_BP, std::array<S, 3> I, Vec<S> w, const Quat<S>& q0_WB) {
   Top<S> top;
   // I1 < I2 < I3 here. If L circles axis 1 instead, turn by 90 degrees about axis 2: (1, 2, 3) -> (-3, 2, 1).
   if (I[2] * (I[2] - I[1]) * w[2] * w[2] < I[0] * (I[1] - I[0]) * w[0] * w[0]) {
@@ -114,8 +111,7 @@ Top<S> make_top(Quat<S> q_BP, std::array<S, 3> I, Vec<S> w, const Quat<S>& q0_WB
 }
 
 // Is w x (I w) = 0? Of a diagonal matrix exactly, from the scene's own numbers; else to the round-off of its axes.
-template <class S>
-bool keeps_its_axis(const Body& body, const std::array<S, 3>& moment, const Vec<S>& w_P) {
+template <class S> bool keeps_its_axis(const Body& body, const std::array<S, 3>& moment, const Vec<S>& w_P) {
   const Real33& m = body.inertia_kg_m2;
   const Real3& w = body.angular_velocity_body_rad_per_s;
   const bool diagonal = m[1] == 0 && m[2] == 0 && m[3] == 0 && m[5] == 0 && m[6] == 0 && m[7] == 0;
@@ -133,8 +129,7 @@ bool keeps_its_axis(const Body& body, const std::array<S, 3>& moment, const Vec<
 
 }  // namespace
 
-template <class S>
-Turning<S> turning(const Body& body, S angular_drag_N_m_s) {
+template <class S> Turning<S> turning(const Body& body, S angular_drag_N_m_s) {
   const Pose<S> start = initial_pose<S>(body);
   if (!rotates(body) || is_zero(start.w_WB_B)) return {"", steady(start.q_WB, start.w_WB_B)};
   PrincipalAxes<S> axes = principal_axes<S>(body.inertia_kg_m2);

@@ -5,13 +5,11 @@ namespace atwood::closed_form {
 
 namespace {
 
-template <class S>
-struct Fall { S u{}, path{}; };  // air speed downwards, way through the air downwards
+template <class S> struct Fall { S u{}, path{}; };  // air speed downwards, way through the air downwards
 
 // Down, u >= 0, with the terminal speed V = sqrt(g / kappa), tau = g t / V, r = u0 / V:
 //   u = V (r + tanh tau) / (1 + r tanh tau),      path = (V^2 / g) log(cosh tau + r sinh tau)
-template <class S>
-Fall<S> down(S u0, S V, S g, S t) {
+template <class S> Fall<S> down(S u0, S V, S g, S t) {
   const S tau = g * t / V, r = u0 / V, th = hyperbolic_tangent(tau);
   const S half = hyperbolic_sine(tau < 1 ? tau / 2 : S(0));
   const S log_part = tau < 1 ? log_of_1_plus(2 * half * half + r * hyperbolic_sine(tau))
@@ -22,8 +20,7 @@ Fall<S> down(S u0, S V, S g, S t) {
 // Up, u < 0: u = V tan(tau - theta0), theta0 = atan(-u0 / V), until tau = theta0; from there it falls from rest.
 //   path = (V^2 / g) log(cos theta0 / cos(tau - theta0))
 // cos a / cos b - 1 = 2 sin((a + b) / 2) sin((b - a) / 2) / cos b, here a = theta0, b = tau - theta0.
-template <class S>
-Fall<S> fall(S u0, S V, S g, S t) {
+template <class S> Fall<S> fall(S u0, S V, S g, S t) {
   if (u0 >= 0) return down(u0, V, g, t);
   const S theta0 = arc_tangent(-u0 / V), tau = g * t / V;
   const S b = tau < theta0 ? tau - theta0 : S(0);
@@ -33,8 +30,7 @@ Fall<S> fall(S u0, S V, S g, S t) {
   return {after.u, up + after.path};
 }
 
-template <class S>
-Translation<S> translation(const Scene& scene, int body) {
+template <class S> Translation<S> translation(const Scene& scene, int body) {
   const Body& ball = scene.bodies[body];
   const QuadraticDrag* drag = nullptr;
   for (const Force& force : scene.forces) {
@@ -66,8 +62,7 @@ Translation<S> translation(const Scene& scene, int body) {
           }};
 }
 
-template <class S>
-Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
   return move_each<S>(scenario, t_s, translation<S>);
 }
 
@@ -75,7 +70,8 @@ Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
 
 Solution vertical_quadratic_drag() {
   return {"vertical-quadratic-drag",
-          "drag quadratic in the air speed along gravity: tanh and log cosh, Lamb, Dynamics (1914)", feature::flying | feature::quadratic_drag_force | feature::angular_drag, solve<Narrow>, solve<Wide>};
+          "drag quadratic in the air speed along gravity: tanh and log cosh, Lamb, Dynamics (1914)",
+          feature::flying | feature::quadratic_drag_force | feature::angular_drag, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -16,7 +16,7 @@ using dynamics::Triple;
 namespace {
 
 // A gap that the location of a root leaves: CVODE stops within 100 units in the last place of the time.
-constexpr double touching = 1e-10;  // of the scene's size
+constexpr double touching = 1e-10;           // of the scene's size
 constexpr double start_round_off = 0x1p-46;  // of the scene's size: gaps of bodies placed in contact
 // Bounces lower than this many times the error that CVODE may make in a position (rtol x + atol) are not followed: they
 // are summed as a geometric series. Followed further, the ball would meet the plane at the integrator's errors.
@@ -25,7 +25,7 @@ constexpr double lowest_bounce_cap = 1e-4;  // of the scene's size, for coarse t
 
 // What a few sums and products of its terms leave of a value that should be zero.
 constexpr double round_off = 16 * 0x1p-52;
-constexpr double passing = 1e-9;      // of the speeds: a gap's rate at the root that was located
+constexpr double passing = 1e-9;     // of the speeds: a gap's rate at the root that was located
 constexpr double overlooked = 1e-7;  // of the scene's size: an overlap that no root has shown
 
 // Impacts in a row during which the time advances by less than a unit in its last place: there is no progress.
@@ -134,8 +134,8 @@ void Contacts::advances(double t_s) {
   stalled_ = last_strike_s_ >= 0 && t_s - last_strike_s_ <= 0x1p-52 * t_s ? stalled_ + 1 : 0;
   last_strike_s_ = t_s;
   if (stalled_ > most_stalled)
-    failure_ = "CVODE: the time does not advance over " + std::to_string(most_stalled) + " impacts at t = " +
-               format_double(t_s) + " s";
+    failure_ = "CVODE: the time does not advance over " + std::to_string(most_stalled) +
+               " impacts at t = " + format_double(t_s) + " s";
 }
 
 // A ball whose next bounce is lower than `low_bounce_m_` is laid to rest.
@@ -235,8 +235,7 @@ std::vector<ContactPair> Contacts::passed(const std::vector<double>& y) const {
   for (const Pair& pair : pairs_) {
     double speeds = 0;
     for (const int body : {pair.a, pair.b})
-      if (const int at = equations_.layout().slots[body].velocity; at >= 0)
-        speeds += length(dynamics::read3(&y[at]));
+      if (const int at = equations_.layout().slots[body].velocity; at >= 0) speeds += length(dynamics::read3(&y[at]));
     const Gap<double> now = gap(scene_, equations_.layout(), pair, y.data());
     if (!pair.together && std::fabs(now.rate_m_per_s) <= passing * speeds) made.push_back(pair);
   }

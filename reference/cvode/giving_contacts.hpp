@@ -31,14 +31,14 @@ class GivingContacts {
   struct Pair {
     dynamics::ContactPair bodies;
     const PairLaw* law = nullptr;
-    double hertz_N_per_m32 = 0;   // K
+    double hertz_N_per_m32 = 0;  // K
     Mode mode = Mode::apart;
   };
   double force(const Pair& pair, const dynamics::Gap<double>& gap) const;
 
   const Scene& scene_;
   const dynamics::Layout& layout_;
-  double tiny_m_ = 0;             // a gap that the location of a root leaves
+  double tiny_m_ = 0;  // a gap that the location of a root leaves
   std::vector<Pair> pairs_;
   std::string failure_;
 };

@@ -66,16 +66,9 @@ struct Course {  // one run under way
   std::int64_t sampled = 0;
   std::vector<Event> events;
 
-  Course(const Scene& given, double end, std::int64_t count, const Options& options, const Observer& to,
-         Record* of)
-      : scene(given),
-        t_end_s(end),
-        samples(count),
-        observer(to),
-        record(of),
-        equations(given, end),
-        contacts(given, equations, options),
-        giving(given, equations.layout()),
+  Course(const Scene& given, double end, std::int64_t count, const Options& options, const Observer& to, Record* of)
+      : scene(given), t_end_s(end), samples(count), observer(to), record(of), equations(given, end),
+        contacts(given, equations, options), giving(given, equations.layout()),
         solver(options, tolerances(equations.layout(), options),
                [this, repeats = options.rate_repeats](double t, const double* from, double* dydt) {
                  for (int k = 0; k < repeats; ++k) equations.rate(t, from, dydt, interval);
@@ -185,8 +178,8 @@ struct Course {  // one run under way
 
 }  // namespace
 
-Outcome run(const Scene& scene, double t_end_s, std::int64_t samples, const Options& options,
-            const Observer& observer, Record* record, std::chrono::nanoseconds* busy) {
+Outcome run(const Scene& scene, double t_end_s, std::int64_t samples, const Options& options, const Observer& observer,
+            Record* record, std::chrono::nanoseconds* busy) {
   if (const std::string why = dynamics::unsupported(scene); !why.empty()) return refusal("CVODE: " + why);
   if (!(t_end_s > 0) || samples < 1) return refusal("CVODE: nothing to run");
   Course course(scene, t_end_s, samples, options, observer, record);

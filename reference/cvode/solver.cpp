@@ -88,8 +88,7 @@ struct Solver::Parts {
   }
 };
 
-Solver::Solver(const Options& options, const std::vector<double>& atol, Rate rate)
-    : parts_(std::make_unique<Parts>()) {
+Solver::Solver(const Options& options, const std::vector<double>& atol, Rate rate) : parts_(std::make_unique<Parts>()) {
   const int size = static_cast<int>(atol.size());
   parts_->options = options;
   parts_->atol = atol;
@@ -103,7 +102,8 @@ void Solver::start(double t_s, const std::vector<double>& y, double stop_s, int 
   Parts& p = *parts_;
   std::copy(y.begin(), y.end(), N_VGetArrayPointer(p.y));
   p.steps_before += p.steps_now();
-  if (p.created) CVodeReInit(p.memory, t_s, p.y); else p.create(t_s);
+  if (p.created) CVodeReInit(p.memory, t_s, p.y);
+  else p.create(t_s);
   p.roots = roots;
   p.g = std::move(g);
   CVodeRootInit(p.memory, roots, roots > 0 ? Parts::evaluate_roots : nullptr);

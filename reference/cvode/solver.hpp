@@ -12,16 +12,18 @@ namespace atwood::cvode {
 enum class Family { adams, bdf };
 
 // What atol is relative to, of each kind of component. A method's atol is in SI units; a truth's follows the scene.
-struct Scales { double position_m = 1, velocity_m_per_s = 1, rate_rad_per_s = 1; };
+struct Scales {
+  double position_m = 1, velocity_m_per_s = 1, rate_rad_per_s = 1;
+};
 
 struct Options {
   Family family = Family::adams;
   double rtol = 1e-10, atol = 1e-12;
   Scales scales;
-  int max_order = 12;                 // 5 at most for BDF
-  std::int64_t max_steps = 2000000;   // of a whole run
-  bool per_stretch = false;           // ... or of each stretch between restarts
-  int rate_repeats = 1;               // each evaluation is made so many times over and counts once
+  int max_order = 12;                // 5 at most for BDF
+  std::int64_t max_steps = 2000000;  // of a whole run
+  bool per_stretch = false;          // ... or of each stretch between restarts
+  int rate_repeats = 1;              // each evaluation is made so many times over and counts once
 };
 
 enum class Stop { reached, root, failed };

@@ -38,8 +38,7 @@ cvode::Scales scales_of(const Scenario& scenario) {
   std::vector<double> f(y.size());
   equations.rate(0, y.data(), f.data(), 0);
   double p = 0, v = 0, a = 0, w = 0, turning = 0;
-  for (std::size_t i = 0; i < y.size(); ++i)
-    switch (layout.kinds[i]) {
+  for (std::size_t i = 0; i < y.size(); ++i) switch (layout.kinds[i]) {
       case dynamics::Kind::position: p = std::max(p, std::fabs(y[i])); break;
       case dynamics::Kind::velocity: v = std::max(v, std::fabs(y[i])), a = std::max(a, std::fabs(f[i])); break;
       case dynamics::Kind::rate: w = std::max(w, std::fabs(y[i])), turning = std::max(turning, std::fabs(f[i])); break;
@@ -99,8 +98,7 @@ struct Spread {  // one kind of value of one body
   Wide difference = 0, scale = 0;
   // The largest difference so far makes the bar: errors cross zero. At an impact the runs differ by the jump for as
   // long as they disagree on its instant: that belongs to this sample alone.
-  template <std::size_t N>
-  Wide bar(const std::vector<const std::array<Wide, N>*>& all, bool at_impact) {
+  template <std::size_t N> Wide bar(const std::vector<const std::array<Wide, N>*>& all, bool at_impact) {
     Wide now = 0;
     for (std::size_t i = 0; i < N; ++i) {
       for (std::size_t a = 0; a < all.size(); ++a)
@@ -120,7 +118,10 @@ std::optional<dynamics::End> first_difference(const Scene& scene, const std::vec
   const auto end_at = [&](Wide t_s, const std::string& why) {
     if (!end || t_s < end->t_s) end = dynamics::End{t_s, why};
   };
-  struct Touches { std::vector<Wide> t_s; bool rests = false; };
+  struct Touches {
+    std::vector<Wide> t_s;
+    bool rests = false;
+  };
   std::vector<std::map<std::pair<int, int>, Touches>> all;
   for (const Solved& run : runs) {
     if (run.record.branch) end_at(run.record.end_s, run.outcome.reason + at(run.record.end_s));
@@ -171,7 +172,9 @@ bool jumps(const Truth& truth, int body, Wide t_s) {
 
 void add_bars(const Scene& scene, Truth& truth, const std::vector<Solved>& runs,
               const std::vector<std::vector<Wide>>& shared) {
-  struct BodySpread { Spread p, q, v, w; };
+  struct BodySpread {
+    Spread p, q, v, w;
+  };
   std::vector<BodySpread> spreads(scene.bodies.size());
   for (std::size_t k = 0; k < truth.values.size(); ++k) {
     Sample& bar = truth.bars.emplace_back();
@@ -258,10 +261,11 @@ Truth cvode_truth(const Scenario& scenario, std::int64_t samples) {
       truth.outcome.steps_taken += runs.back().outcome.steps_taken;
       truth.outcome.rate_evaluations += runs.back().outcome.rate_evaluations;
     }
-  truth.source = "cvode: SUNDIALS " + cvode::version() +
-                 ", Adams at rtol 1e-12; bar: twice the largest difference, so far "
-                 "in the run, among Adams and BDF at rtol 1e-12 and 1e-10 (atol = rtol / 100 of each kind's size), plus "
-                 "1e-13 of the scale, plus round-off and the location of impacts grown along the motion";
+  truth.source =
+      "cvode: SUNDIALS " + cvode::version() +
+      ", Adams at rtol 1e-12; bar: twice the largest difference, so far "
+      "in the run, among Adams and BDF at rtol 1e-12 and 1e-10 (atol = rtol / 100 of each kind's size), plus "
+      "1e-13 of the scale, plus round-off and the location of impacts grown along the motion";
   truth.events = runs.front().events;
   for (const Event& event : truth.events)
     truth.event_bar_s.push_back(static_cast<double>(safety * spread_of(event, runs) + Wide(least) * fabsq(event.t_s)));

@@ -70,7 +70,9 @@ class Ear : public std::streambuf {
 };
 
 // Whose shape this is, and for which material of the other body (-1: all).
-struct Owner { int body = 0, partner = -1; };
+struct Owner {
+  int body = 0, partner = -1;
+};
 using Owners = std::unordered_map<const dynamics::ShapeFrame*, Owner>;
 
 class PairsOfTheScene : public collision::CollisionFilter {
@@ -354,8 +356,19 @@ Settings tuned_settings() {
 }
 
 std::set<std::string> fixed_settings() {
-  return {"scalar", "step", "pair_law", "friction_model", "forces", "gyroscopic", "split_impulse", "slip_compliance",
-          "bouncing_velocity_m_per_s", "max_bouncing_velocity_m_per_s", "sleeping", "rectangle", "linear_damping",
+  return {"scalar",
+          "step",
+          "pair_law",
+          "friction_model",
+          "forces",
+          "gyroscopic",
+          "split_impulse",
+          "slip_compliance",
+          "bouncing_velocity_m_per_s",
+          "max_bouncing_velocity_m_per_s",
+          "sleeping",
+          "rectangle",
+          "linear_damping",
           "angular_damping"};
 }
 

@@ -19,8 +19,8 @@ namespace {
 namespace dynamics = dart::dynamics;
 
 std::shared_ptr<dynamics::Shape> box(const Real3& half_extents_m) {
-  return std::make_shared<dynamics::BoxShape>(
-      2 * Eigen::Vector3d(half_extents_m[0], half_extents_m[1], half_extents_m[2]));
+  return std::make_shared<dynamics::BoxShape>(2 *
+                                              Eigen::Vector3d(half_extents_m[0], half_extents_m[1], half_extents_m[2]));
 }
 
 // The MeshShape deletes the aiScene, which deletes what it points to.
@@ -45,7 +45,7 @@ std::shared_ptr<dynamics::Shape> mesh_shape(const Mesh& mesh) {
   }
   auto* scene = new aiScene;
   scene->mNumMeshes = 1;
-  scene->mMeshes = new aiMesh*[1]{triangles};
+  scene->mMeshes = new aiMesh* [1] { triangles };
   scene->mRootNode = new aiNode;
   return std::make_shared<dynamics::MeshShape>(Eigen::Vector3d::Ones(), scene);
 }

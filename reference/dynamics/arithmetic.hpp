@@ -35,45 +35,39 @@ inline Wide inverse_root(Wide x) {
   return y + y * e * (Wide(0.5) + Wide(0.375) * e);
 }
 
-template <class S>
-using Triple = std::array<S, 3>;
+template <class S> using Triple = std::array<S, 3>;
 
-template <class S>
-Triple<S> read3(const S* y) { return {y[0], y[1], y[2]}; }
-template <class S>
-Triple<S> widen(const Real3& v) { return {S(v[0]), S(v[1]), S(v[2])}; }
-template <class S>
-Triple<S> operator+(const Triple<S>& a, const Triple<S>& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
-template <class S>
-Triple<S> operator-(const Triple<S>& a, const Triple<S>& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-template <class S>
-Triple<S> operator*(const S& s, const Triple<S>& a) { return {s * a[0], s * a[1], s * a[2]}; }
-template <class S>
-void operator+=(Triple<S>& a, const Triple<S>& b) { for (int i = 0; i < 3; ++i) a[i] += b[i]; }
-template <class S>
-void operator-=(Triple<S>& a, const Triple<S>& b) { for (int i = 0; i < 3; ++i) a[i] -= b[i]; }
-template <class S>
-S dot(const Triple<S>& a, const Triple<S>& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-template <class S>
-Triple<S> cross(const Triple<S>& a, const Triple<S>& b) {
+template <class S> Triple<S> read3(const S* y) { return {y[0], y[1], y[2]}; }
+template <class S> Triple<S> widen(const Real3& v) { return {S(v[0]), S(v[1]), S(v[2])}; }
+template <class S> Triple<S> operator+(const Triple<S>& a, const Triple<S>& b) {
+  return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+}
+template <class S> Triple<S> operator-(const Triple<S>& a, const Triple<S>& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+template <class S> Triple<S> operator*(const S& s, const Triple<S>& a) { return {s * a[0], s * a[1], s * a[2]}; }
+template <class S> void operator+=(Triple<S>& a, const Triple<S>& b) {
+  for (int i = 0; i < 3; ++i) a[i] += b[i];
+}
+template <class S> void operator-=(Triple<S>& a, const Triple<S>& b) {
+  for (int i = 0; i < 3; ++i) a[i] -= b[i];
+}
+template <class S> S dot(const Triple<S>& a, const Triple<S>& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+template <class S> Triple<S> cross(const Triple<S>& a, const Triple<S>& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
 // R(q) v = v + 2 u x (u x v + w v), q = (w, u) unit. The inverse turns the sign of u.
-template <class S>
-Triple<S> rotate(const std::array<S, 4>& q, const Triple<S>& v) {
+template <class S> Triple<S> rotate(const std::array<S, 4>& q, const Triple<S>& v) {
   const Triple<S> u{q[1], q[2], q[3]};
   return v + S(2) * cross(u, cross(u, v) + q[0] * v);
 }
-template <class S>
-Triple<S> rotate_back(const std::array<S, 4>& q, const Triple<S>& v) {
+template <class S> Triple<S> rotate_back(const std::array<S, 4>& q, const Triple<S>& v) {
   return rotate<S>({q[0], -q[1], -q[2], -q[3]}, v);
 }
 
-template <class S>
-using Matrix = std::array<S, 9>;
-template <class S>
-Triple<S> multiply(const Matrix<S>& m, const Triple<S>& v) {
+template <class S> using Matrix = std::array<S, 9>;
+template <class S> Triple<S> multiply(const Matrix<S>& m, const Triple<S>& v) {
   return {m[0] * v[0] + m[1] * v[1] + m[2] * v[2], m[3] * v[0] + m[4] * v[1] + m[5] * v[2],
           m[6] * v[0] + m[7] * v[1] + m[8] * v[2]};
 }
@@ -85,8 +79,8 @@ inline Matrix<Wide> inverse(const Real33& m) {
   const Triple<Wide> a{w[0], w[1], w[2]}, b{w[3], w[4], w[5]}, c{w[6], w[7], w[8]};
   const Triple<Wide> bc = cross(b, c), ca = cross(c, a), ab = cross(a, b);
   const Wide det = dot(a, bc);
-  return {bc[0] / det, ca[0] / det, ab[0] / det, bc[1] / det, ca[1] / det, ab[1] / det,
-          bc[2] / det, ca[2] / det, ab[2] / det};
+  return {bc[0] / det, ca[0] / det, ab[0] / det, bc[1] / det, ca[1] / det,
+          ab[1] / det, bc[2] / det, ca[2] / det, ab[2] / det};
 }
 
 }  // namespace atwood::dynamics

@@ -12,8 +12,7 @@ namespace atwood::dynamics {
 inline constexpr std::size_t most_together = 12;
 
 // A x = b by elimination with the largest pivot; false where that is below `least` of the largest diagonal.
-template <class S>
-bool eliminate(std::vector<std::vector<S>> A, std::vector<S> b, S least, std::vector<S>& x) {
+template <class S> bool eliminate(std::vector<std::vector<S>> A, std::vector<S> b, S least, std::vector<S>& x) {
   const auto size = [](S v) { return v < 0 ? -v : v; };
   const std::size_t n = b.size();
   S largest = 0;

@@ -8,8 +8,8 @@ namespace atwood::dynamics {
 
 namespace {
 
-const char* const shape_names[] = {"no shape", "sphere", "plane", "rectangle", "box",
-                                   "capsule",  "cylinder", "convex", "mesh", "compound"};
+const char* const shape_names[] = {"no shape", "sphere",   "plane",  "rectangle", "box",
+                                   "capsule",  "cylinder", "convex", "mesh",      "compound"};
 
 bool is_sphere(const Body& body) { return std::holds_alternative<Sphere>(body.shape); }
 bool is_plane(const Body& body) { return std::holds_alternative<Plane>(body.shape); }
@@ -17,35 +17,32 @@ bool is_wall(const Body& body) {
   return body.fixed && (std::holds_alternative<Box>(body.shape) || std::holds_alternative<Rectangle>(body.shape));
 }
 
-template <class S>
-Triple<S> position(const Scene& scene, const Layout& layout, int body, const S* y) {
+template <class S> Triple<S> position(const Scene& scene, const Layout& layout, int body, const S* y) {
   const Slot& slot = layout.slots[body];
   return slot.position >= 0 ? read3(y + slot.position) : widen<S>(scene.bodies[body].position_m);
 }
 
-template <class S>
-Triple<S> velocity(const Layout& layout, int body, const S* y) {
+template <class S> Triple<S> velocity(const Layout& layout, int body, const S* y) {
   const Slot& slot = layout.slots[body];
   return slot.velocity >= 0 ? read3(y + slot.velocity) : Triple<S>{};
 }
 
-template <class S>
-std::array<S, 4> attitude(const Layout& layout, int body, const S* y) {
+template <class S> std::array<S, 4> attitude(const Layout& layout, int body, const S* y) {
   std::array<S, 4> q;
   std::copy_n(y + layout.slots[body].attitude, 4, q.begin());
   return q;
 }
 
-template <class S>
-S radius_of(const Body& body) { return std::get<Sphere>(body.shape).radius_m; }
+template <class S> S radius_of(const Body& body) { return std::get<Sphere>(body.shape).radius_m; }
 
 // From a surface to a point outside of it: how far, which way, and the point of the surface.
-template <class S>
-struct Height { S height{}; Triple<S> out{}, foot{}; };
+template <class S> struct Height {
+  S height{};
+  Triple<S> out{}, foot{};
+};
 
 // n . x = offset; the doubles of n are unit to round-off only, so distances are divided by |n|.
-template <class S>
-Height<S> above_plane(const Plane& plane, const Triple<S>& point) {
+template <class S> Height<S> above_plane(const Plane& plane, const Triple<S>& point) {
   Triple<S> out = widen<S>(plane.normal);
   const S inverse = inverse_root(dot(out, out));
   out = inverse * out;
@@ -55,8 +52,7 @@ Height<S> above_plane(const Plane& plane, const Triple<S>& point) {
 
 // The nearest point of a box is the point itself, each coordinate of it held within the half extents; a rectangle is a
 // box without thickness. From inside, the way out is through the nearest face.
-template <class S>
-Height<S> above_wall(const Body& wall, const Triple<S>& point) {
+template <class S> Height<S> above_wall(const Body& wall, const Triple<S>& point) {
   const auto* box = std::get_if<Box>(&wall.shape);
   const Real3 half = box != nullptr ? box->half_extents_m
                                     : Real3{std::get<Rectangle>(wall.shape).half_extents_m[0],
@@ -86,8 +82,7 @@ Height<S> above_wall(const Body& wall, const Triple<S>& point) {
   return {-(S(half[face]) - magnitude(local[face])), rotate(q, out), origin + rotate(q, foot)};
 }
 
-template <class S>
-Height<S> above(const Body& body, const Triple<S>& point) {
+template <class S> Height<S> above(const Body& body, const Triple<S>& point) {
   return is_plane(body) ? above_plane(std::get<Plane>(body.shape), point) : above_wall(body, point);
 }
 
@@ -147,8 +142,7 @@ ContactPairs contact_pairs(const Scene& scene) {
   return found;
 }
 
-template <class S>
-Gap<S> gap(const Scene& scene, const Layout& layout, const ContactPair& pair, const S* y) {
+template <class S> Gap<S> gap(const Scene& scene, const Layout& layout, const ContactPair& pair, const S* y) {
   Gap<S> made;
   const Body &a = scene.bodies[pair.a], &b = scene.bodies[pair.b];
   const Triple<S> v = velocity(layout, pair.b, y) - velocity(layout, pair.a, y);
@@ -170,15 +164,15 @@ Gap<S> gap(const Scene& scene, const Layout& layout, const ContactPair& pair, co
   return made;
 }
 
-template <class S>
-Triple<S> slip(const Scene& scene, const Layout& layout, const ContactPair& pair, const S* y) {
+template <class S> Triple<S> slip(const Scene& scene, const Layout& layout, const ContactPair& pair, const S* y) {
   const Triple<S> normal = gap(scene, layout, pair, y).normal;
   Triple<S> sliding = velocity(layout, pair.b, y) - velocity(layout, pair.a, y);
   for (const int body : {pair.a, pair.b}) {
     if (layout.slots[body].rate < 0) continue;
     const Triple<S> w = rotate(attitude(layout, body, y), read3(y + layout.slots[body].rate));
     const Triple<S> turning = cross(w, arm(scene, layout, pair, body, normal));
-    if (body == pair.a) sliding -= turning; else sliding += turning;
+    if (body == pair.a) sliding -= turning;
+    else sliding += turning;
   }
   sliding -= dot(sliding, normal) * normal;
   return sliding;
@@ -209,8 +203,7 @@ std::string unstrikable(const Scene& scene, const ContactPair& pair) {
 // m_a, m_b free spheres struck along the line of centres n: J_n = -(1 + e) vn / (1/m_a + 1/m_b). Across it they yield
 // as 1/m_a + 1/m_b + r_a^2/I_a + r_b^2/I_b, and the slip keeps its direction: Coulomb's impulse is the lesser of mu J_n
 // (slip to the end) and what stops the slip (stick).
-template <class S>
-Strike<S> strike(const Scene& scene, const Layout& layout, const ContactPair& pair, S* y) {
+template <class S> Strike<S> strike(const Scene& scene, const Layout& layout, const ContactPair& pair, S* y) {
   const Gap<S> now = gap(scene, layout, pair, y);
   if (!(now.rate_m_per_s < 0)) return {};
   S yielding = 0, across = 0;
@@ -244,10 +237,10 @@ Strike<S> strike(const Scene& scene, const Layout& layout, const ContactPair& pa
   return made;
 }
 
-#define ATWOOD_CONTACTS(S)                                                                            \
-  template Gap<S> gap(const Scene&, const Layout&, const ContactPair&, const S*);                     \
-  template Triple<S> slip(const Scene&, const Layout&, const ContactPair&, const S*);                 \
-  template bool rubs(const Scene&, const Layout&, const ContactPair&, const S*, const S*, S);         \
+#define ATWOOD_CONTACTS(S)                                                                    \
+  template Gap<S> gap(const Scene&, const Layout&, const ContactPair&, const S*);             \
+  template Triple<S> slip(const Scene&, const Layout&, const ContactPair&, const S*);         \
+  template bool rubs(const Scene&, const Layout&, const ContactPair&, const S*, const S*, S); \
   template Strike<S> strike(const Scene&, const Layout&, const ContactPair&, S*);
 ATWOOD_CONTACTS(double)
 ATWOOD_CONTACTS(Wide)

@@ -19,9 +19,7 @@ constexpr int round_off_substeps = 128;
 constexpr int most_substeps = 1 << 14;
 constexpr double least_inflation = 1 + 1e-5;  // what a difference quotient leaves
 
-double length(const Wide* v) {
-  return std::sqrt(static_cast<double>(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]));
-}
+double length(const Wide* v) { return std::sqrt(static_cast<double>(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])); }
 
 bool two_bodies_at_once(const Force& force) {
   if (std::holds_alternative<MutualGravity>(force) || std::holds_alternative<Coulomb>(force)) return true;
@@ -61,8 +59,7 @@ ErrorGrowth::ErrorGrowth(const Scene& scene, double t_end_s, double round_off)
   if (!(far > 0)) far = 1;
   fast = std::max({fast, std::sqrt(pull * far), far / t_end_s});
   turning = std::max(turning, fast / far);
-  for (int i = 0; i < layout_.size; ++i)
-    switch (layout_.kinds[i]) {
+  for (int i = 0; i < layout_.size; ++i) switch (layout_.kinds[i]) {
       case Kind::position: scale_[i] = far; break;
       case Kind::velocity: scale_[i] = fast; break;
       case Kind::attitude: scale_[i] = 1; break;
@@ -81,8 +78,7 @@ double ErrorGrowth::reach(int body, const Wide* y, double span_s) const {
     const auto& p = given.position_m;
     return radius_of(given) + std::hypot(p[0], p[1], p[2]);
   }
-  return radius_of(given) + length(y + slot.position) +
-         (slot.velocity < 0 ? 0 : span_s * length(y + slot.velocity));
+  return radius_of(given) + length(y + slot.position) + (slot.velocity < 0 ? 0 : span_s * length(y + slot.velocity));
 }
 
 double ErrorGrowth::speed(int body, const Wide* y) const {
@@ -243,8 +239,8 @@ void ErrorGrowth::apply(const Columns& moved, const std::vector<double>& delta, 
   std::vector<double> rho(n, 0);
   for (int i = 0; i < n && i < static_cast<int>(fresh.size()); ++i) {
     for (int k = 0; k < n; ++k)
-      rho[i] += inflation * rho_[k] *
-                std::fabs(std::inner_product(moved[k].begin(), moved[k].end(), fresh[i].begin(), 0.0));
+      rho[i] +=
+          inflation * rho_[k] * std::fabs(std::inner_product(moved[k].begin(), moved[k].end(), fresh[i].begin(), 0.0));
     for (int j = 0; j < n; ++j) rho[i] += std::fabs(fresh[i][j]) * delta[j] / scale_[j];
   }
   finite_ &= static_cast<int>(fresh.size()) == n;
@@ -268,8 +264,7 @@ std::vector<Wide> ErrorGrowth::gap_gradient(const ContactPair& pair, const std::
   return row;
 }
 
-void ErrorGrowth::strike(Wide t_s, const Blow<Wide>& blow, const std::vector<Wide>& after, int interval,
-                         double off_m) {
+void ErrorGrowth::strike(Wide t_s, const Blow<Wide>& blow, const std::vector<Wide>& after, int interval, double off_m) {
   if (!finite_) return;
   const int n = layout_.size;
   const std::vector<Wide>& before = blow.before;
@@ -284,8 +279,8 @@ void ErrorGrowth::strike(Wide t_s, const Blow<Wide>& blow, const std::vector<Wid
       first = &pair;
     }
     const double size = reach(pair.a, before.data(), 0) + reach(pair.b, before.data(), 0);
-    const double speeds = speed(pair.a, before.data()) + speed(pair.b, before.data()) +
-                          speed(pair.a, after.data()) + speed(pair.b, after.data());
+    const double speeds = speed(pair.a, before.data()) + speed(pair.b, before.data()) + speed(pair.a, after.data()) +
+                          speed(pair.b, after.data());
     for (const int body : {pair.a, pair.b}) {
       const Slot& slot = layout_.slots[body];
       if (slot.velocity < 0) continue;
@@ -393,8 +388,9 @@ double ErrorGrowth::gap_acceleration(const ContactPair& pair, Wide t_s, const st
     up[i] += h * f[i];
     down[i] -= h * f[i];
   }
-  return static_cast<double>((gap(scene_, layout_, pair, up.data()).rate_m_per_s -
-                              gap(scene_, layout_, pair, down.data()).rate_m_per_s) / (2 * h));
+  return static_cast<double>(
+      (gap(scene_, layout_, pair, up.data()).rate_m_per_s - gap(scene_, layout_, pair, down.data()).rate_m_per_s) /
+      (2 * h));
 }
 
 // The rate is u . n: its gradient has n at the velocities and the turning of n at the positions.
@@ -410,7 +406,8 @@ double ErrorGrowth::rate_bound(const ContactPair& pair, const std::vector<Wide>&
         up[k] += h;
         down[k] -= h;
         row[k] = static_cast<double>((gap(scene_, layout_, pair, up.data()).rate_m_per_s -
-                                      gap(scene_, layout_, pair, down.data()).rate_m_per_s) / (2 * h));
+                                      gap(scene_, layout_, pair, down.data()).rate_m_per_s) /
+                                     (2 * h));
       }
   }
   return along(row) + 16 * round_off_ * (speed(pair.a, y.data()) + speed(pair.b, y.data()));

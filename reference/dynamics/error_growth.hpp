@@ -60,10 +60,10 @@ class ErrorGrowth {
   Dynamics<double> narrow_;
   const Layout& layout_;
   double round_off_;
-  bool coupled_ = false;          // a force depends on two bodies at once
+  bool coupled_ = false;  // a force depends on two bodies at once
   bool finite_ = true;
-  std::vector<int> body_;         // of each component
-  std::vector<double> scale_;     // of each component: what Q and rho are relative to
+  std::vector<int> body_;      // of each component
+  std::vector<double> scale_;  // of each component: what Q and rho are relative to
   Columns Q_;
   std::vector<double> rho_;
 };

@@ -11,22 +11,20 @@
 namespace atwood::dynamics {
 
 // A ball whose bounces to come are summed as a geometric series: what the sum leaves out.
-template <class S>
-struct Laid {
+template <class S> struct Laid {
   ContactPair pair;
   int ball = -1;
   Real3 normal{};
-  S until{};                 // when the last bounce ends
-  S bar_s{};                 // by how much that may be off, as the pull is not constant
+  S until{};                      // when the last bounce ends
+  S bar_s{};                      // by how much that may be off, as the pull is not constant
   S height_m{}, speed_m_per_s{};  // of the bounces left out: none is higher or faster
-  S per_speed{};             // seconds of bouncing for each m/s that the ball leaves with
-  std::vector<S> push;       // what the bounces left out may change of each component of y
-  bool told = false;         // there is an event of it
+  S per_speed{};                  // seconds of bouncing for each m/s that the ball leaves with
+  std::vector<S> push;            // what the bounces left out may change of each component of y
+  bool told = false;              // there is an event of it
 };
 
 // What happened at one instant.
-template <class S>
-struct Instant {
+template <class S> struct Instant {
   S t{};
   int interval = 0;
   double steps = 0;          // taken since the instant before
@@ -36,7 +34,7 @@ struct Instant {
   std::vector<Laid<S>> laid;
   std::optional<ContactPair> passed;  // came near, and did not touch
   std::size_t first_event = 0;
-  std::vector<S> after;      // the state
+  std::vector<S> after;  // the state
 };
 
 }  // namespace atwood::dynamics

@@ -32,8 +32,8 @@ Wide potential(const Attractor& attractor, const Scene& scene, const Sample& sam
   Wide sum = 0;
   for (const int i : attractor.bodies)
     if (!scene.bodies[i].fixed)
-      sum -= Wide(attractor.mu_m3_per_s2) * mass(scene, i) /
-             norm(sample.bodies[i].p_m - widen<Wide>(attractor.center_m));
+      sum -=
+          Wide(attractor.mu_m3_per_s2) * mass(scene, i) / norm(sample.bodies[i].p_m - widen<Wide>(attractor.center_m));
   return sum;
 }
 
@@ -214,10 +214,10 @@ constexpr Real3 nothing{};
 
 // What a scene's forces do to the invariants, each a reason why some quantity is lost.
 struct Character {
-  bool dissipates = false;   // energy is not kept
-  bool external = false;     // a force from outside the bodies that is not uniform gravity
-  bool off_origin = false;   // ... and is not central about the origin either
-  bool twists = false;       // changes the angular momentum about the centre of mass
+  bool dissipates = false;  // energy is not kept
+  bool external = false;    // a force from outside the bodies that is not uniform gravity
+  bool off_origin = false;  // ... and is not central about the origin either
+  bool twists = false;      // changes the angular momentum about the centre of mass
   int attractors = 0, magnets = 0, others = 0;
 };
 
@@ -248,8 +248,8 @@ void note(Character& c, const Scene& scene, const Force& force) {
     }
     ++c.others;
   } else if (const auto* field = std::get_if<Lorentz>(&force)) {
-    const bool neutral = std::all_of(field->bodies.begin(), field->bodies.end(),
-                                     [&](int i) { return scene.bodies[i].charge_C == 0; });
+    const bool neutral =
+        std::all_of(field->bodies.begin(), field->bodies.end(), [&](int i) { return scene.bodies[i].charge_C == 0; });
     if (!neutral) note_external(c);
     ++c.magnets;
   } else if (const auto* push = std::get_if<PointForce>(&force)) {

@@ -18,11 +18,11 @@ struct Energy {
 };
 Energy energy(const Scene& scene, const Sample& sample);
 
-Wide3 momentum(const Scene& scene, const Sample& sample);                      // sum m v [kg m/s]
-Wide3 angular_momentum(const Scene& scene, const Sample& sample);              // about the origin [kg m^2/s]
-Wide3 angular_momentum_about_center(const Scene& scene, const Sample& sample); // about the centre of mass
-Wide3 center_of_mass(const Scene& scene, const Sample& sample);                // [m]
-Wide total_mass_kg(const Scene& scene);                                        // of mobile bodies
+Wide3 momentum(const Scene& scene, const Sample& sample);                       // sum m v [kg m/s]
+Wide3 angular_momentum(const Scene& scene, const Sample& sample);               // about the origin [kg m^2/s]
+Wide3 angular_momentum_about_center(const Scene& scene, const Sample& sample);  // about the centre of mass
+Wide3 center_of_mass(const Scene& scene, const Sample& sample);                 // [m]
+Wide total_mass_kg(const Scene& scene);                                         // of mobile bodies
 
 // v x (r x v) - mu r / |r| about the first attractor (mu, its centre) that acts on `body`; or of two mutually
 // gravitating bodies (r = p_1 - p_0, mu = G (m_0 + m_1)) when body is 1 and there is no attractor. Zero otherwise.

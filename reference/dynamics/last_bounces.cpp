@@ -7,8 +7,8 @@
 namespace atwood::dynamics {
 
 template <class S>
-LastBounces<S> last_bounces(const Scene& scene, const Dynamics<S>& dynamics, const ContactPair& pair, S t_s,
-                            const S* y, int interval, S slow) {
+LastBounces<S> last_bounces(const Scene& scene, const Dynamics<S>& dynamics, const ContactPair& pair, S t_s, const S* y,
+                            int interval, S slow) {
   const Layout& layout = dynamics.layout();
   const int n = layout.size;
   const Gap<S> now = gap(scene, layout, pair, y);

@@ -6,14 +6,13 @@
 
 namespace atwood::dynamics {
 
-template <class S>
-struct LastBounces {
-  bool pulled = false;       // towards each other: else there is no next bounce
-  bool lies = false;         // neither bounces nor approaches
-  bool ends = false;         // the series converges whatever the pull does meanwhile
-  S flight_s{};              // the next one
+template <class S> struct LastBounces {
+  bool pulled = false;  // towards each other: else there is no next bounce
+  bool lies = false;    // neither bounces nor approaches
+  bool ends = false;    // the series converges whatever the pull does meanwhile
+  S flight_s{};         // the next one
   Laid<S> laid;
-  std::vector<S> held;       // y with the gap's rate removed from the ball
+  std::vector<S> held;  // y with the gap's rate removed from the ball
   std::vector<S> dydt;
 };
 
@@ -24,7 +23,7 @@ struct LastBounces {
 //   2 v / a (1 - c) / (1 - e (1 - c)) <= T <= 2 v / a (1 + c) / (1 - e (1 + c)).
 // c is twice what the pull changes by when the ball leaves, when it falls as fast, and when it has come to rest.
 template <class S>
-LastBounces<S> last_bounces(const Scene& scene, const Dynamics<S>& dynamics, const ContactPair& pair, S t_s,
-                            const S* y, int interval, S slow);
+LastBounces<S> last_bounces(const Scene& scene, const Dynamics<S>& dynamics, const ContactPair& pair, S t_s, const S* y,
+                            int interval, S slow);
 
 }  // namespace atwood::dynamics

@@ -10,8 +10,7 @@ namespace atwood::dynamics {
 namespace {
 
 // Where every body of the scene is, fixed and held ones included, and what acts on it so far.
-template <class S>
-struct Instant {
+template <class S> struct Instant {
   S t_s{};
   std::vector<Triple<S>> p_WB, v_WB, w_WB_B;
   std::vector<std::array<S, 4>> q_WB;
@@ -27,8 +26,7 @@ double parameter(const Potential& potential, const char* name, double otherwise)
 // ---- one function a force: adds its loads -----------------------------------------------------------------------
 
 // a_i = sum_j G m_j (p_j - p_i) / (r^2 + eps^2)^(3/2)
-template <class S>
-void add(const MutualGravity& gravity, const Scene& scene, Instant<S>& now) {
+template <class S> void add(const MutualGravity& gravity, const Scene& scene, Instant<S>& now) {
   const S G = gravity.constant_m3_per_kg_s2, softening = gravity.softening_m;
   const S softening2 = softening * softening;
   for (std::size_t i = 0; i < gravity.bodies.size(); ++i)
@@ -42,8 +40,7 @@ void add(const MutualGravity& gravity, const Scene& scene, Instant<S>& now) {
     }
 }
 
-template <class S>
-void add(const Attractor& attractor, const Scene&, Instant<S>& now) {
+template <class S> void add(const Attractor& attractor, const Scene&, Instant<S>& now) {
   const Triple<S> center = widen<S>(attractor.center_m);
   for (const int i : attractor.bodies) {
     const Triple<S> r = now.p_WB[i] - center;
@@ -52,16 +49,14 @@ void add(const Attractor& attractor, const Scene&, Instant<S>& now) {
   }
 }
 
-template <class S>
-void add(const LinearDrag& drag, const Scene&, Instant<S>& now) {
+template <class S> void add(const LinearDrag& drag, const Scene&, Instant<S>& now) {
   for (const int i : drag.bodies) {
     now.force_W[i] -= S(drag.coefficient_kg_per_s) * (now.v_WB[i] - widen<S>(drag.wind_m_per_s));
     now.torque_B[i] -= S(drag.angular_coefficient_N_m_s) * now.w_WB_B[i];
   }
 }
 
-template <class S>
-void add(const QuadraticDrag& drag, const Scene&, Instant<S>& now) {
+template <class S> void add(const QuadraticDrag& drag, const Scene&, Instant<S>& now) {
   const S half = S(drag.density_kg_per_m3) * S(drag.drag_coefficient) * S(drag.area_m2) / 2;
   for (const int i : drag.bodies) {
     const Triple<S> u = now.v_WB[i] - widen<S>(drag.wind_m_per_s);
@@ -71,16 +66,14 @@ void add(const QuadraticDrag& drag, const Scene&, Instant<S>& now) {
 }
 
 // A force at a point of the body: also a moment about the centre of mass.
-template <class S>
-void push(Instant<S>& now, int body, const Triple<S>& point_B, const Triple<S>& force_W) {
+template <class S> void push(Instant<S>& now, int body, const Triple<S>& point_B, const Triple<S>& force_W) {
   now.force_W[body] += force_W;
   now.torque_B[body] += cross(point_B, rotate_back(now.q_WB[body], force_W));
 }
 
 // Along d = x_b - x_a (length L): pulls a towards b with k (L - L0) + c dL/dt, dL/dt = d . (v_b - v_a) / L.
 // Without a rest length the elastic part k d needs no division; through L = 0 the damped motion goes along u itself.
-template <class S>
-void add(const Spring& spring, const Scene&, Instant<S>& now) {
+template <class S> void add(const Spring& spring, const Scene&, Instant<S>& now) {
   Triple<S> point_B[2]{}, x[2]{}, v[2]{};
   for (std::size_t k = 0; k < spring.bodies.size() && k < 2; ++k) {
     const int i = spring.bodies[k];
@@ -105,21 +98,18 @@ void add(const Spring& spring, const Scene&, Instant<S>& now) {
   if (!anchored) push(now, spring.bodies[1], point_B[1], S(-1) * force_W);
 }
 
-template <class S>
-void add(const Drive& drive, const Scene&, Instant<S>& now) {
+template <class S> void add(const Drive& drive, const Scene&, Instant<S>& now) {
   const S phase = S(drive.angular_frequency_rad_per_s) * now.t_s + S(drive.phase_rad);
   for (const int i : drive.bodies) now.force_W[i] += cosine(phase) * widen<S>(drive.force_N);
 }
 
-template <class S>
-void add(const Lorentz& field, const Scene& scene, Instant<S>& now) {
+template <class S> void add(const Lorentz& field, const Scene& scene, Instant<S>& now) {
   for (const int i : field.bodies)
     now.force_W[i] += S(scene.bodies[i].charge_C) *
                       (widen<S>(field.electric_V_per_m) + cross(now.v_WB[i], widen<S>(field.magnetic_T)));
 }
 
-template <class S>
-void add(const Coulomb& coulomb, const Scene& scene, Instant<S>& now) {
+template <class S> void add(const Coulomb& coulomb, const Scene& scene, Instant<S>& now) {
   for (std::size_t i = 0; i < coulomb.bodies.size(); ++i)
     for (std::size_t j = i + 1; j < coulomb.bodies.size(); ++j) {
       const int a = coulomb.bodies[i], b = coulomb.bodies[j];
@@ -132,30 +122,25 @@ void add(const Coulomb& coulomb, const Scene& scene, Instant<S>& now) {
     }
 }
 
-template <class S>
-void add(const Thruster& thruster, const Scene&, Instant<S>& now) {
+template <class S> void add(const Thruster& thruster, const Scene&, Instant<S>& now) {
   const Triple<S> force_B = S(thruster.thrust_N) * widen<S>(thruster.direction_body);
   now.force_W[thruster.body] += rotate(now.q_WB[thruster.body], force_B);
   now.torque_B[thruster.body] += cross(widen<S>(thruster.point_body_m), force_B);
 }
 
-template <class S>
-void add(const PointForce& force, const Scene&, Instant<S>& now) {
+template <class S> void add(const PointForce& force, const Scene&, Instant<S>& now) {
   push(now, force.body, widen<S>(force.point_body_m), widen<S>(force.force_N));
 }
 
 // a = -2 W x v - W x (W x r), on every point mass.
-template <class S>
-void add(const RotatingFrame& frame, const Scene& scene, Instant<S>& now) {
+template <class S> void add(const RotatingFrame& frame, const Scene& scene, Instant<S>& now) {
   const Triple<S> W = widen<S>(frame.angular_velocity_rad_per_s);
   for (std::size_t i = 0; i < scene.bodies.size(); ++i)
-    if (!rotates(scene.bodies[i]))
-      now.acceleration_W[i] -= cross(W, S(2) * now.v_WB[i] + cross(W, now.p_WB[i]));
+    if (!rotates(scene.bodies[i])) now.acceleration_W[i] -= cross(W, S(2) * now.v_WB[i] + cross(W, now.p_WB[i]));
 }
 
 // V = 1/2 (x^2 + y^2) + lambda (x^2 y - y^3 / 3)
-template <class S>
-void add(const Potential& potential, const Scene&, Instant<S>& now) {
+template <class S> void add(const Potential& potential, const Scene&, Instant<S>& now) {
   const S lambda = parameter(potential, "lambda", 1);
   for (const int i : potential.bodies) {
     const S x = now.p_WB[i][0], y = now.p_WB[i][1];
@@ -172,13 +157,10 @@ const std::vector<Interval>* switched(const Force& force) {
 bool is_on(const Force& force, double t_s) {
   const std::vector<Interval>* on_s = switched(force);
   if (on_s == nullptr || on_s->empty()) return true;
-  return std::any_of(on_s->begin(), on_s->end(),
-                     [&](const Interval& on) { return on.from_s <= t_s && t_s < on.to_s; });
+  return std::any_of(on_s->begin(), on_s->end(), [&](const Interval& on) { return on.from_s <= t_s && t_s < on.to_s; });
 }
 
-bool is_diagonal(const Real33& m) {
-  return m[1] == 0 && m[2] == 0 && m[3] == 0 && m[5] == 0 && m[6] == 0 && m[7] == 0;
-}
+bool is_diagonal(const Real33& m) { return m[1] == 0 && m[2] == 0 && m[3] == 0 && m[5] == 0 && m[6] == 0 && m[7] == 0; }
 
 }  // namespace
 
@@ -193,8 +175,7 @@ std::string unsupported(const Scene& scene) {
   return "";
 }
 
-template <class S>
-struct Dynamics<S>::Parts {
+template <class S> struct Dynamics<S>::Parts {
   Scene scene;
   Layout map;
   std::vector<double> switches;
@@ -203,7 +184,10 @@ struct Dynamics<S>::Parts {
   std::vector<char> diagonal;
   std::vector<Triple<S>> fixed_p;
   std::vector<std::array<S, 4>> fixed_q;
-  struct Hold { int body; Triple<S> normal; };
+  struct Hold {
+    int body;
+    Triple<S> normal;
+  };
   std::vector<Hold> holds;
 
   Parts(const Scene& given, double t_end_s) : scene(given), map(dynamics::layout(given)) {
@@ -232,7 +216,10 @@ struct Dynamics<S>::Parts {
     fixed_p.push_back(widen<S>(body.position_m));
     std::array<S, 4>& q = fixed_q.emplace_back();
     S square = 0;
-    for (int k = 0; k < 4; ++k) { q[k] = body.orientation_wxyz[k]; square += q[k] * q[k]; }
+    for (int k = 0; k < 4; ++k) {
+      q[k] = body.orientation_wxyz[k];
+      square += q[k] * q[k];
+    }
     for (S& part : q) part /= root(square);
   }
 
@@ -313,25 +300,19 @@ struct Dynamics<S>::Parts {
 
 template <class S>
 Dynamics<S>::Dynamics(const Scene& scene, double t_end_s) : parts_(std::make_unique<Parts>(scene, t_end_s)) {}
-template <class S>
-Dynamics<S>::~Dynamics() = default;
-template <class S>
-Dynamics<S>::Dynamics(Dynamics&&) noexcept = default;
-template <class S>
-int Dynamics<S>::size() const { return parts_->map.size; }
-template <class S>
-const Layout& Dynamics<S>::layout() const { return parts_->map; }
-template <class S>
-const std::vector<double>& Dynamics<S>::switch_times() const { return parts_->switches; }
-template <class S>
-int Dynamics<S>::interval_at(double t_s) const {
+template <class S> Dynamics<S>::~Dynamics() = default;
+template <class S> Dynamics<S>::Dynamics(Dynamics&&) noexcept = default;
+template <class S> int Dynamics<S>::size() const { return parts_->map.size; }
+template <class S> const Layout& Dynamics<S>::layout() const { return parts_->map; }
+template <class S> const std::vector<double>& Dynamics<S>::switch_times() const { return parts_->switches; }
+template <class S> int Dynamics<S>::interval_at(double t_s) const {
   const std::vector<double>& times = parts_->switches;
   return static_cast<int>(std::upper_bound(times.begin(), times.end(), t_s) - times.begin());
 }
-template <class S>
-void Dynamics<S>::rate(S t_s, const S* y, S* dydt, int interval) const { parts_->rate(t_s, y, dydt, interval); }
-template <class S>
-void Dynamics<S>::hold_on_plane(int body, const Real3& normal) {
+template <class S> void Dynamics<S>::rate(S t_s, const S* y, S* dydt, int interval) const {
+  parts_->rate(t_s, y, dydt, interval);
+}
+template <class S> void Dynamics<S>::hold_on_plane(int body, const Real3& normal) {
   const Triple<S> n = widen<S>(normal);
   parts_->holds.push_back({body, inverse_root(dot(n, n)) * n});
 }

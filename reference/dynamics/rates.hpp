@@ -21,8 +21,7 @@ std::string unsupported(const Scene& scene);
 //
 // `interval` says which of the segments between switch_times the evaluation belongs to, so that a step that ends on a
 // switch uses the force of its own interval at its last stage too.
-template <class S>
-class Dynamics {
+template <class S> class Dynamics {
  public:
   Dynamics(const Scene& scene, double t_end_s);  // throws std::invalid_argument with unsupported(scene)
   ~Dynamics();

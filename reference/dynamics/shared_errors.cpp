@@ -22,8 +22,7 @@ class Follower {
            const std::vector<Event>& events, const std::vector<double>& apart_s,
            const std::vector<std::vector<Wide>>& apart, double round_off)
       : scene_(scene), layout_(dynamics::layout(scene)), instants_(instants), events_(events), apart_s_(apart_s),
-        apart_(apart),
-        growth_(scene, t_end_s, round_off), pairs_(contact_pairs(scene).pairs) {
+        apart_(apart), growth_(scene, t_end_s, round_off), pairs_(contact_pairs(scene).pairs) {
     made_.samples.assign(apart.size(), std::vector<Wide>(layout_.size, Wide(0)));
     made_.events_s.assign(events.size(), 0);
   }
@@ -96,8 +95,8 @@ class Follower {
         for (int k = 0; k < 3; ++k) size += std::fabs(static_cast<double>(now.after[at + k]));
     const double bar = growth_.gap_bound(*now.passed, now.after) + apart_gap(*now.passed) + least_scale * size;
     if (magnitude(least.gap_m) > Wide(bar)) return;
-    end(now.t, names(*now.passed) + " graze each other" + when(now.t) +
-                   ": whether they touch is not decided within the bars");
+    end(now.t,
+        names(*now.passed) + " graze each other" + when(now.t) + ": whether they touch is not decided within the bars");
   }
 
   // Contacts that would have been struck too, had their turn come first.
@@ -107,8 +106,7 @@ class Follower {
       for (const Blow<Wide>& each : now.blows)
         for (const ContactPair& pair : each.pairs) in_group |= pair.a == other.a && pair.b == other.b;
       if (in_group) continue;
-      for (const ContactPair& pair : blow.pairs)
-        coupled |= couple(scene_, layout_, pair, other, blow.before.data());
+      for (const ContactPair& pair : blow.pairs) coupled |= couple(scene_, layout_, pair, other, blow.before.data());
       if (!coupled) continue;
       const Gap<Wide> there = gap(scene_, layout_, other, blow.before.data());
       const Wide way = there.rate_m_per_s < 0 ? -there.rate_m_per_s * Wide(2 * bar_s) : Wide(0);
@@ -138,8 +136,8 @@ class Follower {
         if (rate_bar + bend * bar <= linear * rate || now.t == 0) continue;
         if (settles(now, pair, blow, rate + rate_bar + std::sqrt(2 * std::fabs(bend) * gap_bar))) settling = true;
         else
-          end(now.t, names(pair) + " graze each other" + when(now.t) +
-                         ": how they part is not decided within the bars");
+          end(now.t,
+              names(pair) + " graze each other" + when(now.t) + ": how they part is not decided within the bars");
       }
       if (now.t > 0) tell_apart(now, blow, bar_s);
       if (made_.end) return;
@@ -148,8 +146,7 @@ class Follower {
         const Laid<Wide>& last = bouncing_.back();
         bar_s = static_cast<double>(last.until - now.t + last.bar_s);
         growth_.keep_to_plane(last.ball, last.normal, static_cast<double>(last.height_m));
-      }
-      else growth_.strike(now.t, blow, after, now.interval, static_cast<double>(now.off_m));
+      } else growth_.strike(now.t, blow, after, now.interval, static_cast<double>(now.off_m));
       for (const auto& impulse : blow.impulses)
         if (impulse.normal_N_s > 0 && event < made_.events_s.size()) made_.events_s[event++] = bar_s;
     }
@@ -213,7 +210,11 @@ class Follower {
     }
   }
 
-  struct Hit { Wide t_s = 0; double bar_s = 0; const Instant<Wide>* at = nullptr; };
+  struct Hit {
+    Wide t_s = 0;
+    double bar_s = 0;
+    const Instant<Wide>* at = nullptr;
+  };
   const Scene& scene_;
   const Layout layout_;
   const std::vector<Instant<Wide>>& instants_;

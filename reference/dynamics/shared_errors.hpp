@@ -11,11 +11,15 @@
 
 namespace atwood::dynamics {
 
-struct End { Wide t_s = 0; std::string why; };  // of what is certified: samples before t_s are
+// Of what is certified: samples before t_s are
+struct End {
+  Wide t_s = 0;
+  std::string why;
+};
 
 struct SharedErrors {
-  std::vector<std::vector<Wide>> samples;   // per sample and component of y: the half-width
-  std::vector<double> events_s;             // per event: of its time
+  std::vector<std::vector<Wide>> samples;  // per sample and component of y: the half-width
+  std::vector<double> events_s;            // per event: of its time
   std::optional<End> end;
 };
 

@@ -11,30 +11,26 @@ namespace atwood::dynamics {
 
 namespace {
 
-template <class S>
-constexpr double round_off = std::is_same_v<S, Wide> ? 0x1p-113 : 0x1p-52;
+template <class S> constexpr double round_off = std::is_same_v<S, Wide> ? 0x1p-113 : 0x1p-52;
 // Approaches that differ by no more than this part of themselves are a tie; outcomes likewise are the same.
-template <class S>
-constexpr double alike = std::is_same_v<S, Wide> ? 1e-26 : 1e-9;
-constexpr int most_tried = 4;          // contacts whose orders are all tried: 24
-constexpr int most_blows = 100000;     // of one group at one instant
+template <class S> constexpr double alike = std::is_same_v<S, Wide> ? 1e-26 : 1e-9;
+constexpr int most_tried = 4;       // contacts whose orders are all tried: 24
+constexpr int most_blows = 100000;  // of one group at one instant
 
-template <class S>
-S rate_of(const Scene& scene, const Layout& layout, const ContactPair& pair, const S* y) {
+template <class S> S rate_of(const Scene& scene, const Layout& layout, const ContactPair& pair, const S* y) {
   return gap(scene, layout, pair, y).rate_m_per_s;
 }
 
 // What a body's velocity takes of an impulse J n at the contact: sign / m, and 0 for another body or a fixed one.
-template <class S>
-S yields(const Scene& scene, const Layout& layout, const ContactPair& pair, int body) {
+template <class S> S yields(const Scene& scene, const Layout& layout, const ContactPair& pair, int body) {
   if (layout.slots[body].velocity < 0 || (body != pair.a && body != pair.b)) return 0;
   return S(body == pair.a ? -1 : 1) / S(scene.bodies[body].mass_kg);
 }
 
 // n_i M^-1 n_j: how fast impulse j opens gap i.
 template <class S>
-S compliance(const Scene& scene, const Layout& layout, const ContactPair& i, const ContactPair& j,
-             const Triple<S>& n_i, const Triple<S>& n_j) {
+S compliance(const Scene& scene, const Layout& layout, const ContactPair& i, const ContactPair& j, const Triple<S>& n_i,
+             const Triple<S>& n_j) {
   S sum = 0;
   for (const int body : {i.a, i.b}) sum += S(body == i.a ? -1 : 1) * yields<S>(scene, layout, j, body);
   return sum * dot(n_i, n_j);
@@ -148,8 +144,7 @@ void strike_group(const Scene& scene, const Layout& layout, const std::vector<Co
     return;
   }
   for (const ContactPair& pair : group)
-    if (pair.friction > 0)
-      made.why = "(" + named(scene, group) + ") solved together with friction is not covered";
+    if (pair.friction > 0) made.why = "(" + named(scene, group) + ") solved together with friction is not covered";
   if (group.size() > most_together)
     made.why = "solved together is not covered for more than " + std::to_string(most_together) + " contacts";
   if (!made.why.empty()) return;
@@ -208,10 +203,10 @@ void strike_again(const Scene& scene, const Layout& layout, const std::vector<Co
   else strike_together(scene, layout, pairs, y);
 }
 
-#define ATWOOD_SIMULTANEOUS(S)                                                                            \
-  template bool couple(const Scene&, const Layout&, const ContactPair&, const ContactPair&, const S*);    \
-  template Resolved<S> strike_all(const Scene&, const Layout&, const std::vector<ContactPair>&,           \
-                                  const std::vector<S>&, S*);                                             \
+#define ATWOOD_SIMULTANEOUS(S)                                                                                         \
+  template bool couple(const Scene&, const Layout&, const ContactPair&, const ContactPair&, const S*);                 \
+  template Resolved<S> strike_all(const Scene&, const Layout&, const std::vector<ContactPair>&, const std::vector<S>&, \
+                                  S*);                                                                                 \
   template void strike_again(const Scene&, const Layout&, const std::vector<ContactPair>&, S*);
 ATWOOD_SIMULTANEOUS(double)
 ATWOOD_SIMULTANEOUS(Wide)

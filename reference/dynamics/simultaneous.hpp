@@ -10,15 +10,13 @@ namespace atwood::dynamics {
 
 // One application of a law of impact: a single pair, or all contacts of a group in one solve. `pairs` index into the
 // contacts that were given, one impulse each; `before` is the state that it acted on.
-template <class S>
-struct Blow {
+template <class S> struct Blow {
   std::vector<ContactPair> pairs;
   std::vector<Strike<S>> impulses;
   std::vector<S> before;
 };
 
-template <class S>
-struct Resolved {
+template <class S> struct Resolved {
   std::vector<Blow<S>> blows;
   std::string why;      // not empty: not resolved, in words that follow "the outcome of simultaneous impacts"
   bool branch = false;  // the laws are known and the outcome is not: it hangs on a convention that the scene lacks

@@ -45,8 +45,7 @@ Layout layout(const Scene& scene) {
 
 namespace {
 
-template <class S>
-void normalise(S* q) {
+template <class S> void normalise(S* q) {
   S square = 0;
   for (int k = 0; k < 4; ++k) square += q[k] * q[k];
   const S length = root(square);
@@ -54,8 +53,7 @@ void normalise(S* q) {
 }
 
 // Copies between y and one body's values; the same walk serves both directions.
-template <class S, class Move>
-void each_value(const Slot& slot, S* y, BodySample& body, Move move) {
+template <class S, class Move> void each_value(const Slot& slot, S* y, BodySample& body, Move move) {
   for (int k = 0; k < 3; ++k) {
     if (slot.position >= 0) move(y[slot.position + k], body.p_m[k]);
     if (slot.velocity >= 0) move(y[slot.velocity + k], body.v_m_per_s[k]);
@@ -78,8 +76,7 @@ BodySample initial_sample(const Body& body) {
 
 }  // namespace
 
-template <class S>
-std::vector<S> pack(const Scene& scene, const Sample& sample) {
+template <class S> std::vector<S> pack(const Scene& scene, const Sample& sample) {
   const Layout map = layout(scene);
   std::vector<S> y(map.size);
   for (std::size_t i = 0; i < map.slots.size(); ++i) {
@@ -90,15 +87,13 @@ std::vector<S> pack(const Scene& scene, const Sample& sample) {
   return y;
 }
 
-template <class S>
-std::vector<S> pack(const Scene& scene) {
+template <class S> std::vector<S> pack(const Scene& scene) {
   Sample initial;
   for (const Body& body : scene.bodies) initial.bodies.push_back(initial_sample(body));
   return pack<S>(scene, initial);
 }
 
-template <class S>
-Sample unpack(const Scene& scene, S t_s, const S* y) {
+template <class S> Sample unpack(const Scene& scene, S t_s, const S* y) {
   const Layout map = layout(scene);
   Sample made;
   made.t_s = t_s;
@@ -114,8 +109,7 @@ Sample unpack(const Scene& scene, S t_s, const S* y) {
   return made;
 }
 
-template <class S>
-Sample unpack_bars(const Scene& scene, S t_s, const S* bar) {
+template <class S> Sample unpack_bars(const Scene& scene, S t_s, const S* bar) {
   const Layout map = layout(scene);
   Sample made;
   made.t_s = t_s;
@@ -130,9 +124,14 @@ Sample unpack_bars(const Scene& scene, S t_s, const S* bar) {
 
 std::vector<double> switch_times(const Scene& scene, double t_end_s) {
   std::vector<double> times;
-  const auto add = [&](double t) { if (t > 0 && t < t_end_s) times.push_back(t); };
+  const auto add = [&](double t) {
+    if (t > 0 && t < t_end_s) times.push_back(t);
+  };
   const auto add_all = [&](const std::vector<Interval>& on_s) {
-    for (const Interval& on : on_s) { add(on.from_s); add(on.to_s); }
+    for (const Interval& on : on_s) {
+      add(on.from_s);
+      add(on.to_s);
+    }
   };
   for (const Force& force : scene.forces) {
     if (const auto* thruster = std::get_if<Thruster>(&force)) add_all(thruster->on_s);

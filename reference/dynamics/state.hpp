@@ -25,26 +25,22 @@ enum class Kind { position, velocity, attitude, rate };
 
 struct Layout {
   int size = 0;
-  int positions = 0;         // y[0, positions) are positions, y[positions, 2 positions) their velocities
-  std::vector<Slot> slots;   // one a body of the scene
-  std::vector<Kind> kinds;   // one a component
+  int positions = 0;        // y[0, positions) are positions, y[positions, 2 positions) their velocities
+  std::vector<Slot> slots;  // one a body of the scene
+  std::vector<Kind> kinds;  // one a component
 };
 
 Layout layout(const Scene& scene);
 
 // The initial state, exact in S but for the quaternion, which is normalised in S (the scene's doubles are unit to
 // round-off only; the error of orientation is what they say, not their length).
-template <class S>
-std::vector<S> pack(const Scene& scene);
-template <class S>
-std::vector<S> pack(const Scene& scene, const Sample& sample);
+template <class S> std::vector<S> pack(const Scene& scene);
+template <class S> std::vector<S> pack(const Scene& scene, const Sample& sample);
 
 // Widened without loss. Fixed bodies come with the scene's pose and zero velocity; `lorenz` with its rates as velocity.
-template <class S>
-Sample unpack(const Scene& scene, S t_s, const S* y);
+template <class S> Sample unpack(const Scene& scene, S t_s, const S* y);
 // A vector of uncertainties in the same layout; what is not in y has bar 0.
-template <class S>
-Sample unpack_bars(const Scene& scene, S t_s, const S* bar);
+template <class S> Sample unpack_bars(const Scene& scene, S t_s, const S* bar);
 
 // Instants strictly inside (0, t_end) where a force switches or a body is released; sorted, each once. Between two of
 // them the equations are smooth: interval k is [switch k-1, switch k).

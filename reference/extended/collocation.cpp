@@ -9,7 +9,10 @@ namespace atwood::extended {
 namespace {
 
 // P_0 ... P_10 on [-1, 1] and the derivative of P_10.
-struct Legendre { std::array<Wide, stages + 1> P; Wide derivative; };
+struct Legendre {
+  std::array<Wide, stages + 1> P;
+  Wide derivative;
+};
 
 Legendre legendre(Wide x) {
   Legendre made;
@@ -48,7 +51,9 @@ GaussTableau make_tableau() {
   return made;
 }
 
-struct NarrowTableau { double c[stages], A[stages][stages]; };
+struct NarrowTableau {
+  double c[stages], A[stages][stages];
+};
 
 const NarrowTableau& narrow_tableau() {
   static const NarrowTableau made = [] {
@@ -213,8 +218,7 @@ Wide Collocation::step(Wide t, Wide* y, Wide limit) {
     problem_.rate(t, y, fresh_.data());
     ++evaluations;
     Wide fastest = 0;
-    for (int k = 0; k < n; ++k)
-      fastest = std::max(fastest, (fresh_[k] < 0 ? -fresh_[k] : fresh_[k]) / scale_.of(k));
+    for (int k = 0; k < n; ++k) fastest = std::max(fastest, (fresh_[k] < 0 ? -fresh_[k] : fresh_[k]) / scale_.of(k));
     proposal_ = fastest > 0 ? Wide(0.1) / fastest : limit;
   }
   const double allowed = static_cast<double>(tolerance_);

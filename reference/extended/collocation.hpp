@@ -37,9 +37,9 @@ class Collocation : public Stepper<Wide> {
   Wide tolerance_;
   Wide proposal_ = 0;
   Scale<Wide> scale_;
-  std::vector<Wide> Y_, F_, fresh_;                    // stages x size
+  std::vector<Wide> Y_, F_, fresh_;                       // stages x size
   std::vector<double> start_, y_, f_, d_, base_, shift_;  // the same in double
-  std::vector<double> span_;                           // scale of each component
+  std::vector<double> span_;                              // scale of each component
 };
 
 }  // namespace atwood::extended

@@ -22,13 +22,13 @@ using dynamics::Layout;
 using dynamics::magnitude;
 
 constexpr double target_bar = 1e-20;  // of the scale
-constexpr double unbounded = 1e-3;     // a bar this wide bounds nothing
+constexpr double unbounded = 1e-3;    // a bar this wide bounds nothing
 // When one of the methods is right the largest difference is the other's whole error, and no more: twice that is the
 // bar.
 constexpr double bar_safety = 2;
 constexpr double quad_round_off = 1e-33;
 constexpr double quad_unit = 0x1p-113;
-constexpr double end_margin = 1e-9;    // of the time: how long before the end of what is certified the samples stop
+constexpr double end_margin = 1e-9;  // of the time: how long before the end of what is certified the samples stop
 
 std::string at_time(Wide t_s) { return " at t = " + format_double(static_cast<double>(t_s)) + " s"; }
 
@@ -46,13 +46,17 @@ MakeStepper<Wide> extrapolation(const Layout& layout, double tolerance) {
 
 MakeStepper<Wide> collocation(const Layout& layout, double tolerance) {
   return [&layout, tolerance](Rate<Wide> rate, Rate<double> narrow) {
-    return std::make_unique<Collocation>(
-        Problem{layout.size, groups_of(layout), std::move(rate), std::move(narrow)}, tolerance);
+    return std::make_unique<Collocation>(Problem{layout.size, groups_of(layout), std::move(rate), std::move(narrow)},
+                                         tolerance);
   };
 }
 
 // end: how far it is certified, where that is not the whole run.
-struct Trial { Path<Wide> close, wide, gauss; std::int64_t samples = 0; std::optional<End> end; };
+struct Trial {
+  Path<Wide> close, wide, gauss;
+  std::int64_t samples = 0;
+  std::optional<End> end;
+};
 
 // The largest value of each component's kind over the run; 1 where the kind never leaves zero.
 std::vector<Wide> scales(const Layout& layout, const Path<Wide>& path) {
@@ -105,9 +109,8 @@ Bars compare(const Scene& scene, double t_end_s, const Layout& layout, const Tri
   Bars made = differences(layout, trial);
   made.end = trial.end;
   if (!trial.close.instants.empty()) {
-    const dynamics::SharedErrors shared =
-        dynamics::shared_errors(scene, t_end_s, trial.close.instants, trial.close.events, made.events_s, made.values,
-                                quad_unit);
+    const dynamics::SharedErrors shared = dynamics::shared_errors(
+        scene, t_end_s, trial.close.instants, trial.close.events, made.events_s, made.values, quad_unit);
     for (std::size_t k = 0; k < made.values.size(); ++k)
       for (int i = 0; i < layout.size; ++i) made.values[k][i] += shared.samples[k][i];
     for (std::size_t k = 0; k < made.events_s.size(); ++k) made.events_s[k] += shared.events_s[k];

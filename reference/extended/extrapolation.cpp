@@ -15,13 +15,11 @@ double work(int column) { return 1.0 + column * column; }
 
 template <class S>
 Extrapolation<S>::Extrapolation(int size, std::vector<int> group, Rate<S> rate, S tolerance)
-    : size_(size), rate_(std::move(rate)), tolerance_(tolerance), scale_(size, std::move(group)),
-      slope_(size), before_(size), now_(size), after_(size), dydt_(size),
-      row_(most_columns + 1, std::vector<S>(size)) {}
+    : size_(size), rate_(std::move(rate)), tolerance_(tolerance), scale_(size, std::move(group)), slope_(size),
+      before_(size), now_(size), after_(size), dydt_(size), row_(most_columns + 1, std::vector<S>(size)) {}
 
 // z_1 = y + h f(y); z_{m+1} = z_{m-1} + 2 h f(z_m): z_n for even n. No smoothing step: the expansion of z_n is even.
-template <class S>
-void Extrapolation<S>::midpoint(S t, const S* y, S H, int substeps, std::vector<S>& result) {
+template <class S> void Extrapolation<S>::midpoint(S t, const S* y, S H, int substeps, std::vector<S>& result) {
   const S h = H / substeps;
   for (int i = 0; i < size_; ++i) {
     before_[i] = y[i];
@@ -41,8 +39,7 @@ void Extrapolation<S>::midpoint(S t, const S* y, S H, int substeps, std::vector<
 
 // Aitken and Neville: row k holds T_{k,1} ... T_{k,k}; in place, row_[l] keeps T_{k,k-l+1} of the latest k:
 //   T_{k,l+1} = T_{k,l} + (T_{k,l} - T_{k-1,l}) / ((k / (k-l))^2 - 1)
-template <class S>
-int Extrapolation<S>::columns(S t, const S* y, S H, S& error) {
+template <class S> int Extrapolation<S>::columns(S t, const S* y, S H, S& error) {
   for (int k = 1; k <= most_columns; ++k) {
     std::vector<S>& fresh = row_[k];
     midpoint(t, y, H, 2 * k, fresh);
@@ -64,8 +61,7 @@ int Extrapolation<S>::columns(S t, const S* y, S H, S& error) {
   return 0;
 }
 
-template <class S>
-S Extrapolation<S>::step(S t, S* y, S limit) {
+template <class S> S Extrapolation<S>::step(S t, S* y, S limit) {
   scale_.see(y);
   rate_(t, y, slope_.data());
   ++this->evaluations;

@@ -9,8 +9,7 @@ namespace atwood::extended {
 // Over a step H the midpoint rule with n = 2, 4, 6, ... substeps has an error with even powers of H/n only; each
 // column of the tableau removes one: column k has order 2 k, at most 24. The step ends at the first column whose
 // difference from its neighbour is below `tolerance` of the scale.
-template <class S>
-class Extrapolation : public Stepper<S> {
+template <class S> class Extrapolation : public Stepper<S> {
  public:
   Extrapolation(int size, std::vector<int> group, Rate<S> rate, S tolerance);
   S step(S t, S* y, S limit) override;

@@ -15,26 +15,21 @@ using dynamics::magnitude;
 
 namespace {
 
-template <class S>
-constexpr bool is_wide = std::is_same_v<S, Wide>;
+template <class S> constexpr bool is_wide = std::is_same_v<S, Wide>;
 template <class S>
 constexpr double gap_round_off = is_wide<S> ? 1e-27 : 1e-11;  // of the places that a gap is the difference of
 // Flights shorter than this part of the run are summed as a geometric series, if that leaves the time of rest open by
 // no more than `rest_slack` of the run; and in any case those shorter than `least_flight`.
-template <class S>
-constexpr double last_flight = is_wide<S> ? 1e-10 : 1e-4;
-template <class S>
-constexpr double least_flight = is_wide<S> ? 1e-12 : 1e-4;
+template <class S> constexpr double last_flight = is_wide<S> ? 1e-10 : 1e-4;
+template <class S> constexpr double least_flight = is_wide<S> ? 1e-12 : 1e-4;
 constexpr double rest_slack = 1e-24;
 // Of a gap's round-off: the next impact of a lower flight would not be located.
-template <class S>
-constexpr double least_height = is_wide<S> ? 1e3 : 4;
+template <class S> constexpr double least_height = is_wide<S> ? 1e3 : 4;
 // Impacts in a row during which the time advances by less than a unit in its last place: there is no progress.
 constexpr int most_stalled = 1000;
 constexpr double near = 1e-3;  // of the pair's size: a passage worth telling
 
-template <class S>
-S reach(const Scene& scene, const dynamics::Layout& layout, int body, const S* y) {
+template <class S> S reach(const Scene& scene, const dynamics::Layout& layout, int body, const S* y) {
   const Body& given = scene.bodies[body];
   if (const auto* plane = std::get_if<Plane>(&given.shape)) return std::fabs(plane->offset_m);
   S sum = 0;
@@ -44,8 +39,7 @@ S reach(const Scene& scene, const dynamics::Layout& layout, int body, const S* y
   return sum;
 }
 
-template <class S>
-Event event_at(S t, EventKind kind, const dynamics::ContactPair& pair, const Gap<S>& where) {
+template <class S> Event event_at(S t, EventKind kind, const dynamics::ContactPair& pair, const Gap<S>& where) {
   Event made;
   made.t_s = t;
   made.kind = kind;
@@ -73,19 +67,16 @@ Impacts<S>::Impacts(const Scene& scene, dynamics::Dynamics<S>& dynamics, dynamic
                  "`, which gives way, is not covered by the extended truth";
 }
 
-template <class S>
-S Impacts<S>::tiny(const Pair& pair, const S* y) const {
+template <class S> S Impacts<S>::tiny(const Pair& pair, const S* y) const {
   return S(gap_round_off<S>) *
          (reach(scene_, dynamics_.layout(), pair.a, y) + reach(scene_, dynamics_.layout(), pair.b, y));
 }
 
-template <class S>
-S Impacts<S>::slow(const Pair& pair) const {
+template <class S> S Impacts<S>::slow(const Pair& pair) const {
   return S(gap_round_off<S>) * (fastest_[pair.a] + fastest_[pair.b]);
 }
 
-template <class S>
-void Impacts<S>::see_speeds(const S* y) {
+template <class S> void Impacts<S>::see_speeds(const S* y) {
   for (std::size_t i = 0; i < fastest_.size(); ++i) {
     const int at = dynamics_.layout().slots[i].velocity;
     for (int k = 0; k < 3 && at >= 0; ++k) fastest_[i] = std::max(fastest_[i], magnitude(y[at + k]));
@@ -93,8 +84,7 @@ void Impacts<S>::see_speeds(const S* y) {
 }
 
 // May the pair be struck at all? Fills failure() if not.
-template <class S>
-bool Impacts<S>::may_strike(const Pair& pair, S t, const S* y) {
+template <class S> bool Impacts<S>::may_strike(const Pair& pair, S t, const S* y) {
   const auto name = [&](int body) { return "`" + scene_.bodies[body].name + "`"; };
   for (const int body : {pair.a, pair.b})
     if (!scene_.bodies[body].fixed && scene_.bodies[body].release_s > t)
@@ -125,20 +115,18 @@ void Impacts<S>::tell(const dynamics::Blow<S>& blow, const S* after, S t, std::v
 }
 
 // Counts impacts, not their number but whether the time advances.
-template <class S>
-void Impacts<S>::advances(S t) {
+template <class S> void Impacts<S>::advances(S t) {
   const S unit = is_wide<S> ? S(0x1p-112) : S(0x1p-52);
   stalled_ = last_strike_ >= 0 && t - last_strike_ <= unit * t ? stalled_ + 1 : 0;
   last_strike_ = t;
   if (stalled_ > most_stalled)
-    failure_ = "the time does not advance over " + std::to_string(most_stalled) + " impacts at t = " +
-               format_double(static_cast<double>(t)) + " s";
+    failure_ = "the time does not advance over " + std::to_string(most_stalled) +
+               " impacts at t = " + format_double(static_cast<double>(t)) + " s";
 }
 
 template <class S>
 std::optional<Laid<S>> Impacts<S>::rests(const Pair& pair, S t, S* y, int interval, std::vector<Event>& events) {
-  const dynamics::LastBounces<S> last =
-      dynamics::last_bounces(scene_, dynamics_, pair, t, y, interval, slow(pair));
+  const dynamics::LastBounces<S> last = dynamics::last_bounces(scene_, dynamics_, pair, t, y, interval, slow(pair));
   if (!last.pulled || (pair.restitution >= 1 && !last.lies)) return {};
   const Gap<S> now = gap(scene_, dynamics_.layout(), pair, y);
   const S height = magnitude(now.rate_m_per_s) * last.flight_s / 4;
@@ -171,8 +159,7 @@ std::optional<Laid<S>> Impacts<S>::rests(const Pair& pair, S t, S* y, int interv
   return made;
 }
 
-template <class S>
-Instant<S> Impacts<S>::settle(S t, S* y, int interval, std::vector<Event>& events) {
+template <class S> Instant<S> Impacts<S>::settle(S t, S* y, int interval, std::vector<Event>& events) {
   Instant<S> made;
   made.t = t;
   made.interval = interval;
@@ -225,8 +212,7 @@ Instant<S> Impacts<S>::settle(S t, S* y, int interval, std::vector<Event>& event
   return made;
 }
 
-template <class S>
-void Impacts<S>::check_held(const S* y) {
+template <class S> void Impacts<S>::check_held(const S* y) {
   for (const Pair& pair : held_)
     if (gap(scene_, dynamics_.layout(), pair, y).gap_m > 1e18 * tiny(pair, y))
       failure_ = "`" + scene_.bodies[dynamics::ball_of(scene_, pair)].name +
@@ -254,7 +240,8 @@ S Impacts<S>::locate(const Pair& pair, const S* before, S high, S gap_high, cons
     const std::vector<S> state = again(tau);
     const Gap<S> now = gap(scene_, dynamics_.layout(), pair, state.data());
     if (magnitude(now.gap_m) <= enough || high - low <= enough * S(1e-3) * high) return tau;
-    if (now.gap_m > 0) low = tau; else high = tau;
+    if (now.gap_m > 0) low = tau;
+    else high = tau;
     tau = now.rate_m_per_s < 0 ? tau - now.gap_m / now.rate_m_per_s : S(-1);
   }
   return tau;
@@ -298,7 +285,8 @@ std::optional<typename Impacts<S>::Passage> Impacts<S>::nearest(const Pair& pair
     const S way = 4 * magnitude(now.rate_m_per_s) * (high - low);
     if (tries > 3 && now.gap_m > way + near * size) return std::nullopt;
     if (way <= round_off / 16 || now.gap_m > 64 * way + round_off) return found;
-    if (now.rate_m_per_s < 0) low = found.tau; else high = found.tau;
+    if (now.rate_m_per_s < 0) low = found.tau;
+    else high = found.tau;
   }
   return found;
 }

@@ -17,8 +17,7 @@ namespace atwood::extended {
 using dynamics::Instant;
 using dynamics::Laid;
 
-template <class S>
-class Impacts {
+template <class S> class Impacts {
  public:
   using Pair = dynamics::ContactPair;
   Impacts(const Scene& scene, dynamics::Dynamics<S>& dynamics, dynamics::Dynamics<double>& narrow, double t_end_s);
@@ -38,7 +37,11 @@ class Impacts {
   using Again = std::function<std::vector<S>(S tau)>;
   std::optional<S> first_touch(const S* before, const S* after, S taken, const Again& again) const;
   // Pairs that came near in the step before `until` and did not touch: when, and the state there.
-  struct Passage { S tau{}; Pair pair; std::vector<S> y; };
+  struct Passage {
+    S tau{};
+    Pair pair;
+    std::vector<S> y;
+  };
   std::vector<Passage> passages(const S* before, const S* after, S taken, S until, const Again& again) const;
 
   // What rests on a plane must stay there: fills failure() if it left.
@@ -49,8 +52,8 @@ class Impacts {
   // The least gap inside the step, if the pair comes nearer and goes away again within it.
   std::optional<Passage> nearest(const Pair& pair, const S* before, const S* after, S taken, const Again& again) const;
   S locate(const Pair& pair, const S* before, S high, S gap_high, const Again& again) const;
-  S tiny(const Pair& pair, const S* y) const;   // a gap that round-off can make [m]
-  S slow(const Pair& pair) const;               // a speed that round-off can make [m/s]
+  S tiny(const Pair& pair, const S* y) const;  // a gap that round-off can make [m]
+  S slow(const Pair& pair) const;              // a speed that round-off can make [m/s]
   void see_speeds(const S* y);
   bool may_strike(const Pair& pair, S t, const S* y);
   void tell(const dynamics::Blow<S>& blow, const S* after, S t, std::vector<Event>& events) const;
@@ -62,7 +65,7 @@ class Impacts {
   dynamics::Dynamics<double>& narrow_;
   double t_end_s_;
   std::vector<Pair> pairs_, held_;
-  std::vector<S> fastest_;   // each body's largest speed so far
+  std::vector<S> fastest_;  // each body's largest speed so far
   std::string failure_;
   bool branch_ = false;
   S last_strike_ = -1;

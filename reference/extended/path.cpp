@@ -13,8 +13,7 @@ using dynamics::Triple;
 
 // Quadratic drag |u| u has a kink where the wind stands still, u = 0: a ball thrown straight up meets it at its apex.
 // Steps are cut there, or no method of order 20 would see a smooth motion.
-template <class S>
-class Calms {
+template <class S> class Calms {
  public:
   Calms(const Scene& scene, const dynamics::Layout& layout) {
     for (const Force& force : scene.forces)
@@ -26,8 +25,7 @@ class Calms {
   bool any() const { return !winds_.empty(); }
 
   // First instant inside (0, taken) where a relative velocity has turned square to what it was at the start.
-  template <class Again>
-  std::optional<S> first(const S* before, const S* after, S taken, const Again& again) const {
+  template <class Again> std::optional<S> first(const S* before, const S* after, S taken, const Again& again) const {
     std::optional<S> found;
     for (const Wind& wind : winds_) {
       const Triple<S> u0 = relative(wind, before), u1 = relative(wind, after);
@@ -40,21 +38,24 @@ class Calms {
   }
 
  private:
-  struct Wind { int velocity; Triple<S> wind; };
+  struct Wind {
+    int velocity;
+    Triple<S> wind;
+  };
 
   static Triple<S> relative(const Wind& wind, const S* y) { return dynamics::read3(y + wind.velocity) - wind.wind; }
 
   // Root of u . u0 by secants. A braking body brakes less and less, so they come from the left: across the kink the
   // stepper would have to crawl.
-  template <class Again>
-  static S locate(const Wind& wind, const Triple<S>& u0, S taken, const Again& again) {
+  template <class Again> static S locate(const Wind& wind, const Triple<S>& u0, S taken, const Again& again) {
     const auto turned = [&](S tau) { return dynamics::dot(u0, relative(wind, again(tau).data())); };
     const S size = dynamics::dot(u0, u0);
     S low = 0, high = taken, low_value = size, tau = taken / 1024, value = turned(tau);
     S last = 0, last_value = low_value;
     for (int tries = 0; tries < 80; ++tries) {
       if (dynamics::magnitude(value) <= S(1e-32) * size || high - low <= S(1e-32) * taken) break;
-      if (value > 0) low = tau; else high = tau;
+      if (value > 0) low = tau;
+      else high = tau;
       S next = tau - value * (tau - last) / (value - last_value);
       if (!(next > low && next < high)) next = low + (high - low) / 2;
       last = tau;
@@ -69,8 +70,7 @@ class Calms {
 };
 
 // The walk's moving parts; `interval` is read by the rate functions that the stepper holds.
-template <class S>
-struct Walk {
+template <class S> struct Walk {
   dynamics::Dynamics<S> dynamics;
   dynamics::Dynamics<double> narrow;
   Impacts<S> impacts;

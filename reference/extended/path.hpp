@@ -12,14 +12,13 @@
 
 namespace atwood::extended {
 
-template <class S>
-struct Path {
+template <class S> struct Path {
   std::vector<std::vector<S>> states;  // at t_end k / samples
   std::vector<Event> events;
-  std::vector<Instant<S>> instants;    // of scenes with contacts: samples, switches, impacts and passages, in order
-  std::string failure;                 // empty: it came to the end
-  bool branch = false;                 // the failure is that of one instant: up to it all is well
-  S end{};                             // how far it came
+  std::vector<Instant<S>> instants;  // of scenes with contacts: samples, switches, impacts and passages, in order
+  std::string failure;               // empty: it came to the end
+  bool branch = false;               // the failure is that of one instant: up to it all is well
+  S end{};                           // how far it came
   std::int64_t steps = 0, evaluations = 0;
 };
 

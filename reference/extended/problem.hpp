@@ -10,27 +10,26 @@
 
 namespace atwood::extended {
 
-template <class S>
-using Rate = std::function<void(S t, const S* y, S* dydt)>;
+template <class S> using Rate = std::function<void(S t, const S* y, S* dydt)>;
 
 struct Problem {
   int size = 0;
-  std::vector<int> group;    // components that share a scale, one entry a component; empty: all share one
+  std::vector<int> group;  // components that share a scale, one entry a component; empty: all share one
   Rate<Wide> rate;
   Rate<double> narrow_rate;  // the same equations in double: collocation starts its iteration there
 };
 
 // From one generic function f(t, const auto* y, auto* dydt), for systems that are no scene.
-template <class F>
-Problem problem_of(int size, F f) {
-  return {size, {}, [f](Wide t, const Wide* y, Wide* dydt) { f(t, y, dydt); },
+template <class F> Problem problem_of(int size, F f) {
+  return {size,
+          {},
+          [f](Wide t, const Wide* y, Wide* dydt) { f(t, y, dydt); },
           [f](double t, const double* y, double* dydt) { f(t, y, dydt); }};
 }
 
 // The largest magnitude seen so far in each group: errors are measured against it, so that a component that passes
 // through zero asks for no more than its neighbours.
-template <class S>
-class Scale {
+template <class S> class Scale {
  public:
   Scale(int size, std::vector<int> group) : group_(std::move(group)) {
     if (group_.empty()) group_.assign(size, 0);
@@ -52,8 +51,7 @@ class Scale {
 };
 
 // One method in flight. It keeps its step size between calls and may be handed another state at any time.
-template <class S>
-class Stepper {
+template <class S> class Stepper {
  public:
   virtual ~Stepper() = default;
   // One accepted step from (t, y) of at most `limit` > 0: y becomes the state after it, the step taken is returned.
@@ -63,8 +61,7 @@ class Stepper {
 };
 
 // Steps to t + span exactly, in as many steps as it takes. False: singular.
-template <class S>
-bool advance(Stepper<S>& stepper, S t, S* y, S span) {
+template <class S> bool advance(Stepper<S>& stepper, S t, S* y, S span) {
   S done = 0;
   while (done < span) {
     const S left = span - done;

@@ -13,6 +13,7 @@ int main() {
         atwood::Status::unsupported, "fcl answers questions about contacts, it moves nothing", 0, 0, {}};
   };
   engine.contacts = atwood::fcl_adapter::find_contacts;
-  return atwood::serve(engine, {&atwood::fcl_adapter::find_gap, false,
+  return atwood::serve(engine, {&atwood::fcl_adapter::find_gap,
+                                false,
                                 {{"unit-size", atwood::rivals::at_unit_size(atwood::fcl_adapter::find_contacts)}}});
 }

@@ -99,7 +99,11 @@ struct Arm {
   }
 };
 
-struct Part { Arm arm; std::vector<Piece> piece; };  // the piece of polyhedra alone
+// The piece of polyhedra alone
+struct Part {
+  Arm arm;
+  std::vector<Piece> piece;
+};
 
 std::vector<Part> parts_of(const Shape& shape, const Place& place) {
   std::vector<Part> parts;
@@ -113,7 +117,10 @@ std::vector<Part> parts_of(const Shape& shape, const Place& place) {
   return parts;
 }
 
-struct Spin { Vector w; const Arm& arm; };
+struct Spin {
+  Vector w;
+  const Arm& arm;
+};
 
 // When of a gap that closes at this speed no more than floor_m is left, `most` when not by then.
 Real time_to_close(Real gap, Real floor_m, Real closing, Real most) {
@@ -168,7 +175,10 @@ Real stay_along_faces(const Part& p, const Part& q, const Vector& from_p_to_q, c
   return longest;
 }
 
-struct Look { bool touching = false; Real speed = 0, floor_m = 0, stay_s = 0; };
+struct Look {
+  bool touching = false;
+  Real speed = 0, floor_m = 0, stay_s = 0;
+};
 
 // All pairs of parts at one time.
 Look look(const Body& a, const Body& b, Real t_s, Real most_s) {

@@ -46,9 +46,9 @@ std::string no_separation(const Shape& a, const Shape& b);
 Real given_round_off(const Scene& scene, int body_a, int body_b);
 
 struct FirstTouch {
-  Real t_s = 0, bar_s = 0;        // 0: they overlap at the start
-  Vector normal{}, x_m{};         // at that time; the point midway
-  bool decided = true;            // false: near each other for very many steps; they may touch after t_s or not at all
+  Real t_s = 0, bar_s = 0;  // 0: they overlap at the start
+  Vector normal{}, x_m{};   // at that time; the point midway
+  bool decided = true;      // false: near each other for very many steps; they may touch after t_s or not at all
 };
 // Of two bodies on straight lines with constant spin, within [0, t_end_s].
 std::optional<FirstTouch> first_touch(const Scene& scene, int body_a, int body_b, double t_end_s);

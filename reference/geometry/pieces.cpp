@@ -76,7 +76,9 @@ Real longest_side(const Real3& a, const Real3& b, const Real3& c) {
 
 // Which sides of the plane through three of the points the others lie on. In long double where that decides, else in
 // quad.
-struct Sides { bool below = false, beyond = false; };
+struct Sides {
+  bool below = false, beyond = false;
+};
 Sides sides(const std::vector<Real3>& points, std::size_t i, std::size_t j, std::size_t k, Real extent) {
   const Vector rough = normal_of<Real>(points[i], points[j], points[k]);
   const Real doubt = 256 * kUnit * extent * extent * extent;

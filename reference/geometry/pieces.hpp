@@ -32,26 +32,34 @@ inline Vector turned(const Place& place, const Vector& v) {
 
 // A convex polyhedron, polygon, segment or point, all within radius_m. World axes [m].
 struct Piece {
-  int dimension = 3;                     // 0 point, 1 segment, 2 polygon, 3 solid
+  int dimension = 3;  // 0 point, 1 segment, 2 polygon, 3 solid
   std::vector<Vector> vertices;
   struct Face {
     Vector normal;
     std::vector<int> corners;
     Real sharpness = 1;
-  };                                     // sharpness: height over length of a triangle,
-                                         // what its normal loses of round-off
-  std::vector<Face> faces;               // a polygon has one; of a hull's faces several triangles may overlap
+  };                        // sharpness: height over length of a triangle,
+                            // what its normal loses of round-off
+  std::vector<Face> faces;  // a polygon has one; of a hull's faces several triangles may overlap
   std::vector<std::array<int, 2>> edges;
   Real radius_m = 0;
 };
 std::vector<Piece> pieces_of(const Shape& shape, const Place& place);
 
-struct RoundBar { Vector centre, axis; Real radius_m = 0, half_length_m = 0; };  // a cylinder
-struct HalfSpace { Vector normal; Real offset_m = 0; };  // unit normal; the plane's free side is outside
+// a cylinder
+struct RoundBar {
+  Vector centre, axis;
+  Real radius_m = 0, half_length_m = 0;
+};
+// Unit normal; the plane's free side is outside
+struct HalfSpace {
+  Vector normal;
+  Real offset_m = 0;
+};
 
 // ---- separations of one piece -------------------------------------------------------------------------------------
 Separation separation(const Piece& a, const Piece& b);
-Separation above(const Piece& a, const HalfSpace& plane);      // normal from a to the plane
+Separation above(const Piece& a, const HalfSpace& plane);  // normal from a to the plane
 Separation above(const RoundBar& a, const HalfSpace& plane);
 Separation from_ball(const Vector& centre, Real radius_m, const RoundBar& b);
 

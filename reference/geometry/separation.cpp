@@ -11,7 +11,9 @@
 namespace atwood::geometry {
 namespace {
 
-struct Range { Real low, high; };
+struct Range {
+  Real low, high;
+};
 Range range(const Piece& piece, const Vector& n) {
   Range r{dot(n, piece.vertices.front()), 0};
   r.high = r.low;
@@ -31,7 +33,12 @@ Real reach(const Piece& piece) {
 }
 
 // ---- axes ---------------------------------------------------------------------------------------------------------
-struct Axis { Vector normal; Real s; Real sharpness; };  // sharpness: sine of the edges' angle, what the cross lost
+// sharpness: sine of the edges' angle, what the cross lost
+struct Axis {
+  Vector normal;
+  Real s;
+  Real sharpness;
+};
 
 class Axes {
  public:
@@ -93,7 +100,11 @@ class Axes {
 // ---- closest features ---------------------------------------------------------------------------------------------
 // Two points, and the normal of the features they are on: unit, sign open; zero: the points' own direction is all there
 // is.
-struct Candidate { Real distance; Vector on_a, on_b, normal; Real sharpness; };
+struct Candidate {
+  Real distance;
+  Vector on_a, on_b, normal;
+  Real sharpness;
+};
 
 // The closest points, and all that are as close within slack_m: a point d away that is off by e along its feature looks
 // no further than by e^2 / 2 d, so round-off of the distances leaves the feature open, and with it the direction.
@@ -137,7 +148,9 @@ void vertices_to_faces(const Piece& a, const Piece& b, bool swapped, Closest& cl
     }
 }
 
-struct Segment { Vector from, along; };
+struct Segment {
+  Vector from, along;
+};
 std::vector<Segment> segments(const Piece& piece) {
   std::vector<Segment> all;
   for (const auto& [from, to] : piece.edges) {
@@ -167,8 +180,7 @@ void segment_to_segment(const Segment& p, const Segment& q, Closest& closest) {
   const Vector r = q.from - p.from;
   const Real s = dot(cross(r, q.along), n) / nn, t = dot(cross(r, p.along), n) / nn;
   if (s < 0 || s > 1 || t < 0 || t > 1) return;
-  closest.offer(p.from + s * p.along, q.from + t * q.along, (1 / std::sqrt(nn)) * n,
-                std::sqrt(nn / (pp * qq)));
+  closest.offer(p.from + s * p.along, q.from + t * q.along, (1 / std::sqrt(nn)) * n, std::sqrt(nn / (pp * qq)));
 }
 
 Closest closest_features(const Piece& a, const Piece& b, Real slack_m) {

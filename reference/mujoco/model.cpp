@@ -39,10 +39,7 @@ std::string coefficients(double friction, double rolling_friction_m) {
 class Writer {
  public:
   Writer(const Scene& scene, const Settings& settings, const std::vector<bool>& held)
-      : scene_(scene),
-        settings_(settings),
-        held_(held),
-        order_(precedences(scene)),
+      : scene_(scene), settings_(settings), held_(held), order_(precedences(scene)),
         collide_(rivals::shapes_matter(scene)) {}
 
   std::string write() {

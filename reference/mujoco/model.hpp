@@ -20,8 +20,12 @@
 
 namespace atwood::mujoco {
 
-struct FreeModel { void operator()(mjModel* model) const { mj_deleteModel(model); } };
-struct FreeData { void operator()(mjData* data) const { mj_deleteData(data); } };
+struct FreeModel {
+  void operator()(mjModel* model) const { mj_deleteModel(model); }
+};
+struct FreeData {
+  void operator()(mjData* data) const { mj_deleteData(data); }
+};
 using Model = std::unique_ptr<mjModel, FreeModel>;
 using Data = std::unique_ptr<mjData, FreeData>;
 

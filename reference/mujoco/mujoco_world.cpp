@@ -193,8 +193,8 @@ Settings tuned_settings() {
 }
 
 std::set<std::string> fixed_settings() {
-  return {"scalar", "step", "pair_law", "restitution", "spinning_friction", "forces", "sleeping", "linear_damping",
-          "angular_damping"};
+  return {"scalar", "step",     "pair_law",       "restitution",    "spinning_friction",
+          "forces", "sleeping", "linear_damping", "angular_damping"};
 }
 
 void check_settings(const Settings& settings) {

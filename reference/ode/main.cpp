@@ -1,5 +1,5 @@
-#include "ode/ode.hpp"
 #include "ode/contacts.hpp"
+#include "ode/ode.hpp"
 #include "protocol/worker.hpp"
 #include "rivals/unit_size.hpp"
 

@@ -20,7 +20,10 @@ Engine ode_engine() {
       {"tuned",
        "ODE with the settings that `atwood tune` found for the class of the scene (free flight, bounce, friction, stack, "
        "heap): the default's where none were better on scenes held out.",
-       ode::default_settings(), {}, false, true}};
+       ode::default_settings(),
+       {},
+       false,
+       true}};
   rival.fixed = ode::fixed_settings();
   rival.check = ode::check_settings;
   rival.refusal = [](const Scene& scene, const Settings&) { return ode::refusal(scene); };

@@ -8,14 +8,11 @@ namespace atwood::odeint {
 
 namespace {
 
-template <std::size_t steps>
-struct Bashforth {
-  template <class S>
-  using Of = boost::numeric::odeint::adams_bashforth<steps, std::vector<S>, S>;
+template <std::size_t steps> struct Bashforth {
+  template <class S> using Of = boost::numeric::odeint::adams_bashforth<steps, std::vector<S>, S>;
 };
 
-template <std::size_t steps>
-Entry entry() {
+template <std::size_t steps> Entry entry() {
   const std::string n = std::to_string(steps);
   Entry made =
       plain<Bashforth<steps>::template Of>("adams_bashforth" + n, "adams_bashforth<" + n + ", state, real>",

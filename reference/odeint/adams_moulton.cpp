@@ -10,19 +10,14 @@ namespace atwood::odeint {
 
 namespace {
 
-template <std::size_t steps>
-struct Moulton {
-  template <class S>
-  using Of = boost::numeric::odeint::adams_bashforth_moulton<steps, std::vector<S>, S>;
+template <std::size_t steps> struct Moulton {
+  template <class S> using Of = boost::numeric::odeint::adams_bashforth_moulton<steps, std::vector<S>, S>;
 };
-template <std::size_t steps>
-struct Adaptive {
-  template <class S>
-  using Of = boost::numeric::odeint::adaptive_adams_bashforth_moulton<steps, std::vector<S>, S>;
+template <std::size_t steps> struct Adaptive {
+  template <class S> using Of = boost::numeric::odeint::adaptive_adams_bashforth_moulton<steps, std::vector<S>, S>;
 };
 
-template <std::size_t steps>
-void add(std::vector<Entry>& all) {
+template <std::size_t steps> void add(std::vector<Entry>& all) {
   const std::string n = std::to_string(steps);
   all.push_back(plain<Moulton<steps>::template Of>(
       "adams_bashforth_moulton" + n, "adams_bashforth_moulton<" + n + ", state, real>",
@@ -32,8 +27,7 @@ void add(std::vector<Entry>& all) {
 // adams_moulton takes no step of its own: a prediction and past derivatives are handed to it. adams_bashforth_moulton
 // is what hands them, so its corrected steps show the corrector's order (one correction of a prediction of order p - 1
 // has order p).
-template <std::size_t steps>
-void add_corrector(std::vector<Entry>& all) {
+template <std::size_t steps> void add_corrector(std::vector<Entry>& all) {
   const std::string n = std::to_string(steps);
   Entry made = plain<Moulton<steps>::template Of>(
       "adams_moulton" + n, "adams_bashforth_moulton<" + n + ", state, real>",
@@ -44,8 +38,7 @@ void add_corrector(std::vector<Entry>& all) {
   all.push_back(made);
 }
 
-template <std::size_t steps>
-void add_adaptive(std::vector<Entry>& all) {
+template <std::size_t steps> void add_adaptive(std::vector<Entry>& all) {
   const std::string n = std::to_string(steps);
   all.push_back(plain<Adaptive<steps>::template Of>(
       "adaptive_adams_bashforth_moulton" + n, "adaptive_adams_bashforth_moulton<" + n + ", state, real>",

@@ -41,8 +41,7 @@ void add_controlled(std::vector<Entry>& all);
 void add_implicit(std::vector<Entry>& all);
 
 // The equations in the form that odeint calls: system(x, dxdt, t).
-template <class S>
-struct System {
+template <class S> struct System {
   const stepping::Equations<S>* equations;
   void operator()(const std::vector<S>& x, std::vector<S>& dxdt, S t) const {
     equations->rate(t, x.data(), dxdt.data());
@@ -50,8 +49,7 @@ struct System {
 };
 
 // A stepper with do_step alone.
-template <class S, class Odeint>
-class Plain : public stepping::Stepper<S> {
+template <class S, class Odeint> class Plain : public stepping::Stepper<S> {
  public:
   Plain(const stepping::Equations<S>& equations, const std::vector<S>& y, const Choice& choice)
       : system_{&equations}, out_(y.size()), in_place_(choice.in_place) {}

@@ -19,12 +19,9 @@ namespace {
 
 namespace lib = boost::numeric::odeint;
 
-template <class S>
-using CashKarp = lib::runge_kutta_cash_karp54<std::vector<S>, S>;
-template <class S>
-using Dopri5 = lib::runge_kutta_dopri5<std::vector<S>, S>;
-template <class S>
-using Fehlberg78 = lib::runge_kutta_fehlberg78<std::vector<S>, S>;
+template <class S> using CashKarp = lib::runge_kutta_cash_karp54<std::vector<S>, S>;
+template <class S> using Dopri5 = lib::runge_kutta_dopri5<std::vector<S>, S>;
+template <class S> using Fehlberg78 = lib::runge_kutta_fehlberg78<std::vector<S>, S>;
 
 template <class S, class Odeint>
 std::unique_ptr<stepping::Stepper<S>> make_runge_kutta(const stepping::Equations<S>& equations, const std::vector<S>& y,
@@ -59,8 +56,7 @@ std::unique_ptr<stepping::Stepper<S>> make_adams(const stepping::Equations<S>& e
                      h_s);
 }
 
-template <template <class> class Of>
-Entry controlled(const std::string& stepper, const std::string& words) {
+template <template <class> class Of> Entry controlled(const std::string& stepper, const std::string& words) {
   Entry made;
   made.name = "controlled/" + stepper;
   made.type = "make_controlled(atol, rtol, " + stepper + "<state, real>())";

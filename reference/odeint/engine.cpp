@@ -70,10 +70,8 @@ std::string read_choice(const MethodId& id, const Entry& entry, Choice& choice) 
   for (const auto& [key, value] : id.overrides) {
     const auto* flag = std::get_if<bool>(&value);
     const auto* real = std::get_if<double>(&value);
-    if (key == "in_place" && entry.has_in_place && flag)
-      choice.in_place = *flag;
-    else if (key == "epsilon" && entry.has_epsilon && real && *real > 0)
-      choice.epsilon = *real;
+    if (key == "in_place" && entry.has_in_place && flag) choice.in_place = *flag;
+    else if (key == "epsilon" && entry.has_epsilon && real && *real > 0) choice.epsilon = *real;
     else
       return "odeint's " + entry.name + " has no setting `" + key + "` of that value; it has " +
              (entry.has_in_place  ? "in_place"
@@ -86,7 +84,8 @@ std::string read_choice(const MethodId& id, const Entry& entry, Choice& choice) 
 Outcome run_method(const MethodId& asked, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
   MethodId id = asked;
   int rate_repeats = 1;
-  if (const std::string why = stepping::take_rate_repeats(id, rate_repeats); !why.empty()) return stepping::refusal(why);
+  if (const std::string why = stepping::take_rate_repeats(id, rate_repeats); !why.empty())
+    return stepping::refusal(why);
   const auto found =
       std::find_if(entries().begin(), entries().end(), [&](const Entry& entry) { return entry.name == id.scheme; });
   if (found == entries().end())
@@ -94,11 +93,12 @@ Outcome run_method(const MethodId& asked, const Scene& scene, const Plan& plan, 
   Choice choice;
   if (const std::string why = read_choice(id, *found, choice); !why.empty()) return stepping::refusal(why);
   const auto with = [&]<class S>(odeint::Make<S> make) {
-    return stepping::run<S>("odeint", scene, plan, observer, repeats, found->by_tolerance,
-                            [&](const stepping::Equations<S>& equations, const std::vector<S>& y, S h_s) {
-                              return make(equations, y, h_s, choice);
-                            },
-                            rate_repeats);
+    return stepping::run<S>(
+        "odeint", scene, plan, observer, repeats, found->by_tolerance,
+        [&](const stepping::Equations<S>& equations, const std::vector<S>& y, S h_s) {
+          return make(equations, y, h_s, choice);
+        },
+        rate_repeats);
   };
   return id.scalar == "long-double" ? with(found->in_long_double) : with(found->in_double);
 }

@@ -13,17 +13,14 @@ namespace {
 
 namespace lib = boost::numeric::odeint;
 using stepping::Equations;
-template <class S>
-using Vector = boost::numeric::ublas::vector<S>;
-template <class S>
-using Matrix = boost::numeric::ublas::matrix<S>;
+template <class S> using Vector = boost::numeric::ublas::vector<S>;
+template <class S> using Matrix = boost::numeric::ublas::matrix<S>;
 
 // A step of these takes a few evaluations. An iteration inside the library that never ends would hang the worker: it is
 // ended.
 constexpr int kMostEvaluations = 1000;
 
-template <class S>
-struct Rate {
+template <class S> struct Rate {
   const Equations<S>* equations;
   int* evaluations;  // of this step so far; null: not counted
   void operator()(const Vector<S>& x, Vector<S>& dxdt, S t) const {
@@ -34,8 +31,7 @@ struct Rate {
     equations->rate(t, &x[0], &dxdt[0]);
   }
 };
-template <class S>
-struct Jacobian {
+template <class S> struct Jacobian {
   const Equations<S>* equations;
   void operator()(const Vector<S>& x, Matrix<S>& dfdx, S t, Vector<S>& dfdt) const {
     equations->jacobian(t, &x[0], &dfdx.data()[0], &dfdt[0]);  // row-major, as uBLAS keeps it
@@ -45,21 +41,15 @@ struct Jacobian {
     (*this)(x, dfdx, t, dfdt);
   }
 };
-template <class S>
-using Pair = std::pair<Rate<S>, Jacobian<S>>;
-template <class S>
-Pair<S> pair_of(const Equations<S>& equations, int* evaluations) {
+template <class S> using Pair = std::pair<Rate<S>, Jacobian<S>>;
+template <class S> Pair<S> pair_of(const Equations<S>& equations, int* evaluations) {
   return {Rate<S>{&equations, evaluations}, Jacobian<S>{&equations}};
 }
 
-template <class S, class Odeint, bool has_out>
-class Implicit : public stepping::Stepper<S> {
+template <class S, class Odeint, bool has_out> class Implicit : public stepping::Stepper<S> {
  public:
   Implicit(const Equations<S>& equations, const std::vector<S>& y, Odeint stepper, bool in_place)
-      : system_(pair_of(equations, &evaluations_)),
-        stepper_(std::move(stepper)),
-        x_(y.size()),
-        out_(y.size()),
+      : system_(pair_of(equations, &evaluations_)), stepper_(std::move(stepper)), x_(y.size()), out_(y.size()),
         in_place_(in_place) {}
   void step(S t_s, S h_s, std::vector<S>& y) override {
     evaluations_ = 0;

@@ -17,28 +17,17 @@ namespace {
 
 namespace lib = boost::numeric::odeint;
 
-template <class S>
-using Euler = lib::euler<std::vector<S>, S>;
-template <class S>
-using Midpoint = lib::modified_midpoint<std::vector<S>, S>;
-template <class S>
-using Rk4 = lib::runge_kutta4<std::vector<S>, S>;
-template <class S>
-using Rk4Classic = lib::runge_kutta4_classic<std::vector<S>, S>;
-template <class S>
-using CashKarp = lib::runge_kutta_cash_karp54<std::vector<S>, S>;
-template <class S>
-using CashKarpClassic = lib::runge_kutta_cash_karp54_classic<std::vector<S>, S>;
-template <class S>
-using Dopri5 = lib::runge_kutta_dopri5<std::vector<S>, S>;
-template <class S>
-using Fehlberg78 = lib::runge_kutta_fehlberg78<std::vector<S>, S>;
-template <class S>
-using Extrapolation4 = lib::extrapolation_stepper<4, std::vector<S>, S>;
-template <class S>
-using Extrapolation6 = lib::extrapolation_stepper<6, std::vector<S>, S>;
-template <class S>
-using Extrapolation8 = lib::extrapolation_stepper<8, std::vector<S>, S>;
+template <class S> using Euler = lib::euler<std::vector<S>, S>;
+template <class S> using Midpoint = lib::modified_midpoint<std::vector<S>, S>;
+template <class S> using Rk4 = lib::runge_kutta4<std::vector<S>, S>;
+template <class S> using Rk4Classic = lib::runge_kutta4_classic<std::vector<S>, S>;
+template <class S> using CashKarp = lib::runge_kutta_cash_karp54<std::vector<S>, S>;
+template <class S> using CashKarpClassic = lib::runge_kutta_cash_karp54_classic<std::vector<S>, S>;
+template <class S> using Dopri5 = lib::runge_kutta_dopri5<std::vector<S>, S>;
+template <class S> using Fehlberg78 = lib::runge_kutta_fehlberg78<std::vector<S>, S>;
+template <class S> using Extrapolation4 = lib::extrapolation_stepper<4, std::vector<S>, S>;
+template <class S> using Extrapolation6 = lib::extrapolation_stepper<6, std::vector<S>, S>;
+template <class S> using Extrapolation8 = lib::extrapolation_stepper<8, std::vector<S>, S>;
 
 }  // namespace
 

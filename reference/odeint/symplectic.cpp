@@ -16,8 +16,7 @@ using stepping::Equations;
 using stepping::Failure;
 
 // Accelerations alone, from the whole rate: y = (q, p).
-template <class S>
-struct Acceleration {
+template <class S> struct Acceleration {
   const Equations<S>* equations;
   std::vector<S>* y;
   std::vector<S>* dydt;
@@ -36,8 +35,7 @@ struct Acceleration {
   }
 };
 
-template <class S>
-class Pairs : public stepping::Stepper<S> {
+template <class S> class Pairs : public stepping::Stepper<S> {
  public:
   Pairs(const Equations<S>& equations, const std::vector<S>& y)
       : n_(equations.positions), y_(y), dydt_(y.size()), force_{&equations, &y_, &dydt_} {
@@ -61,8 +59,7 @@ class Pairs : public stepping::Stepper<S> {
   Acceleration<S> force_;
 };
 
-template <class S, class Odeint>
-class Symplectic : public Pairs<S> {
+template <class S, class Odeint> class Symplectic : public Pairs<S> {
  public:
   Symplectic(const Equations<S>& equations, const std::vector<S>& y, const Choice& choice)
       : Pairs<S>(equations, y), in_place_(choice.in_place) {
@@ -91,8 +88,7 @@ class Symplectic : public Pairs<S> {
   bool in_place_;
 };
 
-template <class S>
-class Verlet : public Pairs<S> {
+template <class S> class Verlet : public Pairs<S> {
  public:
   Verlet(const Equations<S>& equations, const std::vector<S>& y, const Choice& choice)
       : Pairs<S>(equations, y), a_(this->n_), in_place_(choice.in_place) {
@@ -133,15 +129,11 @@ std::unique_ptr<stepping::Stepper<S>> make_verlet(const Equations<S>& equations,
   return std::make_unique<Verlet<S>>(equations, y, choice);
 }
 
-template <class S>
-using Euler = lib::symplectic_euler<std::vector<S>, std::vector<S>, S>;
-template <class S>
-using Sb3a = lib::symplectic_rkn_sb3a_mclachlan<std::vector<S>, std::vector<S>, S>;
-template <class S>
-using Sb3aM4 = lib::symplectic_rkn_sb3a_m4_mclachlan<std::vector<S>, std::vector<S>, S>;
+template <class S> using Euler = lib::symplectic_euler<std::vector<S>, std::vector<S>, S>;
+template <class S> using Sb3a = lib::symplectic_rkn_sb3a_mclachlan<std::vector<S>, std::vector<S>, S>;
+template <class S> using Sb3aM4 = lib::symplectic_rkn_sb3a_m4_mclachlan<std::vector<S>, std::vector<S>, S>;
 
-template <template <class> class Of>
-Entry symplectic(const std::string& name, const std::string& doc) {
+template <template <class> class Of> Entry symplectic(const std::string& name, const std::string& doc) {
   Entry made;
   made.name = name;
   made.type = name + "<state, state, real>";

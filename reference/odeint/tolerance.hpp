@@ -18,8 +18,7 @@ inline constexpr std::int64_t kMostTrials = 2000000;  // of a run: more is no pr
 
 // try_step(system, x, t, dt): t and x move when the step is accepted, dt becomes the next one in any case. The last
 // step before a sample is cut to end there; the step before the cut is taken up again after it.
-template <class S, class Controlled, class TheSystem, class State>
-class ByTrial : public stepping::Stepper<S> {
+template <class S, class Controlled, class TheSystem, class State> class ByTrial : public stepping::Stepper<S> {
  public:
   ByTrial(TheSystem system, Controlled controlled, std::size_t size, S h_s)
       : system_(std::move(system)), controlled_(std::move(controlled)), x_(size), dt_(h_s) {}
@@ -51,8 +50,7 @@ class ByTrial : public stepping::Stepper<S> {
 };
 
 // initialize(x, t, dt), do_step(system) until the sample is behind, calc_state(t, x): interpolated.
-template <class S, class Dense, class TheSystem, class State>
-class ByDenseOutput : public stepping::Stepper<S> {
+template <class S, class Dense, class TheSystem, class State> class ByDenseOutput : public stepping::Stepper<S> {
  public:
   ByDenseOutput(TheSystem system, Dense dense, const std::vector<S>& y, S h_s)
       : system_(std::move(system)), dense_(std::move(dense)), x_(y.size()) {

@@ -24,8 +24,8 @@ std::string schemes(const Rival& rival) {
 
 Outcome run(const Rival& rival, const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer,
             int repeats) {
-  const auto preset = std::find_if(rival.presets.begin(), rival.presets.end(),
-                                   [&](const Preset& p) { return p.scheme == id.scheme; });
+  const auto preset =
+      std::find_if(rival.presets.begin(), rival.presets.end(), [&](const Preset& p) { return p.scheme == id.scheme; });
   if (id.engine != rival.name || preset == rival.presets.end()) {
     return unsupported(rival.name + " offers " + schemes(rival) + ", not " + id.engine + "/" + id.scheme);
   }

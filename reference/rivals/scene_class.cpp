@@ -20,7 +20,8 @@ constexpr double kTouching = 1e-3;  // of the smaller body's radius
 
 bool touch(const Scene& scene, int a, int b) {
   const Body &one = scene.bodies[static_cast<std::size_t>(a)], &other = scene.bodies[static_cast<std::size_t>(b)];
-  const double r = bounding_radius_m(one.shape), s = bounding_radius_m(other.shape), near_m = kTouching * std::min(r, s);
+  const double r = bounding_radius_m(one.shape), s = bounding_radius_m(other.shape),
+               near_m = kTouching * std::min(r, s);
   const double apart_m = length(one.position_m - other.position_m);
   if (std::isfinite(r) && std::isfinite(s) && apart_m > r + s + near_m) return false;
   if (geometry::no_separation(one.shape, other.shape).empty()) {
@@ -31,7 +32,7 @@ bool touch(const Scene& scene, int a, int b) {
   }
   if (std::isfinite(r) && std::isfinite(s)) return true;
   // A plane against a shape without exact geometry: does its sphere reach the plane?
-  const Body &body = std::isfinite(r) ? one : other;
+  const Body& body = std::isfinite(r) ? one : other;
   const Plane& plane = std::get<Plane>((std::isfinite(r) ? other : one).shape);
   const double norm = length(plane.normal);
   return (dot(plane.normal, body.position_m) - plane.offset_m) / norm <= bounding_radius_m(body.shape) + near_m;
@@ -58,8 +59,8 @@ SceneClass scene_class(const Scene& scene) {
     restitution = restitution || law.restitution > 0;
     friction = friction || law.friction > 0 || law.rolling_friction_m > 0;
   }
-  const bool at_rest =
-      std::all_of(movable.begin(), movable.end(), [&](int i) { return still(scene.bodies[static_cast<std::size_t>(i)]); });
+  const bool at_rest = std::all_of(movable.begin(), movable.end(),
+                                   [&](int i) { return still(scene.bodies[static_cast<std::size_t>(i)]); });
   if (count >= 2 && at_rest && !restitution) {
     for (std::size_t i = 0; i < movable.size(); ++i)
       for (std::size_t j = i + 1; j < movable.size(); ++j)
@@ -75,13 +76,12 @@ SceneClass scene_class(const Scene& scene) {
 
 namespace {
 
-constexpr std::array<std::pair<SceneClass, const char*>, 6> kNames{
-    {{SceneClass::free_flight, "free-flight"},
-     {SceneClass::bounce, "bounce"},
-     {SceneClass::friction, "friction"},
-     {SceneClass::stack, "stack"},
-     {SceneClass::heap, "heap"},
-     {SceneClass::mechanism, "mechanism"}}};
+constexpr std::array<std::pair<SceneClass, const char*>, 6> kNames{{{SceneClass::free_flight, "free-flight"},
+                                                                    {SceneClass::bounce, "bounce"},
+                                                                    {SceneClass::friction, "friction"},
+                                                                    {SceneClass::stack, "stack"},
+                                                                    {SceneClass::heap, "heap"},
+                                                                    {SceneClass::mechanism, "mechanism"}}};
 
 }  // namespace
 

@@ -24,8 +24,8 @@ enum class SceneClass { free_flight, bounce, friction, stack, heap, mechanism };
 // spheres around both. The order of the bodies changes nothing, nor do units.
 SceneClass scene_class(const Scene& scene);
 
-std::string to_string(SceneClass scene_class);                       // "free-flight", ...
-std::optional<SceneClass> scene_class_of(const std::string& name);   // nothing: no such class
+std::string to_string(SceneClass scene_class);                      // "free-flight", ...
+std::optional<SceneClass> scene_class_of(const std::string& name);  // nothing: no such class
 const std::vector<SceneClass>& all_scene_classes();
 
 }  // namespace atwood::rivals

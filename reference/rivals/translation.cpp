@@ -9,8 +9,8 @@
 namespace atwood::rivals {
 namespace {
 
-constexpr const char* kShapeNames[] = {"none",     "sphere", "plane", "rectangle", "box", "capsule",
-                                       "cylinder", "convex", "mesh",  "compound"};
+constexpr const char* kShapeNames[] = {"none",    "sphere",   "plane",  "rectangle", "box",
+                                       "capsule", "cylinder", "convex", "mesh",      "compound"};
 static_assert(std::size(kShapeNames) == std::variant_size_v<Shape>);
 
 const char* type_name(const SettingValue& value) {

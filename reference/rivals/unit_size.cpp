@@ -7,7 +7,7 @@ namespace atwood::rivals {
 namespace {
 
 struct Scale {
-  double k;       // units a metre
+  double k;  // units a metre
   Real3 origin_m;
 
   void operator()(std::monostate&) const {}

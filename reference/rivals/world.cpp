@@ -25,8 +25,7 @@ class Stepper {
   }
 
   // Step n of the plan; `before` runs ahead of every inner step, `after` behind it, with the inner step's start time.
-  template <class Before, class After>
-  void step(std::int64_t n, const Before& before, const After& after) {
+  template <class Before, class After> void step(std::int64_t n, const Before& before, const After& after) {
     const bool recorded = !plan_.frame_ends_s.empty();
     const double begin_s = recorded ? step_begin_s<double>(plan_, n) : 0;
     if (recorded) inner_h_s_ = (step_begin_s<double>(plan_, n + 1) - begin_s) / static_cast<double>(substeps_);
@@ -79,10 +78,14 @@ class Stepper {
 };
 
 bool finite(const Motion& m) {
-  for (double x : m.p_WB) if (!std::isfinite(x)) return false;
-  for (double x : m.q_WB) if (!std::isfinite(x)) return false;
-  for (double x : m.v_WB) if (!std::isfinite(x)) return false;
-  for (double x : m.w_WB_B) if (!std::isfinite(x)) return false;
+  for (double x : m.p_WB)
+    if (!std::isfinite(x)) return false;
+  for (double x : m.q_WB)
+    if (!std::isfinite(x)) return false;
+  for (double x : m.v_WB)
+    if (!std::isfinite(x)) return false;
+  for (double x : m.w_WB_B)
+    if (!std::isfinite(x)) return false;
   return true;
 }
 
@@ -201,8 +204,13 @@ Outcome accuracy_pass(const WorldMaker& make, const Scene& scene, const Plan& pl
   if (observer.sample) observer.sample(sample_of(scene, stepper, 0));
   for (std::int64_t n = 0; n < plan.steps; ++n) {
     stepper.step(
-        n, [&] { if (log) impacts.before(stepper); },
-        [&](double t_s) { if (log) impacts.after(t_s, *world, stepper); });
+        n,
+        [&] {
+          if (log) impacts.before(stepper);
+        },
+        [&](double t_s) {
+          if (log) impacts.after(t_s, *world, stepper);
+        });
     outcome.steps_taken = n + 1;
     if ((n + 1) % stride != 0) continue;
     if (const auto reason = not_finite(scene, stepper, n + 1)) {
@@ -228,7 +236,9 @@ Outcome timed_pass(const WorldMaker& make, const Scene& scene, const Plan& plan,
     const auto world = make(scene, false);
     Stepper stepper(scene, plan, substeps, *world);
     const auto start = std::chrono::steady_clock::now();
-    for (std::int64_t n = 0; n < plan.steps; ++n) stepper.step(n, [] {}, [](double) {});
+    for (std::int64_t n = 0; n < plan.steps; ++n)
+      stepper.step(
+          n, [] {}, [](double) {});
     const auto stop = std::chrono::steady_clock::now();
     if (const auto reason = not_finite(scene, stepper, plan.steps)) {
       outcome.status = Status::not_finite;
@@ -252,7 +262,8 @@ Outcome profile_pass(const WorldMaker& make, const Scene& scene, const Plan& pla
   profile.step_ns.reserve(static_cast<std::size_t>(plan.steps));
   auto before = std::chrono::steady_clock::now();
   for (std::int64_t n = 0; n < plan.steps; ++n) {
-    stepper.step(n, [] {}, [](double) {});
+    stepper.step(
+        n, [] {}, [](double) {});
     const auto after = std::chrono::steady_clock::now();
     profile.step_ns.push_back(std::chrono::duration_cast<std::chrono::nanoseconds>(after - before).count());
     before = after;
@@ -270,8 +281,8 @@ Outcome profile_pass(const WorldMaker& make, const Scene& scene, const Plan& pla
 Outcome run_world(const WorldMaker& make, const Scene& scene, const Plan& plan, const Observer& observer, int repeats,
                   std::int64_t substeps) {
   Outcome outcome = observer.profile ? profile_pass(make, scene, plan, substeps, *observer.profile)
-                    : repeats > 0 ? timed_pass(make, scene, plan, repeats, substeps)
-                                    : accuracy_pass(make, scene, plan, observer, substeps);
+                    : repeats > 0    ? timed_pass(make, scene, plan, repeats, substeps)
+                                     : accuracy_pass(make, scene, plan, observer, substeps);
   if (!scene.forces.empty()) {
     const bool at_each_rate_call = outcome.rate_evaluations > 0;
     if (!at_each_rate_call) outcome.rate_evaluations = outcome.steps_taken * substeps;

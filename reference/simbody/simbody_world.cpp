@@ -296,8 +296,8 @@ Settings settings_of(const std::string& integrator, double accuracy) {
 }
 
 std::set<std::string> fixed_settings() {
-  return {"scalar", "step", "pair_law", "forces", "attitude", "sleeping", "linear_damping", "angular_damping", "steps",
-          "longest_step"};
+  return {"scalar",   "step",           "pair_law",        "forces", "attitude",
+          "sleeping", "linear_damping", "angular_damping", "steps",  "longest_step"};
 }
 
 void check_settings(const Settings& settings) {

@@ -31,8 +31,7 @@ class Differences {
  public:
   Differences(const Scene& scene, double t_end_s)
       : motion_(scene, t_end_s), y_(motion_.size()), sum_(motion_.size()), f_(motion_.size()) {}
-  template <class S>
-  void fill(S t_s, const S* y, S* dfdy, S* dfdt) {
+  template <class S> void fill(S t_s, const S* y, S* dfdy, S* dfdt) {
     const int n = motion_.size();
     for (int j = 0; j < n; ++j) {
       const long double width = 1e-4L * std::max(1.0L, std::fabs(static_cast<long double>(y[j])));
@@ -50,8 +49,7 @@ class Differences {
 
  private:
   static constexpr std::pair<long double, long double> kStencil[] = {{1, 8}, {-1, -8}, {2, -1}, {-2, 1}};
-  template <class S>
-  void begin(const S* y) {
+  template <class S> void begin(const S* y) {
     std::copy_n(y, y_.size(), y_.begin());
     std::fill(sum_.begin(), sum_.end(), 0);
   }
@@ -63,8 +61,7 @@ class Differences {
   std::vector<long double> y_, sum_, f_;
 };
 
-template <class S>
-struct Course {
+template <class S> struct Course {
   const Scene& scene;
   const Plan& plan;
   const Observer& observer;
@@ -77,13 +74,8 @@ struct Course {
   std::unique_ptr<Stepper<S>> stepper;
 
   Course(const Scene& given, const Plan& asked, const Observer& to, bool tolerance, int rate_repeats)
-      : scene(given),
-        plan(asked),
-        observer(to),
-        by_tolerance(tolerance),
-        motion(given, asked.t_end_s),
-        differences(given, asked.t_end_s),
-        y(dynamics::pack<S>(given)) {
+      : scene(given), plan(asked), observer(to), by_tolerance(tolerance), motion(given, asked.t_end_s),
+        differences(given, asked.t_end_s), y(dynamics::pack<S>(given)) {
     equations.size = motion.size();
     const int positions = motion.layout().positions;
     if (scene.problem.empty() && 2 * positions == equations.size) equations.positions = positions;

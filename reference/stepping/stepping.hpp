@@ -16,13 +16,12 @@ namespace atwood::stepping {
 
 // y' = f(t, y) as a library sees it; reference/dynamics/state.hpp says how a scene is laid out in y. Outlives its
 // stepper.
-template <class S>
-struct Equations {
+template <class S> struct Equations {
   int size = 0;
-  int positions = 0;                  // y[0, positions) are positions, y[positions, 2 positions) their velocities;
-                                      // 0 when y is more than that (rotation, a bare problem)
-  bool velocity_dependent = false;    // accelerations depend on velocities
-  bool time_dependent = false;        // ... on time
+  int positions = 0;                // y[0, positions) are positions, y[positions, 2 positions) their velocities;
+                                    // 0 when y is more than that (rotation, a bare problem)
+  bool velocity_dependent = false;  // accelerations depend on velocities
+  bool time_dependent = false;      // ... on time
   std::function<void(S t_s, const S* y, S* dydt)> rate;
   // df/dy (row-major, size x size) and df/dt of the same equations, by differences of order 4 in long double: about
   // 1e-13 of f.
@@ -36,10 +35,9 @@ struct Failure : std::runtime_error {
 };
 
 // One of the two is called, according to whether the method was given a tolerance.
-template <class S>
-struct Stepper {
+template <class S> struct Stepper {
   virtual ~Stepper() = default;
-  virtual void step(S t_s, S h_s, std::vector<S>& y) = 0;        // from t to t + h, one step
+  virtual void step(S t_s, S h_s, std::vector<S>& y) = 0;  // from t to t + h, one step
   // From t to exactly `to_s`, by steps of the library's own choice; the number of them.
   virtual std::int64_t advance(S t_s, S to_s, std::vector<S>& y) = 0;
 };

@@ -11,7 +11,8 @@ namespace atwood {
 
 namespace {
 
-const char* const columns[] = {"px_m", "py_m", "pz_m", "qw", "qx", "qy", "qz", "vx_m_per_s", "vy_m_per_s", "vz_m_per_s",
+const char* const columns[] = {"px_m",         "py_m",         "pz_m",        "qw",         "qx",
+                               "qy",           "qz",           "vx_m_per_s",  "vy_m_per_s", "vz_m_per_s",
                                "wx_rad_per_s", "wy_rad_per_s", "wz_rad_per_s"};
 constexpr int column_count = 13;
 
@@ -86,8 +87,8 @@ void fill(Truth& truth, const Scenario& scenario, const Table& table, std::int64
       if (body.fixed) continue;
       const auto* row = find_row(table, static_cast<double>(t), 1e-12 * scenario.t_end_s, body.name);
       if (row == nullptr)
-        throw std::runtime_error("`" + scenario.truth.file + "` has no row of `" + body.name + "` at t = " +
-                                 format_double(static_cast<double>(t)) + " s");
+        throw std::runtime_error("`" + scenario.truth.file + "` has no row of `" + body.name +
+                                 "` at t = " + format_double(static_cast<double>(t)) + " s");
       for (int column = 0; column < column_count; ++column) {
         const auto at = table.at.find(columns[column]);
         if (at == table.at.end()) continue;

@@ -34,14 +34,14 @@ class Search {
     lengthen_ladder(scenario_);
   }
 
-  bool run(const Candidates& candidates);         // false: interrupted
-  bool decide();                                  // the same
+  bool run(const Candidates& candidates);  // false: interrupted
+  bool decide();                           // the same
   bool truth_failed() const { return truth_failed_; }
 
  private:
   bool run_some(const std::vector<std::string>& ids);
   bool run_cells(const std::vector<std::string>& ids);
-  bool over() const;                              // no time is left to begin another method
+  bool over() const;  // no time is left to begin another method
   bool had_turn(const std::string& engine) const;
   std::string refusal(const std::string& engine) const;
   void tell_losers(const std::vector<WorkCurve>& all, const Contest& contest);
@@ -55,7 +55,7 @@ class Search {
   std::vector<Cell> cells_;
   std::vector<Row> rows_;
   std::set<std::string> engines_run_;
-  double run_limit_s_ = 0;                        // what one run may take
+  double run_limit_s_ = 0;  // what one run may take
   bool truth_failed_ = false;
 };
 
@@ -73,7 +73,7 @@ bool Search::run_some(const std::vector<std::string>& ids) {
     return true;
   });
   if (!run_cells(loose)) return false;
-  std::map<std::string, std::string> slow;        // families, and the methods of them that are not run
+  std::map<std::string, std::string> slow;  // families, and the methods of them that are not run
   for (const Row& row : rows_) {
     const std::string family = method_family(row.method);
     if (family == row.method) continue;
@@ -147,7 +147,8 @@ bool Search::run(const Candidates& candidates) {
     if (truth_failed_) break;
     const bool owed = i < candidates.firsts || (i < candidates.short_list && !had_turn(engine_of(ids[i])));
     if (!owed && over()) {
-      leave(fmt::format("not tried: the {:g} s of the search were over (--time SECONDS gives it more)", options_.search_s),
+      leave(fmt::format("not tried: the {:g} s of the search were over (--time SECONDS gives it more)",
+                        options_.search_s),
             ids[i]);
     } else if (const std::string reason = solver ? refusal(engine_of(ids[i])) : ""; !reason.empty()) {
       leave(reason, ids[i]);
@@ -163,9 +164,8 @@ bool Search::run(const Candidates& candidates) {
   }
   if (!some.empty() && !truth_failed_ && !run_some(some)) return false;
   for (const auto& [reason, methods] : out) advice_.left_out.emplace_back(reason, methods);
-  truth_failed_ = truth_failed_ || std::none_of(rows_.begin(), rows_.end(), [](const Row& row) {
-                    return row.metric.rfind("error-", 0) == 0;
-                  });
+  truth_failed_ = truth_failed_ || std::none_of(rows_.begin(), rows_.end(),
+                                                [](const Row& row) { return row.metric.rfind("error-", 0) == 0; });
   return true;
 }
 
@@ -174,7 +174,10 @@ AdviceRung rung_of(const WorkPoint& point) {
 }
 
 // The rung that a contest names, and those beside it on its ladder.
-struct Neighbours { AdviceRung self; std::optional<AdviceRung> coarser, finer; };
+struct Neighbours {
+  AdviceRung self;
+  std::optional<AdviceRung> coarser, finer;
+};
 Neighbours neighbours(const std::vector<WorkCurve>& all, const Reached& reached) {
   Neighbours found;
   for (const WorkCurve& curve : all) {
@@ -273,7 +276,8 @@ bool Search::decide() {
   tell_losers(all, contest);
   std::vector<std::pair<std::string, std::string>> merged;  // a reason once
   for (const auto& [reason, methods] : advice_.left_out) {
-    const auto known = std::find_if(merged.begin(), merged.end(), [&, &why = reason](const auto& one) { return one.first == why; });
+    const auto known =
+        std::find_if(merged.begin(), merged.end(), [&, &why = reason](const auto& one) { return one.first == why; });
     if (known == merged.end()) merged.emplace_back(reason, methods);
     else known->second += ", " + methods;
   }
@@ -304,10 +308,10 @@ int command_advise(const Place& place, const Options& options) {
   advice.motion = classify(advice.scenario.scene);
   if (advice.metric.find("attitude") != std::string::npos || advice.metric.find("body-rate") != std::string::npos) {
     if (!advice.motion.rotates)
-      throw InputError(fmt::format("{}: nothing rotates in `{}`",
-                                   options.metric.empty() ? "--error " + options.wanted_error
-                                                          : "--metric " + options.metric,
-                                   advice.scenario.id));
+      throw InputError(
+          fmt::format("{}: nothing rotates in `{}`",
+                      options.metric.empty() ? "--error " + options.wanted_error : "--metric " + options.metric,
+                      advice.scenario.id));
   }
   Options with_twins = options;
   with_twins.with_same_rate = options.same_rate;
@@ -316,12 +320,12 @@ int command_advise(const Place& place, const Options& options) {
                               ? choose_candidates(advice.scenario.scene, named, options.engines.size())
                               : named_candidates(options.methods, named);
   if (options.same_rate) candidates = at_same_rate(candidates, workers);
-  advice.rates = options.same_rate
-                     ? "the same: ours and libraries' methods call the reference's right-hand side"
-                     : std::any_of(candidates.ids.begin(), candidates.ids.end(),
-                                   [](const std::string& id) { return is_library(engine_of(id)); })
-                           ? "native: libraries call the reference's right-hand side, others their own (--same-rate: one for all)"
-                           : "";
+  advice.rates =
+      options.same_rate ? "the same: ours and libraries' methods call the reference's right-hand side"
+      : std::any_of(candidates.ids.begin(), candidates.ids.end(),
+                    [](const std::string& id) { return is_library(engine_of(id)); })
+          ? "native: libraries call the reference's right-hand side, others their own (--same-rate: one for all)"
+          : "";
   if (candidates.ids.empty())
     throw InputError(fmt::format("advise: no method here claims an order for `{}` ({})", advice.scenario.id,
                                  class_words(advice.motion)));
@@ -351,7 +355,8 @@ int command_advise(const Place& place, const Options& options) {
   }
   if (!search->decide()) return interrupted();
   const std::string own = own_file(place, advice.scenario);
-  advice.rerun = rerun_words(own.empty() ? advice.scenario.id : own, native_twin(advice.best.method), advice.best.steps);
+  advice.rerun =
+      rerun_words(own.empty() ? advice.scenario.id : own, native_twin(advice.best.method), advice.best.steps);
   advice.rerun.front() = options.words.front();
   for (const std::string& engine : options.engines) advice.rerun.insert(advice.rerun.end(), {"--engine", engine});
   fmt::print("{}", options.json ? advice_json(advice) : advice_text(advice));

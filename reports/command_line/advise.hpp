@@ -20,8 +20,8 @@ std::string class_words(const MotionClass& motion);  // "rotation, no velocity-d
 // Ids to try, in that order, and why others are not.
 struct Candidates {
   std::vector<std::string> ids;
-  std::size_t firsts = 0;                                         // so many head the list: one of each engine
-  std::size_t short_list = 0;                                     // so many, those included, are tried before the others
+  std::size_t firsts = 0;                                     // so many head the list: one of each engine
+  std::size_t short_list = 0;                                 // so many, those included, are tried before the others
   std::vector<std::pair<std::string, std::string>> left_out;  // reason, methods
 };
 // Every method of every engine that is here, but for those of ours that claim nothing for the scene's kind of motion: the
@@ -35,7 +35,10 @@ Candidates named_candidates(const std::vector<std::string>& methods, const std::
 
 // A scene without a truth gets one: certified in extended precision, else CVODE's, else a method's own convergence,
 // written to a file of values in `folder`. `words` says which. Throws InputError where none can be had.
-struct AdviceTruth { Scenario scenario; std::string words; };
+struct AdviceTruth {
+  Scenario scenario;
+  std::string words;
+};
 AdviceTruth find_truth(const Place& place, const Scenario& scenario, const std::vector<Worker>& workers,
                        const Candidates& candidates, const std::string& folder, double limit_s);
 
@@ -52,14 +55,14 @@ struct Advice {
   std::string rates;                      // whose right-hand sides the methods evaluate; empty: each its engine's own
   double wanted_error = 0, budget_s = 0;  // one of them; 0: the other was asked
   bool found = false;
-  AdviceRung best, next;                  // next.method empty: nobody else
+  AdviceRung best, next;                     // next.method empty: nobody else
   std::optional<AdviceRung> coarser, finer;  // the rungs beside it on its ladder
-  std::string no_coarser;                 // where there is no coarser rung: why
+  std::string no_coarser;                    // where there is no coarser rung: why
   std::optional<TimedRatio> next_over_best;  // of times, in turns
-  std::string caution;                    // what speaks against it; empty: nothing
+  std::string caution;                       // what speaks against it; empty: nothing
   std::vector<std::pair<std::string, std::string>> left_out;
   int runs = 0;
-  std::vector<std::string> rerun;         // the words of the command that runs `best` alone
+  std::vector<std::string> rerun;  // the words of the command that runs `best` alone
 };
 std::string advice_text(const Advice& advice);
 std::string advice_json(const Advice& advice);

@@ -83,7 +83,8 @@ void take_turns(Candidates& chosen, std::size_t short_list) {
 // Who is tried first: ours by what they are good at, rivals, and of the large libraries the ones of high order. Globs,
 // suffixes included; what this build does not have falls away.
 std::vector<std::string> first_ids(const MotionClass& motion, const Scene& scene) {
-  const std::vector<std::string> rivals{"ode/*", "bullet64/*", "bullet32/*", "dart/*", "mujoco/*", "simbody/*", "cvode/*"};
+  const std::vector<std::string> rivals{"ode/*",    "bullet64/*", "bullet32/*", "dart/*",
+                                        "mujoco/*", "simbody/*",  "cvode/*"};
   std::vector<std::string> ids;
   const auto add = [&](const std::vector<std::string>& more) { ids.insert(ids.end(), more.begin(), more.end()); };
   if (motion.contacts) {
@@ -254,7 +255,8 @@ Candidates named_candidates(const std::vector<std::string>& methods, const std::
       if (glob_match(base, id)) chosen.ids.push_back(id + method.substr(base.size()));
     }
     if (chosen.ids.size() == before)
-      throw InputError(fmt::format("--method {}: no engine offers it; nearest: {}", method, nearest(base, ids, 1).front()));
+      throw InputError(
+          fmt::format("--method {}: no engine offers it; nearest: {}", method, nearest(base, ids, 1).front()));
     check_settings("--method ", method, workers);
   }
   take_turns(chosen, chosen.ids.size());
@@ -267,7 +269,11 @@ namespace {
 // Two runs of one method, the finer at twice the steps: the finer is the value, their difference times the safety
 // factor of the grid convergence index (Roache 1994) the bar; the method's order makes its true error smaller than
 // that.
-struct SelfConvergence { std::string method; std::int64_t steps = 0; Recording coarse, fine; };
+struct SelfConvergence {
+  std::string method;
+  std::int64_t steps = 0;
+  Recording coarse, fine;
+};
 
 constexpr double kRoache = 1.25;
 

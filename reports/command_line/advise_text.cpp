@@ -77,8 +77,7 @@ std::string advice_text(const Advice& advice) {
                         "error" + (advice.unit.empty() ? "" : " [" + advice.unit + "]"), "time", "evals");
     const bool tolerance = method_family(best.method) != best.method;
     if (advice.coarser) text += evidence(tolerance ? "looser" : "coarser", *advice.coarser, advice);
-    else if (!tolerance)
-      text += fmt::format("    coarser    {}\n", advice.no_coarser);
+    else if (!tolerance) text += fmt::format("    coarser    {}\n", advice.no_coarser);
     text += evidence("advised", best, advice);
     if (advice.finer) text += evidence(tolerance ? "tighter" : "finer", *advice.finer, advice);
     const double known = best.bar > 0 && best.error < 3 * best.bar ? best.error + best.bar : best.error;

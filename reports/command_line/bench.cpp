@@ -139,12 +139,27 @@ std::vector<GoalResult> read_goal_results(const std::string& path) {
   json document = read_document(path);
   if (!document.contains("goals")) return goals;
   for (json& g : document["goals"]) {
-    goals.push_back({g.value("id", ""), g.value("title", ""), g.value("scenario", ""), g.value("metric", ""),
-                     g.value("unit", ""), real(g["wanted_error"]), g.value("budget_kind", ""), real(g["budget"]),
-                     g.value("reached", false), entrant_from(g["ours"]), entrant_from(g["rival"]),
-                     entrant_from(g["uncounted"]), real(g["ratio"]), real(g["ratio_low"]), real(g["ratio_high"]),
-                     g.value("why", ""), g.value("wanted_ratio", 0.0), entrant_from(g["same_rate"]),
-                     entrant_from(g["library"]), real(g["same_rate_ratio"]), real(g["same_rate_low"]),
+    goals.push_back({g.value("id", ""),
+                     g.value("title", ""),
+                     g.value("scenario", ""),
+                     g.value("metric", ""),
+                     g.value("unit", ""),
+                     real(g["wanted_error"]),
+                     g.value("budget_kind", ""),
+                     real(g["budget"]),
+                     g.value("reached", false),
+                     entrant_from(g["ours"]),
+                     entrant_from(g["rival"]),
+                     entrant_from(g["uncounted"]),
+                     real(g["ratio"]),
+                     real(g["ratio_low"]),
+                     real(g["ratio_high"]),
+                     g.value("why", ""),
+                     g.value("wanted_ratio", 0.0),
+                     entrant_from(g["same_rate"]),
+                     entrant_from(g["library"]),
+                     real(g["same_rate_ratio"]),
+                     real(g["same_rate_low"]),
                      real(g["same_rate_high"])});
   }
   return goals;

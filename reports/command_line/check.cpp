@@ -124,8 +124,8 @@ Recording read_trace(std::istream& file, const std::string& path, const Scene& s
       if (!run.values.empty()) {
         complete(number);
         if (!(t[0] > run.values.back().t_s))
-          throw InputError(fmt::format("{}:{}: t_s: found `{}`; expected times that rise", where, t_column + 1,
-                                       fields[t_column]));
+          throw InputError(
+              fmt::format("{}:{}: t_s: found `{}`; expected times that rise", where, t_column + 1, fields[t_column]));
       }
       run.values.push_back({t[0], std::vector<BodySample>(scene.bodies.size())});
       for (std::size_t i = 0; i < scene.bodies.size(); ++i) {  // fixed bodies need no rows
@@ -164,7 +164,8 @@ void require_even(const Recording& run, const std::string& path) {
 // "body `ball` is not finite at t = 0.5 s" of the first number that is not; empty: all are.
 std::string not_finite_words(const Recording& run, const Scene& scene) {
   const auto finite = [](const auto& values) {
-    return std::all_of(values.begin(), values.end(), [](const Wide& x) { return std::isfinite(static_cast<double>(x)); });
+    return std::all_of(values.begin(), values.end(),
+                       [](const Wide& x) { return std::isfinite(static_cast<double>(x)); });
   };
   for (const Sample& sample : run.values) {
     for (std::size_t i = 0; i < sample.bodies.size(); ++i) {
@@ -191,7 +192,8 @@ int check_without_truth(const Place& place, const Options& options, const Scenar
     runs.push_back(std::move(other));
   const std::vector<std::string> lines = spread_lines(runs, true);
   if (options.json) fmt::print("{}\n", nlohmann::json{{"spread", lines}}.dump(2));
-  else for (const std::string& line : lines) fmt::print("{}\n", line);
+  else
+    for (const std::string& line : lines) fmt::print("{}\n", line);
   return asked || lost ? exit_gate : exit_pass;
 }
 
@@ -212,8 +214,8 @@ std::vector<Gate> limits_as_gates(const Options& options, const Scenario& scenar
       throw InputError(fmt::format("--max {}: expected METRIC=VALUE", limit));
     }
     if (!std::isfinite(gate.high))
-      throw InputError(fmt::format("--max {}: found `{}`; expected a number that is finite", limit,
-                                   limit.substr(equals + 1)));
+      throw InputError(
+          fmt::format("--max {}: found `{}`; expected a number that is finite", limit, limit.substr(equals + 1)));
     std::vector<std::string> known;
     for (const auto& metric : all_metrics()) known.push_back(metric.name);
     if (std::find(known.begin(), known.end(), gate.metric) == known.end()) {
@@ -242,8 +244,8 @@ int command_check(const Place& place, const Options& options) {
   const std::string not_finite = not_finite_words(run, scenario.scene);
   const double t_end = static_cast<double>(run.values.back().t_s);
   if (t_end > scenario.t_end_s * (1 + 1e-9))
-    throw InputError(fmt::format("{}: t_s: found t = {} s; expected times up to the scenario's end, {} s", options.input,
-                                 format_double(t_end), format_double(scenario.t_end_s)));
+    throw InputError(fmt::format("{}: t_s: found t = {} s; expected times up to the scenario's end, {} s",
+                                 options.input, format_double(t_end), format_double(scenario.t_end_s)));
   if (std::abs(t_end - scenario.t_end_s) > 1e-12 * scenario.t_end_s) scenario.t_end_s = t_end;
   const auto samples = static_cast<std::int64_t>(run.values.size() - 1);
   Truth truth = truth_once(place.truth_worker, scenario, samples, 120);

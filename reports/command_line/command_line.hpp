@@ -18,50 +18,53 @@
 namespace atwood {
 
 // A foreign engine that was started and crashed, hung or sent garbage at hello: exit_cell.
-struct WorkerFailure : std::runtime_error { using std::runtime_error::runtime_error; };
+struct WorkerFailure : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
 
 enum ExitCode { exit_pass = 0, exit_gate = 1, exit_input = 2, exit_cell = 3, exit_no_baseline = 4, exit_internal = 5 };
 
 struct Options {
-  std::string program;                    // the words of this call, for the report: a shell's line
-  std::vector<std::string> words;         // the same, one by one; the first is the program as it was called
-  std::string study;                      // a file, or an id of validation/study; empty: the default study
-  std::vector<std::string> scenarios;     // ids, globs or files
+  std::string program;                 // the words of this call, for the report: a shell's line
+  std::vector<std::string> words;      // the same, one by one; the first is the program as it was called
+  std::string study;                   // a file, or an id of validation/study; empty: the default study
+  std::vector<std::string> scenarios;  // ids, globs or files
   std::vector<std::string> methods;
   std::vector<std::int64_t> steps;
-  std::vector<double> hz;                 // steps a second, instead of `steps`
-  std::vector<std::string> engines;       // executables that speak the worker protocol
-  std::vector<std::string> outputs;       // "csv:rows.csv"
+  std::vector<double> hz;            // steps a second, instead of `steps`
+  std::vector<std::string> engines;  // executables that speak the worker protocol
+  std::vector<std::string> outputs;  // "csv:rows.csv"
   std::string out_dir = "atwood-out";
   std::string tolerances, baseline, junit, reason, as_method = "check";
-  std::vector<std::string> limits;        // check: METRIC=VALUE
-  std::string input;                      // the positional argument of trace, describe, check, list, schema, bench
+  std::vector<std::string> limits;  // check: METRIC=VALUE
+  std::string input;                // the positional argument of trace, describe, check, list, schema, bench
   std::optional<std::int64_t> samples;
-  int jobs = 0;                           // 0: one a core
+  int jobs = 0;  // 0: one a core
   double cell_limit_s = 20;
-  bool limit_given = false;               // by --limit: it then goes before the limits of a study's blocks
+  bool limit_given = false;  // by --limit: it then goes before the limits of a study's blocks
   bool no_timing = false, json = false, events = false;
-  bool fresh = false, reuse = false;      // run: nothing of the store; the last completed campaign's cells
-  bool check_store = false;               // doctor
+  bool fresh = false, reuse = false;  // run: nothing of the store; the last completed campaign's cells
+  bool check_store = false;           // doctor
   std::int64_t max_cells = kMostCells;
-  std::string purpose = "run";            // of campaigns: those of compare and advise stay apart
-  bool quiet = false;                     // run, gate: one line, and what did not pass
-  bool github = false;                    // run, gate: annotations of GitHub Actions, and a step's summary
-  bool swept = false;                     // contacts
-  bool evidence = false;                  // describe METHOD --program
-  bool same_rate = false, native_rate = false;  // compare, advise: whose right-hand side is evaluated; neither: compare chooses
-  bool with_same_rate = false;            // the worker of same_rate.hpp joins the others
-  bool named_methods_only = false;        // compare: --engine adds no methods that were not named
-  bool whole_ladders = false;             // each scenario's ladder, halved as far down as its samples divide it
+  std::string purpose = "run";  // of campaigns: those of compare and advise stay apart
+  bool quiet = false;           // run, gate: one line, and what did not pass
+  bool github = false;          // run, gate: annotations of GitHub Actions, and a step's summary
+  bool swept = false;           // contacts
+  bool evidence = false;        // describe METHOD --program
+  bool same_rate = false,
+       native_rate = false;         // compare, advise: whose right-hand side is evaluated; neither: compare chooses
+  bool with_same_rate = false;      // the worker of same_rate.hpp joins the others
+  bool named_methods_only = false;  // compare: --engine adds no methods that were not named
+  bool whole_ladders = false;       // each scenario's ladder, halved as far down as its samples divide it
   std::string wanted_error, budget, metric;  // advise, compare
-  double search_s = 10;                   // advise: after this no further method is begun
-  bool progress = false;                  // progress lines also off a terminal
-  bool long_list = false, names = false;  // list: methods in full; names alone
-  std::string scene_class, tuned_file;    // tune
+  double search_s = 10;                      // advise: after this no further method is begun
+  bool progress = false;                     // progress lines also off a terminal
+  bool long_list = false, names = false;     // list: methods in full; names alone
+  std::string scene_class, tuned_file;       // tune
   std::int64_t trials = 24;
   std::uint64_t seed = 1784;
-  bool manual = false;                    // help --man
-  std::vector<std::string> goals;         // bench goals: ids, globs
+  bool manual = false;             // help --man
+  std::vector<std::string> goals;  // bench goals: ids, globs
   std::string goals_file;
 };
 
@@ -92,9 +95,9 @@ struct Selection {
   std::vector<Scenario> scenarios;
   std::vector<Worker> workers;
   std::vector<Cell> cells;
-  std::string study;       // the study's id
+  std::string study;                 // the study's id
   std::string tolerances, baseline;  // files: of the command line, else of the study; empty: none was named
-  bool narrowed = false;   // gates left without cells are dropped
+  bool narrowed = false;             // gates left without cells are dropped
 };
 std::string own_file(const Place& place,
                      const Scenario& scenario);  // of a scene of the user's own; empty: of the catalogue
@@ -102,7 +105,7 @@ std::string own_file(const Place& place,
 // what the catalogue does not have: a scene's file, an engine, gates.
 std::vector<std::string> with_own_files(const Place& place, const Options& options, const Selection& selection,
                                         const std::string& scenario_id, std::vector<std::string> words);
-std::vector<Gate> read_all_gates(const Place& place);  // the catalogue's own, file by file
+std::vector<Gate> read_all_gates(const Place& place);                    // the catalogue's own, file by file
 StudyOptions study_options(const Place& place, const Options& options);  // without progress
 Selection select_cells(const Place& place, const Options& options);
 std::vector<Verdict> judge_selection(const Place& place, const Options& options, const Selection& selection,
@@ -153,7 +156,7 @@ int command_check(const Place&, const Options&);
 int command_gate(const Place&, const Options&);
 int command_bless(const Place&, const Options&);
 int command_advise(const Place&, const Options&);
-int command_goals(const Place&, const Options&);  // bench goals
+int command_goals(const Place&, const Options&);         // bench goals
 int command_broad_phases(const Place&, const Options&);  // bench broad-phases
 int command_frame_budget(const Place&, const Options&);  // bench frame-budget
 int command_bench(const Place&, const Options&);

@@ -80,8 +80,10 @@ int command_compare(const Place& place, const Options& options) {
   std::set<std::string> families;
   for (const std::string& method : named) families.insert(method.substr(0, method.find(':')));
   if (families.size() < 2 && options.methods.size() < 2)
-    throw InputError(fmt::format("compare {}: expected two methods or more, or a glob over them; of one method alone "
-                                 "`atwood run --method {}` tells all", options.methods.front(), options.methods.front()));
+    throw InputError(
+        fmt::format("compare {}: expected two methods or more, or a glob over them; of one method alone "
+                    "`atwood run --method {}` tells all",
+                    options.methods.front(), options.methods.front()));
   const Selection selection = select_cells(place, chosen);
   require_attitudes(selection, question.metric);
   make_out_dir(options.out_dir);
@@ -111,7 +113,8 @@ int command_compare(const Place& place, const Options& options) {
         if (table.cost != Cost::seconds) continue;
         for (Contest& contest : table.by_error) times.settle(contest, table.scenario, true);
       }
-      if (rates.same) data.overheads = measure_overheads(selection.cells, selection.workers, ranked, options.cell_limit_s);
+      if (rates.same)
+        data.overheads = measure_overheads(selection.cells, selection.workers, ranked, options.cell_limit_s);
     } catch (const Interrupted&) {
       return 128 + interrupt_signal();
     }
@@ -121,14 +124,15 @@ int command_compare(const Place& place, const Options& options) {
       return row.scenario == scenario.id && row.metric.rfind("error-", 0) == 0;
     });
     if (judged) continue;
-    for (const std::string& line : spread_lines(run_finest(selection.cells, scenario.id, data.rows, selection.workers,
-                                                           options.cell_limit_s)))
+    for (const std::string& line :
+         spread_lines(run_finest(selection.cells, scenario.id, data.rows, selection.workers, options.cell_limit_s)))
       data.notes.push_back(scenario.id + ": " + line);
   }
   if (options.json) {
     fmt::print("{}\n", render_json(data));
   } else {
-    for (const auto& scenario : selection.scenarios) fmt::print("{}", compare_text(data, scenario, question, terminal_width()));
+    for (const auto& scenario : selection.scenarios)
+      fmt::print("{}", compare_text(data, scenario, question, terminal_width()));
     for (const auto& note : data.notes)
       if (note != data.rates) fmt::print("{}\n", note);  // it heads every scenario
   }

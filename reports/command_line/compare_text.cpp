@@ -223,8 +223,9 @@ std::string compare_text(const ReportData& data, const Scenario& scenario, const
     if (first == nullptr) first = &table;
     text += cheapest_table(table, letters) + budget_table(table, letters);
   }
-  text += "    each figure is of a measured rung; < nothing cheaper was measured;\n"
-          "    * at the truth's bar; x what the next costs, [ ] its 95 % interval in turns\n";
+  text +=
+      "    each figure is of a measured rung; < nothing cheaper was measured;\n"
+      "    * at the truth's bar; x what the next costs, [ ] its 95 % interval in turns\n";
   text += overhead_text(data.overheads, scenario.id);
   if (first != nullptr) text += stable_table(*first, letters, scenario.t_end_s);
   return text + "\n";

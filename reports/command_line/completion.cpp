@@ -2,9 +2,9 @@
 // studies are asked of the program that is being typed, when they are wanted (`atwood list KIND --names`).
 #include <map>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <CLI/CLI.hpp>
 
 #include "reports/command_line/command_line.hpp"
 #include "reports/command_line/manual.hpp"
@@ -14,7 +14,10 @@ namespace atwood {
 namespace {
 
 // What a value's name stands for: kinds of `atwood list`, words, and whether a file may stand there.
-struct Source { std::vector<std::string> kinds, words; bool files = false; };
+struct Source {
+  std::vector<std::string> kinds, words;
+  bool files = false;
+};
 const std::map<std::string, Source>& sources() {
   static const std::map<std::string, Source> known{
       {"SCENE", {{"scenarios"}, {}, true}},
@@ -60,7 +63,8 @@ std::string values_of(const CLI::App& command) {
 
 std::string option_words(const CLI::App& command) {
   std::vector<std::string> words;
-  for (const OptionWords& option : options_of(command)) words.insert(words.end(), option.names.begin(), option.names.end());
+  for (const OptionWords& option : options_of(command))
+    words.insert(words.end(), option.names.begin(), option.names.end());
   return join(words);
 }
 
@@ -190,8 +194,9 @@ std::string fish_script(const CLI::App& app) {
         if (values != "-x") text += fmt::format("{} {}\n", here, values.substr(3));  // without -r or -x
         continue;
       }
-      text += fmt::format("{}{}{} -d {}\n", here, names, option.value.empty() ? "" : " " + fish_values(option.value, app),
-                          in_fish(option.doc.substr(0, option.doc.find('\n'))));
+      text +=
+          fmt::format("{}{}{} -d {}\n", here, names, option.value.empty() ? "" : " " + fish_values(option.value, app),
+                      in_fish(option.doc.substr(0, option.doc.find('\n'))));
     }
   }
   return text;

@@ -21,14 +21,19 @@ constexpr const char* contact_columns = "body_a,body_b,x_m,y_m,z_m,nx,ny,nz,dept
 constexpr const char* touch_columns = "body_a,body_b,toi_s,x_m,y_m,z_m,nx,ny,nz";
 
 // Engines with questions about contacts, and the end of their worker's name.
-struct Known { const char* name; const char* worker; };
-constexpr Known known_engines[] = {{"atwood", "engine"}, {"truth", "truth"},   {"bullet64", "bullet64"},
-                                   {"bullet32", "bullet32"}, {"ode", "ode"},   {"fcl", "fcl"},
+struct Known {
+  const char* name;
+  const char* worker;
+};
+constexpr Known known_engines[] = {{"atwood", "engine"},     {"truth", "truth"}, {"bullet64", "bullet64"},
+                                   {"bullet32", "bullet32"}, {"ode", "ode"},     {"fcl", "fcl"},
                                    {"libccd", "libccd"}};
 
 // "bullet64/unit-size", "atwood/box-edges": another test of contacts that an engine's worker offers, as sweeps name it.
 // "box-edges" alone is ours, too.
-struct Asked { std::string engine, test; };
+struct Asked {
+  std::string engine, test;
+};
 Asked asked_of(const std::string& words) {
   if (words == "box-edges") return {"atwood", "box-edges"};
   const std::size_t slash = words.find('/');
@@ -78,8 +83,8 @@ int command_contacts(const Place& place, const Options& options) {
   const Scenario scenario = read_scene_argument(place, options.input);
   note_shared_id(place, scenario);
   if (!scenario.scene.problem.empty())
-    throw InputError(fmt::format("{}: the bare system `{}` has no bodies that could touch", options.input,
-                                 scenario.scene.problem));
+    throw InputError(
+        fmt::format("{}: the bare system `{}` has no bodies that could touch", options.input, scenario.scene.problem));
   const Asked asked = asked_of(options.engines.empty() ? "atwood" : options.engines.front());
   const Worker worker = find_workers({worker_path(place, asked.engine)}).front();
   if (worker.status != Status::ok) return exit_of({worker.status, worker.reason, 0, 0, {}});

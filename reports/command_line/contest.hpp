@@ -38,7 +38,9 @@ class TurnTimes {
   void settle(Contest& contest, const std::string& scenario, bool of_error);
 
  private:
-  struct Turns { std::vector<double> first, second; };
+  struct Turns {
+    std::vector<double> first, second;
+  };
   const Turns& measured(const Cell& a, const Cell& b, double a_s, double b_s);
   Contender contender(const Cell& cell, double seconds) const;
   const Cell* find_cell(const std::string& scenario, const Reached& reached) const;

@@ -54,18 +54,19 @@ struct Probe {
   double p95_ms = std::nan("");   // of the steps of the settled heap; infinite: not within the limit
   double mean_ms = std::nan("");  // over all steps
   std::map<std::string, std::int64_t> phase_ns;
-  std::string why;                // why there is no figure
-  bool refused = false;           // for good: no second probe would tell more
+  std::string why;       // why there is no figure
+  bool refused = false;  // for good: no second probe would tell more
 };
 
-struct Entrant { const Worker* worker; std::string method; };
+struct Entrant {
+  const Worker* worker;
+  std::string method;
+};
 
 class FrameBudget {
  public:
   FrameBudget(const Entrant& entrant, const Scene& like, double limit_s)
-      : entrant_(entrant),
-        like_(like),
-        limit_s_(limit_s),
+      : entrant_(entrant), like_(like), limit_s_(limit_s),
         client_(entrant.worker->command, pinned(entrant.method), entrant.worker->foreign) {}
 
   // Doubling until both budgets are passed, then halving the interval (of log N) on each side of each.

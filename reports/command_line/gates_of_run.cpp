@@ -50,8 +50,7 @@ bool any_matches(const Gate& gate, const std::vector<CellName>& cells) {
 
 // The one method that a ratio is taken to.
 bool has_rival(const Gate& gate, const std::vector<CellName>& cells) {
-  return gate.kind != Gate::Kind::max_ratio ||
-         std::any_of(cells.begin(), cells.end(), [&](const CellName& cell) {
+  return gate.kind != Gate::Kind::max_ratio || std::any_of(cells.begin(), cells.end(), [&](const CellName& cell) {
            return glob_match(gate.scenario, cell.scenario) && cell.method == gate.ratio_to;
          });
 }
@@ -86,15 +85,17 @@ std::string what_matches_nothing(const Gate& gate, const std::vector<CellName>& 
                        nearest_words(gate.method, here));
   if (gate.steps && !steps.contains(*gate.steps)) {
     const auto above = steps.lower_bound(*gate.steps);
-    const std::int64_t near = above == steps.end()     ? *steps.rbegin()
-                              : above == steps.begin() ? *above
-                              : *above - *gate.steps < *gate.steps - *std::prev(above) ? *above : *std::prev(above);
-    return fmt::format("steps = {} matches nothing: `{}` runs `{}` with {} steps; nearest: {}", *gate.steps, gate.method,
-                       gate.scenario, fmt::join(steps, ", "), near);
+    const std::int64_t near = above == steps.end()                                     ? *steps.rbegin()
+                              : above == steps.begin()                                 ? *above
+                              : *above - *gate.steps < *gate.steps - *std::prev(above) ? *above
+                                                                                       : *std::prev(above);
+    return fmt::format("steps = {} matches nothing: `{}` runs `{}` with {} steps; nearest: {}", *gate.steps,
+                       gate.method, gate.scenario, fmt::join(steps, ", "), near);
   }
   if (gate.kind == Gate::Kind::within_claim)
-    return fmt::format("no ladder of the study `{}` is to show what these methods claim in `{}` (`claim` in its [[cells]])",
-                       study, gate.claim);
+    return fmt::format(
+        "no ladder of the study `{}` is to show what these methods claim in `{}` (`claim` in its [[cells]])", study,
+        gate.claim);
   return fmt::format("no cell of the study `{}` has this scenario, method and count of steps together", study);
 }
 
@@ -180,8 +181,8 @@ void judge_missing(const Selection& selection, const std::vector<Gate>& gates, c
   for (const Gate& gate : gates) {
     const auto of_gate = static_cast<std::size_t>(
         std::count_if(cells.begin(), cells.end(), [&](const CellName& cell) { return judges(gate, cell); }));
-    const auto missing = static_cast<std::size_t>(std::count_if(
-        result.missing.begin(), result.missing.end(), [&](std::size_t i) { return judges(gate, cells[i]); }));
+    const auto missing = static_cast<std::size_t>(std::count_if(result.missing.begin(), result.missing.end(),
+                                                                [&](std::size_t i) { return judges(gate, cells[i]); }));
     if (missing == 0) continue;
     std::erase_if(verdicts, [&](const Verdict& verdict) {
       return verdict.judgement != Judgement::fail && same_gate(verdict.gate, gate);
@@ -246,9 +247,8 @@ SiftedGates sift_gates(const Place& place, const Options& options, const Selecti
       std::set<std::string> methods;
       for (const CellName& cell : *whole)
         if (glob_match(gate.scenario, cell.scenario)) methods.insert(cell.method);
-      sifted.unmatched.push_back(
-          not_run(gate, fmt::format("max_ratio: `{}` does not run on `{}`{}", gate.ratio_to, gate.scenario,
-                                    nearest_words(gate.ratio_to, methods))));
+      sifted.unmatched.push_back(not_run(gate, fmt::format("max_ratio: `{}` does not run on `{}`{}", gate.ratio_to,
+                                                           gate.scenario, nearest_words(gate.ratio_to, methods))));
     } else {
       ++sifted.left_out;
     }

@@ -18,7 +18,7 @@ namespace atwood {
 namespace {
 
 const double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t kTimed = 5;   // of each side, the quickest after one look
+constexpr std::size_t kTimed = 5;  // of each side, the quickest after one look
 constexpr int kRounds = 15;
 
 // `library`: a rival that evaluates the reference's rate; `same_rate`: ours on that rate.
@@ -30,7 +30,7 @@ struct Candidate {
   Side side = Side::ours;
   const Cell* cell = nullptr;
   GoalEntrant entrant;
-  std::vector<double> times_s;         // a round each
+  std::vector<double> times_s;  // a round each
 };
 
 // ids, globs and ":tol" spelled out.
@@ -139,9 +139,10 @@ class GoalRun {
 std::vector<Candidate> GoalRun::measured(const Goal& goal, const Scenario& scenario, std::vector<Cell>& cells) {
   std::map<std::string, Side> sides;
   const std::vector<std::string> twins = twins_beside_libraries(goal);
-  for (const auto& [side, patterns] :
-       {std::pair{Side::uncounted, &goal.uncounted}, {Side::ours, &goal.methods}, {Side::rival, &goal.rivals},
-        {Side::same_rate, &twins}}) {
+  for (const auto& [side, patterns] : {std::pair{Side::uncounted, &goal.uncounted},
+                                       {Side::ours, &goal.methods},
+                                       {Side::rival, &goal.rivals},
+                                       {Side::same_rate, &twins}}) {
     if (patterns->empty()) continue;
     for (Cell& cell : plan_goal(goal, scenario, *patterns, workers_, place_.provenance.cpu)) {
       if (sides.emplace(cell.method + " " + std::to_string(cell.plan.steps), side).second)
@@ -168,8 +169,8 @@ std::vector<Candidate> GoalRun::measured(const Goal& goal, const Scenario& scena
     GoalEntrant entrant = entrant_of(cell, result.rows, goal);
     if (!goal.metric.empty() && !std::isfinite(entrant.error)) continue;
     const Side side = sides.at(key);
-    candidates.push_back({side == Side::rival && is_library(engine_of(cell.method)) ? Side::library : side, &cell,
-                          entrant, {}});
+    candidates.push_back(
+        {side == Side::rival && is_library(engine_of(cell.method)) ? Side::library : side, &cell, entrant, {}});
   }
   return candidates;
 }

@@ -49,8 +49,12 @@ std::string claims_text(const MethodInfo& info) {
 json method_json(const MethodInfo& info) {
   json settings = json::object();
   for (const auto& [name, value] : info.settings) settings[name] = json_of(value);
-  return {{"id", info.id}, {"doc", info.doc}, {"source", info.source}, {"claimed_order", info.claimed_order},
-          {"adaptive", info.adaptive}, {"settings", settings}};
+  return {{"id", info.id},
+          {"doc", info.doc},
+          {"source", info.source},
+          {"claimed_order", info.claimed_order},
+          {"adaptive", info.adaptive},
+          {"settings", settings}};
 }
 
 json gate_json(const Gate& gate) {
@@ -129,8 +133,9 @@ void print_methods_table(const Place& place, const Options& options) {
   line("method", "orders", false, "what it is");
   for (const Worker& worker : workers) {
     if (worker.status != Status::ok) {
-      fmt::print("{}", wrapped(fmt::format("{}: {} (`atwood doctor` says why)", fs::path(worker.path).filename().string(),
-                                           to_string(worker.status)), 0, width));
+      fmt::print("{}", wrapped(fmt::format("{}: {} (`atwood doctor` says why)",
+                                           fs::path(worker.path).filename().string(), to_string(worker.status)),
+                               0, width));
       continue;
     }
     for (const MethodInfo& info : worker.engine.methods) line(info.id, orders_text(info), info.adaptive, info.doc);
@@ -138,9 +143,11 @@ void print_methods_table(const Place& place, const Options& options) {
       line(worker.engine.name + "/..." + info.id, "", false, info.doc);
   }
   line("truth", "", false, "the scene's certified truth, for `atwood trace`");
-  fmt::print("\n{}", wrapped("orders: claimed for points under forces of position, under forces of velocity, and for bodies "
-                             "that turn; - no claim. tol: takes a tolerance, as in atwood/dopri5:1e-8. `--long` prints "
-                             "documentation, sources and settings, `atwood describe METHOD` those of one.", 0, width));
+  fmt::print("\n{}",
+             wrapped("orders: claimed for points under forces of position, under forces of velocity, and for bodies "
+                     "that turn; - no claim. tol: takes a tolerance, as in atwood/dopri5:1e-8. `--long` prints "
+                     "documentation, sources and settings, `atwood describe METHOD` those of one.",
+                     0, width));
 }
 
 std::vector<std::string> file_stems(const std::string& folder) {
@@ -370,8 +377,7 @@ const MetricInfo* named_metric(const Place& place, const std::string& text) {
 
 void describe_metric(const MetricInfo& metric, const Options& options) {
   if (options.json) {
-    fmt::print("{}\n",
-               json{{"name", metric.name}, {"unit", metric.unit}, {"definition", metric.definition}}.dump(2));
+    fmt::print("{}\n", json{{"name", metric.name}, {"unit", metric.unit}, {"definition", metric.definition}}.dump(2));
     return;
   }
   const auto width = static_cast<std::size_t>(std::clamp(terminal_width(), 50, 110));
@@ -413,9 +419,10 @@ int check_store_of(const Options& options) {
     fmt::print("{}: sound, every entry as it was written\n", path);
   } else {
     for (const auto& line : damage) fmt::print("{}\n", line);
-    fmt::print("{}: {} damaged; `atwood run` measures damaged cells again; where the database itself is damaged, move "
-               "the file away\n",
-               path, damage.size() == 1 ? "1 thing is" : fmt::format("{} things are", damage.size()));
+    fmt::print(
+        "{}: {} damaged; `atwood run` measures damaged cells again; where the database itself is damaged, move "
+        "the file away\n",
+        path, damage.size() == 1 ? "1 thing is" : fmt::format("{} things are", damage.size()));
   }
   return damage.empty() ? exit_pass : exit_internal;
 }
@@ -425,7 +432,7 @@ int check_store_of(const Options& options) {
 int command_doctor(const Place& place, const Options& options) {
   if (options.check_store) return check_store_of(options);
   const auto workers = require_workers(place, options);
-  struct statvfs disk{};
+  struct statvfs disk {};
   const bool disk_known = statvfs(fs::exists(options.out_dir) ? options.out_dir.c_str() : ".", &disk) == 0;
   const double free_GiB =
       disk_known ? static_cast<double>(disk.f_bavail) * static_cast<double>(disk.f_frsize) / (1 << 30) : 0;

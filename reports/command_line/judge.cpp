@@ -29,7 +29,8 @@ void print_gate(const Options& options, const ReportData& data, bool gates_judge
   }
   const bool colour = use_colour(STDOUT_FILENO);
   if (!data.baseline_path.empty())
-    fmt::print("{}{}\n", render_baseline_table(data.baseline_path, data.baseline, colour), improvements_hint(options, data));
+    fmt::print("{}{}\n", render_baseline_table(data.baseline_path, data.baseline, colour),
+               improvements_hint(options, data));
   for (const std::string& note : data.notes) fmt::print("{}\n", note);
   if (!data.notes.empty()) fmt::print("\n");
   fmt::print("{}", render_verdict_table(data.verdicts, data.rows, colour, terminal_width()));
@@ -55,7 +56,8 @@ int command_gate(const Place& place, const Options& options) {
   }
   const StudyResult stored = load_rows(options.out_dir + "/store.db", selection.cells);
   const bool no_store = !fs::exists(options.out_dir + "/store.db");
-  if (no_store) fmt::print(stderr, "atwood: no store at {}/store.db; `{}` makes one\n", options.out_dir, same_call(options, "run"));
+  if (no_store)
+    fmt::print(stderr, "atwood: no store at {}/store.db; `{}` makes one\n", options.out_dir, same_call(options, "run"));
   const Judged judged = judge_everything(place, options, selection, standards, stored, false);
   ReportData data;
   data.title = "gate";
@@ -83,8 +85,8 @@ int command_bless(const Place& place, const Options& options) {
   const StudyResult stored = load_rows(options.out_dir + "/store.db", selection.cells);
   if (stored.rows.empty()) throw InputError("bless: the store has no rows of this study; run it first");
   if (const std::string missing = missing_words(selection, stored); !missing.empty())
-    throw InputError(fmt::format("bless: {}; `{}` makes them, and then they can be blessed", missing,
-                                 same_call(options, "run")));
+    throw InputError(
+        fmt::format("bless: {}; `{}` makes them, and then they can be blessed", missing, same_call(options, "run")));
   const std::string path = selection.baseline.empty() ? "atwood-baseline.tsv" : selection.baseline;
   const BaselineText text = baseline_text(stored.rows, options.reason);
   // The figures last: an environment that is newer than they are only makes their comparison more careful.

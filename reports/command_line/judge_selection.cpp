@@ -52,8 +52,7 @@ void judge_gates(const Place& place, const Options& options, const Selection& se
   judged.verdicts = judge(asked, rows);
   for (Verdict& verdict : judged.verdicts)
     verdict.rerun = with_own_files(place, options, selection, verdict.scenario, verdict.rerun);
-  if (stored != nullptr)
-    judge_missing(selection, asked, *stored, same_call_words(options, "run"), judged.verdicts);
+  if (stored != nullptr) judge_missing(selection, asked, *stored, same_call_words(options, "run"), judged.verdicts);
   judged.verdicts.insert(judged.verdicts.end(), sifted.unmatched.begin(), sifted.unmatched.end());
   if (sifted.left_out > 0)
     judged.notes.push_back(
@@ -86,8 +85,8 @@ void require_units(const Baseline& baseline) {
   for (const BaselineEntry& e : baseline.entries) {
     const auto known = units.find(e.metric);
     if (known != units.end() && known->second != e.unit)
-      throw InputError(fmt::format("{}: {} {} {}: the unit is `{}`; expected `{}`, the unit of this metric", baseline.path,
-                                   e.scenario, e.method, e.metric, e.unit, known->second));
+      throw InputError(fmt::format("{}: {} {} {}: the unit is `{}`; expected `{}`, the unit of this metric",
+                                   baseline.path, e.scenario, e.method, e.metric, e.unit, known->second));
   }
 }
 
@@ -97,8 +96,9 @@ void tell_no_numbers(Judged& judged) {
     return c.kind == Kind::added && c.text.starts_with("was not a number");
   });
   if (count > 0)
-    judged.notes.push_back(fmt::format("{} figure{} not a number in the baseline and {} one now: counted as new, not compared.",
-                                       count, count == 1 ? " was" : "s were", count == 1 ? "is" : "are"));
+    judged.notes.push_back(
+        fmt::format("{} figure{} not a number in the baseline and {} one now: counted as new, not compared.", count,
+                    count == 1 ? " was" : "s were", count == 1 ? "is" : "are"));
 }
 
 // Figures that only a filter of this call leaves without a cell are no loss.
@@ -115,18 +115,24 @@ int leave_out_filtered(const Place& place, const Options& options, const Selecti
 
 // One verdict a scenario and method: the figure that became worse most, or what is missing.
 std::vector<Verdict> baseline_verdicts(const Baseline& baseline, const std::vector<BaselineChange>& changes) {
-  struct Group { const BaselineChange* worst = nullptr; const BaselineChange* first = nullptr; int count[5] = {}; };
+  struct Group {
+    const BaselineChange* worst = nullptr;
+    const BaselineChange* first = nullptr;
+    int count[5] = {};
+  };
   std::map<std::pair<std::string, std::string>, Group> groups;
   for (const BaselineChange& change : changes) {
     if (change.kind == Kind::added) continue;
     Group& group = groups[{change.scenario, change.method}];
     if (group.first == nullptr || change.kind == Kind::missing) group.first = &change;
     ++group.count[static_cast<int>(change.kind)];
-    if (change.kind == Kind::regression && (group.worst == nullptr || change.ratio > group.worst->ratio)) group.worst = &change;
+    if (change.kind == Kind::regression && (group.worst == nullptr || change.ratio > group.worst->ratio))
+      group.worst = &change;
   }
   std::vector<Verdict> verdicts;
   for (const auto& [key, group] : groups) {
-    const int worse = group.count[static_cast<int>(Kind::regression)], missing = group.count[static_cast<int>(Kind::missing)];
+    const int worse = group.count[static_cast<int>(Kind::regression)],
+              missing = group.count[static_cast<int>(Kind::missing)];
     const BaselineChange& change = group.worst ? *group.worst : *group.first;
     Verdict v;
     v.of_baseline = true;
@@ -149,7 +155,8 @@ std::vector<Verdict> baseline_verdicts(const Baseline& baseline, const std::vect
     if (group.worst) text = fmt::format("worse than the baseline: {}", change.text);
     if (worse > 1) text += fmt::format("; {} more figure{}", worse - 1, worse == 2 ? "" : "s");
     if (missing > 0)
-      text += fmt::format("{}{} figure{} of the baseline not measured now", text.empty() ? "" : "; ", missing, missing == 1 ? "" : "s");
+      text += fmt::format("{}{} figure{} of the baseline not measured now", text.empty() ? "" : "; ", missing,
+                          missing == 1 ? "" : "s");
     if (text.empty())
       text = fmt::format("{} figures as they were, {} better", group.count[static_cast<int>(Kind::unchanged)],
                          group.count[static_cast<int>(Kind::improvement)]);
@@ -191,7 +198,8 @@ void judge_baseline(const Place& place, const Options& options, const Selection&
   judged.notes.insert(judged.notes.end(), baseline.notes.begin(), baseline.notes.end());
   const bool empty = baseline.entries.empty();
   if (const int left_out = leave_out_filtered(place, options, selection, baseline); left_out > 0)
-    judged.notes.push_back(fmt::format("{} figure{} of the baseline left out by the filter.", left_out, left_out == 1 ? "" : "s"));
+    judged.notes.push_back(
+        fmt::format("{} figure{} of the baseline left out by the filter.", left_out, left_out == 1 ? "" : "s"));
   judged.changes = compare_baseline(baseline, rows);
   if (!options.steps.empty())  // a part of a ladder has no figure of the whole: none was compared, and none is new
     std::erase_if(judged.changes, [](const BaselineChange& c) { return c.kind == Kind::added && c.steps == 0; });
@@ -205,7 +213,8 @@ void judge_baseline(const Place& place, const Options& options, const Selection&
   judged.verdicts.insert(judged.verdicts.end(), verdicts.begin(), verdicts.end());
   if (!compared)
     judged.verdicts.push_back(nothing_compared(
-        baseline, empty ? "it holds no figure" : "none of its figures is of a cell that was measured here: nothing was compared"));
+        baseline, empty ? "it holds no figure"
+                        : "none of its figures is of a cell that was measured here: nothing was compared"));
   const std::vector<std::string> differing = environment_changes(baseline, rows);
   judged.notes.insert(judged.notes.end(), differing.begin(), differing.end());
 }
@@ -250,19 +259,22 @@ std::vector<CellEnding> endings_of(const Selection& selection, const std::vector
 }
 
 // Why a user's own engine refused scenes: a sentence for each method and scene, the first ten of them.
-void tell_refusals(const Selection& selection, const std::vector<CellEnding>& endings, std::vector<std::string>& notes) {
+void tell_refusals(const Selection& selection, const std::vector<CellEnding>& endings,
+                   std::vector<std::string>& notes) {
   constexpr int kShown = 10;
   std::set<std::pair<std::string, std::string>> told;
   for (std::size_t i = 0; i < endings.size() && i < selection.cells.size(); ++i) {
     const Cell& cell = selection.cells[i];
     const CellEnding& ending = endings[i];
     const bool foreign = cell.worker >= 0 && selection.workers[static_cast<std::size_t>(cell.worker)].foreign;
-    if (!foreign || ending.status != Status::unsupported || !told.insert({ending.method, ending.scenario}).second) continue;
+    if (!foreign || ending.status != Status::unsupported || !told.insert({ending.method, ending.scenario}).second)
+      continue;
     if (told.size() > kShown) continue;
     notes.push_back(fmt::format("{} does not run {}: {}.", ending.method, ending.scenario,
                                 ending.reason.empty() ? "its engine gives no reason" : printable(ending.reason)));
   }
-  if (told.size() > kShown) notes.push_back(fmt::format("{} more scenes and methods are unsupported.", told.size() - kShown));
+  if (told.size() > kShown)
+    notes.push_back(fmt::format("{} more scenes and methods are unsupported.", told.size() - kShown));
 }
 
 void append_failed_cells(const Place& place, const Options& options, const Selection& selection,
@@ -285,9 +297,11 @@ void append_failed_cells(const Place& place, const Options& options, const Selec
   };
   for (const CellEnding& cell : judged.cells)
     if (cell.fails)
-      append(cell.scenario, cell.method, cell.steps, "status", fmt::format("{}: {}", to_string(cell.status), cell.reason),
-             is_failure(cell.status) ? "A run comes to its end."
-                                     : "A method of one's own, or asked for by name, stays finite; a study's `allow` says where not.");
+      append(cell.scenario, cell.method, cell.steps, "status",
+             fmt::format("{}: {}", to_string(cell.status), cell.reason),
+             is_failure(cell.status)
+                 ? "A run comes to its end."
+                 : "A method of one's own, or asked for by name, stays finite; a study's `allow` says where not.");
   std::set<std::string> told;
   for (const Row& row : rows)
     if (row.metric == "truth" && is_failure(row.status) && told.insert(row.scenario).second)
@@ -340,7 +354,8 @@ std::vector<std::string> with_own_files(const Place& place, const Options& optio
   return words;
 }
 
-std::vector<std::string> same_call_words(const Options& options, const std::string& command, const std::string& baseline) {
+std::vector<std::string> same_call_words(const Options& options, const std::string& command,
+                                         const std::string& baseline) {
   std::vector<std::string> words{options.words.empty() ? "atwood" : options.words.front(), command};
   const auto add = [&](const char* flag, const std::string& value) {
     if (!value.empty()) words.insert(words.end(), {flag, value});
@@ -388,7 +403,8 @@ std::vector<Gate> read_all_gates(const Place& place) {
 Standards read_standards(const Place& place, const Selection& selection, bool catalogue) {
   Standards standards;
   if (catalogue || !selection.tolerances.empty()) standards.gates = gates_named(place, selection.tolerances);
-  if (!selection.baseline.empty() && fs::exists(selection.baseline)) standards.baseline = read_baseline(selection.baseline);
+  if (!selection.baseline.empty() && fs::exists(selection.baseline))
+    standards.baseline = read_baseline(selection.baseline);
   if (standards.baseline) require_units(*standards.baseline);
   return standards;
 }

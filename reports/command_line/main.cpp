@@ -3,16 +3,16 @@
 
 #include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <functional>
 #include <new>
 #include <sstream>
 #include <system_error>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "protocol/descriptors.hpp"
 #include "reports/command_line/command_line.hpp"
@@ -128,32 +128,36 @@ void declare_commands(Parser& p) {
             command_contacts);
   contacts->add_option("SCENE", o.input, "A file or a catalogue id")->required();
   contacts
-      ->add_option("--engine", o.engines,
-                   "atwood (unless given), truth, bullet64, bullet32, ode, fcl or libccd; one with a test of its own: box-edges,\n"
-                   "bullet64/closest-points (contactPairTest's algorithms; bullet64 alone: the stepped world's), bullet32/closest-points,\n"
-                   "bullet64/unit-size, bullet32/unit-size, ode/unit-size, fcl/unit-size, libccd/unit-size; or a worker's path")
+      ->add_option(
+          "--engine", o.engines,
+          "atwood (unless given), truth, bullet64, bullet32, ode, fcl or libccd; one with a test of its own: box-edges,\n"
+          "bullet64/closest-points (contactPairTest's algorithms; bullet64 alone: the stepped world's), bullet32/closest-points,\n"
+          "bullet64/unit-size, bullet32/unit-size, ode/unit-size, fcl/unit-size, libccd/unit-size; or a worker's path")
       ->expected(1);
   contacts->add_flag("--swept", o.swept,
                      "Straight motion with constant spin to the scene's end, instead of the initial pose");
-  contacts->add_option("--limit", o.cell_limit_s, "Seconds it may take")
-      ->capture_default_str();
+  contacts->add_option("--limit", o.cell_limit_s, "Seconds it may take")->capture_default_str();
 
   auto* compare = p.add("compare", "Methods side by side: error, order and cost on each scenario", command_compare);
   compare->add_option("METHODS", o.methods, "Two or more method ids")->required()->expected(1, 64);
   compare->add_option("--scenario,--filter", o.scenarios, "Scenarios: ids, globs or files")->expected(1)->take_all();
   p.counts(compare, "Only these step counts");
-  compare->add_option("--metric", o.metric, "What is compared: position, velocity, attitude, body-rate, state, energy, or a\n"
+  compare->add_option("--metric", o.metric,
+                      "What is compared: position, velocity, attitude, body-rate, state, energy, or a\n"
                       "metric's name (the one of position and attitude that tells them apart unless given)");
   compare->add_option("--error", o.wanted_error, "Only this error, with its unit: 1e-6rad, 0.1mm");
   compare->add_option("--budget", o.budget, "Only what this time buys: 16.7ms, 40us");
-  compare->add_flag("--same-rate", o.same_rate, "Rank methods that all evaluate the reference's right-hand side: ours as\n"
-                    "atwood-same-rate/..., native times beside (unless given: where libraries and such methods alone are compared)");
+  compare->add_flag(
+      "--same-rate", o.same_rate,
+      "Rank methods that all evaluate the reference's right-hand side: ours as\n"
+      "atwood-same-rate/..., native times beside (unless given: where libraries and such methods alone are compared)");
   compare->add_flag("--native-rate", o.native_rate, "Rank each method with its engine's own right-hand side")
       ->excludes("--same-rate");
   compare->add_option("--engine", o.engines, "Also this executable")->expected(1)->take_all();
   compare->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
   compare->add_option("-j,--jobs", o.jobs, "Workers at once");
-  compare->add_option("--limit", o.cell_limit_s, "Seconds a cell may take; a truth six times that")->capture_default_str();
+  compare->add_option("--limit", o.cell_limit_s, "Seconds a cell may take; a truth six times that")
+      ->capture_default_str();
   compare->add_flag("--no-timing", o.no_timing, "Leave out the timed pass");
   p.shown_progress(compare);
   compare
@@ -164,32 +168,35 @@ void declare_commands(Parser& p) {
 
   auto* advise = p.add("advise", "Recommend a method and its step for a scene, with evidence", command_advise);
   advise->add_option("SCENE", o.input, "A file or a catalogue id")->required();
-  advise->add_option("--error", o.wanted_error,
-                     "The error that is allowed: 1e-8 (in the metric's unit; metres unless --metric says otherwise), 0.1mm,\n"
-                     "1e-6rad, 2cm/s; a unit decides the metric");
+  advise->add_option(
+      "--error", o.wanted_error,
+      "The error that is allowed: 1e-8 (in the metric's unit; metres unless --metric says otherwise), 0.1mm,\n"
+      "1e-6rad, 2cm/s; a unit decides the metric");
   advise->add_option("--budget", o.budget, "The time that a whole run may take: 16.7ms, 40us");
   advise->add_option("--metric", o.metric,
                      "position (unless given), velocity, attitude, body-rate, state, energy, or a metric's name");
   advise->add_option("--method", o.methods, "Only these methods: ids or globs")->expected(1)->take_all();
-  advise->add_flag("--same-rate", o.same_rate,
-                   "Judge methods that all evaluate the reference's right-hand side: ours and those of odeint, ARKODE, CVODE");
+  advise->add_flag(
+      "--same-rate", o.same_rate,
+      "Judge methods that all evaluate the reference's right-hand side: ours and those of odeint, ARKODE, CVODE");
   advise->add_option("--engine", o.engines, "Also this executable")->expected(1)->take_all();
-  advise->add_option("--time", o.search_s, "Seconds after which no further method is begun")
-      ->capture_default_str();
+  advise->add_option("--time", o.search_s, "Seconds after which no further method is begun")->capture_default_str();
   p.shown_progress(advise);
   advise->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
   advise->add_option("-j,--jobs", o.jobs, "Workers at once (one a core unless given)");
   advise->add_option("--limit", o.cell_limit_s, "Seconds a run may take; a truth six times that")
       ->capture_default_str();
 
-  auto* tune = p.add("tune", "Search the settings of an engine that suit a class of scenes; the default is one of the trials",
-                     command_tune);
+  auto* tune =
+      p.add("tune", "Search the settings of an engine that suit a class of scenes; the default is one of the trials",
+            command_tune);
   tune->add_option("ENGINE", o.input, "atwood, bullet32, bullet64 or ode")->required();
   tune->add_option("--class", o.scene_class, "free-flight, bounce, friction, stack, heap or mechanism")->required();
   tune->add_option("--trials", o.trials, "Sets of settings, the default included")->capture_default_str();
   tune->add_option("--seed", o.seed, "Of the sets and of the choice of scenes")->capture_default_str();
   tune->add_option("--scenario", o.scenarios, "Only these scenes of the class: ids or globs")->expected(1)->take_all();
-  tune->add_option("--file", o.tuned_file, "Where settings and evidence are kept (OUT/tuned.json unless given); the presets read\n"
+  tune->add_option("--file", o.tuned_file,
+                   "Where settings and evidence are kept (OUT/tuned.json unless given); the presets read\n"
                    "reference/rivals/tuned.json when they are built");
   tune->add_flag("--no-timing", o.no_timing, "Compare at equal steps instead of equal time");
   tune->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
@@ -221,7 +228,8 @@ void declare_commands(Parser& p) {
 
   auto* bench =
       p.add("bench", "Time kernels and steps with Google Benchmark; the figures join the report", command_bench);
-  bench->add_option("FILTER", o.input, "A regular expression over benchmark names, or one of\n"
+  bench->add_option("FILTER", o.input,
+                    "A regular expression over benchmark names, or one of\n"
                     "  goals         the project's goals beside its rivals, in one run\n"
                     "  frame-budget  the largest heap that each engine steps within a frame\n"
                     "  broad-phases  who finds pairs at what cost");
@@ -229,8 +237,7 @@ void declare_commands(Parser& p) {
   bench->add_option("--goals", o.goals_file, "goals: from this file instead of benchmarks/goals.toml");
   bench->add_option("--method", o.methods, "frame-budget: only these methods")->expected(1)->take_all();
   bench->add_option("--engine", o.engines, "goals, frame-budget: also this executable")->expected(1)->take_all();
-  bench->add_option("--limit", o.cell_limit_s, "goals, frame-budget: seconds a run may take")
-      ->capture_default_str();
+  bench->add_option("--limit", o.cell_limit_s, "goals, frame-budget: seconds a run may take")->capture_default_str();
   bench->add_option("-j,--jobs", o.jobs, "goals: workers at once in the accuracy pass");
   bench->add_flag("--no-timing", o.no_timing, "goals: errors and evaluations only");
   bench->add_option("--out", o.out_dir, "Where the figures go")->capture_default_str();
@@ -279,7 +286,8 @@ void complain(const CLI::App& app, const CLI::ParseError& error, const std::vect
     what = fmt::format("atwood{}: {}; `atwood help{}` shows the options", command, plain.empty() ? error.what() : plain,
                        command);
   }
-  std::fputs(printable_lines(fmt::format("{}{}\n", what.rfind("atwood", 0) == 0 ? "" : "atwood: ", what)).c_str(), stderr);
+  std::fputs(printable_lines(fmt::format("{}{}\n", what.rfind("atwood", 0) == 0 ? "" : "atwood: ", what)).c_str(),
+             stderr);
 }
 
 int run(int argc, char** argv) {

@@ -4,9 +4,9 @@
 #include <map>
 #include <set>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <CLI/CLI.hpp>
 
 #include "reports/command_line/command_line.hpp"
 #include "scene/files.hpp"
@@ -17,12 +17,14 @@ namespace {
 // What the words after an option are, by its long name. Numbers are named by CLI11.
 const std::map<std::string, std::string>& value_names() {
   static const std::map<std::string, std::string> names{
-      {"--scenario", "SCENE"},  {"--method", "METHOD"},  {"--as", "METHOD"},      {"--engine", "FILE"},
-      {"--metric", "METRIC"},   {"--steps", "COUNT"},    {"--samples", "COUNT"},  {"--out", "DIR"},
-      {"--output", "FORMAT:FILE"}, {"--junit", "FILE"},  {"--tolerances", "FILE"}, {"--baseline", "FILE"},
-      {"--goals", "FILE"},      {"--goal", "GOAL"},      {"--error", "ERROR"},    {"--budget", "TIME"},
-      {"--max", "METRIC=VALUE"}, {"--reason", "WORDS"},  {"--limit", "SECONDS"},  {"--jobs", "COUNT"},
-      {"--hz", "HZ"},           {"--time", "SECONDS"}};
+      {"--scenario", "SCENE"}, {"--method", "METHOD"},    {"--as", "METHOD"},
+      {"--engine", "FILE"},    {"--metric", "METRIC"},    {"--steps", "COUNT"},
+      {"--samples", "COUNT"},  {"--out", "DIR"},          {"--output", "FORMAT:FILE"},
+      {"--junit", "FILE"},     {"--tolerances", "FILE"},  {"--baseline", "FILE"},
+      {"--goals", "FILE"},     {"--goal", "GOAL"},        {"--error", "ERROR"},
+      {"--budget", "TIME"},    {"--max", "METRIC=VALUE"}, {"--reason", "WORDS"},
+      {"--limit", "SECONDS"},  {"--jobs", "COUNT"},       {"--hz", "HZ"},
+      {"--time", "SECONDS"}};
   return names;
 }
 
@@ -113,9 +115,8 @@ std::vector<OptionWords> options_of(const CLI::App& app) {
     for (const std::string& name : option->get_lnames()) words.names.push_back("--" + name);
     if (option->get_positional() && words.names.empty()) words.value = option->get_name(true);
     else if (option->get_items_expected_max() > 0)
-      words.value = option->get_type_name().substr(0, option->get_type_name().starts_with("FORMAT")
-                                                          ? std::string::npos
-                                                          : option->get_type_name().find(':'));
+      words.value = option->get_type_name().substr(
+          0, option->get_type_name().starts_with("FORMAT") ? std::string::npos : option->get_type_name().find(':'));
     words.doc = option->get_description();
     words.preset = option->get_default_str();
     words.required = option->get_required();
@@ -182,18 +183,21 @@ std::string man_page(const CLI::App& app) {
   text += ".SH NAME\natwood \\- verifies and benchmarks the numerical accuracy of physics engines\n";
   text += ".SH SYNOPSIS\n.B atwood\n.I COMMAND\n[\\fIOPTIONS\\fR] ...\n";
   text += ".SH DESCRIPTION\n" + roff(app.get_description()) + "\n";
-  text += ".PP\nA scene is an id of the catalogue or a file. A method is written \\fIengine\\fR/\\fIscheme\\fR"
-          "[:\\fIrtol\\fR[,\\fIatol\\fR]][+\\fIresponse\\fR][@\\fIscalar\\fR][{\\fIsetting\\fR=\\fIvalue\\fR}].\n";
+  text +=
+      ".PP\nA scene is an id of the catalogue or a file. A method is written \\fIengine\\fR/\\fIscheme\\fR"
+      "[:\\fIrtol\\fR[,\\fIatol\\fR]][+\\fIresponse\\fR][@\\fIscalar\\fR][{\\fIsetting\\fR=\\fIvalue\\fR}].\n";
   text += ".SH COMMANDS\n";
   for (const CLI::App* sub : commands_of(app)) {
     text += fmt::format(".SS {}\n{}\n.PP\n.B {}\n{}", roff(sub->get_name()), roff(sub->get_description()),
                         roff(usage(*sub)), roff_options(*sub));
   }
   text += ".SH \"EXIT STATUS\"\n" + roff(app.get_footer()) + "\n";
-  text += ".SH FILES\n.TP\n.I atwood\\-out/store.db\nEvery cell that was run.\n"
-          ".TP\n.I atwood\\-out/report.html\nThe report of the last run.\n";
-  return text + ".SH ENVIRONMENT\n.TP\n.B NO_COLOR\nWhere it is set and not empty, nothing is printed in colour.\n"
-                ".TP\n.B ATWOOD_ROOT\nThe folder of the catalogue, in place of the one that the program was built from.\n";
+  text +=
+      ".SH FILES\n.TP\n.I atwood\\-out/store.db\nEvery cell that was run.\n"
+      ".TP\n.I atwood\\-out/report.html\nThe report of the last run.\n";
+  return text +
+         ".SH ENVIRONMENT\n.TP\n.B NO_COLOR\nWhere it is set and not empty, nothing is printed in colour.\n"
+         ".TP\n.B ATWOOD_ROOT\nThe folder of the catalogue, in place of the one that the program was built from.\n";
 }
 
 // ---- words that mean nothing --------------------------------------------------------------------------------------
@@ -218,8 +222,7 @@ std::string unknown_option(const CLI::App& app, const CLI::App* command, const s
   const auto near = nearest(name, option_names(command ? *command : app), 1);
   if (command == nullptr && !owners.empty()) return text + " before the command; write it after the command's name";
   if (!near.empty()) text += "; nearest: " + near.front();
-  if (!owners.empty())
-    text += fmt::format("; {} {} it", fmt::join(owners, ", "), owners.size() == 1 ? "has" : "have");
+  if (!owners.empty()) text += fmt::format("; {} {} it", fmt::join(owners, ", "), owners.size() == 1 ? "has" : "have");
   return text + fmt::format("; `atwood help{}` shows all", command ? " " + command->get_name() : "");
 }
 
@@ -243,7 +246,8 @@ std::string unknown_words(const CLI::App& app, const std::vector<std::string>& w
     if (is_option(word)) return unknown_option(app, command, word);
   }
   if (command == nullptr) {
-    const auto found = std::find_if(words.begin(), words.end(), [](const auto& word) { return word.rfind("-", 0) != 0; });
+    const auto found =
+        std::find_if(words.begin(), words.end(), [](const auto& word) { return word.rfind("-", 0) != 0; });
     if (found == words.end()) return "expected a command; `atwood help` lists them";
     return unknown_command(app, *found);
   }

@@ -5,8 +5,8 @@
 #include <cstdlib>
 #include <map>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "reports/command_line/manual.hpp"
 
@@ -22,10 +22,10 @@ struct NumberRange {
 // Every option that takes a number, by its long name.
 const std::map<std::string, NumberRange>& number_ranges() {
   static const std::map<std::string, NumberRange> ranges{
-      {"limit", {false, 0.01, 1e6, " of seconds"}},   {"time", {false, 0, 1e6, " of seconds"}},
+      {"limit", {false, 0.01, 1e6, " of seconds"}},      {"time", {false, 0, 1e6, " of seconds"}},
       {"hz", {false, 1e-9, 1e15, " of steps a second"}}, {"steps", {true, 1, 1e15, " of steps"}},
-      {"samples", {true, 1, 1e15, " of samples"}},    {"jobs", {true, 1, 1024, " of workers"}},
-      {"trials", {true, 1, 10000, " of trials"}},     {"seed", {true, 0, 1e15, ""}},
+      {"samples", {true, 1, 1e15, " of samples"}},       {"jobs", {true, 1, 1024, " of workers"}},
+      {"trials", {true, 1, 10000, " of trials"}},        {"seed", {true, 0, 1e15, ""}},
       {"max-cells", {true, 1, 1e15, " of cells"}}};
   return ranges;
 }
@@ -35,12 +35,13 @@ std::string number_fault(const NumberRange& range, const std::string& text) {
   char* end = nullptr;
   errno = 0;
   const double value = std::strtod(text.c_str(), &end);
-  const bool plain = text.find_first_not_of("0123456789+-.eE") == std::string::npos;  // no nan, inf, blanks, hexadecimals
+  const bool plain =
+      text.find_first_not_of("0123456789+-.eE") == std::string::npos;  // no nan, inf, blanks, hexadecimals
   const bool number = plain && !text.empty() && end == text.c_str() + text.size() && std::isfinite(value);
   const bool whole = text.find_first_not_of("0123456789+-") == std::string::npos;
   if (number && (whole || !range.whole) && value >= range.low && value <= range.high) return "";
-  return fmt::format("found `{}`; expected a {}number{} from {:g} to {:g}", text, range.whole ? "whole " : "", range.what,
-                     range.low, range.high);
+  return fmt::format("found `{}`; expected a {}number{} from {:g} to {:g}", text, range.whole ? "whole " : "",
+                     range.what, range.low, range.high);
 }
 
 }  // namespace

@@ -38,7 +38,9 @@ std::string environment_or(const char* name, const std::string& otherwise) {
 }
 
 // Engines that the default set-up does without: found when configuring, or not built.
-struct OptionalEngine { const char *name, *library, *packages; };
+struct OptionalEngine {
+  const char *name, *library, *packages;
+};
 constexpr OptionalEngine optional_engines[] = {
     {"dart", "DART", "libdart-dev, libdart-external-ikfast-dev, libdart-collision-ode-dev"},
     {"mujoco", "MuJoCo", "libmujoco-dev"},

@@ -26,7 +26,10 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 }
 
 // ---- the problem: y = (p, v), or (x, y, z) -----------------------------------------------------------------------
-struct Written { int size = 6; std::string rate, start, end; };
+struct Written {
+  int size = 6;
+  std::string rate, start, end;
+};
 
 std::string list(const std::vector<std::string>& numbers) { return fmt::format("{{{}}}", fmt::join(numbers, ", ")); }
 std::string list(const Real3& v) { return list({format_double(v[0]), format_double(v[1]), format_double(v[2])}); }
@@ -34,10 +37,11 @@ std::string list(const Real3& v) { return list({format_double(v[0]), format_doub
 std::string acceleration(const Force& force, const Body& body, const std::string& scene) {
   const std::string mass = format_double(body.mass_kg);
   if (const auto* pull = std::get_if<Attractor>(&force)) {
-    return fmt::format("  {{ const real c[3] = {}, d[3] = {{p[0] - c[0], p[1] - c[1], p[2] - c[2]}};\n"
-                       "    const real r = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);\n"
-                       "    for (int i = 0; i < 3; ++i) a[i] -= real({}) * d[i] / (r * r * r); }}\n",
-                       list(pull->center_m), format_double(pull->mu_m3_per_s2));
+    return fmt::format(
+        "  {{ const real c[3] = {}, d[3] = {{p[0] - c[0], p[1] - c[1], p[2] - c[2]}};\n"
+        "    const real r = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);\n"
+        "    for (int i = 0; i < 3; ++i) a[i] -= real({}) * d[i] / (r * r * r); }}\n",
+        list(pull->center_m), format_double(pull->mu_m3_per_s2));
   }
   if (const auto* spring = std::get_if<Spring>(&force);
       spring && spring->bodies.size() == 1 && spring->rest_length_m == 0) {
@@ -202,12 +206,15 @@ std::string tolerance_frame() {
          kToleranceMain;
 }
 
-struct Solver { std::string compile, includes, solve, claimed; };
+struct Solver {
+  std::string compile, includes, solve, claimed;
+};
 
 // ---- ARKODE --------------------------------------------------------------------------------------------------------
 std::string arkode_halves(bool additive) {
-  const std::string whole = "static int rate(sunrealtype t, N_Vector y, N_Vector dydt, void*) {\n"
-                            "  f(t, N_VGetArrayPointer(y), N_VGetArrayPointer(dydt));\n  return 0;\n}\n";
+  const std::string whole =
+      "static int rate(sunrealtype t, N_Vector y, N_Vector dydt, void*) {\n"
+      "  f(t, N_VGetArrayPointer(y), N_VGetArrayPointer(dydt));\n  return 0;\n}\n";
   if (!additive) return whole;
   return whole + R"(static int explicit_half(sunrealtype t, N_Vector y, N_Vector dydt, void* d) {  // positions
   rate(t, y, dydt, d);
@@ -294,7 +301,9 @@ Solver arkode(const MethodInfo& info, bool tolerance) {
   N_VDestroy(v);
   SUNContext_Free(&context);
 }
-)", "@CREATE@", create), "@M@", module);
+)",
+                                                           "@CREATE@", create),
+                                                  "@M@", module);
   if (tolerance) made.solve = by_tolerance(made.solve, module, !i.empty());
   if (!i.empty())
     made.compile = replaced(
@@ -370,7 +379,7 @@ Solver odeint(const MethodId& id, const MethodInfo& info) {
     throw InputError(fmt::format("--program: {} chooses its steps; the program shows an order in the step", info.id));
   const bool implicit = name == "rosenbrock4" || name == "implicit_euler";
   const bool verlet = name == "velocity_verlet", pairs = verlet || name.rfind("symplectic", 0) == 0;
-  const bool in_place = flag(id, "in_place") || verlet || name == "implicit_euler" ;
+  const bool in_place = flag(id, "in_place") || verlet || name == "implicit_euler";
   const std::string system = implicit ? "system" : pairs ? "Force()" : "System()";
   Solver made;
   made.compile =

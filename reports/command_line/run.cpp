@@ -74,9 +74,12 @@ void print_result(const Options& options, const Selection& selection, const Repo
 void require_ordinary(const std::string& file) {
   std::error_code error;
   const fs::file_status status = fs::status(file, error);
-  if (file.starts_with("/dev/std") || file.starts_with("/dev/fd/") || file == "/dev/null" || !fs::exists(status)) return;
-  const char* kind = fs::is_fifo(status) ? "a pipe" : fs::is_socket(status) ? "a socket"
-                     : fs::is_character_file(status) || fs::is_block_file(status) ? "a device" : "";
+  if (file.starts_with("/dev/std") || file.starts_with("/dev/fd/") || file == "/dev/null" || !fs::exists(status))
+    return;
+  const char* kind = fs::is_fifo(status)                                          ? "a pipe"
+                     : fs::is_socket(status)                                      ? "a socket"
+                     : fs::is_character_file(status) || fs::is_block_file(status) ? "a device"
+                                                                                  : "";
   if (*kind != '\0') throw InputError(fmt::format("{}: found {}; expected a file to write to", file, kind));
 }
 
@@ -185,15 +188,15 @@ int command_run(const Place& place, const Options& options) {
 int command_report(const Place& place, const Options& options) {
   require_outputs_make_sense(options);
   if (!fs::exists(options.out_dir + "/store.db")) {
-    throw InputError(fmt::format("report: no store at {}/store.db; `{}` makes one", options.out_dir,
-                                 same_call(options, "run")));
+    throw InputError(
+        fmt::format("report: no store at {}/store.db; `{}` makes one", options.out_dir, same_call(options, "run")));
   }
   const Selection selection = select_cells(place, options);
   const StudyResult result = load_rows(options.out_dir + "/store.db", selection.cells);
   if (result.rows.empty()) {
-    throw InputError(
-        fmt::format("{}/store.db holds none of these cells: they were never run, or by an earlier build; `{}` makes them",
-                    options.out_dir, same_call(options, "run")));
+    throw InputError(fmt::format(
+        "{}/store.db holds none of these cells: they were never run, or by an earlier build; `{}` makes them",
+        options.out_dir, same_call(options, "run")));
   }
   const Standards standards = read_standards(place, selection, true);
   const Judged judged = judge_everything(place, options, selection, standards, result, false);

@@ -120,7 +120,8 @@ std::vector<Row> ranked_rows(const std::vector<Row>& rows, std::vector<std::stri
                              return one.first == row.scenario && method_family(one.second) == row.method;
                            }));
     const bool ours = engine_of(row.method) == "atwood" && row.method.find('+') == std::string::npos;
-    const bool scene_has_twins = std::any_of(ran.begin(), ran.end(), [&](const auto& one) { return one.first == row.scenario; });
+    const bool scene_has_twins =
+        std::any_of(ran.begin(), ran.end(), [&](const auto& one) { return one.first == row.scenario; });
     if (replaced) continue;
     if (ours && !scene_has_twins) {
       kept[row.scenario].insert(base_of(row.method));
@@ -138,7 +139,10 @@ std::vector<Row> ranked_rows(const std::vector<Row>& rows, std::vector<std::stri
 
 std::vector<MethodOverhead> measure_overheads(const std::vector<Cell>& cells, const std::vector<Worker>& workers,
                                               const std::vector<Row>& rows, double limit_s) {
-  struct Chosen { const Cell* cell = nullptr; double seconds = 0, evaluations = 0; };
+  struct Chosen {
+    const Cell* cell = nullptr;
+    double seconds = 0, evaluations = 0;
+  };
   std::map<std::pair<std::string, std::string>, Chosen> best;  // scenario, family
   std::vector<std::pair<std::string, std::string>> order;
   for (const Cell& cell : cells) {
@@ -190,9 +194,12 @@ std::string overhead_text(const std::vector<MethodOverhead>& overheads, const st
   for (const MethodOverhead& one : overheads) {
     if (one.scenario != scenario) continue;
     if (text.empty())
-      text = "\n  beside the rate, an evaluation costs (rates made 1, 2, 4, 8 times over,\n"
-             "  extrapolated to none; [ ] 95 %, medians of turns)\n";
-    const auto estimate = [](const Estimate& e) { return fmt::format("{:.3g} ns [{:.3g}, {:.3g}]", e.value, e.low, e.high); };
+      text =
+          "\n  beside the rate, an evaluation costs (rates made 1, 2, 4, 8 times over,\n"
+          "  extrapolated to none; [ ] 95 %, medians of turns)\n";
+    const auto estimate = [](const Estimate& e) {
+      return fmt::format("{:.3g} ns [{:.3g}, {:.3g}]", e.value, e.low, e.high);
+    };
     text += fmt::format("    {}, {}:\n      {}; the rate {}{}\n", one.family.substr(0, 50),
                         rung_words(one.method, one.steps), estimate(one.fit.overhead_ns), estimate(one.fit.rate_ns),
                         one.fit.straight ? "" : "\n      (the times lie on no line: no constant overhead)");

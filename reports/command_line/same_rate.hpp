@@ -23,7 +23,7 @@ std::vector<Worker> without_same_rate(std::vector<Worker> workers);
 // What a comparison ranks by. `twins`: ids to run beside the named ones.
 struct RankedRates {
   bool same = false;
-  std::string words;                     // the headline: a sentence
+  std::string words;  // the headline: a sentence
   std::vector<std::string> twins;
 };
 // At the same rate where --same-rate asks for it, or where nothing but libraries' methods and ours that have a twin are

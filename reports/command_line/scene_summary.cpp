@@ -23,7 +23,9 @@ constexpr double kAskLimit_s = 5;
 double norm(const Real3& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
 // Least and largest extent of a body, in metres; 0 of a point or of what is infinite.
-struct Extent { double least_m = 0, largest_m = 0; };
+struct Extent {
+  double least_m = 0, largest_m = 0;
+};
 Extent extent_of_points(const std::vector<Real3>& points) {
   Extent extent;
   for (std::size_t k = 0; k < 3 && !points.empty(); ++k) {
@@ -67,9 +69,9 @@ Extent extent_of(const Shape& shape) {
 
 constexpr const char* kShapes[] = {"point mass", "sphere",   "plane",  "rectangle", "box",
                                    "capsule",    "cylinder", "convex", "mesh",      "compound"};
-constexpr const char* kForces[] = {"mutual gravity", "attractor", "linear drag", "quadratic drag", "spring",
-                                   "drive",          "lorentz",   "coulomb",     "thruster",       "point force",
-                                   "rotating frame", "potential"};
+constexpr const char* kForces[] = {"mutual gravity", "attractor",   "linear drag",    "quadratic drag",
+                                   "spring",         "drive",       "lorentz",        "coulomb",
+                                   "thruster",       "point force", "rotating frame", "potential"};
 
 // "3 boxes of 1 kg, 1 plane (fixed)".
 std::string bodies_words(const Scene& scene) {
@@ -78,7 +80,8 @@ std::string bodies_words(const Scene& scene) {
   for (const Body& body : scene.bodies) {
     std::string kind = kShapes[body.shape.index()];
     kind += body.fixed ? " (fixed)" : fmt::format(" of {:.4g} kg", body.mass_kg);
-    const auto known = std::find_if(groups.begin(), groups.end(), [&](const auto& group) { return group.first == kind; });
+    const auto known =
+        std::find_if(groups.begin(), groups.end(), [&](const auto& group) { return group.first == kind; });
     if (known == groups.end()) groups.emplace_back(kind, 1);
     else ++known->second;
   }
@@ -104,8 +107,14 @@ bool can_meet(const Scene& scene, const PairLaw& law) {
   int a_moving = 0, a_all = 0, b_moving = 0, b_all = 0;
   for (const Body& body : scene.bodies) {
     if (std::holds_alternative<std::monostate>(body.shape)) continue;
-    if (body.material == law.a) { ++a_all; a_moving += body.fixed ? 0 : 1; }
-    if (body.material == law.b) { ++b_all; b_moving += body.fixed ? 0 : 1; }
+    if (body.material == law.a) {
+      ++a_all;
+      a_moving += body.fixed ? 0 : 1;
+    }
+    if (body.material == law.b) {
+      ++b_all;
+      b_moving += body.fixed ? 0 : 1;
+    }
   }
   return a_all > 0 && b_all > 0 && a_moving + b_moving > 0 && (law.a != law.b || a_all > 1);
 }
@@ -119,13 +128,14 @@ std::vector<std::string> laws_words(const Scene& scene) {
       ++more;
       continue;
     }
-    std::string line = fmt::format("{} on {}: restitution {:.4g}, friction {:.4g}",
-                                   scene.materials[static_cast<std::size_t>(law.a)].name,
-                                   scene.materials[static_cast<std::size_t>(law.b)].name, law.restitution, law.friction);
+    std::string line = fmt::format(
+        "{} on {}: restitution {:.4g}, friction {:.4g}", scene.materials[static_cast<std::size_t>(law.a)].name,
+        scene.materials[static_cast<std::size_t>(law.b)].name, law.restitution, law.friction);
     if (law.rolling_friction_m > 0) line += fmt::format(", rolling friction {:.4g} m", law.rolling_friction_m);
     if (law.contact_law == ContactLaw::linear)
       line += fmt::format("; gives way: {:.4g} N/m, {:.4g} N s/m", law.stiffness_N_per_m, law.damping_N_s_per_m);
-    if (law.contact_law == ContactLaw::hertz) line += fmt::format("; gives way by Hertz's law, {:.4g} Pa", law.modulus_Pa);
+    if (law.contact_law == ContactLaw::hertz)
+      line += fmt::format("; gives way by Hertz's law, {:.4g} Pa", law.modulus_Pa);
     words.push_back(line);
   }
   if (more > 0) words.push_back(fmt::format("and {} pairs of materials more", more));
@@ -149,7 +159,9 @@ std::string energy_words(const Scene& scene) {
 }
 
 // ---- what engines and truths say ----------------------------------------------------------------------------------
-struct Answers { std::vector<std::string> touches, runs, refuses, warnings; };
+struct Answers {
+  std::vector<std::string> touches, runs, refuses, warnings;
+};
 
 std::string name_of(const Scene& scene, int body) { return scene.bodies.at(static_cast<std::size_t>(body)).name; }
 
@@ -165,13 +177,15 @@ void ask_contacts(const Scenario& scenario, const Worker& engine, Answers& out) 
   for (const auto& [pair, depth] : overlaps) {
     const Extent a = extent_of(scene.bodies[static_cast<std::size_t>(pair.first)].shape),
                  b = extent_of(scene.bodies[static_cast<std::size_t>(pair.second)].shape);
-    const double size = a.least_m > 0 && b.least_m > 0 ? std::min(a.least_m, b.least_m) : std::max(a.least_m, b.least_m);
+    const double size =
+        a.least_m > 0 && b.least_m > 0 ? std::min(a.least_m, b.least_m) : std::max(a.least_m, b.least_m);
     if (depth > 1e-6 * size && ++told <= 3)
       out.warnings.push_back(fmt::format("`{}` and `{}` overlap at the start by {:.3g} m", name_of(scene, pair.first),
                                          name_of(scene, pair.second), depth));
   }
   if (told > 3) out.warnings.push_back(fmt::format("{} pairs more overlap at the start", told - 3));
-  if (!overlaps.empty()) out.touches.push_back(fmt::format("{} pair{} at the start", overlaps.size(), overlaps.size() == 1 ? "" : "s"));
+  if (!overlaps.empty())
+    out.touches.push_back(fmt::format("{} pair{} at the start", overlaps.size(), overlaps.size() == 1 ? "" : "s"));
   const Plan coarsest{scenario.t_end_s, scenario.steps.front(), scenario.samples};
   const Recording motion = run_once(engine, "atwood/rk4+event", scene, coarsest, kAskLimit_s);
   if (motion.outcome.status == Status::ok) {
@@ -247,12 +261,20 @@ std::vector<std::string> scene_warnings(const Scenario& scenario) {
   for (const Body& body : scenario.scene.bodies) {
     const Extent extent = extent_of(body.shape);
     if (!(extent.largest_m > 0)) continue;
-    if (extent.largest_m < least) { least = extent.largest_m; smallest = &body; }
-    if (extent.largest_m > most) { most = extent.largest_m; largest = &body; }
+    if (extent.largest_m < least) {
+      least = extent.largest_m;
+      smallest = &body;
+    }
+    if (extent.largest_m > most) {
+      most = extent.largest_m;
+      largest = &body;
+    }
     const double way_m = norm(body.velocity_m_per_s) * h_s;
     if (shaped > 1 && !body.fixed && way_m > extent.least_m && extent.least_m > 0 && ++fast == 1)
-      warnings.push_back(fmt::format("`{}` moves {:.3g} m in a step of the coarsest rung, more than its {:.3g} m: an engine "
-                                     "may not see what it passes through", body.name, way_m, extent.least_m));
+      warnings.push_back(
+          fmt::format("`{}` moves {:.3g} m in a step of the coarsest rung, more than its {:.3g} m: an engine "
+                      "may not see what it passes through",
+                      body.name, way_m, extent.least_m));
   }
   if (fast > 1) warnings.push_back(fmt::format("{} bodies more do the same", fast - 1));
   if (most >= 1000 * least)
@@ -269,7 +291,8 @@ std::vector<std::string> scene_warnings(const Scenario& scenario) {
   return warnings;
 }
 
-std::string scene_summary(const Place& place, const Scenario& scenario, const std::vector<Worker>& workers, int columns) {
+std::string scene_summary(const Place& place, const Scenario& scenario, const std::vector<Worker>& workers,
+                          int columns) {
   const auto width = static_cast<std::size_t>(std::clamp(columns, 50, 110));
   const Scene& scene = scenario.scene;
   const MotionClass motion = classify(scene);

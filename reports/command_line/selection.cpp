@@ -84,9 +84,8 @@ std::vector<Scenario> read_own_scenes(const Place& place, Study& study) {
 void check_steps(const Scenario& scenario, const std::vector<std::int64_t>& steps) {
   for (const auto n : steps) {
     if (n <= 0 || n % scenario.samples != 0) {
-      throw InputError(
-          fmt::format("--steps {}: expected a positive multiple of {}, the samples of `{}`", n, scenario.samples,
-                      scenario.id));
+      throw InputError(fmt::format("--steps {}: expected a positive multiple of {}, the samples of `{}`", n,
+                                   scenario.samples, scenario.id));
     }
   }
 }
@@ -109,9 +108,9 @@ bool is_contact_test(const std::string& scheme) {
 // Who says hello by this name, or would if it were built.
 bool is_named(const Worker& worker, const std::string& engine) {
   const std::string file = fs::path(worker.path).filename().string();
-  return worker.status == Status::ok ? glob_match(engine, worker.engine.name)
-                                     : glob_match("atwood-" + engine, file) ||
-                                           (engine == "atwood" && file == "atwood-engine");
+  return worker.status == Status::ok
+             ? glob_match(engine, worker.engine.name)
+             : glob_match("atwood-" + engine, file) || (engine == "atwood" && file == "atwood-engine");
 }
 
 // Every method that is named must be one that some engine offers, or of an engine that is known and not built. `who`
@@ -161,9 +160,11 @@ void check_study(const Study& study, const std::vector<Scenario>& catalogue, con
                        [&](const std::string& tag) { return glob_match(name.substr(4), tag); });
   };
   for (const StudyCells& cells : study.cells) {
-    for (const std::string& method : cells.methods) check_method(fmt::format("study `{}`: ", study.id), method, workers);
+    for (const std::string& method : cells.methods)
+      check_method(fmt::format("study `{}`: ", study.id), method, workers);
     for (const std::string& name : cells.scenarios) {
-      if (std::any_of(catalogue.begin(), catalogue.end(), [&](const Scenario& s) { return matches(name, s); })) continue;
+      if (std::any_of(catalogue.begin(), catalogue.end(), [&](const Scenario& s) { return matches(name, s); }))
+        continue;
       throw InputError(fmt::format(
           "study `{}`: scenarios: `{}` is no scenario of the catalogue; expected ids, globs over them, tag:NAME (`atwood "
           "list scenarios`) or files, as in scenes/mine.toml",
@@ -195,7 +196,8 @@ std::vector<Cell> cells_of_methods(const std::vector<Cell>& cells, const std::ve
     const std::string base = cell.method.substr(0, cell.method.find_first_of(":+@{"));
     if (std::any_of(wanted.begin(), wanted.end(), [&](const std::string& method) {
           return method == cell.method || glob_match(method, cell.method) || glob_match(method, base);
-        })) left.push_back(cell);
+        }))
+      left.push_back(cell);
   }
   return left;
 }
@@ -228,8 +230,7 @@ namespace {
 void require_answers(const std::vector<Worker>& workers, const Study& study) {
   for (const Worker& worker : workers) {
     if (!worker.foreign || worker.status == Status::ok) continue;
-    const bool of_study =
-        std::find(study.engines.begin(), study.engines.end(), worker.command) != study.engines.end();
+    const bool of_study = std::find(study.engines.begin(), study.engines.end(), worker.command) != study.engines.end();
     const std::string words =
         fmt::format("{}{}: {}: {}", of_study ? fmt::format("study `{}`: engines: ", study.id) : "--engine ",
                     fmt::join(worker.command, " "), to_string(worker.status), worker.reason);
@@ -264,12 +265,10 @@ void add_engines(Study& study, const Options& options, const std::vector<Worker>
   if (!options.scenarios.empty() || scenarios.empty()) scenarios = {"*"};
   if (alone) study.cells.clear();
   for (const Worker& worker : workers) {
-    const bool of_study =
-        std::find(study.engines.begin(), study.engines.end(), worker.command) != study.engines.end();
+    const bool of_study = std::find(study.engines.begin(), study.engines.end(), worker.command) != study.engines.end();
     if (!worker.foreign || of_study) continue;
-    const bool named = std::any_of(study.cells.begin(), study.cells.end(), [&](const StudyCells& cells) {
-      return names_engine(cells.methods, worker);
-    });
+    const bool named = std::any_of(study.cells.begin(), study.cells.end(),
+                                   [&](const StudyCells& cells) { return names_engine(cells.methods, worker); });
     if (!alone && (named || options.named_methods_only)) continue;
     study.cells.push_back(
         {.scenarios = scenarios, .methods = engine_methods(worker), .steps = {}, .repeats = 5, .sweep = {}});
@@ -340,8 +339,9 @@ Selection select_cells(const Place& place, const Options& options) {
     if (!options.steps.empty()) {
       for (auto& cells : study.cells) cells.steps = options.steps;
     }
-    selection.cells = cells_of_methods(plan_cells(study, selection.scenarios, selection.workers, place.provenance.cpu, options.max_cells),
-                                       options.methods);
+    selection.cells = cells_of_methods(
+        plan_cells(study, selection.scenarios, selection.workers, place.provenance.cpu, options.max_cells),
+        options.methods);
     require_frequencies(selection.cells, unfit);
     if (!selection.cells.empty()) {
       check_settings(of_study, selection.cells, selection.workers);
@@ -461,8 +461,9 @@ ReportData assemble_report(const Place& place, const Options& options, const Sel
   }
   for (const auto& worker : selection.workers) {
     if (worker.status == Status::ok) data.engines.push_back(worker.engine);
-    else data.missing_engines.emplace_back(fs::path(worker.path).filename().string(),
-                                           to_string(worker.status) + ": " + worker.reason);
+    else
+      data.missing_engines.emplace_back(fs::path(worker.path).filename().string(),
+                                        to_string(worker.status) + ": " + worker.reason);
   }
   data.metrics = all_metrics();
   data.rows = result.rows;

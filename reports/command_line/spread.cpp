@@ -13,7 +13,9 @@
 namespace atwood {
 namespace {
 
-struct Apart { double position_m = 0, velocity_m_per_s = 0, t_s = 0; };
+struct Apart {
+  double position_m = 0, velocity_m_per_s = 0, t_s = 0;
+};
 
 double distance(const std::array<Wide, 3>& a, const std::array<Wide, 3>& b) {
   Wide sum = 0;
@@ -26,8 +28,8 @@ Apart apart(const Recording& a, const Recording& b) {
   for (std::size_t k = 0; k < std::min(a.values.size(), b.values.size()); ++k) {
     for (std::size_t i = 0; i < std::min(a.values[k].bodies.size(), b.values[k].bodies.size()); ++i) {
       const double position = distance(a.values[k].bodies[i].p_m, b.values[k].bodies[i].p_m);
-      largest.velocity_m_per_s = std::max(
-          largest.velocity_m_per_s, distance(a.values[k].bodies[i].v_m_per_s, b.values[k].bodies[i].v_m_per_s));
+      largest.velocity_m_per_s = std::max(largest.velocity_m_per_s,
+                                          distance(a.values[k].bodies[i].v_m_per_s, b.values[k].bodies[i].v_m_per_s));
       if (!(position > largest.position_m)) continue;
       largest.position_m = position;
       largest.t_s = static_cast<double>(a.values[k].t_s);
@@ -95,8 +97,8 @@ std::vector<std::string> spread_lines(const std::vector<NamedRun>& runs, bool wi
     for (std::size_t j = i + 1; j < runs.size(); ++j) {
       if (runs[i].run.values.size() != runs[j].run.values.size()) continue;
       const Apart far = apart(runs[i].run, runs[j].run);
-      lines.push_back(fmt::format("{:.3g} m apart at most (t = {:.6g} s), {:.3g} m/s: {} and {}", far.position_m, far.t_s,
-                                  far.velocity_m_per_s, runs[i].name, runs[j].name));
+      lines.push_back(fmt::format("{:.3g} m apart at most (t = {:.6g} s), {:.3g} m/s: {} and {}", far.position_m,
+                                  far.t_s, far.velocity_m_per_s, runs[i].name, runs[j].name));
     }
   }
   if (lines.size() == 1) lines.push_back("fewer than two runs of it ended well: nothing to compare");

@@ -8,7 +8,10 @@
 
 namespace atwood {
 
-struct NamedRun { std::string name; Recording run; };
+struct NamedRun {
+  std::string name;
+  Recording run;
+};
 
 // One run of each engine that can do the scene, at its finest steps (rounded up to a multiple of `samples`), each within
 // `limit_s`. Engines that refuse or fail fall away.

@@ -18,7 +18,7 @@ struct Contender {
   std::string method;
   const Scene* scene = nullptr;
   Plan plan;
-  double expected_s = 0;     // of one run; 0: unknown
+  double expected_s = 0;  // of one run; 0: unknown
   double evaluations =
       0;  // of the run whose error is known; 0 or NaN: unknown. A timed run that did other work times another run
 };

@@ -6,8 +6,8 @@
 
 #include "reports/command_line/command_line.hpp"
 #include "reports/command_line/table.hpp"
-#include "reports/command_line/verdicts.hpp"
 #include "reports/command_line/units.hpp"
+#include "reports/command_line/verdicts.hpp"
 #include "scene/files.hpp"
 #include "scene/printable.hpp"
 
@@ -24,8 +24,7 @@ constexpr const char* bar_columns =
 constexpr const char* event_columns =
     "t_s,kind,body_a,body_b,x_m,y_m,z_m,nx,ny,nz,impulse_n_N_s,impulse_t_N_s,vn_before_m_per_s,vn_after_m_per_s";
 
-template <std::size_t n>
-void append(std::string& line, const std::array<Wide, n>& values, int digits) {
+template <std::size_t n> void append(std::string& line, const std::array<Wide, n>& values, int digits) {
   for (const auto& value : values) line += "," + format_number(value, digits);
 }
 
@@ -127,7 +126,8 @@ int command_trace(const Place& place, const Options& options) {
   set_frequency(scenario, options.hz);
 
   if (method == "truth") {
-    const Truth truth = truth_once(place.truth_worker, scenario, samples, options.limit_given ? options.cell_limit_s : 120.0);
+    const Truth truth =
+        truth_once(place.truth_worker, scenario, samples, options.limit_given ? options.cell_limit_s : 120.0);
     if (truth.values.size() > 1 && truth.outcome.status == Status::unsupported) {  // good up to where it ends
       if (options.events) print_events(scenario.scene, truth.events, &truth, 36, options.json);
       else print_motion(scenario.scene, truth.values, &truth, 36, options.json);

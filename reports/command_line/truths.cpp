@@ -48,13 +48,16 @@ std::string other_truths(const Place& place, const Scenario& scenario, double li
     } catch (const std::exception&) {
       continue;
     }
-    covers += (covers.empty() ? "" : ", or ") + (other.kind == TruthKind::closed_form
-                                                     ? std::string("`kind = \"closed-form\"`, `solution = \"rest\"`")
-                                                     : fmt::format("`kind = \"{}\"`", other.kind == TruthKind::cvode ? "cvode" : "extended"));
+    covers += (covers.empty() ? "" : ", or ") +
+              (other.kind == TruthKind::closed_form
+                   ? std::string("`kind = \"closed-form\"`, `solution = \"rest\"`")
+                   : fmt::format("`kind = \"{}\"`", other.kind == TruthKind::cvode ? "cvode" : "extended"));
   }
-  const std::string none = "`kind = \"none\"` says that there is none: energy, momentum and contacts are still measured";
-  return covers.empty() ? fmt::format("Neither `rest`, `extended` nor `cvode` covers this scene within {:g} s; {}.", limit_s, none)
-                        : fmt::format("What covers it: {}; {}.", covers, none);
+  const std::string none =
+      "`kind = \"none\"` says that there is none: energy, momentum and contacts are still measured";
+  return covers.empty()
+             ? fmt::format("Neither `rest`, `extended` nor `cvode` covers this scene within {:g} s; {}.", limit_s, none)
+             : fmt::format("What covers it: {}; {}.", covers, none);
 }
 
 std::vector<RefusedTruth> refused_truths(const Place& place, const std::vector<Scenario>& scenarios,
@@ -62,9 +65,11 @@ std::vector<RefusedTruth> refused_truths(const Place& place, const std::vector<S
   std::vector<RefusedTruth> refused;
   for (const Row& row : rows) {
     if (row.metric != "truth" || row.status == Status::ok) continue;
-    if (std::any_of(refused.begin(), refused.end(), [&](const auto& one) { return one.scenario == row.scenario; })) continue;
+    if (std::any_of(refused.begin(), refused.end(), [&](const auto& one) { return one.scenario == row.scenario; }))
+      continue;
     RefusedTruth one{row.scenario, "", row.status, row.reason, ""};
-    const auto found = std::find_if(scenarios.begin(), scenarios.end(), [&](const auto& s) { return s.id == row.scenario; });
+    const auto found =
+        std::find_if(scenarios.begin(), scenarios.end(), [&](const auto& s) { return s.id == row.scenario; });
     if (found != scenarios.end()) {
       one.truth = kind_words(found->truth);
       if (row.status == Status::unsupported)
@@ -79,7 +84,10 @@ std::vector<RefusedTruth> refused_truths(const Place& place, const std::vector<S
 std::vector<ClaimedOrder> claimed_orders(const Selection& selection, const std::vector<Row>& rows) {
   std::map<std::string, MotionClass> motions;
   for (const Scenario& scenario : selection.scenarios) motions[scenario.id] = classify(scenario.scene);
-  struct Found { const MethodInfo* info; bool foreign; };
+  struct Found {
+    const MethodInfo* info;
+    bool foreign;
+  };
   std::map<std::string, Found> methods;
   for (const Worker& worker : selection.workers)
     for (const MethodInfo& info : worker.engine.methods)
@@ -93,7 +101,8 @@ std::vector<ClaimedOrder> claimed_orders(const Selection& selection, const std::
     const auto& claims = method->second.info->claimed_order;
     const auto claim = claims.find(claimed_class(row.metric, motion->second));
     if (claim == claims.end()) continue;
-    orders.push_back({row.scenario, row.method, row.metric, claim->second, row.value, row.truth_bar, method->second.foreign});
+    orders.push_back(
+        {row.scenario, row.method, row.metric, claim->second, row.value, row.truth_bar, method->second.foreign});
   }
   return orders;
 }

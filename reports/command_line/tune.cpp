@@ -21,19 +21,20 @@ namespace atwood {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t kMostScenes = 6;      // of each kind, training and held out
-constexpr double kLongestRun_s = 1;         // of the default at the coarsest rung: a search makes many
-constexpr std::int64_t kSamples = 16;       // few, so that step counts may differ by little
-constexpr double kRate_hz = 240;            // the coarsest rung, of at most so many steps:
+constexpr std::size_t kMostScenes = 6;  // of each kind, training and held out
+constexpr double kLongestRun_s = 1;     // of the default at the coarsest rung: a search makes many
+constexpr std::int64_t kSamples = 16;   // few, so that step counts may differ by little
+constexpr double kRate_hz = 240;        // the coarsest rung, of at most so many steps:
 constexpr double kMostSteps = 3600;
-constexpr double kClearlyBetter = -0.05;    // a mean gain of 5 %; a smaller one keeps the default
+constexpr double kClearlyBetter = -0.05;  // a mean gain of 5 %; a smaller one keeps the default
 // Of any figure, in its unit (m, rad, shares of the energy), in scenes of about a metre: what is under it is no difference.
 // Also above a float's round-off.
 constexpr double kLeastDifference = 1e-6;
-constexpr int kMostTries = 5;               // on the scenes held out
-constexpr double kSame = 0.01;              // a setting whose removal costs less is not kept
+constexpr int kMostTries = 5;   // on the scenes held out
+constexpr double kSame = 0.01;  // a setting whose removal costs less is not kept
 
-using Runs = std::map<std::pair<std::string, std::int64_t>, std::map<std::string, Row>>;  // method and steps: metric, row
+using Runs =
+    std::map<std::pair<std::string, std::int64_t>, std::map<std::string, Row>>;  // method and steps: metric, row
 
 class Search {
  public:
@@ -45,7 +46,11 @@ class Search {
   TuneResult run();
 
  private:
-  struct Trial { Settings changes; double score = 0; std::string trouble; };
+  struct Trial {
+    Settings changes;
+    double score = 0;
+    std::string trouble;
+  };
 
   std::string id_of(const Settings& changes) const;
   bool suits(const Scenario& scenario, const std::map<std::string, Runs>& all) const;
@@ -53,7 +58,8 @@ class Search {
                            const std::vector<std::int64_t>& factors, bool near) const;
   Trial judged(const Settings& changes, const std::map<std::string, Runs>& runs) const;
   Trial pruned(Trial trial, const std::vector<Row>& known) const;
-  std::vector<TuneEvidence> beside_default(const std::vector<Scenario>& scenes, const Settings& changes, bool held_out) const;
+  std::vector<TuneEvidence> beside_default(const std::vector<Scenario>& scenes, const Settings& changes,
+                                           bool held_out) const;
 
   const Place& place_;
   const Options& options_;
@@ -114,7 +120,8 @@ std::vector<Row> Search::measure(const std::vector<Scenario>& scenes, const std:
     block.repeats = 5;
     for (const std::int64_t f : factors)
       block.steps.push_back(near ? scenario.steps.front() + f * scenario.samples : scenario.steps.front() * f);
-    for (Cell& cell : plan_cells({"tune", {block}}, {scenario}, workers_, place_.provenance.cpu)) cells.push_back(std::move(cell));
+    for (Cell& cell : plan_cells({"tune", {block}}, {scenario}, workers_, place_.provenance.cpu))
+      cells.push_back(std::move(cell));
   }
   StudyOptions how = study_options(place_, options_);
   how.purpose = "tune";
@@ -131,15 +138,17 @@ std::vector<Row> Search::measure(const std::vector<Scenario>& scenes, const std:
 void Search::choose_scenes(std::vector<Scenario> catalogue) {
   std::erase_if(catalogue, [&](const Scenario& s) {
     const bool geometry = std::find(s.tags.begin(), s.tags.end(), "geometry") != s.tags.end();
-    return geometry || !s.scene.problem.empty() || s.scene.bodies.size() > 1100 || rivals::scene_class(s.scene) != class_;
+    return geometry || !s.scene.problem.empty() || s.scene.bodies.size() > 1100 ||
+           rivals::scene_class(s.scene) != class_;
   });
   SplitMix64 random{options_.seed};
   for (std::size_t i = catalogue.size(); i > 1; --i)
     std::swap(catalogue[i - 1], catalogue[static_cast<std::size_t>(random.next_unit() * static_cast<double>(i))]);
   std::size_t chosen = 0;
   for (std::size_t from = 0; from < catalogue.size() && held_out_.size() < kMostScenes; from += kMostScenes) {
-    std::vector<Scenario> some(catalogue.begin() + static_cast<std::ptrdiff_t>(from),
-                               catalogue.begin() + static_cast<std::ptrdiff_t>(std::min(from + kMostScenes, catalogue.size())));
+    std::vector<Scenario> some(
+        catalogue.begin() + static_cast<std::ptrdiff_t>(from),
+        catalogue.begin() + static_cast<std::ptrdiff_t>(std::min(from + kMostScenes, catalogue.size())));
     for (Scenario& scenario : some) {
       const double steps = std::clamp(kRate_hz * scenario.t_end_s, 64.0, kMostSteps);
       scenario.samples = kSamples;
@@ -159,9 +168,8 @@ bool Search::suits(const Scenario& scenario, const std::map<std::string, Runs>& 
   const std::int64_t n = scenario.steps.front();
   if (runs == all.end() || !trouble_of(runs->second, id_of({}), n).empty()) return false;
   if (value_of(runs->second, id_of({}), n, "run-time") > kLongestRun_s) return false;
-  return std::any_of(primary_metrics(class_).begin(), primary_metrics(class_).end(), [&](const std::string& metric) {
-    return row_of(runs->second, id_of({}), n, metric) != nullptr;
-  });
+  return std::any_of(primary_metrics(class_).begin(), primary_metrics(class_).end(),
+                     [&](const std::string& metric) { return row_of(runs->second, id_of({}), n, metric) != nullptr; });
 }
 
 Search::Trial Search::judged(const Settings& changes, const std::map<std::string, Runs>& all) const {
@@ -176,11 +184,18 @@ Search::Trial Search::judged(const Settings& changes, const std::map<std::string
       trial.score = std::numeric_limits<double>::infinity();
       return trial;
     }
-    const double ratio = options_.no_timing ? 1 : value_of(runs, method, n, "run-time") / value_of(runs, base, n, "run-time");
+    const double ratio =
+        options_.no_timing ? 1 : value_of(runs, method, n, "run-time") / value_of(runs, base, n, "run-time");
     for (const std::string& metric : primary_metrics(class_)) {
       const Row* of_default = row_of(runs, base, n, metric);
       if (of_default == nullptr || !std::isfinite(of_default->value)) continue;
-      TuneFigure figure{scenario.id, metric, n, {}, kLeastDifference + (std::isfinite(of_default->truth_bar) ? of_default->truth_bar : 0), value_of(runs, method, n, metric), ratio};
+      TuneFigure figure{scenario.id,
+                        metric,
+                        n,
+                        {},
+                        kLeastDifference + (std::isfinite(of_default->truth_bar) ? of_default->truth_bar : 0),
+                        value_of(runs, method, n, metric),
+                        ratio};
       for (const std::int64_t f : {1, 2, 4}) {
         const double value = value_of(runs, base, n * f, metric);
         if (!std::isfinite(value)) break;
@@ -222,7 +237,9 @@ std::vector<TuneEvidence> Search::beside_default(const std::vector<Scenario>& sc
       double bar = 0;
       for (int k = 0; k < 4; ++k) {
         const Row* row = row_of(runs, base, n + k * scenario.samples, metric);
-        if (row != nullptr && std::isfinite(row->value)) of_default.push_back(std::fabs(row->value)), bar = std::max(bar, std::isfinite(row->truth_bar) ? row->truth_bar : 0);
+        if (row != nullptr && std::isfinite(row->value))
+          of_default.push_back(std::fabs(row->value)),
+              bar = std::max(bar, std::isfinite(row->truth_bar) ? row->truth_bar : 0);
         of_tuned.push_back(std::fabs(value_of(runs, method, n + k * scenario.samples, metric)));
       }
       if (of_default.empty()) continue;
@@ -268,8 +285,8 @@ const TuneEvidence* first_worse(const std::vector<TuneEvidence>& evidence) {
 }
 
 std::string worse_words(const TuneEvidence& e) {
-  return std::isfinite(e.of_tuned) ? fmt::format("{} of {} is {:.3g}, the default's {:.3g} +/- {:.1g}", e.metric, e.scenario,
-                                                 e.of_tuned, e.of_default, e.interval)
+  return std::isfinite(e.of_tuned) ? fmt::format("{} of {} is {:.3g}, the default's {:.3g} +/- {:.1g}", e.metric,
+                                                 e.scenario, e.of_tuned, e.of_default, e.interval)
                                    : fmt::format("a run of {} failed", e.scenario);
 }
 
@@ -281,8 +298,9 @@ TuneResult Search::run() {
   for (const Scenario& scenario : training_) result.training.push_back(scenario.id);
   for (const Scenario& scenario : held_out_) result.held_out.push_back(scenario.id);
   if (training_.empty() || held_out_.empty()) {
-    result.verdict = fmt::format("the default is kept: found {} scenes of that class that it runs; expected two at least, for one is held out",
-                                 training_.size() + held_out_.size());
+    result.verdict = fmt::format(
+        "the default is kept: found {} scenes of that class that it runs; expected two at least, for one is held out",
+        training_.size() + held_out_.size());
     return result;
   }
   const std::vector<Settings> sets = tune_trials(ranges_, static_cast<int>(options_.trials), options_.seed);
@@ -323,20 +341,23 @@ TuneResult Search::run() {
       break;
     }
     if (std::none_of(outside.begin(), outside.end(), [](const TuneEvidence& e) { return e.better(); })) {
-      refused = fmt::format("; {} was better than its interval in no figure of the scenes held out", words_of(trial.changes));
+      refused =
+          fmt::format("; {} was better than its interval in no figure of the scenes held out", words_of(trial.changes));
       fmt::print(stderr, "  held out {}\n", refused);
       if (result.tried_held_out < kMostTries) continue;
       break;
     }
     result.evidence = evidence;
     result.settings = trial.changes;
-    result.verdict = fmt::format("kept: {}; on the training scenes its figures are {:.3g} of the default's at equal time (geometric mean), "
-                                 "none is worse there or on the scenes held out, and some of the latter is better, beyond intervals",
-                                 words_of(trial.changes), std::exp(trial.score));
+    result.verdict = fmt::format(
+        "kept: {}; on the training scenes its figures are {:.3g} of the default's at equal time (geometric mean), "
+        "none is worse there or on the scenes held out, and some of the latter is better, beyond intervals",
+        words_of(trial.changes), std::exp(trial.score));
     return result;
   }
-  result.verdict = (result.tried_held_out == 0 ? "the default is kept: no trial was better and worsened nothing in training"
-                                               : "the default is kept: what was better in training was not so on the scenes held out") +
+  result.verdict = (result.tried_held_out == 0
+                        ? "the default is kept: no trial was better and worsened nothing in training"
+                        : "the default is kept: what was better in training was not so on the scenes held out") +
                    refused;
   return result;
 }
@@ -356,12 +377,14 @@ int command_tune(const Place& place, const Options& options) {
   if (!scene_class) {
     std::string names;
     for (const auto each : rivals::all_scene_classes()) names += (names.empty() ? "" : ", ") + rivals::to_string(each);
-    throw InputError(fmt::format("--class {}: no such class of scenes; expected one of {}", options.scene_class, names));
+    throw InputError(
+        fmt::format("--class {}: no such class of scenes; expected one of {}", options.scene_class, names));
   }
   const std::vector<Worker> workers = require_workers(place, options);
   for (const Worker& worker : workers) {
     const std::string name = std::filesystem::path(worker.path).filename().string();
-    if (name == "atwood-" + (options.input == "atwood" ? std::string("engine") : options.input) && worker.status != Status::ok)
+    if (name == "atwood-" + (options.input == "atwood" ? std::string("engine") : options.input) &&
+        worker.status != Status::ok)
       throw InputError(fmt::format("tune {}: {}: {}", options.input, to_string(worker.status), worker.reason));
   }
   std::vector<Scenario> catalogue = read_catalogue(place);
@@ -391,8 +414,8 @@ int command_tune(const Place& place, const Options& options) {
                result.scene_class, result.trials, result.failed, result.tried_held_out, result.seed, result.verdict);
     for (const TuneEvidence& e : result.evidence)
       fmt::print("    {:<9} {:<22} {:<20} default {:>9.3g}  tuned {:>9.3g}  +/- {:.1g}, {:.2f} x the time{}\n",
-                 e.held_out ? "held out" : "training", e.scenario, e.metric, e.of_default, e.of_tuned, e.interval, e.time_ratio,
-                 e.worse() ? "  WORSE" : "");
+                 e.held_out ? "held out" : "training", e.scenario, e.metric, e.of_default, e.of_tuned, e.interval,
+                 e.time_ratio, e.worse() ? "  WORSE" : "");
     fmt::print("{}\n", path);
   }
   return exit_pass;

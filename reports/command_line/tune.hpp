@@ -14,13 +14,14 @@ namespace atwood {
 // ---- what may be tried (tune_ranges.cpp) ---------------------------------------------------------------------------
 struct TuneRange {
   std::string setting;
-  std::vector<SettingValue> values;   // the default's among them
-  std::string why;                    // what it does, and why these values
+  std::vector<SettingValue> values;  // the default's among them
+  std::string why;                   // what it does, and why these values
 };
 struct TuneRanges {
-  std::string engine, base;           // "bullet64", "bullet64/default"
+  std::string engine, base;  // "bullet64", "bullet64/default"
   std::vector<TuneRange> ranges;
-  std::vector<Settings> starts;       // recommended sets, among them the former presets: tried after the default, before random ones
+  std::vector<Settings>
+      starts;  // recommended sets, among them the former presets: tried after the default, before random ones
 };
 // InputError: there are none for this engine; the engines that have some are named.
 TuneRanges tune_ranges(const std::string& engine);
@@ -38,9 +39,9 @@ const std::vector<std::string>& primary_metrics(rivals::SceneClass scene_class);
 struct TuneFigure {
   std::string scenario, metric;
   std::int64_t steps = 0;
-  std::vector<double> of_default;     // one a rung, N first; where a rung failed the list ends
-  double bar = 0;                     // the truth's, and round-off: figures under it are alike
-  double of_trial = 0;                // NaN: its run failed
+  std::vector<double> of_default;  // one a rung, N first; where a rung failed the list ends
+  double bar = 0;                  // the truth's, and round-off: figures under it are alike
+  double of_trial = 0;             // NaN: its run failed
   double time_ratio = 1;
 };
 // The default's figure at the step count whose run takes as long as the trial's, between rungs by log-log interpolation,
@@ -59,14 +60,14 @@ struct TuneEvidence {
   std::int64_t steps = 0;
   bool held_out = false;
   double of_default = 0, of_tuned = 0, interval = 0, time_ratio = 1;
-  bool worse() const;                 // beyond the interval, or not finite
-  bool better() const;                // beyond the interval
+  bool worse() const;   // beyond the interval, or not finite
+  bool better() const;  // beyond the interval
 };
 
 // What is kept in tuned.json.
 struct TuneResult {
   std::string engine, scene_class, verdict;
-  Settings settings;                  // empty: the default
+  Settings settings;  // empty: the default
   int trials = 0, failed = 0, tried_held_out = 0;
   std::uint64_t seed = 0;
   std::vector<std::string> training, held_out;

@@ -37,7 +37,9 @@ double default_at_equal_time(const TuneFigure& figure) {
   const auto below = std::min(static_cast<std::size_t>(rung), ladder.size() - 1);
   if (below + 1 >= ladder.size()) return ladder.back();
   const double part = rung - static_cast<double>(below), floor = kRoundOff;
-  return std::exp((1 - part) * std::log(std::fabs(ladder[below]) + floor) + part * std::log(std::fabs(ladder[below + 1]) + floor)) - floor;
+  return std::exp((1 - part) * std::log(std::fabs(ladder[below]) + floor) +
+                  part * std::log(std::fabs(ladder[below + 1]) + floor)) -
+         floor;
 }
 
 double tune_score(std::span<const TuneFigure> figures) {

@@ -19,14 +19,20 @@ TuneRanges bullet(const std::string& name) {
   TuneRanges made{name, name + "/default", {}, {}};
   made.ranges = {
       {"contact_processing_threshold_m", {1e18, 0.0}, "0: no speculative contact, which stops a ball above the floor"},
-      {"restitution_velocity_threshold_m_per_s", {0.2, 1e-6}, "slower impacts do not bounce; the manual's value, or none"},
-      {"split_impulse_penetration_threshold_m", {-0.04, 0.0}, "overlap up to this is taken away by velocity, which adds energy"},
+      {"restitution_velocity_threshold_m_per_s",
+       {0.2, 1e-6},
+       "slower impacts do not bounce; the manual's value, or none"},
+      {"split_impulse_penetration_threshold_m",
+       {-0.04, 0.0},
+       "overlap up to this is taken away by velocity, which adds energy"},
       {"iterations", {Whole{10}, Whole{20}, Whole{50}}, "of the sequential impulses; the manual's range"},
       {"erp", {0.2, 0.1, 0.4}, "share of an overlap that a step takes away"},
       {"contact_breaking_threshold_m", {0.02, 0.002}, "how far a persistent contact point may drift"},
       {"friction_directions", {Whole{1}, Whole{2}}, "of friction's pyramid"},
       {"warm_starting_factor", {0.85, 1.0}, "of the last step's impulses"},
-      {"gyroscopic", {Word("implicit-body"), Word("implicit-world")}, "the gyroscopic term; off would be another physics"},
+      {"gyroscopic",
+       {Word("implicit-body"), Word("implicit-world")},
+       "the gyroscopic term; off would be another physics"},
       {"hull_margin_m", {0.04, 0.0}, "0: a hull as large as it is"},
       {"smooth_inner_edges", {false, true}, "normals at the inner edges of a mesh"}};
   // What was the one preset for all scenes: right for bounces, wrong for heaps and for what rolls.
@@ -48,7 +54,9 @@ TuneRanges ode() {
       {"step", {Word("dWorldStep"), Word("dWorldQuickStep")}, "a direct solver, or sweeps"},
       {"iterations", {Whole{20}, Whole{50}, Whole{100}}, "of dWorldQuickStep"},
       {"contact_surface_layer_m", {0.0, 1e-4, 1e-3}, "overlap that is left alone"},
-      {"friction_direction", {Word("engine"), Word("slip")}, "friction's pyramid along the engine's axes, or along the slip"},
+      {"friction_direction",
+       {Word("engine"), Word("slip")},
+       "friction's pyramid along the engine's axes, or along the slip"},
       {"finite_rotation", {false, true}, "attitude by a rotation of finite angle"},
       {"max_contacts", {Whole{8}, Whole{4}, Whole{16}}, "contact points of a pair"}};
   made.starts = {{{"erp", 0.0}, {"friction_direction", Word("slip")}, {"finite_rotation", true}},
@@ -59,7 +67,9 @@ TuneRanges ode() {
 
 TuneRanges atwood() {
   TuneRanges made{"atwood", "atwood/symplectic-euler+impulse", {}, {}};
-  made.ranges = {{"solver", {Word("auto"), Word("direct"), Word("sequential")}, "few contacts at once by Newton's method, many by sweeps"},
+  made.ranges = {{"solver",
+                  {Word("auto"), Word("direct"), Word("sequential")},
+                  "few contacts at once by Newton's method, many by sweeps"},
                  {"iterations", {Whole{2}, Whole{1}, Whole{4}, Whole{8}}, "sweeps of the velocities in a substep"},
                  {"correction", {0.3, 0.1, 0.6}, "share of an overlap that a substep takes away"},
                  {"warm_start", {true, false}, "the last substep's impulses to begin with"},
@@ -73,7 +83,8 @@ TuneRanges tune_ranges(const std::string& engine) {
   if (engine == "bullet64" || engine == "bullet32") return bullet(engine);
   if (engine == "ode") return ode();
   if (engine == "atwood") return atwood();
-  throw InputError(fmt::format("tune {}: found no ranges for that engine; expected atwood, bullet32, bullet64 or ode", engine));
+  throw InputError(
+      fmt::format("tune {}: found no ranges for that engine; expected atwood, bullet32, bullet64 or ode", engine));
 }
 
 std::vector<Settings> tune_trials(const TuneRanges& ranges, int count, std::uint64_t seed) {
@@ -87,8 +98,7 @@ std::vector<Settings> tune_trials(const TuneRanges& ranges, int count, std::uint
   // Half of the rest: one change at a time, so that each setting is seen alone.
   std::vector<Settings> single;
   for (const TuneRange& range : ranges.ranges)
-    for (std::size_t i = 1; i < range.values.size(); ++i)
-      single.push_back({{range.setting, range.values[i]}});
+    for (std::size_t i = 1; i < range.values.size(); ++i) single.push_back({{range.setting, range.values[i]}});
   for (std::size_t i = single.size(); i > 1; --i)
     std::swap(single[i - 1], single[static_cast<std::size_t>(random.next_unit() * static_cast<double>(i))]);
   const int half = (count + static_cast<int>(trials.size())) / 2;

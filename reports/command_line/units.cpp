@@ -13,8 +13,13 @@
 namespace atwood {
 namespace {
 
-struct Unit { const char* name; const char* base; double size; };
+struct Unit {
+  const char* name;
+  const char* base;
+  double size;
+};
 constexpr double kDegree = 3.14159265358979323846 / 180;
+// clang-format off
 constexpr Unit kUnits[] = {
     {"m", "m", 1},           {"km", "m", 1e3},        {"cm", "m", 1e-2},          {"mm", "m", 1e-3},
     {"um", "m", 1e-6},       {"nm", "m", 1e-9},       {"rad", "rad", 1},          {"mrad", "rad", 1e-3},
@@ -23,6 +28,7 @@ constexpr Unit kUnits[] = {
     {"mrad/s", "rad/s", 1e-3}, {"deg/s", "rad/s", kDegree}, {"s", "s", 1},        {"ms", "s", 1e-3},
     {"us", "s", 1e-6},       {"ns", "s", 1e-9},       {"J", "J", 1},              {"mJ", "J", 1e-3},
     {"kJ", "J", 1e3},        {"%", "1", 1e-2}};
+// clang-format on
 
 // What a unit alone asks for.
 const std::map<std::string, std::string>& metrics_of_units() {
@@ -68,9 +74,9 @@ const Unit* find_unit(const std::string& name) {
 InputError not_an_error(const std::string& text) {
   std::vector<std::string> names;
   for (const Unit& unit : kUnits) names.push_back(unit.name);
-  return InputError(fmt::format(
-      "--error {}: expected a number above 0 and perhaps a unit, as in 1e-8, 0.1mm or 1e-6rad; units: {}", text,
-      fmt::join(names, " ")));
+  return InputError(
+      fmt::format("--error {}: expected a number above 0 and perhaps a unit, as in 1e-8, 0.1mm or 1e-6rad; units: {}",
+                  text, fmt::join(names, " ")));
 }
 
 double read_error(const std::string& text, std::string& metric, const std::string& asked_metric) {
@@ -90,7 +96,8 @@ double read_error(const std::string& text, std::string& metric, const std::strin
   if (metric.empty()) {
     const auto found = metrics_of_units().find(unit->base);
     if (found == metrics_of_units().end())
-      throw InputError(fmt::format("--error {}: several metrics have the unit {}; expected --metric beside it", text, name));
+      throw InputError(
+          fmt::format("--error {}: several metrics have the unit {}; expected --metric beside it", text, name));
     metric = found->second;
   }
   if (unit_of(metric) != unit->base) {
@@ -125,11 +132,12 @@ void set_frequency(Scenario& scenario, const std::vector<double>& hz) {
       continue;
     }
     const double nearest_count = samples * std::max(1.0, std::round(steps / samples));
-    throw InputError(fmt::format(
-        "--hz {}: over the {} s of `{}` these are {} steps; expected {}; nearest: --hz {} ({} steps)", frequency,
-        format_double(scenario.t_end_s), scenario.id, whole ? fmt::format("{:.0f}", count) : fmt::format("{:.6g}", steps),
-        whole ? fmt::format("a multiple of its {} samples", scenario.samples) : "a whole number of them",
-        format_double(nearest_count / scenario.t_end_s), nearest_count));
+    throw InputError(
+        fmt::format("--hz {}: over the {} s of `{}` these are {} steps; expected {}; nearest: --hz {} ({} steps)",
+                    frequency, format_double(scenario.t_end_s), scenario.id,
+                    whole ? fmt::format("{:.0f}", count) : fmt::format("{:.6g}", steps),
+                    whole ? fmt::format("a multiple of its {} samples", scenario.samples) : "a whole number of them",
+                    format_double(nearest_count / scenario.t_end_s), nearest_count));
   }
   std::sort(scenario.steps.begin(), scenario.steps.end());
   scenario.steps.erase(std::unique(scenario.steps.begin(), scenario.steps.end()), scenario.steps.end());

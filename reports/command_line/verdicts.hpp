@@ -11,7 +11,7 @@ namespace atwood {
 
 // Read before anything is run: a slip of the pen in a file is told at once.
 struct Standards {
-  std::vector<Gate> gates;              // the tolerances' own, else the catalogue's
+  std::vector<Gate> gates;  // the tolerances' own, else the catalogue's
   std::optional<Baseline> baseline;
 };
 // `catalogue`: whether its gates are judged where no tolerances are named. A baseline that is named and not there is left
@@ -23,7 +23,7 @@ struct CellName {
   std::string scenario, method, claim;
   std::int64_t steps = 0;
   bool probe = false;
-  bool absent = false;                  // a glob over an engine that is not built: nobody knows its methods
+  bool absent = false;  // a glob over an engine that is not built: nobody knows its methods
 };
 // The cells that this selection would have without --scenario, --method and --steps (scenes of the user's own stay).
 std::vector<CellName> unfiltered_cells(const Place& place, const Options& options, const Selection& selection);
@@ -48,7 +48,7 @@ void judge_missing(const Selection& selection, const std::vector<Gate>& gates, c
 std::string missing_words(const Selection& selection, const StudyResult& result);
 
 struct Judged {
-  std::vector<Verdict> verdicts;        // of gates; of the baseline, one a scenario and method; of cells that failed
+  std::vector<Verdict> verdicts;  // of gates; of the baseline, one a scenario and method; of cells that failed
   std::vector<CellEnding> cells;
   std::vector<BaselineChange> changes;
   std::vector<RefusedTruth> refused;
@@ -71,7 +71,8 @@ int no_baseline(const Options& options, const std::string& path);  // says so; t
 // This call with another command (run, bless), as a shell's line that works in any folder: the program as it was called,
 // the study, filters, engines, --out, absolute paths. `baseline`: where bless writes to.
 std::string same_call(const Options& options, const std::string& command, const std::string& baseline = "");
-std::vector<std::string> same_call_words(const Options& options, const std::string& command, const std::string& baseline = "");
+std::vector<std::string> same_call_words(const Options& options, const std::string& command,
+                                         const std::string& baseline = "");
 std::string improvements_hint(const Options& options, const ReportData& data);  // a line, or nothing
 // Annotations to standard output (to standard error beside JSON), the summary to $GITHUB_STEP_SUMMARY.
 void tell_github(const Options& options, const ReportData& data);

@@ -160,12 +160,9 @@ void append_tolerances(const std::vector<Row>& rows, const std::vector<Engine>& 
     const std::string family = row.method.substr(0, colon) + ":tol" + row.method.substr(end);
     if (!found.contains(family)) methods.push_back(family);
     Tolerances& run = found[family][row.scenario];
-    if (row.status == Status::unsupported)
-      run.refusal = &row;
-    else if (row.status != Status::ok)
-      run.trouble = &row;
-    else if (row.value > 0)
-      run.error[std::strtod(row.method.c_str() + colon + 1, nullptr)] = row.value;
+    if (row.status == Status::unsupported) run.refusal = &row;
+    else if (row.status != Status::ok) run.trouble = &row;
+    else if (row.value > 0) run.error[std::strtod(row.method.c_str() + colon + 1, nullptr)] = row.value;
   }
   for (const std::string& method : methods) {
     AuditFinding made;
@@ -182,16 +179,11 @@ void append_tolerances(const std::vector<Row>& rows, const std::vector<Engine>& 
 
 std::string to_string(AuditVerdict verdict) {
   switch (verdict) {
-    case AuditVerdict::as_claimed:
-      return "as claimed";
-    case AuditVerdict::lower:
-      return "lower";
-    case AuditVerdict::higher:
-      return "higher";
-    case AuditVerdict::inconclusive:
-      return "inconclusive";
-    case AuditVerdict::unsupported:
-      return "unsupported";
+    case AuditVerdict::as_claimed: return "as claimed";
+    case AuditVerdict::lower: return "lower";
+    case AuditVerdict::higher: return "higher";
+    case AuditVerdict::inconclusive: return "inconclusive";
+    case AuditVerdict::unsupported: return "unsupported";
   }
   return "";
 }
@@ -206,10 +198,8 @@ std::vector<AuditFinding> audit_orders(const std::vector<Engine>& engines, const
     Figures& figures = found[row.method][row.scenario];
     if (row.metric == "order-position") figures.position = &row;
     if (row.metric == "order-velocity") figures.velocity = &row;
-    if (row.status == Status::unsupported)
-      figures.refusal = &row;
-    else if (row.status != Status::ok && !figures.trouble)
-      figures.trouble = &row;
+    if (row.status == Status::unsupported) figures.refusal = &row;
+    else if (row.status != Status::ok && !figures.trouble) figures.trouble = &row;
   }
   std::vector<AuditFinding> findings;
   for (const std::string& method : methods) {

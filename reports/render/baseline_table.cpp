@@ -40,9 +40,10 @@ std::string change_words(const ChangedPair& pair) {
   const std::string steps = worst.steps > 0 ? fmt::format(" at {} steps", worst.steps) : "";
   const std::string unit = worst.unit.empty() || worst.unit == "1" ? "" : " " + worst.unit;
   const std::string more =
-      pair.regressions == 1 ? "" : fmt::format("; {} more figure{}", pair.regressions - 1, pair.regressions == 2 ? "" : "s");
-  return fmt::format("{}{}: {} -> {}{}, allowed {}, {}{}", worst.metric, steps, figure(worst.before), figure(worst.now), unit,
-                     figure(worst.allowed), ratio_words(worst), more);
+      pair.regressions == 1 ? ""
+                            : fmt::format("; {} more figure{}", pair.regressions - 1, pair.regressions == 2 ? "" : "s");
+  return fmt::format("{}{}: {} -> {}{}, allowed {}, {}{}", worst.metric, steps, figure(worst.before), figure(worst.now),
+                     unit, figure(worst.allowed), ratio_words(worst), more);
 }
 
 std::vector<std::string> counted_by_scenario(const std::vector<BaselineChange>& changes, Kind kind) {
@@ -55,9 +56,10 @@ std::vector<std::string> counted_by_scenario(const std::vector<BaselineChange>& 
   std::vector<std::string> lines;
   for (const auto& [scenario, counts] : scenarios) {
     const auto& methods = counts.second;
-    const std::string who = methods.size() == 1 ? "of " + methods.begin()->first : fmt::format("of {} methods", methods.size());
-    lines.push_back(
-        fmt::format("{}: {} figure{} {}", one_line(scenario), counts.first, counts.first == 1 ? "" : "s", one_line(who)));
+    const std::string who =
+        methods.size() == 1 ? "of " + methods.begin()->first : fmt::format("of {} methods", methods.size());
+    lines.push_back(fmt::format("{}: {} figure{} {}", one_line(scenario), counts.first, counts.first == 1 ? "" : "s",
+                                one_line(who)));
   }
   return lines;
 }
@@ -65,10 +67,10 @@ std::vector<std::string> counted_by_scenario(const std::vector<BaselineChange>& 
 std::string change_counts(const std::string& path, const std::vector<BaselineChange>& changes) {
   std::map<Kind, int> counts;
   for (const BaselineChange& change : changes) ++counts[change.kind];
-  return fmt::format("{} regression{}, {} missing, {} improvement{}, {} new, {} unchanged against {}", counts[Kind::regression],
-                     counts[Kind::regression] == 1 ? "" : "s", counts[Kind::missing], counts[Kind::improvement],
-                     counts[Kind::improvement] == 1 ? "" : "s", counts[Kind::added], counts[Kind::unchanged],
-                     one_line(path));
+  return fmt::format("{} regression{}, {} missing, {} improvement{}, {} new, {} unchanged against {}",
+                     counts[Kind::regression], counts[Kind::regression] == 1 ? "" : "s", counts[Kind::missing],
+                     counts[Kind::improvement], counts[Kind::improvement] == 1 ? "" : "s", counts[Kind::added],
+                     counts[Kind::unchanged], one_line(path));
 }
 
 std::string render_baseline_table(const std::string& path, const std::vector<BaselineChange>& changes, bool colour) {

@@ -9,7 +9,10 @@
 namespace atwood {
 
 // A scenario and method of which some figure became worse.
-struct ChangedPair { const BaselineChange* worst = nullptr; int regressions = 0; };
+struct ChangedPair {
+  const BaselineChange* worst = nullptr;
+  int regressions = 0;
+};
 std::vector<ChangedPair> changed_pairs(const std::vector<BaselineChange>& changes);  // worst ratio first
 std::string change_words(const ChangedPair& pair);  // "error-position-end at 960 steps: 1e-6 -> 2e-6 m, allowed ..."
 // "kepler-e0.6: 12 figures of 3 methods", a line a scenario.

@@ -35,8 +35,8 @@ std::string render_csv(const std::vector<Row>& rows) {
   for (const Row& row : rows) {
     const Provenance& from = row.provenance;
     for (const std::string& column :
-         {foreign(row.scenario), foreign(row.method), std::to_string(row.steps), format_double(row.h_s), foreign(row.body),
-          row.t_s ? format_double(*row.t_s) : std::string(), field(row.metric), field(row.unit),
+         {foreign(row.scenario), foreign(row.method), std::to_string(row.steps), format_double(row.h_s),
+          foreign(row.body), row.t_s ? format_double(*row.t_s) : std::string(), field(row.metric), field(row.unit),
           format_double(row.value), format_double(row.truth_bar), to_string(row.status), foreign(row.reason),
           field(row.settings_hash), foreign(from.engine_version), field(from.commit), field(from.compiler),
           field(from.flags), field(from.cpu)}) {

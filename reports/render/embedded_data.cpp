@@ -41,15 +41,18 @@ std::vector<const Row*> sorted_rows(const std::vector<Row>& rows, const Detail& 
   const auto rank = [](std::unordered_map<std::string, int>& ranks, const std::string& name) {
     return ranks.try_emplace(name, static_cast<int>(ranks.size())).first->second;
   };
-  struct Keyed { std::array<std::int64_t, 4> key; const Row* row; };
+  struct Keyed {
+    std::array<std::int64_t, 4> key;
+    const Row* row;
+  };
   std::vector<Keyed> keyed;
   for (const Row& row : rows) {
     if (!detail.rms_and_timed_rows && row.status == Status::ok && (row.t_s || ends_with(row.metric, "-rms"))) {
       ++left_out;
       continue;
     }
-    keyed.push_back({{rank(scenarios, row.scenario), rank(methods, row.method), rank(metrics, row.metric), row.steps},
-                     &row});
+    keyed.push_back(
+        {{rank(scenarios, row.scenario), rank(methods, row.method), rank(metrics, row.metric), row.steps}, &row});
   }
   std::stable_sort(keyed.begin(), keyed.end(), [](const Keyed& a, const Keyed& b) { return a.key < b.key; });
   std::vector<const Row*> sorted;
@@ -163,11 +166,11 @@ void append_series(JsonText& json, const std::vector<const StoredSeries*>& all, 
 }
 
 std::string left_out_words(const ReportData& data, std::size_t rows, std::size_t series, const Detail& detail) {
-  std::string text = fmt::format("Figures on this page carry {} significant digits, curves over time 3.",
-                                 detail.value_digits);
+  std::string text =
+      fmt::format("Figures on this page carry {} significant digits, curves over time 3.", detail.value_digits);
   if (rows > 0) text += fmt::format(" {} of {} rows (rms, single instants) are left out here.", rows, data.rows.size());
-  if (series > 0) text += fmt::format(" Curves over time: {} of {} runs.", data.series.size() - series,
-                                      data.series.size());
+  if (series > 0)
+    text += fmt::format(" Curves over time: {} of {} runs.", data.series.size() - series, data.series.size());
   return text + " The CSV and JSON reports hold every digit of every row.";
 }
 

@@ -24,7 +24,7 @@ struct Ladder {
   std::map<std::pair<std::int64_t, std::string>, const Row*> figures;  // steps, metric: rows that are ok
   std::set<std::int64_t> rungs, ended;                                 // ended: with the engine's own bad end
   std::map<Status, int> endings;
-  std::map<Status, std::set<std::int64_t>> timing_failed;              // the timed pass alone crashed or hung
+  std::map<Status, std::set<std::int64_t>> timing_failed;  // the timed pass alone crashed or hung
 
   const Row* at(std::int64_t steps, const std::string& metric) const {
     const auto found = figures.find({steps, metric});
@@ -127,8 +127,10 @@ std::string verdict_cell(const ReportData& data, const Pair& pair, const Ladder&
     text += (text.empty() ? "" : "; ") + how_many + to_string(status);
   }
   for (const auto& [status, steps] : ladder.timing_failed) {
-    const auto number = std::count_if(steps.begin(), steps.end(), [&](std::int64_t n) { return !ladder.ended.contains(n); });
-    if (number > 0) text += fmt::format("; {} of {} {} in the timed pass", number, ladder.rungs.size(), to_string(status));
+    const auto number =
+        std::count_if(steps.begin(), steps.end(), [&](std::int64_t n) { return !ladder.ended.contains(n); });
+    if (number > 0)
+      text += fmt::format("; {} of {} {} in the timed pass", number, ladder.rungs.size(), to_string(status));
   }
   return text;
 }
@@ -183,8 +185,7 @@ std::string figures_table(const ReportData& data, const Palette& palette, std::s
     std::array<std::string, 7> head;
     std::copy(heads.begin(), heads.end(), head.begin());
     out += print(head, palette.dim);
-    for (const auto& line : lines)
-      out += print(line, line[6].starts_with("FAIL") ? palette.red : "");
+    for (const auto& line : lines) out += print(line, line[6].starts_with("FAIL") ? palette.red : "");
   }
   return out;
 }

@@ -62,15 +62,17 @@ std::string render_github_annotations(const ReportData& data, const std::string&
     if (v->judgement == Judgement::pass) continue;
     const std::string steps = v->steps > 0 ? fmt::format(" at {} steps", v->steps) : "";
     const std::string rerun = v->rerun.empty() ? "" : "\nrerun: " + shell_line(v->rerun);
-    lines.push_back(command("error", place_of(v->gate, workspace),
-                            fmt::format("atwood {}: {} {} {}{}", to_string(v->judgement), v->scenario, v->method, v->metric, steps),
-                            v->text + rerun));
+    lines.push_back(
+        command("error", place_of(v->gate, workspace),
+                fmt::format("atwood {}: {} {} {}{}", to_string(v->judgement), v->scenario, v->method, v->metric, steps),
+                v->text + rerun));
   }
   for (const RefusedTruth& refused : data.refused_truths)
     lines.push_back(command("warning", "", "atwood: no truth for " + refused.scenario, refused_words(refused)));
   for (const ClaimedOrder& order : data.claimed_orders)
     if (order.foreign && !claim_words(order).empty())
-      lines.push_back(command("warning", "", fmt::format("atwood: {} {} {}", order.scenario, order.method, order.metric),
+      lines.push_back(command("warning", "",
+                              fmt::format("atwood: {} {} {}", order.scenario, order.method, order.metric),
                               claim_words(order)));
   if (lines.size() > kMost) {
     const std::size_t more = lines.size() - (kMost - 1);

@@ -330,7 +330,9 @@ void append_claimed_orders(JsonText& json, const std::vector<ClaimedOrder>& orde
   json.begin_array();
   for (const ClaimedOrder& order : orders) {
     json.begin_object().inline_from_here().member("scenario", order.scenario).member("method", order.method);
-    json.member("metric", order.metric).member_number("claimed", order.claimed).member_number("observed", order.observed);
+    json.member("metric", order.metric)
+        .member_number("claimed", order.claimed)
+        .member_number("observed", order.observed);
     json.member_number("half_width_95", order.half_width_95).member("words", claim_words(order)).end_object();
   }
   json.end_array();

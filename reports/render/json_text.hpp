@@ -19,8 +19,8 @@ class JsonText {
   JsonText& begin_array() { return open('['); }
   JsonText& end_array() { return close(']'); }
   JsonText& key(std::string_view name);
-  JsonText& text(std::string_view value);   // cleaned to valid UTF-8
-  JsonText& number(double value);           // shortest round-trip; non-finite as "nan", "inf", "-inf"
+  JsonText& text(std::string_view value);  // cleaned to valid UTF-8
+  JsonText& number(double value);          // shortest round-trip; non-finite as "nan", "inf", "-inf"
   JsonText& number(double value, int significant_digits);
   JsonText& integer(std::int64_t value);
   JsonText& boolean(bool value);
@@ -41,7 +41,10 @@ class JsonText {
   JsonText& raw(std::string_view value);
   void separate();
 
-  struct Level { bool empty = true; bool inline_items = false; };
+  struct Level {
+    bool empty = true;
+    bool inline_items = false;
+  };
   std::string out_;
   std::vector<Level> levels_;
   bool after_key_ = false;

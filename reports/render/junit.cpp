@@ -36,8 +36,8 @@ void append_case(pugi::xml_node suite, const Verdict& verdict) {
   pugi::xml_node failure = test.append_child("failure");
   set(failure, "type", to_string(verdict.judgement));
   set(failure, "message", one_line(verdict.text));
-  std::string body = fmt::format("{}\nreason: {}\ngate: {}\n", verdict.text, verdict.gate.reason,
-                                 origin_words(verdict.gate.origin));
+  std::string body =
+      fmt::format("{}\nreason: {}\ngate: {}\n", verdict.text, verdict.gate.reason, origin_words(verdict.gate.origin));
   if (!verdict.rerun.empty()) body += "rerun: " + shell_line(verdict.rerun) + "\n";
   failure.append_child(pugi::node_pcdata).set_value(clean_text(body).c_str());
 }
@@ -48,8 +48,8 @@ void append_cell(pugi::xml_node suite, const CellEnding& cell, const std::vector
   pugi::xml_node test = suite.append_child("testcase");
   set(test, "classname", cell.scenario);
   set(test, "name", fmt::format("{} runs at {} steps", cell.method, cell.steps));
-  const std::string words =
-      cell.there ? to_string(cell.status) + (cell.reason.empty() ? "" : ": " + cell.reason) : "the store does not have it";
+  const std::string words = cell.there ? to_string(cell.status) + (cell.reason.empty() ? "" : ": " + cell.reason)
+                                       : "the store does not have it";
   if (skipped(cell)) set(test.append_child("skipped"), "message", one_line(words));
   if (!cell.fails) return;
   pugi::xml_node failure = test.append_child("failure");
@@ -57,7 +57,8 @@ void append_cell(pugi::xml_node suite, const CellEnding& cell, const std::vector
   set(failure, "message", one_line(words));
   std::string body = words + "\n";
   for (const Verdict* v : verdicts)
-    if (v->of_cell && v->method == cell.method && v->steps == cell.steps) body += "rerun: " + shell_line(v->rerun) + "\n";
+    if (v->of_cell && v->method == cell.method && v->steps == cell.steps)
+      body += "rerun: " + shell_line(v->rerun) + "\n";
   failure.append_child(pugi::node_pcdata).set_value(clean_text(body).c_str());
 }
 
@@ -80,7 +81,9 @@ std::string render_junit(const std::vector<Verdict>& verdicts, const std::vector
   for (const Verdict& verdict : verdicts) suite_of(verdict.scenario).verdicts.push_back(&verdict);
   for (const CellEnding& cell : cells) suite_of(cell.scenario).cells.push_back(&cell);
   // A cell that failed is a case of its own: its verdict is not told twice.
-  const auto is_case = [&](const Verdict* verdict) { return cells.empty() || !verdict->of_cell || verdict->metric != "status"; };
+  const auto is_case = [&](const Verdict* verdict) {
+    return cells.empty() || !verdict->of_cell || verdict->metric != "status";
+  };
   const auto counts = [&](const Suite& suite, std::size_t& tests, std::size_t& failures, std::size_t& skips) {
     for (const Verdict* verdict : suite.verdicts) {
       if (!is_case(verdict)) continue;

@@ -6,13 +6,13 @@
 #include <map>
 #include <set>
 
-#include "markdown_contests.hpp"
-#include "reports/report.hpp"
 #include "audit_table.hpp"
 #include "baseline_table.hpp"
 #include "bench_table.hpp"
 #include "figures_table.hpp"
+#include "markdown_contests.hpp"
 #include "ran_methods.hpp"
+#include "reports/report.hpp"
 #include "statistics_text.hpp"
 #include "text.hpp"
 
@@ -51,8 +51,9 @@ std::string failing_section(const std::vector<Verdict>& verdicts, std::size_t mo
   for (const Verdict* verdict : failing_first(verdicts)) {
     if (verdict->judgement == Judgement::pass || shown++ >= most) continue;
     if (out.empty()) {
-      out = "## What did not pass\n\n| verdict | scenario | method | steps | metric | measured | allowed | rerun |\n"
-            "| --- | --- | --- | ---: | --- | ---: | --- | --- |\n";
+      out =
+          "## What did not pass\n\n| verdict | scenario | method | steps | metric | measured | allowed | rerun |\n"
+          "| --- | --- | --- | ---: | --- | ---: | --- | --- |\n";
     }
     out += fmt::format("| {} | {} | {} | {} | {} | {}{} | {} | {} |\n", to_string(verdict->judgement),
                        cell(verdict->scenario), cell(verdict->method), steps_word(verdict->steps),
@@ -72,7 +73,8 @@ std::string truths_section(const std::vector<RefusedTruth>& truths) {
 
 std::string baseline_section(const ReportData& data) {
   if (data.baseline_path.empty()) return "";
-  std::string out = fmt::format("## Against the baseline\n\n{}.\n\n", cell(change_counts(data.baseline_path, data.baseline)));
+  std::string out =
+      fmt::format("## Against the baseline\n\n{}.\n\n", cell(change_counts(data.baseline_path, data.baseline)));
   const std::vector<ChangedPair> pairs = changed_pairs(data.baseline);
   if (!pairs.empty()) out += "| scenario | method | became worse | rerun |\n| --- | --- | --- | --- |\n";
   for (const ChangedPair& pair : pairs)
@@ -81,7 +83,8 @@ std::string baseline_section(const ReportData& data) {
   if (!pairs.empty()) out += "\n";
   std::string counted;
   for (const auto& [kind, word] : {std::pair{BaselineChange::Kind::missing, "missing"},
-                                   {BaselineChange::Kind::improvement, "better"}, {BaselineChange::Kind::added, "new"}})
+                                   {BaselineChange::Kind::improvement, "better"},
+                                   {BaselineChange::Kind::added, "new"}})
     for (const std::string& line : counted_by_scenario(data.baseline, kind))
       counted += fmt::format("- {}: {}\n", word, cell(line));
   return out + counted + (counted.empty() ? "" : "\n");
@@ -92,8 +95,9 @@ std::string claims_section(const std::vector<ClaimedOrder>& orders) {
   for (const ClaimedOrder& order : orders) {
     if (!order.foreign || std::isnan(order.observed)) continue;
     if (out.empty())
-      out = "## Claimed and observed orders\n\n| scenario | method | quantity | claimed | observed | |\n"
-            "| --- | --- | --- | ---: | ---: | --- |\n";
+      out =
+          "## Claimed and observed orders\n\n| scenario | method | quantity | claimed | observed | |\n"
+          "| --- | --- | --- | ---: | ---: | --- |\n";
     const std::string words = claim_words(order);
     out += fmt::format("| {} | {} | {} | {} | {:.2f} +/- {:.2g} | {} |\n", cell(order.scenario), cell(order.method),
                        cell(order.metric.substr(order.metric.find('-') + 1)), figure(order.claimed, 3), order.observed,
@@ -120,8 +124,9 @@ std::string heading(const ReportData& data) {
 
 std::string laws_section(const std::vector<Law>& laws) {
   if (laws.empty()) return "";
-  std::string out = "## Laws: predicted beside measured\n\n| scenario | method | steps | law | predicted | measured |\n"
-                    "| --- | --- | ---: | --- | ---: | ---: |\n";
+  std::string out =
+      "## Laws: predicted beside measured\n\n| scenario | method | steps | law | predicted | measured |\n"
+      "| --- | --- | ---: | --- | ---: | ---: |\n";
   for (const Law& law : laws) {
     out += fmt::format("| {} | {} | {} | {} | {}{} | {}{} |\n", cell(law.scenario), cell(law.method),
                        steps_word(law.steps), cell(law.statement), figure(law.predicted), unit(law.unit),
@@ -161,8 +166,9 @@ std::string orders_section(const std::vector<Row>& rows, const std::string& metr
 
 // Only what ran, each with every setting it ran with.
 std::string engines_section(const ReportData& data) {
-  std::string out = "## Engines and their settings\n\n| engine | version | scalar | method | settings |\n"
-                    "| --- | --- | --- | --- | --- |\n";
+  std::string out =
+      "## Engines and their settings\n\n| engine | version | scalar | method | settings |\n"
+      "| --- | --- | --- | --- | --- |\n";
   std::vector<std::pair<std::string, std::string>> docs;
   for (const RanMethod& method : ran_methods(data.engines, data.rows)) {
     const Engine& engine = *method.engine;
@@ -213,8 +219,8 @@ std::string render_markdown(const ReportData& data) {
 }
 
 std::string render_step_summary(const ReportData& data) {
-  return heading(data) + failing_section(data.verdicts, 50) + truths_section(data.refused_truths) + baseline_section(data) +
-         claims_section(data.claimed_orders) + notes_section(data.notes);
+  return heading(data) + failing_section(data.verdicts, 50) + truths_section(data.refused_truths) +
+         baseline_section(data) + claims_section(data.claimed_orders) + notes_section(data.notes);
 }
 
 }  // namespace atwood

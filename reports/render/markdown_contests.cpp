@@ -127,7 +127,8 @@ std::string dominance_section(const std::vector<Dominance>& tables) {
 static std::string ratio_words(const GoalResult& goal) {
   const std::string native = std::isfinite(goal.ratio) ? fmt::format("{:.3g}", goal.ratio) : "-";
   if (!std::isfinite(goal.same_rate_ratio)) return native;
-  return fmt::format("{:.3g} at the same rate ({}); native {}", goal.same_rate_ratio, cell(goal.library.method), native);
+  return fmt::format("{:.3g} at the same rate ({}); native {}", goal.same_rate_ratio, cell(goal.library.method),
+                     native);
 }
 
 std::string goals_section(const std::vector<GoalResult>& goals) {
@@ -139,8 +140,7 @@ std::string goals_section(const std::vector<GoalResult>& goals) {
   for (const GoalResult& goal : goals) {
     out += fmt::format("| {} | {} | {} | {}{} | {} | {} |\n", cell(goal.title), cell(goal_words(goal)),
                        goal.reached ? "reached" : "**not reached**", entrant_words(goal.ours),
-                       goal.why.empty() ? "" : "; " + cell(goal.why), entrant_words(goal.rival),
-                       ratio_words(goal));
+                       goal.why.empty() ? "" : "; " + cell(goal.why), entrant_words(goal.rival), ratio_words(goal));
   }
   return out + "\n";
 }

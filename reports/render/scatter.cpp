@@ -9,7 +9,9 @@
 namespace atwood {
 namespace {
 
-struct Range { double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity(); };
+struct Range {
+  double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
+};
 
 void widen(Range& range, double log) {
   range.low = std::min(range.low, log);

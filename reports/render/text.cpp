@@ -16,8 +16,10 @@ std::size_t sequence_length(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned char first = byte(0);
   if (first < 0x80) return 1;
-  const std::size_t length = first >= 0xC2 && first < 0xE0 ? 2 : first >= 0xE0 && first < 0xF0 ? 3
-                             : first >= 0xF0 && first < 0xF5 ? 4 : 0;
+  const std::size_t length = first >= 0xC2 && first < 0xE0   ? 2
+                             : first >= 0xE0 && first < 0xF0 ? 3
+                             : first >= 0xF0 && first < 0xF5 ? 4
+                                                             : 0;
   if (length == 0 || text.size() < length) return 0;
   for (std::size_t i = 1; i < length; ++i) {
     if ((byte(i) & 0xC0) != 0x80) return 0;
@@ -52,7 +54,8 @@ std::string clean_text(std::string_view text) {
 
 std::string one_line(std::string_view text) {
   std::string result = clean_text(text);
-  std::replace_if(result.begin(), result.end(), [](char c) { return c == '\n' || c == '\t'; }, ' ');
+  std::replace_if(
+      result.begin(), result.end(), [](char c) { return c == '\n' || c == '\t'; }, ' ');
   return result;
 }
 
@@ -78,9 +81,16 @@ std::string escape_markdown_cell(std::string_view text) {
       case '&': result += "&amp;"; break;
       case '<': result += "&lt;"; break;
       case '>': result += "&gt;"; break;
-      case '|': case '\\': case '`': case '*': case '_': case '[': case ']': case '~': case '!': case '#':
-        result += '\\';
-        [[fallthrough]];
+      case '|':
+      case '\\':
+      case '`':
+      case '*':
+      case '_':
+      case '[':
+      case ']':
+      case '~':
+      case '!':
+      case '#': result += '\\'; [[fallthrough]];
       default: result += c;
     }
   }
@@ -154,8 +164,9 @@ std::string allowed_words(const Verdict& verdict) {
     case Gate::Kind::within_claim: return "what is claimed";  // gates_of_claims() made it `within` before judging
     case Gate::Kind::min: return ">= " + figure(verdict.allowed_low);
     case Gate::Kind::max: return "<= " + figure(verdict.allowed_high);
-    case Gate::Kind::max_ratio: return fmt::format("<= {} ({} x {})", figure(verdict.allowed_high),
-                                                   figure(verdict.gate.high), verdict.gate.ratio_to);
+    case Gate::Kind::max_ratio:
+      return fmt::format("<= {} ({} x {})", figure(verdict.allowed_high), figure(verdict.gate.high),
+                         verdict.gate.ratio_to);
   }
   return "";
 }

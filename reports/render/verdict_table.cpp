@@ -6,9 +6,9 @@
 #include <set>
 #include <tuple>
 
-#include "protocol/sample.hpp"
 #include "figures_table.hpp"
 #include "palette.hpp"
+#include "protocol/sample.hpp"
 #include "reports/report.hpp"
 #include "text.hpp"
 
@@ -19,7 +19,8 @@ const char* colour_of(Judgement judgement, const Palette& palette) {
   switch (judgement) {
     case Judgement::pass: return palette.green;
     case Judgement::fail: return palette.red;
-    case Judgement::unverifiable: case Judgement::not_run: return palette.yellow;
+    case Judgement::unverifiable:
+    case Judgement::not_run: return palette.yellow;
   }
   return "";
 }
@@ -59,8 +60,14 @@ std::string failing_gate(const Verdict& verdict, const Palette& palette, std::si
   return out;
 }
 
-struct Line { JudgementCounts gates; std::int64_t cells = 0, not_ok = 0; };
-struct ScenarioLines { std::vector<std::string> order; std::map<std::string, Line> lines; };
+struct Line {
+  JudgementCounts gates;
+  std::int64_t cells = 0, not_ok = 0;
+};
+struct ScenarioLines {
+  std::vector<std::string> order;
+  std::map<std::string, Line> lines;
+};
 
 ScenarioLines lines_of(const std::vector<Verdict>& verdicts, const std::vector<Row>& rows) {
   ScenarioLines result;
@@ -163,8 +170,9 @@ std::string sentences(const ReportData& data, const Palette& palette, std::size_
            wrapped(one_line(refused_words(refused)), 2, room);
   for (const ClaimedOrder& order : data.claimed_orders) {
     if (!order.foreign || claim_words(order).empty()) continue;
-    out += wrapped(one_line(fmt::format("{}  {}  {}: {}.", order.scenario, order.method, order.metric, claim_words(order))), 0,
-                   room);
+    out += wrapped(
+        one_line(fmt::format("{}  {}  {}: {}.", order.scenario, order.method, order.metric, claim_words(order))), 0,
+        room);
   }
   for (const std::string& note : data.notes) out += wrapped(one_line(note), 0, room);
   return out;
@@ -173,9 +181,10 @@ std::string sentences(const ReportData& data, const Palette& palette, std::size_
 }  // namespace
 
 std::string refused_words(const RefusedTruth& refused) {
-  return fmt::format("{}: its truth ({}) ended as {}: {}. Errors, orders and what else needs a truth are not measured.{}",
-                     refused.scenario, refused.truth, to_string(refused.status), refused.reason,
-                     refused.remedy.empty() ? "" : " " + refused.remedy);
+  return fmt::format(
+      "{}: its truth ({}) ended as {}: {}. Errors, orders and what else needs a truth are not measured.{}",
+      refused.scenario, refused.truth, to_string(refused.status), refused.reason,
+      refused.remedy.empty() ? "" : " " + refused.remedy);
 }
 
 std::string render_verdict_table(const std::vector<Verdict>& verdicts, const std::vector<Row>& rows, bool colour,
@@ -195,8 +204,7 @@ std::string render_run_table(const ReportData& data, bool colour, int width) {
   std::string out;
   if (const std::string figures = figures_table(data, palette, room); !figures.empty())
     out = figures + (failing.empty() ? "" : "\n") + failing;
-  else
-    out = failing + (failing.empty() ? "" : "\n") + scenario_table(data.verdicts, data.rows, palette, room);
+  else out = failing + (failing.empty() ? "" : "\n") + scenario_table(data.verdicts, data.rows, palette, room);
   if (const std::string said = sentences(data, palette, room); !said.empty()) out += "\n" + said;
   return out + "\n" + status_words(data.rows) + '\n' + verdict_line(data.verdicts, palette);
 }
@@ -205,7 +213,8 @@ std::string render_quiet(const ReportData& data, const std::string& tail) {
   std::string line = verdict_line(data.verdicts, kPlain);
   line.pop_back();
   std::string out = failing_gates(data.verdicts, kPlain, 100, true);
-  for (const RefusedTruth& refused : data.refused_truths) out += "no truth      " + one_line(refused_words(refused)) + "\n";
+  for (const RefusedTruth& refused : data.refused_truths)
+    out += "no truth      " + one_line(refused_words(refused)) + "\n";
   return out + line + "; " + tail + "\n";
 }
 

@@ -21,7 +21,7 @@ namespace {
 class IgnoreSizeSignal {
  public:
   IgnoreSizeSignal() {
-    struct sigaction ignore{};
+    struct sigaction ignore {};
     ignore.sa_handler = SIG_IGN;
     sigaction(SIGXFSZ, &ignore, &before_);
   }
@@ -30,7 +30,7 @@ class IgnoreSizeSignal {
   IgnoreSizeSignal& operator=(const IgnoreSizeSignal&) = delete;
 
  private:
-  struct sigaction before_{};
+  struct sigaction before_ {};
 };
 
 [[noreturn]] void fail(const std::string& path, int error) {
@@ -128,7 +128,7 @@ int replace(const std::string& target, const std::string& content, mode_t mode, 
 
 void write_file(const std::string& path, const std::string& content) {
   const IgnoreSizeSignal guard;
-  struct stat info{};
+  struct stat info {};
   const bool exists = ::stat(path.c_str(), &info) == 0;
   if (exists && S_ISDIR(info.st_mode)) fail(path, EISDIR);
   if (exists && !S_ISREG(info.st_mode)) {  // a pipe or /dev/stdout: nothing to rename over

@@ -43,7 +43,10 @@ struct Key {
   std::string metric;
   auto operator<=>(const Key&) const = default;
 };
-struct Entry { double value = 0, bar = 0; std::string unit; };
+struct Entry {
+  double value = 0, bar = 0;
+  std::string unit;
+};
 
 bool timing(const std::string& metric) { return metric.starts_with("step-time"); }
 
@@ -95,8 +98,7 @@ std::map<std::string, std::set<std::string>> read_environment(const std::string&
   return all;
 }
 
-template <class Number>
-bool parse_whole(const std::string& text, Number& value) {
+template <class Number> bool parse_whole(const std::string& text, Number& value) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   return error == std::errc() && end == text.data() + text.size();
 }
@@ -197,15 +199,15 @@ BaselineChange compare(const Key& key, const Entry& before, const Entry& now, bo
   using Kind = BaselineChange::Kind;
   const double largest_bar = std::max(kBarGrowth * now.bar, kBarShare * std::fabs(before.value));
   const double bar_before = std::isnan(largest_bar) ? before.bar : std::min(before.bar, largest_bar);
-  BaselineChange change =
-      change_of(key, Kind::unchanged, before.value, now.value, bar_before + now.bar, before.unit);
+  BaselineChange change = change_of(key, Kind::unchanged, before.value, now.value, bar_before + now.bar, before.unit);
   if (std::isnan(before.value) && !std::isnan(now.value)) {  // inconclusive then: there is nothing to be better than
     change.kind = Kind::added;
     change.text = "was not a number in the baseline: nothing to compare with";
     return change;
   }
-  const double share = timing(key.metric) ? kTimingTolerance
-                       : key.method.starts_with("atwood/") ? kOwnTolerance : kRivalTolerance;
+  const double share = timing(key.metric)                  ? kTimingTolerance
+                       : key.method.starts_with("atwood/") ? kOwnTolerance
+                                                           : kRivalTolerance;
   const double tolerance = change.bar + share * std::fabs(before.value) + (timing(key.metric) ? 0 : kRoundOff);
   const double worse = badness(key.metric, now.value) - badness(key.metric, before.value);
   const bool nan_before = std::isnan(before.value), nan_now = std::isnan(now.value);
@@ -217,8 +219,8 @@ BaselineChange compare(const Key& key, const Entry& before, const Entry& now, bo
   change.text = number(before.value) + " -> " + number(now.value) + (before.unit == "1" ? "" : " " + before.unit) +
                 ", tolerance " + number(tolerance);
   if (bar_before < before.bar)
-    change.text += "; of the baseline's bar of " + number(before.bar) + " only " + number(bar_before) + " counts: today's is " +
-                   number(now.bar);
+    change.text += "; of the baseline's bar of " + number(before.bar) + " only " + number(bar_before) +
+                   " counts: today's is " + number(now.bar);
   if (timing(key.metric) && !timings_judged && change.kind != Kind::unchanged) {
     change.text += "; advisory: another machine";
     change.kind = Kind::unchanged;
@@ -256,8 +258,8 @@ std::string changed_words(const std::set<std::string>& before, const std::set<st
 BaselineText baseline_text(std::span<const Row> rows, const std::string& reason) {
   if (one_line(reason).find_first_not_of(' ') == std::string::npos) throw InputError("a baseline needs a reason");
   BaselineText text;
-  text.figures = "# atwood baseline 2\n# reason: " + one_line(reason) +
-                 "\n# scenario\tmethod\tsteps\tmetric\tvalue\tbar\tunit\n";
+  text.figures =
+      "# atwood baseline 2\n# reason: " + one_line(reason) + "\n# scenario\tmethod\tsteps\tmetric\tvalue\tbar\tunit\n";
   const std::map<Key, Entry> all = entries(rows);
   for (const auto& [key, entry] : all)
     text.figures += one_line(key.scenario) + "\t" + one_line(key.method) + "\t" + std::to_string(key.steps) + "\t" +
@@ -279,13 +281,15 @@ Baseline read_baseline(const std::string& path) {
     if (line.ends_with('\r')) line.pop_back();  // a copy with Windows line ends is the same baseline
     reader.line(line);
   }
-  if (reader.number == 0) throw InputError(path + ": the file is empty; expected a baseline (`atwood bless` writes one)");
+  if (reader.number == 0)
+    throw InputError(path + ": the file is empty; expected a baseline (`atwood bless` writes one)");
   if (reader.version >= 2 && !reader.ended) {
     ++reader.number;
     reader.refuse("the file ends before its last line, `# end COUNT`: a part of it is lost");
   }
   if (reader.version == 1)
-    baseline.notes.push_back(path + " is of version 1, which does not show whether it is whole; bless again to renew it.");
+    baseline.notes.push_back(path +
+                             " is of version 1, which does not show whether it is whole; bless again to renew it.");
   std::sort(baseline.entries.begin(), baseline.entries.end(), [](const BaselineEntry& a, const BaselineEntry& b) {
     return std::tie(a.scenario, a.method, a.steps, a.metric) < std::tie(b.scenario, b.method, b.steps, b.metric);
   });
@@ -326,7 +330,9 @@ std::vector<BaselineChange> compare_baseline(const Baseline& baseline, std::span
 std::vector<std::string> environment_changes(const Baseline& baseline, std::span<const Row> rows) {
   std::vector<std::string> notes;
   if (baseline.environment.empty()) return notes;  // said when it was read
-  struct Part { std::string name, words, differs; };
+  struct Part {
+    std::string name, words, differs;
+  };
   std::vector<Part> parts{{"cpu", "processor", "differs"},
                           {"cpu_features", "processor's features", "differ"},
                           {"libm", "mathematics library", "differs"},

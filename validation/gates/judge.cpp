@@ -79,10 +79,8 @@ std::string measured_text(const Verdict& v) {
 void judge_order(Verdict& v, const std::string& window) {
   conclude(v, v.value - v.bar, v.value + v.bar, measured_text(v), window);
   if (v.judgement != Judgement::unverifiable) return;
-  if (v.bar > (v.allowed_high - v.allowed_low) / 2)
-    v.text += ": the half-width is more than half the band";
-  else
-    v.text += ": the interval reaches across the edge";
+  if (v.bar > (v.allowed_high - v.allowed_low) / 2) v.text += ": the half-width is more than half the band";
+  else v.text += ": the interval reaches across the edge";
 }
 
 void judge_ratio(Verdict& v, const Row& row, std::span<const Row> rows) {
@@ -151,8 +149,7 @@ bool answers_nothing(const Gate& gate, const Row& row) {
 // Figures that only a truth can give.
 bool needs_truth(const std::string& metric) {
   static const char* const kinds[] = {"error-", "order-", "growth-", "impact-", "apex-", "landing-", "tolerance-"};
-  return std::any_of(std::begin(kinds), std::end(kinds),
-                     [&](const char* kind) { return metric.starts_with(kind); });
+  return std::any_of(std::begin(kinds), std::end(kinds), [&](const char* kind) { return metric.starts_with(kind); });
 }
 
 // Where the truth of a scene refuses, its cells run and their errors stay unknown: the gate is not run there, whatever
@@ -219,7 +216,10 @@ std::vector<Verdict> judge(std::span<const Gate> gates, std::span<const Row> row
     std::string ended;
     for (const Row& row : rows) {
       if (!matches_cell(gate, row)) continue;
-      if (answers_nothing(gate, row)) { unsupported = true; continue; }
+      if (answers_nothing(gate, row)) {
+        unsupported = true;
+        continue;
+      }
       other = true;
       if (row.metric == "status" && row.status != Status::ok && ended.empty())
         ended = ": " + to_string(row.status) + (row.reason.empty() ? "" : ", " + row.reason);

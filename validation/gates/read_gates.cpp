@@ -18,8 +18,8 @@
 namespace atwood {
 namespace {
 
-constexpr std::array<std::string_view, 10> kKeys = {"scenario", "method", "metric", "steps", "within",
-                                                   "max", "min", "max_ratio", "within_claim", "reason"};
+constexpr std::array<std::string_view, 10> kKeys = {"scenario", "method", "metric",    "steps",        "within",
+                                                    "max",      "min",    "max_ratio", "within_claim", "reason"};
 constexpr std::array<std::string_view, 5> kKinds = {"within", "max", "min", "max_ratio", "within_claim"};
 
 std::string place(const std::string& path, const toml::source_region& at) {
@@ -46,8 +46,7 @@ std::size_t edits(std::string_view a, std::string_view b) {
   return row[b.size()];
 }
 
-template <std::size_t N>
-std::string expected(std::string_view found, const std::array<std::string_view, N>& known) {
+template <std::size_t N> std::string expected(std::string_view found, const std::array<std::string_view, N>& known) {
   std::string text = "; expected one of ";
   std::string_view nearest;
   std::size_t best = 3;
@@ -95,8 +94,9 @@ void read_ratio(const std::string& path, const toml::node& node, Gate& gate) {
   if (!ratio) refuse(path, node.source(), "`max_ratio` must be { to = METHOD, value = NUMBER }");
   for (auto&& [key, entry] : *ratio)
     if (key != "to" && key != "value")
-      refuse(path, key.source(), "unknown key `" + std::string(key.str()) + "` in max_ratio" +
-                                     expected(key.str(), std::array<std::string_view, 2>{"to", "value"}));
+      refuse(path, key.source(),
+             "unknown key `" + std::string(key.str()) + "` in max_ratio" +
+                 expected(key.str(), std::array<std::string_view, 2>{"to", "value"}));
   gate.kind = Gate::Kind::max_ratio;
   gate.ratio_to = text_of(path, *ratio, "to", true);
   const toml::node* value = ratio->get("value");

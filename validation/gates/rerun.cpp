@@ -9,7 +9,8 @@ namespace {
 
 bool plain(const std::string& word) {
   return !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
-    return c < 0x80 && (std::isalnum(c) || std::string_view("/.:,+-_@=%").find(static_cast<char>(c)) != std::string::npos);
+    return c < 0x80 &&
+           (std::isalnum(c) || std::string_view("/.:,+-_@=%").find(static_cast<char>(c)) != std::string::npos);
   });
 }
 

@@ -39,7 +39,9 @@ State perturbed(const dynamics::Layout& layout, const State& y, unsigned row) {
   return z;
 }
 
-struct Sizes { double position = 0, velocity = 0, rate = 0; };
+struct Sizes {
+  double position = 0, velocity = 0, rate = 0;
+};
 Sizes sizes(const Scenario& scenario, const Truth& truth) {
   std::vector<Row> rows;
   metrics::append_sizes(scenario, truth, rows);
@@ -151,10 +153,8 @@ double metrics::recorded_unit_round_off(const Scene& scene, const Recording& run
   double unit = 0x1p-24;
   const auto take = [&](Wide x) {
     if (x == Wide(static_cast<float>(x))) return;
-    if (x == Wide(static_cast<double>(x)))
-      unit = std::min(unit, 0x1p-53);
-    else
-      unit = std::min(unit, x == Wide(static_cast<long double>(x)) ? 0x1p-64 : 0x1p-113);
+    if (x == Wide(static_cast<double>(x))) unit = std::min(unit, 0x1p-53);
+    else unit = std::min(unit, x == Wide(static_cast<long double>(x)) ? 0x1p-64 : 0x1p-113);
   };
   for (std::size_t k = 1; k < run.values.size(); ++k)
     for (std::size_t b = 0; b < run.values[k].bodies.size() && b < scene.bodies.size(); ++b) {

@@ -20,7 +20,9 @@ bool declares(const Scenario& scenario, const std::string& quantity) {
                      [&](const Invariant& i) { return i.quantity == quantity; });
 }
 
-struct Change { double largest = 0, size = 0; };
+struct Change {
+  double largest = 0, size = 0;
+};
 void keep(Change& change, const Wide3& now, const Wide3& expected) {
   change.largest = std::max(change.largest, distance(now, expected));
   change.size = std::max(change.size, norm(now));
@@ -29,7 +31,10 @@ void keep(Change& change, const Wide3& now, const Wide3& expected) {
 // The fixed point that an attractor or an anchored spring turns the bodies about, if there is one.
 bool pivot(const Scene& scene, Wide3& point) {
   for (const Force& force : scene.forces) {
-    if (const auto* a = std::get_if<Attractor>(&force)) { point = dynamics::widen<Wide>(a->center_m); return true; }
+    if (const auto* a = std::get_if<Attractor>(&force)) {
+      point = dynamics::widen<Wide>(a->center_m);
+      return true;
+    }
     if (const auto* s = std::get_if<Spring>(&force); s && s->bodies.size() == 1) {
       point = dynamics::widen<Wide>(s->anchor_m);
       return true;
@@ -68,8 +73,9 @@ void append_angular_momentum(const Scenario& scenario, const Recording& run, std
   Change at_point, at_center;
   for (const Sample& s : run.values) {
     if (origin) keep(at_point, about(s), about(run.values.front()));
-    if (center) keep(at_center, dynamics::angular_momentum_about_center(scene, s),
-                     dynamics::angular_momentum_about_center(scene, run.values.front()));
+    if (center)
+      keep(at_center, dynamics::angular_momentum_about_center(scene, s),
+           dynamics::angular_momentum_about_center(scene, run.values.front()));
   }
   const Change& worst = at_point.largest >= at_center.largest ? at_point : at_center;
   rows.push_back(row("angular-momentum-error", worst.largest));

@@ -30,7 +30,10 @@ bool fell_far_enough(const Scene& scene, const Event& e) {
   return e.vn_before_m_per_s * e.vn_before_m_per_s >= 2 * along * Wide(kClearance_m);
 }
 
-struct Impact { Event event; double bar_s = 0; };
+struct Impact {
+  Event event;
+  double bar_s = 0;
+};
 std::map<Pair, std::vector<Impact>> impacts(const std::vector<Event>& events, const std::vector<double>& bars) {
   std::map<Pair, std::vector<Impact>> by_pair;
   for (std::size_t i = 0; i < events.size(); ++i)
@@ -137,10 +140,8 @@ void append_energy_gain(const Scenario& scenario, const Truth& truth, const Reco
     least = std::min(least, total);
   }
   const EnergyScale scale = energy_scale(scenario, truth);
-  if (scale.joules > 0)
-    rows.push_back(row("energy-gain", static_cast<double>(gain / scale.joules)));
-  else
-    rows.push_back(row("energy-rise", static_cast<double>(gain), 0, "in joules: no truth to scale by"));
+  if (scale.joules > 0) rows.push_back(row("energy-gain", static_cast<double>(gain / scale.joules)));
+  else rows.push_back(row("energy-rise", static_cast<double>(gain), 0, "in joules: no truth to scale by"));
 }
 
 dynamics::Gap<Wide> gap_at(const Scene& scene, const dynamics::Layout& layout, const dynamics::ContactPair& pair,

@@ -50,7 +50,11 @@ std::optional<double> period(std::span<const double> t, const std::vector<double
 
 // v = a + b t + sum over k <= K of (c_k cos k w t + s_k sin k w t) by least squares, w = 2 pi / period: what the drift
 // is under an oscillation of any shape, whole periods or not.
-struct Harmonic { double slope = 0, squares = 0; int parameters = 0; std::vector<double> residual; };
+struct Harmonic {
+  double slope = 0, squares = 0;
+  int parameters = 0;
+  std::vector<double> residual;
+};
 Harmonic fit_harmonics(std::span<const double> t, std::span<const double> v, double period_s) {
   const std::size_t n = t.size();
   const double spacing = (t.back() - t.front()) / static_cast<double>(n - 1);
@@ -101,11 +105,15 @@ double refined_period(std::span<const double> t, std::span<const double> v, doub
   double at_a = fit_harmonics(t, v, a).squares, at_b = fit_harmonics(t, v, b).squares;
   for (int pass = 0; pass < 18; ++pass) {
     if (at_a < at_b) {
-      high = b; b = a; at_b = at_a;
+      high = b;
+      b = a;
+      at_b = at_a;
       a = high - kGolden * (high - low);
       at_a = fit_harmonics(t, v, a).squares;
     } else {
-      low = a; a = b; at_a = at_b;
+      low = a;
+      a = b;
+      at_a = at_b;
       b = low + kGolden * (high - low);
       at_b = fit_harmonics(t, v, b).squares;
     }

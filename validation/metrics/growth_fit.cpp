@@ -17,7 +17,9 @@ constexpr double kExponentChange = 0.2;  // along the run; laws are half a unit 
 // The largest error of each of 12 equal windows of time, the first tenth of the run left out: what oscillates within a
 // window drops out, and the points are nearly independent where neighbouring samples are not. Largest beside
 // t^exponent: of a growing error the late samples of a window would win whatever their noise.
-struct Envelope { std::vector<double> t, e; };
+struct Envelope {
+  std::vector<double> t, e;
+};
 Envelope envelope(std::span<const double> t, std::span<const double> e, double exponent) {
   Envelope env;
   const double start = t.front() + 0.1 * (t.back() - t.front()), width = (t.back() - start) / kWindows;
@@ -28,9 +30,15 @@ Envelope envelope(std::span<const double> t, std::span<const double> e, double e
     for (std::size_t i = 0; i < t.size(); ++i) {
       if (!(t[i] > from) || !(t[i] <= to) || !(e[i] > 0)) continue;
       const double beside = e[i] * std::pow((t[i] - t.front()) / (t.back() - t.front()), -exponent);
-      if (beside > largest) { largest = beside; at = i; }
+      if (beside > largest) {
+        largest = beside;
+        at = i;
+      }
     }
-    if (at < t.size()) { env.t.push_back(t[at] - t.front()); env.e.push_back(e[at]); }
+    if (at < t.size()) {
+      env.t.push_back(t[at] - t.front());
+      env.e.push_back(e[at]);
+    }
   }
   return env;
 }
@@ -88,7 +96,10 @@ GrowthFit fit_growth(std::span<const double> t_s, std::span<const double> error,
     return fit;
   }
   for (double e : error)
-    if (!std::isfinite(e)) { fit.reason = "the error is not finite"; return fit; }
+    if (!std::isfinite(e)) {
+      fit.reason = "the error is not finite";
+      return fit;
+    }
   Envelope env = envelope(t_s, error, 0);
   if (env.e.size() < kWindows) {
     fit.reason = "the error vanishes in parts of the run";
@@ -130,7 +141,10 @@ GrowthFit fit_growth(std::span<const double> t_s, std::span<const double> error,
 }
 
 void name_law(GrowthFit& fit) {
-  struct Law { const char* name; double exponent; };
+  struct Law {
+    const char* name;
+    double exponent;
+  };
   constexpr std::array<Law, 5> laws{{{"bounded", 0}, {"t^1/2", 0.5}, {"t", 1}, {"t^3/2", 1.5}, {"t^2", 2}}};
   const auto nearest = std::min_element(laws.begin(), laws.end(), [&](const Law& a, const Law& b) {
     return std::fabs(a.exponent - fit.exponent) < std::fabs(b.exponent - fit.exponent);
@@ -138,7 +152,10 @@ void name_law(GrowthFit& fit) {
   const double off = std::fabs(nearest->exponent - fit.exponent);
   fit.law = "inconclusive";
   // The next law is half a unit further: an interval of 0.2 to either side, 0.2 off at most, does not reach it.
-  if (off <= 0.2 && fit.half_width_95 <= 0.2) { fit.law = nearest->name; return; }
+  if (off <= 0.2 && fit.half_width_95 <= 0.2) {
+    fit.law = nearest->name;
+    return;
+  }
   fit.reason = "exponent " + format_measure(fit.exponent, 0) + " +/- " + format_measure(fit.half_width_95, 0, 2) +
                (off <= 0.2 ? ": too wide for a law" : ", near no law");
 }

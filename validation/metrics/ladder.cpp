@@ -1,15 +1,18 @@
 // Figures of a whole ladder, from its cells' rows alone.
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <cstdio>
+#include <map>
 
 #include "validation/metrics/measurements.hpp"
 
 namespace atwood {
 namespace {
 
-struct Rung { double h_s = 0, error = 0, floor = 0; std::int64_t steps = 0; };
+struct Rung {
+  double h_s = 0, error = 0, floor = 0;
+  std::int64_t steps = 0;
+};
 
 double size_of(const std::map<std::string, double>& cell, const std::string& metric) {
   const auto found = cell.find(metric);

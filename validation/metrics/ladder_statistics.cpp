@@ -43,7 +43,10 @@ GridLevel level_of(const LadderEnd& end, std::size_t body) {
 }
 
 // Differences of positions are taken of values rounded to double: beyond double's last place they say nothing.
-struct Worst { GridConvergence grid; std::size_t body = 0; };
+struct Worst {
+  GridConvergence grid;
+  std::size_t body = 0;
+};
 Worst worst_body(const Scene& scene, const LadderEnd& fine, const LadderEnd& medium, const LadderEnd& coarse) {
   Worst worst;
   bool first = true;
@@ -66,12 +69,9 @@ std::string range_text(std::span<const LadderEnd> finest, const Worst& worst) {
                        steps_text(finest[1], finest[2], finest[3]) + ", " + format_measure(coarser.order, 0);
   if (formal > 0) orders += "; formal order " + format_measure(formal, 0);
   switch (asymptotic_range(worst.grid.order, coarser.order, formal)) {
-    case AsymptoticRange::not_tested:
-      return "asymptotic range not tested: the coarser three steps have no order";
-    case AsymptoticRange::agrees:
-      return "asymptotic: " + orders;
-    case AsymptoticRange::disagrees:
-      return "not asymptotic: " + orders;
+    case AsymptoticRange::not_tested: return "asymptotic range not tested: the coarser three steps have no order";
+    case AsymptoticRange::agrees: return "asymptotic: " + orders;
+    case AsymptoticRange::disagrees: return "not asymptotic: " + orders;
   }
   return "";
 }
@@ -146,8 +146,11 @@ std::vector<Row> fit_round_off_v(std::span<const Row> cells) {
 }
 
 std::vector<Row> fit_tolerances(std::span<const Row> rows) {
-  struct Ladder { std::vector<double> rtol, error, floor; const Row* like = nullptr; };
-  std::map<std::string, Ladder> ladders;  // by the method's id without its tolerance
+  struct Ladder {
+    std::vector<double> rtol, error, floor;
+    const Row* like = nullptr;
+  };
+  std::map<std::string, Ladder> ladders;                             // by the method's id without its tolerance
   std::map<std::string, std::map<std::string, const Row*>> figures;  // by method
   for (const Row& r : rows)
     if (r.status == Status::ok && r.body.empty() && !r.t_s && r.method.find(':') != std::string::npos)

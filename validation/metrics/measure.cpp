@@ -101,8 +101,7 @@ std::string format_measure(double value, double bar, int digits) {
   char text[64];
   if (std::isfinite(value) && bar > 0 && std::fabs(value) < 3 * bar)
     std::snprintf(text, sizeof text, "<= %.*g", digits, std::fabs(value) + bar);
-  else
-    std::snprintf(text, sizeof text, "%.*g", digits, value);
+  else std::snprintf(text, sizeof text, "%.*g", digits, value);
   return text;
 }
 

@@ -11,8 +11,7 @@
 #include "validation/metrics/metrics.hpp"
 
 namespace atwood::dynamics {
-template <class S>
-class Dynamics;
+template <class S> class Dynamics;
 }
 
 namespace atwood::metrics {

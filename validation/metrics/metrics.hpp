@@ -15,7 +15,9 @@
 
 namespace atwood {
 
-struct MetricInfo { std::string name, unit, definition; };
+struct MetricInfo {
+  std::string name, unit, definition;
+};
 const std::vector<MetricInfo>& all_metrics();  // the report prints the definition beside the figure
 
 // What one cell's recording says, against the truth (rows carry scenario-free fields only: body, t_s, metric, unit,
@@ -24,7 +26,9 @@ const std::vector<MetricInfo>& all_metrics();  // the report prints the definiti
 std::vector<Row> measure(const Scenario& scenario, const Truth& truth, const Recording& run);
 
 // Error and relative energy against time, for plots and growth laws. One entry a sample.
-struct Series { std::vector<double> t_s, position_m, velocity_m_per_s, attitude_rad, body_rate_rad_per_s, energy; };
+struct Series {
+  std::vector<double> t_s, position_m, velocity_m_per_s, attitude_rad, body_rate_rad_per_s, energy;
+};
 Series error_series(const Scenario& scenario, const Truth& truth, const Recording& run);
 
 // ---- state error, from two samples --------------------------------------------------------------------------
@@ -38,16 +42,20 @@ double attitude_error_rad(const BodySample& a, const BodySample& truth);  // geo
 // smaller h is, or by more than 0.2 at the finest rungs, are inconclusive.
 struct OrderFit {
   bool conclusive = false;
-  std::string reason;             // why not
+  std::string reason;  // why not
   double order = 0, half_width_95 = 0;
   double finest_slope = 0, extrapolated = 0;
-  std::vector<int> used;          // indices of rungs in the asymptotic window
+  std::vector<int> used;              // indices of rungs in the asymptotic window
   std::vector<std::string> left_out;  // one entry a rung: "", "pre-asymptotic", "floor", "not finite"
 };
 OrderFit fit_order(std::span<const double> h_s, std::span<const double> error, std::span<const double> floor);
 
 // ---- growth law: bounded, t^1/2, t, t^3/2, t^2, exponential, inconclusive ------------------------------------
-struct GrowthFit { std::string law; double exponent = 0, half_width_95 = 0; std::string reason; };
+struct GrowthFit {
+  std::string law;
+  double exponent = 0, half_width_95 = 0;
+  std::string reason;
+};
 GrowthFit fit_growth(std::span<const double> t_s, std::span<const double> error, double floor);
 // At the round-off floor, where one run is one draw: runs[k][i] is the error of run k at t_s[i], at least 32 runs; the
 // law of their root mean square, its interval by bootstrap over the runs.
@@ -63,18 +71,22 @@ enum class AsymptoticRange { not_tested, agrees, disagrees };
 AsymptoticRange asymptotic_range(double finer_order, double coarser_order, double formal_order);
 
 // ---- runs without a truth: three steps, Richardson extrapolation, grid convergence index ---------------------
-struct GridLevel { double h_s = 0; std::vector<double> value; };  // a scalar, or a vector whose norm counts
+// a scalar, or a vector whose norm counts
+struct GridLevel {
+  double h_s = 0;
+  std::vector<double> value;
+};
 struct GridConvergence {
   enum class Kind {
     monotone,
     oscillatory,
     divergent,
     none
-  } kind = Kind::divergent;      // none: the finest two agree exactly
-  double order = 0;              // negative: the differences grow as h shrinks
-  double index = 0;              // 1.25 |f2 - f1| / (r^p - 1), in the unit of f: the band about the finest value
-  double index_coarse = 0;       // 1.25 |f3 - f2| / (r32^p - 1): about the middle value
-  double difference = 0;         // |f2 - f1|
+  } kind = Kind::divergent;  // none: the finest two agree exactly
+  double order = 0;          // negative: the differences grow as h shrinks
+  double index = 0;          // 1.25 |f2 - f1| / (r^p - 1), in the unit of f: the band about the finest value
+  double index_coarse = 0;   // 1.25 |f3 - f2| / (r32^p - 1): about the middle value
+  double difference = 0;     // |f2 - f1|
   std::vector<double> extrapolated;
 };
 GridConvergence grid_convergence(const GridLevel& fine, const GridLevel& medium, const GridLevel& coarse);

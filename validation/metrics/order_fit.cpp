@@ -12,9 +12,9 @@
 namespace atwood {
 namespace {
 
-constexpr double kFloorFactor = 30;    // rungs nearer than this to the floor measure the floor too
-constexpr double kSlopeChange = 0.2;   // asymptotic: the local slope has settled to this
-constexpr double kWidest = 1;           // a half-width that tells no order from the next one
+constexpr double kFloorFactor = 30;   // rungs nearer than this to the floor measure the floor too
+constexpr double kSlopeChange = 0.2;  // asymptotic: the local slope has settled to this
+constexpr double kWidest = 1;         // a half-width that tells no order from the next one
 constexpr std::size_t kFewest = 4;
 
 using metrics::fit_line;

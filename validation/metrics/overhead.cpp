@@ -6,7 +6,9 @@
 namespace atwood {
 namespace {
 
-struct Line { double at_zero = 0, slope = 0; };
+struct Line {
+  double at_zero = 0, slope = 0;
+};
 
 // Weighted least squares of y over x.
 Line line_through(std::span<const int> x, std::span<const double> y) {

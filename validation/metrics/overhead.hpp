@@ -13,14 +13,18 @@
 
 namespace atwood {
 
-struct Estimate { double value = 0, low = 0, high = 0; };  // with an interval that holds it with 95 % at least
+// With an interval that holds it with 95 % at least
+struct Estimate {
+  double value = 0, low = 0, high = 0;
+};
 
 struct OverheadFit {
-  int rounds = 0;         // with a finite time for every k; 0: nothing below is known
-  Estimate overhead_ns;   // an evaluation
-  Estimate rate_ns;       // one rate
-  bool straight = true;   // false: the four times lie on no line (the interval of the slopes' ratio leaves out 1, and the
-                          // slopes differ by more than a tenth): the overhead is then no more than a figure at k = 0
+  int rounds = 0;        // with a finite time for every k; 0: nothing below is known
+  Estimate overhead_ns;  // an evaluation
+  Estimate rate_ns;      // one rate
+  bool straight =
+      true;  // false: the four times lie on no line (the interval of the slopes' ratio leaves out 1, and the
+             // slopes differ by more than a tenth): the overhead is then no more than a figure at k = 0
 };
 
 // ns[round][i]: nanoseconds an evaluation with each rate made repeats[i] times over; at least two repeats that differ.

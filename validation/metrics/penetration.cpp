@@ -49,7 +49,11 @@ double own_size(const Body& body) {
   return std::numeric_limits<double>::infinity();
 }
 
-struct Ball { int body; double radius; Real3 center; };
+struct Ball {
+  int body;
+  double radius;
+  Real3 center;
+};
 
 class Overlaps {
  public:

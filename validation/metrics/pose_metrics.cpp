@@ -84,20 +84,24 @@ class Tally {
   void spread(const std::string& metric, const std::string& what, const std::string& unit_note) {
     auto& list = errors_of(what);
     if (list.empty()) return;
-    std::sort(list.begin(), list.end(), [](const Error& a, const Error& b) {
-      return std::pair(a.value, a.index) < std::pair(b.value, b.index);
-    });
+    std::sort(list.begin(), list.end(),
+              [](const Error& a, const Error& b) { return std::pair(a.value, a.index) < std::pair(b.value, b.index); });
     const auto last = static_cast<double>(list.size() - 1);
     const auto at = [&](double part) { return list[static_cast<std::size_t>(part * last)]; };
     const std::string reason = std::to_string(list.size()) + " poses" + unit_note;
     put(metric + "-median", at(0.5).value, reason, at(0.5).bar);
     put(metric + "-p99", at(0.99).value, reason, at(0.99).bar);
-    put(metric + "-max", at(1).value, reason + "; the worst is pose " + std::to_string(list.back().index), bar_of_largest(list));
+    put(metric + "-max", at(1).value, reason + "; the worst is pose " + std::to_string(list.back().index),
+        bar_of_largest(list));
     keep_worst(what, list);
   }
 
  private:
-  struct Error { double value = 0; std::int64_t index = 0; double bar = 0; };
+  struct Error {
+    double value = 0;
+    std::int64_t index = 0;
+    double bar = 0;
+  };
   using Errors = std::vector<Error>;
   // Encloses [max(e - b), max(e + b)].
   static double bar_of_largest(const Errors& list) {
@@ -158,13 +162,15 @@ PoseRows measure_poses(const std::string& pair, bool swept, const SceneOfPose& s
     if (decided && !truth.hit && answer.hit) tally.add("false-hit", index, truth.gap_m / size);
     if (truth.hit != answer.hit) continue;
     if (!truth.hit) {
-      if (!std::isnan(answer.gap_m)) tally.add("distance", index, std::fabs(answer.gap_m - truth.gap_m) / size, moved / size);
+      if (!std::isnan(answer.gap_m))
+        tally.add("distance", index, std::fabs(answer.gap_m - truth.gap_m) / size, moved / size);
       continue;
     }
     if (surfaces(scene)) continue;
     tally.add("depth", index, std::fabs(answer.gap_m - truth.gap_m) / size, moved / size);
     const double needed = std::max({1e-3 * std::fabs(truth.gap_m), 1e-9 * size, 64 * doubt});
-    if (decided && truth.margin_m > needed) tally.add("normal", index, angle(answer.normal, truth.normal), 8 * rounding.unit);
+    if (decided && truth.margin_m > needed)
+      tally.add("normal", index, angle(answer.normal, truth.normal), 8 * rounding.unit);
   }
   tally.count(swept ? "touch-misses" : "contact-misses", "miss", poses);
   tally.count(swept ? "touch-false-hits" : "contact-false-hits", "false-hit", poses);

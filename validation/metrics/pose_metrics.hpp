@@ -14,7 +14,11 @@
 namespace atwood {
 
 // A pose that shows what an engine did worst: "miss", "false-hit", "depth", "normal", "distance", "time".
-struct WorstPose { std::string what; std::int64_t index = 0; double error = 0; };
+struct WorstPose {
+  std::string what;
+  std::int64_t index = 0;
+  double error = 0;
+};
 
 struct PoseRows {
   std::vector<Row> rows;         // body: the pair
@@ -32,7 +36,7 @@ using SceneOfPose = std::function<Scene(std::int64_t index)>;
 // figures carry what that rounding may change as their bar, and it hits or misses only above it. `at_unit_size`: it was
 // asked at unit size about the first body's place (rivals/unit_size.hpp), where only distances are rounded.
 struct InputRounding {
-  double unit = 0;            // 2^-24 of an engine in float; 0: a double's, which the doubt above covers
+  double unit = 0;  // 2^-24 of an engine in float; 0: a double's, which the doubt above covers
   bool at_unit_size = false;
 };
 InputRounding input_rounding(const std::string& scalar, const std::string& test);

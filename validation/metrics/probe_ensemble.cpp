@@ -64,7 +64,9 @@ std::string wider(const std::string& method) {
   return to_string(id);
 }
 
-struct Runs { std::vector<std::vector<double>> position, attitude, energy; };
+struct Runs {
+  std::vector<std::vector<double>> position, attitude, energy;
+};
 
 void append(const Scenario& scenario, const EnergyScale& energy_scale, const Recording& run,
             const std::vector<Sample>& beside, const std::vector<double>& energy_beside, Runs& runs) {

@@ -31,7 +31,9 @@ void require_no_clock(const ProbeRequest& request);
 void require_no_dissipation(const ProbeRequest& request);
 
 // Largest over samples and mobile bodies of |p| [m], |v| [m/s], |w| [rad/s].
-struct Sizes { double position_m = 0, velocity_m_per_s = 0, rate_rad_per_s = 0; };
+struct Sizes {
+  double position_m = 0, velocity_m_per_s = 0, rate_rad_per_s = 0;
+};
 Sizes sizes_of(const Scene& scene, const std::vector<Sample>& samples);
 
 std::vector<Row> probe_ensemble(const ProbeRequest& request);

@@ -22,7 +22,7 @@ namespace {
 
 using Vector = std::vector<double>;
 using Wides = std::vector<Wide>;
-constexpr double kStep = 0x1p-10;   // of the scale, and its quarters
+constexpr double kStep = 0x1p-10;  // of the scale, and its quarters
 constexpr std::size_t kLevels = 8;
 constexpr std::size_t kMostBodies = 8;
 

@@ -33,7 +33,11 @@ const std::vector<ProbeInfo>& all_probes() {
 
 std::vector<Row> run_probe(const std::string& probe, const ProbeRequest& request) {
   using namespace metrics;
-  struct Entry { const char* name; const char* metric; std::vector<Row> (*run)(const ProbeRequest&); };
+  struct Entry {
+    const char* name;
+    const char* metric;
+    std::vector<Row> (*run)(const ProbeRequest&);
+  };
   static constexpr Entry entries[] = {{"ensemble", "growth-exponent-round-off-energy", probe_ensemble},
                                       {"reversal", "reversal-over-round-off", probe_reversal},
                                       {"symplecticity", "symplecticity-defect", probe_symplecticity},

@@ -10,7 +10,9 @@
 
 namespace atwood {
 
-struct ProbeInfo { std::string name, doc; };
+struct ProbeInfo {
+  std::string name, doc;
+};
 const std::vector<ProbeInfo>& all_probes();  // in the order of the README's table
 
 // Sweeps of poses and tables of cases: cells that need a worker's contacts and no run

@@ -32,7 +32,9 @@ inline double median_in_place(std::vector<double>& x) {
 }
 
 // The 2.5 and 97.5 percentiles, between neighbours linearly; reorders x.
-struct Interval { double low = 0, high = 0; };
+struct Interval {
+  double low = 0, high = 0;
+};
 inline Interval percentiles_95(std::vector<double>& x) {
   if (x.empty()) return {};
   std::sort(x.begin(), x.end());

@@ -18,15 +18,21 @@ double mean_of(std::span<const double> x) {
   return std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
 }
 
-struct Candidate { double log_weight = 0, slope_error = 0; };
+struct Candidate {
+  double log_weight = 0, slope_error = 0;
+};
 
 // One rho: y_i - rho y_(i-1) is white; the first sample enters with weight sqrt(1 - rho^2).
 Candidate at_rho(double rho, std::span<const double> centred, double spread, std::span<const double> y) {
   const std::size_t n = y.size();
   double a00 = 0, a01 = 0, a11 = 0, b0 = 0, b1 = 0, c = 0;
   const auto add = [&](double one, double x, double v) {
-    a00 += one * one; a01 += one * x; a11 += x * x;
-    b0 += one * v; b1 += x * v; c += v * v;
+    a00 += one * one;
+    a01 += one * x;
+    a11 += x * x;
+    b0 += one * v;
+    b1 += x * v;
+    c += v * v;
   };
   const double first = std::sqrt(1 - rho * rho);
   add(first, first * centred[0], first * y[0]);

@@ -7,7 +7,9 @@
 namespace atwood::metrics {
 
 // y = a + b x by least squares: b, its standard error, its 95 % half-width (Student's t, n - 2 degrees of freedom).
-struct Line { double intercept = 0, slope = 0, standard_error = 0, half_width_95 = 0, residual_squares = 0; };
+struct Line {
+  double intercept = 0, slope = 0, standard_error = 0, half_width_95 = 0, residual_squares = 0;
+};
 Line fit_line(std::span<const double> x, std::span<const double> y);
 
 // The median of the slopes of all pairs (Theil 1950, Sen 1968); of longer series, about 400 samples make the pairs.

@@ -191,8 +191,8 @@ std::vector<Row> status_rows(const Scenario& scenario, const Truth& truth, const
   if (run.values.size() < 2) return status_row(Status::crashed, "no samples after t = 0");
   if (!has_truth(truth)) return {};
   if (run.values.size() != truth.values.size())
-    return status_row(Status::crashed, std::to_string(run.values.size()) + " samples, expected " +
-                                           std::to_string(truth.values.size()));
+    return status_row(Status::crashed,
+                      std::to_string(run.values.size()) + " samples, expected " + std::to_string(truth.values.size()));
   // Samples are compared at the same instant or not at all. A float clock may be off by round-off, not by more.
   for (std::size_t k = 0; k < run.values.size(); ++k)
     if (fabsq(run.values[k].t_s - truth.values[k].t_s) > Wide(1e-4) * scenario.t_end_s / Wide(truth.values.size() - 1))

@@ -42,7 +42,7 @@ struct Gathered {
 using Key = std::pair<std::string, std::int64_t>;  // method, steps
 
 struct Ladders {
-  std::vector<std::string> families;               // in the order of the rows
+  std::vector<std::string> families;  // in the order of the rows
   std::map<std::string, std::vector<Key>> rungs;
   std::map<Key, Gathered> gathered;
 };

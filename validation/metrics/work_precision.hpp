@@ -24,13 +24,13 @@ std::string method_family(const std::string& method);
 std::string engine_of(const std::string& method);
 
 struct WorkPoint {
-  std::string method;          // full id
-  std::int64_t steps = 0;      // of the plan
-  double h_s = 0;              // 0: the method chooses
-  double error = 0, bar = 0;   // in the metric's unit
-  double seconds = 0;  // of the whole run, from the timed pass; NaN: not timed. Equal steps beyond the finest timed
-                       // rung (long runs are not timed twice): that rung's time of a step
-  double evaluations = 0;      // NaN: the engine counts none
+  std::string method;         // full id
+  std::int64_t steps = 0;     // of the plan
+  double h_s = 0;             // 0: the method chooses
+  double error = 0, bar = 0;  // in the metric's unit
+  double seconds = 0;      // of the whole run, from the timed pass; NaN: not timed. Equal steps beyond the finest timed
+                           // rung (long runs are not timed twice): that rung's time of a step
+  double evaluations = 0;  // NaN: the engine counts none
 };
 // value + bar where the value is under three bars.
 double known_error(const WorkPoint& point);
@@ -48,8 +48,8 @@ struct FailedRung {
 
 struct WorkCurve {
   std::string family;
-  std::vector<WorkPoint> points;     // coarsest first: by step count, or by falling tolerance
-  std::vector<FailedRung> failed;    // in the same order
+  std::vector<WorkPoint> points;   // coarsest first: by step count, or by falling tolerance
+  std::vector<FailedRung> failed;  // in the same order
 };
 
 // Every method's curve on one scenario, in the order of the rows. `metric` is an error with one figure a run.
@@ -65,7 +65,7 @@ struct Reached {
   double error = 0, cost = 0;  // of that rung
   bool at_bar = false;         // the rung's error is not told apart from the truth's bar
   bool coarsest = false;       // nothing cheaper was measured: the cost is an upper limit
-  double worst_finer = 0;      // the largest error of this curve's finer rungs, infinite where one failed; 0: none is finer
+  double worst_finer = 0;  // the largest error of this curve's finer rungs, infinite where one failed; 0: none is finer
 };
 
 // The cheapest measured rung with an error of at most `wanted`; none where no rung reaches it, or none that does has that
@@ -77,25 +77,29 @@ std::optional<Reached> most_accurate(const WorkCurve& curve, double budget, Cost
 // The coarsest rung from which on every finer one has a finite error below the size of the motion.
 struct StableRange {
   std::string family;
-  bool stable = false;               // any such rung
+  bool stable = false;  // any such rung
   WorkPoint first;
-  std::vector<FailedRung> failed;    // the rungs that ended badly, named
+  std::vector<FailedRung> failed;  // the rungs that ended badly, named
 };
 StableRange stable_range(const WorkCurve& curve);
 
 // ---- who wins -----------------------------------------------------------------------------------------------------
-struct TimedRatio { double value = 1, low = 1, high = 1; int pairs = 0; };  // with its 95 % interval
+// With its 95 % interval
+struct TimedRatio {
+  double value = 1, low = 1, high = 1;
+  int pairs = 0;
+};
 struct Contest {
-  double asked = 0;                  // an error, or a budget
-  std::vector<Reached> ranked;       // best first; one a family
-  std::optional<TimedRatio> to_next; // the second's cost over the first's, where both were timed in turns
+  double asked = 0;                   // an error, or a budget
+  std::vector<Reached> ranked;        // best first; one a family
+  std::optional<TimedRatio> to_next;  // the second's cost over the first's, where both were timed in turns
 };
 struct Dominance {
   std::string scenario, metric, unit;
   Cost cost = Cost::seconds;
-  std::vector<Contest> by_error;     // of cost; levels that no curve reaches are left out
-  std::vector<Contest> by_budget;    // of error; budgets that buy nothing are left out
-  std::vector<StableRange> stable;   // one a curve that has any rung
+  std::vector<Contest> by_error;    // of cost; levels that no curve reaches are left out
+  std::vector<Contest> by_budget;   // of error; budgets that buy nothing are left out
+  std::vector<StableRange> stable;  // one a curve that has any rung
 };
 
 // The judgement that `compare`, `advise` and the reports share: every curve's rung for this error, cheapest first, or for
@@ -104,7 +108,10 @@ Contest contest_of_error(std::span<const WorkCurve> curves, double wanted, Cost 
 Contest contest_of_budget(std::span<const WorkCurve> curves, double budget, Cost cost);
 
 // What a user asks of a comparison. An empty metric: the telling one; 0: every level of error, every budget.
-struct Question { std::string metric; double error = 0, budget_s = 0; };
+struct Question {
+  std::string metric;
+  double error = 0, budget_s = 0;
+};
 
 // 1e-3, 1e-4 .. 1e-13.
 const std::vector<double>& error_levels();

@@ -72,7 +72,8 @@ Campaigns Campaigns::begin(Store& store, const std::vector<Cell>& cells, const s
                (options.fresh || last->complete || holds_all(store, cells, cell.campaign, last->id))) {
       campaign = *last;
       anew = true;
-      told = "a part of the study is measured anew in its last campaign, whose other cells stay (--reuse takes the last one)";
+      told =
+          "a part of the study is measured anew in its last campaign, whose other cells stay (--reuse takes the last one)";
     } else if (last && !options.fresh && (!last->complete || same_run)) {
       campaign = *last;
       told = "the campaign of an interrupted run goes on (--fresh starts anew)";

@@ -31,7 +31,7 @@ class Campaigns {
 
  private:
   void forget_cells(Store& store, const std::vector<Cell>& cells, const std::string& campaign) const;
-  std::map<std::string, Campaign> by_cells_;     // Cell::campaign -> its campaign
+  std::map<std::string, Campaign> by_cells_;  // Cell::campaign -> its campaign
   std::map<std::string, std::string> told_;
 };
 

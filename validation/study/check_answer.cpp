@@ -40,8 +40,7 @@ void check_start(const BodySample& sample, std::size_t i, double t_end_s, const 
   const SampledBodies::Start& start = bodies.start[i];
   // Where all are zero the run says what is much: what starts at rest at the origin is going somewhere.
   const double falls = bodies.gravity_m_per_s2 * t_end_s;
-  const double size =
-      bodies.size_m > 0 ? bodies.size_m : std::max(bodies.speed_m_per_s, falls) * t_end_s;
+  const double size = bodies.size_m > 0 ? bodies.size_m : std::max(bodies.speed_m_per_s, falls) * t_end_s;
   const double fastest = std::max(bodies.speed_m_per_s, bodies.rate_rad_per_s * size);
   const double speed = fastest > 0 ? fastest : std::max(falls, size / t_end_s);
   const double rate = bodies.rate_rad_per_s > 0 ? bodies.rate_rad_per_s : 1 / t_end_s;
@@ -82,7 +81,9 @@ void check_norm(const BodySample& sample, std::size_t i, std::size_t k, const Sa
 std::string slip_of_time(double t, double due, std::size_t k, std::int64_t samples) {
   const auto is = [&](double other) { return std::fabs(t - other) <= 1e-6 * std::fabs(other); };
   std::string slips;
-  const auto slip = [&](bool fits, const char* what) { slips += fits ? (slips.empty() ? "" : " or ") + std::string(what) : ""; };
+  const auto slip = [&](bool fits, const char* what) {
+    slips += fits ? (slips.empty() ? "" : " or ") + std::string(what) : "";
+  };
   if (k == 0) return "";
   slip(is(due * 1e3), "in milliseconds");
   slip(is(due * 1e6), "in microseconds");
@@ -100,7 +101,9 @@ constexpr double kQuickestStepNs = 0.1;
 constexpr double kLeastStepNs = 0.3;
 
 std::string slip_of_busy(double sum, double steps, double wall_ns, bool foreign) {
-  const auto would_fill = [&](double unit_ns) { return sum * unit_ns >= 0.2 * wall_ns && sum * unit_ns <= 1.1 * wall_ns; };
+  const auto would_fill = [&](double unit_ns) {
+    return sum * unit_ns >= 0.2 * wall_ns && sum * unit_ns <= 1.1 * wall_ns;
+  };
   if (foreign && sum < 3 * steps && would_fill(1e3)) return "microseconds";
   if (sum >= kQuickestStepNs * steps) return "";
   if (would_fill(1e9)) return "seconds";
@@ -170,11 +173,11 @@ std::string blow_up(const std::vector<Sample>& samples, double t_end_s, const Sa
       const std::string who = "body " + std::to_string(i);
       const std::string when = " at sample " + std::to_string(k);
       if (finite(p) && finite(before) && !(distance(p, before) <= kBlowUp * size))
-        return who + " moves " + format_double(distance(p, before)) + " m from sample " + std::to_string(k - 1) + " to " +
-               std::to_string(k) + "; the scene's size is " + format_double(size) + " m";
+        return who + " moves " + format_double(distance(p, before)) + " m from sample " + std::to_string(k - 1) +
+               " to " + std::to_string(k) + "; the scene's size is " + format_double(size) + " m";
       if (beyond(v, speed))
-        return who + " has a speed of " + format_double(length(v)) + " m/s" + when + "; the scene's size over the run is " +
-               format_double(speed) + " m/s";
+        return who + " has a speed of " + format_double(length(v)) + " m/s" + when +
+               "; the scene's size over the run is " + format_double(speed) + " m/s";
       if (!bodies.start.empty() && bodies.start[i].turns && beyond(w, rate))
         return who + " turns at " + format_double(length(w)) + " rad/s" + when + "; the scene's rate is " +
                format_double(rate) + " rad/s";
@@ -206,8 +209,9 @@ void check_busy(const std::vector<std::int64_t>& busy_ns, int repeats, std::int6
                         " steps; nanoseconds were expected: is it in " + unit + "?");
   const double step_ns = sum / (static_cast<double>(steps) * repeats);
   if (foreign && step_ns < kLeastStepNs)
-    throw wire::Garbage("busy_ns of " + std::to_string(busy_ns.front()) + " for " + std::to_string(steps) + " steps is " +
-                        format_double(step_ns) + " ns a step; at least 0.3 ns were expected: is busy_ns in another unit?");
+    throw wire::Garbage("busy_ns of " + std::to_string(busy_ns.front()) + " for " + std::to_string(steps) +
+                        " steps is " + format_double(step_ns) +
+                        " ns a step; at least 0.3 ns were expected: is busy_ns in another unit?");
 }
 
 }  // namespace atwood

@@ -20,14 +20,14 @@ struct SampledBodies {
   struct Start {
     Real3 p_m{}, v_m_per_s{}, w_rad_per_s{};
     Real4 q_wxyz{1, 0, 0, 0};
-    bool turns = false;   // has an inertia and is not fixed: its orientation is compared
-    bool placed = true;   // has a position: a plane has none
-    bool still = false;   // fixed, or held until its release: it may also be told as standing still
-    bool moves = true;    // of bodies; a bare system of equations has a position alone
+    bool turns = false;  // has an inertia and is not fixed: its orientation is compared
+    bool placed = true;  // has a position: a plane has none
+    bool still = false;  // fixed, or held until its release: it may also be told as standing still
+    bool moves = true;   // of bodies; a bare system of equations has a position alone
   };
   std::size_t count = 0;
-  std::vector<Start> start = {};  // one a body, or none
-  double size_m = 0;              // the largest coordinate or bounding radius
+  std::vector<Start> start = {};                 // one a body, or none
+  double size_m = 0;                             // the largest coordinate or bounding radius
   double speed_m_per_s = 0, rate_rad_per_s = 0;  // the largest of any body
   double gravity_m_per_s2 = 0;
 };

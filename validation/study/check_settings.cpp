@@ -45,7 +45,8 @@ const MethodInfo* find(const std::vector<MethodInfo>& all, const std::string& id
 class Judge {
  public:
   explicit Judge(const std::vector<Worker>& workers) : workers_(workers) {
-    for (const std::string& bodies : {std::string(kBouncing) + kOverAFloor, std::string(kOverAFloor), std::string(kInTheAir)})
+    for (const std::string& bodies :
+         {std::string(kBouncing) + kOverAFloor, std::string(kOverAFloor), std::string(kInTheAir)})
       scenes_.push_back(read_scenario_text(kScene + bodies, "a small scene", ".").scene);
   }
 
@@ -79,7 +80,8 @@ class Judge {
       const std::string names = listed(info.settings);
       if (response)
         return "neither " + info.id + " nor " + response->id + " has a setting `" + key + "`; expected one of " +
-               response->id + "'s: " + listed(response->settings) + (names.empty() ? "" : "; or " + info.id + "'s: " + names);
+               response->id + "'s: " + listed(response->settings) +
+               (names.empty() ? "" : "; or " + info.id + "'s: " + names);
       return info.id + " has no setting `" + key + "`; expected " +
              (names.empty() ? "none: it has no settings" : "one of " + names);
     }
@@ -98,11 +100,9 @@ class Judge {
   }
 
   Outcome run(std::size_t worker, const MethodId& id, const Scene& scene) {
-    WorkerClient& client = clients_.try_emplace(worker, workers_[worker].command, false, workers_[worker].foreign)
-                               .first->second;
-    return client
-        .run(to_string(id), scene_to_json(scene), sampled_bodies(scene), {1e-6, 1, 1, {}}, 0, kLimitS)
-        .outcome;
+    WorkerClient& client =
+        clients_.try_emplace(worker, workers_[worker].command, false, workers_[worker].foreign).first->second;
+    return client.run(to_string(id), scene_to_json(scene), sampled_bodies(scene), {1e-6, 1, 1, {}}, 0, kLimitS).outcome;
   }
 
   const std::vector<Worker>& workers_;

@@ -50,7 +50,10 @@ std::string read_of_process(pid_t pid, const char* name) {
   return text;
 }
 
-struct Stat { pid_t pid = -1, parent = -1, session = -1; bool zombie = false; };
+struct Stat {
+  pid_t pid = -1, parent = -1, session = -1;
+  bool zombie = false;
+};
 
 // proc(5): pid (name) state parent group session ...; the name may hold anything.
 Stat stat_of(pid_t pid) {
@@ -69,7 +72,8 @@ std::vector<pid_t> all_processes() {
   DIR* folder = opendir("/proc");
   if (!folder) return pids;
   while (const dirent* entry = readdir(folder)) {
-    if (entry->d_name[0] >= '1' && entry->d_name[0] <= '9') pids.push_back(static_cast<pid_t>(std::atoi(entry->d_name)));
+    if (entry->d_name[0] >= '1' && entry->d_name[0] <= '9')
+      pids.push_back(static_cast<pid_t>(std::atoi(entry->d_name)));
   }
   closedir(folder);
   return pids;
@@ -79,7 +83,8 @@ bool carries(pid_t pid, const std::string& mark) {
   const std::string environment = read_of_process(pid, "environ");
   for (std::size_t at = 0; (at = environment.find(mark, at)) != std::string::npos; ++at) {
     const std::size_t end = at + mark.size();
-    if ((at == 0 || environment[at - 1] == '\0') && (end == environment.size() || environment[end] == '\0')) return true;
+    if ((at == 0 || environment[at - 1] == '\0') && (end == environment.size() || environment[end] == '\0'))
+      return true;
   }
   return false;
 }

@@ -80,8 +80,7 @@ bool append_cell(Store& store, const Cell& cell, const CellKeys& keys, StudyResu
 }
 
 // `read` of a cell; what is damaged is named, with what to do about it.
-template <class Read>
-void of_cell(const Cell& cell, Read read) {
+template <class Read> void of_cell(const Cell& cell, Read read) {
   try {
     read();
   } catch (const StoreDamage& error) {

@@ -31,13 +31,16 @@ bool scenario_matches(const std::vector<std::string>& patterns, const Scenario& 
 
 // A method of the plan and who answers it.
 struct Offer {
-  std::string text;                 // as it will stand in rows
+  std::string text;  // as it will stand in rows
   int worker = -1;
   const MethodInfo* info = nullptr;
-  std::string pattern = {};         // of the study
+  std::string pattern = {};  // of the study
 };
 
-struct Found { int worker = -1; const MethodInfo* info = nullptr; };
+struct Found {
+  int worker = -1;
+  const MethodInfo* info = nullptr;
+};
 
 Found find_method(const std::string& base, const std::vector<Worker>& workers) {
   for (std::size_t i = 0; i < workers.size(); ++i) {
@@ -63,7 +66,8 @@ std::vector<Offer> contact_test(const std::string& text, const std::vector<Worke
 std::vector<Offer> expand(const std::string& pattern, const std::vector<Worker>& workers) {
   try {  // with something in place of the glob
     std::string sample = pattern;
-    std::replace_if(sample.begin(), sample.end(), [](char c) { return c == '*' || c == '?'; }, 'x');
+    std::replace_if(
+        sample.begin(), sample.end(), [](char c) { return c == '*' || c == '?'; }, 'x');
     if (sample.find('/') != std::string::npos || !has_glob(pattern)) parse_method_id(sample);
   } catch (const std::invalid_argument& error) {
     throw InputError(error.what());
@@ -109,17 +113,15 @@ bool has_setting(const Offer& offer, const std::string& key, const std::vector<W
   if (!offer.info || offer.info->settings.empty() || offer.info->settings.contains(key)) return true;
   const auto& responses = workers[static_cast<std::size_t>(offer.worker)].engine.responses;
   const std::string response = "+" + parse_method_id(offer.text).response;
-  return std::any_of(responses.begin(), responses.end(), [&](const MethodInfo& info) {
-    return info.id == response && info.settings.contains(key);
-  });
+  return std::any_of(responses.begin(), responses.end(),
+                     [&](const MethodInfo& info) { return info.id == response && info.settings.contains(key); });
 }
 
 void check_sweep(const StudyCells& cells, const std::vector<Offer>& offers, const std::vector<Worker>& workers,
                  const Study& study) {
   for (const auto& [key, values] : cells.sweep) {
-    const bool known = std::any_of(offers.begin(), offers.end(), [&, &key = key](const Offer& offer) {
-      return has_setting(offer, key, workers);
-    });
+    const bool known = std::any_of(offers.begin(), offers.end(),
+                                   [&, &key = key](const Offer& offer) { return has_setting(offer, key, workers); });
     if (known || offers.empty()) continue;
     std::string methods;
     for (const std::string& method : cells.methods) methods += (methods.empty() ? "" : ", ") + method;
@@ -190,10 +192,10 @@ void hash_cell(Cell& cell, const Offer& offer, const std::vector<Worker>& worker
   id.overrides = all;
   const std::string version = worker.engine.name + " " + worker.engine.version + " " + worker.engine.scalar;
   cell.settings_hash = content_hash({to_string(id), version}).substr(0, 16);
-  cell.accuracy_hash = content_hash({"cell 2", scene_hash, format_double(cell.plan.t_end_s),
-                                     std::to_string(cell.plan.steps), std::to_string(cell.plan.samples), canonical,
-                                     to_string(id), std::to_string(wire::kProtocol), worker.build_id, version,
-                                     arithmetic});
+  cell.accuracy_hash =
+      content_hash({"cell 2", scene_hash, format_double(cell.plan.t_end_s), std::to_string(cell.plan.steps),
+                    std::to_string(cell.plan.samples), canonical, to_string(id), std::to_string(wire::kProtocol),
+                    worker.build_id, version, arithmetic});
   for (const double end_s : cell.plan.frame_ends_s)
     cell.accuracy_hash = content_hash({cell.accuracy_hash, format_double(end_s)});
   if (!cell.probe.empty()) cell.accuracy_hash = content_hash({cell.accuracy_hash, "probe 1", cell.probe});
@@ -277,7 +279,8 @@ std::int64_t count_cells(const StudyCells& cells, const std::vector<Offer>& offe
                                   [](const StudyCells& cells) { return cells.sweep.size() > 1; });
   const std::string count = counted >= kUncountable ? "more than 10^18" : "up to " + std::to_string(counted);
   throw InputError("study `" + study.id + "` plans " + count + " cells; at most " + std::to_string(most_cells) +
-                   " are taken unless --max-cells N allows more" + (sweeps ? "; a sweep of several settings takes every combination" : ""));
+                   " are taken unless --max-cells N allows more" +
+                   (sweeps ? "; a sweep of several settings takes every combination" : ""));
 }
 
 void check_steps(const std::vector<std::int64_t>& steps, const Scenario& scenario, const Study& study) {
@@ -294,7 +297,7 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
                              const std::vector<Worker>& workers, const std::string& cpu, std::int64_t most_cells,
                              const std::string& arithmetic) {
   std::vector<Cell> planned;
-  std::int64_t counted = 0;  // before cells named twice are left out
+  std::int64_t counted = 0;                  // before cells named twice are left out
   std::map<std::string, std::size_t> index;  // a cell named twice is planned once, with the larger number of repeats
   for (const StudyCells& cells : study.cells) {
     std::vector<Offer> offers;

@@ -41,8 +41,8 @@ struct ShapeText {
     return "shape.box = { half_extents_m = " + list(s.half_extents_m) + " }\n";
   }
   static std::string round(const char* kind, double radius, double half) {
-    return std::string("shape.") + kind + " = { radius_m = " + format_double(radius) + ", half_length_m = " +
-           format_double(half) + " }\n";
+    return std::string("shape.") + kind + " = { radius_m = " + format_double(radius) +
+           ", half_length_m = " + format_double(half) + " }\n";
   }
   std::string operator()(const Capsule& s) const { return round("capsule", s.radius_m, s.half_length_m); }
   std::string operator()(const Cylinder& s) const { return round("cylinder", s.radius_m, s.half_length_m); }

@@ -22,7 +22,12 @@ class PoseTruths {
                                     Outcome& outcome);
 
  private:
-  struct Entry { std::mutex mutex; bool known = false; std::vector<PoseAnswer> poses; Outcome outcome; };
+  struct Entry {
+    std::mutex mutex;
+    bool known = false;
+    std::vector<PoseAnswer> poses;
+    Outcome outcome;
+  };
   Store& store_;
   std::string worker_;
   std::mutex mutex_;

@@ -25,7 +25,7 @@ constexpr std::size_t kLongestErrors = std::size_t{64} << 10;
 constexpr std::size_t kLongBlock = std::size_t{1} << 20;
 constexpr int kSliceMs = 50;  // how long an interrupt may go unseen
 
-std::atomic<int> g_signal{0};  // the only thing the signal handler touches
+std::atomic<int> g_signal{0};     // the only thing the signal handler touches
 std::atomic<bool> g_seen{false};  // somebody has asked for it
 static_assert(std::atomic<int>::is_always_lock_free);
 
@@ -299,8 +299,7 @@ void Process::bury() {
   if (buried_) return;
   buried_ = true;
   kill_descendants(pid_, mark_);
-  while (waitpid(pid_, nullptr, ending_ ? 0 : WNOHANG) < 0 && errno == EINTR) {
-  }
+  while (waitpid(pid_, nullptr, ending_ ? 0 : WNOHANG) < 0 && errno == EINTR) {}
 }
 
 std::string Process::ending() {

@@ -60,12 +60,12 @@ class Process {
   // `longest`: bytes of a line, its end not counted.
   Wait next_line(std::string& line, Clock::time_point deadline, std::size_t longest);
   bool half_a_line() const { return taken_ < received_.size(); }
-  std::string unasked();        // the first bytes of what has come and was not taken, without waiting; empty: none
-  void kill();                  // the process group, at once
-  std::string ending();         // "exited with code 3", "killed by signal 11 (Segmentation fault)"; waits shortly
+  std::string unasked();             // the first bytes of what has come and was not taken, without waiting; empty: none
+  void kill();                       // the process group, at once
+  std::string ending();              // "exited with code 3", "killed by signal 11 (Segmentation fault)"; waits shortly
   bool killed_from_outside() const;  // by a SIGKILL that is not ours: out of memory, an administrator
   void forget_errors() { errors_.clear(); }
-  std::string error_text();     // what is left of standard error: at most the last 64 KiB, without control characters
+  std::string error_text();  // what is left of standard error: at most the last 64 KiB, without control characters
 
  private:
   bool take_line(std::string& line, std::size_t longest, Wait& result);
@@ -75,14 +75,17 @@ class Process {
   void bury();
 
   pid_t pid_ = -1;
-  std::string mark_;            // its environment's, by which descendants are known
+  std::string mark_;  // its environment's, by which descendants are known
   int in_ = -1, out_ = -1, err_ = -1;
-  std::string pending_;         // to be written
-  std::string received_;        // read; handed out up to taken_
+  std::string pending_;   // to be written
+  std::string received_;  // read; handed out up to taken_
   std::size_t taken_ = 0;
-  std::size_t scanned_ = 0;     // no end of line between taken_ and here
+  std::size_t scanned_ = 0;  // no end of line between taken_ and here
   std::string errors_;
-  struct Ending { bool by_signal = false; int code = 0; };  // the signal's number, or the exit code
+  struct Ending {
+    bool by_signal = false;
+    int code = 0;
+  };                              // the signal's number, or the exit code
   std::optional<Ending> ending_;  // it is a zombie from then on, until it is buried
   bool buried_ = false;
   bool we_killed_ = false;

@@ -9,8 +9,7 @@ static_assert(sizeof(Wide) == 16 && sizeof(double) == 8 && sizeof(ContactSample)
 
 struct Writer {
   std::string bytes;
-  template <class T>
-  void put(const T& value) {
+  template <class T> void put(const T& value) {
     char raw[sizeof(T)];
     std::memcpy(raw, &value, sizeof(T));
     bytes.append(raw, sizeof(T));
@@ -20,8 +19,7 @@ struct Writer {
 struct Reader {
   std::string_view bytes;
   std::size_t at = 0;
-  template <class T>
-  T get() {
+  template <class T> T get() {
     if (bytes.size() - at < sizeof(T)) throw BadBlob("a stored recording ends too early");
     T value;
     std::memcpy(&value, bytes.data() + at, sizeof(T));
@@ -39,8 +37,7 @@ struct Reader {
   }
 };
 
-template <class Body, class Visit>
-void each_value(Body& body, Visit visit) {
+template <class Body, class Visit> void each_value(Body& body, Visit visit) {
   for (auto& value : body.p_m) visit(value);
   for (auto& value : body.q_wxyz) visit(value);
   for (auto& value : body.v_m_per_s) visit(value);

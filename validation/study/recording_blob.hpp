@@ -13,7 +13,9 @@
 namespace atwood {
 
 // Bytes that are not what was written.
-struct BadBlob : std::runtime_error { using std::runtime_error::runtime_error; };
+struct BadBlob : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
 
 std::string pack_samples(const std::vector<Sample>& samples);
 std::vector<Sample> unpack_samples(std::string_view bytes);

@@ -67,7 +67,7 @@ struct TruthWork {
 
 struct Todo {
   const Cell* cell = nullptr;
-  std::optional<RunRecord> stored;     // then only the measuring is to be done
+  std::optional<RunRecord> stored;  // then only the measuring is to be done
 };
 
 struct Ladder {
@@ -80,11 +80,7 @@ class StudyRun {
  public:
   StudyRun(const std::vector<Cell>& cells, const std::vector<Worker>& workers, const StudyOptions& options,
            Store& store, const Campaigns& campaigns)
-      : cells_(cells),
-        workers_(workers),
-        options_(options),
-        store_(store),
-        campaigns_(campaigns),
+      : cells_(cells), workers_(workers), options_(options), store_(store), campaigns_(campaigns),
         progress_(0, options.progress) {}
 
   void accuracy_pass();
@@ -94,7 +90,10 @@ class StudyRun {
   std::vector<Reused> reused() const;
 
  private:
-  struct Task { enum class Kind { none, truth, ladder } kind = Kind::none; std::size_t index = 0; };
+  struct Task {
+    enum class Kind { none, truth, ladder } kind = Kind::none;
+    std::size_t index = 0;
+  };
 
   void plan_work();
   void forget_damaged();
@@ -132,11 +131,11 @@ class StudyRun {
 
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::vector<bool> taken_;            // of ladders_
+  std::vector<bool> taken_;  // of ladders_
   std::exception_ptr failure_;
   bool stop_ = false;
   int failed_truths_ = 0;
-  std::set<int> told_to_load_more_;    // workers
+  std::set<int> told_to_load_more_;      // workers
   std::set<const Cell*> touched_, ran_;  // ran_: those whose accuracy run is not the store's
   PoseTruths pose_truths_{store_, options_.truth_worker};
 };
@@ -188,9 +187,8 @@ void StudyRun::forget_damaged() {
     store_.forget({keys});
     if (++count <= kMostDamagedNamed && options_.notice)
       options_.notice("store " + options_.store_path + ": " + what + " of the cell " + cell.scenario.id + ", " +
-                      cell.method + ", " + std::to_string(cell.plan.steps) +
-                      " steps " + (what == "the rows" || what == "the times" ? "are" : "is") +
-                      " damaged; the cell runs again");
+                      cell.method + ", " + std::to_string(cell.plan.steps) + " steps " +
+                      (what == "the rows" || what == "the times" ? "are" : "is") + " damaged; the cell runs again");
   }
   if (count > kMostDamagedNamed && options_.notice)
     options_.notice("store " + options_.store_path + ": ... and " + std::to_string(count - kMostDamagedNamed) +
@@ -228,9 +226,10 @@ bool StudyRun::loads_more(int index, const WorkerClient& client) {
   if (file.empty()) return false;
   const std::lock_guard<std::mutex> held(mutex_);
   if (told_to_load_more_.insert(index).second && options_.notice)
-    options_.notice(worker.engine.name + ": it loads " + file +
-                    " after its hello, so that its cells are measured again by every run; name it in hello's `files`, or "
-                    "give a `fingerprint`");
+    options_.notice(
+        worker.engine.name + ": it loads " + file +
+        " after its hello, so that its cells are measured again by every run; name it in hello's `files`, or "
+        "give a `fingerprint`");
   return true;
 }
 
@@ -341,9 +340,8 @@ void StudyRun::run_probe_cell(const Cell& cell, const Truth& truth, const std::s
     Recording recording = client.run(method, scene_to_json(scene), sampled_bodies(scene), plan, 0, run.limit_s);
     run.wall_ns += client.wall_ns();
     left_s -= 1e-9 * static_cast<double>(client.wall_ns());
-    run.killed_from_outside =
-        run.killed_from_outside || client.killed_from_outside() || recording.outcome.status == Status::not_built ||
-        loads_more(cell.worker, client);
+    run.killed_from_outside = run.killed_from_outside || client.killed_from_outside() ||
+                              recording.outcome.status == Status::not_built || loads_more(cell.worker, client);
     return recording;
   };
   MeasuredRecord record;
@@ -439,8 +437,7 @@ void StudyRun::accuracy_pass() {
   for (const Ladder& ladder : ladders_) cells += ladder.todo.size();
   const auto timed = std::count_if(cells_.begin(), cells_.end(), [](const Cell& cell) { return cell.repeats > 0; });
   for (const TruthWork& truth : truths_) truths += truth.state == TruthWork::State::pending ? 1 : 0;
-  progress_.expect(truths + cells + (options_.timing ? std::min(cells, static_cast<std::size_t>(timed)) : 0),
-                   truths);
+  progress_.expect(truths + cells + (options_.timing ? std::min(cells, static_cast<std::size_t>(timed)) : 0), truths);
   if (cells > 0) {
     std::vector<std::thread> threads;
     for (int i = 0; i < std::max(1, options_.jobs); ++i) threads.emplace_back([this] { work(); });
@@ -495,8 +492,10 @@ void StudyRun::timed_pass() {
     timing.provenance = options_.provenance;
     timing.provenance.engine_version = workers_[static_cast<std::size_t>(worker)].engine.version;
     try {
-      timing.outcome = client->run(cell->method, scene_json, sampled_bodies(cell->scenario.scene), cell->plan, repeats,
-                                   limit_of(*cell, options_) * repeats).outcome;
+      timing.outcome = client
+                           ->run(cell->method, scene_json, sampled_bodies(cell->scenario.scene), cell->plan, repeats,
+                                 limit_of(*cell, options_) * repeats)
+                           .outcome;
     } catch (const Interrupted&) {
       break;
     }
@@ -516,8 +515,9 @@ std::vector<Reused> StudyRun::reused() const {
     ++reused.cells;
     reused.reused += ran_.contains(&cell) ? 0 : 1;
     if (!cell.campaign.empty() && reused.campaign.empty())
-      reused.campaign = campaigns_.told(cell) + ", because not all of the code behind its results is known: " +
-                        worker.unknown_code + ". Send \"fingerprint\" in hello to let results be reused";
+      reused.campaign = campaigns_.told(cell) +
+                        ", because not all of the code behind its results is known: " + worker.unknown_code +
+                        ". Send \"fingerprint\" in hello to let results be reused";
   }
   std::vector<Reused> all;
   for (auto& [worker, reused] : by_worker) all.push_back(std::move(reused));
@@ -542,8 +542,8 @@ std::string reused_text(const std::vector<Reused>& reused) {
   std::string text, campaigns;
   for (const Reused& each : reused) {
     const std::string name = printable(each.engine);
-    text += (text.empty() ? "reused from the store: " : ", ") + name + " " + std::to_string(each.reused) +
-            " of " + std::to_string(each.cells) + (each.engine == "truth" ? " scenes" : " cells");
+    text += (text.empty() ? "reused from the store: " : ", ") + name + " " + std::to_string(each.reused) + " of " +
+            std::to_string(each.cells) + (each.engine == "truth" ? " scenes" : " cells");
     if (!each.campaign.empty()) campaigns += "\n" + name + ": " + each.campaign;
   }
   return text + campaigns;

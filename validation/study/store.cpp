@@ -203,10 +203,10 @@ void Store::put_run(const std::string& cell_hash, const RunRecord& run, const Re
   const std::string samples = pack_samples(recording.values), events = pack_events(recording.events);
   database_->written([&] {
     const Outcome& outcome = run.outcome;
-    database_->insert(kCells, {cell_hash, run.scenario, run.method, run.steps, to_string(outcome.status),
-                               outcome.reason, outcome.steps_taken, outcome.rate_evaluations, run.wall_ns, run.limit_s,
-                               std::int64_t{run.killed_from_outside ? 1 : 0},
-                               database_->provenance_hash(run.provenance)});
+    database_->insert(kCells,
+                      {cell_hash, run.scenario, run.method, run.steps, to_string(outcome.status), outcome.reason,
+                       outcome.steps_taken, outcome.rate_evaluations, run.wall_ns, run.limit_s,
+                       std::int64_t{run.killed_from_outside ? 1 : 0}, database_->provenance_hash(run.provenance)});
     database_->insert(kSeries, {cell_hash, Blob{samples}, Blob{events}});
     database_->insert_measured(key, cell_hash, measured);
   });
@@ -220,9 +220,9 @@ void Store::put_timing(const std::string& timing_hash, const std::string& cell_h
   const Outcome& outcome = timing.outcome;
   const std::string busy_ns = pack_reals({outcome.busy_ns.begin(), outcome.busy_ns.end()});
   database_->written([&] {
-    database_->insert(kTimings, {timing_hash, cell_hash, to_string(outcome.status), outcome.reason,
-                                 outcome.steps_taken, outcome.rate_evaluations, Blob{busy_ns},
-                                 database_->provenance_hash(timing.provenance)});
+    database_->insert(kTimings,
+                      {timing_hash, cell_hash, to_string(outcome.status), outcome.reason, outcome.steps_taken,
+                       outcome.rate_evaluations, Blob{busy_ns}, database_->provenance_hash(timing.provenance)});
   });
 }
 
@@ -230,9 +230,9 @@ void Store::put_truth(const std::string& truth_hash, const std::string& scenario
   const std::string samples = pack_samples(truth.values), bars = pack_samples(truth.bars),
                     events = pack_events(truth.events), event_bars = pack_reals(truth.event_bar_s);
   database_->written([&] {
-    database_->insert(kTruths, {truth_hash, scenario, to_string(truth.outcome.status), truth.outcome.reason,
-                                truth.source, truth.note, truth.condition, Blob{samples}, Blob{bars}, Blob{events},
-                                Blob{event_bars}});
+    database_->insert(
+        kTruths, {truth_hash, scenario, to_string(truth.outcome.status), truth.outcome.reason, truth.source, truth.note,
+                  truth.condition, Blob{samples}, Blob{bars}, Blob{events}, Blob{event_bars}});
   });
 }
 

@@ -26,7 +26,7 @@ namespace atwood {
 // under a longer limit and a run of code that was loaded after hello.
 struct RunRecord {
   Outcome outcome;
-  std::int64_t wall_ns = 0;     // of the whole request; decides how often the timed pass repeats it
+  std::int64_t wall_ns = 0;  // of the whole request; decides how often the timed pass repeats it
   double limit_s = 0;
   bool killed_from_outside = false;
   Provenance provenance;
@@ -40,18 +40,18 @@ struct TimingRecord {
 };
 
 struct MeasuredRecord {
-  std::string basis;            // what the rows were measured from, besides the run: truth and metrics
-  std::vector<Row> rows;        // body, t_s, metric, unit, value, truth_bar, status, reason, spacing, sound speed
+  std::string basis;      // what the rows were measured from, besides the run: truth and metrics
+  std::vector<Row> rows;  // body, t_s, metric, unit, value, truth_bar, status, reason, spacing, sound speed
   Series series;
 };
 
 // Runs of one foreign worker whose code is not all known. Cells of a campaign are only taken by the runs that it goes
 // through; the next one measures again.
 struct Campaign {
-  std::string id;               // unique in all stores
-  std::string series;           // of which worker, for what purpose: its campaigns follow each other
-  std::string engine, run_id;   // run_id: of the run that touched it last
-  std::int64_t touched = 0;     // the latest campaign of a series has the largest; nanoseconds since 1970
+  std::string id;              // unique in all stores
+  std::string series;          // of which worker, for what purpose: its campaigns follow each other
+  std::string engine, run_id;  // run_id: of the run that touched it last
+  std::int64_t touched = 0;    // the latest campaign of a series has the largest; nanoseconds since 1970
   bool complete = false;
 };
 
@@ -61,7 +61,9 @@ struct CellKeys {
 };
 
 // An entry whose checksum is wrong, or that has gone.
-struct StoreDamage : std::runtime_error { using std::runtime_error::runtime_error; };
+struct StoreDamage : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
 
 struct StoreDatabase;
 

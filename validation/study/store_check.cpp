@@ -14,8 +14,10 @@ std::string name_of(StoreDatabase& database, const StoreTable& table, const SQLi
   else if (&table == &kMeasured || &table == &kTimings) cell = text(1);
   else if (&table == &kTruths) return "the truth of `" + text(1) + "`";
   else return "an entry of `" + std::string(table.name) + "`";
-  const char* part = &table == &kCells ? "the outcome" : &table == &kSeries ? "the recording"
-                     : &table == &kMeasured ? "what was measured" : "the times";
+  const char* part = &table == &kCells      ? "the outcome"
+                     : &table == &kSeries   ? "the recording"
+                     : &table == &kMeasured ? "what was measured"
+                                            : "the times";
   std::string name = "hash " + cell;
   SQLite::Statement& select = database.prepared("SELECT scenario, method, steps FROM cells WHERE hash=?");
   select.bind(1, cell);

@@ -121,8 +121,7 @@ void StoreDatabase::fail(const SQLite::Exception& error) const {
     case SQLITE_PERM: fail("cannot be written: it or its folder is read-only");
     case SQLITE_CANTOPEN: fail("cannot be opened: " + (system != 0 ? std::string(std::strerror(system)) : what));
     case SQLITE_CORRUPT: damaged("the database's own structure cannot be read");
-    case SQLITE_NOTADB:
-      fail("is not a store: it is no SQLite database; move it away or choose another output folder");
+    case SQLITE_NOTADB: fail("is not a store: it is no SQLite database; move it away or choose another output folder");
     case SQLITE_BUSY:
     case SQLITE_LOCKED: fail("is in use by another program");
     case SQLITE_NOMEM: fail("out of memory");

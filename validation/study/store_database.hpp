@@ -19,7 +19,9 @@
 
 namespace atwood {
 
-struct Blob { std::string_view bytes; };
+struct Blob {
+  std::string_view bytes;
+};
 // As SQLite keeps it; NaN is kept as NULL.
 using StoreValue = std::variant<std::nullptr_t, std::int64_t, double, std::string, Blob>;
 
@@ -43,21 +45,25 @@ class ValueChecksum {
 
 struct KeySet {
   std::unordered_set<std::string> keys;
-  std::uint64_t sum = 0;        // of their checksums
+  std::uint64_t sum = 0;  // of their checksums
 };
 
 struct StoreDatabase {
   std::string path;
-  int lock = -1;      // held as long as the database is open, and closed after it: closing any descriptor of a file
-                      // drops the locks that SQLite holds on it
+  int lock = -1;  // held as long as the database is open, and closed after it: closing any descriptor of a file
+                  // drops the locks that SQLite holds on it
   bool made = false;
   bool empty = false;  // no tables yet, and opened for reading
   std::unique_ptr<SQLite::Database> sql;
   std::mutex mutex;
   std::map<std::string, std::unique_ptr<SQLite::Statement>> statements;
-  std::map<const StoreTable*, KeySet> keys;     // of counted tables
-  struct Change { const StoreTable* table; std::string key; bool added; };
-  std::vector<Change> changes;                  // of keys, by the transaction that is going on
+  std::map<const StoreTable*, KeySet> keys;  // of counted tables
+  struct Change {
+    const StoreTable* table;
+    std::string key;
+    bool added;
+  };
+  std::vector<Change> changes;  // of keys, by the transaction that is going on
   std::map<std::string, Provenance> provenances;
 
   ~StoreDatabase();
@@ -81,7 +87,7 @@ struct StoreDatabase {
   void insert(const StoreTable& table, const std::vector<StoreValue>& values);
   void erase(const StoreTable& table, const std::string& key);
   std::vector<std::string> damaged_keys(const StoreTable& table);  // of entries whose checksum is wrong
-  std::string provenance_hash(const Provenance& provenance);  // kept if it is not yet
+  std::string provenance_hash(const Provenance& provenance);       // kept if it is not yet
   Provenance provenance(const std::string& hash);
   void insert_measured(const std::string& key, const std::string& cell_hash, const MeasuredRecord& record);
   std::vector<Row> select_rows(const std::string& key, std::int64_t count, std::int64_t checksum);
@@ -93,8 +99,7 @@ struct StoreDatabase {
   bool rebuilt = false;
 
   // `work` under the lock, its failures in words.
-  template <class Work>
-  auto guarded(Work work) {
+  template <class Work> auto guarded(Work work) {
     const std::lock_guard<std::mutex> held(mutex);
     // A statement stepped halfway holds its snapshot, and the log could not shrink.
     struct Resetter {
@@ -114,8 +119,7 @@ struct StoreDatabase {
     }
   }
   // The same in one transaction.
-  template <class Work>
-  void written(Work work) {
+  template <class Work> void written(Work work) {
     guarded([&] {
       changes.clear();
       try {

@@ -42,9 +42,8 @@ SQLite::Statement& StoreDatabase::prepared(const std::string& text) {
 }
 
 SQLite::Statement* StoreDatabase::find(const StoreTable& table, const std::string& key) {
-  SQLite::Statement& select =
-      prepared(std::string("SELECT ") + table.columns + ", checksum FROM " + table.name + " WHERE " +
-               key_column(table) + "=?");
+  SQLite::Statement& select = prepared(std::string("SELECT ") + table.columns + ", checksum FROM " + table.name +
+                                       " WHERE " + key_column(table) + "=?");
   select.bind(1, key);
   if (!select.executeStep()) {
     if (table.counted && keys[&table].keys.contains(key))
@@ -59,9 +58,8 @@ SQLite::Statement* StoreDatabase::find(const StoreTable& table, const std::strin
 }
 
 void StoreDatabase::insert(const StoreTable& table, const std::vector<StoreValue>& values) {
-  SQLite::Statement& statement =
-      prepared(std::string("INSERT OR REPLACE INTO ") + table.name + "(" + table.columns + ", checksum) VALUES(" +
-               placeholders(table.count + 1) + ")");
+  SQLite::Statement& statement = prepared(std::string("INSERT OR REPLACE INTO ") + table.name + "(" + table.columns +
+                                          ", checksum) VALUES(" + placeholders(table.count + 1) + ")");
   ValueChecksum checksum;
   int index = 0;
   for (const StoreValue& value : values) {
@@ -163,8 +161,8 @@ void StoreDatabase::rebuild() {
 namespace {
 
 std::string hash_of(const Provenance& p) {
-  return content_hash({"provenance", p.engine_version, p.commit, p.compiler, p.flags, p.cpu, p.cpu_features, p.libm,
-                       p.run_id});
+  return content_hash(
+      {"provenance", p.engine_version, p.commit, p.compiler, p.flags, p.cpu, p.cpu_features, p.libm, p.run_id});
 }
 
 }  // namespace
@@ -172,7 +170,8 @@ std::string hash_of(const Provenance& p) {
 std::string StoreDatabase::provenance_hash(const Provenance& p) {
   const std::string hash = hash_of(p);
   if (provenances.contains(hash)) return hash;
-  insert(kProvenances, {hash, p.engine_version, p.commit, p.compiler, p.flags, p.cpu, p.cpu_features, p.libm, p.run_id});
+  insert(kProvenances,
+         {hash, p.engine_version, p.commit, p.compiler, p.flags, p.cpu, p.cpu_features, p.libm, p.run_id});
   return hash;
 }
 

@@ -4,7 +4,9 @@
 #include <array>
 #include <string>
 
-namespace SQLite { class Database; }
+namespace SQLite {
+class Database;
+}
 
 namespace atwood {
 

@@ -17,38 +17,38 @@ namespace atwood {
 
 // ---- a study file -------------------------------------------------------------------------------------------
 struct StudyCells {
-  std::vector<std::string> scenarios;            // globs over ids, "tag:smooth"
-  std::vector<std::string> methods;              // ids and globs over what the engines list
-  std::vector<std::int64_t> steps;               // empty: the scenario's own ladder
-  int repeats = 5;                               // of the timed pass; 0: none
+  std::vector<std::string> scenarios;  // globs over ids, "tag:smooth"
+  std::vector<std::string> methods;    // ids and globs over what the engines list
+  std::vector<std::int64_t> steps;     // empty: the scenario's own ladder
+  int repeats = 5;                     // of the timed pass; 0: none
   std::map<std::string, std::vector<SettingValue>> sweep = {};
-  std::string claim = {};                        // a class of motion: only methods that claim an order in it
-  double least_order = 0, most_order = 1e9;      // ... and that order within these
-  std::vector<std::string> except = {};          // globs over base ids: left out of what `methods` takes in
-  std::string probe = {};                        // one of all_probes(): a question that takes several runs
-  double limit_s = 0;                            // seconds that a cell may take; 0: StudyOptions says
-  std::vector<Status> allow = {};                // `diverged`, `not finite`: endings that do not fail the run
-  std::string allow_reason = {};                 // why; required with `allow`
+  std::string claim = {};                    // a class of motion: only methods that claim an order in it
+  double least_order = 0, most_order = 1e9;  // ... and that order within these
+  std::vector<std::string> except = {};      // globs over base ids: left out of what `methods` takes in
+  std::string probe = {};                    // one of all_probes(): a question that takes several runs
+  double limit_s = 0;                        // seconds that a cell may take; 0: StudyOptions says
+  std::vector<Status> allow = {};            // `diverged`, `not finite`: endings that do not fail the run
+  std::string allow_reason = {};             // why; required with `allow`
 };
 struct Study {
   std::string id;
   std::vector<StudyCells> cells;
-  std::string path = {};                                  // the file; relative paths inside it start at its folder
-  std::vector<std::vector<std::string>> engines = {};     // argv of each foreign engine, its first word resolved
-  std::string tolerances = {}, baseline = {};             // files, resolved; empty: none
+  std::string path = {};                               // the file; relative paths inside it start at its folder
+  std::vector<std::vector<std::string>> engines = {};  // argv of each foreign engine, its first word resolved
+  std::string tolerances = {}, baseline = {};          // files, resolved; empty: none
 };
-Study read_study(const std::string& path);       // InputError
+Study read_study(const std::string& path);  // InputError
 
 // ---- the engines at the table ---------------------------------------------------------------------------------
-struct Worker {                                  // an executable that answered hello, or why it did not
-  std::string path;                              // command[0]
-  std::vector<std::string> command;              // argv
-  bool foreign = false;                          // of --engine or a study's `engines`: not built with this program
-  Engine engine;                                 // `run` is empty here; name, version, scalar, methods
-  std::string build_id;                          // hash of its program, libraries and files (worker_identity.hpp)
-  std::string unknown_code = {};                 // why code beyond those may decide its results; empty: none does
-  std::vector<std::string> code = {};            // files that were mapped as code after hello, sorted
-  Status status = Status::ok;                    // not_built, crashed, timeout: with the reason
+struct Worker {                        // an executable that answered hello, or why it did not
+  std::string path;                    // command[0]
+  std::vector<std::string> command;    // argv
+  bool foreign = false;                // of --engine or a study's `engines`: not built with this program
+  Engine engine;                       // `run` is empty here; name, version, scalar, methods
+  std::string build_id;                // hash of its program, libraries and files (worker_identity.hpp)
+  std::string unknown_code = {};       // why code beyond those may decide its results; empty: none does
+  std::vector<std::string> code = {};  // files that were mapped as code after hello, sorted
+  Status status = Status::ok;          // not_built, crashed, timeout: with the reason
   std::string reason;
 };
 // Starts each worker, says hello, reads the answer (limit 10 s each).
@@ -58,19 +58,19 @@ std::vector<Worker> find_workers_by_argv(const std::vector<std::vector<std::stri
 // ---- one cell ---------------------------------------------------------------------------------------------------
 struct Cell {
   Scenario scenario;
-  std::string method;                            // full id
+  std::string method;  // full id
   Plan plan;
-  int worker = -1;                               // index; -1: no engine offers the method (not built)
+  int worker = -1;  // index; -1: no engine offers the method (not built)
   int repeats = 5;
-  std::string claim;                             // class of motion whose claimed order this cell's ladder is to show
+  std::string claim;  // class of motion whose claimed order this cell's ladder is to show
   double claimed_order = 0;
   std::string accuracy_hash, timing_hash, settings_hash;
-  Status absent = Status::not_built;             // worker -1: why there is none
+  Status absent = Status::not_built;  // worker -1: why there is none
   std::string absent_reason;
-  std::string probe = {};                        // a question of several runs instead of one run, measured
-  double limit_s = 0;                            // seconds it may take; 0: StudyOptions says
-  std::string pattern = {};                      // what the study calls its method: an id, or a glob that it came of
-  std::vector<Status> allow = {};                // endings that do not fail the run (StudyCells::allow)
+  std::string probe = {};          // a question of several runs instead of one run, measured
+  double limit_s = 0;              // seconds it may take; 0: StudyOptions says
+  std::string pattern = {};        // what the study calls its method: an id, or a glob that it came of
+  std::vector<Status> allow = {};  // endings that do not fail the run (StudyCells::allow)
   // Of a foreign worker whose code is not all known: cells of equal text are measured together, in a campaign. A run
   // that completes its campaign leaves the next run to start a new one. Empty: the hashes cover everything.
   std::string campaign = {};
@@ -80,7 +80,8 @@ inline constexpr std::int64_t kMostCells = 100'000;
 // `most_cells`, which is found before they are made. `arithmetic`: what decides the last bits on this machine.
 std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& catalogue,
                              const std::vector<Worker>& workers, const std::string& cpu,
-                             std::int64_t most_cells = kMostCells, const std::string& arithmetic = machine_arithmetic());
+                             std::int64_t most_cells = kMostCells,
+                             const std::string& arithmetic = machine_arithmetic());
 
 // A slip of the pen in a method's settings is an InputError, told from what an engine cannot do: a setting must be one of
 // the method or of its response, and its value one that the engine takes in a scene that it can do. Of cells that came
@@ -98,42 +99,46 @@ Truth truth_once(const std::string& truth_worker, const Scenario& scenario, std:
 
 // ---- running -----------------------------------------------------------------------------------------------------
 struct StudyOptions {
-  std::string store_path;                        // atwood-out/store.db
+  std::string store_path;  // atwood-out/store.db
   std::string truth_worker;
   int jobs = 2;
   double cell_limit_s = 20;
-  double truth_limit_s = 120;                    // truths are solved in quad, several times over
+  double truth_limit_s = 120;  // truths are solved in quad, several times over
   bool timing = true;
-  bool fresh = false;                            // nothing is taken from the store: everything runs again
-  bool reuse = false;                            // campaigns: cells of the last completed one are taken
-  bool narrowed = false;                         // campaigns: a part of the study, which joins the latest one
-  std::string purpose = "run";                   // campaigns of another purpose (compare, advise) stay apart
-  Provenance provenance;                         // engine_version is filled per cell
-  std::function<void(const std::string&)> progress;  // a line with an estimate, for stderr
+  bool fresh = false;                                   // nothing is taken from the store: everything runs again
+  bool reuse = false;                                   // campaigns: cells of the last completed one are taken
+  bool narrowed = false;                                // campaigns: a part of the study, which joins the latest one
+  std::string purpose = "run";                          // campaigns of another purpose (compare, advise) stay apart
+  Provenance provenance;                                // engine_version is filled per cell
+  std::function<void(const std::string&)> progress;     // a line with an estimate, for stderr
   std::function<void(const std::string&)> notice = {};  // a sentence on what was not as expected, for stderr
 };
 // What a run took from the store, engine by engine in the order of the workers, then the truths.
 struct Reused {
-  std::string engine;                            // "truth" for truths
+  std::string engine;  // "truth" for truths
   int cells = 0, reused = 0;
-  std::string campaign = {};                     // why its cells are measured in campaigns, and what this run did
+  std::string campaign = {};  // why its cells are measured in campaigns, and what this run did
 };
 std::string reused_text(const std::vector<Reused>& reused);  // "reused from the store: atwood 120 of 120 cells, ..."
 struct StudyResult {
-  std::vector<Row> rows;                         // of this study's cells, cell by cell, then ladders
-  int cells = 0, skipped = 0;                    // skipped: found in the store
+  std::vector<Row> rows;       // of this study's cells, cell by cell, then ladders
+  int cells = 0, skipped = 0;  // skipped: found in the store
   // Indices of the cells that an engine at the table runs and that the store does not hold; a cell without its times
   // is there.
   std::vector<std::size_t> missing = {};
-  bool interrupted = false;                      // SIGINT or SIGTERM: what was done is kept
+  bool interrupted = false;  // SIGINT or SIGTERM: what was done is kept
   int signal = 0;
-  int failed_cells = 0;                          // crashed, hung, garbage
-  std::vector<Reused> reused = {};               // of run_study
+  int failed_cells = 0;             // crashed, hung, garbage
+  std::vector<Reused> reused = {};  // of run_study
 };
 StudyResult run_study(const std::vector<Cell>& cells, const std::vector<Worker>& workers, const StudyOptions& options);
 
 // What the store holds for these cells (for `report`, `gate`, `bless`): rows, and series for plots.
-struct StoredSeries { std::string scenario, method; std::int64_t steps; Series series; };
+struct StoredSeries {
+  std::string scenario, method;
+  std::int64_t steps;
+  Series series;
+};
 // Of cells in campaigns: those of the latest one of that purpose, complete or not. A damaged store, or a damaged entry
 // of one of these cells, is a std::runtime_error that names it.
 StudyResult load_rows(const std::string& store_path, const std::vector<Cell>& cells,

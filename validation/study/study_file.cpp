@@ -28,11 +28,12 @@ std::string nearest_file(const fs::path& missing, const std::string& written) {
   std::string best;
   std::size_t most = (word.size() + 1) / 2;
   std::error_code error;
-  for (fs::directory_iterator entry(missing.parent_path(), error), end; !error && entry != end; entry.increment(error)) {
+  for (fs::directory_iterator entry(missing.parent_path(), error), end; !error && entry != end;
+       entry.increment(error)) {
     if (entry->path().extension() != ".toml") continue;
     const std::string name = entry->path().stem().string();
-    const auto head = static_cast<std::size_t>(
-        std::mismatch(word.begin(), word.end(), name.begin(), name.end()).first - word.begin());
+    const auto head = static_cast<std::size_t>(std::mismatch(word.begin(), word.end(), name.begin(), name.end()).first -
+                                               word.begin());
     const auto tail = static_cast<std::size_t>(
         std::mismatch(word.rbegin(), word.rend(), name.rbegin(), name.rend()).first - word.rbegin());
     const std::size_t common = std::min(head + tail, std::min(word.size(), name.size()));
@@ -168,8 +169,10 @@ struct StudyFile {
         continue;
       }
       std::set<std::string> matching;
-      for (const auto& entry : fs::directory_iterator(full.has_parent_path() ? full.parent_path() : fs::path("."), error))
-        if (glob_match(full.filename().string(), entry.path().filename().string())) matching.insert(entry.path().string());
+      for (const auto& entry :
+           fs::directory_iterator(full.has_parent_path() ? full.parent_path() : fs::path("."), error))
+        if (glob_match(full.filename().string(), entry.path().filename().string()))
+          matching.insert(entry.path().string());
       if (matching.empty()) refuse(at, "study `" + id + "`: scenarios: no file matches `" + name + "`");
       found.insert(found.end(), matching.begin(), matching.end());
     }
@@ -191,14 +194,15 @@ struct StudyFile {
       if (fs::is_regular_file(place, error) && access(place.c_str(), X_OK) == 0) return place.string();
     if (fs::is_regular_file(places.front(), error))
       refuse(at.source(), "`engines`: " + places.front().string() + " is not executable (chmod +x?)");
-    refuse(at.source(), "`engines`: found no program " + (is_path ? places.front().string() : "`" + word + "`") +
-                            (is_path ? "; expected a path that starts at the study's folder"
-                                     : " beside the study or in PATH"));
+    refuse(at.source(),
+           "`engines`: found no program " + (is_path ? places.front().string() : "`" + word + "`") +
+               (is_path ? "; expected a path that starts at the study's folder" : " beside the study or in PATH"));
   }
 
   // An argument that names a file beside the study is that file, wherever the program is called from.
   std::string argument(const std::string& word) const {
-    if (word.empty() || word.front() == '-' || word.front() == '/' || word.find("://") != std::string::npos) return word;
+    if (word.empty() || word.front() == '-' || word.front() == '/' || word.find("://") != std::string::npos)
+      return word;
     std::error_code error;
     const fs::path full = fs::absolute(beside(word));
     return word.find('/') != std::string::npos || fs::exists(full, error) ? full.string() : word;
@@ -314,7 +318,8 @@ Study read_study(const std::string& path) {
   }
   const toml::node* blocks = root.get("cells");
   if (blocks) {
-    file.check_keys(root, std::array{"id", "scenarios", "engines", "tolerances", "baseline", "cells"}, "a study with [[cells]]");
+    file.check_keys(root, std::array{"id", "scenarios", "engines", "tolerances", "baseline", "cells"},
+                    "a study with [[cells]]");
   } else {
     file.check_keys(root,
                     std::array{"id", "scenarios", "engines", "tolerances", "baseline", "cells", "methods", "steps",

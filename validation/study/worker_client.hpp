@@ -28,8 +28,8 @@ class WorkerClient {
 
   // All throw Interrupted. `limit_s` counts from the request; starting has a limit of its own.
   Engine hello(Outcome& outcome);
-  Recording run(const std::string& method, const std::string& scene_json, const SampledBodies& bodies,
-                const Plan& plan, int repeats, double limit_s);
+  Recording run(const std::string& method, const std::string& scene_json, const SampledBodies& bodies, const Plan& plan,
+                int repeats, double limit_s);
   // The time of every step; a worker that does not tell leaves it empty.
   Outcome profile(const std::string& method, const std::string& scene_json, const Plan& plan, double limit_s,
                   Profile& profile);

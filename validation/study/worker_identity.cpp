@@ -18,18 +18,20 @@ namespace {
 
 // Programs that run code which their command does not name: interpreters, and launchers of another program.
 constexpr std::array kInterpreters = {
-    "python", "pypy", "perl",   "ruby", "node", "nodejs", "deno",    "bun",    "java",    "julia",  "lua",     "luajit",
-    "R",      "Rscript", "octave", "php", "tclsh", "wish", "guile",  "racket", "sbcl",    "bash",   "dash",    "sh",
-    "zsh",    "ksh",  "fish",   "busybox", "mono", "dotnet", "wine", "qemu",   "docker",  "podman", "ssh",     "mpirun",
-    "mpiexec", "prterun", "srun", "valgrind", "gdb", "ghc", "runghc", "erl",   "elixir",  "swipl",  "matlab",  "sage"};
+    "python", "pypy",   "perl",   "ruby",    "node",   "nodejs", "deno",    "bun",     "java",  "julia",
+    "lua",    "luajit", "R",      "Rscript", "octave", "php",    "tclsh",   "wish",    "guile", "racket",
+    "sbcl",   "bash",   "dash",   "sh",      "zsh",    "ksh",    "fish",    "busybox", "mono",  "dotnet",
+    "wine",   "qemu",   "docker", "podman",  "ssh",    "mpirun", "mpiexec", "prterun", "srun",  "valgrind",
+    "gdb",    "ghc",    "runghc", "erl",     "elixir", "swipl",  "matlab",  "sage"};
 // Libraries that make a program an interpreter.
-constexpr std::array kEmbedded = {"libpython", "libjvm",  "libjulia", "libruby",   "libperl", "libR.so",  "libnode", "libmono",
-                                  "libcoreclr", "liblua", "libguile", "libtcl", "liboctinterp", "libphp", "libv8"};
+constexpr std::array kEmbedded = {"libpython", "libjvm",  "libjulia",     "libruby",    "libperl",
+                                  "libR.so",   "libnode", "libmono",      "libcoreclr", "liblua",
+                                  "libguile",  "libtcl",  "liboctinterp", "libphp",     "libv8"};
 
 struct Mapped {
-  std::set<std::string> files;   // code that is mapped from files
-  std::string program;           // /proc/PID/exe
-  bool known = false;            // false: the process is gone, or its files are no longer there
+  std::set<std::string> files;  // code that is mapped from files
+  std::string program;          // /proc/PID/exe
+  bool known = false;           // false: the process is gone, or its files are no longer there
 };
 
 Mapped mapped_files(pid_t process) {
@@ -52,7 +54,8 @@ Mapped mapped_files(pid_t process) {
 }
 
 bool same_file(const std::string& a, const std::string& b) {
-  struct stat one {}, two {};
+  struct stat one {
+  }, two{};
   return stat(a.c_str(), &one) == 0 && stat(b.c_str(), &two) == 0 && one.st_dev == two.st_dev &&
          one.st_ino == two.st_ino;
 }
@@ -199,8 +202,10 @@ WorkerIdentity identify_worker(const std::vector<std::string>& command, const En
     const std::string path = (folder_of_program(command) / listed).string();
     const std::string hash = hashes.of(path);
     std::error_code error;
-    if (!fs::exists(path, error)) identity.error = "hello lists the file `" + listed + "`, which does not exist (" + path + ")";
-    else if (hash.empty()) identity.error = "hello lists `" + listed + "`, which is no regular file that can be read (" + path + ")";
+    if (!fs::exists(path, error))
+      identity.error = "hello lists the file `" + listed + "`, which does not exist (" + path + ")";
+    else if (hash.empty())
+      identity.error = "hello lists `" + listed + "`, which is no regular file that can be read (" + path + ")";
     if (!identity.error.empty()) break;
     add("listed " + listed, hash);
   }

@@ -32,11 +32,11 @@ class FileHashes {
 };
 
 struct WorkerIdentity {
-  std::string hash;            // equal: the same program, libraries, files, fingerprint
+  std::string hash;  // equal: the same program, libraries, files, fingerprint
   // Not empty: code beyond all that may decide its results (a script's imports, a launcher's child), and why. A worker
   // that gives a fingerprint answers for all of its code.
   std::string unknown_code;
-  std::string error;           // not empty: hello lists a file that does not exist or is no regular file, or one is too large
+  std::string error;  // not empty: hello lists a file that does not exist or is no regular file, or one is too large
 };
 
 // `process`: the running worker, which has answered hello with `engine`. Files that hello lists by relative paths

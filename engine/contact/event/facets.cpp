@@ -11,10 +11,7 @@ namespace atwood::event {
 
 namespace {
 
-template <class S>
-S component(const Vec3<S>& v, int i) {
-  return i == 0 ? v.x : i == 1 ? v.y : v.z;
-}
+template <class S> S component(const Vec3<S>& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
 
 // A face of a mesh goes on over all triangles of its plane: inner edges are no ends. The greatest of the distances
 // within them; where c is within one, that one's, and `over` is which: where it is looked for first.
@@ -44,8 +41,7 @@ S within_face(const std::vector<Triangle<S>>& mesh, const Facet<S>& facet, const
 
 // Of a box or a sheet: on a face c lies between its sides; beside an edge or a corner it lies outside along the axes
 // that meet there.
-template <class S>
-S within_slab(const Vec3<S>& half, const Facet<S>& facet, const Vec3<S>& c) {
+template <class S> S within_slab(const Vec3<S>& half, const Facet<S>& facet, const Vec3<S>& c) {
   S least{};
   bool any = false;
   for (int i = 0; i < 3; ++i) {
@@ -59,26 +55,22 @@ S within_slab(const Vec3<S>& half, const Facet<S>& facet, const Vec3<S>& c) {
   return least;
 }
 
-template <class S>
-bool same_facet(const Facet<S>& a, const Facet<S>& b) {
+template <class S> bool same_facet(const Facet<S>& a, const Facet<S>& b) {
   return a.dimension == b.dimension && norm(a.point_B - b.point_B) == S(0) &&
          norm(a.direction_B - b.direction_B) == S(0);
 }
 
-template <class S>
-bool sees_faces_alone(const Surface<S>& surface, const Knob<S>& knob) {
+template <class S> bool sees_faces_alone(const Surface<S>& surface, const Knob<S>& knob) {
   return surface.radius + knob.radius == S(0) || !knob.centered;  // as facet_under() has it
 }
 
 }  // namespace
 
-template <class S>
-bool has_ends(const EventRun<S>& run, const Contact<S>& contact) {
+template <class S> bool has_ends(const EventRun<S>& run, const Contact<S>& contact) {
   return run.surfaces[run.features[contact.feature].surface].kind > SurfaceKind::point;
 }
 
-template <class S>
-S within_facet(const EventRun<S>& run, Contact<S>& contact) {
+template <class S> S within_facet(const EventRun<S>& run, Contact<S>& contact) {
   const Feature<S>& feature = run.features[contact.feature];
   const Surface<S>& surface = run.surfaces[feature.surface];
   const Facet<S>& facet = contact.facet;
@@ -89,8 +81,7 @@ S within_facet(const EventRun<S>& run, Contact<S>& contact) {
       const S inside = surface.half_extents.z - real::abs(c.z);
       return facet.dimension == 1 ? inside : -inside;
     }
-    case SurfaceKind::slab:
-      return within_slab(surface.half_extents, facet, c);
+    case SurfaceKind::slab: return within_slab(surface.half_extents, facet, c);
     case SurfaceKind::mesh: {
       if (facet.dimension == 2) return within_face(surface.mesh, facet, c, run.gap_round_off(), contact.over_triangle);
       S beside{};
@@ -99,13 +90,11 @@ S within_facet(const EventRun<S>& run, Contact<S>& contact) {
       return nearest.dimension == 2 ? -within_face(surface.mesh, nearest, c, run.gap_round_off(), contact.over_triangle)
                                     : -run.length_scale;
     }
-    default:
-      return S(1);
+    default: return S(1);
   }
 }
 
-template <class S>
-bool leave_facet(EventRun<S>& run, Contact<S>& contact) {
+template <class S> bool leave_facet(EventRun<S>& run, Contact<S>& contact) {
   const Feature<S>& feature = run.features[contact.feature];
   if (sees_faces_alone(run.surfaces[feature.surface], feature.knob)) {
     run.outcome = {Status::unsupported, run.pairs[feature.pair].past_the_end, 0, 0, {}};
@@ -125,15 +114,13 @@ bool leave_facet(EventRun<S>& run, Contact<S>& contact) {
 
 namespace {
 
-template <class S>
-Placement<S> placed(const EventRun<S>& run, int body, const S* y) {
+template <class S> Placement<S> placed(const EventRun<S>& run, int body, const S* y) {
   const Pose<S> pose = pose_of(run, body, y);
   return {pose.p, {pose.axis[0], pose.axis[1], pose.axis[2]}};
 }
 
 // Bodies that overlap at the start are held so.
-template <class S>
-S held_at(const EventRun<S>& run, int pair) {
+template <class S> S held_at(const EventRun<S>& run, int pair) {
   S deepest = S(0);
   for (const Contact<S>& contact : run.contacts)
     if (run.features[contact.feature].pair == pair) deepest = real::min(deepest, contact.rest_gap);
@@ -142,8 +129,7 @@ S held_at(const EventRun<S>& run, int pair) {
 
 }  // namespace
 
-template <class S>
-bool clear_of_ends(EventRun<S>& run, const S* y) {
+template <class S> bool clear_of_ends(EventRun<S>& run, const S* y) {
   for (const SheetEnds<S>& ends : run.ends) {
     const ShapePair<S>& pair = run.pairs[ends.pair];
     if (std::find(run.near.begin(), run.near.end(), ends.pair) == run.near.end()) continue;
@@ -159,8 +145,7 @@ bool clear_of_ends(EventRun<S>& run, const S* y) {
   return true;
 }
 
-template <class S>
-bool passes_a_sheet(const EventRun<S>& run, const S* y, const S* y_end) {
+template <class S> bool passes_a_sheet(const EventRun<S>& run, const S* y, const S* y_end) {
   // Next to each other, has one turned? A body that tips over an end may be clear of it again.
   const auto turned_much = [&](int body) {
     const Pose<S> from = pose_of(run, body, y), to = pose_of(run, body, y_end);

@@ -21,7 +21,8 @@ template <class S> S refine(Flow<S>& flow, const Feature<S>& feature, S low, S h
   for (int i = 0; i < 100; ++i) {
     const Sight<S> sight = sight_of(flow.run, feature, flow.at(theta));
     const S slope = sight.rate * flow.h_s;
-    if (sight.gap > S(0) || (leaves && slope >= S(0))) low = theta; else high = theta;
+    if (sight.gap > S(0) || (leaves && slope >= S(0))) low = theta;
+    else high = theta;
     S next = slope < S(0) ? theta - sight.gap / slope : low;
     S change = real::abs(next - theta);
     if (change <= real::epsilon<S>() * theta) break;
@@ -59,7 +60,8 @@ template <class S> Overlap<S> overlap_within(Flow<S>& flow, const Feature<S>& fe
     const S middle = low + (high - low) / S(2);
     const Sight<S> sight = sight_of(flow.run, feature, flow.at(middle));
     if (sight.gap <= S(0)) return {middle, sight.gap};
-    if (sight.rate < S(0)) low = middle; else high = middle;
+    if (sight.rate < S(0)) low = middle;
+    else high = middle;
     if (high - low < real::epsilon<S>()) break;
   }
   return none;
@@ -259,10 +261,10 @@ template <class S> bool stays_clear_of_ends(Flow<S>& flow, S until) {
   return true;
 }
 
-#define ATWOOD_FALL(S)                                           \
-  template void earliest_touch<S>(Flow<S>&, Fall<S>&);           \
-  template void earliest_switch<S>(Flow<S>&, Fall<S>&);          \
-  template void earliest_calm<S>(Flow<S>&, Fall<S>&);            \
+#define ATWOOD_FALL(S)                                  \
+  template void earliest_touch<S>(Flow<S>&, Fall<S>&);  \
+  template void earliest_switch<S>(Flow<S>&, Fall<S>&); \
+  template void earliest_calm<S>(Flow<S>&, Fall<S>&);   \
   template bool stays_clear_of_ends<S>(Flow<S>&, S);
 ATWOOD_FALL(float)
 ATWOOD_FALL(double)

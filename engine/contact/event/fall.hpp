@@ -43,7 +43,6 @@ template <class S> struct Flow {
 template <class S> void earliest_touch(Flow<S>& flow, Fall<S>& first);   // of run.near, whose gaps are measured
 template <class S> void earliest_switch(Flow<S>& flow, Fall<S>& first);  // of lasting contacts; sees them
 template <class S> void earliest_calm(Flow<S>& flow, Fall<S>& first);    // of winds
-template <class S>
-bool stays_clear_of_ends(Flow<S>& flow, S until);  // false: some body comes over the end of a sheet
+template <class S> bool stays_clear_of_ends(Flow<S>& flow, S until);  // false: some body comes over the end of a sheet
 
 }  // namespace atwood::event

@@ -33,7 +33,7 @@ template <class S> struct Knob {
 };
 
 template <class S> struct Facet {
-  int dimension = 0;       // 0 a point, 1 a line along direction_B, 2 a face whose outward normal is direction_B
+  int dimension = 0;  // 0 a point, 1 a line along direction_B, 2 a face whose outward normal is direction_B
   Vec3<S> point_B, direction_B;
 };
 
@@ -46,19 +46,19 @@ enum class SurfaceKind : unsigned char { plane, point, segment, slab, mesh };
 
 template <class S> struct Surface {
   SurfaceKind kind = SurfaceKind::plane;
-  Vec3<S> normal_W;               // plane: unit; n . x = offset on it
+  Vec3<S> normal_W;  // plane: unit; n . x = offset on it
   S offset{};
-  S radius{};                     // point (a sphere), segment (a capsule)
-  Vec3<S> half_extents;           // slab: a box, or a rectangle with z = 0; segment: z alone
+  S radius{};            // point (a sphere), segment (a capsule)
+  Vec3<S> half_extents;  // slab: a box, or a rectangle with z = 0; segment: z alone
   std::vector<Triangle<S>> mesh;
-  bool flat = false;              // mesh: all of its triangles lie in one plane
+  bool flat = false;  // mesh: all of its triangles lie in one plane
 };
 
 // A knob near a surface. `normal` is a unit vector from the surface to the knob.
 template <class S> struct Sight {
   S gap{}, rate{};
-  Vec3<S> normal, x;              // x: on the knob, where it is nearest
-  Vec3<S> normal_dot, x_dot;      // filled by watch() alone
+  Vec3<S> normal, x;          // x: on the knob, where it is nearest
+  Vec3<S> normal_dot, x_dot;  // filled by watch() alone
 };
 
 // The facet of a slab, segment or mesh that is nearest to a knob. Corners (radius 0) see faces alone, from the side on

@@ -255,12 +255,12 @@ template <class S> Vec3<S> relative_turning(const EventRun<S>& run, const Contac
   return angular_of(run, feature.knob_body, dydt) - angular_of(run, feature.surface_body, dydt);
 }
 
-#define ATWOOD_FORCES(S)                                                                               \
-  template void wrap_rates<S>(EventRun<S>&);                                                           \
-  template void contact_rates<S>(EventRun<S>&, S, const S*, S*);                                       \
-  template void keep_shares<S>(EventRun<S>&);                                                          \
-  template Vec3<S> relative_acceleration<S>(const EventRun<S>&, const Contact<S>&, const S*);          \
-  template S normal_acceleration<S>(const EventRun<S>&, const Contact<S>&, const S*);                  \
+#define ATWOOD_FORCES(S)                                                                      \
+  template void wrap_rates<S>(EventRun<S>&);                                                  \
+  template void contact_rates<S>(EventRun<S>&, S, const S*, S*);                              \
+  template void keep_shares<S>(EventRun<S>&);                                                 \
+  template Vec3<S> relative_acceleration<S>(const EventRun<S>&, const Contact<S>&, const S*); \
+  template S normal_acceleration<S>(const EventRun<S>&, const Contact<S>&, const S*);         \
   template Vec3<S> relative_turning<S>(const EventRun<S>&, const Contact<S>&, const S*);
 ATWOOD_FORCES(float)
 ATWOOD_FORCES(double)

@@ -23,7 +23,7 @@ constexpr int most_impacts_at_once = 2000, most_elastic_impacts_at_once = 100000
 
 template <class S> struct Instant {
   EventRun<S>& run;
-  S still;  // approach below it is round-off
+  S still;            // approach below it is round-off
   int unsettled = 0;  // solutions for several points that did not settle
 
   const Feature<S>& feature(const Hit<S>& hit) const { return run.features[hit.feature]; }
@@ -226,7 +226,9 @@ template <class S> bool accept_unsettled(Instant<S>& now, const std::vector<Vec3
   if (++now.unsettled <= most_unsettled && gain <= real::sqrt(real::epsilon<S>()) * size) return true;
   now.run.outcome = {Status::unsupported,
                      "atwood's +event found no impulses of several contacts of one instant that obey Coulomb's law",
-                     0, 0, {}};
+                     0,
+                     0,
+                     {}};
   return false;
 }
 
@@ -319,8 +321,7 @@ template <class S> bool all_impacts(Instant<S>& now) {
 // that it takes from a sliding body, are then those of a body that slides under its weight from here on, exactly. Each
 // impact of a series tells when the series will end, early ones to less round-off: of those that agree with all later
 // ones within that of the last, the first is believed.
-template <class S>
-void forecast_end(EventRun<S>& run, ShapePair<S>& pair, S t_s, S rises, S series_s, S ratio) {
+template <class S> void forecast_end(EventRun<S>& run, ShapePair<S>& pair, S t_s, S rises, S series_s, S ratio) {
   const S places = norm(run.poses[pair.a].p) + norm(run.poses[pair.b].p) + pair.reach;
   const S round_off = S(4) * real::epsilon<S>() * (places / (rises * (S(1) - ratio)) + t_s);
   if (!(real::abs(t_s + series_s - pair.ends_s) <= round_off)) pair.ends_s = t_s + series_s;
@@ -340,8 +341,8 @@ template <class S> void let_go_of_risen(Instant<S>& now) {
   EventRun<S>& run = now.run;
   for (Contact<S>& contact : run.contacts)
     contact.carries = contact.carries && std::none_of(run.hits.begin(), run.hits.end(), [&](const Hit<S>& hit) {
-      return hit.feature == contact.feature && now.vn(hit) > now.still;
-    });
+                        return hit.feature == contact.feature && now.vn(hit) > now.still;
+                      });
   run.carrying = static_cast<int>(
       std::count_if(run.contacts.begin(), run.contacts.end(), [](const auto& c) { return c.carries; }));
 }
@@ -431,7 +432,9 @@ template <class S> bool resolve_impacts(EventRun<S>& run, S t_s) {
       run.outcome = {Status::diverged,
                      "atwood's +event: the path of an impact's slip at t = " + format_double(static_cast<double>(t_s)) +
                          " s was not followed to its end",
-                     0, 0, {}};
+                     0,
+                     0,
+                     {}};
       return false;
     }
   for (const Pending<S>& made : run.pending)

@@ -10,7 +10,9 @@ namespace atwood::event {
 namespace {
 
 // Rows [from, to) of a matrix of `n` columns, which has nothing outside these columns.
-struct Block { int from, to, n; };
+struct Block {
+  int from, to, n;
+};
 
 // LU with row exchanges; false: a pivot is nothing.
 template <class S> bool factorise(S* a, int* pivots, const Block& block) {

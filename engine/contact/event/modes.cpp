@@ -101,10 +101,10 @@ template <class S> void first_modes(EventRun<S>& run) {
     const Vec3<S> slip = across(contact.u, contact.sight.normal), roll = across(contact.w, contact.sight.normal);
     const S speed = norm(slip), rolling = norm(roll), still = run.slip_round_off();
     // Corners of one body stop together: where one has stopped, the others' round-off may be somewhat more.
-    const bool stops = !(speed > S(64) * still) &&
-                       std::any_of(run.contacts.begin(), run.contacts.end(), [&](const Contact<S>& other) {
-                         return run.features[other.feature].pair == p && !(other.slip_speed > still);
-                       });
+    const bool stops =
+        !(speed > S(64) * still) && std::any_of(run.contacts.begin(), run.contacts.end(), [&](const Contact<S>& other) {
+          return run.features[other.feature].pair == p && !(other.slip_speed > still);
+        });
     contact.carries = true;
     contact.slip_speed = speed;
     contact.roll_speed = rolling;
@@ -140,12 +140,14 @@ template <class S> void count_carrying(EventRun<S>& run) {
 // Do the forces of the linear solve, all contacts carrying and what has no slip holding, obey the laws as they are?
 template <class S> bool obeys(const EventRun<S>& run, S tiny_N) {
   return run.solvable && std::all_of(run.contacts.begin(), run.contacts.end(), [&](const Contact<S>& contact) {
-    const ShapePair<S>& pair = run.pairs[run.features[contact.feature].pair];
-    if (!contact.carries || contact.waits || contact.normal_N < tiny_N) return false;
-    if (pair.count == 1 && !(contact.normal_N > tiny_N)) return false;
-    if (contact.mode == Mode::sticks && norm(contact.friction_N) > pair.friction * contact.normal_N) return false;
-    return contact.turning != Turning::held || norm(contact.couple_N_m) <= pair.rolling_friction_m * contact.normal_N;
-  });
+           const ShapePair<S>& pair = run.pairs[run.features[contact.feature].pair];
+           if (!contact.carries || contact.waits || contact.normal_N < tiny_N) return false;
+           if (pair.count == 1 && !(contact.normal_N > tiny_N)) return false;
+           if (contact.mode == Mode::sticks && norm(contact.friction_N) > pair.friction * contact.normal_N)
+             return false;
+           return contact.turning != Turning::held ||
+                  norm(contact.couple_N_m) <= pair.rolling_friction_m * contact.normal_N;
+         });
 }
 
 // ---- from linear solve to linear solve ------------------------------------------------------------------------------
@@ -386,9 +388,9 @@ template <class S> bool review_contacts(EventRun<S>& run, S t_s, bool report) {
   return true;
 }
 
-#define ATWOOD_MODES(S)                                                                                             \
-  template void report_event<S>(const EventRun<S>&, EventKind, const ShapePair<S>&, const Sight<S>&, bool,          \
-                                const Impulse<S>&, S);                                                              \
+#define ATWOOD_MODES(S)                                                                                    \
+  template void report_event<S>(const EventRun<S>&, EventKind, const ShapePair<S>&, const Sight<S>&, bool, \
+                                const Impulse<S>&, S);                                                     \
   template bool review_contacts<S>(EventRun<S>&, S, bool);
 ATWOOD_MODES(float)
 ATWOOD_MODES(double)

@@ -142,16 +142,16 @@ template <class S> void store_velocity(EventRun<S>& run, int body, const Vec3<S>
   store3(turned_back(pose, w_W), at + at_body_rate);
 }
 
-#define ATWOOD_MOTION(S)                                                                            \
-  template void take_pose<S>(const EventRun<S>&, int, const S*, Pose<S>&);                          \
-  template Pose<S> pose_of<S>(const EventRun<S>&, int, const S*);                                   \
-  template void pose_bodies<S>(EventRun<S>&, const Feature<S>&, const S*);                          \
-  template Vec3<S> outermost_of<S>(const EventRun<S>&, const Feature<S>&);                          \
-  template Facet<S> facet_under<S>(const EventRun<S>&, const Feature<S>&, S&);                      \
-  template Sight<S> sight_of_ball<S>(const EventRun<S>&, const Feature<S>&, const S*);              \
-  template Sight<S> posed_sight<S>(const EventRun<S>&, const Feature<S>&);                          \
-  template Sight<S> sight_of<S>(EventRun<S>&, const Feature<S>&, const S*);                         \
-  template ImpactBody<S> impact_body<S>(const EventRun<S>&, int, const Vec3<S>&);                   \
+#define ATWOOD_MOTION(S)                                                               \
+  template void take_pose<S>(const EventRun<S>&, int, const S*, Pose<S>&);             \
+  template Pose<S> pose_of<S>(const EventRun<S>&, int, const S*);                      \
+  template void pose_bodies<S>(EventRun<S>&, const Feature<S>&, const S*);             \
+  template Vec3<S> outermost_of<S>(const EventRun<S>&, const Feature<S>&);             \
+  template Facet<S> facet_under<S>(const EventRun<S>&, const Feature<S>&, S&);         \
+  template Sight<S> sight_of_ball<S>(const EventRun<S>&, const Feature<S>&, const S*); \
+  template Sight<S> posed_sight<S>(const EventRun<S>&, const Feature<S>&);             \
+  template Sight<S> sight_of<S>(EventRun<S>&, const Feature<S>&, const S*);            \
+  template ImpactBody<S> impact_body<S>(const EventRun<S>&, int, const Vec3<S>&);      \
   template void store_velocity<S>(EventRun<S>&, int, const Vec3<S>&, const Vec3<S>&, S*);
 ATWOOD_MOTION(float)
 ATWOOD_MOTION(double)

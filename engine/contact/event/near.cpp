@@ -122,10 +122,10 @@ template <class S> void pass_gaps_on(EventRun<S>& run) {
   }
 }
 
-#define ATWOOD_NEAR(S)                                  \
-  template bool find_near<S>(EventRun<S>&, S);          \
-  template void advance_travel<S>(EventRun<S>&);        \
-  template void measure_gaps<S>(EventRun<S>&);          \
+#define ATWOOD_NEAR(S)                           \
+  template bool find_near<S>(EventRun<S>&, S);   \
+  template void advance_travel<S>(EventRun<S>&); \
+  template void measure_gaps<S>(EventRun<S>&);   \
   template void pass_gaps_on<S>(EventRun<S>&);
 ATWOOD_NEAR(float)
 ATWOOD_NEAR(double)

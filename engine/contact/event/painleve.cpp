@@ -122,7 +122,10 @@ template <class S> bool point_of_pair(const EventRun<S>& run, int pair, Contact<
 
 template <class S> bool refuse_at(EventRun<S>& run, S t_s, const char* what) {
   run.outcome = {Status::unsupported,
-                 "atwood's +event: at t = " + format_double(static_cast<double>(t_s)) + " s " + what, 0, 0, {}};
+                 "atwood's +event: at t = " + format_double(static_cast<double>(t_s)) + " s " + what,
+                 0,
+                 0,
+                 {}};
   return false;
 }
 
@@ -163,8 +166,8 @@ template <class S> bool judge_forces(EventRun<S>& run, S t_s, S tiny_acceleratio
   if (run.inconsistent >= 0) return true;  // strike() follows
   if (indeterminate(run))
     return refuse_at(run, t_s,
-                  "Coulomb's law has more than one answer (Painleve's indeterminate case): the contact can lift off "
-                  "as well as be pressed on by its friction");
+                     "Coulomb's law has more than one answer (Painleve's indeterminate case): the contact can lift off "
+                     "as well as be pressed on by its friction");
   return true;
 }
 
@@ -190,8 +193,8 @@ template <class S> bool strike(EventRun<S>& run, S t_s) {
     return refuse_at(run, t_s, "no contact forces were found that obey Coulomb's law and keep the bodies apart");
   if (run.options.restitution == Restitution::newton)
     return refuse_at(run, t_s,
-                  "Coulomb's law has no contact force (Painleve's inconsistent case), and Newton's restitution no "
-                  "answer for the impact without collision that follows; restitution=poisson and stronge have one");
+                     "Coulomb's law has no contact force (Painleve's inconsistent case), and Newton's restitution no "
+                     "answer for the impact without collision that follows; restitution=poisson and stronge have one");
   const ImpactLaw<S> law{pair.restitution, pair.friction, pair.rolling_friction_m, run.options.restitution};
   const Impulse<S> impulse = strike_without_collision(law, n, surface, knob);
   if (!impulse.finished || !(impulse.normal_N_s > S(0)))

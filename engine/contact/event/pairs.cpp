@@ -182,8 +182,7 @@ struct Builder {
     pair.past_the_end = std::string("atwood's +event has no contact of ") + shape_name(k) + " `" +
                         scene.bodies[knob_body].name + "` with the end of " + shape_name(s) + " `" +
                         scene.bodies[surface_body].name + "`, over which it lies";
-    SheetEnds<S> ends{index, knob_body,         surface_body, make_geometry<S>(k), make_geometry<S>(s),
-                      {},    {S(0), S(0), S(1)}};
+    SheetEnds<S> ends{index, knob_body, surface_body, make_geometry<S>(k), make_geometry<S>(s), {}, {S(0), S(0), S(1)}};
     ends.thick = surface.kind != SurfaceKind::mesh && !std::holds_alternative<Rectangle>(s);
     if (surface.kind == SurfaceKind::mesh) {
       ends.on_it_B = surface.mesh.front().corner_B[0];

@@ -128,8 +128,8 @@ template <class S> void hold_inverses(EventRun<S>& run) {
     const MassProperties<S>& mass = run.model.mass(i);
     const Vec3<S>(&I_inverse)[3] = mass.I_inverse_row;
     run.inverse[i].mass_per_kg = mass.inverse_mass_per_kg;
-    run.mobility[i] = mass.inverse_mass_per_kg +
-                      run.reach[i] * run.reach[i] * (I_inverse[0].x + I_inverse[1].y + I_inverse[2].z);
+    run.mobility[i] =
+        mass.inverse_mass_per_kg + run.reach[i] * run.reach[i] * (I_inverse[0].x + I_inverse[1].y + I_inverse[2].z);
     if (run.round[i]) turn_inertia(run, i);
   }
 }
@@ -268,20 +268,20 @@ S effect_of_load(const EventRun<S>& run, const Contact<S>& contact, const Vec3<S
   return effect(load_row(run, contact, on, on_couple), load_row(run, contact, force, couple));
 }
 
-#define ATWOOD_ROWS(S)                                                                                 \
-  template void hold_inverses<S>(EventRun<S>&);                                                        \
-  template void pose_contact_bodies<S>(EventRun<S>&, const S*);                                        \
-  template void see_contact<S>(EventRun<S>&, Contact<S>&);                                             \
-  template void see_contacts<S>(EventRun<S>&, const S*);                                               \
-  template void take_direction<S>(const EventRun<S>&, Contact<S>&, Rows);                              \
-  template void list_unknowns<S>(EventRun<S>&, Rows);                                                  \
-  template void fill_matrix<S>(EventRun<S>&);                                                          \
-  template void answer_unknowns<S>(EventRun<S>&);                                                      \
-  template void read_rows<S>(const EventRun<S>&, const Contact<S>&, S*);                               \
-  template void read_unknowns<S>(const EventRun<S>&, Contact<S>&);                                     \
-  template Row<S> load_row<S>(const EventRun<S>&, const Contact<S>&, const Vec3<S>&, const Vec3<S>&);  \
-  template S effect_of_load<S>(const EventRun<S>&, const Contact<S>&, const Vec3<S>&, const Vec3<S>&,  \
-                               const Vec3<S>&, const Vec3<S>&);
+#define ATWOOD_ROWS(S)                                                                                                \
+  template void hold_inverses<S>(EventRun<S>&);                                                                       \
+  template void pose_contact_bodies<S>(EventRun<S>&, const S*);                                                       \
+  template void see_contact<S>(EventRun<S>&, Contact<S>&);                                                            \
+  template void see_contacts<S>(EventRun<S>&, const S*);                                                              \
+  template void take_direction<S>(const EventRun<S>&, Contact<S>&, Rows);                                             \
+  template void list_unknowns<S>(EventRun<S>&, Rows);                                                                 \
+  template void fill_matrix<S>(EventRun<S>&);                                                                         \
+  template void answer_unknowns<S>(EventRun<S>&);                                                                     \
+  template void read_rows<S>(const EventRun<S>&, const Contact<S>&, S*);                                              \
+  template void read_unknowns<S>(const EventRun<S>&, Contact<S>&);                                                    \
+  template Row<S> load_row<S>(const EventRun<S>&, const Contact<S>&, const Vec3<S>&, const Vec3<S>&);                 \
+  template S effect_of_load<S>(const EventRun<S>&, const Contact<S>&, const Vec3<S>&, const Vec3<S>&, const Vec3<S>&, \
+                               const Vec3<S>&);
 ATWOOD_ROWS(float)
 ATWOOD_ROWS(double)
 ATWOOD_ROWS(long double)

@@ -20,18 +20,18 @@ namespace atwood::event {
 
 // Two bodies that may touch, with the knobs and surfaces by which they do.
 template <class S> struct ShapePair {
-  int a = 0, b = 0;              // a < b
-  int first = 0, count = 0;      // features
+  int a = 0, b = 0;          // a < b
+  int first = 0, count = 0;  // features
   S restitution{}, friction{}, rolling_friction_m{};
-  S reach{};                     // of both bodies' bounding spheres; a plane's is 0
-  int plane = -1;                // surface, if one of them is a plane
+  S reach{};       // of both bodies' bounding spheres; a plane's is 0
+  int plane = -1;  // surface, if one of them is a plane
   bool plane_is_a = false;
-  std::string past_the_end;      // why corners must not slide over the end of what they stand on; empty: they cannot
-  std::string refused;           // not empty: no test for this pair; it must not come near
-  S look_again_at{};             // the two bodies' travel until which they cannot have met
-  std::int64_t known_at = -1;    // step at whose start its features' gaps are known
-  bool ends = false;             // this instant's impact ends its series of bounces, tail_s later
-  S tail_s{}, ends_s{};          // ends_s: when its series will have ended, as its impacts so far tell
+  std::string past_the_end;    // why corners must not slide over the end of what they stand on; empty: they cannot
+  std::string refused;         // not empty: no test for this pair; it must not come near
+  S look_again_at{};           // the two bodies' travel until which they cannot have met
+  std::int64_t known_at = -1;  // step at whose start its features' gaps are known
+  bool ends = false;           // this instant's impact ends its series of bounces, tail_s later
+  S tail_s{}, ends_s{};        // ends_s: when its series will have ended, as its impacts so far tell
 };
 
 // A body of corners, end balls or rims and the sheet, flat mesh or box that they may stand on, whose ends they do not
@@ -40,7 +40,7 @@ template <class S> struct SheetEnds {
   int pair = 0, knob_body = 0, surface_body = 0;
   Geometry<S> knob, surface;
   Vec3<S> on_it_B, normal_B;
-  bool thick = false;            // a box: it has no other side; what passes it within a step may cross its edges alone
+  bool thick = false;  // a box: it has no other side; what passes it within a step may cross its edges alone
 };
 
 // A feature that touches at the instant of an impact.
@@ -52,19 +52,24 @@ template <class S> struct Hit {
   S before{}, target{}, least{}, normal_N_s{};  // v_n before, ... to reach; normal impulse at least, and so far
   Vec3<S> tangential_N_s;
 };
-template <class S> struct Pending { int pair = 0; bool knob_is_a = false; Sight<S> sight; Impulse<S> impulse; };
+template <class S> struct Pending {
+  int pair = 0;
+  bool knob_is_a = false;
+  Sight<S> sight;
+  Impulse<S> impulse;
+};
 
 template <class S> struct Feature {
   int pair = 0, knob_body = 0, surface_body = 0, surface = 0;
   Knob<S> knob;
   mutable int over_triangle = 0;  // of a flat mesh: where it was last, and is looked for first
-  bool lasting = false;          // among EventRun::contacts
-  S gap{}, rate{};               // at the start of the step, where its pair's are known
+  bool lasting = false;           // among EventRun::contacts
+  S gap{}, rate{};                // at the start of the step, where its pair's are known
   S gap_end{}, rate_end{};
 };
 
-enum class Mode : unsigned char { smooth, slips, sticks };     // smooth: no friction
-enum class Turning : unsigned char { free, rolls, held };      // free: no rolling friction
+enum class Mode : unsigned char { smooth, slips, sticks };  // smooth: no friction
+enum class Turning : unsigned char { free, rolls, held };   // free: no rolling friction
 
 // Where a contact acts: its point as its two bodies see it.
 template <class S> struct Place {
@@ -76,27 +81,27 @@ template <class S> struct Place {
 template <class S> struct Contact {
   int feature = 0;
   Facet<S> facet;
-  int over_triangle = 0;         // of a mesh: the last that it was within
+  int over_triangle = 0;  // of a mesh: the last that it was within
   Mode mode = Mode::smooth;
   Turning turning = Turning::free;
-  bool carries = false;          // a normal force is solved for; else it touches, and others carry
-  bool waits = false;            // stands at the edge of its cone, with no slip yet
-  bool sets_in = false;          // slips too slowly to turn within a step, and faster and faster: along slip_direction
+  bool carries = false;  // a normal force is solved for; else it touches, and others carry
+  bool waits = false;    // stands at the edge of its cone, with no slip yet
+  bool sets_in = false;  // slips too slowly to turn within a step, and faster and faster: along slip_direction
   bool gives_way = false, turns_over = false;  // what an event found: friction, couple at its bound
-  S rest_gap{};                  // what the gap is held at: below 0 for bodies that overlap at the start
+  S rest_gap{};                                // what the gap is held at: below 0 for bodies that overlap at the start
   Vec3<S> slip_direction, roll_direction;
   S slip_speed{}, roll_speed{};  // at the start of the step
   // Of the last evaluation:
   Sight<S> sight;
   Place<S> place;
-  Vec3<S> u, w;                  // slip velocity of the knob's point, relative angular velocity
-  S normal_N{}, largest_N{};     // now; since it carries
+  Vec3<S> u, w;               // slip velocity of the knob's point, relative angular velocity
+  S normal_N{}, largest_N{};  // now; since it carries
   Vec3<S> friction_N, couple_N_m;
   bool alone = false;  // shares no moving body with another contact that carries: solved by itself (alone.cpp)
   S least_yield{}, most_yield{};  // normal acceleration per 1 N with its friction: in a trial step's evaluations
-  bool of_balls = false;  // and who moves is a ball: a force through the middle does not turn it
+  bool of_balls = false;          // and who moves is a ball: a force through the middle does not turn it
   int first_row = -1, force_rows = 1, couple_rows = 0;  // -1: none of the linear system's
-  Vec3<S> tangent[2];            // of the rows after the normal one
+  Vec3<S> tangent[2];                                   // of the rows after the normal one
   Vec3<S> along_W, along_couple_W;  // what comes with 1 N along the normal: that and friction, a couple
   S share_N{};  // of the load, where contacts are redundant: as settled when they last changed, then of the last step
   Vec3<S> share_friction_N, share_couple_N_m;
@@ -107,24 +112,31 @@ template <class S> struct Contact {
 
 // Of one body, world axes: a direction in its velocities, a load on it, or its acceleration.
 template <class S> struct Twist { Vec3<S> linear, angular; };
-template <class S>
-S dot(const Twist<S>& a, const Twist<S>& b) {
+template <class S> S dot(const Twist<S>& a, const Twist<S>& b) {
   return dot(a.linear, b.linear) + dot(a.angular, b.angular);
 }
 
 // What is asked of the accelerations of a contact's two bodies, and what a unit of the load for it does to them.
 template <class S> struct Row {
-  int body[2] = {-1, -1};                      // the knob's, the surface's; -1: does not move
-  Twist<S> row[2], answer[2];                  // of each body: the sum of row . acceleration is asked for; acceleration
+  int body[2] = {-1, -1};      // the knob's, the surface's; -1: does not move
+  Twist<S> row[2], answer[2];  // of each body: the sum of row . acceleration is asked for; acceleration
 };
 
-template <class S> struct Inverse { S mass_per_kg{}; Vec3<S> I_row[3]; };  // of mass and inertia, world axes
+// Of mass and inertia, world axes
+template <class S> struct Inverse {
+  S mass_per_kg{};
+  Vec3<S> I_row[3];
+};
 
-template <class S> struct Wind { int body = 0; Vec3<S> velocity_W; };  // |u| u has a kink at u = v - wind = 0
+// |u| u has a kink at u = v - wind = 0
+template <class S> struct Wind {
+  int body = 0;
+  Vec3<S> velocity_W;
+};
 
 struct EventOptions {
   Restitution restitution = Restitution::newton;
-  bool together = false;         // one solve for all impacts of an instant, instead of pair after pair
+  bool together = false;  // one solve for all impacts of an instant, instead of pair after pair
 };
 
 template <class S> struct EventRun {
@@ -143,18 +155,18 @@ template <class S> struct EventRun {
   std::vector<Surface<S>> surfaces;
   std::vector<SheetEnds<S>> ends;
   std::vector<Wind<S>> winds;
-  std::vector<Pose<S>> poses;              // of every body; fixed ones never change
+  std::vector<Pose<S>> poses;                // of every body; fixed ones never change
   std::vector<S> travel, excursions, reach;  // a body: the length of its way so far, within the step; bounding radius
-  std::vector<S> mobility;                 // a body: at least what a unit force gives any of its points
-  std::vector<unsigned char> moves;        // neither fixed nor held now
-  std::vector<unsigned char> round;        // isotropic inertia
-  std::vector<int> near;                   // pairs looked at in this step
+  std::vector<S> mobility;                   // a body: at least what a unit force gives any of its points
+  std::vector<unsigned char> moves;          // neither fixed nor held now
+  std::vector<unsigned char> round;          // isotropic inertia
+  std::vector<int> near;                     // pairs looked at in this step
   std::vector<Contact<S>> contacts, contacts_before, contacts_guessed;
   std::vector<unsigned char> standing_before;  // of contacts_before (modes.cpp)
   std::vector<Hit<S>> hits;
-  std::vector<Pending<S>> pending;         // events of the impacts of an instant
-  std::vector<int> contact_bodies;         // each once
-  std::vector<int> touches;                // a body: contacts that carry on it
+  std::vector<Pending<S>> pending;  // events of the impacts of an instant
+  std::vector<int> contact_bodies;  // each once
+  std::vector<int> touches;         // a body: contacts that carry on it
   int carrying = 0;
 
   // ---- the model's own equations, which those with contacts wrap
@@ -165,32 +177,32 @@ template <class S> struct EventRun {
   std::int64_t wrapped_calls = 0;
 
   // ---- linear algebra of the contacts
-  std::vector<Row<S>> rows;                // room for them: the first row_count are in use
+  std::vector<Row<S>> rows;  // room for them: the first row_count are in use
   int row_count = 0, row_contacts = 0;
-  std::vector<Inverse<S>> inverse;         // of moving bodies; kept up where they are posed as contact_bodies
+  std::vector<Inverse<S>> inverse;  // of moving bodies; kept up where they are posed as contact_bodies
   std::vector<S> matrix, right, unknown, residual, start, weight, diagonal;
   std::vector<int> pivots, block_ends;
-  bool has_factors = false;                // matrix: of the rows of an earlier evaluation, and
-  std::uint64_t modes = 0, factors_of = 0; // which contacts carry in which modes: of this evaluation, of the matrix
-  bool answered = false;                   // acceleration: under these unknowns
-  std::vector<unsigned char> loaded;       // a body: by some of them
+  bool has_factors = false;                 // matrix: of the rows of an earlier evaluation, and
+  std::uint64_t modes = 0, factors_of = 0;  // which contacts carry in which modes: of this evaluation, of the matrix
+  bool answered = false;                    // acceleration: under these unknowns
+  std::vector<unsigned char> loaded;        // a body: by some of them
   std::vector<Twist<S>> free_acceleration, acceleration;  // of bodies in one evaluation: without and with them
-  bool near_bound = false;                 // in an evaluation of this step a force came near to its bound
+  bool near_bound = false;  // in an evaluation of this step a force came near to its bound
   bool solvable = true;
-  S rises_enough{};                        // a normal acceleration that is none, as forces are known
-  int inconsistent = -1;                   // a pair for which Coulomb's law has no contact force (painleve.cpp)
-  S struck_s = S(-1);                      // the last impact without collision,
-  int strikes = 0;                         // and how many there were at that instant before
-  bool sights_at_end = false;              // the contacts' last sights, and the bodies' poses, are of y_new
-  bool sights_at_start = false;            // ... are of y
+  S rises_enough{};              // a normal acceleration that is none, as forces are known
+  int inconsistent = -1;         // a pair for which Coulomb's law has no contact force (painleve.cpp)
+  S struck_s = S(-1);            // the last impact without collision,
+  int strikes = 0;               // and how many there were at that instant before
+  bool sights_at_end = false;    // the contacts' last sights, and the bodies' poses, are of y_new
+  bool sights_at_start = false;  // ... are of y
 
   // ---- states
   std::vector<S> y, y_new, y_probe, y_kept, dydt;
-  S length_scale{};                        // of coordinates and sizes: what round-off of a gap is relative to
-  S speed_scale{};                         // largest speed of a body's points so far
+  S length_scale{};  // of coordinates and sizes: what round-off of a gap is relative to
+  S speed_scale{};   // largest speed of a body's points so far
   S rtol{}, atol{}, h_next_s{};
   std::int64_t seen_epoch = -1, step_count = 0;
-  bool starts = true;                      // nothing is known of contacts yet
+  bool starts = true;  // nothing is known of contacts yet
   const Observer* observer = nullptr;
   Outcome outcome;
 
@@ -225,15 +237,14 @@ template <class S> void store_velocity(EventRun<S>& run, int body, const Vec3<S>
 template <class S> void wrap_rates(EventRun<S>& run);
 template <class S> void unwrap_rates(EventRun<S>& run);
 template <class S> void contact_rates(EventRun<S>& run, S t_s, const S* y, S* dydt);
-template <class S>
-void keep_shares(EventRun<S>& run);  // of the last evaluation: where the next step's solutions start
+template <class S> void keep_shares(EventRun<S>& run);  // of the last evaluation: where the next step's solutions start
 // The contact's relative acceleration along n and across it, with all forces in `dydt`.
 template <class S> Vec3<S> relative_acceleration(const EventRun<S>& run, const Contact<S>& contact, const S* dydt);
 template <class S> S normal_acceleration(const EventRun<S>& run, const Contact<S>& contact, const S* dydt);
 template <class S> Vec3<S> relative_turning(const EventRun<S>& run, const Contact<S>& contact, const S* dydt);
 
 // ---- rows.cpp: contacts as conditions on their bodies' accelerations
-template <class S> void hold_inverses(EventRun<S>& run);         // once: of bodies whose inertia does not turn
+template <class S> void hold_inverses(EventRun<S>& run);  // once: of bodies whose inertia does not turn
 template <class S> void pose_contact_bodies(EventRun<S>& run, const S* y);
 template <class S> void see_contact(EventRun<S>& run, Contact<S>& contact);  // from run.poses
 template <class S> void see_contacts(EventRun<S>& run, const S* y);          // those that carry
@@ -242,8 +253,8 @@ enum class Rows : unsigned char { forces, velocities, gaps };
 template <class S>
 void take_direction(const EventRun<S>& run, Contact<S>& contact, Rows what);  // along_W, along_couple_W
 template <class S>
-void list_unknowns(EventRun<S>& run, Rows what);                 // of contacts that carry; forces: and are not alone
-template <class S> void fill_matrix(EventRun<S>& run);           // and run.diagonal
+void list_unknowns(EventRun<S>& run, Rows what);        // of contacts that carry; forces: and are not alone
+template <class S> void fill_matrix(EventRun<S>& run);  // and run.diagonal
 template <class S>
 void answer_unknowns(EventRun<S>& run);  // run.acceleration of contact_bodies, under them and the free one
 template <class S> void read_rows(const EventRun<S>& run, const Contact<S>& contact, S* values);  // of run.acceleration
@@ -286,7 +297,9 @@ template <class S> void settle_forces(EventRun<S>& run, const S* free_dydt, S ra
 // ---- slip.cpp: of what slips, with the rates at run.y in run.dydt. Does its direction, or a spin that has a say in
 // it, turn within that time; does it move already; does it hardly change its speed, friction and what drives it in
 // balance?
-struct SlipTurn { bool turns = false, moves = false, slow = false; };
+struct SlipTurn {
+  bool turns = false, moves = false, slow = false;
+};
 template <class S> SlipTurn slip_turn(const EventRun<S>& run, S within_s);
 
 // ---- modes.cpp: which contacts touch, carry, slip, stick at this instant; `forced`: a contact whose friction is at
@@ -306,17 +319,17 @@ template <class S> bool strike(EventRun<S>& run, S t_s);
 template <class S> void note_yield(Contact<S>& contact, S yield);
 template <class S> void forget_yields(EventRun<S>& run);
 template <class S> bool keeps_off_singularity(const EventRun<S>& run);
-template <class S> bool near_singularity(const EventRun<S>& run);  // is some such acceleration small?
+template <class S> bool near_singularity(const EventRun<S>& run);              // is some such acceleration small?
 template <class S> bool refuse_at(EventRun<S>& run, S t_s, const char* what);  // ends the run as unsupported; false
 
 // ---- impacts.cpp: the impacts of an instant, at run.y
 template <class S> bool resolve_impacts(EventRun<S>& run, S t_s);
 
 // ---- near.cpp: which pairs to look at in the step from run.y to run.y_new, and gaps at its ends
-template <class S> bool find_near(EventRun<S>& run, S h_s);      // false: a pair comes near for which there is no test
+template <class S> bool find_near(EventRun<S>& run, S h_s);  // false: a pair comes near for which there is no test
 template <class S> void measure_gaps(EventRun<S>& run);
-template <class S> void advance_travel(EventRun<S>& run);        // after each piece of a step
-template <class S> void pass_gaps_on(EventRun<S>& run);          // ... if it went its whole way
+template <class S> void advance_travel(EventRun<S>& run);  // after each piece of a step
+template <class S> void pass_gaps_on(EventRun<S>& run);    // ... if it went its whole way
 
 // ---- step.cpp
 template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s);

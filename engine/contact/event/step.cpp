@@ -42,13 +42,12 @@ template <class S> struct Progress {
 };
 
 template <class S> bool diverged(EventRun<S>& run, S t_s, const char* what) {
-  run.outcome = {Status::diverged,
-                 "atwood's +event: at t = " + format_double(static_cast<double>(t_s)) + " s " + what, 0, 0, {}};
+  run.outcome = {
+      Status::diverged, "atwood's +event: at t = " + format_double(static_cast<double>(t_s)) + " s " + what, 0, 0, {}};
   return false;
 }
 
-template <class S>
-Stepper<S>& stepper_of(EventRun<S>& run) {
+template <class S> Stepper<S>& stepper_of(EventRun<S>& run) {
   if (run.carrying > 0 && run.slip_ends && run.rtol <= S(0)) return *run.fine;
   return run.carrying > 0 && run.substitute ? *run.substitute : run.stepper;
 }

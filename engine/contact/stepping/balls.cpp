@@ -127,8 +127,7 @@ ATWOOD_INLINE void prepare(BallBatch<S>& c, const Preparation<S>& p, Row<S>* pla
 // cone.
 //   P_n <- max(0, P_n - mass_n (u_n + closing))
 //   P_t <- project(P_t - mass_t u_t, radius mu P_n)
-template <class S, Side side, VectorWidth width>
-ATWOOD_INLINE void solve(BallBatch<S>& c, Row<S>* velocities) {
+template <class S, Side side, VectorWidth width> ATWOOD_INLINE void solve(BallBatch<S>& c, Row<S>* velocities) {
   Pack<S> a[lane_count], b[lane_count];
   gather<S, width>(velocities, c.a, a);
   if constexpr (side == Side::two_balls) gather<S, width>(velocities, c.b, b);
@@ -181,9 +180,8 @@ template <class S> void prepare_balls(World<S>& world, S h_s, bool push_apart, b
                          world.bounces ? world.bodies.shift.data() : nullptr};
   Row<S>* places = world.bodies.place.data();
   Row<S>* velocities = world.bodies.velocity.data();
-  for_colours(world, [&](BallBatch<S>& batch, auto side, auto width) ATWOOD_INLINED {
-    prepare<S, side(), width()>(batch, p, places, velocities);
-  });
+  for_colours(world, [&](BallBatch<S>& batch, auto side, auto width)
+                         ATWOOD_INLINED { prepare<S, side(), width()>(batch, p, places, velocities); });
 }
 
 template <class S> void solve_balls(World<S>& world) {
@@ -193,8 +191,8 @@ template <class S> void solve_balls(World<S>& world) {
   });
 }
 
-#define ATWOOD_BALLS(S)                                           \
-  template void prepare_balls<S>(World<S>&, S, bool, bool);       \
+#define ATWOOD_BALLS(S)                                     \
+  template void prepare_balls<S>(World<S>&, S, bool, bool); \
   template void solve_balls<S>(World<S>&);
 ATWOOD_BALLS(float)
 ATWOOD_BALLS(double)

@@ -9,8 +9,8 @@ namespace atwood::stepping {
 namespace {
 
 constexpr int pairs_worth_a_team = 2000;
-constexpr double skin = 0.08;           // of a body's size: margin of one at rest
-constexpr double steps_ahead = 2;       // ... and what one in motion has besides the coming step, in steps
+constexpr double skin = 0.08;      // of a body's size: margin of one at rest
+constexpr double steps_ahead = 2;  // ... and what one in motion has besides the coming step, in steps
 // ... of its size: in a crowd that falls, far pairs would cost more than finding anew
 constexpr double most_ahead = 0.25;
 

@@ -86,7 +86,7 @@ template <class S> Encounter<S> meeting_with_plane(const BallBatch<S>& batch, in
 // A point of a manifold, along the manifold's normal.
 template <class S>
 Encounter<S> meeting_of_point(const ManifoldBatch<S>& batch, int k, int i, const Flight<S>& a, const Flight<S>& b,
-                             const Vec3<S>& moved_a, const Vec3<S>& moved_b, S h_s) {
+                              const Vec3<S>& moved_a, const Vec3<S>& moved_b, S h_s) {
   Encounter<S> out;
   const ManifoldPoint<S>& point = batch.point[i];
   if (!(point.gap_found.lane[k] < S(1e29))) return out;
@@ -362,7 +362,7 @@ template <class S> void meet_impacts(World<S>& world, S sub_s) {
     Approach<S> next = queue.back();
     queue.pop_back();
     Encounter<S> meeting = meeting_of(world, next.contact, now_s, sub_s);
-    if (!meeting.meets) continue;  // an impact since then changed it
+    if (!meeting.meets) continue;                             // an impact since then changed it
     if (!queue.empty() && meeting.t_s > queue.front().t_s) {  // it has become later: back into the order
       queue.push_back({meeting.t_s, next.contact});
       std::push_heap(queue.begin(), queue.end(), later);
@@ -381,8 +381,8 @@ template <class S> void meet_impacts(World<S>& world, S sub_s) {
   }
 }
 
-#define ATWOOD_IMPACTS(S)                          \
-  template void list_bouncing<S>(World<S>&);       \
+#define ATWOOD_IMPACTS(S)                    \
+  template void list_bouncing<S>(World<S>&); \
   template void meet_impacts<S>(World<S>&, S);
 ATWOOD_IMPACTS(float)
 ATWOOD_IMPACTS(double)

@@ -12,12 +12,10 @@ template <class S, VectorWidth width> ATWOOD_INLINE Pack<S> above(const Pack<S>&
   return where_above<S, width>(a, b, a, b);
 }
 
-template <class S>
-ATWOOD_INLINE Vec3<Pack<S>> first3(const Pack<S> (&row)[lane_count]) {
+template <class S> ATWOOD_INLINE Vec3<Pack<S>> first3(const Pack<S> (&row)[lane_count]) {
   return {row[0], row[1], row[2]};
 }
-template <class S>
-ATWOOD_INLINE Vec3<Pack<S>> second3(const Pack<S> (&row)[lane_count]) {
+template <class S> ATWOOD_INLINE Vec3<Pack<S>> second3(const Pack<S> (&row)[lane_count]) {
   return {row[3], row[4], row[5]};
 }
 template <class S> ATWOOD_INLINE void put3(const Vec3<Pack<S>>& a, Pack<S>* row) {

@@ -219,24 +219,22 @@ template <class S> void prepare_manifolds(World<S>& world, S h_s, bool push_apar
   Row<S>*places = world.bodies.place.data(), *velocities = world.bodies.velocity.data();
   const Row<S>* inertias = world.bodies.inertia.data();
   const unsigned char* moves = world.bodies.moves.data();
-  for_colours(world, [&](ManifoldBatch<S>& batch, auto width) ATWOOD_INLINED {
-    prepare<S, width()>(batch, p, places, velocities, inertias, moves);
-  });
+  for_colours(world, [&](ManifoldBatch<S>& batch, auto width)
+                         ATWOOD_INLINED { prepare<S, width()>(batch, p, places, velocities, inertias, moves); });
 }
 
 template <class S> void solve_manifolds(World<S>& world) {
   Row<S>* velocities = world.bodies.velocity.data();
   const Row<S>* inertias = world.bodies.inertia.data();
   const unsigned char* moves = world.bodies.moves.data();
-  for_colours(world, [&](ManifoldBatch<S>& batch, auto width) ATWOOD_INLINED {
-    solve<S, width()>(batch, velocities, inertias, moves);
-  });
+  for_colours(world, [&](ManifoldBatch<S>& batch, auto width)
+                         ATWOOD_INLINED { solve<S, width()>(batch, velocities, inertias, moves); });
 }
 
-#define ATWOOD_MANIFOLDS(S)                                         \
-  template void weigh_manifolds<S>(World<S>&);                      \
-  template void weigh_batch<S>(World<S>&, ManifoldBatch<S>&);       \
-  template void prepare_manifolds<S>(World<S>&, S, bool, bool);     \
+#define ATWOOD_MANIFOLDS(S)                                     \
+  template void weigh_manifolds<S>(World<S>&);                  \
+  template void weigh_batch<S>(World<S>&, ManifoldBatch<S>&);   \
+  template void prepare_manifolds<S>(World<S>&, S, bool, bool); \
   template void solve_manifolds<S>(World<S>&);
 ATWOOD_MANIFOLDS(float)
 ATWOOD_MANIFOLDS(double)

@@ -8,7 +8,7 @@
 namespace atwood::stepping {
 namespace {
 
-constexpr double near = 0.01;        // of the smaller body's size: contacts within this gap are watched, moving or not
+constexpr double near = 0.01;  // of the smaller body's size: contacts within this gap are watched, moving or not
 constexpr double handed_on_within = 0.1;
 constexpr int pairs_worth_a_team = 32;
 // of the smaller body's size: a manifold serves until its bodies have moved so far apart or along
@@ -299,8 +299,8 @@ template <class S> void find_manifolds(World<S>& world) {
   world.manifolds.clear();
   const int count = static_cast<int>(world.other_pairs.size());
   const int parts = world.team != nullptr && count >= pairs_worth_a_team ? world.team->size() : 1;
-  auto &found = world.scratch.found;
-  auto &shapes = world.scratch.shapes;
+  auto& found = world.scratch.found;
+  auto& shapes = world.scratch.shapes;
   if (static_cast<int>(found.size()) < parts) {
     found.resize(static_cast<std::size_t>(parts));
     shapes.resize(static_cast<std::size_t>(parts));

@@ -7,7 +7,10 @@
 
 namespace atwood::stepping {
 
-struct Place { int batch = 0, lane = 0, point = -1; };  // point -1: a contact of balls
+// Point -1: a contact of balls
+struct Place {
+  int batch = 0, lane = 0, point = -1;
+};
 
 // Lanes without a contact are numbered too; see `used`.
 template <class S> int point_count(const World<S>& world) {
@@ -20,8 +23,7 @@ template <class S> Place place_of(const World<S>& world, int contact) {
   const int rest = contact - balls;
   return {rest / (4 * lane_count), rest / 4 % lane_count, rest % 4};
 }
-template <class S>
-BallBatch<S>& balls_at(World<S>& world, const Place& at) {
+template <class S> BallBatch<S>& balls_at(World<S>& world, const Place& at) {
   return world.balls.batches[static_cast<std::size_t>(at.batch)];
 }
 template <class S> const BallBatch<S>& balls_at(const World<S>& world, const Place& at) {
@@ -69,7 +71,10 @@ template <class S> Vec3<S> tangent_of(const Vec3<S>& n) {
 // the line from the centre by w h r, and the normal force would brake the ball on that arm. Of a capsule the point of
 // its axis turns, of a cylinder what is not along its axis. `lean`: 1/2 where b's surface says what touches, -1/2 where
 // a's, 0 midway.
-template <class T> struct MovedPoint { Vec3<T> arm_a, arm_b; T gap; };
+template <class T> struct MovedPoint {
+  Vec3<T> arm_a, arm_b;
+  T gap;
+};
 template <class S, class T>
 ATWOOD_INLINE MovedPoint<T> moved_point(const Vec3<T>& n, const Vec3<T>& r_a, const Vec3<T>& r_b, const T& gap_found,
                                         const Vec3<T>& d, const Vec3<T>& s_a, const Vec3<T>& s_b, const Outline<T>& a,
@@ -98,16 +103,34 @@ template <class S> Point<S> point_at(const World<S>& world, int contact) {
   if (at.point < 0) {
     const BallBatch<S>& batch = balls_at(world, at);
     const Vec3<S> n = lane_of(batch.normal, k), t = tangent_of(n), s = cross(n, t), P = lane_of(batch.impulse_t, k);
-    out = {batch.a[k], batch.b[k], n, t, s, batch.arm_a.lane[k] * n, -batch.arm_b.lane[k] * n,
-           batch.gap.lane[k], batch.closing.lane[k], batch.friction.lane[k], batch.restitution.lane[k],
+    out = {batch.a[k],
+           batch.b[k],
+           n,
+           t,
+           s,
+           batch.arm_a.lane[k] * n,
+           -batch.arm_b.lane[k] * n,
+           batch.gap.lane[k],
+           batch.closing.lane[k],
+           batch.friction.lane[k],
+           batch.restitution.lane[k],
            {batch.impulse_n.lane[k], dot(P, t), dot(P, s)}};
     return out;
   }
   const ManifoldBatch<S>& batch = manifolds_at(world, at);
   const ManifoldPoint<S>& point = batch.point[at.point];
   const Vec3<S> n = lane_of(batch.normal, k), t = lane_of(batch.tangent, k);
-  out = {batch.a[k], batch.b[k], n, t, cross(n, t), lane_of(point.arm_a, k), lane_of(point.arm_b, k),
-         point.gap.lane[k], point.closing.lane[k], batch.friction.lane[k], batch.restitution.lane[k],
+  out = {batch.a[k],
+         batch.b[k],
+         n,
+         t,
+         cross(n, t),
+         lane_of(point.arm_a, k),
+         lane_of(point.arm_b, k),
+         point.gap.lane[k],
+         point.closing.lane[k],
+         batch.friction.lane[k],
+         batch.restitution.lane[k],
          {point.impulse_n.lane[k], point.impulse_t[0].lane[k], point.impulse_t[1].lane[k]}};
   if (batch.slips) {
     out.slip[0] = batch.slip[at.point][0].lane[k];

@@ -62,8 +62,9 @@ Vec3<S> touching_velocity(const World<S>& world, int body, const Vec3<S>& r, con
 
 // By the free top alone, over h: the change of the body rate in world axes. Seen from the attitude q in the middle; or,
 // where places go by the mean, from q before and from where the turn leads after.
-template <class S> Vec3<S> gyroscopic_change(const World<S>& world, int body, const Quat<S>& q, const Vec3<S>& w_W,
-                                             S direct_s, S adjoint_s, bool middle) {
+template <class S>
+Vec3<S> gyroscopic_change(const World<S>& world, int body, const Quat<S>& q, const Vec3<S>& w_W, S direct_s,
+                          S adjoint_s, bool middle) {
   FreeTurn<S> turn;
   const Vec3<S> w_B = rotate_back(q, w_W);
   free_turn(FreeTop::splitting, world.model->mass(body), direct_s, adjoint_s, w_B, turn);
@@ -165,15 +166,15 @@ template <class S> void look_ahead(World<S>& world, S sub_s) {
       };
       const Vec3<S> d_a = ahead(found.a, r_a, n), d_b = ahead(found.b, r_b, -n);
       if (world.by_mean) {  // there its impulse acts, what it has been given of it included
-        const Vec3<S> P = point.impulse_n.lane[k] * n + point.impulse_t[0].lane[k] * t +
-                          point.impulse_t[1].lane[k] * cross(n, t);
+        const Vec3<S> P =
+            point.impulse_n.lane[k] * n + point.impulse_t[0].lane[k] * t + point.impulse_t[1].lane[k] * cross(n, t);
         turn_by(world, found.a, cross(d_a, -P));
         turn_by(world, found.b, cross(d_b, P));
         put_lane(r_a + d_a, k, point.arm_a);
         put_lane(r_b + d_b, k, point.arm_b);
       }
-      const Vec3<S> u = cross(load3(bodies.velocity[found.b].at + 3), d_b) -
-                        cross(load3(bodies.velocity[found.a].at + 3), d_a);
+      const Vec3<S> u =
+          cross(load3(bodies.velocity[found.b].at + 3), d_b) - cross(load3(bodies.velocity[found.a].at + 3), d_a);
       point.closing.lane[k] += dot(u, n);
       batch.slip[i][0].lane[k] = dot(u, t);
       batch.slip[i][1].lane[k] = dot(u, cross(n, t));
@@ -192,11 +193,11 @@ template <class S> void turn_rolling(World<S>& world, S sub_s) {
   }
 }
 
-#define ATWOOD_ROLLING(S)                                  \
-  template void list_rolling<S>(World<S>&, S);             \
-  template void turn_rolling_inertias<S>(World<S>&);       \
-  template void kick_rolling<S>(World<S>&, S);             \
-  template void look_ahead<S>(World<S>&, S);               \
+#define ATWOOD_ROLLING(S)                            \
+  template void list_rolling<S>(World<S>&, S);       \
+  template void turn_rolling_inertias<S>(World<S>&); \
+  template void kick_rolling<S>(World<S>&, S);       \
+  template void look_ahead<S>(World<S>&, S);         \
   template void turn_rolling<S>(World<S>&, S);
 ATWOOD_ROLLING(float)
 ATWOOD_ROLLING(double)

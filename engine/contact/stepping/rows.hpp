@@ -27,7 +27,9 @@ template <class S> ATWOOD_INLINE void store_lanes(const Vec3<Pack<S>>& a, Lanes<
 template <class S, VectorWidth width>
 inline constexpr bool by_halves = sizeof(Pack<S>) == 64 && width == VectorWidth::v3;
 using HalfPack = double __attribute__((vector_size(32)));
-struct Halves { HalfPack low, high; };
+struct Halves {
+  HalfPack low, high;
+};
 ATWOOD_INLINE Halves halves_of(const DoublePack& a) {
   Halves out;
   __builtin_memcpy(&out, &a, sizeof(a));
@@ -52,8 +54,10 @@ ATWOOD_INLINE Pack<S> where_above(const Pack<S>& a, const Pack<S>& b, const Pack
 
 // Four rows of four, in place.
 ATWOOD_INLINE void transpose4(HalfPack& a, HalfPack& b, HalfPack& c, HalfPack& d) {
-  const HalfPack ab_even = __builtin_shufflevector(a, b, 0, 4, 2, 6), ab_odd = __builtin_shufflevector(a, b, 1, 5, 3, 7);
-  const HalfPack cd_even = __builtin_shufflevector(c, d, 0, 4, 2, 6), cd_odd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+  const HalfPack ab_even = __builtin_shufflevector(a, b, 0, 4, 2, 6),
+                 ab_odd = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+  const HalfPack cd_even = __builtin_shufflevector(c, d, 0, 4, 2, 6),
+                 cd_odd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
   a = __builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5);
   b = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5);
   c = __builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7);

@@ -86,8 +86,9 @@ void build_world(World<S>& world, const Scene& scene, Simulation<S>& simulation,
   bodies.reach.resize(count);
   Rolling<S>& rolling = world.rolling;
   for (const Body& body : scene.bodies)
-    rolling.some_round = rolling.some_round || (!body.fixed && (std::holds_alternative<Capsule>(body.shape) ||
-                                                                std::holds_alternative<Cylinder>(body.shape)));
+    rolling.some_round =
+        rolling.some_round ||
+        (!body.fixed && (std::holds_alternative<Capsule>(body.shape) || std::holds_alternative<Cylinder>(body.shape)));
   if (rolling.some_round) {
     rolling.rolls.resize(count);
     for (auto* rates : {&rolling.by_forces, &rolling.by_contacts, &rolling.kicked, &rolling.turned})

@@ -105,11 +105,11 @@ template <class S> void tell_onsets(World<S>& world) {
   }
 }
 
-#define ATWOOD_SEEN(S)                                                     \
-  template void clear_sums<S>(World<S>&);                                  \
-  template void add_sums<S>(World<S>&);                                    \
-  template void tell_contacts<S>(const World<S>&, S, Sample&);             \
-  template void note_approaches<S>(World<S>&);                             \
+#define ATWOOD_SEEN(S)                                         \
+  template void clear_sums<S>(World<S>&);                      \
+  template void add_sums<S>(World<S>&);                        \
+  template void tell_contacts<S>(const World<S>&, S, Sample&); \
+  template void note_approaches<S>(World<S>&);                 \
   template void tell_onsets<S>(World<S>&);
 ATWOOD_SEEN(float)
 ATWOOD_SEEN(double)

@@ -119,10 +119,10 @@ template <class S> bool wake_whom_others_meet(World<S>& world) {
   return true;
 }
 
-#define ATWOOD_SLEEP(S)                                        \
-  template void lay_down<S>(World<S>&, int);                   \
-  template void wake_all<S>(World<S>&);                        \
-  template void fall_asleep<S>(World<S>&, S);                  \
+#define ATWOOD_SLEEP(S)                       \
+  template void lay_down<S>(World<S>&, int);  \
+  template void wake_all<S>(World<S>&);       \
+  template void fall_asleep<S>(World<S>&, S); \
   template bool wake_whom_others_meet<S>(World<S>&);
 ATWOOD_SLEEP(float)
 ATWOOD_SLEEP(double)

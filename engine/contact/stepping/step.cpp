@@ -312,12 +312,12 @@ template <class S> bool step(World<S>& world, S t_s, S h_s) {
   return true;
 }
 
-#define ATWOOD_STEP(S)                             \
-  template void load_bodies<S>(World<S>&);         \
-  template void set_kicks<S>(World<S>&);           \
-  template Row<S> inverse_inertia<S>(const MassProperties<S>&, const Quat<S>&);  \
-  template void load_body<S>(World<S>&, int);      \
-  template void store_bodies<S>(World<S>&);        \
+#define ATWOOD_STEP(S)                                                          \
+  template void load_bodies<S>(World<S>&);                                      \
+  template void set_kicks<S>(World<S>&);                                        \
+  template Row<S> inverse_inertia<S>(const MassProperties<S>&, const Quat<S>&); \
+  template void load_body<S>(World<S>&, int);                                   \
+  template void store_bodies<S>(World<S>&);                                     \
   template bool step<S>(World<S>&, S, S);
 ATWOOD_STEP(float)
 ATWOOD_STEP(double)

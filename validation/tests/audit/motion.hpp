@@ -26,7 +26,10 @@ inline Scenario driven() {
   return given;
 }
 
-struct Run { Outcome outcome; Sample end; };
+struct Run {
+  Outcome outcome;
+  Sample end;
+};
 
 inline Run run(const Engine& engine, const std::string& method, const Scenario& given, std::int64_t steps) {
   Run made;

@@ -33,12 +33,14 @@ double apart(const Run& a, const Run& b) {
 TEST_CASE("the same method of both evaluates as often and ends in the same state") {
   const Engine ours = same_rate_engine(), odeint = odeint_engine();
   for (const Scenario& given : {orbit(), driven(), top()})
-    for (const auto& [own, other] : {std::pair{"rk4", "runge_kutta4"}, {"explicit-euler", "euler"}, {"dopri5", "runge_kutta_dopri5"}}) {
+    for (const auto& [own, other] :
+         {std::pair{"rk4", "runge_kutta4"}, {"explicit-euler", "euler"}, {"dopri5", "runge_kutta_dopri5"}}) {
       const Run a = run(ours, std::string("atwood-same-rate/") + own, given, 480);
       const Run b = run(odeint, std::string("odeint/") + other, given, 480);
       CAPTURE(given.id, own, a.outcome.reason);
       REQUIRE(a.outcome.status == Status::ok);
-      CHECK(std::abs(a.outcome.rate_evaluations - b.outcome.rate_evaluations) <= 1);  // first same as last: one to begin with
+      CHECK(std::abs(a.outcome.rate_evaluations - b.outcome.rate_evaluations) <=
+            1);  // first same as last: one to begin with
       CHECK(apart(a, b) < 1e-11);
     }
 }
@@ -52,7 +54,8 @@ TEST_CASE("every method that is offered solves the reference's equations, with e
       CAPTURE(info.id, given.id);
       const Run made = run(ours, info.id, given, 480), own = run(native, "atwood" + scheme, given, 480);
       REQUIRE(made.outcome.status == Status::ok);
-      CHECK(apart(made, own) < 1e-6);  // quaternions are not normalised here: the difference is of the method's own error
+      CHECK(apart(made, own) <
+            1e-6);  // quaternions are not normalised here: the difference is of the method's own error
       if (!info.adaptive) continue;
       const Run adaptive = run(ours, info.id + ":1e-9", given, 480);
       REQUIRE(adaptive.outcome.status == Status::ok);
@@ -62,19 +65,21 @@ TEST_CASE("every method that is offered solves the reference's equations, with e
 }
 
 TEST_CASE("a rate made several times over changes no bit of the result and no count") {
-  for (const auto& [engine, method] :
-       {std::pair{same_rate_engine(), std::string("atwood-same-rate/rk4")}, {odeint_engine(), std::string("odeint/runge_kutta4")}}) {
+  for (const auto& [engine, method] : {std::pair{same_rate_engine(), std::string("atwood-same-rate/rk4")},
+                                       {odeint_engine(), std::string("odeint/runge_kutta4")}}) {
     const Run once = run(engine, method, top(), 60), often = run(engine, method + "{rate_repeats=8}", top(), 60);
     CHECK(often.outcome.rate_evaluations == once.outcome.rate_evaluations);
     CHECK(apart(once, often) == 0);
     for (const char* wrong : {"0", "1001", "2.5"})
-      CHECK(run(engine, method + "{rate_repeats=" + wrong + "}", top(), 60).outcome.reason.find("rate_repeats") != std::string::npos);
+      CHECK(run(engine, method + "{rate_repeats=" + wrong + "}", top(), 60).outcome.reason.find("rate_repeats") !=
+            std::string::npos);
   }
 }
 
 TEST_CASE("what a rate alone does not serve is refused by name") {
   const Engine ours = same_rate_engine();
-  for (const char* method : {"velocity-verlet", "radau15", "taylor", "rkmk4", "rk4+event", "rk4@quad", "rk4:1e-6", "rk4{step=1}", "none"}) {
+  for (const char* method :
+       {"velocity-verlet", "radau15", "taylor", "rkmk4", "rk4+event", "rk4@quad", "rk4:1e-6", "rk4{step=1}", "none"}) {
     const Run made = run(ours, std::string("atwood-same-rate/") + method, orbit(), 60);
     CAPTURE(method);
     CHECK(made.outcome.status == Status::unsupported);

@@ -27,7 +27,9 @@ double off(Wide value, const Long& exact, Wide bar) {  // in bars
 }
 
 // From the perihelion at (r, 0), v along y: M = sqrt(mu / a^3) t = e sinh H - H, by bisection and Newton.
-struct Far { Long x, y, vx, vy; };
+struct Far {
+  Long x, y, vx, vy;
+};
 Far hyperbola(double mu, double r, double v, double t) {
   const Long m = mu, b = Long(v) * v - 2 * m / r, a = m / b, e = 1 + r / a, n = sqrt(b) / a, M = n * t;
   Long low = 0, high = 1;
@@ -59,9 +61,18 @@ Scenario charges(double distance, double q, double t_end_s) {
 }  // namespace
 
 TEST_CASE("Hyperbolas stay within their bars however long they run") {
-  struct Case { double mu, r, v, t; };
-  for (const Case& c : {Case{1, 1, 5, 1000}, {1, 1, 5, 1e12}, {1, 1, 1.5, 1e6}, {2, 0.01, 300, 1e4}, {1, 1e6, 3, 1e9},
-                        {1e14, 7e6, 2e4, 1e10}, {1e-9, 1e-3, 1, 1e5}, {1, 1, 1e6, 1e5}, {1, 1, 1.4142135623730954, 1e9},
+  struct Case {
+    double mu, r, v, t;
+  };
+  for (const Case& c : {Case{1, 1, 5, 1000},
+                        {1, 1, 5, 1e12},
+                        {1, 1, 1.5, 1e6},
+                        {2, 0.01, 300, 1e4},
+                        {1, 1e6, 3, 1e9},
+                        {1e14, 7e6, 2e4, 1e10},
+                        {1e-9, 1e-3, 1, 1e5},
+                        {1, 1, 1e6, 1e5},
+                        {1, 1, 1.4142135623730954, 1e9},
                         {1, 1, 5, 1e200}}) {
     const Truth truth = closed_form_truth(planet(c.mu, c.r, c.v, c.t), 4);
     INFO("mu " << c.mu << ", r " << c.r << ", v " << c.v << ", t " << c.t << ": " << truth.outcome.reason);
@@ -86,7 +97,8 @@ TEST_CASE("Like charges from rest: t = sqrt(r0^3 / 2 mu) (sqrt(x (x - 1)) + log(
       const Long r = widened(bodies[1].p_m[0]) - widened(bodies[0].p_m[0]), x = r / r0, mu = 2;
       const Long start = r0, scale = sqrt(start * start * start / (2 * mu));
       const Long late = scale * (sqrt(x * (x - 1)) + log(sqrt(x) + sqrt(x - 1))) - t;
-      const Long speed = sqrt(2 * mu * (1 / start - 1 / r)), allowed = widened(bars[0].p_m[0]) + widened(bars[1].p_m[0]);
+      const Long speed = sqrt(2 * mu * (1 / start - 1 / r)),
+                 allowed = widened(bars[0].p_m[0]) + widened(bars[1].p_m[0]);
       CHECK(abs(late * speed) < allowed);
       if (x > 2) CHECK(abs(widened(bodies[1].v_m_per_s[0]) - speed / 2) < widened(bars[1].v_m_per_s[0]));
     }

@@ -13,7 +13,11 @@ using namespace atwood::testing;
 
 namespace {
 
-struct Addition { const char* name; std::function<bool(Scenario&)> apply; };  // false: it cannot be added here
+// false: it cannot be added here
+struct Addition {
+  const char* name;
+  std::function<bool(Scenario&)> apply;
+};
 
 int first_free(const Scene& scene) {
   for (std::size_t i = 0; i < scene.bodies.size(); ++i)
@@ -69,6 +73,7 @@ std::vector<Addition> additions() {
   const Real3 none{0, 0, 0};
   Body far_ball = ball("far", 1, 0.5, {500, 300, 200}, none), moving = point("moving", 0, {9, 9, 9}, {0, 1, 0});
   return {
+      // clang-format off
       mutual("gravity", [](int a, int b) { return MutualGravity{{a, b}, 0.5, 0}; }),
       mutual("softened gravity", [](int a, int b) { return MutualGravity{{a, b}, 0.5, 0.1}; }),
       mutual("coulomb", [](int a, int b) { return Coulomb{{a, b}, 0.5}; }),
@@ -88,37 +93,69 @@ std::vector<Addition> additions() {
       force("point-force", [](int a) { return PointForce{a, {0, 0, 0.01}, {1, 0, 0}, {}}; }),
       force("rotating-frame", [](int) { return RotatingFrame{{0, 0, 0.5}}; }),
       force("potential", [](int a) { return Potential{{a}, "henon-heiles", {}}; }),
+      // clang-format on
       {"lorentz",
        [](Scenario& given) {
          mover(given).charge_C = -0.5;
          given.scene.forces.push_back(Lorentz{{first_free(given.scene)}, {1, 0, 2}, {0, 3, 1}});
          return true;
        }},
-      {"gravity aside", [](Scenario& given) { given.scene.gravity_m_per_s2[0] += 0.75; return true; }},
-      {"gravity down", [](Scenario& given) { given.scene.gravity_m_per_s2[2] -= 3; return true; }},
-      {"frames", [](Scenario& given) { given.frame_ends_s = {given.t_end_s / 3, given.t_end_s}; return true; }},
-      {"bare problem", [](Scenario& given) { given.scene.problem = "lorenz"; return true; }},
+      {"gravity aside",
+       [](Scenario& given) {
+         given.scene.gravity_m_per_s2[0] += 0.75;
+         return true;
+       }},
+      {"gravity down",
+       [](Scenario& given) {
+         given.scene.gravity_m_per_s2[2] -= 3;
+         return true;
+       }},
+      {"frames",
+       [](Scenario& given) {
+         given.frame_ends_s = {given.t_end_s / 3, given.t_end_s};
+         return true;
+       }},
+      {"bare problem",
+       [](Scenario& given) {
+         given.scene.problem = "lorenz";
+         return true;
+       }},
       body("release", [](Body& made) { made.release_s = 0.05; }),
       body("charge", [](Body& made) { made.charge_C = 2; }),
       body("negative charge", [](Body& made) { made.charge_C = -2; }),
-      body("spin", [](Body& made) { if (rotates(made)) made.angular_velocity_body_rad_per_s[1] += 0.5; }),
-      body("slow spin", [](Body& made) { if (rotates(made)) made.angular_velocity_body_rad_per_s[0] += 1e-17; }),
+      body("spin",
+           [](Body& made) {
+             if (rotates(made)) made.angular_velocity_body_rad_per_s[1] += 0.5;
+           }),
+      body("slow spin",
+           [](Body& made) {
+             if (rotates(made)) made.angular_velocity_body_rad_per_s[0] += 1e-17;
+           }),
       body("velocity", [](Body& made) { made.velocity_m_per_s[1] += 0.25; }),
       body("slow velocity", [](Body& made) { made.velocity_m_per_s[1] += 1e-17; }),
       body("unequal moments", [](Body& made) { made.inertia_kg_m2[0] *= 1.25; }),
-      body("skew moments", [](Body& made) {
-        if (rotates(made)) made.inertia_kg_m2[1] = made.inertia_kg_m2[3] = 0.1 * made.inertia_kg_m2[0];
-      }),
+      body("skew moments",
+           [](Body& made) {
+             if (rotates(made)) made.inertia_kg_m2[1] = made.inertia_kg_m2[3] = 0.1 * made.inertia_kg_m2[0];
+           }),
       body("no shape", [](Body& made) { made.shape = Shape(); }),
-      body("cylinder", [](Body& made) { made.shape = Cylinder{0.125, 0.25}; }),
-      body("convex", [](Body& made) { made.shape = Convex{{{0, 0, 0.1}, {0.1, 0, 0}, {0, 0.1, 0}, {0, 0, -0.1}}}; }),
-      law("linear", [](PairLaw& pair) {
-        pair.contact_law = ContactLaw::linear, pair.stiffness_N_per_m = 100, pair.damping_N_s_per_m = 1;
-      }),
+      body("cylinder",
+           [](Body& made) {
+             made.shape = Cylinder{0.125, 0.25};
+           }),
+      body("convex",
+           [](Body& made) {
+             made.shape = Convex{{{0, 0, 0.1}, {0.1, 0, 0}, {0, 0.1, 0}, {0, 0, -0.1}}};
+           }),
+      law("linear",
+          [](PairLaw& pair) {
+            pair.contact_law = ContactLaw::linear, pair.stiffness_N_per_m = 100, pair.damping_N_s_per_m = 1;
+          }),
       law("hertz", [](PairLaw& pair) { pair.contact_law = ContactLaw::hertz, pair.modulus_Pa = 1e5; }),
-      law("damped hertz", [](PairLaw& pair) {
-        pair.contact_law = ContactLaw::hertz, pair.modulus_Pa = 1e5, pair.damping_s_per_m = 0.1;
-      }),
+      law("damped hertz",
+          [](PairLaw& pair) {
+            pair.contact_law = ContactLaw::hertz, pair.modulus_Pa = 1e5, pair.damping_s_per_m = 0.1;
+          }),
       law("rolling friction", [](PairLaw& pair) { pair.rolling_friction_m = 0.01; }),
       law("friction", [](PairLaw& pair) { pair.friction = 0.35; }),
       law("restitution", [](PairLaw& pair) { pair.restitution = 0.4; }),
@@ -128,7 +165,8 @@ std::vector<Addition> additions() {
       extra("a fixed point", fixed(point("pin", 0, {7, 7, 7}, none), Shape())),
       extra("a fixed wall", fixed(point("wall", 0, none, none), Plane{{-1, 0, 0}, -0.3})),
       extra("a fixed box", fixed(point("block", 0, {0.4, 0.1, 0.1}, none), Box{{0.05, 0.05, 0.05}})),
-      {"a moving wall", [moving](Scenario& given) {
+      {"a moving wall",
+       [moving](Scenario& given) {
          given.scene.bodies.push_back(moving);
          given.scene.bodies.back().fixed = true;
          given.scene.bodies.back().shape = Box{{1, 1, 1}};
@@ -165,11 +203,27 @@ bool idle(const std::string& id, const std::string& name) {
 
 TEST_CASE("What a closed form does not take is refused, changes nothing, or is what the certified solver says") {
   int answered = 0, refused = 0, unjudged = 0;
-  for (const char* id :
-       {"ballistic", "projectile-linear-drag", "terminal-velocity", "oscillator-driven", "kepler-e0.6", "two-body",
-        "coulomb-scattering", "charge-in-b", "asymmetric-top", "thrusters-spin", "bounce-e0.5", "oblique",
-        "slip-to-roll", "slide-30", "head-on", "cradle-apart-1", "friction-cone-0", "struck-rod", "penalty-linear",
-        "penalty-hertz", "stack-10"}) {
+  for (const char* id : {"ballistic",
+                         "projectile-linear-drag",
+                         "terminal-velocity",
+                         "oscillator-driven",
+                         "kepler-e0.6",
+                         "two-body",
+                         "coulomb-scattering",
+                         "charge-in-b",
+                         "asymmetric-top",
+                         "thrusters-spin",
+                         "bounce-e0.5",
+                         "oblique",
+                         "slip-to-roll",
+                         "slide-30",
+                         "head-on",
+                         "cradle-apart-1",
+                         "friction-cone-0",
+                         "struck-rod",
+                         "penalty-linear",
+                         "penalty-hertz",
+                         "stack-10"}) {
     Scenario base = read_scenario(std::string(ATWOOD_SOURCE_DIR) + "/validation/scenarios/" + id + ".toml");
     base.t_end_s = std::min(base.t_end_s, 1.0);
     base.samples = 4;

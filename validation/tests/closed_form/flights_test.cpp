@@ -18,15 +18,15 @@ Vec3 times(const Vec3& a, const Vec3& b) {
 }
 double along(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 double length(const Vec3& a) { return std::sqrt(along(a, a)); }
-template <class Q>
-Vec3 turned(const Q& q, const Vec3& v) {
+template <class Q> Vec3 turned(const Q& q, const Vec3& v) {
   const Vec3 u{double(q[1]), double(q[2]), double(q[3])};
   return plus(v, 2, times(u, plus(times(u, v), double(q[0]), v)));
 }
-template <class V>
-Vec3 narrow(const V& v) { return {double(v[0]), double(v[1]), double(v[2])}; }
+template <class V> Vec3 narrow(const V& v) { return {double(v[0]), double(v[1]), double(v[2])}; }
 
-struct Moving { Vec3 p, v, w_W; };
+struct Moving {
+  Vec3 p, v, w_W;
+};
 
 // From the ball's centre to the nearest point of the other body.
 Vec3 to_nearest(const Scene& scene, const std::vector<Moving>& now, int ball, int other) {
@@ -80,8 +80,8 @@ std::vector<Moving> march(const Scenario& given, int steps) {
   const Scene& scene = given.scene;
   std::vector<Moving> now;
   for (const Body& body : scene.bodies)
-    now.push_back({body.position_m, body.velocity_m_per_s,
-                   turned(body.orientation_wxyz, body.angular_velocity_body_rad_per_s)});
+    now.push_back(
+        {body.position_m, body.velocity_m_per_s, turned(body.orientation_wxyz, body.angular_velocity_body_rad_per_s)});
   const double h = given.t_end_s / steps;
   const int count = static_cast<int>(scene.bodies.size());
   for (int k = 0; k < steps; ++k) {
@@ -120,7 +120,12 @@ double kinetic(const Scene& scene, const Sample& s) {
 }  // namespace
 
 TEST_CASE("Balls in flight end where a march in small steps ends: slopes, a thin wall, rows apart, rough spheres") {
-  struct Case { const char* id; double tolerance; int impacts; };  // the march strikes a step late, at each impact
+  // The march strikes a step late, at each impact
+  struct Case {
+    const char* id;
+    double tolerance;
+    int impacts;
+  };
   for (const Case& given_case : {Case{"slopes", 2e-3, 23},
                                  {"bullet-through-paper", 1e-3, 1},
                                  {"cradle-apart-1", 1e-4, 4},
@@ -156,8 +161,8 @@ TEST_CASE("Balls in flight end where a march in small steps ends: slopes, a thin
 }
 
 TEST_CASE("Two balls: the walk over impacts and the one impact of `sphere-impact` agree to round-off") {
-  for (const char* id : {"head-on", "oblique", "oblique-rough", "oblique-rough-stick", "oblique-rough-spin",
-                         "oblique-rough-graze"}) {
+  for (const char* id :
+       {"head-on", "oblique", "oblique-rough", "oblique-rough-stick", "oblique-rough-spin", "oblique-rough-graze"}) {
     Scenario given = catalogued(id);
     const Truth one = closed_form_truth(given, given.samples);
     given.truth.solution = "ball-flights";

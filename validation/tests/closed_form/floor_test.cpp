@@ -16,7 +16,9 @@ Vec3 times(const Vec3& a, const Vec3& b) {
 }
 double along(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-struct Moving { Vec3 p, v, w; };
+struct Moving {
+  Vec3 p, v, w;
+};
 
 // Moreau's step: gravity, then the impulse in the cone that comes nearest to stopping the foot. First order in h.
 Moving march(const Scene& scene, int at, const Vec3& n, double height, double t_end_s, int steps) {

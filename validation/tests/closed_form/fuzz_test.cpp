@@ -70,7 +70,11 @@ std::vector<Long> turned(const Body& body, double t_end_s, double angle) {
   return y;
 }
 
-struct Answer { bool answered = false; double worst = 0; };  // worst: error over bar
+// worst: error over bar
+struct Answer {
+  bool answered = false;
+  double worst = 0;
+};
 
 // The checker's own error is what another length of step changes; it counts as error.
 Answer against_taylor(const Scenario& given, double angle = 0.3) {

@@ -66,7 +66,7 @@ TEST_CASE("e = 0 rests at once, e = 1 never, a tilted plane lets the ball slide 
   CHECK(dead.events[0].t_s == dead.events[1].t_s);
   const Truth forever = closed_form_truth(bouncing(1, 20, 0.5), 64);
   for (const Event& event : forever.events) CHECK(event.kind == EventKind::impact);
-  CHECK(forever.events.size() == 31);  // (20 / sqrt(2 0.5 / 9.81) + 1) / 2 = 31.8
+  CHECK(forever.events.size() == 31);                               // (20 / sqrt(2 0.5 / 9.81) + 1) / 2 = 31.8
   CHECK(closed_form_truth(bouncing(0.5, 2, 0), 8).events.empty());  // it lies there from the start
 
   Scenario tilted = bouncing(0.5, 4, 0);
@@ -136,9 +136,9 @@ TEST_CASE("Rough spheres: angular momentum is kept, friction opposes the sliding
         const BodySample& b = s.bodies[i];
         const Wide m = given.scene.bodies[i].mass_kg, I = given.scene.bodies[i].inertia_kg_m2[0];
         const Wide w = b.q_wxyz[0], x = b.q_wxyz[1], y = b.q_wxyz[2], z = b.q_wxyz[3];
-        const Wide R[9] = {1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
-                           2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
-                           2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)};
+        const Wide R[9] = {1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),
+                           2 * (x * y + w * z),     1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+                           2 * (x * z - w * y),     2 * (y * z + w * x),     1 - 2 * (x * x + y * y)};
         for (int k = 0; k < 3; ++k) {
           const int l = (k + 1) % 3, n = (k + 2) % 3;
           if (body < 0) L[k] += m * (b.p_m[l] * b.v_m_per_s[n] - b.p_m[n] * b.v_m_per_s[l]);

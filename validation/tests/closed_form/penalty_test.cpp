@@ -22,7 +22,9 @@ double force(const PairLaw& law, double R, double d, double rate) {
   return law.pull || f > 0 ? f : 0;
 }
 
-struct End { double x[2], v[2], impulse; };
+struct End {
+  double x[2], v[2], impulse;
+};
 
 End march(const Scenario& given, int steps) {
   const Scene& scene = given.scene;

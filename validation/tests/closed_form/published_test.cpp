@@ -15,10 +15,12 @@ double distance(Wide value, const char* digits) { return static_cast<double>(fab
 
 TEST_CASE("Kepler, e = 0.6, at t = 10 and 50") {
   for (const auto& [t, digits] : std::vector<std::pair<double, std::vector<const char*>>>{
-           {10, {"-1.53502359190981369430580688531817", "-2.83668406499780861856428531945996e-01",
-                 "2.27150732077498337689395655190845e-01", "-4.79187758203219565290706789039627e-01"}},
-           {50, {"2.20545956874554525182553205364045e-01", "-4.57264445261564034744519106076833e-01",
-                 "1.12588458116767934159900916229862", "1.29303214443426760043341254601242"}}}) {
+           {10,
+            {"-1.53502359190981369430580688531817", "-2.83668406499780861856428531945996e-01",
+             "2.27150732077498337689395655190845e-01", "-4.79187758203219565290706789039627e-01"}},
+           {50,
+            {"2.20545956874554525182553205364045e-01", "-4.57264445261564034744519106076833e-01",
+             "1.12588458116767934159900916229862", "1.29303214443426760043341254601242"}}}) {
     // The digits are of exact decimals; the double nearest to 0.4 is not 0.4. The neighbouring double tells how the end
     // depends on it: what is left after that first order is (1e-14)^2.
     Scenario given = scenario("kepler", t);
@@ -81,8 +83,8 @@ TEST_CASE("Dzhanibekov's top and the asymmetric top: certified digits") {
 TEST_CASE("The tumbling box of the public benchmark at t = 10, near the separatrix") {
   Scenario given = scenario("free-rigid-body", 10);
   const double m = 10, a = 0.1, b = 0.4, c = 0.9;
-  given.scene.bodies = {solid("box", m, {m / 12 * (b * b + c * c), m / 12 * (a * a + c * c), m / 12 * (a * a + b * b)},
-                              {0.1, 5, 0.1})};
+  given.scene.bodies = {
+      solid("box", m, {m / 12 * (b * b + c * c), m / 12 * (a * a + c * c), m / 12 * (a * a + b * b)}, {0.1, 5, 0.1})};
   given.scene.bodies[0].velocity_m_per_s = {-2, 2, 8};
   given.scene.gravity_m_per_s2 = {0, 0, -9.8};
   const Truth truth = closed_form_truth(given, 10);

@@ -71,16 +71,14 @@ TEST_CASE(
 }
 
 TEST_CASE("Oscillators: free in three dimensions, damped three ways, driven, at resonance, with rest length") {
-  const auto spring = [](double k, double c, double length) {
-    return Spring{{0}, {0.5, 0, 0}, k, c, length, {}};
-  };
+  const auto spring = [](double k, double c, double length) { return Spring{{0}, {0.5, 0, 0}, k, c, length, {}}; };
   const Body bob = point("bob", 2, {1, 0, 0}, {-0.5, 0, 0}), free = point("bob", 2, {1, 0.25, -1}, {-0.5, 1, 2});
   const Drive push{{0}, {3, 0, 0}, 1.7, 0.4};
   CHECK(residual_of("oscillator", 4, {free}, {spring(8, 0, 0)}, down) < 1e-20);
   CHECK(residual_of("oscillator", 4, {free}, {spring(8, 0, 0), LinearDrag{{0}, 0.7, {1, 2, 0}, 0}}, down) < 1e-20);
-  CHECK(residual_of("oscillator", 4, {bob}, {spring(8, 1, 0), push}, {0, 0, 0}) < 1e-20);     // under
-  CHECK(residual_of("oscillator", 4, {bob}, {spring(8, 8, 0), push}, {0, 0, 0}) < 1e-20);     // critical
-  CHECK(residual_of("oscillator", 4, {bob}, {spring(8, 8.0000001, 0)}, {0, 0, 0}) < 1e-20);   // beside it
+  CHECK(residual_of("oscillator", 4, {bob}, {spring(8, 1, 0), push}, {0, 0, 0}) < 1e-20);         // under
+  CHECK(residual_of("oscillator", 4, {bob}, {spring(8, 8, 0), push}, {0, 0, 0}) < 1e-20);         // critical
+  CHECK(residual_of("oscillator", 4, {bob}, {spring(8, 8.0000001, 0)}, {0, 0, 0}) < 1e-20);       // beside it
   CHECK(residual_of("oscillator", 4, {bob}, {spring(8, 30, 0), push}, {0, 0, 0}, 4096) < 1e-18);  // over
   CHECK(residual_of("oscillator", 4, {bob}, {spring(8, 0, 0), Drive{{0}, {3, 1, 0}, 2, 0.4}}, {0, 0, 0}) < 1e-20);
   Body small = point("bob", 2, {3, 0, 0}, {-0.5, 0, 0});
@@ -89,7 +87,7 @@ TEST_CASE("Oscillators: free in three dimensions, damped three ways, driven, at 
 
 TEST_CASE("Conics: circle, near circle, long ellipse, parabola, hyperbola, in three dimensions, and of two bodies") {
   const Attractor sun{{0}, {0.25, 0, -1}, 2};
-  CHECK(residual_of("kepler", 5, {point("p", 1, {1.25, 0, -1}, {0, 1, 1})}, {sun}, {0, 0, 0}) < 1e-20);         // e = 0
+  CHECK(residual_of("kepler", 5, {point("p", 1, {1.25, 0, -1}, {0, 1, 1})}, {sun}, {0, 0, 0}) < 1e-20);  // e = 0
   CHECK(residual_of("kepler", 5, {point("p", 1, {1.25, 0, -1}, {1e-9, 1, 1})}, {sun}, {0, 0, 0}) < 1e-20);
   CHECK(residual_of("kepler", 1, {point("p", 1, {1.25, 0.5, -1}, {0.2, 0.5, 0.25})}, {sun}, {0, 0, 0}, 8192) < 1e-16);
   CHECK(residual_of("kepler", 5, {point("p", 1, {1.25, 0, -1}, {0, 2, 0})}, {sun}, {0, 0, 0}, 2048) < 1e-20);  // e = 1

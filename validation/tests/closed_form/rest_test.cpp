@@ -95,8 +95,8 @@ TEST_CASE("A box on a slope stands below atan mu and while it does not tip") {
 
 TEST_CASE("Crossed planks, balls in a corner; what floats, overlaps or moves is refused by name") {
   // Two planks cross over a third: the edges meet in points that are corners of none.
-  Scenario given = standing(0.3, {ground(), cube("below", {1, 0.1, 0.1}, {0, 0, 0.1}),
-                                  cube("across", {0.1, 1, 0.1}, {0.3, 0, 0.3})});
+  Scenario given = standing(
+      0.3, {ground(), cube("below", {1, 0.1, 0.1}, {0, 0, 0.1}), cube("across", {0.1, 1, 0.1}, {0.3, 0, 0.3})});
   CHECK(why(given) == "");
   given.scene.bodies[2].position_m = {0.3, 0.2, 0.3};  // its centre beyond the plank below
   CHECK_THAT(why(given), Catch::Contains("hold"));

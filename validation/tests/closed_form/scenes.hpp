@@ -42,8 +42,10 @@ inline Body solid(const std::string& name, double mass_kg, Real3 moments, Real3 
 }
 
 inline Body ball(const std::string& name, double mass_kg, double radius_m, Real3 p, Real3 v) {
-  Body body = solid(name, mass_kg, {0.4 * mass_kg * radius_m * radius_m, 0.4 * mass_kg * radius_m * radius_m,
-                                    0.4 * mass_kg * radius_m * radius_m}, {0, 0, 0});
+  Body body = solid(
+      name, mass_kg,
+      {0.4 * mass_kg * radius_m * radius_m, 0.4 * mass_kg * radius_m * radius_m, 0.4 * mass_kg * radius_m * radius_m},
+      {0, 0, 0});
   body.shape = Sphere{radius_m};
   body.position_m = p;
   body.velocity_m_per_s = v;
@@ -85,8 +87,7 @@ inline double residual(const Scenario& given, std::int64_t samples) {
     }
   }
   Wide worst = 0;
-  for (int kind = 0; kind < 4; ++kind)
-    worst = fmaxq(worst, scale[kind] > 0 ? error[kind] / scale[kind] : error[kind]);
+  for (int kind = 0; kind < 4; ++kind) worst = fmaxq(worst, scale[kind] > 0 ? error[kind] / scale[kind] : error[kind]);
   return static_cast<double>(worst);
 }
 

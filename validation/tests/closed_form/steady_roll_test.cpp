@@ -17,8 +17,13 @@ Vec3 times(const Vec3& a, const Vec3& b) {
 }
 Real along(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-struct Coin { Real m, g, R, l, I_a, I_t; };
-struct State { Vec3 p, a, w; };  // a: its axis, pointing up; the turn about it does not matter
+struct Coin {
+  Real m, g, R, l, I_a, I_t;
+};
+// a: its axis, pointing up; the turn about it does not matter
+struct State {
+  Vec3 p, a, w;
+};
 
 // v = rho x w keeps the touch at rest: v' = rho' x w + rho x w'. With F = m (v' + g z) at the touch,
 //   (I w)' = rho x F,  I w = I_t w + (I_a - I_t)(a . w) a
@@ -85,7 +90,8 @@ TEST_CASE("steady-roll: coins go where Newton's and Euler's equations take their
     REQUIRE(truth.outcome.status == Status::ok);
     const Body& body = scenario.scene.bodies[0];
     const Cylinder& shape = std::get<Cylinder>(body.shape);
-    const Coin coin{body.mass_kg, -scenario.scene.gravity_m_per_s2[2], shape.radius_m, shape.half_length_m,
+    const Coin coin{body.mass_kg,          -scenario.scene.gravity_m_per_s2[2],
+                    shape.radius_m,        shape.half_length_m,
                     body.inertia_kg_m2[8], body.inertia_kg_m2[0]};
     const BodySample &start = truth.values.front().bodies[0], &end = truth.values.back().bodies[0],
                      &bar = truth.bars.back().bodies[0];

@@ -17,14 +17,16 @@ Vec3 times(const Vec3& a, const Vec3& b) {
 }
 double along(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 double length(const Vec3& a) { return std::sqrt(along(a, a)); }
-template <class V>
-Vec3 narrow(const V& v) { return {double(v[0]), double(v[1]), double(v[2])}; }
+template <class V> Vec3 narrow(const V& v) { return {double(v[0]), double(v[1]), double(v[2])}; }
 
 Scenario catalogued(const std::string& id) {
   return read_scenario(std::string(ATWOOD_SOURCE_DIR) + "/validation/scenarios/" + id + ".toml");
 }
 
-struct Struck { Vec3 v[2], w[2]; };  // bat, ball; both unturned, so body axes are the world's
+// bat, ball; both unturned, so body axes are the world's
+struct Struck {
+  Vec3 v[2], w[2];
+};
 
 // The blow as many small ones at the same point, each with the friction that stops the feet, or all the cone has.
 Struck sum_of_blows(const Scene& scene, const Event& hit, int blows) {
@@ -72,11 +74,19 @@ Struck sum_of_blows(const Scene& scene, const Event& hit, int blows) {
 
 TEST_CASE(
     "A struck rod: momenta stay, each body's angular momentum about the touch stays, feet part at e their approach") {
-  struct Case { const char* id; double mu, v_z, z; };
-  for (const Case& c : {Case{"struck-rod", 0, 0, 0.35}, {"struck-rod", 0, 1, -0.2}, {"struck-rod-box", 0, 0, 0.375},
-                        {"struck-rod-rough", 0.25, 1.5, 0.05}, {"struck-rod-rough", 3, 1.5, 0.05},
-                        {"struck-rod-rough", 0.25, 0, 0.3}, {"struck-rod-rough", 0.1, 3, -0.9},
-                        {"struck-rod-rough", 0.4, -1.5, 0.82}, {"struck-rod-box", 0.2, 0.25, 0.1}}) {
+  struct Case {
+    const char* id;
+    double mu, v_z, z;
+  };
+  for (const Case& c : {Case{"struck-rod", 0, 0, 0.35},
+                        {"struck-rod", 0, 1, -0.2},
+                        {"struck-rod-box", 0, 0, 0.375},
+                        {"struck-rod-rough", 0.25, 1.5, 0.05},
+                        {"struck-rod-rough", 3, 1.5, 0.05},
+                        {"struck-rod-rough", 0.25, 0, 0.3},
+                        {"struck-rod-rough", 0.1, 3, -0.9},
+                        {"struck-rod-rough", 0.4, -1.5, 0.82},
+                        {"struck-rod-box", 0.2, 0.25, 0.1}}) {
     Scenario given = catalogued(c.id);
     given.t_end_s = 0.5;
     given.scene.pairs.clear();

@@ -1,7 +1,7 @@
 // Boxes (rectangles and capsules, which are boxes without some of their sides) against each other: cases by hand, and
 // over hostile poses certificates in long double that share nothing with the engine's arithmetic.
-#include <catch2/catch.hpp>
 #include <rapidcheck.h>
+#include <catch2/catch.hpp>
 
 #include <set>
 

@@ -1,6 +1,6 @@
 // Seven broad phases, one set of pairs: on ordinary clouds, moving heaps and whatever else a scene may hold.
-#include <catch2/catch.hpp>
 #include <rapidcheck.h>
+#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <limits>
@@ -66,7 +66,10 @@ template <class S> Cloud<S> uniform(int n, double side, double radius, std::uint
   return cloud;
 }
 
-template <class S> struct Named { const char* name; Cloud<S> cloud; };
+template <class S> struct Named {
+  const char* name;
+  Cloud<S> cloud;
+};
 
 template <class S> std::vector<Named<S>> clouds() {
   std::vector<Named<S>> all;
@@ -156,7 +159,8 @@ template <class S> void every_kind_follows(Team* team) {
     }
     if (call == 31) cloud.resize(900);
     if (call == 33) cloud.push_back(ball<S>(5, 5, 5, 3));
-    if (call == 35) for (auto& item : cloud) item.moves = !item.moves;
+    if (call == 35)
+      for (auto& item : cloud) item.moves = !item.moves;
     if (call == 36) cloud[17].moves = !cloud[17].moves;
     if (call == 38) cloud.clear();
     if (call == 39) cloud = uniform<S>(900, 8, 0.5, 8);

@@ -1,6 +1,6 @@
 // Compounds of oriented boxes, and contacts of whole scenes.
-#include <catch2/catch.hpp>
 #include <rapidcheck.h>
+#include <catch2/catch.hpp>
 
 #include "collision/box_edges_test.hpp"
 #include "collision/query.hpp"

@@ -1,8 +1,8 @@
 // Hulls, cylinders, meshes, and everything swept, over inputs that break others: nothing is ever not finite, normals
 // are unit vectors, the deepest point is the gap, swapping changes nothing but signs, and every answer comes soon. Runs
 // under the sanitizers too. (The other pairs: fuzz_test.cpp.)
-#include <catch2/catch.hpp>
 #include <rapidcheck.h>
+#include <catch2/catch.hpp>
 
 #include <chrono>
 
@@ -185,17 +185,21 @@ bool by_support(ShapeKind a, ShapeKind b) {
 }  // namespace
 
 TEST_CASE("hulls, cylinders and meshes in no pose give what is not finite") {
-  each_pair([](ShapeKind a, ShapeKind b, std::uint64_t seed) {
-    check_pair<double>(hostile_pose(a, b, seed, 1e-5));
-    check_pair<float>(hostile_pose(a, b, seed, 1e-2));
-    check_pair<long double>(hostile_pose(a, b, seed, 1e-5));
-  }, by_support);
+  each_pair(
+      [](ShapeKind a, ShapeKind b, std::uint64_t seed) {
+        check_pair<double>(hostile_pose(a, b, seed, 1e-5));
+        check_pair<float>(hostile_pose(a, b, seed, 1e-2));
+        check_pair<long double>(hostile_pose(a, b, seed, 1e-5));
+      },
+      by_support);
 }
 
 TEST_CASE("no motion of any pair of shapes gives what is not finite, or takes long") {
-  each_pair([](ShapeKind a, ShapeKind b, std::uint64_t seed) {
-    Random random(seed);
-    check_swept<double>(hostile_pose(a, b, seed, 1e-5), random);
-    check_swept<float>(hostile_pose(a, b, seed, 1e-2), random);
-  }, [](ShapeKind, ShapeKind) { return true; });
+  each_pair(
+      [](ShapeKind a, ShapeKind b, std::uint64_t seed) {
+        Random random(seed);
+        check_swept<double>(hostile_pose(a, b, seed, 1e-5), random);
+        check_swept<float>(hostile_pose(a, b, seed, 1e-2), random);
+      },
+      [](ShapeKind, ShapeKind) { return true; });
 }

@@ -1,8 +1,8 @@
 // Pairs of primitives and compounds, in every scalar, over inputs that break others: nothing is ever not finite,
 // normals are unit vectors, the deepest point is the gap, what is far apart has no contact. Runs under the sanitizers
 // too. (Hulls, and cylinders but against spheres and planes, go by support functions: gjk_test.cpp.)
-#include <catch2/catch.hpp>
 #include <rapidcheck.h>
+#include <catch2/catch.hpp>
 
 #include "posed_shapes.hpp"
 
@@ -11,7 +11,7 @@ using namespace atwood::testing;
 
 namespace {
 
-const ShapeKind kAll[] = {ShapeKind::sphere, ShapeKind::plane, ShapeKind::rectangle, ShapeKind::box,
+const ShapeKind kAll[] = {ShapeKind::sphere,  ShapeKind::plane,    ShapeKind::rectangle, ShapeKind::box,
                           ShapeKind::capsule, ShapeKind::cylinder, ShapeKind::compound};
 
 // Sizes from a billionth to a billion times each other, and none at all.

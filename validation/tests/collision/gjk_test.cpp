@@ -1,6 +1,6 @@
 // Convex pairs by their support functions: cases by hand, certificates that no direction does better, symmetries.
-#include <catch2/catch.hpp>
 #include <rapidcheck.h>
+#include <catch2/catch.hpp>
 
 #include "collision/convex_contacts.hpp"
 #include "collision/nearest_features.hpp"
@@ -204,8 +204,7 @@ TEST_CASE("points of a manifold are told once, and lie on faces that are a hair 
   const auto within =
       meet(Convex{corners}, placed_at<double>({}, askew), Convex{corners}, placed_at<double>({}, askew));
   REQUIRE(within.size() == 1);
-  for (int i = 0; i < within[0].count; ++i)
-    CHECK(std::abs(dot(within[0].points[i].x_W, within[0].normal_W)) < 1e-15);
+  for (int i = 0; i < within[0].count; ++i) CHECK(std::abs(dot(within[0].points[i].x_W, within[0].normal_W)) < 1e-15);
 }
 
 TEST_CASE(
@@ -241,10 +240,12 @@ double outside(const Geometry<double>& g, const Placement<double>& place, const 
 }  // namespace
 
 TEST_CASE("the points that meet lie on both shapes, where many features tie, too") {
-  const std::vector<Shape> shapes = {Convex{box_corners({0.5, 0.5, 0.5})}, Convex{box_corners({0.5, 0.25, 1})},
+  const std::vector<Shape> shapes = {Convex{box_corners({0.5, 0.5, 0.5})},
+                                     Convex{box_corners({0.5, 0.25, 1})},
                                      Convex{{{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}}},
                                      Convex{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}},
-                                     Cylinder{0.5, 0.25}, Cylinder{0.25, 1}};
+                                     Cylinder{0.5, 0.25},
+                                     Cylinder{0.25, 1}};
   const std::vector<Quat<double>> turns = {{},
                                            turn(kPi / 2, {1, 0, 0}),
                                            turn(kPi / 2, {0, 1, 0}),
@@ -468,12 +469,17 @@ TEST_CASE("convex pairs in float stay finite and right to its round-off") {
     const V p = (uniform(random, 0, 2)) * narrow3<double>(gauss3(random));
     const Quat<double> q = any_turn(random);
     const auto sized = [&](Shape& s) {
-      std::visit([&](auto& t) {
-        if constexpr (requires { t.half_extents_m; }) for (double& x : t.half_extents_m) x *= scale;
-        if constexpr (requires { t.radius_m; }) t.radius_m *= scale;
-        if constexpr (requires { t.half_length_m; }) t.half_length_m *= scale;
-        if constexpr (requires { t.points_m; }) for (auto& x : t.points_m) for (double& y : x) y *= scale;
-      }, s);
+      std::visit(
+          [&](auto& t) {
+            if constexpr (requires { t.half_extents_m; })
+              for (double& x : t.half_extents_m) x *= scale;
+            if constexpr (requires { t.radius_m; }) t.radius_m *= scale;
+            if constexpr (requires { t.half_length_m; }) t.half_length_m *= scale;
+            if constexpr (requires { t.points_m; })
+              for (auto& x : t.points_m)
+                for (double& y : x) y *= scale;
+          },
+          s);
     };
     sized(a), sized(b);
     const auto s = convex_separation(make_geometry<float>(a), placed_at<float>({}), make_geometry<float>(b),

@@ -1,6 +1,6 @@
 // Meshes: who is whose neighbour, contacts of closed and open ones, no bumps at inner edges.
-#include <catch2/catch.hpp>
 #include <rapidcheck.h>
+#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <numeric>

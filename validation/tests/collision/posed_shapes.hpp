@@ -48,8 +48,8 @@ inline std::vector<Real3> box_corners(const Real3& h) {
   return out;
 }
 
-constexpr ShapeKind kConvexKinds[] = {ShapeKind::sphere, ShapeKind::rectangle, ShapeKind::box, ShapeKind::capsule,
-                                      ShapeKind::cylinder, ShapeKind::convex};
+constexpr ShapeKind kConvexKinds[] = {ShapeKind::sphere,  ShapeKind::rectangle, ShapeKind::box,
+                                      ShapeKind::capsule, ShapeKind::cylinder,  ShapeKind::convex};
 
 // A shape as data, so that it can be made in any scalar. Sizes within [0.1, 1], each times spread^u for u in [-1, 1].
 inline Shape random_shape(ShapeKind kind, Random& random, double spread = 1) {

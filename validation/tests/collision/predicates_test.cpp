@@ -1,6 +1,6 @@
 // Exact signs, and triangles that meet or miss by them.
-#include <catch2/catch.hpp>
 #include <rapidcheck.h>
+#include <catch2/catch.hpp>
 
 #include <algorithm>
 
@@ -65,24 +65,24 @@ TEST_CASE("triangles: crossing, touching, sharing, in one plane") {
     CHECK(one == triangles_meet(floor, {c, b, a}));
     return one;
   };
-  CHECK(meets({1, 1, -1}, {1, 1, 1}, {2, 1, 1}));         // through
-  CHECK(meets({1, 1, 0}, {1, 1, 1}, {2, 1, 1}));          // a corner on the face
+  CHECK(meets({1, 1, -1}, {1, 1, 1}, {2, 1, 1}));  // through
+  CHECK(meets({1, 1, 0}, {1, 1, 1}, {2, 1, 1}));   // a corner on the face
   CHECK_FALSE(meets({1, 1, 1e-300}, {1, 1, 1}, {2, 1, 1}));
-  CHECK(meets({0, 0, 0}, {4, 0, 0}, {0, 0, 4}));          // an edge in common
-  CHECK(meets({0, 0, 0}, {-1, 0, 0}, {0, 0, 4}));         // a corner in common
-  CHECK(meets({-1, 2, 1}, {5, 2, 1}, {2, 2, -9}));        // edges through edges
+  CHECK(meets({0, 0, 0}, {4, 0, 0}, {0, 0, 4}));    // an edge in common
+  CHECK(meets({0, 0, 0}, {-1, 0, 0}, {0, 0, 4}));   // a corner in common
+  CHECK(meets({-1, 2, 1}, {5, 2, 1}, {2, 2, -9}));  // edges through edges
   CHECK_FALSE(meets({5, 5, -1}, {5, 5, 1}, {6, 5, 1}));
   CHECK_FALSE(meets({2.5, 2.5, -1}, {2.5, 2.5, 1}, {9, 9, 0}));  // past the long edge
-  CHECK(meets({2, 2, -1}, {2, 2, 1}, {9, 9, 0}));         // touches the long edge
-  CHECK(meets({1, 1, 0}, {1.5, 1, 0}, {1, 1.5, 0}));      // within, in the plane
-  CHECK(meets({-9, -9, 0}, {99, -9, 0}, {-9, 99, 0}));    // around, in the plane
-  CHECK(meets({4, 0, 0}, {5, 0, 0}, {5, 5, 0}));          // corners touch in the plane
-  CHECK(meets({2, 2, 0}, {5, 2, 0}, {5, 5, 0}));          // a corner on an edge in the plane
+  CHECK(meets({2, 2, -1}, {2, 2, 1}, {9, 9, 0}));                // touches the long edge
+  CHECK(meets({1, 1, 0}, {1.5, 1, 0}, {1, 1.5, 0}));             // within, in the plane
+  CHECK(meets({-9, -9, 0}, {99, -9, 0}, {-9, 99, 0}));           // around, in the plane
+  CHECK(meets({4, 0, 0}, {5, 0, 0}, {5, 5, 0}));                 // corners touch in the plane
+  CHECK(meets({2, 2, 0}, {5, 2, 0}, {5, 5, 0}));                 // a corner on an edge in the plane
   CHECK_FALSE(meets({2.5, 2, 0}, {5, 2, 0}, {5, 5, 0}));
-  CHECK(meets({0, 0, 0}, {4, 0, 0}, {0, 4, 0}));          // itself
+  CHECK(meets({0, 0, 0}, {4, 0, 0}, {0, 4, 0}));  // itself
   CHECK_FALSE(meets({0, 0, 1}, {4, 0, 1}, {0, 4, 1}));
-  CHECK(meets({1, 0, 0}, {3, 0, 0}, {2, 0, 5}));          // an edge within an edge
-  CHECK(meets({-1, 1, 0}, {5, 1, 0}, {2, 1, 7}));         // an edge in the plane, across, both ends outside
+  CHECK(meets({1, 0, 0}, {3, 0, 0}, {2, 0, 5}));   // an edge within an edge
+  CHECK(meets({-1, 1, 0}, {5, 1, 0}, {2, 1, 7}));  // an edge in the plane, across, both ends outside
 }
 
 TEST_CASE("triangles on a small lattice: signs say what distances say") {

@@ -1,6 +1,6 @@
 // Contacts and gaps of primitive shapes, pair by pair, against numbers worked out by hand; each case both ways round.
-#include <catch2/catch.hpp>
 #include <rapidcheck.h>
+#include <catch2/catch.hpp>
 
 #include <limits>
 

@@ -1,7 +1,7 @@
 // What a scene's bodies touch, as the command asks it: every pair answered or refused by name, touching as decimals
 // round, each point once, and the same contact however the world is turned, moved or numbered.
-#include <catch2/catch.hpp>
 #include <rapidcheck.h>
+#include <catch2/catch.hpp>
 
 #include "collision/convex_piece.hpp"
 #include "collision/query.hpp"
@@ -102,7 +102,11 @@ TEST_CASE("every pair of shapes is answered, or refused by the names of both") {
 
 TEST_CASE("what touches by its decimals is in contact at depth 0, however it is turned") {
   Random random(11);
-  struct Touching { Shape a, b; Real3 at; std::size_t points; };
+  struct Touching {
+    Shape a, b;
+    Real3 at;
+    std::size_t points;
+  };
   const std::vector<Touching> cases = {{Sphere{0.1}, Sphere{0.7}, {0.8, 0, 0}, 1},
                                        {Box{{0.1, 0.1, 0.1}}, Box{{0.7, 0.7, 0.7}}, {0, 0, 0.8}, 4},
                                        {Convex{box_corners({0.1, 0.1, 0.1})}, Box{{0.7, 0.7, 0.7}}, {0, 0, 0.8}, 4},

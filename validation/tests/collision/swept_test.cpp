@@ -1,6 +1,6 @@
 // The time of the first touch: closed forms, dense bisection, nothing tunnels.
-#include <catch2/catch.hpp>
 #include <rapidcheck.h>
+#include <catch2/catch.hpp>
 
 #include "collision/swept.hpp"
 #include "math/so3.hpp"
@@ -181,7 +181,8 @@ TEST_CASE("the first zero of the gap with compounds and meshes in it, too") {
       const Quat<double> q = any_turn(random);
       const Real3 p = gauss3(random);
       return Compound::Part{{uniform(random, 0.1, 0.5), uniform(random, 0.1, 0.5), uniform(random, 0.1, 0.5)},
-                            {0.5 * p[0], 0.5 * p[1], 0.5 * p[2]}, {q.w, q.x, q.y, q.z}};
+                            {0.5 * p[0], 0.5 * p[1], 0.5 * p[2]},
+                            {q.w, q.x, q.y, q.z}};
     };
     const auto any = [&]() -> Shape {
       const auto how = random() % 3;
@@ -227,7 +228,7 @@ TEST_CASE("a graze ends: steps shrink with the root of the gap, not with the gap
 TEST_CASE("a touch at the very end, or at the very start, as decimals round") {
   const auto tenth = shape(Sphere{0.1}), plane = shape(Plane{{0, 0, 1}, 0}), box = shape(Box{{0.1, 0.1, 0.1}});
   const auto still = moving({}, {});
-  CHECK(first_touch(tenth, moving({0, 0, 0.8}, {0, 0, -1}), plane, still, 0.7));         // (0.8 - 0.1) / 1 > 0.7
+  CHECK(first_touch(tenth, moving({0, 0, 0.8}, {0, 0, -1}), plane, still, 0.7));  // (0.8 - 0.1) / 1 > 0.7
   CHECK_FALSE(first_touch(tenth, moving({0, 0, 0.8}, {0, 0, -1}), plane, still, 0.7 - 1e-12));
   CHECK(first_touch(box, moving({0, 0, 0.8}, {0, 0, -1}), plane, still, 0.7));
   CHECK(first_touch(box, moving({0, 0, 0.9}, {0, 0, -0.3}), shape(Box{{1, 1, 0.2}}), still, 2.0));

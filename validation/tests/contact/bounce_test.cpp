@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "contact/contact.hpp"
-#include "scene/scene.hpp"
 #include "recorded.hpp"
+#include "scene/scene.hpp"
 
 using namespace atwood;
 using recorded::Recorded;

@@ -23,14 +23,13 @@ struct Case {
 std::vector<Case> bodies() {
   const double s = std::sqrt(0.5);
   const Real3 I = {0.004, 0.005, 0.003}, fast = {0.3, 0.1, 0};
-  std::vector<Case> all = {
-      {"box on its face", moving("top", Box{{0.1, 0.12, 0.08}}, 1, I, {0, 0, 0.18}, fast)},
-      {"box on its edge", moving("top", Box{{0.1, 0.12, 0.1}}, 1, I, {0, 0, 0.25}, fast)},
-      {"box on its corner", moving("top", Box{{0.1, 0.12, 0.1}}, 1, I, {0, 0, 0.3}, fast)},
-      {"capsule on its side", moving("top", Capsule{0.05, 0.1}, 1, I, {0, 0, 0.15}, fast)},
-      {"capsule on its end", moving("top", Capsule{0.05, 0.1}, 1, I, {0, 0, 0.25}, fast)},
-      {"cylinder on its side", moving("top", Cylinder{0.05, 0.1}, 1, I, {0, 0, 0.15}, fast)},
-      {"cylinder on its rim", moving("top", Cylinder{0.05, 0.1}, 1, I, {0, 0, 0.25}, fast)}};
+  std::vector<Case> all = {{"box on its face", moving("top", Box{{0.1, 0.12, 0.08}}, 1, I, {0, 0, 0.18}, fast)},
+                           {"box on its edge", moving("top", Box{{0.1, 0.12, 0.1}}, 1, I, {0, 0, 0.25}, fast)},
+                           {"box on its corner", moving("top", Box{{0.1, 0.12, 0.1}}, 1, I, {0, 0, 0.3}, fast)},
+                           {"capsule on its side", moving("top", Capsule{0.05, 0.1}, 1, I, {0, 0, 0.15}, fast)},
+                           {"capsule on its end", moving("top", Capsule{0.05, 0.1}, 1, I, {0, 0, 0.25}, fast)},
+                           {"cylinder on its side", moving("top", Cylinder{0.05, 0.1}, 1, I, {0, 0, 0.15}, fast)},
+                           {"cylinder on its rim", moving("top", Cylinder{0.05, 0.1}, 1, I, {0, 0, 0.25}, fast)}};
   all[1].body.orientation_wxyz = {std::cos(0.15), 0, std::sin(0.15), 0};
   all[2].body.orientation_wxyz = {0.9, 0.2, 0.3, std::sqrt(1 - 0.94)};
   all[3].body.orientation_wxyz = all[5].body.orientation_wxyz = {s, 0, s, 0};

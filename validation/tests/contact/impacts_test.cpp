@@ -29,22 +29,16 @@ Routh routh(const Planar& K, double ux, double uz, double mu, double e, Law law)
   double work = 0, p_compression = 0, work_compression = 0;
   for (bool compression = true;;) {
     double d = 0;  // friction for 1 N s of normal impulse
-    if (at.ux != 0)
-      d = at.ux > 0 ? -mu : mu;
-    else
-      d = std::clamp(-K.Kxz / K.Kxx, -mu, mu);
+    if (at.ux != 0) d = at.ux > 0 ? -mu : mu;
+    else d = std::clamp(-K.Kxz / K.Kxx, -mu, mu);
     const double along = K.Kxx * d + K.Kxz, up = K.Kzz + K.Kxz * d;
     double dp = 0;
-    if (compression)
-      dp = -at.uz / up;
-    else if (law == Law::newton)
-      dp = (-e * uz0 - at.uz) / up;
-    else if (law == Law::poisson)
-      dp = (1 + e) * p_compression - at.p;
+    if (compression) dp = -at.uz / up;
+    else if (law == Law::newton) dp = (-e * uz0 - at.uz) / up;
+    else if (law == Law::poisson) dp = (1 + e) * p_compression - at.p;
     else if (const double root = at.uz * at.uz + 2 * up * ((1 - e * e) * work_compression - work); root >= 0)
       dp = (-at.uz + std::sqrt(root)) / up;
-    else
-      dp = -1;  // slip stops before
+    else dp = -1;  // slip stops before
     const bool stops = at.ux * along < 0 && (dp < 0 || -at.ux / along < dp);
     if (stops) dp = -at.ux / along;
     work += at.uz * dp + up * dp * dp / 2;

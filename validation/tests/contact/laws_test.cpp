@@ -1,6 +1,6 @@
 // Impact laws: what must hold for any two bodies, and the path of the slip against a plain integration of it.
-#include <catch2/catch.hpp>
 #include <rapidcheck.h>
+#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <functional>
@@ -18,7 +18,7 @@ namespace {
 
 struct Meeting {
   double mass[2];
-  V I[2];          // principal moments
+  V I[2];  // principal moments
   Quat<double> q[2];
   V r[2], v[2], w[2];
   V n;
@@ -74,7 +74,11 @@ double kinetic(const Meeting& m, const ImpactBody<double>& a, const ImpactBody<d
                 dot(b.w_W, spin(m, 1, b.w_W)));
 }
 
-struct Met { ImpactBody<double> a, b; Impulse<double> impulse; double energy_before, energy_after; };
+struct Met {
+  ImpactBody<double> a, b;
+  Impulse<double> impulse;
+  double energy_before, energy_after;
+};
 Met meet(const Meeting& m, const ImpactLaw<double>& law) {
   Met met{side(m, 0), side(m, 1), {}, 0, 0};
   met.energy_before = kinetic(m, met.a, met.b);
@@ -260,9 +264,18 @@ TEST_CASE("a leaning rod on a rough floor: slip that reverses, by Routh's constr
   const double W_c = (uz + uz_stop) / 2 * p_stop + uz_stop / 2 * (p_c - p_stop);
   double p_end = 0;
   Restitution hypothesis{};
-  SECTION("newton") { hypothesis = Restitution::newton; p_end = p_c - e * uz / slope; }
-  SECTION("poisson") { hypothesis = Restitution::poisson; p_end = (1 + e) * p_c; }
-  SECTION("stronge") { hypothesis = Restitution::stronge; p_end = p_c + e * std::sqrt(-2 * W_c / slope); }
+  SECTION("newton") {
+    hypothesis = Restitution::newton;
+    p_end = p_c - e * uz / slope;
+  }
+  SECTION("poisson") {
+    hypothesis = Restitution::poisson;
+    p_end = (1 + e) * p_c;
+  }
+  SECTION("stronge") {
+    hypothesis = Restitution::stronge;
+    p_end = p_c + e * std::sqrt(-2 * W_c / slope);
+  }
   const Impulse<double> impulse = collide<double>({e, mu, 0, hypothesis}, {0, 0, 1}, floor, rod);
   CHECK(impulse.normal_N_s == Approx(p_end).epsilon(1e-13));
   const double j_x = -mu * p_stop + (Kxz < 0 ? mu : -mu) * (p_end - p_stop);

@@ -81,8 +81,8 @@ TEST_CASE("a rod in Painleve's inconsistent case takes the impact without collis
             const double lost = mass_kg * vn_stop * vn_stop / 2 * (1 / k - 1 / k_hold);  // work of compression, < 0
             const double p_back = std::string(law) == "poisson" ? e * p_c : e * std::sqrt(-2 * lost * mass_kg / k_hold);
             const double p = p_c + p_back, vn = k_hold * p_back / mass_kg;
-            const Recorded it = run(std::string("atwood/rk4+event{restitution=") + law + "}", sliding_rod(of),
-                                    {1e-6, 1, 1});
+            const Recorded it =
+                run(std::string("atwood/rk4+event{restitution=") + law + "}", sliding_rod(of), {1e-6, 1, 1});
             INFO("tan " << tangent << " mu " << mu << " e " << e << " " << law << " " << it.outcome.reason);
             REQUIRE(it.outcome.status == Status::ok);
             REQUIRE(it.events.size() >= 1);
@@ -126,8 +126,8 @@ TEST_CASE("a rod that slides on its end neither goes through the floor nor gains
                 Slide of{tangent, threshold(tangent) + beyond, e, speed, unit == 1 ? 0. : 0.9, unit};
                 const Scene scene = sliding_rod(of);
                 const Recorded it = run(std::string(method) + "{restitution=" + law + "}", scene, {0.25, 50, 50});
-                INFO(method << " " << law << " tan " << tangent << " mu " << of.friction << " v " << speed << " e "
-                            << e << " unit " << unit << ": " << it.outcome.reason);
+                INFO(method << " " << law << " tan " << tangent << " mu " << of.friction << " v " << speed << " e " << e
+                            << " unit " << unit << ": " << it.outcome.reason);
                 CHECK((it.outcome.status == Status::ok || it.outcome.status == Status::unsupported));
                 if (std::string(law) != "newton") CHECK(it.outcome.status == Status::ok);
                 answered += it.outcome.status == Status::ok;

@@ -39,7 +39,11 @@ PairLaw linear(double k, double c, bool pull) {
   return law;
 }
 
-struct Ran { std::vector<Sample> samples; std::vector<Event> events; Outcome outcome; };
+struct Ran {
+  std::vector<Sample> samples;
+  std::vector<Event> events;
+  Outcome outcome;
+};
 Ran run(const std::string& method, const Scene& scene, double t_end_s, std::int64_t steps, std::int64_t samples = 1) {
   Ran ran;
   Observer observer;

@@ -12,7 +12,9 @@ namespace {
 
 constexpr double g = 9.81;
 
-struct Coin { double radius_m = 0.02, half_length_m = 0.001, mass_kg = 0.01; };
+struct Coin {
+  double radius_m = 0.02, half_length_m = 0.001, mass_kg = 0.01;
+};
 
 // A coin whose axis leans by `lean` from the vertical towards +x and goes round it at `precession`, as it rolls on its
 // lower rim without slip: E. J. Routh, Advanced Rigid Dynamics (1905), art. 241 ff. With rho from the centre to the touch,
@@ -22,8 +24,8 @@ Scene steady(const Coin& coin, double lean, double precession, double friction) 
   const double R = coin.radius_m, l = coin.half_length_m, m = coin.mass_kg, W = precession;
   const double sine = std::sin(lean), cosine = std::cos(lean), H = l * cosine + R * sine, rho_x = R * cosine - l * sine;
   const double I_a = m * R * R / 2, I_t = m * (3 * R * R + 4 * l * l) / 12;
-  const double s = -(W * W * sine * cosine * (I_a - I_t) + m * H * W * W * rho_x + m * g * rho_x) /
-                   (W * (I_a * sine + m * H * R));
+  const double s =
+      -(W * W * sine * cosine * (I_a - I_t) + m * H * W * W * rho_x + m * g * rho_x) / (W * (I_a * sine + m * H * R));
   Body body;
   body.name = "coin";
   body.mass_kg = m;
@@ -49,12 +51,13 @@ double largest_change_of_energy(const std::string& method, const Scene& scene, c
   REQUIRE(r.outcome.status == Status::ok);
   const double start = total(scene, r.samples.front()).energy;
   double most = 0;
-  for (const Sample& sample : r.samples)
-    most = std::max(most, std::abs(total(scene, sample).energy / start - 1));
+  for (const Sample& sample : r.samples) most = std::max(most, std::abs(total(scene, sample).energy / start - 1));
   return most;
 }
 
-double y_velocity(const Recorded& r, int body) { return static_cast<double>(r.samples.back().bodies[body].v_m_per_s[1]); }
+double y_velocity(const Recorded& r, int body) {
+  return static_cast<double>(r.samples.back().bodies[body].v_m_per_s[1]);
+}
 
 }  // namespace
 
@@ -62,8 +65,8 @@ TEST_CASE("+impulse: a coin that rolls or spins on its rim keeps its energy") {
   // At 1 kHz, half a second. Contacts, gyroscopic term and inertia of the step's start took 12 % of the disc's.
   const Plan plan{0.5, 500, 25};
   const Coin coin;
-  for (const std::string method : {"atwood/symplectic-euler+impulse", "atwood/rk4+impulse",
-                                   "atwood/symplectic-euler+impulse{solver=sequential}"})
+  for (const std::string method :
+       {"atwood/symplectic-euler+impulse", "atwood/rk4+impulse", "atwood/symplectic-euler+impulse{solver=sequential}"})
     for (const double way : {1.0, -1.0}) {
       INFO(method << ", way " << way);
       for (const double lean : {0.2, 0.5, 1.0})
@@ -111,13 +114,15 @@ TEST_CASE("+impulse: impacts of one instant in the order that the scene names") 
   }
   // It touches both, 60 and 20 degrees off its way: the second comes first, for it is met the faster.
   const double near = std::acos(-1.0) / 9, far = 3 * near;
-  Scene fastest = scene_of({ball("far", 1, 0.5, {-std::sin(far), std::cos(far), 0}, {}),
-                            ball("near", 1, 0.5, {std::sin(near), std::cos(near), 0}, {}),
-                            ball("cue", 1, 0.5, {0, 0, 0}, {0, 3, 0})}, 1, 0);
+  Scene fastest = scene_of(
+      {ball("far", 1, 0.5, {-std::sin(far), std::cos(far), 0}, {}),
+       ball("near", 1, 0.5, {std::sin(near), std::cos(near), 0}, {}), ball("cue", 1, 0.5, {0, 0, 0}, {0, 3, 0})},
+      1, 0);
   fastest.simultaneous_impacts = SimultaneousImpacts::sequential;
   CHECK(y_velocity(run(euler, fastest, {1, 60, 1}), 1) == Approx(3 * std::cos(near) * std::cos(near)));
   Scene together = scene_of({ball("left", 1, 0.5, {-0.5, 1, 0}, {}), ball("right", 1, 0.5, {0.5, 1, 0}, {}),
-                             ball("cue", 1, 0.5, {0, -1, 0}, {0, 3, 0})}, 1, 0);
+                             ball("cue", 1, 0.5, {0, -1, 0}, {0, 3, 0})},
+                            1, 0);
   together.simultaneous_impacts = SimultaneousImpacts::together;
   const Recorded refused = run(euler, together, {1, 60, 1});
   CHECK(refused.outcome.status == Status::unsupported);

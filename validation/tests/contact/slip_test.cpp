@@ -186,8 +186,8 @@ TEST_CASE("boxes that tumble, slide and spin come to rest on a face") {
     const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
     for (int k = 0; k < 4; ++k) body.orientation_wxyz[k] = q[k] / length;
     body.angular_velocity_body_rad_per_s = {any(3), any(3), any(3)};
-    const Recorded it = run(std::string("atwood/rk4+event{restitution=") + (i % 2 ? "stronge" : "poisson") + "}", scene,
-                            {4, 400, 80});
+    const Recorded it =
+        run(std::string("atwood/rk4+event{restitution=") + (i % 2 ? "stronge" : "poisson") + "}", scene, {4, 400, 80});
     INFO(i << " e " << e << " mu " << mu << " " << it.outcome.reason);
     REQUIRE(it.outcome.status == Status::ok);
     double before = 1e9;

@@ -74,7 +74,10 @@ inline Scene scene_of(std::vector<Body> bodies, double restitution, double frict
   return scene;
 }
 
-struct Total { Real3 P{}, L{}; double energy = 0; };
+struct Total {
+  Real3 P{}, L{};
+  double energy = 0;
+};
 inline Total total(const Scene& scene, const Sample& sample) {
   Total out;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {

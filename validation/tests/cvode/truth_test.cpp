@@ -10,8 +10,8 @@ using namespace atwood::testing;
 namespace {
 
 struct Compared {
-  double worst_error = 0;   // over positions, velocities, attitude, body rates, of all samples
-  double worst_ratio = 0;   // of an error to its bar
+  double worst_error = 0;  // over positions, velocities, attitude, body rates, of all samples
+  double worst_ratio = 0;  // of an error to its bar
   double widest_bar = 0;
 };
 
@@ -61,7 +61,7 @@ TEST_CASE("Kepler e = 0.6 to t = 50: the bar covers the error, which is as large
   given.scene.forces = {Attractor{{0}, {0, 0, 0}, 1}};
   const Compared made = compare(cvode_truth(given, 50), closed_form_truth(given, 50));
   CHECK(made.worst_ratio < 1);
-  CHECK(made.worst_error < 1e-6);   // the largest over the run, not only at the end
+  CHECK(made.worst_error < 1e-6);  // the largest over the run, not only at the end
   const BodySample end = cvode_truth(given, 50).values.back().bodies[0];
   const BodySample exact = closed_form_truth(given, 50).values.back().bodies[0];
   double at_end = 0;

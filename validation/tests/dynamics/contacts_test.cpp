@@ -37,7 +37,10 @@ void check3(const std::array<Wide, 3>& is, Real3 should) {
   for (int k = 0; k < 3; ++k) CHECK(narrow(is[k]) == Approx(should[k]).margin(1e-15));
 }
 
-struct Struck { std::vector<Wide> y; Strike<Wide> impulse; };
+struct Struck {
+  std::vector<Wide> y;
+  Strike<Wide> impulse;
+};
 Struck struck(const Scene& scene) {
   Struck made{pack<Wide>(scene), {}};
   made.impulse = strike(scene, layout(scene), contact_pairs(scene).pairs.at(0), made.y.data());

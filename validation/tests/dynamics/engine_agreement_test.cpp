@@ -46,7 +46,10 @@ double disagreement_ulp(const Scene& scene, double t_s, const std::vector<double
   });
   each([&](int engine, int mine) {
     const double difference = std::fabs(static_cast<double>(Wide(rates[engine]) - exact[mine]));
-    if (size[kind(mine)] == 0) { CHECK(difference == 0); return; }
+    if (size[kind(mine)] == 0) {
+      CHECK(difference == 0);
+      return;
+    }
     worst = std::max(worst, difference / size[kind(mine)] / std::numeric_limits<double>::epsilon());
   });
   return worst;

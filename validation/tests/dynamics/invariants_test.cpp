@@ -126,8 +126,8 @@ TEST_CASE("what is kept and what is not") {
   Scene scene = two_points();
   CHECK(conserves(scene, "momentum"));
   scene.forces = {MutualGravity{{0, 1}, 1, 0}};
-  for (const char* kept : {"energy", "momentum", "angular-momentum", "angular-momentum-center", "center-of-mass",
-                           "laplace-runge-lenz"})
+  for (const char* kept :
+       {"energy", "momentum", "angular-momentum", "angular-momentum-center", "center-of-mass", "laplace-runge-lenz"})
     CHECK(conserves(scene, kept));
   scene.bodies[0].fixed = true;
   CHECK(conserves(scene, "energy"));

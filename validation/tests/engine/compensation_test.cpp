@@ -26,7 +26,9 @@ double attitude_error(const BodySample& a, const BodySample& b) { return attitud
 double body_rate_error(const BodySample& a, const BodySample& b) { return distance(a.w_rad_per_s, b.w_rad_per_s); }
 using Error = double (*)(const BodySample&, const BodySample&);
 
-struct V { double plain = 1e9, compensated = 1e9; };
+struct V {
+  double plain = 1e9, compensated = 1e9;
+};
 V floors(const std::string& scheme, const std::string& scalar, const Scene& scene, double t_end_s, std::int64_t finest,
          Error error, const BodySample& truth) {
   V v;
@@ -45,7 +47,11 @@ void check_lowered(const V& v, double times) {
 
 TEST_CASE("compensation lowers the floor on an orbit") {
   const BodySample truth = end_of("verner9", "quad", false, kepler(0.6), 10, 4000);
-  struct Case { const char *scheme, *scalar; std::int64_t finest; double times; };
+  struct Case {
+    const char *scheme, *scalar;
+    std::int64_t finest;
+    double times;
+  };
   for (const auto& [scheme, scalar, finest, times] :
        {Case{"rk4", "float", 32768, 5}, Case{"rk4", "double", 262144, 10}, Case{"rk38", "double", 262144, 10},
         Case{"dopri5", "double", 65536, 5}, Case{"dop853", "double", 16384, 3}, Case{"dprkn6", "float", 8192, 3},
@@ -58,7 +64,11 @@ TEST_CASE("compensation lowers the floor on an orbit") {
 
 TEST_CASE("compensation lowers the floor on a body that rotates") {
   const BodySample truth = end_of("verner9", "quad", false, free_box(false), 10, 8000);
-  struct Case { const char *scheme, *scalar; std::int64_t finest; double times; };
+  struct Case {
+    const char *scheme, *scalar;
+    std::int64_t finest;
+    double times;
+  };
   for (const auto& [scheme, scalar, finest, times] :
        {Case{"rk4", "float", 65536, 20}, Case{"rk4", "double", 262144, 100}, Case{"dopri5", "double", 65536, 50}}) {
     INFO(scheme << " in " << scalar);

@@ -92,7 +92,10 @@ TEST_CASE("discrete forces do the work of the potential, to round-off, and tend 
   }
 }
 
-struct Drift { double energy, momentum; };  // relative, largest over the run
+// relative, largest over the run
+struct Drift {
+  double energy, momentum;
+};
 
 template <class S>
 Drift drift(const std::string& scheme, const Scene& scene, double h_s, int steps, const Settings& settings = {}) {

@@ -22,9 +22,13 @@ Scene points_in_fields() {
   }
   scene.bodies[3].fixed = true;
   const std::vector<int> all{0, 1, 2, 3}, moving{0, 1, 2};
-  scene.forces = {MutualGravity{all, 0.7, 0.1}, Attractor{moving, draw3(), 1.3}, Coulomb{all, 0.9},
-                  Lorentz{moving, draw3(), draw3()}, RotatingFrame{draw3()},
-                  Potential{moving, "henon-heiles", {{"lambda", 0.8}}}, Drive{moving, draw3(), 1.7, 0.4}};
+  scene.forces = {MutualGravity{all, 0.7, 0.1},
+                  Attractor{moving, draw3(), 1.3},
+                  Coulomb{all, 0.9},
+                  Lorentz{moving, draw3(), draw3()},
+                  RotatingFrame{draw3()},
+                  Potential{moving, "henon-heiles", {{"lambda", 0.8}}},
+                  Drive{moving, draw3(), 1.7, 0.4}};
   return scene;
 }
 
@@ -44,8 +48,13 @@ Scene turning_bodies() {
   QuadraticDrag quadratic{{1, 2}, 1.2, 0.5, 0.3, draw3(), 0.1};
   Spring between{{0, 1}, {}, 5, 0.3, 0.7, {draw3(), draw3()}};
   Spring anchored{{2}, draw3(), 4, 0.2, 0, {draw3()}};
-  scene.forces = {linear, quadratic, between, anchored, Thruster{0, draw3(), {0, 0.6, 0.8}, 2, {{0, 1}}},
-                  Thruster{1, draw3(), {1, 0, 0}, 2, {{1, 2}}}, PointForce{2, draw3(), draw3(), {}}};
+  scene.forces = {linear,
+                  quadratic,
+                  between,
+                  anchored,
+                  Thruster{0, draw3(), {0, 0.6, 0.8}, 2, {{0, 1}}},
+                  Thruster{1, draw3(), {1, 0, 0}, 2, {{1, 2}}},
+                  PointForce{2, draw3(), draw3(), {}}};
   return scene;
 }
 

@@ -51,7 +51,10 @@ template <class S> bool same_scalars(const std::vector<S>& a, const std::vector<
 constexpr int steps = 60;
 constexpr double step_s = 0.001;
 
-template <class S> struct End { std::vector<S> y; std::int64_t evaluations; };
+template <class S> struct End {
+  std::vector<S> y;
+  std::int64_t evaluations;
+};
 
 // Step by step through the general stepper.
 template <class S> End<S> generally(const std::string& scheme, const Scene& scene) {

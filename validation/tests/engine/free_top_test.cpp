@@ -11,7 +11,10 @@
 namespace atwood::testing {
 namespace {
 
-template <class S> struct Top { Vec3<S> L; Quat<S> q; };
+template <class S> struct Top {
+  Vec3<S> L;
+  Quat<S> q;
+};
 
 template <class S> Top<S> turned(const Vec3<S>& g, S h_s, const Top<S>& start) {
   FreeTurn<S> turn;
@@ -28,7 +31,10 @@ template <class S> double apart(const Top<S>& a, const Top<Quad>& b) {
   return static_cast<double>(norm(cast<S, Quad>(a.L) - b.L) / norm(b.L) + norm(so3_log(conjugate(b.q) * q)));
 }
 
-struct Case { const char* name; Real3 moments, w; };
+struct Case {
+  const char* name;
+  Real3 moments, w;
+};
 // Every order of the moments, each axis circled from each side, symmetric tops about each axis, spheres, steady spins,
 // nearly on the separatrix and on it.
 std::vector<Case> cases() {
@@ -149,8 +155,8 @@ TEST_CASE("a step of the discrete Lagrangian top solves its equation") {
 }
 
 TEST_CASE("every top keeps the angular momentum in the world to round-off; all but the splittings energy too") {
-  for (const char* scheme : {"free-top2", "free-top4", "free-top6", "moser-veselov", "implicit-midpoint-so3", "jacobi2",
-                             "jacobi4"}) {
+  for (const char* scheme :
+       {"free-top2", "free-top4", "free-top6", "moser-veselov", "implicit-midpoint-so3", "jacobi2", "jacobi4"}) {
     Scene scene = free_box(false);
     scene.bodies[0].inertia_kg_m2 = {0.6, 0.02, 0.01, 0.02, 0.8, -0.03, 0.01, -0.03, 1.0};
     const RigidModel<double> model(scene);

@@ -11,8 +11,9 @@ const std::vector<std::string> composed{"forest-ruth", "pefrl",        "mclachla
                                         "suzuki6",     "suzuki8",      "yoshida4",     "yoshida6",
                                         "yoshida8",    "blanes-moan4", "blanes-moan6", "kahan-li8"};
 const std::vector<std::string> charges{"boris", "boris4", "boris6"};
-const std::vector<std::string> turning{"rkmk4", "lie4", "free-top2", "free-top4", "free-top6", "moser-veselov",
-                                       "implicit-midpoint-so3", "jacobi2", "jacobi4"};
+const std::vector<std::string> turning{
+    "rkmk4",   "lie4",   "free-top2", "free-top4", "free-top6", "moser-veselov", "implicit-midpoint-so3",
+    "jacobi2", "jacobi4"};
 
 std::vector<std::string> joined(std::initializer_list<std::vector<std::string>> lists) {
   std::vector<std::string> all;

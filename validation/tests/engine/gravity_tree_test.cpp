@@ -16,7 +16,10 @@ ModelOptions by_tree(double opening, int threads = 1) {
   return options;
 }
 
-struct Errors { double worst = 0, rms = 0; };  // over each body's sum of magnitudes, which the bound is stated by
+// Over each body's sum of magnitudes, which the bound is stated by
+struct Errors {
+  double worst = 0, rms = 0;
+};
 
 template <class S> Errors tree_errors(const Scene& scene, double opening) {
   const auto& gravity = std::get<MutualGravity>(scene.forces[0]);

@@ -14,7 +14,12 @@ namespace {
 // 1). So
 //   sum b'_i phi_i = 1 / (g r) for r <= p, and sum b_i phi_i = 1 / (g r (r + 1)) for r <= p - 1
 // (Hairer, Norsett, Wanner I, section II.14, with the trees of x'' = a(t, x) only).
-struct NystromTree { int order; double g; int c_factors; std::vector<std::size_t> branches; };
+struct NystromTree {
+  int order;
+  double g;
+  int c_factors;
+  std::vector<std::size_t> branches;
+};
 
 void hang(std::vector<NystromTree>& trees, std::vector<NystromTree>& found, int order, int left, std::size_t last,
           std::vector<std::size_t>& chosen) {
@@ -39,7 +44,10 @@ std::vector<NystromTree> nystrom_trees(int most) {
   return trees;
 }
 
-struct Table { std::vector<TableauRow> a; TableauRow b, b_velocity, c; };
+struct Table {
+  std::vector<TableauRow> a;
+  TableauRow b, b_velocity, c;
+};
 
 Table read(const NystromTableau& t) {
   Table table{{}, read_row(t.b, t.stages), read_row(t.b_velocity, t.stages), read_row(t.c, t.stages)};
@@ -69,7 +77,9 @@ double residual(const TableauRow& b, const TableauRow& phi, Quad wanted) {
 }
 
 // The largest residuals over the trees whose conditions order p asks for and order p - 1 does not.
-struct Missed { double position = 0, velocity = 0; };
+struct Missed {
+  double position = 0, velocity = 0;
+};
 std::vector<Missed> missed_by_order(const Table& t, const TableauRow& b, const TableauRow& b_velocity, int most) {
   std::vector<Missed> missed(static_cast<std::size_t>(most) + 2);
   const std::vector<NystromTree> trees = nystrom_trees(most);
@@ -150,9 +160,10 @@ TEST_CASE("Nystrom methods refuse by name what is no x'' = a(t, x)") {
   Scene lorenz = empty_scene();
   lorenz.problem = "lorenz";
   lorenz.bodies.push_back(point("lorenz", 1, {1, 0, 0}, {0, 0, 0}));
-  const std::pair<Scene, std::string> refused[] = {
-      {quadratic_drag(), "a force depends on velocity"}, {e_cross_b(), "a force depends on velocity"},
-      {free_box(), "a body rotates"}, {lorenz, "bare system"}};
+  const std::pair<Scene, std::string> refused[] = {{quadratic_drag(), "a force depends on velocity"},
+                                                   {e_cross_b(), "a force depends on velocity"},
+                                                   {free_box(), "a body rotates"},
+                                                   {lorenz, "bare system"}};
   for (const std::string& scheme : schemes)
     for (const auto& [scene, why] : refused) {
       const Recorded r = run(scheme, scene, {1, 8, 1});
@@ -163,7 +174,11 @@ TEST_CASE("Nystrom methods refuse by name what is no x'' = a(t, x)") {
 
 // Two runs under forces of time: a wrong node shows only here.
 TEST_CASE("Nystrom methods' executed order under a force of time, in quad") {
-  struct Rung { const char* scheme; double claimed; std::int64_t steps; };
+  struct Rung {
+    const char* scheme;
+    double claimed;
+    std::int64_t steps;
+  };
   const BodySample truth = run("verner9", driven_oscillator(), {3, 4000, 1}, "quad").samples.at(1).bodies[0];
   for (const auto& [scheme, claimed, steps] : {Rung{"dprkn6", 6, 200}, Rung{"dprkn12", 12, 48},
                                                Rung{"blanes-moan-rkn4", 4, 200}, Rung{"blanes-moan-rkn6", 6, 100}}) {

@@ -11,7 +11,7 @@ struct Problem {
   std::string name, motion;  // class of motion
   Scene scene;
   double t_end_s;
-  std::int64_t steps;        // of the finest rung for methods above order 1
+  std::int64_t steps;  // of the finest rung for methods above order 1
   Sample truth;
 };
 
@@ -76,7 +76,9 @@ std::vector<Problem> problems() {
   return all;
 }
 
-struct Errors { double position, velocity, attitude, body_rate; };
+struct Errors {
+  double position, velocity, attitude, body_rate;
+};
 Errors errors(const Problem& problem, const std::string& scheme, std::int64_t steps) {
   const Recorded r = run(scheme, problem.scene, {problem.t_end_s, steps, 1}, "long-double");
   REQUIRE(r.outcome.status == Status::ok);

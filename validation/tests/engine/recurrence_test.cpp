@@ -7,7 +7,9 @@ namespace atwood::testing {
 namespace {
 
 constexpr double omega2 = 4;  // the oscillator's k / m
-struct Line { double x, v; };
+struct Line {
+  double x, v;
+};
 using Recurrence = Line (*)(Line, double h);
 
 Line explicit_euler(Line s, double h) { return {s.x + h * s.v, s.v - h * omega2 * s.x}; }
@@ -37,10 +39,18 @@ Line leapfrog(Line s, double h) {
   return {half + h / 2 * v, v};
 }
 
-struct Oracle { const char* scheme; Recurrence next; };
-const Oracle oracles[] = {{"explicit-euler", explicit_euler}, {"symplectic-euler", symplectic_euler},
-                          {"implicit-euler", implicit_euler}, {"midpoint", second_order}, {"heun", second_order},
-                          {"rk4", rk4}, {"velocity-verlet", velocity_verlet}, {"leapfrog", leapfrog}};
+struct Oracle {
+  const char* scheme;
+  Recurrence next;
+};
+const Oracle oracles[] = {{"explicit-euler", explicit_euler},
+                          {"symplectic-euler", symplectic_euler},
+                          {"implicit-euler", implicit_euler},
+                          {"midpoint", second_order},
+                          {"heun", second_order},
+                          {"rk4", rk4},
+                          {"velocity-verlet", velocity_verlet},
+                          {"leapfrog", leapfrog}};
 
 TEST_CASE("on the oscillator each scheme is its recurrence, to round-off") {
   for (const auto& [scheme, next] : oracles) {

@@ -12,7 +12,12 @@
 
 namespace atwood::testing {
 
-struct Tree { int nodes; double gamma; std::vector<std::size_t> branches; };  // branches: where in the list
+// branches: where in the list
+struct Tree {
+  int nodes;
+  double gamma;
+  std::vector<std::size_t> branches;
+};
 
 namespace detail {
 // Adds the trees of `nodes` nodes that hang `chosen` and further ones, no later in the list than `last`, from a root.
@@ -81,7 +86,10 @@ struct OrderConditions {
     phi_of_sizes = elementary_weights(trees, a_sizes);
   }
 
-  struct Worst { double missed = 0, roundings = 0; };  // the largest residual, and the largest in units of round-off
+  // The largest residual, and the largest in units of round-off
+  struct Worst {
+    double missed = 0, roundings = 0;
+  };
 
   // Over the trees of `nodes` nodes, sum b_i phi_i - th^nodes / gamma: th = 1 for a step, below 1 for an interpolant.
   Worst worst(const TableauRow& b, int nodes, Quad theta = 1) const {

@@ -6,8 +6,8 @@
 namespace atwood::testing {
 namespace {
 
-const char* const schemes[] = {"explicit-euler", "symplectic-euler", "implicit-euler",  "midpoint", "heun", "rk4",
-                               "velocity-verlet", "leapfrog", "rkf45", "dopri5"};
+const char* const schemes[] = {"explicit-euler",  "symplectic-euler", "implicit-euler", "midpoint", "heun", "rk4",
+                               "velocity-verlet", "leapfrog",         "rkf45",          "dopri5"};
 
 double worst_error(const Recorded& run, const Recorded& truth) {
   double worst = 0;
@@ -32,8 +32,9 @@ TEST_CASE("every method has a doc, a source and a claim per class of motion") {
 }
 
 TEST_CASE("samples are at t_end k / samples, the first is the scene, evaluations are counted") {
-  const std::map<std::string, int> stages{{"explicit-euler", 1}, {"symplectic-euler", 1}, {"midpoint", 2}, {"heun", 2},
-                                          {"rk4", 4}, {"leapfrog", 1}, {"rkf45", 6}};
+  const std::map<std::string, int> stages{
+      {"explicit-euler", 1}, {"symplectic-euler", 1}, {"midpoint", 2}, {"heun", 2}, {"rk4", 4}, {"leapfrog", 1},
+      {"rkf45", 6}};
   for (const auto& [scheme, evaluations] : stages) {
     const Recorded r = run(scheme, kepler(0.3), {3, 60, 12});
     REQUIRE(r.outcome.status == Status::ok);

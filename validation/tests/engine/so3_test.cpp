@@ -1,9 +1,9 @@
 // Rotations and their generators, elliptic functions: against series, differences and another library, in each scalar.
 #include "math/so3.hpp"
 
+#include <boost/math/special_functions/ellint_1.hpp>
 #include <boost/math/special_functions/ellint_rf.hpp>
 #include <boost/math/special_functions/ellint_rj.hpp>
-#include <boost/math/special_functions/ellint_1.hpp>
 #include <boost/math/special_functions/jacobi_elliptic.hpp>
 #include <catch2/catch.hpp>
 #include <random>

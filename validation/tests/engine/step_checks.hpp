@@ -1,8 +1,8 @@
 // What is asked of more than one family's steps: there and back, taken again, sampled or not.
 #pragma once
 
-#include <catch2/catch.hpp>
 #include <algorithm>
+#include <catch2/catch.hpp>
 
 #include "scenes.hpp"
 
@@ -32,8 +32,8 @@ inline double end_error(const Recorded& run, const Recorded& truth) {
   double worst = 0;
   for (std::size_t i = 0; i < truth.samples.back().bodies.size(); ++i) {
     const BodySample &a = run.samples.back().bodies[i], &b = truth.samples.back().bodies[i];
-    worst = std::max({worst, distance(a.p_m, b.p_m), attitude_distance(a.q_wxyz, b.q_wxyz),
-                      distance(a.w_rad_per_s, b.w_rad_per_s)});
+    worst = std::max(
+        {worst, distance(a.p_m, b.p_m), attitude_distance(a.q_wxyz, b.q_wxyz), distance(a.w_rad_per_s, b.w_rad_per_s)});
   }
   return worst;
 }

@@ -10,7 +10,10 @@
 namespace atwood::testing {
 namespace {
 
-struct Named { const char* name; const Tableau& tableau; };
+struct Named {
+  const char* name;
+  const Tableau& tableau;
+};
 const Named all[] = {{"explicit-euler", explicit_euler_tableau},
                      {"midpoint", midpoint_tableau},
                      {"heun", heun_tableau},
@@ -41,7 +44,9 @@ TableauRow minus(const TableauRow& x, const TableauRow& y) {
 }
 
 // y' = t^degree through one step of the generic stepper, from t = 0.25 to 0.75.
-struct Power { int degree; };
+struct Power {
+  int degree;
+};
 long double power_step_error(const Tableau& tableau, int degree) {
   Power power{degree};
   System<long double> system;

@@ -65,9 +65,17 @@ Scene everything() {
   PointForce push;
   push.body = 2;
   push.force_N = {0.1, -0.2, 0.3};
-  scene.forces = {gravity, Attractor{{1, 3}, {0, -5, 0}, 2}, anchored, link, drag, push, Coulomb{{1, 2}, 0.9},
-                  Lorentz{{1, 2}, {0.1, 0.3, 0}, {0.2, -0.4, 1.5}}, RotatingFrame{{0.1, 0.2, 0.5}},
-                  Drive{{1, 2}, {0.3, 0, 0.1}, 2.7, 0.4}, Potential{{2}, "henon-heiles", {{"lambda", 0.3}}}};
+  scene.forces = {gravity,
+                  Attractor{{1, 3}, {0, -5, 0}, 2},
+                  anchored,
+                  link,
+                  drag,
+                  push,
+                  Coulomb{{1, 2}, 0.9},
+                  Lorentz{{1, 2}, {0.1, 0.3, 0}, {0.2, -0.4, 1.5}},
+                  RotatingFrame{{0.1, 0.2, 0.5}},
+                  Drive{{1, 2}, {0.3, 0, 0.1}, 2.7, 0.4},
+                  Potential{{2}, "henon-heiles", {{"lambda", 0.3}}}};
   return scene;
 }
 

@@ -38,7 +38,8 @@ inline Scenario sinai(std::uint64_t seed, double restitution, double t_end_s, do
   scene.materials[0].restitution = scene.pairs[0].restitution = restitution;
   for (int k = 0; k < 8; ++k) {
     const double angle = 0.78539816339744828 * k, r = 2 + 0.2 * random();
-    scene.bodies.push_back(point("post" + std::to_string(k), 0, {unit * r * std::cos(angle), unit * r * std::sin(angle), 0}, {0, 0, 0}));
+    scene.bodies.push_back(
+        point("post" + std::to_string(k), 0, {unit * r * std::cos(angle), unit * r * std::sin(angle), 0}, {0, 0, 0}));
   }
   scene.bodies.push_back(point("post8", 0, {0.2 * unit * random(), 0.2 * unit * random(), 0}, {0, 0, 0}));
   for (Body& body : scene.bodies) {
@@ -54,7 +55,9 @@ inline Scenario sinai(std::uint64_t seed, double restitution, double t_end_s, do
   return scenario(scene, t_end_s);
 }
 
-struct Flight60 { Vector60 p{}, v{}; };
+struct Flight60 {
+  Vector60 p{}, v{};
+};
 
 // The free ball (the last body) at t_end k / samples, and how many impacts there were.
 inline std::vector<Flight60> fly60(const Scenario& given, int samples, int& impacts) {
@@ -63,7 +66,9 @@ inline std::vector<Flight60> fly60(const Scenario& given, int samples, int& impa
   const double radius = std::get<Sphere>(ball.shape).radius_m, e = scene.pairs[0].restitution;
   Vector60 p, v;
   for (int k = 0; k < 3; ++k) p[k] = ball.position_m[k], v[k] = ball.velocity_m_per_s[k];
-  const auto dot = [](const Vector60& a, const Vector60& b) -> Digits60 { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
+  const auto dot = [](const Vector60& a, const Vector60& b) -> Digits60 {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  };
   Digits60 t = 0;
   int last = -1;
   std::vector<Flight60> made;

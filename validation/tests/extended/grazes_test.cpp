@@ -175,7 +175,9 @@ TEST_CASE("a velocity at the instant of an impact has the jump as its bar") {
 }
 
 TEST_CASE("bounces too low to be located: beside the instant of rest the bars hold the closed form") {
-  struct Case { double radius_m, gap_m, restitution; };
+  struct Case {
+    double radius_m, gap_m, restitution;
+  };
   int answered = 0;
   for (const Case& c : {Case{1.125, 1e-10, 0.5}, {100, 1e-7, 0.3}, {0.125, 1e-12, 0.6}, {1.125, 1e-9, 0.8}})
     for (const double beside : {-1e-9, -1e-11, -1e-12, 1e-11, 1e-9}) {

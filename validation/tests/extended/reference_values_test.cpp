@@ -25,8 +25,7 @@ double root(double x) { return std::sqrt(x); }
 Wide root(Wide x) { return sqrtq(x); }
 double sine(double x) { return std::sin(x); }
 Wide sine(Wide x) { return sinq(x); }
-template <class Y>
-using Scalar = std::remove_cvref_t<decltype(*std::declval<Y>())>;
+template <class Y> using Scalar = std::remove_cvref_t<decltype(*std::declval<Y>())>;
 
 std::vector<Wide> decimals(const std::vector<const char*>& texts) {
   std::vector<Wide> made;
@@ -62,15 +61,14 @@ void reproduces(const Problem& problem, const std::vector<const char*>& initial,
   CHECK(own <= 2 * expected.difference + 1e-30 * size);
   for (const auto& end : ends) {
     const double off = distance(end, expected.at_end);
-    INFO((&end == ends ? "extrapolation" : "collocation") << " is off by " << off << ", stated " << expected.difference
-                                                          << ", own difference " << own);
+    INFO((&end == ends ? "extrapolation" : "collocation")
+         << " is off by " << off << ", stated " << expected.difference << ", own difference " << own);
     CHECK(off <= expected.difference + own + 1e-30 * size);
   }
 }
 
 // n bodies in the plane or in space: y = (all of axis 1, all of axis 2, ..., then velocities alike), or body by body.
-template <class Y, class D>
-void attract(int n, int axes, bool by_body, const std::vector<Wide>& pull, Y y, D dydt) {
+template <class Y, class D> void attract(int n, int axes, bool by_body, const std::vector<Wide>& pull, Y y, D dydt) {
   using S = Scalar<Y>;
   const auto at = [&](int body, int axis) { return by_body ? body * axes + axis : axis * n + body; };
   const int half = n * axes;
@@ -150,7 +148,10 @@ const std::vector<const char*> pleiades_start{"3",    "3", "-1", "-3", "2",     
 }  // namespace
 
 TEST_CASE("from exact decimals: orbits") {
-  reproduces(problem_of(28, [](auto, const auto* y, auto* d) { attract(7, 2, false, {1, 2, 3, 4, 5, 6, 7}, y, d); }),
+  reproduces(problem_of(28,
+                        [](auto, const auto* y, auto* d) {
+                          attract(7, 2, false, {1, 2, 3, 4, 5, 6, 7}, y, d);
+                        }),
              pleiades_start, "3", reference_values::pleiades, 1e-26);
   reproduces(three_body(), {"0.994", "0", "0", "-2.00158510637908252240537862224"}, "17.0652165601579625588917206249",
              reference_values::arenstorf);
@@ -176,12 +177,12 @@ TEST_CASE("from exact decimals: the outer solar system over 200000 days") {
   Problem problem = problem_of(36, [pull](auto, const auto* y, auto* d) { attract(6, 3, true, pull, y, d); });
   problem.group.assign(36, 0);
   std::fill(problem.group.begin() + 18, problem.group.end(), 1);
-  reproduces(problem,
-             {"0", "0", "0", "-3.5023653", "-3.8169847", "-1.5507963", "9.0755314", "-3.0458353", "-1.6483708",
-              "8.3101420", "-16.2901086", "-7.2521278", "11.4707666", "-25.7294829", "-10.8169456", "-15.5387357",
-              "-25.2225594", "-3.1902382", "0", "0", "0", "0.00565429", "-0.00412490", "-0.00190589", "0.00168318",
-              "0.00483525", "0.00192462", "0.00354178", "0.00137102", "0.00055029", "0.00288930", "0.00114527",
-              "0.00039677", "0.00276725", "-0.00170702", "-0.00136504"},
+  reproduces(problem, {"0",          "0",           "0",           "-3.5023653",  "-3.8169847",  "-1.5507963",
+                       "9.0755314",  "-3.0458353",  "-1.6483708",  "8.3101420",   "-16.2901086", "-7.2521278",
+                       "11.4707666", "-25.7294829", "-10.8169456", "-15.5387357", "-25.2225594", "-3.1902382",
+                       "0",          "0",           "0",           "0.00565429",  "-0.00412490", "-0.00190589",
+                       "0.00168318", "0.00483525",  "0.00192462",  "0.00354178",  "0.00137102",  "0.00055029",
+                       "0.00288930", "0.00114527",  "0.00039677",  "0.00276725",  "-0.00170702", "-0.00136504"},
              "200000", reference_values::outer_solar_system, 1e-31);
 }
 
@@ -207,16 +208,18 @@ TEST_CASE("from exact decimals: potentials, chaos, rotation") {
   reproduces(convection(), {"1", "0", "0"}, "10", reference_values::lorenz_10, 1e-30);
   reproduces(free_top(), {"1.8", "0.4", "-0.9", "1", "0", "0", "0"}, "10", reference_values::asymmetric_top, 1e-30);
   reproduces(free_top(), {"0.0006", "0.8", "0.001", "1", "0", "0", "0"}, "100", reference_values::dzhanibekov, 1e-30);
-  reproduces(problem_of(3, [](auto, const auto* y, auto* dydt) {
-               dydt[0] = -2 * y[1] * y[2];
-               dydt[1] = 5 * y[0] * y[2] / 4;
-               dydt[2] = -y[0] * y[1] / 2;
-             }),
+  reproduces(problem_of(3,
+                        [](auto, const auto* y, auto* dydt) {
+                          dydt[0] = -2 * y[1] * y[2];
+                          dydt[1] = 5 * y[0] * y[2] / 4;
+                          dydt[2] = -y[0] * y[1] / 2;
+                        }),
              {"1", "0", "0.9"}, "20", reference_values::rigid_body_20, 1e-30);
-  reproduces(problem_of(2, [](auto, const auto* y, auto* dydt) {
-               dydt[0] = y[1];
-               dydt[1] = -sine(y[0]);
-             }),
+  reproduces(problem_of(2,
+                        [](auto, const auto* y, auto* dydt) {
+                          dydt[0] = y[1];
+                          dydt[1] = -sine(y[0]);
+                        }),
              {"1.57079632679489661923132169163975144", "0"}, "10", reference_values::pendulum_10, 1e-30);
 }
 
@@ -255,8 +258,9 @@ TEST_CASE("truths of the rounded scenes") {
     for (int i = 0; i < 7; ++i)
       for (int axis = 0; axis < 2; ++axis) {
         pairs.push_back({p(truth, i, axis), pleiades.at_end[7 * axis + i]});
-        published = std::max(published, static_cast<double>(fabsq(p(truth, i, axis) -
-                                                                   decimal(pleiades_published.at_end[7 * axis + i]))));
+        published =
+            std::max(published,
+                     static_cast<double>(fabsq(p(truth, i, axis) - decimal(pleiades_published.at_end[7 * axis + i]))));
       }
     explains(scenario, pairs, truth, 5.3);
     CHECK(published <= pleiades_published.difference);  // this scene's decimals are doubles: nothing is rounded

@@ -132,8 +132,10 @@ TEST_CASE("a ball in a corner: smooth walls at right angles commute, a V does no
     for (const char* kind : {"extended", "cvode", "closed-form"}) {
       Scene scene = scenes::empty_scene();
       scene.pairs[0].restitution = 0.5;
-      const Real3 one = square ? Real3{1, 0, 0} : Real3{0.6, 0.8, 0}, other = square ? Real3{0, 1, 0} : Real3{-0.6, 0.8, 0};
-      scene.bodies = {scenes::point("wall", 0, {0, 0, 0}, {0, 0, 0}), scenes::point("other-wall", 0, {0, 0, 0}, {0, 0, 0}),
+      const Real3 one = square ? Real3{1, 0, 0} : Real3{0.6, 0.8, 0},
+                  other = square ? Real3{0, 1, 0} : Real3{-0.6, 0.8, 0};
+      scene.bodies = {scenes::point("wall", 0, {0, 0, 0}, {0, 0, 0}),
+                      scenes::point("other-wall", 0, {0, 0, 0}, {0, 0, 0}),
                       scenes::point("ball", 1, square ? Real3{2, 2, 0} : Real3{0, 3, 0},
                                     square ? Real3{-1, -1, 0} : Real3{0, -1, 0})};
       scene.bodies[0].shape = Plane{one, 0};

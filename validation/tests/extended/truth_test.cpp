@@ -69,9 +69,10 @@ TEST_CASE("closed form and extended solve agree within their bars on Kepler's or
 }
 
 TEST_CASE("published values are read with their bars and source") {
-  const File file("# source: Kepler's equation\n# a remark\n"
-                  "t_s,body,px_m,py_m,px_m_bar,py_m_bar,remark\n"
-                  "10,planet,-1.53502359190981369430580688531817,-0.28,1e-30,0.5,x\n");
+  const File file(
+      "# source: Kepler's equation\n# a remark\n"
+      "t_s,body,px_m,py_m,px_m_bar,py_m_bar,remark\n"
+      "10,planet,-1.53502359190981369430580688531817,-0.28,1e-30,0.5,x\n");
   const Truth truth = solve_truth(with_values(file), 1);
   REQUIRE(truth.outcome.reason == "");
   CHECK(truth.source == "values: Kepler's equation");

@@ -86,7 +86,8 @@ TEST_CASE("baseline: sorted, one metric a line, no timestamps, the same bytes fr
   write_baseline(folder.file(), reversed, "first\nfigures");
   CHECK(content(folder.file()) == text);
   CHECK(std::distance(fs::directory_iterator(folder.path), fs::directory_iterator()) == 2);
-  for (const BaselineChange& c : compare_baseline(read_baseline(folder.file()), rows())) CHECK(c.kind == Kind::unchanged);
+  for (const BaselineChange& c : compare_baseline(read_baseline(folder.file()), rows()))
+    CHECK(c.kind == Kind::unchanged);
   CHECK_THROWS_AS(write_baseline(folder.file(), rows(), " "), InputError);
 }
 
@@ -154,9 +155,19 @@ TEST_CASE("baseline: cut short anywhere, or with a number that is none, it is re
     text.replace(text.find(from), from.size(), to);
     return with(text);
   };
-  for (const auto& [from, to] : {std::pair{"1.2345e-06", "1zzz"}, {"1.2345e-06", "inf"}, {"1.2345e-06", ""}, {"\t960", "\t60abc"},
-                                 {"\t960", "\t-960"}, {"\t960", "\t9.6e2"}, {"1e-12", "inf"}, {"1e-12", "nan"}, {"1e-12", "-1"},
-                                 {"1.2345e-06", " 1"}, {"1.2345e-06", "1e999"}, {"# end 5", "# end 4"}, {"# end 5", "# end 5\nmore"},
+  for (const auto& [from, to] : {std::pair{"1.2345e-06", "1zzz"},
+                                 {"1.2345e-06", "inf"},
+                                 {"1.2345e-06", ""},
+                                 {"\t960", "\t60abc"},
+                                 {"\t960", "\t-960"},
+                                 {"\t960", "\t9.6e2"},
+                                 {"1e-12", "inf"},
+                                 {"1e-12", "nan"},
+                                 {"1e-12", "-1"},
+                                 {"1.2345e-06", " 1"},
+                                 {"1.2345e-06", "1e999"},
+                                 {"# end 5", "# end 4"},
+                                 {"# end 5", "# end 5\nmore"},
                                  {"# atwood baseline 2", "# atwood baseline 3"}}) {
     INFO(from << " -> " << to);
     CHECK_THROWS_AS(read_baseline(changed(from, to)), InputError);
@@ -165,7 +176,8 @@ TEST_CASE("baseline: cut short anywhere, or with a number that is none, it is re
 
 TEST_CASE("baseline: version 1 is read, and said to show less") {
   const Folder folder;
-  std::ofstream(folder.file()) << "# atwood baseline 1\nkepler-e0.6\tatwood/rk4\t960\terror-position-end\t1.2345e-06\t1e-12\tm\n";
+  std::ofstream(folder.file())
+      << "# atwood baseline 1\nkepler-e0.6\tatwood/rk4\t960\terror-position-end\t1.2345e-06\t1e-12\tm\n";
   const Baseline old = read_baseline(folder.file());
   CHECK(old.entries.size() == 1);
   REQUIRE(old.notes.size() == 2);  // nor is there an environment beside it
@@ -233,7 +245,8 @@ TEST_CASE("baseline: a bar that no measurement explains does not widen the toler
   now[1].value = 1.3e-6;
   CHECK(change_of(now, folder.file(), "error-position-end", 960) == Kind::regression);
   for (const BaselineChange& c : compare_baseline(read_baseline(folder.file()), now))
-    if (c.kind == Kind::regression) CHECK(c.text.find("the baseline's bar of 1e+300 only 1.2345e-09 counts") != std::string::npos);
+    if (c.kind == Kind::regression)
+      CHECK(c.text.find("the baseline's bar of 1e+300 only 1.2345e-09 counts") != std::string::npos);
   now[1].truth_bar = 1e-8;  // today's own bar, and ten times as much of the baseline's
   CHECK(change_of(now, folder.file(), "error-position-end", 960) == Kind::unchanged);
 }
@@ -256,7 +269,8 @@ TEST_CASE("baseline: a copy with Windows line ends is the same baseline, and a r
     for (const char c : content(path)) windows += c == '\n' ? std::string("\r\n") : std::string(1, c);
     std::ofstream(path) << windows;
   }
-  for (const BaselineChange& c : compare_baseline(read_baseline(folder.file()), rows())) CHECK(c.kind == Kind::unchanged);
+  for (const BaselineChange& c : compare_baseline(read_baseline(folder.file()), rows()))
+    CHECK(c.kind == Kind::unchanged);
   CHECK(read_baseline(folder.file()).entries.front().unit == "m");
   CHECK(environment_changes(read_baseline(folder.file()), rows()).empty());
 }
@@ -274,11 +288,13 @@ TEST_CASE("baseline: each part of the environment that differs, or is not there,
     return environment_changes(read_baseline(folder.file()), now);
   };
   CHECK(notes_with("cpu\t", "cpu\t").empty());
-  const std::pair<const char*, const char*> parts[] = {
-      {"cpu\ta cpu\n", "The processor"},          {"cpu_features\tavx2\n", "The processor's features"},
-      {"libm\tglibc 2.36\n", "The mathematics library"}, {"compiler\tg++ 12\n", "The compiler"},
-      {"flags\t-O3\n", "The compiler's flags"},   {"engine\tatwood\t1.0\n", "The version of the engine atwood"},
-      {"engine\tode\t1.0\n", "The version of the engine ode"}};
+  const std::pair<const char*, const char*> parts[] = {{"cpu\ta cpu\n", "The processor"},
+                                                       {"cpu_features\tavx2\n", "The processor's features"},
+                                                       {"libm\tglibc 2.36\n", "The mathematics library"},
+                                                       {"compiler\tg++ 12\n", "The compiler"},
+                                                       {"flags\t-O3\n", "The compiler's flags"},
+                                                       {"engine\tatwood\t1.0\n", "The version of the engine atwood"},
+                                                       {"engine\tode\t1.0\n", "The version of the engine ode"}};
   for (const auto& [line, words] : parts) {
     INFO(line);
     std::string other = line;

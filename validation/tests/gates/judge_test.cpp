@@ -71,7 +71,8 @@ TEST_CASE("judge: a failure says what was measured, allowed, by what margin, and
   Row odd = row_of("error-position-end", 1, 0, "ode/default{erp=0.1}");
   Gate any = gate_of(Gate::Kind::max, 0, 2);
   any.method = "ode/*";
-  CHECK(shell_line(only(any, {odd}).rerun) == "atwood run --scenario kepler-e0.6 --method 'ode/default{erp=0.1}' --steps 960");
+  CHECK(shell_line(only(any, {odd}).rerun) ==
+        "atwood run --scenario kepler-e0.6 --method 'ode/default{erp=0.1}' --steps 960");
 }
 
 TEST_CASE("judge: orders on both sides, with a half-width of at most half the band") {
@@ -220,9 +221,27 @@ TEST_CASE("rerun: words of any bytes come out of a shell as they went in") {
   CHECK(shell_line(plain) == "/usr/bin/atwood run --scenario kepler-e0.6 a=b");
   CHECK(shell_line(std::vector<std::string>{"a=b", ""}) == "'a=b' ''");
   CHECK(shell_line(std::vector<std::string>{"x", "it's"}) == "x 'it'\\''s'");
-  const std::vector<std::string> words{"printf", "%s|", "it's", "$(touch x)", "`id`", "a b\tc", "two\nlines", "ends\n\n",
-                                       "\x1b[31mred", "\\0 %d", "caf\xc3\xa9", "\xc2\x9b" "31m", "broken\xff", "-", "*", "~",
-                                       "!x", "\n", "\xe2\x80\xae" "live"};
+  const std::vector<std::string> words{"printf",
+                                       "%s|",
+                                       "it's",
+                                       "$(touch x)",
+                                       "`id`",
+                                       "a b\tc",
+                                       "two\nlines",
+                                       "ends\n\n",
+                                       "\x1b[31mred",
+                                       "\\0 %d",
+                                       "caf\xc3\xa9",
+                                       "\xc2\x9b"
+                                       "31m",
+                                       "broken\xff",
+                                       "-",
+                                       "*",
+                                       "~",
+                                       "!x",
+                                       "\n",
+                                       "\xe2\x80\xae"
+                                       "live"};
   const std::string line = shell_line(words);
   for (const char c : line.substr(0, line.find("ends")))
     CHECK(static_cast<unsigned char>(c) >= 0x20);  // no byte that a terminal acts upon

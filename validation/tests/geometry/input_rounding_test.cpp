@@ -49,8 +49,8 @@ const Row& row_of(const PoseRows& made, const std::string& metric) {
 PoseRows measured(double far_m, double depth_m, const std::string& scalar, const std::string& test) {
   const Scene scene = balls(far_m, depth_m);
   const std::vector<PoseAnswer> found{answer(scene, scalar == "float")}, truth{answer(scene, false)};
-  return measure_poses("sphere-sphere", false, [&](std::int64_t) { return scene; }, found, truth,
-                       input_rounding(scalar, test));
+  return measure_poses(
+      "sphere-sphere", false, [&](std::int64_t) { return scene; }, found, truth, input_rounding(scalar, test));
 }
 
 }  // namespace
@@ -68,8 +68,9 @@ TEST_CASE("what rounding to float does to a pose is the bar of a float engine's 
   apart.hit = false, apart.gap_m = 1e-6;
   const auto misses = [&](const std::string& scalar, const std::string& test) {
     const std::vector<PoseAnswer> found{apart}, truth{answer(shallow, false)};
-    return row_of(measure_poses("sphere-sphere", false, [&](std::int64_t) { return shallow; }, found, truth,
-                                input_rounding(scalar, test)),
+    return row_of(measure_poses(
+                      "sphere-sphere", false, [&](std::int64_t) { return shallow; }, found, truth,
+                      input_rounding(scalar, test)),
                   "contact-misses")
         .value;
   };

@@ -99,11 +99,11 @@ TEST_CASE("separations by hand") {
   check(scene_of(ball, {1, 2, 0.25}, Plane{{0, 0, 2}, 0}, {}), -0.25L, {0, 0, -1});
   check(scene_of(ball, {0, 0, 4}, Plane{{0, 0, 2}, 2}, {}), 2.5L, {0, 0, -1});
   const Box box{{1, 2, 3}};
-  check(scene_of(box, {0, 0, 0}, ball, {1.25, 0, 0}), -0.25L, {1, 0, 0});       // a face
+  check(scene_of(box, {0, 0, 0}, ball, {1.25, 0, 0}), -0.25L, {1, 0, 0});  // a face
   check(scene_of(box, {0, 0, 0}, ball, {1.75, 0, 0}), 0.25L, {1, 0, 0});
-  check(scene_of(box, {0, 0, 0}, ball, {4, 6, 0}), 4.5L, {0.6L, 0.8L, 0});      // an edge: (3, 4) away
-  check(scene_of(box, {0, 0, 0}, ball, {3, 4, 4}), 2.5L, {2 / 3.0L, 2 / 3.0L, 1 / 3.0L});  // a corner: (2, 2, 1) away
-  check(scene_of(box, {0, 0, 0}, ball, {0.75, 0, 0}), -0.75L, {1, 0, 0});       // the centre inside
+  check(scene_of(box, {0, 0, 0}, ball, {4, 6, 0}), 4.5L, {0.6L, 0.8L, 0});                   // an edge: (3, 4) away
+  check(scene_of(box, {0, 0, 0}, ball, {3, 4, 4}), 2.5L, {2 / 3.0L, 2 / 3.0L, 1 / 3.0L});    // a corner: (2, 2, 1) away
+  check(scene_of(box, {0, 0, 0}, ball, {0.75, 0, 0}), -0.75L, {1, 0, 0});                    // the centre inside
   check(scene_of(box, {0, 0, 0}, Box{{0.25, 0.25, 0.25}}, {0.5, 0, 0}), -0.75L, {1, 0, 0});  // one within the other
   check(scene_of(box, {0, 0, 0}, Box{{1, 1, 1}}, {2.5, 0, 0}), 0.5L, {1, 0, 0});
   check(scene_of(box, {0, 0, 0}, Box{{1, 1, 1}}, {5, 7, 0}), 5, {0.6L, 0.8L, 0});
@@ -113,13 +113,13 @@ TEST_CASE("separations by hand") {
   check(scene_of(bar, {0, 0, 0}, ball, {3, 0, 5}), 4, {0.6L, 0, 0.8L});
   check(scene_of(bar, {0, 0, 0}, Capsule{0.25, 1}, {2, 0, 0}), 1.25L, {1, 0, 0});  // parallel
   const Cylinder drum{1, 2};
-  check(scene_of(drum, {0, 0, 0}, ball, {0, 1.25, 1}), -0.25L, {0, 1, 0});      // the side
-  check(scene_of(drum, {0, 0, 0}, ball, {0.5, 0, 2.75}), 0.25L, {0, 0, 1});     // a cap
-  check(scene_of(drum, {0, 0, 0}, ball, {4, 0, 6}), 4.5L, {0.6L, 0, 0.8L});     // a rim
+  check(scene_of(drum, {0, 0, 0}, ball, {0, 1.25, 1}), -0.25L, {0, 1, 0});   // the side
+  check(scene_of(drum, {0, 0, 0}, ball, {0.5, 0, 2.75}), 0.25L, {0, 0, 1});  // a cap
+  check(scene_of(drum, {0, 0, 0}, ball, {4, 0, 6}), 4.5L, {0.6L, 0, 0.8L});  // a rim
   const Rectangle sheet{{1, 2}};
   check(scene_of(sheet, {0, 0, 0}, ball, {0.5, 1, 0.25}), -0.25L, {0, 0, 1});
   check(scene_of(sheet, {0, 0, 0}, ball, {4, 0, 4}), 4.5L, {0.6L, 0, 0.8L});
-  check(scene_of(sheet, {0, 0, 0}, ball, {4, 6, 0}), 4.5L, {0.6L, 0.8L, 0});    // beside a corner, in its plane
+  check(scene_of(sheet, {0, 0, 0}, ball, {4, 6, 0}), 4.5L, {0.6L, 0.8L, 0});  // beside a corner, in its plane
   const Convex wedge{{{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1}, {-1, -1, 1}, {-1, 1, 1}}};
   check(scene_of(wedge, {0, 0, 0}, ball, {-1.25, 0, 0}), -0.25L, {-1, 0, 0});
   const Mesh triangle{"", {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}}, {{0, 1, 2}}};
@@ -127,7 +127,7 @@ TEST_CASE("separations by hand") {
   check(scene_of(triangle, {0, 0, 0}, ball, {7, 0, 4}), 4.5L, {0.6L, 0, 0.8L});
   check(scene_of(triangle, {0, 0, 0}, triangle, {7, 0, 4}), 5, {0.6L, 0, 0.8L});
   const Compound pair{{{{1, 1, 1}, {-2, 0, 0}, {1, 0, 0, 0}}, {{1, 1, 1}, {2, 0, 0}, {1, 0, 0, 0}}}};
-  check(scene_of(pair, {0, 0, 0}, ball, {0.75, 0, 0}), -0.25L, {-1, 0, 0});      // the second box is the nearer
+  check(scene_of(pair, {0, 0, 0}, ball, {0.75, 0, 0}), -0.25L, {-1, 0, 0});  // the second box is the nearer
 }
 
 TEST_CASE("no direction parts two shapes further than the gap; the normal of an overlap does part them that far") {

@@ -39,7 +39,9 @@ void check_coverage(int covered, int of = kSeries) {
 
 TEST_CASE("coverage: order, log-normal noise, 4 to 10 rungs, ratios 2 and 2^(1/4)") {
   Noise noise(11);
-  struct Case { double ratio, sigma; };
+  struct Case {
+    double ratio, sigma;
+  };
   for (const Case& c : {Case{2, 0.003}, Case{2, 0.01}, Case{2, 0.03}, Case{std::pow(2, 0.25), 0.003}})
     for (const int rungs : {4, 5, 6, 8, 10}) {
       int covered = 0, conclusive = 0;

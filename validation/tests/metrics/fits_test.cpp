@@ -15,8 +15,7 @@ std::vector<double> times(int n, double t_end) {
   return t;
 }
 
-template <class F>
-std::vector<double> series(const std::vector<double>& t, F f) {
+template <class F> std::vector<double> series(const std::vector<double>& t, F f) {
   std::vector<double> v;
   for (double x : t) v.push_back(f(x));
   return v;
@@ -89,7 +88,11 @@ TEST_CASE("drift: intervals hold on correlated noise, where independent samples 
 TEST_CASE("growth: powers and exponentials are told apart under an oscillation") {
   const auto t = times(240, 100);
   const auto wave = [](double x) { return 0.2 + std::fabs(std::sin(5 * x)); };
-  struct Case { const char* law; double exponent; std::function<double(double)> f; };
+  struct Case {
+    const char* law;
+    double exponent;
+    std::function<double(double)> f;
+  };
   const std::vector<Case> cases = {{"bounded", 0, [](double) { return 1.0; }},
                                    {"t^1/2", 0.5, [](double x) { return std::sqrt(x); }},
                                    {"t", 1, [](double x) { return x; }},

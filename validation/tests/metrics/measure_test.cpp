@@ -102,7 +102,7 @@ TEST_CASE("measure: a quaternion that is not of norm 1 is a row of its own, the 
   s.scene.bodies[0].inertia_kg_m2 = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   const Truth truth = truth_of(orbit(s, 1, 1));
   Recording run = orbit(s, 1, 1);
-  run.values[7].bodies[0].q_wxyz = {0.99 * 0.6, 0, 0.99 * 0.8, 0};   // 0.01 short
+  run.values[7].bodies[0].q_wxyz = {0.99 * 0.6, 0, 0.99 * 0.8, 0};    // 0.01 short
   run.values[9].bodies[0].q_wxyz = {0, 1.25 * 0.28, 0, 1.25 * 0.96};  // 0.25 long
   run.values[9].bodies[1].q_wxyz = {9, 0, 0, 0};                      // of a fixed body: not measured
   const std::vector<Row> rows = measure(s, truth, run);

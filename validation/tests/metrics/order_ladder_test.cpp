@@ -13,12 +13,11 @@ namespace {
 constexpr int kSamples = 60;
 const std::vector<int> kLadder = {60, 120, 240, 480, 960, 1920, 3840, 7680, 15360, 30720, 61440};
 
-template <class S>
-using Stepper = std::function<std::vector<State<S>>(const Rate<S>&, State<S>, S, int, int)>;
+template <class S> using Stepper = std::function<std::vector<State<S>>(const Rate<S>&, State<S>, S, int, int)>;
 
 // At the end of the run.
 double end_error(const std::vector<State<double>>& run, const std::vector<State<long double>>& truth, std::size_t from,
-                     std::size_t to) {
+                 std::size_t to) {
   long double sum = 0;
   for (std::size_t j = from; j < to; ++j) sum += (run.back()[j] - truth.back()[j]) * (run.back()[j] - truth.back()[j]);
   return static_cast<double>(std::sqrt(sum));
@@ -29,7 +28,7 @@ struct Problem {
   Rate<long double> wide;
   State<double> start;
   double t_end = 10;
-  std::size_t from = 0, to = 2;        // components of the error
+  std::size_t from = 0, to = 2;  // components of the error
   std::string quantity = "position";
   double size_position = 1, size_velocity = 1, condition = 1;
 };
@@ -75,15 +74,22 @@ Row order_of(const std::vector<Row>& rows) {
 
 Problem orbit(double e) {
   const double size = 1 + e, speed = std::sqrt((1 + e) / (1 - e));
-  return {.rate = kepler<double>, .wide = kepler<long double>, .start = kepler_start<double>(e),
-          .size_position = size, .size_velocity = speed, .condition = 1 + 10 * speed / size};
+  return {.rate = kepler<double>,
+          .wide = kepler<long double>,
+          .start = kepler_start<double>(e),
+          .size_position = size,
+          .size_velocity = speed,
+          .condition = 1 + 10 * speed / size};
 }
 
 }  // namespace
 
 TEST_CASE("ladder: classical RK4 shows order 4 in the windows found by the fit") {
   const Stepper<double> stepper = rk4<double>;
-  struct Case { std::string name; Problem problem; };
+  struct Case {
+    std::string name;
+    Problem problem;
+  };
   const std::vector<Case> cases = {{"kepler e = 0", orbit(0)},
                                    {"kepler e = 0.3", orbit(0.3)},
                                    {"kepler e = 0.6", orbit(0.6)},

@@ -40,7 +40,8 @@ TEST_CASE("a line without noise gives the overhead and the rate") {
   CHECK(fit.straight);
 }
 
-TEST_CASE("the intervals hold the overhead and the rate in 95 of 100 campaigns at least, and are no wider than they need") {
+TEST_CASE(
+    "the intervals hold the overhead and the rate in 95 of 100 campaigns at least, and are no wider than they need") {
   SplitMix64 random{1784};
   for (const double overhead : {0.5, 5.0, 50.0}) {
     int held = 0, rate_held = 0;

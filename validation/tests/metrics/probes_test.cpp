@@ -32,8 +32,7 @@ Scenario oscillator() {
   return scenario;
 }
 
-template <class S>
-Recording step_oscillator(bool verlet, const Scene& scene, const Plan& plan) {
+template <class S> Recording step_oscillator(bool verlet, const Scene& scene, const Plan& plan) {
   Recording run;
   std::array<S, 3> x{}, v{};
   for (std::size_t i = 0; i < 3; ++i) {

@@ -12,14 +12,11 @@ namespace atwood::test {
 inline double root(double x) { return std::sqrt(x); }
 inline long double root(long double x) { return std::sqrt(x); }
 
-template <class S>
-using State = std::vector<S>;
-template <class S>
-using Rate = std::function<void(S t, const State<S>& y, State<S>& dydt)>;
+template <class S> using State = std::vector<S>;
+template <class S> using Rate = std::function<void(S t, const State<S>& y, State<S>& dydt)>;
 
 // samples + 1 states, the first the initial one.
-template <class S>
-std::vector<State<S>> rk4(const Rate<S>& rate, State<S> y, S t_end, int steps, int samples) {
+template <class S> std::vector<State<S>> rk4(const Rate<S>& rate, State<S> y, S t_end, int steps, int samples) {
   const S h = t_end / S(steps);
   State<S> k1(y.size()), k2 = k1, k3 = k1, k4 = k1, z = k1;
   const auto stage = [&](S c, const State<S>& k) {
@@ -74,21 +71,22 @@ std::vector<State<S>> kick_drift(const Rate<S>& rate, State<S> y, S t_end, int s
   return out;
 }
 
-template <class S>
-void kepler(S, const State<S>& y, State<S>& d) {
+template <class S> void kepler(S, const State<S>& y, State<S>& d) {
   const S r2 = y[0] * y[0] + y[1] * y[1], c = -1 / (r2 * root(r2));
   d = {y[2], y[3], c * y[0], c * y[1]};
 }
-template <class S>
-State<S> kepler_start(double e) { return {S(1 - e), S(0), S(0), S(std::sqrt((1 + e) / (1 - e)))}; }
+template <class S> State<S> kepler_start(double e) { return {S(1 - e), S(0), S(0), S(std::sqrt((1 + e) / (1 - e)))}; }
 
 // The near-separatrix box: I = (97/120, 41/60, 17/120), y = (w body, q). g = 0.
-template <class S>
-void tumbling_box(S, const State<S>& y, State<S>& d) {
+template <class S> void tumbling_box(S, const State<S>& y, State<S>& d) {
   const S a = S(97) / 120, b = S(41) / 60, c = S(17) / 120;
-  d = {(b - c) / a * y[1] * y[2], (c - a) / b * y[2] * y[0], (a - b) / c * y[0] * y[1],
-       (-y[4] * y[0] - y[5] * y[1] - y[6] * y[2]) / 2, (y[3] * y[0] + y[5] * y[2] - y[6] * y[1]) / 2,
-       (y[3] * y[1] + y[6] * y[0] - y[4] * y[2]) / 2, (y[3] * y[2] + y[4] * y[1] - y[5] * y[0]) / 2};
+  d = {(b - c) / a * y[1] * y[2],
+       (c - a) / b * y[2] * y[0],
+       (a - b) / c * y[0] * y[1],
+       (-y[4] * y[0] - y[5] * y[1] - y[6] * y[2]) / 2,
+       (y[3] * y[0] + y[5] * y[2] - y[6] * y[1]) / 2,
+       (y[3] * y[1] + y[6] * y[0] - y[4] * y[2]) / 2,
+       (y[3] * y[2] + y[4] * y[1] - y[5] * y[0]) / 2};
 }
 
 template <class S>
@@ -96,8 +94,7 @@ void charge(S, const State<S>& y, State<S>& d) {  // unit charge and mass, E = (
   d = {y[3], y[4], y[5], S(0.2) + y[4], -y[3], S(0)};
 }
 
-template <class S>
-void thrown(S, const State<S>& y, State<S>& d) {  // quadratic drag 0.05 |v| v
+template <class S> void thrown(S, const State<S>& y, State<S>& d) {  // quadratic drag 0.05 |v| v
   const S c = S(-0.05) * root(y[2] * y[2] + y[3] * y[3]);
   d = {y[2], y[3], c * y[2], c * y[3] - S(9.81)};
 }

@@ -202,7 +202,8 @@ TEST_CASE("crossing curves: a low order is cheaper above the crossing, a high on
   CHECK(budget->ranked[0].family == "atwood/low");
 }
 
-TEST_CASE("a question that names one error or one budget has one contest, of the levels' own kind, and failures are no luck") {
+TEST_CASE(
+    "a question that names one error or one budget has one contest, of the levels' own kind, and failures are no luck") {
   std::vector<Row> rows;
   rung(rows, "a/m", 10, 2e-3, 1e-5, 10);
   rung(rows, "a/m", 100, 4e-5, 1e-4, 100);
@@ -230,7 +231,7 @@ TEST_CASE("a question that names one error or one budget has one contest, of the
 TEST_CASE("stable steps: the coarsest rung from which on no finer one fails") {
   std::vector<Row> rows;
   add(rows, "a/m", 10, "size-position", 2);
-  rung(rows, "a/m", 10, 5, 1e-5, 10);           // larger than the motion
+  rung(rows, "a/m", 10, 5, 1e-5, 10);  // larger than the motion
   failure(rows, "a/m", 20, Status::diverged, "|x| passed 1e6");
   rung(rows, "a/m", 40, 0.5, 1e-5, 10);
   rung(rows, "a/m", 80, 0.1, 1e-5, 10);
@@ -262,12 +263,12 @@ TEST_CASE("the telling metric is the one in which somebody errs, as a share of t
   CHECK(telling_metric(rows, "s") == "error-position-max");
   add(rows, "a/m", 10, "error-attitude-max", 1e-14);  // a ball that bounces: its attitude tells nothing
   CHECK(telling_metric(rows, "s") == "error-position-max");
-  add(rows, "b/m", 10, "error-attitude-max", 0.5);    // 0.5 of a radian against 0.01 of the motion
+  add(rows, "b/m", 10, "error-attitude-max", 0.5);  // 0.5 of a radian against 0.01 of the motion
   CHECK(telling_metric(rows, "s") == "error-attitude-max");
   add(rows, "b/m", 10, "error-position-max", 1e6);
-  add(rows, "b/m", 20, "error-attitude-max", 3);      // both as large as can be
+  add(rows, "b/m", 20, "error-attitude-max", 3);  // both as large as can be
   CHECK(telling_metric(rows, "s") == "error-attitude-max");
-  add(rows, "b/m", 10, "penetration-max", 0);         // with contacts: position
+  add(rows, "b/m", 10, "penetration-max", 0);  // with contacts: position
   CHECK(telling_metric(rows, "s") == "error-position-max");
   CHECK(telling_metric(rows, "elsewhere").empty());
 }

@@ -23,7 +23,9 @@ namespace {
 
 // `motion`: the class of motion whose claimed order the gate is about (claims.toml); empty: the gate has its own
 // numbers. `pair`: the shapes whose poses are swept, where the gate is about contacts; empty: the scenario moves.
-struct Mutant { std::string name, fault, scenario, method, metric, motion, pair; };
+struct Mutant {
+  std::string name, fault, scenario, method, metric, motion, pair;
+};
 
 // The head of a patch: lines "# key: value" before the difference itself.
 Mutant read_head(const fs::path& path) {

@@ -1,8 +1,8 @@
 // The worker's loop in a process of its own: requests from a file, answers to a file.
-#include <catch2/catch.hpp>
 #include <fcntl.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <cstdio>
@@ -44,7 +44,8 @@ Outcome demo(const MethodId& id, const Scene& scene, const Plan& plan, const Obs
     sample.t_s = static_cast<Wide>(plan.t_end_s) * k / plan.samples;
     sample.bodies.resize(id.scheme == "crowd" ? 120000 : scene.bodies.size());
     if (id.scheme == "crowd")
-      for (BodySample& body : sample.bodies) body.p_m.fill(1.0 / 3), body.v_m_per_s.fill(0.1 / 3), body.q_wxyz.fill(1 / 7.0);
+      for (BodySample& body : sample.bodies)
+        body.p_m.fill(1.0 / 3), body.v_m_per_s.fill(0.1 / 3), body.q_wxyz.fill(1 / 7.0);
     observer.sample(sample);
     event.t_s = sample.t_s;
     observer.event(event);

@@ -138,7 +138,11 @@ TEST_CASE("hello carries every setting with its type") {
   engine.name = "demo";
   engine.version = "1.2";
   engine.scalar = "float";
-  engine.methods.push_back({"demo/a", "doc", "source", {{"rotation", 4.0}}, true,
+  engine.methods.push_back({"demo/a",
+                            "doc",
+                            "source",
+                            {{"rotation", 4.0}},
+                            true,
                             {{"flag", true}, {"n", std::int64_t{3}}, {"x", 1.0}, {"name", std::string("v")}}});
   engine.responses.push_back(
       {"+bounce", "what contacts do", "who says so", {}, false, {{"restitution", std::string("newton")}}});
@@ -306,10 +310,13 @@ TEST_CASE("a long sample crosses in parts, its bars, contacts and events with it
   event.body_b = 1;
   for (const Sample* bars : {static_cast<const Sample*>(nullptr), static_cast<const Sample*>(&bar)}) {
     std::vector<wire::Answer> parts;
-    wire::sample_lines(7, sample, bars, {event}, [&](const std::string& line) {
-      CHECK(line.size() < 1500);
-      parts.push_back(wire::read_answer(line));
-    }, 1000);
+    wire::sample_lines(
+        7, sample, bars, {event},
+        [&](const std::string& line) {
+          CHECK(line.size() < 1500);
+          parts.push_back(wire::read_answer(line));
+        },
+        1000);
     REQUIRE(parts.size() > 3);
     Sample back;
     std::size_t bar_rows = 0;
@@ -360,11 +367,11 @@ TEST_CASE("counts and times that cannot be are refused") {
     const std::string line = std::string(R"({"cell":1,"done":{"status":"ok",)") + done + "}}";
     CHECK_THAT(refusal([&] { wire::read_answer(line); }), Catch::Contains(word));
   }
-  CHECK_THAT(refusal([&] {
-               wire::read_answer(
-                   R"({"cell":1,"t_s":0,"bodies":[],"events":[{"t_s":0,"body_a":0,"body_b":4294967296}]})");
-             }),
-             Catch::Contains("out of range"));
+  CHECK_THAT(
+      refusal([&] {
+        wire::read_answer(R"({"cell":1,"t_s":0,"bodies":[],"events":[{"t_s":0,"body_a":0,"body_b":4294967296}]})");
+      }),
+      Catch::Contains("out of range"));
 }
 
 TEST_CASE("hello is taken from engines that speak the protocol under a usable name") {
@@ -377,7 +384,8 @@ TEST_CASE("hello is taken from engines that speak the protocol under a usable na
            {R"({"engine":"x","methods":[{"id":"x/"}]})", "expected an id that begins with `x/`"},
            {R"({"engine":"x","methods":[{"id":"x/a"},{"id":"x/a"}]})", "listed twice"},
            {R"({"engine":"x","methods":[],"fingerprint":7})", "\"fingerprint\" is not a string"},
-           {R"({"engine":"x","methods":[],"fingerprint":")" + std::string(2000, 'f') + "\"}", "fingerprint of more than"},
+           {R"({"engine":"x","methods":[],"fingerprint":")" + std::string(2000, 'f') + "\"}",
+            "fingerprint of more than"},
            {R"({"engine":"x","methods":[],"files":"a"})", "\"files\" is not an array"},
            {R"({"engine":"x","methods":[],"files":[""]})", "\"files\" of 0 bytes"}}) {
     CAPTURE(line);
@@ -423,8 +431,9 @@ TEST_CASE("mutated lines are read or refused as garbage, nothing else") {
                                        R"({"cell":7,"t_s":0.5,"from":1,"bodies":[],"more":true})",
                                        R"({"cell":7,"poses":[[1,0,0,0,0,1,0,0,0,1,0,0]]})",
                                        R"({"cell":7,"touches":[[0,1,0.5,0,0,0,0,0,1]]})"};
-  const std::string pieces[] = {"[", "]", "{", "}", "\"", ",", ":", "-", "1e999", "null", "true", "\\u0000", "\xff",
-                                "18446744073709551616", "\"nan\"", "[[[[[[[[", "\"cell\":7,", "\\"};
+  const std::string pieces[] = {"[",       "]",        "{",           "}",    "\"",      ",",    ":",
+                                "-",       "1e999",    "null",        "true", "\\u0000", "\xff", "18446744073709551616",
+                                "\"nan\"", "[[[[[[[[", "\"cell\":7,", "\\"};
   std::mt19937 random(20240511);
   const auto below = [&](std::size_t n) { return static_cast<std::size_t>(random() % n); };
   int read = 0, refused = 0;
@@ -433,7 +442,9 @@ TEST_CASE("mutated lines are read or refused as garbage, nothing else") {
     for (std::size_t m = 1 + below(4); m > 0; --m) {
       const std::size_t at = below(line.size() + 1);
       switch (below(4)) {
-        case 0: if (at < line.size()) line[at] = static_cast<char>(below(256)); break;
+        case 0:
+          if (at < line.size()) line[at] = static_cast<char>(below(256));
+          break;
         case 1: line.erase(at, below(20)); break;
         case 2: line.insert(at, pieces[below(std::size(pieces))]); break;
         default: line.insert(at, line.substr(below(line.size() + 1), below(40))); break;

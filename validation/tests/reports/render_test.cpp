@@ -68,13 +68,18 @@ TEST_CASE("golden documents") {
 }
 
 TEST_CASE("tables of figures: aligned for a terminal, whole in JSON and Markdown, absent when there are none") {
-  BenchTable table{"frame", "What fits | a frame", {"method", "N"}, {{"ours", 8000.0}, {"rival|two\nlines", std::nan("")}, {"small", 0.12345678901}}, {"How to read it."}};
-  CHECK(render_bench_table(table) == "What fits | a frame\n\n"
-                                     "method               N\n"
-                                     "ours              8000\n"
-                                     "rival|two lines      -\n"
-                                     "small            0.123\n"
-                                     "\nHow to read it.\n");
+  BenchTable table{"frame",
+                   "What fits | a frame",
+                   {"method", "N"},
+                   {{"ours", 8000.0}, {"rival|two\nlines", std::nan("")}, {"small", 0.12345678901}},
+                   {"How to read it."}};
+  CHECK(render_bench_table(table) ==
+        "What fits | a frame\n\n"
+        "method               N\n"
+        "ours              8000\n"
+        "rival|two lines      -\n"
+        "small            0.123\n"
+        "\nHow to read it.\n");
   ReportData data;
   CHECK(render_json(data).find("\"tables\"") == std::string::npos);
   CHECK(render_markdown(data).find("What fits") == std::string::npos);
@@ -195,7 +200,8 @@ TEST_CASE("JUnit counts all that did not pass as failures and carries the comman
   for (const Verdict& verdict : data.verdicts) {
     if (verdict.judgement == Judgement::pass) continue;
     // XPath answers in document order, suites stand in the order of their first verdict: the fail shares a suite.
-    CHECK(std::string(failures[next].node().text().get()).find("rerun: " + shell_line(verdict.rerun)) != std::string::npos);
+    CHECK(std::string(failures[next].node().text().get()).find("rerun: " + shell_line(verdict.rerun)) !=
+          std::string::npos);
     ++next;
   }
   CHECK(std::string(root.child("testsuite").next_sibling().attribute("name").value()) == "a <b> & \"c\" | d");
@@ -289,8 +295,11 @@ ReportData small_run() {
   blown.text = "diverged: too far";
   blown.rerun = rerun_words("orbit", "odd/one", 64);
   data.verdicts = {pass, blown};
-  data.cells = {{"orbit", "atwood/rk4", 64}, {"orbit", "atwood/rk4", 128}, {"orbit", "odd/one", 64, Status::diverged, "too far"},
-                {"orbit", "odd/one", 128}, {"orbit", "dart/default", 64, Status::unsupported, "no orbits"}};
+  data.cells = {{"orbit", "atwood/rk4", 64},
+                {"orbit", "atwood/rk4", 128},
+                {"orbit", "odd/one", 64, Status::diverged, "too far"},
+                {"orbit", "odd/one", 128},
+                {"orbit", "dart/default", 64, Status::unsupported, "no orbits"}};
   data.cells[2].fails = true;
   return data;
 }
@@ -299,13 +308,15 @@ ReportData small_run() {
 
 TEST_CASE("a small run ends with its figures, its claims and a sentence on what failed") {
   ReportData data = small_run();
-  data.refused_truths = {{"pile", "`extended`", Status::unsupported, "bodies may meet", "What covers it: `kind = \"cvode\"`."}};
+  data.refused_truths = {
+      {"pile", "`extended`", Status::unsupported, "bodies may meet", "What covers it: `kind = \"cvode\"`."}};
   data.notes = {"12 gates left out by the filter."};
   const std::string text = render_run_table(data, false, 120);
-  for (const char* words : {"orbit  (error: position, largest over the run, at the finest rung)", "1e-06 m", "4.00 +/- 0.02 (claims 4)",
-                            "0.98 +/- 0.02 (claims 2)", "2e-07", "257 ns", "  pass\n", "1 of 2 diverged", "diverged: too far",
-                            "atwood run --scenario orbit --method odd/one --steps 64", "claims 2, observed 0.98 +/- 0.02: below its claim.",
-                            "bodies may meet", "`kind = \"cvode\"`", "12 gates left out by the filter.", "FAIL  2 gates: 1 pass, 1 fail"}) {
+  for (const char* words :
+       {"orbit  (error: position, largest over the run, at the finest rung)", "1e-06 m", "4.00 +/- 0.02 (claims 4)",
+        "0.98 +/- 0.02 (claims 2)", "2e-07", "257 ns", "  pass\n", "1 of 2 diverged", "diverged: too far",
+        "atwood run --scenario orbit --method odd/one --steps 64", "claims 2, observed 0.98 +/- 0.02: below its claim.",
+        "bodies may meet", "`kind = \"cvode\"`", "12 gates left out by the filter.", "FAIL  2 gates: 1 pass, 1 fail"}) {
     INFO(words << "\n" << text);
     CHECK(text.find(words) != std::string::npos);
   }
@@ -340,7 +351,9 @@ TEST_CASE("annotations keep GitHub's rules: at most ten, escaped, a file of the 
   data.verdicts[1].gate.named = true;
   data.verdicts[1].gate.origin = "/home/me/repo/tol, 1.toml:7";
   const std::string text = render_github_annotations(data, "/home/me/repo");
-  CHECK(text.find("::error file=tol%2C 1.toml,line=7,title=atwood fail%3A orbit odd/one status at 64 steps::100 %25 lost") == 0);
+  CHECK(text.find(
+            "::error file=tol%2C 1.toml,line=7,title=atwood fail%3A orbit odd/one status at 64 steps::100 %25 lost") ==
+        0);
   CHECK(text.find("%0Aat: a, b%0Arerun: atwood run") != std::string::npos);
   CHECK(text.find("::warning title=atwood%3A orbit odd/one order-position::claims 2") != std::string::npos);
   CHECK(text.find('\r') == std::string::npos);
@@ -354,7 +367,8 @@ TEST_CASE("annotations keep GitHub's rules: at most ten, escaped, a file of the 
 }
 
 TEST_CASE("a baseline's changes: a line a scenario and method, the worst first, the rest counted by scenario") {
-  const auto change = [](BaselineChange::Kind kind, const std::string& method, const std::string& metric, double ratio) {
+  const auto change = [](BaselineChange::Kind kind, const std::string& method, const std::string& metric,
+                         double ratio) {
     BaselineChange c;
     c.kind = kind;
     c.scenario = "orbit";
@@ -376,12 +390,13 @@ TEST_CASE("a baseline's changes: a line a scenario and method, the worst first, 
                                             change(Kind::missing, "a/gone", "error-position-max", 1),
                                             change(Kind::missing, "a/gone", "error-position-end", 1),
                                             change(Kind::added, "a/new", "error-position-max", 1)};
-  CHECK(render_baseline_table("b.tsv", changes, false) ==
-        "regression   orbit  a/bad  error-position-max at 64 steps: 1 -> 7 m, allowed 1.001, 7 x as bad; 1 more figure\n"
-        "             atwood run --scenario orbit --method a/bad --steps 64\n"
-        "regression   orbit  a/mild  error-position-max at 64 steps: 1 -> 1.5 m, allowed 1.001, 1.5 x as bad\n"
-        "             atwood run --scenario orbit --method a/mild --steps 64\n"
-        "missing      orbit: 2 figures of a/gone\n"
-        "new          orbit: 1 figure of a/new\n"
-        "3 regressions, 2 missing, 0 improvements, 1 new, 0 unchanged against b.tsv\n");
+  CHECK(
+      render_baseline_table("b.tsv", changes, false) ==
+      "regression   orbit  a/bad  error-position-max at 64 steps: 1 -> 7 m, allowed 1.001, 7 x as bad; 1 more figure\n"
+      "             atwood run --scenario orbit --method a/bad --steps 64\n"
+      "regression   orbit  a/mild  error-position-max at 64 steps: 1 -> 1.5 m, allowed 1.001, 1.5 x as bad\n"
+      "             atwood run --scenario orbit --method a/mild --steps 64\n"
+      "missing      orbit: 2 figures of a/gone\n"
+      "new          orbit: 1 figure of a/new\n"
+      "3 regressions, 2 missing, 0 improvements, 1 new, 0 unchanged against b.tsv\n");
 }

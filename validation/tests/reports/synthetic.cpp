@@ -56,13 +56,19 @@ constexpr std::array<Curve, 20> kCurves{{
     {"ode/tuned", 1, 0.9, 1e-14, 1240, 0, 0},
 }};
 
+// clang-format off
 constexpr std::array<const char*, 25> kScenarios{
     "ballistic", "projectile-linear-drag", "projectile-quadratic-drag", "terminal-velocity", "oscillator",
     "oscillator-damped", "oscillator-driven", "kepler-e0", "kepler-e0.3", "kepler-e0.6", "kepler-e0.8",
     "kepler-10-periods", "two-body", "figure-eight", "pleiades", "arenstorf", "charge-in-b", "charge-in-e-cross-b",
     "free-box-simple", "free-box-complex", "symmetric-top", "dzhanibekov", "bounce-e0.8", "head-on", "oblique"};
+// clang-format on
 
-struct MetricScale { const char* name; const char* unit; double scale; };
+struct MetricScale {
+  const char* name;
+  const char* unit;
+  double scale;
+};
 constexpr std::array<MetricScale, 12> kStateMetrics{{{"error-position-end", "m", 1},
                                                      {"error-position-max", "m", 1.4},
                                                      {"error-position-rms", "m", 0.6},
@@ -77,8 +83,12 @@ constexpr std::array<MetricScale, 12> kStateMetrics{{{"error-position-end", "m",
                                                      {"momentum-error", "kg m/s", 1e-3}}};
 
 Provenance provenance() {
-  return {"0.1.0", "0123456789abcdef0123456789abcdef01234567", "g++ 12.2.0", "-O3 -ffp-contract=off -fno-math-errno",
-          "Example CPU @ 2.40GHz", "run-0001"};
+  return {"0.1.0",
+          "0123456789abcdef0123456789abcdef01234567",
+          "g++ 12.2.0",
+          "-O3 -ffp-contract=off -fno-math-errno",
+          "Example CPU @ 2.40GHz",
+          "run-0001"};
 }
 
 std::vector<Scenario> scenarios(int count, int rungs, int samples) {
@@ -118,14 +128,19 @@ std::vector<Engine> engines(int methods) {
     method.claimed_order = {{"point-mass", kCurves[static_cast<std::size_t>(i)].order}, {"rotation", 1}};
     const bool tuned = id.find("tuned") != std::string::npos;
     if (name != "atwood") {
-      method.settings = {{"damping", 0.0}, {"erp", tuned ? 0.0 : 0.2}, {"iterations", std::int64_t{tuned ? 50 : 10}},
-                         {"sleeping", false}, {"solver", std::string(tuned ? "dantzig" : "sequential impulse")}};
+      method.settings = {{"damping", 0.0},
+                         {"erp", tuned ? 0.0 : 0.2},
+                         {"iterations", std::int64_t{tuned ? 50 : 10}},
+                         {"sleeping", false},
+                         {"solver", std::string(tuned ? "dantzig" : "sequential impulse")}};
     }
     list.back().methods.push_back(method);
   }
   list.front().methods.push_back({"atwood/ran-nowhere", "", "", {}, false, {}});
-  MethodInfo impulse{"+impulse", "Impulses that exist on paper only.", "", {}, false,
-                     {{"rest_sweeps", std::int64_t{100}}, {"sleeping", false}, {"solver", std::string("auto")}}};
+  MethodInfo impulse{
+      "+impulse", "Impulses that exist on paper only.",
+      "",         {},
+      false,      {{"rest_sweeps", std::int64_t{100}}, {"sleeping", false}, {"solver", std::string("auto")}}};
   list.front().responses = {impulse, {"+event", "Follows nothing here.", "", {}, false, {}}};
   return list;
 }
@@ -315,7 +330,8 @@ ReportData synthetic_report(const SyntheticSize& size) {
   data.engines = engines(methods);
   data.missing_engines = {{"mujoco", "not built: libmujoco was not found at configure time"}};
   for (const MetricScale& metric : kStateMetrics) {
-    data.metrics.push_back({metric.name, metric.unit, "The norm of the difference from the truth at the same instant."});
+    data.metrics.push_back(
+        {metric.name, metric.unit, "The norm of the difference from the truth at the same instant."});
   }
   Builder builder(size, data);
   for (int s = 0; s < size.scenarios; ++s) {
@@ -332,25 +348,26 @@ ReportData synthetic_report(const SyntheticSize& size) {
   }
   data.verdicts.push_back(verdict("kepler-e0.6", "atwood/rk4", "order-position", Judgement::fail, 3.62, 3.9, 4.2));
   for (const std::int64_t steps : {120, 240, 480}) {  // one fault on three rungs: one card
-    Verdict rung = verdict("oblique", "atwood/rk4+event", "error-body-rate-end", Judgement::fail, 1.0 / static_cast<double>(steps), 0, 1e-11);
+    Verdict rung = verdict("oblique", "atwood/rk4+event", "error-body-rate-end", Judgement::fail,
+                           1.0 / static_cast<double>(steps), 0, 1e-11);
     rung.steps = steps;
     data.verdicts.push_back(rung);
   }
   data.verdicts.push_back(verdict(kHostile, "atwood/dopri5", "order-position", Judgement::fail, 4.1, 4.85, 5.15));
   data.verdicts.push_back(verdict("arenstorf", "atwood/rk4", "order-velocity", Judgement::unverifiable, 3.9, 3.9, 4.2));
   data.verdicts.push_back(verdict("struck-rod", "atwood/rk4+event", "error-velocity-end", Judgement::not_run, 0, 0, 1));
-  data.laws = {{"ballistic", "atwood/explicit-euler", "landing-range-error", "range error = v_x h (one step late)", 120,
-                0.125, 0.12500000000001, "m"},
-               {"free-box-complex", "bullet64/default", "error-position-end", "height is g t h / 2 low", 1000, 0.49,
-                0.48993, "m"},
-               {"free-box-complex", "ode/default", "error-position-end", "height is g t h / 2 low", 1000, 0.49, 0.4912,
-                "m"},
-               {"kepler-e0.6", "atwood/rk4@float", "error-position-min", "round-off walk = eps sqrt(n)", 3840, 2.1e-6,
-                3.3e-6, "m"}};
+  data.laws = {
+      {"ballistic", "atwood/explicit-euler", "landing-range-error", "range error = v_x h (one step late)", 120, 0.125,
+       0.12500000000001, "m"},
+      {"free-box-complex", "bullet64/default", "error-position-end", "height is g t h / 2 low", 1000, 0.49, 0.48993,
+       "m"},
+      {"free-box-complex", "ode/default", "error-position-end", "height is g t h / 2 low", 1000, 0.49, 0.4912, "m"},
+      {"kepler-e0.6", "atwood/rk4@float", "error-position-min", "round-off walk = eps sqrt(n)", 3840, 2.1e-6, 3.3e-6,
+       "m"}};
   for (int m = 0; m < methods; ++m) {
     const Curve& curve = kCurves[static_cast<std::size_t>(m)];
-    data.bench.push_back({"kepler-e0.6", curve.id, 1000, curve.ns_per_step, curve.ns_per_step * 1.2,
-                          std::string("step/") + curve.id});
+    data.bench.push_back(
+        {"kepler-e0.6", curve.id, 1000, curve.ns_per_step, curve.ns_per_step * 1.2, std::string("step/") + curve.id});
   }
   add_contacts(data);
   add_bounces(data);
@@ -369,19 +386,51 @@ static Dominance small_dominance() {
   Reached behind = ours;
   behind.cost = 8e-4;
   Dominance table{"kepler-e0.6", "error-position-max", "m", Cost::seconds, {}, {}, {}};
-  table.by_error = {{1e-6, {ours, next, rival}, TimedRatio{4.05, 3.9, 4.2, 15}}, {1e-12, {at_bar, behind}, {}}, {1e-13, {at_bar}, {}}};
+  table.by_error = {{1e-6, {ours, next, rival}, TimedRatio{4.05, 3.9, 4.2, 15}},
+                    {1e-12, {at_bar, behind}, {}},
+                    {1e-13, {at_bar}, {}}};
   table.by_budget = {{16.7e-3, {ours, at_bar}, {}}};
-  table.stable = {{"atwood/rk4", true, {"atwood/rk4", 240, 10.0 / 240, 1e-4, 1e-15, 2e-5, 960}, {{"atwood/rk4", 60, 10.0 / 60, Status::diverged, "its error is as large as the motion"}}},
+  table.stable = {{"atwood/rk4",
+                   true,
+                   {"atwood/rk4", 240, 10.0 / 240, 1e-4, 1e-15, 2e-5, 960},
+                   {{"atwood/rk4", 60, 10.0 / 60, Status::diverged, "its error is as large as the motion"}}},
                   {"a|b/<c>", false, {}, {{"a|b/<c>", 60, 0, Status::unsupported, "no | such <force>"}}}};
   return table;
 }
 
 static std::vector<GoalResult> small_goals() {
   const double none = std::numeric_limits<double>::quiet_NaN();
-  GoalResult reached{"kepler-10", "Kepler | ten periods", "kepler-10-periods", "error-state-end", "1", 2e-10, "evaluations", 6000, true,
-                     {"atwood/ias15:1e-9", 3840, 1.5e-10, 1e-16, 3.9e-5, 4950, none, true}, {"cvode/adams:1e-13", 3840, 4.6e-9, 1e-16, 7.6e-3, 9970, none, false}, {}, none, none, none, ""};
-  GoalResult missed{"drag", "Quadratic drag <480>", "projectile-quadratic-drag", "error-position-end", "m", 1e-12, "ns_per_step", 100, false,
-                    {"atwood/rk4", 480, 3e-9, 1e-20, 5e-5, 1920, 104.2, false}, {"ode/tuned", 480, 6.5e-2, 1e-20, 9.4e-5, 480, 196, false}, {}, none, none, none,
+  GoalResult reached{"kepler-10",
+                     "Kepler | ten periods",
+                     "kepler-10-periods",
+                     "error-state-end",
+                     "1",
+                     2e-10,
+                     "evaluations",
+                     6000,
+                     true,
+                     {"atwood/ias15:1e-9", 3840, 1.5e-10, 1e-16, 3.9e-5, 4950, none, true},
+                     {"cvode/adams:1e-13", 3840, 4.6e-9, 1e-16, 7.6e-3, 9970, none, false},
+                     {},
+                     none,
+                     none,
+                     none,
+                     ""};
+  GoalResult missed{"drag",
+                    "Quadratic drag <480>",
+                    "projectile-quadratic-drag",
+                    "error-position-end",
+                    "m",
+                    1e-12,
+                    "ns_per_step",
+                    100,
+                    false,
+                    {"atwood/rk4", 480, 3e-9, 1e-20, 5e-5, 1920, 104.2, false},
+                    {"ode/tuned", 480, 6.5e-2, 1e-20, 9.4e-5, 480, 196, false},
+                    {},
+                    none,
+                    none,
+                    none,
                     "the error is 3000 times too large"};
   return {reached, missed};
 }
@@ -403,18 +452,39 @@ ReportData small_report() {
   scenario.truth = {TruthKind::closed_form, "kepler", ""};
   scenario.invariants = {{"energy"}};
   data.scenarios = {scenario};
-  MethodInfo method{"atwood/rk4", "The classical scheme.", "Kutta 1901", {{"point-mass", 4}}, false,
-                    {{"sleeping", false}, {"iterations", std::int64_t{10}}, {"erp", 0.2}, {"solver", std::string("a|b")}}};
+  MethodInfo method{
+      "atwood/rk4",
+      "The classical scheme.",
+      "Kutta 1901",
+      {{"point-mass", 4}},
+      false,
+      {{"sleeping", false}, {"iterations", std::int64_t{10}}, {"erp", 0.2}, {"solver", std::string("a|b")}}};
   MethodInfo idle{"atwood/heun", "Ran nowhere.", "", {}, false, {{"idle_setting", true}}};
-  MethodInfo impulse{"+impulse", "Impulses | in substeps.", "Moreau 1988", {}, false,
-                     {{"rest_sweeps", std::int64_t{100}}, {"sleeping", false}, {"solver", std::string("auto")}}};
+  MethodInfo impulse{
+      "+impulse",    "Impulses | in substeps.",
+      "Moreau 1988", {},
+      false,         {{"rest_sweeps", std::int64_t{100}}, {"sleeping", false}, {"solver", std::string("auto")}}};
   MethodInfo event{"+event", "Followed nothing here.", "", {}, false, {{"simultaneous", std::string("sequential")}}};
   data.engines = {{"atwood", "0.1.0", "double", {method, idle}, nullptr, false, {impulse, event}},
                   {"fcl", "0.7", "double", {{"fcl/default", "Ran nowhere.", "", {}, false, {}}}, nullptr}};
   data.missing_engines = {{"mujoco", "not built"}};
   data.metrics = {{"error-position-end", "m", "Norm of the difference <at the end>."}};
-  Row row{"kepler-e0.6", "atwood/rk4", 960, 10.0 / 960, {}, {}, "", std::nullopt, "error-position-end", "m",
-          1.2345678901234567e-7, 1e-15, Status::ok, "", "a1b2", data.provenance};
+  Row row{"kepler-e0.6",
+          "atwood/rk4",
+          960,
+          10.0 / 960,
+          {},
+          {},
+          "",
+          std::nullopt,
+          "error-position-end",
+          "m",
+          1.2345678901234567e-7,
+          1e-15,
+          Status::ok,
+          "",
+          "a1b2",
+          data.provenance};
   data.rows.push_back(row);
   row.steps = 1920;
   row.h_s = 10.0 / 1920;
@@ -422,20 +492,47 @@ ReportData small_report() {
   row.body = "planet, \"b\"";
   row.t_s = 0.1;
   data.rows.push_back(row);
-  row = {"kepler-e0.6", "ode/default{erp=0.1,cfm=0}", 960, 10.0 / 960, {}, {}, "", std::nullopt, "status", "", 0, 0,
-         Status::crashed, "line one\nline \x1b[31m two, \"quoted\" \xff", "c3d4", data.provenance};
+  row = {"kepler-e0.6",
+         "ode/default{erp=0.1,cfm=0}",
+         960,
+         10.0 / 960,
+         {},
+         {},
+         "",
+         std::nullopt,
+         "status",
+         "",
+         0,
+         0,
+         Status::crashed,
+         "line one\nline \x1b[31m two, \"quoted\" \xff",
+         "c3d4",
+         data.provenance};
   data.rows.push_back(row);
-  row = {"kepler-e0.6", "atwood/explicit-euler", 960, 10.0 / 960, {}, {}, "", std::nullopt, "error-position-end", "m",
-         std::numeric_limits<double>::quiet_NaN(), 1e-15, Status::not_finite, "x is nan", "e5", data.provenance};
+  row = {"kepler-e0.6",
+         "atwood/explicit-euler",
+         960,
+         10.0 / 960,
+         {},
+         {},
+         "",
+         std::nullopt,
+         "error-position-end",
+         "m",
+         std::numeric_limits<double>::quiet_NaN(),
+         1e-15,
+         Status::not_finite,
+         "x is nan",
+         "e5",
+         data.provenance};
   data.rows.push_back(row);
-  row = {"kepler-e0.6", "atwood/rk4", 0, 0, {}, {}, "", std::nullopt, "order-position", "1", 3.98, 0.02, Status::ok, "",
-         "a1b2", data.provenance};
+  row = {"kepler-e0.6",    "atwood/rk4", 0,    0,    {},         {}, "",     std::nullopt,
+         "order-position", "1",          3.98, 0.02, Status::ok, "", "a1b2", data.provenance};
   data.rows.push_back(row);
-  data.verdicts = {
-      verdict("kepler-e0.6", "atwood/rk4", "order-position", Judgement::pass, 3.98, 3.9, 4.2),
-      verdict("kepler-e0.6", "atwood/heun", "order-position", Judgement::fail, 1.4, 1.9, 2.1),
-      verdict("a <b> & \"c\" | d", "atwood/rk4", "order-position", Judgement::unverifiable, 3.9, 3.9, 4.2),
-      verdict("bounce-*", "atwood/rk4+event", "apex-error", Judgement::not_run, 0, 0, 1e-12)};
+  data.verdicts = {verdict("kepler-e0.6", "atwood/rk4", "order-position", Judgement::pass, 3.98, 3.9, 4.2),
+                   verdict("kepler-e0.6", "atwood/heun", "order-position", Judgement::fail, 1.4, 1.9, 2.1),
+                   verdict("a <b> & \"c\" | d", "atwood/rk4", "order-position", Judgement::unverifiable, 3.9, 3.9, 4.2),
+                   verdict("bounce-*", "atwood/rk4+event", "apex-error", Judgement::not_run, 0, 0, 1e-12)};
   data.verdicts[3].text = "no rows match \x1b[2J this gate";
   data.laws = {{"ballistic", "atwood/explicit-euler", "landing-range-error", "range error = v_x h", 120, 0.125,
                 0.12500000000001, "m"}};
@@ -443,7 +540,8 @@ ReportData small_report() {
   data.dominance = {small_dominance()};
   data.goals = small_goals();
   data.notes = {"cvode/adams:tol: it takes a tolerance | and was named without one."};
-  data.series = {{"kepler-e0.6", "atwood/rk4", 960, {{0, 5, 10}, {0, 1e-8, 1.2345678e-7}, {}, {}, {}, {0, -1e-9, 2e-9}}}};
+  data.series = {
+      {"kepler-e0.6", "atwood/rk4", 960, {{0, 5, 10}, {0, 1e-8, 1.2345678e-7}, {}, {}, {}, {0, -1e-9, 2e-9}}}};
   return data;
 }
 

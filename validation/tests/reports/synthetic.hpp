@@ -6,7 +6,9 @@
 
 namespace atwood {
 
-struct SyntheticSize { int scenarios = 40, methods = 20, rungs = 10, samples = 128; };
+struct SyntheticSize {
+  int scenarios = 40, methods = 20, rungs = 10, samples = 128;
+};
 
 ReportData synthetic_report(const SyntheticSize& size);
 

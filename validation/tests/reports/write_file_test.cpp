@@ -44,7 +44,7 @@ TEST_CASE("a new file and a replaced one hold exactly what was given") {
   ::chmod(path.c_str(), 0640);
   atwood::write_file(path, "second");
   CHECK(content(path) == "second");
-  struct stat info{};
+  struct stat info {};
   REQUIRE(::stat(path.c_str(), &info) == 0);
   CHECK((info.st_mode & 07777) == 0640);
   CHECK(folder.entries() == 1);
@@ -82,7 +82,8 @@ TEST_CASE("a file that grows past the limit leaves the old one and no other") {
 
 TEST_CASE("errors carry the system's words") {
   const Folder folder;
-  CHECK_THROWS_WITH(atwood::write_file(folder / "no/such/report.html", "x"), Catch::EndsWith("No such file or directory"));
+  CHECK_THROWS_WITH(atwood::write_file(folder / "no/such/report.html", "x"),
+                    Catch::EndsWith("No such file or directory"));
   CHECK_THROWS_WITH(atwood::write_file(folder.path.string(), "x"), Catch::EndsWith("Is a directory"));
   if (fs::exists("/dev/full")) {
     CHECK_THROWS_WITH(atwood::write_file("/dev/full", "x"), "cannot write /dev/full: No space left on device");

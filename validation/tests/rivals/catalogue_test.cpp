@@ -9,12 +9,14 @@
 namespace atwood::test {
 namespace {
 
+// clang-format off
 const std::vector<std::string> kPromised{
     "ballistic",     "projectile-linear-drag", "projectile-quadratic-drag", "free-box-simple", "free-box-complex",
     "symmetric-top", "dzhanibekov",            "thrusters",                 "force-at-a-point", "bounce-e0",
     "thrusters-spin", "force-at-a-point-body", "frame-rate-30",            "frame-rate-60",    "frame-rate-144",
     "bounce-e0.5",   "bounce-e0.8",            "bounce-e1",                 "head-on",         "oblique",
     "oblique-rough", "oblique-rough-stick"};
+// clang-format on
 
 bool asks_for_restitution(const Scene& scene) {
   return std::any_of(scene.pairs.begin(), scene.pairs.end(), [](const PairLaw& law) { return law.restitution != 0; });

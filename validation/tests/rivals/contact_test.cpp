@@ -32,7 +32,8 @@ Scene sliding(double friction, const Real3& v) {
 
 }  // namespace
 
-TEST_CASE("its sharpest settings beat the default tenfold on bouncing, in Bullet; ODE stays within its step; tuned is no worse") {
+TEST_CASE(
+    "its sharpest settings beat the default tenfold on bouncing, in Bullet; ODE stays within its step; tuned is no worse") {
   const Engine engine = engine_under_test();
   if (!bounces(engine) || engine.name == "dart") return;  // DART's law of a bounce: dart_test
   const double plain = worst_bounce(engine, method(engine, "default")), sharp = worst_bounce(engine, sharpest(engine)),
@@ -54,8 +55,7 @@ TEST_CASE("restitution is the pair's, not a product of the bodies'") {
   if (!bounces(engine)) return;
   for (const double e : {0.0, 0.6, 1.0}) {
     for (const double m2_kg : {1.0, 3.0}) {
-      const Run result =
-          run(engine, sharpest(engine), with_pair_law(head_on(0, 1, m2_kg), e, 0), Plan{2, 480, 48});
+      const Run result = run(engine, sharpest(engine), with_pair_law(head_on(0, 1, m2_kg), e, 0), Plan{2, 480, 48});
       REQUIRE(result.outcome.status == Status::ok);
       const double margin = in_float(engine) ? 1e-5 : 1e-7;
       CHECK(result.v(1, 0) - result.v(0, 0) == Approx(e * 1.5).margin(margin));
@@ -177,10 +177,8 @@ TEST_CASE("the contacts that samples tell of account for all change of momentum"
 
 TEST_CASE("every shape that can rest on a plane does") {
   const Engine engine = engine_under_test();
-  const std::vector<std::pair<Shape, double>> shapes{{Sphere{0.1}, 0.1},
-                                                     {Box{{0.1, 0.2, 0.3}}, 0.3},
-                                                     {Capsule{0.1, 0.2}, 0.3},
-                                                     {Cylinder{0.1, 0.2}, 0.2}};
+  const std::vector<std::pair<Shape, double>> shapes{
+      {Sphere{0.1}, 0.1}, {Box{{0.1, 0.2, 0.3}}, 0.3}, {Capsule{0.1, 0.2}, 0.3}, {Cylinder{0.1, 0.2}, 0.2}};
   for (const auto& [shape, height_m] : shapes) {
     Scene scene = bounce(0, 0, 0.5);
     scene.bodies[1].shape = shape;

@@ -84,7 +84,7 @@ TEST_CASE("each pair has its own law, by a shape for each material") {
   // Box 1 lies on the floor, box 2 on box 1, box 3 on the floor. Materials: floor 0, box 1 is 1, boxes 2 and 3 are 2.
   Scene scene = bounce(0, 0);
   scene.materials.assign(3, Material{});
-  scene.pairs = {PairLaw{0, 0, 0, 0.9, 0}, PairLaw{0, 1, 0, 0.4, 0}, PairLaw{1, 1, 0.3, 0.7, 0},
+  scene.pairs = {PairLaw{0, 0, 0, 0.9, 0},  PairLaw{0, 1, 0, 0.4, 0}, PairLaw{1, 1, 0.3, 0.7, 0},
                  PairLaw{0, 2, 0, 0.25, 0}, PairLaw{1, 2, 0, 0.1, 0}, PairLaw{2, 2, 0.5, 0.1, 0}};
   scene.bodies[1] = flat_box("low", {0, 0, 0.05});
   scene.bodies.push_back(flat_box("high", {0, 0, 0.15}));

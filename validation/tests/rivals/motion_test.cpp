@@ -86,8 +86,8 @@ TEST_CASE("spin about a principal axis is exact, in any pose") {
 TEST_CASE("a symmetric top precesses at the closed form's rate") {
   // I = (0.04, 0.04, 0.02), w = (1, 0, 5): body rate turns at (I3 - I1) / I1 w3 = -2.5 rad/s about body z.
   const Engine engine = engine_under_test();
-  const Run result = run(engine, sharpest(engine), spinning({0.04, 0.04, 0.02}, {1, 0, 5}, {1, 0, 0, 0}),
-                         Plan{1, 20000, 10});
+  const Run result =
+      run(engine, sharpest(engine), spinning({0.04, 0.04, 0.02}, {1, 0, 5}, {1, 0, 0, 0}), Plan{1, 20000, 10});
   CHECK(result.w(0, 0) == Approx(std::cos(2.5)).margin(2e-2));
   CHECK(result.w(0, 1) == Approx(-std::sin(2.5)).margin(2e-2));
   CHECK(result.w(0, 2) == Approx(5).margin(5e-3));

@@ -89,7 +89,8 @@ TEST_CASE("each pair has its own friction, by priorities or one by one") {
   for (const bool orderly : {true, false}) {
     const double mu02 = orderly ? 0.1 : 0.25;
     Scene scene = of_materials({PairLaw{0, 0, 0, 0.9, 0}, PairLaw{0, 1, 0, 0.4, 0}, PairLaw{1, 1, 0, 0.7, 0},
-                                PairLaw{0, 2, 0, mu02, 0}, PairLaw{1, 2, 0, 0.1, 0}, PairLaw{2, 2, 0, 0.1, 0}}, 3);
+                                PairLaw{0, 2, 0, mu02, 0}, PairLaw{1, 2, 0, 0.1, 0}, PairLaw{2, 2, 0, 0.1, 0}},
+                               3);
     scene.bodies[1] = flat_box("low", {0, 0, 0.05});
     scene.bodies.push_back(flat_box("high", {0, 0, 0.15}));
     scene.bodies.push_back(flat_box("apart", {0, 3, 0.05}));

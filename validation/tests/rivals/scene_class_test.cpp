@@ -20,19 +20,29 @@ Scene catalogue_scene(const std::string& id) {
 }  // namespace
 
 TEST_CASE("scenes of the catalogue are of the class that their title says") {
-  const std::map<std::string, SceneClass> expected{
-      {"kepler-e0.6", SceneClass::free_flight},   {"free-box-complex", SceneClass::free_flight},
-      {"bounce-e0.8", SceneClass::bounce},        {"bounce-e0", SceneClass::bounce},
-      {"head-on", SceneClass::bounce},            {"cradle-touching-1", SceneClass::bounce},
-      {"oblique-rough", SceneClass::bounce},      {"oblique-phase", SceneClass::bounce},
-      {"rod-on-rough-floor", SceneClass::bounce}, {"roll", SceneClass::friction},
-      {"roll-cylinder", SceneClass::friction},    {"slide-30", SceneClass::friction},
-      {"stop-distance-45", SceneClass::friction}, {"mesh-floor-slide", SceneClass::friction},
-      {"slip-to-roll", SceneClass::friction},     {"stack-10", SceneClass::stack},
-      {"card-house", SceneClass::stack},          {"wall", SceneClass::stack},
-      {"settling-100", SceneClass::heap},         {"pile-216", SceneClass::heap},
-      {"elastic-216", SceneClass::heap},          {"bouncing-49", SceneClass::heap},
-      {"settling-boxes-100", SceneClass::heap}};
+  const std::map<std::string, SceneClass> expected{{"kepler-e0.6", SceneClass::free_flight},
+                                                   {"free-box-complex", SceneClass::free_flight},
+                                                   {"bounce-e0.8", SceneClass::bounce},
+                                                   {"bounce-e0", SceneClass::bounce},
+                                                   {"head-on", SceneClass::bounce},
+                                                   {"cradle-touching-1", SceneClass::bounce},
+                                                   {"oblique-rough", SceneClass::bounce},
+                                                   {"oblique-phase", SceneClass::bounce},
+                                                   {"rod-on-rough-floor", SceneClass::bounce},
+                                                   {"roll", SceneClass::friction},
+                                                   {"roll-cylinder", SceneClass::friction},
+                                                   {"slide-30", SceneClass::friction},
+                                                   {"stop-distance-45", SceneClass::friction},
+                                                   {"mesh-floor-slide", SceneClass::friction},
+                                                   {"slip-to-roll", SceneClass::friction},
+                                                   {"stack-10", SceneClass::stack},
+                                                   {"card-house", SceneClass::stack},
+                                                   {"wall", SceneClass::stack},
+                                                   {"settling-100", SceneClass::heap},
+                                                   {"pile-216", SceneClass::heap},
+                                                   {"elastic-216", SceneClass::heap},
+                                                   {"bouncing-49", SceneClass::heap},
+                                                   {"settling-boxes-100", SceneClass::heap}};
   for (const auto& [id, wanted] : expected) {
     CAPTURE(id, to_string(wanted));
     CHECK(to_string(scene_class(catalogue_scene(id))) == to_string(wanted));

@@ -65,8 +65,7 @@ TEST_CASE("an override reaches the engine") {
   CHECK(plain.p(0, 2) == same.p(0, 2));
   // Four inner steps leave a quarter of the height g t h / 2 that the engine falls short of.
   const double exact = 8 * 1 - 0.5 * 9.8;
-  CHECK((exact - finer.p(0, 2)) / (exact - plain.p(0, 2)) ==
-        Approx(0.25).epsilon(in_float(engine) ? 0.05 : 1e-6));
+  CHECK((exact - finer.p(0, 2)) / (exact - plain.p(0, 2)) == Approx(0.25).epsilon(in_float(engine) ? 0.05 : 1e-6));
   if (engine.name == "mujoco" || engine.name == "dart") return;  // these have no damping
   const Run damped = run(engine, method(engine, "default", {{"linear_damping", 0.5}}), free_box_complex(), plan);
   CHECK(std::abs(damped.v(0, 0)) < 1.9);

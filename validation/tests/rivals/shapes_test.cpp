@@ -10,7 +10,10 @@ namespace {
 constexpr double kMu = 0.4, kSpeed_m_per_s = 2, kGravity_m_per_s2 = 9.81;
 const double kStop_m = kSpeed_m_per_s * kSpeed_m_per_s / (2 * kMu * kGravity_m_per_s2);
 
-struct Named { std::string name; Shape shape; };
+struct Named {
+  std::string name;
+  Shape shape;
+};
 
 std::vector<Real3> corners_of_box(double a, double b, double c) {
   std::vector<Real3> corners;
@@ -24,7 +27,8 @@ std::vector<Real3> corners_of_box(double a, double b, double c) {
 Mesh grid() {
   Mesh mesh;
   constexpr int n = 12;
-  for (int i = 0; i <= n; ++i) for (int j = 0; j <= n; ++j) mesh.points_m.push_back({-3 + 0.5 * i, -3 + 0.5 * j, 0});
+  for (int i = 0; i <= n; ++i)
+    for (int j = 0; j <= n; ++j) mesh.points_m.push_back({-3 + 0.5 * i, -3 + 0.5 * j, 0});
   const auto at = [](int i, int j) { return i * (n + 1) + j; };
   for (int i = 0; i < n; ++i) {
     for (int j = 0; j < n; ++j) {

@@ -164,7 +164,7 @@ TEST_CASE("a ball bounces off a slanting plane by Hertz's law") {
   scene.bodies[0].shape = Plane{{0.6, 0, 0.8}, 0.25};
   const Real3 n{0.6, 0, 0.8};
   for (int k = 0; k < 3; ++k) {
-    scene.bodies[1].position_m[k] = 0.85 * n[k];   // 0.5 above its touch
+    scene.bodies[1].position_m[k] = 0.85 * n[k];  // 0.5 above its touch
     scene.bodies[1].velocity_m_per_s[k] = -n[k];
   }
   scene.bodies[1].velocity_m_per_s[1] = 0.7;  // along the plane

@@ -85,18 +85,19 @@ TEST_CASE("deep nesting is found without recursion") {
   const int deep = 100'000;
   for (const std::string& text :
        {dotted(deep) + " = 1", "[" + dotted(deep) + "]", "[[" + dotted(deep) + "]]", "x = " + std::string(deep, '['),
-        "x = " + std::string(deep, '{'), "x = { " + dotted(70) + " = 1 }", "x = { " + dotted(40) + " = { " + dotted(40) + " = 1 } }",
-        "'a'.\"b\"." + dotted(deep) + " = 1", "x = \"\\\"\"\n" + dotted(deep) + " = 1", "x = 'a\\'\n" + dotted(deep) + " = 1",
-        "x = \"\"\"a\"\"\"\"\"\n" + dotted(deep) + " = 1", "x = ''\n" + dotted(deep) + "= 1", "# \" \n" + dotted(deep) + "= 1",
-        "x = \"a#\"\n" + dotted(deep) + " = 1"}) {
+        "x = " + std::string(deep, '{'), "x = { " + dotted(70) + " = 1 }",
+        "x = { " + dotted(40) + " = { " + dotted(40) + " = 1 } }", "'a'.\"b\"." + dotted(deep) + " = 1",
+        "x = \"\\\"\"\n" + dotted(deep) + " = 1", "x = 'a\\'\n" + dotted(deep) + " = 1",
+        "x = \"\"\"a\"\"\"\"\"\n" + dotted(deep) + " = 1", "x = ''\n" + dotted(deep) + "= 1",
+        "# \" \n" + dotted(deep) + "= 1", "x = \"a#\"\n" + dotted(deep) + " = 1"}) {
     INFO(text.substr(0, 40));
     CHECK_THAT(depth_error(text), Contains("t.toml:") && Contains("nesting deeper than 64"));
   }
   CHECK_THAT(depth_error("a = 1\nb = \"é\"\nx = " + std::string(65, '[')), Contains("t.toml:3:69: "));
-  for (const std::string& text :
-       {std::string("a.b.c = [[1.5, 2.5], [3.5]]"), "# " + dotted(deep), "x = \"" + dotted(deep) + "\"",
-        "x = '" + std::string(deep, '[') + "'", "x = \"\"\"\n" + dotted(deep) + "\n\"\"\"", "x = '''\n" + dotted(deep) + "\n'''",
-        "x = [" + std::string(50'000, ' ') + "1.5, 2.5]", std::string("]]]]]]\n[a]")}) {
+  for (const std::string& text : {std::string("a.b.c = [[1.5, 2.5], [3.5]]"), "# " + dotted(deep),
+                                  "x = \"" + dotted(deep) + "\"", "x = '" + std::string(deep, '[') + "'",
+                                  "x = \"\"\"\n" + dotted(deep) + "\n\"\"\"", "x = '''\n" + dotted(deep) + "\n'''",
+                                  "x = [" + std::string(50'000, ' ') + "1.5, 2.5]", std::string("]]]]]]\n[a]")}) {
     INFO(text.substr(0, 40));
     CHECK(depth_error(text) == "shallow");
   }
@@ -109,7 +110,8 @@ TEST_CASE("deep nesting is found without recursion") {
 
 TEST_CASE("scenes of deep keys end in a message") {
   CHECK_THROWS_WITH(read_scenario_text(dotted(100'000) + " = 1\n", "t.toml", "."), Contains("nesting deeper than 64"));
-  CHECK_THROWS_WITH(read_scenario_text("[" + dotted(100'000) + "]\n", "t.toml", "."), Contains("nesting deeper than 64"));
+  CHECK_THROWS_WITH(read_scenario_text("[" + dotted(100'000) + "]\n", "t.toml", "."),
+                    Contains("nesting deeper than 64"));
 }
 
 TEST_CASE("text on its way to a terminal does not act") {
@@ -119,8 +121,10 @@ TEST_CASE("text on its way to a terminal does not act") {
   CHECK(printable("\x1b]8;;http://x\x1b\\link\x1b]8;;\x1b\\") == "link");
   CHECK(printable("\x1b[2J\x1b") == "");
   CHECK(printable("a\rb\bc\x7f") == "abc");
-  CHECK(printable("\xc2\x9b" "31mc1") == "31mc1");                       // CSI in one character
-  CHECK(printable("ab\xe2\x80\xae" "cd") == "abcd");                     // right-to-left override
+  CHECK(printable("\xc2\x9b"
+                  "31mc1") == "31mc1");  // CSI in one character
+  CHECK(printable("ab\xe2\x80\xae"
+                  "cd") == "abcd");  // right-to-left override
   CHECK(printable("one\ntwo\n") == "one | two");
   CHECK(printable_lines("one\n\x1b[1mtwo\n") == "one\ntwo\n");
   CHECK(printable("\xff") == "\xef\xbf\xbd");
@@ -142,8 +146,8 @@ TEST_CASE("cells that a spreadsheet would compute are marked as text, and read b
 
 TEST_CASE("a scene's texts and names do not act on a terminal") {
   const auto scene = [](const std::string& title, const std::string& name) {
-    return "id = \"t\"\ntitle = \"" + title + "\"\n[run]\nt_end_s = 1\nsteps = [1]\nsamples = 1\n[[body]]\nmass_kg = 1\nname = \"" +
-           name + "\"\n";
+    return "id = \"t\"\ntitle = \"" + title +
+           "\"\n[run]\nt_end_s = 1\nsteps = [1]\nsamples = 1\n[[body]]\nmass_kg = 1\nname = \"" + name + "\"\n";
   };
   CHECK_NOTHROW(read_scenario_text(scene("two\\nlines,\\ttab", "b\xc3\xa9"), "t.toml", "."));
   for (const char* acting : {"\\u001b[31m", "\\u009b31m", "\\u202e", "\\u0007", "\\r"}) {
@@ -159,9 +163,10 @@ TEST_CASE("a table of values has the columns that its bodies need") {
   const auto error = [&](const std::string& table, const std::string& shape = "") {
     folder.file("v.csv", table);
     try {
-      read_scenario_text("id = \"t\"\n[run]\nt_end_s = 1\nsteps = [1]\nsamples = 1\n[[body]]\nmass_kg = 1\nname = \"b\"\n" + shape +
-                             "[truth]\nkind = \"values\"\nfile = \"v.csv\"\n",
-                         "t.toml", folder.path.string());
+      read_scenario_text(
+          "id = \"t\"\n[run]\nt_end_s = 1\nsteps = [1]\nsamples = 1\n[[body]]\nmass_kg = 1\nname = \"b\"\n" + shape +
+              "[truth]\nkind = \"values\"\nfile = \"v.csv\"\n",
+          "t.toml", folder.path.string());
     } catch (const InputError& refused) {
       return std::string(refused.what());
     }

@@ -28,24 +28,15 @@ Real3 any_vector() { return {any_finite(), any_finite(), any_finite()}; }
 
 Shape any_shape() {
   switch (*rc::gen::inRange(0, 9)) {
-    case 0:
-      return Sphere{any_positive()};
-    case 1:
-      return Rectangle{{any_positive(), any_positive()}};
-    case 2:
-      return Box{{any_positive(), any_positive(), any_positive()}};
-    case 3:
-      return Capsule{any_positive(), any_positive()};
-    case 4:
-      return Cylinder{any_positive(), any_positive()};
-    case 5:
-      return Convex{{any_vector(), any_vector(), any_vector(), any_vector()}};
-    case 6:
-      return Mesh{"m.obj", {any_vector(), any_vector(), any_vector()}, {{0, 1, 2}}};
-    case 7:
-      return Compound{{{{any_positive(), any_positive(), any_positive()}, any_vector(), {0, 0, 1, 0}}}};
-    default:
-      return std::monostate{};
+    case 0: return Sphere{any_positive()};
+    case 1: return Rectangle{{any_positive(), any_positive()}};
+    case 2: return Box{{any_positive(), any_positive(), any_positive()}};
+    case 3: return Capsule{any_positive(), any_positive()};
+    case 4: return Cylinder{any_positive(), any_positive()};
+    case 5: return Convex{{any_vector(), any_vector(), any_vector(), any_vector()}};
+    case 6: return Mesh{"m.obj", {any_vector(), any_vector(), any_vector()}, {{0, 1, 2}}};
+    case 7: return Compound{{{{any_positive(), any_positive(), any_positive()}, any_vector(), {0, 0, 1, 0}}}};
+    default: return std::monostate{};
   }
 }
 
@@ -53,30 +44,18 @@ Force any_force(int bodies) {
   const std::vector<int> some{*rc::gen::inRange(0, bodies)};
   const std::vector<Interval> on_s = {{0.25, 1.0 + std::abs(*rc::gen::inRange(0, 5))}, {7, 8}};
   switch (*rc::gen::inRange(0, 12)) {
-    case 0:
-      return MutualGravity{some, any_positive(), any_positive()};
-    case 1:
-      return Attractor{some, any_vector(), any_positive()};
-    case 2:
-      return LinearDrag{some, any_positive(), any_vector(), any_positive()};
-    case 3:
-      return QuadraticDrag{some, any_positive(), any_positive(), any_positive(), any_vector(), any_positive()};
-    case 4:
-      return Spring{some, any_vector(), any_positive(), any_positive(), any_positive(), {any_vector()}};
-    case 5:
-      return Drive{some, any_vector(), any_finite(), any_finite()};
-    case 6:
-      return Lorentz{some, any_vector(), any_vector()};
-    case 7:
-      return Coulomb{some, any_positive()};
-    case 8:
-      return Thruster{some[0], any_vector(), {0.6, 0, -0.8}, any_positive(), on_s};
-    case 9:
-      return PointForce{some[0], any_vector(), any_vector(), {}};
-    case 10:
-      return Potential{some, "henon-heiles", {{"lambda", any_finite()}}};
-    default:
-      return Drive{some, any_vector(), 0, -0.0};
+    case 0: return MutualGravity{some, any_positive(), any_positive()};
+    case 1: return Attractor{some, any_vector(), any_positive()};
+    case 2: return LinearDrag{some, any_positive(), any_vector(), any_positive()};
+    case 3: return QuadraticDrag{some, any_positive(), any_positive(), any_positive(), any_vector(), any_positive()};
+    case 4: return Spring{some, any_vector(), any_positive(), any_positive(), any_positive(), {any_vector()}};
+    case 5: return Drive{some, any_vector(), any_finite(), any_finite()};
+    case 6: return Lorentz{some, any_vector(), any_vector()};
+    case 7: return Coulomb{some, any_positive()};
+    case 8: return Thruster{some[0], any_vector(), {0.6, 0, -0.8}, any_positive(), on_s};
+    case 9: return PointForce{some[0], any_vector(), any_vector(), {}};
+    case 10: return Potential{some, "henon-heiles", {{"lambda", any_finite()}}};
+    default: return Drive{some, any_vector(), 0, -0.0};
   }
 }
 
@@ -126,10 +105,7 @@ Scene any_scene() {
   return scene;
 }
 
-template <class T>
-bool same_bits(const T& a, const T& b) {
-  return std::memcmp(&a, &b, sizeof a) == 0;
-}
+template <class T> bool same_bits(const T& a, const T& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
 bool same_body(const Body& a, const Body& b) {
   return a.name == b.name && same_bits(a.mass_kg, b.mass_kg) && same_bits(a.inertia_kg_m2, b.inertia_kg_m2) &&

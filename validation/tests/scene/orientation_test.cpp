@@ -25,8 +25,10 @@ Real3 turned(const Real4& q, const Real3& v) {
 }
 
 std::string grid_scene(const std::string& force) {
-  return kHead + "[[body]]\nname = \"ball\"\nmass_kg = 1\n[[body]]\nname = \"lone\"\nmass_kg = 1\n[[grid]]\nbody = \"ball\"\n"
-         "counts = [2, 1, 2]\nspacing_m = [1, 1, 1]\n[[force]]\n" + force;
+  return kHead +
+         "[[body]]\nname = \"ball\"\nmass_kg = 1\n[[body]]\nname = \"lone\"\nmass_kg = 1\n[[grid]]\nbody = \"ball\"\n"
+         "counts = [2, 1, 2]\nspacing_m = [1, 1, 1]\n[[force]]\n" +
+         force;
 }
 
 }  // namespace
@@ -70,19 +72,26 @@ TEST_CASE("euler_xyz_deg is intrinsic x-y'-z''") {
 }
 
 TEST_CASE("one orientation a body, of a shape that is named") {
-  const auto error = [](const std::string& keys) { return message(kHead + "[[body]]\nname = \"b\"\nmass_kg = 1\n" + keys); };
-  CHECK_THAT(error("orientation_wxyz = [1, 0, 0, 0]\neuler_xyz_deg = [0, 0, 0]\n"),
-             Contains("t.toml:11:1: `euler_xyz_deg` in [[body]] `b` is given beside `orientation_wxyz`; expected one of"));
-  CHECK_THAT(error("euler_xyz_deg = [0, 0, 0]\naxis_angle_deg = [0, 0, 1, 0]\n"), Contains("11:1") && Contains("beside"));
+  const auto error = [](const std::string& keys) {
+    return message(kHead + "[[body]]\nname = \"b\"\nmass_kg = 1\n" + keys);
+  };
+  CHECK_THAT(
+      error("orientation_wxyz = [1, 0, 0, 0]\neuler_xyz_deg = [0, 0, 0]\n"),
+      Contains("t.toml:11:1: `euler_xyz_deg` in [[body]] `b` is given beside `orientation_wxyz`; expected one of"));
+  CHECK_THAT(error("euler_xyz_deg = [0, 0, 0]\naxis_angle_deg = [0, 0, 1, 0]\n"),
+             Contains("11:1") && Contains("beside"));
   CHECK_THAT(error("axis_angle_deg = [0, 0, 0, 90]\n"), Contains("expected an axis that is not 0"));
   CHECK_THAT(error("axis_angle_deg = [0, 0, 1]\n"), Contains("expected { axis = [x, y, z], angle_deg = ... } or"));
-  CHECK_THAT(error("axis_angle_deg = { axis = [0, 0, 1], angle = 90 }\n"), Contains("unknown key `angle`") && Contains("angle_deg"));
+  CHECK_THAT(error("axis_angle_deg = { axis = [0, 0, 1], angle = 90 }\n"),
+             Contains("unknown key `angle`") && Contains("angle_deg"));
   CHECK_THAT(error("axis_angle_deg = [0, 0, 1, nan]\n"), Contains("a finite number"));
-  CHECK_THAT(message(kHead + "[[body]]\nname = \"p\"\nshape.plane = { normal = [0, 0, 1] }\neuler_xyz_deg = [0, 0, 0]\n"),
-             Contains("is given for a plane"));
-  CHECK_THAT(error("shape.compound.boxes = [{ half_extents_m = [1, 1, 1], euler_xyz_deg = [0, 0, 0], axis_angle_deg = [0, "
-                   "0, 1, 0] }]\n"),
-             Contains("is given beside `euler_xyz_deg`"));
+  CHECK_THAT(
+      message(kHead + "[[body]]\nname = \"p\"\nshape.plane = { normal = [0, 0, 1] }\neuler_xyz_deg = [0, 0, 0]\n"),
+      Contains("is given for a plane"));
+  CHECK_THAT(
+      error("shape.compound.boxes = [{ half_extents_m = [1, 1, 1], euler_xyz_deg = [0, 0, 0], axis_angle_deg = [0, "
+            "0, 1, 0] }]\n"),
+      Contains("is given beside `euler_xyz_deg`"));
 }
 
 TEST_CASE("unit vectors of three digits are normalised with a note, of nine in silence") {

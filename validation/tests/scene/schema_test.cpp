@@ -70,10 +70,9 @@ TEST_CASE("the schema has the keys of the contract") {
   for (const char* key : {"id", "title", "claim", "source", "tags", "run", "world", "material", "contact", "body",
                           "grid", "force", "truth", "invariant", "problem"})
     REQUIRE(keyword(schema, "/properties", key));
-  for (const char* key :
-       {"name", "mass_kg", "density_kg_per_m3", "inertia_kg_m2", "material", "shape", "position_m", "orientation_wxyz",
-        "axis_angle_deg", "euler_xyz_deg",
-        "velocity_m_per_s", "angular_velocity_body_rad_per_s", "charge_C", "fixed", "release_s"})
+  for (const char* key : {"name", "mass_kg", "density_kg_per_m3", "inertia_kg_m2", "material", "shape", "position_m",
+                          "orientation_wxyz", "axis_angle_deg", "euler_xyz_deg", "velocity_m_per_s",
+                          "angular_velocity_body_rad_per_s", "charge_C", "fixed", "release_s"})
     REQUIRE(keyword(schema, "/properties/body/items/properties", key));
   for (const char* shape : {"sphere", "plane", "rectangle", "box", "capsule", "cylinder", "convex", "mesh", "compound"})
     REQUIRE(option(schema["$defs"]["shape"], shape, "") != nullptr);

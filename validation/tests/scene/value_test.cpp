@@ -23,9 +23,10 @@ void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 TEST_CASE("a copy that runs out of memory leaves nothing half made") {
   using atwood::Value;
   const std::string long_text(100, 'x');
-  const Value tree = atwood::table_of({{"a key that is longer than a small string", long_text},
-                                       {"list", Value::List{Value(1.5), Value(long_text), Value(Value::List{Value(long_text)})}},
-                                       {"table", atwood::table_of({{"inner", long_text}, {"flag", true}})}});
+  const Value tree =
+      atwood::table_of({{"a key that is longer than a small string", long_text},
+                        {"list", Value::List{Value(1.5), Value(long_text), Value(Value::List{Value(long_text)})}},
+                        {"table", atwood::table_of({{"inner", long_text}, {"flag", true}})}});
   int refused = 0;
   bool copied = false;
   Value assigned(long_text);

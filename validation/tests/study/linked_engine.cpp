@@ -15,7 +15,9 @@ int main() {
   const char* hello = getenv("LINKED_HELLO");
   for (char line[4096]; std::fgets(line, sizeof line, stdin);) {
     std::printf("%s\n", hello ? hello
-                              : linked_gain() > 0 ? R"({"engine":"linked","version":"1","methods":[{"id":"linked/a","doc":""}]})" : "");
+                        : linked_gain() > 0
+                            ? R"({"engine":"linked","version":"1","methods":[{"id":"linked/a","doc":""}]})"
+                            : "");
     std::fflush(stdout);
   }
 }

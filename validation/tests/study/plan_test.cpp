@@ -35,7 +35,8 @@ std::vector<Cell> plan(StudyCells cells, std::vector<Worker> workers = table()) 
 
 std::vector<std::string> ids(const std::vector<Cell>& cells) {
   std::vector<std::string> ids;
-  for (const Cell& cell : cells) ids.push_back(cell.scenario.id + " " + cell.method + " " + std::to_string(cell.plan.steps));
+  for (const Cell& cell : cells)
+    ids.push_back(cell.scenario.id + " " + cell.method + " " + std::to_string(cell.plan.steps));
   return ids;
 }
 
@@ -75,9 +76,10 @@ TEST_CASE("a study's own scenes, engines and files start at its folder") {
   std::filesystem::permissions(folder / "engine.sh", std::filesystem::perms::owner_all);
   std::ofstream(folder / "data.txt") << "";
   std::ofstream(folder / "mine.toml") << "";
-  std::ofstream(folder / "study.toml") << "id = \"s\"\nscenarios = [\"mine.toml\", \"tag:smooth\"]\ntolerances = \"gates.toml\"\n"
-                                          "baseline = \"../b.tsv\"\nengines = [[\"./engine.sh\", \"data.txt\", \"--a/b\", \"other\"], "
-                                          "\"engine.sh\", [\"sh\", \"x/y\"]]\n";
+  std::ofstream(folder / "study.toml")
+      << "id = \"s\"\nscenarios = [\"mine.toml\", \"tag:smooth\"]\ntolerances = \"gates.toml\"\n"
+         "baseline = \"../b.tsv\"\nengines = [[\"./engine.sh\", \"data.txt\", \"--a/b\", \"other\"], "
+         "\"engine.sh\", [\"sh\", \"x/y\"]]\n";
   const Study study = read_study(folder / "study.toml");
   const auto in = [&](const char* name) { return std::filesystem::path(folder / name).lexically_normal().string(); };
   REQUIRE(study.engines.size() == 3);
@@ -121,10 +123,12 @@ TEST_CASE("a sweep makes a cell of each value, where the method has the setting"
 TEST_CASE("a sweep goes over the settings of a response too; one that nobody has is a slip of the pen") {
   std::vector<Worker> workers = table();
   workers[0].engine.responses = {{"+event", "", "", {}, false, {{"restitution", std::string("newton")}}}};
-  const std::map<std::string, std::vector<SettingValue>> laws{{"restitution", {std::string("newton"), std::string("poisson")}}};
+  const std::map<std::string, std::vector<SettingValue>> laws{
+      {"restitution", {std::string("newton"), std::string("poisson")}}};
   CHECK(ids(plan({{"one"}, {"demo/a", "demo/a+event", "demo/b+event"}, {8}, 5, laws}, workers)) ==
-        std::vector<std::string>{"one demo/a 8", "one demo/a+event{restitution=newton} 8", "one demo/a+event{restitution=poisson} 8",
-                                 "one demo/b+event{restitution=newton} 8", "one demo/b+event{restitution=poisson} 8"});
+        std::vector<std::string>{"one demo/a 8", "one demo/a+event{restitution=newton} 8",
+                                 "one demo/a+event{restitution=poisson} 8", "one demo/b+event{restitution=newton} 8",
+                                 "one demo/b+event{restitution=poisson} 8"});
   CHECK_THROWS_WITH(plan({{"one"}, {"demo/a", "demo/b"}, {8}, 5, laws}, workers),
                     Catch::Contains("`restitution`") && Catch::Contains("demo/a, demo/b"));
   CHECK(plan({{"one"}, {"demo/a", "nobody/x"}, {8}, 5, laws}, workers).size() == 3);  // who is not there may have it
@@ -166,7 +170,8 @@ TEST_CASE("cells of a claim: only methods that claim an order in that class of m
   cells.claim = "rotation";
   CHECK(plan(cells, workers).empty());
 
-  const Study study = read("id = 'x'\n[[cells]]\nscenarios = ['a']\nmethods = ['b/*']\nexcept = ['b/d*']\nclaim = 'rotation'\norders = [2, 3]\ntiming = false\n");
+  const Study study = read(
+      "id = 'x'\n[[cells]]\nscenarios = ['a']\nmethods = ['b/*']\nexcept = ['b/d*']\nclaim = 'rotation'\norders = [2, 3]\ntiming = false\n");
   CHECK(study.cells[0].except == std::vector<std::string>{"b/d*"});
   CHECK(study.cells[0].claim == "rotation");
   CHECK(study.cells[0].most_order == 3);
@@ -208,7 +213,9 @@ TEST_CASE("a hash changes with all that decides a run, and with nothing else") {
 TEST_CASE("a hash changes with the processor's features and the mathematical library") {
   const StudyCells cells{{"one"}, {"demo/a"}, {8}, 5, {}};
   const auto hash = [&](const std::string& arithmetic) {
-    return plan_cells({"test", {cells}}, {free_flight("one")}, table(), "cpu", kMostCells, arithmetic).at(0).accuracy_hash;
+    return plan_cells({"test", {cells}}, {free_flight("one")}, table(), "cpu", kMostCells, arithmetic)
+        .at(0)
+        .accuracy_hash;
   };
   CHECK(hash("avx2 fma; glibc 2.36") == hash("avx2 fma; glibc 2.36"));
   CHECK(hash("avx2 fma; glibc 2.36") != hash("avx2; glibc 2.36"));
@@ -250,8 +257,8 @@ TEST_CASE("too many cells are refused by their number, before they are made") {
   CHECK(planned(1, {cells}) == 1);
   CHECK(planned(1, {cells, cells, cells}) == 1);  // the same cell three times
   cells.steps = {8, 16};
-  CHECK_THROWS_WITH(planned(1, {cells}), Catch::Contains("up to 2 cells") && Catch::Contains("at most 1") &&
-                                             Catch::Contains("--max-cells"));
+  CHECK_THROWS_WITH(planned(1, {cells}),
+                    Catch::Contains("up to 2 cells") && Catch::Contains("at most 1") && Catch::Contains("--max-cells"));
   cells.methods = {"demo/b:1e-6"};
   cells.steps = {8, 16, 32, 64, 8, 16, 32, 64};
   CHECK(planned(1, {cells}) == 1);  // with a tolerance: one rung
@@ -309,8 +316,9 @@ TEST_CASE("a probe is a cell of its own, beside the plain one; ladders of probes
 }
 
 TEST_CASE("a study file is read, and its errors have a place") {
-  const Study study = read("id = 'x'\n[[cells]]\nscenarios = ['a*']\nmethods = ['demo/*']\nsteps = [64]\nrepeats = 2\n"
-                           "sweep = { erp = [0.0, 0.1], n = [1], on = [true], kind = ['a'] }\n");
+  const Study study = read(
+      "id = 'x'\n[[cells]]\nscenarios = ['a*']\nmethods = ['demo/*']\nsteps = [64]\nrepeats = 2\n"
+      "sweep = { erp = [0.0, 0.1], n = [1], on = [true], kind = ['a'] }\n");
   CHECK(study.id == "x");
   REQUIRE(study.cells.size() == 1);
   CHECK(study.cells[0].repeats == 2);
@@ -321,11 +329,14 @@ TEST_CASE("a study file is read, and its errors have a place") {
                     Catch::Contains("study.toml:4:") && Catch::Contains("expected <engine>/<scheme>"));
   CHECK_THROWS_WITH(read("id = 'x'\n[[cells]]\nscenarios = ['a']\nmethods = ['demo/a']\nsteps = [0]\n"),
                     Catch::Contains("study.toml:5:10:"));
-  CHECK(read("id = 'x'\n[[cells]]\nprobe = 'reversal'\nscenarios = ['a']\nmethods = ['demo/a']\n").cells[0].probe == "reversal");
-  CHECK_THROWS_WITH(read("id = 'x'\n[[cells]]\nprobe = 'astrology'\nscenarios = ['a']\nmethods = ['demo/a']\n"),
-                    Catch::Contains("study.toml:3:9:") && Catch::Contains("unknown probe `astrology`; expected one of ensemble"));
+  CHECK(read("id = 'x'\n[[cells]]\nprobe = 'reversal'\nscenarios = ['a']\nmethods = ['demo/a']\n").cells[0].probe ==
+        "reversal");
+  CHECK_THROWS_WITH(
+      read("id = 'x'\n[[cells]]\nprobe = 'astrology'\nscenarios = ['a']\nmethods = ['demo/a']\n"),
+      Catch::Contains("study.toml:3:9:") && Catch::Contains("unknown probe `astrology`; expected one of ensemble"));
   CHECK_THROWS_WITH(read("id = 'x'\n[[cells]\n"), Catch::Contains("study.toml:2:"));
-  for (const char* text : {"", "id = 'x'\n", "id = 7\n", "id = 'x'\ncells = 7\n", "id = 'x'\n[[cells]]\nscenarios = []\n"}) {
+  for (const char* text :
+       {"", "id = 'x'\n", "id = 7\n", "id = 'x'\ncells = 7\n", "id = 'x'\n[[cells]]\nscenarios = []\n"}) {
     CHECK_THROWS_AS(read(text), InputError);
   }
   CHECK_THROWS_AS(read_study("/nowhere/study.toml"), InputError);

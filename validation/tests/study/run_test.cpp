@@ -1,9 +1,9 @@
 // A study from its cells to its rows: skipped, resumed, interrupted, out of space.
-#include <catch2/catch.hpp>
 #include <signal.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <chrono>
@@ -58,10 +58,10 @@ struct Lab {
 };
 
 std::string text(const Row& row) {
-  return row.scenario + "|" + row.method + "|" + std::to_string(row.steps) + "|" + format_double(row.h_s) + "|" + row.body +
-         "|" + (row.t_s ? format_double(*row.t_s) : "") + "|" + row.metric + "|" + row.unit + "|" +
-         format_double(row.value) + "|" + format_double(row.truth_bar) + "|" + to_string(row.status) + "|" + row.reason + "|" +
-         row.settings_hash + "|" + row.provenance.run_id + "|" + row.provenance.engine_version;
+  return row.scenario + "|" + row.method + "|" + std::to_string(row.steps) + "|" + format_double(row.h_s) + "|" +
+         row.body + "|" + (row.t_s ? format_double(*row.t_s) : "") + "|" + row.metric + "|" + row.unit + "|" +
+         format_double(row.value) + "|" + format_double(row.truth_bar) + "|" + to_string(row.status) + "|" +
+         row.reason + "|" + row.settings_hash + "|" + row.provenance.run_id + "|" + row.provenance.engine_version;
 }
 
 std::vector<std::string> texts(const StudyResult& result) {
@@ -70,7 +70,8 @@ std::vector<std::string> texts(const StudyResult& result) {
   return all;
 }
 
-const Row* find_row(const StudyResult& result, const std::string& method, std::int64_t steps, const std::string& metric) {
+const Row* find_row(const StudyResult& result, const std::string& method, std::int64_t steps,
+                    const std::string& metric) {
   for (const Row& row : result.rows) {
     if (row.method == method && row.steps == steps && row.metric == metric) return &row;
   }
@@ -109,7 +110,8 @@ TEST_CASE("a study gives rows of every cell, and a second run of it does no work
   for (const Cell& cell : cells) {
     for (const char* metric : {"error-position-max", "step-time", "run-time"}) {
       const auto has = [&](const Row& row) {
-        return row.scenario == cell.scenario.id && row.method == cell.method && row.steps == cell.plan.steps && row.metric == metric;
+        return row.scenario == cell.scenario.id && row.method == cell.method && row.steps == cell.plan.steps &&
+               row.metric == metric;
       };
       CHECK(std::count_if(first.rows.begin(), first.rows.end(), has) == 1);
     }
@@ -158,8 +160,8 @@ TEST_CASE("a new rung runs alone, and a changed engine runs its cells again and 
 TEST_CASE("cells that fail are rows with a reason, counted, and found again") {
   Lab lab;
   lab.options.cell_limit_s = 1;
-  const auto cells = lab.cells({"faulty/dies", "faulty/refuses", "faulty/nan_late", "faulty/hangs", "nobody/x"},
-                               {free_flight("one")});
+  const auto cells =
+      lab.cells({"faulty/dies", "faulty/refuses", "faulty/nan_late", "faulty/hangs", "nobody/x"}, {free_flight("one")});
   const StudyResult result = lab.run(cells);
   const auto status = [&](const std::string& method, std::int64_t steps) {
     const Row* row = find_row(result, method, steps, "status");
@@ -198,13 +200,18 @@ TEST_CASE("a script is measured anew by each run, its rows are read from the lat
   };
   const auto reused = [](const StudyResult& result) {
     std::string text;
-    for (const Reused& each : result.reused) text += each.engine + " " + std::to_string(each.reused) + " of " + std::to_string(each.cells) + "; ";
+    for (const Reused& each : result.reused)
+      text += each.engine + " " + std::to_string(each.reused) + " of " + std::to_string(each.cells) + "; ";
     return text;
   };
   CHECK(reused(run("first")) == "sound 0 of 4; faulty 0 of 4; truth 0 of 1; ");
   const StudyResult second = run("second");
   CHECK(reused(second) == "sound 0 of 4; faulty 4 of 4; truth 1 of 1; ");
-  CHECK_THAT(reused_text(second.reused), Catch::StartsWith("reused from the store: sound 0 of 4 cells, faulty 4 of 4 cells, truth 1 of 1 scenes\nsound: a new campaign") && Catch::Contains("python3") && Catch::Contains("fingerprint"));
+  CHECK_THAT(
+      reused_text(second.reused),
+      Catch::StartsWith(
+          "reused from the store: sound 0 of 4 cells, faulty 4 of 4 cells, truth 1 of 1 scenes\nsound: a new campaign") &&
+          Catch::Contains("python3") && Catch::Contains("fingerprint"));
   CHECK(lab.lines("sound.log") == 8);
   CHECK(find_row(second, "sound/straight", 64, "energy-max")->provenance.run_id == "second");
   CHECK(find_row(second, "faulty/well", 64, "energy-max")->provenance.run_id == "first");
@@ -224,7 +231,8 @@ TEST_CASE("a script is measured anew by each run, its rows are read from the lat
   lab.options.fresh = true;
   CHECK(reused(run("fifth")) == "sound 0 of 4; faulty 0 of 4; truth 0 of 1; ");
   CHECK(lab.lines("truth.log") == 2);
-  CHECK(find_row(load_rows(lab.options.store_path, cells), "faulty/well", 8, "energy-max")->provenance.run_id == "fifth");
+  CHECK(find_row(load_rows(lab.options.store_path, cells), "faulty/well", 8, "energy-max")->provenance.run_id ==
+        "fifth");
   CHECK(check_store(lab.options.store_path).empty());
 }
 
@@ -251,7 +259,8 @@ TEST_CASE("an interrupted run of a script resumes its campaign") {
 }
 
 void execute(const std::string& store, const std::string& statement) {
-  const std::string words = "import sqlite3; d = sqlite3.connect('" + store + "'); d.execute(\"" + statement + "\"); d.commit()";
+  const std::string words =
+      "import sqlite3; d = sqlite3.connect('" + store + "'); d.execute(\"" + statement + "\"); d.commit()";
   REQUIRE(ending(apart([&] { return execlp("python3", "python3", "-c", words.c_str(), nullptr); })) == 0);
 }
 
@@ -412,7 +421,8 @@ TEST_CASE("out of space: clear words, what was stored stays, and the run goes on
 TEST_CASE("progress is told, with an estimate, no more than twice a second by its clock") {
   Progress::Clock::time_point now{};
   std::vector<std::string> said;
-  Progress progress(0, [&](const std::string& line) { said.push_back(line); }, [&] { return now; });
+  Progress progress(
+      0, [&](const std::string& line) { said.push_back(line); }, [&] { return now; });
   progress.expect(12, 2);
   const auto after = [&](int milliseconds, const char* what) {
     now += std::chrono::milliseconds(milliseconds);
@@ -434,8 +444,9 @@ TEST_CASE("a study tells its progress") {
   lab.options.timing = false;
   std::vector<std::string> said;
   lab.options.progress = [&](const std::string& line) { said.push_back(line); };
-  lab.run(lab.cells({"sound/slow"}, {free_flight("one"), free_flight("two", 4), free_flight("three", 5), free_flight("four", 6),
-                                     free_flight("five", 7), free_flight("six", 8), free_flight("seven", 9)}));
+  lab.run(lab.cells({"sound/slow"},
+                    {free_flight("one"), free_flight("two", 4), free_flight("three", 5), free_flight("four", 6),
+                     free_flight("five", 7), free_flight("six", 8), free_flight("seven", 9)}));
   for (const std::string& line : said) CHECK_THAT(line, Catch::Contains(" of 35, ") && Catch::Contains(" s left"));
   CHECK_FALSE(said.empty());  // each of its cells sleeps
 }

@@ -76,9 +76,10 @@ std::string exported(const std::string& path, const std::vector<Cell>& cells) {
   std::string text;
   for (const Row& row : load_rows(path, cells).rows) {
     const Provenance& p = row.provenance;
-    for (const std::string& part : {row.scenario, row.method, row.body, row.metric, row.unit, format_double(row.value),
-                                    format_double(row.truth_bar), to_string(row.status), row.reason, row.settings_hash,
-                                    p.engine_version, p.commit, p.compiler, p.flags, p.cpu, p.cpu_features, p.libm, p.run_id})
+    for (const std::string& part :
+         {row.scenario, row.method, row.body, row.metric, row.unit, format_double(row.value),
+          format_double(row.truth_bar), to_string(row.status), row.reason, row.settings_hash, p.engine_version,
+          p.commit, p.compiler, p.flags, p.cpu, p.cpu_features, p.libm, p.run_id})
       text += part + "|";
     text += std::to_string(row.steps) + "\n";
   }
@@ -163,7 +164,8 @@ TEST_CASE("damage is told by the cell's name, in reading and in the check of the
     for (const char* suffix : {"", "-wal", "-shm"}) std::filesystem::remove(path + suffix);
     fill(path, cells);
     execute(path, statement);
-    CHECK_THROWS_WITH(load_rows(path, cells), Catch::Contains("one, demo/a, 64 steps") && Catch::Contains("atwood run"));
+    CHECK_THROWS_WITH(load_rows(path, cells),
+                      Catch::Contains("one, demo/a, 64 steps") && Catch::Contains("atwood run"));
     CHECK_THAT(check_store(path).at(0), Catch::Contains("one, demo/a, 64 steps"));
   };
   damaged_by("UPDATE cells SET steps_taken=63 WHERE hash='" + hash + "'");
@@ -236,7 +238,8 @@ TEST_CASE("with the standard descriptors closed, nothing that is printed reaches
           for (const int standard : {0, 1, 2}) close(standard);
           Store store(path, Store::Mode::write);
           for (const int standard : {0, 1, 2}) {
-            struct stat of_standard {}, of_store {};
+            struct stat of_standard {
+            }, of_store{};
             if (stat(path.c_str(), &of_store) == 0 && fstat(standard, &of_standard) == 0 &&
                 of_standard.st_ino == of_store.st_ino)
               return 10 + standard;

@@ -57,7 +57,8 @@ TEST_CASE("samples and events are packed to the last bit, in 8 bytes where that 
   CHECK(events[0].body_b == 5);
   CHECK(events[0].vn_after_m_per_s == 9);
   const std::string bytes = pack_samples(samples(true));
-  for (std::size_t size = 0; size < bytes.size(); ++size) CHECK_THROWS_AS(unpack_samples(bytes.substr(0, size)), BadBlob);
+  for (std::size_t size = 0; size < bytes.size(); ++size)
+    CHECK_THROWS_AS(unpack_samples(bytes.substr(0, size)), BadBlob);
   CHECK_THROWS_AS(unpack_samples(bytes + "x"), BadBlob);
 }
 
@@ -67,7 +68,8 @@ TEST_CASE("contacts are packed with their samples") {
   const std::string bytes = pack_samples(touching);
   CHECK(unpack_samples(bytes)[0].contacts == touching[0].contacts);
   CHECK(unpack_samples(bytes)[1].contacts.empty());
-  for (std::size_t size = 0; size < bytes.size(); ++size) CHECK_THROWS_AS(unpack_samples(bytes.substr(0, size)), BadBlob);
+  for (std::size_t size = 0; size < bytes.size(); ++size)
+    CHECK_THROWS_AS(unpack_samples(bytes.substr(0, size)), BadBlob);
 }
 
 TEST_CASE("a cell, its rows, its truth and its times come back as they went in") {
@@ -152,7 +154,8 @@ TEST_CASE("a store that cannot be used says why") {
   measured.basis = "basis";
   {
     Store store(folder / "cut.db", Store::Mode::write);
-    for (int i = 0; i < 200; ++i) store.put_measured("key " + std::to_string(i) + std::string(500, 'k'), "cell", measured);
+    for (int i = 0; i < 200; ++i)
+      store.put_measured("key " + std::to_string(i) + std::string(500, 'k'), "cell", measured);
   }
   std::filesystem::resize_file(folder / "cut.db", std::filesystem::file_size(folder / "cut.db") / 2);
   CHECK_THROWS_WITH(

@@ -1,10 +1,10 @@
 // Whatever a worker does, its cell ends with a status and a reason, and the next cell is asked of a fresh process.
-#include <catch2/catch.hpp>
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <chrono>
@@ -29,7 +29,8 @@ struct Asked {
   BrokenPipeGuard guard;
   WorkerClient client{{workers + "/faulty.py"}};
   Recording operator()(const std::string& fault, double limit_s = 20, int repeats = 0) {
-    return client.run("faulty/" + fault, scene_to_json(scenario.scene), sampled_bodies(scenario.scene), {scenario.t_end_s, 16, 8}, repeats, limit_s);
+    return client.run("faulty/" + fault, scene_to_json(scenario.scene), sampled_bodies(scenario.scene),
+                      {scenario.t_end_s, 16, 8}, repeats, limit_s);
   }
 };
 
@@ -42,7 +43,11 @@ bool runs(int pid) {
   return end != std::string::npos && text.compare(end, 3, ") Z") != 0;
 }
 
-struct Fault { const char* method; Status status; const char* reason; };
+struct Fault {
+  const char* method;
+  Status status;
+  const char* reason;
+};
 
 }  // namespace
 
@@ -58,15 +63,17 @@ TEST_CASE("each fault is named, and the worker answers again after it") {
       Fault{"too_many_samples", Status::crashed, "garbage: more samples than the 9 asked for"},
       Fault{"too_few_samples", Status::crashed, "garbage: ended as ok with 2 of 9 samples"},
       Fault{"body_missing", Status::crashed, "garbage: sample 0 has 0 bodies; the scene has 1"},
-      Fault{"bare_nan", Status::crashed,
-            "garbage: not a JSON object: it holds a bare NaN, which JSON has not; numbers that are not finite are the strings"},
+      Fault{
+          "bare_nan", Status::crashed,
+          "garbage: not a JSON object: it holds a bare NaN, which JSON has not; numbers that are not finite are the strings"},
       Fault{"steps_negative", Status::crashed, "garbage: \"steps_taken\" is negative: -3"},
       Fault{"norm_two", Status::crashed,
             "garbage: sample 0: the quaternion of body 0, [2, 0, 0, 0], has norm 2; a unit quaternion"},
       Fault{"norm_two_later", Status::crashed, "garbage: sample 3: the quaternion of body 0, [2, 0, 0, 0], has norm 2"},
-      Fault{"other_scene", Status::crashed,
-            "garbage: sample 0 is not the scene's initial state: body 0 has position_m [1.1, 0.2, 0.3] where the scene has "
-            "[0.1, 0.2, 0.3]"},
+      Fault{
+          "other_scene", Status::crashed,
+          "garbage: sample 0 is not the scene's initial state: body 0 has position_m [1.1, 0.2, 0.3] where the scene has "
+          "[0.1, 0.2, 0.3]"},
       Fault{"other_velocity", Status::crashed,
             "garbage: sample 0 is not the scene's initial state: body 0 has velocity_m_per_s [3, 0, 0.5] where"},
       Fault{"milliseconds", Status::crashed,
@@ -93,10 +100,13 @@ TEST_CASE("each fault is named, and the worker answers again after it") {
 TEST_CASE("times that cannot be are named") {
   const Fault fault = GENERATE(
       Fault{"busy_negative", Status::crashed, "garbage: busy_ns has -5; the nanoseconds of a run are positive"},
-      Fault{"busy_zero", Status::crashed, "garbage: busy_ns has 0; the nanoseconds of a run are positive: is it in seconds"},
+      Fault{"busy_zero", Status::crashed,
+            "garbage: busy_ns has 0; the nanoseconds of a run are positive: is it in seconds"},
       Fault{"busy_missing", Status::crashed, "garbage: busy_ns has 2 entries; asked for 3 repeats"},
-      Fault{"busy_too_long", Status::crashed, "garbage: busy_ns of all repeats is 3e+10 ns, longer than the whole answer"},
-      Fault{"busy_seconds", Status::crashed, "garbage: \"busy_ns\" is not an integer: 0.25; whole nanoseconds were expected"});
+      Fault{"busy_too_long", Status::crashed,
+            "garbage: busy_ns of all repeats is 3e+10 ns, longer than the whole answer"},
+      Fault{"busy_seconds", Status::crashed,
+            "garbage: \"busy_ns\" is not an integer: 0.25; whole nanoseconds were expected"});
   CAPTURE(fault.method);
   Asked ask;
   const Recording recording = ask(fault.method, 20, 3);
@@ -129,11 +139,13 @@ TEST_CASE("the quaternion of a turning body: foreign engines keep its norm withi
   };
   for (const double norm : {2.0, 50.0, 0.001, 0.0, 1.2, 0.89, 1e200}) {
     CAPTURE(norm);
-    CHECK_THROWS_WITH(check_states(sample_of_norm(norm), 3, 2, bodies, true),
-                      Catch::StartsWith("sample 3: the quaternion of body 0, [") && Catch::Contains("within 10 % of 1"));
+    CHECK_THROWS_WITH(
+        check_states(sample_of_norm(norm), 3, 2, bodies, true),
+        Catch::StartsWith("sample 3: the quaternion of body 0, [") && Catch::Contains("within 10 % of 1"));
     CHECK_NOTHROW(check_states(sample_of_norm(norm), 3, 2, bodies, false));
   }
-  for (const double norm : {1.0, 1.01, 1.09, 0.91, std::nan("")}) CHECK_NOTHROW(check_states(sample_of_norm(norm), 3, 2, bodies, true));
+  for (const double norm : {1.0, 1.01, 1.09, 0.91, std::nan("")})
+    CHECK_NOTHROW(check_states(sample_of_norm(norm), 3, 2, bodies, true));
 }
 
 TEST_CASE("finite values of an absurd size are a motion that has diverged") {
@@ -146,10 +158,12 @@ TEST_CASE("finite values of an absurd size are a motion that has diverged") {
   }
   CHECK(blow_up(samples, 2, bodies) == "");
   samples[4].bodies[0].p_m = {1e300, 0, 0};
-  CHECK_THAT(blow_up(samples, 2, bodies), Catch::StartsWith("body 0 moves 1e+300 m from sample 3 to 4; the scene's size is 6.4"));
+  CHECK_THAT(blow_up(samples, 2, bodies),
+             Catch::StartsWith("body 0 moves 1e+300 m from sample 3 to 4; the scene's size is 6.4"));
   samples[4].bodies[0].p_m = {1e12, 0, 0};
   samples[5].bodies[0].v_m_per_s = {0, -1e308, 1e308};
-  CHECK_THAT(blow_up(samples, 2, bodies), Catch::StartsWith("body 0 has a speed of 1.4") && Catch::Contains("at sample 5"));
+  CHECK_THAT(blow_up(samples, 2, bodies),
+             Catch::StartsWith("body 0 has a speed of 1.4") && Catch::Contains("at sample 5"));
   for (Wide& x : samples[5].bodies[0].v_m_per_s) x = static_cast<Wide>(std::nan(""));  // `not finite` is another ending
   CHECK(blow_up(samples, 2, bodies) == "");
   samples[6].bodies[0].w_rad_per_s = {1e300, 0, 0};  // a point does not turn
@@ -274,20 +288,22 @@ TEST_CASE("two engines of one name, and names that are taken, are refused") {
     CAPTURE(name);
     const auto refused = find_workers({engine("named", R"({"engine":")" + name + R"(","methods":[]})")});
     CHECK(refused[0].status == Status::crashed);
-    CHECK_THAT(refused[0].reason, Catch::StartsWith("at hello: garbage: the engine calls itself `") && Catch::Contains("lower-case"));
+    CHECK_THAT(refused[0].reason,
+               Catch::StartsWith("at hello: garbage: the engine calls itself `") && Catch::Contains("lower-case"));
   }
   for (const std::string order : {"\"nan\"", "\"inf\"", "0", "-2"}) {
     CAPTURE(order);
     const auto refused = find_workers(
         {engine("claims", R"({"engine":"c","methods":[{"id":"c/a","claims":{"rotation":)" + order + "}}]}")});
     CHECK(refused[0].status == Status::crashed);
-    CHECK_THAT(refused[0].reason, Catch::Contains("method `c/a` claims the order") && Catch::Contains("for \"rotation\"; expected a finite, positive"));
+    CHECK_THAT(refused[0].reason, Catch::Contains("method `c/a` claims the order") &&
+                                      Catch::Contains("for \"rotation\"; expected a finite, positive"));
   }
-  const auto found =
-      find_workers({folder / "atwood-engine", good, engine("again", R"({"engine":"mine","methods":[]})"), good,
-                    engine("ours", R"({"engine":"atwood","methods":[]})"), engine("t", R"({"engine":"truth","methods":[]})"),
-                    engine("next", R"({"protocol":2,"engine":"next","methods":[]})"),
-                    engine("other", R"({"engine":"other","methods":[{"id":"mine/a"}]})")});
+  const auto found = find_workers({folder / "atwood-engine", good, engine("again", R"({"engine":"mine","methods":[]})"),
+                                   good, engine("ours", R"({"engine":"atwood","methods":[]})"),
+                                   engine("t", R"({"engine":"truth","methods":[]})"),
+                                   engine("next", R"({"protocol":2,"engine":"next","methods":[]})"),
+                                   engine("other", R"({"engine":"other","methods":[{"id":"mine/a"}]})")});
   REQUIRE(found.size() == 8);
   CHECK(found[1].status == Status::ok);
   CHECK(found[3].status == Status::ok);
@@ -389,8 +405,8 @@ TEST_CASE("the timed pass gives one time a repeat and no samples") {
 TEST_CASE("who answers hello is at the table, who does not says why") {
   Folder folder;
   std::ofstream(folder / "not_executable.py") << "#!/usr/bin/env python3\n";
-  const auto found = find_workers({workers + "/sound.py", workers + "/exits_at_hello.py", workers + "/garbage_at_hello.py",
-                                   folder / "missing", folder / "not_executable.py"});
+  const auto found = find_workers({workers + "/sound.py", workers + "/exits_at_hello.py",
+                                   workers + "/garbage_at_hello.py", folder / "missing", folder / "not_executable.py"});
   REQUIRE(found.size() == 5);
   CHECK(found[0].status == Status::ok);
   CHECK(found[0].engine.name == "sound");

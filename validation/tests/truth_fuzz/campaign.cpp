@@ -35,7 +35,11 @@ struct Settings {
 enum class Result { held, breach, refused, unchecked };
 const char* const kResults[] = {"held", "breach", "refused", "unchecked"};
 
-struct Judged { Result result = Result::held; double worst = 0; std::string reason; };
+struct Judged {
+  Result result = Result::held;
+  double worst = 0;
+  std::string reason;
+};
 
 // The largest error in bars. A value whose checker is not ten times closer than the truth's bar decides nothing, unless
 // it breaches the bar by more than the checker may be off.
@@ -48,13 +52,15 @@ Judged judge(const Truth& truth, const Checked& exact) {
     if (!(off <= allowed + own)) {
       const double ratio = allowed > 0 ? static_cast<double>(off / allowed) : HUGE_VAL;
       if (made.result != Result::breach || ratio > made.worst)
-        made = {Result::breach, ratio, fmt::format("{} is off by {:.2e} with a bar of {:.2e}", what,
-                                                   static_cast<double>(off), static_cast<double>(allowed))};
+        made = {Result::breach, ratio,
+                fmt::format("{} is off by {:.2e} with a bar of {:.2e}", what, static_cast<double>(off),
+                            static_cast<double>(allowed))};
       return;
     }
     if (allowed == 0 && own < Long(1e-36) * (1 + abs(is))) return;  // exact, such as what never moves
     if (own > allowed / 10) unsharp = std::max(unsharp, allowed > 0 ? static_cast<double>(own / allowed) : HUGE_VAL);
-    if (made.result != Result::breach && allowed > 0) made.worst = std::max(made.worst, static_cast<double>(off / allowed));
+    if (made.result != Result::breach && allowed > 0)
+      made.worst = std::max(made.worst, static_cast<double>(off / allowed));
   };
   for (std::size_t k = 1; k < truth.values.size(); ++k)
     for (std::size_t i = 0; i < truth.values[k].bodies.size(); ++i) {
@@ -124,20 +130,23 @@ bool campaign(const Kind& kind, const Settings& settings) {
   const auto begin = std::chrono::steady_clock::now();
   const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); };
   // A kind of which nearly all scenes are refused would never end: four times the count decides.
-  while (tally.answered() < settings.answered && tally.all() < 4 * settings.answered && seconds() < settings.most_seconds) {
+  while (tally.answered() < settings.answered && tally.all() < 4 * settings.answered &&
+         seconds() < settings.most_seconds) {
     const std::uint64_t index = tally.next;
     const Judged judged = try_scene(kind, scene_of(kind, settings, index));
     tally.add(judged.result, judged.worst);
     if (log.is_open())
       log << fmt::format("{}\t{}\t{}\t{}\t{:.3g}\t{}\n", pair, settings.seed, index,
-                         kResults[static_cast<int>(judged.result)], judged.worst, judged.reason) << std::flush;
+                         kResults[static_cast<int>(judged.result)], judged.worst, judged.reason)
+          << std::flush;
     if (judged.result == Result::breach)
-      fmt::print("BREACH {} --seed {} --show {}: {} ({:.3g} bars)\n", pair, settings.seed, index, judged.reason, judged.worst);
+      fmt::print("BREACH {} --seed {} --show {}: {} ({:.3g} bars)\n", pair, settings.seed, index, judged.reason,
+                 judged.worst);
   }
   const double refused = tally.all() == 0 ? 1 : 1 - static_cast<double>(tally.answered()) / tally.all();
   const bool many = refused > kind.most_refused;
-  fmt::print("{:36} {:6} answered, {} breached, worst {:.2g} bars; {} refused, {} not checked{}\n", pair, tally.answered(),
-             tally.count[1], tally.worst, tally.count[2], tally.count[3],
+  fmt::print("{:36} {:6} answered, {} breached, worst {:.2g} bars; {} refused, {} not checked{}\n", pair,
+             tally.answered(), tally.count[1], tally.worst, tally.count[2], tally.count[3],
              many ? fmt::format(": more than {:.0f} %", 100 * kind.most_refused) : "");
   return tally.count[1] == 0 && !many;
 }
@@ -154,7 +163,8 @@ int main(int argc, char** argv) {
   app.add_option("--answered", settings.answered, "scenes a pair that must be answered")->check(CLI::PositiveNumber);
   app.add_option("--seed", settings.seed, "of the scenes");
   app.add_option("--log", settings.log, "file of outcomes; a campaign goes on where it ends");
-  app.add_option("--most-seconds", settings.most_seconds, "a pair; it then ends with fewer scenes")->check(CLI::PositiveNumber);
+  app.add_option("--most-seconds", settings.most_seconds, "a pair; it then ends with fewer scenes")
+      ->check(CLI::PositiveNumber);
   app.add_option("--show", settings.show, "print one scene as JSON, and its judgement");
   try {
     app.parse(argc, argv);

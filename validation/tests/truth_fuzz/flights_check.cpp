@@ -40,7 +40,11 @@ struct Ball {
   LongBody now;
   Long3 w_world{};
 };
-struct Wall { Long3 n{}; Long offset = 0; int body = 0; };
+struct Wall {
+  Long3 n{};
+  Long offset = 0;
+  int body = 0;
+};
 
 struct Flights {
   const Scenario& scenario;
@@ -67,7 +71,8 @@ struct Flights {
       ball.turns = rotates(body);
       ball.moment = body.inertia_kg_m2[0];
       if (ball.now.q != Long4{1, 0, 0, 0}) refused = "the checker of impacts starts from unturned balls";
-      if (ball.turns && (body.inertia_kg_m2[4] != body.inertia_kg_m2[0] || body.inertia_kg_m2[8] != body.inertia_kg_m2[0]))
+      if (ball.turns &&
+          (body.inertia_kg_m2[4] != body.inertia_kg_m2[0] || body.inertia_kg_m2[8] != body.inertia_kg_m2[0]))
         refused = "moments of inertia that are not all alike";
       if (body.release_s != 0) refused = "a late release";
       if (const auto* sphere = std::get_if<Sphere>(&body.shape)) {
@@ -90,7 +95,8 @@ struct Flights {
     const Long3 g = pull(balls[b]) - pull(balls[a]);
     if (is_wall(a)) {
       const Wall& wall = *std::find_if(walls.begin(), walls.end(), [&](const Wall& w) { return w.body == a; });
-      return {dot(wall.n, balls[b].now.p) - wall.offset - balls[b].radius, dot(wall.n, balls[b].now.v), dot(wall.n, g) / 2};
+      return {dot(wall.n, balls[b].now.p) - wall.offset - balls[b].radius, dot(wall.n, balls[b].now.v),
+              dot(wall.n, g) / 2};
     }
     const Long3 d = balls[b].now.p - balls[a].now.p, u = balls[b].now.v - balls[a].now.v;
     const Long R = balls[a].radius + balls[b].radius;
@@ -151,7 +157,12 @@ struct Flights {
     kick(other, arm_other, push);
   }
 
-  struct Next { Long t; int a = -1, b = -1; Long second; };  // second: the next but one
+  // second: the next but one
+  struct Next {
+    Long t;
+    int a = -1, b = -1;
+    Long second;
+  };
 
   Next next_impact(const Long& within, int last_a, int last_b) const {
     Next next{within, -1, -1, within};
@@ -192,7 +203,8 @@ struct Flights {
     if (!refused.empty()) return at;
     for (int a = 0; a < static_cast<int>(balls.size()); ++a)
       for (int b = 0; b < static_cast<int>(balls.size()); ++b)
-        if (a != b && !is_wall(b) && (balls[a].free || balls[b].free) && gap(a, b)[0] <= 0) refused = "contact at the start";
+        if (a != b && !is_wall(b) && (balls[a].free || balls[b].free) && gap(a, b)[0] <= 0)
+          refused = "contact at the start";
     if (!refused.empty()) return at;
     record();
     Long t = 0;

@@ -105,7 +105,8 @@ Scenario oscillator(Random& r, bool border) {
   if (what == 3 || what == 0) {
     double w = r.uniform(0.1, 6);
     if (border && what == 0) w = std::sqrt(k / mass) * (1 + r.sign() * r.power(-17, -1));  // resonance
-    s.scene.forces.push_back(Drive{{0}, what == 3 ? Real3{r.uniform(-5, 5), 0, 0} : r.vector(5), w, r.uniform(-pi, pi)});
+    s.scene.forces.push_back(
+        Drive{{0}, what == 3 ? Real3{r.uniform(-5, 5), 0, 0} : r.vector(5), w, r.uniform(-pi, pi)});
   }
   return s;
 }
@@ -119,9 +120,18 @@ Scenario kepler(Random& r, bool border) {
   double along = r.uniform(-1.2, 1.2), outward = r.uniform(-0.6, 0.6);
   if (border) {
     switch (r.whole(0, 3)) {
-      case 0: along = 1 + r.sign() * r.power(-17, -2); outward = 0; break;               // beside the parabola
-      case 1: along = std::sqrt(0.5) * (1 + r.sign() * r.power(-17, -2)); outward = r.sign() * r.power(-17, -2); break;  // circle
-      case 2: along = r.power(-4, -1); outward = r.uniform(0.2, 1.5); break;             // nearly radial, outwards
+      case 0:
+        along = 1 + r.sign() * r.power(-17, -2);
+        outward = 0;
+        break;  // beside the parabola
+      case 1:
+        along = std::sqrt(0.5) * (1 + r.sign() * r.power(-17, -2));
+        outward = r.sign() * r.power(-17, -2);
+        break;  // circle
+      case 2:
+        along = r.power(-4, -1);
+        outward = r.uniform(0.2, 1.5);
+        break;  // nearly radial, outwards
       default: along = r.uniform(1.5, 20); break;
     }
   }
@@ -143,7 +153,8 @@ Scenario coulomb(Random& r, bool border) {
     const int what = r.whole(0, 2);
     if (what == 0) s.scene.bodies[1].charge_C = r.sign() * r.power(-18, -3);
     if (what == 1)  // at rest to each other, or nearly: like charges
-      s.scene.bodies[1].velocity_m_per_s = sum(s.scene.bodies[0].velocity_m_per_s, scaled(r.power(-18, -3), r.direction()));
+      s.scene.bodies[1].velocity_m_per_s =
+          sum(s.scene.bodies[0].velocity_m_per_s, scaled(r.power(-18, -3), r.direction()));
     if (what <= 1) s.scene.bodies[1].charge_C = std::copysign(s.scene.bodies[1].charge_C, s.scene.bodies[0].charge_C);
   }
   s.scene.forces = {Coulomb{{0, 1}, 1}};
@@ -188,7 +199,8 @@ Scenario axis_torque(Random& r, bool border) {
   s.scene.bodies = {turning(point("ship", r.uniform(0.5, 5), r.vector(1), r.vector(2)),
                             {r.uniform(0.5, 1), r.uniform(0.5, 1), r.uniform(0.5, 1)}, w)};
   const double from = s.t_end_s * r.uniform(0, 0.5);
-  s.scene.forces = {Thruster{0, point_body, direction, r.uniform(0.1, 3), {{from, from + s.t_end_s * r.uniform(0.1, 0.7)}}}};
+  s.scene.forces = {
+      Thruster{0, point_body, direction, r.uniform(0.1, 3), {{from, from + s.t_end_s * r.uniform(0.1, 0.7)}}}};
   return s;
 }
 
@@ -197,7 +209,8 @@ Scenario axis_torque(Random& r, bool border) {
 Scenario bounce(Random& r, bool border) {
   Scenario s = empty(TruthKind::closed_form, "bounce", 1);
   const Real3 n = r.direction();
-  const double g = r.uniform(1, 20), radius = r.uniform(0.05, 0.5), height = border ? r.power(-15, -2) : r.uniform(0.1, 3);
+  const double g = r.uniform(1, 20), radius = r.uniform(0.05, 0.5),
+               height = border ? r.power(-15, -2) : r.uniform(0.1, 3);
   const double e = border && r.whole(0, 1) ? 1 - r.power(-17, -1) : r.uniform(0.3, 1);
   s.scene.pairs[0].restitution = e;
   s.scene.gravity_m_per_s2 = scaled(-g, n);
@@ -222,7 +235,8 @@ Scenario sphere_impact(Random& r, bool border) {
   double aside = r.uniform(0, 0.95) * R;
   if (border) aside = r.whole(0, 1) ? R * (1 - r.power(-16, -1)) : R * r.power(-17, -1);  // a graze, head on
   const double away = R + (border ? r.power(-12, 0) : r.uniform(0.1, 1));
-  Body a = ball("a", r.power(-1, 1), ra, {}, {}), b = ball("b", r.power(-1, 1), rb, sum(scaled(away, n), scaled(aside, side)), scaled(-speed, n));
+  Body a = ball("a", r.power(-1, 1), ra, {}, {}),
+       b = ball("b", r.power(-1, 1), rb, sum(scaled(away, n), scaled(aside, side)), scaled(-speed, n));
   const Real3 drift = r.vector(2);
   a.velocity_m_per_s = drift;
   b.velocity_m_per_s = sum(b.velocity_m_per_s, drift);
@@ -246,7 +260,8 @@ Scenario billiard(TruthKind truth, const char* solution, Random& r, bool border)
   }
   const double side = 1.2;
   for (int i = 0; i < 4; ++i) {
-    s.scene.bodies.push_back(peg("peg" + std::to_string(i), r.uniform(0.3, 0.55), {side * (i % 2 ? 0.5 : -0.5), side * (i / 2 ? 0.5 : -0.5), 0}));
+    s.scene.bodies.push_back(peg("peg" + std::to_string(i), r.uniform(0.3, 0.55),
+                                 {side * (i % 2 ? 0.5 : -0.5), side * (i / 2 ? 0.5 : -0.5), 0}));
   }
   const double angle = border ? pi / 4 * r.whole(0, 7) + r.sign() * r.power(-12, -2) : r.uniform(-pi, pi);
   s.scene.bodies.push_back(ball("ball", 1, 0.01, {r.uniform(-0.03, 0.03), r.uniform(-0.03, 0.03), 0},
@@ -345,19 +360,26 @@ std::vector<Kind> all_kinds() {
   };
   const auto flights = [](const Scenario& s, std::int64_t samples) { return check_flights(s, samples); };
   const auto closed = [&](const char* name, auto scene) { return Kind{"closed-form", name, scene, digits(42)}; };
-  std::vector<Kind> all{closed("ballistic", ballistic), closed("linear-drag", linear_drag),
-                        closed("vertical-quadratic-drag", quadratic_drag), closed("oscillator", oscillator),
-                        closed("kepler", kepler), closed("coulomb-two-body", coulomb), closed("lorentz", lorentz),
-                        closed("free-rigid-body", free_top), closed("axis-torque", axis_torque)};
+  std::vector<Kind> all{closed("ballistic", ballistic),
+                        closed("linear-drag", linear_drag),
+                        closed("vertical-quadratic-drag", quadratic_drag),
+                        closed("oscillator", oscillator),
+                        closed("kepler", kepler),
+                        closed("coulomb-two-body", coulomb),
+                        closed("lorentz", lorentz),
+                        closed("free-rigid-body", free_top),
+                        closed("axis-torque", axis_torque)};
   all.push_back({"closed-form", "bounce", bounce, flights});
   all.push_back({"closed-form", "sphere-impact", sphere_impact, flights});
   const auto of = [](TruthKind truth, const char* solution, auto scene) {
     return [=](Random& r, bool border) { return scene(truth, solution, r, border); };
   };
   all.push_back({"closed-form", "ball-flights", table, flights});
-  for (const auto& [truth, name, asked] : {std::tuple{TruthKind::extended, "extended", 36}, {TruthKind::cvode, "cvode", 22}}) {
+  for (const auto& [truth, name, asked] :
+       {std::tuple{TruthKind::extended, "extended", 36}, {TruthKind::cvode, "cvode", 22}}) {
     all.push_back({name, "orbits", [truth = truth](Random& r, bool b) { return orbits(truth, r, b); }, digits(asked)});
-    all.push_back({name, "pushed-bodies", [truth = truth](Random& r, bool b) { return pushed_bodies(truth, r, b); }, digits(asked)});
+    all.push_back({name, "pushed-bodies", [truth = truth](Random& r, bool b) { return pushed_bodies(truth, r, b); },
+                   digits(asked)});
     all.push_back({name, "billiards", of(truth, "", billiard), flights});
     all.push_back({name, "drops", of(truth, "", drop), flights});
   }

@@ -44,7 +44,12 @@ inline Long3 turned(const Long4& q, const Long3& v) {
 }
 inline Long3 turned_back(const Long4& q, const Long3& v) { return turned({q[0], -q[1], -q[2], -q[3]}, v); }
 
-struct LongBody { Long3 p{}; Long4 q{1, 0, 0, 0}; Long3 v{}, w{}; };  // as BodySample
+// As BodySample
+struct LongBody {
+  Long3 p{};
+  Long4 q{1, 0, 0, 0};
+  Long3 v{}, w{};
+};
 
 // What a checker found: values[k][i] of body i at t_end_s k / samples, and `own`, how far off they may be.
 struct Checked {

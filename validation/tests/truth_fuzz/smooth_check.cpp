@@ -22,7 +22,8 @@ struct Equations {
   double now_s = 0;           // its middle
 
   explicit Equations(const Scene& s) : scene(s) {
-    for (const Body& body : scene.bodies) inverse_inertia.push_back(rotates(body) ? inverse(body.inertia_kg_m2) : std::array<Long, 9>{});
+    for (const Body& body : scene.bodies)
+      inverse_inertia.push_back(rotates(body) ? inverse(body.inertia_kg_m2) : std::array<Long, 9>{});
   }
   static std::array<Long, 9> inverse(const Real33& m) {
     const Long3 a{m[0], m[3], m[6]}, b{m[1], m[4], m[7]}, c{m[2], m[5], m[8]};  // columns
@@ -195,7 +196,11 @@ State midpoints(const Rate& f, const Long& t_s, const State& y, const Long& H, i
   return now;
 }
 
-struct Step { State y; Long error; };  // error: of the last column but one, in scales
+// error: of the last column but one, in scales
+struct Step {
+  State y;
+  Long error;
+};
 
 Step extrapolate(const Rate& f, const Long& t_s, const State& y, const Long& H, const State& scale) {
   std::vector<State> row;
@@ -249,7 +254,9 @@ State start_of(const Scene& scene) {
 // Where forces switch and bodies are let go.
 std::vector<double> switches(const Scene& scene, double t_end_s) {
   std::vector<double> at{t_end_s};
-  const auto add = [&](double t) { if (t > 0 && t < t_end_s) at.push_back(t); };
+  const auto add = [&](double t) {
+    if (t > 0 && t < t_end_s) at.push_back(t);
+  };
   for (const Body& body : scene.bodies) add(body.release_s);
   for (const Force& force : scene.forces) {
     const auto* thruster = std::get_if<Thruster>(&force);
@@ -269,7 +276,8 @@ bool acts_at(const Force& force, double t_s) {
   const auto* push = std::get_if<PointForce>(&force);
   if (!thruster && !push) return true;
   const auto& on_s = thruster ? thruster->on_s : push->on_s;
-  return on_s.empty() || std::any_of(on_s.begin(), on_s.end(), [&](const Interval& on) { return on.from_s <= t_s && t_s < on.to_s; });
+  return on_s.empty() ||
+         std::any_of(on_s.begin(), on_s.end(), [&](const Interval& on) { return on.from_s <= t_s && t_s < on.to_s; });
 }
 
 // One integration with `digits` asked for at each step. Empty: it took more than `most_steps`.
@@ -324,8 +332,10 @@ Checked check_smooth(const Scenario& scenario, std::int64_t samples, int digits)
   for (const Force& force : scenario.scene.forces)
     if (std::holds_alternative<RotatingFrame>(force) || std::holds_alternative<Potential>(force))
       return {"the checker has no rotating frames and no potentials", {}, {}};
-  const std::vector<State> fine = integrate(scenario, samples, digits), coarse = integrate(scenario, samples, digits - 4);
-  if (fine.empty() || coarse.empty()) return {"the checker needs more than " + std::to_string(most_steps) + " steps", {}, {}};
+  const std::vector<State> fine = integrate(scenario, samples, digits),
+                           coarse = integrate(scenario, samples, digits - 4);
+  if (fine.empty() || coarse.empty())
+    return {"the checker needs more than " + std::to_string(most_steps) + " steps", {}, {}};
   Checked made;
   const int n = static_cast<int>(scenario.scene.bodies.size());
   for (std::size_t k = 0; k < fine.size(); ++k) {
