@@ -39,7 +39,7 @@ struct Crowd {
   std::size_t balls() const { return items.size() - rectangles.size(); }
 };
 
-constexpr double radius_m = 0.1;
+constexpr double kRadius_m = 0.1;
 
 BroadItem<double> ball(const Vec3<double>& c, double r) {
   return {{c - Vec3<double>{r, r, r}, c + Vec3<double>{r, r, r}}, c, r, true};
@@ -51,11 +51,11 @@ Crowd heap(int balls) {
   SplitMix64 random{42};
   const auto within = [&](double half) { return half * (2 * random.next_unit() - 1); };
   const int side = static_cast<int>(std::ceil(std::cbrt(balls)));
-  const double spacing = radius_m * std::cbrt(4.0 / 3 * M_PI / 0.58);
+  const double spacing = kRadius_m * std::cbrt(4.0 / 3 * M_PI / 0.58);
   for (int n = 0; n < balls; ++n) {
     const Vec3<double> c{spacing * (n % side), spacing * (n / side % side), spacing * (n / side / side)};
     crowd.items.push_back(
-        ball(c + Vec3<double>{within(0.2 * radius_m), within(0.2 * radius_m), within(0.2 * radius_m)}, radius_m));
+        ball(c + Vec3<double>{within(0.2 * kRadius_m), within(0.2 * kRadius_m), within(0.2 * kRadius_m)}, kRadius_m));
   }
   return crowd;
 }
@@ -75,7 +75,7 @@ Crowd with_planes(int balls) {
     Vec3<double> v = unit();
     v = v - dot(r.u, v) * r.u;
     r.v = (1 / norm(v)) * v;
-    r.half_m = 5 * radius_m;
+    r.half_m = 5 * kRadius_m;
     const auto reach = [&](double a, double b) { return r.half_m * (std::abs(a) + std::abs(b)); };
     const Vec3<double> half{reach(r.u.x, r.v.x), reach(r.u.y, r.v.y), reach(r.u.z, r.v.z)};
     crowd.items.push_back({{r.center - half, r.center + half}, r.center, std::sqrt(2.0) * r.half_m, false});
@@ -87,13 +87,13 @@ Crowd with_planes(int balls) {
 Crowd with_giant(int balls) {
   Crowd crowd = heap(balls);
   const std::size_t middle = crowd.items.size() / 2;
-  crowd.items[middle] = ball(crowd.items[middle].center, 25 * radius_m);
+  crowd.items[middle] = ball(crowd.items[middle].center, 25 * kRadius_m);
   return crowd;
 }
 
 Crowd in_line(int balls) {
   Crowd crowd;
-  for (int n = 0; n < balls; ++n) crowd.items.push_back(ball({2 * radius_m * n, 0, 0}, radius_m));
+  for (int n = 0; n < balls; ++n) crowd.items.push_back(ball({2 * kRadius_m * n, 0, 0}, kRadius_m));
   return crowd;
 }
 
@@ -164,7 +164,7 @@ Calls timed(const Kind& kind, Crowd crowd, double shake_m, double fall_m, Team* 
   return {quickest, static_cast<double>(phase->kept()), static_cast<double>(touching)};
 }
 
-constexpr double settled_m = 1e-5 * radius_m, stirred_m = 0.05 * radius_m;
+constexpr double kSettled_m = 1e-5 * kRadius_m, kStirred_m = 0.05 * kRadius_m;
 
 }  // namespace
 
@@ -188,16 +188,16 @@ int main(int argc, char** argv) {
     for (const int size : sizes) {
       const int n = scaled(size);
       bodies.push_back(n);
-      seconds.push_back(timed(kind, heap(n), stirred_m, stirred_m, nullptr).seconds);
+      seconds.push_back(timed(kind, heap(n), kStirred_m, kStirred_m, nullptr).seconds);
     }
     const ScalingFit fit = fit_scaling(bodies, seconds);
-    const Calls settled = timed(kind, heap(balls), settled_m, 0, nullptr),
-                stirred = timed(kind, heap(balls), stirred_m, stirred_m, nullptr);
-    const Calls stirred_by_two = timed(kind, heap(balls), stirred_m, stirred_m, &two),
-                settled_by_two = timed(kind, heap(balls), settled_m, 0, &two);
-    const Calls planes = timed(kind, with_planes(balls), settled_m, 0, nullptr),
-                giant = timed(kind, with_giant(balls), settled_m, 0, nullptr);
-    const Calls line = timed(kind, in_line(balls), settled_m, 0, nullptr);
+    const Calls settled = timed(kind, heap(balls), kSettled_m, 0, nullptr),
+                stirred = timed(kind, heap(balls), kStirred_m, kStirred_m, nullptr);
+    const Calls stirred_by_two = timed(kind, heap(balls), kStirred_m, kStirred_m, &two),
+                settled_by_two = timed(kind, heap(balls), kSettled_m, 0, &two);
+    const Calls planes = timed(kind, with_planes(balls), kSettled_m, 0, nullptr),
+                giant = timed(kind, with_giant(balls), kSettled_m, 0, nullptr);
+    const Calls line = timed(kind, in_line(balls), kSettled_m, 0, nullptr);
     const bool teams = kind.name == "grid" || kind.name == "tree";
     const Json none = nullptr;
     rows.push_back({kind.name, stirred.kept / stirred.touching, 1e6 * settled.seconds, 1e6 * stirred.seconds,

@@ -27,7 +27,7 @@ std::string method_fault(const MethodId& id) {
   return "";
 }
 
-constexpr std::int64_t most_threads = 256;
+constexpr std::int64_t kMostThreads = 256;
 
 // How rates are computed, from a method's settings; a value out of range is said in `why`.
 ModelOptions model_options(const MethodId& id, std::string& why) {
@@ -44,7 +44,7 @@ ModelOptions model_options(const MethodId& id, std::string& why) {
   options.gravity.opening = std::get<double>(settings.at("opening"));
   if (!(options.gravity.opening > 0 && options.gravity.opening < 1))
     why = info->id + ": opening is above 0 and below 1";
-  if (threads < 1 || threads > most_threads) why = info->id + ": threads are 1 to " + std::to_string(most_threads);
+  if (threads < 1 || threads > kMostThreads) why = info->id + ": threads are 1 to " + std::to_string(kMostThreads);
   options.threads = static_cast<int>(threads);
   return options;
 }

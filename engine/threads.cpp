@@ -7,7 +7,7 @@
 namespace atwood {
 namespace {
 
-constexpr int spins = 4000;  // some 10 us to 100 us
+constexpr int kSpins = 4000;  // some 10 us to 100 us
 
 void relax() {
 #if defined(__x86_64__)
@@ -74,7 +74,7 @@ void Team::Members::share_out(Call call, const void* work, int parts) {
   round_.store(round, std::memory_order_release);
   round_.notify_all();
   int left = left_.fetch_sub(do_parts(0), std::memory_order_acq_rel);
-  for (int n = 0; n < spins && (left = left_.load(std::memory_order_acquire)) != 0; ++n) relax();
+  for (int n = 0; n < kSpins && (left = left_.load(std::memory_order_acquire)) != 0; ++n) relax();
   for (; left != 0; left = left_.load(std::memory_order_acquire)) left_.wait(left, std::memory_order_acquire);
 }
 
@@ -102,7 +102,7 @@ int Team::Members::do_parts(int member) {
 void Team::Members::serve(int member) {
   std::uint32_t seen = 0;
   for (;;) {
-    for (int n = 0; n < spins && round_.load(std::memory_order_acquire) == seen; ++n) relax();
+    for (int n = 0; n < kSpins && round_.load(std::memory_order_acquire) == seen; ++n) relax();
     round_.wait(seen, std::memory_order_acquire);
     seen = round_.load(std::memory_order_acquire);
     if (closing_.load(std::memory_order_relaxed)) return;

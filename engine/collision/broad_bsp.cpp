@@ -8,8 +8,8 @@
 namespace atwood::broad {
 namespace {
 
-constexpr std::size_t leaf_items = 32;
-constexpr int most_cuts = 64;
+constexpr std::size_t kLeafItems = 32;
+constexpr int kMostCuts = 64;
 
 template <class S> class Bsp final : public BroadPhase<S> {
  public:
@@ -31,7 +31,7 @@ template <class S> class Bsp final : public BroadPhase<S> {
   void cut(Items<S> items, std::size_t first, std::size_t last, const Aabb<S>& part, int cuts) {
     const std::size_t count = last - first;
     if (count < 2) return;
-    if (count <= leaf_items || cuts == most_cuts) return look(items, first, last, part);
+    if (count <= kLeafItems || cuts == kMostCuts) return look(items, first, last, part);
     // The median of the lower corners along the axis where they scatter most, or along the next if boxes there are too
     // wide.
     S scatter[3];

@@ -9,7 +9,7 @@
 namespace atwood::broad {
 namespace {
 
-constexpr int leaf_items = 4;
+constexpr int kLeafItems = 4;
 
 template <class S> class Tree final : public BroadPhase<S> {
  public:
@@ -142,7 +142,7 @@ template <class S> class Tree final : public BroadPhase<S> {
   void split(std::int32_t first, std::int32_t last) {
     const std::size_t node = nodes_.size();
     nodes_.push_back({{}, 0, first, last - first});
-    if (last - first <= leaf_items) {
+    if (last - first <= kLeafItems) {
       leaves_.push_back(static_cast<std::int32_t>(node));
     } else {
       nodes_[node].count = 0;

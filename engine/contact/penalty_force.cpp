@@ -88,7 +88,7 @@ PenaltyForce<S>::PenaltyForce(const Scene& scene, const PenaltyOptions& options)
     const double asked = options.damping_ratio;
     const double ratio = gives_way                             ? 0
                          : asked > 0                           ? asked
-                         : law.restitution < least_restitution ? -1
+                         : law.restitution < kLeastRestitution ? -1
                                                                : damping_ratio_of(law.restitution);
     damping_ratio_.push_back(S(ratio));
   }

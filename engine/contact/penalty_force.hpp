@@ -32,7 +32,7 @@ double scene_speed(const Scene& scene);
 // ends where the force does (Schwager, Poeschel 2007, eq. 20 and 24):
 //   e = exp(-2 z acos(z) / sqrt(1 - z^2)) for z < 1,  exp(-2 z acosh(z) / sqrt(z^2 - 1)) for z > 1
 double damping_ratio_of(double restitution);
-inline constexpr double least_restitution = 1e-3;
+inline constexpr double kLeastRestitution = 1e-3;
 
 // One pair's law in numbers.
 template <class S> struct ContactSpring {

@@ -51,7 +51,7 @@ template <class S> struct LaneMotion {
   const S* resting;   // of body i, scalar j, lane k: resting[(body_scalars i + j) 8 + k]
   const S* unturned;  // such scalars of a body at the origin, at rest
 };
-inline constexpr int body_scalars = 13, load_scalars = 9;
+inline constexpr int kBodyScalars = 13, kLoadScalars = 9;
 
 template <class S> class ForceTerm {
  public:
@@ -82,7 +82,7 @@ struct GravityOptions {
   double opening = 0.5;                                             // of the tree
   Team* team = nullptr;                                             // null: one thread
 };
-inline constexpr int direct_bodies = 10000;
+inline constexpr int kDirectBodies = 10000;
 
 template <class S> using TermPointer = std::unique_ptr<ForceTerm<S>>;
 template <class S> TermPointer<S> make_term(const MutualGravity&, const Scene&, const GravityOptions&);

@@ -6,7 +6,7 @@
 namespace atwood {
 namespace {
 
-constexpr std::int64_t least_shared = 1 << 16;  // interactions: some 25 us
+constexpr std::int64_t kLeastShared = 1 << 16;  // interactions: some 25 us
 
 // The arrays are the term's own room to work in: a step allocates nothing. One thread at a time evaluates a model's
 // rates.
@@ -21,7 +21,7 @@ template <class S> struct ManyBodyGravity final : ForceTerm<S> {
   mutable std::vector<S> room;  // x y z of the bodies, then their accelerations: six arrays of whole blocks
 
   void add_loads(const Motion<S>& motion, Load<S>* loads) const override {
-    const int count = static_cast<int>(bodies.size()), padded = whole_blocks(count) * gravity_block;
+    const int count = static_cast<int>(bodies.size()), padded = whole_blocks(count) * kGravityBlock;
     S* const x = room.data();
     S *const y = x + padded, *const z = y + padded;
     const Accelerations<S> sums{z + padded, z + 2 * padded, z + 3 * padded};
@@ -42,7 +42,7 @@ template <class S> struct ManyBodyGravity final : ForceTerm<S> {
       add_gravity(width, masses, 0, count, softening2, blocks.first, blocks.last, sums);
     };
     if (team == nullptr) part(0, 1);
-    else team->run(std::int64_t(count) * count >= least_shared, [&](int p) { part(p, team->size()); });
+    else team->run(std::int64_t(count) * count >= kLeastShared, [&](int p) { part(p, team->size()); });
   }
 };
 
@@ -53,8 +53,8 @@ TermPointer<S> make_many_body_gravity(const MutualGravity& force, const Scene& s
   if constexpr (has_vector_lanes<S>) {
     const int count = static_cast<int>(force.bodies.size());
     const bool tree = options.sum == GravityOptions::Sum::tree ||
-                      (options.sum == GravityOptions::Sum::automatic && count > direct_bodies);
-    if (count < many_bodies && !(tree && count > 0)) return nullptr;
+                      (options.sum == GravityOptions::Sum::automatic && count > kDirectBodies);
+    if (count < kManyBodies && !(tree && count > 0)) return nullptr;
     auto term = std::make_unique<ManyBodyGravity<S>>();
     term->bodies = force.bodies;
     for (const int i : force.bodies) term->Gm.push_back(S(force.constant_m3_per_kg_s2) * S(scene.bodies[i].mass_kg));
@@ -62,7 +62,7 @@ TermPointer<S> make_many_body_gravity(const MutualGravity& force, const Scene& s
     term->team = options.team;
     term->opening = S(options.opening);
     if (tree) term->tree = std::make_unique<GravityTree<S>>(count, options.team == nullptr ? 1 : options.team->size());
-    term->room.resize(std::size_t(6) * whole_blocks(count) * gravity_block);
+    term->room.resize(std::size_t(6) * whole_blocks(count) * kGravityBlock);
     return term;
   } else {
     if (options.sum == GravityOptions::Sum::tree)

@@ -6,7 +6,7 @@
 namespace atwood {
 
 // From here on the vector lanes are quicker than the loop over pairs, whose bits direct sums keep.
-inline constexpr int many_bodies = 16;
+inline constexpr int kManyBodies = 16;
 
 // Null where mutual_gravity.cpp's loop over pairs serves: few bodies, or a scalar without vector lanes. Throws
 // Unsupported for a tree in such a scalar.

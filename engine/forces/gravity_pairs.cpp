@@ -6,14 +6,14 @@
 namespace atwood {
 namespace {
 
-constexpr int lanes = gravity_block;
+constexpr int kLanes = kGravityBlock;
 
-template <class S> struct Lanes { S x[lanes], y[lanes], z[lanes]; };
+template <class S> struct Lanes { S x[kLanes], y[kLanes], z[kLanes]; };
 
 template <class S, class Arrays> ATWOOD_INLINE void load(const Arrays& from, int first, Lanes<S>& to) {
-  for (int l = 0; l < lanes; ++l) to.x[l] = from.x[first + l];
-  for (int l = 0; l < lanes; ++l) to.y[l] = from.y[first + l];
-  for (int l = 0; l < lanes; ++l) to.z[l] = from.z[first + l];
+  for (int l = 0; l < kLanes; ++l) to.x[l] = from.x[first + l];
+  for (int l = 0; l < kLanes; ++l) to.y[l] = from.y[first + l];
+  for (int l = 0; l < kLanes; ++l) to.z[l] = from.z[first + l];
 }
 
 // Bodies [from, to) pull the block. `meets_itself`: the lane whose own body is the source gets a distance of 1 and so
@@ -23,7 +23,7 @@ ATWOOD_INLINE void pull(const PointMasses<S>& bodies, int from, int to, S soften
                         Lanes<S>& sum) {
   for (int j = from; j < to; ++j) {
     const S x = bodies.x_m[j], y = bodies.y_m[j], z = bodies.z_m[j], Gm = bodies.Gm_m3_per_s2[j];
-    for (int l = 0; l < lanes; ++l) {
+    for (int l = 0; l < kLanes; ++l) {
       const S rx = x - at.x[l], ry = y - at.y[l], rz = z - at.z[l];
       S r2 = rx * rx + ry * ry + rz * rz + softening2_m2;
       if constexpr (meets_itself) r2 = first + l == j ? S(1) : r2;
@@ -46,13 +46,13 @@ ATWOOD_INLINE void pull_block(const PointMasses<S>& bodies, int from, int to, S 
   } positions{bodies.x_m, bodies.y_m, bodies.z_m};
   load(positions, first, at);
   load(sums, first, sum);
-  const int block_from = std::clamp(first, from, to), block_to = std::clamp(first + lanes, from, to);
+  const int block_from = std::clamp(first, from, to), block_to = std::clamp(first + kLanes, from, to);
   pull<false>(bodies, from, block_from, softening2_m2, first, at, sum);
   pull<true>(bodies, block_from, block_to, softening2_m2, first, at, sum);
   pull<false>(bodies, block_to, to, softening2_m2, first, at, sum);
-  for (int l = 0; l < lanes; ++l) sums.x[first + l] = sum.x[l];
-  for (int l = 0; l < lanes; ++l) sums.y[first + l] = sum.y[l];
-  for (int l = 0; l < lanes; ++l) sums.z[first + l] = sum.z[l];
+  for (int l = 0; l < kLanes; ++l) sums.x[first + l] = sum.x[l];
+  for (int l = 0; l < kLanes; ++l) sums.y[first + l] = sum.y[l];
+  for (int l = 0; l < kLanes; ++l) sums.z[first + l] = sum.z[l];
 }
 
 }  // namespace
@@ -63,7 +63,7 @@ void add_gravity(VectorWidth width, const PointMasses<S>& bodies, int from, int 
   at_width(
       width, [=]() __attribute__((always_inline)) {
         for (int block = first_block; block < last_block; ++block)
-          pull_block(bodies, from, to, softening2_m2, block * lanes, sums);
+          pull_block(bodies, from, to, softening2_m2, block * kLanes, sums);
       });
 }
 

@@ -14,8 +14,8 @@
 namespace atwood {
 
 // Bodies are pulled in blocks of so many; arrays of targets and sums are padded to whole blocks.
-inline constexpr int gravity_block = 16;
-constexpr int whole_blocks(int bodies) { return (bodies + gravity_block - 1) / gravity_block; }
+inline constexpr int kGravityBlock = 16;
+constexpr int whole_blocks(int bodies) { return (bodies + kGravityBlock - 1) / kGravityBlock; }
 
 template <class S> struct PointMasses {
   const S *x_m, *y_m, *z_m;  // whole blocks; the padding must be finite

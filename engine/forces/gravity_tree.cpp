@@ -9,24 +9,24 @@
 namespace atwood {
 namespace {
 
-constexpr int lanes = gravity_block;
-constexpr int least_shared = 1000;             // bodies
-constexpr int group_blocks = 2;                // bodies of so many blocks ask the tree together
-constexpr int most_waiting = 7 * 3 * 21 + 64;  // nodes of a walk's stack: seven siblings at each level, and to spare
+constexpr int kLanes = kGravityBlock;
+constexpr int kLeastShared = 1000;             // bodies
+constexpr int kGroupBlocks = 2;                // bodies of so many blocks ask the tree together
+constexpr int kMostWaiting = 7 * 3 * 21 + 64;  // nodes of a walk's stack: seven siblings at each level, and to spare
 
 // The pull of nodes on the bodies of a block, as in the header's equation.
 template <class Moments, class S>
 ATWOOD_INLINE void pull_block(const Moments* nodes, const std::int32_t* list, int count, S softening2, const S* x,
                               const S* y, const S* z, S* ax, S* ay, S* az) {
-  S at_x[lanes], at_y[lanes], at_z[lanes], sum_x[lanes], sum_y[lanes], sum_z[lanes];
-  for (int l = 0; l < lanes; ++l) at_x[l] = x[l], at_y[l] = y[l], at_z[l] = z[l];
-  for (int l = 0; l < lanes; ++l) sum_x[l] = ax[l], sum_y[l] = ay[l], sum_z[l] = az[l];
+  S at_x[kLanes], at_y[kLanes], at_z[kLanes], sum_x[kLanes], sum_y[kLanes], sum_z[kLanes];
+  for (int l = 0; l < kLanes; ++l) at_x[l] = x[l], at_y[l] = y[l], at_z[l] = z[l];
+  for (int l = 0; l < kLanes; ++l) sum_x[l] = ax[l], sum_y[l] = ay[l], sum_z[l] = az[l];
   for (int k = 0; k < count; ++k) {
     const Moments& node = nodes[list[k]];
     const S M = node.GM, cx = node.centre[0], cy = node.centre[1], cz = node.centre[2];
     const S xx = node.GQ[0], yy = node.GQ[1], zz = node.GQ[2], xy = node.GQ[3], xz = node.GQ[4], yz = node.GQ[5];
     const S trace = S(1.5) * (xx + yy + zz);
-    for (int l = 0; l < lanes; ++l) {
+    for (int l = 0; l < kLanes; ++l) {
       const S rx = cx - at_x[l], ry = cy - at_y[l], rz = cz - at_z[l];
       const S rho2 = rx * rx + ry * ry + rz * rz + softening2;
       const S i1 = S(1) / std::sqrt(rho2), i2 = i1 * i1, i3 = i2 * i1, i5 = i3 * i2;
@@ -38,7 +38,7 @@ ATWOOD_INLINE void pull_block(const Moments* nodes, const std::int32_t* list, in
       sum_z[l] += along * rz - across * Qz;
     }
   }
-  for (int l = 0; l < lanes; ++l) ax[l] = sum_x[l], ay[l] = sum_y[l], az[l] = sum_z[l];
+  for (int l = 0; l < kLanes; ++l) ax[l] = sum_x[l], ay[l] = sum_y[l], az[l] = sum_z[l];
 }
 
 // Square of the way from a point to the nearest point of a box.
@@ -60,19 +60,19 @@ double gravity_tree_bound(double opening) {
 
 template <class S>
 GravityTree<S>::GravityTree(int bodies, int threads)
-    : count_(bodies), padded_(whole_blocks(bodies) * gravity_block), key_(bodies), key_room_(bodies), order_(bodies),
+    : count_(bodies), padded_(whole_blocks(bodies) * kGravityBlock), key_(bodies), key_room_(bodies), order_(bodies),
       order_room_(bodies), sorted_(std::size_t(7) * padded_), nodes_(std::size_t(bodies) / 2 + 64),
       boxes_(nodes_.size()), moments_(nodes_.size()), lists_(std::max(threads, 1)) {}
 
 template <class S> void GravityTree<S>::flush_nodes(VectorWidth width, int group, S softening2_m2, List& list) {
   const Moments* const nodes = moments_.data();
-  const int first = group * group_blocks * lanes, last = std::min(first + group_blocks * lanes, padded_);
+  const int first = group * kGroupBlocks * kLanes, last = std::min(first + kGroupBlocks * kLanes, padded_);
   S *const x = row(0), *const y = row(1), *const z = row(2), *const ax = row(4), *const ay = row(5), *const az = row(6);
   const std::int32_t* const waiting = list.node;
   const int count = list.nodes;
   at_width(
       width, [=]() __attribute__((always_inline)) {
-        for (int k = first; k < last; k += lanes)
+        for (int k = first; k < last; k += kLanes)
           pull_block(nodes, waiting, count, softening2_m2, x + k, y + k, z + k, ax + k, ay + k, az + k);
       });
   list.counts.by_node += static_cast<std::int64_t>(count) * (std::min(last, count_) - first);
@@ -81,21 +81,21 @@ template <class S> void GravityTree<S>::flush_nodes(VectorWidth width, int group
 
 template <class S> void GravityTree<S>::flush_bodies(VectorWidth width, int group, S softening2_m2, List& list) {
   if (list.from == list.to) return;
-  const int first_block = group * group_blocks, last_block = std::min(first_block + group_blocks, padded_ / lanes);
+  const int first_block = group * kGroupBlocks, last_block = std::min(first_block + kGroupBlocks, padded_ / kLanes);
   atwood::add_gravity<S>(width, {row(0), row(1), row(2), row(3)}, list.from, list.to, softening2_m2, first_block,
                          last_block, {row(4), row(5), row(6)});
   list.counts.by_body +=
-      static_cast<std::int64_t>(list.to - list.from) * (std::min(last_block * lanes, count_) - first_block * lanes);
+      static_cast<std::int64_t>(list.to - list.from) * (std::min(last_block * kLanes, count_) - first_block * kLanes);
   list.from = list.to;
 }
 
 // Depth first, first child first; leaves side by side pull in one go.
 template <class S>
 void GravityTree<S>::pull_group(VectorWidth width, int group, S softening2_m2, S opening, List& list) {
-  const int first = group * group_blocks * lanes;
-  const Box box = box_of(first, std::min(first + group_blocks * lanes, count_));
+  const int first = group * kGroupBlocks * kLanes;
+  const Box box = box_of(first, std::min(first + kGroupBlocks * kLanes, count_));
   const S opening2 = opening * opening;
-  std::int32_t waiting[most_waiting];
+  std::int32_t waiting[kMostWaiting];
   int top = 0;
   waiting[top++] = 0;
   list.from = list.to = 0;
@@ -125,13 +125,13 @@ void GravityTree<S>::add_gravity(VectorWidth width, const PointMasses<S>& bodies
   build();
   sum_moments();
   std::fill(row(4), row(4) + std::size_t(3) * padded_, S(0));
-  const int groups = (whole_blocks(count_) + group_blocks - 1) / group_blocks;
+  const int groups = (whole_blocks(count_) + kGroupBlocks - 1) / kGroupBlocks;
   const auto part = [&](int p, int parts) {
     lists_[p].counts = {};
     for (int group = p; group < groups; group += parts) pull_group(width, group, softening2_m2, opening, lists_[p]);
   };
   if (team == nullptr) part(0, 1);
-  else team->run(count_ >= least_shared, [&](int p) { part(p, team->size()); });
+  else team->run(count_ >= kLeastShared, [&](int p) { part(p, team->size()); });
   for (int k = 0; k < count_; ++k) {
     sums.x[order_[k]] += row(4)[k];
     sums.y[order_[k]] += row(5)[k];

@@ -9,9 +9,9 @@
 namespace atwood {
 namespace {
 
-constexpr int leaf_bodies = 32;            // at most, where the curve tells them apart
-constexpr int levels = 21;                 // bits of each coordinate in a key
-constexpr int digit_bits = 8, digits = 8;  // of the sort: 64 bits
+constexpr int kLeafBodies = 32;             // at most, where the curve tells them apart
+constexpr int kLevels = 21;                 // bits of each coordinate in a key
+constexpr int kDigitBits = 8, kDigits = 8;  // of the sort: 64 bits
 
 // The 21 low bits of x, two zeros after each.
 std::uint64_t spread(std::uint64_t x) {
@@ -24,7 +24,7 @@ std::uint64_t spread(std::uint64_t x) {
 
 // Where x stands in [low, low + side], in 2^21 parts; what is not a number stands at the start.
 template <class S> std::uint64_t part_of(S x, S low, S parts_per_m) {
-  constexpr std::int64_t last = (std::int64_t(1) << levels) - 1;
+  constexpr std::int64_t last = (std::int64_t(1) << kLevels) - 1;
   const S part = (x - low) * parts_per_m;
   return static_cast<std::uint64_t>(part > S(0) ? (part < S(last) ? static_cast<std::int64_t>(part) : last) : 0);
 }
@@ -32,11 +32,11 @@ template <class S> std::uint64_t part_of(S x, S low, S parts_per_m) {
 // Least significant digit first: stable, so bodies of one key keep their order.
 void radix_sort(std::vector<std::uint64_t>& key, std::vector<std::uint64_t>& key_room, std::vector<std::int32_t>& order,
                 std::vector<std::int32_t>& order_room) {
-  for (int digit = 0; digit < digits; ++digit) {
-    const int shift = digit * digit_bits;
-    std::size_t start[(1 << digit_bits) + 1] = {};
+  for (int digit = 0; digit < kDigits; ++digit) {
+    const int shift = digit * kDigitBits;
+    std::size_t start[(1 << kDigitBits) + 1] = {};
     for (const std::uint64_t k : key) ++start[(k >> shift & 0xff) + 1];
-    for (int d = 0; d < 1 << digit_bits; ++d) start[d + 1] += start[d];
+    for (int d = 0; d < 1 << kDigitBits; ++d) start[d + 1] += start[d];
     for (std::size_t i = 0; i < key.size(); ++i) {
       const std::size_t at = start[key[i] >> shift & 0xff]++;
       key_room[at] = key[i];
@@ -69,7 +69,7 @@ template <class S> void GravityTree<S>::sort_bodies(const PointMasses<S>& bodies
   for (int axis = 0; axis < 3; ++axis) std::copy(at[axis], at[axis] + count_, row(axis));
   const Box all = box_of(0, count_);
   const S side = real::max(all.high[0] - all.low[0], real::max(all.high[1] - all.low[1], all.high[2] - all.low[2]));
-  const S parts_per_m = side > S(0) ? S(1 << levels) / side : S(0);
+  const S parts_per_m = side > S(0) ? S(1 << kLevels) / side : S(0);
   for (int i = 0; i < count_; ++i) {
     std::uint64_t key = 0;
     for (int axis = 0; axis < 3; ++axis) key |= spread(part_of(at[axis][i], all.low[axis], parts_per_m)) << axis;
@@ -89,7 +89,7 @@ template <class S> void GravityTree<S>::sort_bodies(const PointMasses<S>& bodies
 template <class S> void GravityTree<S>::split(int n) {
   const Node node = nodes_[n];
   const std::uint64_t differ = key_[node.first] ^ key_[node.last - 1];
-  if (node.last - node.first <= leaf_bodies || differ == 0 || node_count_ + 8 > static_cast<int>(nodes_.size())) return;
+  if (node.last - node.first <= kLeafBodies || differ == 0 || node_count_ + 8 > static_cast<int>(nodes_.size())) return;
   const int shift = (63 - std::countl_zero(differ)) / 3 * 3;
   nodes_[n].child = node_count_;
   for (int first = node.first; first < node.last;) {

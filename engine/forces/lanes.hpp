@@ -59,32 +59,32 @@ template <class S, class K> struct Vec3OfLane {
   S* at;
   K k;
   template <class V> ATWOOD_INLINE void operator+=(const Vec3<V>& b) const {
-    store3(load3(at, lane_count, k) + b, at, lane_count, k);
+    store3(load3(at, kLaneCount, k) + b, at, kLaneCount, k);
   }
   template <class V> ATWOOD_INLINE void operator-=(const Vec3<V>& b) const {
-    store3(load3(at, lane_count, k) - b, at, lane_count, k);
+    store3(load3(at, kLaneCount, k) - b, at, kLaneCount, k);
   }
 };
 template <class S> struct LoadLanes {
   S* at;
   template <class K> ATWOOD_INLINE Vec3OfLane<S, K> acceleration_W(K k) const { return {at, k}; }
-  template <class K> ATWOOD_INLINE Vec3OfLane<S, K> force_W(K k) const { return {at + 3 * lane_count, k}; }
-  template <class K> ATWOOD_INLINE Vec3OfLane<S, K> torque_B(K k) const { return {at + 6 * lane_count, k}; }
+  template <class K> ATWOOD_INLINE Vec3OfLane<S, K> force_W(K k) const { return {at + 3 * kLaneCount, k}; }
+  template <class K> ATWOOD_INLINE Vec3OfLane<S, K> torque_B(K k) const { return {at + 6 * kLaneCount, k}; }
 };
 template <class S> struct MotionLanes {
   const LaneMotion<S>& motion;
   const S* t_s;
   ATWOOD_INLINE BodyLanes<S> body(int i) const {
     const Slot<S>& slot = motion.slots[i];
-    const std::ptrdiff_t stride = slot.resting ? lane_count : motion.stride;
-    const S* at = slot.resting ? motion.resting + i * body_scalars * lane_count : motion.y + slot.offset * stride;
+    const std::ptrdiff_t stride = slot.resting ? kLaneCount : motion.stride;
+    const S* at = slot.resting ? motion.resting + i * kBodyScalars * kLaneCount : motion.y + slot.offset * stride;
     if (slot.rotates) return {at, at + 6 * stride, stride, stride};
-    return {at, motion.unturned + 6 * lane_count, stride, lane_count};
+    return {at, motion.unturned + 6 * kLaneCount, stride, kLaneCount};
   }
 };
 template <class S> struct LoadsLanes {
   S* loads;
-  ATWOOD_INLINE LoadLanes<S> body(int i) const { return {loads + i * load_scalars * lane_count}; }
+  ATWOOD_INLINE LoadLanes<S> body(int i) const { return {loads + i * kLoadScalars * kLaneCount}; }
 };
 
 // ---- both -------------------------------------------------------------------------------------------------------

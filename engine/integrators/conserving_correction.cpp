@@ -55,7 +55,7 @@ template <class S> void ProjectedRungeKutta<S>::residuals(const S* y, S* g, S* s
   Vec3<S> momentum;
   for (const int body : model_.moving()) {
     const S* at = y + model_.offset(body);
-    const Vec3<S> r = load3(at + at_position) - model_.conservative().centre(), v = load3(at + at_velocity);
+    const Vec3<S> r = load3(at + kAtPosition) - model_.conservative().centre(), v = load3(at + kAtVelocity);
     const S m = model_.mass(body).mass_kg;
     kinetic += m * dot(v, v) / S(2);
     momentum += m * cross(r, v);
@@ -88,8 +88,8 @@ template <class S> void ProjectedRungeKutta<S>::take_invariants(const S* y) {
 template <class S> void ProjectedRungeKutta<S>::find_metric(const S* y) {
   S speeds = S(0), accelerations = S(0);
   for (const int body : model_.moving()) {
-    const Vec3<S> v = load3(y + model_.offset(body) + at_velocity);
-    const Vec3<S> a = load3(classical_.first_slope() + model_.offset(body) + at_velocity);
+    const Vec3<S> v = load3(y + model_.offset(body) + kAtVelocity);
+    const Vec3<S> a = load3(classical_.first_slope() + model_.offset(body) + kAtVelocity);
     speeds += model_.mass(body).mass_kg * dot(v, v);
     accelerations += model_.mass(body).mass_kg * dot(a, a);
   }
@@ -98,8 +98,8 @@ template <class S> void ProjectedRungeKutta<S>::find_metric(const S* y) {
   for (const int body : model_.moving())
     for (int i = 0; i < 3; ++i) {
       const S inverse = model_.mass(body).inverse_mass_per_kg;
-      inverse_metric_[model_.offset(body) + at_position + i] = tau2 * inverse;
-      inverse_metric_[model_.offset(body) + at_velocity + i] = inverse;
+      inverse_metric_[model_.offset(body) + kAtPosition + i] = tau2 * inverse;
+      inverse_metric_[model_.offset(body) + kAtVelocity + i] = inverse;
     }
 }
 
@@ -108,12 +108,12 @@ template <class S> void ProjectedRungeKutta<S>::find_directions(const S* y, int 
   for (auto& direction : direction_) std::fill(direction.begin(), direction.end(), S(0));
   std::copy(y, y + size_, trial_.begin());
   for (const int body : model_.moving())  // at rest: forces that do no work vanish, the rest is -grad U
-    for (int i = 0; i < 3; ++i) trial_[model_.offset(body) + at_velocity + i] = S(0);
+    for (int i = 0; i < 3; ++i) trial_[model_.offset(body) + kAtVelocity + i] = S(0);
   std::fill(force_W_.begin(), force_W_.end(), Vec3<S>{});
   const Motion<S> motion = model_.motion(S(0), trial_.data());
   model_.conservative().add_discrete_forces(motion, motion, force_W_.data());
   for (const int body : model_.moving()) {
-    const int p = model_.offset(body) + at_position, v = model_.offset(body) + at_velocity;
+    const int p = model_.offset(body) + kAtPosition, v = model_.offset(body) + kAtVelocity;
     const S m = model_.mass(body).mass_kg;
     const Vec3<S> r = load3(y + p) - model_.conservative().centre(), u = load3(y + v);
     store3(-force_W_[body], &direction_[0][p]);
@@ -183,7 +183,7 @@ template <class S> bool ProjectedRungeKutta<S>::project_orbits(S* y) {
 // momentum where it was, by the smallest turn. Near a principal axis the two gradients I w and I I w are parallel.
 template <class S> void ProjectedRungeKutta<S>::project_spin(const Spin& wanted, int body, S* at) {
   const MassProperties<S>& mass = model_.mass(body);
-  Vec3<S> w = load3(at + at_body_rate);
+  Vec3<S> w = load3(at + kAtBodyRate);
   const Vec3<S> w_classical = w;
   if (dot(wanted.momentum_W, wanted.momentum_W) == S(0)) return;
   for (int n = 0; n < 6; ++n) {
@@ -197,15 +197,15 @@ template <class S> void ProjectedRungeKutta<S>::project_spin(const Spin& wanted,
   }
   for (int i = 0; i < 3; ++i) {
     const S wide[] = {w.x, w.y, w.z}, was[] = {w_classical.x, w_classical.y, w_classical.z};
-    add(at - model_.offset(body), model_.offset(body) + at_body_rate + i, wide[i] - was[i]);
+    add(at - model_.offset(body), model_.offset(body) + kAtBodyRate + i, wide[i] - was[i]);
   }
-  const Quat<S> q = load4(at + at_attitude);
-  const Vec3<S> now = rotate(q, mass.times_inertia(load3(at + at_body_rate))), then = wanted.momentum_W;
+  const Quat<S> q = load4(at + kAtAttitude);
+  const Vec3<S> now = rotate(q, mass.times_inertia(load3(at + kAtBodyRate))), then = wanted.momentum_W;
   const Vec3<S> axis = cross(now, then);
   const Quat<S> turn = normalised(Quat<S>{norm(now) * norm(then) + dot(now, then), axis.x, axis.y, axis.z});
   const Quat<S> turned = normalised(turn * q);
   const S is[] = {turned.w, turned.x, turned.y, turned.z}, was[] = {q.w, q.x, q.y, q.z};
-  for (int i = 0; i < 4; ++i) add(at - model_.offset(body), model_.offset(body) + at_attitude + i, is[i] - was[i]);
+  for (int i = 0; i < 4; ++i) add(at - model_.offset(body), model_.offset(body) + kAtAttitude + i, is[i] - was[i]);
 }
 
 template <class S> bool ProjectedRungeKutta<S>::step(S t_s, S h_s, const S* y, S* y_new) {

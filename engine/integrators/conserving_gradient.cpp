@@ -7,7 +7,7 @@
 namespace atwood {
 namespace {
 
-constexpr int nodes = 9;  // an odd number: the middle one is the midpoint. Exact up to degree 17
+constexpr int kNodes = 9;  // an odd number: the middle one is the midpoint. Exact up to degree 17
 
 }  // namespace
 
@@ -15,11 +15,11 @@ template <class S>
 DiscreteGradient<S>::DiscreteGradient(RigidModel<S>& model, Force force, bool compensated)
     : Stepper<S>(model.system()), model_(model), size_(model.state_size()), force_(force), solver_(size_, {Quad(1)}),
       z_(size_), k_(size_), known_(size_), end_y_(size_), force_W_(model.body_count()), rest_(compensated, size_) {
-  const CollocationTableau points = gauss_collocation(nodes);
+  const CollocationTableau points = gauss_collocation(kNodes);
   node_.assign(points.c.begin(), points.c.end());
   weight_.assign(points.b.begin(), points.b.end());
-  node_t_s_.resize(nodes);
-  node_y_.resize(static_cast<std::size_t>(nodes) * size_);
+  node_t_s_.resize(kNodes);
+  node_y_.resize(static_cast<std::size_t>(kNodes) * size_);
   node_rate_.resize(node_y_.size());
   scratch_.resize(2 * size_);
 }
@@ -27,14 +27,14 @@ DiscreteGradient<S>::DiscreteGradient(RigidModel<S>& model, Force force, bool co
 // Of v' over the segment; p' = v is linear along it, and q' and w' are those of the middle node.
 template <class S> void DiscreteGradient<S>::average_over_segment(const S* z, S* k) {
   for (int i = 0; i < size_; ++i)
-    for (int n = 0; n < nodes; ++n) node_y_[i * nodes + n] = y_[i] + node_[n] * z[i];
+    for (int n = 0; n < kNodes; ++n) node_y_[i * kNodes + n] = y_[i] + node_[n] * z[i];
   std::fill(node_t_s_.begin(), node_t_s_.end(), t_s_now_ + h_now_s_ / S(2));
-  this->system_.rates(nodes, node_t_s_.data(), node_y_.data(), node_rate_.data(), scratch_.data());
-  for (int i = 0; i < size_; ++i) k[i] = node_rate_[i * nodes + nodes / 2];
+  this->system_.rates(kNodes, node_t_s_.data(), node_y_.data(), node_rate_.data(), scratch_.data());
+  for (int i = 0; i < size_; ++i) k[i] = node_rate_[i * kNodes + kNodes / 2];
   for (const int body : model_.moving())
-    for (int i = model_.offset(body) + at_velocity; i < model_.offset(body) + at_velocity + 3; ++i) {
+    for (int i = model_.offset(body) + kAtVelocity; i < model_.offset(body) + kAtVelocity + 3; ++i) {
       S mean = S(0);
-      for (int n = 0; n < nodes; ++n) mean += weight_[n] * node_rate_[i * nodes + n];
+      for (int n = 0; n < kNodes; ++n) mean += weight_[n] * node_rate_[i * kNodes + n];
       k[i] = mean;
     }
 }
@@ -50,15 +50,15 @@ template <class S> void DiscreteGradient<S>::difference_potential(const S* z, S*
   for (const int body : model_.moving()) {
     const int at = model_.offset(body);
     const MassProperties<S>& mass = model_.mass(body);
-    store3(load3(y_ + at + at_velocity) + half * load3(z + at + at_velocity), k + at + at_position);
-    store3(mass.inverse_mass_per_kg * force_W_[body], k + at + at_velocity);
+    store3(load3(y_ + at + kAtVelocity) + half * load3(z + at + kAtVelocity), k + at + kAtPosition);
+    store3(mass.inverse_mass_per_kg * force_W_[body], k + at + kAtVelocity);
     if (!model_.rotates(body)) continue;
-    const Vec3<S> w = load3(y_ + at + at_body_rate) + half * load3(z + at + at_body_rate);
-    Quat<S> q = load4(y_ + at + at_attitude);
-    const Quat<S> turn = load4(z + at + at_attitude);
+    const Vec3<S> w = load3(y_ + at + kAtBodyRate) + half * load3(z + at + kAtBodyRate);
+    Quat<S> q = load4(y_ + at + kAtAttitude);
+    const Quat<S> turn = load4(z + at + kAtAttitude);
     q = {q.w + half * turn.w, q.x + half * turn.x, q.y + half * turn.y, q.z + half * turn.z};
-    store4(quaternion_rate(q, w), k + at + at_attitude);
-    store3(mass.times_inverse_inertia(cross(mass.times_inertia(w), w)), k + at + at_body_rate);
+    store4(quaternion_rate(q, w), k + at + kAtAttitude);
+    store3(mass.times_inverse_inertia(cross(mass.times_inertia(w), w)), k + at + kAtBodyRate);
   }
 }
 

@@ -6,7 +6,7 @@
 
 namespace atwood {
 
-inline constexpr int most_columns = 12;
+inline constexpr int kMostColumns = 12;
 
 // With n_j = 2, 4, 6, ... substeps H = h / n_j, from d_0 = 0, d_1 = H f(t, y):
 //   d_(i+1) = d_(i-1) + 2 H f(t + i H, y + d_i),   T_j1 = d_(n_j)
@@ -28,7 +28,7 @@ template <class S> class Extrapolation final : public Stepper<S> {
   int columns_, size_;
   Compensation<S> rest_;
   std::vector<S> rate_start_, rate_, before_, state_, difference_;
-  std::vector<S> row_[most_columns];  // T_j1, T_j2, ... of the last j, from row_[j - 1] down to row_[0]
+  std::vector<S> row_[kMostColumns];  // T_j1, T_j2, ... of the last j, from row_[j - 1] down to row_[0]
 };
 
 }  // namespace atwood

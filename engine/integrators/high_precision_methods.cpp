@@ -61,8 +61,8 @@ template <class S> StepperPointer<S> make_high_precision(StepperRequest<S>& requ
   }
   if (request.scheme == "gbs") {
     const std::int64_t columns = request.count("columns");
-    if (columns < 2 || columns > most_columns) {
-      request.why = "atwood/gbs takes 2 to " + std::to_string(most_columns) + " columns";
+    if (columns < 2 || columns > kMostColumns) {
+      request.why = "atwood/gbs takes 2 to " + std::to_string(kMostColumns) + " columns";
       return nullptr;
     }
     return std::make_unique<Extrapolation<S>>(request.model.system(), static_cast<int>(columns),

@@ -19,8 +19,8 @@ GeneralisedAlpha<S>::GeneralisedAlpha(RigidModel<S>& model, S rho, bool compensa
   if (model.bare_problem()) return;
   for (int body = 0; body < model.body_count(); ++body)
     for (int i = 0; i < 3 && model.offset(body) >= 0; ++i) {
-      velocity_of_[model.offset(body) + at_position + i] = model.offset(body) + at_velocity + i;
-      is_velocity_[model.offset(body) + at_velocity + i] = true;
+      velocity_of_[model.offset(body) + kAtPosition + i] = model.offset(body) + kAtVelocity + i;
+      is_velocity_[model.offset(body) + kAtVelocity + i] = true;
     }
 }
 

@@ -20,13 +20,13 @@ std::vector<Quad> inverse(const std::vector<Quad>& a, int n) {
   return result;
 }
 
-template <class S> constexpr S huge = S(1e30f);
+template <class S> constexpr S kHuge = S(1e30f);
 
 // More would follow a change of this size, each the ratio to its forerunner smaller: their sum against a thousandth
 // ulp.
 template <class S> bool rest_is_nothing(S now, S before) {
   if (now == S(0)) return true;
-  return before < huge<S> && now <= before / S(2) && now * (now / before) * S(2) < real::epsilon<S>() / S(1024);
+  return before < kHuge<S> && now <= before / S(2) && now * (now / before) * S(2) < real::epsilon<S>() / S(1024);
 }
 
 }  // namespace
@@ -87,7 +87,7 @@ template <class S> void StageSolver<S>::evaluate_right_side(const S* k, S* right
 
 // z <- known + h A k(z). The k of the last sweep is the one that z was made of, so the equations hold between the two.
 template <class S> auto StageSolver<S>::sweep(S* z, S* k) -> Progress {
-  S before = huge<S>;
+  S before = kHuge<S>;
   for (int n = 0; n < 150; ++n) {
     rates_(context_, z, k);
     evaluate_right_side(k, right_.data());
@@ -96,7 +96,7 @@ template <class S> auto StageSolver<S>::sweep(S* z, S* k) -> Progress {
       z[i] = right_[i];
     }
     const S now = relative_size(change_.data(), z);
-    if (!(now < huge<S>)) return Progress::failed;
+    if (!(now < kHuge<S>)) return Progress::failed;
     if (rest_is_nothing(now, before)) return Progress::solved;
     if (now >= before / S(2)) {
       if (now <= S(256) * real::epsilon<S>()) return Progress::solved;
@@ -139,7 +139,7 @@ template <class S> void StageSolver<S>::factor_jacobian(S* z, const S* k) {
 // (Shampine, ACM Trans. Math. Softw. 6 (1980) 420).
 template <class S> auto StageSolver<S>::newton(S* z, S* k) -> Progress {
   const int n = stages_;
-  S before = huge<S>;
+  S before = kHuge<S>;
   bool solved = false, factor = true;
   for (int iteration = 0; iteration < 80 && !solved; ++iteration) {
     rates_(context_, z, k);
@@ -150,7 +150,7 @@ template <class S> auto StageSolver<S>::newton(S* z, S* k) -> Progress {
     lu_.solve(change_.data());
     for (std::size_t i = 0; i < change_.size(); ++i) z[i] += change_[i];
     const S now = relative_size(change_.data(), z);
-    if (!(now < huge<S>)) return Progress::failed;
+    if (!(now < kHuge<S>)) return Progress::failed;
     solved = rest_is_nothing(now, before) || (now >= before / S(2) && now <= S(4096) * real::epsilon<S>());
     factor = now > before / S(16);
     if (!solved && !fresh && now > before / S(2))  // a stale Jacobian led astray: back, and on with a new one

@@ -13,7 +13,7 @@ template <class S> void add3(int at, const Vec3<S>& increment, S* y, Compensatio
 // Free of torque, such a body keeps its attitude: exactly, in every free top.
 template <class S> bool turns(const RigidModel<S>& model, int body, const S* y) {
   if (!model.rotates(body)) return false;
-  const S* w = y + model.offset(body) + at_body_rate;
+  const S* w = y + model.offset(body) + kAtBodyRate;
   return w[0] != S(0) || w[1] != S(0) || w[2] != S(0);
 }
 
@@ -30,12 +30,12 @@ bool drift(const RigidModel<S>& model, FreeTop top, S direct_s, S adjoint_s, S* 
   bool solved = true;
   for (const int i : model.moving()) {
     const int at = model.offset(i);
-    add3(at + at_position, h_s * load3(y + at + at_velocity), y, rest);
+    add3(at + kAtPosition, h_s * load3(y + at + kAtVelocity), y, rest);
     if (!turns(model, i, y)) continue;
     FreeTurn<S> turn;
-    solved = free_turn(top, model.mass(i), direct_s, adjoint_s, load3(y + at + at_body_rate), turn) && solved;
-    add4(at + at_attitude, load4(y + at + at_attitude) * turn.less_one, y, rest);
-    add3(at + at_body_rate, turn.dw_B, y, rest);
+    solved = free_turn(top, model.mass(i), direct_s, adjoint_s, load3(y + at + kAtBodyRate), turn) && solved;
+    add4(at + kAtAttitude, load4(y + at + kAtAttitude) * turn.less_one, y, rest);
+    add3(at + kAtBodyRate, turn.dw_B, y, rest);
   }
   return solved;
 }
@@ -43,7 +43,7 @@ bool drift(const RigidModel<S>& model, FreeTop top, S direct_s, S adjoint_s, S* 
 template <class S> void renormalise(const RigidModel<S>& model, S* y, Compensation<S>& rest) {
   for (const int i : model.moving()) {
     if (!model.rotates(i)) continue;
-    const int at = model.offset(i) + at_attitude;
+    const int at = model.offset(i) + kAtAttitude;
     const Quat<S> q = load4(y + at);
     const S change = S(1) / real::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z) - S(1);
     add4(at, Quat<S>{change * q.w, change * q.x, change * q.y, change * q.z}, y, rest);
@@ -59,7 +59,7 @@ Kicker<S>::Kicker(RigidModel<S>& model)
 
 template <class S> void Kicker<S>::add(S h_s, S* y, Compensation<S>& rest) const {
   for (const int i : model_.moving()) {
-    const int v = model_.offset(i) + at_velocity, w = model_.offset(i) + at_body_rate;
+    const int v = model_.offset(i) + kAtVelocity, w = model_.offset(i) + kAtBodyRate;
     add3(v, h_s * load3(acceleration_.data() + v), y, rest);
     if (model_.rotates(i)) add3(w, h_s * load3(acceleration_.data() + w), y, rest);
   }
@@ -76,7 +76,7 @@ template <class S> void Kicker<S>::kick_in_magnetic_field(S t_s, S direct_s, S a
   }
   model_.accelerations(t_s, y, acceleration_.data());
   for (const int i : model_.moving()) {
-    S* at = acceleration_.data() + model_.offset(i) + at_velocity;
+    S* at = acceleration_.data() + model_.offset(i) + kAtVelocity;
     const Vec3<S> a = load3(at), s = adjoint_s * omega_W_[i];
     store3((S(1) / (S(1) + dot(s, s))) * (a - cross(s, a) + dot(s, a) * s), at);
   }

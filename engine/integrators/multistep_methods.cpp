@@ -12,15 +12,15 @@ struct Choice {
   int order;
 };
 
-constexpr int highest_adams = 8, highest_bdf = 5;
+constexpr int kHighestAdams = 8, kHighestBdf = 5;
 
 // "adams-bashforth4": the number is the order.
 Choice chosen(const std::string& scheme) {
   if (scheme.empty() || scheme.back() < '1' || scheme.back() > '9') return {Kind::none, 0};
   const int order = scheme.back() - '0';
   const std::string name = scheme.substr(0, scheme.size() - 1);
-  if (name == "bdf" && order <= highest_bdf) return {Kind::backward, order};
-  if (order < 2 || order > highest_adams) return {Kind::none, 0};
+  if (name == "bdf" && order <= kHighestBdf) return {Kind::backward, order};
+  if (order < 2 || order > kHighestAdams) return {Kind::none, 0};
   if (name == "adams-bashforth") return {Kind::bashforth, order};
   if (name == "adams-moulton") return {Kind::moulton, order};
   return {Kind::none, 0};
@@ -44,7 +44,7 @@ int radau_stages(int order) { return (order + 3) / 2; }  // of order 2 s - 1 > o
 
 std::vector<MethodInfo> multistep_methods() {
   std::vector<MethodInfo> all;
-  for (int order = 2; order <= highest_adams; ++order) {
+  for (int order = 2; order <= kHighestAdams; ++order) {
     const int s = gauss_stages(order);
     all.push_back(
         fixed_step("adams-bashforth" + std::to_string(order), claims_everywhere(order),
@@ -55,7 +55,7 @@ std::vector<MethodInfo> multistep_methods() {
                        starter("Gauss's method", s, 2 * s) + history + attitude,
                    "Bashforth, Adams (1883); Hairer, Norsett, Wanner, Solving ODEs I (2nd ed.), eq. III.1.5"));
   }
-  for (int order = 2; order <= highest_adams; ++order) {
+  for (int order = 2; order <= kHighestAdams; ++order) {
     const int s = gauss_stages(order);
     all.push_back(fixed_step("adams-moulton" + std::to_string(order), claims_everywhere(order),
                              "Adams-Moulton of order " + std::to_string(order) +
@@ -64,7 +64,7 @@ std::vector<MethodInfo> multistep_methods() {
                                  starter("Gauss's method", s, 2 * s) + history + attitude,
                              "Moulton (1926); Hairer, Norsett, Wanner, Solving ODEs I (2nd ed.), eq. III.1.8'"));
   }
-  for (int order = 1; order <= highest_bdf; ++order) {
+  for (int order = 1; order <= kHighestBdf; ++order) {
     const int s = radau_stages(order);
     all.push_back(fixed_step(
         "bdf" + std::to_string(order), claims_everywhere(order),

@@ -11,7 +11,7 @@ namespace {
 // Held bodies stay as they are, whatever velocity they wait with.
 template <class S, class Of> void for_each_coordinate(const RigidModel<S>& model, const Of& of) {
   for (const int body : model.moving())
-    for (int p = model.offset(body) + at_position, k = 0; k < 3; ++k, ++p) of(p, p + at_velocity - at_position);
+    for (int p = model.offset(body) + kAtPosition, k = 0; k < 3; ++k, ++p) of(p, p + kAtVelocity - kAtPosition);
 }
 
 }  // namespace

@@ -39,8 +39,8 @@ template <class S> class Nystrom final : public Stepper<S> {
 
  private:
   struct Combination {
-    int stage[max_nystrom_stages];
-    S weight[max_nystrom_stages];
+    int stage[kMaxNystromStages];
+    S weight[kMaxNystromStages];
     int terms = 0;
   };
   static Combination combine(const TableauRow& row);
@@ -49,8 +49,8 @@ template <class S> class Nystrom final : public Stepper<S> {
   RigidModel<S>& model_;
   int stages_, estimate_order_;
   bool first_same_as_last_;
-  Combination a_[max_nystrom_stages], b_, b_velocity_, error_, error_velocity_;
-  S c_[max_nystrom_stages];
+  Combination a_[kMaxNystromStages], b_, b_velocity_, error_, error_velocity_;
+  S c_[kMaxNystromStages];
   NystromAccelerations<S> k_;
   std::vector<S> stage_;
   Compensation<S> rest_;

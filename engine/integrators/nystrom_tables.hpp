@@ -7,14 +7,14 @@
 
 namespace atwood {
 
-inline constexpr int max_nystrom_stages = 17;
+inline constexpr int kMaxNystromStages = 17;
 
 // Stage i: k_i = a(t + c_i h, x + c_i h v + h^2 sum_j<i a_ij k_j);
 // x_new = x + h v + h^2 sum b_i k_i, v_new = v + h sum b'_i k_i     (Hairer, Norsett, Wanner I, eq. II.14.13).
 struct NystromTableau {
   int stages = 0;
   int order = 0, embedded_order = 0;  // of position and velocity both
-  std::array<const char*, max_nystrom_stages> a{};
+  std::array<const char*, kMaxNystromStages> a{};
   const char *b = "", *b_velocity = "", *c = "";
   const char *embedded = "", *embedded_velocity = "";
   bool first_same_as_last = false;  // the last stage is the acceleration at x_new

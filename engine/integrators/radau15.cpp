@@ -9,26 +9,26 @@
 namespace atwood {
 namespace {
 
-constexpr int nodes = radau_nodes;
+constexpr int kNodes = kRadauNodes;
 
 struct WideTable {
   std::vector<Quad> c, b, a;
-  Quad power[nodes][nodes];  // of the Lagrange polynomial of node j
+  Quad power[kNodes][kNodes];  // of the Lagrange polynomial of node j
 
   WideTable() {
-    const CollocationTableau tableau = radau_left_collocation(nodes);
+    const CollocationTableau tableau = radau_left_collocation(kNodes);
     c = tableau.c;
     b = tableau.b;
     a = tableau.a;
-    for (int j = 0; j < nodes; ++j) {  // prod over m != j of (tau - c_m) / (c_j - c_m)
+    for (int j = 0; j < kNodes; ++j) {  // prod over m != j of (tau - c_m) / (c_j - c_m)
       std::vector<Quad> product{Quad(1)};
-      for (int m = 0; m < nodes; ++m) {
+      for (int m = 0; m < kNodes; ++m) {
         if (m == j) continue;
         product.push_back(Quad(0));
         for (int k = static_cast<int>(product.size()) - 1; k >= 0; --k)
           product[k] = ((k > 0 ? product[k - 1] : Quad(0)) - c[m] * product[k]) / (c[j] - c[m]);
       }
-      for (int k = 0; k < nodes; ++k) power[j][k] = product[k];
+      for (int k = 0; k < kNodes; ++k) power[j][k] = product[k];
     }
   }
 };
@@ -36,22 +36,22 @@ struct WideTable {
 template <class S> RadauTable<S> narrow_table() {
   static const WideTable wide;
   RadauTable<S> table{};
-  for (int i = 0; i < nodes; ++i) {
+  for (int i = 0; i < kNodes; ++i) {
     table.c[i] = S(wide.c[i]);
     Quad b2 = Quad(0);
-    for (int j = 0; j < nodes; ++j) {
+    for (int j = 0; j < kNodes; ++j) {
       Quad a2 = Quad(0), newton = j < i ? Quad(0) : Quad(1);
-      for (int m = 0; m < nodes; ++m) a2 += wide.a[i * nodes + m] * wide.a[m * nodes + j];
+      for (int m = 0; m < kNodes; ++m) a2 += wide.a[i * kNodes + m] * wide.a[m * kNodes + j];
       for (int m = 0; m < i; ++m) newton *= (wide.c[j] - wide.c[m]) / (wide.c[i] - wide.c[m]);
-      table.a[j][i] = table.row[i][j] = S(wide.a[i * nodes + j]);
+      table.a[j][i] = table.row[i][j] = S(wide.a[i * kNodes + j]);
       table.a2[j][i] = table.row2[i][j] = S(a2);
       table.power[j][i] = S(wide.power[j][i]);
       table.newton[i][j] = S(newton);
-      b2 += wide.b[j] * wide.a[j * nodes + i];
+      b2 += wide.b[j] * wide.a[j * kNodes + i];
     }
     table.ends[i][0] = S(wide.b[i]);
     table.ends[i][1] = S(b2);
-    table.ends[i][2] = S(wide.power[i][nodes - 1]);
+    table.ends[i][2] = S(wide.power[i][kNodes - 1]);
   }
   return table;
 }
@@ -98,7 +98,7 @@ template <class S> void Radau15<S>::find_unknowns() {
   const auto add_kind = [&](int from, int to) {
     const int first = static_cast<int>(rates_.size());
     for (const int body : model_.moving()) {
-      if (from >= at_attitude && !model_.rotates(body)) continue;
+      if (from >= kAtAttitude && !model_.rotates(body)) continue;
       for (int i = from; i < to; ++i) rates_.push_back(model_.offset(body) + i);
     }
     if (static_cast<int>(rates_.size()) > first) kinds_.push_back({first, static_cast<int>(rates_.size())});
@@ -108,16 +108,16 @@ template <class S> void Radau15<S>::find_unknowns() {
     once_ = rates_;
     kinds_.push_back({0, size_});
   } else {
-    add_kind(at_velocity, at_attitude);
+    add_kind(kAtVelocity, kAtAttitude);
     for (const int i : rates_) twice_.push_back(i - 3);
     if (model_.velocity_dependent()) once_ = rates_;
     const std::size_t turning = rates_.size();
-    add_kind(at_attitude, at_body_rate);
-    add_kind(at_body_rate, at_body_rate + 3);
+    add_kind(kAtAttitude, kAtBodyRate);
+    add_kind(kAtBodyRate, kAtBodyRate + 3);
     once_.insert(once_.end(), rates_.begin() + turning, rates_.end());
   }
   scale_.resize(kinds_.size());
-  std::fill(lanes_of(state_), lanes_of(state_) + size_ * nodes, S(0));
+  std::fill(lanes_of(state_), lanes_of(state_) + size_ * kNodes, S(0));
 }
 
 // Where, in units of a step on record, the new step starts: at its end, or (a step taken again) at its start.
@@ -143,7 +143,7 @@ template <class S> auto Radau15<S>::find_start(S t_s, const S* y, S& offset) -> 
 template <class S> void Radau15<S>::predict(S h_s, Record* from, S offset) {
   S* out = lanes_of(predicted_);
   if (from == nullptr) {
-    std::fill(out, out + size_ * nodes, S(0));
+    std::fill(out, out + size_ * kNodes, S(0));
     return;
   }
   const S ratio = h_s / from->h_s, trust = offset == S(1) ? S(1) : S(0);
@@ -154,7 +154,7 @@ template <class S> void Radau15<S>::predict(S h_s, Record* from, S offset) {
 
 template <class S> void Radau15<S>::lay_base(S t_s, S h_s, const S* y) {
   S* base = lanes_of(base_);
-  for (int k = 0; k < nodes; ++k) t_nodes_[k] = t_s + table_.c[k] * h_s;
+  for (int k = 0; k < kNodes; ++k) t_nodes_[k] = t_s + table_.c[k] * h_s;
   in_lanes<S>(width_, [&](auto) ATWOOD_INLINED { radau::lay_base(once_, twice_, table_, h_s, y, base); });
   for (std::size_t n = 0; n < kinds_.size(); ++n) {
     scale_[n].state = S(0);
@@ -184,7 +184,7 @@ template <class S> S Radau15<S>::sweep_batch(S h_s, LaneArray<S>& rate_before) {
     radau::stages(twice_, 3, table_.a2, h_s * h_s, lanes_of(base_), before, state);
     radau::stages(once_, 0, table_.a, h_s, lanes_of(base_), before, state);
   });
-  this->system_.rates(nodes, t_nodes_, state, rate, node_state_.data());
+  this->system_.rates(kNodes, t_nodes_, state, rate, node_state_.data());
   S most{};
   in_lanes<S>(width_, [&](auto) ATWOOD_INLINED { most = radau::change(rates_, weight_.data(), rate, before); });
   return most;
@@ -195,10 +195,10 @@ template <class S> S Radau15<S>::sweep_batch(S h_s, LaneArray<S>& rate_before) {
 template <class S> S Radau15<S>::sweep_nodes(S h_s) {
   S *rate = lanes_of(rate_), *base = lanes_of(base_);
   S most = S(0);
-  for (int n = 1; n < nodes; ++n) {
+  for (int n = 1; n < kNodes; ++n) {
     for (const int i : twice_)
-      node_state_[i] = base[i * nodes + n] + h_s * h_s * dot(rate + (i + 3) * nodes, table_.row2[n]);
-    for (const int i : once_) node_state_[i] = base[i * nodes + n] + h_s * dot(rate + i * nodes, table_.row[n]);
+      node_state_[i] = base[i * kNodes + n] + h_s * h_s * dot(rate + (i + 3) * kNodes, table_.row2[n]);
+    for (const int i : once_) node_state_[i] = base[i * kNodes + n] + h_s * dot(rate + i * kNodes, table_.row[n]);
     this->system_.rate(t_nodes_[n], node_state_.data(), node_rate_.data());
     S now{};
     in_lanes<S>(width_, [&](auto) ATWOOD_INLINED {
@@ -242,8 +242,8 @@ template <class S> void Radau15<S>::finish(S h_s, const S* y, S* y_new) {
   S* ends = lanes_of(ends_);
   in_lanes<S>(width_, [&](auto) ATWOOD_INLINED { radau::sum_ends(rates_, table_, lanes_of(rate_), ends); });
   std::copy(y, y + size_, y_new);
-  for (const int i : twice_) y_new[i] = add(i, y[i], h_s * (y[i + 3] + h_s * ends[(i + 3) * nodes + 1]));
-  for (const int i : rates_) y_new[i] = add(i, y[i], h_s * ends[i * nodes]);
+  for (const int i : twice_) y_new[i] = add(i, y[i], h_s * (y[i + 3] + h_s * ends[(i + 3) * kNodes + 1]));
+  for (const int i : rates_) y_new[i] = add(i, y[i], h_s * ends[i * kNodes]);
   this->system_.project(y_new);
 }
 
@@ -273,7 +273,7 @@ template <class S> void Radau15<S>::put_on_record(S t_s, S h_s, const S* y, cons
   if (predicted)
     in_lanes<S>(width_,
                 [&](auto) ATWOOD_INLINED { radau::differences(rates_, lanes_of(rate_), lanes_of(predicted_), miss); });
-  else std::fill(miss, miss + size_ * nodes, S(0));
+  else std::fill(miss, miss + size_ * kNodes, S(0));
   record.rate.swap(rate_);
 }
 
@@ -302,11 +302,11 @@ template <class S> bool Radau15<S>::step(S t_s, S h_s, const S* y, S* y_new) {
 // The rate at the start of the step is evaluated once; it is the first guess of the others where there is no other.
 template <class S> void Radau15<S>::start_nodes(S t_s, const S* y, bool predicted) {
   S* rate = lanes_of(rate_);
-  if (predicted) std::copy(lanes_of(predicted_), lanes_of(predicted_) + size_ * nodes, rate);
+  if (predicted) std::copy(lanes_of(predicted_), lanes_of(predicted_) + size_ * kNodes, rate);
   this->system_.rate(t_s, y, node_rate_.data());
   for (const int i : rates_) {
-    S* f = rate + i * nodes;
-    std::fill(f, predicted ? f + 1 : f + nodes, node_rate_[i]);
+    S* f = rate + i * kNodes;
+    std::fill(f, predicted ? f + 1 : f + kNodes, node_rate_[i]);
   }
 }
 
@@ -345,15 +345,15 @@ template <class S> void Radau15<S>::dense(S theta, S* y_at) {
   const S h_s = this->h_s_;
   S* rate = lanes_of(record_[last_].rate);
   std::copy(this->y_, this->y_ + size_, y_at);
-  S once[nodes], twice[nodes], power = theta;
-  for (int k = 0; k < nodes; ++k) {
+  S once[kNodes], twice[kNodes], power = theta;
+  for (int k = 0; k < kNodes; ++k) {
     once[k] = power / S(k + 1);
     power *= theta;
     twice[k] = power / S((k + 1) * (k + 2));
   }
   const auto integral = [&](int i, const S* weight) {
     S sum = S(0);
-    for (int j = 0; j < nodes; ++j) sum += rate[i * nodes + j] * dot(weight, table_.power[j]);
+    for (int j = 0; j < kNodes; ++j) sum += rate[i * kNodes + j] * dot(weight, table_.power[j]);
     return sum;
   };
   for (const int i : twice_) y_at[i] += h_s * (theta * this->y_[i + 3] + h_s * integral(i + 3, twice));

@@ -10,7 +10,7 @@
 
 namespace atwood {
 
-inline constexpr int radau_nodes = lane_count;  // a node a lane
+inline constexpr int kRadauNodes = kLaneCount;  // a node a lane
 
 // A row is eight lanes. With F_j the rate at node j, in units of the step:
 //   Y_i = y + h sum_j a[j][i] F_j      x_i = x + c_i h v + h^2 sum_j a2[j][i] F_j     (a2 = a a, where x' = v, v' = F)
@@ -18,10 +18,10 @@ inline constexpr int radau_nodes = lane_count;  // a node a lane
 //   F(tau) = sum_k tau^k sum_j power[j][k] F_j, so power[j][7] makes the divided difference over all nodes
 //   node n takes another rate, by D: Newton's term of node n makes F_j grow by D newton[n][j], 0 for j < n
 template <class S> struct RadauTable {
-  using Row = S[radau_nodes];
-  alignas(lane_count * sizeof(S)) Row c, a[radau_nodes], a2[radau_nodes], power[radau_nodes], newton[radau_nodes];
-  Row row[radau_nodes], row2[radau_nodes];                // a and a2 transposed, a node a row
-  alignas(lane_count * sizeof(S)) Row ends[radau_nodes];  // ends[j]: b[j], b2[j], power[j][7]
+  using Row = S[kRadauNodes];
+  alignas(kLaneCount * sizeof(S)) Row c, a[kRadauNodes], a2[kRadauNodes], power[kRadauNodes], newton[kRadauNodes];
+  Row row[kRadauNodes], row2[kRadauNodes];                // a and a2 transposed, a node a row
+  alignas(kLaneCount * sizeof(S)) Row ends[kRadauNodes];  // ends[j]: b[j], b2[j], power[j][7]
 };
 template <class S> const RadauTable<S>& radau_table();
 
@@ -87,7 +87,7 @@ template <class S> class Radau15 final : public Stepper<S> {
   std::vector<Scale> scale_;  // of kinds_
   LaneArray<S> state_, base_, rate_, rate_before_, predicted_, ends_;
   std::vector<S> node_state_, node_rate_;
-  S t_nodes_[radau_nodes];
+  S t_nodes_[kRadauNodes];
   Record record_[2];
   int last_ = 0;          // record of the last step
   int kept_ = -1;         // record of the last step that advise() accepted

@@ -6,14 +6,14 @@
 
 namespace atwood::radau {
 
-inline constexpr int nodes = radau_nodes;
+inline constexpr int kNodes = kRadauNodes;
 
 // Eight rows of a table, kept in registers.
 template <class S> struct Columns {
-  Pack<S> column[nodes];
+  Pack<S> column[kNodes];
 
-  ATWOOD_INLINE Columns(const S (&table)[nodes][nodes], S scale) {
-    for (int j = 0; j < nodes; ++j) column[j] = scale * load(table[j]);
+  ATWOOD_INLINE Columns(const S (&table)[kNodes][kNodes], S scale) {
+    for (int j = 0; j < kNodes; ++j) column[j] = scale * load(table[j]);
   }
   // sum_j f_j column_j, in pairs, so that no sum waits for seven others.
   ATWOOD_INLINE Pack<S> combine(const S* f) const {
@@ -25,12 +25,12 @@ template <class S> struct Columns {
 
 // out[i] = base[i] + scale sum_j column_j f_j for the components listed; f of component i at rate[i + shift].
 template <class S>
-ATWOOD_INLINE void stages(const std::vector<int>& components, int shift, const S (&table)[nodes][nodes], S scale,
+ATWOOD_INLINE void stages(const std::vector<int>& components, int shift, const S (&table)[kNodes][kNodes], S scale,
                           const S* base, const S* rate, S* out) {
   if (components.empty()) return;
   const Columns<S> columns(table, scale);
   for (const int i : components)
-    store<S>(load(base + i * nodes) + columns.combine(rate + (i + shift) * nodes), out + i * nodes);
+    store<S>(load(base + i * kNodes) + columns.combine(rate + (i + shift) * kNodes), out + i * kNodes);
 }
 
 // What the stages start from: y, or the straight line y + c h v.
@@ -38,8 +38,8 @@ template <class S>
 ATWOOD_INLINE void lay_base(const std::vector<int>& once, const std::vector<int>& twice, const RadauTable<S>& table,
                             S h_s, const S* y, S* base) {
   const Pack<S> elapsed_s = h_s * load(table.c);
-  for (const int i : once) store<S>(spread(y[i]), base + i * nodes);
-  for (const int i : twice) store<S>(spread(y[i]) + y[i + 3] * elapsed_s, base + i * nodes);
+  for (const int i : once) store<S>(spread(y[i]), base + i * kNodes);
+  for (const int i : twice) store<S>(spread(y[i]) + y[i + 3] * elapsed_s, base + i * kNodes);
 }
 
 // The largest weighted change of a rate, at any node; not a number if one is not.
@@ -47,7 +47,7 @@ template <class S>
 ATWOOD_INLINE S change(const std::vector<int>& components, const S* weight, const S* now, const S* before) {
   Pack<S> most = spread(S(0));
   for (const int i : components)
-    most = larger_size<S>(*weight++ * (load(now + i * nodes) - load(before + i * nodes)), most);
+    most = larger_size<S>(*weight++ * (load(now + i * kNodes) - load(before + i * kNodes)), most);
   return largest_lane<S>(most);
 }
 
@@ -58,24 +58,24 @@ ATWOOD_INLINE void extrapolate(const std::vector<int>& components, const RadauTa
   const Pack<S> tau = offset + ratio * load(table.c);
   const Columns<S> powers(table.power, S(1));
   for (const int i : components) {
-    alignas(sizeof(Pack<S>)) S coefficient[nodes];
-    store<S>(powers.combine(from + i * nodes), coefficient);
-    Pack<S> sum = spread(coefficient[nodes - 1]);
-    for (int p = nodes - 2; p >= 0; --p) sum = coefficient[p] + tau * sum;
-    store<S>(sum + trust * load(miss + i * nodes), out + i * nodes);
+    alignas(sizeof(Pack<S>)) S coefficient[kNodes];
+    store<S>(powers.combine(from + i * kNodes), coefficient);
+    Pack<S> sum = spread(coefficient[kNodes - 1]);
+    for (int p = kNodes - 2; p >= 0; --p) sum = coefficient[p] + tau * sum;
+    store<S>(sum + trust * load(miss + i * kNodes), out + i * kNodes);
   }
 }
 
 // miss = now - guess.
 template <class S>
 ATWOOD_INLINE void differences(const std::vector<int>& components, const S* now, const S* guess, S* miss) {
-  for (const int i : components) store<S>(load(now + i * nodes) - load(guess + i * nodes), miss + i * nodes);
+  for (const int i : components) store<S>(load(now + i * kNodes) - load(guess + i * kNodes), miss + i * kNodes);
 }
 
 // Largest rate of components first..last at any node.
 template <class S> ATWOOD_INLINE S largest(const std::vector<int>& components, int first, int last, const S* rate) {
   Pack<S> most = spread(S(0));
-  for (int r = first; r < last; ++r) most = larger_size<S>(load(rate + components[r] * nodes), most);
+  for (int r = first; r < last; ++r) most = larger_size<S>(load(rate + components[r] * kNodes), most);
   return largest_lane<S>(most);
 }
 
@@ -83,7 +83,7 @@ template <class S> ATWOOD_INLINE S largest(const std::vector<int>& components, i
 template <class S>
 ATWOOD_INLINE void sum_ends(const std::vector<int>& components, const RadauTable<S>& table, const S* rate, S* ends) {
   const Columns<S> columns(table.ends, S(1));
-  for (const int i : components) store<S>(columns.combine(rate + i * nodes), ends + i * nodes);
+  for (const int i : components) store<S>(columns.combine(rate + i * kNodes), ends + i * kNodes);
 }
 
 // Node n has other rates than `rate` says: moves those of the nodes after it, by Newton's term of node n.
@@ -93,7 +93,7 @@ ATWOOD_INLINE S shift_later_nodes(const std::vector<int>& components, const S* w
   const Pack<S> term = load(table.newton[n]);
   S most = S(0);
   for (const int i : components) {
-    S* f = rate + i * nodes;
+    S* f = rate + i * kNodes;
     const S rise = node_rate[i] - f[n];
     store<S>(load(f) + rise * term, f);
     f[n] = node_rate[i];

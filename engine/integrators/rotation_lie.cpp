@@ -15,7 +15,7 @@ LieRungeKutta<S>::LieRungeKutta(RigidModel<S>& model, LieMethod method, bool com
 }
 
 template <class S> Vec3<S> LieRungeKutta<S>::spin(int stage, int at) const {
-  return load3(k_[stage].data() + at + at_attitude);
+  return load3(k_[stage].data() + at + kAtAttitude);
 }
 
 // Stages at 0, h/2, h/2, h:
@@ -43,9 +43,9 @@ template <class S> void LieRungeKutta<S>::turn_stage(int stage, S h_s, const S* 
     if (!model_.rotates(i)) continue;
     const int at = model_.offset(i);
     const Turns turns = stage_turns(stage, h_s, at);
-    Quat<S> q = load4(y + at + at_attitude) * so3_exp(turns.first);
+    Quat<S> q = load4(y + at + kAtAttitude) * so3_exp(turns.first);
     if (method_ == LieMethod::commutator_free && stage == 3) q = q * so3_exp(turns.second);
-    store4(q, stage_.data() + at + at_attitude);
+    store4(q, stage_.data() + at + kAtAttitude);
   }
 }
 
@@ -54,10 +54,10 @@ template <class S> void LieRungeKutta<S>::rotation_rates(int stage, S h_s) {
   for (const int i : model_.moving()) {
     if (!model_.rotates(i)) continue;
     const int at = model_.offset(i);
-    Vec3<S> w = load3(stage_.data() + at + at_body_rate);
+    Vec3<S> w = load3(stage_.data() + at + kAtBodyRate);
     if (method_ == LieMethod::munthe_kaas && stage > 0)
       w = inverse_left_jacobian(-stage_turns(stage, h_s, at).first, w);
-    store3(w, k_[stage].data() + at + at_attitude);
+    store3(w, k_[stage].data() + at + kAtAttitude);
   }
 }
 
@@ -81,9 +81,9 @@ template <class S> bool LieRungeKutta<S>::step(S t_s, S h_s, const S* y, S* y_ne
       for (int j = at + from; j < at + to; ++j)
         y_new[j] = rest_.add(j, y[j], h_s / S(6) * (k_[0][j] + S(2) * (k_[1][j] + k_[2][j]) + k_[3][j]));
     };
-    add(at_position, at_attitude);
+    add(kAtPosition, kAtAttitude);
     if (!model_.rotates(i)) continue;
-    add(at_body_rate, at_body_rate + 3);
+    add(kAtBodyRate, kAtBodyRate + 3);
     const Turns turns = last_turns(h_s, at);
     Quat<S> less_one = so3_exp_less_one(turns.first);
     if (method_ == LieMethod::commutator_free) {
@@ -91,9 +91,9 @@ template <class S> bool LieRungeKutta<S>::step(S t_s, S h_s, const S* y, S* y_ne
       less_one = {less_one.w + second.w + both.w, less_one.x + second.x + both.x, less_one.y + second.y + both.y,
                   less_one.z + second.z + both.z};
     }
-    const Quat<S> dq = load4(y + at + at_attitude) * less_one;
+    const Quat<S> dq = load4(y + at + kAtAttitude) * less_one;
     for (int j = 0; j < 4; ++j) {
-      const int k = at + at_attitude + j;
+      const int k = at + kAtAttitude + j;
       y_new[k] = rest_.add(k, y[k], (&dq.w)[j]);
     }
   }

@@ -56,7 +56,7 @@ template <class S> S ExplicitRungeKutta<S>::sum(const Combination& combination, 
 namespace {
 
 // States shorter than this do not repay the call into another instruction set's build.
-constexpr int shortest_wide_state = 40;
+constexpr int kShortestWideState = 40;
 
 // The sum first, so that y is rounded once. The number of terms is known to the compiler: the loop over components
 // then runs in vector lanes.
@@ -86,7 +86,7 @@ void ExplicitRungeKutta<S>::add_terms(const S* y, S h_s, const Combination& c, S
     add_sum<S, terms>(y, h_s, k_, c.stage, c.weight, size_, out);
   };
   if constexpr (has_vector_lanes<S>)
-    if (size_ >= shortest_wide_state) return at_width(width_, kernel);
+    if (size_ >= kShortestWideState) return at_width(width_, kernel);
   kernel();
 }
 

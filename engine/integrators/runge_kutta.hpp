@@ -22,8 +22,8 @@ template <class S> class ExplicitRungeKutta final : public Stepper<S> {
  private:
   // A row with the zeros of the tableau left out.
   struct Combination {
-    int stage[max_stages];
-    S weight[max_stages];
+    int stage[kMaxStages];
+    S weight[kMaxStages];
     int terms = 0;
   };
 
@@ -40,10 +40,10 @@ template <class S> class ExplicitRungeKutta final : public Stepper<S> {
   int stages_, dense_stages_, size_, estimate_order_, dense_rows_;
   bool first_same_as_last_, retakes_, dense_, dense_known_ = false;
   ExplicitWeights<S> weights_;
-  Combination a_[max_stages], b_, error_, companion_, dense_row_[4];
-  S c_[max_stages];
+  Combination a_[kMaxStages], b_, error_, companion_, dense_row_[4];
+  S c_[kMaxStages];
   std::vector<S> rates_, stage_, start_, last_end_, change_;
-  S* k_[max_stages];
+  S* k_[kMaxStages];
   S start_s_{}, last_end_s_{};
   std::int64_t start_epoch_ = -1, last_epoch_ = -1;
   Compensation<S> rest_;

@@ -9,14 +9,14 @@
 
 namespace atwood {
 
-inline constexpr int max_stages = 16;
+inline constexpr int kMaxStages = 16;
 
 // Stage i: k_i = f(t + c_i h, y + h sum_j<i a_ij k_j); y_new = y + h sum b_i k_i. Entries that a row leaves off are 0.
 struct Tableau {
   int stages = 0;
   int order = 0;           // of b
   int embedded_order = 0;  // of b^; 0: there is none
-  std::array<const char*, max_stages> a{};
+  std::array<const char*, kMaxStages> a{};
   const char *b = "", *c = "";
   const char* embedded = "";  // b^: the error estimate is h sum (b_i - b^_i) k_i
   // DOP853's second estimate, of order 3, which keeps the first from being trusted where it is small by accident

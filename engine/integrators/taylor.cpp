@@ -9,7 +9,7 @@
 namespace atwood {
 namespace {
 
-constexpr int kinds = 4;
+constexpr int kKinds = 4;
 
 template <class S> Vec3<S> times(const Vec3<S> (&row)[3], const S* v_at) {
   const Vec3<S> v = load3(v_at);
@@ -33,11 +33,11 @@ Taylor<S>::Taylor(RigidModel<S>& model, const TaylorOptions& options)
       const int offset = model.offset(body);
       if (offset < 0) continue;
       const bool rotates = model.rotates(body);
-      for (int i = 0; i < (rotates ? body_scalars : at_attitude); ++i)
-        kind_[offset + i] = i < at_velocity ? 0 : i < at_attitude ? 1 : i < at_body_rate ? 2 : 3;
-      if (rotates) tops_.push_back({body, offset + at_attitude, forces_.linear[body].angular_drag});
+      for (int i = 0; i < (rotates ? kBodyScalars : kAtAttitude); ++i)
+        kind_[offset + i] = i < kAtVelocity ? 0 : i < kAtAttitude ? 1 : i < kAtBodyRate ? 2 : 3;
+      if (rotates) tops_.push_back({body, offset + kAtAttitude, forces_.linear[body].angular_drag});
     }
-  set_order(wanted_order_ > 0 ? wanted_order_ : taylor_equal_steps_order);
+  set_order(wanted_order_ > 0 ? wanted_order_ : kTaylorEqualStepsOrder);
 }
 
 template <class S> void Taylor<S>::set_order(int order) {
@@ -46,7 +46,7 @@ template <class S> void Taylor<S>::set_order(int order) {
   order_ = order;
   series_.assign(static_cast<std::size_t>(order + 1) * size_, S(0));
   momentum_.assign(static_cast<std::size_t>(order + 1) * 3 * tops_.size(), S(0));
-  turning_.assign(static_cast<std::size_t>(order + 1) * series::top_scalars, S(0));
+  turning_.assign(static_cast<std::size_t>(order + 1) * series::kTopScalars, S(0));
   reciprocal_.resize(order + 1);
   for (int k = 1; k <= order; ++k) reciprocal_[k] = S(1) / S(k);
   half_.resize(3 * order + 1);
@@ -57,7 +57,7 @@ template <class S> void Taylor<S>::set_order(int order) {
 template <class S> void Taylor<S>::lay_out_pairs() {
   const int count = static_cast<int>(forces_.inverse_square.size());
   pairs_.blocks = has_vector_lanes<S> && count > 2;
-  pairs_.lanes = pairs_.blocks ? (count + lane_count - 1) / lane_count * lane_count : count;
+  pairs_.lanes = pairs_.blocks ? (count + kLaneCount - 1) / kLaneCount * kLaneCount : count;
   pairs_.rows.assign(static_cast<std::size_t>(order_ + 1) * 5 * pairs_.lanes, S(0));
   pairs_.softening2.assign(pairs_.lanes, S(0));
   pairs_.inverse_u.assign(pairs_.lanes, S(0));
@@ -108,8 +108,8 @@ template <class S> void Taylor<S>::next_bodies(int k) {
   for (const int body : model_.moving()) {
     const S* now = row(k) + model_.offset(body);
     S* next = row(k + 1) + model_.offset(body);
-    store3(factor * load3(now + at_velocity), next + at_position);
-    store3(factor * acceleration_[body], next + at_velocity);
+    store3(factor * load3(now + kAtVelocity), next + kAtPosition);
+    store3(factor * acceleration_[body], next + kAtVelocity);
   }
 }
 
@@ -131,7 +131,7 @@ template <class S> void Taylor<S>::attract(int k) {
     z[n] = r.z;
   }
   in_lanes<S>(width_, [&](auto) ATWOOD_INLINED {
-    if (pairs_.blocks) series::inverse_square<lane_count>(pairs_, half_.data(), k);
+    if (pairs_.blocks) series::inverse_square<kLaneCount>(pairs_, half_.data(), k);
     else series::inverse_square<1>(pairs_, half_.data(), k);
   });
   const S *ax = pairs_.acceleration.data(), *ay = ax + pairs_.lanes, *az = ay + pairs_.lanes;
@@ -148,7 +148,7 @@ template <class S> void Taylor<S>::add_linear(int k) {
     const auto& law = forces_.linear[body];
     if (law.none) continue;
     const S* now = row(k) + model_.offset(body);
-    acceleration_[body] += times(law.of_position, now + at_position) + times(law.of_velocity, now + at_velocity);
+    acceleration_[body] += times(law.of_position, now + kAtPosition) + times(law.of_velocity, now + kAtVelocity);
   }
   for (const auto& link : forces_.links) {
     const Motion<S> motion = model_.motion(start_s_, row(k));
@@ -195,8 +195,8 @@ template <class S> void Taylor<S>::find_turning(std::size_t top) {
     S* now = row(0) + at;
     for (int k = 0; k < order_; ++k, now += size_) {
       S turn[4], p[3];
-      series::store_top(now, now + 4, rows + k * series::top_scalars);
-      series::turn(rows, series::top_scalars, k, turn, p);
+      series::store_top(now, now + 4, rows + k * series::kTopScalars);
+      series::turn(rows, series::kTopScalars, k, turn, p);
       const auto& I = mass.I_row;
       Vec3<S> torque{(I[1].y - I[2].z) * p[0], (I[2].z - I[0].x) * p[1], (I[0].x - I[1].y) * p[2]};
       if (!mass.diagonal) torque = gyroscopic_torque(k, top);
@@ -231,8 +231,8 @@ template <class S> void Taylor<S>::next_lorenz(int k) {
 // tolerance; with the order that the tolerance asks for, h is the radius of convergence, as these show it, over e^2. 0:
 // not finite.
 template <class S> S Taylor<S>::longest_step() const {
-  double size[kinds]{}, last[2][kinds]{};
-  const auto grow = [&](double(&largest)[kinds], int k) {
+  double size[kKinds]{}, last[2][kKinds]{};
+  const auto grow = [&](double(&largest)[kKinds], int k) {
     for (int i = 0; i < size_; ++i) {
       const double value = std::abs(static_cast<double>(row(k)[i]));
       if (!(value <= largest[kind_[i]])) largest[kind_[i]] = value;
@@ -244,7 +244,7 @@ template <class S> S Taylor<S>::longest_step() const {
   double most = 1e6;  // in units of the step tried
   for (int n = 0; n < 2; ++n) {
     double ratio = std::numeric_limits<double>::infinity();
-    for (int kind = 0; kind < kinds; ++kind) {
+    for (int kind = 0; kind < kKinds; ++kind) {
       if (!std::isfinite(last[n][kind])) return S(0);
       const double wanted = static_cast<double>(rtol_) * size[kind] + static_cast<double>(atol_);
       if (last[n][kind] > 0) ratio = std::min(ratio, wanted / last[n][kind]);
@@ -294,7 +294,7 @@ template <class S> void Taylor<S>::dense(S theta, S* y_at) {
 }
 
 MethodInfo taylor_method() {
-  MethodInfo info = fixed_step("taylor", claims_everywhere(taylor_equal_steps_order),
+  MethodInfo info = fixed_step("taylor", claims_everywhere(kTaylorEqualStepsOrder),
                                "The state's power series in time, by recurrences of products and powers of series: no "
                                "rates are evaluated, so only time "
                                "measures its work. With equal steps, of order 12; with a tolerance, of order 1 - "
@@ -317,8 +317,8 @@ template <class S> StepperPointer<S> make_taylor(StepperRequest<S>& request) {
   const std::int64_t order = request.count("order");
   const std::string& refusal = request.model.series_forces().refusal;
   if (!refusal.empty()) request.why = "atwood/taylor has no power series for " + refusal;
-  else if (order != 0 && (order < 2 || order > taylor_most_order))
-    request.why = "atwood/taylor: `order` is 0 (chosen) or 2 to " + std::to_string(taylor_most_order);
+  else if (order != 0 && (order < 2 || order > kTaylorMostOrder))
+    request.why = "atwood/taylor: `order` is 0 (chosen) or 2 to " + std::to_string(kTaylorMostOrder);
   if (!request.why.empty()) return nullptr;
   return std::make_unique<Taylor<S>>(request.model,
                                      TaylorOptions{static_cast<int>(order), request.flag("compensated")});

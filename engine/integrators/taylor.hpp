@@ -17,7 +17,7 @@ struct TaylorOptions {
   int order = 0;  // 0: by the tolerance; 12 without one
   bool compensated = false;
 };
-inline constexpr int taylor_equal_steps_order = 12, taylor_most_order = 100;
+inline constexpr int kTaylorEqualStepsOrder = 12, kTaylorMostOrder = 100;
 
 // Series of r = p_b - p_a of every pair, |r|^2 and |r|^-3, coefficient after coefficient, a pair a lane.
 template <class S> struct PairSeries {

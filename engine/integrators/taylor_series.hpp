@@ -62,12 +62,12 @@ template <int W, class S> ATWOOD_INLINE void inverse_square(PairSeries<S>& pairs
 // Coefficients of a top: three turned copies of q, (y z x) and (z x y) of w, w itself; four numbers each. Then
 //   q' = 1/2 q (0, w):  2 q'_k = sum_j w_x,j qx_(k-j) + w_y,j qy_(k-j) + w_z,j qz_(k-j)
 //   the products of w for Euler's equations in principal axes:  (w_y w_z, w_z w_x, w_x w_y)_k = sum_j yzx_j zxy_(k-j)
-inline constexpr int top_scalars = 24;
+inline constexpr int kTopScalars = 24;
 
 template <class S> ATWOOD_INLINE void store_top(const S* q, const S* w, S* row) {
-  const S all[top_scalars] = {-q[1], q[0], q[3], -q[2], -q[2], -q[3], q[0], q[1], -q[3], q[2], -q[1], q[0],
+  const S all[kTopScalars] = {-q[1], q[0], q[3], -q[2], -q[2], -q[3], q[0], q[1], -q[3], q[2], -q[1], q[0],
                               w[1],  w[2], w[0], S(0),  w[2],  w[0],  w[1], S(0), w[0],  w[1], w[2],  S(0)};
-  for (int i = 0; i < top_scalars; ++i) row[i] = all[i];
+  for (int i = 0; i < kTopScalars; ++i) row[i] = all[i];
 }
 
 // Four numbers side by side: a register, where there is one.

@@ -13,20 +13,20 @@ namespace atwood {
 
 #define ATWOOD_INLINED __attribute__((always_inline))  // of a lambda
 
-inline constexpr int lane_count = 8;  // doubles of an AVX-512 register
+inline constexpr int kLaneCount = 8;  // doubles of an AVX-512 register
 
-template <class S> struct alignas(lane_count * sizeof(S)) LaneBlock { S lane[lane_count]; };
+template <class S> struct alignas(kLaneCount * sizeof(S)) LaneBlock { S lane[kLaneCount]; };
 template <class S> using LaneArray = std::vector<LaneBlock<S>>;  // aligned to whole registers
 template <class S> S* lanes_of(LaneArray<S>& blocks) { return blocks.empty() ? nullptr : blocks.front().lane; }
 
 // f(k) for each lane; lanes are independent of each other. A full block has a trip count that the compiler knows.
 template <class F> ATWOOD_INLINE void for_lanes(int count, const F& f) {
-  if (count == lane_count) {
+  if (count == kLaneCount) {
     ATWOOD_INDEPENDENT
 #if !defined(__clang__)
 #pragma GCC unroll 1  // before the vectoriser has seen it
 #endif
-    for (int k = 0; k < lane_count; ++k) f(k);
+    for (int k = 0; k < kLaneCount; ++k) f(k);
   } else {
     ATWOOD_INDEPENDENT
     for (int k = 0; k < count; ++k) f(k);

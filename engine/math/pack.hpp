@@ -8,18 +8,18 @@
 namespace atwood {
 
 template <class S> struct WidePack {
-  S lane[lane_count];
+  S lane[kLaneCount];
   S operator[](int k) const { return lane[k]; }
 };
 #define ATWOOD_PACK_OPERATION(op)                                                          \
   template <class S> WidePack<S> operator op(const WidePack<S>& a, const WidePack<S>& b) { \
     WidePack<S> out;                                                                       \
-    for (int k = 0; k < lane_count; ++k) out.lane[k] = a.lane[k] op b.lane[k];             \
+    for (int k = 0; k < kLaneCount; ++k) out.lane[k] = a.lane[k] op b.lane[k];             \
     return out;                                                                            \
   }                                                                                        \
   template <class S> WidePack<S> operator op(S a, const WidePack<S>& b) {                  \
     WidePack<S> out;                                                                       \
-    for (int k = 0; k < lane_count; ++k) out.lane[k] = a op b.lane[k];                     \
+    for (int k = 0; k < kLaneCount; ++k) out.lane[k] = a op b.lane[k];                     \
     return out;                                                                            \
   }
 ATWOOD_PACK_OPERATION(+)
@@ -27,8 +27,8 @@ ATWOOD_PACK_OPERATION(-)
 ATWOOD_PACK_OPERATION(*)
 #undef ATWOOD_PACK_OPERATION
 
-using FloatPack = float __attribute__((vector_size(lane_count * sizeof(float))));
-using DoublePack = double __attribute__((vector_size(lane_count * sizeof(double))));
+using FloatPack = float __attribute__((vector_size(kLaneCount * sizeof(float))));
+using DoublePack = double __attribute__((vector_size(kLaneCount * sizeof(double))));
 template <class S> struct PackOf {
   using Type = WidePack<S>;
   static constexpr bool in_register = false;
@@ -63,7 +63,7 @@ template <class S> ATWOOD_INLINE Pack<S> spread(S value) {
 template <class S> ATWOOD_INLINE Pack<S> larger_size(const Pack<S>& a, const Pack<S>& most) {
   if constexpr (!PackOf<S>::in_register) {
     Pack<S> out;
-    for (int k = 0; k < lane_count; ++k) {
+    for (int k = 0; k < kLaneCount; ++k) {
       const S size = real::abs(a[k]);
       out.lane[k] = size <= most[k] ? most[k] : size;
     }
@@ -106,7 +106,7 @@ template <class P, VectorWidth width> ATWOOD_INLINE P root(WholePack<width>, con
     return root_of_a;
   }
 #endif
-  for (int k = 0; k < lane_count; ++k) root_of_a[k] = real::sqrt(a[k]);
+  for (int k = 0; k < kLaneCount; ++k) root_of_a[k] = real::sqrt(a[k]);
   return root_of_a;
 }
 
@@ -148,7 +148,7 @@ ATWOOD_INLINE void store4(const Quat<V>& a, S* at, std::ptrdiff_t stride, WholeP
 // f(k) for each lane, or f(WholePack) where the lanes are a full register.
 template <class S, VectorWidth width, class F> ATWOOD_INLINE void for_packs(int count, const F& f) {
   if constexpr (PackOf<S>::in_register)
-    if (count == lane_count) return f(WholePack<width>{});
+    if (count == kLaneCount) return f(WholePack<width>{});
   for (int k = 0; k < count; ++k) f(k);
 }
 

@@ -7,10 +7,10 @@ template <class S> S RigidModel<S>::kinetic_energy(const S* y) const {
   S twice = S(0);
   for (const int i : moving_) {
     const S* at = y + slots_[i].offset;
-    const Vec3<S> v = load3(at + at_velocity);
+    const Vec3<S> v = load3(at + kAtVelocity);
     twice += mass_[i].mass_kg * dot(v, v);
     if (!slots_[i].rotates) continue;
-    const Vec3<S> w = load3(at + at_body_rate);
+    const Vec3<S> w = load3(at + kAtBodyRate);
     twice += dot(w, mass_[i].times_inertia(w));
   }
   return twice / S(2);

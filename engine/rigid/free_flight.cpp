@@ -5,19 +5,19 @@
 namespace atwood {
 namespace {
 
-constexpr std::int64_t least_shared = 4000;  // bodies times steps: some 15 us
-constexpr std::size_t few_bodies = 3;
-constexpr FlightKind kinds[] = {FlightKind::about_body_axes, FlightKind::about_any_axes, FlightKind::point_mass};
+constexpr std::int64_t kLeastShared = 4000;  // bodies times steps: some 15 us
+constexpr std::size_t kFewBodies = 3;
+constexpr FlightKind kKinds[] = {FlightKind::about_body_axes, FlightKind::about_any_axes, FlightKind::point_mass};
 
 template <class S> FlightKind kind_of(const RigidModel<S>& model, int body) {
   if (!model.rotates(body)) return FlightKind::point_mass;
   return model.mass(body).diagonal ? FlightKind::about_body_axes : FlightKind::about_any_axes;
 }
 
-template <int rows, class S> void copy_in(const S* from, S (&to)[rows][flight_lanes], int l) {
+template <int rows, class S> void copy_in(const S* from, S (&to)[rows][kFlightLanes], int l) {
   for (int r = 0; r < rows; ++r) to[r][l] = from[r];
 }
-template <int rows, class S> void copy_out(const S (&from)[rows][flight_lanes], int l, S* to) {
+template <int rows, class S> void copy_out(const S (&from)[rows][kFlightLanes], int l, S* to) {
   for (int r = 0; r < rows; ++r) to[r] = from[r][l];
 }
 
@@ -47,7 +47,7 @@ template <class S>
 FreeFlight<S>::FreeFlight(RigidModel<S>& model, ExplicitWeights<S> weights)
     : model_(model), weights_(std::move(weights)), steps_(weights_),
       lanes_(model.team() == nullptr ? 1 : model.team()->size()) {
-  for (FlightLanes<S>& lanes : lanes_) lanes.rates.resize(weights_.a.size() * 7 * flight_lanes);
+  for (FlightLanes<S>& lanes : lanes_) lanes.rates.resize(weights_.a.size() * 7 * kFlightLanes);
   sorted_.reserve(model.body_count());
   for (int i = 0; i < model.body_count(); ++i) fixed_ += model.offset(i) < 0;
   steps_.set_gravity(model.uniform_gravity() + Vec3<S>{});
@@ -60,7 +60,7 @@ template <class S> void FreeFlight<S>::sort_bodies() {
   if (epoch_ == model_.system().epoch) return;
   epoch_ = model_.system().epoch;
   sorted_.clear();
-  for (const FlightKind kind : kinds) {
+  for (const FlightKind kind : kKinds) {
     for (const int i : model_.moving())
       if (kind_of(model_, i) == kind) sorted_.push_back(i);
     end_[static_cast<int>(kind)] = static_cast<int>(sorted_.size());
@@ -71,13 +71,13 @@ template <class S> void FreeFlight<S>::gather(FlightKind kind, const S* y, Share
   for (int n = bodies.first; n < bodies.last; ++n) {
     const int l = n - bodies.first, i = sorted_[n];
     const S* at = y + model_.offset(i);
-    copy_in(at + at_position, lanes.p, l);
-    copy_in(at + at_velocity, lanes.v, l);
+    copy_in(at + kAtPosition, lanes.p, l);
+    copy_in(at + kAtVelocity, lanes.v, l);
     if (kind == FlightKind::point_mass) continue;
-    copy_in(at + at_attitude, lanes.q, l);
+    copy_in(at + kAtAttitude, lanes.q, l);
     const MassProperties<S>& mass = model_.mass(i);
     for (int r = 0; r < 3; ++r) {
-      lanes.half_w[r][l] = S(0.5) * at[at_body_rate + r];
+      lanes.half_w[r][l] = S(0.5) * at[kAtBodyRate + r];
     }
     put_inertia(kind, mass, lanes.inertia, l);
   }
@@ -87,18 +87,18 @@ template <class S> void FreeFlight<S>::scatter(FlightKind kind, S* y, Share bodi
   for (int n = bodies.first; n < bodies.last; ++n) {
     const int l = n - bodies.first;
     S* at = y + model_.offset(sorted_[n]);
-    copy_out(lanes.p, l, at + at_position);
-    copy_out(lanes.v, l, at + at_velocity);
+    copy_out(lanes.p, l, at + kAtPosition);
+    copy_out(lanes.v, l, at + kAtVelocity);
     if (kind == FlightKind::point_mass) continue;
-    copy_out(lanes.q, l, at + at_attitude);
-    for (int r = 0; r < 3; ++r) at[at_body_rate + r] = S(2) * lanes.half_w[r][l];
+    copy_out(lanes.q, l, at + kAtAttitude);
+    for (int r = 0; r < 3; ++r) at[kAtBodyRate + r] = S(2) * lanes.half_w[r][l];
   }
 }
 
 template <class S>
 void FreeFlight<S>::march_group(FlightKind kind, std::int64_t count, S* y, Share bodies, FlightLanes<S>& lanes) const {
-  for (int first = bodies.first; first < bodies.last; first += flight_lanes) {
-    const Share block{first, std::min(first + flight_lanes, bodies.last)};
+  for (int first = bodies.first; first < bodies.last; first += kFlightLanes) {
+    const Share block{first, std::min(first + kFlightLanes, bodies.last)};
     gather(kind, y, block, lanes);
     fly(width_, kind, block.last - block.first, steps_, count, lanes);
     scatter(kind, y, block, lanes);
@@ -124,7 +124,7 @@ template <class S> void FreeFlight<S>::march(S h_s, std::int64_t count, S* y) {
   sort_bodies();
   steps_.set_step(h_s);
   const auto part = [&](int p, int parts) {
-    for (const FlightKind kind : kinds) {
+    for (const FlightKind kind : kKinds) {
       const int k = static_cast<int>(kind), begin = k == 0 ? 0 : end_[k - 1];
       const Share bodies = share(end_[k] - begin, p, parts);
       march_group(kind, count, y, {begin + bodies.first, begin + bodies.last}, lanes_[p]);
@@ -132,7 +132,7 @@ template <class S> void FreeFlight<S>::march(S h_s, std::int64_t count, S* y) {
   };
   if (model_.team() == nullptr) part(0, 1);
   else
-    model_.team()->run(count * static_cast<std::int64_t>(sorted_.size()) >= least_shared,
+    model_.team()->run(count * static_cast<std::int64_t>(sorted_.size()) >= kLeastShared,
                        [&](int p) { part(p, model_.team()->size()); });
   hold_still(model_, y);
   count_evaluations(count);
@@ -150,7 +150,7 @@ template <class S> void FreeFlight<S>::count_evaluations(std::int64_t steps) {
 template <class S> void FreeFlight<S>::step(S h_s, const S* y, S* y_new) {
   const auto bodies = model_.moving();
   const bool some_are_held = static_cast<int>(bodies.size()) < model_.body_count() - fixed_;
-  if (bodies.size() > few_bodies || some_are_held || weights_.stages() > most_stages_alone) {
+  if (bodies.size() > kFewBodies || some_are_held || weights_.stages() > kMostStagesAlone) {
     std::copy_n(y, model_.state_size(), y_new);
     return march(h_s, 1, y_new);
   }

@@ -4,16 +4,16 @@ namespace atwood {
 namespace {
 
 // ---- a lane's numbers; all of this is laid out in vector registers by the loops below -----------------------------
-template <class S> ATWOOD_INLINE Vec3<S> get(const S (&rows)[3][flight_lanes], int l) {
+template <class S> ATWOOD_INLINE Vec3<S> get(const S (&rows)[3][kFlightLanes], int l) {
   return {rows[0][l], rows[1][l], rows[2][l]};
 }
-template <class S> ATWOOD_INLINE Quat<S> get(const S (&rows)[4][flight_lanes], int l) {
+template <class S> ATWOOD_INLINE Quat<S> get(const S (&rows)[4][kFlightLanes], int l) {
   return {rows[0][l], rows[1][l], rows[2][l], rows[3][l]};
 }
-template <class S> ATWOOD_INLINE void put(const Vec3<S>& a, S (&rows)[3][flight_lanes], int l) {
+template <class S> ATWOOD_INLINE void put(const Vec3<S>& a, S (&rows)[3][kFlightLanes], int l) {
   rows[0][l] = a.x, rows[1][l] = a.y, rows[2][l] = a.z;
 }
-template <class S> ATWOOD_INLINE void put(const Quat<S>& a, S (&rows)[4][flight_lanes], int l) {
+template <class S> ATWOOD_INLINE void put(const Quat<S>& a, S (&rows)[4][kFlightLanes], int l) {
   rows[0][l] = a.w, rows[1][l] = a.x, rows[2][l] = a.y, rows[3][l] = a.z;
 }
 template <class S> ATWOOD_INLINE Vec3<S> add(const Vec3<S>& a, const Vec3<S>& b) {
@@ -122,14 +122,14 @@ ATWOOD_INLINE void classical_steps(int bodies, const FlightSteps<S>& steps, std:
 // ---- any tableau, a stage at a time -------------------------------------------------------------------------------
 // Row r of 7: the attitude's four, then three of half the body rate.
 template <class S> ATWOOD_INLINE S* rates_row(FlightLanes<S>& lanes, int stage, int r) {
-  return lanes.rates.data() + (static_cast<std::ptrdiff_t>(stage) * 7 + r) * flight_lanes;
+  return lanes.rates.data() + (static_cast<std::ptrdiff_t>(stage) * 7 + r) * kFlightLanes;
 }
 
 // to = from + h slope, for one row.
 template <class S>
 ATWOOD_INLINE void advance(const typename ExplicitWeights<S>::Row& row, int r, S h, int bodies, const S* from,
                            FlightLanes<S>& lanes, S* to) {
-  S slope[flight_lanes];
+  S slope[kFlightLanes];
   const S* first = rates_row(lanes, row.stage[0], r);
   for (int l = 0; l < bodies; ++l) slope[l] = row.weight[0] * first[l];
   for (std::size_t j = 1; j < row.stage.size(); ++j) {
@@ -152,8 +152,8 @@ ATWOOD_INLINE void rotate_stages(int bodies, const FlightSteps<S>& steps, Flight
     }
     const auto& q_at = i > 0 ? lanes.q_stage : lanes.q;
     const auto& u_at = i > 0 ? lanes.half_w_stage : lanes.half_w;
-    auto& q_rate = *reinterpret_cast<S(*)[4][flight_lanes]>(rates_row(lanes, i, 0));
-    auto& u_rate = *reinterpret_cast<S(*)[3][flight_lanes]>(rates_row(lanes, i, 4));
+    auto& q_rate = *reinterpret_cast<S(*)[4][kFlightLanes]>(rates_row(lanes, i, 0));
+    auto& u_rate = *reinterpret_cast<S(*)[3][kFlightLanes]>(rates_row(lanes, i, 4));
     ATWOOD_INDEPENDENT
     for (int l = 0; l < bodies; ++l) {
       const Vec3<S> u = get(u_at, l);
@@ -202,7 +202,7 @@ template <class S> struct Turning {
 
 // Room that nobody fills with zeros first.
 template <class S> struct TurningRates {
-  S rate[most_stages_alone][7];
+  S rate[kMostStagesAlone][7];
 
   ATWOOD_INLINE void put(int stage, const Quat<S>& q, const Vec3<S>& u) {
     store4(q, rate[stage]);

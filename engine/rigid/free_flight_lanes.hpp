@@ -11,7 +11,7 @@
 
 namespace atwood {
 
-inline constexpr int flight_lanes = 32;  // bodies that march together: what they need fits the nearest cache
+inline constexpr int kFlightLanes = 32;  // bodies that march together: what they need fits the nearest cache
 // How a body's inertia stands: along the body axes, in any way; or it does not rotate.
 enum class FlightKind { about_body_axes, about_any_axes, point_mass };
 
@@ -21,10 +21,10 @@ template <class S, int lanes> struct FlightInertia { S I[9][lanes], twice_I_inve
 // Body rates are carried halved, as the attitude's rate takes them, and the inverse inertia doubled. Scaling by 2
 // commutes with every rounding, so the bits stay those of the equations in w, unless a product underflows.
 template <class S> struct FlightLanes {
-  template <int rows> using Rows = S[rows][flight_lanes];
+  template <int rows> using Rows = S[rows][kFlightLanes];
   Rows<3> p, v, half_w, half_w_stage;
   Rows<4> q, q_stage;
-  FlightInertia<S, flight_lanes> inertia;
+  FlightInertia<S, kFlightLanes> inertia;
   std::vector<S> rates;  // of q and half_w, 7 rows a stage
 };
 
@@ -48,7 +48,7 @@ void fly(VectorWidth width, FlightKind kind, int bodies, const FlightSteps<S>& s
          FlightLanes<S>& lanes);
 
 // One step of one body, of 13 scalars in the order of a state (6 of a point mass), by at most so many stages.
-inline constexpr int most_stages_alone = 16;
+inline constexpr int kMostStagesAlone = 16;
 template <class S>
 void fly_alone(FlightKind kind, const FlightSteps<S>& steps, const FlightInertia<S, 1>& inertia, const S* from, S* to);
 

@@ -8,7 +8,7 @@
 namespace atwood {
 namespace {
 
-constexpr int point_size = 6, rotating_size = body_scalars;
+constexpr int kPointSize = 6, kRotatingSize = kBodyScalars;
 
 // I^-1 by cofactors over the determinant: row i is the cross product of the other two columns (I is symmetric).
 template <class S> MassProperties<S> mass_properties(const Body& body) {
@@ -74,9 +74,9 @@ RigidModel<S>::RigidModel(const Scene& scene, const ModelOptions& options)
 
 template <class S> void RigidModel<S>::build_bodies(const Scene& scene) {
   const std::size_t count = scene.bodies.size();
-  resting_.resize(count * rotating_size);
+  resting_.resize(count * kRotatingSize);
   loads_.resize(count);
-  load_lanes_.resize(count * load_scalars);
+  load_lanes_.resize(count * kLoadScalars);
   moving_.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {
     const Body& body = scene.bodies[i];
@@ -86,7 +86,7 @@ template <class S> void RigidModel<S>::build_bodies(const Scene& scene) {
       unsupported_ = "atwood moves no body without mass; `" + body.name + "` has none";
     if (!body.fixed) {
       slot.offset = state_size_;
-      state_size_ += slot.rotates ? rotating_size : point_size;
+      state_size_ += slot.rotates ? kRotatingSize : kPointSize;
     }
     BodyState<S> start{narrow3<S>(body.position_m),
                        narrow3<S>(body.velocity_m_per_s),
@@ -94,20 +94,20 @@ template <class S> void RigidModel<S>::build_bodies(const Scene& scene) {
                        narrow3<S>(body.angular_velocity_body_rad_per_s)};
     const Real4& q = body.orientation_wxyz;  // of unit length to a double's round-off: to S's own from here on
     start.q_WB = normalised(Quat<S>{S(q[0]), S(q[1]), S(q[2]), S(q[3])});
-    S* rest = resting_.data() + i * rotating_size;
-    store3(start.p_WB, rest + at_position);
-    store4(start.q_WB, rest + at_attitude);
+    S* rest = resting_.data() + i * kRotatingSize;
+    store3(start.p_WB, rest + kAtPosition);
+    store4(start.q_WB, rest + kAtAttitude);
     initial_.push_back(start);
     slots_.push_back(slot);
     mass_.push_back(mass_properties<S>(body));
     release_s_.push_back(body.release_s);
     if (!body.fixed && body.release_s > 0) switch_times_s_.push_back(body.release_s);
   }
-  resting_lanes_.resize(resting_.size() + rotating_size);  // and a body at the origin, unturned
+  resting_lanes_.resize(resting_.size() + kRotatingSize);  // and a body at the origin, unturned
   for (std::size_t i = 0; i < resting_.size(); ++i)
-    std::fill(resting_lanes_[i].lane, resting_lanes_[i].lane + lane_count, resting_[i]);
-  LaneBlock<S>& unturned_w = resting_lanes_[resting_.size() + at_attitude];
-  std::fill(unturned_w.lane, unturned_w.lane + lane_count, S(1));
+    std::fill(resting_lanes_[i].lane, resting_lanes_[i].lane + kLaneCount, resting_[i]);
+  LaneBlock<S>& unturned_w = resting_lanes_[resting_.size() + kAtAttitude];
+  std::fill(unturned_w.lane, unturned_w.lane + kLaneCount, S(1));
 }
 
 template <class S> void RigidModel<S>::build_forces(const Scene& scene, const GravityOptions& gravity) {
@@ -163,7 +163,7 @@ template <class S> void RigidModel<S>::select_interval(S from_s, S to_s) {
   holds_ = false;
   for (std::size_t i = 0; i < slots_.size(); ++i) {
     const bool stands = slots_[i].offset < 0 || middle_s < release_s_[i];
-    slots_[i].resting = stands ? resting_.data() + i * rotating_size : nullptr;
+    slots_[i].resting = stands ? resting_.data() + i * kRotatingSize : nullptr;
     if (!stands) moving_.push_back(static_cast<int>(i));
     holds_ = holds_ || (stands && slots_[i].offset >= 0);
   }
@@ -178,10 +178,10 @@ template <class S> BodyState<S> RigidModel<S>::body(int body, const S* y) const 
   const Slot<S>& slot = slots_[body];
   if (slot.offset < 0) return {initial_[body].p_WB, {}, initial_[body].q_WB, {}};
   const S* at = y + slot.offset;
-  BodyState<S> state{load3(at + at_position), load3(at + at_velocity), initial_[body].q_WB, {}};
+  BodyState<S> state{load3(at + kAtPosition), load3(at + kAtVelocity), initial_[body].q_WB, {}};
   if (slot.rotates) {
-    state.q_WB = load4(at + at_attitude);
-    state.w_WB_B = load3(at + at_body_rate);
+    state.q_WB = load4(at + kAtAttitude);
+    state.w_WB_B = load3(at + kAtBodyRate);
   }
   return state;
 }
@@ -190,11 +190,11 @@ template <class S> void RigidModel<S>::set_body(int body, const BodyState<S>& st
   const Slot<S>& slot = slots_[body];
   if (slot.offset < 0) return;
   S* at = y + slot.offset;
-  store3(state.p_WB, at + at_position);
-  store3(state.v_WB, at + at_velocity);
+  store3(state.p_WB, at + kAtPosition);
+  store3(state.v_WB, at + kAtVelocity);
   if (!slot.rotates) return;
-  store4(state.q_WB, at + at_attitude);
-  store3(state.w_WB_B, at + at_body_rate);
+  store4(state.q_WB, at + kAtAttitude);
+  store3(state.w_WB_B, at + kAtBodyRate);
 }
 
 template <class S> void RigidModel<S>::gyration(std::vector<Vec3<S>>& omega_W) const {
@@ -226,7 +226,7 @@ template <class S> void RigidModel<S>::write(S t_s, const S* y, Sample& sample) 
 template <class S> void RigidModel<S>::normalise(S* y) const {
   for (const Slot<S>& slot : slots_)
     if (slot.rotates && slot.offset >= 0 && slot.resting == nullptr) {
-      S* q = y + slot.offset + at_attitude;
+      S* q = y + slot.offset + kAtAttitude;
       store4(normalised(load4(q)), q);
     }
 }
@@ -241,10 +241,10 @@ template <class S> void RigidModel<S>::projection_of(void* context, const S* y, 
   std::fill(change, change + model.state_size_, S(0));
   for (const Slot<S>& slot : model.slots_)
     if (slot.rotates && slot.offset >= 0 && slot.resting == nullptr) {
-      const S* q = y + slot.offset + at_attitude;
+      const S* q = y + slot.offset + kAtAttitude;
       const S excess = (q[0] * q[0] - S(1)) + (q[1] * q[1] + q[2] * q[2] + q[3] * q[3]), n = real::sqrt(S(1) + excess);
       const S factor = -excess / (n * (S(1) + n));
-      for (int k = 0; k < 4; ++k) change[slot.offset + at_attitude + k] = factor * q[k];
+      for (int k = 0; k < 4; ++k) change[slot.offset + kAtAttitude + k] = factor * q[k];
     }
 }
 

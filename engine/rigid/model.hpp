@@ -30,7 +30,7 @@ template <class S> struct BodyState {
 };
 
 // Offsets inside one body's part of the state.
-inline constexpr int at_position = 0, at_velocity = 3, at_attitude = 6, at_body_rate = 10;
+inline constexpr int kAtPosition = 0, kAtVelocity = 3, kAtAttitude = 6, kAtBodyRate = 10;
 
 template <class S> struct MassProperties {
   S mass_kg{}, inverse_mass_per_kg{};  // both 0: fixed (and its inverse inertia is 0 too)

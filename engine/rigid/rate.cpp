@@ -22,12 +22,12 @@ template <class S> void RigidModel<S>::rate_of(void* context, S t_s, const S* y,
     const Load<S>& load = model.loads_[i];
     const S* at = y + slot.offset;
     S* rate = dydt + slot.offset;
-    for (int k = 0; k < 3; ++k) rate[at_position + k] = at[at_velocity + k];
-    store3(load.acceleration_W + mass.inverse_mass_per_kg * load.force_W, rate + at_velocity);
+    for (int k = 0; k < 3; ++k) rate[kAtPosition + k] = at[kAtVelocity + k];
+    store3(load.acceleration_W + mass.inverse_mass_per_kg * load.force_W, rate + kAtVelocity);
     if (!slot.rotates) continue;
-    const Vec3<S> w = load3(at + at_body_rate);
-    store4(quaternion_rate(load4(at + at_attitude), w), rate + at_attitude);
-    store3(mass.times_inverse_inertia(load.torque_B - cross(w, mass.times_inertia(w))), rate + at_body_rate);
+    const Vec3<S> w = load3(at + kAtBodyRate);
+    store4(quaternion_rate(load4(at + kAtAttitude), w), rate + kAtAttitude);
+    store3(mass.times_inverse_inertia(load.torque_B - cross(w, mass.times_inertia(w))), rate + kAtBodyRate);
   }
 }
 
@@ -36,8 +36,8 @@ template <class S> void RigidModel<S>::accelerations(S t_s, const S* y, S* dydt)
   add_loads(t_s, y);
   for (const int i : moving_) {
     S* rate = dydt + slots_[i].offset;
-    store3(loads_[i].acceleration_W + mass_[i].inverse_mass_per_kg * loads_[i].force_W, rate + at_velocity);
-    if (slots_[i].rotates) store3(mass_[i].times_inverse_inertia(loads_[i].torque_B), rate + at_body_rate);
+    store3(loads_[i].acceleration_W + mass_[i].inverse_mass_per_kg * loads_[i].force_W, rate + kAtVelocity);
+    if (slots_[i].rotates) store3(mass_[i].times_inverse_inertia(loads_[i].torque_B), rate + kAtBodyRate);
   }
 }
 

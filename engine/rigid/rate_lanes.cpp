@@ -20,14 +20,14 @@ template <class S> struct Lanes {
 
 template <class S> ATWOOD_INLINE void start(const Lanes<S>& lanes, const Vec3<S>& gravity) {
   for (const int i : lanes.moving) {
-    S* load = lanes.load + i * load_scalars * lane_count;
+    S* load = lanes.load + i * kLoadScalars * kLaneCount;
     const Pack<S> zero = spread(S(0));
     store<S>(spread(gravity.x), load);
-    store<S>(spread(gravity.y), load + lane_count);
-    store<S>(spread(gravity.z), load + 2 * lane_count);
-    for (int c = 3; c < 6; ++c) store<S>(zero, load + c * lane_count);
+    store<S>(spread(gravity.y), load + kLaneCount);
+    store<S>(spread(gravity.z), load + 2 * kLaneCount);
+    for (int c = 3; c < 6; ++c) store<S>(zero, load + c * kLaneCount);
     if (lanes.slots[i].rotates)
-      for (int c = 6; c < load_scalars; ++c) store<S>(zero, load + c * lane_count);
+      for (int c = 6; c < kLoadScalars; ++c) store<S>(zero, load + c * kLaneCount);
   }
 }
 
@@ -35,23 +35,23 @@ template <class S> ATWOOD_INLINE void start(const Lanes<S>& lanes, const Vec3<S>
 template <VectorWidth width, class S> ATWOOD_INLINE void move(const Lanes<S>& lanes) {
   const std::ptrdiff_t stride = lanes.stride;
   for (const int i : lanes.moving) {
-    const S* load = lanes.load + i * load_scalars * lane_count;
+    const S* load = lanes.load + i * kLoadScalars * kLaneCount;
     const S* y = lanes.y + lanes.slots[i].offset * stride;
     S* dydt = lanes.dydt + lanes.slots[i].offset * stride;
     const MassProperties<S>& mass = lanes.mass[i];
     const S inverse_mass = mass.inverse_mass_per_kg;
     for_packs<S, width>(lanes.count, [&](auto k) ATWOOD_INLINED {
-      store3(load3(y + at_velocity * stride, stride, k), dydt, stride, k);
-      const auto acceleration = load3(load, lane_count, k), force = load3(load + 3 * lane_count, lane_count, k);
-      store3(acceleration + inverse_mass * force, dydt + at_velocity * stride, stride, k);
+      store3(load3(y + kAtVelocity * stride, stride, k), dydt, stride, k);
+      const auto acceleration = load3(load, kLaneCount, k), force = load3(load + 3 * kLaneCount, kLaneCount, k);
+      store3(acceleration + inverse_mass * force, dydt + kAtVelocity * stride, stride, k);
     });
     if (!lanes.slots[i].rotates) continue;
     for_packs<S, width>(lanes.count, [&](auto k) ATWOOD_INLINED {
-      const auto w = load3(y + at_body_rate * stride, stride, k);
-      const auto torque = load3(load + 6 * lane_count, lane_count, k);
-      store4(quaternion_rate(load4(y + at_attitude * stride, stride, k), w, S(0.5)), dydt + at_attitude * stride,
+      const auto w = load3(y + kAtBodyRate * stride, stride, k);
+      const auto torque = load3(load + 6 * kLaneCount, kLaneCount, k);
+      store4(quaternion_rate(load4(y + kAtAttitude * stride, stride, k), w, S(0.5)), dydt + kAtAttitude * stride,
              stride, k);
-      store3(mass.times_inverse_inertia(torque - cross(w, mass.times_inertia(w))), dydt + at_body_rate * stride, stride,
+      store3(mass.times_inverse_inertia(torque - cross(w, mass.times_inertia(w))), dydt + kAtBodyRate * stride, stride,
              k);
     });
   }
@@ -72,8 +72,8 @@ template <class S> void RigidModel<S>::rates_of(void* context, int count, const 
   }
   if (model.holds_)
     for (int i = 0; i < model.state_size_ * count; ++i) dydt[i] = S(0);  // held bodies do not move
-  for (int first = 0; first < count; first += lane_count) {
-    const int block = std::min(lane_count, count - first);
+  for (int first = 0; first < count; first += kLaneCount) {
+    const int block = std::min(kLaneCount, count - first);
     const Lanes<S> lanes{block,
                          count,
                          y + first,
@@ -87,7 +87,7 @@ template <class S> void RigidModel<S>::rates_of(void* context, int count, const 
     const LaneMotion<S> motion{model.width_, block,
                                t_s + first,  y + first,
                                count,        model.slots_.data(),
-                               resting,      resting + model.slots_.size() * body_scalars * lane_count};
+                               resting,      resting + model.slots_.size() * kBodyScalars * kLaneCount};
     for (const ForceTerm<S>* term : model.active_) term->add_lane_loads(motion, lanes.load);
     in_lanes<S>(model.width_, [&](auto width) ATWOOD_INLINED { move<decltype(width)::value>(lanes); });
   }

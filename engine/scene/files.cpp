@@ -20,7 +20,7 @@ Scenario read_scenario_text(std::string_view toml, const std::string& name, cons
 }
 
 Scenario read_scenario(const std::string& path) {
-  const std::string text = read_input_file(path, "a scenario file (TOML)", largest::scenario);
+  const std::string text = read_input_file(path, "a scenario file (TOML)", largest::kScenario);
   Scenario scenario = read_scenario_text(text, path, std::filesystem::path(path).parent_path().string());
   scenario.path = path;
   return scenario;

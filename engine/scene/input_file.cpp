@@ -38,7 +38,7 @@ const char* kind_words(mode_t mode) {
   return "a device";
 }
 
-std::string size_words(std::size_t bytes) { return std::to_string(bytes / largest::mebibyte) + " MiB"; }
+std::string size_words(std::size_t bytes) { return std::to_string(bytes / largest::kMebibyte) + " MiB"; }
 
 // Follows brackets and dotted keys through a text. `open_` holds, for each bracket that is open, how many levels it
 // stands for: itself, and the dots of the key in front of it.

@@ -11,13 +11,13 @@ namespace atwood {
 // The largest file of each kind that is read. A scenario of 100 000 bodies written out takes 40 MiB; a trace of a
 // thousand instants of a thousand bodies 300 MiB.
 namespace largest {
-inline constexpr std::size_t mebibyte = std::size_t{1} << 20;
-inline constexpr std::size_t scenario = 64 * mebibyte;
-inline constexpr std::size_t settings = 16 * mebibyte;  // studies, gates, goals, cases of contacts
-inline constexpr std::size_t figures = 64 * mebibyte;   // bench.json
-inline constexpr std::size_t mesh = 256 * mebibyte;     // OBJ
-inline constexpr std::size_t table = 256 * mebibyte;    // values of a truth, baselines
-inline constexpr std::size_t trace = 1024 * mebibyte;   // CSV that `check` judges
+inline constexpr std::size_t kMebibyte = std::size_t{1} << 20;
+inline constexpr std::size_t kScenario = 64 * kMebibyte;
+inline constexpr std::size_t kSettings = 16 * kMebibyte;  // studies, gates, goals, cases of contacts
+inline constexpr std::size_t kFigures = 64 * kMebibyte;   // bench.json
+inline constexpr std::size_t kMesh = 256 * kMebibyte;     // OBJ
+inline constexpr std::size_t kTable = 256 * kMebibyte;    // values of a truth, baselines
+inline constexpr std::size_t kTrace = 1024 * kMebibyte;   // CSV that `check` judges
 }  // namespace largest
 
 // The bytes of a regular file, links followed. `expected` says what should stand there: "a study file (TOML)". Throws

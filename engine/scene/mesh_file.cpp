@@ -58,7 +58,7 @@ void load_mesh(Reading& r, const Value& file, Mesh& mesh) {
   constexpr std::size_t kMost = 1 << 20;
   r.key = "file";
   const std::string path = path_in_folder(r, file);
-  std::istringstream in(read_input_file(path, "a mesh (OBJ)", largest::mesh));
+  std::istringstream in(read_input_file(path, "a mesh (OBJ)", largest::kMesh));
   std::string text;
   for (int line = 1; std::getline(in, text); ++line) {
     std::istringstream words(text);

@@ -39,7 +39,7 @@ std::vector<Line> first_lines(const std::string& text, std::size_t count) {
 
 void check_values_file(Reading& r, const Value& file, const Scenario& scenario) {
   const std::string& path = scenario.truth.file;
-  const std::vector<Line> lines = first_lines(read_input_file(path, "a table of values (CSV)", largest::table), 2);
+  const std::vector<Line> lines = first_lines(read_input_file(path, "a table of values (CSV)", largest::kTable), 2);
   const auto refuse = [&](int line, const std::string& what) {
     throw InputError(path + ":" + std::to_string(line) + ":1: " + what + " (`file` in [truth] of " + r.name + ":" +
                      std::to_string(file.place.line) + ")");

@@ -14,7 +14,7 @@ namespace atwood::closed_form {
 
 namespace {
 
-constexpr double most_turning = 1e6;  // rad
+constexpr double kMostTurning = 1e6;  // rad
 
 template <class S> struct Phase { S re1{}, im1{}, re2{}, im2{}; };  // J1, J2
 
@@ -153,12 +153,12 @@ template <class S> std::string build(const Scene& scene, int index, double t_end
     piece.v = now.v_WB;
     if (k + 1 == ship.pieces.size()) {
       const S last = S(t_end_s) - piece.from;
-      if (magnitude(piece.w) * last + magnitude(piece.alpha) * last * last > S(most_turning))
+      if (magnitude(piece.w) * last + magnitude(piece.alpha) * last * last > S(kMostTurning))
         return name + " turns by more than 1e6 rad";
       break;
     }
     const S length = ship.pieces[k + 1].from - piece.from;
-    if (magnitude(piece.w) * length + magnitude(piece.alpha) * length * length > S(most_turning))
+    if (magnitude(piece.w) * length + magnitude(piece.alpha) * length * length > S(kMostTurning))
       return name + " turns by more than 1e6 rad";
     now = ship.at(piece, length);
     theta += length * (piece.w + piece.alpha * length / 2);

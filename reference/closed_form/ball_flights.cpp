@@ -22,10 +22,10 @@ namespace atwood::closed_form {
 namespace {
 
 // Impacts in a row during which the time advances by less than a unit in its last place: there is no progress.
-constexpr int most_stalled = 1000;
-constexpr std::size_t most_told = 4000000;  // events: some 250 bytes each, twice
-constexpr std::size_t most_tried = 4;       // contacts of a group whose orders are all tried
-constexpr int most_blows = 100000;          // of a group at one instant
+constexpr int kMostStalled = 1000;
+constexpr std::size_t kMostTold = 4000000;  // events: some 250 bytes each, twice
+constexpr std::size_t kMostTried = 4;       // contacts of a group whose orders are all tried
+constexpr int kMostBlows = 100000;          // of a group at one instant
 
 template <class S> struct Ball {
   int body = -1;
@@ -73,11 +73,11 @@ template <class S> class Table {
       const Meeting<S> next = first_meeting();
       const S until = next.happens && next.t <= t_end_ ? next.t : t_end_;
       pass_clear(until);
-      if (stalled_ > most_stalled)
-        misfit_ = "the time does not advance over " + std::to_string(most_stalled) + " impacts at t = " + at_now() +
+      if (stalled_ > kMostStalled)
+        misfit_ = "the time does not advance over " + std::to_string(kMostStalled) + " impacts at t = " + at_now() +
                   ": what bounces there comes to rest";
-      if (motion_.happenings.size() > most_told)
-        misfit_ = "more impacts than the memory for " + std::to_string(most_told) + " of them holds";
+      if (motion_.happenings.size() > kMostTold)
+        misfit_ = "more impacts than the memory for " + std::to_string(kMostTold) + " of them holds";
       motion_.misfit = misfit_;
       if (!misfit_.empty()) return motion_;
       const bool last = !(next.happens && next.t <= t_end_);
@@ -350,7 +350,7 @@ template <class S> class Table {
     if (!alone && scene_.simultaneous_impacts == SimultaneousImpacts::together) {
       if (!strike_together(group))
         motion_.branch = "simultaneous impacts solved together are not covered with friction or for more than " +
-                         std::to_string(dynamics::most_together) + " contacts";
+                         std::to_string(dynamics::kMostTogether) + " contacts";
       return;
     }
     const std::vector<Ball<S>> start = balls_;
@@ -358,7 +358,7 @@ template <class S> class Table {
     if (alone || scene_.simultaneous_impacts == SimultaneousImpacts::sequential || !motion_.branch.empty()) return;
     const std::vector<Ball<S>> end = balls_;
     const std::size_t told = motion_.happenings.size();
-    bool agree = group.size() <= most_tried;
+    bool agree = group.size() <= kMostTried;
     std::vector<std::size_t> order(group.size());
     std::iota(order.begin(), order.end(), std::size_t(0));
     while (agree) {
@@ -391,7 +391,7 @@ template <class S> class Table {
 
   // `order`: of preference among those that close; empty: the fastest.
   bool strike_in_turn(const std::vector<Touch<S>>& group, const std::vector<std::size_t>& order) {
-    for (int blows = 0; blows < most_blows; ++blows) {
+    for (int blows = 0; blows < kMostBlows; ++blows) {
       const Touch<S>* next = nullptr;
       S fastest = 0;
       for (std::size_t k = 0; k < group.size(); ++k) {
@@ -513,7 +513,7 @@ Solution ball_flights() {
   return {"ball-flights",
           "balls between impacts on parabolas, impacts at roots of quadratics, Newton's law and Coulomb's: "
           "Routh, art. 169, 180",
-          feature::flying | feature::touching, solve<Narrow>, solve<Wide>};
+          feature::kFlying | feature::kTouching, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -20,7 +20,7 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
 }  // namespace
 
 Solution ballistic() {
-  return {"ballistic", "free flight under uniform gravity, p = p0 + v0 t + g t^2/2", feature::flying, solve<Narrow>,
+  return {"ballistic", "free flight under uniform gravity, p = p0 + v0 t + g t^2/2", feature::kFlying, solve<Narrow>,
           solve<Wide>};
 }
 
@@ -29,7 +29,7 @@ Solution free_rigid_body() {
   return {"free-rigid-body",
           "free asymmetric top by Jacobi elliptic functions with attitude, van Zon and Schofield, J. Comput. Phys. 225 "
           "(2007) 145; Carlson's symmetric integrals; uniform gravity",
-          feature::flying, solve<Narrow>, solve<Wide>};
+          feature::kFlying, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -10,7 +10,7 @@ namespace atwood::closed_form {
 
 namespace {
 
-constexpr std::size_t most_impacts = 1000000;
+constexpr std::size_t kMostImpacts = 1000000;
 
 struct Cast {
   int ball = -1, plane = -1;
@@ -58,7 +58,7 @@ template <class S> struct Bounces {
     while (t.back() <= t_end && speed.back() > 0) {
       const S next = t.back() + 2 * speed.back() / a;
       if (stops && remaining(speed.back()) <= unit_round_off<S>() * stop) break;
-      if (t.size() >= most_impacts) return "more than " + std::to_string(most_impacts) + " impacts";
+      if (t.size() >= kMostImpacts) return "more than " + std::to_string(kMostImpacts) + " impacts";
       t.push_back(next);
       speed.push_back(e * speed.back());
     }
@@ -169,7 +169,7 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
 
 Solution bounce() {
   return {"bounce", "ball on a plane, impacts in closed form: geometric series of flights, Newton's restitution",
-          feature::flying | feature::touching, solve<Narrow>, solve<Wide>};
+          feature::kFlying | feature::kTouching, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

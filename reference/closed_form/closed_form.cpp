@@ -32,11 +32,11 @@ const std::vector<Solution>& catalogue() {
 // kind, a factor of 32, and 32 units in the last place of the scale as the least. With impacts the rounding of one
 // number, the first gap, decides all that follows, and luck is likelier (41 of 10 000 bounces left their bars): there
 // long double rounds in its four directions, and the factor is 64.
-constexpr double smooth_safety = 32, impact_safety = 64;
+constexpr double kSmoothSafety = 32, kImpactSafety = 64;
 const Wide round_off = unit_round_off<Wide>();
 const Wide ratio = unit_round_off<Wide>() / unit_round_off<Narrow>();
 const Wide proportional = 0x1p-20;
-constexpr double end_margin = 1e-9;  // of the time: how long before the end of what is certified the samples stop
+constexpr double kEndMargin = 1e-9;  // of the time: how long before the end of what is certified the samples stop
 
 struct Spread {  // one kind of value of one body, over the run so far
   Wide difference = 0, scale = 0;
@@ -135,7 +135,7 @@ bool at_impact(const Impacts& impacts, int body, Wide t_s) {
 std::string add_samples(Truth& truth, const Scene& scene, const std::vector<Wide>& t_s, const Motion<Wide>& wide,
                         const Realisations& narrow, const Impacts& impacts) {
   if (t_s.empty()) return "";
-  const double safety = wide.happenings.empty() ? smooth_safety : impact_safety;
+  const double safety = wide.happenings.empty() ? kSmoothSafety : kImpactSafety;
   std::vector<BodySpread> spreads(wide.poses.front().size());
   const Wide noise = 1024 * unit_round_off<Narrow>() / proportional;
   Wide places = 0, speeds = 0, rates = 0;  // the largest so far of all bodies
@@ -183,7 +183,7 @@ std::string add_events(Truth& truth, const Scenario& scenario, const Motion<Wide
   for (std::size_t k = 0; k < nearest.size(); ++k)
     also[{nearest[k].kind, nearest[k].body_a, nearest[k].body_b}].push_back(k);
   const Wide t_end = end_s.value_or(scenario.t_end_s),
-             last = t_end * (1 - (end_s ? Wide(end_margin) : 64 * Wide(unit_round_off<Narrow>())));
+             last = t_end * (1 - (end_s ? Wide(kEndMargin) : 64 * Wide(unit_round_off<Narrow>())));
   const auto when = [](Wide t_s) { return "at t = " + format_double(static_cast<double>(t_s)) + " s"; };
   for (const Happening<Wide>& at : wide.happenings) {
     if (end_s && at.t_s >= last) break;
@@ -195,7 +195,7 @@ std::string add_events(Truth& truth, const Scenario& scenario, const Motion<Wide
         difference = larger(difference, magnitude(at.t_s - Wide(realisation.happenings[twins.front()].t_s)));
       twins.pop_front();
     }
-    const Wide half_width = impact_safety * (ratio * difference + round_off * magnitude(at.t_s));
+    const Wide half_width = kImpactSafety * (ratio * difference + round_off * magnitude(at.t_s));
     truth.events.push_back(event_of(at));
     truth.event_bar_s.push_back(static_cast<double>(half_width));
     impacts.all.push_back({at.body_a, at.body_b, at.t_s, half_width,
@@ -316,7 +316,7 @@ Truth closed_form_truth(const Scenario& scenario, std::int64_t samples) {
     impacts = {};
     add_events(truth, scenario, wide, narrow, end_of(ending), impacts);
   }
-  while (ending && t_s.size() > 1 && t_s.back() >= ending->t_s * (1 - Wide(end_margin))) t_s.pop_back();
+  while (ending && t_s.size() > 1 && t_s.back() >= ending->t_s * (1 - Wide(kEndMargin))) t_s.pop_back();
   if (const std::string body = add_samples(truth, scenario.scene, t_s, wide, narrow, impacts); !body.empty())
     return unsupported(scenario, "the motion of `" + body + "` magnifies round-off too much for a bar");
   if (shows(wide.slack, truth.values.front()))

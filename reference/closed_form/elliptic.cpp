@@ -6,10 +6,10 @@ namespace atwood::closed_form {
 
 namespace {
 
-constexpr int most_halvings = 500;  // two arguments that underflow to 0 never meet: the answer is not finite then
+constexpr int kMostHalvings = 500;  // two arguments that underflow to 0 never meet: the answer is not finite then
 
 // Duplication shrinks the deviations fourfold a step; the series below err by their sixth power.
-template <class S> S close_enough() { return exponential(S(-digits<S>) * S(0.6931) / 6) / 4; }
+template <class S> S close_enough() { return exponential(S(-kDigits<S>) * S(0.6931) / 6) / 4; }
 
 }  // namespace
 
@@ -36,7 +36,7 @@ template <class S> S carlson_rf(S x, S y, S z) {
   const S spread = larger(magnitude(mean - x), larger(magnitude(mean - y), magnitude(mean - z)));
   const S x0 = x, y0 = y;
   S quarter = 1;
-  for (int k = 0; k < most_halvings && quarter * spread > close_enough<S>() * mean; ++k) {
+  for (int k = 0; k < kMostHalvings && quarter * spread > close_enough<S>() * mean; ++k) {
     const S l = root(x) * root(y) + root(x) * root(z) + root(y) * root(z);
     x = (x + l) / 4;
     y = (y + l) / 4;
@@ -55,7 +55,7 @@ template <class S> S carlson_rj(S x, S y, S z, S p) {
   S spread = magnitude(mean - p);
   for (const S v : {x, y, z}) spread = larger(spread, magnitude(mean - v));
   S delta = (p - x) * (p - y) * (p - z), quarter = 1, sum = 0;
-  for (int k = 0; k < most_halvings && quarter * spread > close_enough<S>() * mean; ++k) {
+  for (int k = 0; k < kMostHalvings && quarter * spread > close_enough<S>() * mean; ++k) {
     const S rx = root(x), ry = root(y), rz = root(z), rp = root(p);
     const S l = rx * ry + rx * rz + ry * rz, d = (rp + rx) * (rp + ry) * (rp + rz);
     const S e = quarter * quarter * quarter * delta / (d * d);

@@ -10,12 +10,12 @@ namespace atwood::closed_form {
 namespace {
 
 using V = Vec<double>;
-constexpr double touching = 1e-11;  // of the larger of the bodies' places and sizes
-constexpr double nearness = 1e-7;   // of the thinner body: no place is so far off that a gap of its size is none
-constexpr double margin = 1e-5;     // forces are looked for inside the cones and within the surfaces by this part
-constexpr int most_sweeps = 20000;
-constexpr double balanced = 1e-7;  // of gravity
-constexpr double round_off = 1e-14;
+constexpr double kTouching = 1e-11;  // of the larger of the bodies' places and sizes
+constexpr double kNearness = 1e-7;   // of the thinner body: no place is so far off that a gap of its size is none
+constexpr double kMargin = 1e-5;     // forces are looked for inside the cones and within the surfaces by this part
+constexpr int kMostSweeps = 20000;
+constexpr double kBalanced = 1e-7;  // of gravity
+constexpr double kRoundOff = 1e-14;
 
 // A box, a rectangle (a box of thickness 0), a ball (a box of no extent with a radius), a plane.
 struct Solid {
@@ -180,20 +180,20 @@ std::string find_touches(const Scene& scene, const std::vector<Solid>& solids, s
       const double size = length(a.center) + (b.plane ? 0 : length(b.center)) + extent(a);
       const std::size_t before = touches.size();
       const double tolerance =
-          std::min(touching * size, nearness * std::min(thinnest(a), b.plane ? HUGE_VAL : thinnest(b)));
+          std::min(kTouching * size, kNearness * std::min(thinnest(a), b.plane ? HUGE_VAL : thinnest(b)));
       const double gap = touch(a, b, tolerance, touches);
       if (gap < -tolerance) return "`" + scene.bodies[i].name + "` and `" + scene.bodies[j].name + "` overlap";
       if (touches.size() > before) made.open_m = std::max(made.open_m, std::fabs(gap));
       for (std::size_t k = before; k < touches.size(); ++k) {
         touches[k].a = static_cast<int>(i);
         touches[k].b = static_cast<int>(j);
-        touches[k].friction = (1 - margin) * pair_law(scene, touches[k].a, touches[k].b).friction;
+        touches[k].friction = (1 - kMargin) * pair_law(scene, touches[k].a, touches[k].b).friction;
       }
       V middle{};
       for (std::size_t k = before; k < touches.size(); ++k)
         middle = middle + (1.0 / double(touches.size() - before)) * touches[k].x;
       for (std::size_t k = before; k < touches.size(); ++k)
-        touches[k].x = touches[k].x + margin * (middle - touches[k].x);
+        touches[k].x = touches[k].x + kMargin * (middle - touches[k].x);
     }
   return "";
 }
@@ -265,7 +265,7 @@ class Sweeps {
       const Solid& s = solids_[i];
       // A ball has but one foot: what does not balance it to round-off rolls it away.
       const double speed =
-          (length(moving_[i].v) + length(moving_[i].w_B) * extent(s)) * (s.radius > 0 ? balanced / round_off : 1);
+          (length(moving_[i].v) + length(moving_[i].w_B) * extent(s)) * (s.radius > 0 ? kBalanced / kRoundOff : 1);
       if (speed > worst.second) worst = {i, speed};
     }
     return worst;
@@ -344,8 +344,8 @@ Equilibrium find_equilibrium(const Scene& scene) {
   const V g = vec<double>(scene.gravity_m_per_s2);
   Sweeps sweeps(solids, touches, g);
   sweeps.start();
-  for (int k = 0; k < most_sweeps; ++k) {
-    if (k % 16 == 0 && sweeps.fastest().second <= balanced * length(g)) return made;
+  for (int k = 0; k < kMostSweeps; ++k) {
+    if (k % 16 == 0 && sweeps.fastest().second <= kBalanced * length(g)) return made;
     sweeps.sweep();
   }
   made.misfit = "no contact forces were found that hold `" + scene.bodies[sweeps.fastest().first].name + "`";

@@ -43,9 +43,9 @@ enum Feature : std::uint64_t {
 };
 
 // Those of translation and turning alone.
-constexpr std::uint64_t flying = uniform_gravity | late_release | spin;
+constexpr std::uint64_t kFlying = uniform_gravity | late_release | spin;
 // One contact each at a time, or none that is struck: no convention decides anything. `ball-flights` follows it.
-constexpr std::uint64_t touching = touching_shapes | friction | convention;
+constexpr std::uint64_t kTouching = touching_shapes | friction | convention;
 }  // namespace feature
 using feature::Feature;
 using Features = std::uint64_t;

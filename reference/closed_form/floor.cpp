@@ -8,9 +8,9 @@ namespace atwood::closed_form {
 namespace {
 
 // What the round-off of a scene's doubles may do to a sum of a few of them.
-constexpr double ulps = 16 * 0x1p-53;
+constexpr double kUlps = 16 * 0x1p-53;
 // A gap is closed only if it is nothing beside the body, however far from the origin that lies.
-constexpr double closed = 1e-9;
+constexpr double kClosed = 1e-9;
 
 template <class S> void plane_floor(const Plane& plane, Floor<S>& floor) {
   const Vec<S> normal = vec<S>(plane.normal);
@@ -43,7 +43,7 @@ template <class S> void mesh_floor(const Body& body, const Mesh& mesh, Floor<S>&
     floor.flat = larger(floor.flat, magnitude(dot(floor.n, p) - floor.offset));
     size = larger(size, norm(p));
   }
-  if (floor.flat > S(ulps) * size) floor.misfit = "the mesh of `" + body.name + "` is not flat";
+  if (floor.flat > S(kUlps) * size) floor.misfit = "the mesh of `" + body.name + "` is not flat";
   for (const auto& [edge, count] : triangles_of_edge)
     if (count == 1) floor.rim.push_back({rounded(points[edge.first]), rounded(points[edge.second])});
 }
@@ -88,7 +88,7 @@ template <class S> Floor<S> find_floor(const Scene& scene) {
   floor.g_t = g + floor.g_n * floor.n;
   // Along a level floor gravity has no part; what a tilted normal's round-off leaves is not a slope; the
   // bars hold it.
-  if (norm(floor.g_t) <= S(ulps) * norm(g)) {
+  if (norm(floor.g_t) <= S(kUlps) * norm(g)) {
     floor.dropped = norm(floor.g_t);
     floor.g_t = {};
   }
@@ -103,7 +103,7 @@ template <class S> Stance<S> stand_on(const Floor<S>& floor, const Scene& scene,
   Stance<S> stance;
   if (const auto* box = std::get_if<Box>(&body.shape)) {
     box_on_face(*box, pose, floor, stance);
-    if (stance.tilt > S(ulps)) stance.misfit = name + " does not lie flat on a face";
+    if (stance.tilt > S(kUlps)) stance.misfit = name + " does not lie flat on a face";
   } else if (const auto* sphere = std::get_if<Sphere>(&body.shape)) {
     stance.height = stance.reach_m = sphere->radius_m;
   } else if (const auto* cylinder = std::get_if<Cylinder>(&body.shape)) {
@@ -111,7 +111,7 @@ template <class S> Stance<S> stand_on(const Floor<S>& floor, const Scene& scene,
     stance.tilt = magnitude(dot(stance.axis, floor.n));
     stance.height = cylinder->radius_m;
     stance.reach_m = std::hypot(cylinder->radius_m, cylinder->half_length_m);
-    if (stance.tilt > S(ulps)) stance.misfit = name + " does not lie on its side";
+    if (stance.tilt > S(kUlps)) stance.misfit = name + " does not lie on its side";
   } else {
     stance.misfit = name + " is neither a box nor a sphere nor a cylinder";
   }
@@ -119,9 +119,9 @@ template <class S> Stance<S> stand_on(const Floor<S>& floor, const Scene& scene,
   if (!stance.misfit.empty()) return stance;
   const S gap = dot(floor.n, pose.p_WB) - floor.offset - stance.height;
   stance.rise = magnitude(dot(floor.n, pose.v_WB));
-  if (magnitude(gap) > S(ulps) * (norm(pose.p_WB) + stance.height) || magnitude(gap) > S(closed) * S(stance.reach_m))
+  if (magnitude(gap) > S(kUlps) * (norm(pose.p_WB) + stance.height) || magnitude(gap) > S(kClosed) * S(stance.reach_m))
     stance.misfit = name + " does not touch the floor";
-  if (stance.rise > S(ulps) * norm(pose.v_WB)) stance.misfit = name + " does not move along the floor";
+  if (stance.rise > S(kUlps) * norm(pose.v_WB)) stance.misfit = name + " does not move along the floor";
   stance.slack_m = 4 * (magnitude(gap) + floor.flat) + stance.tilt * S(stance.reach_m);
   return stance;
 }

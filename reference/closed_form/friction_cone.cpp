@@ -211,7 +211,7 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
 
 Solution friction_cone() {
   return {"friction-cone", "a pushed slab that carries balls: Coulomb's friction, Newton's and Euler's laws",
-          feature::uniform_gravity | feature::touching | feature::point_force, solve<Narrow>, solve<Wide>};
+          feature::uniform_gravity | feature::kTouching | feature::point_force, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -12,7 +12,7 @@ namespace atwood::closed_form {
 
 namespace {
 
-template <class S> S last_step() { return std::ldexp(1.0, -digits<S> * 3 / 5); }
+template <class S> S last_step() { return std::ldexp(1.0, -kDigits<S> * 3 / 5); }
 
 // The anomaly s at time t after the start, by Newton's iteration inside a bracket that only shrinks.
 template <class S> class Anomaly {

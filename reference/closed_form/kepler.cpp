@@ -105,14 +105,14 @@ Solution kepler() {
   return {
       "kepler",
       "Kepler's equation in universal variables, Stiefel and Scheifele, Linear and Regular Celestial Mechanics (1971)",
-      feature::flying | feature::attractor | feature::mutual_gravity | feature::coulomb, solve<Narrow>, solve<Wide>};
+      feature::kFlying | feature::attractor | feature::mutual_gravity | feature::coulomb, solve<Narrow>, solve<Wide>};
 }
 
 Solution coulomb_two_body() {
   return {"coulomb-two-body",
           "conic of two charges about their centre of mass (Rutherford 1911), in universal variables, Stiefel and "
           "Scheifele (1971)",
-          feature::flying | feature::mutual_gravity | feature::coulomb, two_bodies<Narrow>, two_bodies<Wide>};
+          feature::kFlying | feature::mutual_gravity | feature::coulomb, two_bodies<Narrow>, two_bodies<Wide>};
 }
 
 }  // namespace atwood::closed_form

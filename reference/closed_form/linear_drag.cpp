@@ -49,7 +49,7 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
 
 Solution linear_drag() {
   return {"linear-drag", "drag linear in the air speed: exponential approach, Lamb, Dynamics (1914)",
-          feature::flying | feature::linear_drag_force | feature::angular_drag, solve<Narrow>, solve<Wide>};
+          feature::kFlying | feature::linear_drag_force | feature::angular_drag, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -42,7 +42,7 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
 
 Solution lorentz() {
   return {"lorentz", "charge in uniform E and B: gyration, E x B drift, acceleration along B, Jackson, ch. 12",
-          feature::flying | feature::lorentz_force, solve<Narrow>, solve<Wide>};
+          feature::kFlying | feature::lorentz_force, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -46,9 +46,9 @@ template <class S> S magnitude(S x) { return x < 0 ? -x : x; }
 template <class S> S larger(S a, S b) { return a < b ? b : a; }
 template <class S> bool is_finite(S x) { return x - x == 0; }
 
-template <class S> constexpr int digits = std::numeric_limits<S>::digits;  // of the significand
-template <> inline constexpr int digits<Wide> = 113;
-template <class S> S unit_round_off() { return std::ldexp(1.0, -digits<S>); }
+template <class S> constexpr int kDigits = std::numeric_limits<S>::digits;  // of the significand
+template <> inline constexpr int kDigits<Wide> = 113;
+template <class S> S unit_round_off() { return std::ldexp(1.0, -kDigits<S>); }
 template <class S> S pi() { return 4 * arc_tangent(S(1)); }
 
 template <class S> using Vec = std::array<S, 3>;

@@ -160,7 +160,7 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
 
 Solution oscillator() {
   return {"oscillator", "linear oscillator, damped and driven, Landau and Lifshitz, Mechanics, sections 21-26",
-          feature::flying | feature::spring | feature::linear_drag_force | feature::angular_drag | feature::drive,
+          feature::kFlying | feature::spring | feature::linear_drag_force | feature::angular_drag | feature::drive,
           solve<Narrow>, solve<Wide>};
 }
 

@@ -230,7 +230,7 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
 
 Solution penalty() {
   return {"penalty", "surfaces that give way: spring and dashpot, Schwager and Poschel (2007); Hertz (1881)",
-          feature::spin | feature::touching | feature::linear_contact | feature::hertz_contact, solve<Narrow>,
+          feature::spin | feature::kTouching | feature::linear_contact | feature::hertz_contact, solve<Narrow>,
           solve<Wide>};
 }
 

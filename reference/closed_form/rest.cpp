@@ -25,7 +25,7 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
 
 Solution rest() {
   return {"rest", "statics: contact forces within Coulomb's cones hold every body",
-          feature::uniform_gravity | feature::touching, solve<Narrow>, solve<Wide>};
+          feature::uniform_gravity | feature::kTouching, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -226,7 +226,7 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
 
 Solution slide_or_roll() {
   return {"slide-or-roll", "sliding blocks and rolling bodies on a floor: Coulomb (1785), Routh, art. 144",
-          feature::uniform_gravity | feature::spin | feature::touching, solve<Narrow>, solve<Wide>};
+          feature::uniform_gravity | feature::spin | feature::kTouching, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -167,7 +167,7 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
 Solution sphere_impact() {
   return {"sphere-impact",
           "two spheres, impact at the root of a quadratic, Newton's law and Coulomb's: Routh, art. 169, 180",
-          feature::uniform_gravity | feature::spin | feature::touching, solve<Narrow>, solve<Wide>};
+          feature::uniform_gravity | feature::spin | feature::kTouching, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

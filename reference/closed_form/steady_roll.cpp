@@ -19,7 +19,7 @@ namespace atwood::closed_form {
 namespace {
 
 // Of the radius and of the rates: doubles may miss a steady roll by so much; what misses it by more is another motion.
-constexpr double round_off_share = 0x1p-44;
+constexpr double kRoundOffShare = 0x1p-44;
 
 template <class S> struct Roll {
   S m{}, g{}, R{}, l{}, I_a{}, I_t{};
@@ -101,7 +101,7 @@ template <class S> std::string find_roll(const Scene& scene, int at, const Floor
   if (!why.empty()) return name + ": " + why;
   const S nods = change_of_rates(roll, roll.lean, rates)[1] / roll.nod_rad_per_s;
   const S misses = slip / roll.R + magnitude(rates[1]) + magnitude(nods) + roll.nod_rad_per_s * magnitude(gap) / roll.R;
-  if (!(misses <= S(round_off_share) * scale))
+  if (!(misses <= S(kRoundOffShare) * scale))
     return name + " does not roll steadily: off by " + format_double(static_cast<double>(misses / scale)) +
            " of its rates";
   roll.open_rad_per_s = misses;
@@ -156,7 +156,7 @@ Solution steady_roll() {
   return {"steady-roll",
           "a coin that rolls in a circle on its rim, its lean and its rates steady; Euler's disc: "
           "Routh, Advanced Rigid Dynamics (1905), art. 241 ff.",
-          feature::uniform_gravity | feature::spin | feature::touching, solve<Narrow>, solve<Wide>};
+          feature::uniform_gravity | feature::spin | feature::kTouching, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

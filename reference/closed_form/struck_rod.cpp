@@ -315,7 +315,7 @@ Solution struck_rod() {
   return {"struck-rod",
           "a rod struck by a ball in empty space, linear and angular impulse, Routh's process with friction: "
           "Routh, art. 168-195; Delannoy (2005), eq. 5-8",
-          feature::touching, solve<Narrow>, solve<Wide>};
+          feature::kTouching, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

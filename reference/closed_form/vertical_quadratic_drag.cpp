@@ -71,7 +71,7 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
 Solution vertical_quadratic_drag() {
   return {"vertical-quadratic-drag",
           "drag quadratic in the air speed along gravity: tanh and log cosh, Lamb, Dynamics (1914)",
-          feature::flying | feature::quadratic_drag_force | feature::angular_drag, solve<Narrow>, solve<Wide>};
+          feature::kFlying | feature::quadratic_drag_force | feature::angular_drag, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

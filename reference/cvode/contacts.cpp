@@ -16,20 +16,20 @@ using dynamics::Triple;
 namespace {
 
 // A gap that the location of a root leaves: CVODE stops within 100 units in the last place of the time.
-constexpr double touching = 1e-10;           // of the scene's size
-constexpr double start_round_off = 0x1p-46;  // of the scene's size: gaps of bodies placed in contact
+constexpr double kTouching = 1e-10;         // of the scene's size
+constexpr double kStartRoundOff = 0x1p-46;  // of the scene's size: gaps of bodies placed in contact
 // Bounces lower than this many times the error that CVODE may make in a position (rtol x + atol) are not followed: they
 // are summed as a geometric series. Followed further, the ball would meet the plane at the integrator's errors.
-constexpr double lowest_bounce = 100;
-constexpr double lowest_bounce_cap = 1e-4;  // of the scene's size, for coarse tolerances
+constexpr double kLowestBounce = 100;
+constexpr double kLowestBounceCap = 1e-4;  // of the scene's size, for coarse tolerances
 
 // What a few sums and products of its terms leave of a value that should be zero.
-constexpr double round_off = 16 * 0x1p-52;
-constexpr double passing = 1e-9;     // of the speeds: a gap's rate at the root that was located
-constexpr double overlooked = 1e-7;  // of the scene's size: an overlap that no root has shown
+constexpr double kRoundOff = 16 * 0x1p-52;
+constexpr double kPassing = 1e-9;     // of the speeds: a gap's rate at the root that was located
+constexpr double kOverlooked = 1e-7;  // of the scene's size: an overlap that no root has shown
 
 // Impacts in a row during which the time advances by less than a unit in its last place: there is no progress.
-constexpr int most_stalled = 1000;
+constexpr int kMostStalled = 1000;
 
 double length(const Triple<double>& v) { return std::sqrt(dynamics::dot(v, v)); }
 
@@ -60,8 +60,8 @@ Event event_at(double t_s, EventKind kind, const ContactPair& pair, const Gap<do
 
 Contacts::Contacts(const Scene& scene, dynamics::Dynamics<double>& equations, const Options& options)
     : scene_(scene), equations_(equations), size_m_(scene_size(scene)),
-      low_bounce_m_(std::min(lowest_bounce * (options.rtol * size_m_ + options.atol * options.scales.position_m),
-                             lowest_bounce_cap * size_m_)),
+      low_bounce_m_(std::min(kLowestBounce * (options.rtol * size_m_ + options.atol * options.scales.position_m),
+                             kLowestBounceCap * size_m_)),
       rtol_(options.rtol), atol_m_per_s_(options.atol * options.scales.velocity_m_per_s) {
   const dynamics::ContactPairs found = dynamics::contact_pairs(scene);
   for (const ContactPair& pair : found.pairs)
@@ -71,15 +71,15 @@ Contacts::Contacts(const Scene& scene, dynamics::Dynamics<double>& equations, co
   for (const ContactPair& pair : pairs_) {
     const double apart_m = gap(scene_, equations_.layout(), pair, y.data()).gap_m;
     const std::string both = name(pair.a) + " and " + name(pair.b);
-    if (apart_m < -touching * size_m_) failure_ = "CVODE: " + both + " overlap at the start";
+    if (apart_m < -kTouching * size_m_) failure_ = "CVODE: " + both + " overlap at the start";
     // What lies between the round-off of a contact and `touching` would be taken for one.
-    if (apart_m > start_round_off * size_m_ && apart_m <= touching * size_m_)
+    if (apart_m > kStartRoundOff * size_m_ && apart_m <= kTouching * size_m_)
       failure_ = "CVODE: " + both + " start " + format_double(apart_m) + " m apart, too near to be told from a contact";
   }
 }
 
 void Contacts::evaluate(const double* y, double* g) const {
-  const double near = touching * size_m_;
+  const double near = kTouching * size_m_;
   for (const Pair& pair : pairs_) {
     const Gap<double> now = gap(scene_, equations_.layout(), pair, y);
     *g++ = pair.together ? now.gap_m + near : now.gap_m;
@@ -95,7 +95,7 @@ double Contacts::slow(const Pair& pair, double gap_m, const std::vector<double>&
     const int at = equations_.layout().slots[body].velocity;
     if (at >= 0) speeds += length(dynamics::read3(&y[at]));
   }
-  return pair.together && gap_m > -touching / 2 * size_m_ ? rtol_ * speeds + atol_m_per_s_ : round_off * speeds;
+  return pair.together && gap_m > -kTouching / 2 * size_m_ ? rtol_ * speeds + atol_m_per_s_ : kRoundOff * speeds;
 }
 
 // May the pair be struck at all? Fills failure() if not.
@@ -133,8 +133,8 @@ void Contacts::tell(const dynamics::Blow<double>& blow, const double* after, dou
 void Contacts::advances(double t_s) {
   stalled_ = last_strike_s_ >= 0 && t_s - last_strike_s_ <= 0x1p-52 * t_s ? stalled_ + 1 : 0;
   last_strike_s_ = t_s;
-  if (stalled_ > most_stalled)
-    failure_ = "CVODE: the time does not advance over " + std::to_string(most_stalled) +
+  if (stalled_ > kMostStalled)
+    failure_ = "CVODE: the time does not advance over " + std::to_string(kMostStalled) +
                " impacts at t = " + format_double(t_s) + " s";
 }
 
@@ -152,7 +152,7 @@ bool Contacts::rests(const Pair& pair, double t_s, std::vector<double>& y, int i
     pull += (body == pair.a ? 1 : -1) * dynamics::dot(dynamics::read3(&last.dydt[at]), now.normal);
     pulls += length(dynamics::read3(&last.dydt[at]));
   }
-  if (!(pull > (pair.together ? rtol_ : round_off) * pulls)) return false;
+  if (!(pull > (pair.together ? rtol_ : kRoundOff) * pulls)) return false;
   if ((pair.restitution >= 1 && !pair.together) || speed * speed > 2 * pull * low_bounce_m_) return false;
   const int ball = dynamics::ball_of(scene_, pair);
   if (ball < 0) {
@@ -191,7 +191,7 @@ bool Contacts::settle(double t_s, std::vector<double>& y, int interval, std::vec
     std::vector<double> slowest;
     for (const Pair& pair : pairs_) {
       const Gap<double> now = gap(scene_, equations_.layout(), pair, y.data());
-      if (now.gap_m > touching * size_m_) continue;
+      if (now.gap_m > kTouching * size_m_) continue;
       meeting.push_back(pair);
       slowest.push_back(slow(pair, now.gap_m, y));
       if (!(now.rate_m_per_s < -slowest.back())) continue;
@@ -215,7 +215,7 @@ bool Contacts::settle(double t_s, std::vector<double>& y, int interval, std::vec
     for (std::size_t k = 0; k < pairs_.size() && failure_.empty(); ++k) {
       Pair& pair = pairs_[k];
       const Gap<double> now = gap(scene_, equations_.layout(), pair, y.data());
-      const bool near = now.gap_m <= touching * size_m_;
+      const bool near = now.gap_m <= kTouching * size_m_;
       const bool together = near && std::fabs(now.rate_m_per_s) <= slow(pair, now.gap_m, y);
       ever |= together != pair.together;
       pair.together = together;
@@ -237,14 +237,14 @@ std::vector<ContactPair> Contacts::passed(const std::vector<double>& y) const {
     for (const int body : {pair.a, pair.b})
       if (const int at = equations_.layout().slots[body].velocity; at >= 0) speeds += length(dynamics::read3(&y[at]));
     const Gap<double> now = gap(scene_, equations_.layout(), pair, y.data());
-    if (!pair.together && std::fabs(now.rate_m_per_s) <= passing * speeds) made.push_back(pair);
+    if (!pair.together && std::fabs(now.rate_m_per_s) <= kPassing * speeds) made.push_back(pair);
   }
   return made;
 }
 
 void Contacts::check(const std::vector<double>& y) {
   for (const Pair& pair : pairs_)
-    if (gap(scene_, equations_.layout(), pair, y.data()).gap_m < -overlooked * size_m_)
+    if (gap(scene_, equations_.layout(), pair, y.data()).gap_m < -kOverlooked * size_m_)
       failure_ = "CVODE: " + name(pair.a) + " and " + name(pair.b) +
                  " press on each other and got into each other: not covered";
   for (const ContactPair& pair : held_)

@@ -16,12 +16,12 @@ namespace atwood {
 
 namespace {
 
-constexpr double loose = 1e-10, tight = 1e-12;
-constexpr double safety = 2;
-constexpr double least = 1e-13;  // of the scale so far: double's round-off over a run
+constexpr double kLoose = 1e-10, kTight = 1e-12;
+constexpr double kSafety = 2;
+constexpr double kLeast = 1e-13;  // of the scale so far: double's round-off over a run
 // Of one operation, as error_growth.hpp counts them: 64 a step. CVODE's polynomials are corrected by little a step.
-constexpr double unit = 0x1p-56;
-constexpr double end_margin = 1e-9;  // of the time: how long before the end of what is certified the samples stop
+constexpr double kUnit = 0x1p-56;
+constexpr double kEndMargin = 1e-9;  // of the time: how long before the end of what is certified the samples stop
 
 struct Solved {
   std::vector<Sample> values;
@@ -106,7 +106,7 @@ struct Spread {  // one kind of value of one body
       scale = fmaxq(scale, fabsq((*all[0])[i]));
     }
     if (!at_impact) difference = fmaxq(difference, now);
-    return safety * fmaxq(difference, now) + least * scale;
+    return kSafety * fmaxq(difference, now) + kLeast * scale;
   }
 };
 
@@ -154,7 +154,7 @@ std::vector<std::vector<Wide>> differences(const Scene& scene, const std::vector
     auto& apart = made.emplace_back(layout.size, Wide(0));
     for (int i = 0; i < layout.size; ++i)
       for (const auto& one : states)
-        for (const auto& other : states) apart[i] = fmaxq(apart[i], safety * fabsq(one[i] - other[i]));
+        for (const auto& other : states) apart[i] = fmaxq(apart[i], kSafety * fabsq(one[i] - other[i]));
   }
   return made;
 }
@@ -219,7 +219,7 @@ std::vector<std::vector<Wide>> share(const Scenario& scenario, Truth& truth, con
   if (!instants.empty()) {
     dynamics::SharedErrors shared =
         dynamics::shared_errors(scenario.scene, scenario.t_end_s, instants, truth.events, truth.event_bar_s,
-                                differences(scenario.scene, runs, samples), unit);
+                                differences(scenario.scene, runs, samples), kUnit);
     for (std::size_t k = 0; k < truth.event_bar_s.size(); ++k) truth.event_bar_s[k] += shared.events_s[k];
     if (shared.end && (!end || shared.end->t_s < end->t_s)) {
       end = shared.end;
@@ -227,7 +227,7 @@ std::vector<std::vector<Wide>> share(const Scenario& scenario, Truth& truth, con
     }
     made = std::move(shared.samples);
   }
-  const auto certified = [&](Wide t_s) { return !end || t_s == 0 || t_s < end->t_s * (1 - Wide(end_margin)); };
+  const auto certified = [&](Wide t_s) { return !end || t_s == 0 || t_s < end->t_s * (1 - Wide(kEndMargin)); };
   while (samples > 0 && !certified(runs.front().values[samples - 1].t_s)) --samples;
   truth.values.assign(runs.front().values.begin(), runs.front().values.begin() + static_cast<std::ptrdiff_t>(samples));
   while (end && !truth.events.empty() && !certified(truth.events.back().t_s)) {
@@ -251,7 +251,7 @@ Truth cvode_truth(const Scenario& scenario, std::int64_t samples) {
     return truth;
   }
   const cvode::Scales scales = known ? scales_of(scenario) : cvode::Scales{};
-  for (const double rtol : {tight, loose})
+  for (const double rtol : {kTight, kLoose})
     for (const cvode::Family family : {cvode::Family::adams, cvode::Family::bdf}) {
       runs.push_back(solve(scenario, samples, family, rtol, scales));
       if (runs.back().outcome.status != Status::ok && !runs.back().record.branch) {
@@ -268,7 +268,8 @@ Truth cvode_truth(const Scenario& scenario, std::int64_t samples) {
       "1e-13 of the scale, plus round-off and the location of impacts grown along the motion";
   truth.events = runs.front().events;
   for (const Event& event : truth.events)
-    truth.event_bar_s.push_back(static_cast<double>(safety * spread_of(event, runs) + Wide(least) * fabsq(event.t_s)));
+    truth.event_bar_s.push_back(
+        static_cast<double>(kSafety * spread_of(event, runs) + Wide(kLeast) * fabsq(event.t_s)));
   std::optional<dynamics::End> end = first_difference(scenario.scene, runs);
   const std::vector<std::vector<Wide>> shared = share(scenario, truth, runs, end);
   add_bars(scenario.scene, truth, runs, shared);

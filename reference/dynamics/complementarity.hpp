@@ -9,7 +9,7 @@
 namespace atwood::dynamics {
 
 // More contacts than this are too many sets.
-inline constexpr std::size_t most_together = 12;
+inline constexpr std::size_t kMostTogether = 12;
 
 // A x = b by elimination with the largest pivot; false where that is below `least` of the largest diagonal.
 template <class S> bool eliminate(std::vector<std::vector<S>> A, std::vector<S> b, S least, std::vector<S>& x) {
@@ -45,7 +45,7 @@ template <class S> bool eliminate(std::vector<std::vector<S>> A, std::vector<S> 
 template <class S>
 bool complementary(const std::vector<std::vector<S>>& A, const std::vector<S>& q, S slack, S least, std::vector<S>& x) {
   const std::size_t n = q.size();
-  if (n > most_together) return false;
+  if (n > kMostTogether) return false;
   for (std::size_t set = 0; set < (std::size_t(1) << n); ++set) {
     std::vector<std::size_t> closed;
     for (std::size_t i = 0; i < n; ++i)

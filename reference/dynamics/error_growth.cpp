@@ -10,14 +10,14 @@ namespace atwood::dynamics {
 
 namespace {
 
-constexpr double nudge = 1e-7;        // of a component's own size, for derivatives of the flow in double
-constexpr double wide_nudge = 1e-13;  // for derivatives of an impact, in quad
+constexpr double kNudge = 1e-7;       // of a component's own size, for derivatives of the flow in double
+constexpr double kWideNudge = 1e-13;  // for derivatives of an impact, in quad
 // The derivative is known when half the step changes it by no more than the first of its size, or, where round-off of
 // the differences stands above that, by no more than the second; the change is then held by the inflation.
-constexpr double settled = 1e-6, settled_at_round_off = 1e-3;
-constexpr int round_off_substeps = 128;
-constexpr int most_substeps = 1 << 14;
-constexpr double least_inflation = 1 + 1e-5;  // what a difference quotient leaves
+constexpr double kSettled = 1e-6, kSettledAtRoundOff = 1e-3;
+constexpr int kRoundOffSubsteps = 128;
+constexpr int kMostSubsteps = 1 << 14;
+constexpr double kLeastInflation = 1 + 1e-5;  // what a difference quotient leaves
 
 double length(const Wide* v) { return std::sqrt(static_cast<double>(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])); }
 
@@ -147,7 +147,7 @@ ErrorGrowth::Columns ErrorGrowth::derivative(double t_s, double span_s, const st
     for (const int i : at) {
       done[i] = true;
       const bool turns = layout_.kinds[i] == Kind::attitude || layout_.kinds[i] == Kind::rate;
-      step[i] = nudge * std::max((turns ? 1 : 1e-3) * scale_[i], std::fabs(y[i]));
+      step[i] = kNudge * std::max((turns ? 1 : 1e-3) * scale_[i], std::fabs(y[i]));
       up[i] += step[i];
       down[i] -= step[i];
       step[i] = up[i] - down[i];
@@ -174,8 +174,8 @@ void ErrorGrowth::flow(Wide t_s, Wide t_next_s, const std::vector<Wide>& y, int 
   const int n = layout_.size;
   Columns T = derivative(t, span, narrow, interval, 1);
   bool known = false;
-  double inflation = least_inflation;
-  for (int count = 2; count <= most_substeps && !known; count *= 2) {
+  double inflation = kLeastInflation;
+  for (int count = 2; count <= kMostSubsteps && !known; count *= 2) {
     Columns finer = derivative(t, span, narrow, interval, count);
     double largest = 0, change = 0;
     for (int i = 0; i < n; ++i)
@@ -184,8 +184,8 @@ void ErrorGrowth::flow(Wide t_s, Wide t_next_s, const std::vector<Wide>& y, int 
         change = std::max(change, std::fabs(finer[i][j] - T[i][j]));
         if (!std::isfinite(finer[i][j])) change = HUGE_VAL;
       }
-    known = change <= (count < round_off_substeps ? settled : settled_at_round_off) * largest;
-    if (known) inflation = least_inflation + change / largest;
+    known = change <= (count < kRoundOffSubsteps ? kSettled : kSettledAtRoundOff) * largest;
+    if (known) inflation = kLeastInflation + change / largest;
     T = std::move(finer);
   }
   if (!known) {
@@ -303,7 +303,7 @@ void ErrorGrowth::strike(Wide t_s, const Blow<Wide>& blow, const std::vector<Wid
   for (int i = 0; i < n; ++i) {
     DR[i][i] = 1;
     if (!struck[body_[i]]) continue;
-    const Wide h = wide_nudge * std::max(1e-3 * scale_[i], std::fabs(static_cast<double>(before[i])));
+    const Wide h = kWideNudge * std::max(1e-3 * scale_[i], std::fabs(static_cast<double>(before[i])));
     std::vector<Wide> up = before, down = before;
     up[i] += h;
     down[i] -= h;
@@ -327,7 +327,7 @@ void ErrorGrowth::strike(Wide t_s, const Blow<Wide>& blow, const std::vector<Wid
     }
   }
   for (int i = 0; i < n; ++i) kick[i] += place[i];
-  apply(moved, kick, least_inflation);
+  apply(moved, kick, kLeastInflation);
 }
 
 void ErrorGrowth::hold_on_plane(int body, const Real3& normal) {
@@ -383,7 +383,7 @@ double ErrorGrowth::gap_acceleration(const ContactPair& pair, Wide t_s, const st
     change = std::max(change, magnitude(f[i]) / Wide(scale_[i]));
   }
   if (!(change > 0)) return 0;
-  const Wide h = Wide(wide_nudge) * size / change;
+  const Wide h = Wide(kWideNudge) * size / change;
   for (int i = 0; i < layout_.size; ++i) {
     up[i] += h * f[i];
     down[i] -= h * f[i];
@@ -401,7 +401,7 @@ double ErrorGrowth::rate_bound(const ContactPair& pair, const std::vector<Wide>&
     if (slot.velocity < 0) continue;
     for (int from : {slot.position, slot.velocity})
       for (int k = from; k < from + 3; ++k) {
-        const Wide h = wide_nudge * std::max(1e-3 * scale_[k], std::fabs(static_cast<double>(y[k])));
+        const Wide h = kWideNudge * std::max(1e-3 * scale_[k], std::fabs(static_cast<double>(y[k])));
         std::vector<Wide> up = y, down = y;
         up[k] += h;
         down[k] -= h;

@@ -210,7 +210,7 @@ Wide magnetic_moment(const Scene& scene, const Sample& sample, int body) {
 
 namespace {
 
-constexpr Real3 nothing{};
+constexpr Real3 kNothing{};
 
 // What a scene's forces do to the invariants, each a reason why some quantity is lost.
 struct Character {
@@ -235,14 +235,14 @@ void note(Character& c, const Scene& scene, const Force& force) {
     if (any_fixed(scene, coulomb->bodies)) note_external(c);
     ++c.others;
   } else if (const auto* attractor = std::get_if<Attractor>(&force)) {
-    const bool central = attractor->center_m == nothing;
+    const bool central = attractor->center_m == kNothing;
     c.external = c.twists = true;
     c.off_origin |= !central;
     ++c.attractors;
   } else if (const auto* spring = std::get_if<Spring>(&force)) {
     c.dissipates |= spring->damping_N_s_per_m != 0;
     if (spring->bodies.size() < 2 || any_fixed(scene, spring->bodies)) {
-      const bool central = spring->bodies.size() == 1 && spring->anchor_m == nothing;
+      const bool central = spring->bodies.size() == 1 && spring->anchor_m == kNothing;
       c.external = c.twists = true;
       c.off_origin |= !central;
     }
@@ -273,7 +273,7 @@ bool conserves(const Scene& scene, std::string_view quantity) {
   if (!scene.problem.empty()) return false;
   Character c;
   for (const Force& force : scene.forces) note(c, scene, force);
-  const bool falls = scene.gravity_m_per_s2 != nothing;
+  const bool falls = scene.gravity_m_per_s2 != kNothing;
   const bool touches = contacts_possible(scene), lossy = std::ranges::any_of(laws_in_play(scene), takes_energy);
   bool walled = false, late = false;
   for (const Body& body : scene.bodies) {

@@ -11,8 +11,8 @@ namespace atwood::dynamics {
 namespace {
 
 // An impact's derivative holds while the possible error of the gap's rate is a small part of the rate.
-constexpr double linear = 0.01;
-constexpr double least_scale = 1e-27;  // a passage nearer than this part of the places at hand is no decision of quad's
+constexpr double kLinear = 0.01;
+constexpr double kLeastScale = 1e-27;  // a passage nearer than this part of the places at hand is no decision of quad's
 
 std::string when(Wide t_s) { return " at t = " + format_double(static_cast<double>(t_s)) + " s"; }
 
@@ -93,7 +93,7 @@ class Follower {
     for (const int body : {now.passed->a, now.passed->b})
       if (const int at = layout_.slots[body].position; at >= 0)
         for (int k = 0; k < 3; ++k) size += std::fabs(static_cast<double>(now.after[at + k]));
-    const double bar = growth_.gap_bound(*now.passed, now.after) + apart_gap(*now.passed) + least_scale * size;
+    const double bar = growth_.gap_bound(*now.passed, now.after) + apart_gap(*now.passed) + kLeastScale * size;
     if (magnitude(least.gap_m) > Wide(bar)) return;
     end(now.t,
         names(*now.passed) + " graze each other" + when(now.t) + ": whether they touch is not decided within the bars");
@@ -133,7 +133,7 @@ class Follower {
         bar_s = std::max(bar_s, now.t > 0 ? bar : 0);
         const double bend = std::fabs(growth_.gap_acceleration(pair, now.t, blow.before, now.interval));
         const double rate_bar = growth_.rate_bound(pair, blow.before) + apart_rate(pair);
-        if (rate_bar + bend * bar <= linear * rate || now.t == 0) continue;
+        if (rate_bar + bend * bar <= kLinear * rate || now.t == 0) continue;
         if (settles(now, pair, blow, rate + rate_bar + std::sqrt(2 * std::fabs(bend) * gap_bar))) settling = true;
         else
           end(now.t,

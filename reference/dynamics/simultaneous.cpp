@@ -11,11 +11,11 @@ namespace atwood::dynamics {
 
 namespace {
 
-template <class S> constexpr double round_off = std::is_same_v<S, Wide> ? 0x1p-113 : 0x1p-52;
+template <class S> constexpr double kRoundOff = std::is_same_v<S, Wide> ? 0x1p-113 : 0x1p-52;
 // Approaches that differ by no more than this part of themselves are a tie; outcomes likewise are the same.
-template <class S> constexpr double alike = std::is_same_v<S, Wide> ? 1e-26 : 1e-9;
-constexpr int most_tried = 4;       // contacts whose orders are all tried: 24
-constexpr int most_blows = 100000;  // of one group at one instant
+template <class S> constexpr double kAlike = std::is_same_v<S, Wide> ? 1e-26 : 1e-9;
+constexpr int kMostTried = 4;       // contacts whose orders are all tried: 24
+constexpr int kMostBlows = 100000;  // of one group at one instant
 
 template <class S> S rate_of(const Scene& scene, const Layout& layout, const ContactPair& pair, const S* y) {
   return gap(scene, layout, pair, y).rate_m_per_s;
@@ -53,7 +53,7 @@ std::vector<Strike<S>> strike_together(const Scene& scene, const Layout& layout,
     for (std::size_t j = 0; j < n; ++j) A[i][j] = compliance(scene, layout, pairs[i], pairs[j], normal[i], normal[j]);
   S speed = 0;
   for (const S& each : q) speed = std::max(speed, magnitude(each));
-  if (!complementary(A, q, S(alike<S>) * speed, 64 * S(n) * S(round_off<S>), impulse)) return {};
+  if (!complementary(A, q, S(kAlike<S>) * speed, 64 * S(n) * S(kRoundOff<S>), impulse)) return {};
   std::vector<Strike<S>> made(n);
   for (std::size_t i = 0; i < n; ++i) {
     made[i].normal_N_s = impulse[i];
@@ -68,14 +68,14 @@ std::vector<Strike<S>> strike_together(const Scene& scene, const Layout& layout,
 template <class S>
 bool strike_in_turn(const Scene& scene, const Layout& layout, const std::vector<ContactPair>& group,
                     const std::vector<S>& slow, const std::vector<int>& order, S* y, std::vector<Blow<S>>& blows) {
-  for (int count = 0; count < most_blows; ++count) {
+  for (int count = 0; count < kMostBlows; ++count) {
     int next = -1;
     S fastest = 0;
     for (int k = 0; k < static_cast<int>(group.size()); ++k) {
       const int at = order.empty() ? k : order[k];
       const S closing = -rate_of(scene, layout, group[at], y);
       if (!(closing > slow[at])) continue;
-      if (next >= 0 && (!order.empty() || !(closing > fastest * (1 + S(alike<S>))))) continue;
+      if (next >= 0 && (!order.empty() || !(closing > fastest * (1 + S(kAlike<S>))))) continue;
       next = at;
       fastest = closing;
     }
@@ -96,7 +96,7 @@ bool same(const Layout& layout, const std::vector<S>& one, const std::vector<S>&
       scale = std::max({scale, magnitude(one[i]), magnitude(start[i])});
       apart = std::max(apart, magnitude(one[i] - other[i]));
     }
-    if (!(apart <= S(alike<S>) * scale)) return false;
+    if (!(apart <= S(kAlike<S>) * scale)) return false;
   }
   return true;
 }
@@ -112,7 +112,7 @@ std::string named(const Scene& scene, const std::vector<ContactPair>& group) {
 template <class S>
 bool orders_agree(const Scene& scene, const Layout& layout, const std::vector<ContactPair>& group,
                   const std::vector<S>& slow, const std::vector<S>& start, const std::vector<S>& end) {
-  if (group.size() > most_tried) return false;
+  if (group.size() > kMostTried) return false;
   std::vector<int> order(group.size());
   std::iota(order.begin(), order.end(), 0);
   do {
@@ -145,8 +145,8 @@ void strike_group(const Scene& scene, const Layout& layout, const std::vector<Co
   }
   for (const ContactPair& pair : group)
     if (pair.friction > 0) made.why = "(" + named(scene, group) + ") solved together with friction is not covered";
-  if (group.size() > most_together)
-    made.why = "solved together is not covered for more than " + std::to_string(most_together) + " contacts";
+  if (group.size() > kMostTogether)
+    made.why = "solved together is not covered for more than " + std::to_string(kMostTogether) + " contacts";
   if (!made.why.empty()) return;
   Blow<S> blow{group, {}, start};
   blow.impulses = strike_together(scene, layout, group, y);
@@ -164,7 +164,7 @@ bool couple(const Scene& scene, const Layout& layout, const ContactPair& one, co
   if (!shared) return false;
   if (one.friction > 0 || other.friction > 0) return true;
   const S along = dot(gap(scene, layout, one, y).normal, gap(scene, layout, other, y).normal);
-  return magnitude(along) > 8 * S(round_off<S>);
+  return magnitude(along) > 8 * S(kRoundOff<S>);
 }
 
 template <class S>

@@ -10,7 +10,7 @@ namespace {
 
 // P_0 ... P_10 on [-1, 1] and the derivative of P_10.
 struct Legendre {
-  std::array<Wide, stages + 1> P;
+  std::array<Wide, kStages + 1> P;
   Wide derivative;
 };
 
@@ -18,8 +18,8 @@ Legendre legendre(Wide x) {
   Legendre made;
   made.P[0] = 1;
   made.P[1] = x;
-  for (int n = 1; n < stages; ++n) made.P[n + 1] = ((2 * n + 1) * x * made.P[n] - n * made.P[n - 1]) / (n + 1);
-  made.derivative = stages * (x * made.P[stages] - made.P[stages - 1]) / (x * x - 1);
+  for (int n = 1; n < kStages; ++n) made.P[n + 1] = ((2 * n + 1) * x * made.P[n] - n * made.P[n - 1]) / (n + 1);
+  made.derivative = kStages * (x * made.P[kStages] - made.P[kStages - 1]) / (x * x - 1);
   return made;
 }
 
@@ -27,24 +27,24 @@ Legendre legendre(Wide x) {
 // integral_0^c p_n = (p_{n+1}(c) - p_{n-1}(c)) / (2 (2 n + 1)) for n >= 1, c for n = 0.
 GaussTableau make_tableau() {
   GaussTableau made;
-  std::array<Legendre, stages> at;
-  for (int i = 0; i < stages; ++i) {
-    Wide x = -std::cos(std::numbers::pi * (i + 0.75) / (stages + 0.5));
+  std::array<Legendre, kStages> at;
+  for (int i = 0; i < kStages; ++i) {
+    Wide x = -std::cos(std::numbers::pi * (i + 0.75) / (kStages + 0.5));
     for (int k = 0; k < 8; ++k) {
       const Legendre now = legendre(x);
-      x -= now.P[stages] / now.derivative;
+      x -= now.P[kStages] / now.derivative;
     }
     at[i] = legendre(x);
     made.c[i] = (1 + x) / 2;
     made.b[i] = 1 / ((1 - x * x) * at[i].derivative * at[i].derivative);
   }
-  for (int i = 0; i < stages; ++i)
-    for (int j = 0; j < stages; ++j) {
+  for (int i = 0; i < kStages; ++i)
+    for (int j = 0; j < kStages; ++j) {
       Wide sum = made.c[i];
-      for (int n = 1; n < stages; ++n) sum += at[j].P[n] * (at[i].P[n + 1] - at[i].P[n - 1]) / 2;
+      for (int n = 1; n < kStages; ++n) sum += at[j].P[n] * (at[i].P[n + 1] - at[i].P[n - 1]) / 2;
       made.A[i][j] = made.b[j] * sum;
     }
-  for (int j = 0; j < stages; ++j) {
+  for (int j = 0; j < kStages; ++j) {
     made.degree8[j] = static_cast<double>(17 * made.b[j] * at[j].P[8]);
     made.degree9[j] = static_cast<double>(19 * made.b[j] * at[j].P[9]);
   }
@@ -52,16 +52,16 @@ GaussTableau make_tableau() {
 }
 
 struct NarrowTableau {
-  double c[stages], A[stages][stages];
+  double c[kStages], A[kStages][kStages];
 };
 
 const NarrowTableau& narrow_tableau() {
   static const NarrowTableau made = [] {
     NarrowTableau n;
     const GaussTableau& wide = gauss_tableau();
-    for (int i = 0; i < stages; ++i) {
+    for (int i = 0; i < kStages; ++i) {
       n.c[i] = static_cast<double>(wide.c[i]);
-      for (int j = 0; j < stages; ++j) n.A[i][j] = static_cast<double>(wide.A[i][j]);
+      for (int j = 0; j < kStages; ++j) n.A[i][j] = static_cast<double>(wide.A[i][j]);
     }
     return n;
   }();
@@ -79,7 +79,7 @@ const GaussTableau& gauss_tableau() {
 
 Collocation::Collocation(const Problem& problem, Wide tolerance)
     : problem_(problem), tolerance_(tolerance), scale_(problem.size, problem.group) {
-  const int n = problem_.size, all = stages * n;
+  const int n = problem_.size, all = kStages * n;
   Y_.resize(all);
   F_.resize(all);
   fresh_.resize(n);
@@ -95,15 +95,15 @@ bool Collocation::solve_narrow(double t, double h) {
   double last = HUGE_VAL;
   for (int round = 0; round < 60; ++round) {
     double change = 0;
-    for (int i = 0; i < stages; ++i)
+    for (int i = 0; i < kStages; ++i)
       for (int k = 0; k < n; ++k) {
         double sum = 0;
-        for (int j = 0; j < stages; ++j) sum += tableau.A[i][j] * f_[j * n + k];
+        for (int j = 0; j < kStages; ++j) sum += tableau.A[i][j] * f_[j * n + k];
         const double next = start_[k] + h * sum;
         change = std::max(change, magnitude(next - y_[i * n + k]) / span_[k]);
         y_[i * n + k] = next;
       }
-    for (int i = 0; i < stages; ++i) problem_.narrow_rate(t + tableau.c[i] * h, &y_[i * n], &f_[i * n]);
+    for (int i = 0; i < kStages; ++i) problem_.narrow_rate(t + tableau.c[i] * h, &y_[i * n], &f_[i * n]);
     if (!std::isfinite(change)) return false;
     if (change < 1e-14 || (round > 20 && change < 1e-11)) return true;
     if (round > 12 && change > last && change > 1e-10) return false;
@@ -121,11 +121,11 @@ void Collocation::correct(double t, double h, const std::vector<double>& residua
   d_ = residual;
   for (int round = 0; round < 40; ++round) {
     double change = 0, size = 0;
-    for (int i = 0; i < stages; ++i) {
+    for (int i = 0; i < kStages; ++i) {
       double reach = 0;
       for (int k = 0; k < n; ++k) {
         double sum = 0;
-        for (int j = 0; j < stages; ++j) sum += tableau.A[i][j] * d_[j * n + k];
+        for (int j = 0; j < kStages; ++j) sum += tableau.A[i][j] * d_[j * n + k];
         shift_[i * n + k] = h * sum;
         reach = std::max(reach, magnitude(shift_[i * n + k]) / span_[k]);
       }
@@ -154,22 +154,22 @@ bool Collocation::solve_stages(Wide t, const Wide* y, Wide h) {
     span_[k] = static_cast<double>(scale_.of(k));
   }
   problem_.narrow_rate(narrow_t, start_.data(), f_.data());
-  for (int i = 1; i < stages; ++i) std::copy_n(f_.begin(), n, f_.begin() + i * n);
+  for (int i = 1; i < kStages; ++i) std::copy_n(f_.begin(), n, f_.begin() + i * n);
   std::fill(y_.begin(), y_.end(), 0.0);
   if (!solve_narrow(narrow_t, narrow_h)) return false;
-  for (int i = 0; i < stages * n; ++i) F_[i] = f_[i];
+  for (int i = 0; i < kStages * n; ++i) F_[i] = f_[i];
   base_ = f_;
-  for (int i = 0; i < stages; ++i)
+  for (int i = 0; i < kStages; ++i)
     for (int k = 0; k < n; ++k) {
       Wide sum = 0;
-      for (int j = 0; j < stages; ++j) sum += tableau.A[i][j] * F_[j * n + k];
+      for (int j = 0; j < kStages; ++j) sum += tableau.A[i][j] * F_[j * n + k];
       Y_[i * n + k] = y[k] + h * sum;
     }
-  std::vector<double> residual(stages * n);
+  std::vector<double> residual(kStages * n);
   double last = HUGE_VAL;
   for (int pass = 0; pass < 12; ++pass) {
     double size = 0;
-    for (int i = 0; i < stages; ++i) {
+    for (int i = 0; i < kStages; ++i) {
       problem_.rate(t + tableau.c[i] * h, &Y_[i * n], fresh_.data());
       ++evaluations;
       for (int k = 0; k < n; ++k) {
@@ -182,11 +182,11 @@ bool Collocation::solve_stages(Wide t, const Wide* y, Wide h) {
     if (size < 1e-31 || (size < 1e-28 && size > 0.1 * last)) return true;
     last = size;
     correct(narrow_t, narrow_h, residual);
-    for (int i = 0; i < stages; ++i)
+    for (int i = 0; i < kStages; ++i)
       for (int k = 0; k < n; ++k) {
         F_[i * n + k] += Wide(d_[i * n + k]);
         double sum = 0;  // the correction is small: double carries all of its digits that matter
-        for (int j = 0; j < stages; ++j) sum += narrow_tableau().A[i][j] * d_[j * n + k];
+        for (int j = 0; j < kStages; ++j) sum += narrow_tableau().A[i][j] * d_[j * n + k];
         Y_[i * n + k] += h * Wide(sum);
       }
   }
@@ -201,7 +201,7 @@ double Collocation::error(double h) const {
   double largest = 0;
   for (int k = 0; k < n; ++k) {
     double high = 0, low = 0;
-    for (int j = 0; j < stages; ++j) {
+    for (int j = 0; j < kStages; ++j) {
       const double rate = static_cast<double>(F_[j * n + k]);
       high += tableau.degree9[j] * rate;
       low += tableau.degree8[j] * rate;
@@ -238,7 +238,7 @@ Wide Collocation::step(Wide t, Wide* y, Wide limit) {
     const GaussTableau& tableau = gauss_tableau();
     for (int k = 0; k < n; ++k) {
       Wide sum = 0;
-      for (int j = 0; j < stages; ++j) sum += tableau.b[j] * F_[j * n + k];
+      for (int j = 0; j < kStages; ++j) sum += tableau.b[j] * F_[j * n + k];
       y[k] += h * sum;
     }
     scale_.see(y);

@@ -8,14 +8,14 @@
 
 namespace atwood::extended {
 
-inline constexpr int stages = 10;
+inline constexpr int kStages = 10;
 
 // On [0, 1]: nodes c, weights b, A[i][j] = integral from 0 to c_i of the j-th Lagrange polynomial. Computed in quad.
 struct GaussTableau {
-  std::array<Wide, stages> c, b;
-  std::array<std::array<Wide, stages>, stages> A;
+  std::array<Wide, kStages> c, b;
+  std::array<std::array<Wide, kStages>, kStages> A;
   // Rows that give the Legendre coefficients of degree 8 and 9 of the polynomial through values at the nodes.
-  std::array<double, stages> degree8, degree9;
+  std::array<double, kStages> degree8, degree9;
 };
 const GaussTableau& gauss_tableau();
 

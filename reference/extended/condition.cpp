@@ -13,9 +13,9 @@ namespace {
 
 using namespace extended;
 
-constexpr double nudge = 1e-9, narrow_tolerance = 1e-12;
-constexpr double most_work = 5e7;  // rate evaluations x components of the state, over all nudged runs
-constexpr int sign_trials = 8;
+constexpr double kNudge = 1e-9, kNarrowTolerance = 1e-12;
+constexpr double kMostWork = 5e7;  // rate evaluations x components of the state, over all nudged runs
+constexpr int kSignTrials = 8;
 
 std::size_t events_until(const Path<double>& path, double t_s) {
   return static_cast<std::size_t>(
@@ -32,7 +32,7 @@ void grow(std::vector<std::vector<double>>& growth, const Path<double>& base, co
     if (events_until(base, t) != events_until(nudged, t)) continue;
     for (std::size_t i = 0; i < scale.size(); ++i) {
       if (scale[i] == 0) continue;
-      const double moved = std::fabs(nudged.states[k][i] - base.states[k][i]) / (nudge * scale[i]);
+      const double moved = std::fabs(nudged.states[k][i] - base.states[k][i]) / (kNudge * scale[i]);
       growth[k][i] = columns ? growth[k][i] + moved : std::max(growth[k][i], moved);
     }
   }
@@ -53,7 +53,7 @@ double flow_condition(const Scene& scene, double t_end_s, std::int64_t samples) 
   std::vector<int> groups;
   for (const dynamics::Kind kind : layout.kinds) groups.push_back(static_cast<int>(kind));
   const MakeStepper<double> make = [&](Rate<double> rate, Rate<double>) {
-    return std::make_unique<Extrapolation<double>>(layout.size, groups, std::move(rate), narrow_tolerance);
+    return std::make_unique<Extrapolation<double>>(layout.size, groups, std::move(rate), kNarrowTolerance);
   };
   const std::vector<double> initial = dynamics::pack<double>(scene);
   const auto run = [&](const std::vector<double>& from) { return walk<double>(scene, t_end_s, samples, from, make); };
@@ -68,18 +68,18 @@ double flow_condition(const Scene& scene, double t_end_s, std::int64_t samples) 
 
   std::vector<std::vector<double>> growth(base.states.size(), std::vector<double>(n, 0.0));
   const double work = static_cast<double>(base.evaluations) * n;
-  if (work * n <= most_work) {
+  if (work * n <= kMostWork) {
     for (int j = 0; j < n; ++j) {
       if (scale[j] == 0) continue;
       std::vector<double> from = initial;
-      from[j] += nudge * scale[j];
+      from[j] += kNudge * scale[j];
       grow(growth, base, run(from), scale, t_end_s, true);
     }
   } else {
     std::uint64_t seed = 1784;
-    for (int trial = 0; trial < sign_trials; ++trial) {
+    for (int trial = 0; trial < kSignTrials; ++trial) {
       std::vector<double> from = initial;
-      for (int j = 0; j < n; ++j) from[j] += random_sign(seed) * nudge * scale[j];
+      for (int j = 0; j < n; ++j) from[j] += random_sign(seed) * kNudge * scale[j];
       grow(growth, base, run(from), scale, t_end_s, false);
     }
   }

@@ -21,14 +21,14 @@ using dynamics::End;
 using dynamics::Layout;
 using dynamics::magnitude;
 
-constexpr double target_bar = 1e-20;  // of the scale
-constexpr double unbounded = 1e-3;    // a bar this wide bounds nothing
+constexpr double kTargetBar = 1e-20;  // of the scale
+constexpr double kUnbounded = 1e-3;   // a bar this wide bounds nothing
 // When one of the methods is right the largest difference is the other's whole error, and no more: twice that is the
 // bar.
-constexpr double bar_safety = 2;
-constexpr double quad_round_off = 1e-33;
-constexpr double quad_unit = 0x1p-113;
-constexpr double end_margin = 1e-9;  // of the time: how long before the end of what is certified the samples stop
+constexpr double kBarSafety = 2;
+constexpr double kQuadRoundOff = 1e-33;
+constexpr double kQuadUnit = 0x1p-113;
+constexpr double kEndMargin = 1e-9;  // of the time: how long before the end of what is certified the samples stop
 
 std::string at_time(Wide t_s) { return " at t = " + format_double(static_cast<double>(t_s)) + " s"; }
 
@@ -88,14 +88,14 @@ Bars differences(const Layout& layout, const Trial& trial) {
       const Wide value = trial.close.states[k][i];
       const Wide apart =
           std::max(magnitude(value - trial.wide.states[k][i]), magnitude(value - trial.gauss.states[k][i]));
-      made.values[k][i] = bar_safety * apart + Wide(quad_round_off) * scale[i];
+      made.values[k][i] = kBarSafety * apart + Wide(kQuadRoundOff) * scale[i];
     }
   for (std::size_t k = 0; k < trial.close.events.size(); ++k) {
     const Wide t = trial.close.events[k].t_s;
     Wide apart = 0;
     for (const Path<Wide>* other : {&trial.wide, &trial.gauss})
       if (k < other->events.size()) apart = std::max(apart, magnitude(t - other->events[k].t_s));
-    made.events_s.push_back(static_cast<double>(bar_safety * apart + Wide(quad_round_off) * t));
+    made.events_s.push_back(static_cast<double>(kBarSafety * apart + Wide(kQuadRoundOff) * t));
   }
   return made;
 }
@@ -110,7 +110,7 @@ Bars compare(const Scene& scene, double t_end_s, const Layout& layout, const Tri
   made.end = trial.end;
   if (!trial.close.instants.empty()) {
     const dynamics::SharedErrors shared = dynamics::shared_errors(
-        scene, t_end_s, trial.close.instants, trial.close.events, made.events_s, made.values, quad_unit);
+        scene, t_end_s, trial.close.instants, trial.close.events, made.events_s, made.values, kQuadUnit);
     for (std::size_t k = 0; k < made.values.size(); ++k)
       for (int i = 0; i < layout.size; ++i) made.values[k][i] += shared.samples[k][i];
     for (std::size_t k = 0; k < made.events_s.size(); ++k) made.events_s[k] += shared.events_s[k];
@@ -121,14 +121,14 @@ Bars compare(const Scene& scene, double t_end_s, const Layout& layout, const Tri
   made.certified = made.values.size();
   for (std::size_t k = 1; k < made.values.size(); ++k) {
     const Wide t = Wide(t_end_s) * Wide(static_cast<double>(k)) / Wide(static_cast<double>(trial.samples));
-    if (made.end && t >= made.end->t_s * (1 - Wide(end_margin))) {
+    if (made.end && t >= made.end->t_s * (1 - Wide(kEndMargin))) {
       made.certified = k;
       break;
     }
     for (int i = 0; i < layout.size; ++i) {
       const Wide bar = made.values[k][i];
       made.largest = std::max(made.largest, static_cast<double>(bar / scale[i]));
-      if (!(bar <= Wide(unbounded) * scale[i])) made.bounded = std::min(made.bounded, k);
+      if (!(bar <= Wide(kUnbounded) * scale[i])) made.bounded = std::min(made.bounded, k);
     }
   }
   return made;
@@ -227,7 +227,7 @@ Truth extended_truth(const Scenario& scenario, std::int64_t samples) {
                    trial.close.failure.find("singular") != std::string::npos ? Status::diverged : Status::unsupported);
   Bars bars = compare(scene, scenario.t_end_s, layout, trial);
   truth.condition = flow_condition(scene, scenario.t_end_s, samples);
-  if (bars.largest > target_bar || (bars.end && !trial.close.branch)) {  // closer
+  if (bars.largest > kTargetBar || (bars.end && !trial.close.branch)) {  // closer
     Trial closer = attempt(scene, scenario.t_end_s, samples, layout, 1e-31);
     Bars narrower = closer.close.failure.empty() ? compare(scene, scenario.t_end_s, layout, closer) : bars;
     if (narrower.certified > bars.certified ||
@@ -236,7 +236,7 @@ Truth extended_truth(const Scenario& scenario, std::int64_t samples) {
       bars = std::move(narrower);
     }
   }
-  if (bars.largest > target_bar) truth.note = note_on(bars, truth.condition, scenario.t_end_s, samples);
+  if (bars.largest > kTargetBar) truth.note = note_on(bars, truth.condition, scenario.t_end_s, samples);
   for (std::size_t k = 0; k < bars.certified; ++k) {
     const Wide t = Wide(scenario.t_end_s) * Wide(static_cast<double>(k)) / Wide(static_cast<double>(samples));
     truth.values.push_back(dynamics::unpack<Wide>(scene, t, trial.close.states[k].data()));
@@ -244,7 +244,7 @@ Truth extended_truth(const Scenario& scenario, std::int64_t samples) {
     if (!scene.problem.empty()) lorenz_bars(truth.bars.back(), truth.values.back());
   }
   for (std::size_t k = 0; k < trial.close.events.size(); ++k) {
-    if (bars.end && trial.close.events[k].t_s >= bars.end->t_s * (1 - Wide(end_margin))) break;
+    if (bars.end && trial.close.events[k].t_s >= bars.end->t_s * (1 - Wide(kEndMargin))) break;
     truth.events.push_back(trial.close.events[k]);
     truth.event_bar_s.push_back(bars.events_s[k]);
   }

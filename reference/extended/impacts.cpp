@@ -17,17 +17,17 @@ namespace {
 
 template <class S> constexpr bool is_wide = std::is_same_v<S, Wide>;
 template <class S>
-constexpr double gap_round_off = is_wide<S> ? 1e-27 : 1e-11;  // of the places that a gap is the difference of
+constexpr double kGapRoundOff = is_wide<S> ? 1e-27 : 1e-11;  // of the places that a gap is the difference of
 // Flights shorter than this part of the run are summed as a geometric series, if that leaves the time of rest open by
 // no more than `rest_slack` of the run; and in any case those shorter than `least_flight`.
-template <class S> constexpr double last_flight = is_wide<S> ? 1e-10 : 1e-4;
-template <class S> constexpr double least_flight = is_wide<S> ? 1e-12 : 1e-4;
-constexpr double rest_slack = 1e-24;
+template <class S> constexpr double kLastFlight = is_wide<S> ? 1e-10 : 1e-4;
+template <class S> constexpr double kLeastFlight = is_wide<S> ? 1e-12 : 1e-4;
+constexpr double kRestSlack = 1e-24;
 // Of a gap's round-off: the next impact of a lower flight would not be located.
-template <class S> constexpr double least_height = is_wide<S> ? 1e3 : 4;
+template <class S> constexpr double kLeastHeight = is_wide<S> ? 1e3 : 4;
 // Impacts in a row during which the time advances by less than a unit in its last place: there is no progress.
-constexpr int most_stalled = 1000;
-constexpr double near = 1e-3;  // of the pair's size: a passage worth telling
+constexpr int kMostStalled = 1000;
+constexpr double kNear = 1e-3;  // of the pair's size: a passage worth telling
 
 template <class S> S reach(const Scene& scene, const dynamics::Layout& layout, int body, const S* y) {
   const Body& given = scene.bodies[body];
@@ -68,12 +68,12 @@ Impacts<S>::Impacts(const Scene& scene, dynamics::Dynamics<S>& dynamics, dynamic
 }
 
 template <class S> S Impacts<S>::tiny(const Pair& pair, const S* y) const {
-  return S(gap_round_off<S>) *
+  return S(kGapRoundOff<S>) *
          (reach(scene_, dynamics_.layout(), pair.a, y) + reach(scene_, dynamics_.layout(), pair.b, y));
 }
 
 template <class S> S Impacts<S>::slow(const Pair& pair) const {
-  return S(gap_round_off<S>) * (fastest_[pair.a] + fastest_[pair.b]);
+  return S(kGapRoundOff<S>) * (fastest_[pair.a] + fastest_[pair.b]);
 }
 
 template <class S> void Impacts<S>::see_speeds(const S* y) {
@@ -119,8 +119,8 @@ template <class S> void Impacts<S>::advances(S t) {
   const S unit = is_wide<S> ? S(0x1p-112) : S(0x1p-52);
   stalled_ = last_strike_ >= 0 && t - last_strike_ <= unit * t ? stalled_ + 1 : 0;
   last_strike_ = t;
-  if (stalled_ > most_stalled)
-    failure_ = "the time does not advance over " + std::to_string(most_stalled) +
+  if (stalled_ > kMostStalled)
+    failure_ = "the time does not advance over " + std::to_string(kMostStalled) +
                " impacts at t = " + format_double(static_cast<double>(t)) + " s";
 }
 
@@ -130,8 +130,8 @@ std::optional<Laid<S>> Impacts<S>::rests(const Pair& pair, S t, S* y, int interv
   if (!last.pulled || (pair.restitution >= 1 && !last.lies)) return {};
   const Gap<S> now = gap(scene_, dynamics_.layout(), pair, y);
   const S height = magnitude(now.rate_m_per_s) * last.flight_s / 4;
-  const bool located = height > S(least_height<S>) * tiny(pair, y);
-  if (located && last.flight_s > last_flight<S> * t_end_s_) return {};
+  const bool located = height > S(kLeastHeight<S>) * tiny(pair, y);
+  if (located && last.flight_s > kLastFlight<S> * t_end_s_) return {};
   const int ball = last.laid.ball;
   if (ball < 0) {
     failure_ = "`" + scene_.bodies[pair.a].name + "` and `" + scene_.bodies[pair.b].name +
@@ -144,10 +144,10 @@ std::optional<Laid<S>> Impacts<S>::rests(const Pair& pair, S t, S* y, int interv
         "` comes to rest on a plane with friction, and slides or is pulled along: not covered by the extended truth";
     return {};
   }
-  const bool known = last.ends && last.laid.bar_s <= rest_slack * t_end_s_;
-  if (!known && located && last.flight_s > least_flight<S> * t_end_s_) return {};
+  const bool known = last.ends && last.laid.bar_s <= kRestSlack * t_end_s_;
+  if (!known && located && last.flight_s > kLeastFlight<S> * t_end_s_) return {};
   if (!last.ends) {
-    failure_ = "when `" + scene_.bodies[ball].name + "` comes to rest is not decided: its restitution is too near 1";
+    failure_ = "when `" + scene_.bodies[ball].name + "` comes to rest is not decided: its restitution is too kNear 1";
     return {};
   }
   Laid<S> made = last.laid;
@@ -273,7 +273,7 @@ std::optional<typename Impacts<S>::Passage> Impacts<S>::nearest(const Pair& pair
   if (!(first.rate_m_per_s < -slow(pair) && last.rate_m_per_s >= -slow(pair))) return std::nullopt;
   if (last.rate_m_per_s <= slow(pair)) return Passage{taken, pair, std::vector<S>(after, after + dynamics_.size())};
   const S size = reach(scene_, dynamics_.layout(), pair.a, before) + reach(scene_, dynamics_.layout(), pair.b, before);
-  const S round_off = S(gap_round_off<S>) * size;
+  const S round_off = S(kGapRoundOff<S>) * size;
   S low = 0, high = taken;
   Passage found;
   found.pair = pair;
@@ -283,7 +283,7 @@ std::optional<typename Impacts<S>::Passage> Impacts<S>::nearest(const Pair& pair
     const Gap<S> now = gap(scene_, dynamics_.layout(), pair, found.y.data());
     if (now.gap_m < -round_off) return found;
     const S way = 4 * magnitude(now.rate_m_per_s) * (high - low);
-    if (tries > 3 && now.gap_m > way + near * size) return std::nullopt;
+    if (tries > 3 && now.gap_m > way + kNear * size) return std::nullopt;
     if (way <= round_off / 16 || now.gap_m > 64 * way + round_off) return found;
     if (now.rate_m_per_s < 0) low = found.tau;
     else high = found.tau;

@@ -14,7 +14,7 @@ namespace {
 const char* const columns[] = {"px_m",         "py_m",         "pz_m",        "qw",         "qx",
                                "qy",           "qz",           "vx_m_per_s",  "vy_m_per_s", "vz_m_per_s",
                                "wx_rad_per_s", "wy_rad_per_s", "wz_rad_per_s"};
-constexpr int column_count = 13;
+constexpr int kColumnCount = 13;
 
 Wide& component(BodySample& body, int column) {
   if (column < 3) return body.p_m[column];
@@ -38,7 +38,7 @@ struct Table {
 };
 
 Table read_table(const std::string& path) {
-  std::istringstream file(read_input_file(path, "a table of values (CSV)", largest::table));
+  std::istringstream file(read_input_file(path, "a table of values (CSV)", largest::kTable));
   Table made;
   std::string line;
   while (std::getline(file, line)) {
@@ -89,7 +89,7 @@ void fill(Truth& truth, const Scenario& scenario, const Table& table, std::int64
       if (row == nullptr)
         throw std::runtime_error("`" + scenario.truth.file + "` has no row of `" + body.name +
                                  "` at t = " + format_double(static_cast<double>(t)) + " s");
-      for (int column = 0; column < column_count; ++column) {
+      for (int column = 0; column < kColumnCount; ++column) {
         const auto at = table.at.find(columns[column]);
         if (at == table.at.end()) continue;
         component(value.bodies[i], column) = parse_wide((*row)[at->second]);

@@ -58,7 +58,7 @@ json read_document(const std::string& path) {
 
 std::string read_bench_text(const std::string& path) {
   if (!fs::exists(path)) return "";
-  const std::string text = read_input_file(path, "figures of `atwood bench` (JSON)", largest::figures);
+  const std::string text = read_input_file(path, "figures of `atwood bench` (JSON)", largest::kFigures);
   require_shallow_json(text, path);
   return text;
 }

@@ -52,10 +52,10 @@ void read_group(const std::array<const char*, n>& names, const Columns& columns,
   }
 }
 
-constexpr std::array<const char*, 3> p_names{"px_m", "py_m", "pz_m"};
-constexpr std::array<const char*, 4> q_names{"qw", "qx", "qy", "qz"};
-constexpr std::array<const char*, 3> v_names{"vx_m_per_s", "vy_m_per_s", "vz_m_per_s"};
-constexpr std::array<const char*, 3> w_names{"wx_rad_per_s", "wy_rad_per_s", "wz_rad_per_s"};
+constexpr std::array<const char*, 3> kPNames{"px_m", "py_m", "pz_m"};
+constexpr std::array<const char*, 4> kQNames{"qw", "qx", "qy", "qz"};
+constexpr std::array<const char*, 3> kVNames{"vx_m_per_s", "vy_m_per_s", "vz_m_per_s"};
+constexpr std::array<const char*, 3> kWNames{"wx_rad_per_s", "wy_rad_per_s", "wz_rad_per_s"};
 
 Columns read_header(const std::string& line, const std::string& path) {
   Columns columns;
@@ -70,15 +70,15 @@ Columns read_header(const std::string& line, const std::string& path) {
   };
   require("t_s");
   require("body");
-  for (const char* name : p_names) require(name);
-  for (const char* name : v_names) require(name);
+  for (const char* name : kPNames) require(name);
+  for (const char* name : kVNames) require(name);
   auto all_or_none = [&](const auto& group) {  // half an orientation is a mistake, not an omission
     if (std::any_of(group.begin(), group.end(), [&](const char* name) { return columns.has(name); })) {
       for (const char* name : group) require(name);
     }
   };
-  all_or_none(q_names);
-  all_or_none(w_names);
+  all_or_none(kQNames);
+  all_or_none(kWNames);
   return columns;
 }
 
@@ -137,10 +137,10 @@ Recording read_trace(std::istream& file, const std::string& path, const Scene& s
     BodySample& body = run.values.back().bodies[index[name]];
     if (seen[index[name]]) throw InputError(fmt::format("{}: body `{}` appears twice at this instant", where, name));
     seen[index[name]] = true;
-    read_group(p_names, columns, fields, where, body.p_m);
-    read_group(v_names, columns, fields, where, body.v_m_per_s);
-    if (columns.has("qw")) read_group(q_names, columns, fields, where, body.q_wxyz);
-    if (columns.has("wx_rad_per_s")) read_group(w_names, columns, fields, where, body.w_rad_per_s);
+    read_group(kPNames, columns, fields, where, body.p_m);
+    read_group(kVNames, columns, fields, where, body.v_m_per_s);
+    if (columns.has("qw")) read_group(kQNames, columns, fields, where, body.q_wxyz);
+    if (columns.has("wx_rad_per_s")) read_group(kWNames, columns, fields, where, body.w_rad_per_s);
   }
   if (run.values.size() < 2)
     throw InputError(fmt::format("{}: found {} instants; expected at least two", path, run.values.size()));
@@ -233,7 +233,7 @@ int command_check(const Place& place, const Options& options) {
   require_outputs_make_sense(options);
   Scenario scenario = read_scene_argument(place, options.scenarios.front());
   require_own_id(place, scenario);
-  std::istringstream file(read_input_file(options.input, "a trace (CSV)", largest::trace));
+  std::istringstream file(read_input_file(options.input, "a trace (CSV)", largest::kTrace));
   std::string header;
   std::getline(file, header);
   file.clear();

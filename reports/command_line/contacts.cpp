@@ -17,15 +17,15 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr const char* contact_columns = "body_a,body_b,x_m,y_m,z_m,nx,ny,nz,depth_m";
-constexpr const char* touch_columns = "body_a,body_b,toi_s,x_m,y_m,z_m,nx,ny,nz";
+constexpr const char* kContactColumns = "body_a,body_b,x_m,y_m,z_m,nx,ny,nz,depth_m";
+constexpr const char* kTouchColumns = "body_a,body_b,toi_s,x_m,y_m,z_m,nx,ny,nz";
 
 // Engines with questions about contacts, and the end of their worker's name.
 struct Known {
   const char* name;
   const char* worker;
 };
-constexpr Known known_engines[] = {{"atwood", "engine"},     {"truth", "truth"}, {"bullet64", "bullet64"},
+constexpr Known kKnownEngines[] = {{"atwood", "engine"},     {"truth", "truth"}, {"bullet64", "bullet64"},
                                    {"bullet32", "bullet32"}, {"ode", "ode"},     {"fcl", "fcl"},
                                    {"libccd", "libccd"}};
 
@@ -39,14 +39,14 @@ Asked asked_of(const std::string& words) {
   const std::size_t slash = words.find('/');
   const std::string engine = words.substr(0, slash);
   const bool known =
-      std::any_of(std::begin(known_engines), std::end(known_engines), [&](const Known& k) { return engine == k.name; });
+      std::any_of(std::begin(kKnownEngines), std::end(kKnownEngines), [&](const Known& k) { return engine == k.name; });
   if (slash == std::string::npos || !known) return {words, ""};
   return {engine, words.substr(slash + 1)};
 }
 
 std::string worker_path(const Place& place, const std::string& engine) {
   std::vector<std::string> names;
-  for (const Known& known : known_engines) {
+  for (const Known& known : kKnownEngines) {
     if (engine == known.name) return fmt::format("{}/atwood-{}", place.bin_dir, known.worker);
     names.emplace_back(known.name);
   }
@@ -97,7 +97,7 @@ int command_contacts(const Place& place, const Options& options) {
     const auto name = [&](int i) { return quoted(scenario.scene.bodies.at(static_cast<std::size_t>(i)).name); };
     return name(a) + "," + name(b);
   };
-  Table table(options.swept ? touch_columns : contact_columns, options.json);
+  Table table(options.swept ? kTouchColumns : kContactColumns, options.json);
   for (const FoundContact& c : answer.contacts)
     table.row(pair(c.body_a, c.body_b) + joined(c.x_m, digits) + joined(c.normal, digits) + "," +
               format_number(c.depth_m, digits));

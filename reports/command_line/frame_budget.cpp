@@ -17,11 +17,11 @@
 namespace atwood {
 namespace {
 
-constexpr int frames_per_s = 60;
-constexpr int settling_frames = 90, measured_frames = 60;  // 1.5 s to fall and come to rest, one second to look at
-constexpr std::array<double, 2> budgets_ms{16.7, 40};
-constexpr int fewest_bodies = 16, most_bodies = 64000;
-constexpr double closeness = 1.08;  // the answer is found when the next larger N tried is at most so much larger
+constexpr int kFramesPerSecond = 60;
+constexpr int kSettlingFrames = 90, kMeasuredFrames = 60;  // 1.5 s to fall and come to rest, one second to look at
+constexpr std::array<double, 2> kBudgets_ms{16.7, 40};
+constexpr int kFewestBodies = 16, kMostBodies = 64000;
+constexpr double kCloseness = 1.08;  // the answer is found when the next larger N tried is at most so much larger
 
 // As settling-N of the catalogue: the same bodies and bin around any number of them.
 Scene settling_scene(const Scene& like, int count) {
@@ -71,10 +71,10 @@ class FrameBudget {
 
   // Doubling until both budgets are passed, then halving the interval (of log N) on each side of each.
   std::array<int, 2> largest() {
-    int n = fewest_bodies;
-    while (n <= most_bodies && holds(n, budgets_ms.back())) n *= 2;
+    int n = kFewestBodies;
+    while (n <= kMostBodies && holds(n, kBudgets_ms.back())) n *= 2;
     std::array<int, 2> found{};
-    for (std::size_t b = 0; b < budgets_ms.size(); ++b) found[b] = between(budgets_ms[b]);
+    for (std::size_t b = 0; b < kBudgets_ms.size(); ++b) found[b] = between(kBudgets_ms[b]);
     return found;
   }
 
@@ -84,12 +84,12 @@ class FrameBudget {
     return at->second;
   }
 
-  const std::string& why() { return probe(fewest_bodies).why; }
+  const std::string& why() { return probe(kFewestBodies).why; }
 
   // Of a budget: what other than the budget ended the search above this N; empty: the budget did.
   std::string ended_by(int largest_held) const {
     const auto next = probes_.upper_bound(largest_held);
-    if (next == probes_.end()) return fmt::format("the search ends at {} bodies", most_bodies);
+    if (next == probes_.end()) return fmt::format("the search ends at {} bodies", kMostBodies);
     if (std::isinf(next->second.p95_ms))
       return fmt::format("{} bodies were not stepped within --limit {:g} (seconds a run)", next->first, limit_s_);
     return next->second.why.empty() ? "" : fmt::format("{} bodies: {}", next->first, next->second.why);
@@ -99,18 +99,19 @@ class FrameBudget {
   Probe measure(int count) {
     fmt::print(stderr, "atwood: {} with {} bodies\n", entrant_.method, count);
     Profile profile;
-    const std::int64_t steps = settling_frames + measured_frames;
-    const Outcome outcome = client_.profile(entrant_.method, scene_to_json(settling_scene(like_, count)),
-                                            {static_cast<double>(steps) / frames_per_s, steps, 1}, limit_s_, profile);
+    const std::int64_t steps = kSettlingFrames + kMeasuredFrames;
+    const Outcome outcome =
+        client_.profile(entrant_.method, scene_to_json(settling_scene(like_, count)),
+                        {static_cast<double>(steps) / kFramesPerSecond, steps, 1}, limit_s_, profile);
     Probe probe;
     probe.refused = outcome.status == Status::unsupported;
     if (outcome.status == Status::timeout) probe.p95_ms = std::numeric_limits<double>::infinity();
     if (outcome.status != Status::ok) probe.why = to_string(outcome.status) + ": " + outcome.reason;
     else if (profile.step_ns.empty()) probe.refused = true, probe.why = "it does not tell the time of its steps";
     if (!probe.why.empty()) return probe;
-    std::vector<std::int64_t> steps_ns(profile.step_ns.end() - measured_frames, profile.step_ns.end());
+    std::vector<std::int64_t> steps_ns(profile.step_ns.end() - kMeasuredFrames, profile.step_ns.end());
     std::sort(steps_ns.begin(), steps_ns.end());
-    const auto i = static_cast<std::size_t>(std::ceil(0.95 * measured_frames)) - 1;
+    const auto i = static_cast<std::size_t>(std::ceil(0.95 * kMeasuredFrames)) - 1;
     probe.p95_ms = 1e-6 * static_cast<double>(steps_ns[i]);
     double sum_ns = 0;
     for (const std::int64_t ns : profile.step_ns) sum_ns += static_cast<double>(ns);
@@ -140,7 +141,7 @@ class FrameBudget {
       high = next == probes_.end() ? 0 : next->first;
     } while (high > 0 && holds(high, budget_ms));
     if (low == 0 || high == 0) return low;
-    while (high > closeness * low && high > low + 1) {
+    while (high > kCloseness * low && high > low + 1) {
       const int middle =
           std::clamp(static_cast<int>(std::lround(std::sqrt(static_cast<double>(low) * high))), low + 1, high - 1);
       (holds(middle, budget_ms) ? low : high) = middle;
@@ -209,7 +210,7 @@ int command_frame_budget(const Place& place, const Options& options) {
                     {fmt::format("Bodies settle in a bin for {} steps of 1/{} s; the 95th percentile is of the {} "
                                  "steps that follow. N is found by bisection to {:.0f} %; an N beyond the budget is "
                                  "probed twice, and the better counts.",
-                                 settling_frames, frames_per_s, measured_frames, 100 * (closeness - 1)),
+                                 kSettlingFrames, kFramesPerSecond, kMeasuredFrames, 100 * (kCloseness - 1)),
                      "us a body: the mean step of the largest heap, settling included, over N. Every setting of a "
                      "method: `atwood list methods`."}};
   BenchTable phases{
@@ -242,14 +243,14 @@ int command_frame_budget(const Place& place, const Options& options) {
         const std::string end = measured.ended_by(n[b]);
         if (!end.empty())
           budget.notes.push_back(
-              fmt::format("{}, {}: N in {} ms may be larger: {}", entrant.method, shape, budgets_ms[b], end));
+              fmt::format("{}, {}: N in {} ms may be larger: {}", entrant.method, shape, kBudgets_ms[b], end));
       }
       const auto p95 = [&](int bodies) { return bodies > 0 ? measured.probe(bodies).p95_ms : std::nan(""); };
       const Probe last = n[1] > 0 ? measured.probe(n[1]) : Probe{};
       budget.rows.push_back(
           {entrant.method, shape, double(n[0]), p95(n[0]), double(n[1]), p95(n[1]), 1e3 * last.mean_ms / n[1]});
       if (last.phase_ns.empty()) continue;
-      const double total_ns = 1e6 * last.mean_ms * (settling_frames + measured_frames);
+      const double total_ns = 1e6 * last.mean_ms * (kSettlingFrames + kMeasuredFrames);
       std::vector<TableCell> row{entrant.method, shape, double(n[1]), last.mean_ms};
       double rest = 100;
       for (const char* phase : {"broad", "narrow", "solve", "integrate"}) {

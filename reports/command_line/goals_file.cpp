@@ -143,7 +143,7 @@ double parse_duration(const std::string& text, const std::string& what) {
 }
 
 std::vector<Goal> read_goals(const std::string& path) {
-  const std::string text = read_input_file(path, "a file of goals (TOML)", largest::settings);
+  const std::string text = read_input_file(path, "a file of goals (TOML)", largest::kSettings);
   require_shallow_toml(text, path);
   const GoalsFile file{path};
   toml::table root;

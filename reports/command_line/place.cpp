@@ -41,7 +41,7 @@ std::string environment_or(const char* name, const std::string& otherwise) {
 struct OptionalEngine {
   const char *name, *library, *packages;
 };
-constexpr OptionalEngine optional_engines[] = {
+constexpr OptionalEngine kOptionalEngines[] = {
     {"dart", "DART", "libdart-dev, libdart-external-ikfast-dev, libdart-collision-ode-dev"},
     {"mujoco", "MuJoCo", "libmujoco-dev"},
     {"simbody", "Simbody", "libsimbody-dev"}};
@@ -49,7 +49,7 @@ constexpr OptionalEngine optional_engines[] = {
 // What to do about an optional engine whose executable is not there.
 void explain_missing(Worker& worker) {
   if (fs::exists(worker.path)) return;
-  for (const auto& engine : optional_engines) {
+  for (const auto& engine : kOptionalEngines) {
     if (fs::path(worker.path).filename() != fmt::format("atwood-{}", engine.name)) continue;
     worker.reason = fmt::format(
         "{} was not there when this was built; `ATWOOD_ENGINES={} ./atwood run` installs it ({}) and "
@@ -202,7 +202,7 @@ std::vector<Worker> start_workers(const Place& place, const std::vector<std::vec
   for (const char* name :
        {"engine", "cvode", "bullet64", "bullet32", "ode", "arkode", "ida", "odeint", "fcl", "libccd"})
     add_own(name);
-  for (const auto& engine : optional_engines) add_own(engine.name);
+  for (const auto& engine : kOptionalEngines) add_own(engine.name);
   if (with_same_rate) add_own("same-rate");
   const std::size_t own = commands.size();
   commands.insert(commands.end(), foreign.begin(), foreign.end());

@@ -15,13 +15,13 @@ namespace atwood {
 
 namespace {
 
-constexpr const char* motion_columns =
+constexpr const char* kMotionColumns =
     "t_s,body,px_m,py_m,pz_m,qw,qx,qy,qz,vx_m_per_s,vy_m_per_s,vz_m_per_s,wx_rad_per_s,wy_rad_per_s,wz_rad_per_s";
-constexpr const char* bar_columns =
+constexpr const char* kBarColumns =
     ",px_m_bar,py_m_bar,pz_m_bar,qw_bar,qx_bar,qy_bar,qz_bar,vx_m_per_s_bar,vy_m_per_s_bar,vz_m_per_s_bar,wx_rad_per_s_"
     "bar,"
     "wy_rad_per_s_bar,wz_rad_per_s_bar,source";
-constexpr const char* event_columns =
+constexpr const char* kEventColumns =
     "t_s,kind,body_a,body_b,x_m,y_m,z_m,nx,ny,nz,impulse_n_N_s,impulse_t_N_s,vn_before_m_per_s,vn_after_m_per_s";
 
 template <std::size_t n> void append(std::string& line, const std::array<Wide, n>& values, int digits) {
@@ -40,7 +40,7 @@ std::string body_name(const Scene& scene, std::size_t i) {
 }
 
 void print_motion(const Scene& scene, const std::vector<Sample>& values, const Truth* truth, int digits, bool json) {
-  Table table(fmt::format("{}{}", motion_columns, truth ? bar_columns : ""), json);
+  Table table(fmt::format("{}{}", kMotionColumns, truth ? kBarColumns : ""), json);
   for (std::size_t k = 0; k < values.size(); ++k) {
     for (std::size_t i = 0; i < values[k].bodies.size(); ++i) {
       std::string line = format_number(values[k].t_s, digits) + "," + body_name(scene, i);
@@ -55,7 +55,7 @@ void print_motion(const Scene& scene, const std::vector<Sample>& values, const T
 }
 
 void print_events(const Scene& scene, const std::vector<Event>& events, const Truth* truth, int digits, bool json) {
-  Table table(fmt::format("{}{}", event_columns, truth ? ",t_s_bar" : ""), json);
+  Table table(fmt::format("{}{}", kEventColumns, truth ? ",t_s_bar" : ""), json);
   for (std::size_t k = 0; k < events.size(); ++k) {
     const Event& e = events[k];
     std::string line = fmt::format("{},{},{},{}", format_number(e.t_s, digits), to_string(e.kind),

@@ -89,7 +89,7 @@ std::map<std::string, std::set<std::string>> environment(std::span<const Row> ro
 std::map<std::string, std::set<std::string>> read_environment(const std::string& path) {
   std::map<std::string, std::set<std::string>> all;
   if (!std::filesystem::exists(path)) return all;
-  std::istringstream file(read_input_file(path, "a baseline's environment", largest::settings));
+  std::istringstream file(read_input_file(path, "a baseline's environment", largest::kSettings));
   for (std::string line; std::getline(file, line);) {
     if (line.ends_with('\r')) line.pop_back();
     const std::size_t tab = line.starts_with("engine\t") ? line.find('\t', 7) : line.find('\t');
@@ -273,7 +273,7 @@ BaselineText baseline_text(std::span<const Row> rows, const std::string& reason)
 
 Baseline read_baseline(const std::string& path) {
   if (!std::filesystem::exists(path)) throw std::runtime_error(path + ": no baseline there");
-  std::istringstream file(read_input_file(path, "a baseline", largest::table));
+  std::istringstream file(read_input_file(path, "a baseline", largest::kTable));
   Baseline baseline;
   baseline.path = path;
   Reader reader{baseline};

@@ -150,7 +150,7 @@ Gate read_gate(const std::string& path, const toml::table& table) {
 }  // namespace
 
 std::vector<Gate> read_gates(const std::string& path) {
-  const std::string text = read_input_file(path, "a file of gates (TOML)", largest::settings);
+  const std::string text = read_input_file(path, "a file of gates (TOML)", largest::kSettings);
   require_shallow_toml(text, path);
   toml::table root;
   try {

@@ -58,7 +58,7 @@ PoseAnswer deepest(const ContactAnswer& found) {
 }  // namespace
 
 std::vector<ContactCase> read_contact_cases(const std::string& path) {
-  const std::string text = read_input_file(path, "a table of contacts (TOML)", largest::settings);
+  const std::string text = read_input_file(path, "a table of contacts (TOML)", largest::kSettings);
   require_shallow_toml(text, path);
   toml::table root;
   try {

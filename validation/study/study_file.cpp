@@ -307,7 +307,7 @@ struct StudyFile {
 }  // namespace
 
 Study read_study(const std::string& path) {
-  const std::string text = read_input_file(path, "a study file (TOML)", largest::settings);
+  const std::string text = read_input_file(path, "a study file (TOML)", largest::kSettings);
   require_shallow_toml(text, path);
   StudyFile file{path};
   toml::table root;

@@ -33,15 +33,15 @@ template <class S> Side<S> side_of(const EventRun<S>& run, const Contact<S>& con
 // Of the body's point, under the forces that are in dydt already.
 template <class S> Vec3<S> point_acceleration(const Side<S>& side, const Vec3<S>& x_dot) {
   const Pose<S>& pose = *side.pose;
-  Vec3<S> a = load3(side.dydt + at_velocity);
-  if (side.rotates) a += cross(turned(pose, load3(side.dydt + at_body_rate)), side.arm) + cross(pose.w, x_dot - pose.v);
+  Vec3<S> a = load3(side.dydt + kAtVelocity);
+  if (side.rotates) a += cross(turned(pose, load3(side.dydt + kAtBodyRate)), side.arm) + cross(pose.w, x_dot - pose.v);
   return a;
 }
 
 template <class S> void add_answer(const Side<S>& side, const Twist<S>& answer) {
-  store3(load3(side.dydt + at_velocity) + answer.linear, side.dydt + at_velocity);
+  store3(load3(side.dydt + kAtVelocity) + answer.linear, side.dydt + kAtVelocity);
   if (side.rotates)
-    store3(load3(side.dydt + at_body_rate) + turned_back(*side.pose, answer.angular), side.dydt + at_body_rate);
+    store3(load3(side.dydt + kAtBodyRate) + turned_back(*side.pose, answer.angular), side.dydt + kAtBodyRate);
 }
 
 // [r]^T I^-1 [r] + 1 / m, row after row: row i of I^-1 [r] is (I^-1)_i x r.
@@ -92,11 +92,11 @@ bool add_to_balls(const EventRun<S>& run, Contact<S>& contact, const Side<S> (&s
   const Vec3<S> force = N * n + contact.friction_N;
   for (const Side<S>& side : sides) {
     if (!side.moves) continue;
-    store3(load3(side.dydt + at_velocity) + (side.sign * side.inverse->mass_per_kg) * force, side.dydt + at_velocity);
+    store3(load3(side.dydt + kAtVelocity) + (side.sign * side.inverse->mass_per_kg) * force, side.dydt + kAtVelocity);
     if (!side.rotates || contact.mode == Mode::smooth) continue;
     const Vec3<S> load = cross(side.arm, contact.friction_N) + contact.couple_N_m;
     const Vec3<S> turns = turned_back(*side.pose, (side.sign * side.inverse->I_row[0].x) * load);
-    store3(load3(side.dydt + at_body_rate) + turns, side.dydt + at_body_rate);
+    store3(load3(side.dydt + kAtBodyRate) + turns, side.dydt + kAtBodyRate);
   }
   return along > S(0);
 }

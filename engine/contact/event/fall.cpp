@@ -186,7 +186,7 @@ template <class S> void search(Watch<S>& watch, Condition condition, Fall<S>& fi
 
 // ---- the kink of quadratic drag -------------------------------------------------------------------------------------
 template <class S> Vec3<S> through_air(const EventRun<S>& run, const Wind<S>& wind, const S* y) {
-  return load3(y + run.model.offset(wind.body) + at_velocity) - wind.velocity_W;
+  return load3(y + run.model.offset(wind.body) + kAtVelocity) - wind.velocity_W;
 }
 
 }  // namespace

@@ -18,11 +18,11 @@ namespace {
 
 // Bodies' accelerations in `dydt`, world axes.
 template <class S> Vec3<S> linear_of(const EventRun<S>& run, int body, const S* dydt) {
-  return run.moves[body] ? load3(dydt + run.model.offset(body) + at_velocity) : Vec3<S>{};
+  return run.moves[body] ? load3(dydt + run.model.offset(body) + kAtVelocity) : Vec3<S>{};
 }
 template <class S> Vec3<S> angular_of(const EventRun<S>& run, int body, const S* dydt) {
   if (!run.moves[body] || !run.model.rotates(body)) return {};
-  return turned(run.poses[body], load3(dydt + run.model.offset(body) + at_body_rate));
+  return turned(run.poses[body], load3(dydt + run.model.offset(body) + kAtBodyRate));
 }
 
 // Is some force within a tenth of its bound, or of going?
@@ -172,9 +172,8 @@ template <class S> void add_together(EventRun<S>& run, S* dydt) {
   for (const int body : run.contact_bodies) {
     if (!run.moves[body] || !run.loaded[body]) continue;
     S* at = dydt + run.model.offset(body);
-    store3(run.acceleration[body].linear, at + at_velocity);
-    if (run.model.rotates(body))
-      store3(turned_back(run.poses[body], run.acceleration[body].angular), at + at_body_rate);
+    store3(run.acceleration[body].linear, at + kAtVelocity);
+    if (run.model.rotates(body)) store3(turned_back(run.poses[body], run.acceleration[body].angular), at + kAtBodyRate);
   }
 }
 

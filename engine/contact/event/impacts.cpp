@@ -19,7 +19,7 @@ namespace {
 
 // Of one instant: beyond the first, what impacts that lose speed have left over is taken at once; those that lose none
 // come to an end of their own, or the run does.
-constexpr int most_impacts_at_once = 2000, most_elastic_impacts_at_once = 1000000;
+constexpr int kMostImpactsAtOnce = 2000, kMostElasticImpactsAtOnce = 1000000;
 
 template <class S> struct Instant {
   EventRun<S>& run;
@@ -288,7 +288,7 @@ template <class S> bool all_impacts(Instant<S>& now) {
       return collide_together(now, 0, count);
     return true;
   }
-  for (int lossy = 0, elastic = 0; lossy < most_impacts_at_once;) {
+  for (int lossy = 0, elastic = 0; lossy < kMostImpactsAtOnce;) {
     int fastest = -1;
     S least = S(0);
     for (int i = 0; i < count; ++i) {  // a tie, within round-off, goes to the first in the scene's order
@@ -300,7 +300,7 @@ template <class S> bool all_impacts(Instant<S>& now) {
     }
     if (fastest < 0) return true;
     if (law_of(run, run.hits[fastest].pair).restitution < S(1)) ++lossy;
-    else if (++elastic > most_elastic_impacts_at_once) {
+    else if (++elastic > kMostElasticImpactsAtOnce) {
       run.outcome = {Status::diverged, "atwood's +event met 1000000 elastic impacts at one instant", 0, 0, {}};
       return false;
     }

@@ -21,7 +21,7 @@ template <class S> S acceleration_scale(const EventRun<S>& run, const S* dydt) {
   S size = S(0);
   for (const int body : run.contact_bodies) {
     if (!run.moves[body]) continue;
-    const Vec3<S> a = load3(dydt + run.model.offset(body) + at_velocity);
+    const Vec3<S> a = load3(dydt + run.model.offset(body) + kAtVelocity);
     const S w = norm(run.poses[body].w);
     size = real::max(size, norm(a) + w * w * run.reach[body]);
   }
@@ -151,7 +151,7 @@ template <class S> bool obeys(const EventRun<S>& run, S tiny_N) {
 }
 
 // ---- from linear solve to linear solve ------------------------------------------------------------------------------
-constexpr int most_guesses = 12;
+constexpr int kMostGuesses = 12;
 
 // Who pulls lets go, who is past his cone slips; true: somebody did.
 template <class S> bool let_go(EventRun<S>& run, S tiny_N) {
@@ -217,7 +217,7 @@ template <class S> bool lets_agree(EventRun<S>& run, S tiny_acceleration, bool& 
 template <class S> bool guess_modes(EventRun<S>& run, S t_s, S tiny_N, S tiny_acceleration) {
   if (std::any_of(run.contacts.begin(), run.contacts.end(), [](const Contact<S>& c) { return c.waits; })) return false;
   run.contacts_guessed = run.contacts;
-  for (int guess = 0; guess < most_guesses && run.solvable; ++guess) {
+  for (int guess = 0; guess < kMostGuesses && run.solvable; ++guess) {
     if (let_go(run, tiny_N)) {
       run.free_rate_of(run.free_context, t_s, run.y.data(), run.dydt.data());
       contact_rates(run, t_s, run.y.data(), run.dydt.data());

@@ -9,11 +9,11 @@ template <class S> void take_pose(const EventRun<S>& run, int body, const S* y, 
   if (offset < 0) return;
   const S* at = y + offset;
   const bool moves = run.moves[body] != 0;
-  pose.p = load3(at + at_position);
-  pose.v = moves ? load3(at + at_velocity) : Vec3<S>{};
+  pose.p = load3(at + kAtPosition);
+  pose.v = moves ? load3(at + kAtVelocity) : Vec3<S>{};
   pose.w = {};
   if (!run.model.rotates(body)) return;
-  const Quat<S> q = load4(at + at_attitude);
+  const Quat<S> q = load4(at + kAtAttitude);
   const S two = S(2) / (q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);  // a method's stages are not of unit length
   const S x = two * q.x, y2 = two * q.y, z = two * q.z;
   const S xx = x * q.x, yy = y2 * q.y, zz = z * q.z, xy = x * q.y, xz = x * q.z, yz = y2 * q.z, wx = x * q.w,
@@ -21,7 +21,7 @@ template <class S> void take_pose(const EventRun<S>& run, int body, const S* y, 
   pose.axis[0] = {S(1) - yy - zz, xy + wz, xz - wy};
   pose.axis[1] = {xy - wz, S(1) - xx - zz, yz + wx};
   pose.axis[2] = {xz + wy, yz - wx, S(1) - xx - yy};
-  if (moves) pose.w = turned(pose, load3(at + at_body_rate));
+  if (moves) pose.w = turned(pose, load3(at + kAtBodyRate));
 }
 
 template <class S> Pose<S> pose_of(const EventRun<S>& run, int body, const S* y) {
@@ -79,7 +79,7 @@ template <class S> Sight<S> sight_of_ball(const EventRun<S>& run, const Feature<
     return at < 0 ? run.poses[body].p : load3(y + at);
   };
   const auto speed = [&](int body) {
-    return run.moves[body] ? load3(y + run.model.offset(body) + at_velocity) : Vec3<S>{};
+    return run.moves[body] ? load3(y + run.model.offset(body) + kAtVelocity) : Vec3<S>{};
   };
   const Vec3<S> p = place(feature.knob_body), v = speed(feature.knob_body);
   if (surface.kind == SurfaceKind::plane) {
@@ -136,10 +136,10 @@ template <class S> void store_velocity(EventRun<S>& run, int body, const Vec3<S>
   Pose<S>& pose = run.poses[body];
   S* at = y + run.model.offset(body);
   pose.v = v_W;
-  store3(v_W, at + at_velocity);
+  store3(v_W, at + kAtVelocity);
   if (!run.model.rotates(body)) return;
   pose.w = w_W;
-  store3(turned_back(pose, w_W), at + at_body_rate);
+  store3(turned_back(pose, w_W), at + kAtBodyRate);
 }
 
 #define ATWOOD_MOTION(S)                                                               \

@@ -5,15 +5,15 @@ namespace atwood::event {
 
 namespace {
 
-constexpr int few_pairs = 3;  // up to here all pairs are looked at in every step
+constexpr int kFewPairs = 3;  // up to here all pairs are looked at in every step
 
 // No farther than the hull of the cubic through both ends.
 template <class S> S excursion(const EventRun<S>& run, int body, S h_s) {
   const int offset = run.model.offset(body);
   if (offset < 0 || !run.moves[body]) return S(0);
   const S *from = run.y.data() + offset, *to = run.y_new.data() + offset;
-  const S end = norm(load3(to + at_position) - load3(from + at_position)) + h_s / S(3) * norm(load3(to + at_velocity));
-  return real::max(end, h_s / S(3) * norm(load3(from + at_velocity)));
+  const S end = norm(load3(to + kAtPosition) - load3(from + kAtPosition)) + h_s / S(3) * norm(load3(to + kAtVelocity));
+  return real::max(end, h_s / S(3) * norm(load3(from + kAtVelocity)));
 }
 
 template <class S> Vec3<S> center(const EventRun<S>& run, int body, const S* y) {
@@ -65,7 +65,7 @@ void measure(EventRun<S>& run, Feature<S>* feature, const Feature<S>* end, const
 template <class S> bool find_near(EventRun<S>& run, S h_s) {
   run.near.clear();
   const int count = static_cast<int>(run.pairs.size());
-  const bool few = count <= few_pairs;
+  const bool few = count <= kFewPairs;
   if (!few)
     for (std::size_t i = 0; i < run.reach.size(); ++i) run.excursions[i] = excursion(run, static_cast<int>(i), h_s);
   for (int p = 0; p < count; ++p) {
@@ -88,7 +88,7 @@ template <class S> bool find_near(EventRun<S>& run, S h_s) {
 }
 
 template <class S> void advance_travel(EventRun<S>& run) {
-  if (static_cast<int>(run.pairs.size()) <= few_pairs) return;
+  if (static_cast<int>(run.pairs.size()) <= kFewPairs) return;
   for (std::size_t i = 0; i < run.travel.size(); ++i)
     run.travel[i] += run.excursions[i];  // of the whole step: bounds a part's
 }

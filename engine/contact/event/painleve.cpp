@@ -17,7 +17,7 @@ namespace atwood::event {
 
 namespace {
 
-constexpr int most_strikes_at_once = 16;
+constexpr int kMostStrikesAtOnce = 16;
 
 template <class S> Vec3<S> across(const Vec3<S>& v, const Vec3<S>& n) { return v - dot(v, n) * n; }
 
@@ -179,7 +179,7 @@ template <class S> bool strike(EventRun<S>& run, S t_s) {
   else run.strikes = 0;
   run.struck_s = t_s;
   Contact<S> one;
-  if (!(pair.friction > S(0)) || run.strikes > most_strikes_at_once || !point_of_pair(run, p, one))
+  if (!(pair.friction > S(0)) || run.strikes > kMostStrikesAtOnce || !point_of_pair(run, p, one))
     return refuse_at(run, t_s, "no contact forces were found that obey Coulomb's law and keep the bodies apart");
   const Vec3<S>& n = one.sight.normal;
   const Feature<S>& f = run.features[one.feature];

@@ -22,18 +22,18 @@ template <class S> void displace(const EventRun<S>& run, int body, S* y) {
   if (!run.moves[body]) return;
   S* at = y + run.model.offset(body);
   const Twist<S>& by = run.acceleration[body];
-  store3(load3(at + at_position) + by.linear, at + at_position);
+  store3(load3(at + kAtPosition) + by.linear, at + kAtPosition);
   if (!run.model.rotates(body) || dot(by.angular, by.angular) == S(0)) return;
-  store4(normalised(so3_exp(by.angular) * load4(at + at_attitude)), at + at_attitude);
+  store4(normalised(so3_exp(by.angular) * load4(at + kAtAttitude)), at + kAtAttitude);
 }
 
 template <class S> void kick(const EventRun<S>& run, int body, S* y) {
   if (!run.moves[body]) return;
   S* at = y + run.model.offset(body);
   const Twist<S>& by = run.acceleration[body];
-  store3(load3(at + at_velocity) + by.linear, at + at_velocity);
+  store3(load3(at + kAtVelocity) + by.linear, at + kAtVelocity);
   if (run.model.rotates(body))
-    store3(load3(at + at_body_rate) + turned_back(run.poses[body], by.angular), at + at_body_rate);
+    store3(load3(at + kAtBodyRate) + turned_back(run.poses[body], by.angular), at + kAtBodyRate);
 }
 
 // Bodies' gaps back to what they are held at, each by the least way.

@@ -51,8 +51,8 @@ template <class S> void settle_forces(EventRun<S>& run, const S* free_dydt, S ra
   for (const int body : run.contact_bodies) {
     if (!run.moves[body]) continue;
     const S* at = free_dydt + run.model.offset(body);
-    run.acceleration[body].linear = load3(at + at_velocity);
-    if (run.model.rotates(body)) run.acceleration[body].angular = turned(run.poses[body], load3(at + at_body_rate));
+    run.acceleration[body].linear = load3(at + kAtVelocity);
+    if (run.model.rotates(body)) run.acceleration[body].angular = turned(run.poses[body], load3(at + kAtBodyRate));
   }
   Settler<S> settler{run};
   for (Contact<S>& contact : run.contacts) {

@@ -9,7 +9,7 @@ namespace {
 // such spins to the square of the step alone, and with them the slip.
 template <class S> S turning_aside(const EventRun<S>& run, int body, S within_s) {
   if (!run.moves[body] || !run.model.rotates(body)) return S(0);
-  const Vec3<S> alpha = turned(run.poses[body], load3(run.dydt.data() + run.model.offset(body) + at_body_rate));
+  const Vec3<S> alpha = turned(run.poses[body], load3(run.dydt.data() + run.model.offset(body) + kAtBodyRate));
   return norm(cross(run.poses[body].w, alpha)) * within_s * run.reach[body];
 }
 

@@ -13,10 +13,10 @@ namespace atwood::event {
 namespace {
 
 // A run may have as many events as its motion asks for, as long as its time goes on.
-constexpr int most_events_without_progress = 10000, most_pieces_of_a_part = 100000;
-constexpr double part_of_a_step = 1e-3;
-constexpr int most_pieces_near_singularity = 5000;  // each changes what a force gives there by an eighth at most
-constexpr const char* into_singularity =
+constexpr int kMostEventsWithoutProgress = 10000, kMostPiecesOfAPart = 100000;
+constexpr double kPartOfAStep = 1e-3;
+constexpr int kMostPiecesNearSingularity = 5000;  // each changes what a force gives there by an eighth at most
+constexpr const char* kIntoSingularity =
     "a contact slides into a configuration without contact forces (Painleve): its normal force grows without bound";
 
 // Of a step: how much was left of it when its time last went on, and what came since.
@@ -30,14 +30,14 @@ template <class S> struct Progress {
       left_at_event_s = left_s;
       events = 0;
     }
-    return ++events > most_events_without_progress;
+    return ++events > kMostEventsWithoutProgress;
   }
   bool stalls_at_piece(S left_s, S part_s) {
     if (left_at_piece_s - left_s > part_s) {
       left_at_piece_s = left_s;
       pieces = 0;
     }
-    return ++pieces > most_pieces_of_a_part;
+    return ++pieces > kMostPiecesOfAPart;
   }
 };
 
@@ -177,14 +177,14 @@ template <class S> bool followed_step(EventRun<S>& run, Stepper<S>& stepper, S t
     if (!trial_step(run, stepper, t_s, h_s)) return false;
     if (run.carrying == 0 || keeps_off_singularity(run)) return true;
   }
-  return refuse_at(run, t_s, into_singularity);
+  return refuse_at(run, t_s, kIntoSingularity);
 }
 
 // The largest |v| + r |w|, whose square is at most 2 (v^2 + r^2 w^2): most steps need no root.
 template <class S> void note_speeds(EventRun<S>& run) {
   for (const int body : run.model.moving()) {
     const S* at = run.y.data() + run.model.offset(body);
-    const Vec3<S> v = load3(at + at_velocity), w = run.model.rotates(body) ? load3(at + at_body_rate) : Vec3<S>{};
+    const Vec3<S> v = load3(at + kAtVelocity), w = run.model.rotates(body) ? load3(at + kAtBodyRate) : Vec3<S>{};
     const S reach = run.reach[body];
     if (S(2) * (dot(v, v) + reach * reach * dot(w, w)) <= run.speed_scale * run.speed_scale) continue;
     run.speed_scale = real::max(run.speed_scale, norm(v) + reach * norm(w));
@@ -306,10 +306,10 @@ template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s) {
   S left_s = h_s;
   Progress<S> progress{left_s, left_s};
   for (;;) {
-    if (progress.stalls_at_piece(left_s, S(part_of_a_step) * h_s))
+    if (progress.stalls_at_piece(left_s, S(kPartOfAStep) * h_s))
       return diverged(run, t_s, "slip asked for 100000 pieces of a thousandth of a step");
-    if (progress.pieces > most_pieces_near_singularity && run.carrying > 0 && near_singularity(run))
-      return refuse_at(run, t_s, into_singularity);
+    if (progress.pieces > kMostPiecesNearSingularity && run.carrying > 0 && near_singularity(run))
+      return refuse_at(run, t_s, kIntoSingularity);
     if (run.seen_epoch != run.model.system().epoch) {
       if (!look_anew(run, t_s)) return false;
       ++run.step_count;

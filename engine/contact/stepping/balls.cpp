@@ -10,11 +10,11 @@
 namespace atwood::stepping {
 namespace {
 
-constexpr int batches_worth_a_team = 48;  // some 5 us
+constexpr int kBatchesWorthATeam = 48;  // some 5 us
 
 // P on b at -arm_b n, -P on a at arm_a n; `turn` is n x P.
 template <class S, Side side>
-ATWOOD_INLINE void push(Pack<S> (&a)[lane_count], Pack<S> (&b)[lane_count], const Pack<S>& arm_a, const Pack<S>& arm_b,
+ATWOOD_INLINE void push(Pack<S> (&a)[kLaneCount], Pack<S> (&b)[kLaneCount], const Pack<S>& arm_a, const Pack<S>& arm_b,
                         const Vec3<Pack<S>>& P, const Vec3<Pack<S>>& turn) {
   put3<S>(first3<S>(a) - a[6] * P, a);
   put3<S>(second3<S>(a) - (arm_a * a[7]) * turn, a + 3);
@@ -26,8 +26,8 @@ ATWOOD_INLINE void push(Pack<S> (&a)[lane_count], Pack<S> (&b)[lane_count], cons
 
 // Sets normal and gap; n stays what it was where the centres coincide.
 template <class S, Side side, VectorWidth width>
-ATWOOD_INLINE void look(const BallBatch<S>& c, const Pack<S> (&place_a)[lane_count],
-                        const Pack<S> (&place_b)[lane_count], Vec3<Pack<S>>& n, Vec3<Pack<S>>& d, Pack<S>& gap) {
+ATWOOD_INLINE void look(const BallBatch<S>& c, const Pack<S> (&place_a)[kLaneCount],
+                        const Pack<S> (&place_b)[kLaneCount], Vec3<Pack<S>>& n, Vec3<Pack<S>>& d, Pack<S>& gap) {
   const Pack<S> radii = load(c.radius_a.lane) + load(c.radius_b.lane);
   n = load_lanes<S>(c.normal);
   if constexpr (side == Side::plane) {
@@ -46,7 +46,7 @@ ATWOOD_INLINE void look(const BallBatch<S>& c, const Pack<S> (&place_a)[lane_cou
 
 template <class S, Side side, VectorWidth width>
 ATWOOD_INLINE void prepare(BallBatch<S>& c, const Preparation<S>& p, Row<S>* places, Row<S>* velocities) {
-  Pack<S> place_a[lane_count], place_b[lane_count], a[lane_count], b[lane_count];
+  Pack<S> place_a[kLaneCount], place_b[kLaneCount], a[kLaneCount], b[kLaneCount];
   gather<S, width>(places, c.a, place_a);
   if constexpr (side != Side::plane) gather<S, width>(places, c.b, place_b);
   else nothing<S>(place_b);
@@ -80,7 +80,7 @@ ATWOOD_INLINE void prepare(BallBatch<S>& c, const Preparation<S>& p, Row<S>* pla
   store<S>(where_above<S, width>(mobility_t, zero, S(1) / mobility_t, zero), c.mass_t.lane);
   Pack<S> apart = gap;
   if (p.shifts != nullptr) {
-    Pack<S> shift_a[lane_count], shift_b[lane_count];
+    Pack<S> shift_a[kLaneCount], shift_b[kLaneCount];
     gather<S, width>(p.shifts, c.a, shift_a);
     if constexpr (side == Side::two_balls) gather<S, width>(p.shifts, c.b, shift_b);
     else nothing<S>(shift_b);
@@ -128,7 +128,7 @@ ATWOOD_INLINE void prepare(BallBatch<S>& c, const Preparation<S>& p, Row<S>* pla
 //   P_n <- max(0, P_n - mass_n (u_n + closing))
 //   P_t <- project(P_t - mass_t u_t, radius mu P_n)
 template <class S, Side side, VectorWidth width> ATWOOD_INLINE void solve(BallBatch<S>& c, Row<S>* velocities) {
-  Pack<S> a[lane_count], b[lane_count];
+  Pack<S> a[kLaneCount], b[kLaneCount];
   gather<S, width>(velocities, c.a, a);
   if constexpr (side == Side::two_balls) gather<S, width>(velocities, c.b, b);
   else nothing<S>(b);
@@ -157,7 +157,7 @@ template <class S, Side side, VectorWidth width> ATWOOD_INLINE void solve(BallBa
 
 template <class S, class Visit> void for_colours(World<S>& world, const Visit& visit) {
   for (const Colour& colour : world.balls.colours) {
-    for_batches(world, colour.first, colour.last, batches_worth_a_team,
+    for_batches(world, colour.first, colour.last, kBatchesWorthATeam,
                 [&](int first, int last, auto width) ATWOOD_INLINED {
                   BallBatch<S>* batches = world.balls.batches.data();
                   if (colour.side == Side::two_balls)

@@ -8,11 +8,11 @@
 namespace atwood::stepping {
 namespace {
 
-constexpr int pairs_worth_a_team = 2000;
-constexpr double skin = 0.08;      // of a body's size: margin of one at rest
-constexpr double steps_ahead = 2;  // ... and what one in motion has besides the coming step, in steps
+constexpr int kPairsWorthATeam = 2000;
+constexpr double kSkin = 0.08;     // of a body's size: margin of one at rest
+constexpr double kStepsAhead = 2;  // ... and what one in motion has besides the coming step, in steps
 // ... of its size: in a crowd that falls, far pairs would cost more than finding anew
-constexpr double most_ahead = 0.25;
+constexpr double kMostAhead = 0.25;
 
 template <class S> bool is_ball(const World<S>& world, int i) { return world.geometry[i].kind == ShapeKind::sphere; }
 
@@ -48,8 +48,8 @@ template <class S> void gather_items(World<S>& world, S h_s) {
     const ShapeKind kind = world.geometry[i].kind;
     if (kind == ShapeKind::none || kind == ShapeKind::plane) continue;
     BroadItem<S> item;
-    const S size = size_of(world, i), ahead = real::min(S(steps_ahead) * bodies.reach[i], S(most_ahead) * size);
-    const S margin = world.margin[i] = bodies.moves[i] ? S(skin) * size + bodies.reach[i] + ahead : S(0);
+    const S size = size_of(world, i), ahead = real::min(S(kStepsAhead) * bodies.reach[i], S(kMostAhead) * size);
+    const S margin = world.margin[i] = bodies.moves[i] ? S(kSkin) * size + bodies.reach[i] + ahead : S(0);
     item.center = world.found_at[i] = load3(bodies.place[i].at);
     world.turned[i] = is_ball(world, i) ? S(0) : h_s * norm(load3(bodies.velocity[i].at + 3)) * size;
     item.radius = size + margin;
@@ -72,7 +72,7 @@ template <class S> BallBatch<S> blank_batch(const World<S>& world) {
   BallBatch<S> batch;
   std::fill(std::begin(batch.a), std::end(batch.a), world.bodies.count);
   std::fill(std::begin(batch.b), std::end(batch.b), world.bodies.count);
-  const auto fill = [](Lanes<S>& lanes, S value) { std::fill(lanes.lane, lanes.lane + lane_count, value); };
+  const auto fill = [](Lanes<S>& lanes, S value) { std::fill(lanes.lane, lanes.lane + kLaneCount, value); };
   for (Lanes<S>* lanes :
        {&batch.slop, &batch.normal[0], &batch.normal[1], &batch.radius_a, &batch.radius_b, &batch.friction,
         &batch.restitution, &batch.gap, &batch.closing, &batch.arm_a, &batch.arm_b, &batch.mass_n, &batch.mass_t,
@@ -94,7 +94,7 @@ template <class S> void put_ball_contact(World<S>& world, BallBatch<S>& batch, i
   batch.restitution.lane[lane] = S(law.restitution);
   batch.gap.lane[lane] = S(1e30);
   batch.slop.lane[lane] =
-      S(slop_share) * (other.kind == ShapeKind::plane ? world.geometry[pair.a].radius
+      S(kSlopShare) * (other.kind == ShapeKind::plane ? world.geometry[pair.a].radius
                                                       : real::min(world.geometry[pair.a].radius, other.radius));
   const S mobility = bodies.velocity[pair.a].at[6] + bodies.velocity[pair.b].at[6];
   batch.mass_n.lane[lane] = mobility > S(0) ? S(1) / mobility : S(0);
@@ -115,8 +115,8 @@ template <class S>
 void keep_impulses(const World<S>& world, const std::vector<Candidate>& pairs, std::vector<Kept<S>>& kept) {
   kept.clear();
   for (const Candidate& pair : pairs) {
-    const BallBatch<S>& batch = world.balls.batches[static_cast<std::size_t>(pair.slot / lane_count)];
-    const int k = pair.slot % lane_count;
+    const BallBatch<S>& batch = world.balls.batches[static_cast<std::size_t>(pair.slot / kLaneCount)];
+    const int k = pair.slot % kLaneCount;
     if (!(batch.impulse_n.lane[k] > S(0))) continue;
     Kept<S> one{pair.a, pair.b, batch.impulse_n.lane[k], {}, {}};
     for (int c = 0; c < 3; ++c) {
@@ -140,8 +140,8 @@ void put_back(World<S>& world, const std::vector<Candidate>& pairs, const std::v
     while (at < kept.size() && earlier(kept[at], pair)) ++at;
     if (at == kept.size()) return;
     if (kept[at].a != pair.a || kept[at].b != pair.b) continue;
-    BallBatch<S>& batch = world.balls.batches[static_cast<std::size_t>(pair.slot / lane_count)];
-    const int k = pair.slot % lane_count;
+    BallBatch<S>& batch = world.balls.batches[static_cast<std::size_t>(pair.slot / kLaneCount)];
+    const int k = pair.slot % kLaneCount;
     batch.impulse_n.lane[k] = kept[at].impulse_n;
     for (int c = 0; c < 3; ++c) {
       batch.impulse_t[c].lane[k] = kept[at].impulse_t[c];
@@ -162,25 +162,25 @@ void lay_out(World<S>& world, std::vector<Candidate>& pairs, const std::vector<i
   for (int c = 0; c < colours; ++c) {
     if (count[c] == 0) continue;
     const int first = static_cast<int>(batches.size());
-    at[c] = first * lane_count;
-    batches.resize(batches.size() + static_cast<std::size_t>((count[c] + lane_count - 1) / lane_count),
+    at[c] = first * kLaneCount;
+    batches.resize(batches.size() + static_cast<std::size_t>((count[c] + kLaneCount - 1) / kLaneCount),
                    blank_batch(world));
     world.balls.colours.push_back({first, static_cast<int>(batches.size()), side});
   }
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     if (colour[i] < 0) continue;
     const int slot = pairs[i].slot = at[colour[i]]++;
-    batches[static_cast<std::size_t>(slot / lane_count)].count = slot % lane_count + 1;
+    batches[static_cast<std::size_t>(slot / kLaneCount)].count = slot % kLaneCount + 1;
   }
   const auto put = [&](int first, int last) {
     for (int i = first; i < last; ++i) {
       const Candidate& pair = pairs[static_cast<std::size_t>(i)];
       if (colour[static_cast<std::size_t>(i)] < 0) continue;
-      put_ball_contact(world, batches[static_cast<std::size_t>(pair.slot / lane_count)], pair.slot % lane_count, pair);
+      put_ball_contact(world, batches[static_cast<std::size_t>(pair.slot / kLaneCount)], pair.slot % kLaneCount, pair);
     }
   };
   const int count_of_pairs = static_cast<int>(pairs.size());
-  if (world.team == nullptr || count_of_pairs < pairs_worth_a_team) return put(0, count_of_pairs);
+  if (world.team == nullptr || count_of_pairs < kPairsWorthATeam) return put(0, count_of_pairs);
   world.team->run(true, [&](int part) {
     const Share own = share(count_of_pairs, part, world.team->size());
     put(own.first, own.last);
@@ -195,14 +195,14 @@ template <class S> void colour_pairs(World<S>& world) {
   std::vector<int>&moving = world.scratch.colour, &fixed = world.scratch.other_colour;
   moving.resize(world.ball_pairs.size());
   fixed.resize(world.ball_pairs.size());
-  int own = colour_count, own_fixed = colour_count;  // beyond the palette: a colour each
+  int own = kColourCount, own_fixed = kColourCount;  // beyond the palette: a colour each
   for (std::size_t i = 0; i < world.ball_pairs.size(); ++i) {
     const Candidate& pair = world.ball_pairs[i];
     const bool b_moves = bodies.moves[pair.b] != 0;
     const int colour = palette.take(pair.a, pair.b, b_moves);
     moving[i] = fixed[i] = -1;
-    if (b_moves) moving[i] = colour < colour_count ? colour : own++;
-    else fixed[i] = colour < colour_count ? colour : own_fixed++;
+    if (b_moves) moving[i] = colour < kColourCount ? colour : own++;
+    else fixed[i] = colour < kColourCount ? colour : own_fixed++;
   }
   lay_out(world, world.ball_pairs, moving, own, Side::two_balls);
   lay_out(world, world.ball_pairs, fixed, own_fixed, Side::fixed_ball);

@@ -8,7 +8,7 @@
 
 namespace atwood::stepping {
 
-inline constexpr int colour_count = 64;
+inline constexpr int kColourCount = 64;
 
 struct Palette {
   std::vector<std::uint64_t> used;  // a bit a colour, a word a body
@@ -16,7 +16,7 @@ struct Palette {
   int take(int a, int b, bool b_moves) {  // colour_count: none left
     const std::uint64_t taken = used[a] | (b_moves ? used[b] : 0);
     const int colour = std::countr_one(taken);
-    if (colour >= colour_count) return colour_count;
+    if (colour >= kColourCount) return kColourCount;
     used[a] |= std::uint64_t(1) << colour;
     if (b_moves) used[b] |= std::uint64_t(1) << colour;
     return colour;

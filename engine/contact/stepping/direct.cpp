@@ -18,10 +18,10 @@ namespace {
 
 // A direct solve costs as the cube of the points, so that what moves by more of them is swept unless asked otherwise.
 // What rests is solved once and then stands.
-constexpr int points_worth_it = 32;
+constexpr int kPointsWorthIt = 32;
 
-constexpr int most_rounds = 20, sweeps_between = 8, halvings = 6;
-constexpr double tolerance = 1000;  // of the impulses' round-off
+constexpr int kMostRounds = 20, kSweepsBetween = 8, kHalvings = 6;
+constexpr double kTolerance = 1000;  // of the impulses' round-off
 
 // Whether it is in question: a point that pushes nobody and is farther than this substep gets may be left out. Who is
 // kept out wrongly, pushed by his neighbours, is seen afterwards.
@@ -116,7 +116,7 @@ template <class S> bool already_solved(const World<S>& world, DirectSolver<S>& d
     project(d, i, z, law);
     for (int r = 0; r < 3; ++r) largest = real::max(largest, real::abs(d.l[3 * i + r] - law[r]));
   }
-  return largest <= S(10) * S(tolerance) * real::epsilon<S>() * scale;  // a gap of round-off is no reason to start
+  return largest <= S(10) * S(kTolerance) * real::epsilon<S>() * scale;  // a gap of round-off is no reason to start
 }
 
 template <class S> void assemble(const World<S>& world, DirectSolver<S>& d) {
@@ -210,7 +210,7 @@ template <class S> bool newton(DirectSolver<S>& d, S& size) {
   std::copy(d.F.begin(), d.F.end(), d.change.begin());
   d.lu.solve(d.change.data());
   S part = S(1);
-  for (int k = 0; k < halvings; ++k, part /= S(2)) {
+  for (int k = 0; k < kHalvings; ++k, part /= S(2)) {
     for (int i = 0; i < 3 * d.n(); ++i) d.l_try[i] = d.l[i] - part * d.change[i];
     const S now = residual(d, d.l_try, d.z_try, d.F_try);
     if (!(now < S(0.9) * size)) continue;
@@ -229,11 +229,11 @@ template <class S> void solve_island(DirectSolver<S>& d) {
   S scale{};
   for (std::size_t i = 0; i < size; ++i)
     scale = real::max(scale, real::max(real::abs(d.l[i]), d.step[i] * real::abs(d.q[i])));
-  const S wanted = S(tolerance) * real::epsilon<S>() * scale;
+  const S wanted = S(kTolerance) * real::epsilon<S>() * scale;
   S left = residual(d, d.l, d.z, d.F);
-  for (int round = 0; round < most_rounds && left > wanted; ++round) {
+  for (int round = 0; round < kMostRounds && left > wanted; ++round) {
     if (newton(d, left)) continue;
-    for (int k = 0; k < sweeps_between; ++k) sweep(d);
+    for (int k = 0; k < kSweepsBetween; ++k) sweep(d);
     left = residual(d, d.l, d.z, d.F);
   }
 }
@@ -312,7 +312,7 @@ template <class S> bool solve_directly(World<S>& world, bool rests) {
   const std::size_t pairs = world.ball_pairs.size() + world.plane_pairs.size() + world.manifolds.size();
   const bool automatic = world.options.solver == Solver::automatic;
   const int most =
-      automatic && !rests ? std::min(world.options.direct_points, points_worth_it) : world.options.direct_points;
+      automatic && !rests ? std::min(world.options.direct_points, kPointsWorthIt) : world.options.direct_points;
   if (automatic && pairs > 4 * static_cast<std::size_t>(most)) return false;
   for (const bool all : {false, true}) {
     build_islands(world, d, all);

@@ -17,8 +17,8 @@
 namespace atwood::stepping {
 namespace {
 
-constexpr int impacts_a_contact = 8;  // on average, in a substep
-constexpr int most_turns = 20;
+constexpr int kImpactsAContact = 8;  // on average, in a substep
+constexpr int kMostTurns = 20;
 
 // One body as the substep's straight motion has it.
 template <class S> struct Flight { Vec3<S> p, v, w, dv; };
@@ -191,7 +191,7 @@ template <class S> bool meet_on_surfaces(World<S>& world, int contact, S from_s,
   const S size = real::min(world.geometry[a].bounding_radius, world.geometry[b].bounding_radius);
   const S near_enough = S(16) * real::epsilon<S>() * size;
   auto& shapes = world.impacts.shapes;
-  for (int turn = 0; turn < most_turns; ++turn) {
+  for (int turn = 0; turn < kMostTurns; ++turn) {
     const Placement<S> place_a = placement_at(world, a, meeting.t_s), place_b = placement_at(world, b, meeting.t_s);
     shapes.clear();
     find_contacts(world.geometry[a], place_a, world.geometry[b], place_b, size, shapes);
@@ -356,7 +356,7 @@ template <class S> void meet_impacts(World<S>& world, S sub_s) {
     std::push_heap(queue.begin(), queue.end(), later);
   };
   for (const int contact : impacts.bouncing) watch(contact);
-  const std::size_t most = impacts.bouncing.size() * impacts_a_contact;
+  const std::size_t most = impacts.bouncing.size() * kImpactsAContact;
   for (std::size_t n = 0; !queue.empty() && n < most; ++n) {
     std::pop_heap(queue.begin(), queue.end(), later);
     Approach<S> next = queue.back();

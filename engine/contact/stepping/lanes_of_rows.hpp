@@ -12,10 +12,10 @@ template <class S, VectorWidth width> ATWOOD_INLINE Pack<S> above(const Pack<S>&
   return where_above<S, width>(a, b, a, b);
 }
 
-template <class S> ATWOOD_INLINE Vec3<Pack<S>> first3(const Pack<S> (&row)[lane_count]) {
+template <class S> ATWOOD_INLINE Vec3<Pack<S>> first3(const Pack<S> (&row)[kLaneCount]) {
   return {row[0], row[1], row[2]};
 }
-template <class S> ATWOOD_INLINE Vec3<Pack<S>> second3(const Pack<S> (&row)[lane_count]) {
+template <class S> ATWOOD_INLINE Vec3<Pack<S>> second3(const Pack<S> (&row)[kLaneCount]) {
   return {row[3], row[4], row[5]};
 }
 template <class S> ATWOOD_INLINE void put3(const Vec3<Pack<S>>& a, Pack<S>* row) {
@@ -23,7 +23,7 @@ template <class S> ATWOOD_INLINE void put3(const Vec3<Pack<S>>& a, Pack<S>* row)
   row[1] = a.y;
   row[2] = a.z;
 }
-template <class S> ATWOOD_INLINE void nothing(Pack<S> (&row)[lane_count]) {
+template <class S> ATWOOD_INLINE void nothing(Pack<S> (&row)[kLaneCount]) {
   for (auto& entry : row) entry = spread(S(0));
 }
 

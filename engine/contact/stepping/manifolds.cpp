@@ -8,11 +8,11 @@
 namespace atwood::stepping {
 namespace {
 
-constexpr int batches_worth_a_team = 16;
+constexpr int kBatchesWorthATeam = 16;
 
 // v w of the velocity row, I^-1 and 1/m of the inertia row.
 template <class S> struct Partner {
-  Pack<S> velocity[lane_count], inertia[lane_count];
+  Pack<S> velocity[kLaneCount], inertia[kLaneCount];
   ATWOOD_INLINE Vec3<Pack<S>> v() const { return first3<S>(velocity); }
   ATWOOD_INLINE Vec3<Pack<S>> w() const { return second3<S>(velocity); }
   ATWOOD_INLINE const Pack<S>& inverse_mass() const { return inertia[6]; }
@@ -38,11 +38,11 @@ ATWOOD_INLINE void read(const ManifoldBatch<S>& c, const Row<S>* velocities, con
 
 // Only rows of bodies that move: what is fixed may stand in many lanes, and of many threads.
 template <class S, VectorWidth width>
-ATWOOD_INLINE void write(const ManifoldBatch<S>& c, const unsigned char* moves, Pack<S> (&a)[lane_count],
-                         Pack<S> (&b)[lane_count], Row<S>* rows) {
+ATWOOD_INLINE void write(const ManifoldBatch<S>& c, const unsigned char* moves, Pack<S> (&a)[kLaneCount],
+                         Pack<S> (&b)[kLaneCount], Row<S>* rows) {
   scatter<S, width>(a, c.a, c.count, rows);
   transpose<S, width>(b);
-  for (int k = 0; k < lane_count; ++k)
+  for (int k = 0; k < kLaneCount; ++k)
     if (k < c.count && moves[c.b[k]]) store<S>(b[k], rows[c.b[k]].at);
 }
 
@@ -84,7 +84,7 @@ ATWOOD_INLINE void prepare(ManifoldBatch<S>& c, const Preparation<S>& p, Row<S>*
                            const Row<S>* inertias, const unsigned char* moves) {
   Partner<S> a, b;
   read<S, width>(c, velocities, inertias, a, b);
-  Pack<S> place_a[lane_count], place_b[lane_count];
+  Pack<S> place_a[kLaneCount], place_b[kLaneCount];
   gather<S, width>(places, c.a, place_a);
   gather<S, width>(places, c.b, place_b);
   const Vec3<Pack<S>> n = load_lanes<S>(c.normal), t = load_lanes<S>(c.tangent), s = cross(n, t);
@@ -93,7 +93,7 @@ ATWOOD_INLINE void prepare(ManifoldBatch<S>& c, const Preparation<S>& p, Row<S>*
   const Outline<Pack<S>> outline_b{load_lanes<S>(c.axis_b), load(c.round_b.lane)};
   const Vec3<Pack<S>> turned_a = load_lanes<S>(c.turned_a), turned_b = load_lanes<S>(c.turned_b);
   const Pack<S> lean = load(c.lean.lane);
-  Pack<S> shift_a[lane_count], shift_b[lane_count];
+  Pack<S> shift_a[kLaneCount], shift_b[kLaneCount];
   if (p.shifts != nullptr) {
     gather<S, width>(p.shifts, c.a, shift_a);
     gather<S, width>(p.shifts, c.b, shift_b);
@@ -194,7 +194,7 @@ ATWOOD_INLINE void solve(ManifoldBatch<S>& c, Row<S>* velocities, const Row<S>* 
 
 template <class S, class Visit> void for_colours(World<S>& world, const Visit& visit) {
   for (const Colour& colour : world.manifold_batches.colours)
-    for_batches(world, colour.first, colour.last, batches_worth_a_team,
+    for_batches(world, colour.first, colour.last, kBatchesWorthATeam,
                 [&](int first, int last, auto width) ATWOOD_INLINED {
                   ManifoldBatch<S>* batches = world.manifold_batches.batches.data();
                   for (int i = first; i < last; ++i) visit(batches[i], width);

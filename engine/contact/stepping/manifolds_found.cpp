@@ -8,11 +8,11 @@
 namespace atwood::stepping {
 namespace {
 
-constexpr double near = 0.01;  // of the smaller body's size: contacts within this gap are watched, moving or not
-constexpr double handed_on_within = 0.1;
-constexpr int pairs_worth_a_team = 32;
+constexpr double kNear = 0.01;  // of the smaller body's size: contacts within this gap are watched, moving or not
+constexpr double kHandedOnWithin = 0.1;
+constexpr int kPairsWorthATeam = 32;
 // of the smaller body's size: a manifold serves until its bodies have moved so far apart or along
-constexpr double stale_share = 0.01;
+constexpr double kStaleShare = 0.01;
 
 template <class S> Vec3<S> impulse_of(const ManifoldBatch<S>& batch, int k, int i) {
   const Vec3<S> n = lane_of(batch.normal, k), t = lane_of(batch.tangent, k);
@@ -56,7 +56,7 @@ void find_share(const World<S>& world, int first, int last, std::vector<Manifold
   out.clear();
   for (int i = first; i < last; ++i) {
     const Candidate& pair = world.other_pairs[static_cast<std::size_t>(i)];
-    const S margin = bodies.reach[pair.a] + bodies.reach[pair.b] + S(near) * smaller_size(world, pair.a, pair.b);
+    const S margin = bodies.reach[pair.a] + bodies.reach[pair.b] + S(kNear) * smaller_size(world, pair.a, pair.b);
     if (world.geometry[pair.b].kind != ShapeKind::plane) {
       const Vec3<S> between = center(world, pair.b) - center(world, pair.a);
       const S most = world.geometry[pair.a].bounding_radius + world.geometry[pair.b].bounding_radius + margin;
@@ -98,7 +98,7 @@ template <class S> void hand_on(World<S>& world) {
   const auto& old = world.manifolds_before;
   std::size_t at = 0;
   for (FoundManifold<S>& now : world.manifolds) {
-    const S near_m = S(handed_on_within) * smaller_size(world, now.a, now.b);
+    const S near_m = S(kHandedOnWithin) * smaller_size(world, now.a, now.b);
     while (at < old.size() && pair_before(old[at].a, old[at].b, now.a, now.b)) ++at;
     for (std::size_t j = at; j < old.size() && old[j].a == now.a && old[j].b == now.b; ++j)
       if (old[j].shape.piece_a == now.shape.piece_a && old[j].shape.piece_b == now.shape.piece_b)
@@ -110,10 +110,10 @@ template <class S> ManifoldBatch<S> blank(const World<S>& world) {
   ManifoldBatch<S> batch{};
   std::fill(std::begin(batch.a), std::end(batch.a), world.bodies.count);
   std::fill(std::begin(batch.b), std::end(batch.b), world.bodies.count);
-  std::fill(batch.normal[2].lane, batch.normal[2].lane + lane_count, S(1));
-  std::fill(batch.tangent[0].lane, batch.tangent[0].lane + lane_count, S(1));
+  std::fill(batch.normal[2].lane, batch.normal[2].lane + kLaneCount, S(1));
+  std::fill(batch.tangent[0].lane, batch.tangent[0].lane + kLaneCount, S(1));
   for (ManifoldPoint<S>& point : batch.point)
-    std::fill(point.gap_found.lane, point.gap_found.lane + lane_count, S(1e30));
+    std::fill(point.gap_found.lane, point.gap_found.lane + kLaneCount, S(1e30));
   return batch;
 }
 
@@ -170,8 +170,8 @@ template <class S> void put_shape(const World<S>& world, FoundManifold<S>& found
 
 template <class S> void put_manifold(World<S>& world, int index, int slot) {
   FoundManifold<S>& found = world.manifolds[static_cast<std::size_t>(index)];
-  ManifoldBatch<S>& batch = world.manifold_batches.batches[static_cast<std::size_t>(slot / lane_count)];
-  const int k = slot % lane_count;
+  ManifoldBatch<S>& batch = world.manifold_batches.batches[static_cast<std::size_t>(slot / kLaneCount)];
+  const int k = slot % kLaneCount;
   const Law& law = world.law(found.a, found.b);
   found.slot = slot;
   batch.a[k] = found.a;
@@ -180,7 +180,7 @@ template <class S> void put_manifold(World<S>& world, int index, int slot) {
   batch.count = k + 1;
   batch.friction.lane[k] = S(law.friction);
   batch.restitution.lane[k] = S(law.restitution);
-  batch.slop.lane[k] = S(slop_share) * smaller_size(world, found.a, found.b);
+  batch.slop.lane[k] = S(kSlopShare) * smaller_size(world, found.a, found.b);
   batch.lean.lane[k] = lean<S>(world.geometry[found.a].kind, world.geometry[found.b].kind);
   put_shape(world, found, batch, k);
 }
@@ -191,10 +191,10 @@ template <class S> void lay_out(World<S>& world) {
   auto& [palette, count, at, colour, other, balls, planes, found, shapes, renewed] = world.scratch;
   palette.used.assign(static_cast<std::size_t>(bodies.count), 0);
   colour.clear();
-  int own = 2 * colour_count;  // beyond the palette: a colour each
+  int own = 2 * kColourCount;  // beyond the palette: a colour each
   for (const FoundManifold<S>& manifold : world.manifolds) {
     const int taken = palette.take(manifold.a, manifold.b, bodies.moves[manifold.b] != 0);
-    colour.push_back(taken < colour_count ? 2 * taken + (manifold.shape.count > 2 ? 1 : 0) : own++);
+    colour.push_back(taken < kColourCount ? 2 * taken + (manifold.shape.count > 2 ? 1 : 0) : own++);
   }
   count.assign(static_cast<std::size_t>(own), 0);
   at.assign(static_cast<std::size_t>(own), 0);
@@ -204,8 +204,8 @@ template <class S> void lay_out(World<S>& world) {
   for (int c = 0; c < own; ++c) {
     if (count[c] == 0) continue;
     const int first = static_cast<int>(batches.size());
-    at[c] = first * lane_count;
-    batches.resize(batches.size() + static_cast<std::size_t>((count[c] + lane_count - 1) / lane_count), blank(world));
+    at[c] = first * kLaneCount;
+    batches.resize(batches.size() + static_cast<std::size_t>((count[c] + kLaneCount - 1) / kLaneCount), blank(world));
     world.manifold_batches.colours.push_back({first, static_cast<int>(batches.size()), Side::two_balls});
   }
   for (std::size_t i = 0; i < colour.size(); ++i) put_manifold(world, static_cast<int>(i), at[colour[i]]++);
@@ -214,8 +214,8 @@ template <class S> void lay_out(World<S>& world) {
 // ---- within a step ------------------------------------------------------------------------------------------------
 // At most, of points of the two surfaces against each other.
 template <class S> S moved_since_found(const World<S>& world, const FoundManifold<S>& found) {
-  const ManifoldBatch<S>& batch = world.manifold_batches.batches[static_cast<std::size_t>(found.slot / lane_count)];
-  const int k = found.slot % lane_count;
+  const ManifoldBatch<S>& batch = world.manifold_batches.batches[static_cast<std::size_t>(found.slot / kLaneCount)];
+  const int k = found.slot % kLaneCount;
   const auto turn = [&](int body, const Vec3<S>& before) {
     return world.bodies.moves[body] ? world.geometry[body].bounding_radius * norm(turned_by(world, body) - before)
                                     : S(0);
@@ -234,7 +234,7 @@ template <class S> S coming_motion(const World<S>& world, const FoundManifold<S>
 
 template <class S> bool is_stale(const World<S>& world, const FoundManifold<S>& found) {
   const S moved = moved_since_found(world, found);
-  if (!(moved > S(stale_share) * smaller_size(world, found.a, found.b))) return false;
+  if (!(moved > S(kStaleShare) * smaller_size(world, found.a, found.b))) return false;
   S gap = found.shape.points[0].gap;
   for (int i = 1; i < found.shape.count; ++i) gap = real::min(gap, found.shape.points[i].gap);
   return gap <= moved + S(2) * coming_motion(world, found);  // may touch within the substep
@@ -253,7 +253,7 @@ template <class S> void list_restless(World<S>& world) {
   for (std::size_t i = 0; i < world.manifolds.size(); ++i) {
     const FoundManifold<S>& found = world.manifolds[i];
     const S most = world.bodies.reach[found.a] + (world.bodies.moves[found.b] ? world.bodies.reach[found.b] : S(0));
-    if (most > S(stale_share) * smaller_size(world, found.a, found.b) && stands_alone(world, i))
+    if (most > S(kStaleShare) * smaller_size(world, found.a, found.b) && stands_alone(world, i))
       world.restless.push_back(static_cast<int>(i));
   }
 }
@@ -269,7 +269,7 @@ template <class S> void add_rolling(const World<S>& world, std::vector<int>& sta
 
 // What a step's sums tell of points that are no longer there goes to the first of the manifold.
 template <class S> void hand_on_sums(World<S>& world, const FoundManifold<S>& found) {
-  const std::size_t first = lane_count * world.balls.batches.size() + 4 * static_cast<std::size_t>(found.slot);
+  const std::size_t first = kLaneCount * world.balls.batches.size() + 4 * static_cast<std::size_t>(found.slot);
   for (int i = found.shape.count; i < 4; ++i) {
     Told<S>&to = world.told[first], &from = world.told[first + static_cast<std::size_t>(i)];
     to.size += from.size;
@@ -280,11 +280,11 @@ template <class S> void hand_on_sums(World<S>& world, const FoundManifold<S>& fo
 }
 
 template <class S> void renew(World<S>& world, FoundManifold<S>& found, const Manifold<S>& shape) {
-  ManifoldBatch<S>& batch = world.manifold_batches.batches[static_cast<std::size_t>(found.slot / lane_count)];
-  const int k = found.slot % lane_count;
+  ManifoldBatch<S>& batch = world.manifold_batches.batches[static_cast<std::size_t>(found.slot / kLaneCount)];
+  const int k = found.slot % kLaneCount;
   for (int i = 0; i < found.shape.count; ++i) found.impulse_W[i] = impulse_of(batch, k, i);
   FoundManifold<S> now{found.a, found.b, shape, {}, found.slot, {}};
-  if (world.options.warm_start) hand_on(found, S(handed_on_within) * smaller_size(world, found.a, found.b), now);
+  if (world.options.warm_start) hand_on(found, S(kHandedOnWithin) * smaller_size(world, found.a, found.b), now);
   found = now;
   put_shape(world, found, batch, k);
   if (world.sums_impulses) hand_on_sums(world, found);
@@ -298,7 +298,7 @@ template <class S> void find_manifolds(World<S>& world) {
   world.manifolds.swap(world.manifolds_before);
   world.manifolds.clear();
   const int count = static_cast<int>(world.other_pairs.size());
-  const int parts = world.team != nullptr && count >= pairs_worth_a_team ? world.team->size() : 1;
+  const int parts = world.team != nullptr && count >= kPairsWorthATeam ? world.team->size() : 1;
   auto& found = world.scratch.found;
   auto& shapes = world.scratch.shapes;
   if (static_cast<int>(found.size()) < parts) {
@@ -334,13 +334,13 @@ template <class S> void renew_manifolds(World<S>& world) {
   const int count = static_cast<int>(stale.size());
   auto& shapes = world.scratch.renewed;
   if (shapes.size() < stale.size()) shapes.resize(stale.size());
-  const int parts = world.team != nullptr && count >= pairs_worth_a_team ? 4 * world.team->size() : 1;
+  const int parts = world.team != nullptr && count >= kPairsWorthATeam ? 4 * world.team->size() : 1;
   const auto work = [&](int part) {
     const Share own = share(count, part, parts);
     for (int i = own.first; i < own.last; ++i) {
       const FoundManifold<S>& found = world.manifolds[static_cast<std::size_t>(stale[static_cast<std::size_t>(i)])];
       const S margin =
-          world.bodies.reach[found.a] + world.bodies.reach[found.b] + S(near) * smaller_size(world, found.a, found.b);
+          world.bodies.reach[found.a] + world.bodies.reach[found.b] + S(kNear) * smaller_size(world, found.a, found.b);
       find_pair(world, found.a, found.b, margin, shapes[static_cast<std::size_t>(i)]);
     }
   };
@@ -350,7 +350,7 @@ template <class S> void renew_manifolds(World<S>& world) {
     if (shapes[static_cast<std::size_t>(i)].size() != 1) continue;
     FoundManifold<S>& found = world.manifolds[static_cast<std::size_t>(stale[static_cast<std::size_t>(i)])];
     renew(world, found, shapes[static_cast<std::size_t>(i)].front());
-    weigh_batch(world, world.manifold_batches.batches[static_cast<std::size_t>(found.slot / lane_count)]);
+    weigh_batch(world, world.manifold_batches.batches[static_cast<std::size_t>(found.slot / kLaneCount)]);
   }
   list_bouncing(world);
 }

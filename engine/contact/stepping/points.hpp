@@ -14,14 +14,14 @@ struct Place {
 
 // Lanes without a contact are numbered too; see `used`.
 template <class S> int point_count(const World<S>& world) {
-  return static_cast<int>(world.balls.batches.size() * lane_count +
-                          world.manifold_batches.batches.size() * 4 * lane_count);
+  return static_cast<int>(world.balls.batches.size() * kLaneCount +
+                          world.manifold_batches.batches.size() * 4 * kLaneCount);
 }
 template <class S> Place place_of(const World<S>& world, int contact) {
-  const int balls = static_cast<int>(world.balls.batches.size()) * lane_count;
-  if (contact < balls) return {contact / lane_count, contact % lane_count, -1};
+  const int balls = static_cast<int>(world.balls.batches.size()) * kLaneCount;
+  if (contact < balls) return {contact / kLaneCount, contact % kLaneCount, -1};
   const int rest = contact - balls;
-  return {rest / (4 * lane_count), rest / 4 % lane_count, rest % 4};
+  return {rest / (4 * kLaneCount), rest / 4 % kLaneCount, rest % 4};
 }
 template <class S> BallBatch<S>& balls_at(World<S>& world, const Place& at) {
   return world.balls.batches[static_cast<std::size_t>(at.batch)];

@@ -21,14 +21,14 @@ namespace atwood::stepping {
 namespace {
 
 // A point of contact that goes farther around the rim than this in a substep is not followed.
-constexpr double most_turn_rad = 0.5;
+constexpr double kMostTurn_rad = 0.5;
 
 bool is_round(ShapeKind kind) { return kind == ShapeKind::cylinder || kind == ShapeKind::capsule; }
 
 // Whether one of its points carries, or is about to.
 template <class S> bool carries(const World<S>& world, const FoundManifold<S>& found) {
-  const ManifoldBatch<S>& batch = world.manifold_batches.batches[static_cast<std::size_t>(found.slot / lane_count)];
-  const int k = found.slot % lane_count;
+  const ManifoldBatch<S>& batch = world.manifold_batches.batches[static_cast<std::size_t>(found.slot / kLaneCount)];
+  const int k = found.slot % kLaneCount;
   for (int i = 0; i < found.shape.count; ++i)
     if (batch.point[i].impulse_n.lane[k] > S(0) || found.shape.points[i].gap <= batch.slop.lane[k]) return true;
   return false;
@@ -56,7 +56,7 @@ Vec3<S> touching_velocity(const World<S>& world, int body, const Vec3<S>& r, con
   if (dot(off_rim, off_rim) > S(1e-4) * shape.radius * shape.radius) return cross(w, r);
   const Vec3<S> turn = cross(w, a), e = cross(a, d);
   const S around = -(dot(m, a) / m_d) * dot(turn, e);
-  if (real::abs(around) * world.sub_s > S(most_turn_rad)) return cross(w, r);
+  if (real::abs(around) * world.sub_s > S(kMostTurn_rad)) return cross(w, r);
   return z * turn + shape.radius * (around * e - dot(turn, d) * a);
 }
 
@@ -151,8 +151,8 @@ template <class S> void look_ahead(World<S>& world, S sub_s) {
   Bodies<S>& bodies = world.bodies;
   for (const int index : world.rolling.manifolds) {
     const FoundManifold<S>& found = world.manifolds[static_cast<std::size_t>(index)];
-    ManifoldBatch<S>& batch = world.manifold_batches.batches[static_cast<std::size_t>(found.slot / lane_count)];
-    const int k = found.slot % lane_count;
+    ManifoldBatch<S>& batch = world.manifold_batches.batches[static_cast<std::size_t>(found.slot / kLaneCount)];
+    const int k = found.slot % kLaneCount;
     batch.slips = true;
     const Vec3<S> n = lane_of(batch.normal, k), t = lane_of(batch.tangent, k);
     for (int i = 0; i < found.shape.count; ++i) {

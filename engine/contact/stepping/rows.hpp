@@ -8,7 +8,7 @@
 
 namespace atwood::stepping {
 
-template <class S> struct alignas(lane_count * sizeof(S)) Row { S at[lane_count]; };
+template <class S> struct alignas(kLaneCount * sizeof(S)) Row { S at[kLaneCount]; };
 
 // Eight vectors of a number, a contact a lane.
 template <class S> using Lanes = LaneBlock<S>;
@@ -25,7 +25,7 @@ template <class S> ATWOOD_INLINE void store_lanes(const Vec3<Pack<S>>& a, Lanes<
 // Without registers of 512 bits GCC takes comparisons and shuffles of packs of doubles apart, lane by lane. As halves
 // they are instructions of AVX2.
 template <class S, VectorWidth width>
-inline constexpr bool by_halves = sizeof(Pack<S>) == 64 && width == VectorWidth::v3;
+inline constexpr bool kByHalves = sizeof(Pack<S>) == 64 && width == VectorWidth::v3;
 using HalfPack = double __attribute__((vector_size(32)));
 struct Halves {
   HalfPack low, high;
@@ -44,7 +44,7 @@ ATWOOD_INLINE DoublePack whole_of(const Halves& a) {
 // x where a > b; y elsewhere, and where a or b is not a number.
 template <class S, VectorWidth width>
 ATWOOD_INLINE Pack<S> where_above(const Pack<S>& a, const Pack<S>& b, const Pack<S>& x, const Pack<S>& y) {
-  if constexpr (by_halves<S, width>) {
+  if constexpr (kByHalves<S, width>) {
     const Halves ha = halves_of(a), hb = halves_of(b), hx = halves_of(x), hy = halves_of(y);
     return whole_of({ha.low > hb.low ? hx.low : hy.low, ha.high > hb.high ? hx.high : hy.high});
   } else {
@@ -72,11 +72,11 @@ template <int far, int... low, class P> ATWOOD_INLINE void exchange(P& a, P& b) 
 }
 
 // In place. Stage by stage, bit k of the row's number changes places with bit k of the lane's; or quarter by quarter.
-template <class S, VectorWidth width> ATWOOD_INLINE void transpose(Pack<S> (&r)[lane_count]) {
-  if constexpr (by_halves<S, width>) {
-    Halves h[lane_count];
+template <class S, VectorWidth width> ATWOOD_INLINE void transpose(Pack<S> (&r)[kLaneCount]) {
+  if constexpr (kByHalves<S, width>) {
+    Halves h[kLaneCount];
 #pragma GCC unroll 8
-    for (int i = 0; i < lane_count; ++i) h[i] = halves_of(r[i]);
+    for (int i = 0; i < kLaneCount; ++i) h[i] = halves_of(r[i]);
     transpose4(h[0].low, h[1].low, h[2].low, h[3].low);
     transpose4(h[4].low, h[5].low, h[6].low, h[7].low);
     transpose4(h[0].high, h[1].high, h[2].high, h[3].high);
@@ -97,29 +97,29 @@ template <class S, VectorWidth width> ATWOOD_INLINE void transpose(Pack<S> (&r)[
 }
 
 template <class S, VectorWidth width>
-ATWOOD_INLINE void gather(const Row<S>* rows, const std::int32_t (&index)[lane_count], Pack<S> (&out)[lane_count]) {
+ATWOOD_INLINE void gather(const Row<S>* rows, const std::int32_t (&index)[kLaneCount], Pack<S> (&out)[kLaneCount]) {
 #pragma GCC unroll 8
-  for (int k = 0; k < lane_count; ++k) out[k] = load(rows[index[k]].at);
+  for (int k = 0; k < kLaneCount; ++k) out[k] = load(rows[index[k]].at);
   transpose<S, width>(out);
 }
 // The first `count` lanes; their rows are different ones.
 template <class S, VectorWidth width>
-ATWOOD_INLINE void scatter(Pack<S> (&in)[lane_count], const std::int32_t (&index)[lane_count], int count,
+ATWOOD_INLINE void scatter(Pack<S> (&in)[kLaneCount], const std::int32_t (&index)[kLaneCount], int count,
                            Row<S>* rows) {
   transpose<S, width>(in);
-  if (count == lane_count) {
+  if (count == kLaneCount) {
 #pragma GCC unroll 8
-    for (int k = 0; k < lane_count; ++k) store<S>(in[k], rows[index[k]].at);
+    for (int k = 0; k < kLaneCount; ++k) store<S>(in[k], rows[index[k]].at);
   } else {
 #pragma GCC unroll 8
-    for (int k = 0; k < lane_count; ++k)
+    for (int k = 0; k < kLaneCount; ++k)
       if (k < count) store<S>(in[k], rows[index[k]].at);
   }
 }
 
 template <class S, VectorWidth width> ATWOOD_INLINE bool any_above_zero(const Pack<S>& a) {
   const Pack<S> found = where_above<S, width>(a, spread(S(0)), spread(S(1)), spread(S(0)));
-  if constexpr (by_halves<S, width>) {
+  if constexpr (kByHalves<S, width>) {
     const Halves halves = halves_of(found);
     const HalfPack sum = halves.low + halves.high;
     return (sum[0] + sum[2]) + (sum[1] + sum[3]) > S(0);

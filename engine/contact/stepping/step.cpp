@@ -78,9 +78,9 @@ template <class S> void prepare_fused_flight(World<S>& world, S t_s, S h_s) {
       }
       if (!forces) continue;
       const S* rate = world.y_free.data() + model.offset(i);
-      store3(sub_s * load3(rate + at_velocity), bodies.kick[i].at);
+      store3(sub_s * load3(rate + kAtVelocity), bodies.kick[i].at);
       if (!model.rotates(i)) continue;
-      const Vec3<S> dw_W = sub_s * rotate(bodies.q_WB[i], load3(rate + at_body_rate));
+      const Vec3<S> dw_W = sub_s * rotate(bodies.q_WB[i], load3(rate + kAtBodyRate));
       if (turns) store3(load3(bodies.kick[i].at + 3) + dw_W, bodies.kick[i].at + 3);
       else store3(dw_W, bodies.kick[i].at + 3);
     }
@@ -118,27 +118,27 @@ template <class S> void kick(World<S>& world) {
   for_bodies(world, [&](int first, int last) {
     for (int i = first; i < last; ++i) {
       if (world.by_mean) bodies.before[i] = bodies.velocity[i];
-      for (int c = 0; c < lane_count; ++c) bodies.velocity[i].at[c] += bodies.kick[i].at[c];
+      for (int c = 0; c < kLaneCount; ++c) bodies.velocity[i].at[c] += bodies.kick[i].at[c];
     }
   });
 }
 
 template <class S> void drift(World<S>& world, S sub_s) {
   Bodies<S>& bodies = world.bodies;
-  const S by[lane_count] = {sub_s, sub_s, sub_s, sub_s, sub_s, sub_s, S(0), S(0)};
+  const S by[kLaneCount] = {sub_s, sub_s, sub_s, sub_s, sub_s, sub_s, S(0), S(0)};
   for_bodies(world, [&](int first, int last) {
     for (int i = first; i < last; ++i) {
       S* place = bodies.place[i].at;
       const S* v = bodies.velocity[i].at;
       if (world.by_mean)
-        for (int c = 0; c < lane_count; ++c)
+        for (int c = 0; c < kLaneCount; ++c)
           place[c] += by[c] * ((v[c] + bodies.before[i].at[c]) / S(2)) + bodies.rest[i].at[c];
       else if (world.has_rest)
-        for (int c = 0; c < lane_count; ++c) place[c] += by[c] * v[c] + bodies.rest[i].at[c];
+        for (int c = 0; c < kLaneCount; ++c) place[c] += by[c] * v[c] + bodies.rest[i].at[c];
       else
-        for (int c = 0; c < lane_count; ++c) place[c] += by[c] * v[c];
+        for (int c = 0; c < kLaneCount; ++c) place[c] += by[c] * v[c];
       if (!world.bounces) continue;
-      for (int c = 0; c < lane_count; ++c) place[c] += bodies.shift[i].at[c];
+      for (int c = 0; c < kLaneCount; ++c) place[c] += bodies.shift[i].at[c];
       bodies.shift[i] = Row<S>{};
     }
   });

@@ -56,7 +56,7 @@ template <class S> struct Bodies {
 enum class Side : unsigned char { two_balls, fixed_ball, plane };
 
 template <class S> struct BallBatch {
-  std::int32_t a[lane_count], b[lane_count];
+  std::int32_t a[kLaneCount], b[kLaneCount];
   std::int32_t count = 0;       // lanes in use; the others meet nobody with nobody
   bool active = false;          // some lane may touch in this substep
   Lanes<S> normal[3];           // unit, from a to b
@@ -87,8 +87,8 @@ template <class S> struct ManifoldPoint {
   Lanes<S> impulse_n, impulse_t[2];
 };
 template <class S> struct ManifoldBatch {
-  std::int32_t a[lane_count], b[lane_count];
-  std::int32_t manifold[lane_count];  // its number in `manifolds`
+  std::int32_t a[kLaneCount], b[kLaneCount];
+  std::int32_t manifold[kLaneCount];  // its number in `manifolds`
   std::int32_t count = 0, points = 0;
   bool active = false;
   Lanes<S> normal[3], tangent[3];  // unit, across each other; the second tangent is n x t
@@ -122,7 +122,7 @@ struct Candidate {
 
 // Of a body's size: overlap up to this is left alone. Without it contacts that are pushed apart open by a little, fall
 // shut again, and a heap never comes to rest.
-inline constexpr double slop_share = 5e-4;
+inline constexpr double kSlopShare = 5e-4;
 
 struct Law {
   double restitution = 0, friction = 0;

@@ -113,7 +113,7 @@ TEST_CASE("Charges that do not act fly straight, through each other too; unlike 
   CHECK(closed_form_truth(charges(1, -1, 8), 8).outcome.status == Status::unsupported);
 }
 
-TEST_CASE("A motion that magnifies round-off past all digits is refused, not given a bar") {
+TEST_CASE("A motion that magnifies round-off past all kDigits is refused, not given a bar") {
   // A close ellipse for 1e22 of its periods: the phase is lost in long double, and nearly so in quad.
   const Truth lost = closed_form_truth(planet(1, 1, 1.1, 1e23), 4);
   CHECK(lost.outcome.status == Status::unsupported);

@@ -292,7 +292,7 @@ TEST_CASE("A sample at the very instant of a rough impact has bars as wide as th
 // A ball between a wall and another that is 100^k times as heavy: the digits of pi (G. Galperin, Playing pool with pi,
 // Regular and Chaotic Dynamics 8, 2003).
 TEST_CASE("Galperin's billiard: no count ends it, and the impacts count pi") {
-  for (const auto& [power, digits] : {std::pair{3, 3141u}, std::pair{4, 31415u}}) {
+  for (const auto& [power, kDigits] : {std::pair{3, 3141u}, std::pair{4, 31415u}}) {
     Scenario given = scenario("ball-flights", 6);
     given.scene.pairs[0].restitution = 1;
     given.scene.bodies = {point("wall", 0, {0, 0, 0}, {0, 0, 0}), ball("light", 1, 0.125, {1, 0, 0}, {0, 0, 0}),
@@ -302,7 +302,7 @@ TEST_CASE("Galperin's billiard: no count ends it, and the impacts count pi") {
     const Truth truth = closed_form_truth(given, 12);
     INFO(truth.outcome.reason);
     REQUIRE(truth.outcome.status == Status::ok);
-    CHECK(truth.events.size() == digits);
+    CHECK(truth.events.size() == kDigits);
     // Energy and momentum of the two, after the last impact: the heavy one's speed differs from 1 by 1e-2 / 100^k.
     CHECK(static_cast<double>(truth.values.back().bodies[2].v_m_per_s[0]) == Approx(1).epsilon(1e-4));
     // Directed roundings of long double add up over the impacts: 3e-23 m after 31 415 of them.

@@ -9,12 +9,12 @@ using namespace atwood::testing;
 
 namespace {
 
-double distance(Wide value, const char* digits) { return static_cast<double>(fabsq(value - quad(digits))); }
+double distance(Wide value, const char* kDigits) { return static_cast<double>(fabsq(value - quad(kDigits))); }
 
 }  // namespace
 
 TEST_CASE("Kepler, e = 0.6, at t = 10 and 50") {
-  for (const auto& [t, digits] : std::vector<std::pair<double, std::vector<const char*>>>{
+  for (const auto& [t, kDigits] : std::vector<std::pair<double, std::vector<const char*>>>{
            {10,
             {"-1.53502359190981369430580688531817", "-2.83668406499780861856428531945996e-01",
              "2.27150732077498337689395655190845e-01", "-4.79187758203219565290706789039627e-01"}},
@@ -33,8 +33,8 @@ TEST_CASE("Kepler, e = 0.6, at t = 10 and 50") {
     const BodySample end = truth.values.back().bodies[0], near = closed_form_truth(given, 4).values.back().bodies[0];
     const Wide share = (Wide(0.4) - quad("0.4")) / (Wide(neighbour) - Wide(0.4));
     for (int k = 0; k < 2; ++k) {
-      CHECK(distance(end.p_m[k] - share * (near.p_m[k] - end.p_m[k]), digits[k]) < 1e-25);
-      CHECK(distance(end.v_m_per_s[k] - share * (near.v_m_per_s[k] - end.v_m_per_s[k]), digits[2 + k]) < 1e-25);
+      CHECK(distance(end.p_m[k] - share * (near.p_m[k] - end.p_m[k]), kDigits[k]) < 1e-25);
+      CHECK(distance(end.v_m_per_s[k] - share * (near.v_m_per_s[k] - end.v_m_per_s[k]), kDigits[2 + k]) < 1e-25);
     }
     CHECK(truth.bars.back().bodies[0].p_m[0] > 0);
     CHECK(static_cast<double>(truth.bars.back().bodies[0].p_m[0]) < 1e-28);

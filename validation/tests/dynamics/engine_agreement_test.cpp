@@ -31,10 +31,10 @@ double disagreement_ulp(const Scene& scene, double t_s, const std::vector<double
       const dynamics::Slot& slot = reference.layout().slots[i];
       const int at = model.offset(static_cast<int>(i));
       if (slot.position < 0) continue;
-      for (int k = 0; k < 3; ++k) visit(at + at_position + k, slot.position + k);
-      for (int k = 0; k < 3 && slot.velocity >= 0; ++k) visit(at + at_velocity + k, slot.velocity + k);
-      for (int k = 0; k < 4 && slot.attitude >= 0; ++k) visit(at + at_attitude + k, slot.attitude + k);
-      for (int k = 0; k < 3 && slot.rate >= 0; ++k) visit(at + at_body_rate + k, slot.rate + k);
+      for (int k = 0; k < 3; ++k) visit(at + kAtPosition + k, slot.position + k);
+      for (int k = 0; k < 3 && slot.velocity >= 0; ++k) visit(at + kAtVelocity + k, slot.velocity + k);
+      for (int k = 0; k < 4 && slot.attitude >= 0; ++k) visit(at + kAtAttitude + k, slot.attitude + k);
+      for (int k = 0; k < 3 && slot.rate >= 0; ++k) visit(at + kAtBodyRate + k, slot.rate + k);
     }
   };
   each([&](int engine, int mine) { state[engine] = y[mine]; });

@@ -65,7 +65,7 @@ TEST_CASE("discrete forces do the work of the potential, to round-off, and tend 
     model.system().rate(Quad(0), y.data(), dydt.data());
     Quad work = Quad(0), power = Quad(0);
     for (const int body : model.moving()) {
-      const int p = model.offset(body) + at_position, v = model.offset(body) + at_velocity;
+      const int p = model.offset(body) + kAtPosition, v = model.offset(body) + kAtVelocity;
       const Vec3<Quad> u = Quad(0.5) * (load3(&y[v]) + load3(&z[v])), dp = load3(&z[p]) - load3(&y[p]);
       work += dot(forward[body], dp);
       power += dot(forward[body], u);
@@ -78,7 +78,7 @@ TEST_CASE("discrete forces do the work of the potential, to round-off, and tend 
     for (const int body : model.moving())
       for (int i = 0; i < 3; ++i) {
         const int p = model.offset(body) + i;
-        y[p + at_velocity] = z[p + at_velocity] = z[p] - y[p];
+        y[p + kAtVelocity] = z[p + kAtVelocity] = z[p] - y[p];
       }
     std::fill(forward.begin(), forward.end(), Vec3<Quad>{});
     model.conservative().add_discrete_forces(motion(y), motion(z), forward.data());
@@ -155,10 +155,10 @@ TEST_CASE("a free body keeps its rotational energy; projection keeps its momentu
     std::vector<double> y(model.state_size()), y_new(y.size());
     model.initial_state(y.data());
     const auto momentum = [&] {
-      return rotate(load4(&y[at_attitude]), model.mass(0).times_inertia(load3(&y[at_body_rate])));
+      return rotate(load4(&y[kAtAttitude]), model.mass(0).times_inertia(load3(&y[kAtBodyRate])));
     };
     const auto spin_energy = [&] {
-      return dot(load3(&y[at_body_rate]), model.mass(0).times_inertia(load3(&y[at_body_rate])));
+      return dot(load3(&y[kAtBodyRate]), model.mass(0).times_inertia(load3(&y[kAtBodyRate])));
     };
     const Vec3<double> before = momentum();
     const double energy = spin_energy(), total = model.energy(y.data());

@@ -82,11 +82,11 @@ template <class S, class R> double largest_difference(const Scene& scene, double
     const dynamics::Slot& slot = layout.slots[i];
     REQUIRE((slot.position < 0) == (model.offset(i) < 0));
     if (slot.position < 0) continue;
-    compare(model.offset(i) + at_position, slot.position, 3);
-    compare(model.offset(i) + at_velocity, slot.velocity, 3);
+    compare(model.offset(i) + kAtPosition, slot.position, 3);
+    compare(model.offset(i) + kAtVelocity, slot.velocity, 3);
     if (slot.attitude < 0) continue;
-    compare(model.offset(i) + at_attitude, slot.attitude, 4);
-    compare(model.offset(i) + at_body_rate, slot.rate, 3);
+    compare(model.offset(i) + kAtAttitude, slot.attitude, 4);
+    compare(model.offset(i) + kAtBodyRate, slot.rate, 3);
   }
   return worst;
 }

@@ -159,7 +159,7 @@ TEST_CASE("threads share the bodies out and change no bit") {
 template <class S>
 std::vector<S> flown_at(VectorWidth width, FlightKind kind, const ExplicitWeights<S>& weights, int bodies) {
   FlightLanes<S> lanes{};
-  lanes.rates.resize(weights.a.size() * 7 * flight_lanes);
+  lanes.rates.resize(weights.a.size() * 7 * kFlightLanes);
   SplitMix64 random{3};
   for (int l = 0; l < bodies; ++l) {
     for (int r = 0; r < 3; ++r) {
@@ -188,7 +188,7 @@ template <class S> void compare_widths(const std::string& scheme) {
   const auto stepper = make_stepper<S>(scheme, model, why);
   for (const VectorWidth width : widths_here())
     for (const FlightKind kind : {FlightKind::about_body_axes, FlightKind::about_any_axes, FlightKind::point_mass})
-      for (const int bodies : {1, 7, 8, 9, 29, flight_lanes})
+      for (const int bodies : {1, 7, 8, 9, 29, kFlightLanes})
         CHECK(same_scalars(flown_at<S>(width, kind, *stepper->weights(), bodies),
                            flown_at<S>(VectorWidth::narrow, kind, *stepper->weights(), bodies)));
 }

@@ -68,7 +68,7 @@ template <class S> double worst_over_bound(const Scene& wide) {
 }
 
 TEST_CASE("lanes give the bits of the loop over pairs, at every remainder") {
-  for (int count = many_bodies; count <= 3 * gravity_block + 3; ++count) {
+  for (int count = kManyBodies; count <= 3 * kGravityBlock + 3; ++count) {
     const Scene scene = random_cloud(count, static_cast<std::uint64_t>(count));
     INFO(count << " bodies");
     CHECK(same_bits(model_accelerations<double>(scene), over_pairs<double>(scene)));
@@ -87,7 +87,7 @@ TEST_CASE("uniform gravity is where the sum starts, and fixed bodies pull withou
 }
 
 template <class S> std::vector<S> at_one_width(VectorWidth width, int count) {
-  const int padded = whole_blocks(count) * gravity_block;
+  const int padded = whole_blocks(count) * kGravityBlock;
   std::vector<S> x(padded), y(padded), z(padded), Gm(count), sums(3 * padded);
   SplitMix64 random{77};
   for (int i = 0; i < count; ++i) {

@@ -106,7 +106,7 @@ TEST_CASE("the same bits with 1, 2 and 3 threads, and again") {
 }
 
 template <class S> std::vector<S> at_one_width(VectorWidth width) {
-  constexpr int count = 2011, padded = whole_blocks(count) * gravity_block;
+  constexpr int count = 2011, padded = whole_blocks(count) * kGravityBlock;
   std::vector<S> x(padded), y(padded), z(padded), Gm(count), sums(3 * padded);
   SplitMix64 random{5};
   for (int i = 0; i < count; ++i) {
@@ -162,7 +162,7 @@ TEST_CASE("a run by the tree says so, and stays near the direct one") {
 }
 
 TEST_CASE("beyond ten thousand bodies the tree is taken by itself") {
-  const Scene scene = random_cloud(direct_bodies + 100, 3, 0.01);
+  const Scene scene = random_cloud(kDirectBodies + 100, 3, 0.01);
   CHECK(same_bits(model_accelerations<double>(scene),
                   model_accelerations<double>(scene, by_tree(GravityOptions{}.opening))));
   ModelOptions direct;

@@ -69,8 +69,8 @@ TEST_CASE("Gauss methods keep quadratic invariants to round-off, others do not")
   const Scene scene = free_box(false);
   const RigidModel<double> model(scene);
   const auto invariants = [&](const std::vector<double>& y) {
-    const Vec3<double> w = load3(&y[at_body_rate]), L = model.mass(0).times_inertia(w);
-    const Quat<double> q = load4(&y[at_attitude]);
+    const Vec3<double> w = load3(&y[kAtBodyRate]), L = model.mass(0).times_inertia(w);
+    const Quat<double> q = load4(&y[kAtAttitude]);
     return std::array<double, 3>{dot(w, L), norm(L), std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z)};
   };
   std::vector<double> start(model.state_size());

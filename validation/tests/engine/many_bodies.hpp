@@ -64,7 +64,7 @@ template <class S> std::vector<Vec3<S>> model_accelerations(const Scene& scene, 
   model.system().rate(S(0), y.data(), rate.data());
   std::vector<Vec3<S>> a(model.body_count());
   for (int i = 0; i < model.body_count(); ++i)
-    if (model.offset(i) >= 0) a[i] = load3(rate.data() + model.offset(i) + at_velocity);
+    if (model.offset(i) >= 0) a[i] = load3(rate.data() + model.offset(i) + kAtVelocity);
   return a;
 }
 

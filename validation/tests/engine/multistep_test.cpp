@@ -98,7 +98,7 @@ TEST_CASE("an edited state, another step size and another law start a multistep 
       };
       March edited(scheme, scene);
       edited.steps(12, h);
-      edited.y[at_velocity] += 0.25;  // an impulse
+      edited.y[kAtVelocity] += 0.25;  // an impulse
       const auto after_edit = fresh_from(edited, h);
       edited.steps(12, h);
       CHECK(edited.y == after_edit);

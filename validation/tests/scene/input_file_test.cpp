@@ -76,7 +76,7 @@ TEST_CASE("a file larger than its kind may be is refused before it is read") {
   const Folder folder;
   const std::string sparse = folder.file("sparse", "");
   fs::resize_file(sparse, std::uintmax_t{1} << 42);  // 4 TiB of nothing
-  CHECK(refusal(sparse, largest::settings) ==
+  CHECK(refusal(sparse, largest::kSettings) ==
         sparse + ": found 4398046511104 bytes; expected a study file (TOML) of at most 16 MiB");
   CHECK_THAT(refusal(folder.file("over", std::string(101, 'x'))), Contains("found 101 bytes"));
 }
