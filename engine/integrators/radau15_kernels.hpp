@@ -38,14 +38,14 @@ template <class S>
 ATWOOD_INLINE void lay_base(const std::vector<int>& once, const std::vector<int>& twice, const RadauTable<S>& table,
                             S h_s, const S* y, S* base) {
   const Pack<S> elapsed_s = h_s * load(table.c);
-  for (const int i : once) store<S>(spread(y[i]), base + i * kNodes);
-  for (const int i : twice) store<S>(spread(y[i]) + y[i + 3] * elapsed_s, base + i * kNodes);
+  for (const int i : once) store<S>(broadcast(y[i]), base + i * kNodes);
+  for (const int i : twice) store<S>(broadcast(y[i]) + y[i + 3] * elapsed_s, base + i * kNodes);
 }
 
 // The largest weighted change of a rate, at any node; not a number if one is not.
 template <class S>
 ATWOOD_INLINE S change(const std::vector<int>& components, const S* weight, const S* now, const S* before) {
-  Pack<S> most = spread(S(0));
+  Pack<S> most = broadcast(S(0));
   for (const int i : components)
     most = larger_size<S>(*weight++ * (load(now + i * kNodes) - load(before + i * kNodes)), most);
   return largest_lane<S>(most);
@@ -60,7 +60,7 @@ ATWOOD_INLINE void extrapolate(const std::vector<int>& components, const RadauTa
   for (const int i : components) {
     alignas(sizeof(Pack<S>)) S coefficient[kNodes];
     store<S>(powers.combine(from + i * kNodes), coefficient);
-    Pack<S> sum = spread(coefficient[kNodes - 1]);
+    Pack<S> sum = broadcast(coefficient[kNodes - 1]);
     for (int p = kNodes - 2; p >= 0; --p) sum = coefficient[p] + tau * sum;
     store<S>(sum + trust * load(miss + i * kNodes), out + i * kNodes);
   }
@@ -74,7 +74,7 @@ ATWOOD_INLINE void differences(const std::vector<int>& components, const S* now,
 
 // Largest rate of components first..last at any node.
 template <class S> ATWOOD_INLINE S largest(const std::vector<int>& components, int first, int last, const S* rate) {
-  Pack<S> most = spread(S(0));
+  Pack<S> most = broadcast(S(0));
   for (int r = first; r < last; ++r) most = larger_size<S>(load(rate + components[r] * kNodes), most);
   return largest_lane<S>(most);
 }

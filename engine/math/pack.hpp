@@ -49,7 +49,7 @@ template <class S> ATWOOD_INLINE Pack<S> load(const S* at) {
   return pack;
 }
 template <class S> ATWOOD_INLINE void store(const Pack<S>& pack, S* at) { __builtin_memcpy(at, &pack, sizeof(pack)); }
-template <class S> ATWOOD_INLINE Pack<S> spread(S value) {
+template <class S> ATWOOD_INLINE Pack<S> broadcast(S value) {
   if constexpr (!PackOf<S>::in_register) {
     Pack<S> pack;
     for (S& lane : pack.lane) lane = value;

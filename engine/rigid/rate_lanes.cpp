@@ -21,10 +21,10 @@ template <class S> struct Lanes {
 template <class S> ATWOOD_INLINE void start(const Lanes<S>& lanes, const Vec3<S>& gravity) {
   for (const int i : lanes.moving) {
     S* load = lanes.load + i * kLoadScalars * kLaneCount;
-    const Pack<S> zero = spread(S(0));
-    store<S>(spread(gravity.x), load);
-    store<S>(spread(gravity.y), load + kLaneCount);
-    store<S>(spread(gravity.z), load + 2 * kLaneCount);
+    const Pack<S> zero = broadcast(S(0));
+    store<S>(broadcast(gravity.x), load);
+    store<S>(broadcast(gravity.y), load + kLaneCount);
+    store<S>(broadcast(gravity.z), load + 2 * kLaneCount);
     for (int c = 3; c < 6; ++c) store<S>(zero, load + c * kLaneCount);
     if (lanes.slots[i].rotates)
       for (int c = 6; c < kLoadScalars; ++c) store<S>(zero, load + c * kLaneCount);

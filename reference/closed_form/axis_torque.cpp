@@ -27,7 +27,7 @@ template <class S> Phase<S> integrate(S theta0, S w0, S alpha, S t) {
   for (std::int64_t k = 0; k < panels; ++k)
     for (std::size_t j = 0; j < rule.node.size(); ++j) {
       const S s = (k + rule.node[j]) * h, theta = theta0 + s * (w0 + alpha * s / 2);
-      const S re = h * rule.weight[j] * cosine(theta), im = h * rule.weight[j] * sine(theta);
+      const S re = h * rule.weight[j] * cos(theta), im = h * rule.weight[j] * sin(theta);
       sum.re1 += re;
       sum.im1 += im;
       sum.re2 += (t - s) * re;

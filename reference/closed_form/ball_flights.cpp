@@ -144,8 +144,8 @@ template <class S> class Table {
     const S inside = dot(u, u) * reach * reach - dot(aside, aside);
     if (!(closing < -still * norm(d) * norm(u)) || !(inside > 0)) return made;
     made.happens = true;
-    made.t = from + larger(S(0), (norm(d) - reach) * (norm(d) + reach) / (root(inside) - closing));
-    made.closing = root(inside) / reach;
+    made.t = from + larger(S(0), (norm(d) - reach) * (norm(d) + reach) / (sqrt(inside) - closing));
+    made.closing = sqrt(inside) / reach;
     made.ball = static_cast<int>(j);
     made.other = static_cast<int>(i);
     made.normal = (1 / reach) * (d + (made.t - from) * u);

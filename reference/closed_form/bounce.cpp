@@ -44,7 +44,7 @@ template <class S> struct Bounces {
     const S square = u0 * u0 + 2 * a * h0;
     ever = square >= 0 && (a > 0 || u0 < 0) && !(a == 0 && u0 == 0);
     if (!ever) return;
-    V = root(square);
+    V = sqrt(square);
     t.push_back(u0 <= 0 && V - u0 > 0 ? 2 * h0 / (V - u0) : a > 0 ? (u0 + V) / a : S(0));
     speed.push_back(e * V);
   }

@@ -9,7 +9,7 @@ namespace {
 constexpr int kMostHalvings = 500;  // two arguments that underflow to 0 never meet: the answer is not finite then
 
 // Duplication shrinks the deviations fourfold a step; the series below err by their sixth power.
-template <class S> S close_enough() { return exponential(S(-kDigits<S>) * S(0.6931) / 6) / 4; }
+template <class S> S close_enough() { return exp(S(-kDigits<S>) * S(0.6931) / 6) / 4; }
 
 }  // namespace
 
@@ -23,11 +23,11 @@ template <class S> S carlson_rc(S x, S y) {
       sum += term / (2 * k + 1);
       term *= ratio;
     }
-    return sum / root(x);
+    return sum / sqrt(x);
   }
-  if (d > 0) return arc_tangent(root(d), root(x)) / root(d);
-  const S a = root(-d / x);  // atanh(a) / sqrt(-d)
-  return log_of_1_plus(2 * a / (1 - a)) / (2 * root(-d));
+  if (d > 0) return atan2(sqrt(d), sqrt(x)) / sqrt(d);
+  const S a = sqrt(-d / x);  // atanh(a) / sqrt(-d)
+  return log1p(2 * a / (1 - a)) / (2 * sqrt(-d));
 }
 
 template <class S> S carlson_rf(S x, S y, S z) {
@@ -37,7 +37,7 @@ template <class S> S carlson_rf(S x, S y, S z) {
   const S x0 = x, y0 = y;
   S quarter = 1;
   for (int k = 0; k < kMostHalvings && quarter * spread > close_enough<S>() * mean; ++k) {
-    const S l = root(x) * root(y) + root(x) * root(z) + root(y) * root(z);
+    const S l = sqrt(x) * sqrt(y) + sqrt(x) * sqrt(z) + sqrt(y) * sqrt(z);
     x = (x + l) / 4;
     y = (y + l) / 4;
     z = (z + l) / 4;
@@ -46,7 +46,7 @@ template <class S> S carlson_rf(S x, S y, S z) {
   }
   const S X = (start - x0) * quarter / mean, Y = (start - y0) * quarter / mean, Z = -X - Y;
   const S e2 = X * Y - Z * Z, e3 = X * Y * Z;
-  return (1 - e2 / 10 + e3 / 14 + e2 * e2 / 24 - 3 * e2 * e3 / 44) / root(mean);
+  return (1 - e2 / 10 + e3 / 14 + e2 * e2 / 24 - 3 * e2 * e3 / 44) / sqrt(mean);
 }
 
 template <class S> S carlson_rj(S x, S y, S z, S p) {
@@ -56,7 +56,7 @@ template <class S> S carlson_rj(S x, S y, S z, S p) {
   for (const S v : {x, y, z}) spread = larger(spread, magnitude(mean - v));
   S delta = (p - x) * (p - y) * (p - z), quarter = 1, sum = 0;
   for (int k = 0; k < kMostHalvings && quarter * spread > close_enough<S>() * mean; ++k) {
-    const S rx = root(x), ry = root(y), rz = root(z), rp = root(p);
+    const S rx = sqrt(x), ry = sqrt(y), rz = sqrt(z), rp = sqrt(p);
     const S l = rx * ry + rx * rz + ry * rz, d = (rp + rx) * (rp + ry) * (rp + rz);
     const S e = quarter * quarter * quarter * delta / (d * d);
     sum += quarter / d * carlson_rc(S(1), 1 + e);
@@ -72,7 +72,7 @@ template <class S> S carlson_rj(S x, S y, S z, S p) {
   const S e2 = X * Y + X * Z + Y * Z - 3 * P * P, e3 = X * Y * Z + 2 * e2 * P + 4 * P * P * P;
   const S e4 = (2 * X * Y * Z + e2 * P + 3 * P * P * P) * P, e5 = X * Y * Z * P * P;
   const S series = 1 - 3 * e2 / 14 + e3 / 6 + 9 * e2 * e2 / 88 - 3 * e4 / 22 - 9 * e2 * e3 / 52 + 3 * e5 / 26;
-  return quarter * series / (mean * root(mean)) + 6 * sum;
+  return quarter * series / (mean * sqrt(mean)) + 6 * sum;
 }
 
 // R. Bulirsch, Numer. Math. 7 (1965) 78: Gauss's transformation a, b -> (a + b)/2, sqrt(a b), and back on cot am. The
@@ -80,8 +80,8 @@ template <class S> S carlson_rj(S x, S y, S z, S p) {
 template <class S> Jacobi<S> jacobi(S u, S kc) {
   Jacobi<S> made;
   if (kc == 0) {
-    made.sn = hyperbolic_tangent(u);
-    made.cn = made.dn = 1 / hyperbolic_cosine(u);
+    made.sn = tanh(u);
+    made.cn = made.dn = 1 / cosh(u);
     return made;
   }
   std::array<S, 64> a, b;
@@ -90,25 +90,25 @@ template <class S> Jacobi<S> jacobi(S u, S kc) {
   int n = 0;
   while (n < 60 && magnitude(a[n] - b[n]) > unit_round_off<S>() * a[n] / 4) {
     a[n + 1] = (a[n] + b[n]) / 2;
-    b[n + 1] = root(a[n] * b[n]);
+    b[n + 1] = sqrt(a[n] * b[n]);
     ++n;
   }
   const S whole = pi<S>() / a[n];  // 2 K
-  made.halves = floor_of(u / whole + S(0.5));
-  const S angle = a[n] * (u - made.halves * whole), s = sine(angle);
+  made.halves = floor(u / whole + S(0.5));
+  const S angle = a[n] * (u - made.halves * whole), s = sin(angle);
   made.dn = 1;
   if (s != 0) {
     // With phi_n = a_n u, c_n = a_n cot phi_n and d_n = dn at that stage: c_{n-1} = c_n d_n, and
     // d_{n-1} = (b_{n-1} a_{n-1} + q) / (a_{n-1} a_n ...) in Bulirsch's form below.
-    S cot = cosine(angle) / s, c = a[n] * cot;
+    S cot = cos(angle) / s, c = a[n] * cot;
     for (int k = n - 1; k >= 0; --k) {
       const S q = cot * c;
       c *= made.dn;
       made.dn = (b[k] + q) / (a[k] + q);
       cot = c / a[k];
     }
-    made.sn = (s < 0 ? -1 : 1) / root(cot * cot + 1);
-    made.cn = magnitude(cot) / root(cot * cot + 1);
+    made.sn = (s < 0 ? -1 : 1) / sqrt(cot * cot + 1);
+    made.cn = magnitude(cot) / sqrt(cot * cot + 1);
   }
   return made;
 }

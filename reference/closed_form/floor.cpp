@@ -54,7 +54,7 @@ template <class S> void box_on_face(const Box& box, const Pose<S>& pose, const F
   for (int i = 1; i < 3; ++i)
     if (magnitude(up[i]) > magnitude(up[k])) k = i;
   const int i = (k + 1) % 3, j = (k + 2) % 3;
-  stance.tilt = root(up[i] * up[i] + up[j] * up[j]);
+  stance.tilt = sqrt(up[i] * up[i] + up[j] * up[j]);
   stance.height = box.half_extents_m[k];
   for (const auto& [at, axis] : {std::pair{0, i}, std::pair{1, j}}) {
     Vec<S> unit{};

@@ -12,7 +12,7 @@ template <class S> struct GaussRule { std::vector<S> node, weight; };
 template <class S> GaussRule<S> gauss_rule(int n) {
   GaussRule<S> rule;
   for (int k = 0; k < n; ++k) {
-    S x = cosine(pi<S>() * (S(k) + S(0.75)) / (S(n) + S(0.5))), slope = 0;
+    S x = cos(pi<S>() * (S(k) + S(0.75)) / (S(n) + S(0.5))), slope = 0;
     for (int tries = 0; tries < 12; ++tries) {
       S before = 1, now = x;  // P_{j-1}, P_j
       for (int j = 1; j < n; ++j) {

@@ -66,9 +66,9 @@ template <class S> class Anomaly {
 
   // Doubled from a small part of the orbit on, so that no exponential overflows; of an ellipse, one revolution at most.
   bool bracket(S t, S& low, S& high) const {
-    const S whole = beta_ > 0 ? 2 * pi<S>() / root(beta_) : S(0);
+    const S whole = beta_ > 0 ? 2 * pi<S>() / sqrt(beta_) : S(0);
     high = t / distance_;
-    if (beta_ != 0 && high > 1 / root(magnitude(beta_))) high = 1 / root(magnitude(beta_));
+    if (beta_ != 0 && high > 1 / sqrt(magnitude(beta_))) high = 1 / sqrt(magnitude(beta_));
     for (int tries = 0; tries < 8 * most_tries; ++tries) {
       if (beta_ > 0 && high >= whole) {
         high = whole;
@@ -88,8 +88,8 @@ template <class S> class Anomaly {
   S start(S t) const {
     if (beta_ > 0) return t * beta_ / mu_;
     if (beta_ == 0) return 0;
-    const S b = -beta_, k = root(b), lead = distance_ + mu_ / b + eta_ / k;
-    return lead > 0 ? logarithm(2 * k * t / lead) / k : S(0);
+    const S b = -beta_, k = sqrt(b), lead = distance_ + mu_ / b + eta_ / k;
+    return lead > 0 ? log(2 * k * t / lead) / k : S(0);
   }
 
   S distance_, eta_, mu_, beta_;
@@ -108,8 +108,8 @@ template <class S> Flight<S> InverseSquare<S>::at(S t) const {
   const S distance = norm(r0), eta = dot(r0, v0), beta = 2 * mu / distance - dot(v0, v0);
   if (beta >
       0) {  // an ellipse: s grows by 2 pi / sqrt(beta) in each period 2 pi mu / beta^(3/2), which changes nothing
-    const S period = 2 * pi<S>() * mu / (beta * root(beta));
-    t -= floor_of(t / period) * period;
+    const S period = 2 * pi<S>() * mu / (beta * sqrt(beta));
+    t -= floor(t / period) * period;
   }
   S s{};
   if (!Anomaly<S>(distance, eta, mu, beta).solve(t, s)) return {{}, {}, "Kepler's equation was not solved"};

@@ -7,9 +7,9 @@ namespace {
 
 // phi1(x) = (1 - exp(-x)) / x and phi2(x) = (exp(-x) - 1 + x) / x^2, without cancellation near 0:
 //   phi2 = 1/2! - x/3! + x^2/4! - ...
-template <class S> S phi1(S x) { return x == 0 ? S(1) : -exponential_minus_1(-x) / x; }
+template <class S> S phi1(S x) { return x == 0 ? S(1) : -expm1(-x) / x; }
 template <class S> S phi2(S x) {
-  if (x > 1) return (exponential_minus_1(-x) + x) / (x * x);
+  if (x > 1) return (expm1(-x) + x) / (x * x);
   S term = S(1) / 2, sum = 0;
   for (int k = 3; magnitude(term) > unit_round_off<S>() / 8; ++k) {
     sum += term;
@@ -36,8 +36,7 @@ template <class S> Translation<S> translation(const Scene& scene, int body) {
   const Vec<S> u = vec<S>(scene.bodies[body].velocity_m_per_s) - wind;
   return {"", [=](S t) {
             const S x = k * t;
-            return Flight<S>{p + t * (wind + phi1(x) * u + (t * phi2(x)) * g),
-                             wind + exponential(-x) * u + (t * phi1(x)) * g};
+            return Flight<S>{p + t * (wind + phi1(x) * u + (t * phi2(x)) * g), wind + exp(-x) * u + (t * phi1(x)) * g};
           }};
 }
 

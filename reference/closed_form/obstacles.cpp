@@ -77,7 +77,7 @@ template <class S> S descends(S h, S u, S a, S touching, S& speed) {
   if (magnitude(h) <= touching) h = 0;
   const S square = u * u + 2 * a * h;
   if (!(square >= 0) || (!(a > 0) && !(u < 0)) || (h < 0 && !(u > 0))) return -1;
-  speed = root(square);
+  speed = sqrt(square);
   if (u > 0) return larger(S(0), (u + speed) / a);
   return speed - u > 0 ? larger(S(0), 2 * h / (speed - u)) : S(0);
 }

@@ -7,9 +7,9 @@ namespace atwood::closed_form {
 namespace {
 
 // cosh(sqrt y) and sinh(sqrt y) / sqrt y, entire in y: y < 0 under-, y > 0 overcritically damped.
-template <class S> S cosh_root(S y) { return y < 0 ? cosine(root(-y)) : hyperbolic_cosine(root(y)); }
+template <class S> S cosh_root(S y) { return y < 0 ? cos(sqrt(-y)) : cosh(sqrt(y)); }
 template <class S> S sinhc_root(S y) {
-  if (magnitude(y) > 1) return y < 0 ? sine(root(-y)) / root(-y) : hyperbolic_sine(root(y)) / root(y);
+  if (magnitude(y) > 1) return y < 0 ? sin(sqrt(-y)) / sqrt(-y) : sinh(sqrt(y)) / sqrt(y);
   S term = 1, sum = 0;
   for (int k = 1; magnitude(term) > unit_round_off<S>() / 8; ++k) {
     sum += term;
@@ -30,14 +30,14 @@ template <class S> struct Oscillator {
 
   // Fundamental solutions: C(0) = 1, C'(0) = 0; s(0) = 0, s'(0) = 1.
   Flight<S> homogeneous(const Vec<S>& x, const Vec<S>& v, S t) const {
-    const S frequency = root(omega2), y = (gamma - frequency) * (gamma + frequency) * t * t;
+    const S frequency = sqrt(omega2), y = (gamma - frequency) * (gamma + frequency) * t * t;
     S ch, sh;
     if (y > 1) {  // overdamped: slow and fast exponential, the slow rate without cancellation
-      const S beta = root(y) / t, slow = omega2 / (gamma + beta), fast = gamma + beta;
-      ch = (exponential(-slow * t) + exponential(-fast * t)) / 2;
-      sh = (exponential(-slow * t) - exponential(-fast * t)) / (2 * beta);
+      const S beta = sqrt(y) / t, slow = omega2 / (gamma + beta), fast = gamma + beta;
+      ch = (exp(-slow * t) + exp(-fast * t)) / 2;
+      sh = (exp(-slow * t) - exp(-fast * t)) / (2 * beta);
     } else {
-      const S decay = exponential(-gamma * t);
+      const S decay = exp(-gamma * t);
       ch = decay * cosh_root(y);
       sh = decay * t * sinhc_root(y);
     }
@@ -46,8 +46,8 @@ template <class S> struct Oscillator {
 
   // x_p = Re[push exp(i (w t + phase)) / (omega2 - w^2 + 2 i gamma w)]; at undamped resonance push t sin(.) / (2 w).
   Flight<S> particular(const Driven& drive, S t) const {
-    const S frequency = root(omega2), re = (frequency - drive.w) * (frequency + drive.w), im = 2 * gamma * drive.w;
-    const S square = re * re + im * im, c = cosine(drive.w * t + drive.phase), s = sine(drive.w * t + drive.phase);
+    const S frequency = sqrt(omega2), re = (frequency - drive.w) * (frequency + drive.w), im = 2 * gamma * drive.w;
+    const S square = re * re + im * im, c = cos(drive.w * t + drive.phase), s = sin(drive.w * t + drive.phase);
     if (square == 0) {
       const S half = 1 / (2 * drive.w);
       return {(half * t * s) * drive.push, (half * (s + drive.w * t * c)) * drive.push};
@@ -76,10 +76,10 @@ template <class S> struct Oscillator {
       const Flight<S> first = particular(drive, S(0));
       x = x - first.p;
       v = v - first.v;
-      const S re = omega2 - drive.w * drive.w, im = 2 * gamma * drive.w, size = root(re * re + im * im);
+      const S re = omega2 - drive.w * drive.w, im = 2 * gamma * drive.w, size = sqrt(re * re + im * im);
       driven += size == 0 ? S(std::numeric_limits<double>::infinity()) : norm(drive.push) / size;
     }
-    return root(dot(x, x) + dot(v, v) / omega2) + driven;
+    return sqrt(dot(x, x) + dot(v, v) / omega2) + driven;
   }
 };
 
@@ -125,8 +125,8 @@ template <class S> Translation<S> translation(const Scene& scene, int body) {
   if (const std::string misfit = gather(scene, body, made, spring); !misfit.empty()) return {misfit, {}};
   // Beside resonance the driven and the free part are large and cancel; at it exactly the formula is another one.
   for (const auto& drive : made.drives) {
-    const S frequency = root(made.omega2), re = (frequency - drive.w) * (frequency + drive.w),
-            im = 2 * made.gamma * drive.w, size = root(re * re + im * im);
+    const S frequency = sqrt(made.omega2), re = (frequency - drive.w) * (frequency + drive.w),
+            im = 2 * made.gamma * drive.w, size = sqrt(re * re + im * im);
     if (size != 0 && size < S(0x1p-20) * made.omega2)
       return {"`" + bob.name + "` is driven within 2^-20 of its resonance, but not at it", {}};
   }

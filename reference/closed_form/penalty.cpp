@@ -36,12 +36,12 @@ template <class S> struct Law {
       lasts = 2 * time_of(pi<S>() / 2);
       return;
     }
-    w0 = root(k / m);
-    z = c / (2 * root(k * m));
-    w_d = w0 * root((1 - z) * (1 + z));
-    const S phase = pulls ? pi<S>() : 2 * arc_tangent(root((1 - z) * (1 + z)), z);
+    w0 = sqrt(k / m);
+    z = c / (2 * sqrt(k * m));
+    w_d = w0 * sqrt((1 - z) * (1 + z));
+    const S phase = pulls ? pi<S>() : 2 * atan2(sqrt((1 - z) * (1 + z)), z);
     lasts = phase / w_d;
-    e = exponential(-z * w0 * lasts);
+    e = exp(-z * w0 * lasts);
   }
   // int_0^a sin^(-1/5) with a = b^5: the integrand 5 b^3 (sin(b^5) / b^5)^(-1/5) is smooth.
   S time_of(S a) const {
@@ -50,7 +50,7 @@ template <class S> struct Law {
     S sum = 0;
     for (std::size_t k_node = 0; k_node < rule.node.size(); ++k_node) {
       const S b = top * rule.node[k_node], b5 = b * b * b * b * b;
-      if (b5 > 0) sum = sum + rule.weight[k_node] * 5 * b * b * b / fifth_root(sine(b5) / b5);
+      if (b5 > 0) sum = sum + rule.weight[k_node] * 5 * b * b * b / fifth_root(sin(b5) / b5);
     }
     return 4 * deepest / (5 * v) * top * sum;
   }
@@ -58,23 +58,23 @@ template <class S> struct Law {
     if (t >= lasts && (hertz || pulls)) return {-e * v * (t - lasts), -e * v};
     if (t >= lasts) return {c / k * e * v - e * v * (t - lasts), -e * v};
     if (!hertz) {
-      const S decay = exponential(-z * w0 * t), s = sine(w_d * t), co = cosine(w_d * t);
+      const S decay = exp(-z * w0 * t), s = sin(w_d * t), co = cos(w_d * t);
       return {v / w_d * decay * s, v * decay * (co - z * w0 / w_d * s)};
     }
     const bool out = t > lasts / 2;
     const S since = out ? lasts - t : t;
     // Newton; dt/da = 4 d_m / (5 v) sin(a)^(-1/5). To first order d = v t, so a = (v t / d_m)^(5/4).
     const S first = v * since / deepest;
-    S a = first < 1 ? first * root(root(first)) : pi<S>() / 2;
+    S a = first < 1 ? first * sqrt(sqrt(first)) : pi<S>() / 2;
     for (int k_newton = 0; k_newton < 40; ++k_newton) {
       if (a <= 0) break;
-      const S change = (since - time_of(a)) * 5 * v / (4 * deepest) * fifth_root(sine(a));
+      const S change = (since - time_of(a)) * 5 * v / (4 * deepest) * fifth_root(sin(a));
       a = a + change;
       if (a > pi<S>() / 2) a = pi<S>() / 2;
       if (magnitude(change) <= 4 * unit_round_off<S>() * a) break;
     }
-    const S y = fifth_root(sine(a)), y2 = y * y;
-    return {deepest * y2 * y2, (out ? -1 : 1) * v * cosine(a)};
+    const S y = fifth_root(sin(a)), y2 = y * y;
+    return {deepest * y2 * y2, (out ? -1 : 1) * v * cos(a)};
   }
 };
 
@@ -153,7 +153,7 @@ template <class S> std::string find_law(const PairLaw& given, const Approach<S>&
   law.pulls = given.pull;
   law.k = given.stiffness_N_per_m;
   law.c = given.damping_N_s_per_m;
-  law.K = S(4) / 3 * S(given.modulus_Pa) / root(way.curvature);
+  law.K = S(4) / 3 * S(given.modulus_Pa) / sqrt(way.curvature);
   if (law.hertz && given.damping_s_per_m != 0) return "a Hertzian contact with damping has none";
   if (!law.hertz && !(law.c * law.c < 4 * law.k * law.m)) return "the contact is overdamped";
   return "";

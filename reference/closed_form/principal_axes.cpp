@@ -35,8 +35,8 @@ template <class S> PrincipalAxes<S> principal_axes(const Real33& inertia) {
       done = false;
       // tan 2 angle = 2 m_pq / (m_pp - m_qq), the smaller turn; new axes p' = c p + s q, q' = -s p + c q.
       const S half = (m[p][p] - m[q][q]) / (2 * m[p][q]);
-      const S t = (half < 0 ? -1 : 1) / (magnitude(half) + root(1 + half * half));
-      const S angle = arc_tangent(t), c = cosine(angle), s = sine(angle);
+      const S t = (half < 0 ? -1 : 1) / (magnitude(half) + sqrt(1 + half * half));
+      const S angle = atan(t), c = cos(angle), s = sin(angle);
       for (int k = 0; k < 3; ++k) {  // columns, then rows
         const S kp = m[k][p], kq = m[k][q];
         m[k][p] = c * kp + s * kq;

@@ -163,7 +163,7 @@ void add_slack(Slack<S>& slack, const Body& body, const Stance<S>& stance, const
   S turned = 4 * stance.tilt;
   if (line.round || line.kappa != 1) {
     const S inertia = body.inertia_kg_m2[8], r = stance.height;
-    const S w = inertia > 0 ? v / r * larger(S(1), root(S(body.mass_kg) * r * r / inertia)) : S(0);
+    const S w = inertia > 0 ? v / r * larger(S(1), sqrt(S(body.mass_kg) * r * r / inertia)) : S(0);
     slack.w_rad_per_s = larger(slack.w_rad_per_s, w);
     turned = turned + w * t_end;
   }

@@ -97,7 +97,7 @@ template <class S> S grown(const std::array<S, 3>& moment, S w, S dropped, S t) 
           middle = moment[0] + moment[1] + moment[2] - least - most;
   if (dropped == 0) return 0;
   return dropped * (most / least) *
-         exponential(w * t * root(larger(S(0), (middle - least) * (most - middle)) / (least * most)));
+         exp(w * t * sqrt(larger(S(0), (middle - least) * (most - middle)) / (least * most)));
 }
 
 // The moments are all alike: a body that turns like a ball about every axis.

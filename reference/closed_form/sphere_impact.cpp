@@ -46,9 +46,9 @@ template <class S> Meeting<S> meet(const Vec<S>& d0, const Vec<S>& u, S reach, S
   const S inside = dot(u, u) * reach * reach - dot(aside, aside);
   if (!(b < 0) || !(inside > 0)) return made;
   made.happens = true;
-  made.t = larger(S(0), c / (root(inside) - b));
+  made.t = larger(S(0), c / (sqrt(inside) - b));
   made.normal = (1 / reach) * (d0 + made.t * u);
-  made.before = -root(inside) / reach;  // u . n at contact: (b + u^2 t) / R
+  made.before = -sqrt(inside) / reach;  // u . n at contact: (b + u^2 t) / R
   made.after = -e * made.before;
   made.impulse = -(1 + e) * made.before / inverse_mass;
   return made;

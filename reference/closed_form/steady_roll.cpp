@@ -31,7 +31,7 @@ template <class S> struct Roll {
 
 // w' along d, y, a; w_y is theta'.
 template <class S> Vec<S> change_of_rates(const Roll<S>& roll, S lean, const Vec<S>& w) {
-  const S sine_ = sine(lean), cosine_ = cosine(lean), W = -w[0] / sine_, m = roll.m;
+  const S sine_ = sin(lean), cosine_ = cos(lean), W = -w[0] / sine_, m = roll.m;
   const Vec<S> f{w[0], w[1], W * cosine_}, rho{roll.R, 0, -roll.l}, z{-sine_, 0, cosine_};
   const Vec<S> momentum{roll.I_t * w[0], roll.I_t * w[1], roll.I_a * w[2]};
   const Vec<S> carried = cross(f, cross(rho, w)) + roll.g * z;
@@ -58,9 +58,9 @@ template <class S> std::string find_nodding(Roll<S>& roll, const Vec<S>& w) {
   const S B_a = (at(0, 0, 0, step)[1] - at(0, 0, 0, -step)[1]) / (2 * step);
   const S square = -(A + B_d * C_d + B_a * C_a);
   if (!(square > S(1e-6) * (rate * rate + roll.g / roll.R))) return "it would fall over: the steady roll is not stable";
-  roll.nod_rad_per_s = root(square);
+  roll.nod_rad_per_s = sqrt(square);
   // A lean off by e shifts W and s by their share of C e, and W = -w_d / sin itself.
-  const S sine_ = sine(roll.lean);
+  const S sine_ = sin(roll.lean);
   roll.gain = (magnitude(C_d) + magnitude(roll.precession)) / sine_ + magnitude(C_a) + rate;
   return "";
 }
@@ -89,13 +89,13 @@ template <class S> std::string find_roll(const Scene& scene, int at, const Floor
   if (!(sine_ > S(0x1p-10)) || !(cosine_ > S(0x1p-30))) return name + " does not lean";
   const Vec<S> d = (-1 / sine_) * (z - cosine_ * a), y = cross(a, d);
   const Vec<S> rates{dot(w, d), dot(w, y), dot(w, a)}, rho = roll.R * d - roll.l * a;
-  roll.lean = arc_tangent(sine_, cosine_);
+  roll.lean = atan2(sine_, cosine_);
   roll.precession = -rates[0] / sine_;
   const S spin = rates[2] - roll.precession * cosine_, rate = norm(rates);
   roll.spin = side * spin;
   if (!(magnitude(roll.precession) > S(0x1p-30) * rate)) return name + " does not go round";
   roll.from_middle = (-1 / roll.precession) * cross(z, start.v_WB);
-  const S scale = rate + root(roll.g / roll.R);
+  const S scale = rate + sqrt(roll.g / roll.R);
   const S gap = dot(z, start.p_WB + rho) - floor.offset, slip = norm(start.v_WB + cross(w, rho));
   const std::string why = find_nodding(roll, rates);
   if (!why.empty()) return name + ": " + why;

@@ -69,7 +69,7 @@ template <class S> bool meets(const Vec<S>& d, const Vec<S>& u, int axes, S reac
   }
   const S inside = b * b - a * c;
   if (!(b < 0) || !(inside > 0) || c < 0) return false;
-  t = c / (root(inside) - b);
+  t = c / (sqrt(inside) - b);
   return true;
 }
 

@@ -25,16 +25,16 @@ template <class S> std::array<S, 5> stumpff(S beta, S s) {
     G[0] = 1 - beta * G[2];
     return G;
   }
-  const S rate = root(magnitude(beta)), angle = rate * s;
+  const S rate = sqrt(magnitude(beta)), angle = rate * s;
   if (beta > 0) {
-    const S half = sine(angle / 2);
-    G[0] = cosine(angle);
-    G[1] = sine(angle) / rate;
+    const S half = sin(angle / 2);
+    G[0] = cos(angle);
+    G[1] = sin(angle) / rate;
     G[2] = 2 * half * half / beta;
   } else {
-    const S half = hyperbolic_sine(angle / 2);
-    G[0] = hyperbolic_cosine(angle);
-    G[1] = hyperbolic_sine(angle) / rate;
+    const S half = sinh(angle / 2);
+    G[0] = cosh(angle);
+    G[1] = sinh(angle) / rate;
     G[2] = -2 * half * half / beta;
   }
   G[3] = (s - G[1]) / beta;

@@ -42,12 +42,12 @@ template <class S> struct Top {
 
   // The direction of L in principal axes is Rz(azimuth) Ry(polar) z; the azimuth follows the amplitude without a jump.
   Quat<S> to_momentum(const Jacobi<S>& at) const {
-    const S l1 = I[0] * a1, l2 = I[1] * a2, side = l2 < 0 ? -1 : 1, pairs = floor_of(at.halves / 2);
+    const S l1 = I[0] * a1, l2 = I[1] * a2, side = l2 < 0 ? -1 : 1, pairs = floor(at.halves / 2);
     const bool odd = at.halves != 2 * pairs;
     const S x = (odd ? -1 : 1) * l1 * at.cn, y = (odd ? -1 : 1) * l2 * at.sn;
     const S turns = odd && at.sn >= 0 ? pairs + 1 : pairs;
-    const S azimuth = arc_tangent(y, x) + side * 2 * turns * pi<S>();
-    const S polar = arc_tangent(root(x * x + y * y), I[2] * a3 * at.dn);
+    const S azimuth = atan2(y, x) + side * 2 * turns * pi<S>();
+    const S polar = atan2(sqrt(x * x + y * y), I[2] * a3 * at.dn);
     return turn(Vec<S>{0, 0, 1}, azimuth) * turn(Vec<S>{0, 1, 0}, polar);
   }
 
@@ -56,7 +56,7 @@ template <class S> struct Top {
   //   psi = L t / I1 + L (I3 - I1)(I2 - I1) / (3 I1^2 (I2 - I3) lambda) [third_kind]
   Spin<S> at(S t) const {
     const Jacobi<S> now = lambda == 0 ? start : jacobi(lambda * t + u0, kc);
-    const S side = now.halves != 2 * floor_of(now.halves / 2) ? -1 : 1;
+    const S side = now.halves != 2 * floor(now.halves / 2) ? -1 : 1;
     S psi = L * t / I[0];
     if (I[1] != I[0])
       psi +=
@@ -90,17 +90,17 @@ template <class S> Top<S> make_top(Quat<S> q_BP, std::array<S, 3> I, Vec<S> w, c
   top.I = I;
   top.q0_WP = q0_WB * q_BP;
   const S sign3 = w[2] < 0 ? -1 : 1;
-  top.a1 = root(X / (-I[0] * d31));
-  top.a2 = (d31 * sign3 < 0 ? -1 : 1) * root(X / (-I[1] * d32));
-  top.a3 = sign3 * root(Y / (I[2] * d31));
-  top.lambda = root(d32 * Y / (I[0] * I[1] * I[2]));
+  top.a1 = sqrt(X / (-I[0] * d31));
+  top.a2 = (d31 * sign3 < 0 ? -1 : 1) * sqrt(X / (-I[1] * d32));
+  top.a3 = sign3 * sqrt(Y / (I[2] * d31));
+  top.lambda = sqrt(d32 * Y / (I[0] * I[1] * I[2]));
   const S kc2 = d31 * (I[2] * d32 * w[2] * w[2] - I[0] * d21 * w[0] * w[0]) / (d32 * Y);
-  top.kc = kc2 > 0 ? root(kc2) : S(0);
+  top.kc = kc2 > 0 ? sqrt(kc2) : S(0);
   // sn, cn and dn of the start from the spin itself, and u0 = F = sn R_F(cn^2, dn^2, 1).
-  const S sn = w[1] / top.a2, cn = w[0] / top.a1, length = root(sn * sn + cn * cn);
+  const S sn = w[1] / top.a2, cn = w[0] / top.a1, length = sqrt(sn * sn + cn * cn);
   top.start.sn = sn / length;
   top.start.cn = cn / length;
-  top.start.dn = root(top.start.cn * top.start.cn + top.kc * top.kc * top.start.sn * top.start.sn);
+  top.start.dn = sqrt(top.start.cn * top.start.cn + top.kc * top.kc * top.start.sn * top.start.sn);
   top.u0 = top.start.sn * carlson_rf(top.start.cn * top.start.cn, top.start.dn * top.start.dn, S(1));
   const Vec<S> momentum_P{I[0] * w[0], I[1] * w[1], I[2] * w[2]};
   top.L = norm(momentum_P);
@@ -143,8 +143,8 @@ template <class S> Turning<S> turning(const Body& body, S angular_drag_N_m_s) {
     const S decay = angular_drag_N_m_s / moment;
     const Vec<S> w0 = start.w_WB_B;
     return {"", [=](S t) {
-              const S angle = -rate * exponential_minus_1(-decay * t) / decay;
-              return Spin<S>{start.q_WB * turn((1 / rate) * w0, angle), exponential(-decay * t) * w0};
+              const S angle = -rate * expm1(-decay * t) / decay;
+              return Spin<S>{start.q_WB * turn((1 / rate) * w0, angle), exp(-decay * t) * w0};
             }};
   }
   if (straight) return {"", steady(start.q_WB, start.w_WB_B)};

@@ -10,10 +10,9 @@ template <class S> struct Fall { S u{}, path{}; };  // air speed downwards, way 
 // Down, u >= 0, with the terminal speed V = sqrt(g / kappa), tau = g t / V, r = u0 / V:
 //   u = V (r + tanh tau) / (1 + r tanh tau),      path = (V^2 / g) log(cosh tau + r sinh tau)
 template <class S> Fall<S> down(S u0, S V, S g, S t) {
-  const S tau = g * t / V, r = u0 / V, th = hyperbolic_tangent(tau);
-  const S half = hyperbolic_sine(tau < 1 ? tau / 2 : S(0));
-  const S log_part = tau < 1 ? log_of_1_plus(2 * half * half + r * hyperbolic_sine(tau))
-                             : tau + log_of_1_plus((r - 1) * (-exponential_minus_1(-2 * tau)) / 2);
+  const S tau = g * t / V, r = u0 / V, th = tanh(tau);
+  const S half = sinh(tau < 1 ? tau / 2 : S(0));
+  const S log_part = tau < 1 ? log1p(2 * half * half + r * sinh(tau)) : tau + log1p((r - 1) * (-expm1(-2 * tau)) / 2);
   return {V * (r + th) / (1 + r * th), V * V / g * log_part};
 }
 
@@ -22,10 +21,10 @@ template <class S> Fall<S> down(S u0, S V, S g, S t) {
 // cos a / cos b - 1 = 2 sin((a + b) / 2) sin((b - a) / 2) / cos b, here a = theta0, b = tau - theta0.
 template <class S> Fall<S> fall(S u0, S V, S g, S t) {
   if (u0 >= 0) return down(u0, V, g, t);
-  const S theta0 = arc_tangent(-u0 / V), tau = g * t / V;
+  const S theta0 = atan(-u0 / V), tau = g * t / V;
   const S b = tau < theta0 ? tau - theta0 : S(0);
-  const S up = V * V / g * log_of_1_plus(2 * sine((theta0 + b) / 2) * sine((b - theta0) / 2) / cosine(b));
-  if (tau < theta0) return {V * tangent(b), up};
+  const S up = V * V / g * log1p(2 * sin((theta0 + b) / 2) * sin((b - theta0) / 2) / cos(b));
+  if (tau < theta0) return {V * tan(b), up};
   const Fall<S> after = down(S(0), V, g, t - theta0 * V / g);
   return {after.u, up + after.path};
 }
@@ -48,14 +47,14 @@ template <class S> Translation<S> translation(const Scene& scene, int body) {
     const S speed = norm(u);
     return {"", [=](S t) {
               const S x = kappa * speed * t;
-              const S way = speed == 0 ? S(0) : log_of_1_plus(x) / (kappa * speed);
+              const S way = speed == 0 ? S(0) : log1p(x) / (kappa * speed);
               return Flight<S>{p + t * wind + way * u, wind + (1 / (1 + x)) * u};
             }};
   }
   if (!is_zero(cross(u, g))) return {"`" + ball.name + "` does not move through the air along gravity's line", {}};
   const S pull = norm(g);
   const Vec<S> along = (1 / pull) * g;
-  const S u0 = dot(u, along), V = root(pull / kappa);
+  const S u0 = dot(u, along), V = sqrt(pull / kappa);
   return {"", [=](S t) {
             const Fall<S> now = fall(u0, V, pull, t);
             return Flight<S>{p + t * wind + now.path * along, wind + now.u * along};

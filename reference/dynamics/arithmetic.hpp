@@ -12,22 +12,22 @@
 
 namespace atwood::dynamics {
 
-inline double root(double x) { return std::sqrt(x); }
-inline long double root(long double x) { return std::sqrt(x); }
-inline Wide root(Wide x) { return sqrtq(x); }
-inline double cosine(double x) { return std::cos(x); }
-inline long double cosine(long double x) { return std::cos(x); }
-inline Wide cosine(Wide x) { return cosq(x); }
+inline double sqrt(double x) { return std::sqrt(x); }
+inline long double sqrt(long double x) { return std::sqrt(x); }
+inline Wide sqrt(Wide x) { return sqrtq(x); }
+inline double cos(double x) { return std::cos(x); }
+inline long double cos(long double x) { return std::cos(x); }
+inline Wide cos(Wide x) { return cosq(x); }
 inline double magnitude(double x) { return std::fabs(x); }
 inline long double magnitude(long double x) { return std::fabs(x); }
 inline Wide magnitude(Wide x) { return x < 0 ? -x : x; }
 
-inline double inverse_root(double x) { return 1 / std::sqrt(x); }
-inline long double inverse_root(long double x) { return 1 / std::sqrt(x); }
+inline double rsqrt(double x) { return 1 / std::sqrt(x); }
+inline long double rsqrt(long double x) { return 1 / std::sqrt(x); }
 // 1/sqrt(x) in quad from a double seed y: with e = 1 - x y^2 ~ 2^-52, 1/sqrt(x) = y (1 - e)^(-1/2)
 //   = y (1 + e/2 + 3/8 e^2 + O(e^3 ~ 2^-156)).
 // A third of the cost of a square root and a division.
-inline Wide inverse_root(Wide x) {
+inline Wide rsqrt(Wide x) {
   const double narrow = static_cast<double>(x);
   if (!(narrow > 1e-290 && narrow < 1e290)) return Wide(1) / sqrtq(x);
   const Wide y = 1 / std::sqrt(narrow);

@@ -44,7 +44,7 @@ template <class S> struct Height {
 // n . x = offset; the doubles of n are unit to round-off only, so distances are divided by |n|.
 template <class S> Height<S> above_plane(const Plane& plane, const Triple<S>& point) {
   Triple<S> out = widen<S>(plane.normal);
-  const S inverse = inverse_root(dot(out, out));
+  const S inverse = rsqrt(dot(out, out));
   out = inverse * out;
   const S height = dot(out, point) - S(plane.offset_m) * inverse;
   return {height, out, point - height * out};
@@ -63,14 +63,14 @@ template <class S> Height<S> above_wall(const Body& wall, const Triple<S>& point
     q[k] = wall.orientation_wxyz[k];
     length2 += q[k] * q[k];
   }
-  for (S& x : q) x *= inverse_root(length2);
+  for (S& x : q) x *= rsqrt(length2);
   const Triple<S> origin = widen<S>(wall.position_m), local = rotate_back(q, point - origin);
   Triple<S> foot = local;
   for (int k = 0; k < 3; ++k) foot[k] = std::clamp(local[k], S(-half[k]), S(half[k]));
   const Triple<S> away = local - foot;
   const S distance2 = dot(away, away);
   if (distance2 > 0) {
-    const S distance = root(distance2);
+    const S distance = sqrt(distance2);
     return {distance, rotate(q, (1 / distance) * away), origin + rotate(q, foot)};
   }
   int face = 2;  // of a rectangle the only one
@@ -149,7 +149,7 @@ template <class S> Gap<S> gap(const Scene& scene, const Layout& layout, const Co
   if (is_sphere(a) && is_sphere(b)) {
     const S radius_a = radius_of<S>(a);
     const Triple<S> center = position(scene, layout, pair.a, y), d = position(scene, layout, pair.b, y) - center;
-    const S distance = root(dot(d, d));
+    const S distance = sqrt(dot(d, d));
     made.gap_m = distance - radius_a - radius_of<S>(b);
     made.normal = (1 / distance) * d;
     made.x_m = center + (radius_a + made.gap_m / 2) * made.normal;
@@ -220,7 +220,7 @@ template <class S> Strike<S> strike(const Scene& scene, const Layout& layout, co
   const Triple<S> sliding = slip(scene, layout, pair, y);
   const S speed2 = dot(sliding, sliding);
   if (pair.friction > 0 && speed2 > 0) {
-    const S speed = root(speed2);
+    const S speed = sqrt(speed2);
     made.tangential_N_s = std::min(S(pair.friction) * made.normal_N_s, speed / across);
     impulse -= (made.tangential_N_s / speed) * sliding;
   }

@@ -12,7 +12,7 @@ namespace {
 
 Wide3 zero3() { return {0, 0, 0}; }
 Wide mass(const Scene& scene, int body) { return scene.bodies[body].mass_kg; }
-Wide norm(const Wide3& v) { return root(dot(v, v)); }
+Wide norm(const Wide3& v) { return sqrt(dot(v, v)); }
 
 // ---- potential energy, one function a force ---------------------------------------------------------------------
 Wide potential(const MutualGravity& gravity, const Scene& scene, const Sample& sample) {
@@ -23,7 +23,7 @@ Wide potential(const MutualGravity& gravity, const Scene& scene, const Sample& s
       const int a = gravity.bodies[i], b = gravity.bodies[j];
       const Wide3 r = sample.bodies[b].p_m - sample.bodies[a].p_m;
       sum -= Wide(gravity.constant_m3_per_kg_s2) * mass(scene, a) * mass(scene, b) /
-             root(dot(r, r) + softening * softening);
+             sqrt(dot(r, r) + softening * softening);
     }
   return sum;
 }
@@ -203,7 +203,7 @@ Wide magnetic_moment(const Scene& scene, const Sample& sample, int body) {
     if (B2 == 0) return 0;
     const Wide3& v = sample.bodies[body].v_m_per_s;
     const Wide3 across = v - (dot(v, B) / B2) * B - (1 / B2) * cross(E, B);
-    return mass(scene, body) * dot(across, across) / (2 * root(B2));
+    return mass(scene, body) * dot(across, across) / (2 * sqrt(B2));
   }
   return 0;
 }

@@ -33,7 +33,7 @@ template <class S> void add(const MutualGravity& gravity, const Scene& scene, In
     for (std::size_t j = i + 1; j < gravity.bodies.size(); ++j) {
       const int a = gravity.bodies[i], b = gravity.bodies[j];
       const Triple<S> r = now.p_WB[b] - now.p_WB[a];
-      const S inverse = inverse_root(dot(r, r) + softening2);
+      const S inverse = rsqrt(dot(r, r) + softening2);
       const Triple<S> pull = (G * inverse * inverse * inverse) * r;
       now.acceleration_W[a] += S(scene.bodies[b].mass_kg) * pull;
       now.acceleration_W[b] -= S(scene.bodies[a].mass_kg) * pull;
@@ -44,7 +44,7 @@ template <class S> void add(const Attractor& attractor, const Scene&, Instant<S>
   const Triple<S> center = widen<S>(attractor.center_m);
   for (const int i : attractor.bodies) {
     const Triple<S> r = now.p_WB[i] - center;
-    const S inverse = inverse_root(dot(r, r));
+    const S inverse = rsqrt(dot(r, r));
     now.acceleration_W[i] -= (S(attractor.mu_m3_per_s2) * inverse * inverse * inverse) * r;
   }
 }
@@ -60,7 +60,7 @@ template <class S> void add(const QuadraticDrag& drag, const Scene&, Instant<S>&
   const S half = S(drag.density_kg_per_m3) * S(drag.drag_coefficient) * S(drag.area_m2) / 2;
   for (const int i : drag.bodies) {
     const Triple<S> u = now.v_WB[i] - widen<S>(drag.wind_m_per_s);
-    now.force_W[i] -= (half * root(dot(u, u))) * u;
+    now.force_W[i] -= (half * sqrt(dot(u, u))) * u;
     now.torque_B[i] -= S(drag.angular_coefficient_N_m_s) * now.w_WB_B[i];
   }
 }
@@ -90,7 +90,7 @@ template <class S> void add(const Spring& spring, const Scene&, Instant<S>& now)
     const S along = S(spring.damping_N_s_per_m) * dot(d, u) / length2;
     force_W += along * d;
     if (spring.rest_length_m != 0)
-      force_W -= (S(spring.stiffness_N_per_m) * S(spring.rest_length_m) * inverse_root(length2)) * d;
+      force_W -= (S(spring.stiffness_N_per_m) * S(spring.rest_length_m) * rsqrt(length2)) * d;
   } else {
     force_W += S(spring.damping_N_s_per_m) * u;
   }
@@ -100,7 +100,7 @@ template <class S> void add(const Spring& spring, const Scene&, Instant<S>& now)
 
 template <class S> void add(const Drive& drive, const Scene&, Instant<S>& now) {
   const S phase = S(drive.angular_frequency_rad_per_s) * now.t_s + S(drive.phase_rad);
-  for (const int i : drive.bodies) now.force_W[i] += cosine(phase) * widen<S>(drive.force_N);
+  for (const int i : drive.bodies) now.force_W[i] += cos(phase) * widen<S>(drive.force_N);
 }
 
 template <class S> void add(const Lorentz& field, const Scene& scene, Instant<S>& now) {
@@ -114,7 +114,7 @@ template <class S> void add(const Coulomb& coulomb, const Scene& scene, Instant<
     for (std::size_t j = i + 1; j < coulomb.bodies.size(); ++j) {
       const int a = coulomb.bodies[i], b = coulomb.bodies[j];
       const Triple<S> r = now.p_WB[b] - now.p_WB[a];
-      const S inverse = inverse_root(dot(r, r));
+      const S inverse = rsqrt(dot(r, r));
       const S charges = S(scene.bodies[a].charge_C) * S(scene.bodies[b].charge_C);
       const Triple<S> apart = (S(coulomb.constant_N_m2_per_C2) * charges * inverse * inverse * inverse) * r;
       now.force_W[b] += apart;
@@ -220,7 +220,7 @@ template <class S> struct Dynamics<S>::Parts {
       q[k] = body.orientation_wxyz[k];
       square += q[k] * q[k];
     }
-    for (S& part : q) part /= root(square);
+    for (S& part : q) part /= sqrt(square);
   }
 
   void place(Instant<S>& now, const S* y, int interval) const {
@@ -314,7 +314,7 @@ template <class S> void Dynamics<S>::rate(S t_s, const S* y, S* dydt, int interv
 }
 template <class S> void Dynamics<S>::hold_on_plane(int body, const Real3& normal) {
   const Triple<S> n = widen<S>(normal);
-  parts_->holds.push_back({body, inverse_root(dot(n, n)) * n});
+  parts_->holds.push_back({body, rsqrt(dot(n, n)) * n});
 }
 
 template class Dynamics<double>;

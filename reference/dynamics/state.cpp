@@ -48,7 +48,7 @@ namespace {
 template <class S> void normalise(S* q) {
   S square = 0;
   for (int k = 0; k < 4; ++k) square += q[k] * q[k];
-  const S length = root(square);
+  const S length = sqrt(square);
   for (int k = 0; k < 4; ++k) q[k] /= length;
 }
 

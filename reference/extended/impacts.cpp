@@ -230,7 +230,7 @@ S Impacts<S>::locate(const Pair& pair, const S* before, S high, S gap_high, cons
   // The larger root of a falling parabola; without cancellation when the ball is only falling (rate < 0).
   S tau = high;
   if (inside > 0) {
-    const S root = dynamics::root(inside);
+    const S root = dynamics::sqrt(inside);
     tau = start.rate_m_per_s < 0 ? 2 * start.gap_m / (root - start.rate_m_per_s)
                                  : -(start.rate_m_per_s + root) / (2 * bend);
   }

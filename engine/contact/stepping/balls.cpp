@@ -36,7 +36,7 @@ ATWOOD_INLINE void look(const BallBatch<S>& c, const Pack<S> (&place_a)[kLaneCou
   } else {
     d = first3<S>(place_b) - first3<S>(place_a);
     const Pack<S> distance = root(WholePack<width>{}, dot(d, d));
-    const Pack<S> inverse = S(1) / distance, zero = spread(S(0));
+    const Pack<S> inverse = S(1) / distance, zero = broadcast(S(0));
     n.x = where_above<S, width>(distance, zero, inverse * d.x, n.x);
     n.y = where_above<S, width>(distance, zero, inverse * d.y, n.y);
     n.z = where_above<S, width>(distance, zero, inverse * d.z, n.z);
@@ -49,17 +49,17 @@ ATWOOD_INLINE void prepare(BallBatch<S>& c, const Preparation<S>& p, Row<S>* pla
   Pack<S> place_a[kLaneCount], place_b[kLaneCount], a[kLaneCount], b[kLaneCount];
   gather<S, width>(places, c.a, place_a);
   if constexpr (side != Side::plane) gather<S, width>(places, c.b, place_b);
-  else nothing<S>(place_b);
+  else set_zero<S>(place_b);
   Vec3<Pack<S>> n, d;
   Pack<S> gap;
   look<S, side, width>(c, place_a, place_b, n, d, gap);
-  const Pack<S> zero = spread(S(0));
+  const Pack<S> zero = broadcast(S(0));
   gather<S, width>(velocities, c.a, a);
   if constexpr (side == Side::two_balls) gather<S, width>(velocities, c.b, b);
-  else nothing<S>(b);
+  else set_zero<S>(b);
 
   const Pack<S> mass_n = load(c.mass_n.lane);
-  const Pack<S> overlap = below<S, width>(gap + load(c.slop.lane), zero);
+  const Pack<S> overlap = min<S, width>(gap + load(c.slop.lane), zero);
   if (p.push_apart && any_above_zero<S, width>(-overlap)) {
     const Vec3<Pack<S>> push = (p.correction * overlap * mass_n) * n;
     put3<S>(first3<S>(place_a) + a[6] * push, place_a);
@@ -83,12 +83,12 @@ ATWOOD_INLINE void prepare(BallBatch<S>& c, const Preparation<S>& p, Row<S>* pla
     Pack<S> shift_a[kLaneCount], shift_b[kLaneCount];
     gather<S, width>(p.shifts, c.a, shift_a);
     if constexpr (side == Side::two_balls) gather<S, width>(p.shifts, c.b, shift_b);
-    else nothing<S>(shift_b);
+    else set_zero<S>(shift_b);
     const Vec3<Pack<S>> shift = first3<S>(shift_b) - first3<S>(shift_a);
     apart = apart + dot(n, shift);
     d = d + shift;
   }
-  Pack<S> closing = above<S, width>(apart, zero) * (S(1) / p.h_s);
+  Pack<S> closing = max<S, width>(apart, zero) * (S(1) / p.h_s);
 
   Vec3<Pack<S>> t = load_lanes<S>(c.impulse_t);
   Pack<S> jn = load(c.impulse_n.lane);
@@ -97,19 +97,19 @@ ATWOOD_INLINE void prepare(BallBatch<S>& c, const Preparation<S>& p, Row<S>* pla
   if constexpr (side != Side::plane) {
     const Pack<S> uu = dot(u, u), du = dot(d, u);
     Pack<S> s = where_above<S, width>(uu, zero, -du / uu, zero);
-    s = below<S, width>(above<S, width>(s, zero), spread(p.h_s));
+    s = min<S, width>(max<S, width>(s, zero), broadcast(p.h_s));
     const Vec3<Pack<S>> nearest = d + s * u;
     const Pack<S> radii = load(c.radius_a.lane) + load(c.radius_b.lane);
-    const Pack<S> misses = where_above<S, width>(dot(nearest, nearest), radii * radii, spread(S(1)), zero);
+    const Pack<S> misses = where_above<S, width>(dot(nearest, nearest), radii * radii, broadcast(S(1)), zero);
     const Pack<S> passes = where_above<S, width>(apart, zero, where_above<S, width>(jn, zero, zero, misses), zero);
-    closing = where_above<S, width>(passes, zero, spread(S(1e30)), closing);
+    closing = where_above<S, width>(passes, zero, broadcast(S(1e30)), closing);
   }
   store<S>(closing, c.closing.lane);
 
   // Neighbours may push it nearer than its own velocity says.
   const Pack<S> un = dot(u, n), radius_a = load(c.radius_a.lane);
-  const Pack<S> near = S(0.01) * radius_a + S(2) * p.h_s * above<S, width>(un, -un) - below<S, width>(gap, apart);
-  c.active = any_above_zero<S, width>(above<S, width>(near, jn));
+  const Pack<S> near = S(0.01) * radius_a + S(2) * p.h_s * max<S, width>(un, -un) - min<S, width>(gap, apart);
+  c.active = any_above_zero<S, width>(max<S, width>(near, jn));
   if (!p.warm) {
     store<S>(zero, c.impulse_n.lane);
     store_lanes<S>(Vec3<Pack<S>>{zero, zero, zero}, c.impulse_t);
@@ -131,13 +131,13 @@ template <class S, Side side, VectorWidth width> ATWOOD_INLINE void solve(BallBa
   Pack<S> a[kLaneCount], b[kLaneCount];
   gather<S, width>(velocities, c.a, a);
   if constexpr (side == Side::two_balls) gather<S, width>(velocities, c.b, b);
-  else nothing<S>(b);
-  const Pack<S> zero = spread(S(0)), arm_a = load(c.arm_a.lane), arm_b = load(c.arm_b.lane);
+  else set_zero<S>(b);
+  const Pack<S> zero = broadcast(S(0)), arm_a = load(c.arm_a.lane), arm_b = load(c.arm_b.lane);
   const Vec3<Pack<S>> n = load_lanes<S>(c.normal);
   const Vec3<Pack<S>> between = first3<S>(b) - first3<S>(a);
   const Pack<S> un = dot(between, n);
   const Pack<S> jn_old = load(c.impulse_n.lane);
-  const Pack<S> jn = above<S, width>(jn_old - load(c.mass_n.lane) * (un + load(c.closing.lane)), zero);
+  const Pack<S> jn = max<S, width>(jn_old - load(c.mass_n.lane) * (un + load(c.closing.lane)), zero);
   store<S>(jn, c.impulse_n.lane);
 
   const Vec3<Pack<S>> turning = arm_a * second3<S>(a) + arm_b * second3<S>(b);
@@ -145,7 +145,7 @@ template <class S, Side side, VectorWidth width> ATWOOD_INLINE void solve(BallBa
   const Vec3<Pack<S>> t_old = load_lanes<S>(c.impulse_t);
   Vec3<Pack<S>> t = t_old - load(c.mass_t.lane) * ut;
   const Pack<S> size = root(WholePack<width>{}, dot(t, t)), most = load(c.friction.lane) * jn;
-  const Pack<S> factor = where_above<S, width>(size, most, most / size, spread(S(1)));
+  const Pack<S> factor = where_above<S, width>(size, most, most / size, broadcast(S(1)));
   t = factor * t;
   store_lanes<S>(t, c.impulse_t);
 

@@ -5,10 +5,10 @@
 
 namespace atwood::stepping {
 
-template <class S, VectorWidth width> ATWOOD_INLINE Pack<S> below(const Pack<S>& a, const Pack<S>& b) {
+template <class S, VectorWidth width> ATWOOD_INLINE Pack<S> min(const Pack<S>& a, const Pack<S>& b) {
   return where_above<S, width>(b, a, a, b);
 }
-template <class S, VectorWidth width> ATWOOD_INLINE Pack<S> above(const Pack<S>& a, const Pack<S>& b) {
+template <class S, VectorWidth width> ATWOOD_INLINE Pack<S> max(const Pack<S>& a, const Pack<S>& b) {
   return where_above<S, width>(a, b, a, b);
 }
 
@@ -23,8 +23,8 @@ template <class S> ATWOOD_INLINE void put3(const Vec3<Pack<S>>& a, Pack<S>* row)
   row[1] = a.y;
   row[2] = a.z;
 }
-template <class S> ATWOOD_INLINE void nothing(Pack<S> (&row)[kLaneCount]) {
-  for (auto& entry : row) entry = spread(S(0));
+template <class S> ATWOOD_INLINE void set_zero(Pack<S> (&row)[kLaneCount]) {
+  for (auto& entry : row) entry = broadcast(S(0));
 }
 
 // `shifts`: what impacts within the substep add to the places at its end (impacts.cpp); null without bounces. What

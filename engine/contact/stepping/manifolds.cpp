@@ -47,7 +47,7 @@ ATWOOD_INLINE void write(const ManifoldBatch<S>& c, const unsigned char* moves, 
 }
 
 template <class S, VectorWidth width> ATWOOD_INLINE Pack<S> inverse_or_none(const Pack<S>& a) {
-  return where_above<S, width>(a, spread(S(0)), S(1) / a, spread(S(0)));
+  return where_above<S, width>(a, broadcast(S(0)), S(1) / a, broadcast(S(0)));
 }
 
 template <class S, VectorWidth width>
@@ -60,7 +60,7 @@ ATWOOD_INLINE void weigh(ManifoldBatch<S>& c, const Row<S>* velocities, const Ro
     ManifoldPoint<S>& point = c.point[i];
     const Vec3<Pack<S>> r_a = load_lanes<S>(point.r_a), r_b = load_lanes<S>(point.r_b);
     const auto if_used = [&](const Pack<S>& x) ATWOOD_INLINED {
-      return where_above<S, width>(spread(S(1e29)), load(point.gap_found.lane), x, spread(S(0)));
+      return where_above<S, width>(broadcast(S(1e29)), load(point.gap_found.lane), x, broadcast(S(0)));
     };
     const Vec3<Pack<S>> an = cross(r_a, n), bn = cross(r_b, n), at = cross(r_a, t), bt = cross(r_b, t),
                         as = cross(r_a, s), bs = cross(r_b, s);
@@ -88,7 +88,7 @@ ATWOOD_INLINE void prepare(ManifoldBatch<S>& c, const Preparation<S>& p, Row<S>*
   gather<S, width>(places, c.a, place_a);
   gather<S, width>(places, c.b, place_b);
   const Vec3<Pack<S>> n = load_lanes<S>(c.normal), t = load_lanes<S>(c.tangent), s = cross(n, t);
-  const Pack<S> zero = spread(S(0));
+  const Pack<S> zero = broadcast(S(0));
   const Outline<Pack<S>> outline_a{load_lanes<S>(c.axis_a), load(c.round_a.lane)};
   const Outline<Pack<S>> outline_b{load_lanes<S>(c.axis_b), load(c.round_b.lane)};
   const Vec3<Pack<S>> turned_a = load_lanes<S>(c.turned_a), turned_b = load_lanes<S>(c.turned_b);
@@ -106,9 +106,9 @@ ATWOOD_INLINE void prepare(ManifoldBatch<S>& c, const Preparation<S>& p, Row<S>*
                                 first3<S>(place_b) - first3<S>(place_a), second3<S>(place_a) - turned_a,
                                 second3<S>(place_b) - turned_b, outline_a, outline_b, lean);
     const auto if_used = [&](const Pack<S>& x) ATWOOD_INLINED {
-      return where_above<S, width>(spread(S(1e29)), load(point.gap_found.lane), x, spread(S(0)));
+      return where_above<S, width>(broadcast(S(1e29)), load(point.gap_found.lane), x, broadcast(S(0)));
     };
-    const Pack<S> overlap = if_used(below<S, width>(gap + load(c.slop.lane), zero));
+    const Pack<S> overlap = if_used(min<S, width>(gap + load(c.slop.lane), zero));
     if (p.push_apart && any_above_zero<S, width>(-overlap)) {
       pushed = true;
       const Vec3<Pack<S>> push = (p.correction * overlap * load(point.mass_n.lane)) * n;  // on a
@@ -126,7 +126,7 @@ ATWOOD_INLINE void prepare(ManifoldBatch<S>& c, const Preparation<S>& p, Row<S>*
     // are.
     const Pack<S> carried = load(point.impulse_n.lane), round_off = S(1e-6) * load(c.slop.lane);
     const Pack<S> room = apart - where_above<S, width>(carried, zero, round_off, zero);
-    store<S>(above<S, width>(room, zero) * (S(1) / p.h_s), point.closing.lane);
+    store<S>(max<S, width>(room, zero) * (S(1) / p.h_s), point.closing.lane);
     store_lanes<S>(x_a, point.arm_a);
     store_lanes<S>(x_b, point.arm_b);
     if (!p.warm) {
@@ -154,13 +154,13 @@ ATWOOD_INLINE void solve(ManifoldBatch<S>& c, Row<S>* velocities, const Row<S>* 
   Partner<S> a, b;
   read<S, width>(c, velocities, inertias, a, b);
   const Vec3<Pack<S>> n = load_lanes<S>(c.normal), t = load_lanes<S>(c.tangent), s = cross(n, t);
-  const Pack<S> zero = spread(S(0)), mu = load(c.friction.lane);
+  const Pack<S> zero = broadcast(S(0)), mu = load(c.friction.lane);
   for (int i = 0; i < c.points; ++i) {
     ManifoldPoint<S>& point = c.point[i];
     const Vec3<Pack<S>> r_a = load_lanes<S>(point.arm_a), r_b = load_lanes<S>(point.arm_b);
     Vec3<Pack<S>> u = (b.v() + cross(b.w(), r_b)) - (a.v() + cross(a.w(), r_a));
     const Pack<S> jn_old = load(point.impulse_n.lane);
-    const Pack<S> jn = above<S, width>(jn_old - load(point.mass_n.lane) * (dot(u, n) + load(point.closing.lane)), zero);
+    const Pack<S> jn = max<S, width>(jn_old - load(point.mass_n.lane) * (dot(u, n) + load(point.closing.lane)), zero);
     store<S>(jn, point.impulse_n.lane);
     const Vec3<Pack<S>> dn = (jn - jn_old) * n;
     a.push(r_a, -dn);
@@ -180,7 +180,7 @@ ATWOOD_INLINE void solve(ManifoldBatch<S>& c, Row<S>* velocities, const Row<S>* 
     const Pack<S> step = load(point.step_t.lane);
     const Pack<S> slip_t = t_old - step * ut, slip_s = s_old - step * us;
     const Pack<S> size = root(WholePack<width>{}, slip_t * slip_t + slip_s * slip_s);
-    const Pack<S> factor = where_above<S, width>(size, most, most / size, spread(S(1)));
+    const Pack<S> factor = where_above<S, width>(size, most, most / size, broadcast(S(1)));
     const Pack<S> jt = where_above<S, width>(wanted2, most2, factor * slip_t, stick_t);
     const Pack<S> js = where_above<S, width>(wanted2, most2, factor * slip_s, stick_s);
     store<S>(jt, point.impulse_t[0].lane);

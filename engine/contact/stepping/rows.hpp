@@ -118,7 +118,7 @@ ATWOOD_INLINE void scatter(Pack<S> (&in)[kLaneCount], const std::int32_t (&index
 }
 
 template <class S, VectorWidth width> ATWOOD_INLINE bool any_above_zero(const Pack<S>& a) {
-  const Pack<S> found = where_above<S, width>(a, spread(S(0)), spread(S(1)), spread(S(0)));
+  const Pack<S> found = where_above<S, width>(a, broadcast(S(0)), broadcast(S(1)), broadcast(S(0)));
   if constexpr (kByHalves<S, width>) {
     const Halves halves = halves_of(found);
     const HalfPack sum = halves.low + halves.high;
