@@ -19,6 +19,7 @@
 #include "benchmarks/free_flight_scene.hpp"
 #include "rigid/model.hpp"
 #include "simulation.hpp"
+#include "smooth/run.hpp"
 #include "validation/metrics/metrics.hpp"
 
 namespace {

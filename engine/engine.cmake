@@ -1,15 +1,14 @@
 # The in-house engine, and its worker.
 add_library(atwood_engine STATIC
   simulation.cpp
-  smooth.cpp
-  threads.cpp
+  parallel/team.cpp
+  smooth/prepare.cpp
+  smooth/run.cpp
   math/elliptic.cpp
   math/principal_axes.cpp
   math/scalar.cpp
   math/vector_width.cpp
   rigid/bare_problems.cpp
-  rigid/free_flight.cpp
-  rigid/free_flight_lanes.cpp
   rigid/energy.cpp
   rigid/free_top.cpp
   rigid/free_top_exact.cpp
@@ -45,6 +44,8 @@ add_library(atwood_engine STATIC
   integrators/conserving_methods.cpp
   integrators/explicit_methods.cpp
   integrators/extrapolation.cpp
+  integrators/free_flight.cpp
+  integrators/free_flight_lanes.cpp
   integrators/high_precision_methods.cpp
   integrators/implicit_alpha.cpp
   integrators/implicit_methods.cpp

@@ -52,7 +52,7 @@ template <class S> class Joined : public stepping::Stepper<S> {
     y.swap(y_new_);
   }
 
-  // As the engine's own adaptive run (smooth.cpp), which has dense output besides: the last step before `to_s` is cut.
+  // As the engine's own adaptive run (smooth/run.cpp), which has dense output besides: the last step before `to_s` is cut.
   std::int64_t advance(S t_s, S to_s, std::vector<S>& y) override {
     std::int64_t steps = 0;
     bool unsolved = false;

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "collision/broad_phase.hpp"
-#include "threads.hpp"
+#include "parallel/team.hpp"
 
 namespace atwood::broad {
 

@@ -16,7 +16,6 @@ target_sources(atwood_engine PRIVATE
   collision/convex_manifold.cpp
   collision/convex_piece.cpp
   collision/expanding_polytope.cpp
-  collision/gap.cpp
   collision/geometry.cpp
   collision/gjk.cpp
   collision/hull.cpp
@@ -33,7 +32,6 @@ target_sources(atwood_engine PRIVATE
   collision/stay_apart.cpp
   collision/swept.cpp
   collision/triangle_mesh.cpp
-  contact/contact.cpp
   contact/event/alone.cpp
   contact/event/event.cpp
   contact/event/facets.cpp
@@ -57,13 +55,13 @@ target_sources(atwood_engine PRIVATE
   contact/penalty.cpp
   contact/penalty_force.cpp
   contact/slip_path.cpp
+  contact/stepping_options.cpp
   contact/stepping/balls.cpp
   contact/stepping/candidates.cpp
   contact/stepping/direct.cpp
   contact/stepping/impacts.cpp
   contact/stepping/manifolds.cpp
   contact/stepping/manifolds_found.cpp
-  contact/stepping/options.cpp
   contact/stepping/rolling.cpp
   contact/stepping/run.cpp
   contact/stepping/seen.cpp

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "contact/stepping/options.hpp"
+#include "contact/stepping_options.hpp"
 #include "integrators/catalogue.hpp"
 
 namespace atwood {

@@ -5,6 +5,7 @@
 #include "contact/options.hpp"
 #include "contact/penalty_force.hpp"
 #include "scene/contact_laws.hpp"
+#include "smooth/run.hpp"
 
 namespace atwood {
 

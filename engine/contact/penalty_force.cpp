@@ -266,14 +266,14 @@ template <class S> void PenaltyForce<S>::add_loads(const Motion<S>& motion, Load
   }
 }
 
-template <class S> void PenaltyForce<S>::begin(const Motion<S>& motion) {
+template <class S> void PenaltyForce<S>::reset(const Motion<S>& motion) {
   memory_.clear();
   episodes_.clear();
   events_.clear();
-  accept(motion);
+  accept_step(motion);
 }
 
-template <class S> bool PenaltyForce<S>::accept(const Motion<S>& motion) {
+template <class S> bool PenaltyForce<S>::accept_step(const Motion<S>& motion) {
   find_points(motion);
   std::sort(points_.begin(), points_.end(), [](const Point& p, const Point& q) { return p.key < q.key; });
   bool slides = false;
@@ -329,7 +329,7 @@ template <class S> void PenaltyForce<S>::end(const Motion<S>& motion, const Epis
   events_.push_back(event);
 }
 
-template <class S> void PenaltyForce<S>::tell(const Motion<S>& motion, Sample& sample, const Observer& observer) {
+template <class S> void PenaltyForce<S>::report(const Motion<S>& motion, Sample& sample, const Observer& observer) {
   find_points(motion);
   sample.contacts.clear();
   for (const Point& point : points_) {

@@ -14,7 +14,7 @@
 
 #include "collision/broad_phase.hpp"
 #include "collision/contacts.hpp"
-#include "simulation.hpp"
+#include "forces/stateful_force.hpp"
 
 namespace atwood {
 
@@ -42,7 +42,7 @@ template <class S> struct ContactSpring {
   S friction{}, tangential_ratio{};
 };
 
-template <class S> class PenaltyForce final : public RememberingTerm<S> {
+template <class S> class PenaltyForce final : public StatefulForce<S> {
  public:
   PenaltyForce(const Scene& scene, const PenaltyOptions& options);
 
@@ -55,9 +55,9 @@ template <class S> class PenaltyForce final : public RememberingTerm<S> {
 
   void add_loads(const Motion<S>& motion, Load<S>* loads) const override;
   bool velocity_dependent() const override { return true; }
-  void begin(const Motion<S>& motion) override;
-  bool accept(const Motion<S>& motion) override;
-  void tell(const Motion<S>& motion, Sample& sample, const Observer& observer) override;
+  void reset(const Motion<S>& motion) override;
+  bool accept_step(const Motion<S>& motion) override;
+  void report(const Motion<S>& motion, Sample& sample, const Observer& observer) override;
 
  private:
   struct Key {  // the pair, and which features meet

@@ -1,7 +1,7 @@
 #include "forces/gravity_many.hpp"
 
 #include "forces/gravity_tree.hpp"
-#include "threads.hpp"
+#include "parallel/team.hpp"
 
 namespace atwood {
 namespace {

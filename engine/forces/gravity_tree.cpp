@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "math/scalar.hpp"
-#include "threads.hpp"
+#include "parallel/team.hpp"
 
 namespace atwood {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "integrators/system.hpp"
+#include "math/system.hpp"
 
 namespace atwood {
 

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "integrators/explicit_weights.hpp"
-#include "integrators/system.hpp"
+#include "math/system.hpp"
 
 namespace atwood {
 

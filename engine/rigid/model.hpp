@@ -14,12 +14,12 @@
 #include "forces/conservative.hpp"
 #include "forces/force.hpp"
 #include "forces/series_forces.hpp"
-#include "integrators/system.hpp"
 #include "math/lanes.hpp"
 #include "math/principal_axes.hpp"
+#include "math/system.hpp"
+#include "parallel/team.hpp"
 #include "protocol/sample.hpp"
 #include "scene/scene.hpp"
-#include "threads.hpp"
 
 namespace atwood {
 

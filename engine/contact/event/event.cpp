@@ -5,7 +5,7 @@
 
 #include "contact/event/run.hpp"
 #include "contact/options.hpp"
-#include "simulation.hpp"
+#include "smooth/run.hpp"
 
 namespace atwood {
 

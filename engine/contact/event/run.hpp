@@ -10,10 +10,10 @@
 #include "collision/geometry.hpp"
 #include "contact/event/features.hpp"
 #include "contact/impulse.hpp"
+#include "integrators/free_flight.hpp"
 #include "integrators/stepper.hpp"
 #include "protocol/method.hpp"
 #include "protocol/sample.hpp"
-#include "rigid/free_flight.hpp"
 #include "rigid/model.hpp"
 
 namespace atwood::event {

@@ -6,7 +6,7 @@
 #include "contact/options.hpp"
 #include "contact/stepping/points.hpp"
 #include "scene/contact_laws.hpp"
-#include "simulation.hpp"
+#include "smooth/run.hpp"
 
 namespace atwood {
 namespace {

@@ -24,13 +24,13 @@
 #include "collision/contacts.hpp"
 #include "collision/geometry.hpp"
 #include "contact/stepping/colouring.hpp"
-#include "contact/stepping/options.hpp"
 #include "contact/stepping/rows.hpp"
+#include "contact/stepping_options.hpp"
 #include "integrators/implicit_lu.hpp"
 #include "integrators/stepper.hpp"
+#include "parallel/team.hpp"
 #include "protocol/sample.hpp"
 #include "rigid/model.hpp"
-#include "threads.hpp"
 
 namespace atwood::stepping {
 

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <vector>
 
-#include "contact/contact.hpp"
 #include "recorded.hpp"
 #include "scene/scene.hpp"
+#include "simulation.hpp"
 
 using namespace atwood;
 using recorded::Recorded;

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <random>
 
-#include "collision/gap.hpp"
 #include "contact/impulse.hpp"
 
 using namespace atwood;
@@ -106,22 +105,4 @@ TEST_CASE("a ball on a rough floor: slip stays on the cone, stick stops the slip
     CHECK(ball.v_W.x == Approx(vx * 5 / 7).epsilon(1e-14));
     CHECK(ball.w_W.y == Approx(ball.v_W.x / r).epsilon(1e-14));
   }
-}
-
-TEST_CASE("gaps of balls and planes, wherever they stand") {
-  ContactPair<double> balls;
-  balls.radius_a = 0.5;
-  balls.radius_b = 0.25;
-  const auto gap = gap_between<double>(balls, {10, 0, 0}, {10, 1, 0});
-  CHECK(gap.distance == Approx(0.25));
-  CHECK(gap.normal_W.y == Approx(1));
-  CHECK(gap.point_W.y == Approx(0.625));
-  ContactPair<double> on_plane;
-  on_plane.radius_a = 0.5;
-  on_plane.plane_b = true;
-  on_plane.plane_normal = {0, 0, 1};
-  on_plane.plane_offset = 2;
-  const auto above = gap_between<double>(on_plane, {3, 4, 2.75}, {0, 0, 0});
-  CHECK(above.distance == Approx(0.25));
-  CHECK(above.normal_W.z == Approx(-1));  // from the ball to the plane
 }

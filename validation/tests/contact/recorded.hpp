@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "contact/contact.hpp"
 #include "scene/scene.hpp"
+#include "simulation.hpp"
 
 namespace atwood::recorded {
 

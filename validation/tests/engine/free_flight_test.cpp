@@ -2,8 +2,8 @@
 // every kind of body, vector width and number of threads.
 #include <catch2/catch.hpp>
 
+#include "integrators/free_flight.hpp"
 #include "many_bodies.hpp"
-#include "rigid/free_flight.hpp"
 
 namespace atwood::testing {
 namespace {

@@ -2,8 +2,8 @@
 #include <catch2/catch.hpp>
 
 #include "counted_allocations.hpp"
+#include "integrators/free_flight.hpp"
 #include "many_bodies.hpp"
-#include "rigid/free_flight.hpp"
 
 namespace atwood::testing {
 namespace {

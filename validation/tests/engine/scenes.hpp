@@ -5,7 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "integrators/catalogue.hpp"
+#include "rigid/model.hpp"
 #include "simulation.hpp"
+#include "smooth/run.hpp"
 
 namespace atwood::testing {
 

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <memory>
 
-#include "rigid/free_flight_lanes.hpp"
+#include "integrators/free_flight_lanes.hpp"
 #include "rigid/model.hpp"
 
 namespace atwood {

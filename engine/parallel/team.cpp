@@ -1,4 +1,4 @@
-#include "threads.hpp"
+#include "parallel/team.hpp"
 
 #include <atomic>
 #include <thread>

@@ -1,4 +1,4 @@
-#include "rigid/free_flight.hpp"
+#include "integrators/free_flight.hpp"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "contact/stepping/options.hpp"
+#include "contact/stepping_options.hpp"
 
 #include <algorithm>
 #include <cmath>

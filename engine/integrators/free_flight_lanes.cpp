@@ -1,4 +1,4 @@
-#include "rigid/free_flight_lanes.hpp"
+#include "integrators/free_flight_lanes.hpp"
 
 namespace atwood {
 namespace {

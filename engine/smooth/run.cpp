@@ -1,10 +1,10 @@
-// Runs of smooth motion: equal steps and adaptive ones.
+#include "smooth/run.hpp"
+
 #include <chrono>
 #include <cmath>
 #include <type_traits>
 
 #include "integrators/adaptive.hpp"
-#include "simulation.hpp"
 
 namespace atwood {
 namespace {
@@ -23,7 +23,7 @@ template <class S> struct Run {
     Outcome& outcome = simulation.outcome;
     const S t_s = S(static_cast<double>(plan.t_end_s)) * S(k) / S(plan.samples);
     if (!healthy(y, simulation.model->state_size(), scale, t_s, outcome)) return false;
-    if (observer != nullptr) observe(*simulation.model, plan, k, y, sample, *observer, simulation.memory);
+    if (observer != nullptr) observe(*simulation.model, plan, k, y, sample, *observer, simulation.stateful_force);
     return true;
   }
 };
@@ -34,13 +34,14 @@ template <class S> void restart(Run<S>& run) {
   s.model->system().evaluations = 0;
   ++s.model->system().epoch;
   s.model->initial_state(s.y.data());
-  if (s.memory != nullptr) s.memory->begin(s.model->motion(S(0), s.y.data()));
+  if (s.stateful_force != nullptr) s.stateful_force->reset(s.model->motion(S(0), s.y.data()));
   run.scale = state_scale(s.y.data(), s.model->state_size());
 }
 
-// The step to t_s is accepted, and y holds where it ended.
-template <class S> void remember_step(Simulation<S>& s, S t_s) {
-  if (s.memory != nullptr && s.memory->accept(s.model->motion(t_s, s.y.data()))) ++s.model->system().epoch;
+// After an accepted step to t_s, whose end is y.
+template <class S> void update_stateful_force(Simulation<S>& s, S t_s) {
+  if (s.stateful_force != nullptr && s.stateful_force->accept_step(s.model->motion(t_s, s.y.data())))
+    ++s.model->system().epoch;
 }
 
 template <class S> bool refuse_step(Outcome& outcome, S t_s) {
@@ -55,7 +56,7 @@ template <class S> bool one_step(Simulation<S>& s, const Plan& plan, std::int64_
   s.model->select_interval(t_s, t_s + h_s);
   if (!s.stepper->step(t_s, h_s, s.y.data(), s.y_new.data())) return refuse_step(s.outcome, t_s);
   s.y.swap(s.y_new);
-  remember_step(s, t_s + h_s);
+  update_stateful_force(s, t_s + h_s);
   return true;
 }
 
@@ -150,7 +151,7 @@ bool march_piece(Run<S>& run, const Tolerance<S>& tolerance, S begin_s, S end_s,
     if (run.observer != nullptr && !sample_inside(run, k, t_s, step_s, reached_s, inside)) return false;
     s.y.swap(s.y_new);
     t_s = reached_s;
-    remember_step(s, t_s);
+    update_stateful_force(s, t_s);
     ++s.outcome.steps_taken;
   }
   return true;

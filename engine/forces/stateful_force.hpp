@@ -1,0 +1,23 @@
+// A force with internal state: friction springs, histories of contacts.
+#pragma once
+
+#include "forces/force.hpp"
+#include "protocol/sample.hpp"
+
+namespace atwood {
+
+// Within a step its loads depend on the motion and on the internal state alone; the internal state changes only when a
+// step is accepted, so rejected steps and the stages of a step leave no trace.
+template <class S> class StatefulForce : public ForceTerm<S> {
+ public:
+  // The start of a run, at its first motion: the internal state is cleared.
+  virtual void reset(const Motion<S>& motion) = 0;
+  // A step was accepted and ended in this motion. Returns true if the loads at this motion changed with the internal
+  // state: rates evaluated before are then out of date.
+  virtual bool accept_step(const Motion<S>& motion) = 0;
+  // At an output time: the contacts that carry load go to sample.contacts, the events since the last output time to
+  // observer.event.
+  virtual void report(const Motion<S>& motion, Sample& sample, const Observer& observer) = 0;
+};
+
+}  // namespace atwood
