@@ -9,6 +9,7 @@ namespace atwood {
 const std::vector<MetricInfo>& all_metrics() {
   static const std::vector<MetricInfo> metrics = {
       {"status", "", "How the cell ended when it could not be measured; the reason says why."},
+      {"truth", "", "How the scene's truth ended when it gave no solution: no error is measured; the reason says why."},
       {"error-position-end", "m", "Distance from the true position at the last sample; the worst body."},
       {"error-position-max", "m",
        "Largest distance from the true position over the samples, t = 0 left out; the worst body; its bar b encloses "
@@ -232,7 +233,9 @@ const std::vector<MetricInfo>& all_metrics() {
        "Deepest overlap over the samples in units of the smaller body: its radius or least half extent."},
       {"step-time", "s", "Time of one step: median over the repeats of the timed pass, which observes nothing."},
       {"step-time-p95", "s", "Time of one step: 95th percentile over the repeats of the timed pass."},
+      {"run-time", "s", "Time of the whole run: median over the repeats of the timed pass, which observes nothing."},
       {"rate-evaluations", "1", "Evaluations of the equations of motion over the run, as the engine counts them."},
+      {"steps-taken", "1", "Steps that a method with a tolerance accepted over the run."},
   };
   return metrics;
 }

@@ -13,6 +13,7 @@
 #include "metrics_version.hpp"
 #include "protocol/wire.hpp"
 #include "scene/files.hpp"
+#include "validation/metrics/measurements.hpp"
 #include "validation/metrics/probes.hpp"
 #include "validation/study/campaigns.hpp"
 #include "validation/study/content_hash.hpp"
@@ -310,8 +311,7 @@ MeasuredRecord StudyRun::measured(const Cell& cell, const Truth& truth, const st
   record.rows = measure(cell.scenario, truth, recording);
   if (recording.outcome.status == Status::ok) record.series = error_series(cell.scenario, truth, recording);
   if (truth.outcome.status != Status::ok && cell.scenario.truth.kind != TruthKind::none) {
-    Row row;
-    row.metric = "truth";
+    Row row = metrics::row("truth", 0);
     row.status = truth.outcome.status;
     row.reason = truth.outcome.reason;
     record.rows.push_back(row);

@@ -11,6 +11,7 @@
 using namespace atwood;
 using recorded::Recorded;
 using recorded::run;
+using recorded::try_run;
 
 namespace {
 
@@ -57,7 +58,6 @@ TEST_CASE("five apexes of rk4+event to 1e-12 from any clearance") {
                          (1 + 2 * (e + std::pow(e, 2) + std::pow(e, 3) + std::pow(e, 4) + std::pow(e, 5)));
     const auto steps = static_cast<std::int64_t>(std::ceil(t_end * 240));
     const auto r = run("atwood/rk4+event", ball_over_plane(clearance, e), {t_end, steps, 1});
-    REQUIRE(r.outcome.status == Status::ok);
     REQUIRE(r.events.size() >= 5);
     for (int k = 0; k < 5; ++k) {
       const double v_after = static_cast<double>(r.events[k].vn_after_m_per_s);
@@ -71,7 +71,6 @@ TEST_CASE("five apexes of rk4+event to 1e-12 from any clearance") {
 TEST_CASE("a bouncing ball comes to rest when its series ends, and stays") {
   const double h = 1, e = 0.5;
   const auto r = run("atwood/rk4+event", ball_over_plane(h, e), {4, 960, 60});
-  REQUIRE(r.outcome.status == Status::ok);
   REQUIRE(!r.events.empty());
   const Event& last = r.events.back();
   CHECK(last.kind == EventKind::rest);
@@ -89,7 +88,6 @@ TEST_CASE("e = 0 rests at first touch; e = 1 keeps its energy") {
   REQUIRE(dead.events.size() == 2);
   CHECK(dead.events[1].kind == EventKind::rest);
   const auto live = run("atwood/rk4+event", ball_over_plane(0.3, 1), {20, 4800, 60});
-  REQUIRE(live.outcome.status == Status::ok);
   const auto& end = live.samples.back().bodies[1];
   const double z = static_cast<double>(end.p_m[2]) - radius, v = static_cast<double>(end.v_m_per_s[2]);
   CHECK((v * v / 2 + g * z) == Approx(g * 0.3).epsilon(1e-12));
@@ -100,13 +98,11 @@ TEST_CASE("time stepping is first order and keeps a ball where it came to rest")
   std::vector<double> errors;
   for (const int steps : {240, 480, 960, 1920}) {
     const auto r = run("atwood/rk4+impulse", ball_over_plane(h, e), {t, steps, 60});
-    REQUIRE(r.outcome.status == Status::ok);
     errors.push_back(std::abs(static_cast<double>(r.samples.back().bodies[1].p_m[2]) - radius - height_at(h, e, t)));
   }
   CHECK(errors[3] < 1e-2);
   CHECK(errors[3] < errors[0]);
   const auto rest = run("atwood/symplectic-euler+impulse", ball_over_plane(0.2, 0.3), {10, 2400, 60});
-  REQUIRE(rest.outcome.status == Status::ok);
   const double z_late = static_cast<double>(rest.samples[30].bodies[1].p_m[2]),
                z_end = static_cast<double>(rest.samples[60].bodies[1].p_m[2]);
   CHECK(std::abs(z_end - z_late) < 1e-10);
@@ -124,7 +120,6 @@ TEST_CASE("impact times under quadratic drag keep order 4, kink at the top of ea
   scene.forces = {drag};
   auto third_impact = [&](const std::string& method, std::int64_t steps) {
     const auto r = run(method, scene, {2, steps, 1});
-    REQUIRE(r.outcome.status == Status::ok);
     REQUIRE(r.events.size() >= 3);
     return static_cast<double>(r.events[2].t_s);
   };
@@ -150,7 +145,6 @@ TEST_CASE("a glancing touch inside one long step is found") {
   a.velocity_m_per_s = {100, 0, 0};
   scene.bodies = {a, b};
   const auto r = run("atwood/rk4+event", scene, {1, 1, 1});
-  REQUIRE(r.outcome.status == Status::ok);
   REQUIRE(r.events.size() == 1);
   const double x = -std::sqrt(1 - 0.99 * 0.99);
   CHECK(static_cast<double>(r.events[0].t_s) == Approx((x + 50) / 100).epsilon(1e-13));
@@ -164,9 +158,9 @@ TEST_CASE("a pair without a contact test is refused by name once its bodies come
   other.position_m = {0, 0, 5};
   scene.bodies.push_back(other);
   scene.bodies[1].velocity_m_per_s = {0, 0, 6};
-  const auto r = run("atwood/rk4+event", scene, {1, 60, 60});
+  const auto r = try_run("atwood/rk4+event", scene, {1, 60, 60});
   CHECK(r.outcome.status == Status::unsupported);
   CHECK(r.outcome.reason.find("cylinder `ball` and cylinder `other`") != std::string::npos);
   scene.bodies[2].position_m = {3, 0, 5};  // far enough to the side
-  CHECK(run("atwood/rk4+event", scene, {1, 60, 60}).outcome.status == Status::ok);
+  run("atwood/rk4+event", scene, {1, 60, 60});
 }

@@ -43,7 +43,6 @@ TEST_CASE("a fast ball that rolls off an end flies at once") {
       for (const int steps : {1, 20, 33}) {
         INFO("shape " << top.index() << ", " << v0 << " m/s, " << steps << " steps");
         const Recorded it = run("atwood/rk4+event", scene, {1, steps, 1});
-        REQUIRE(it.outcome.status == Status::ok);
         REQUIRE(it.events.size() == 1);
         CHECK(it.events[0].kind == EventKind::separate);
         const double left = 0.5 / v0, fell = 1 - left;
@@ -66,7 +65,6 @@ TEST_CASE("a slow ball goes about the edge until nothing presses it on, at the m
     double error[2]{};
     for (int i = 0; i < 2; ++i) {
       const Recorded it = run("atwood/rk4+event", scene, {end_s, 300 << i, 1});
-      REQUIRE(it.outcome.status == Status::ok);
       REQUIRE(it.events.size() == 1);
       CHECK(it.events[0].kind == EventKind::separate);
       error[i] = std::abs(time_of(it.events[0]) - at_s);
@@ -87,7 +85,6 @@ TEST_CASE("a ball slides from a capsule's side over its end") {
   scene.bodies = {fixed("log", Capsule{0.2, 0.3}), ball("ball", 1, r, {0, 0, R}, {v0, 0, 0})};
   scene.bodies[0].orientation_wxyz = {std::sqrt(0.5), 0, std::sqrt(0.5), 0};
   const Recorded it = run("atwood/rk4+event", scene, {0.6, 600, 1});
-  REQUIRE(it.outcome.status == Status::ok);
   REQUIRE(it.events.size() == 1);
   CHECK(it.events[0].kind == EventKind::separate);
   CHECK(time_of(it.events[0]) == Approx(0.3 / v0 + leaves.after_s).epsilon(1e-9));
@@ -113,15 +110,14 @@ TEST_CASE("bodies with corners over the end of a sheet are refused by name, in a
       INFO(one.what << ", " << steps << " steps");
       Scene scene = world({0, 0, -g}, 0, 0.1);
       scene.bodies = {fixed("ledge", one.on), one.body};
-      const Recorded it = run("atwood/rk4+event", scene, {1, steps, 1});
+      const Recorded it = try_run("atwood/rk4+event", scene, {1, steps, 1});
       CHECK(it.outcome.status == Status::unsupported);
       CHECK(it.outcome.reason.find("`crate`") != std::string::npos);
       CHECK(it.outcome.reason.find("`ledge`") != std::string::npos);
     }
   Scene beside = world({0, 0, -g}, 0, 0.1);  // past the sheet, it is another thing
   beside.bodies = {fixed("ledge", Rectangle{{0.5, 0.5}}), box("crate", 1, {0.1, 0.1, 0.05}, {0.601, 0, 0.5})};
-  for (const int steps : {1, 7, 100})
-    CHECK(run("atwood/rk4+event", beside, {1, steps, 1}).outcome.status == Status::ok);
+  for (const int steps : {1, 7, 100}) run("atwood/rk4+event", beside, {1, steps, 1});
 }
 
 TEST_CASE("right above an inner edge of a mesh is above a face") {
@@ -129,11 +125,9 @@ TEST_CASE("right above an inner edge of a mesh is above a face") {
   scene.bodies = {fixed("floor", flat_mesh(1, 1)),
                   box("box", 1, {0.1, 0.1, 0.05}, {0, 0, 0.05})};  // two corners above the diagonal
   const Recorded rests = run("atwood/rk4+event", scene, {0.5, 10, 1});
-  REQUIRE(rests.outcome.status == Status::ok);
   CHECK(rests.samples.back().contacts.size() == 4);
   scene.bodies[1] = moving("peg", Capsule{0.1, 0.1}, 1, {0.1, 0.1, 0.01}, {0, 0, 0.6});
   const Recorded falls = run("atwood/rk4+event", scene, {0.35, 10, 1});
-  REQUIRE(falls.outcome.status == Status::ok);
   REQUIRE(falls.count(EventKind::impact) == 1);
   CHECK(time_of(falls.events[0]) == Approx(std::sqrt(0.8 / g)).epsilon(1e-13));
 }
@@ -164,7 +158,6 @@ TEST_CASE("balls that meet dead and rough in empty space stay whole, and pass on
       for (const int steps : {1, 7, 64}) {
         INFO(i << " " << method << " " << steps);
         const Recorded it = run(method, scene, {0.5, steps, 1});
-        REQUIRE(it.outcome.status == Status::ok);
         REQUIRE(it.events.size() == 1);
         CHECK(it.events[0].kind == EventKind::impact);
         CHECK(time_of(it.events[0]) == Approx(0.2).epsilon(1e-12));
@@ -183,7 +176,6 @@ TEST_CASE(
     for (const int steps : {1, 7, 64}) {
       INFO(overlap << " m, " << steps << " steps");
       const Recorded it = run("atwood/rk4+event", scene, {2, steps, 1});
-      REQUIRE(it.outcome.status == Status::ok);
       if (overlap ==
           0) {  // the gap is round-off, eps, over 2 sqrt(eps d) m of the way: at most that much of an approach
         for (const Event& event : it.events) CHECK(std::abs(static_cast<double>(event.vn_before_m_per_s)) < 1e-7);
@@ -207,7 +199,6 @@ TEST_CASE(
     for (const int steps : {1, 4, 33}) {
       INFO(over << " m over the ceiling, " << steps << " steps");
       const Recorded it = run("atwood/rk4+event", scene, {0.5, steps, 1});
-      REQUIRE(it.outcome.status == Status::ok);
       REQUIRE(static_cast<int>(it.events.size()) == (over > 0 ? 1 : 0));
       if (over > 0) CHECK(time_of(it.events[0]) == Approx((v - std::sqrt(2 * g * over)) / g).epsilon(1e-10));
     }
@@ -224,11 +215,9 @@ TEST_CASE("an impact far from where the bodies began is found") {
     for (const int steps : {1, 10}) {
       const Recorded it = run("atwood/rk4+event", wall, {2, steps, 1}),
                      caught = run("atwood/rk4+event", chase, {2, steps, 1});
-      REQUIRE(it.outcome.status == Status::ok);
       REQUIRE(it.events.size() == 1);
       CHECK(time_of(it.events[0]) == Approx((far - r) / far).epsilon(1e-13));
       CHECK(it.v(1)[0] == Approx(-far / 2).epsilon(1e-13));
-      REQUIRE(caught.outcome.status == Status::ok);
       REQUIRE(caught.events.size() == 1);
       CHECK(time_of(caught.events[0]) == Approx(0.8).epsilon(1e-14 * far + 1e-13));
     }
@@ -243,7 +232,6 @@ TEST_CASE("a box that has sunk a little into a sheet or a plane at the start res
     scene.bodies = {fixed("sheet", Rectangle{{1, 1}}), crate};
     const Recorded it = run("atwood/rk4+event", scene, {0.5, 60, 1});
     INFO(depth << " m: " << it.outcome.reason);
-    REQUIRE(it.outcome.status == Status::ok);
     CHECK(it.p(1)[2] == Approx(r - depth).epsilon(1e-13));
   }
 }

@@ -48,13 +48,11 @@ TEST_CASE("on the face of a box, a sheet or a flat mesh bodies move as on a plan
         const std::string method = "atwood/rk4+event{restitution=poisson}";
         const Plan plan{0.35, 70, 7};
         const Recorded plane = run(method, scene, plan);
-        REQUIRE(plane.outcome.status == Status::ok);
         for (const Shape& under : {Shape{Box{{1, 1, 0.2}}}, Shape{Rectangle{{1, 1}}}, Shape{flat_mesh(1, 1)}}) {
           scene.bodies[0] = fixed("under", under, {0, 0, std::holds_alternative<Box>(under) ? -0.2 : 0});
           const Recorded it = run(method, scene, plan);
           INFO(one.name << " on shape " << under.index() << ", mu " << friction << ", e " << e << ": "
                         << it.outcome.reason);
-          REQUIRE(it.outcome.status == Status::ok);
           REQUIRE(!it.events.empty());
           CHECK(time_of(it.events[0]) == Approx(time_of(plane.events[0])).epsilon(1e-13));
           for (int k = 0; k < 3; ++k) {
@@ -70,7 +68,6 @@ TEST_CASE("boxes rest and slide on boxes") {
   stack.bodies = {fixed("floor", Plane{{0, 0, 1}, 0}), box("low", 5, {0.1, 0.1, 0.1}, {0, 0, 0.1}),
                   box("middle", 1, {0.1, 0.1, 0.1}, {0, 0, 0.3}), box("high", 2, {0.1, 0.1, 0.1}, {0, 0, 0.5})};
   const Recorded it = run("atwood/rk4+event", stack, {0.5, 20, 2});
-  REQUIRE(it.outcome.status == Status::ok);
   CHECK(std::abs(it.p(3)[2] - 0.5) < 1e-13);
   double on_low = 0;
   for (const auto& contact : it.samples.back().contacts)
@@ -86,7 +83,6 @@ TEST_CASE("boxes rest and slide on boxes") {
                  box("top", m, {0.1, 0.1, 0.1}, {0, 0, 0.3}, {v0, 0, 0})};
   slab.bodies[2].material = 1;
   const Recorded both = run("atwood/rk4+event", slab, {0.5, 20, 2});
-  REQUIRE(both.outcome.status == Status::ok);
   REQUIRE(both.events.size() == 1);
   CHECK(both.events[0].kind == EventKind::stick);
   CHECK(time_of(both.events[0]) == Approx(ends).epsilon(1e-10));
@@ -103,7 +99,7 @@ TEST_CASE("edges across each other, and what lies over the end of a box, are ref
   edges.bodies[1].orientation_wxyz = {std::cos(M_PI / 8), std::sin(M_PI / 8), 0, 0};
   for (const Scene& scene : {over, edges})
     for (const int steps : {2, 30}) {
-      const Recorded it = run("atwood/rk4+event", scene, {1.5, steps, 1});
+      const Recorded it = try_run("atwood/rk4+event", scene, {1.5, steps, 1});
       INFO(scene.bodies.back().name << ", " << steps << " steps");
       CHECK(it.outcome.status == Status::unsupported);
       CHECK(it.outcome.reason.find("over which it lies") != std::string::npos);

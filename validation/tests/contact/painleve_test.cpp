@@ -84,7 +84,6 @@ TEST_CASE("a rod in Painleve's inconsistent case takes the impact without collis
             const Recorded it =
                 run(std::string("atwood/rk4+event{restitution=") + law + "}", sliding_rod(of), {1e-6, 1, 1});
             INFO("tan " << tangent << " mu " << mu << " e " << e << " " << law << " " << it.outcome.reason);
-            REQUIRE(it.outcome.status == Status::ok);
             REQUIRE(it.events.size() >= 1);
             CHECK(it.events[0].kind == EventKind::impact);
             CHECK(it.events[0].t_s == 0);
@@ -95,7 +94,7 @@ TEST_CASE("a rod in Painleve's inconsistent case takes the impact without collis
 }
 
 TEST_CASE("under newton the inconsistent case ends the run with its reason and time") {
-  const Recorded it = run("atwood/rk4+event", sliding_rod({}), {0.5, 100, 100});
+  const Recorded it = try_run("atwood/rk4+event", sliding_rod({}), {0.5, 100, 100});
   CHECK(it.outcome.status == Status::unsupported);
   CHECK(it.outcome.reason.find("inconsistent") != std::string::npos);
   CHECK(it.outcome.reason.find("t = 0 s") != std::string::npos);
@@ -106,7 +105,8 @@ TEST_CASE("a rod that friction could press on although it would lift off is inde
   Slide of;
   of.spin = 12;  // w^2 a s > g: the end would rise by itself
   for (const char* law : {"newton", "poisson", "stronge"}) {
-    const Recorded it = run(std::string("atwood/rk4+event{restitution=") + law + "}", sliding_rod(of), {0.1, 10, 10});
+    const Recorded it =
+        try_run(std::string("atwood/rk4+event{restitution=") + law + "}", sliding_rod(of), {0.1, 10, 10});
     INFO(law);
     CHECK(it.outcome.status == Status::unsupported);
     CHECK(it.outcome.reason.find("indeterminate") != std::string::npos);
@@ -125,7 +125,7 @@ TEST_CASE("a rod that slides on its end neither goes through the floor nor gains
               for (const double unit : {1., 1e-3, 1e6}) {
                 Slide of{tangent, threshold(tangent) + beyond, e, speed, unit == 1 ? 0. : 0.9, unit};
                 const Scene scene = sliding_rod(of);
-                const Recorded it = run(std::string(method) + "{restitution=" + law + "}", scene, {0.25, 50, 50});
+                const Recorded it = try_run(std::string(method) + "{restitution=" + law + "}", scene, {0.25, 50, 50});
                 INFO(method << " " << law << " tan " << tangent << " mu " << of.friction << " v " << speed << " e " << e
                             << " unit " << unit << ": " << it.outcome.reason);
                 CHECK((it.outcome.status == Status::ok || it.outcome.status == Status::unsupported));
@@ -153,7 +153,7 @@ TEST_CASE("a contact that slides into the singular configuration ends the run th
   coin.orientation_wxyz = {std::cos(up / 2), std::sin(up / 2), 0, 0};
   scene.bodies = {fixed("floor", Plane{{0, 0, 1}, 0}), coin};
   for (const char* method : {"atwood/dop853:1e-10+event{restitution=stronge}", "atwood/dopri5:1e-9+event"}) {
-    const Recorded it = run(method, scene, {0.5, 500, 500});
+    const Recorded it = try_run(method, scene, {0.5, 500, 500});
     INFO(method << " " << it.outcome.reason);
     CHECK(it.outcome.status == Status::unsupported);
     CHECK(it.outcome.reason.find("t = 0.015343") != std::string::npos);

@@ -44,13 +44,22 @@ struct Ran {
   std::vector<Event> events;
   Outcome outcome;
 };
-Ran run(const std::string& method, const Scene& scene, double t_end_s, std::int64_t steps, std::int64_t samples = 1) {
+// Whatever the outcome's status: for tests of a refusal.
+Ran try_run(const std::string& method, const Scene& scene, double t_end_s, std::int64_t steps,
+            std::int64_t samples = 1) {
   Ran ran;
   Observer observer;
   observer.sample = [&](const Sample& s) { ran.samples.push_back(s); };
   observer.event = [&](const Event& e) { ran.events.push_back(e); };
   ran.outcome = atwood_engine().run(parse_method_id(method), scene, {t_end_s, steps, samples}, observer, 0);
-  INFO(ran.outcome.reason);
+  return ran;
+}
+
+// The test fails here unless the run ended ok with all its samples.
+Ran run(const std::string& method, const Scene& scene, double t_end_s, std::int64_t steps, std::int64_t samples = 1) {
+  Ran ran = try_run(method, scene, t_end_s, steps, samples);
+  INFO(method << ": " << to_string(ran.outcome.status) << ", " << ran.outcome.reason);
+  REQUIRE(static_cast<std::int64_t>(ran.samples.size()) == samples + 1);
   return ran;
 }
 double vz(const Ran& ran) { return static_cast<double>(ran.samples.back().bodies[1].v_m_per_s[2]); }
@@ -66,7 +75,6 @@ TEST_CASE("a linear contact: restitution and duration by the damped oscillator's
       const double e = pull ? std::exp(-M_PI * ratio / s) : std::exp(-2 * ratio * std::acos(ratio) / s);
       const Ran ran = run("atwood/rk4+penalty", into_plane(linear(k, c, pull)), 0.1, 20000, 10);
       INFO("damping ratio " << ratio << (pull ? ", pulls" : ""));
-      REQUIRE(ran.outcome.status == Status::ok);
       // The dashpot's force sets in with a jump, somewhere within a step: of its impulse a step's worth may be missed.
       CHECK(vz(ran) == Approx(3 * e).margin(2 * ratio * w * 5e-6 * 3));
       REQUIRE(ran.events.size() == 1);
@@ -87,7 +95,6 @@ TEST_CASE("Hertz: an impact without damping sinks in by (5 m v^2 / 4 K)^(2/5) an
   law.modulus_Pa = 1e7;
   const double K = 4.0 / 3 * 1e7 * std::sqrt(0.25), deepest = std::pow(1.25 * 2 * 9 / K, 0.4);
   const Ran ran = run("atwood/rk4+penalty", into_plane(law), 0.1, 40000, 20000);
-  REQUIRE(ran.outcome.status == Status::ok);
   double lowest = 1;
   for (const Sample& s : ran.samples) lowest = std::min(lowest, z(s));
   CHECK(0.25 - lowest == Approx(deepest).epsilon(1e-6));
@@ -102,7 +109,6 @@ TEST_CASE("a rigid pair's restitution comes out, and the overlap that was wanted
     law.restitution = e;
     const Ran ran = run("atwood/rk4+penalty{overlap=0.01}", into_plane(law), 0.1, 50000, 25000);
     INFO(e << " " << ran.outcome.reason);
-    REQUIRE(ran.outcome.status == Status::ok);
     CHECK(vz(ran) ==
           Approx(3 * e).margin(2 * damping_ratio_of(e) * 2400 * 2e-6 * 3 + 1e-9));  // as above, w = 6 / (0.01 0.25)
     double lowest = 1;
@@ -123,7 +129,6 @@ TEST_CASE("sliding friction slows by mu g, and the tangential spring holds on a 
   scene.bodies[1].velocity_m_per_s = {2, 0, 0};
   // 5/7 of 2 m/s when it rolls, after 2 / (3.5 mu g) seconds; a ball has no static hold, so the slope is for a box.
   const Ran rolls = run("atwood/rk4+penalty", scene, 0.5, 20000, 10);
-  REQUIRE(rolls.outcome.status == Status::ok);
   const auto vx = [](const Sample& s) { return static_cast<double>(s.bodies[1].v_m_per_s[0]); };
   CHECK(vx(rolls.samples[2]) == Approx(2 - 0.4 * 10 * 0.1).epsilon(1e-3));
   CHECK(vx(rolls.samples[10]) == Approx(2 * 5.0 / 7).epsilon(1e-3));
@@ -135,7 +140,6 @@ TEST_CASE("sliding friction slows by mu g, and the tangential spring holds on a 
   scene.bodies[1].position_m = {0, 0, 0.25 - 2 * 10 / (4 * 2e5)};  // on four corners
   scene.gravity_m_per_s2 = {3, 0, -10};
   const Ran holds = run("atwood/rk4+penalty", scene, 1, 20000, 10);
-  REQUIRE(holds.outcome.status == Status::ok);
   CHECK(std::fabs(static_cast<double>(holds.samples.back().bodies[1].p_m[0])) < 1e-3);
   CHECK(std::fabs(vx(holds.samples.back())) < 1e-4);
   scene.gravity_m_per_s2 = {5, 0, -10};
@@ -152,7 +156,6 @@ TEST_CASE("any integrator steps it: partitioned, implicit, adaptive, multistep; 
                              "atwood/leapfrog+penalty", "atwood/rk4+penalty@long-double"}) {
     const Ran ran = run(method, scene, 0.1, 20000);
     INFO(method << ": " << ran.outcome.reason);
-    REQUIRE(ran.outcome.status == Status::ok);
     CHECK(vz(ran) == Approx(3).epsilon(2e-3));
   }
 }
@@ -161,25 +164,28 @@ TEST_CASE("a step beyond the stability limit is refused with the limit; so is wh
   PairLaw law;
   law.restitution = 0.9;
   const Scene scene = into_plane(law);
-  const Ran coarse = run("atwood/velocity-verlet+penalty", scene, 0.1, 10);
+  const Ran coarse = try_run("atwood/velocity-verlet+penalty", scene, 0.1, 10);
   CHECK(coarse.outcome.status == Status::unsupported);
   CHECK(coarse.outcome.reason.find("beyond the stability limit of atwood/velocity-verlet") != std::string::npos);
   // k / m = (6 m/s / 0.25 mm)^2: Verlet's limit is 2 / w, a little less with the damping of e = 0.9.
   CHECK(coarse.outcome.reason.find("(24000 rad/s)") != std::string::npos);
   // No step is too long for implicit Euler; its equations may still have no solution that it finds across the onset.
-  CHECK(run("atwood/implicit-euler+penalty", scene, 0.1, 100).outcome.reason.find("stability") == std::string::npos);
+  CHECK(try_run("atwood/implicit-euler+penalty", scene, 0.1, 100).outcome.reason.find("stability") ==
+        std::string::npos);
 
   Scene inelastic = scene;
   inelastic.pairs[0].restitution = 0;
-  CHECK(run("atwood/rk4+penalty", inelastic, 0.1, 20000).outcome.reason.find("no restitution of 0") !=
+  CHECK(try_run("atwood/rk4+penalty", inelastic, 0.1, 20000).outcome.reason.find("no restitution of 0") !=
         std::string::npos);
-  CHECK(run("atwood/rk4+penalty{damping_ratio=1}", inelastic, 0.1, 20000).outcome.status == Status::ok);
-  const Ran series = run("atwood/taylor+penalty", scene, 0.1, 20000);
+  run("atwood/rk4+penalty{damping_ratio=1}", inelastic, 0.1, 20000);
+  const Ran series = try_run("atwood/taylor+penalty", scene, 0.1, 20000);
+  CHECK(series.outcome.status == Status::unsupported);
   INFO(series.outcome.reason);
   CHECK(series.outcome.reason.find("contact forces") != std::string::npos);
   Scene still = scene;
   still.bodies[1].velocity_m_per_s = {0, 0, 0};
-  CHECK(run("atwood/rk4+penalty", still, 0.1, 20000).outcome.reason.find("impact_speed_m_per_s") != std::string::npos);
+  CHECK(try_run("atwood/rk4+penalty", still, 0.1, 20000).outcome.reason.find("impact_speed_m_per_s") !=
+        std::string::npos);
 }
 
 TEST_CASE("momentum of two balls passes over to round-off, spin and friction with it") {
@@ -193,7 +199,6 @@ TEST_CASE("momentum of two balls passes over to round-off, spin and friction wit
   scene.bodies[0].velocity_m_per_s = {0, 0, 0};
   scene.bodies[0].angular_velocity_body_rad_per_s = {3, -4, 5};
   const Ran ran = run("atwood/rk4+penalty", scene, 0.1, 20000);
-  REQUIRE(ran.outcome.status == Status::ok);
   Wide p[3] = {0, 0, 0}, L[3] = {0, 0, 0}, p0[3] = {0, 0, -6}, L0[3] = {0.05 * 3, 0.05 * -4, 0.05 * 5};
   for (const BodySample& b : ran.samples.back().bodies) {
     const auto &x = b.p_m, &v = b.v_m_per_s;
@@ -221,9 +226,9 @@ TEST_CASE("+penalty refuses a convention for simultaneous impacts, unless the sc
   PairLaw law;
   law.restitution = 0.5;
   Scene scene = into_plane(law);
-  REQUIRE(run("atwood/rk4+penalty", scene, 0.001, 2000).outcome.status == Status::ok);
+  run("atwood/rk4+penalty", scene, 0.001, 2000);
   scene.simultaneous_impacts = SimultaneousImpacts::sequential;
-  const Ran refused = run("atwood/rk4+penalty", scene, 0.001, 2000);
+  const Ran refused = try_run("atwood/rk4+penalty", scene, 0.001, 2000);
   CHECK(refused.outcome.status == Status::unsupported);
   CHECK(refused.outcome.reason.find("simultaneous_impacts") != std::string::npos);
   law.contact_law = ContactLaw::linear;
@@ -231,5 +236,5 @@ TEST_CASE("+penalty refuses a convention for simultaneous impacts, unless the sc
   law.stiffness_N_per_m = 1e4;
   Scene gives_way = into_plane(law);
   gives_way.simultaneous_impacts = SimultaneousImpacts::together;
-  CHECK(run("atwood/rk4+penalty", gives_way, 0.001, 2000).outcome.status == Status::ok);
+  run("atwood/rk4+penalty", gives_way, 0.001, 2000);
 }

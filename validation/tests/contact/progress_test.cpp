@@ -30,7 +30,6 @@ TEST_CASE("Galperin's billiard has as many impacts as pi has, up to 31 415 in on
       const double ratio = std::pow(100., k), turn = 2 * std::atan(1 / std::sqrt(ratio));
       const Recorded it = run(method, billiard(ratio, 1), {40, 1, 1});
       INFO(ratio << " to 1, " << method << " " << it.outcome.reason);
-      REQUIRE(it.outcome.status == Status::ok);
       CHECK(it.count(EventKind::impact) == digits[k]);
       CHECK(it.count(EventKind::impact) == std::ceil(M_PI / (turn / 2)) - 1);
       const double angle = turn * ((it.count(EventKind::impact) + 1) / 2);
@@ -41,7 +40,6 @@ TEST_CASE("Galperin's billiard has as many impacts as pi has, up to 31 415 in on
 // ... all of them at one instant, where all touch: one after the other.
 TEST_CASE("Galperin's billiard of touching balls has all its impacts at once") {
   const Recorded it = run("atwood/rk4+event", billiard(1e6, 0), {1, 1, 1});
-  REQUIRE(it.outcome.status == Status::ok);
   CHECK(it.count(EventKind::impact) == 3141);
   CHECK(it.v(2)[0] > 0.999);
 }
@@ -55,7 +53,6 @@ TEST_CASE("a scene's convention for simultaneous impacts is followed, and a sett
   const Plan plan{0.125, 1, 1};
   const auto speeds = [&](const std::string& method) {
     const Recorded it = run(method, scene, plan);
-    REQUIRE(it.outcome.status == Status::ok);
     return std::array{it.v(0)[2], it.v(1)[2], it.v(2)[2]};
   };
   const auto one_by_one = speeds("atwood/rk4+event"), at_once = speeds("atwood/rk4+event{simultaneous=together}");
@@ -64,12 +61,12 @@ TEST_CASE("a scene's convention for simultaneous impacts is followed, and a sett
   scene.simultaneous_impacts = SimultaneousImpacts::together;
   CHECK(speeds("atwood/rk4+event") == at_once);
   CHECK(speeds("atwood/rk4+event{simultaneous=together}") == at_once);
-  const Recorded against = run("atwood/rk4+event{simultaneous=sequential}", scene, plan);
+  const Recorded against = try_run("atwood/rk4+event{simultaneous=sequential}", scene, plan);
   CHECK(against.outcome.status == Status::unsupported);
   CHECK(against.outcome.reason.find("simultaneous=sequential contradicts the scene") != std::string::npos);
   scene.simultaneous_impacts = SimultaneousImpacts::sequential;
   CHECK(speeds("atwood/rk4+event") == one_by_one);
-  CHECK(run("atwood/rk4+event{simultaneous=together}", scene, plan).outcome.status == Status::unsupported);
+  CHECK(try_run("atwood/rk4+event{simultaneous=together}", scene, plan).outcome.status == Status::unsupported);
 }
 
 // Ties within round-off go by the scene's order, not by which sum was rounded down: turned anyhow, the same.
@@ -85,7 +82,6 @@ TEST_CASE("a tie goes to the first in the scene's order, however the scene is tu
                     ball("falls", 1, 0.1, at(0, h), at(0, -1))};
     const Recorded it = run("atwood/rk4+event", scene, {0.125, 1, 1});
     INFO(i);
-    REQUIRE(it.outcome.status == Status::ok);
     const auto speed = [&](int body) { return std::hypot(it.v(body)[0], it.v(body)[1], it.v(body)[2]); };
     CHECK(speed(0) > speed(1) + 0.1);
   }

@@ -1,7 +1,8 @@
-// A run of a scene built in the test, with all that it tells.
+// Scenes of the contact tests, and runs of them with their samples and events.
 #pragma once
 
 #include <array>
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -29,12 +30,22 @@ struct Recorded {
   }
 };
 
-inline Recorded run(const std::string& method, const Scene& scene, const Plan& plan) {
+// Runs `scene` and returns what was observed, whatever the outcome's status: for tests of a refusal.
+inline Recorded try_run(const std::string& method, const Scene& scene, const Plan& plan) {
   Recorded recorded;
   Observer observer;
   observer.sample = [&](const Sample& s) { recorded.samples.push_back(s); };
   observer.event = [&](const Event& e) { recorded.events.push_back(e); };
   recorded.outcome = run_with_contacts(parse_method_id(method), scene, plan, observer, 0);
+  return recorded;
+}
+
+// Runs `scene`; the test fails here unless the run ended ok with all its samples.
+inline Recorded run(const std::string& method, const Scene& scene, const Plan& plan) {
+  Recorded recorded = try_run(method, scene, plan);
+  INFO(method << ": " << to_string(recorded.outcome.status) << ", " << recorded.outcome.reason);
+  REQUIRE(recorded.outcome.status == Status::ok);
+  REQUIRE(static_cast<std::int64_t>(recorded.samples.size()) == plan.samples + 1);
   return recorded;
 }
 

@@ -48,7 +48,6 @@ double precession_of_disc(const Coin& coin, double lean) {
 
 double largest_change_of_energy(const std::string& method, const Scene& scene, const Plan& plan) {
   const Recorded r = run(method, scene, plan);
-  REQUIRE(r.outcome.status == Status::ok);
   const double start = total(scene, r.samples.front()).energy;
   double most = 0;
   for (const Sample& sample : r.samples) most = std::max(most, std::abs(total(scene, sample).energy / start - 1));
@@ -106,7 +105,6 @@ TEST_CASE("+impulse: impacts of one instant in the order that the scene names") 
     Scene scene = left_first ? scene_of({left, right, cue}, 1, 0) : scene_of({right, left, cue}, 1, 0);
     scene.simultaneous_impacts = SimultaneousImpacts::sequential;
     const Recorded r = run(euler, scene, {1, 60, 1});
-    REQUIRE(r.outcome.status == Status::ok);
     // first: 3 c along its line, 3 c^2 along y. The cue keeps 3 (1 - c^2) = 3/4 along y and 3 c / 2 along x, away from
     // the first; along the second's line that is (3/4) c + (3 c / 2) / 2 = 3 c / 2.
     CHECK(y_velocity(r, 0) == Approx(3 * c * c));
@@ -124,14 +122,13 @@ TEST_CASE("+impulse: impacts of one instant in the order that the scene names") 
                              ball("cue", 1, 0.5, {0, -1, 0}, {0, 3, 0})},
                             1, 0);
   together.simultaneous_impacts = SimultaneousImpacts::together;
-  const Recorded refused = run(euler, together, {1, 60, 1});
+  const Recorded refused = try_run(euler, together, {1, 60, 1});
   CHECK(refused.outcome.status == Status::unsupported);
   CHECK(refused.outcome.reason.find("simultaneous_impacts is together") != std::string::npos);
   // Without restitution it is the other way round: all contacts are one problem.
   together.materials[0].restitution = together.pairs[0].restitution = 0;
   const Recorded plastic = run(euler, together, {1, 60, 1});
-  REQUIRE(plastic.outcome.status == Status::ok);
   CHECK(y_velocity(plastic, 0) == Approx(y_velocity(plastic, 1)));
   together.simultaneous_impacts = SimultaneousImpacts::sequential;
-  CHECK(run(euler, together, {1, 60, 1}).outcome.status == Status::unsupported);
+  CHECK(try_run(euler, together, {1, 60, 1}).outcome.status == Status::unsupported);
 }

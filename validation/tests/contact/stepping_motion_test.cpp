@@ -65,7 +65,6 @@ TEST_CASE("+impulse: an impact on a round or turning surface is where the shapes
   const Recorded fine = run(euler, scene, {2.0, 7680, 60});
   for (const int steps : {60, 120, 420, 1920}) {
     const Recorded coarse = run(euler, scene, {2.0, steps, 60});
-    REQUIRE(coarse.outcome.status == Status::ok);
     for (std::size_t i = 0; i < scene.bodies.size(); ++i)
       CHECK(apart(coarse.samples.back().bodies[i].p_m, fine.samples.back().bodies[i].p_m) < 1e-11);
   }
@@ -86,7 +85,6 @@ TEST_CASE("+impulse: corners that come near within a step are met") {
   // Contacts kept as they were then let boxes sink in by more than half an edge.
   const Scene scene = catalogue("settling-boxes-100");
   const Recorded r = run(euler, scene, {0.5, 30, 30});
-  REQUIRE(r.outcome.status == Status::ok);
   double deepest = 0;
   for (const Sample& sample : r.samples) deepest = std::max(deepest, deepest_overlap(scene, sample));
   CHECK(deepest > 0);
@@ -97,7 +95,6 @@ TEST_CASE("+impulse: sleeping is off unless asked for, and holds still what has 
   const Scene scene = tower_and_ball({0, 0, 1e3}, 0);
   const Plan plan{2.0, 480, 20};
   const Recorded sleeping = run(euler + "{sleeping=true,sleep_after_s=0.25}", scene, plan);
-  REQUIRE(sleeping.outcome.status == Status::ok);
   for (const Sample& s : sleeping.samples) {
     if (static_cast<double>(s.t_s) < 0.3) continue;
     for (int i = 1; i <= 3; ++i) CHECK(speed_of(s.bodies[i]) == 0);
@@ -113,7 +110,6 @@ TEST_CASE("+impulse: who sleeps wakes before he is hit, with all that lie on him
   const Plan plan{1.5, 720, 90};
   const Recorded sleeping = run(euler + "{sleeping=true,sleep_after_s=0.25}", scene, plan),
                  awake = run(euler, scene, plan);
-  REQUIRE(sleeping.outcome.status == Status::ok);
   double fastest = 0;
   for (std::size_t k = 0; k < awake.samples.size(); ++k) {
     const auto t_s = static_cast<double>(awake.samples[k].t_s);
@@ -132,7 +128,7 @@ TEST_CASE("+impulse: sleeping is refused where forces act that would wake nobody
   drag.bodies = {1};
   drag.coefficient_kg_per_s = 0.1;
   scene.forces.push_back(drag);
-  const Recorded r = run(euler + "{sleeping=true}", scene, {1.0, 240, 1});
+  const Recorded r = try_run(euler + "{sleeping=true}", scene, {1.0, 240, 1});
   CHECK(r.outcome.status == Status::unsupported);
   CHECK(r.outcome.reason.find("sleeping") != std::string::npos);
 }

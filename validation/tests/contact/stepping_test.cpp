@@ -24,7 +24,6 @@ TEST_CASE("+impulse: collisions keep momentum and angular momentum, and never ga
                             {any(random), any(random), any(random)}));
     const Scene scene = scene_of(bodies, e, mu);
     const Recorded r = run(euler, scene, {2, 60, 60});
-    REQUIRE(r.outcome.status == Status::ok);
     met += static_cast<int>(r.events.size());
     const Total start = total(scene, r.samples.front());
     double before = start.energy;
@@ -57,7 +56,6 @@ TEST_CASE("+impulse: angular momentum is kept to round-off by many balls that me
     }
     const Scene scene = scene_of(bodies, k % 3 == 0 ? 0 : k % 3 == 1 ? 1 : 0.5, k % 2 == 0 ? 0 : 0.4);
     const Recorded r = run(k % 3 == 0 ? euler + "{correction=0}" : euler, scene, {2, 60, 20});
-    REQUIRE(r.outcome.status == Status::ok);
     met += r.events.size();
     INFO(k);
     const Total start = total(scene, r.samples.front());
@@ -179,7 +177,7 @@ TEST_CASE("+impulse: an impact within a substep is seen by the contacts around i
 }
 
 TEST_CASE("+impulse: solver=direct refuses what is too large for it") {
-  const Recorded r = run(euler + "{solver=direct}", catalogue("wall"), {1, 60, 1});
+  const Recorded r = try_run(euler + "{solver=direct}", catalogue("wall"), {1, 60, 1});
   CHECK(r.outcome.status == Status::unsupported);
   CHECK(r.outcome.reason.find("direct_points") != std::string::npos);
 }
@@ -203,7 +201,6 @@ TEST_CASE("+impulse: the same bits for any number of threads, again and again") 
     const Scene scene = catalogue(id);
     const Plan plan{0.5, 60, 2};
     const Recorded one = run(euler, scene, plan);
-    REQUIRE(one.outcome.status == Status::ok);
     for (const char* threads : {"{threads=1}", "{threads=2}", "{threads=3}"}) {
       const Recorded other = run(euler + threads, scene, plan);
       INFO(id << threads);

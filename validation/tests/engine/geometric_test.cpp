@@ -60,7 +60,6 @@ BodySample end_of(const std::string& scheme, const Scene& scene, double t_end_s,
                   const std::string& scalar) {
   const Recorded r = run(scheme, scene, {t_end_s, steps, 1}, scalar);
   INFO(scheme << ": " << r.outcome.reason);
-  REQUIRE(r.outcome.status == Status::ok);
   return r.samples.at(1).bodies[0];
 }
 
@@ -117,7 +116,6 @@ TEST_CASE("symplectic methods keep energy over long times") {
   const double period = 6.283185307179586;
   const auto energy_error = [&](const std::string& scheme, std::int64_t a_period) {
     const Recorded r = run(scheme, kepler(0.6), {150 * period, 150 * a_period, 150 * a_period});
-    REQUIRE(r.outcome.status == Status::ok);
     double first = 0, last = 0;
     for (std::int64_t n = 0; n <= 150 * a_period; ++n) {
       const BodySample& s = r.samples[n].bodies[0];
@@ -169,7 +167,7 @@ TEST_CASE("a step of Boris's push turns the velocity by twice the arctangent of 
 
 TEST_CASE("what a method cannot keep its order on it refuses by name") {
   for (const std::string& scheme : charges) {
-    const Recorded r = run(scheme, quadratic_drag(), {1, 10, 1});
+    const Recorded r = try_run(scheme, quadratic_drag(), {1, 10, 1});
     CHECK(r.outcome.status == Status::unsupported);
     CHECK(r.outcome.reason.find("atwood/" + scheme) != std::string::npos);
   }
@@ -177,7 +175,7 @@ TEST_CASE("what a method cannot keep its order on it refuses by name") {
   bare.problem = "lorenz";
   bare.bodies.push_back(point("lorenz", 1, {1, 0, 0}, {0, 0, 0}));
   for (const std::string& scheme : joined({composed, charges, turning})) {
-    const Recorded r = run(scheme, bare, {1, 10, 1});
+    const Recorded r = try_run(scheme, bare, {1, 10, 1});
     CHECK(r.outcome.status == Status::unsupported);
     CHECK(r.outcome.reason.find("bare system") != std::string::npos);
   }
@@ -191,13 +189,7 @@ TEST_CASE("compensated summation lowers the floor, in translation and in attitud
     id.scheme = scheme;
     id.overrides["compensated"] = compensated;
     double worst = 0;
-    const auto samples_of = [&](const MethodId& method) {
-      std::vector<Sample> samples;
-      Observer observer;
-      observer.sample = [&](const Sample& sample) { samples.push_back(sample); };
-      REQUIRE(atwood_engine().run(method, scene, {20, steps, 10}, observer, 0).status == Status::ok);
-      return samples;
-    };
+    const auto samples_of = [&](const MethodId& method) { return run(method, scene, {20, steps, 10}).samples; };
     const auto narrow = samples_of(id);
     id.scalar = "long-double";  // the same steps in wider arithmetic: the truth of the floor
     const auto wide = samples_of(id);

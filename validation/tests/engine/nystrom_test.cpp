@@ -166,7 +166,7 @@ TEST_CASE("Nystrom methods refuse by name what is no x'' = a(t, x)") {
                                                    {lorenz, "bare system"}};
   for (const std::string& scheme : schemes)
     for (const auto& [scene, why] : refused) {
-      const Recorded r = run(scheme, scene, {1, 8, 1});
+      const Recorded r = try_run(scheme, scene, {1, 8, 1});
       CHECK(r.outcome.status == Status::unsupported);
       CHECK_THAT(r.outcome.reason, Catch::Contains("atwood/" + scheme) && Catch::Contains(why));
     }
@@ -199,7 +199,6 @@ TEST_CASE("a body that waits for its release stays where it is, whatever velocit
   for (const std::string& scheme : schemes) {
     INFO(scheme);
     const Recorded r = run(scheme, scene, {1, 20, 4});
-    REQUIRE(r.outcome.status == Status::ok);
     CHECK(distance(r.samples.at(2).bodies[0].p_m, r.samples.at(0).bodies[0].p_m) == 0);
     CHECK(distance(r.samples.at(4).bodies[0].p_m, run("rk4", scene, {1, 4000, 4}).samples.at(4).bodies[0].p_m) < 1e-5);
   }

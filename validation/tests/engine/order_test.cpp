@@ -1,6 +1,6 @@
 // Executed order of every method on every class of motion: right tableaux can be stepped wrong.
+#include <algorithm>
 #include <catch2/catch.hpp>
-#include <functional>
 
 #include "scenes.hpp"
 
@@ -13,6 +13,7 @@ struct Problem {
   double t_end_s;
   std::int64_t steps;  // of the finest rung for methods above order 1
   Sample truth;
+  double floor = 1e-16;  // an error below it is not well above the truth's own, or above the run's round-off
 };
 
 // Kepler's equation E - e sin E = t, mu = a = 1, from pericentre.
@@ -65,8 +66,8 @@ Sample fine_run(const Scene& scene, double t_end_s, std::int64_t steps) {
 
 std::vector<Problem> problems() {
   std::vector<Problem> all;
-  all.push_back({"kepler-e0.6", "point-mass", kepler(0.6), 10, 15360, kepler_truth(0.6L, 10)});
   // The problem is its scene's doubles: e = 0.6 and the root of (1 + e) / (1 - e) are rounded, 1e-16 of the orbit.
+  all.push_back({"kepler-e0.6", "point-mass", kepler(0.6), 10, 15360, kepler_truth(0.6L, 10), 3e-14});
   all.push_back({"charge-in-e-cross-b", "velocity-dependent", e_cross_b(), 10, 960, e_cross_b_truth(e_cross_b(), 10)});
   all.push_back({"driven-oscillator", "point-mass", driven_oscillator(), 3, 960, driven_truth(driven_oscillator(), 3)});
   all.push_back(
@@ -81,53 +82,89 @@ struct Errors {
 };
 Errors errors(const Problem& problem, const std::string& scheme, std::int64_t steps) {
   const Recorded r = run(scheme, problem.scene, {problem.t_end_s, steps, 1}, "long-double");
-  REQUIRE(r.outcome.status == Status::ok);
   const BodySample &a = r.samples.at(1).bodies[0], &b = problem.truth.bodies[0];
   return {distance(a.p_m, b.p_m), distance(a.v_m_per_s, b.v_m_per_s), attitude_distance(a.q_wxyz, b.q_wxyz),
           distance(a.w_rad_per_s, b.w_rad_per_s)};
 }
 
-// Order between the two finest rungs, where the error is well above the truth's own.
-void check_order(double coarse, double fine, double claimed) {
-  if (fine < 1e-13) return;  // the rounded problem differs from the truth by parts in 1e15
-  CHECK(std::log2(coarse / fine) == Approx(claimed).margin(0.2));
+// The errors of a problem's motion: those whose order is checked.
+std::vector<double> checked(const Problem& problem, const Errors& e) {
+  if (problem.motion != "rotation") return {e.position, e.velocity};
+  if (problem.name == "thrust-and-drag") return {e.position, e.velocity, e.attitude, e.body_rate};
+  return {e.attitude, e.body_rate};
+}
+
+// Of each error the finest two rungs on which it is above the problem's floor. Steps are halved in number up to four
+// times.
+struct Rungs {
+  std::vector<double> coarse, fine;
+};
+Rungs finest_rungs(const Problem& problem, const std::string& scheme, std::int64_t steps) {
+  Rungs rungs{checked(problem, errors(problem, scheme, steps / 2)), checked(problem, errors(problem, scheme, steps))};
+  const auto below = [&](double error) { return error < problem.floor; };
+  for (int k = 0; k < 4 && std::any_of(rungs.fine.begin(), rungs.fine.end(), below); ++k) {
+    steps /= 2;
+    const std::vector<double> coarser = checked(problem, errors(problem, scheme, steps / 2));
+    for (std::size_t i = 0; i < coarser.size(); ++i) {
+      if (!below(rungs.fine[i])) continue;
+      rungs.fine[i] = rungs.coarse[i];
+      rungs.coarse[i] = coarser[i];
+    }
+  }
+  return rungs;
+}
+
+// Which methods refuse which problems: methods that keep an energy where there is none, and Boris's push under drag.
+bool is_refused(const Problem& problem, const std::string& scheme) {
+  const bool drag = problem.name == "quadratic-drag" || problem.name == "thrust-and-drag";
+  const bool keeps_energy = scheme == "discrete-gradient" || scheme == "average-vector-field" ||
+                            scheme == "projected-rk4" || scheme == "relaxation-rk4";
+  return (keeps_energy && (drag || problem.name == "driven-oscillator")) || (drag && scheme.rfind("boris", 0) == 0);
 }
 
 TEST_CASE("executed order is the claimed order, per class of motion") {
+  int orders = 0, exact = 0, refused = 0;
+  std::size_t claims = 0, expected_orders = 0;
   for (const Problem& problem : problems())
     for (const MethodInfo& info : integrator_catalogue()) {
       const std::string scheme = info.id.substr(7);
       const auto claim = info.claimed_order.find(problem.motion);
       if (claim == info.claimed_order.end() || claim->second > 5) continue;  // higher ones in quad: study `laboratory`
-      if (run(scheme, problem.scene, {problem.t_end_s, 1, 1}).outcome.status == Status::unsupported) {
-        const std::string& why = run(scheme, problem.scene, {problem.t_end_s, 1, 1}).outcome.reason;
-        const bool no_energy = why.find("needs an energy to keep") != std::string::npos;
-        CHECK((no_energy ||
-               (scheme.rfind("boris", 0) == 0 && problem.scene.forces.size() > 0)));  // drag is not for Boris's push
+      INFO(problem.name << " by " << scheme);
+      ++claims;
+      if (is_refused(problem, scheme)) {
+        CHECK(try_run(scheme, problem.scene, {problem.t_end_s, 1, 1}).outcome.status == Status::unsupported);
+        ++refused;
         continue;
       }
       const double claimed = claim->second;
+      if (problem.name == "free-box" && scheme.rfind("jacobi", 0) == 0) {  // exact: there is no error to fit
+        const Errors e = errors(problem, scheme, problem.steps / 2);
+        CHECK(e.attitude + e.body_rate < 1e-12);
+        ++exact;
+        continue;
+      }
       // Near the separatrix methods of large error constants show their order late.
       const bool multistep = scheme.rfind("adams", 0) == 0 || scheme.rfind("bdf", 0) == 0;
       const bool late = multistep && claimed <= 4 && problem.name == "free-box";
-      const std::int64_t steps = claimed == 1 || late ? 8 * problem.steps : problem.steps;
-      const Errors coarse = errors(problem, scheme, steps / 2), fine = errors(problem, scheme, steps);
-      INFO(problem.name << " by " << scheme);
-      if (problem.name == "free-box" && scheme.rfind("jacobi", 0) == 0) {  // exact: nothing to fit
-        CHECK(coarse.attitude + coarse.body_rate < 1e-12);
-        continue;
-      }
-      if (problem.motion != "rotation" || problem.name == "thrust-and-drag") {
-        CHECK(fine.position > 1e-15);  // an error to measure
-        check_order(coarse.position, fine.position, claimed);
-        check_order(coarse.velocity, fine.velocity, claimed);
-      }
-      if (problem.motion == "rotation") {
-        CHECK(fine.attitude > 1e-15);
-        check_order(coarse.attitude, fine.attitude, claimed);
-        check_order(coarse.body_rate, fine.body_rate, claimed);
+      const Rungs rungs = finest_rungs(problem, scheme, claimed == 1 || late ? 8 * problem.steps : problem.steps);
+      expected_orders += rungs.fine.size();
+      // From rung to rung tsit5's slope under drag falls slowly, 5.8, 5.6, 5.4, 5.2, and meets round-off there.
+      const double margin = scheme == "tsit5" && problem.name == "quadratic-drag" ? 0.25 : 0.2;
+      for (std::size_t i = 0; i < rungs.fine.size(); ++i) {
+        CAPTURE(i, rungs.coarse[i], rungs.fine[i]);
+        REQUIRE(rungs.fine[i] >= problem.floor);
+        CHECK(std::log2(rungs.coarse[i] / rungs.fine[i]) == Approx(claimed).margin(margin));
+        ++orders;
       }
     }
+  CHECK(orders == static_cast<int>(expected_orders));
+  // What the catalogue has had: methods and claims may be added, none may be lost.
+  CAPTURE(claims, refused, exact, orders);
+  CHECK(claims >= 356);
+  CHECK(refused == 16);
+  CHECK(exact == 2);
+  CHECK(orders >= 782);
 }
 
 // Jacobi elliptic functions, evaluated elsewhere to 15 digits.
@@ -143,7 +180,6 @@ TEST_CASE("lorenz: position is the unknowns, velocity their rates") {
   scene.problem = "lorenz";
   scene.bodies.push_back(point("lorenz", 1, {1, 0, 0}, {0, 0, 0}));
   const Recorded r = run("dopri5", scene, {1, 2000, 1}, "long-double");
-  REQUIRE(r.outcome.status == Status::ok);
   const std::array<Wide, 3> at_one{-9.4084505670560362, -9.0961990711864790, 28.581627624392339};
   CHECK(distance(r.samples[1].bodies[0].p_m, at_one) < 1e-11);
   CHECK(distance(r.samples[0].bodies[0].v_m_per_s, {-10, 28, 0}) == 0);

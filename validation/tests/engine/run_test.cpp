@@ -37,7 +37,6 @@ TEST_CASE("samples are at t_end k / samples, the first is the scene, evaluations
       {"rkf45", 6}};
   for (const auto& [scheme, evaluations] : stages) {
     const Recorded r = run(scheme, kepler(0.3), {3, 60, 12});
-    REQUIRE(r.outcome.status == Status::ok);
     REQUIRE(r.samples.size() == 13);
     for (int k = 0; k <= 12; ++k) CHECK(static_cast<double>(r.samples[k].t_s) == 3.0 * k / 12);
     CHECK(static_cast<double>(r.samples[0].bodies[0].p_m[0]) == 1 - 0.3);
@@ -80,7 +79,6 @@ TEST_CASE("adaptive error is proportional to the tolerance, at dense samples too
     double before = 0;
     for (const double rtol : {1e-5, 1e-7, 1e-9, 1e-11}) {
       const Recorded r = run(scheme, kepler(0.6), {10, 100, 40}, "", rtol);
-      REQUIRE(r.outcome.status == Status::ok);
       REQUIRE(r.samples.size() == 41);
       const double error = worst_error(r, truth);
       INFO(scheme << " rtol " << rtol << " error " << error);
@@ -131,7 +129,6 @@ TEST_CASE("a held body waits for its release; a fixed one never moves") {
     for (const char* scheme : {"rk4", "dopri5", "velocity-verlet"}) {
       if (rtol > 0 && std::string(scheme) != "dopri5") continue;
       const Recorded r = run(scheme, scene, {2, 64, 4}, "", rtol);
-      REQUIRE(r.outcome.status == Status::ok);
       CHECK(distance(r.samples.at(1).bodies[0].p_m, {0, 0, 0}) == 0);
       CHECK(distance(r.samples.at(2).bodies[0].v_m_per_s, {7.5, 0, 7.5}) == 0);
       CHECK(distance(r.samples.at(4).bodies[0].p_m, {7.5, 0, 7.5 - 4.9}) < 1e-12);
@@ -142,18 +139,18 @@ TEST_CASE("a held body waits for its release; a fixed one never moves") {
 TEST_CASE("a run that blows up says so, and when") {
   Scene stiff = oscillator();
   std::get<Spring>(stiff.forces[0]).stiffness_N_per_m = 1e6;
-  const Recorded grown = run("explicit-euler", stiff, {10, 100, 100});
+  const Recorded grown = try_run("explicit-euler", stiff, {10, 100, 100});
   CHECK(grown.outcome.status == Status::diverged);
   CHECK(grown.outcome.reason.find("t = ") != std::string::npos);
   CHECK(grown.samples.size() < 100);
 
   Scene collapsed = kepler(0);
   collapsed.bodies[0].position_m = {0, 0, 0};
-  const Recorded nan = run("rk4", collapsed, {1, 10, 10});
+  const Recorded nan = try_run("rk4", collapsed, {1, 10, 10});
   CHECK(nan.outcome.status == Status::not_finite);
   CHECK(nan.outcome.reason.find("t = 0.1 s") != std::string::npos);
   CHECK(nan.samples.size() == 1);
-  CHECK(run("dopri5", collapsed, {1, 10, 10}, "", 1e-6).outcome.status == Status::not_finite);
+  CHECK(try_run("dopri5", collapsed, {1, 10, 10}, "", 1e-6).outcome.status == Status::not_finite);
 }
 
 void check_refused(const Recorded& r, const std::string& words) {
@@ -168,30 +165,30 @@ TEST_CASE("what the engine cannot do it refuses by name") {
   lorenz.problem = "lorenz";
   lorenz.bodies.push_back(point("lorenz", 1, {1, 0, 0}, {0, 0, 0}));
   for (const char* scheme : {"symplectic-euler", "velocity-verlet", "leapfrog"})
-    check_refused(run(scheme, lorenz, {1, 10, 1}), "bare system of equations");
+    check_refused(try_run(scheme, lorenz, {1, 10, 1}), "bare system of equations");
   lorenz.problem = "rossler";
-  check_refused(run("rk4", lorenz, {1, 10, 1}), "rossler");
+  check_refused(try_run("rk4", lorenz, {1, 10, 1}), "rossler");
 
   Scene touching = ballistic();
   touching.bodies[0].shape = Sphere{0.5};
-  CHECK(run("rk4", touching, {1, 10, 1}).outcome.status == Status::ok);  // alone, it meets nothing
+  run("rk4", touching, {1, 10, 1});  // a single body touches nothing
   touching.bodies.push_back(point("ground", 0, {0, 0, -2}, {0, 0, 0}));
   touching.bodies[1].fixed = true;
   touching.bodies[1].shape = Plane{{0, 0, 1}, -2};
-  check_refused(run("rk4", touching, {1, 10, 1}),
+  check_refused(try_run("rk4", touching, {1, 10, 1}),
                 "atwood/rk4 has no contact response; use +impulse, +event or +penalty");
 
-  check_refused(run("rk4", ballistic(), {1, 10, 1}, "", 1e-6), "no tolerance");
-  check_refused(run("rk5", ballistic(), {1, 10, 1}), "rk5");
-  check_refused(run("rk4", ballistic(), {1, 10, 1}, "half"), "half");
-  check_refused(run("rk4", ballistic(), {1, 10, 3}), "divide");
+  check_refused(try_run("rk4", ballistic(), {1, 10, 1}, "", 1e-6), "no tolerance");
+  check_refused(try_run("rk5", ballistic(), {1, 10, 1}), "rk5");
+  check_refused(try_run("rk4", ballistic(), {1, 10, 1}, "half"), "half");
+  check_refused(try_run("rk4", ballistic(), {1, 10, 3}), "divide");
 
   Scene potential = ballistic();
   potential.forces.push_back(Potential{{0}, "morse", {}});
-  check_refused(run("rk4", potential, {1, 10, 1}), "morse");
+  check_refused(try_run("rk4", potential, {1, 10, 1}), "morse");
   Scene turning = free_box();
   turning.forces.push_back(RotatingFrame{{0, 0, 1}});
-  check_refused(run("rk4", turning, {1, 10, 1}), "point masses");
+  check_refused(try_run("rk4", turning, {1, 10, 1}), "point masses");
 
   MethodId id;
   id.scheme = "rk4";

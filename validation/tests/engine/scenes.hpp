@@ -1,6 +1,7 @@
 // Scenes of the engine's tests, and runs of them.
 #pragma once
 
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -116,18 +117,40 @@ struct Recorded {
   Outcome outcome;
 };
 
-inline Recorded run(const std::string& scheme, const Scene& scene, const Plan& plan, const std::string& scalar = "",
-                    double rtol = 0) {
-  MethodId id;
-  id.engine = "atwood";
-  id.scheme = scheme;
-  id.scalar = scalar;
-  if (rtol > 0) id.rtol = rtol;
+// Runs `scene` and returns what was observed, whatever the outcome's status: for tests of a refusal or a divergence.
+inline Recorded try_run(const MethodId& id, const Scene& scene, const Plan& plan) {
   Recorded recorded;
   Observer observer;
   observer.sample = [&](const Sample& sample) { recorded.samples.push_back(sample); };
   recorded.outcome = atwood_engine().run(id, scene, plan, observer, 0);
   return recorded;
+}
+
+// Runs `scene`; the test fails here unless the run ended ok with all its samples.
+inline Recorded run(const MethodId& id, const Scene& scene, const Plan& plan) {
+  Recorded recorded = try_run(id, scene, plan);
+  INFO(to_string(id) << ": " << to_string(recorded.outcome.status) << ", " << recorded.outcome.reason);
+  REQUIRE(recorded.outcome.status == Status::ok);
+  REQUIRE(static_cast<std::int64_t>(recorded.samples.size()) == plan.samples + 1);
+  return recorded;
+}
+
+// rtol 0: fixed steps.
+inline MethodId method_id(const std::string& scheme, const std::string& scalar = "", double rtol = 0) {
+  MethodId id;
+  id.engine = "atwood";
+  id.scheme = scheme;
+  id.scalar = scalar;
+  if (rtol > 0) id.rtol = rtol;
+  return id;
+}
+inline Recorded try_run(const std::string& scheme, const Scene& scene, const Plan& plan, const std::string& scalar = "",
+                        double rtol = 0) {
+  return try_run(method_id(scheme, scalar, rtol), scene, plan);
+}
+inline Recorded run(const std::string& scheme, const Scene& scene, const Plan& plan, const std::string& scalar = "",
+                    double rtol = 0) {
+  return run(method_id(scheme, scalar, rtol), scene, plan);
 }
 
 inline double distance(const std::array<Wide, 3>& a, const std::array<Wide, 3>& b) {

@@ -120,7 +120,7 @@ struct Stepping {
   }
   std::int64_t evaluations_of_step(double t_s, double h_s) {
     const std::int64_t before = model.system().evaluations;
-    stepper->step(t_s, h_s, y.data(), y_new.data());
+    REQUIRE(stepper->step(t_s, h_s, y.data(), y_new.data()));
     return model.system().evaluations - before;
   }
 };

@@ -9,6 +9,8 @@
 #include <chrono>
 #include <fstream>
 #include <functional>
+#include <map>
+#include <set>
 #include <thread>
 
 #include "validation/study/progress.hpp"
@@ -135,6 +137,31 @@ TEST_CASE("a study gives rows of every cell, and a second run of it does no work
   REQUIRE(series.size() == 16);
   CHECK(series[0].series.t_s.size() == 9);
   CHECK(lab.file_list() == "store.db ");
+}
+
+TEST_CASE("every metric of a study's rows is in the list of metrics, with its unit") {
+  const Lab lab;
+  std::vector<Cell> cells =
+      lab.cells({"sound/straight", "faulty/refuses", "faulty/dies"}, {free_flight("one"), free_flight("no-truth", 4)});
+  for (Cell& cell : cells)
+    if (cell.method == "sound/straight" && cell.plan.steps == 8) cell.method = "sound/straight:1e-6";
+  Cell absent = cells.front();
+  absent.method = "other/method";
+  absent.worker = -1;
+  cells.push_back(absent);
+  std::map<std::string, std::string> units;
+  for (const MetricInfo& metric : all_metrics()) units[metric.name] = metric.unit;
+  std::set<std::string> emitted;
+  for (const Row& row : lab.run(cells).rows) {
+    emitted.insert(row.metric);
+    INFO(row.metric);
+    REQUIRE(units.count(row.metric) == 1);
+    if (row.status == Status::ok) CHECK(row.unit == units[row.metric]);
+  }
+  for (const char* metric : {"status", "truth", "run-time", "step-time", "steps-taken", "error-position-max"}) {
+    INFO(metric);
+    CHECK(emitted.count(metric) == 1);
+  }
 }
 
 TEST_CASE("a new rung runs alone, and a changed engine runs its cells again and no others") {
