@@ -6,7 +6,8 @@ const std::array<SolverInfo, kIterativeSolvers>& solver_infos() {
   static const std::array<SolverInfo, kIterativeSolvers> infos{{
       {"implicit-stages",
        "the equations of an implicit step, by fixed-point sweeps or Newton's method; converged: further changes would "
-       "sum to less than a thousandth of an ulp, or, of kick-drift steps, the change is at most two ulp; stagnated: the "
+       "sum to less than a thousandth of an ulp; of kick-drift steps, the change is at most two ulp; of Radau 15, what "
+       "remains is a tenth of the run's tolerance or an eighth of an ulp; stagnated: the "
        "change no longer halves and is below 4096 ulp",
        "largest change of a component in the last iteration over that component, or over a thousandth of the largest"},
       {"invariant-projection",
