@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "collision/geometry.hpp"
+#include "protocol/solver_report.hpp"
 
 namespace atwood {
 
@@ -26,6 +27,7 @@ template <class S> struct Manifold {
   int count = 0;
   std::array<ContactPoint<S>, 4> points;
   int piece_a = 0, piece_b = 0;  // which box of a compound, which triangle of a mesh
+  SolveReport solve = {};        // of the direction of least overlap; iterations 0: none was searched for
 };
 
 // Appends the manifolds of a and b whose surfaces come within `margin` of each other (0: touching or overlapping), in

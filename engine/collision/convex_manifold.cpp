@@ -249,6 +249,7 @@ void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Plac
   const Vec3<S>& n = meet.normal;
   manifold.normal_W = n;
   manifold.count = 0;
+  manifold.solve = meet.solve;
   std::vector<ContactPoint<S>>& found = scratch.candidates;
   found.clear();
   const auto add = [&](const Vec3<S>& on_a, S core_gap, std::uint32_t id) {

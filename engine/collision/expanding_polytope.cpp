@@ -195,6 +195,7 @@ LeastOverlap<S> expanding_polytope(const ConvexPiece<S>& a, const ConvexPiece<S>
     polytope.point[polytope.points] = p;
     if (!grow(polytope, f, polytope.points++)) break;
   }
+  result.points = polytope.points - 4;
   return result;
 }
 

@@ -13,6 +13,7 @@ template <class S> struct LeastOverlap {
   S certified{};  // the least is no smaller (a face of a polytope within A - B); -infinity when A - B has no volume
   Vec3<S> on_a, on_b;  // deepest points, A's axes
   Simplex<S> face;     // of A - B, that the normal belongs to
+  int points = 0;      // of A - B beyond the first four that the polytope took in
 };
 
 // The expanding polytope (van den Bergen 2001), from any tetrahedron in A - B: while the origin is outside, its

@@ -260,11 +260,20 @@ LeastOverlap<S> least_overlap_of_all_axes(const ConvexPiece<S>& a, const ConvexP
   return best;
 }
 
+// How the search for the direction of least overlap ended. Every axis of two polyhedra tried is as good as a
+// certificate; nothing certifies what Newton's method found on round ones, or on shapes that lie in one plane.
+template <class S> SolveReport report_of(S overlap, S certified, int points, bool every_axis, S round_off, S extent) {
+  const S left = real::max(S(0), real::min(overlap - certified, real::abs(overlap)));
+  if (left <= S(16) * round_off) return {points + 1, static_cast<double>(left / extent), SolveEnd::converged};
+  if (every_axis) return {points + 1, 0, SolveEnd::converged};
+  return {points + 1, static_cast<double>(left / extent), SolveEnd::capped};
+}
+
 template <class S>
 Meet<S> nearest_features(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a, S enough) {
   Meet<S> meet;
   const Placement<S> own;
-  const S round_off = S(4) * real::epsilon<S>() * extent_of(a, b, b_in_a);
+  const S extent = extent_of(a, b, b_in_a), round_off = S(4) * real::epsilon<S>() * extent;
   const Closest<S> closest = closest_points(a, b, b_in_a, enough);
   if (closest.beyond) {
     meet.beyond = true;
@@ -282,17 +291,21 @@ Meet<S> nearest_features(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const
   if (!exact) {
     const LeastOverlap<S> before = m.best;
     m.best = expanding_polytope(a, b, b_in_a);
+    const S certified = m.best.certified;
+    const int points = m.best.points;
     set_weights(m.best);
     if (closest.apart && before.overlap < m.best.overlap) m.best = before;
     make_exact(m, m.best.face);
+    const bool every_axis = a.polyhedral() && b.polyhedral();
     if (m.best.overlap - m.best.certified > S(16) * round_off) {
-      if (a.polyhedral() && b.polyhedral()) {
+      if (every_axis) {
         const LeastOverlap<S> all = least_overlap_of_all_axes(a, b, b_in_a);
         if (all.overlap < m.best.overlap) m.best.overlap = all.overlap, m.best.normal = all.normal;
       } else {
         search_everywhere(m);
       }
     }
+    meet.solve = report_of(m.best.overlap, certified, points, every_axis, round_off, extent);
   }
   meet.gap = -m.best.overlap;
   meet.normal = m.best.normal;

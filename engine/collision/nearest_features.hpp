@@ -3,6 +3,7 @@
 #pragma once
 
 #include "collision/expanding_polytope.hpp"
+#include "protocol/solver_report.hpp"
 
 namespace atwood {
 
@@ -12,6 +13,7 @@ template <class S> struct Meet {
   Vec3<S> normal;       // unit, from a to b; A's axes
   Vec3<S> on_a, on_b;   // the closest points, or the deepest
   bool faces = false;   // a face meets an edge or a face: the points are near where they do, the manifold's are exact
+  SolveReport solve = {};  // of the direction of least overlap; iterations 0: none was searched for
 };
 
 template <class S>

@@ -66,6 +66,10 @@ bool told(const std::vector<FoundContact>& contacts, std::size_t from, const Fou
   return false;
 }
 
+void report(IterativeSolver solver, const SolveReport& solve, ContactAnswer& answer) {
+  if (solve.iterations > 0) answer.outcome.solvers[solver_infos()[static_cast<std::size_t>(solver)].name].add(solve);
+}
+
 void find_pair(const Queried& a, const Queried& b, std::vector<Manifold<double>>& manifolds, ContactAnswer& answer) {
   const double round_off = touch_round_off(a.shape, a.place.p_W, b.shape, b.place.p_W);
   if (spheres_apart(a, b, round_off)) return;
@@ -73,6 +77,7 @@ void find_pair(const Queried& a, const Queried& b, std::vector<Manifold<double>>
   find_contacts(a.shape, a.place, b.shape, b.place, round_off, manifolds);
   const std::size_t from = answer.contacts.size();
   for (const Manifold<double>& m : manifolds) {
+    report(IterativeSolver::expanding_polytope, m.solve, answer);
     for (int k = 0; k < m.count; ++k) {
       const ContactPoint<double>& point = m.points[static_cast<std::size_t>(k)];
       const Wide depth = point.gap < 0 ? -Wide(point.gap) : Wide(0);
@@ -84,8 +89,9 @@ void find_pair(const Queried& a, const Queried& b, std::vector<Manifold<double>>
 
 void find_touch(const Queried& a, const Queried& b, double t_end_s, ContactAnswer& answer) {
   const auto touch = first_touch(a.shape, a.motion, b.shape, b.motion, t_end_s);
-  if (touch)
-    answer.touches.push_back({a.index, b.index, Wide(touch->t_s), widened(touch->x_W), widened(touch->normal_W)});
+  if (!touch) return;
+  report(IterativeSolver::conservative_advancement, touch->solve, answer);
+  answer.touches.push_back({a.index, b.index, Wide(touch->t_s), widened(touch->x_W), widened(touch->normal_W)});
 }
 
 }  // namespace

@@ -91,6 +91,7 @@ std::optional<Touch<S>> advance(Geometry<S> a, const SweptBody<S>& from_a, Geome
   const S kClose = S(1e-6);
   int crawled = 0;
   S patience = S(1);
+  int steps = 0;
   Vec3<S> normal_before{};
   for (S t = span.from_s; t <= span.to_s;) {
     const auto place = [t](const SweptBody<S>& from, const Vec3<S>& p_W) {
@@ -105,7 +106,9 @@ std::optional<Touch<S>> advance(Geometry<S> a, const SweptBody<S>& from_a, Geome
       const Separation<S> s = separation(a, now_a.place, b, now_b.place);
       // Which way a gap of round-off points is chance; the step before was to its right side.
       const Vec3<S> normal_W = dot(s.normal_W, normal_before) < S(0) ? normal_before : s.normal_W;
-      return Touch<S>{t, shift_W + S(0.5) * (s.on_a_W + s.on_b_W), normal_W};
+      const double residual = static_cast<double>(real::max(S(0), s.gap) / size);
+      const SolveEnd ended = patience > S(1) ? SolveEnd::capped : SolveEnd::converged;
+      return Touch<S>{t, shift_W + S(0.5) * (s.on_a_W + s.on_b_W), normal_W, {steps + 1, residual, ended}};
     };
     const S round_off =
         patience * (given_round_off + S(4) * real::epsilon<S>() * (size + norm(now_b.place.p_W - now_a.place.p_W)));
@@ -114,6 +117,7 @@ std::optional<Touch<S>> advance(Geometry<S> a, const SweptBody<S>& from_a, Geome
     const Stay<S> stay = stay_apart(now_a, now_b, -v, span.to_s - t, round_off);
     if (stay.touching) return here();
     if (stay.gap <= kClose * size && ++crawled % kCrawling == 0) patience *= S(2);
+    ++steps;
     const S next = t + stay.until_s;
     if (next > span.to_s || t == span.to_s) return {};
     if (!(next > t)) return here();  // the touch is within round-off of the time

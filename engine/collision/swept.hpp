@@ -16,8 +16,9 @@ template <class S> struct SweptBody {
 };
 
 template <class S> struct Touch {
-  S t_s{};                // 0 for bodies that overlap at the start
-  Vec3<S> x_W, normal_W;  // the point midway; unit normal from a to b, at that time
+  S t_s{};                 // 0 for bodies that overlap at the start
+  Vec3<S> x_W, normal_W;   // the point midway; unit normal from a to b, at that time
+  SolveReport solve = {};  // of conservative advancement; iterations 0: the touch is a root in closed form
 };
 
 // The first touch within [0, t_end_s], or none.

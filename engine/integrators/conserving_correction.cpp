@@ -145,17 +145,20 @@ template <class S> void ProjectedRungeKutta<S>::find_directions(const S* y, int 
 }
 
 // Simplified Newton along the directions: sum_b triangle_cb mu_b = -g_c. Ends at round-off.
-template <class S> bool ProjectedRungeKutta<S>::reach(S* y, int constraints) {
+template <class S> SolveReport ProjectedRungeKutta<S>::reach(S* y, int constraints) {
+  constexpr int kMostRounds = 12;
   find_directions(y, constraints);
   S before = S(1e30f);
-  for (int n = 0; n < 12; ++n) {
+  for (int n = 0; n < kMostRounds; ++n) {
     S g[most], scale[most], mu[most] = {};
     residuals(y, g, scale);
     S now = S(0);
     for (int c = 0; c < constraints; ++c)
       if (kept_[c] && scale[c] > S(0)) now = real::max(now, real::abs(g[c]) / scale[c]);
-    if (now <= real::epsilon<S>() / S(2) || (now >= before / S(2) && now <= S(64) * real::epsilon<S>())) return true;
-    if (!(now < before)) return false;
+    const double misfit = static_cast<double>(now);
+    if (now <= real::epsilon<S>() / S(2)) return {n, misfit, SolveEnd::converged};
+    if (now >= before / S(2) && now <= S(64) * real::epsilon<S>()) return {n, misfit, SolveEnd::stagnated};
+    if (!(now < before)) return {n, misfit, SolveEnd::capped};
     before = now;
     for (int c = 0; c < constraints; ++c) {
       if (!kept_[c]) continue;
@@ -171,12 +174,27 @@ template <class S> bool ProjectedRungeKutta<S>::reach(S* y, int constraints) {
       if (inverse_metric_[i] != S(0)) add(y, i, inverse_metric_[i] * change);
     }
   }
-  return false;
+  return {kMostRounds, static_cast<double>(before), SolveEnd::capped};  // before the last correction
 }
 
 template <class S> bool ProjectedRungeKutta<S>::project_orbits(S* y) {
-  if (model_.conservative().central() && reach(y, most)) return true;
-  return reach(y, 1);
+  SolverTallies& solvers = this->system_.solvers;
+  if (model_.conservative().central()) {
+    const SolveReport all = reach(y, most);
+    solvers.add(IterativeSolver::invariant_projection, all);
+    if (all.ended != SolveEnd::capped) return true;
+  }
+  return solvers.note(IterativeSolver::invariant_projection, reach(y, 1));
+}
+
+// Near a principal axis |I w|^2 is given by the energy, and is not solved for.
+template <class S>
+void ProjectedRungeKutta<S>::report_spin(const Spin& wanted, const Vec3<S>& momentum, const Vec3<S>& w, int rounds) {
+  const S misfit = real::abs(wanted.twice_energy - dot(w, momentum)) / wanted.twice_energy;
+  const SolveEnd ended = misfit <= S(4) * real::epsilon<S>()    ? SolveEnd::converged
+                         : misfit <= S(64) * real::epsilon<S>() ? SolveEnd::stagnated
+                                                                : SolveEnd::capped;
+  this->system_.solvers.add(IterativeSolver::invariant_projection, {rounds, static_cast<double>(misfit), ended});
 }
 
 // The body rate with the free top's two invariants, w . I w and |I w|^2, nearest to it; then the attitude that has the
@@ -185,8 +203,10 @@ template <class S> void ProjectedRungeKutta<S>::project_spin(const Spin& wanted,
   const MassProperties<S>& mass = model_.mass(body);
   Vec3<S> w = load3(at + kAtBodyRate);
   const Vec3<S> w_classical = w;
-  if (dot(wanted.momentum_W, wanted.momentum_W) == S(0)) return;
-  for (int n = 0; n < 6; ++n) {
+  const S momentum2 = dot(wanted.momentum_W, wanted.momentum_W);
+  if (momentum2 == S(0)) return;
+  constexpr int kRounds = 6;
+  for (int n = 0; n < kRounds; ++n) {
     const Vec3<S> a = mass.times_inertia(w), b = mass.times_inertia(a);
     const S energy = (wanted.twice_energy - dot(w, a)) / S(2);
     const S size = (dot(wanted.momentum_W, wanted.momentum_W) - dot(a, a)) / S(2);
@@ -195,6 +215,7 @@ template <class S> void ProjectedRungeKutta<S>::project_spin(const Spin& wanted,
       w += ((energy * bb - size * ab) / determinant) * a + ((size * aa - energy * ab) / determinant) * b;
     else w += (energy / aa) * a;
   }
+  report_spin(wanted, mass.times_inertia(w), w, kRounds);
   for (int i = 0; i < 3; ++i) {
     const S wide[] = {w.x, w.y, w.z}, was[] = {w_classical.x, w_classical.y, w_classical.z};
     add(at - model_.offset(body), model_.offset(body) + kAtBodyRate + i, wide[i] - was[i]);
@@ -239,10 +260,11 @@ template <class S> S RelaxationRungeKutta<S>::misfit(const S* y, S gamma) {
 // and corrections by that slope go on while they halve the misfit. (Secants would divide round-off by round-off at the
 // end.)
 template <class S> bool RelaxationRungeKutta<S>::find_gamma(const S* y, S& gamma) {
+  int n = 0;
   gamma = S(1);
   S left = misfit(y, gamma);
   const S c = S(2) * (left - S(2) * misfit(y, S(0.5)));
-  for (int n = 0; n < 40 && real::abs(left) > energy_round_off_; ++n) {
+  for (; n < 40 && real::abs(left) > energy_round_off_; ++n) {
     const S next = gamma - left / c;
     if (!(real::abs(next - S(1)) < S(0.25))) break;  // over a tiny step the round-off of the energy has no root
     const S then = misfit(y, next);
@@ -250,7 +272,12 @@ template <class S> bool RelaxationRungeKutta<S>::find_gamma(const S* y, S& gamma
     gamma = next;
     left = then;
   }
-  return real::abs(left) <= S(64) * energy_round_off_;
+  const S misfit_now = real::abs(left);
+  const SolveEnd ended = misfit_now <= energy_round_off_           ? SolveEnd::converged
+                         : misfit_now <= S(64) * energy_round_off_ ? SolveEnd::stagnated
+                                                                   : SolveEnd::capped;
+  const S relative = misfit_now == S(0) ? S(0) : misfit_now / energy_round_off_ * (real::epsilon<S>() / S(2));
+  return this->system_.solvers.note(IterativeSolver::energy_relaxation, {n + 1, static_cast<double>(relative), ended});
 }
 
 template <class S> bool RelaxationRungeKutta<S>::step(S t_s, S h_s, const S* y, S* y_new) {

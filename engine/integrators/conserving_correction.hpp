@@ -52,9 +52,10 @@ template <class S> class ProjectedRungeKutta final : public Stepper<S> {
   void find_metric(const S* y);
   void find_directions(const S* y, int constraints);
   void residuals(const S* y, S* g, S* scale) const;
-  bool reach(S* y, int constraints);
+  SolveReport reach(S* y, int constraints);
   bool project_orbits(S* y);
   void project_spin(const Spin& wanted, int body, S* at);
+  void report_spin(const Spin& wanted, const Vec3<S>& momentum, const Vec3<S>& w, int rounds);
   void add(S* y, int i, S change) { y[i] = rest_.add(i, y[i], change); }
 
   RigidModel<S>& model_;

@@ -74,7 +74,8 @@ template <class S> bool DiscreteGradient<S>::step(S t_s, S h_s, const S* y, S* y
   h_now_s_ = h_s;
   this->system_.rate(t_s, y, k_.data());
   for (int i = 0; i < size_; ++i) z_[i] = h_s * k_[i];
-  if (!solver_.solve(&rates_at, this, h_s, y, known_.data(), z_.data(), k_.data())) return false;
+  solver_.solve(&rates_at, this, h_s, y, known_.data(), z_.data(), k_.data());
+  if (!this->system_.solvers.note(IterativeSolver::implicit_stages, solver_.report())) return false;
   rest_.begin(y);
   for (int i = 0; i < size_; ++i) y_new[i] = rest_.add(i, y[i], z_[i]);
   rest_.end(y_new);

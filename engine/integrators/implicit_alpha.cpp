@@ -64,7 +64,8 @@ template <class S> bool GeneralisedAlpha<S>::step(S t_s, S h_s, const S* y, S* y
   t_start_s_ = t_s;
   step_s_ = h_s;
   for (int i = 0; i < size_; ++i) z_[i] = af_ * h_s * rate_[i];
-  if (!solver_.solve(&rates_at, this, h_s, y, known_.data(), z_.data(), k_.data())) {
+  solver_.solve(&rates_at, this, h_s, y, known_.data(), z_.data(), k_.data());
+  if (!this->system_.solvers.note(IterativeSolver::implicit_stages, solver_.report())) {
     epoch_ = -1;
     return false;
   }

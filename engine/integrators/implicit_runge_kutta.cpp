@@ -109,7 +109,8 @@ template <class S> bool ImplicitRungeKutta<S>::solve_group(Group& group, const S
     std::copy(known_.begin(), known_.begin() + size_, group_z_.begin());
     rates_at(this, group_z_.data(), group_k_.data());
   } else {
-    solved = group.solver.solve(&rates_at, this, step_s_, y, known_.data(), group_z_.data(), group_k_.data());
+    group.solver.solve(&rates_at, this, step_s_, y, known_.data(), group_z_.data(), group_k_.data());
+    solved = this->system_.solvers.note(IterativeSolver::implicit_stages, group.solver.report());
   }
   for (int i = 0; i < size_; ++i)
     for (int g = 0; g < n; ++g) {

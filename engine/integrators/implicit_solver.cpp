@@ -21,7 +21,15 @@ template <class S> S ImplicitSolver<S>::relative_size(const S* change, const S* 
 }
 
 template <class S> bool ImplicitSolver<S>::solve(Function g, void* context, S t_s, S c_s, const S* y0, S* z) {
+  report_ = {};
   return sweep(g, context, t_s, c_s, y0, z) == Progress::solved || newton(g, context, t_s, c_s, y0, z);
+}
+
+template <class S> bool ImplicitSolver<S>::end(SolveEnd ended, int iterations, S residual) {
+  report_.iterations += iterations;
+  report_.residual = static_cast<double>(residual);
+  report_.ended = ended;
+  return ended != SolveEnd::capped;
 }
 
 // z <- y0 + c g(z). Solved when a sweep changes nothing but the last digits, or can no longer improve on them.
@@ -37,10 +45,15 @@ auto ImplicitSolver<S>::sweep(Function g, void* context, S t_s, S c_s, const S* 
       z[i] = next;
     }
     const S now = relative_size(change_.data(), z);
-    if (!(now < S(1e30f))) return Progress::slow;
-    if (now <= real::epsilon<S>() || (now <= S(64) * real::epsilon<S>() && now >= before / S(2)))
+    const bool converged = now <= real::epsilon<S>();
+    if (converged || (now <= S(64) * real::epsilon<S>() && now >= before / S(2))) {
+      end(converged ? SolveEnd::converged : SolveEnd::stagnated, k + 1, now);
       return Progress::solved;
-    if (k > 2 && now > before / S(4)) return Progress::slow;
+    }
+    if (!(now < S(1e30f)) || (k > 2 && now > before / S(4)) || k + 1 == most) {
+      end(SolveEnd::capped, k + 1, now);
+      return Progress::slow;
+    }
     before = now;
   }
   return Progress::slow;
@@ -66,15 +79,18 @@ template <class S> void ImplicitSolver<S>::factor_jacobian(Function g, void* con
 template <class S> bool ImplicitSolver<S>::newton(Function g, void* context, S t_s, S c_s, const S* y0, S* z) {
   std::copy(y0, y0 + size_, z);
   factor_jacobian(g, context, t_s, c_s, z);
+  constexpr int most = 60;
   S before = S(1e30f);
-  for (int k = 0; k < 60; ++k) {
+  for (int k = 0; k < most; ++k) {
     g(context, t_s, z, g_.data());
     for (int i = 0; i < size_; ++i) change_[i] = y0[i] + c_s * g_[i] - z[i];
     lu_.solve(change_.data());
     for (int i = 0; i < size_; ++i) z[i] += change_[i];
     const S now = relative_size(change_.data(), z);
-    if (!(now < S(1e30f))) return false;
-    if (now <= S(2) * real::epsilon<S>() || (now <= S(1024) * real::epsilon<S>() && now >= before / S(2))) return true;
+    if (!(now < S(1e30f))) return end(SolveEnd::capped, k + 1, now);
+    if (now <= S(2) * real::epsilon<S>()) return end(SolveEnd::converged, k + 1, now);
+    if (now <= S(1024) * real::epsilon<S>() && now >= before / S(2)) return end(SolveEnd::stagnated, k + 1, now);
+    if (k + 1 == most) return end(SolveEnd::capped, most, now);
     if (now > before / S(10)) factor_jacobian(g, context, t_s, c_s, z);
     before = now;
   }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "integrators/implicit_lu.hpp"
+#include "protocol/solver_report.hpp"
 
 namespace atwood {
 
@@ -16,6 +17,8 @@ template <class S> class ImplicitSolver {
   // z holds the first guess and receives the solution; g must be set (to 0) in every entry it does not compute.
   // False: neither iteration reached round-off. Allocates nothing.
   bool solve(Function g, void* context, S t_s, S c_s, const S* y0, S* z);
+  // Of the last solve(): all its iterations, and the last one's change.
+  const SolveReport& report() const { return report_; }
 
  private:
   enum class Progress { solved, slow };
@@ -23,10 +26,12 @@ template <class S> class ImplicitSolver {
   bool newton(Function g, void* context, S t_s, S c_s, const S* y0, S* z);
   void factor_jacobian(Function g, void* context, S t_s, S c_s, S* z);  // of I - c dg/dz, by differences; then LU
   S relative_size(const S* change, const S* z) const;
+  bool end(SolveEnd ended, int iterations, S residual);  // false: capped
 
   int size_;
   std::vector<S> g_, change_, shifted_;
   DenseLu<S> lu_;
+  SolveReport report_;
 };
 
 }  // namespace atwood

@@ -50,6 +50,7 @@ bool StageSolver<S>::solve(Rates rates, void* context, S h_s, const S* y, const 
   known_ = known;
   std::copy(z, z + guess_.size(), guess_.begin());
   took_newton_ = false;
+  report_ = {};
   if (sweep(z, k) == Progress::solved) return true;
   if (lu_.size == 0) return false;
   took_newton_ = true;
@@ -75,6 +76,13 @@ template <class S> S StageSolver<S>::relative_size(const S* change, const S* z) 
   return largest;
 }
 
+template <class S> auto StageSolver<S>::end(Progress progress, SolveEnd ended, int iterations, S residual) -> Progress {
+  report_.iterations += iterations;
+  report_.residual = static_cast<double>(residual);
+  report_.ended = ended;
+  return progress;
+}
+
 template <class S> void StageSolver<S>::evaluate_right_side(const S* k, S* right) const {
   const int n = stages_;
   for (int i = 0; i < size_; ++i)
@@ -87,8 +95,9 @@ template <class S> void StageSolver<S>::evaluate_right_side(const S* k, S* right
 
 // z <- known + h A k(z). The k of the last sweep is the one that z was made of, so the equations hold between the two.
 template <class S> auto StageSolver<S>::sweep(S* z, S* k) -> Progress {
+  constexpr int kMostSweeps = 150;
   S before = kHuge<S>;
-  for (int n = 0; n < 150; ++n) {
+  for (int n = 0; n < kMostSweeps; ++n) {
     rates_(context_, z, k);
     evaluate_right_side(k, right_.data());
     for (std::size_t i = 0; i < right_.size(); ++i) {
@@ -96,15 +105,15 @@ template <class S> auto StageSolver<S>::sweep(S* z, S* k) -> Progress {
       z[i] = right_[i];
     }
     const S now = relative_size(change_.data(), z);
-    if (!(now < kHuge<S>)) return Progress::failed;
-    if (rest_is_nothing(now, before)) return Progress::solved;
+    if (!(now < kHuge<S>)) return end(Progress::failed, SolveEnd::capped, n + 1, now);
+    if (rest_is_nothing(now, before)) return end(Progress::solved, SolveEnd::converged, n + 1, now);
     if (now >= before / S(2)) {
-      if (now <= S(256) * real::epsilon<S>()) return Progress::solved;
-      if (n > 2) return Progress::slow;
+      if (now <= S(256) * real::epsilon<S>()) return end(Progress::solved, SolveEnd::stagnated, n + 1, now);
+      if (n > 2) return end(Progress::slow, SolveEnd::capped, n + 1, now);
     }
     before = now;
   }
-  return Progress::slow;
+  return end(Progress::slow, SolveEnd::capped, kMostSweeps, before);
 }
 
 // Of z - known - h A k(z): block (s, j) is delta_sj - h a_sj dk_j/dz_j. One component moves in every stage at a time.
@@ -139,9 +148,10 @@ template <class S> void StageSolver<S>::factor_jacobian(S* z, const S* k) {
 // (Shampine, ACM Trans. Math. Softw. 6 (1980) 420).
 template <class S> auto StageSolver<S>::newton(S* z, S* k) -> Progress {
   const int n = stages_;
-  S before = kHuge<S>;
+  S before = kHuge<S>, now = before;
   bool solved = false, factor = true;
-  for (int iteration = 0; iteration < 80 && !solved; ++iteration) {
+  int iteration = 0;
+  for (; iteration < 80 && !solved; ++iteration) {
     rates_(context_, z, k);
     const bool fresh = factor;
     if (fresh) factor_jacobian(z, k);
@@ -149,15 +159,17 @@ template <class S> auto StageSolver<S>::newton(S* z, S* k) -> Progress {
     for (std::size_t i = 0; i < right_.size(); ++i) change_[i] = right_[i] - z[i];
     lu_.solve(change_.data());
     for (std::size_t i = 0; i < change_.size(); ++i) z[i] += change_[i];
-    const S now = relative_size(change_.data(), z);
-    if (!(now < kHuge<S>)) return Progress::failed;
-    solved = rest_is_nothing(now, before) || (now >= before / S(2) && now <= S(4096) * real::epsilon<S>());
+    now = relative_size(change_.data(), z);
+    if (!(now < kHuge<S>)) return end(Progress::failed, SolveEnd::capped, iteration + 1, now);
+    const bool converged = rest_is_nothing(now, before);
+    solved = converged || (now >= before / S(2) && now <= S(4096) * real::epsilon<S>());
+    if (solved) end(Progress::solved, converged ? SolveEnd::converged : SolveEnd::stagnated, iteration + 1, now);
     factor = now > before / S(16);
     if (!solved && !fresh && now > before / S(2))  // a stale Jacobian led astray: back, and on with a new one
       for (std::size_t i = 0; i < change_.size(); ++i) z[i] -= change_[i];
     else before = now;
   }
-  if (!solved) return Progress::failed;
+  if (!solved) return end(Progress::failed, SolveEnd::capped, iteration, now);
   for (int i = 0; i < size_; ++i)
     for (int s = 0; s < n; ++s) {
       S sum = S(0);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "integrators/implicit_lu.hpp"
+#include "protocol/solver_report.hpp"
 
 namespace atwood {
 
@@ -28,6 +29,9 @@ template <class S> class StageSolver {
   // nothing.
   bool solve(Rates rates, void* context, S h_s, const S* y, const S* known, S* z, S* k);
   int stages() const { return stages_; }
+  // Of the last solve(): all its iterations, and the last one's change. An iteration that grows no more is `stagnated`
+  // within 256 (sweeps) or 4096 (Newton) roundings, `capped` above.
+  const SolveReport& report() const { return report_; }
   // Of the last solve(): was it Newton that solved it, and d rate_i / d z_c of a stage where it was.
   bool took_newton() const { return took_newton_; }
   S jacobian(int stage, int i, int c) const { return jacobian_[(i * size_ + c) * stages_ + stage]; }
@@ -39,6 +43,7 @@ template <class S> class StageSolver {
   void evaluate_right_side(const S* k, S* right) const;  // known + h A k
   void factor_jacobian(S* z, const S* k);
   S relative_size(const S* change, const S* z) const;
+  Progress end(Progress progress, SolveEnd ended, int iterations, S residual);
 
   static constexpr int largest_newton = 2048;  // unknowns: beyond, sweeps only
 
@@ -47,6 +52,7 @@ template <class S> class StageSolver {
   std::vector<S> guess_, right_, change_, shifted_, held_, jacobian_;
   DenseLu<S> lu_;
   bool took_newton_ = false;
+  SolveReport report_;
   // of the call under way
   Rates rates_ = nullptr;
   void* context_ = nullptr;

@@ -24,8 +24,7 @@ template <class S> void add4(int at, const Quat<S>& increment, S* y, Compensatio
 
 }  // namespace
 
-template <class S>
-bool drift(const RigidModel<S>& model, FreeTop top, S direct_s, S adjoint_s, S* y, Compensation<S>& rest) {
+template <class S> bool drift(RigidModel<S>& model, FreeTop top, S direct_s, S adjoint_s, S* y, Compensation<S>& rest) {
   const S h_s = direct_s + adjoint_s;
   bool solved = true;
   for (const int i : model.moving()) {
@@ -34,6 +33,7 @@ bool drift(const RigidModel<S>& model, FreeTop top, S direct_s, S adjoint_s, S* 
     if (!turns(model, i, y)) continue;
     FreeTurn<S> turn;
     solved = free_turn(top, model.mass(i), direct_s, adjoint_s, load3(y + at + kAtBodyRate), turn) && solved;
+    if (turn.solve.iterations > 0) model.system().solvers.note(IterativeSolver::implicit_stages, turn.solve);
     add4(at + kAtAttitude, load4(y + at + kAtAttitude) * turn.less_one, y, rest);
     add3(at + kAtBodyRate, turn.dw_B, y, rest);
   }
@@ -97,15 +97,16 @@ template <class S> bool Kicker<S>::kick(S t_s, S direct_s, S adjoint_s, S* y, Co
     static_cast<RigidModel<S>*>(model)->accelerations(t, z, g);
   };
   std::copy(y, y + model_.state_size(), middle_.begin());
-  const bool solved = solver_.solve(kick_rate, &model_, t_s, adjoint_s, y, middle_.data());
+  solver_.solve(kick_rate, &model_, t_s, adjoint_s, y, middle_.data());
+  const bool solved = model_.system().solvers.note(IterativeSolver::implicit_stages, solver_.report());
   model_.accelerations(t_s, middle_.data(), acceleration_.data());
   add(direct_s + adjoint_s, y, rest);
   return solved;
 }
 
-#define ATWOOD_INSTANTIATE(S)                                                        \
-  template bool drift<S>(const RigidModel<S>&, FreeTop, S, S, S*, Compensation<S>&); \
-  template void renormalise<S>(const RigidModel<S>&, S*, Compensation<S>&);          \
+#define ATWOOD_INSTANTIATE(S)                                                  \
+  template bool drift<S>(RigidModel<S>&, FreeTop, S, S, S*, Compensation<S>&); \
+  template void renormalise<S>(const RigidModel<S>&, S*, Compensation<S>&);    \
   template class Kicker<S>;
 ATWOOD_INSTANTIATE(float)
 ATWOOD_INSTANTIATE(double)

@@ -11,8 +11,7 @@
 namespace atwood {
 
 // p += h v; attitude and body rate by the free top; h = direct_s + adjoint_s (rigid/free_top.hpp). False: not solved.
-template <class S>
-bool drift(const RigidModel<S>& model, FreeTop top, S direct_s, S adjoint_s, S* y, Compensation<S>& rest);
+template <class S> bool drift(RigidModel<S>& model, FreeTop top, S direct_s, S adjoint_s, S* y, Compensation<S>& rest);
 
 // Unit quaternions of the moving bodies.
 template <class S> void renormalise(const RigidModel<S>& model, S* y, Compensation<S>& rest);

@@ -75,7 +75,8 @@ template <class S> bool Multistep<S>::multistep(S t_s, S h_s, const S* y, S* y_n
     combine(guess_increment_, guess_rate_, z_.data());
     y_start_ = y;
     end_s_ = t_s + h_s;
-    if (!solver_.solve(&rates_at, this, h_s, y, known_.data(), z_.data(), k_.data())) return false;
+    solver_.solve(&rates_at, this, h_s, y, known_.data(), z_.data(), k_.data());
+    if (!this->system_.solvers.note(IterativeSolver::implicit_stages, solver_.report())) return false;
   } else {
     std::copy(known_.begin(), known_.end(), z_.begin());
   }

@@ -214,6 +214,10 @@ template <class S> S Radau15<S>::sweep_nodes(S h_s) {
 template <class S> S Radau15<S>::iterate(S h_s, bool predicted) {
   constexpr int most_sweeps = 60;
   const S enough = real::max(real::epsilon<S>() / S(8), rtol_ / S(10));
+  const auto end = [&](SolveEnd ended, int sweeps, S left) {
+    const SolveReport report{sweeps, static_cast<double>(left), ended};
+    return this->system_.solvers.note(IterativeSolver::implicit_stages, report) ? left : S(1e30f);
+  };
   S before = S(0);
   for (int k = 0; k < most_sweeps; ++k) {
     S now;
@@ -223,19 +227,20 @@ template <class S> S Radau15<S>::iterate(S h_s, bool predicted) {
       if (k > 0) rate_.swap(rate_before_);
       now = sweep_batch(h_s, k > 0 ? rate_before_ : predicted_);
     }
-    if (!(now < S(1e30f))) return now;
+    if (!(now < S(1e30f))) return end(SolveEnd::capped, k + 1, now);
     if (k == 0 && !predicted) {  // only now are there rates to weigh changes by
       measure_scales(lanes_of(rate_));
       before = now;
       continue;
     }
     if (before > S(1e4f) * real::epsilon<S>()) contraction_ = real::max(real::min(now / before, S(1)), S(1e-4f));
-    if (now * contraction_ <= enough) return now * contraction_;
-    if (before > S(0) && now >= before / S(2) && now <= S(256) * real::epsilon<S>()) return now;
-    if (k > 8 && now > before) return S(1e30f);
+    if (now * contraction_ <= enough) return end(SolveEnd::converged, k + 1, now * contraction_);
+    if (before > S(0) && now >= before / S(2) && now <= S(256) * real::epsilon<S>())
+      return end(SolveEnd::stagnated, k + 1, now);
+    if (k > 8 && now > before) return end(SolveEnd::capped, k + 1, now);
     before = now;
   }
-  return S(1e30f);
+  return end(SolveEnd::capped, most_sweeps, before);
 }
 
 template <class S> void Radau15<S>::finish(S h_s, const S* y, S* y_new) {

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include "protocol/solver_report.hpp"
+
 namespace atwood {
 
 // Instantiated once a scalar, not once a problem. `y` and `dydt` hold `size` scalars and never overlap.
@@ -18,6 +20,7 @@ template <class S> struct System {
   // t_s[k]; dydt likewise. Null: rates() takes the states one by one.
   void (*rates_of)(void* context, int count, const S* t_s, const S* y, S* dydt) = nullptr;
   std::int64_t evaluations = 0;  // of the rate, since the start of the run
+  SolverTallies solvers = {};    // how the solves of the run ended
   std::int64_t epoch = 0;        // grows when the law changes (a thruster switches): cached rates are stale
 
   void rate(S t_s, const S* y, S* dydt) {

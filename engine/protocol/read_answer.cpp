@@ -8,7 +8,7 @@
 namespace atwood::wire {
 namespace {
 
-constexpr std::size_t kMostPhases = 64;
+constexpr std::size_t kMostPhases = 64, kMostSolvers = 64, kLongestSolver = 64;
 
 std::array<Wide, 3> read_three(const Json& values, std::size_t at) {
   return {number(values[at]), number(values[at + 1]), number(values[at + 2])};
@@ -102,6 +102,31 @@ std::int64_t nanoseconds(const Json& json, const char* what) {
   return integer(json, what);
 }
 
+// {"NAME":{"converged":n,"stagnated":n,"capped":n,"iterations_max":n,"residual_max":x},...}; counts left out are 0.
+void read_solvers(const Json& solvers, Outcome& outcome) {
+  if (!solvers.is_object()) throw Garbage("\"solvers\" is not an object: " + excerpt(solvers));
+  if (solvers.size() > kMostSolvers)
+    throw Garbage("more than " + std::to_string(kMostSolvers) + " solvers in \"solvers\"");
+  for (const auto& [name, json] : solvers.items()) {
+    const bool known = name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-") == std::string::npos;
+    if (name.empty() || name.size() > kLongestSolver || !known)
+      throw Garbage("a solver is named `" + cut(name) + "`; expected 1 to " + std::to_string(kLongestSolver) +
+                    " lower-case letters a to z, digits and `-`");
+    if (!json.is_object()) throw Garbage("solver `" + name + "` is not an object: " + excerpt(json));
+    SolveTally& tally = outcome.solvers[name];
+    const auto number_of = [&, &each = json](const char* key, std::int64_t& value) {
+      if (each.contains(key)) value = count(each[key], key);
+    };
+    number_of("converged", tally.converged);
+    number_of("stagnated", tally.stagnated);
+    number_of("capped", tally.capped);
+    number_of("iterations_max", tally.iterations_max);
+    if (json.contains("residual_max")) tally.residual_max = narrow_number(json["residual_max"]);
+    if (tally.residual_max < 0)
+      throw Garbage("\"residual_max\" of solver `" + name + "` is negative: " + excerpt(json["residual_max"]));
+  }
+}
+
 Outcome read_outcome(const Json& done) {
   if (!done.is_object()) throw Garbage("\"done\" is not an object: " + excerpt(done));
   Outcome outcome;
@@ -116,6 +141,7 @@ Outcome read_outcome(const Json& done) {
   if (done.contains("rate_evaluations")) outcome.rate_evaluations = count(done["rate_evaluations"], "rate_evaluations");
   if (done.contains("busy_ns"))
     for (const Json& each : array(done["busy_ns"], "busy_ns")) outcome.busy_ns.push_back(nanoseconds(each, "busy_ns"));
+  if (done.contains("solvers")) read_solvers(done["solvers"], outcome);
   return outcome;
 }
 

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "protocol/solver_report.hpp"
+
 namespace atwood {
 
 using Wide = __float128;  // arithmetic works natively; functions come from <quadmath.h> inside .cpp files
@@ -79,6 +81,7 @@ struct Outcome {
   std::int64_t steps_taken = 0;
   std::int64_t rate_evaluations = 0;
   std::vector<std::int64_t> busy_ns;  // timing pass: one per repeat, the stepping alone (no start-up, no sampling)
+  std::map<std::string, SolveTally> solvers = {};  // by name: how their solves ended; empty: none, or not told
 };
 
 // A pass of its own, apart from accuracy and timing: one clock reading a step, and one a phase where the engine has

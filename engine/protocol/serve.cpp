@@ -196,17 +196,21 @@ PoseAnswer pose_answer(const ContactTest& test, const wire::Request& request, co
 void answer_sweep(const ContactTest& test, const wire::Request& request, Pipe& pipe) {
   constexpr std::size_t kPosesALine = 500;
   std::vector<PoseAnswer> poses;
-  const Outcome ended = guarded([&] {
+  std::map<std::string, SolveTally> solvers;
+  Outcome ended = guarded([&] {
     Outcome outcome;
     for (std::int64_t k = request.from; k < request.from + request.count && outcome.status == Status::ok; ++k) {
       const Scene scene = sweep_scene(request.pair, request.seed, k, request.contacts.swept);
       poses.push_back(pose_answer(test, request, scene, outcome));
+      for (const auto& [solver, tally] : outcome.solvers) solvers[solver].add(tally);
+      outcome.solvers.clear();
       if (poses.size() < kPosesALine) continue;
       pipe.put(wire::poses_line(request.cell, poses));
       poses.clear();
     }
     return outcome;
   });
+  ended.solvers = solvers;
   if (ended.status == Status::ok && !poses.empty()) pipe.put(wire::poses_line(request.cell, poses));
   pipe.put(wire::done_line(request.cell, ended, {}));
 }

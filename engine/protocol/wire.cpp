@@ -140,6 +140,12 @@ Json outcome_json(const Outcome& outcome) {
             {"steps_taken", outcome.steps_taken},
             {"rate_evaluations", outcome.rate_evaluations}};
   if (!outcome.busy_ns.empty()) done["busy_ns"] = outcome.busy_ns;
+  for (const auto& [solver, tally] : outcome.solvers)
+    done["solvers"][solver] = {{"converged", tally.converged},
+                               {"stagnated", tally.stagnated},
+                               {"capped", tally.capped},
+                               {"iterations_max", tally.iterations_max},
+                               {"residual_max", json_number(tally.residual_max)}};
   return done;
 }
 

@@ -1,6 +1,7 @@
 // The free rotation of a body over a step: the drift of partitioned methods.
 #pragma once
 
+#include "protocol/solver_report.hpp"
 #include "rigid/model.hpp"
 
 namespace atwood {
@@ -30,6 +31,7 @@ enum class FreeTop {
 template <class S> struct FreeTurn {
   Quat<S> less_one;
   Vec3<S> dw_B;
+  SolveReport solve = {};  // of the implicit ways; iterations 0: nothing was solved for
 };
 
 // Over direct_s + adjoint_s. False: the step's implicit equations were not solved.

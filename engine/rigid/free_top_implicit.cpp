@@ -38,9 +38,11 @@ template <class S> bool implicit_turn(FreeTop top, const Vec3<S>& I, S h_s, cons
     const Vec3<S> change = solve3(column, residual);
     c -= change;
     const S now = norm(change), size = norm(c);
+    turn.solve = {k + 1, static_cast<double>(size > S(0) ? now / size : now), SolveEnd::capped};
     if (!real::is_finite(now)) return false;
-    solved =
-        now <= S(2) * real::epsilon<S>() * size || (now <= S(256) * real::epsilon<S>() * size && now >= before / S(2));
+    const bool converged = now <= S(2) * real::epsilon<S>() * size;
+    solved = converged || (now <= S(256) * real::epsilon<S>() * size && now >= before / S(2));
+    if (solved) turn.solve.ended = converged ? SolveEnd::converged : SolveEnd::stagnated;
     before = now;
   }
   const S square = dot(c, c), length = real::sqrt(S(1) + square);

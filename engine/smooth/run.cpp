@@ -32,6 +32,7 @@ template <class S> void restart(Run<S>& run) {
   Simulation<S>& s = run.simulation;
   s.outcome = {};
   s.model->system().evaluations = 0;
+  s.model->system().solvers = {};
   ++s.model->system().epoch;
   s.model->initial_state(s.y.data());
   if (s.stateful_force != nullptr) s.stateful_force->reset(s.model->motion(S(0), s.y.data()));
@@ -101,7 +102,7 @@ template <class S> bool sample_inside(Run<S>& run, std::int64_t& k, S t_s, S h_s
     const S sample_s = S(run.plan.t_end_s) * S(k) / S(run.plan.samples);
     if (sample_s > end_s) return true;
     if (s.stepper->dense_is_accurate()) s.stepper->dense((sample_s - t_s) / h_s, inside.data());
-    else s.stepper->step(t_s, sample_s - t_s, s.y.data(), inside.data());
+    else if (!s.stepper->step(t_s, sample_s - t_s, s.y.data(), inside.data())) return refuse_step(s.outcome, t_s);
     if (!run.see(k, inside.data())) return false;
   }
   return true;
@@ -141,6 +142,7 @@ bool march_piece(Run<S>& run, const Tolerance<S>& tolerance, S begin_s, S end_s,
       continue;
     }
     unsolved = false;
+    s.model->system().solvers.refused = {};
     const auto [accepted, next_s] = judge_step(s, tolerance, control, step_s);
     if (!accepted) {
       h_s = next_s;
@@ -227,6 +229,8 @@ Outcome run_prepared(Simulation<S>& simulation, const MethodId& id, const Plan& 
   }
   Outcome outcome = simulation.outcome;
   outcome.rate_evaluations = simulation.model->system().evaluations;
+  simulation.model->system().solvers.keep_capped();
+  outcome.solvers = named_tallies(simulation.model->system().solvers);
   outcome.busy_ns = busy_ns;
   return outcome;
 }

@@ -12,6 +12,7 @@
 
 #include "reports/command_line/command_line.hpp"
 #include "reports/command_line/verdicts.hpp"
+#include "reports/render/solver_table.hpp"
 #include "reports/render/statistics_text.hpp"
 #include "scene/files.hpp"
 #include "validation/study/process.hpp"
@@ -66,7 +67,8 @@ void print_result(const Options& options, const Selection& selection, const Repo
   fmt::print("\n{} cell{}, {} of them found in the store, {} row{}", result.cells, result.cells == 1 ? "" : "s",
              result.skipped - count_absent(selection), data.rows.size(), data.rows.size() == 1 ? "" : "s");
   const auto statuses = count_statuses(data.rows);
-  fmt::print("{}{}\nreport: {}/report.html\n", statuses.empty() ? "" : "; ", statuses, options.out_dir);
+  fmt::print("{}{}\n{}report: {}/report.html\n", statuses.empty() ? "" : "; ", statuses, unconverged_words(data.rows),
+             options.out_dir);
 }
 
 // A pipe that nobody reads would hang, a disk would be overwritten: only files, and what stands for the standard streams

@@ -13,6 +13,7 @@
 #include "markdown_contests.hpp"
 #include "ran_methods.hpp"
 #include "reports/report.hpp"
+#include "solver_table.hpp"
 #include "statistics_text.hpp"
 #include "text.hpp"
 
@@ -212,7 +213,7 @@ std::string render_markdown(const ReportData& data) {
   return heading(data) + failing_section(data.verdicts, data.verdicts.size()) + truths_section(data.refused_truths) +
          baseline_section(data) + claims_section(data.claimed_orders) + audit_section(data.audit) +
          goals_section(data.goals) + tables_section(data.tables) + dominance_section(data.dominance) +
-         laws_section(data.laws) + statistics_section(data.rows) +
+         laws_section(data.laws) + solvers_section(data.rows, 200) + statistics_section(data.rows) +
          orders_section(data.rows, "order-position", "Observed order of position") +
          orders_section(data.rows, "order-attitude", "Observed order of attitude") + engines_section(data) +
          provenance_section(data);
@@ -220,7 +221,8 @@ std::string render_markdown(const ReportData& data) {
 
 std::string render_step_summary(const ReportData& data) {
   return heading(data) + failing_section(data.verdicts, 50) + truths_section(data.refused_truths) +
-         baseline_section(data) + claims_section(data.claimed_orders) + notes_section(data.notes);
+         baseline_section(data) + claims_section(data.claimed_orders) + solvers_section(data.rows, 10) +
+         notes_section(data.notes);
 }
 
 }  // namespace atwood

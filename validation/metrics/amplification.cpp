@@ -65,7 +65,7 @@ void metrics::reference_step(const dynamics::Dynamics<double>& f, double t, doub
                              std::array<std::vector<double>, 5>& work) {
   const int interval = f.interval_at(t + h / 2);
   auto& [k1, k2, k3, k4, z] = work;
-  const auto stage = [&](double c, const std::vector<double>& k) {
+  const auto stage = [&, &z = z](double c, const std::vector<double>& k) {
     for (std::size_t i = 0; i < y.size(); ++i) z[i] = y[i] + c * h * k[i];
   };
   f.rate(t, y.data(), k1.data(), interval);

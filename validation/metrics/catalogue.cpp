@@ -234,6 +234,20 @@ const std::vector<MetricInfo>& all_metrics() {
       {"step-time", "s", "Time of one step: median over the repeats of the timed pass, which observes nothing."},
       {"step-time-p95", "s", "Time of one step: 95th percentile over the repeats of the timed pass."},
       {"run-time", "s", "Time of the whole run: median over the repeats of the timed pass, which observes nothing."},
+      {"solver-capped", "1",
+       "Solves that ended without reaching their tolerance or round-off: at the iteration limit, or because the "
+       "iteration diverged. Of the run: of all its solvers; with a solver's name in `body`: of that one. contact-sweeps "
+       "takes a fixed number of sweeps, which is the method, and counts as capped unless the last one changed almost "
+       "nothing."},
+      {"solver-residual-max", "1",
+       "Largest residual that a solve ended with, scaled as the reason says, for each solver its own way; of the run: "
+       "that of the solver where it is largest. Solves of a step that was refused and taken again are left out."},
+      {"solver-iterations-max", "1", "Most iterations of one solve; the solver's name stands in `body`."},
+      {"solver-converged", "1",
+       "Solves whose residual fell to the solver's own tolerance; the solver's name stands in `body`."},
+      {"solver-stagnated", "1",
+       "Solves whose residual stopped falling within a few roundings of its computation, above the solver's own "
+       "tolerance; the solver's name stands in `body`."},
       {"rate-evaluations", "1", "Evaluations of the equations of motion over the run, as the engine counts them."},
       {"steps-taken", "1", "Steps that a method with a tolerance accepted over the run."},
   };

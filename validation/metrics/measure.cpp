@@ -56,7 +56,8 @@ void append_foretold(const Scenario& scenario, const Truth& truth, const Recordi
 std::vector<Row> measure(const Scenario& scenario, const Truth& truth, const Recording& run) {
   using namespace metrics;
   std::vector<Row> rows = status_rows(scenario, truth, run);
-  if (!rows.empty()) return rows;
+  append_solver_figures(run, rows);
+  if (std::any_of(rows.begin(), rows.end(), [](const Row& r) { return r.metric == "status"; })) return rows;
   if (has_truth(truth)) {
     append_foretold(scenario, truth, run, rows);
     append_landing(scenario, truth, run, rows);

@@ -59,6 +59,8 @@ void append_contact(const Scenario& scenario, const Truth& truth, const Recordin
 void append_contact_forces(const Scenario& scenario, const Recording& run, std::vector<Row>& rows);
 void append_penetration(const Scene& scene, const Recording& run, std::vector<Row>& rows);
 void append_landing(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows);
+// solver-*, also of a run that ended early: what it met before says why. None of a run that tells of no solver.
+void append_solver_figures(const Recording& run, std::vector<Row>& rows);
 // Below 30 of these an error is the truth's bar or round-off, one draw of which has no law. Energy: of relative_energy.
 struct GrowthFloors {
   double position_m = 0, attitude_rad = 0, energy = 0;

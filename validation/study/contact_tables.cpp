@@ -81,6 +81,7 @@ std::vector<Row> table_rows(const Cell& cell, WorkerClient& client, const std::s
   for (const auto& entry : fs::directory_iterator(folder))
     if (entry.path().extension() == ".toml") files.insert(entry.path().string());
   std::vector<Row> rows;
+  Recording all;  // of all cases: how the engine's solvers ended
   for (const std::string& file : files) {
     const std::vector<ContactCase> cases = read_contact_cases(file);
     const std::string pair = fs::path(file).stem().string();
@@ -89,6 +90,7 @@ std::vector<Row> table_rows(const Cell& cell, WorkerClient& client, const std::s
     for (const ContactCase& each : cases) {
       const ContactAnswer found = client.contacts(scene_to_json(each.scene), 2, {}, limit_s, test);
       if (found.outcome.status != Status::ok) failed = found.outcome;
+      for (const auto& [solver, tally] : found.outcome.solvers) all.outcome.solvers[solver].add(tally);
       answers.push_back(deepest(found));
       truths.push_back(each.answer);
     }
@@ -106,6 +108,7 @@ std::vector<Row> table_rows(const Cell& cell, WorkerClient& client, const std::s
   }
   const std::vector<Row> whole = over_all_pairs(rows);
   rows.insert(rows.begin(), whole.begin(), whole.end());
+  metrics::append_solver_figures(all, rows);
   return rows;
 }
 

@@ -96,6 +96,7 @@ std::vector<Row> sweep_rows(const Cell& cell, WorkerClient& client, PoseTruths& 
   const std::string test = cell.method.substr(cell.method.find('/') + 1);
   const double limit_s = 10 * cell_limit_s + 0.01 * static_cast<double>(cell.plan.steps);
   std::vector<Row> rows;
+  Recording all;  // of all pairs: how the engine's solvers ended
   for (const std::string& pair : swept ? touch_pairs() : sweep_pairs()) {
     Outcome answered, known;
     const std::vector<PoseAnswer> poses =
@@ -105,6 +106,7 @@ std::vector<Row> sweep_rows(const Cell& cell, WorkerClient& client, PoseTruths& 
       if (answered.status != Status::unsupported) outcome = answered;
       continue;
     }
+    for (const auto& [solver, tally] : answered.solvers) all.outcome.solvers[solver].add(tally);
     const std::vector<PoseAnswer>& exact = truths.of(pair, cell.plan.steps, swept, limit_s, known);
     if (known.status != Status::ok) {
       rows.push_back(failed_row(pair, swept, {Status::unsupported, "no truth: " + known.reason, 0, 0, {}}));
@@ -117,6 +119,7 @@ std::vector<Row> sweep_rows(const Cell& cell, WorkerClient& client, PoseTruths& 
   }
   const std::vector<Row> whole = over_all_pairs(rows);
   rows.insert(rows.begin(), whole.begin(), whole.end());
+  metrics::append_solver_figures(all, rows);
   return rows;
 }
 

@@ -112,8 +112,9 @@ std::string pack_events(const std::vector<Event>& events) {
   return std::move(writer.bytes);
 }
 
-std::vector<Event> unpack_events(std::string_view bytes) {
-  Reader reader{bytes};
+namespace {
+
+std::vector<Event> read_events(Reader& reader) {
   std::vector<Event> events(reader.count(12 + 11 * 16));
   for (Event& event : events) {
     event.t_s = reader.get<Wide>();
@@ -126,6 +127,47 @@ std::vector<Event> unpack_events(std::string_view bytes) {
          {&event.impulse_n_N_s, &event.impulse_t_N_s, &event.vn_before_m_per_s, &event.vn_after_m_per_s}) {
       *value = reader.get<Wide>();
     }
+  }
+  return events;
+}
+
+}  // namespace
+
+std::vector<Event> unpack_events(std::string_view bytes) {
+  Reader reader{bytes};
+  std::vector<Event> events = read_events(reader);
+  reader.end();
+  return events;
+}
+
+std::string pack_events_and_solvers(const std::vector<Event>& events,
+                                    const std::map<std::string, SolveTally>& solvers) {
+  Writer writer{pack_events(events)};
+  if (solvers.empty()) return std::move(writer.bytes);
+  writer.put(static_cast<std::uint64_t>(solvers.size()));
+  for (const auto& [name, tally] : solvers) {
+    writer.put(static_cast<std::uint64_t>(name.size()));
+    writer.bytes += name;
+    for (const std::int64_t count : {tally.converged, tally.stagnated, tally.capped, tally.iterations_max})
+      writer.put(count);
+    writer.put(tally.residual_max);
+  }
+  return std::move(writer.bytes);
+}
+
+std::vector<Event> unpack_events_and_solvers(std::string_view bytes, std::map<std::string, SolveTally>& solvers) {
+  Reader reader{bytes};
+  std::vector<Event> events = read_events(reader);
+  solvers.clear();
+  if (reader.at == bytes.size()) return events;
+  constexpr std::size_t kLeastSolver = 8 + 5 * 8;
+  for (std::size_t left = reader.count(kLeastSolver); left > 0; --left) {
+    const std::size_t size = reader.count(1);
+    SolveTally& tally = solvers[std::string(bytes.substr(reader.at, size))];
+    reader.at += size;
+    for (std::int64_t* count : {&tally.converged, &tally.stagnated, &tally.capped, &tally.iterations_max})
+      *count = reader.get<std::int64_t>();
+    tally.residual_max = reader.get<double>();
   }
   reader.end();
   return events;

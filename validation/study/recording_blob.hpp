@@ -21,6 +21,9 @@ std::string pack_samples(const std::vector<Sample>& samples);
 std::vector<Sample> unpack_samples(std::string_view bytes);
 std::string pack_events(const std::vector<Event>& events);
 std::vector<Event> unpack_events(std::string_view bytes);
+// The events, and behind them how the solvers ended; of recordings that were stored before they were told, none.
+std::string pack_events_and_solvers(const std::vector<Event>& events, const std::map<std::string, SolveTally>& solvers);
+std::vector<Event> unpack_events_and_solvers(std::string_view bytes, std::map<std::string, SolveTally>& solvers);
 std::string pack_reals(const std::vector<double>& values);
 std::vector<double> unpack_reals(std::string_view bytes);
 std::string pack_series(const Series& series);

@@ -71,7 +71,7 @@ Recording Store::recording(const std::string& cell_hash, const Outcome& outcome)
     const SQLite::Statement* found = database_->find(kSeries, cell_hash);
     if (!found) throw StoreDamage("store " + database_->path + ": a recording cannot be found again");
     recording.values = unpack_samples(blob_of(found->getColumn(1)));
-    recording.events = unpack_events(blob_of(found->getColumn(2)));
+    recording.events = unpack_events_and_solvers(blob_of(found->getColumn(2)), recording.outcome.solvers);
     return recording;
   });
 }
@@ -200,7 +200,8 @@ void Store::forget_truth(const std::string& truth_hash) {
 
 void Store::put_run(const std::string& cell_hash, const RunRecord& run, const Recording& recording,
                     const std::string& key, const MeasuredRecord& measured) {
-  const std::string samples = pack_samples(recording.values), events = pack_events(recording.events);
+  const std::string samples = pack_samples(recording.values),
+                    events = pack_events_and_solvers(recording.events, run.outcome.solvers);
   database_->written([&] {
     const Outcome& outcome = run.outcome;
     database_->insert(kCells,

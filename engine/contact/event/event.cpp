@@ -136,6 +136,7 @@ template <class S> void restart(EventRun<S>& run, const Plan& plan) {
   }
   run.model.initial_state(run.y.data());
   run.model.system().evaluations = 0;
+  run.model.system().solvers = {};
   ++run.model.system().epoch;
 }
 
@@ -184,8 +185,10 @@ template <class S> Outcome run_once(EventRun<S>& run, const Plan& plan, const Ob
       observer.profile->step_ns.push_back(
           std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now() - begin).count());
     if (!stepped) {
-      if (run.outcome.status == Status::ok)
+      if (run.outcome.status == Status::ok) {
         run.outcome = {Status::diverged, "an implicit step has no solution", 0, 0, {}};
+        model.system().solvers.keep_capped();
+      }
       break;
     }
     step_end = n + 1;
@@ -195,6 +198,7 @@ template <class S> Outcome run_once(EventRun<S>& run, const Plan& plan, const Ob
   }
   run.outcome.steps_taken = step_end;
   run.outcome.rate_evaluations = model.system().evaluations;
+  run.outcome.solvers = named_tallies(model.system().solvers);
   return run.outcome;
 }
 

@@ -156,8 +156,14 @@ template <class S> void push_at(Instant<S>& now, Hit<S>& hit, const Vec3<S>& imp
 
 // Until v_n >= hit.target wherever p_n = hit.least, p_n >= hit.least. False: the impulses do not settle.
 template <class S> bool settle(Instant<S>& now, std::vector<Hit<S>>& hits, int first, int count) {
+  constexpr int kMostSweeps = 20000;
   S change = S(0), size = S(0);
-  for (int sweep = 0; sweep < 20000; ++sweep) {
+  const auto report = [&](int sweeps, SolveEnd ended) {
+    const S residual = change == S(0) ? change : change / size;
+    now.run.model.system().solvers.add(IterativeSolver::simultaneous_impacts,
+                                       {sweeps, static_cast<double>(residual), ended});
+  };
+  for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
     change = size = S(0);
     for (int i = first; i < first + count; ++i) {
       Hit<S>& hit = hits[i];
@@ -177,8 +183,11 @@ template <class S> bool settle(Instant<S>& now, std::vector<Hit<S>>& hits, int f
       change = real::max(change, norm(t - hit.tangential_N_s));
       hit.tangential_N_s = t;
     }
-    if (!(change > S(4) * real::epsilon<S>() * size)) return true;
+    if (change > S(4) * real::epsilon<S>() * size) continue;
+    report(sweep + 1, SolveEnd::converged);
+    return true;
   }
+  report(kMostSweeps, SolveEnd::capped);
   return change <= real::sqrt(real::epsilon<S>()) * size;
 }
 

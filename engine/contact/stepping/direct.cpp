@@ -93,9 +93,14 @@ template <class S> S coupling(const World<S>& world, const DirectSolver<S>& d, i
   return sum;
 }
 
+template <class S> void report(World<S>& world, int rounds, S left, S scale, SolveEnd ended) {
+  const S residual = left > S(0) ? left / scale : left;
+  world.model->system().solvers.add(IterativeSolver::contact_newton, {rounds, static_cast<double>(residual), ended});
+}
+
 // The velocities there are, each row's step, and whether the impulses at hand solve the law already: then W is not
 // needed.
-template <class S> bool already_solved(const World<S>& world, DirectSolver<S>& d) {
+template <class S> bool already_solved(World<S>& world, DirectSolver<S>& d) {
   const int n = d.n();
   for (auto* v : {&d.q, &d.step, &d.l, &d.z}) v->resize(static_cast<std::size_t>(3 * n));
   S scale{}, largest{};
@@ -116,7 +121,9 @@ template <class S> bool already_solved(const World<S>& world, DirectSolver<S>& d
     project(d, i, z, law);
     for (int r = 0; r < 3; ++r) largest = real::max(largest, real::abs(d.l[3 * i + r] - law[r]));
   }
-  return largest <= S(10) * S(kTolerance) * real::epsilon<S>() * scale;  // a gap of round-off is no reason to start
+  const bool solved = largest <= S(10) * S(kTolerance) * real::epsilon<S>() * scale;  // a gap of round-off is no start
+  if (solved) report(world, 0, largest, scale, SolveEnd::converged);
+  return solved;
 }
 
 template <class S> void assemble(const World<S>& world, DirectSolver<S>& d) {
@@ -223,7 +230,7 @@ template <class S> bool newton(DirectSolver<S>& d, S& size) {
   return false;
 }
 
-template <class S> void solve_island(DirectSolver<S>& d) {
+template <class S> void solve_island(World<S>& world, DirectSolver<S>& d) {
   const std::size_t size = static_cast<std::size_t>(3 * d.n());
   for (auto* v : {&d.z, &d.z_try, &d.F, &d.F_try, &d.change, &d.l_try}) v->assign(size, S(0));
   S scale{};
@@ -231,11 +238,13 @@ template <class S> void solve_island(DirectSolver<S>& d) {
     scale = real::max(scale, real::max(real::abs(d.l[i]), d.step[i] * real::abs(d.q[i])));
   const S wanted = S(kTolerance) * real::epsilon<S>() * scale;
   S left = residual(d, d.l, d.z, d.F);
-  for (int round = 0; round < kMostRounds && left > wanted; ++round) {
+  int round = 0;
+  for (; round < kMostRounds && left > wanted; ++round) {
     if (newton(d, left)) continue;
     for (int k = 0; k < kSweepsBetween; ++k) sweep(d);
     left = residual(d, d.l, d.z, d.F);
   }
+  report(world, round, left, scale, left <= wanted ? SolveEnd::converged : SolveEnd::capped);
 }
 
 template <class S> void apply(World<S>& world, DirectSolver<S>& d) {
@@ -291,7 +300,7 @@ template <class S> void solve_islands(World<S>& world, DirectSolver<S>& d) {
     unit_impulses(world, d);
     if (already_solved(world, d)) continue;
     assemble(world, d);
-    solve_island(d);
+    solve_island(world, d);
     into_cone(d);
     apply(world, d);
   }

@@ -191,6 +191,11 @@ template <class S> bool meet_on_surfaces(World<S>& world, int contact, S from_s,
   const S size = real::min(world.geometry[a].bounding_radius, world.geometry[b].bounding_radius);
   const S near_enough = S(16) * real::epsilon<S>() * size;
   auto& shapes = world.impacts.shapes;
+  S gap{};
+  const auto report = [&](int turns, SolveEnd ended) {
+    const double residual = static_cast<double>(real::abs(gap) / size);
+    world.model->system().solvers.add(IterativeSolver::impact_time, {turns, residual, ended});
+  };
   for (int turn = 0; turn < kMostTurns; ++turn) {
     const Placement<S> place_a = placement_at(world, a, meeting.t_s), place_b = placement_at(world, b, meeting.t_s);
     shapes.clear();
@@ -213,12 +218,17 @@ template <class S> bool meet_on_surfaces(World<S>& world, int contact, S from_s,
     const auto speed = [&](const Vec3<S>& v_a, const Vec3<S>& v_b) { return -dot(v_b - v_a, meeting.normal); };
     const S closing = speed(fa.v + cross(fa.w, meeting.arm_a), fb.v + cross(fb.w, meeting.arm_b));
     if (!(closing > real::abs(speed(fa.dv, fb.dv)))) return false;
-    if (real::abs(point->gap) <= near_enough) return true;
+    gap = point->gap;
+    if (real::abs(gap) <= near_enough) {
+      report(turn + 1, SolveEnd::converged);
+      return true;
+    }
     const S t_s = meeting.t_s + point->gap / closing;
     if (t_s > sub_s && meeting.t_s >= sub_s) return true;  // what free flight adds closes the rest
     meeting.t_s = real::min(real::max(t_s, from_s), sub_s);
     if (t_s <= from_s && turn > 0) return true;  // overlapping already
   }
+  report(kMostTurns, SolveEnd::capped);
   return true;
 }
 
@@ -357,7 +367,8 @@ template <class S> void meet_impacts(World<S>& world, S sub_s) {
   };
   for (const int contact : impacts.bouncing) watch(contact);
   const std::size_t most = impacts.bouncing.size() * kImpactsAContact;
-  for (std::size_t n = 0; !queue.empty() && n < most; ++n) {
+  std::size_t n = 0;
+  for (; !queue.empty() && n < most; ++n) {
     std::pop_heap(queue.begin(), queue.end(), later);
     Approach<S> next = queue.back();
     queue.pop_back();
@@ -379,6 +390,11 @@ template <class S> void meet_impacts(World<S>& world, S sub_s) {
         watch(impacts.of_body[static_cast<std::size_t>(i)]);
     }
   }
+  if (n == 0) return;
+  const double left = static_cast<double>(queue.size()) / static_cast<double>(impacts.bouncing.size());
+  world.model->system().solvers.add(
+      IterativeSolver::impact_queue,
+      {static_cast<std::int64_t>(n), left, queue.empty() ? SolveEnd::converged : SolveEnd::capped});
 }
 
 #define ATWOOD_IMPACTS(S)                    \

@@ -44,6 +44,10 @@ template <class S> void find_pair(const World<S>& world, int a, int b, S margin,
                 placement(center(world, b), attitude(world, b)), margin, shapes);
 }
 
+template <class S> void report(World<S>& world, const Manifold<S>& shape) {
+  if (shape.solve.iterations > 0) world.model->system().solvers.add(IterativeSolver::expanding_polytope, shape.solve);
+}
+
 template <class S> S smaller_size(const World<S>& world, int a, int b) {
   return real::min(world.geometry[a].bounding_radius, world.geometry[b].bounding_radius);
 }
@@ -316,6 +320,7 @@ template <class S> void find_manifolds(World<S>& world) {
     const auto& own = found[static_cast<std::size_t>(part)];
     world.manifolds.insert(world.manifolds.end(), own.begin(), own.end());
   }
+  for (const FoundManifold<S>& made : world.manifolds) report(world, made.shape);
   if (world.options.warm_start) hand_on(world);
   lay_out(world);
   weigh_manifolds(world);
@@ -349,6 +354,7 @@ template <class S> void renew_manifolds(World<S>& world) {
   for (int i = 0; i < count; ++i) {
     if (shapes[static_cast<std::size_t>(i)].size() != 1) continue;
     FoundManifold<S>& found = world.manifolds[static_cast<std::size_t>(stale[static_cast<std::size_t>(i)])];
+    report(world, shapes[static_cast<std::size_t>(i)].front());
     renew(world, found, shapes[static_cast<std::size_t>(i)].front());
     weigh_batch(world, world.manifold_batches.batches[static_cast<std::size_t>(found.slot / kLaneCount)]);
   }

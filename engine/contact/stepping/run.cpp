@@ -110,6 +110,7 @@ void build_world(World<S>& world, const Scene& scene, Simulation<S>& simulation,
 template <class S> void restart(World<S>& world) {
   RigidModel<S>& model = *world.model;
   model.system().evaluations = 0;
+  model.system().solvers = {};
   ++model.system().epoch;
   model.initial_state(world.y.data());
   world.candidates_hold = false;
@@ -159,7 +160,10 @@ template <class S> Outcome run_once(World<S>& world, const Plan& plan, const Obs
       }
     }
     world.sums_impulses = tells && (n + 1) % stride == 0;
-    if (!step(world, from_s, h_s)) return {Status::diverged, "an implicit step has no solution", n, 0, {}};
+    if (!step(world, from_s, h_s)) {
+      model.system().solvers.keep_capped();
+      return {Status::diverged, "an implicit step has no solution", n, 0, {}, named_tallies(model.system().solvers)};
+    }
     if (world.profile) {
       const auto busy = std::chrono::steady_clock::now() - begin;
       world.profile->step_ns.push_back(std::chrono::duration_cast<std::chrono::nanoseconds>(busy).count());
@@ -175,6 +179,7 @@ template <class S> Outcome run_once(World<S>& world, const Plan& plan, const Obs
     observe(model, plan, (n + 1) / stride, world.y.data(), sample, observer);
   }
   outcome.rate_evaluations = model.system().evaluations;
+  outcome.solvers = named_tallies(model.system().solvers);
   return outcome;
 }
 

@@ -8,6 +8,9 @@
 namespace atwood::stepping {
 namespace {
 
+// Share of what gravity gives in a substep, or of the largest velocity: sweeps that change less are at their end.
+constexpr double kStill = 1e-10;
+
 // Adds the time since the last call to a phase; without a profile no clock is read.
 class Phases {
  public:
@@ -185,20 +188,43 @@ template <class S> S largest_change(const World<S>& world) {
   return most;
 }
 
-template <class S> void sweep(World<S>& world, bool rests) {
+// Of the last sweep, `change` by it: relative to what gravity gives in a substep or to the largest velocity, whichever
+// is larger.
+template <class S> void report_sweeps(World<S>& world, int sweeps, S change) {
+  const Bodies<S>& bodies = world.bodies;
+  S scale = norm(world.gravity_W) * world.sub_s;
+  for (int i = 0; i < bodies.count; ++i)
+    for (int c = 0; c < 6 && bodies.moves[i]; ++c) {
+      const S speed = real::abs(bodies.velocity[i].at[c]);
+      scale = real::max(scale, c < 3 ? speed : world.geometry[i].bounding_radius * speed);
+    }
+  const S residual = change == S(0) ? change : change / scale;
+  world.model->system().solvers.add(
+      IterativeSolver::contact_sweeps,
+      {sweeps, static_cast<double>(residual), residual <= S(kStill) ? SolveEnd::converged : SolveEnd::capped});
+}
+
+// The last sweep of a substep is measured where `reports`, and where the scene is at rest.
+template <class S> void sweep(World<S>& world, bool rests, bool reports) {
   constexpr int look_every = 8;
+  if (world.balls.batches.empty() && world.manifold_batches.batches.empty()) return;
   const int sweeps = rests ? std::max(world.options.iterations, world.options.rest_sweeps) : world.options.iterations;
-  const S still = S(1e-10) * norm(world.gravity_W) * world.sub_s;
+  const S still = S(kStill) * norm(world.gravity_W) * world.sub_s;
   for (int k = 0; k < sweeps; ++k) {
     const bool looks = rests && k % look_every == 0 && k + 1 >= world.options.iterations;
-    if (looks) world.bodies.swept = world.bodies.velocity;
+    const bool measures = looks || ((rests || reports) && k + 1 == sweeps);
+    if (measures) world.bodies.swept = world.bodies.velocity;
     solve_balls(world);
     solve_manifolds(world);
-    if (looks && largest_change(world) <= still) return;
+    if (!measures) continue;
+    const S change = largest_change(world);
+    const bool stays = looks && change <= still;
+    if (stays || k + 1 == sweeps) report_sweeps(world, k + 1, change);
+    if (stays) return;
   }
 }
 
-template <class S> void substep(World<S>& world, S sub_s, Phases& phases) {
+template <class S> void substep(World<S>& world, S sub_s, bool last, Phases& phases) {
   const Options& options = world.options;
   meet_impacts(world, sub_s);
   const bool rests = options.rest_sweeps > options.iterations && at_rest(world);
@@ -210,7 +236,7 @@ template <class S> void substep(World<S>& world, S sub_s, Phases& phases) {
   prepare_manifolds(world, sub_s, options.push_apart, options.warm_start);
   look_ahead(world, sub_s);
   const bool solved = options.solver != Solver::sequential && solve_directly(world, rests);
-  if (!solved) sweep(world, rests);
+  if (!solved) sweep(world, rests, last);
   if (world.sums_impulses) add_sums(world);
   phases.end("solve");
   drift(world, sub_s);
@@ -303,7 +329,7 @@ template <class S> bool step(World<S>& world, S t_s, S h_s) {
     if (k > 0) turn_rolling_inertias(world);
     if (k > 0) renew_manifolds(world);
     phases.end("narrow");
-    substep(world, world.sub_s, phases);
+    substep(world, world.sub_s, k + 1 == world.substeps, phases);
   }
   if (events) tell_onsets(world);
   turn_bodies(world);

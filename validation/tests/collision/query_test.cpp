@@ -56,6 +56,31 @@ double near(const std::array<Wide, 3>& x, const V& y) {
 
 }  // namespace
 
+TEST_CASE("an answer says how the searches for the least overlap and for the touch ended") {
+  const Quat<double> tilt = normalised(Quat<double>{0.9, 0.2, 0.3, 0.1});
+  Scene scene = scene_of(body(Cylinder{0.5, 0.5}), body(Cylinder{0.5, 0.5}, {0.6, 0.3, 0.2}, tilt));
+  const SolveTally depth = find_scene_contacts(scene, {}).outcome.solvers.at("expanding-polytope");
+  CHECK(depth.solves() == 1);
+  CHECK(depth.iterations_max > 1);
+  CHECK(depth.residual_max < 1e-2);  // of the shapes' size; round shapes have no finite certificate
+  scene =
+      scene_of(body(Convex{box_corners({0.5, 0.5, 0.5})}), body(Convex{box_corners({0.5, 0.5, 0.5})}, {0.9, 0.2, 0}));
+  const SolveTally hulls = find_scene_contacts(scene, {}).outcome.solvers.at("expanding-polytope");
+  CHECK(hulls.converged == 1);
+  CHECK(hulls.residual_max < 1e-14);
+  CHECK(find_scene_contacts(scene_of(body(Sphere{0.5}), body(Sphere{0.5}, {0.9, 0, 0})), {}).outcome.solvers.empty());
+
+  scene = scene_of(body(Box{{0.5, 0.5, 0.5}}), body(Box{{0.5, 0.5, 0.5}}, {3, 0, 0}, tilt));
+  scene.bodies[1].velocity_m_per_s = {-2, 0, 0};
+  scene.bodies[1].angular_velocity_body_rad_per_s = {1, 2, 3};
+  const ContactAnswer swept = find_scene_contacts(scene, {true, 2});
+  REQUIRE(swept.touches.size() == 1);
+  const SolveTally& touch = swept.outcome.solvers.at("conservative-advancement");
+  CHECK(touch.converged == 1);
+  CHECK(touch.iterations_max > 2);
+  CHECK(touch.residual_max < 1e-14);
+}
+
 TEST_CASE("every pair of shapes is answered, or refused by the names of both") {
   const char* names[] = {"point",   "sphere",   "plane",  "rectangle", "box",
                          "capsule", "cylinder", "convex", "mesh",      "compound"};

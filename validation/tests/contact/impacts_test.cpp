@@ -179,6 +179,19 @@ TEST_CASE("together: the row of balls that Newton's law at once gives, not Mario
     }
 }
 
+TEST_CASE("together: a run says how the impulses of an instant were solved") {
+  Scene scene = world({}, 1, 0);
+  for (int i = 0; i < 4; ++i)
+    scene.bodies.push_back(ball("b" + std::to_string(i), 1, 0.125, {0.25 * i, 0, 0}, {i == 0 ? 1. : 0., 0, 0}));
+  const Recorded r = run("atwood/rk4+event{simultaneous=together}", scene, {1, 7, 1});
+  REQUIRE(r.outcome.status == Status::ok);
+  const SolveTally& tally = r.outcome.solvers.at("simultaneous-impacts");
+  CHECK(tally.converged >= 1);
+  CHECK(tally.capped == 0);
+  CHECK(tally.iterations_max > 2);
+  CHECK(tally.residual_max <= 4 * 2.3e-16);
+}
+
 TEST_CASE("together: what comes from both sides alike leaves alike") {
   for (const double e : {0., 0.5, 1.}) {
     Scene scene = world({}, e, 0);

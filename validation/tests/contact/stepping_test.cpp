@@ -40,6 +40,35 @@ TEST_CASE("+impulse: collisions keep momentum and angular momentum, and never ga
   CHECK(met > 40);
 }
 
+TEST_CASE("+impulse: a run says what its sweeps left over") {
+  std::vector<Body> bodies{floor_plane()};
+  for (int i = 0; i < 5; ++i) bodies.push_back(box("box" + std::to_string(i), 1, {0.5, 0.5, 0.5}, {0, 0, 0.5 + i}));
+  const Scene scene = scene_of(bodies, 0, 0.5, 9.8);
+  const auto tally = [&](const std::string& settings, const char* solver) {
+    const Recorded r = run(euler + settings, scene, {0.1, 6, 6});
+    REQUIRE(r.outcome.status == Status::ok);
+    return r.outcome.solvers.at(solver);
+  };
+  const std::string sequential = "{iterations=N,rest_sweeps=0,solver=sequential}";
+  const auto swept = [&](const char* n) {
+    return tally(std::string(sequential).replace(sequential.find('N'), 1, n), "contact-sweeps");
+  };
+  const SolveTally one = swept("1"), fifty = swept("50");
+  CHECK(one.solves() == 6);  // the last substep of each step
+  CHECK(one.capped == 6);
+  CHECK(one.iterations_max == 1);
+  CHECK(fifty.iterations_max == 50);
+  CHECK(one.residual_max > 0.01);
+  CHECK(one.residual_max > 3 * fifty.residual_max);
+
+  const SolveTally rest = tally("{solver=sequential}", "contact-sweeps");  // swept until it is still
+  CHECK(rest.converged > 0);
+  CHECK(rest.capped == 0);
+  const SolveTally direct = tally("{solver=direct}", "contact-newton");
+  CHECK(direct.capped == 0);
+  CHECK(direct.residual_max < 1e4 * 2.3e-16);
+}
+
 TEST_CASE("+impulse: angular momentum is kept to round-off by many balls that meet at once") {
   // Not by what takes overlap away: it shifts places across velocities. Balls that stay together overlap, so it is off
   // for them.

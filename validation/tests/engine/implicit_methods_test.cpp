@@ -216,6 +216,53 @@ TEST_CASE("equations without a solution are refused; with one it is found to the
   }
 }
 
+TEST_CASE("a solve says how it ended: converged, stagnated at round-off, or capped with its residual") {
+  const auto report = [](double (*law)(double), double h) {
+    StageSolver<double> solver(1, {Quad(1)});
+    const double y = 1, known = 0;
+    double z = 0, k = 0;
+    const auto rates = [](void* of, const double* at, double* rate) {
+      *rate = (*static_cast<double (**)(double)>(of))(*at);
+    };
+    solver.solve(rates, &law, h, &y, &known, &z, &k);
+    return solver.report();
+  };
+  const SolveReport none = report([](double z) { return 1 + z * z; }, 1);  // no real root
+  CHECK(none.ended == SolveEnd::capped);
+  CHECK(none.iterations > 80);  // the limit of Newton's method, after the sweeps
+  CHECK(none.residual > 1e-3);
+  const SolveReport constant = report([](double) { return 3.0; }, 0.1);
+  CHECK(constant.ended == SolveEnd::converged);
+  CHECK(constant.iterations == 2);
+  CHECK(constant.residual == 0);
+  const SolveReport cubic = report([](double x) { return 1 - x * x * x; }, 10);
+  CHECK(cubic.ended != SolveEnd::capped);
+  CHECK(cubic.residual < 1e-12);
+}
+
+TEST_CASE("a run carries how its implicit steps ended") {
+  const Recorded fine = run("gauss4", kepler(0.6), {10, 400, 1});
+  REQUIRE(fine.outcome.status == Status::ok);
+  const SolveTally& stages = fine.outcome.solvers.at("implicit-stages");
+  CHECK(stages.solves() == 400);
+  CHECK(stages.capped == 0);
+  CHECK(stages.iterations_max > 3);
+  CHECK(stages.residual_max < 256 * 3e-16);
+  CHECK(run("rk4", kepler(0.6), {10, 400, 1}).outcome.solvers.empty());
+
+  // One step of implicit Euler from perihelion over most of the period: Newton's method finds no end of the step.
+  const Recorded coarse = run("implicit-euler", kepler(0.9), {40, 10, 1});
+  REQUIRE(coarse.outcome.status == Status::diverged);
+  const SolveTally& unsolved = coarse.outcome.solvers.at("implicit-stages");
+  CHECK(unsolved.capped == 1);
+  CHECK(!(unsolved.residual_max <= 1e-10));
+
+  // A step that is refused and taken again shorter leaves nothing capped behind.
+  const Recorded adaptive = run("radau5", kepler(0.9), {10, 1, 1}, "", 1e-6);
+  REQUIRE(adaptive.outcome.status == Status::ok);
+  CHECK(adaptive.outcome.solvers.at("implicit-stages").capped == 0);
+}
+
 TEST_CASE("radau5 with a tolerance: the error follows it, on a smooth orbit and on a stiff spring") {
   const auto orbit = [](double rtol) {
     const Recorded r = run("radau5", kepler(0.6), {10, 1000, 1}, "", rtol),

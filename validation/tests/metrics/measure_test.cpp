@@ -330,6 +330,37 @@ TEST_CASE("measure: the condition of a circular orbit is the along-track shear o
   CHECK(value_of(rows, "condition") < 50);
 }
 
+TEST_CASE("measure: how the solvers of a run ended, each by its name and all together, also of a run that diverged") {
+  const Scenario s = circle();
+  Recording run = orbit(s, 1, 1);
+  const auto of = [](const std::vector<Row>& rows, const std::string& metric, const std::string& body) {
+    for (const Row& r : rows)
+      if (r.metric == metric && r.body == body) return r;
+    FAIL("no row " << metric << " of `" << body << "`");
+    return Row{};
+  };
+  for (const Row& r : measure(s, truth_of(run), run)) CHECK_FALSE(r.metric.starts_with("solver-"));
+  run.outcome.solvers["implicit-stages"] = {90, 8, 2, 80, 1e-3};
+  run.outcome.solvers["own-solver"] = {10, 0, 1, 7, 1e-4};
+  const auto check = [&](const std::vector<Row>& rows) {
+    CHECK(of(rows, "solver-converged", "implicit-stages").value == 90);
+    CHECK(of(rows, "solver-stagnated", "implicit-stages").value == 8);
+    CHECK(of(rows, "solver-capped", "implicit-stages").value == 2);
+    CHECK(of(rows, "solver-iterations-max", "own-solver").value == 7);
+    CHECK(of(rows, "solver-residual-max", "own-solver").value == 1e-4);
+    CHECK(of(rows, "solver-residual-max", "own-solver").reason == "as the engine scales it");
+    CHECK(of(rows, "solver-capped", "").value == 3);
+    CHECK(of(rows, "solver-residual-max", "").value == 1e-3);
+    CHECK(of(rows, "solver-residual-max", "").reason.find("implicit-stages: largest change") != std::string::npos);
+  };
+  check(measure(s, truth_of(run), run));
+  run.outcome.status = Status::diverged;
+  check(measure(s, truth_of(run), run));
+  CHECK(of(measure(s, truth_of(run), run), "status", "").status == Status::diverged);
+  run.outcome.solvers["own-solver"].residual_max = std::nan("");
+  CHECK(std::isnan(of(measure(s, truth_of(run), run), "solver-residual-max", "").value));
+}
+
 TEST_CASE("measure: every metric is defined once, with words") {
   std::set<std::string> names;
   for (const MetricInfo& m : all_metrics()) {

@@ -110,6 +110,18 @@ TEST_CASE("an outcome crosses whole, whatever bytes its reason has") {
   CHECK(back.busy_ns == outcome.busy_ns);
 }
 
+TEST_CASE("how solvers ended crosses with the outcome, and an outcome without any says nothing of it") {
+  Outcome outcome;
+  outcome.solvers["implicit-stages"] = {7, 2, 1, 80, 0.1};
+  outcome.solvers["contact-sweeps"] = {0, 0, 3, 2, std::numeric_limits<double>::infinity()};
+  CHECK(wire::read_answer(wire::done_line(1, outcome, {})).outcome.solvers == outcome.solvers);
+  CHECK(wire::done_line(1, {}, {}).find("solvers") == std::string::npos);
+  CHECK(wire::read_answer(R"({"cell":1,"done":{"status":"ok"}})").outcome.solvers.empty());
+  const auto told = wire::read_answer(R"({"cell":1,"done":{"status":"ok","solvers":{"pgs":{"capped":4}}}})");
+  CHECK(told.outcome.solvers.at("pgs").capped == 4);
+  CHECK(told.outcome.solvers.at("pgs").converged == 0);
+}
+
 TEST_CASE("a profile crosses with the end of its run; others say nothing of it") {
   Profile profile;
   profile.step_ns = {1000, 2000, 1500};
@@ -360,6 +372,11 @@ TEST_CASE("counts and times that cannot be are refused") {
            {R"("steps_taken":-1)", "\"steps_taken\" is negative: -1"},
            {R"("rate_evaluations":-7)", "\"rate_evaluations\" is negative: -7"},
            {R"("steps_taken":18446744073709551615)", "\"steps_taken\" is not an integer"},
+           {R"("solvers":[1])", "\"solvers\" is not an object"},
+           {R"("solvers":{"pgs":3})", "solver `pgs` is not an object: 3"},
+           {R"("solvers":{"PGS":{}})", "a solver is named `PGS`; expected 1 to 64 lower-case letters"},
+           {R"("solvers":{"pgs":{"capped":-1}})", "\"capped\" is negative: -1"},
+           {R"("solvers":{"pgs":{"residual_max":-0.5}})", "\"residual_max\" of solver `pgs` is negative: -0.5"},
            {R"("busy_ns":[0.0123])", "is it in seconds or milliseconds?"},
            {R"("step_ns":[-5])", "\"step_ns\" is negative"},
            {R"("phase_ns":{"broad":-5})", "\"phase_ns\" is negative"}}) {

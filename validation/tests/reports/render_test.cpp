@@ -9,6 +9,7 @@
 
 #include "reports/render/embedded_data.hpp"
 #include "reports/render/ran_methods.hpp"
+#include "reports/render/solver_table.hpp"
 #include "reports/render/text.hpp"
 #include "synthetic.hpp"
 
@@ -91,6 +92,48 @@ TEST_CASE("tables of figures: aligned for a terminal, whole in JSON and Markdown
   CHECK(json.at("rows").at(2).at(1) == 0.12345678901);
   const std::string markdown = render_markdown(data);
   CHECK(markdown.find("| ours | 8000 |\n| rival\\|two lines | - |\n") != std::string::npos);
+}
+
+TEST_CASE("solves that ended above their tolerance are told with solver, residual and its scale") {
+  std::vector<Row> rows;
+  const auto add = [&](std::int64_t steps, const std::string& solver, const std::string& metric, double value) {
+    Row row;
+    row.scenario = "stack";
+    row.method = "atwood/rk4+impulse";
+    row.steps = steps;
+    row.body = solver;
+    row.metric = metric;
+    row.unit = "1";
+    row.value = value;
+    if (metric == "solver-residual-max") row.reason = "change | over the largest";
+    rows.push_back(row);
+  };
+  const auto add_all = [&](std::int64_t steps, const std::string& solver, double capped, double residual) {
+    add(steps, solver, "solver-converged", 5);
+    add(steps, solver, "solver-stagnated", 0);
+    add(steps, solver, "solver-capped", capped);
+    add(steps, solver, "solver-iterations-max", 40);
+    add(steps, solver, "solver-residual-max", residual);
+  };
+  add_all(60, "contact-newton", 0, 1e-13);
+  CHECK(solvers_section(rows, 10).empty());
+  CHECK(unconverged_words(rows).empty());
+  add_all(60, "contact-sweeps", 3, 0.25);
+  add_all(120, "contact-sweeps", 2, 0.5);
+  add_all(60, "impact-time", 1, std::nan(""));
+  const std::string section = solvers_section(rows, 10);
+  CHECK(section.find("| stack | atwood/rk4+impulse | 120 | contact-sweeps | 2 | 7 | 40 | 0.5 | change \\| over the "
+                     "largest |\n") != std::string::npos);
+  CHECK(section.find("| 60 | contact-sweeps") == std::string::npos);  // the rung with the largest residual alone
+  CHECK(section.find("contact-newton") == std::string::npos);
+  CHECK(section.find("impact-time") < section.find("contact-sweeps"));  // NaN first
+  CHECK(solvers_section(rows, 1).find("And 1 more.") != std::string::npos);
+  CHECK(
+      unconverged_words(rows).find("contact-sweeps: solves above the tolerance in 2 cells, residual up to 0.5 (stack, "
+                                   "atwood/rk4+impulse, 120 steps)\n") != std::string::npos);
+  ReportData data;
+  data.rows = rows;
+  CHECK(render_markdown(data).find("## Solves that ended above their tolerance") != std::string::npos);
 }
 
 TEST_CASE("every method that ran shows every setting of its scheme and of its response, and no other is shown") {

@@ -62,6 +62,23 @@ TEST_CASE("samples and events are packed to the last bit, in 8 bytes where that 
   CHECK_THROWS_AS(unpack_samples(bytes + "x"), BadBlob);
 }
 
+TEST_CASE("how solvers ended is packed behind the events; recordings from before have none") {
+  std::vector<Event> events(3);
+  events[1].body_b = 7;
+  const std::map<std::string, SolveTally> solvers{{"contact-sweeps", {0, 0, 3, 2, 0.5}}, {"x", {1, 2, 3, 4, 1e-300}}};
+  std::map<std::string, SolveTally> back{{"left-over", {}}};
+  CHECK(unpack_events_and_solvers(pack_events(events), back).size() == 3);
+  CHECK(back.empty());
+  CHECK(pack_events_and_solvers(events, {}) == pack_events(events));
+  const std::string bytes = pack_events_and_solvers(events, solvers);
+  CHECK(unpack_events_and_solvers(bytes, back)[1].body_b == 7);
+  CHECK(back == solvers);
+  const std::size_t alone = pack_events(events).size();
+  for (std::size_t size = 0; size < bytes.size(); ++size)
+    if (size != alone) CHECK_THROWS_AS(unpack_events_and_solvers(bytes.substr(0, size), back), BadBlob);
+  CHECK_THROWS_AS(unpack_events_and_solvers(bytes + "x", back), BadBlob);
+}
+
 TEST_CASE("contacts are packed with their samples") {
   std::vector<Sample> touching = samples(false);
   touching[0].contacts = {{0, 1, {1, 2, 3}, {0, 0, 1}, -1e-9, 9.8, {0.5, 0, -0.25}}};

@@ -1,5 +1,6 @@
-"""Clang compiles the engine as well as GCC does: clang_test.py BUILD_FOLDER ROOT [FOLDER...]. Checks the syntax and types of
-every source of these folders (engine/ unless given) with the build's own flags; generates no code. Answers 77 (skipped)
+"""Clang compiles the product as well as GCC does: clang_test.py BUILD_FOLDER ROOT [FOLDER...]. Checks the syntax and types of
+every source of these folders (engine/, reference/, validation/ and reports/ unless given), tests and what the build wrote
+left out, with the build's own flags; generates no code. Answers 77 (skipped)
 with a word where clang++ is missing."""
 import concurrent.futures
 import json
@@ -11,7 +12,7 @@ import sys
 
 SKIPPED = 77
 build, root = sys.argv[1], sys.argv[2]
-folders = sys.argv[3:] or ["engine"]
+folders = sys.argv[3:] or ["engine", "reference", "validation", "reports"]
 # quadmath.h is GCC's own; -idirafter keeps clang's intrinsics before GCC's.
 GCC_HEADERS = subprocess.run(["g++", "-print-file-name=include"], capture_output=True, text=True).stdout.strip()
 # Flags that only GCC knows.
@@ -48,7 +49,7 @@ def main():
     chosen = {}
     for entry in entries:
         path = os.path.relpath(entry["file"], root)
-        if any(path.startswith(folder + "/") for folder in folders):
+        if any(path.startswith(folder + "/") for folder in folders) and not path.startswith("validation/tests/"):
             chosen.setdefault(entry["file"], entry)
     if not chosen:
         print("no source of", ", ".join(folders), "in", build)

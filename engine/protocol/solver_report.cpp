@@ -1,0 +1,62 @@
+#include "protocol/solver_report.hpp"
+
+namespace atwood {
+
+const std::array<SolverInfo, kIterativeSolvers>& solver_infos() {
+  static const std::array<SolverInfo, kIterativeSolvers> infos{{
+      {"implicit-stages",
+       "the equations of an implicit step, by fixed-point sweeps or Newton's method; converged: further changes would "
+       "sum to less than a thousandth of an ulp; of kick-drift steps, the change is at most two ulp; of Radau 15, what "
+       "remains is a tenth of the run's tolerance or an eighth of an ulp; stagnated: the "
+       "change no longer halves and is below 4096 ulp",
+       "largest change of a component in the last iteration over that component, or over a thousandth of the largest"},
+      {"invariant-projection",
+       "the invariants that a projected step returns to, by Newton's method; converged: half an ulp; stagnated: the "
+       "misfit no longer halves and is below 64 ulp; capped with four invariants: the step keeps the energy alone",
+       "misfit of an invariant over the size of its terms"},
+      {"energy-relaxation",
+       "the length of a relaxed step that keeps the energy; converged: half an ulp of the energy; stagnated: the misfit "
+       "no longer halves and is below 64 of these",
+       "misfit of the energy over the size of its terms"},
+      {"contact-sweeps",
+       "contact impulses of a substep, by projected Gauss-Seidel with a fixed number of sweeps, which is the method: "
+       "capped unless the last sweep changed velocities by at most 1e-10 of the scale; measured in the last substep of "
+       "each step",
+       "largest change of a body's velocity, or of its angular velocity times its bounding radius, in the last sweep "
+       "over the larger of the largest such velocity and what gravity gives in the substep"},
+      {"contact-newton",
+       "contact impulses of an island, by Newton's method on the contact law; converged: 1000 roundings of the largest "
+       "impulse, 10000 where the impulses at hand serve as they are",
+       "largest violation of the contact law, as an impulse, over the largest impulse"},
+      {"impact-queue",
+       "impacts of a substep, one after another in the order of their times; capped: the limit of impacts a contact was "
+       "reached",
+       "impacts left over the contacts with restitution"},
+      {"impact-time",
+       "the instant of an impact of shapes that turn, by Newton's method on the gap; converged: 16 roundings of the "
+       "smaller body",
+       "gap over the bounding radius of the smaller body"},
+      {"simultaneous-impacts",
+       "impulses of all points of an instant, by projected Gauss-Seidel; converged: the last sweep changed them by at "
+       "most four roundings",
+       "largest change of an impulse in the last sweep over the largest impulse"},
+      {"expanding-polytope",
+       "the direction of least overlap of two convex shapes; converged: eight roundings of their extent; capped: no "
+       "room for another point, or round-off left no closed polytope",
+       "overlap along the direction found less the certified least, over the shapes' extent"},
+      {"conservative-advancement",
+       "the time of impact of two bodies; converged: a gap of the stated round-off; capped: that round-off was doubled "
+       "because the bodies stayed near without touching",
+       "gap at the touch over the bodies' size"},
+  }};
+  return infos;
+}
+
+std::map<std::string, SolveTally> named_tallies(const SolverTallies& tallies) {
+  std::map<std::string, SolveTally> named;
+  for (std::size_t i = 0; i < kIterativeSolvers; ++i)
+    if (tallies.of[i].solves() > 0) named[solver_infos()[i].name] = tallies.of[i];
+  return named;
+}
+
+}  // namespace atwood
