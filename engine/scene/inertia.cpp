@@ -177,28 +177,6 @@ struct Properties {
 
 std::string mass_properties(const Shape& shape, MassProperties& out) { return std::visit(Properties{out}, shape); }
 
-// Jacobi's rotations; a 3 x 3 matrix is diagonal to round-off after a few sweeps.
-Real3 principal_moments(const Real33& symmetric) {
-  Real33 a = symmetric;
-  for (int sweep = 0; sweep < 40; ++sweep)
-    for (const auto& [p, q] : {std::pair<std::size_t, std::size_t>{0, 1}, {0, 2}, {1, 2}}) {
-      const double apq = a[3 * p + q];
-      if (apq == 0) continue;
-      const double theta = (a[4 * q] - a[4 * p]) / (2 * apq);
-      const double t = std::copysign(1, theta) / (std::abs(theta) + std::hypot(1, theta));
-      const double c = 1 / std::hypot(1, t), s = t * c;
-      const std::size_t r = 3 - p - q;
-      const double arp = a[3 * r + p], arq = a[3 * r + q];
-      a[4 * p] -= t * apq, a[4 * q] += t * apq;
-      a[3 * p + q] = a[3 * q + p] = 0;
-      a[3 * r + p] = a[3 * p + r] = c * arp - s * arq;
-      a[3 * r + q] = a[3 * q + r] = s * arp + c * arq;
-    }
-  Real3 moments{a[0], a[4], a[8]};
-  std::sort(moments.begin(), moments.end());
-  return moments;
-}
-
 std::string inertia_problem(const Real33& m) {
   double largest = 0;
   for (const double x : m) {
@@ -211,7 +189,8 @@ std::string inertia_problem(const Real33& m) {
              "); expected a symmetric matrix";
   Real33 scaled = m;
   for (double& x : scaled) x /= largest;
-  const Real3 moment = principal_moments(scaled);
+  Real3 moment = diagonalise(scaled).moments;
+  std::sort(moment.begin(), moment.end());
   const auto listed = [&] {
     return "principal moments " + number_text(moment[0] * largest) + ", " + number_text(moment[1] * largest) + ", " +
            number_text(moment[2] * largest);

@@ -18,7 +18,14 @@ std::string mass_properties(const Shape& shape, MassProperties& out);
 
 // What no rigid body can have: not symmetric, a principal moment of 0 or less, one above the sum of the others.
 std::string inertia_problem(const Real33& inertia_kg_m2);
-Real3 principal_moments(const Real33& symmetric);  // ascending
+
+// A symmetric matrix = axes diag(moments) axes^T; the columns of `axes` (row-major) are a right-handed frame of unit
+// vectors. A diagonal matrix keeps its order and its bits, with the identity as axes.
+struct Diagonalised {
+  Real3 moments{};
+  Real33 axes{};
+};
+Diagonalised diagonalise(const Real33& symmetric);
 
 // Triangles of the hull, anticlockwise from outside; empty when the points are (nearly) flat.
 std::vector<std::array<int, 3>> convex_hull(const std::vector<Real3>& points);

@@ -5,6 +5,7 @@
 
 #include "rivals/vector.hpp"
 #include "rivals/world.hpp"
+#include "scene/inertia.hpp"
 
 namespace atwood::rivals {
 namespace {
@@ -114,36 +115,9 @@ Real4 quaternion_of(const Real33& m) {
   return q;
 }
 
-// Jacobi's method of cyclic rotations (Golub and Van Loan, Matrix Computations, 8.5).
 PrincipalAxes principal_axes(const Real33& inertia_kg_m2) {
-  Real33 a = inertia_kg_m2, r{1, 0, 0, 0, 1, 0, 0, 0, 1};
-  const auto off = [&] { return std::abs(a[1]) + std::abs(a[2]) + std::abs(a[5]); };
-  for (int sweep = 0; sweep < 50 && off() > 0; ++sweep) {
-    for (const auto& [p, q] : {std::pair(0, 1), std::pair(0, 2), std::pair(1, 2)}) {
-      const double apq = a[3 * p + q];
-      if (apq == 0) continue;
-      const double theta = (a[4 * q] - a[4 * p]) / (2 * apq);
-      const double t = (theta >= 0 ? 1 : -1) / (std::abs(theta) + std::sqrt(theta * theta + 1));
-      const double c = 1 / std::sqrt(t * t + 1), s = t * c;
-      for (int k = 0; k < 3; ++k) {  // a := a J, r := r J
-        const double akp = a[3 * k + p], akq = a[3 * k + q], rkp = r[3 * k + p], rkq = r[3 * k + q];
-        a[3 * k + p] = c * akp - s * akq;
-        a[3 * k + q] = s * akp + c * akq;
-        r[3 * k + p] = c * rkp - s * rkq;
-        r[3 * k + q] = s * rkp + c * rkq;
-      }
-      for (int k = 0; k < 3; ++k) {  // a := J^T a
-        const double apk = a[3 * p + k], aqk = a[3 * q + k];
-        a[3 * p + k] = c * apk - s * aqk;
-        a[3 * q + k] = s * apk + c * aqk;
-      }
-      a[3 * p + q] = a[3 * q + p] = 0;
-    }
-  }
-  PrincipalAxes axes;
-  axes.moments_kg_m2 = {a[0], a[4], a[8]};
-  axes.q_BP = quaternion_of(r);
-  return axes;
+  const Diagonalised axes = diagonalise(inertia_kg_m2);
+  return {axes.moments, quaternion_of(axes.axes)};
 }
 
 }  // namespace atwood::rivals

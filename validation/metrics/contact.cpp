@@ -6,6 +6,7 @@
 
 #include "dynamics/contacts.hpp"
 #include "dynamics/invariants.hpp"
+#include "validation/metrics/bisection.hpp"
 #include "validation/metrics/measurements.hpp"
 
 namespace atwood::metrics {
@@ -197,18 +198,15 @@ std::optional<std::array<Wide, 2>> landing(const std::vector<Sample>& values, in
   for (std::size_t k = 1; k + 1 < values.size(); ++k) {
     const auto z = [&](std::size_t i) { return values[i].bodies[body].p_m[2]; };
     if (!(z(k) > 0 && z(k + 1) <= 0)) continue;
-    // Newton's form over s = 0, 1, 2 at samples k - 1, k, k + 1; the zero lies in (1, 2]: bisection in Wide.
+    // Newton's form over s = 0, 1, 2 at samples k - 1, k, k + 1; the zero lies in (1, 2].
     const auto at = [&](int axis, Wide s) {
       const Wide a = values[k - 1].bodies[body].p_m[axis], b = values[k].bodies[body].p_m[axis],
                  c = values[k + 1].bodies[body].p_m[axis];
       return a + s * (b - a) + s * (s - 1) / 2 * (c - 2 * b + a);
     };
-    Wide low = 1, high = 2;
-    for (int i = 0; i < 113; ++i) {
-      const Wide middle = (low + high) / 2;
-      (at(2, middle) > 0 ? low : high) = middle;
-    }
-    return std::array<Wide, 2>{at(0, high), at(1, high)};
+    const auto landed = bisect([&](Wide s) { return at(2, s); }, Wide(1), Wide(2), 113);
+    if (!landed.converged) return std::nullopt;
+    return std::array<Wide, 2>{at(0, landed.high), at(1, landed.high)};
   }
   return std::nullopt;
 }

@@ -1,11 +1,12 @@
 // Drift told apart from oscillation: a robust slope, its interval corrected for autocorrelation, the residual's range.
 #include <algorithm>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <limits>
 #include <optional>
 
+#include "validation/metrics/least_squares.hpp"
 #include "validation/metrics/metrics.hpp"
+#include "validation/metrics/quantile.hpp"
 #include "validation/metrics/resample.hpp"
 #include "validation/metrics/slope_fit.hpp"
 
@@ -67,32 +68,12 @@ Harmonic fit_harmonics(std::span<const double> t, std::span<const double> v, dou
     const double angle = 6.283185307179586 * ((c + 1) / 2) * (t[i] - t.front()) / period_s;
     return c % 2 == 1 ? std::cos(angle) : std::sin(angle);
   };
-  std::vector<double> basis(n * static_cast<std::size_t>(m));
-  for (std::size_t i = 0; i < n; ++i)
-    for (int c = 0; c < m; ++c) basis[static_cast<std::size_t>(c) * n + i] = column(c, i);
-  Harmonic fit;
-  fit.parameters = m;
-  fit.residual.assign(v.begin(), v.end());
-  // Gram and Schmidt, each column twice over for its round-off; time comes last, so its coefficient is the slope.
-  for (int c = 0; c < m; ++c) {
-    double* const q = &basis[static_cast<std::size_t>(c) * n];
-    for (int pass = 0; pass < 2; ++pass)
-      for (int b = 0; b < c; ++b) {
-        const double* const other = &basis[static_cast<std::size_t>(b) * n];
-        double dot = 0;
-        for (std::size_t i = 0; i < n; ++i) dot += q[i] * other[i];
-        for (std::size_t i = 0; i < n; ++i) q[i] -= dot * other[i];
-      }
-    double norm = 0, along = 0;
-    for (std::size_t i = 0; i < n; ++i) norm += q[i] * q[i];
-    norm = std::sqrt(norm);
-    for (std::size_t i = 0; i < n; ++i) q[i] = norm > 0 ? q[i] / norm : 0;
-    for (std::size_t i = 0; i < n; ++i) along += q[i] * fit.residual[i];
-    for (std::size_t i = 0; i < n; ++i) fit.residual[i] -= along * q[i];
-    if (c == m - 1 && norm > 0) fit.slope = along / norm;
-  }
-  for (double r : fit.residual) fit.squares += r * r;
-  return fit;
+  // Time comes last, so its coefficient is the slope.
+  std::vector<std::vector<double>> columns(static_cast<std::size_t>(m), std::vector<double>(n));
+  for (int c = 0; c < m; ++c)
+    for (std::size_t i = 0; i < n; ++i) columns[static_cast<std::size_t>(c)][i] = column(c, i);
+  metrics::ColumnFit of_columns = metrics::fit_columns(columns, v);
+  return {std::isnan(of_columns.last) ? 0 : of_columns.last, of_columns.squares, m, std::move(of_columns.residual)};
 }
 
 // The period that leaves the least residual, within a quarter of a turn over the whole run of the crossings' estimate:
@@ -189,7 +170,7 @@ EnsembleDrift fit_drift_ensemble(std::span<const double> t_s, std::span<const st
   }
   // A resample of n runs varies as n - 1 of them do.
   const double count = static_cast<double>(n), error = std::sqrt(squares * count / (count - 1));
-  drift.half_width_95 = boost::math::quantile(boost::math::students_t(count - 1), 0.975) * error;
+  drift.half_width_95 = metrics::students_t(count - 1, 0.975) * error;
   return drift;
 }
 

@@ -4,10 +4,10 @@
 // does. Brouwer, Astron. J. 46 (1937) 149: unbiased rounding makes the energy walk as t^1/2 and the phase, its
 // integral, as t^3/2; rounding that is biased, as t and t^2.
 #include <algorithm>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
 #include "validation/metrics/metrics.hpp"
+#include "validation/metrics/quantile.hpp"
 #include "validation/metrics/resample.hpp"
 #include "validation/metrics/slope_fit.hpp"
 
@@ -94,7 +94,7 @@ GrowthFit fit_growth_ensemble(std::span<const double> t_s, std::span<const std::
   }
   // A resample of n runs varies as n - 1 of them do.
   const double error = std::sqrt((squared - mean * mean) * static_cast<double>(n) / static_cast<double>(n - 1));
-  fit.half_width_95 = boost::math::quantile(boost::math::students_t(freedom(shares)), 0.975) * error;
+  fit.half_width_95 = metrics::students_t(freedom(shares), 0.975) * error;
   name_law(fit);
   return fit;
 }

@@ -1,10 +1,10 @@
 // The law by which an error grows: a power of t or an exponential, fitted to its envelope.
 #include <algorithm>
 #include <array>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
 #include "validation/metrics/measurements.hpp"
+#include "validation/metrics/quantile.hpp"
 #include "validation/metrics/slope_fit.hpp"
 
 namespace atwood {
@@ -67,7 +67,7 @@ Bend bend_of(std::span<const double> x, std::span<const double> y, const metrics
   }
   const double c = along / norm, freedom = static_cast<double>(n) - 3;
   const double left = std::max(line.residual_squares - along * c, 0.0);
-  const double limit = boost::math::quantile(boost::math::students_t(freedom), 0.975);
+  const double limit = metrics::students_t(freedom, 0.975);
   const auto slope_at = [&](double at) { return line.slope + c * (2 * (at - x[0]) - of_squares.slope); };
   return {slope_at(x[0]), slope_at(x[n - 1]), c * c * norm > limit * limit * left / freedom};
 }

@@ -4,11 +4,11 @@
 // of length T, each starting where the last ended, along the separation it ended with. Neighbouring stretches are
 // correlated, so the interval comes from the means of ten long blocks of them.
 #include <algorithm>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <vector>
 
 #include "validation/metrics/metrics.hpp"
+#include "validation/metrics/quantile.hpp"
 
 namespace atwood {
 
@@ -35,7 +35,7 @@ LyapunovFit fit_lyapunov(std::span<const double> local_exponents) {
   double squares = 0;
   for (double x : block_means) squares += (x - mean) * (x - mean);
   fit.exponent_per_s = mean;
-  fit.half_width_95 = boost::math::quantile(boost::math::students_t(m - 1), 0.975) * std::sqrt(squares / (m - 1) / m);
+  fit.half_width_95 = metrics::students_t(m - 1, 0.975) * std::sqrt(squares / (m - 1) / m);
   fit.stretches = static_cast<int>(used.size());
   return fit;
 }

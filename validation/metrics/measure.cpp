@@ -6,6 +6,7 @@
 #include <mutex>
 
 #include "validation/metrics/measurements.hpp"
+#include "validation/metrics/quantile.hpp"
 
 namespace atwood {
 namespace {
@@ -85,17 +86,14 @@ std::vector<Row> measure(const Scenario& scenario, const Truth& truth, const Rec
 
 std::vector<Row> timing_rows(const Outcome& outcome, std::int64_t steps) {
   if (outcome.busy_ns.empty() || steps <= 0) return {};
-  std::vector<std::int64_t> ns = outcome.busy_ns;
-  std::sort(ns.begin(), ns.end());
+  std::vector<double> ns(outcome.busy_ns.begin(), outcome.busy_ns.end());
   const std::size_t n = ns.size();
-  const double median = n % 2 == 1 ? static_cast<double>(ns[n / 2])
-                                   : (static_cast<double>(ns[n / 2 - 1]) + static_cast<double>(ns[n / 2])) / 2;
-  // Nearest rank: the smallest value that at least 95 % of the repeats do not exceed.
-  const std::size_t rank = (95 * n + 99) / 100;
+  const double median = metrics::median_in_place(ns);
+  std::sort(ns.begin(), ns.end());
   const double per_step = 1e-9 / static_cast<double>(steps);
   const std::string reason = std::to_string(n) + " repeats";
   return {metrics::row("step-time", median * per_step, 0, reason),
-          metrics::row("step-time-p95", static_cast<double>(ns[rank - 1]) * per_step, 0, reason)};
+          metrics::row("step-time-p95", ns[metrics::nearest_rank(n, 95)] * per_step, 0, reason)};
 }
 
 std::string format_measure(double value, double bar, int digits) {

@@ -1,12 +1,12 @@
 // Observed order: least squares of log error on log h over the asymptotic window, which the data choose.
 #include <algorithm>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <numeric>
 #include <string>
 
 #include "validation/metrics/metrics.hpp"
 #include "validation/metrics/order_interval.hpp"
+#include "validation/metrics/quantile.hpp"
 #include "validation/metrics/slope_fit.hpp"
 
 namespace atwood {
@@ -19,8 +19,6 @@ constexpr std::size_t kFewest = 4;
 
 using metrics::fit_line;
 using metrics::Line;
-
-double quantile(double freedom, double p) { return boost::math::quantile(boost::math::students_t(freedom), p); }
 
 // Do the local slopes of these rungs still change? y = a + b x + c x^2 by least squares (centred x, c against its own
 // standard error): from the first local slope to the last they change by 2 c times the distance of the two. A change
@@ -43,7 +41,7 @@ bool slopes_change(std::span<const double> x, std::span<const double> y) {
   const double change = std::fabs(2 * c) * (std::fabs(x[n - 1] + x[n - 2] - x[1] - x[0]) / 2);
   if (change <= kSlopeChange) return false;
   const double left = std::max(line.residual_squares - along * c, 0.0);
-  const double freedom = static_cast<double>(n) - 3, limit = n == kFewest ? 2 : quantile(freedom, 0.975);
+  const double freedom = static_cast<double>(n) - 3, limit = n == kFewest ? 2 : metrics::students_t(freedom, 0.975);
   return c * c * norm > limit * limit * left / freedom;
 }
 
@@ -58,7 +56,7 @@ bool first_departs(std::span<const double> x, std::span<const double> y) {
   for (double v : x.subspan(1)) spread += (v - mean) * (v - mean);
   const double variance = others.residual_squares / (n - 2) * (1 + 1 / n + (x[0] - mean) * (x[0] - mean) / spread);
   const double off = y[0] - others.intercept - others.slope * x[0];
-  const double limit = quantile(n - 2, 0.995);
+  const double limit = metrics::students_t(n - 2, 0.995);
   return off * off > limit * limit * variance;
 }
 

@@ -13,9 +13,11 @@
 #include "validation/metrics/order_interval.hpp"
 
 #include <algorithm>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <vector>
+
+#include "validation/metrics/least_squares.hpp"
+#include "validation/metrics/quantile.hpp"
 
 namespace atwood::metrics {
 namespace {
@@ -24,45 +26,6 @@ constexpr double kSafety = 1.25;      // Roache 1994
 constexpr double kEvenWeight = 3e-3;  // rungs whose relative bar is larger weigh less, as 1 / bar^2
 constexpr double kLoose = 5;          // an estimate that the bars blur by more than this times the line's tells nothing
 constexpr std::size_t kFewest = 4;
-
-double quantile(double freedom, double p) { return boost::math::quantile(boost::math::students_t(freedom), p); }
-
-using Columns = std::vector<std::vector<double>>;
-
-// y = sum_k c_k column_k by weighted least squares (Gram and Schmidt, each column twice over for its round-off): the
-// last coefficient c = sum_i weight_i y_i, and the weighted squares of what is left.
-struct Fit {
-  double last = 0, squares = 0;
-  std::vector<double> weight;
-};
-Fit fit_columns(Columns q, std::span<const double> y, std::span<const double> root) {
-  const std::size_t n = y.size();
-  std::vector<double> left(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    left[i] = root[i] * y[i];
-    for (auto& column : q) column[i] *= root[i];
-  }
-  Fit fit;
-  for (std::size_t c = 0; c < q.size(); ++c) {
-    for (int pass = 0; pass < 2; ++pass)
-      for (std::size_t b = 0; b < c; ++b) {
-        double dot = 0;
-        for (std::size_t i = 0; i < n; ++i) dot += q[c][i] * q[b][i];
-        for (std::size_t i = 0; i < n; ++i) q[c][i] -= dot * q[b][i];
-      }
-    double norm = 0, along = 0;
-    for (double v : q[c]) norm += v * v;
-    norm = std::sqrt(norm);
-    for (double& v : q[c]) v /= norm;
-    for (std::size_t i = 0; i < n; ++i) along += q[c][i] * left[i];
-    for (std::size_t i = 0; i < n; ++i) left[i] -= along * q[c][i];
-    if (c + 1 < q.size()) continue;
-    fit.last = along / norm;
-    for (std::size_t i = 0; i < n; ++i) fit.weight.push_back(q[c][i] / norm * root[i]);
-  }
-  for (double r : left) fit.squares += r * r;
-  return fit;
-}
 
 // The most by which the rungs' bars can move sum_i weight_i y_i.
 double reach(std::span<const double> weight, std::span<const double> bar) {
@@ -107,33 +70,33 @@ struct Ladder {
   std::span<const double> x, y, bar;
   std::vector<double> root;  // square roots of the rungs' weights
   Powers powers;
-  Fit line;
+  ColumnFit line;
   double blur = 0;  // of the line's slope, from the bars
-  Fit with(std::vector<double> a) const { return fit_columns({powers.one, std::move(a), powers.x}, y, root); }
+  ColumnFit with(std::vector<double> a) const { return fit_columns({powers.one, std::move(a), powers.x}, y, root); }
 };
 
-bool is_curved(const Ladder& ladder, bool sense, const Fit& bent) {
+bool is_curved(const Ladder& ladder, bool sense, const ColumnFit& bent) {
   if (*std::min_element(ladder.bar.begin(), ladder.bar.end()) > 0) return true;
   if (sense) return true;
-  const double freedom = static_cast<double>(ladder.x.size()) - 3, limit = quantile(freedom, 0.975);
+  const double freedom = static_cast<double>(ladder.x.size()) - 3, limit = students_t(freedom, 0.975);
   return ladder.line.squares - bent.squares > limit * limit * bent.squares / freedom;
 }
 
 // 95 % of the line's slope by the scatter about the line, or, where that is curved, about the parabola.
-double scatter_half_width(const Ladder& ladder, const Fit& left, double parameters) {
+double scatter_half_width(const Ladder& ladder, const ColumnFit& left, double parameters) {
   double variance = 0;
   for (std::size_t i = 0; i < ladder.x.size(); ++i) {
     const double a = ladder.line.weight[i] / ladder.root[i];
     variance += a * a;
   }
   const double freedom = static_cast<double>(ladder.x.size()) - parameters;
-  return quantile(freedom, 0.975) * std::sqrt(left.squares / freedom * variance);
+  return students_t(freedom, 0.975) * std::sqrt(left.squares / freedom * variance);
 }
 
 // Local slopes that change the more the smaller h is come nearer to nothing: 1/h tells them better than h or h^2 does.
-bool runs_away(const Ladder& ladder, bool sense, const Fit& linear, const Fit& square) {
+bool runs_away(const Ladder& ladder, bool sense, const ColumnFit& linear, const ColumnFit& square) {
   const bool few = ladder.x.size() == kFewest;
-  const Fit away = ladder.with(ladder.powers.inverse);
+  const ColumnFit away = ladder.with(ladder.powers.inverse);
   const bool better = away.squares < (few ? 1 : 0.25) * std::min(linear.squares, square.squares);
   return better && sense && std::fabs(away.last - ladder.line.last) > reach(away.weight, ladder.bar);
 }
@@ -147,8 +110,8 @@ OrderInterval order_interval(std::span<const double> x, std::span<const double> 
   ladder.line = fit_columns({ladder.powers.one, ladder.powers.x}, y, ladder.root);
   ladder.blur = reach(ladder.line.weight, bar);
   const double slope = ladder.line.last;
-  const Fit linear = ladder.with(ladder.powers.h), square = ladder.with(ladder.powers.h_squared);
-  const Fit bent = ladder.with(ladder.powers.x_squared);
+  const ColumnFit linear = ladder.with(ladder.powers.h), square = ladder.with(ladder.powers.h_squared);
+  const ColumnFit bent = ladder.with(ladder.powers.x_squared);
   const bool sense = one_sense(x, y, bar);
 
   OrderInterval out;
@@ -171,7 +134,7 @@ OrderInterval order_interval(std::span<const double> x, std::span<const double> 
     take(square.last, square.weight);
     if (n > kFewest) {
       const Powers& p = ladder.powers;
-      const Fit both = fit_columns({p.one, p.h, p.h_squared, p.x}, y, ladder.root);
+      const ColumnFit both = fit_columns({p.one, p.h, p.h_squared, p.x}, y, ladder.root);
       take(both.last, both.weight);
     }
     std::vector<double> finest(n, 0.0);

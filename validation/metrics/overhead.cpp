@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "validation/metrics/quantile.hpp"
+
 namespace atwood {
 namespace {
 
@@ -38,9 +40,10 @@ std::size_t outer_rank(std::size_t n) {
 }
 
 Estimate median_with_interval(std::vector<double> values) {
+  const double median = metrics::median_in_place(values);
   std::sort(values.begin(), values.end());
   const std::size_t n = values.size(), rank = std::max<std::size_t>(1, outer_rank(n));
-  return {(values[(n - 1) / 2] + values[n / 2]) / 2, values[rank - 1], values[n - rank]};
+  return {median, values[rank - 1], values[n - rank]};
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include "scene/split_mix.hpp"
 #include "validation/metrics/metrics.hpp"
+#include "validation/metrics/quantile.hpp"
 #include "validation/metrics/resample.hpp"
 
 namespace atwood {

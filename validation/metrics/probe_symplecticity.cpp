@@ -11,10 +11,13 @@
 // one of order 4. How long a step serves depends on the motion, so there is a ladder of them, 2^-10 to 2^-24 of the
 // scale: the figure is of the step where it changes least to the next, from truncation on one side and round-off on the
 // other, and that change is the bar.
+#include <Eigen/Core>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "dynamics/eigen_quad.hpp"
 #include "validation/metrics/probe_parts.hpp"
 
 namespace atwood::metrics {
@@ -22,6 +25,7 @@ namespace {
 
 using Vector = std::vector<double>;
 using Wides = std::vector<Wide>;
+using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 constexpr double kStep = 0x1p-10;  // of the scale, and its quarters
 constexpr std::size_t kLevels = 8;
 constexpr std::size_t kMostBodies = 8;
@@ -95,9 +99,9 @@ struct Map {
 };
 
 // d(end) / d(start), scaled, by (16 D(d) - D(4 d)) / 15 of central differences D: one matrix a step.
-std::vector<std::vector<Vector>> differentiate(const Map& map) {
+std::vector<Matrix> differentiate(const Map& map) {
   const std::size_t n = map.start.size();
-  std::vector<std::vector<Vector>> matrices(kLevels - 1, std::vector<Vector>(n, Vector(n)));
+  std::vector<Matrix> matrices(kLevels - 1, Matrix(n, n));
   for (std::size_t c = 0; c < n; ++c) {
     std::array<Vector, kLevels> central;
     for (std::size_t level = 0; level < kLevels; ++level) {
@@ -110,54 +114,34 @@ std::vector<std::vector<Vector>> differentiate(const Map& map) {
         central[level].push_back(static_cast<double>((a[r] - b[r]) / Wide(map.scale[r])) / (2 * d));
     }
     for (std::size_t level = 0; level + 1 < kLevels; ++level)
-      for (std::size_t r = 0; r < n; ++r) matrices[level][r][c] = (16 * central[level + 1][r] - central[level][r]) / 15;
+      for (std::size_t r = 0; r < n; ++r)
+        matrices[level](static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) =
+            (16 * central[level + 1][r] - central[level][r]) / 15;
   }
   return matrices;
 }
 
-std::vector<Vector> product(const std::vector<Vector>& a, const std::vector<Vector>& b) {
-  std::vector<Vector> c(a.size(), Vector(b[0].size(), 0.0));
-  for (std::size_t i = 0; i < a.size(); ++i)
-    for (std::size_t k = 0; k < b.size(); ++k)
-      for (std::size_t j = 0; j < b[0].size(); ++j) c[i][j] += a[i][k] * b[k][j];
-  return c;
-}
-
-std::vector<Vector> transposed(const std::vector<Vector>& a) {
-  std::vector<Vector> t(a[0].size(), Vector(a.size()));
-  for (std::size_t i = 0; i < a.size(); ++i)
-    for (std::size_t j = 0; j < a[0].size(); ++j) t[j][i] = a[i][j];
-  return t;
-}
-
-std::vector<Vector> difference(std::vector<Vector> a, const std::vector<Vector>& b) {
-  for (std::size_t i = 0; i < a.size(); ++i)
-    for (std::size_t j = 0; j < a[i].size(); ++j) a[i][j] -= b[i][j];
-  return a;
-}
-
-double frobenius(const std::vector<Vector>& a) {
-  double sum = 0;
-  for (const Vector& r : a)
-    for (double x : r) sum += x * x;
-  return std::sqrt(sum);
+// a b c, each sum in the order of its index (lazyProduct: Eigen's blocked product would sum in another).
+Matrix sandwich(const Matrix& a, const Matrix& b, const Matrix& c) {
+  const Matrix bc = b.lazyProduct(c);
+  return a.lazyProduct(bc);
 }
 
 template <class Defect>
-Row defect_row(const std::string& metric, const std::vector<std::vector<Vector>>& matrices, const Defect& defect) {
-  std::vector<std::vector<Vector>> defects;
-  for (const auto& m : matrices) defects.push_back(defect(m));
+Row defect_row(const std::string& metric, const std::vector<Matrix>& matrices, const Defect& defect) {
+  std::vector<Matrix> defects;
+  for (const Matrix& m : matrices) defects.push_back(defect(m));
   std::size_t best = 0;
   double bar = std::numeric_limits<double>::infinity();
   for (std::size_t level = 0; level + 1 < defects.size(); ++level) {
-    const double change = frobenius(difference(defects[level], defects[level + 1]));
+    const double change = (defects[level] - defects[level + 1]).norm();
     if (change < bar) {
       bar = change;
       best = level;
     }
   }
-  return row(metric, frobenius(defects[best]), bar,
-             std::to_string(matrices[0].size()) + " variables, difference step 2^-" + std::to_string(12 + 2 * best) +
+  return row(metric, defects[best].norm(), bar,
+             std::to_string(matrices[0].rows()) + " variables, difference step 2^-" + std::to_string(12 + 2 * best) +
                  " of the scale");
 }
 
@@ -185,14 +169,11 @@ std::vector<Row> of_points(const ProbeRequest& request, const Plan& plan) {
     return canonical(scene, mobile, good_run(request, from, plan).values.back());
   };
   const auto matrices = differentiate(map);
-  std::vector<Vector> j(2 * half, Vector(2 * half, 0.0));
-  for (std::size_t i = 0; i < half; ++i) {
-    j[i][half + i] = 1;
-    j[half + i][i] = -1;
-  }
-  const auto defect = [&](const std::vector<Vector>& a) {
-    return difference(product(transposed(a), product(j, a)), j);
-  };
+  const auto points = static_cast<Eigen::Index>(half);
+  Matrix J = Matrix::Zero(2 * points, 2 * points);
+  J.topRightCorner(points, points).setIdentity();
+  J.bottomLeftCorner(points, points).diagonal().setConstant(-1);
+  const auto defect = [&](const Matrix& M) -> Matrix { return sandwich(M.transpose(), J, M) - J; };
   return {defect_row("symplecticity-defect", matrices, defect)};
 }
 
@@ -206,24 +187,10 @@ std::vector<Row> of_free_body(const ProbeRequest& request, const Plan& plan) {
       for (std::size_t k = 0; k < 3; ++k) l[i] += Wide(body.inertia_kg_m2[3 * i + k]) * s.bodies[0].w_rad_per_s[k];
     return l;
   };
-  // I^-1 by Cramer's rule, as the columns of its cofactors.
-  const auto rate_of = [&](const Wides& l) {
-    const auto& a = body.inertia_kg_m2;
-    const auto det3 = [](const std::array<std::array<Wide, 3>, 3>& m) -> Wide {
-      return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
-             m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
-    };
-    std::array<std::array<Wide, 3>, 3> inertia;
-    for (std::size_t i = 0; i < 3; ++i)
-      for (std::size_t k = 0; k < 3; ++k) inertia[i][k] = a[3 * i + k];
-    std::array<Wide, 3> w;
-    for (std::size_t c = 0; c < 3; ++c) {
-      auto replaced = inertia;
-      for (std::size_t i = 0; i < 3; ++i) replaced[i][c] = l[i];
-      w[c] = det3(replaced) / det3(inertia);
-    }
-    return w;
-  };
+  using Inertia = Eigen::Matrix<Wide, 3, 3, Eigen::RowMajor>;
+  const Inertia inverse =
+      Inertia(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(body.inertia_kg_m2.data()).cast<Wide>())
+          .inverse();
   Map map;
   map.start = angular(run.values.front());
   double size = 0;
@@ -233,19 +200,17 @@ std::vector<Row> of_free_body(const ProbeRequest& request, const Plan& plan) {
   map.scale.assign(3, size);
   map.end = [&](const Wides& l) {
     Sample s = run.values.front();
-    s.bodies[0].w_rad_per_s = rate_of(l);
+    Eigen::Matrix<Wide, 3, 1>::Map(s.bodies[0].w_rad_per_s.data()) = inverse * Eigen::Matrix<Wide, 3, 1>::Map(l.data());
     return angular(good_run(request, started_from(scene, s), plan).values.back());
   };
   const auto matrices = differentiate(map);
   const auto hat = [&](const Wides& l) {
     const double x = static_cast<double>(l[0]) / size, y = static_cast<double>(l[1]) / size,
                  z = static_cast<double>(l[2]) / size;
-    return std::vector<Vector>{{0, -z, y}, {z, 0, -x}, {-y, x, 0}};
+    return Matrix{{0, -z, y}, {z, 0, -x}, {-y, x, 0}};
   };
-  const auto before = hat(map.start), after = hat(angular(run.values.back()));
-  const auto defect = [&](const std::vector<Vector>& a) {
-    return difference(product(a, product(before, transposed(a))), after);
-  };
+  const Matrix before = hat(map.start), after = hat(angular(run.values.back()));
+  const auto defect = [&](const Matrix& M) -> Matrix { return sandwich(M, before, M.transpose()) - after; };
   return {defect_row("poisson-defect", matrices, defect)};
 }
 

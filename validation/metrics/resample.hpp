@@ -1,4 +1,4 @@
-// What resampling needs: draws with replacement, medians, the middle 95 % (Efron and Tibshirani, An Introduction to the
+// What resampling needs: draws with replacement, the middle 95 % (Efron and Tibshirani, An Introduction to the
 // Bootstrap, 1993, ch. 13). Private to this room.
 #pragma once
 
@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "scene/split_mix.hpp"
+#include "validation/metrics/quantile.hpp"
 
 namespace atwood::metrics {
 
@@ -22,28 +23,13 @@ inline double draw_normal(SplitMix64& random) {
   return std::sqrt(-2 * std::log(u)) * std::cos(angle);
 }
 
-// The median; reorders x. Of none: 0.
-inline double median_in_place(std::vector<double>& x) {
-  if (x.empty()) return 0;
-  const auto half = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
-  std::nth_element(x.begin(), half, x.end());
-  if (x.size() % 2 == 1) return *half;
-  return (*std::max_element(x.begin(), half) + *half) / 2;
-}
-
-// The 2.5 and 97.5 percentiles, between neighbours linearly; reorders x.
+// The 2.5 and 97.5 percentiles, between neighbours linearly; reorders x. Of none: 0 and 0.
 struct Interval {
   double low = 0, high = 0;
 };
 inline Interval percentiles_95(std::vector<double>& x) {
-  if (x.empty()) return {};
   std::sort(x.begin(), x.end());
-  const auto at = [&](double p) {
-    const double place = p * static_cast<double>(x.size() - 1);
-    const std::size_t i = std::min(static_cast<std::size_t>(place), x.size() - 1), j = std::min(i + 1, x.size() - 1);
-    return x[i] + (place - static_cast<double>(i)) * (x[j] - x[i]);
-  };
-  return {at(0.025), at(0.975)};
+  return {quantile(x, 0.025), quantile(x, 0.975)};
 }
 
 }  // namespace atwood::metrics

@@ -1,11 +1,12 @@
 #include "validation/metrics/slope_fit.hpp"
 
 #include <algorithm>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
-#include "validation/metrics/resample.hpp"
+#include "validation/metrics/bisection.hpp"
+#include "validation/metrics/quantile.hpp"
 
 namespace atwood::metrics {
 namespace {
@@ -70,7 +71,7 @@ Line fit_line(std::span<const double> x, std::span<const double> y) {
   }
   if (x.size() < 3) return line;
   line.standard_error = std::sqrt(line.residual_squares / (n - 2) / sxx);
-  line.half_width_95 = boost::math::quantile(boost::math::students_t(n - 2), 0.975) * line.standard_error;
+  line.half_width_95 = students_t(n - 2, 0.975) * line.standard_error;
   return line;
 }
 
@@ -107,16 +108,16 @@ double correlated_half_width(std::span<const double> x, std::span<const double> 
   }
   std::erase_if(candidates, [&](const Candidate& c) { return c.log_weight < 1e-6 * total; });
   for (const Candidate& c : candidates) widest = std::max(widest, c.slope_error);
-  const boost::math::students_t t(static_cast<double>(x.size()) - 2);
-  double low = 0, high = widest * boost::math::quantile(t, 0.9875);
-  for (int pass = 0; pass < 20; ++pass) {
-    const double half = (low + high) / 2;
+  const double freedom = static_cast<double>(x.size()) - 2;
+  const auto above_5_percent = [&](double half) {
     double outside = 0;
     for (const Candidate& c : candidates)
-      outside += c.log_weight / total * 2 * boost::math::cdf(complement(t, half / c.slope_error));
-    (outside > 0.05 ? low : high) = half;
-  }
-  return high / std::sqrt(efficiency);
+      outside += c.log_weight / total * 2 * students_t_above(freedom, half / c.slope_error);
+    return outside > 0.05 ? 1 : 0;
+  };
+  const Bracket<double> half_width = bisect(above_5_percent, 0.0, widest * students_t(freedom, 0.9875), 20);
+  if (!half_width.converged) return std::numeric_limits<double>::infinity();
+  return half_width.high / std::sqrt(efficiency);
 }
 
 bool stationary(std::span<const double> residual) {

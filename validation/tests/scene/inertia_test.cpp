@@ -1,6 +1,7 @@
 // Inertia from shapes against the tables of any textbook, and polyhedra against the shapes they are.
 #include "scene/inertia.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
@@ -117,10 +118,39 @@ TEST_CASE("a closed mesh weighs what its solid does") {
   std::filesystem::remove_all(folder);
 }
 
-TEST_CASE("principal moments of a full matrix") {
+TEST_CASE("principal moments and axes of a full matrix") {
   // Eigenvalues of [[2,1,0],[1,2,0],[0,0,2.5]]: 1, 2.5, 3.
-  const Real3 moments = principal_moments({2, 1, 0, 1, 2, 0, 0, 0, 2.5});
+  Real3 moments = diagonalise({2, 1, 0, 1, 2, 0, 0, 0, 2.5}).moments;
+  std::sort(moments.begin(), moments.end());
   REQUIRE(moments[0] == Approx(1).epsilon(1e-15));
   REQUIRE(moments[1] == Approx(2.5).epsilon(1e-15));
   REQUIRE(moments[2] == Approx(3).epsilon(1e-15));
+  // Also of equal diagonal entries coupled by a negative one, of a needle, and in other units.
+  for (const double unit : {1.0, 1e-30, 1e30})
+    for (const Real33& m : {Real33{3, -0.5, 0.2, -0.5, 2, 0.1, 0.2, 0.1, 4}, Real33{1, -0.5, 0, -0.5, 1, 0, 0, 0, 2},
+                            Real33{1, 1e-12, 0, 1e-12, 1e-18, 1e-20, 0, 1e-20, 1}}) {
+      Real33 given = m;
+      for (double& x : given) x *= unit;
+      const Diagonalised made = diagonalise(given);
+      const auto& r = made.axes;
+      CHECK(r[0] * (r[4] * r[8] - r[5] * r[7]) - r[1] * (r[3] * r[8] - r[5] * r[6]) +
+                r[2] * (r[3] * r[7] - r[4] * r[6]) ==
+            Approx(1).epsilon(1e-15));
+      for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) {
+          double sum = 0;
+          for (int k = 0; k < 3; ++k) sum += r[3 * i + k] * made.moments[k] * r[3 * j + k];
+          CHECK(sum / unit == Approx(m[3 * i + j]).margin(1e-15));
+        }
+    }
+}
+
+TEST_CASE("a needle's small moment is known to its own round-off, a diagonal matrix keeps its bits and order") {
+  // [1 1/2; 1/2 1] on the outside; its coupling c = 1e-12 (1, 1) to the small moment takes c^T A^-1 c = 4/3 1e-24 off.
+  // By QR iteration that moment is -1.3e-24: a body would be refused that is one.
+  const Diagonalised needle = diagonalise({1, 1e-12, 0.5, 1e-12, 1e-20, 1e-12, 0.5, 1e-12, 1});
+  CHECK(needle.moments[1] == Approx(1e-20 - 4e-24 / 3).epsilon(1e-14));
+  const Diagonalised kept = diagonalise({3, 0, 0, 0, 1, 0, 0, 0, 1.0 / 3});
+  CHECK(kept.moments == Real3{3, 1, 1.0 / 3});
+  CHECK(kept.axes == Real33{1, 0, 0, 0, 1, 0, 0, 0, 1});
 }

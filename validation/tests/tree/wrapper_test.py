@@ -2,6 +2,7 @@
 import os
 import pathlib
 import pty
+import re
 import shutil
 import subprocess
 import sys
@@ -116,6 +117,26 @@ class Wrapper(unittest.TestCase):
         self.assertEqual(ended.returncode, 5)
         self.assertIn("missing packages", ended.stderr)
         self.assertEqual(self.machine.recorded(), "")
+
+    def test_a_bare_machine_gets_what_the_build_requires(self):
+        """Each find_package(... REQUIRED) of the tree has its Debian package in the wrapper's list."""
+        packages = {"CLI11": "libcli11-dev", "Catch2": "catch2", "Eigen3": "libeigen3-dev", "PkgConfig": "pkg-config",
+                    "Python3": "python3", "SQLiteCpp": "libsqlitecpp-dev", "Threads": "g++", "ZLIB": "zlib1g-dev",
+                    "benchmark": "libbenchmark-dev", "fmt": "libfmt-dev", "nlohmann_json": "nlohmann-json3-dev",
+                    "pugixml": "libpugixml-dev", "rapidcheck": "librapidcheck-dev"}
+        self.machine.script("id", "echo 0\n")
+        ended = subprocess.run([str(self.machine.folder / "atwood"), "run"], text=True, capture_output=True, timeout=60,
+                               env={**self.machine.environment(), "ATWOOD_NO_INSTALL": "1"}, stdin=subprocess.DEVNULL)
+        missing = re.search(r"missing packages: (.*)", ended.stderr)[1].split()
+        required = set()
+        for place in ROOT.rglob("CMakeLists.txt"):
+            if "build" in place.relative_to(ROOT).parts:
+                continue
+            required |= set(re.findall(r"^ *find_package\((\w+)[^)]*\bREQUIRED\b", place.read_text(), re.M))
+        self.assertGreater(len(required), 4)
+        for name in sorted(required):
+            with self.subTest(name=name):
+                self.assertIn(packages[name], missing)
 
 
 if __name__ == "__main__":
