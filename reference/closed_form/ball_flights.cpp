@@ -350,7 +350,7 @@ template <class S> class Table {
     if (!alone && scene_.simultaneous_impacts == SimultaneousImpacts::together) {
       if (!strike_together(group))
         motion_.branch = "simultaneous impacts solved together are not covered with friction or for more than " +
-                         std::to_string(dynamics::kMostTogether) + " contacts";
+                         std::to_string(dynamics::kMaxSimultaneous) + " contacts";
       return;
     }
     const std::vector<Ball<S>> start = balls_;
@@ -426,7 +426,7 @@ template <class S> class Table {
               A[i][j] = A[i][j] + S(of == group[i].ball ? -1 : 1) * S(by == group[j].ball ? -1 : 1) *
                                       balls_[of].inverse_mass * dot(group[i].normal, group[j].normal);
     }
-    if (!dynamics::complementary<S>(A, q, still * speed, still * S(n), impulse)) return false;
+    if (!dynamics::solve_lcp<S>(A, q, still * speed, still * S(n), impulse)) return false;
     for (std::size_t i = 0; i < n; ++i)
       for (const int at : {group[i].ball, group[i].other})
         if (at >= 0)
