@@ -4,7 +4,7 @@
 // turn on and off split the time; on each piece alpha and F are constant. The integrals
 //   J1 = int_0^t exp(i theta(s)) ds,   J2 = int_0^t (t - s) exp(i theta(s)) ds
 // are taken by 16 Gauss points on panels over which theta changes by less than 1 rad: the rule's error,
-// h^33 (16!)^4 / (33 (32!)^3) ~ 1e-55 for exp(i s), is nothing in quad.
+// h^33 (16!)^4 / (33 (32!)^3) ~ 1e-55 for exp(i s), is below the round-off of quad.
 #include <algorithm>
 
 #include "closed_form/gauss.hpp"
@@ -21,7 +21,7 @@ template <class S> struct Phase { S re1{}, im1{}, re2{}, im2{}; };  // J1, J2
 template <class S> Phase<S> integrate(S theta0, S w0, S alpha, S t) {
   static const GaussRule<S> rule = gauss_rule<S>(16);
   const S most = magnitude(w0) + magnitude(alpha) * t;
-  const auto panels = static_cast<std::int64_t>(most * t) + 1;  // most_turning bounds it
+  const auto panels = static_cast<std::int64_t>(most * t) + 1;  // bounded by kMostTurning
   const S h = t / panels;
   Phase<S> sum;
   for (std::int64_t k = 0; k < panels; ++k)
@@ -87,7 +87,7 @@ template <class S> Vec<S> multiply(const Real33& m, const Vec<S>& v) {
           S(m[6]) * v[0] + S(m[7]) * v[1] + S(m[8]) * v[2]};
 }
 
-// Exactly: the least spin across the middle axis grows.
+// Exactly: about the middle axis any orthogonal component grows.
 template <class S> bool keeps_axis(const Body& body, const Vec<S>& axis) {
   const Real33& I = body.inertia_kg_m2;
   for (int i = 0; i < 3; ++i) {
@@ -104,10 +104,10 @@ template <class S> std::string build(const Scene& scene, int index, double t_end
   std::vector<const Thruster*> thrusters;
   for (const Force& force : scene.forces) {
     if (!acts_on(force, index)) continue;
-    if (!std::holds_alternative<Thruster>(force)) return named(scene, force, index) + " is not covered";
+    if (!std::holds_alternative<Thruster>(force)) return force_on_body(scene, force, index) + " is not covered";
     thrusters.push_back(&std::get<Thruster>(force));
   }
-  if (body.release_s > 0) return name + " is released late";
+  if (body.release_s > 0) return name + " has a later release, which is not covered";
   const Pose<S> start = initial_pose<S>(body);
   const std::vector<double> times = switches(thrusters, t_end_s);
   Vec<S> axis = start.w_WB_B;
@@ -132,11 +132,11 @@ template <class S> std::string build(const Scene& scene, int index, double t_end
   ship.g = vec<S>(scene.gravity_m_per_s2);
   S moment = 1;
   if (!is_zero(axis)) {
-    if (!rotates(body)) return name + " is a point mass and a moment acts on it";
+    if (!rotates(body)) return name + " is a point mass with a moment on it";
     ship.axis_B = (1 / norm(axis)) * axis;
     const Vec<S> Iw = multiply(body.inertia_kg_m2, ship.axis_B);
     if (!keeps_axis(body, ship.axis_B) || !parallel(ship.axis_B, Iw))
-      return name + " does not spin or is not turned about a principal axis";
+      return name + " does not spin about a principal axis, or the moment is not along one";
     moment = dot(ship.axis_B, Iw);
   }
   Pose<S> now = start;
@@ -169,15 +169,15 @@ template <class S> std::string build(const Scene& scene, int index, double t_end
 template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
   const Scene& scene = scenario.scene;
   Motion<S> motion;
-  motion.misfit = could_touch(scene);
+  motion.refusal = possible_contact(scene);
   motion.poses.assign(t_s.size(), std::vector<Pose<S>>(scene.bodies.size()));
-  for (std::size_t i = 0; i < scene.bodies.size() && motion.misfit.empty(); ++i) {
+  for (std::size_t i = 0; i < scene.bodies.size() && motion.refusal.empty(); ++i) {
     const Pose<S> start = initial_pose<S>(scene.bodies[i]);
     for (auto& poses : motion.poses) poses[i] = start;
     if (scene.bodies[i].fixed) continue;
     Ship<S> ship;
-    motion.misfit = build(scene, static_cast<int>(i), scenario.t_end_s, ship);
-    if (!motion.misfit.empty()) break;
+    motion.refusal = build(scene, static_cast<int>(i), scenario.t_end_s, ship);
+    if (!motion.refusal.empty()) break;
     for (std::size_t k = 1; k < t_s.size(); ++k) {
       const Piece<S>* piece = &ship.pieces.front();
       for (const Piece<S>& next : ship.pieces)

@@ -1,5 +1,5 @@
 // A smooth ball on a plane under uniform gravity, Newton's restitution (Principia, scholium to the laws of motion).
-// The first impact comes at speed V; the k-th leaves at e^k V and the flight after it takes 2 e^k V / a, so
+// The first impact has speed V; after the k-th the speed is e^k V and the next flight takes 2 e^k V / a, so
 //   t_k = t_1 + (2 V / a) (e + e^2 + ... + e^(k-1)),   all bounces end at t_1 + (2 V / a) e / (1 - e)
 // and the ball stays on the plane. Along the plane it moves freely (no friction).
 #include <algorithm>
@@ -23,23 +23,25 @@ std::string find_cast(const Scene& scene, Cast& cast) {
     if (body.fixed && body.shape.index() == 0) continue;
     if (body.fixed && plane && cast.plane < 0) cast.plane = static_cast<int>(i);
     else if (!body.fixed && ball && cast.ball < 0) cast.ball = static_cast<int>(i);
-    else return "`" + body.name + "` is there beside one free ball and one fixed plane";
+    else
+      return "`" + body.name +
+             "` is one body too many or of another shape: expected one free sphere and one fixed plane";
   }
-  if (cast.ball < 0 || cast.plane < 0) return "one free ball and one fixed plane are needed";
+  if (cast.ball < 0 || cast.plane < 0) return "expected one free sphere and one fixed plane";
   for (const Force& force : scene.forces)
-    if (acts_on(force, cast.ball)) return named(scene, force, cast.ball) + " is not covered";
+    if (acts_on(force, cast.ball)) return force_on_body(scene, force, cast.ball) + " is not covered";
   return "";
 }
 
 template <class S> struct Bounces {
-  S e{}, h0{}, u0{}, a{};              // height over contact, its rate, pull towards the plane
+  S e{}, h0{}, u0{}, a{};              // gap, its rate, acceleration towards the plane
   Vec<S> p0{}, n{}, slide{}, drift{};  // velocity and acceleration along the plane
   S V{}, stop{};
   bool ever = false, stops = false;
   std::vector<S> t;      // impacts
-  std::vector<S> speed;  // with which each leaves
+  std::vector<S> speed;  // after each impact
 
-  // h0 + u0 t - a t^2 / 2 = 0, the root that is passed downwards, without cancellation.
+  // The root of h0 + u0 t - a t^2 / 2 with a decreasing gap, without cancellation.
   void first_impact() {
     const S square = u0 * u0 + 2 * a * h0;
     ever = square >= 0 && (a > 0 || u0 < 0) && !(a == 0 && u0 == 0);
@@ -64,7 +66,7 @@ template <class S> struct Bounces {
     }
     return "";
   }
-  Flight<S> at(S now) const {
+  CenterMotion<S> at(S now) const {
     const bool lies = ever && a > 0 && V == 0;  // from the start, whatever its restitution
     const bool rests = lies || (stops && now >= stop);
     S h = 0, u = 0;
@@ -85,8 +87,8 @@ template <class S> struct Bounces {
   }
 };
 
-template <class S> Happening<S> happening(const Bounces<S>& path, const Cast& cast, S radius, S t, S release) {
-  Happening<S> made;
+template <class S> ContactEvent<S> contact_event(const Bounces<S>& path, const Cast& cast, S radius, S t, S release) {
+  ContactEvent<S> made;
   made.t_s = t + release;
   made.body_a = std::min(cast.ball, cast.plane);
   made.body_b = std::max(cast.ball, cast.plane);
@@ -100,29 +102,29 @@ void list_happenings(const Bounces<S>& path, const Cast& cast, S radius, S mass,
                      Motion<S>& motion) {
   S before = path.V;
   for (std::size_t k = 0; k < path.t.size() && path.t[k] + release <= t_end; ++k) {
-    // Bounces that a double cannot tell from the end are left to the one event that ends them.
+    // Bounces whose times equal the end in double have no events of their own.
     if (k > 0 && path.stops && path.remaining(path.speed[k]) < S(0x1p-53) * path.stop) break;
     if (before == 0) break;
-    Happening<S> impact = happening(path, cast, radius, path.t[k], release);
+    ContactEvent<S> impact = contact_event(path, cast, radius, path.t[k], release);
     impact.vn_before_m_per_s = -before;
     impact.vn_after_m_per_s = path.speed[k];
     impact.impulse_n_N_s = mass * (1 + path.e) * before;
-    motion.happenings.push_back(impact);
+    motion.events.push_back(impact);
     before = path.speed[k];
   }
   if (!path.stops || path.stop + release > t_end) return;
-  if (path.stop == 0 && path.V == 0) return;  // it lay there from the start
-  Happening<S> rest = happening(path, cast, radius, path.stop, release);
+  if (path.stop == 0 && path.V == 0) return;  // at rest from the start
+  ContactEvent<S> rest = contact_event(path, cast, radius, path.stop, release);
   rest.kind = EventKind::rest;
-  motion.happenings.push_back(rest);
+  motion.events.push_back(rest);
 }
 
 template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
   const Scene& scene = scenario.scene;
   Motion<S> motion;
   Cast cast;
-  motion.misfit = find_cast(scene, cast);
-  if (!motion.misfit.empty()) return motion;
+  motion.refusal = find_cast(scene, cast);
+  if (!motion.refusal.empty()) return motion;
   const Body& ball = scene.bodies[cast.ball];
   const Plane& plane = std::get<Plane>(scene.bodies[cast.plane].shape);
   const PairLaw& law = pair_law(scene, std::min(cast.ball, cast.plane), std::max(cast.ball, cast.plane));
@@ -139,26 +141,27 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
   path.slide = start.v_WB - path.u0 * path.n;
   path.drift = g + path.a * path.n;
   const Vec<S> spin = rotate(start.q_WB, start.w_WB_B);
-  const S touching = 4 * unit_round_off<double>() * radius;  // the round-off of the scene's doubles
-  if (path.h0 < 0 && -path.h0 <= touching) {
-    motion.slack.p_m = -2 * path.h0 * (1 + path.a * S(scenario.t_end_s) * S(scenario.t_end_s) / radius);
-    motion.slack.v_m_per_s = motion.slack.p_m / radius * larger(path.a * S(scenario.t_end_s), norm(start.v_WB));
+  const S contact_tolerance = 4 * unit_round_off<double>() * radius;  // the round-off of the scene's doubles
+  if (path.h0 < 0 && -path.h0 <= contact_tolerance) {
+    motion.input_round_off.p_m = -2 * path.h0 * (1 + path.a * S(scenario.t_end_s) * S(scenario.t_end_s) / radius);
+    motion.input_round_off.v_m_per_s =
+        motion.input_round_off.p_m / radius * larger(path.a * S(scenario.t_end_s), norm(start.v_WB));
     path.h0 = 0;
   }
-  if (path.h0 < 0) motion.misfit = "`" + ball.name + "` overlaps the plane at the start";
+  if (path.h0 < 0) motion.refusal = "`" + ball.name + "` overlaps the plane at the start";
   if (law.friction != 0 && !(is_zero(path.slide) && is_zero(path.drift) && is_zero(cross(spin, path.n))))
-    motion.misfit = "the contact has friction and `" + ball.name + "` slides or spins";
-  const Turning<S> turns = turning<S>(ball, S(0));
-  if (motion.misfit.empty()) motion.misfit = turns.misfit;
-  if (motion.misfit.empty()) motion.misfit = path.list_impacts(S(scenario.t_end_s) - release);
-  if (!motion.misfit.empty()) return motion;
+    motion.refusal = "the contact has friction and `" + ball.name + "` slides or spins, which is not covered";
+  const RotationSolution<S> turns = free_rotation<S>(ball, S(0));
+  if (motion.refusal.empty()) motion.refusal = turns.refusal;
+  if (motion.refusal.empty()) motion.refusal = path.list_impacts(S(scenario.t_end_s) - release);
+  if (!motion.refusal.empty()) return motion;
   for (const S& t : t_s) {
     auto& poses = motion.poses.emplace_back();
     for (const Body& body : scene.bodies) poses.push_back(initial_pose<S>(body));
     const S since = t - release;
     if (!(since > 0)) continue;
-    const Flight<S> flight = path.at(since);
-    const Spin<S> now = turns.at(since);
+    const CenterMotion<S> flight = path.at(since);
+    const Rotation<S> now = turns.at(since);
     poses[cast.ball] = {flight.p, flight.v, now.w, now.q};
   }
   list_happenings(path, cast, radius, S(ball.mass_kg), release, S(scenario.t_end_s), motion);
@@ -169,7 +172,7 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
 
 Solution bounce() {
   return {"bounce", "ball on a plane, impacts in closed form: geometric series of flights, Newton's restitution",
-          feature::kFlying | feature::kTouching, solve<Narrow>, solve<Wide>};
+          feature::kFreeMotion | feature::kSimpleContact, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -1,6 +1,6 @@
-// Closed forms: one solution a file, its citation first. Each is evaluated twice from the scene's doubles, in quad and
-// in long double; the difference, scaled by the ratio of the two unit round-offs, is what the round-off of the quad
-// evaluation amounts to, conditioning included, and makes the bar.
+// Closed forms: one solution per file, with its citation at the top. Each is evaluated from the scene's doubles in quad
+// and in long double. The difference, scaled by the ratio of the two unit round-offs, estimates the round-off error of
+// the quad evaluation, including the conditioning of the motion; the bar is a multiple of it.
 #pragma once
 
 #include <string>
@@ -11,8 +11,9 @@
 
 namespace atwood {
 
-// Solves scenario.truth.solution at t = t_end_s k / samples, k = 0..samples. A scene that the named solution does not
-// fit is answered with Status::unsupported and what does not fit; an unknown name likewise. Never throws on a scene.
+// Evaluates scenario.truth.solution at t = t_end_s k / samples, k = 0..samples. A scene that the solution does not cover,
+// or an unknown solution, is answered with Status::unsupported and a reason. Where the outcome of an impact is not
+// decided, the reason has the time, and the samples and events before it are certified. Never throws on a scene.
 Truth closed_form_truth(const Scenario& scenario, std::int64_t samples);
 
 // The ids that `solution` may name.

@@ -6,14 +6,14 @@ namespace atwood::closed_form {
 
 namespace {
 
-constexpr int kMostHalvings = 500;  // two arguments that underflow to 0 never meet: the answer is not finite then
+constexpr int kMostHalvings = 500;  // two arguments that underflow to 0 do not converge: the result is then not finite
 
-// Duplication shrinks the deviations fourfold a step; the series below err by their sixth power.
+// Each duplication divides the deviations by four; the error of the series below is of their sixth power.
 template <class S> S close_enough() { return exp(S(-kDigits<S>) * S(0.6931) / 6) / 4; }
 
 }  // namespace
 
-// R_C(x, y) = atan(sqrt((y - x)/x)) / sqrt(y - x) or its hyperbolic twin; 1/sqrt(x) sum at y = x.
+// R_C(x, y) = atan(sqrt((y - x)/x)) / sqrt(y - x) or its hyperbolic form; 1/sqrt(x) sum at y = x.
 template <class S> S carlson_rc(S x, S y) {
   const S d = y - x;
   if (magnitude(d) < x / 16) {  // sum_k (-d/x)^k / (2k + 1) / sqrt(x)
@@ -76,7 +76,7 @@ template <class S> S carlson_rj(S x, S y, S z, S p) {
 }
 
 // R. Bulirsch, Numer. Math. 7 (1965) 78: Gauss's transformation a, b -> (a + b)/2, sqrt(a b), and back on cot am. The
-// cotangent keeps its relative accuracy however near the separatrix, where the angle itself would not.
+// cotangent keeps its relative accuracy close to the separatrix, where the angle would not.
 template <class S> Jacobi<S> jacobi(S u, S kc) {
   Jacobi<S> made;
   if (kc == 0) {

@@ -1,4 +1,5 @@
-// Carlson's symmetric elliptic integrals and Jacobi's functions.
+// Carlson's symmetric elliptic integrals R_C, R_F, R_J and Jacobi's elliptic functions. Arguments >= 0; the results are
+// not finite where an integral diverges or its iteration does not converge.
 #pragma once
 
 #include "closed_form/number.hpp"
@@ -9,8 +10,8 @@ template <class S> S carlson_rc(S x, S y);  // y > 0
 template <class S> S carlson_rf(S x, S y, S z);
 template <class S> S carlson_rj(S x, S y, S z, S p);  // p > 0
 
-// sn, cn, dn of u - 2 K halves, which lies in [-K, K] (so cn >= 0), from the complementary modulus kc, kc^2 = 1 - k^2,
-// 0 <= kc <= 1. kc = 0: no period, halves is 0.
+// sn, cn, dn at u - 2 K halves, which lies in [-K, K] (so that cn >= 0), for the complementary modulus kc,
+// kc^2 = 1 - k^2, 0 <= kc <= 1. For kc = 0 there is no period, and halves is 0.
 template <class S> struct Jacobi { S sn{0}, cn{1}, dn{1}, halves{0}; };
 template <class S> Jacobi<S> jacobi(S u, S kc);
 

@@ -1,4 +1,4 @@
-// Can what touches hold up a scene at rest? In double: it is a check, not a solution.
+// Can contact forces hold a scene at rest? A check in double, not a solution.
 #pragma once
 
 #include <string>
@@ -8,14 +8,15 @@
 namespace atwood::closed_form {
 
 struct Equilibrium {
-  std::string misfit;  // which body nothing holds, what overlaps, what is not covered; empty: forces were found
-  double open_m = 0;   // the widest gap or overlap that was taken for a touch: round-off of the scene's doubles
-  double least_m = 0;  // the smallest extent of a body
+  std::string refusal;  // why no equilibrium was found: a body that is not held, an overlap, a case that is not covered
+  double largest_gap_m = 0;      // largest |gap| that was treated as a contact: round-off of the scene's doubles
+  double smallest_extent_m = 0;  // smallest half extent or radius of a body
 };
 
-// Boxes, spheres, fixed planes and rectangles under uniform gravity. Looks for contact forces within Coulomb's cones
-// that balance every body to 1e-7 of its weight, by sweeps over the contacts (Moreau 1988). That some exist is what
-// statics of rigid bodies can say: which ones act, and whether others could move the scene, it cannot.
+// Boxes, spheres, fixed planes and rectangles under uniform gravity. Searches contact forces within Coulomb's cones that
+// balance every body to 1e-7 of its weight, by projected Gauss-Seidel sweeps over the contacts (J. J. Moreau, 1988). The
+// statics of rigid bodies decides whether such forces exist, and neither which of them act nor whether the scene could
+// also move. After 20000 sweeps without balance `refusal` names the body that moves fastest.
 Equilibrium find_equilibrium(const Scene& scene);
 
 }  // namespace atwood::closed_form

@@ -10,7 +10,7 @@ class Reader {
  public:
   explicit Reader(const Scenario& scenario) {
     const auto& [id, title, claim, source, tags, t_end_s, steps, samples, frame_ends_s, scene, truth, invariants, path,
-                 notes] = scenario;  // frames decide where engines step, not what is true
+                 notes] = scenario;  // frames determine the steps of engines and not the motion
     read(scene);
   }
   std::vector<Present> present;
@@ -25,7 +25,7 @@ class Reader {
     for (const Force& force : forces) {
       for (std::size_t i = 0; i < bodies.size(); ++i)
         if (!bodies[i].fixed && acts_on(force, static_cast<int>(i))) {
-          read(force, named(scene, force, static_cast<int>(i)));
+          read(force, force_on_body(scene, force, static_cast<int>(i)));
           break;
         }
     }
@@ -42,20 +42,20 @@ class Reader {
   }
 
   void read(const Body& body) {
-    // Moments, places and charges are numbers that every solution reads; shapes that touch are read as pairs.
+    // Inertia, positions and charges are numbers that every solution reads; shapes are read as pairs.
     const auto& [name, mass_kg, inertia_kg_m2, material, shape, position_m, orientation_wxyz, velocity_m_per_s,
                  angular_velocity, charge_C, fixed, release_s] = body;
     const std::string quoted = "`" + name + "`";
     if (fixed) {
       if (velocity_m_per_s != Real3{} || angular_velocity != Real3{})
-        add(feature::moving_wall, "the motion of " + quoted + ", which is fixed,");
+        add(feature::moving_fixed_body, "the motion of " + quoted + ", which is fixed,");
       return;
     }
     if (release_s != 0) add(feature::late_release, "the late release of " + quoted);
     if (angular_velocity != Real3{}) add(feature::spin, "the spin of " + quoted);
-    if (std::holds_alternative<Plane>(shape)) add(feature::impossible, "the free plane " + quoted);
-    if (!(mass_kg > 0)) add(feature::impossible, "the mass of " + quoted);
-    if (!rotates(body) && angular_velocity != Real3{}) add(feature::impossible, "the spin of the point mass " + quoted);
+    if (std::holds_alternative<Plane>(shape)) add(feature::invalid, "the free plane " + quoted);
+    if (!(mass_kg > 0)) add(feature::invalid, "the mass of " + quoted);
+    if (!rotates(body) && angular_velocity != Real3{}) add(feature::invalid, "the spin of the point mass " + quoted);
   }
 
   void read(const PairLaw& law, const std::string& one, const std::string& other) {
@@ -68,7 +68,7 @@ class Reader {
     if (contact_law == ContactLaw::hertz) add(feature::hertz_contact, "the contact law `hertz`" + between);
     if (!(restitution >= 0 && restitution <= 1) || !(mu >= 0) || !(stiffness >= 0) || !(damping >= 0) ||
         !(modulus >= 0) || !(hertz_damping >= 0))
-      add(feature::impossible, "the law" + between);
+      add(feature::invalid, "the law" + between);
   }
 
   void read(const Force& force, const std::string& what) {
@@ -98,7 +98,7 @@ class Reader {
     add(feature::spring, what);
     if (bodies.size() != 1) add(feature::two_body_spring, what + " and another body");
     for (const Real3& point : points)
-      if (point != Real3{}) add(feature::offset_spring, what + ", fastened to a point beside its centre,");
+      if (point != Real3{}) add(feature::offset_spring, what + ", attached to a point other than its centre,");
   }
   void read_kind(const Drive& given, const std::string& what) {
     [[maybe_unused]] const auto& [bodies, force_N, frequency, phase] = given;
@@ -134,9 +134,9 @@ class Reader {
 
 std::vector<Present> features_of(const Scenario& scenario) { return Reader(scenario).present; }
 
-std::string not_taken(const Scenario& scenario, Features taken) {
+std::string first_uncovered(const Scenario& scenario, Features covered) {
   for (const Present& each : features_of(scenario))
-    if ((each.feature & taken) == 0) return each.what + " is not covered";
+    if ((each.feature & covered) == 0) return each.what + " is not covered";
   return "";
 }
 

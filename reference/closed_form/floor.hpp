@@ -1,4 +1,4 @@
-// What bodies lie on, slide on and roll on: one fixed plane, or a mesh that is flat.
+// The floor on which bodies lie, slide and roll: one fixed plane, or a flat mesh.
 #pragma once
 
 #include <string>
@@ -9,36 +9,37 @@
 namespace atwood::closed_form {
 
 template <class S> struct Floor {
-  std::string misfit;
+  std::string refusal;
   int body = -1;
-  Vec<S> n{};                                   // unit, upwards: against gravity
-  S offset{};                                   // n . x on the floor
-  S g_n{};                                      // gravity into the floor
-  S dropped{};                                  // gravity along a floor that is taken for level
-  Vec<S> g_t{};                                 // gravity along it
-  S flat{};                                     // how far from flat a mesh is
-  std::vector<std::array<Vec<double>, 2>> rim;  // edges of one triangle only; none: the floor has no end
+  Vec<S> n{};                                        // unit, upwards: against gravity
+  S offset{};                                        // n . x on the floor
+  S g_n{};                                           // [m/s^2] gravity component into the floor
+  S neglected{};                                     // [m/s^2] gravity component along a floor that is treated as level
+  Vec<S> g_t{};                                      // gravity component along the floor
+  S unevenness{};                                    // [m] largest distance of a mesh vertex from the plane
+  std::vector<std::array<Vec<double>, 2>> boundary;  // edges of one triangle only; empty: the floor is infinite
 };
 
-// The one fixed body with a shape, under a gravity that presses onto it.
+// The only fixed body with a shape; gravity must press onto it, otherwise `refusal` says what was found.
 template <class S> Floor<S> find_floor(const Scene& scene);
 
-// How a body lies on the floor: its centre's height over it, and what its doubles leave open.
-template <class S> struct Stance {
-  std::string misfit;
-  S height{};        // of the centre of mass over the contact
-  Vec<S> side[2]{};  // of a box: its edges along the floor, world axes
+// How a body lies on the floor. The scene's doubles satisfy this to round-off only; the errors are included.
+template <class S> struct FloorContact {
+  std::string refusal;
+  S height{};        // [m] of the centre of mass over the contact
+  Vec<S> side[2]{};  // of a box: its axes along the floor, world axes
   S half[2]{};
-  Vec<S> axis{};                // of a cylinder, world axes
-  S slack_m{}, tilt{}, rise{};  // rise: speed off the floor
-  double reach_m = 0;           // no point of it is farther from its centre
+  Vec<S> axis{};                            // of a cylinder, world axes
+  S gap_error_m{}, tilt{}, normal_speed{};  // round-off: gap, angle, speed along the normal
+  double extent_m = 0;                      // bound of the distance of its points from its centre
 };
-// Boxes on a face, spheres, cylinders on their side; in touch with the floor, moving along it.
-template <class S> Stance<S> stand_on(const Floor<S>& floor, const Scene& scene, int body);
+// Boxes on a face, spheres, cylinders on their side, in contact with the floor and moving along it. Anything else is
+// refused.
+template <class S> FloorContact<S> floor_contact(const Floor<S>& floor, const Scene& scene, int body);
 
-// Empty, or that the way from `from` to `to` with `reach_m` around it leaves the floor.
+// The refusal of a path from `from` to `to` that comes within `extent_m` of the boundary of the floor; empty: it does not.
 template <class S>
-std::string leaves(const Floor<S>& floor, const Scene& scene, const Vec<double>& from, const Vec<double>& to,
-                   double reach_m);
+std::string leaves_floor(const Floor<S>& floor, const Scene& scene, const Vec<double>& from, const Vec<double>& to,
+                         double extent_m);
 
 }  // namespace atwood::closed_form

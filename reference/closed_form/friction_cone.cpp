@@ -1,11 +1,11 @@
-// A slab pushed over a floor, with round bodies on its deck, all from rest: Coulomb below and above the slab, Newton
-// and Euler for each ball. Along the push F (floor's friction f1, ball i's f_i, kappa_i = 1 + m_i r_i^2 / I_i):
-//   stands:  F <= mu1 (M + sum m_i) g: nothing moves
-//   slides:  M A = F - f1 - sum f_i,   ball: m_i a_i = f_i,   I_i alpha_i = -r_i f_i
+// A slab that is pushed over a floor and carries round bodies, all from rest: Coulomb friction at both faces of the slab,
+// Newton's and Euler's laws for each body. Along the push F (floor's friction f1, ball i's f_i, kappa_i = 1 + m_i r_i^2 / I_i):
+//   stick:   F <= mu1 (M + sum m_i) g: nothing moves
+//   slip:    M A = F - f1 - sum f_i,   ball: m_i a_i = f_i,   I_i alpha_i = -r_i f_i
 //            rolls on the deck: a_i - r_i alpha_i = A, so f_i = m_i A / kappa_i, while that is mu_i m_i g at most;
-//            else slips: f_i = mu_i m_i g
-// For n equal solid balls, kappa = 7/2: f2 = ((F - f1) / M) / (3.5 / m + n / M). All friction lies along the push as
-// long as nothing turns about the vertical, which is checked, as is where the floor's pressure has its centre.
+//            otherwise slips: f_i = mu_i m_i g
+// For n equal solid balls, kappa = 7/2: f2 = ((F - f1) / M) / (3.5 / m + n / M). All friction is along the push as long as
+// nothing rotates about the vertical; this and the position of the centre of pressure are checked.
 #include <algorithm>
 
 #include "closed_form/floor.hpp"
@@ -17,7 +17,7 @@ namespace {
 template <class S> struct Rider {
   int body = -1;
   S mass{}, radius{}, kappa{}, inertia{}, grip{};  // grip: mu g
-  S along{}, aside{};                              // of its foot from the slab's centre
+  S along{}, aside{};                              // of its contact from the slab's centre
   bool rolls = true;
   S a{};  // along the push
 };
@@ -28,20 +28,21 @@ template <class S> struct Cart {
   Vec<S> push{}, e{};  // e: unit, along the push
   S F{}, push_height{}, push_aside{};
   std::vector<Rider<S>> riders;
-  S A{}, open{};     // open: the widest gap under a rider, of round-off
-  S lift{}, veer{};  // of the push off the floor, its moment about the vertical: round-off, taken for none
+  S A{}, open{};     // open: largest gap under a carried body (round-off)
+  S lift{}, veer{};  // of the push: normal component and moment about the vertical; round-off, treated as zero
   bool stands = false;
 };
 
 template <class S> std::string find_push(const Scene& scene, const Floor<S>& floor, Cart<S>& cart) {
   if (scene.forces.size() != 1 || !std::holds_alternative<PointForce>(scene.forces.front()))
-    return "one point-force is needed";
+    return "expected exactly one point-force";
   const auto& push = std::get<PointForce>(scene.forces.front());
-  if (!push.on_s.empty()) return "the push is switched";
+  if (!push.on_s.empty()) return "the point-force has `on_s`: expected a constant force";
   cart.slab = push.body;
   cart.push = vec<S>(push.force_N);
   const S upwards = dot(cart.push, floor.n);
-  if (magnitude(upwards) > S(0x1p-48) * norm(cart.push) || is_zero(cart.push)) return "the push is not along the floor";
+  if (magnitude(upwards) > S(0x1p-48) * norm(cart.push) || is_zero(cart.push))
+    return "the point-force is zero or not along the floor";
   cart.lift = magnitude(upwards);
   cart.F = norm(cart.push);
   cart.e = (1 / cart.F) * cart.push;
@@ -52,14 +53,15 @@ template <class S> std::string find_push(const Scene& scene, const Floor<S>& flo
 }
 
 template <class S>
-std::string add_rider(const Scene& scene, const Floor<S>& floor, int at, const Stance<S>& slab_stance, Cart<S>& cart) {
+std::string add_rider(const Scene& scene, const Floor<S>& floor, int at, const FloorContact<S>& slab_stance,
+                      Cart<S>& cart) {
   const Body& body = scene.bodies[at];
   const std::string name = "`" + body.name + "`";
   const auto* sphere = std::get_if<Sphere>(&body.shape);
-  if (sphere == nullptr || !turns_like_a_ball(body) || !rotates(body)) return name + " is no ball on the slab";
-  if (body.release_s > 0) return name + " is released late";
+  if (sphere == nullptr || !has_spherical_inertia(body) || !rotates(body)) return name + " is no ball on the slab";
+  if (body.release_s > 0) return name + " has a later release, which is not covered";
   const Pose<S> pose = initial_pose<S>(body), slab = initial_pose<S>(scene.bodies[cart.slab]);
-  if (!is_zero(pose.v_WB) || !is_zero(pose.w_WB_B)) return name + " moves at the start";
+  if (!is_zero(pose.v_WB) || !is_zero(pose.w_WB_B)) return name + " has an initial velocity: expected rest";
   Rider<S> rider;
   rider.body = at;
   rider.mass = body.mass_kg;
@@ -71,17 +73,18 @@ std::string add_rider(const Scene& scene, const Floor<S>& floor, int at, const S
   rider.grip = S(law.friction) * floor.g_n;
   const Vec<S> d = pose.p_WB - slab.p_WB;
   const S gap = dot(floor.n, d) - cart.height - rider.radius;
-  if (magnitude(gap) > S(0x1p-49) * (norm(pose.p_WB) + cart.height)) return name + " does not touch the slab's deck";
+  if (magnitude(gap) > S(0x1p-49) * (norm(pose.p_WB) + cart.height))
+    return name + " does not touch the upper face of the slab";
   cart.open = larger(cart.open, magnitude(gap));
   rider.along = dot(cart.e, d);
   rider.aside = dot(cross(floor.n, cart.e), d);
   for (int k = 0; k < 2; ++k)
-    if (magnitude(dot(slab_stance.side[k], d)) > slab_stance.half[k]) return name + " is not over the slab's deck";
+    if (magnitude(dot(slab_stance.side[k], d)) > slab_stance.half[k]) return name + " is not over the slab";
   cart.riders.push_back(rider);
   return "";
 }
 
-// The more slip, the less they hold the slab back and the faster it goes: slippers stay slippers.
+// Bodies that slip hold the slab back less, so that it accelerates more: a body that slips continues to slip.
 template <class S> void accelerate(Cart<S>& cart, S floor_friction) {
   for (bool changed = true; changed;) {
     changed = false;
@@ -100,25 +103,25 @@ template <class S> void accelerate(Cart<S>& cart, S floor_friction) {
   }
 }
 
-// The slab stays flat and straight: the pressure's centre lies under it, c N = h (f1 - sum f_i) + z F + sum m_i g x_i,
-// and no moment turns it. Riders stay on the deck and apart.
+// Checks that the slab does not tip (the centre of pressure c, c N = h (f1 - sum f_i) + z F + sum m_i g x_i, is under it)
+// or rotate, and that the carried bodies stay on it and apart from each other.
 template <class S>
-std::string goes_wrong(const Scene& scene, const Floor<S>& floor, const Stance<S>& stance, Cart<S>& cart, S f1,
+std::string goes_wrong(const Scene& scene, const Floor<S>& floor, const FloorContact<S>& contact, Cart<S>& cart, S f1,
                        S t_end) {
   const std::string name = "`" + scene.bodies[cart.slab].name + "`";
   const Vec<S> left = cross(floor.n, cart.e);
-  S weight = cart.mass * floor.g_n, rub = 0, turning = cart.F * cart.push_aside, size = 0, aside = 0;
+  S weight = cart.mass * floor.g_n, rub = 0, free_rotation = cart.F * cart.push_aside, size = 0, aside = 0;
   for (const Rider<S>& r : cart.riders) {
     weight = weight + r.mass * floor.g_n;
     aside = aside + r.mass * floor.g_n * r.aside;
     rub = rub + r.mass * r.a;
-    turning = turning - r.mass * r.a * r.aside;
+    free_rotation = free_rotation - r.mass * r.a * r.aside;
     size = larger(size, magnitude(r.aside));
   }
-  turning = turning - f1 * aside / weight;
-  if (magnitude(turning) > S(0x1p-46) * cart.F * (size + magnitude(cart.push_aside)))
-    return name + " is turned about the vertical";
-  cart.veer = magnitude(turning);
+  free_rotation = free_rotation - f1 * aside / weight;
+  if (magnitude(free_rotation) > S(0x1p-46) * cart.F * (size + magnitude(cart.push_aside)))
+    return name + " is rotated about the vertical by the forces on it, which is not covered";
+  cart.veer = magnitude(free_rotation);
   for (const S t : {S(0), t_end}) {
     S moment = cart.height * (f1 - rub) + cart.push_height * cart.F;
     for (const Rider<S>& r : cart.riders) {
@@ -126,12 +129,12 @@ std::string goes_wrong(const Scene& scene, const Floor<S>& floor, const Stance<S
       moment = moment + r.mass * floor.g_n * x;
       const Vec<S> foot = x * cart.e + r.aside * left;
       for (int k = 0; k < 2; ++k)
-        if (magnitude(dot(stance.side[k], foot)) > stance.half[k])
+        if (magnitude(dot(contact.side[k], foot)) > contact.half[k])
           return "`" + scene.bodies[r.body].name + "` rolls off " + name;
     }
     const Vec<S> center = (moment / weight) * cart.e + (aside / weight) * left;
     for (int k = 0; k < 2; ++k)
-      if (magnitude(dot(stance.side[k], center)) > stance.half[k]) return name + " would tip";
+      if (magnitude(dot(contact.side[k], center)) > contact.half[k]) return name + " would tip";
   }
   for (const Rider<S>& r : cart.riders)
     for (const Rider<S>& s : cart.riders) {
@@ -139,36 +142,39 @@ std::string goes_wrong(const Scene& scene, const Floor<S>& floor, const Stance<S
       const Vec<S> d = initial_pose<S>(scene.bodies[r.body]).p_WB - initial_pose<S>(scene.bodies[s.body]).p_WB;
       const Vec<double> from = rounded(d), to = rounded(d + ((r.a - s.a) * t_end * t_end / 2) * cart.e);
       if (segment_distance(from, to, {0, 0, 0}, {0, 0, 0}) <= static_cast<double>(r.radius + s.radius))
-        return "`" + scene.bodies[s.body].name + "` and `" + scene.bodies[r.body].name + "` could meet";
+        return "`" + scene.bodies[s.body].name + "` and `" + scene.bodies[r.body].name +
+               "` could touch each other, which is not covered";
     }
   return "";
 }
 
 template <class S>
-std::string set_up(const Scene& scene, const Floor<S>& floor, S t_end, Cart<S>& cart, Stance<S>& stance) {
-  if (!floor.misfit.empty()) return floor.misfit;
-  if (!floor.rim.empty()) return "the floor is not a plane";
-  if (!is_zero(floor.g_t)) return "the floor is not level";
+std::string set_up(const Scene& scene, const Floor<S>& floor, S t_end, Cart<S>& cart, FloorContact<S>& contact) {
+  if (!floor.refusal.empty()) return floor.refusal;
+  if (!floor.boundary.empty()) return "the floor is not a plane: expected a fixed plane";
+  if (!is_zero(floor.g_t)) return "the floor is not orthogonal to gravity";
   if (std::string why = find_push(scene, floor, cart); !why.empty()) return why;
   const Body& slab = scene.bodies[cart.slab];
-  if (!std::holds_alternative<Box>(slab.shape)) return "`" + slab.name + "` is no slab";
-  stance = stand_on(floor, scene, cart.slab);
-  if (!stance.misfit.empty()) return stance.misfit;
+  if (!std::holds_alternative<Box>(slab.shape))
+    return "`" + slab.name + "` has another shape: expected a box (the slab)";
+  contact = floor_contact(floor, scene, cart.slab);
+  if (!contact.refusal.empty()) return contact.refusal;
   const Pose<S> start = initial_pose<S>(slab);
-  if (!is_zero(start.v_WB) || !is_zero(start.w_WB_B)) return "`" + slab.name + "` moves at the start";
+  if (!is_zero(start.v_WB) || !is_zero(start.w_WB_B))
+    return "`" + slab.name + "` has an initial velocity: expected rest";
   cart.mass = slab.mass_kg;
-  cart.height = stance.height;
+  cart.height = contact.height;
   S pressed = cart.mass;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const int at = static_cast<int>(i);
     if (at == cart.slab || scene.bodies[i].fixed) continue;
-    if (std::string why = add_rider(scene, floor, at, stance, cart); !why.empty()) return why;
+    if (std::string why = add_rider(scene, floor, at, contact, cart); !why.empty()) return why;
     pressed = pressed + cart.riders.back().mass;
   }
   const S f1 = S(pair_law(scene, cart.slab, floor.body).friction) * pressed * floor.g_n;
   cart.stands = cart.F <= f1;
   if (!cart.stands) accelerate(cart, f1);
-  return goes_wrong(scene, floor, stance, cart, cart.stands ? cart.F : f1, t_end);
+  return goes_wrong(scene, floor, contact, cart, cart.stands ? cart.F : f1, t_end);
 }
 
 template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
@@ -176,17 +182,17 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
   Motion<S> motion;
   const Floor<S> floor = find_floor<S>(scene);
   Cart<S> cart;
-  Stance<S> stance;
-  motion.misfit = set_up(scene, floor, S(scenario.t_end_s), cart, stance);
-  if (!motion.misfit.empty()) return motion;
+  FloorContact<S> contact;
+  motion.refusal = set_up(scene, floor, S(scenario.t_end_s), cart, contact);
+  if (!motion.refusal.empty()) return motion;
   const S t_end = scenario.t_end_s;
   const Real33& I = scene.bodies[cart.slab].inertia_kg_m2;
   const S spin = 4 * t_end * cart.veer / S(std::min(I[0], std::min(I[4], I[8])));
-  const S speed = 4 * t_end * cart.lift / cart.mass + spin * S(stance.reach_m) + 4 * t_end * floor.dropped;
-  S least = stance.reach_m;
+  const S speed = 4 * t_end * cart.lift / cart.mass + spin * S(contact.extent_m) + 4 * t_end * floor.neglected;
+  S least = contact.extent_m;
   for (const Rider<S>& rider : cart.riders) least = rider.radius < least ? rider.radius : least;
-  motion.slack = {stance.slack_m + 4 * cart.open + t_end * speed, 4 * stance.tilt + t_end * (spin + speed / least),
-                  speed, spin + speed / least};
+  motion.input_round_off = {contact.gap_error_m + 4 * cart.open + t_end * speed,
+                            4 * contact.tilt + t_end * (spin + speed / least), speed, spin + speed / least};
   const Vec<S> about = cross(floor.n, cart.e);
   for (const S& t : t_s) {
     auto& poses = motion.poses.emplace_back();
@@ -211,7 +217,7 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
 
 Solution friction_cone() {
   return {"friction-cone", "a pushed slab that carries balls: Coulomb's friction, Newton's and Euler's laws",
-          feature::uniform_gravity | feature::kTouching | feature::point_force, solve<Narrow>, solve<Wide>};
+          feature::uniform_gravity | feature::kSimpleContact | feature::point_force, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -1,4 +1,4 @@
-// Gauss-Legendre nodes and weights on [0, 1], by Newton on the recurrence of the polynomials.
+// Gauss-Legendre nodes and weights on [0, 1], by Newton's method on the recurrence of the polynomials.
 #pragma once
 
 #include <vector>

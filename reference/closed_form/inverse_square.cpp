@@ -14,7 +14,7 @@ namespace {
 
 template <class S> S last_step() { return std::ldexp(1.0, -kDigits<S> * 3 / 5); }
 
-// The anomaly s at time t after the start, by Newton's iteration inside a bracket that only shrinks.
+// The anomaly s at time t after the start, by Newton's iteration inside a bracket.
 template <class S> class Anomaly {
  public:
   Anomaly(S distance, S eta, S mu, S beta) : distance_(distance), eta_(eta), mu_(mu), beta_(beta) {}
@@ -27,22 +27,22 @@ template <class S> class Anomaly {
     if (!bracket(t, low, high)) return false;
     s = start(t);
     if (!(s > low && s < high)) s = low + (high - low) / 2;
-    S width = high - low;  // when it was last halved
+    S width = high - low;  // at the last bisection
     for (int tries = 0, slow = 0; tries < most_tries; ++tries) {
       const Time now = time(s);
       const S late = now.t - t;
       if (!is_finite(late)) return false;
       if (late > 0) high = s;
       else low = s;
-      // As near as the sum's own round-off lets one tell.
+      // Converged to the round-off of the sum.
       if (magnitude(late) <= 2 * unit_round_off<S>() * (now.size + t)) return true;
       S next = s - late / now.r;
       slow = 2 * (high - low) <= width ? 0 : slow + 1;
       if (slow == 0) width = high - low;
       const bool newton = next >= low && next <= high && slow < 5;
       if (!newton) next = low + (high - low) / 2, slow = 0, width = high - low;
-      // The error after a step is of the order of its square: a step that changes only the last two fifths of the
-      // digits is the last.
+      // The error after a step is of the order of the square of the step: a step that changes only the last two fifths of
+      // the digits is the last.
       const bool done = newton && magnitude(next - s) <= last_step<S>() * magnitude(s);
       s = next;
       if (done || !(low < high)) return true;
@@ -97,13 +97,13 @@ template <class S> class Anomaly {
 
 }  // namespace
 
-template <class S> std::string InverseSquare<S>::misfit() const {
-  if (is_zero(r0)) return "starts at the centre";
-  if (mu > 0 && is_zero(cross(r0, v0))) return "has no angular momentum and may fall into the centre";
+template <class S> std::string InverseSquare<S>::refusal() const {
+  if (is_zero(r0)) return "a body starts at the centre of attraction";
+  if (mu > 0 && is_zero(cross(r0, v0))) return "a body has no angular momentum and may fall into the centre";
   return "";
 }
 
-template <class S> Flight<S> InverseSquare<S>::at(S t) const {
+template <class S> CenterMotion<S> InverseSquare<S>::at(S t) const {
   if (mu == 0) return {r0 + t * v0, v0};
   const S distance = norm(r0), eta = dot(r0, v0), beta = 2 * mu / distance - dot(v0, v0);
   if (beta >

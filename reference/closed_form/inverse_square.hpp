@@ -10,8 +10,8 @@ namespace atwood::closed_form {
 template <class S> struct InverseSquare {
   S mu{};
   Vec<S> r0{}, v0{};
-  std::string misfit() const;  // the centre is hit
-  Flight<S> at(S t) const;
+  std::string refusal() const;  // empty: covered; otherwise the centre is or may be reached
+  CenterMotion<S> at(S t) const;
 };
 
 extern template struct InverseSquare<Narrow>;

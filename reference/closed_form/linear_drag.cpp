@@ -26,7 +26,7 @@ template <class S> Translation<S> translation(const Scene& scene, int body) {
   for (const Force& force : scene.forces) {
     if (!acts_on(force, body)) continue;
     const auto* drag = std::get_if<LinearDrag>(&force);
-    if (drag == nullptr) return {named(scene, force, body) + " is not covered", {}};
+    if (drag == nullptr) return {force_on_body(scene, force, body) + " is not covered", {}};
     c += S(drag->coefficient_kg_per_s);
     carried = carried + S(drag->coefficient_kg_per_s) * vec<S>(drag->wind_m_per_s);
   }
@@ -36,19 +36,20 @@ template <class S> Translation<S> translation(const Scene& scene, int body) {
   const Vec<S> u = vec<S>(scene.bodies[body].velocity_m_per_s) - wind;
   return {"", [=](S t) {
             const S x = k * t;
-            return Flight<S>{p + t * (wind + phi1(x) * u + (t * phi2(x)) * g), wind + exp(-x) * u + (t * phi1(x)) * g};
+            return CenterMotion<S>{p + t * (wind + phi1(x) * u + (t * phi2(x)) * g),
+                                   wind + exp(-x) * u + (t * phi1(x)) * g};
           }};
 }
 
 template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
-  return move_each<S>(scenario, t_s, translation<S>);
+  return solve_each_body<S>(scenario, t_s, translation<S>);
 }
 
 }  // namespace
 
 Solution linear_drag() {
   return {"linear-drag", "drag linear in the air speed: exponential approach, Lamb, Dynamics (1914)",
-          feature::kFlying | feature::linear_drag_force | feature::angular_drag, solve<Narrow>, solve<Wide>};
+          feature::kFreeMotion | feature::linear_drag_force | feature::angular_drag, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -16,7 +16,7 @@ template <class S> Translation<S> translation(const Scene& scene, int body) {
   for (const Force& force : scene.forces) {
     if (!acts_on(force, body)) continue;
     const auto* field = std::get_if<Lorentz>(&force);
-    if (field == nullptr) return {named(scene, force, body) + " is not covered", {}};
+    if (field == nullptr) return {force_on_body(scene, force, body) + " is not covered", {}};
     E = E + vec<S>(field->electric_V_per_m);
     B = B + vec<S>(field->magnetic_T);
   }
@@ -29,20 +29,20 @@ template <class S> Translation<S> translation(const Scene& scene, int body) {
               const Vec<S> Wu = cross(W, u);
               return zeroth * u + first * Wu + second * cross(W, Wu);
             };
-            return Flight<S>{p0 + apply(t, G[2], G[3], v0) + apply(t * t / 2, G[3], G[4], a),
-                             apply(S(1), G[1], G[2], v0) + apply(t, G[2], G[3], a)};
+            return CenterMotion<S>{p0 + apply(t, G[2], G[3], v0) + apply(t * t / 2, G[3], G[4], a),
+                                   apply(S(1), G[1], G[2], v0) + apply(t, G[2], G[3], a)};
           }};
 }
 
 template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
-  return move_each<S>(scenario, t_s, translation<S>);
+  return solve_each_body<S>(scenario, t_s, translation<S>);
 }
 
 }  // namespace
 
 Solution lorentz() {
   return {"lorentz", "charge in uniform E and B: gyration, E x B drift, acceleration along B, Jackson, ch. 12",
-          feature::kFlying | feature::lorentz_force, solve<Narrow>, solve<Wide>};
+          feature::kFreeMotion | feature::lorentz_force, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

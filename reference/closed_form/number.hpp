@@ -78,12 +78,12 @@ template <class S> Vec<S> rotate(const Quat<S>& q, const Vec<S>& v) {
   const Vec<S> u{q[1], q[2], q[3]};
   return v + S(2) * cross(u, cross(u, v) + q[0] * v);
 }
-// Turns by `angle` about the unit vector `axis`; continuous in the angle beyond 2 pi.
+// The rotation by `angle` about the unit vector `axis`; continuous in the angle beyond 2 pi.
 template <class S> Quat<S> turn(const Vec<S>& axis, S angle) {
   const S s = sin(angle / 2);
   return {cos(angle / 2), s * axis[0], s * axis[1], s * axis[2]};
 }
-// The scene's quaternion is unit to the round-off of double; the problem is the direction it gives.
+// The scene's quaternion is of unit length to the round-off of double; it is normalised in S.
 template <class S> Quat<S> quat(const Real4& given) {
   Quat<S> q{S(given[0]), S(given[1]), S(given[2]), S(given[3])};
   const S length = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);

@@ -6,7 +6,7 @@ namespace atwood::closed_form {
 
 namespace {
 
-// Faces across axis k of the obstacle, on both sides.
+// The two faces orthogonal to axis k of the obstacle.
 template <class S> void add_faces(Obstacle<S>& made, int k) {
   for (const int side : {1, -1}) {
     Face<S> face;
@@ -37,7 +37,7 @@ template <class S> bool add_obstacle(const Body& body, int at, std::vector<Obsta
     const S length = norm(normal);
     face.n = (1 / length) * normal;
     face.offset = S(plane->offset_m) / length;
-    face.endless = true;
+    face.infinite = true;
     made.faces.push_back(face);
     obstacles.push_back(made);
     return true;
@@ -59,7 +59,7 @@ template <class S> bool add_obstacle(const Body& body, int at, std::vector<Obsta
 }
 
 template <class S> S distance(const Obstacle<S>& obstacle, const Vec<S>& p) {
-  if (obstacle.faces.front().endless) return dot(obstacle.faces.front().n, p) - obstacle.faces.front().offset;
+  if (obstacle.faces.front().infinite) return dot(obstacle.faces.front().n, p) - obstacle.faces.front().offset;
   Vec<S> beyond{};
   for (int k = 0; k < 3; ++k)
     beyond[k] = larger(S(0), magnitude(dot(obstacle.axis[k], p - obstacle.center)) - obstacle.half[k]);
@@ -67,14 +67,14 @@ template <class S> S distance(const Obstacle<S>& obstacle, const Vec<S>& p) {
 }
 
 template <class S> bool within_sides(const Face<S>& face, const Vec<S>& p) {
-  for (int k = 0; k < 2 && !face.endless; ++k)
+  for (int k = 0; k < 2 && !face.infinite; ++k)
     if (magnitude(dot(face.side[k], p - face.center)) > face.half[k]) return false;
   return true;
 }
 
-// V^2 = u^2 + 2 a h is the square of the speed there; the root without cancellation.
-template <class S> S descends(S h, S u, S a, S touching, S& speed) {
-  if (magnitude(h) <= touching) h = 0;
+// The speed there is V with V^2 = u^2 + 2 a h; the root is computed without cancellation.
+template <class S> S descent_time(S h, S u, S a, S contact_tolerance, S& speed) {
+  if (magnitude(h) <= contact_tolerance) h = 0;
   const S square = u * u + 2 * a * h;
   if (!(square >= 0) || (!(a > 0) && !(u < 0)) || (h < 0 && !(u > 0))) return -1;
   speed = sqrt(square);
@@ -83,7 +83,7 @@ template <class S> S descends(S h, S u, S a, S touching, S& speed) {
 }
 
 template <class S>
-bool stays_open(S start, S end, const std::function<S(S)>& gap, const std::function<S(S, S)>& way, S near) {
+bool stays_positive(S start, S end, const std::function<S(S)>& gap, const std::function<S(S, S)>& way, S near) {
   std::vector<std::array<S, 2>> open{{start, end}};
   while (!open.empty()) {
     const auto [from, until] = open.back();
@@ -103,17 +103,17 @@ template <class S> bool stays_clear(const Arc<S>& arc, S reach, const std::funct
             v1 = norm(arc.v + (until - arc.from) * arc.g);  // |v| is convex
     return larger(v0, v1) * (until - from);
   };
-  return stays_open<S>(
+  return stays_positive<S>(
       arc.from, arc.until, [&](S t) { return distance(place(arc, t)) - reach; }, way, S(1e-9) * reach);
 }
 
-template <class S> bool meets_an_edge(const Obstacle<S>& obstacle, S radius, const Arc<S>& arc) {
+template <class S> bool may_meet_edge(const Obstacle<S>& obstacle, S radius, const Arc<S>& arc) {
   for (const Face<S>& face : obstacle.faces) {
-    if (face.endless) continue;
+    if (face.infinite) continue;
     const S height = dot(face.n, arc.p) - face.offset;
     S wait = 0, speed{};
     if (height >= radius || height < 0)
-      wait = descends<S>(height - radius, dot(face.n, arc.v), -dot(face.n, arc.g), S(0), speed);
+      wait = descent_time<S>(height - radius, dot(face.n, arc.v), -dot(face.n, arc.g), S(0), speed);
     if (wait < 0 || !(arc.from + wait < arc.until) || within_sides(face, place(arc, arc.from + wait))) continue;
     Arc<S> low{arc.from + wait, arc.until, place(arc, arc.from + wait), arc.v + wait * arc.g, arc.g};
     if (!stays_clear<S>(low, radius, [&](const Vec<S>& p) { return distance(obstacle, p); })) return true;
@@ -127,14 +127,15 @@ template Narrow distance(const Obstacle<Narrow>&, const Vec<Narrow>&);
 template Wide distance(const Obstacle<Wide>&, const Vec<Wide>&);
 template bool within_sides(const Face<Narrow>&, const Vec<Narrow>&);
 template bool within_sides(const Face<Wide>&, const Vec<Wide>&);
-template Narrow descends(Narrow, Narrow, Narrow, Narrow, Narrow&);
-template Wide descends(Wide, Wide, Wide, Wide, Wide&);
-template bool stays_open(Narrow, Narrow, const std::function<Narrow(Narrow)>&,
-                         const std::function<Narrow(Narrow, Narrow)>&, Narrow);
-template bool stays_open(Wide, Wide, const std::function<Wide(Wide)>&, const std::function<Wide(Wide, Wide)>&, Wide);
+template Narrow descent_time(Narrow, Narrow, Narrow, Narrow, Narrow&);
+template Wide descent_time(Wide, Wide, Wide, Wide, Wide&);
+template bool stays_positive(Narrow, Narrow, const std::function<Narrow(Narrow)>&,
+                             const std::function<Narrow(Narrow, Narrow)>&, Narrow);
+template bool stays_positive(Wide, Wide, const std::function<Wide(Wide)>&, const std::function<Wide(Wide, Wide)>&,
+                             Wide);
 template bool stays_clear(const Arc<Narrow>&, Narrow, const std::function<Narrow(const Vec<Narrow>&)>&);
 template bool stays_clear(const Arc<Wide>&, Wide, const std::function<Wide(const Vec<Wide>&)>&);
-template bool meets_an_edge(const Obstacle<Narrow>&, Narrow, const Arc<Narrow>&);
-template bool meets_an_edge(const Obstacle<Wide>&, Wide, const Arc<Wide>&);
+template bool may_meet_edge(const Obstacle<Narrow>&, Narrow, const Arc<Narrow>&);
+template bool may_meet_edge(const Obstacle<Wide>&, Wide, const Arc<Wide>&);
 
 }  // namespace atwood::closed_form

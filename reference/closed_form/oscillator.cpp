@@ -20,8 +20,8 @@ template <class S> S sinhc_root(S y) {
 
 template <class S> struct Oscillator {
   S gamma{}, omega2{};      // x'' + 2 gamma x' + omega2 x = ...
-  Vec<S> anchor{}, rest{};  // where the spring would rest
-  Vec<S> x0{}, v0{};        // about rest
+  Vec<S> anchor{}, rest{};  // equilibrium position
+  Vec<S> x0{}, v0{};        // relative to the equilibrium
   struct Driven {
     Vec<S> push{};
     S w{}, phase{};
@@ -29,7 +29,7 @@ template <class S> struct Oscillator {
   std::vector<Driven> drives;  // push cos(w t + phase), an acceleration
 
   // Fundamental solutions: C(0) = 1, C'(0) = 0; s(0) = 0, s'(0) = 1.
-  Flight<S> homogeneous(const Vec<S>& x, const Vec<S>& v, S t) const {
+  CenterMotion<S> homogeneous(const Vec<S>& x, const Vec<S>& v, S t) const {
     const S frequency = sqrt(omega2), y = (gamma - frequency) * (gamma + frequency) * t * t;
     S ch, sh;
     if (y > 1) {  // overdamped: slow and fast exponential, the slow rate without cancellation
@@ -45,7 +45,7 @@ template <class S> struct Oscillator {
   }
 
   // x_p = Re[push exp(i (w t + phase)) / (omega2 - w^2 + 2 i gamma w)]; at undamped resonance push t sin(.) / (2 w).
-  Flight<S> particular(const Driven& drive, S t) const {
+  CenterMotion<S> particular(const Driven& drive, S t) const {
     const S frequency = sqrt(omega2), re = (frequency - drive.w) * (frequency + drive.w), im = 2 * gamma * drive.w;
     const S square = re * re + im * im, c = cos(drive.w * t + drive.phase), s = sin(drive.w * t + drive.phase);
     if (square == 0) {
@@ -55,25 +55,25 @@ template <class S> struct Oscillator {
     return {((re * c + im * s) / square) * drive.push, (drive.w * (im * c - re * s) / square) * drive.push};
   }
 
-  Flight<S> at(S t) const {
+  CenterMotion<S> at(S t) const {
     Vec<S> x = x0, v = v0, xp{}, vp{};
     for (const Driven& drive : drives) {
-      const Flight<S> first = particular(drive, S(0)), now = particular(drive, t);
+      const CenterMotion<S> first = particular(drive, S(0)), now = particular(drive, t);
       x = x - first.p;
       v = v - first.v;
       xp = xp + now.p;
       vp = vp + now.v;
     }
-    const Flight<S> free = homogeneous(x, v, t);
+    const CenterMotion<S> free = homogeneous(x, v, t);
     return {rest + free.p + xp, free.v + vp};
   }
 
-  // No excursion from rest exceeds this: |x| <= the envelope of the free part plus the driven amplitudes.
+  // Bound of the excursion from the equilibrium: |x| <= envelope of the free part plus the driven amplitudes.
   S reach() const {
     Vec<S> x = x0, v = v0;
     S driven = 0;
     for (const Driven& drive : drives) {
-      const Flight<S> first = particular(drive, S(0));
+      const CenterMotion<S> first = particular(drive, S(0));
       x = x - first.p;
       v = v - first.v;
       const S re = omega2 - drive.w * drive.w, im = 2 * gamma * drive.w, size = sqrt(re * re + im * im);
@@ -95,7 +95,8 @@ template <class S> std::string gather(const Scene& scene, int body, Oscillator<S
     if (const auto* s = std::get_if<Spring>(&force); s && spring == nullptr && s->bodies.size() == 1) {
       spring = s;
       for (const Real3& point : s->points_body_m)
-        if (point != Real3{}) return named(scene, force, body) + " is fixed to a point beside its centre";
+        if (point != Real3{})
+          return force_on_body(scene, force, body) + " acts at a point other than its centre, which is not covered";
     } else if (const auto* drag = std::get_if<LinearDrag>(&force)) {
       linear += S(drag->coefficient_kg_per_s);
       constant = constant + (S(drag->coefficient_kg_per_s) / mass) * vec<S>(drag->wind_m_per_s);
@@ -103,10 +104,10 @@ template <class S> std::string gather(const Scene& scene, int body, Oscillator<S
       made.drives.push_back(
           {(1 / mass) * vec<S>(drive->force_N), S(drive->angular_frequency_rad_per_s), S(drive->phase_rad)});
     } else {
-      return named(scene, force, body) + " is not covered";
+      return force_on_body(scene, force, body) + " is not covered";
     }
   }
-  if (spring == nullptr) return "no spring to an anchor holds `" + bob.name + "`";
+  if (spring == nullptr) return "expected a spring with an anchor on `" + bob.name + "`; found none";
   if (!(spring->stiffness_N_per_m > 0)) return "the spring of `" + bob.name + "` has no stiffness";
   if (!made.drives.empty() && bob.release_s > 0) return "`" + bob.name + "` is driven and released late";
   made.omega2 = S(spring->stiffness_N_per_m) / mass;
@@ -122,7 +123,7 @@ template <class S> Translation<S> translation(const Scene& scene, int body) {
   const Body& bob = scene.bodies[body];
   Oscillator<S> made;
   const Spring* spring = nullptr;
-  if (const std::string misfit = gather(scene, body, made, spring); !misfit.empty()) return {misfit, {}};
+  if (const std::string refusal = gather(scene, body, made, spring); !refusal.empty()) return {refusal, {}};
   // Beside resonance the driven and the free part are large and cancel; at it exactly the formula is another one.
   for (const auto& drive : made.drives) {
     const S frequency = sqrt(made.omega2), re = (frequency - drive.w) * (frequency + drive.w),
@@ -153,14 +154,14 @@ template <class S> Translation<S> translation(const Scene& scene, int body) {
 }
 
 template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
-  return move_each<S>(scenario, t_s, translation<S>);
+  return solve_each_body<S>(scenario, t_s, translation<S>);
 }
 
 }  // namespace
 
 Solution oscillator() {
   return {"oscillator", "linear oscillator, damped and driven, Landau and Lifshitz, Mechanics, sections 21-26",
-          feature::kFlying | feature::spring | feature::linear_drag_force | feature::angular_drag | feature::drive,
+          feature::kFreeMotion | feature::spring | feature::linear_drag_force | feature::angular_drag | feature::drive,
           solve<Narrow>, solve<Wide>};
 }
 

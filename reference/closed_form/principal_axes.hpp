@@ -10,7 +10,7 @@ template <class S> struct PrincipalAxes {
   Quat<S> q_BP{1, 0, 0, 0};   // principal axes to body axes
 };
 
-// A diagonal matrix is only reordered, by quarter turns; any other is diagonalised by Jacobi's rotations.
+// A diagonal matrix is only reordered; any other symmetric matrix is diagonalised.
 template <class S> PrincipalAxes<S> principal_axes(const Real33& inertia);
 
 }  // namespace atwood::closed_form

@@ -6,8 +6,8 @@
 //   slip:  v' = g_s - mu g_n sign u,  w' = mu g_n sign u m r / I,
 //          u' = g_s - kappa mu g_n sign u,  kappa = 1 + m r^2 / I
 //   roll:  u = 0,  v' = r w' = g_s (1 - 1 / kappa), while friction can: |g_s| <= kappa mu g_n
-// A box cannot turn (kappa = 1): its roll is standing still. Whether it would tip is decided by where the floor's
-// pressure has its centre, height f / N ahead of the box's own.
+// A box does not rotate (kappa = 1); "rolling" then means rest. It tips when the centre of pressure, at height f / N ahead
+// of the box's centre, is outside of its base.
 #include <algorithm>
 
 #include "closed_form/floor.hpp"
@@ -18,16 +18,16 @@ namespace {
 
 template <class S> struct Leg {  // s, v along the line; angle, w about n x e; constant accelerations
   S t{}, s{}, v{}, angle{}, w{}, a{}, spin_up{};
-  bool holds = false;  // rolls or stands
+  bool holds = false;  // rolling, or at rest
 };
 
 template <class S> struct Line {
-  Vec<S> e{}, about{};               // unit; zero where nothing ever moves
+  Vec<S> e{}, about{};               // unit; zero when nothing moves
   S kappa{1}, r{}, turn_per_push{};  // turn_per_push: m r / I
   bool round = false;
   std::vector<Leg<S>> legs;
   S s_least{}, s_most{};
-  S dropped_v{}, dropped_a{};  // speed and acceleration that are taken for none: off the line, of slip
+  S dropped_v{}, dropped_a{};  // speed and acceleration treated as zero: off the line, and slip
 
   Leg<S> at(S t) const {
     std::size_t k = 0;
@@ -42,7 +42,7 @@ template <class S> struct Line {
     return now;
   }
 
-  // One leg after the other: slip ends where u does.
+  // One phase of constant acceleration after another: slip ends at u = 0.
   void march(S g_s, S grip, S t_end) {
     Leg<S> next = legs.front();
     S u = next.v - r * next.w;
@@ -64,7 +64,7 @@ template <class S> struct Line {
       u = 0;
     }
   }
-  // The line's part that this leg covers until `stop`, its turning point included.
+  // The part of the line that this phase covers until `stop`, including a turning point.
   void reach(const Leg<S>& leg, S stop) {
     const S turns = leg.a != 0 ? leg.t - leg.v / leg.a : leg.t;
     for (const S t : {leg.t, stop, turns}) {
@@ -79,50 +79,51 @@ template <class S> struct Line {
 template <class S> bool across(const Vec<S>& a, const Vec<S>& e) { return norm(cross(a, e)) > S(0x1p-48) * norm(a); }
 
 template <class S>
-std::string tips(const Stance<S>& stance, const Line<S>& line, const Floor<S>& floor, S g_s, S grip) {
+std::string tips(const FloorContact<S>& contact, const Line<S>& line, const Floor<S>& floor, S g_s, S grip) {
   for (const Leg<S>& leg : line.legs) {
-    const S ahead = stance.height * (leg.holds ? magnitude(g_s) : grip) / floor.g_n;
+    const S ahead = contact.height * (leg.holds ? magnitude(g_s) : grip) / floor.g_n;
     for (int k = 0; k < 2; ++k)
-      if (ahead * magnitude(dot(stance.side[k], line.e)) > stance.half[k]) return "would tip";
+      if (ahead * magnitude(dot(contact.side[k], line.e)) > contact.half[k])
+        return "would tip over, which is not covered";
   }
   return "";
 }
 
 template <class S>
-std::string find_line(const Scene& scene, int at, const Floor<S>& floor, const Stance<S>& stance, S t_end,
+std::string find_line(const Scene& scene, int at, const Floor<S>& floor, const FloorContact<S>& contact, S t_end,
                       Line<S>& line) {
   const Body& body = scene.bodies[at];
   const std::string name = "`" + body.name + "`";
   const PairLaw& law = pair_law(scene, at, floor.body);
   if (law.rolling_friction_m != 0) return name + " has rolling friction";
   for (const Force& force : scene.forces)
-    if (acts_on(force, at)) return named(scene, force, at) + " is not covered";
+    if (acts_on(force, at)) return force_on_body(scene, force, at) + " is not covered";
   const Pose<S> start = initial_pose<S>(body);
   const Vec<S> v = start.v_WB - dot(start.v_WB, floor.n) * floor.n, w = rotate(start.q_WB, start.w_WB_B);
   line.round = !std::holds_alternative<Box>(body.shape);
   if (!line.round && !is_zero(w)) return name + " is a box that spins";
-  if (line.round && !rotates(body)) return name + " has no inertia to roll with";
-  const Vec<S> spun = cross(w, floor.n);  // how the spin would roll it
+  if (line.round && !rotates(body)) return name + " is a point mass: expected an inertia for rolling";
+  const Vec<S> spun = cross(w, floor.n);  // velocity of the surface due to the spin
   const Vec<S> along = !is_zero(v) ? v : !is_zero(spun) ? spun : floor.g_t;
   line.legs.push_back({});
   if (is_zero(along) && is_zero(w)) {
     line.legs[0].holds = true;
     return "";
   }
-  if (is_zero(along)) return name + " spins about the floor's normal";
+  if (is_zero(along)) return name + " spins about the normal of the floor, which is not covered";
   line.e = (1 / norm(along)) * along;
   line.about = cross(floor.n, line.e);
-  line.dropped_v = norm(cross(v, line.e)) + S(stance.reach_m) * norm(cross(w, line.about));
+  line.dropped_v = norm(cross(v, line.e)) + S(contact.extent_m) * norm(cross(w, line.about));
   line.dropped_a = norm(cross(floor.g_t, line.e));
   if (across(v, line.e) || across(floor.g_t, line.e) || across(w, line.about))
-    return name + " does not keep to one line: its velocity, its spin and the slope differ in direction";
+    return name + " does not move along one line: its velocity, its spin and the slope have different directions";
   if (line.round) {
     const Real33& I = body.inertia_kg_m2;
     const bool cylinder = std::holds_alternative<Cylinder>(body.shape);
-    if (cylinder && (across(stance.axis, line.about) || I[2] != 0 || I[5] != 0))
-      return name + " does not roll about its axis";
-    if (!cylinder && !turns_like_a_ball(body)) return name + " has moments of inertia that are not all alike";
-    line.r = stance.height;
+    if (cylinder && (across(contact.axis, line.about) || I[2] != 0 || I[5] != 0))
+      return name + " does not rotate about its axis";
+    if (!cylinder && !has_spherical_inertia(body)) return name + " has different principal moments of inertia";
+    line.r = contact.height;
     line.turn_per_push = S(body.mass_kg) * line.r / S(I[8]);
     line.kappa = 1 + line.r * line.turn_per_push;
   }
@@ -130,19 +131,19 @@ std::string find_line(const Scene& scene, int at, const Floor<S>& floor, const S
   Leg<S>& first = line.legs.front();
   first.v = dot(v, line.e);
   first.w = dot(w, line.about);
-  // Decimals that mean rolling leave round-off to slip with; the bars hold both.
+  // Values that mean rolling differ from it by round-off, which is treated as zero slip and included in the bars.
   if (line.round && magnitude(first.v - line.r * first.w) <= S(0x1p-48) * magnitude(first.v)) {
     line.dropped_v = line.dropped_v + magnitude(first.v - line.r * first.w);
     first.w = first.v / line.r;
   }
   line.march(g_s, grip, t_end);
-  const std::string falls = line.round ? "" : tips(stance, line, floor, g_s, grip);
+  const std::string falls = line.round ? "" : tips(contact, line, floor, g_s, grip);
   return falls.empty() ? "" : name + " " + falls;
 }
 
 template <class S>
-Happening<S> holding(const Floor<S>& floor, int at, const Line<S>& line, const Vec<S>& foot, const Leg<S>& leg) {
-  Happening<S> made;
+ContactEvent<S> holding(const Floor<S>& floor, int at, const Line<S>& line, const Vec<S>& foot, const Leg<S>& leg) {
+  ContactEvent<S> made;
   made.t_s = leg.t;
   made.kind = line.round ? EventKind::roll : EventKind::stick;
   made.body_a = at < floor.body ? at : floor.body;
@@ -152,35 +153,37 @@ Happening<S> holding(const Floor<S>& floor, int at, const Line<S>& line, const V
   return made;
 }
 
-// Friction never drives two motions of a body apart in the norm of kinetic energy, so what is dropped acts on the
-// velocity by itself and its time integral, and on r w by sqrt(m r^2 / I) times that. All pieces of a second order in
-// the dropped parts are covered by a factor of 4.
+// With friction the difference of two motions of a body does not grow in the norm of kinetic energy. The neglected parts
+// therefore act on the velocity by themselves and their time integral, and on r w by sqrt(m r^2 / I) times that. A factor
+// of 4 covers all terms of second order in the neglected parts.
 template <class S>
-void add_slack(Slack<S>& slack, const Body& body, const Stance<S>& stance, const Line<S>& line, S slope, S t_end) {
-  const S v = 4 * (stance.rise + line.dropped_v + t_end * (line.dropped_a + slope));
-  slack.v_m_per_s = larger(slack.v_m_per_s, v);
-  slack.p_m = larger(slack.p_m, stance.slack_m + v * t_end);
-  S turned = 4 * stance.tilt;
+void add_slack(InputRoundOff<S>& input_round_off, const Body& body, const FloorContact<S>& contact, const Line<S>& line,
+               S slope, S t_end) {
+  const S v = 4 * (contact.normal_speed + line.dropped_v + t_end * (line.dropped_a + slope));
+  input_round_off.v_m_per_s = larger(input_round_off.v_m_per_s, v);
+  input_round_off.p_m = larger(input_round_off.p_m, contact.gap_error_m + v * t_end);
+  S turned = 4 * contact.tilt;
   if (line.round || line.kappa != 1) {
-    const S inertia = body.inertia_kg_m2[8], r = stance.height;
+    const S inertia = body.inertia_kg_m2[8], r = contact.height;
     const S w = inertia > 0 ? v / r * larger(S(1), sqrt(S(body.mass_kg) * r * r / inertia)) : S(0);
-    slack.w_rad_per_s = larger(slack.w_rad_per_s, w);
+    input_round_off.w_rad_per_s = larger(input_round_off.w_rad_per_s, w);
     turned = turned + w * t_end;
   }
-  slack.q = larger(slack.q, turned);
+  input_round_off.q = larger(input_round_off.q, turned);
 }
 
 struct Way {
   int body;
   Vec<double> from, to;
-  double reach_m;
+  double extent_m;
 };
 
 std::string ways_meet(const Scene& scene, const std::vector<Way>& ways) {
   for (std::size_t i = 0; i < ways.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
-      if (segment_distance(ways[i].from, ways[i].to, ways[j].from, ways[j].to) <= ways[i].reach_m + ways[j].reach_m)
-        return "`" + scene.bodies[ways[j].body].name + "` and `" + scene.bodies[ways[i].body].name + "` could meet";
+      if (segment_distance(ways[i].from, ways[i].to, ways[j].from, ways[j].to) <= ways[i].extent_m + ways[j].extent_m)
+        return "`" + scene.bodies[ways[j].body].name + "` and `" + scene.bodies[ways[i].body].name +
+               "` could touch each other, which is not covered";
   return "";
 }
 
@@ -188,20 +191,20 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
   const Scene& scene = scenario.scene;
   Motion<S> motion;
   const Floor<S> floor = find_floor<S>(scene);
-  motion.misfit = floor.misfit;
+  motion.refusal = floor.refusal;
   motion.poses.assign(t_s.size(), std::vector<Pose<S>>(scene.bodies.size()));
   std::vector<Way> ways;
-  for (std::size_t i = 0; i < scene.bodies.size() && motion.misfit.empty(); ++i) {
+  for (std::size_t i = 0; i < scene.bodies.size() && motion.refusal.empty(); ++i) {
     const Body& body = scene.bodies[i];
     const Pose<S> start = initial_pose<S>(body);
     for (auto& poses : motion.poses) poses[i] = start;
     if (body.fixed) continue;
     const int at = static_cast<int>(i);
-    const Stance<S> stance = stand_on(floor, scene, at);
+    const FloorContact<S> contact = floor_contact(floor, scene, at);
     Line<S> line;
-    motion.misfit = stance.misfit;
-    if (motion.misfit.empty()) motion.misfit = find_line(scene, at, floor, stance, S(scenario.t_end_s), line);
-    if (!motion.misfit.empty()) return motion;
+    motion.refusal = contact.refusal;
+    if (motion.refusal.empty()) motion.refusal = find_line(scene, at, floor, contact, S(scenario.t_end_s), line);
+    if (!motion.refusal.empty()) return motion;
     const Vec<S> axis_B = rotate(conjugate(start.q_WB), line.about);
     for (std::size_t k = 1; k < t_s.size(); ++k) {
       const Leg<S> now = line.at(t_s[k]);
@@ -210,15 +213,15 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
     }
     for (std::size_t k = 1; k < line.legs.size(); ++k)
       if (line.legs[k].holds)
-        motion.happenings.push_back(holding(floor, at, line, start.p_WB - stance.height * floor.n, line.legs[k]));
+        motion.events.push_back(holding(floor, at, line, start.p_WB - contact.height * floor.n, line.legs[k]));
     const Vec<S> least = start.p_WB + line.s_least * line.e, most = start.p_WB + line.s_most * line.e;
-    ways.push_back({at, rounded(least), rounded(most), stance.reach_m});
-    motion.misfit = leaves(floor, scene, ways.back().from, ways.back().to, stance.reach_m);
-    add_slack(motion.slack, body, stance, line, floor.dropped, S(scenario.t_end_s));
+    ways.push_back({at, rounded(least), rounded(most), contact.extent_m});
+    motion.refusal = leaves_floor(floor, scene, ways.back().from, ways.back().to, contact.extent_m);
+    add_slack(motion.input_round_off, body, contact, line, floor.neglected, S(scenario.t_end_s));
   }
-  if (motion.misfit.empty()) motion.misfit = ways_meet(scene, ways);
-  std::sort(motion.happenings.begin(), motion.happenings.end(),
-            [](const Happening<S>& a, const Happening<S>& b) { return a.t_s < b.t_s; });
+  if (motion.refusal.empty()) motion.refusal = ways_meet(scene, ways);
+  std::sort(motion.events.begin(), motion.events.end(),
+            [](const ContactEvent<S>& a, const ContactEvent<S>& b) { return a.t_s < b.t_s; });
   return motion;
 }
 
@@ -226,7 +229,7 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
 
 Solution slide_or_roll() {
   return {"slide-or-roll", "sliding blocks and rolling bodies on a floor: Coulomb (1785), Routh, art. 144",
-          feature::uniform_gravity | feature::spin | feature::kTouching, solve<Narrow>, solve<Wide>};
+          feature::uniform_gravity | feature::spin | feature::kSimpleContact, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -22,11 +22,11 @@ bool acts_on(const Force& force, int body) {
       force);
 }
 
-std::string named(const Scene& scene, const Force& force, int body) {
+std::string force_on_body(const Scene& scene, const Force& force, int body) {
   return "the force `" + force_name(force) + "` on `" + scene.bodies[body].name + "`";
 }
 
-std::string could_touch(const Scene& scene) {
+std::string possible_contact(const Scene& scene) {
   const Body* first = nullptr;
   for (const Body& body : scene.bodies) {
     if (body.shape.index() == 0) continue;
@@ -37,7 +37,7 @@ std::string could_touch(const Scene& scene) {
   return "";
 }
 
-bool turns_like_a_ball(const Body& body) {
+bool has_spherical_inertia(const Body& body) {
   const Real33& I = body.inertia_kg_m2;
   return body.fixed || (I[0] == I[4] && I[4] == I[8] && I[1] == 0 && I[2] == 0 && I[5] == 0);
 }
@@ -74,12 +74,12 @@ template <class S> Pose<S> initial_pose(const Body& body) {
 }
 
 template <class S>
-Motion<S> move_each(const Scenario& scenario, const std::vector<S>& t_s,
-                    const std::function<Translation<S>(const Scene&, int body)>& translation) {
+Motion<S> solve_each_body(const Scenario& scenario, const std::vector<S>& t_s,
+                          const std::function<Translation<S>(const Scene&, int body)>& translation) {
   Motion<S> motion;
   const Scene& scene = scenario.scene;
-  motion.misfit = could_touch(scene);
-  if (!motion.misfit.empty()) return motion;
+  motion.refusal = possible_contact(scene);
+  if (!motion.refusal.empty()) return motion;
   motion.poses.assign(t_s.size(), std::vector<Pose<S>>(scene.bodies.size()));
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const Body& body = scene.bodies[i];
@@ -93,18 +93,18 @@ Motion<S> move_each(const Scenario& scenario, const std::vector<S>& t_s,
       if (const auto* drag = std::get_if<LinearDrag>(&force)) angular_drag += S(drag->angular_coefficient_N_m_s);
       if (const auto* drag = std::get_if<QuadraticDrag>(&force)) angular_drag += S(drag->angular_coefficient_N_m_s);
     }
-    const Turning<S> turns = turning<S>(body, angular_drag);
-    motion.misfit = !flies.misfit.empty() ? flies.misfit : turns.misfit;
-    if (!motion.misfit.empty()) return motion;
+    const RotationSolution<S> turns = free_rotation<S>(body, angular_drag);
+    motion.refusal = !flies.refusal.empty() ? flies.refusal : turns.refusal;
+    if (!motion.refusal.empty()) return motion;
     for (std::size_t k = 0; k < t_s.size(); ++k) {
       const S since = t_s[k] - S(body.release_s);
       if (!(since > 0)) continue;
-      const Flight<S> flight = flies.at(since);
+      const CenterMotion<S> flight = flies.at(since);
       if (flight.failure != nullptr) {
-        motion.misfit = std::string(flight.failure) + " for `" + body.name + "`";
+        motion.refusal = std::string(flight.failure) + " for `" + body.name + "`";
         return motion;
       }
-      const Spin<S> spin = turns.at(since);
+      const Rotation<S> spin = turns.at(since);
       motion.poses[k][i] = {flight.p, flight.v, spin.w, spin.q};
     }
   }
@@ -113,9 +113,9 @@ Motion<S> move_each(const Scenario& scenario, const std::vector<S>& t_s,
 
 template Pose<Narrow> initial_pose(const Body&);
 template Pose<Wide> initial_pose(const Body&);
-template Motion<Narrow> move_each(const Scenario&, const std::vector<Narrow>&,
-                                  const std::function<Translation<Narrow>(const Scene&, int)>&);
-template Motion<Wide> move_each(const Scenario&, const std::vector<Wide>&,
-                                const std::function<Translation<Wide>(const Scene&, int)>&);
+template Motion<Narrow> solve_each_body(const Scenario&, const std::vector<Narrow>&,
+                                        const std::function<Translation<Narrow>(const Scene&, int)>&);
+template Motion<Wide> solve_each_body(const Scenario&, const std::vector<Wide>&,
+                                      const std::function<Translation<Wide>(const Scene&, int)>&);
 
 }  // namespace atwood::closed_form

@@ -1,4 +1,4 @@
-// What a closed form answers, and the walk over bodies that move independently of each other.
+// The interface of the closed forms, and the evaluation of bodies that move independently of each other.
 #pragma once
 
 #include <algorithm>
@@ -17,92 +17,92 @@ template <class S> struct Pose {
   Quat<S> q_WB{1, 0, 0, 0};
 };
 
-template <class S> struct Happening {  // an Event over S
+template <class S> struct ContactEvent {  // an Event over S
   S t_s{};
   EventKind kind = EventKind::impact;
   int body_a = 0, body_b = 0;
   Vec<S> x_W{}, normal_W{};
   S impulse_n_N_s{}, impulse_t_N_s{}, vn_before_m_per_s{}, vn_after_m_per_s{};
-  S rival_s = -1;  // how much later another contact that acts on this one would have been struck; negative: none
+  S coupled_delay_s = -1;  // [s] until the next impact that is coupled with this one; negative: none
 };
 
-// What the doubles of a scene leave open, where a law takes for closed or flat what they close or flatten to round-off
-// only: it goes into every bar after t = 0.
-template <class S> struct Slack { S p_m{}, q{}, v_m_per_s{}, w_rad_per_s{}; };
+// Errors from conditions that the scene's doubles satisfy to round-off only (a closed gap, a flat floor) and that a
+// solution assumes to be exact. They are added to every bar after t = 0.
+template <class S> struct InputRoundOff { S p_m{}, q{}, v_m_per_s{}, w_rad_per_s{}; };
 
 template <class S> struct Motion {
-  std::string misfit;  // why the scene is not one that the solution solves; empty: it is
-  std::string branch;  // why it ends at end_s: what follows hangs on a convention
+  std::string refusal;    // why the solution does not cover the scene; empty: it does
+  std::string undecided;  // why the motion after end_s is not decided; empty: it is
   S end_s{};
-  std::vector<std::vector<Pose<S>>> poses;  // [instant][body]; of instants before a branch
-  std::vector<Happening<S>> happenings;
-  Slack<S> slack;
+  std::vector<std::vector<Pose<S>>> poses;  // [time][body]; of times before end_s when `undecided`
+  std::vector<ContactEvent<S>> events;
+  InputRoundOff<S> input_round_off;
 };
 
-// One solution: its id, its citation, and the same formulas over both scalars. `t_s` are the instants.
+// One solution: its id, its citation, and the same formulas over both scalars at the times t_s.
 struct Solution {
   const char* id;
   const char* citation;
-  Features takes;  // all that a scene may hold: anything else is refused before the formulas see it
+  Features covers;  // a scene with any other feature is refused before the evaluation
   Motion<Narrow> (*narrow)(const Scenario&, const std::vector<Narrow>& t_s);
   Motion<Wide> (*wide)(const Scenario&, const std::vector<Wide>& t_s);
 };
 
-// failure: why there is none at this instant
-template <class S> struct Flight {
+// failure: not null when there is no value at this time, and why
+template <class S> struct CenterMotion {
   Vec<S> p{}, v{};
   const char* failure = nullptr;
 };
-template <class S> struct Spin {
+template <class S> struct Rotation {
   Quat<S> q{1, 0, 0, 0};
   Vec<S> w{};
 };
-template <class S> using FlightAt = std::function<Flight<S>(S)>;  // of the time since release
-template <class S> using SpinAt = std::function<Spin<S>(S)>;
+template <class S> using CenterMotionAt = std::function<CenterMotion<S>(S)>;  // of the time since release
+template <class S> using RotationAt = std::function<Rotation<S>(S)>;
 
-// Motion of one body's centre, from its forces; a misfit's words when they are not covered.
+// Motion of one body's centre from its forces; `refusal` when they are not covered.
 template <class S> struct Translation {
-  std::string misfit;
-  FlightAt<S> at;
+  std::string refusal;
+  CenterMotionAt<S> at;
 };
 
-// Bodies that don't touch, attract or hold each other: each flies by `translation` of it, and turns by its spin.
+// Evaluates bodies that do not interact: each one's centre by `translation`, its attitude by free_rotation.
 template <class S>
-Motion<S> move_each(const Scenario& scenario, const std::vector<S>& t_s,
-                    const std::function<Translation<S>(const Scene&, int body)>& translation);
+Motion<S> solve_each_body(const Scenario& scenario, const std::vector<S>& t_s,
+                          const std::function<Translation<S>(const Scene&, int body)>& translation);
 
-// How a body without torque turns (or with torque -c w about a principal axis). Principal moments are found first.
-template <class S> struct Turning {
-  std::string misfit;
-  SpinAt<S> at;
+// Rotation of a body without torque, or with the torque -c w about a principal axis.
+template <class S> struct RotationSolution {
+  std::string refusal;
+  RotationAt<S> at;
 };
-template <class S> Turning<S> turning(const Body& body, S angular_drag_N_m_s);
+template <class S> RotationSolution<S> free_rotation(const Body& body, S angular_drag_N_m_s);
 
 // The pose at t = 0.
 template <class S> Pose<S> initial_pose(const Body& body);
 
 std::string force_name(const Force& force);
 bool acts_on(const Force& force, int body);
-// "the force `spring` on `ball`": a misfit's words.
-std::string named(const Scene& scene, const Force& force, int body);
-// Empty, or which two bodies have shapes that could touch.
-std::string could_touch(const Scene& scene);
+// "the force `spring` on `ball`", for refusals.
+std::string force_on_body(const Scene& scene, const Force& force, int body);
+// A sentence with two bodies whose shapes could touch; empty: there are none.
+std::string possible_contact(const Scene& scene);
 
-// A spin w about a principal axis taken for steady although a rate of `dropped` across it was left out: how large that
-// rate may have become at t. It grows as exp(|w| sqrt((I2 - I1)(I3 - I2) / (I1 I3)) t) about the middle axis, and about
-// the others stays within a factor of the moments' ratio.
-template <class S> S grown(const std::array<S, 3>& moment, S w, S dropped, S t) {
+// For a spin w about a principal axis that is treated as steady with an angular velocity `neglected` orthogonal to it:
+// bound of this component at t. About the middle axis it grows as exp(|w| sqrt((I2 - I1)(I3 - I2) / (I1 I3)) t); about
+// the others it stays within a factor of the moments' ratio.
+template <class S> S grown_rate(const std::array<S, 3>& moment, S w, S neglected, S t) {
   const S least = std::min(moment[0], std::min(moment[1], moment[2])),
           most = std::max(moment[0], std::max(moment[1], moment[2])),
           middle = moment[0] + moment[1] + moment[2] - least - most;
-  if (dropped == 0) return 0;
-  return dropped * (most / least) *
+  if (neglected == 0) return 0;
+  return neglected * (most / least) *
          exp(w * t * sqrt(larger(S(0), (middle - least) * (most - middle)) / (least * most)));
 }
 
-// The moments are all alike: a body that turns like a ball about every axis.
-bool turns_like_a_ball(const Body& body);
-// The least distance of the segments from a to b and from c to d.
+// All principal moments are equal, so that every axis is a principal axis; true for fixed bodies.
+bool has_spherical_inertia(const Body& body);
+// Distance between the segments from a to b and from c to d.
 double segment_distance(const Vec<double>& a, const Vec<double>& b, const Vec<double>& c, const Vec<double>& d);
 template <class S> Vec<double> rounded(const Vec<S>& v) { return {double(v[0]), double(v[1]), double(v[2])}; }
 

@@ -57,7 +57,7 @@ template <class S> std::string find_nodding(Roll<S>& roll, const Vec<S>& w) {
   const S B_d = (at(0, step, 0, 0)[1] - at(0, -step, 0, 0)[1]) / (2 * step);
   const S B_a = (at(0, 0, 0, step)[1] - at(0, 0, 0, -step)[1]) / (2 * step);
   const S square = -(A + B_d * C_d + B_a * C_a);
-  if (!(square > S(1e-6) * (rate * rate + roll.g / roll.R))) return "it would fall over: the steady roll is not stable";
+  if (!(square > S(1e-6) * (rate * rate + roll.g / roll.R))) return "the steady roll is not stable";
   roll.nod_rad_per_s = sqrt(square);
   // A lean off by e shifts W and s by their share of C e, and W = -w_d / sin itself.
   const S sine_ = sin(roll.lean);
@@ -73,7 +73,7 @@ template <class S> std::string find_roll(const Scene& scene, int at, const Floor
   if (cylinder == nullptr) return name + " is no cylinder";
   if (!(I[0] > 0) || I[0] != I[4] || I[1] != 0 || I[2] != 0 || I[5] != 0)
     return name + " is not balanced about its axis";
-  if (!is_zero(floor.g_t)) return "the floor is not level";
+  if (!is_zero(floor.g_t)) return "the floor is not orthogonal to gravity";
   roll.m = body.mass_kg;
   roll.g = floor.g_n;
   roll.R = cylinder->radius_m;
@@ -117,18 +117,19 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
   const Scene& scene = scenario.scene;
   Motion<S> motion;
   const Floor<S> floor = find_floor<S>(scene);
-  motion.misfit = floor.misfit;
+  motion.refusal = floor.refusal;
   int coin = -1;
-  for (std::size_t i = 0; i < scene.bodies.size() && motion.misfit.empty(); ++i) {
+  for (std::size_t i = 0; i < scene.bodies.size() && motion.refusal.empty(); ++i) {
     if (scene.bodies[i].fixed) continue;
-    if (coin >= 0) motion.misfit = "two bodies move";
+    if (coin >= 0) motion.refusal = "two bodies move";
     coin = static_cast<int>(i);
   }
-  if (motion.misfit.empty() && coin < 0) motion.misfit = "nothing moves";
-  if (motion.misfit.empty() && !(floor.rim.empty() && floor.flat == 0)) motion.misfit = "the floor is no plane";
+  if (motion.refusal.empty() && coin < 0) motion.refusal = "nothing moves";
+  if (motion.refusal.empty() && !(floor.boundary.empty() && floor.unevenness == 0))
+    motion.refusal = "the floor is no plane";
   Roll<S> roll;
-  if (motion.misfit.empty()) motion.misfit = find_roll(scene, coin, floor, roll);
-  if (!motion.misfit.empty()) return motion;
+  if (motion.refusal.empty()) motion.refusal = find_roll(scene, coin, floor, roll);
+  if (!motion.refusal.empty()) return motion;
   const Pose<S> start = initial_pose<S>(scene.bodies[coin]);
   const Vec<S> middle = start.p_WB - roll.from_middle;
   for (const S& t : t_s) {
@@ -142,11 +143,11 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
     now.w_WB_B = rotate(conjugate(about), start.w_WB_B);
   }
   // Twice nodding's amplitude, and the rates that go with it, over the run.
-  const S lean = 4 * (roll.open_rad_per_s / roll.nod_rad_per_s + S(floor.dropped) / roll.g);
+  const S lean = 4 * (roll.open_rad_per_s / roll.nod_rad_per_s + S(floor.neglected) / roll.g);
   const S rate = 4 * roll.gain * lean + roll.open_rad_per_s;
   const S turned = lean + rate * S(scenario.t_end_s), reach = roll.R + roll.l + norm(roll.from_middle);
-  motion.slack = {reach * turned, turned, reach * (rate + magnitude(roll.precession) * turned),
-                  rate + norm(start.w_WB_B) * turned};
+  motion.input_round_off = {reach * turned, turned, reach * (rate + magnitude(roll.precession) * turned),
+                            rate + norm(start.w_WB_B) * turned};
   return motion;
 }
 
@@ -156,7 +157,7 @@ Solution steady_roll() {
   return {"steady-roll",
           "a coin that rolls in a circle on its rim, its lean and its rates steady; Euler's disc: "
           "Routh, Advanced Rigid Dynamics (1905), art. 241 ff.",
-          feature::uniform_gravity | feature::spin | feature::kTouching, solve<Narrow>, solve<Wide>};
+          feature::uniform_gravity | feature::spin | feature::kSimpleContact, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -1,13 +1,13 @@
-// A ball strikes a capsule or a box in empty space (E. J. Routh, Dynamics of a System of Rigid Bodies, art. 168-169,
-// 180-195; Delannoy 2005, eq. 5-8). Until then both fly straight and the rod does not turn, so the ball meets its side,
-// a round end or a face at the root of a quadratic at most. n points from the rod to the ball, r from the rod's centre
-// to the touch:
+// Impact of a ball on a capsule or a box without gravity (E. J. Routh, Dynamics of a System of Rigid Bodies, art.
+// 168-169, 180-195; Delannoy 2005, eq. 5-8). Before the impact both move uniformly and the rod does not rotate, so that
+// the time of contact is a root of a polynomial of degree 2 at most. n points from the rod to the ball, r from the rod's
+// centre to the contact:
 //   J = -(1 + e) u_n / (1/m_rod + 1/m_ball + (r x n) I^-1 (r x n)),   w' = I^-1 (r x J)
 //
-// With friction only where the impact is planar: velocities, r and the rod's new spin keep to a plane of symmetry.
-// There the feet's velocity u = (u_t, u_n) changes by K (T, J), K symmetric, and Routh's process follows the normal
-// impulse J as it grows: T' = -mu sign u_t while they slide; once u_t = 0 they stick, T' = -K_tn / K_tt, if mu >= |K_tn
-// / K_tt|, else they slide on the way that K_tn drives them. It ends, after Newton, where u_n = -e u_n(0).
+// With friction the impact must be planar: velocities, r and the rod's new spin stay in a plane of symmetry. There the
+// relative velocity of the surfaces u = (u_t, u_n) changes by K (T, J), K symmetric, and Routh's method integrates over
+// the normal impulse J: T' = -mu sign u_t during slip; from u_t = 0 on stick, T' = -K_tn / K_tt, if mu >= |K_tn / K_tt|,
+// otherwise slip in the direction that K_tn gives. It ends, by Newton's law, at u_n = -e u_n(0).
 #include "closed_form/obstacles.hpp"
 
 namespace atwood::closed_form {
@@ -17,8 +17,8 @@ namespace {
 template <class S> struct Pair {
   int rod = -1, ball = -1;
   Pose<S> rod0, ball0;
-  S inverse_rod{}, inverse_ball{}, radius{}, ball_yield{};  // ball_yield: r^2 / I
-  S moment[3]{};                                            // of the rod, body axes
+  S inverse_rod{}, inverse_ball{}, radius{}, ball_inverse_mass_spin{};  // ball_yield: r^2 / I
+  S moment[3]{};                                                        // of the rod, body axes
 };
 
 template <class S> std::string find_pair(const Scene& scene, Pair<S>& pair) {
@@ -29,52 +29,53 @@ template <class S> std::string find_pair(const Scene& scene, Pair<S>& pair) {
     if (body.fixed && body.shape.index() == 0) continue;
     const bool rod = std::holds_alternative<Capsule>(body.shape) || std::holds_alternative<Box>(body.shape);
     if (body.fixed || (rod ? pair.rod : pair.ball) >= 0 || !(rod || std::holds_alternative<Sphere>(body.shape)))
-      return name + " is there beside a free ball and a free capsule or box";
+      return name + " is one body too many or of another shape: expected a free sphere and a free capsule or box";
     (rod ? pair.rod : pair.ball) = at;
-    if (body.release_s > 0) return name + " is released late";
-    if (body.angular_velocity_body_rad_per_s != Real3{}) return name + " spins before it is struck";
+    if (body.release_s > 0) return name + " has a later release, which is not covered";
+    if (body.angular_velocity_body_rad_per_s != Real3{}) return name + " has an initial spin, which is not covered";
     for (const Force& force : scene.forces)
-      if (acts_on(force, at)) return named(scene, force, at) + " is not covered";
+      if (acts_on(force, at)) return force_on_body(scene, force, at) + " is not covered";
   }
-  if (pair.rod < 0 || pair.ball < 0) return "a free ball and a free capsule or box are needed";
-  if (scene.gravity_m_per_s2 != Real3{}) return "there is gravity";
+  if (pair.rod < 0 || pair.ball < 0) return "expected a free sphere and a free capsule or box";
+  if (scene.gravity_m_per_s2 != Real3{}) return "uniform gravity is not covered";
   const Body &rod = scene.bodies[pair.rod], &ball = scene.bodies[pair.ball];
   const Real33& I = rod.inertia_kg_m2;
   if (!rotates(rod) || I[1] != 0 || I[2] != 0 || I[5] != 0) return "the inertia of `" + rod.name + "` is not diagonal";
-  if (!rotates(ball) || !turns_like_a_ball(ball))
-    return "`" + ball.name + "` has moments of inertia that are not all alike";
+  if (!rotates(ball) || !has_spherical_inertia(ball))
+    return "`" + ball.name + "` has different principal moments of inertia";
   pair.rod0 = initial_pose<S>(rod);
   pair.ball0 = initial_pose<S>(ball);
   pair.inverse_rod = 1 / S(rod.mass_kg);
   pair.inverse_ball = 1 / S(ball.mass_kg);
   pair.radius = std::get<Sphere>(ball.shape).radius_m;
-  pair.ball_yield = pair.radius * pair.radius / S(ball.inertia_kg_m2[0]);
+  pair.ball_inverse_mass_spin = pair.radius * pair.radius / S(ball.inertia_kg_m2[0]);
   for (int k = 0; k < 3; ++k) pair.moment[k] = I[4 * k];
   return "";
 }
 
-template <class S> struct Touch {
+template <class S> struct ContactPoint {
   bool happens = false;
   S t{};
-  Vec<S> n_B{}, r_B{};  // rod's axes: from rod to ball; from its centre to the touch
+  Vec<S> n_B{}, r_B{};  // in the rod's axes: from rod to ball; from the rod's centre to the contact
 };
 
-// |d + t u| = reach in the first `axes` coordinates from `foot` on; the smaller root.
-template <class S> bool meets(const Vec<S>& d, const Vec<S>& u, int axes, S reach, S& t) {
+// The smaller root of |d + t u| = reach, with the norm over the first `axes` coordinates. False: there is none.
+template <class S> bool first_root(const Vec<S>& d, const Vec<S>& u, int axes, S reach, S& t) {
   S a = 0, b = 0, c = -reach * reach;
   for (int k = 0; k < axes; ++k) {
     a = a + u[k] * u[k];
     b = b + d[k] * u[k];
     c = c + d[k] * d[k];
   }
-  const S inside = b * b - a * c;
-  if (!(b < 0) || !(inside > 0) || c < 0) return false;
-  t = c / (sqrt(inside) - b);
+  const S discriminant = b * b - a * c;
+  if (!(b < 0) || !(discriminant > 0) || c < 0) return false;
+  t = c / (sqrt(discriminant) - b);
   return true;
 }
 
-template <class S> Touch<S> touch_capsule(const Capsule& capsule, const Vec<S>& d, const Vec<S>& u, S radius) {
-  Touch<S> made;
+template <class S>
+ContactPoint<S> contact_with_capsule(const Capsule& capsule, const Vec<S>& d, const Vec<S>& u, S radius) {
+  ContactPoint<S> made;
   const S half = capsule.half_length_m, own = capsule.radius_m;
   const auto take = [&](S t, S along) {
     if (made.happens && made.t <= t) return;
@@ -87,16 +88,18 @@ template <class S> Touch<S> touch_capsule(const Capsule& capsule, const Vec<S>& 
     made.r_B[2] = made.r_B[2] + along;
   };
   S t{};
-  if (meets(d, u, 2, own + radius, t) && magnitude(d[2] + t * u[2]) <= half) take(t, d[2] + t * u[2]);
+  if (first_root(d, u, 2, own + radius, t) && magnitude(d[2] + t * u[2]) <= half) take(t, d[2] + t * u[2]);
   for (const S end : {half, -half}) {
     const Vec<S> from{d[0], d[1], d[2] - end};
-    if (meets(from, u, 3, own + radius, t) && (end > 0 ? d[2] + t * u[2] > end : d[2] + t * u[2] < end)) take(t, end);
+    if (first_root(from, u, 3, own + radius, t) && (end > 0 ? d[2] + t * u[2] > end : d[2] + t * u[2] < end))
+      take(t, end);
   }
   return made;
 }
 
-template <class S> Touch<S> touch_box(const Box& box, const Vec<S>& d, const Vec<S>& u, S radius, std::string& misfit) {
-  Touch<S> made;
+template <class S>
+ContactPoint<S> contact_with_box(const Box& box, const Vec<S>& d, const Vec<S>& u, S radius, std::string& refusal) {
+  ContactPoint<S> made;
   bool near_edge = false;
   S t_edge{};
   for (int k = 0; k < 3; ++k) {
@@ -117,18 +120,19 @@ template <class S> Touch<S> touch_box(const Box& box, const Vec<S>& d, const Vec
     made.n_B[k] = side;
     made.r_B = p - (radius * side) * Vec<S>{S(k == 0), S(k == 1), S(k == 2)};
   }
-  if (near_edge && (!made.happens || t_edge <= made.t)) misfit = "the ball may meet an edge";
+  if (near_edge && (!made.happens || t_edge <= made.t))
+    refusal = "the ball may hit an edge of the box, which is not covered";
   return made;
 }
 
-template <class S> struct Blow { S normal{}, tangential{}, before{}, after{}; };
+template <class S> struct ContactImpulse { S normal{}, tangential{}, before{}, after{}; };
 
-// Routh's process in the plane of t and n. K = (K_tt, K_tn, K_nn); u_n < 0.
-template <class S> Blow<S> routh(S K_tt, S K_tn, S K_nn, S u_t, S u_n, S e, S mu) {
-  Blow<S> made;
+// Routh's method in the plane of t and n. K = (K_tt, K_tn, K_nn); u_n < 0.
+template <class S> ContactImpulse<S> routh(S K_tt, S K_tn, S K_nn, S u_t, S u_n, S e, S mu) {
+  ContactImpulse<S> made;
   made.before = u_n;
   made.after = -e * u_n;
-  S left = made.after - u_n;  // of the normal velocity's change
+  S left = made.after - u_n;  // remaining change of the normal velocity
   for (int phase = 0; phase < 2; ++phase) {
     const bool slides = u_t != 0;
     S ratio = -K_tn / K_tt;  // T' that keeps u_t
@@ -149,7 +153,7 @@ template <class S> Blow<S> routh(S K_tt, S K_tn, S K_nn, S u_t, S u_n, S e, S mu
   return made;
 }
 
-template <class S> S off_rod(const Shape& rod, const Vec<S>& p) {
+template <class S> S distance_to_rod(const Shape& rod, const Vec<S>& p) {
   Vec<S> beyond = p;
   if (const auto* box = std::get_if<Box>(&rod)) {
     for (int k = 0; k < 3; ++k) beyond[k] = larger(S(0), magnitude(p[k]) - S(box->half_extents_m[k]));
@@ -160,97 +164,101 @@ template <class S> S off_rod(const Shape& rod, const Vec<S>& p) {
   return norm(beyond) - S(capsule.radius_m);
 }
 
-// Does the turning rod strike the ball again? Seen from the rod (d, u: the ball's place and velocity at the blow,
-// turning with w) the gap along the touch's normal is parted * t at least, less half the greatest acceleration A = w^2
-// d + 2 w u times t^2: it is open until 2 parted / A. From half of that on, halving decides; beyond the rod's reach
-// nothing can.
+// Can the rotating rod hit the ball again? In the rod's frame (d, u: position and velocity of the ball at the impact, w:
+// the rod's angular velocity) the gap is at least separation_speed t - A t^2 / 2 with the largest relative acceleration
+// A = w^2 d + 2 w u; it is positive until 2 separation_speed / A. From half of that time on it is checked by bisection.
 template <class S>
-bool strikes_again(const Shape& rod, const Vec<S>& d, const Vec<S>& u, const Vec<S>& w_B, S radius, S parted, S rest) {
+bool may_collide_again(const Shape& rod, const Vec<S>& d, const Vec<S>& u, const Vec<S>& w_B, S radius,
+                       S separation_speed, S rest) {
   const S rate = norm(w_B), speed = norm(u), farthest = norm(d) + speed * rest;
   if (rate == 0) return false;
-  const S acceleration = rate * (rate * farthest + 2 * speed), from = parted / acceleration;
+  const S acceleration = rate * (rate * farthest + 2 * speed), from = separation_speed / acceleration;
   if (!(from < rest)) return false;
   const auto gap = [&](S t) {
     const Vec<S> p = rotate(conjugate(turn((1 / rate) * w_B, rate * t)), d + t * u);
-    return off_rod(rod, p) - radius;
+    return distance_to_rod(rod, p) - radius;
   };
   const auto way = [&](S since, S until) { return (speed + rate * farthest) * (until - since); };
-  return !stays_open<S>(from, rest, gap, way, S(1e-9) * radius);
+  return !stays_positive<S>(from, rest, gap, way, S(1e-9) * radius);
 }
 
-// What the blow gives: the impulse on the ball and both new spins, in the rod's axes.
-template <class S> struct Struck {
-  std::string misfit;
-  Blow<S> blow;
+// Outcome of the impact: the impulse on the ball and both new angular velocities, in the rod's axes.
+template <class S> struct ImpactResult {
+  std::string refusal;
+  ContactImpulse<S> impulse;
   Vec<S> J{}, rod_w{}, ball_w{};
-  Slack<S> slack;
+  InputRoundOff<S> input_round_off;
 };
 
-// Smaller parts of a sum are its own round-off: they are dropped, and the bars hold what they could do.
-template <class S> S noise() { return 256 * unit_round_off<S>(); }
+// Terms of a sum below this relative size are round-off: they are set to zero, and the bars include their effect.
+template <class S> S round_off_tolerance() { return 256 * unit_round_off<S>(); }
 
 template <class S>
-Struck<S> strike(const Pair<S>& pair, const Touch<S>& touch, const Vec<S>& u, const PairLaw& law, S rest) {
-  Struck<S> made;
-  const Vec<S>&n = touch.n_B, &r = touch.r_B;
+ImpactResult<S> strike(const Pair<S>& pair, const ContactPoint<S>& contact, const Vec<S>& u, const PairLaw& law,
+                       S rest) {
+  ImpactResult<S> made;
+  const Vec<S>&n = contact.n_B, &r = contact.r_B;
   const auto turned_by = [&](const Vec<S>& impulse) {
     const Vec<S> moment = cross(r, impulse);
     return Vec<S>{moment[0] / pair.moment[0], moment[1] / pair.moment[1], moment[2] / pair.moment[2]};
   };
-  // How the feet's velocity along `seen` (ball minus rod) changes by a unit impulse along `given` on the ball.
-  const auto yields = [&](const Vec<S>& seen, const Vec<S>& given) {
+  // Change of the surfaces' relative velocity (ball minus rod) along `seen` by a unit impulse on the ball along `given`.
+  const auto inverse_mass = [&](const Vec<S>& seen, const Vec<S>& given) {
     const S aside = dot(seen, given) - dot(seen, n) * dot(given, n);
-    return dot(seen, given) * (pair.inverse_rod + pair.inverse_ball) + pair.ball_yield * aside +
+    return dot(seen, given) * (pair.inverse_rod + pair.inverse_ball) + pair.ball_inverse_mass_spin * aside +
            dot(seen, cross(turned_by(given), r));
   };
   const Vec<S> sliding = u - dot(u, n) * n, lean = r - dot(r, n) * n;
-  const bool slides = norm(sliding) > noise<S>() * norm(u);
+  const bool slides = norm(sliding) > round_off_tolerance<S>() * norm(u);
   Vec<S> along{};
-  // Where nothing slides yet, the blow itself may start it, in the plane of r and n.
+  // Without initial slip the impact itself may start it, in the plane of r and n.
   if (slides) along = (1 / norm(sliding)) * sliding;
-  else if (norm(lean) > noise<S>() * norm(r)) along = (1 / norm(lean)) * lean;
+  else if (norm(lean) > round_off_tolerance<S>() * norm(r)) along = (1 / norm(lean)) * lean;
   const bool rough = law.friction != 0 && !is_zero(along);
   const Vec<S> across = cross(n, along);
-  if (rough && magnitude(yields(across, n)) + magnitude(yields(across, along)) > noise<S>() * yields(n, n))
-    made.misfit = "the impact has friction and is not planar";
-  made.blow = routh(rough ? yields(along, along) : S(1), rough ? yields(along, n) : S(0), yields(n, n),
-                    slides ? norm(sliding) : S(0), dot(u, n), S(law.restitution), rough ? S(law.friction) : S(0));
-  made.J = made.blow.normal * n + made.blow.tangential * along;
+  if (rough && magnitude(inverse_mass(across, n)) + magnitude(inverse_mass(across, along)) >
+                   round_off_tolerance<S>() * inverse_mass(n, n))
+    made.refusal = "the impact has friction and is not planar";
+  made.impulse =
+      routh(rough ? inverse_mass(along, along) : S(1), rough ? inverse_mass(along, n) : S(0), inverse_mass(n, n),
+            slides ? norm(sliding) : S(0), dot(u, n), S(law.restitution), rough ? S(law.friction) : S(0));
+  made.J = made.impulse.normal * n + made.impulse.tangential * along;
   made.rod_w = S(-1) * turned_by(made.J);
-  made.ball_w = (pair.ball_yield / pair.radius) * cross(S(-1) * n, made.J);
+  made.ball_w = (pair.ball_inverse_mass_spin / pair.radius) * cross(S(-1) * n, made.J);
   const Vec<S>& w = made.rod_w;
   const Vec<S> L{pair.moment[0] * w[0], pair.moment[1] * w[1], pair.moment[2] * w[2]};
   const S tumbles = norm(cross(w, L));
-  if (tumbles > noise<S>() * norm(w) * norm(L)) {
-    made.misfit = "the rod is not struck in one of its planes of symmetry: it tumbles";
+  if (tumbles > round_off_tolerance<S>() * norm(w) * norm(L)) {
+    made.refusal = "the impact is not in a plane of symmetry of the rod, so that it tumbles, which is not covered";
     return made;
   }
   const std::array<S, 3> moment{pair.moment[0], pair.moment[1], pair.moment[2]};
   const S least = std::min(moment[0], std::min(moment[1], moment[2]));
-  // |w x L| = w^2 times a difference of moments times the angle off the axis, so `tumbles` over |L| least bounds no
-  // angle where moments are alike; there the spin keeps to itself.
-  const S dropped = tumbles == 0 ? S(0) : noise<S>() * norm(w);
-  made.slack.w_rad_per_s = grown(moment, norm(w), dropped, rest) + tumbles * rest / least;
-  made.slack.q = made.slack.w_rad_per_s * rest;
-  if (law.friction != 0) {  // what slid, or leaned, by less than the noise
-    made.slack.v_m_per_s = noise<S>() * norm(u);
-    made.slack.p_m = made.slack.v_m_per_s * rest;
+  // |w x L| is w^2 times a difference of moments times the angle to the axis. It gives no bound of this angle when the
+  // moments are equal, but then the angular velocity is constant.
+  const S neglected = tumbles == 0 ? S(0) : round_off_tolerance<S>() * norm(w);
+  made.input_round_off.w_rad_per_s = grown_rate(moment, norm(w), neglected, rest) + tumbles * rest / least;
+  made.input_round_off.q = made.input_round_off.w_rad_per_s * rest;
+  if (law.friction != 0) {  // slip and offsets below the round-off tolerance
+    made.input_round_off.v_m_per_s = round_off_tolerance<S>() * norm(u);
+    made.input_round_off.p_m = made.input_round_off.v_m_per_s * rest;
   }
   return made;
 }
 
-template <class S> Happening<S> happening(const Pair<S>& pair, const Touch<S>& touch, const Blow<S>& blow) {
+template <class S>
+ContactEvent<S> contact_event(const Pair<S>& pair, const ContactPoint<S>& contact, const ContactImpulse<S>& impulse) {
   const bool in_order = pair.rod < pair.ball;
-  Happening<S> hit;
-  hit.t_s = touch.t;
+  ContactEvent<S> hit;
+  hit.t_s = contact.t;
   hit.body_a = in_order ? pair.rod : pair.ball;
   hit.body_b = in_order ? pair.ball : pair.rod;
-  hit.x_W = pair.rod0.p_WB + touch.t * pair.rod0.v_WB + rotate(pair.rod0.q_WB, touch.r_B);
-  hit.normal_W = S(in_order ? 1 : -1) * rotate(pair.rod0.q_WB, touch.n_B);
-  hit.impulse_n_N_s = blow.normal;
-  hit.impulse_t_N_s = magnitude(blow.tangential);
-  hit.vn_before_m_per_s = blow.before;
-  hit.vn_after_m_per_s = blow.after;
+  hit.x_W = pair.rod0.p_WB + contact.t * pair.rod0.v_WB + rotate(pair.rod0.q_WB, contact.r_B);
+  hit.normal_W = S(in_order ? 1 : -1) * rotate(pair.rod0.q_WB, contact.n_B);
+  hit.impulse_n_N_s = impulse.normal;
+  hit.impulse_t_N_s = magnitude(impulse.tangential);
+  hit.vn_before_m_per_s = impulse.before;
+  hit.vn_after_m_per_s = impulse.after;
   return hit;
 }
 
@@ -259,51 +267,51 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
   const S t_end = scenario.t_end_s;
   Motion<S> motion;
   Pair<S> pair;
-  motion.misfit = find_pair(scene, pair);
-  if (!motion.misfit.empty()) return motion;
+  motion.refusal = find_pair(scene, pair);
+  if (!motion.refusal.empty()) return motion;
   const Quat<S> to_rod = conjugate(pair.rod0.q_WB);
   const Vec<S> d = rotate(to_rod, pair.ball0.p_WB - pair.rod0.p_WB),
                u = rotate(to_rod, pair.ball0.v_WB - pair.rod0.v_WB);
   const Body& rod = scene.bodies[pair.rod];
   const auto* box = std::get_if<Box>(&rod.shape);
-  const S apart = off_rod(rod.shape, d) - pair.radius;
+  const S apart = distance_to_rod(rod.shape, d) - pair.radius;
   if (apart < 0) {
-    motion.misfit = "the bodies overlap at the start";
+    motion.refusal = "the rod and the ball overlap at the start";
     return motion;
   }
-  Touch<S> touch = box != nullptr ? touch_box(*box, d, u, pair.radius, motion.misfit)
-                                  : touch_capsule(std::get<Capsule>(rod.shape), d, u, pair.radius);
-  if (!motion.misfit.empty()) return motion;
-  touch.happens = touch.happens && touch.t <= t_end;
-  Struck<S> struck;
-  if (touch.happens) {
-    struck = strike(pair, touch, u, pair_law(scene, pair.rod, pair.ball), t_end - touch.t);
-    motion.misfit = struck.misfit;
-    motion.slack = struck.slack;
-    const Vec<S> parts = u + (pair.inverse_rod + pair.inverse_ball) * struck.J;
-    if (motion.misfit.empty() &&
-        strikes_again(rod.shape, d + touch.t * u, parts, struck.rod_w, pair.radius, struck.blow.after, t_end - touch.t))
-      motion.misfit = "the rod, turning, may strike the ball again";
-    if (!motion.misfit.empty()) return motion;
-    motion.happenings.push_back(happening(pair, touch, struck.blow));
+  ContactPoint<S> contact = box != nullptr ? contact_with_box(*box, d, u, pair.radius, motion.refusal)
+                                           : contact_with_capsule(std::get<Capsule>(rod.shape), d, u, pair.radius);
+  if (!motion.refusal.empty()) return motion;
+  contact.happens = contact.happens && contact.t <= t_end;
+  ImpactResult<S> result;
+  if (contact.happens) {
+    result = strike(pair, contact, u, pair_law(scene, pair.rod, pair.ball), t_end - contact.t);
+    motion.refusal = result.refusal;
+    motion.input_round_off = result.input_round_off;
+    const Vec<S> parts = u + (pair.inverse_rod + pair.inverse_ball) * result.J;
+    if (motion.refusal.empty() && may_collide_again(rod.shape, d + contact.t * u, parts, result.rod_w, pair.radius,
+                                                    result.impulse.after, t_end - contact.t))
+      motion.refusal = "the rotating rod may hit the ball again, which is not covered";
+    if (!motion.refusal.empty()) return motion;
+    motion.events.push_back(contact_event(pair, contact, result.impulse));
   }
-  const Vec<S> J_W = rotate(pair.rod0.q_WB, struck.J);
+  const Vec<S> J_W = rotate(pair.rod0.q_WB, result.J);
   const auto fly = [&](const Pose<S>& start, S t, S kick, const Vec<S>& spin_B) {
     Pose<S> now = start;
     now.p_WB = start.p_WB + t * start.v_WB;
-    if (!touch.happens || t < touch.t) return now;
-    const S since = t - touch.t, rate = norm(spin_B);
+    if (!contact.happens || t < contact.t) return now;
+    const S since = t - contact.t, rate = norm(spin_B);
     now.v_WB = start.v_WB + kick * J_W;
     now.p_WB = now.p_WB + (since * kick) * J_W;
     now.w_WB_B = spin_B;
     if (rate != 0) now.q_WB = start.q_WB * turn((1 / rate) * spin_B, rate * since);
     return now;
   };
-  const Vec<S> ball_spin = rotate(conjugate(pair.ball0.q_WB), rotate(pair.rod0.q_WB, struck.ball_w));
+  const Vec<S> ball_spin = rotate(conjugate(pair.ball0.q_WB), rotate(pair.rod0.q_WB, result.ball_w));
   for (const S& t : t_s) {
     auto& poses = motion.poses.emplace_back();
     for (const Body& body : scene.bodies) poses.push_back(initial_pose<S>(body));
-    poses[pair.rod] = fly(pair.rod0, t, -pair.inverse_rod, struck.rod_w);
+    poses[pair.rod] = fly(pair.rod0, t, -pair.inverse_rod, result.rod_w);
     poses[pair.ball] = fly(pair.ball0, t, pair.inverse_ball, ball_spin);
   }
   return motion;
@@ -313,9 +321,9 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
 
 Solution struck_rod() {
   return {"struck-rod",
-          "a rod struck by a ball in empty space, linear and angular impulse, Routh's process with friction: "
+          "impact of a ball on a rod without gravity: linear and angular impulse, Routh's method with friction: "
           "Routh, art. 168-195; Delannoy (2005), eq. 5-8",
-          feature::kTouching, solve<Narrow>, solve<Wide>};
+          feature::kSimpleContact, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -1,4 +1,4 @@
-// How a free body turns: body rates by Jacobi's elliptic functions (Jacobi 1849), attitude by an elliptic integral of
+// Rotation of a free body: body rates by Jacobi's elliptic functions (Jacobi 1849), attitude by an elliptic integral of
 // the third kind; the form of R. van Zon and J. Schofield, J. Comput. Phys. 225 (2007) 145, with Carlson's integrals in
 // place of theta functions. Principal axes are ordered so that axis 3, of largest or smallest moment, is the one that
 // the angular momentum circles in the body:
@@ -14,10 +14,10 @@ namespace atwood::closed_form {
 namespace {
 
 // Spin about an axis on which the torque-free rate stays: q = q0 exp(w t / 2).
-template <class S> SpinAt<S> steady(const Quat<S>& q0, const Vec<S>& w) {
+template <class S> RotationAt<S> steady(const Quat<S>& q0, const Vec<S>& w) {
   const S rate = norm(w);
-  if (rate == 0) return [=](S) { return Spin<S>{q0, w}; };
-  return [=](S t) { return Spin<S>{q0 * turn((1 / rate) * w, rate * t), w}; };
+  if (rate == 0) return [=](S) { return Rotation<S>{q0, w}; };
+  return [=](S t) { return Rotation<S>{q0 * turn((1 / rate) * w, rate * t), w}; };
 }
 
 template <class S> struct Top {
@@ -54,7 +54,7 @@ template <class S> struct Top {
   // psi' = L (I1 w1^2 + I2 w2^2) / (I1^2 w1^2 + I2^2 w2^2) = L / I3 + L (I3 - I1) / (I1 I3) / (1 - n sn^2); with
   // Pi = F + (n/3) sin^3 R_J and F = u the first kind drops out:
   //   psi = L t / I1 + L (I3 - I1)(I2 - I1) / (3 I1^2 (I2 - I3) lambda) [third_kind]
-  Spin<S> at(S t) const {
+  Rotation<S> at(S t) const {
     const Jacobi<S> now = lambda == 0 ? start : jacobi(lambda * t + u0, kc);
     const S side = now.halves != 2 * floor(now.halves / 2) ? -1 : 1;
     S psi = L * t / I[0];
@@ -115,7 +115,7 @@ template <class S> bool keeps_its_axis(const Body& body, const std::array<S, 3>&
   const Real33& m = body.inertia_kg_m2;
   const Real3& w = body.angular_velocity_body_rad_per_s;
   const bool diagonal = m[1] == 0 && m[2] == 0 && m[3] == 0 && m[5] == 0 && m[6] == 0 && m[7] == 0;
-  // What round-off leaves across the middle axis grows: that is the top's business, not a steady spin's.
+  // Round-off across the middle axis grows; such a motion is computed as a general top and not as a steady spin.
   const bool middle = magnitude(w_P[1]) > magnitude(w_P[0]) && magnitude(w_P[1]) > magnitude(w_P[2]);
   if (!diagonal && middle && moment[0] != moment[1] && moment[1] != moment[2]) return w_P[0] == 0 && w_P[2] == 0;
   const S least = 4 * unit_round_off<S>() * moment[2] * dot(w_P, w_P);
@@ -129,7 +129,7 @@ template <class S> bool keeps_its_axis(const Body& body, const std::array<S, 3>&
 
 }  // namespace
 
-template <class S> Turning<S> turning(const Body& body, S angular_drag_N_m_s) {
+template <class S> RotationSolution<S> free_rotation(const Body& body, S angular_drag_N_m_s) {
   const Pose<S> start = initial_pose<S>(body);
   if (!rotates(body) || is_zero(start.w_WB_B)) return {"", steady(start.q_WB, start.w_WB_B)};
   PrincipalAxes<S> axes = principal_axes<S>(body.inertia_kg_m2);
@@ -144,7 +144,7 @@ template <class S> Turning<S> turning(const Body& body, S angular_drag_N_m_s) {
     const Vec<S> w0 = start.w_WB_B;
     return {"", [=](S t) {
               const S angle = -rate * expm1(-decay * t) / decay;
-              return Spin<S>{start.q_WB * turn((1 / rate) * w0, angle), exp(-decay * t) * w0};
+              return Rotation<S>{start.q_WB * turn((1 / rate) * w0, angle), exp(-decay * t) * w0};
             }};
   }
   if (straight) return {"", steady(start.q_WB, start.w_WB_B)};
@@ -152,7 +152,7 @@ template <class S> Turning<S> turning(const Body& body, S angular_drag_N_m_s) {
   return {"", [=](S t) { return top.at(t); }};
 }
 
-template Turning<Narrow> turning(const Body&, Narrow);
-template Turning<Wide> turning(const Body&, Wide);
+template RotationSolution<Narrow> free_rotation(const Body&, Narrow);
+template RotationSolution<Wide> free_rotation(const Body&, Wide);
 
 }  // namespace atwood::closed_form

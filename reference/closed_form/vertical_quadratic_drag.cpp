@@ -35,10 +35,10 @@ template <class S> Translation<S> translation(const Scene& scene, int body) {
   for (const Force& force : scene.forces) {
     if (!acts_on(force, body)) continue;
     if (!std::holds_alternative<QuadraticDrag>(force) || drag != nullptr)
-      return {named(scene, force, body) + " is not covered (one quadratic drag is)", {}};
+      return {force_on_body(scene, force, body) + " is not covered: expected exactly one quadratic drag", {}};
     drag = &std::get<QuadraticDrag>(force);
   }
-  if (drag == nullptr) return {"no quadratic drag acts on `" + ball.name + "`", {}};
+  if (drag == nullptr) return {"expected a quadratic drag on `" + ball.name + "`; found none", {}};
   const S kappa = S(drag->density_kg_per_m3) * S(drag->drag_coefficient) * S(drag->area_m2) / (2 * S(ball.mass_kg));
   const Vec<S> p = vec<S>(ball.position_m), wind = vec<S>(drag->wind_m_per_s), g = vec<S>(scene.gravity_m_per_s2);
   const Vec<S> u = vec<S>(ball.velocity_m_per_s) - wind;
@@ -48,21 +48,21 @@ template <class S> Translation<S> translation(const Scene& scene, int body) {
     return {"", [=](S t) {
               const S x = kappa * speed * t;
               const S way = speed == 0 ? S(0) : log1p(x) / (kappa * speed);
-              return Flight<S>{p + t * wind + way * u, wind + (1 / (1 + x)) * u};
+              return CenterMotion<S>{p + t * wind + way * u, wind + (1 / (1 + x)) * u};
             }};
   }
-  if (!is_zero(cross(u, g))) return {"`" + ball.name + "` does not move through the air along gravity's line", {}};
+  if (!is_zero(cross(u, g))) return {"`" + ball.name + "` has an air velocity that is not parallel to gravity", {}};
   const S pull = norm(g);
   const Vec<S> along = (1 / pull) * g;
   const S u0 = dot(u, along), V = sqrt(pull / kappa);
   return {"", [=](S t) {
             const Fall<S> now = fall(u0, V, pull, t);
-            return Flight<S>{p + t * wind + now.path * along, wind + now.u * along};
+            return CenterMotion<S>{p + t * wind + now.path * along, wind + now.u * along};
           }};
 }
 
 template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
-  return move_each<S>(scenario, t_s, translation<S>);
+  return solve_each_body<S>(scenario, t_s, translation<S>);
 }
 
 }  // namespace
@@ -70,7 +70,7 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
 Solution vertical_quadratic_drag() {
   return {"vertical-quadratic-drag",
           "drag quadratic in the air speed along gravity: tanh and log cosh, Lamb, Dynamics (1914)",
-          feature::kFlying | feature::quadratic_drag_force | feature::angular_drag, solve<Narrow>, solve<Wide>};
+          feature::kFreeMotion | feature::quadratic_drag_force | feature::angular_drag, solve<Narrow>, solve<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -1,5 +1,5 @@
-// SUNDIALS CVODE on the reference's own equations: a method among others (with bars it is also a truth, of scenes that
-// nothing better covers). Manual: Hindmarsh et al., ACM TOMS 31 (2005) 363.
+// SUNDIALS CVODE on the reference's own equations: a method among others, and a truth for scenes that no better truth
+// covers. A. C. Hindmarsh et al., SUNDIALS, ACM Trans. Math. Softw. 31 (2005) 363.
 #pragma once
 
 #include <cstdint>
@@ -10,14 +10,16 @@
 
 namespace atwood {
 
-// cvode/adams and cvode/bdf, adaptive: `:rtol[,atol]`, 1e-10 when none is given. Impacts are located by root functions
-// and the integration is restarted there, at switches and at releases.
+// The methods cvode/adams and cvode/bdf, adaptive: `:rtol[,atol]`, 1e-10 when none is given. Impacts are located by root
+// functions; the integration is restarted at impacts, switches and releases.
 Engine cvode_engine();
 
-// Adams and BDF at two tolerances each. Values from the tighter Adams; the bar of each kind of value is twice the
-// largest difference among the four so far in the run, and with contacts what they share (dynamics/shared_errors.hpp).
-// Sphere-sphere and sphere-plane contacts. Where an outcome is not decided within the bars, or the runs disagree on an
-// impact, it ends as extended_truth does. Absolute tolerances are relative to the size of each kind of value.
+// Four runs: Adams and BDF at two tolerances each. The values are those of Adams at the smaller tolerance; the bar of each
+// kind of value is twice the largest difference among the four runs up to that time, plus, with contacts, the errors that
+// the runs share (dynamics/shared_errors.hpp). Contacts: spheres with spheres, planes and fixed rectangles and boxes.
+// Where an outcome is not decided within the bars, or the runs disagree on an impact, the truth ends as extended_truth
+// does: Status::unsupported, a reason with the time, and the samples and events before it. Absolute tolerances are
+// relative to the size of each kind of value. Never throws on a scene.
 Truth cvode_truth(const Scenario& scenario, std::int64_t samples);
 
 }  // namespace atwood

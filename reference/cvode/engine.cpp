@@ -45,15 +45,19 @@ Outcome refusal(const std::string& reason) {
 }
 
 std::string read_options(const MethodId& id, cvode::Options& options) {
-  if (id.scheme != "adams" && id.scheme != "bdf") return "cvode has no scheme `" + id.scheme + "`; it has adams, bdf";
-  if (!id.scalar.empty() && id.scalar != "double") return "cvode runs in double, not " + id.scalar;
-  if (!id.response.empty() && id.response != "event") return "cvode locates impacts; it has no +" + id.response;
+  if (id.scheme != "adams" && id.scheme != "bdf")
+    return "cvode has no scheme `" + id.scheme + "`; expected adams or bdf";
+  if (!id.scalar.empty() && id.scalar != "double")
+    return "cvode computes in double; found the scalar `" + id.scalar + "`";
+  if (!id.response.empty() && id.response != "event") return "cvode locates impacts (+event); found +" + id.response;
   options.family = id.scheme == "adams" ? cvode::Family::adams : cvode::Family::bdf;
   const int highest = id.scheme == "adams" ? 12 : 5;
   options.max_order = highest;
   options.rtol = id.rtol.value_or(1e-10);
   options.atol = id.atol.value_or(options.rtol / 100);
-  if (!(options.rtol > 0) || !(options.atol >= 0)) return "cvode needs rtol > 0 and atol >= 0";
+  if (!(options.rtol > 0) || !(options.atol >= 0))
+    return "cvode: expected rtol > 0 and atol >= 0; found " + format_double(options.rtol) + " and " +
+           format_double(options.atol);
   for (const auto& [key, value] : id.overrides) {
     const auto* number = std::get_if<std::int64_t>(&value);
     if (key == "max_order" && number && *number >= 1 && *number <= highest)
@@ -62,8 +66,9 @@ std::string read_options(const MethodId& id, cvode::Options& options) {
     else if (key == "rate_repeats" && number && *number >= 1 && *number <= 1000)
       options.rate_repeats = static_cast<int>(*number);
     else
-      return "cvode has no setting `" + key + "` of that value; it has max_order (1 to " + std::to_string(highest) +
-             "), max_steps, rate_repeats (1 to 1000)";
+      return "cvode does not accept this value of the setting `" + key +
+             "`, or does not have it; expected max_order (1 to " + std::to_string(highest) +
+             "), max_steps (at least 1) or rate_repeats (1 to 1000)";
   }
   return "";
 }
@@ -74,7 +79,7 @@ Outcome run_method(const MethodId& id, const Scene& scene, const Plan& plan, con
   if (repeats <= 0) return cvode::run(scene, plan.t_end_s, plan.samples, options, observer);
   Outcome outcome;
   std::vector<std::int64_t> busy_ns;
-  for (int k = 0; k <= repeats; ++k) {  // the first warms up, as ours does
+  for (int k = 0; k <= repeats; ++k) {  // the first run is a warm-up and is not timed
     std::chrono::nanoseconds busy{};
     outcome = cvode::run(scene, plan.t_end_s, plan.samples, options, {}, nullptr, &busy);
     if (outcome.status != Status::ok) break;
@@ -93,7 +98,7 @@ Engine cvode_engine() {
   engine.scalar = "double";
   engine.methods = {info(true), info(false)};
   engine.run = run_method;
-  engine.frames = true;  // steps of its own anyway
+  engine.frames = true;  // its steps do not depend on the frames
   return engine;
 }
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "cvode/compliant_contacts.hpp"
 #include "cvode/contacts.hpp"
-#include "cvode/giving_contacts.hpp"
 #include "dynamics/rates.hpp"
 
 namespace atwood::cvode {
@@ -23,18 +23,19 @@ dynamics::Instant<Wide> widened(const dynamics::Instant<double>& from) {
   dynamics::Instant<Wide> made;
   made.t = from.t;
   made.interval = from.interval;
-  made.off_m = from.off_m;
+  made.gap_error_m = from.gap_error_m;
   made.first_event = from.first_event;
   made.after = widened(from.after);
-  for (const dynamics::Blow<double>& blow : from.blows) {
-    auto& wide = made.blows.emplace_back();
-    wide.pairs = blow.pairs;
-    wide.before = widened(blow.before);
-    for (const auto& impulse : blow.impulses) wide.impulses.push_back({impulse.normal_N_s, impulse.tangential_N_s});
+  for (const dynamics::Impact<double>& impact : from.impacts) {
+    auto& wide = made.impacts.emplace_back();
+    wide.pairs = impact.pairs;
+    wide.before = widened(impact.before);
+    for (const auto& impulse : impact.impulses) wide.impulses.push_back({impulse.normal_N_s, impulse.tangential_N_s});
   }
-  for (const dynamics::Laid<double>& laid : from.laid)
-    made.laid.push_back({laid.pair, laid.ball, laid.normal, laid.until, laid.bar_s, laid.height_m, laid.speed_m_per_s,
-                         laid.per_speed, widened(laid.push), laid.told});
+  for (const dynamics::BounceSeries<double>& series : from.series)
+    made.series.push_back({series.pair, series.ball, series.normal, series.t_rest, series.bar_s, series.height_m,
+                           series.speed_m_per_s, series.duration_per_speed, widened(series.neglected),
+                           series.has_event});
   return made;
 }
 
@@ -48,17 +49,18 @@ std::vector<double> tolerances(const dynamics::Layout& layout, const Options& op
   return made;
 }
 
-struct Course {  // one run under way
+// The state of one integration.
+struct Integration {
   const Scene& scene;
   double t_end_s;
   std::int64_t samples;
   const Observer& observer;
   Record* record;
-  bool touches = false;  // rigid contacts are possible
+  bool rigid_contacts = false;  // rigid contacts are possible
   std::int64_t logged_steps = 0;
   dynamics::Dynamics<double> equations;
   Contacts contacts;
-  GivingContacts giving;
+  CompliantContacts compliant;
   Solver solver;
   int interval = 0;
   double t_s = 0;
@@ -66,41 +68,42 @@ struct Course {  // one run under way
   std::int64_t sampled = 0;
   std::vector<Event> events;
 
-  Course(const Scene& given, double end, std::int64_t count, const Options& options, const Observer& to, Record* of)
+  Integration(const Scene& given, double end, std::int64_t count, const Options& options, const Observer& to,
+              Record* of)
       : scene(given), t_end_s(end), samples(count), observer(to), record(of), equations(given, end),
-        contacts(given, equations, options), giving(given, equations.layout()),
+        contacts(given, equations, options), compliant(given, equations.layout()),
         solver(options, tolerances(equations.layout(), options),
                [this, repeats = options.rate_repeats](double t, const double* from, double* dydt) {
                  for (int k = 0; k < repeats; ++k) equations.rate(t, from, dydt, interval);
-                 giving.add_rates(from, dydt);
+                 compliant.add_rates(from, dydt);
                }),
         y(dynamics::pack<double>(given)) {
-    touches = contacts.roots() > 0;
+    rigid_contacts = contacts.roots() > 0;
   }
 
   double sample_time(std::int64_t k) const {
     return k == samples ? t_end_s : static_cast<double>(Wide(t_end_s) * k / samples);
   }
   void log(dynamics::Instant<Wide> what) {
-    if (record == nullptr || !touches) return;
+    if (record == nullptr || !rigid_contacts) return;
     what.steps = static_cast<double>(solver.steps() - logged_steps);
     logged_steps = solver.steps();
     record->instants.push_back(std::move(what));
   }
-  void log_state(std::int64_t sample, std::optional<dynamics::ContactPair> passed) {
+  void log_state(std::int64_t sample, std::optional<dynamics::ContactPair> passage) {
     dynamics::Instant<Wide> made;
     made.t = sample >= 0 ? Wide(t_end_s) * sample / samples : Wide(t_s);
     made.interval = interval;
     made.sample = sample;
-    made.passed = passed;
+    made.passage = passage;
     made.first_event = events.size();
     made.after = widened(y);
     log(std::move(made));
   }
-  bool settle() {
-    dynamics::Instant<double> told;
-    const bool changed = contacts.settle(t_s, y, interval, events, told);
-    if (!told.after.empty()) log(widened(told));
+  bool resolve_contacts() {
+    dynamics::Instant<double> instant;
+    const bool changed = contacts.resolve(t_s, y, interval, events, instant);
+    if (!instant.after.empty()) log(widened(instant));
     return changed;
   }
   void take_sample(const std::vector<double>& state) {
@@ -109,7 +112,7 @@ struct Course {  // one run under way
       made.t_s = Wide(t_end_s) * sampled / samples;
       observer.sample(made);
     }
-    contacts.check(state);
+    contacts.check_penetration(sample_time(sampled), state);
     log_state(sampled, std::nullopt);
     ++sampled;
   }
@@ -118,20 +121,21 @@ struct Course {  // one run under way
     return interval < static_cast<int>(switches.size()) ? switches[interval] : t_end_s;
   }
   void restart() {
-    settle();
-    giving.settle(y.data());
-    solver.start(t_s, y, next_stop(), contacts.roots() + giving.roots(), [this](double, const double* from, double* g) {
-      contacts.evaluate(from, g);
-      giving.evaluate(from, g + contacts.roots());
-    });
+    resolve_contacts();
+    compliant.update_modes(y.data());
+    solver.start(t_s, y, next_stop(), contacts.roots() + compliant.roots(),
+                 [this](double, const double* from, double* g) {
+                   contacts.evaluate(from, g);
+                   compliant.evaluate(from, g + contacts.roots());
+                 });
   }
 
-  void begin() {
+  void start() {
     take_sample(y);
     restart();
   }
-  // Until the end or a failure. A sample at the instant of an impact or a switch shows the state before it.
-  Outcome go() {
+  // Until t_end_s or a failure. A sample at the time of an impact or a switch has the state before it.
+  Outcome integrate() {
     while (contacts.failure().empty() && (t_s < t_end_s || sampled <= samples)) {
       const double stop = next_stop();
       const double sample_s = sampled <= samples ? sample_time(sampled) : t_end_s;
@@ -139,8 +143,8 @@ struct Course {  // one run under way
       const Stop why = solver.advance(target, t_s, y);
       if (why == Stop::failed) break;
       if (why == Stop::root) {
-        for (const dynamics::ContactPair& pair : contacts.passed(y)) log_state(-1, pair);
-        if (settle() || giving.any()) restart();
+        for (const dynamics::ContactPair& pair : contacts.closest_approaches(y)) log_state(-1, pair);
+        if (resolve_contacts() || compliant.any()) restart();
         continue;
       }
       t_s = target;
@@ -159,7 +163,7 @@ struct Course {  // one run under way
     outcome.steps_taken = solver.steps();
     outcome.rate_evaluations = solver.rate_evaluations();
     if (record != nullptr) {
-      record->branch = contacts.branch();
+      record->valid_until_failure = contacts.valid_until_failure();
       record->end_s = t_s;
     }
     if (!contacts.failure().empty()) {
@@ -181,17 +185,19 @@ struct Course {  // one run under way
 Outcome run(const Scene& scene, double t_end_s, std::int64_t samples, const Options& options, const Observer& observer,
             Record* record, std::chrono::nanoseconds* busy) {
   if (const std::string why = dynamics::unsupported(scene); !why.empty()) return refusal("CVODE: " + why);
-  if (!(t_end_s > 0) || samples < 1) return refusal("CVODE: nothing to run");
-  Course course(scene, t_end_s, samples, options, observer, record);
-  for (const std::string& why : {course.contacts.failure(), course.giving.failure()})
+  if (!(t_end_s > 0) || samples < 1)
+    return refusal("CVODE: expected t_end_s > 0 and at least 1 sample; found t_end_s = " + format_double(t_end_s) +
+                   ", " + std::to_string(samples) + " samples");
+  Integration integration(scene, t_end_s, samples, options, observer, record);
+  for (const std::string& why : {integration.contacts.failure(), integration.compliant.failure()})
     if (!why.empty()) return refusal(why);
-  if (course.equations.size() == 0) {  // nothing moves
-    while (course.sampled <= samples) course.take_sample(course.y);
+  if (integration.equations.size() == 0) {  // nothing moves
+    while (integration.sampled <= samples) integration.take_sample(integration.y);
     return {};
   }
-  course.begin();
+  integration.start();
   const auto from = std::chrono::steady_clock::now();
-  Outcome outcome = course.go();
+  Outcome outcome = integration.integrate();
   if (busy != nullptr)
     *busy = std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now() - from);
   return outcome;

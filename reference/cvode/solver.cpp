@@ -40,7 +40,7 @@ struct Solver::Parts {
     double* to = N_VGetArrayPointer(dydt);
     parts->rate(t, from, to);
     for (int i = 0; i < parts->size; ++i)
-      if (!std::isfinite(to[i])) return 1;  // recoverable: a shorter step may do
+      if (!std::isfinite(to[i])) return 1;  // recoverable: CVODE tries a shorter step
     return 0;
   }
   static int evaluate_roots(sunrealtype t, N_Vector y, sunrealtype* g, void* self) {
@@ -117,7 +117,7 @@ void Solver::start(double t_s, const std::vector<double>& y, double stop_s, int 
 
 Stop Solver::advance(double target_s, double& t_s, std::vector<double>& y) {
   Parts& p = *parts_;
-  // Instants that CVODE would call too close to tell apart.
+  // CVODE refuses a target this close to the time (CV_TOO_CLOSE).
   if (target_s - t_s <= 4e-16 * std::fmax(std::fabs(t_s), std::fabs(target_s))) return Stop::reached;
   const std::int64_t left = p.options.max_steps - (p.options.per_stretch ? p.steps_now() : steps());
   CVodeSetMaxNumSteps(p.memory, static_cast<long int>(std::max<std::int64_t>(left, 1)));
@@ -126,10 +126,10 @@ Stop Solver::advance(double target_s, double& t_s, std::vector<double>& y) {
   const double* from = N_VGetArrayPointer(p.y);
   if (flag < 0) {
     char* name = CVodeGetReturnFlagName(flag);
-    p.failure = std::string("CVODE gave up at t = ") + std::to_string(reached) + " s with " + name;
+    p.failure = std::string("CVODE failed at t = ") + std::to_string(reached) + " s with " + name;
     std::free(name);
     if (flag == CV_TOO_MUCH_WORK) p.failure += ": " + std::to_string(p.options.max_steps) + " steps";
-    // It could not go on because the rate was not finite even with the shortest step.
+    // The rate was not finite even with the shortest step.
     p.not_finite = flag == CV_RHSFUNC_FAIL || flag == CV_FIRST_RHSFUNC_ERR || flag == CV_REPTD_RHSFUNC_ERR ||
                    flag == CV_UNREC_RHSFUNC_ERR;
     return Stop::failed;

@@ -1,4 +1,4 @@
-// A CVODE memory block with everything it owns. No SUNDIALS header is needed by those who use it.
+// A CVODE integrator with everything it owns. Its users need no SUNDIALS header.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@ namespace atwood::cvode {
 
 enum class Family { adams, bdf };
 
-// What atol is relative to, of each kind of component. A method's atol is in SI units; a truth's follows the scene.
+// The unit of atol for each kind of component. A method's atol is in SI units; a truth's is relative to the scene's size.
 struct Scales {
   double position_m = 1, velocity_m_per_s = 1, rate_rad_per_s = 1;
 };
@@ -23,7 +23,7 @@ struct Options {
   int max_order = 12;                // 5 at most for BDF
   std::int64_t max_steps = 2000000;  // of a whole run
   bool per_stretch = false;          // ... or of each stretch between restarts
-  int rate_repeats = 1;              // each evaluation is made so many times over and counts once
+  int rate_repeats = 1;              // each rate is evaluated this many times and counted once
 };
 
 enum class Stop { reached, root, failed };
@@ -31,16 +31,18 @@ enum class Stop { reached, root, failed };
 class Solver {
  public:
   using Rate = std::function<void(double t_s, const double* y, double* dydt)>;
-  using Roots = std::function<void(double t_s, const double* y, double* g)>;  // found where g falls through zero
+  using Roots =
+      std::function<void(double t_s, const double* y, double* g)>;  // a root is where one g falls through zero
 
-  // `atol`: one a component.
+  // `atol`: one per component of y. `rate` may be called with the same y again.
   Solver(const Options& options, const std::vector<double>& atol, Rate rate);
   ~Solver();
   Solver(const Solver&) = delete;
 
-  // (Re)starts at order 1. No later than `stop_s` are the equations evaluated until the next start.
+  // (Re)starts at order 1. Until the next start the equations are not evaluated after `stop_s`.
   void start(double t_s, const std::vector<double>& y, double stop_s, int roots, Roots g);
-  // Goes to `target_s` or to the first root before it, interpolating; fills t_s and y.
+  // Integrates to `target_s` or to the first root before it, with interpolation; fills t_s and y. Stop::failed: failure()
+  // says why, and y is not changed unless the state is not finite.
   Stop advance(double target_s, double& t_s, std::vector<double>& y);
   const std::string& failure() const;
   bool not_finite() const;

@@ -16,12 +16,12 @@ namespace atwood {
 
 namespace {
 
-constexpr double kLoose = 1e-10, kTight = 1e-12;
+constexpr double kLooseRtol = 1e-10, kTightRtol = 1e-12;
 constexpr double kSafety = 2;
-constexpr double kLeast = 1e-13;  // of the scale so far: double's round-off over a run
-// Of one operation, as error_growth.hpp counts them: 64 a step. CVODE's polynomials are corrected by little a step.
-constexpr double kUnit = 0x1p-56;
-constexpr double kEndMargin = 1e-9;  // of the time: how long before the end of what is certified the samples stop
+constexpr double kRelativeFloor = 1e-13;  // of the scale so far: double's round-off over a run
+// Of one operation; error_growth.hpp counts 64 of them per step. CVODE adds only small corrections at each step.
+constexpr double kRoundOff = 0x1p-56;
+constexpr double kEndMargin = 1e-9;  // of the time: distance of the last sample from the end of the certified part
 
 struct Solved {
   std::vector<Sample> values;
@@ -30,7 +30,8 @@ struct Solved {
   cvode::Record record;
 };
 
-// Sizes of the scene's values at the start; where all of a kind are zero, what the run's length makes of the next kind.
+// Sizes of the scene's values at the start. Where all values of a kind are zero, an estimate from the rates and the
+// duration of the run.
 cvode::Scales scales_of(const Scenario& scenario) {
   const dynamics::Layout layout = dynamics::layout(scenario.scene);
   const dynamics::Dynamics<double> equations(scenario.scene, scenario.t_end_s);
@@ -79,8 +80,8 @@ Solved solve(const Scenario& scenario, std::int64_t samples, cvode::Family famil
   return made;
 }
 
-// The time by which the runs disagree on an event, against the nearest of the same kind and pair.
-Wide spread_of(const Event& event, const std::vector<Solved>& runs) {
+// Largest difference of an event's time to the closest event of the same kind and pair in each run.
+Wide event_time_difference(const Event& event, const std::vector<Solved>& runs) {
   Wide worst = 0;
   for (const Solved& run : runs) {
     Wide nearest = -1;
@@ -94,10 +95,10 @@ Wide spread_of(const Event& event, const std::vector<Solved>& runs) {
   return worst;
 }
 
-struct Spread {  // one kind of value of one body
+struct Spread {  // of the runs, for one kind of value of one body
   Wide difference = 0, scale = 0;
-  // The largest difference so far makes the bar: errors cross zero. At an impact the runs differ by the jump for as
-  // long as they disagree on its instant: that belongs to this sample alone.
+  // The bar follows from the largest difference up to now, because errors cross zero. Around an impact the runs differ by
+  // the velocity jump while they disagree on its time; that difference belongs to this sample alone.
   template <std::size_t N> Wide bar(const std::vector<const std::array<Wide, N>*>& all, bool at_impact) {
     Wide now = 0;
     for (std::size_t i = 0; i < N; ++i) {
@@ -106,36 +107,36 @@ struct Spread {  // one kind of value of one body
       scale = fmaxq(scale, fabsq((*all[0])[i]));
     }
     if (!at_impact) difference = fmaxq(difference, now);
-    return kSafety * fmaxq(difference, now) + kLeast * scale;
+    return kSafety * fmaxq(difference, now) + kRelativeFloor * scale;
   }
 };
 
-// The first instant at which the runs came to different impacts of a pair, or one came no further. What bounces lower
-// than a run follows is summed up, at its own tolerance: no impact is missed there.
-std::optional<dynamics::End> first_difference(const Scene& scene, const std::vector<Solved>& runs) {
-  std::optional<dynamics::End> end;
+// The first time at which the runs have different impacts of a pair, or at which one of them failed. The low bounces
+// that a run sums as a series depend on its tolerance and are no difference.
+std::optional<dynamics::CertifiedEnd> first_difference(const Scene& scene, const std::vector<Solved>& runs) {
+  std::optional<dynamics::CertifiedEnd> end;
   const auto at = [](Wide t_s) { return " at t = " + format_double(static_cast<double>(t_s)) + " s"; };
   const auto end_at = [&](Wide t_s, const std::string& why) {
-    if (!end || t_s < end->t_s) end = dynamics::End{t_s, why};
+    if (!end || t_s < end->t_s) end = dynamics::CertifiedEnd{t_s, why};
   };
-  struct Touches {
+  struct PairEvents {
     std::vector<Wide> t_s;
     bool rests = false;
   };
-  std::vector<std::map<std::pair<int, int>, Touches>> all;
+  std::vector<std::map<std::pair<int, int>, PairEvents>> all;
   for (const Solved& run : runs) {
-    if (run.record.branch) end_at(run.record.end_s, run.outcome.reason + at(run.record.end_s));
+    if (run.record.valid_until_failure) end_at(run.record.end_s, run.outcome.reason + at(run.record.end_s));
     auto& of = all.emplace_back();
     for (const Event& event : run.events) {
-      Touches& touches = of[{event.body_a, event.body_b}];
-      if (event.kind == EventKind::impact) touches.t_s.push_back(event.t_s);
-      if (event.kind == EventKind::rest) touches.rests = true;
+      PairEvents& rigid_contacts = of[{event.body_a, event.body_b}];
+      if (event.kind == EventKind::impact) rigid_contacts.t_s.push_back(event.t_s);
+      if (event.kind == EventKind::rest) rigid_contacts.rests = true;
     }
   }
   for (auto& run : all)
     for (const auto& [pair, mine] : run)
       for (auto& other : all) {
-        const Touches& theirs = other[pair];
+        const PairEvents& theirs = other[pair];
         if (mine.t_s.size() <= theirs.t_s.size() || (mine.rests && theirs.rests)) continue;
         const Wide t_s = mine.t_s[theirs.t_s.size()];
         end_at(t_s, "CVODE: the runs disagree on the impact of `" + scene.bodies[pair.first].name + "` and `" +
@@ -144,7 +145,7 @@ std::optional<dynamics::End> first_difference(const Scene& scene, const std::vec
   return end;
 }
 
-// Twice the largest difference of the runs, per sample and unknown: what they say of themselves.
+// Twice the largest difference between the runs, per sample and component of y.
 std::vector<std::vector<Wide>> differences(const Scene& scene, const std::vector<Solved>& runs, std::size_t samples) {
   const dynamics::Layout layout = dynamics::layout(scene);
   std::vector<std::vector<Wide>> made;
@@ -159,8 +160,8 @@ std::vector<std::vector<Wide>> differences(const Scene& scene, const std::vector
   return made;
 }
 
-// Is the body's velocity at this instant that before an impact or that after it?
-bool jumps(const Truth& truth, int body, Wide t_s) {
+// Is this time within the bar of an impact of the body, so that its velocity may be that before or after the impact?
+bool impact_within_bar(const Truth& truth, int body, Wide t_s) {
   for (std::size_t e = 0; e < truth.events.size(); ++e) {
     const Event& event = truth.events[e];
     if (event.body_a != body && event.body_b != body) continue;
@@ -193,7 +194,7 @@ void add_bars(const Scene& scene, Truth& truth, const std::vector<Solved>& runs,
         v.push_back(&body.v_m_per_s);
         w.push_back(&body.w_rad_per_s);
       }
-      const bool jump = jumps(truth, static_cast<int>(i), bar.t_s);
+      const bool jump = impact_within_bar(truth, static_cast<int>(i), bar.t_s);
       made.p_m.fill(spreads[i].p.bar(p, false));
       made.q_wxyz.fill(spreads[i].q.bar(q, false));
       made.v_m_per_s.fill(spreads[i].v.bar(v, jump));
@@ -209,9 +210,11 @@ void add_bars(const Scene& scene, Truth& truth, const std::vector<Solved>& runs,
   }
 }
 
-// What the runs share, and where what they can certify ends.
-std::vector<std::vector<Wide>> share(const Scenario& scenario, Truth& truth, const std::vector<Solved>& runs,
-                                     std::optional<dynamics::End>& end) {
+// Adds the errors that the runs share, and cuts the truth at the end of its certified part. Returns the half-widths of
+// the samples; empty without contacts.
+std::vector<std::vector<Wide>> add_shared_errors(const Scenario& scenario, Truth& truth,
+                                                 const std::vector<Solved>& runs,
+                                                 std::optional<dynamics::CertifiedEnd>& end) {
   std::size_t samples = runs.front().values.size();
   for (const Solved& run : runs) samples = std::min(samples, run.values.size());
   const auto& instants = runs.front().record.instants;
@@ -219,7 +222,7 @@ std::vector<std::vector<Wide>> share(const Scenario& scenario, Truth& truth, con
   if (!instants.empty()) {
     dynamics::SharedErrors shared =
         dynamics::shared_errors(scenario.scene, scenario.t_end_s, instants, truth.events, truth.event_bar_s,
-                                differences(scenario.scene, runs, samples), kUnit);
+                                differences(scenario.scene, runs, samples), kRoundOff);
     for (std::size_t k = 0; k < truth.event_bar_s.size(); ++k) truth.event_bar_s[k] += shared.events_s[k];
     if (shared.end && (!end || shared.end->t_s < end->t_s)) {
       end = shared.end;
@@ -244,17 +247,18 @@ Truth cvode_truth(const Scenario& scenario, std::int64_t samples) {
   std::vector<Solved> runs;
   const bool known = dynamics::unsupported(scenario.scene).empty();
   if (known && dynamics::contacts_possible(scenario.scene) &&
-      dynamics::layout(scenario.scene).size > dynamics::ErrorGrowth::most_unknowns) {
+      dynamics::layout(scenario.scene).size > dynamics::ErrorGrowth::kMaxUnknowns) {
     truth.outcome.status = Status::unsupported;
     truth.outcome.reason = "CVODE: contacts in a scene of more than " +
-                           std::to_string(dynamics::ErrorGrowth::most_unknowns) + " unknowns are not covered";
+                           std::to_string(dynamics::ErrorGrowth::kMaxUnknowns) + " unknowns are not covered; found " +
+                           std::to_string(dynamics::layout(scenario.scene).size);
     return truth;
   }
   const cvode::Scales scales = known ? scales_of(scenario) : cvode::Scales{};
-  for (const double rtol : {kTight, kLoose})
+  for (const double rtol : {kTightRtol, kLooseRtol})
     for (const cvode::Family family : {cvode::Family::adams, cvode::Family::bdf}) {
       runs.push_back(solve(scenario, samples, family, rtol, scales));
-      if (runs.back().outcome.status != Status::ok && !runs.back().record.branch) {
+      if (runs.back().outcome.status != Status::ok && !runs.back().record.valid_until_failure) {
         truth.outcome = runs.back().outcome;
         return truth;
       }
@@ -269,9 +273,9 @@ Truth cvode_truth(const Scenario& scenario, std::int64_t samples) {
   truth.events = runs.front().events;
   for (const Event& event : truth.events)
     truth.event_bar_s.push_back(
-        static_cast<double>(kSafety * spread_of(event, runs) + Wide(kLeast) * fabsq(event.t_s)));
-  std::optional<dynamics::End> end = first_difference(scenario.scene, runs);
-  const std::vector<std::vector<Wide>> shared = share(scenario, truth, runs, end);
+        static_cast<double>(kSafety * event_time_difference(event, runs) + Wide(kRelativeFloor) * fabsq(event.t_s)));
+  std::optional<dynamics::CertifiedEnd> end = first_difference(scenario.scene, runs);
+  const std::vector<std::vector<Wide>> shared = add_shared_errors(scenario, truth, runs, end);
   add_bars(scenario.scene, truth, runs, shared);
   truth.note = "CVODE's own differences: wider than a certified truth's bar";
   if (end) {

@@ -1,4 +1,4 @@
-// The little arithmetic that the reference needs over double, long double and Wide: vectors of three, quaternions,
+// Arithmetic over double, long double and Wide that the reference needs: 3-vectors, 3x3 matrices, quaternions, square
 // roots.
 #pragma once
 

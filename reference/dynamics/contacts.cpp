@@ -35,24 +35,24 @@ template <class S> std::array<S, 4> attitude(const Layout& layout, int body, con
 
 template <class S> S radius_of(const Body& body) { return std::get<Sphere>(body.shape).radius_m; }
 
-// From a surface to a point outside of it: how far, which way, and the point of the surface.
-template <class S> struct Height {
-  S height{};
+// Signed distance from a surface to a point (negative inside), the unit outward normal, and the closest point.
+template <class S> struct SurfaceDistance {
+  S distance{};
   Triple<S> out{}, foot{};
 };
 
-// n . x = offset; the doubles of n are unit to round-off only, so distances are divided by |n|.
-template <class S> Height<S> above_plane(const Plane& plane, const Triple<S>& point) {
+// The plane is n . x = offset; the doubles of n are unit to round-off only, so distances are divided by |n|.
+template <class S> SurfaceDistance<S> distance_to_plane(const Plane& plane, const Triple<S>& point) {
   Triple<S> out = widen<S>(plane.normal);
   const S inverse = rsqrt(dot(out, out));
   out = inverse * out;
-  const S height = dot(out, point) - S(plane.offset_m) * inverse;
-  return {height, out, point - height * out};
+  const S distance = dot(out, point) - S(plane.offset_m) * inverse;
+  return {distance, out, point - distance * out};
 }
 
-// The nearest point of a box is the point itself, each coordinate of it held within the half extents; a rectangle is a
-// box without thickness. From inside, the way out is through the nearest face.
-template <class S> Height<S> above_wall(const Body& wall, const Triple<S>& point) {
+// The closest point of a box has each coordinate of the point clamped to the half extents; a rectangle is a box without
+// thickness. For a point inside, the normal is that of the closest face.
+template <class S> SurfaceDistance<S> distance_to_wall(const Body& wall, const Triple<S>& point) {
   const auto* box = std::get_if<Box>(&wall.shape);
   const Real3 half = box != nullptr ? box->half_extents_m
                                     : Real3{std::get<Rectangle>(wall.shape).half_extents_m[0],
@@ -82,13 +82,14 @@ template <class S> Height<S> above_wall(const Body& wall, const Triple<S>& point
   return {-(S(half[face]) - magnitude(local[face])), rotate(q, out), origin + rotate(q, foot)};
 }
 
-template <class S> Height<S> above(const Body& body, const Triple<S>& point) {
-  return is_plane(body) ? above_plane(std::get<Plane>(body.shape), point) : above_wall(body, point);
+template <class S> SurfaceDistance<S> distance_to(const Body& body, const Triple<S>& point) {
+  return is_plane(body) ? distance_to_plane(std::get<Plane>(body.shape), point) : distance_to_wall(body, point);
 }
 
-// From a ball's centre to where it touches: its radius along or against the normal. Zero for what does not turn.
+// From a sphere's centre to the contact: its radius along or against the normal. Zero for bodies that do not rotate.
 template <class S>
-Triple<S> arm(const Scene& scene, const Layout& layout, const ContactPair& pair, int body, const Triple<S>& normal) {
+Triple<S> lever_arm(const Scene& scene, const Layout& layout, const ContactPair& pair, int body,
+                    const Triple<S>& normal) {
   if (layout.slots[body].rate < 0) return {};
   return (body == pair.a ? radius_of<S>(scene.bodies[body]) : -radius_of<S>(scene.bodies[body])) * normal;
 }
@@ -155,8 +156,9 @@ template <class S> Gap<S> gap(const Scene& scene, const Layout& layout, const Co
     made.x_m = center + (radius_a + made.gap_m / 2) * made.normal;
   } else {
     const int ball = is_sphere(a) ? pair.a : pair.b;
-    const Height<S> h = above(scene.bodies[ball == pair.a ? pair.b : pair.a], position(scene, layout, ball, y));
-    made.gap_m = h.height - radius_of<S>(scene.bodies[ball]);
+    const SurfaceDistance<S> h =
+        distance_to(scene.bodies[ball == pair.a ? pair.b : pair.a], position(scene, layout, ball, y));
+    made.gap_m = h.distance - radius_of<S>(scene.bodies[ball]);
     made.normal = ball == pair.b ? h.out : S(-1) * h.out;
     made.x_m = h.foot + (made.gap_m / 2) * h.out;
   }
@@ -170,7 +172,7 @@ template <class S> Triple<S> slip(const Scene& scene, const Layout& layout, cons
   for (const int body : {pair.a, pair.b}) {
     if (layout.slots[body].rate < 0) continue;
     const Triple<S> w = rotate(attitude(layout, body, y), read3(y + layout.slots[body].rate));
-    const Triple<S> turning = cross(w, arm(scene, layout, pair, body, normal));
+    const Triple<S> turning = cross(w, lever_arm(scene, layout, pair, body, normal));
     if (body == pair.a) sliding -= turning;
     else sliding += turning;
   }
@@ -179,49 +181,52 @@ template <class S> Triple<S> slip(const Scene& scene, const Layout& layout, cons
 }
 
 template <class S>
-bool rubs(const Scene& scene, const Layout& layout, const ContactPair& pair, const S* y, const S* dydt,
-          S tiny_m_per_s) {
+bool friction_acts(const Scene& scene, const Layout& layout, const ContactPair& pair, const S* y, const S* dydt,
+                   S tiny_m_per_s) {
   const int ball = ball_of(scene, pair);
   if (pair.friction == 0 || ball < 0) return false;
   const Triple<S> normal = gap(scene, layout, pair, y).normal, sliding = slip(scene, layout, pair, y);
-  Triple<S> pulled = read3(dydt + layout.slots[ball].velocity);
-  pulled -= dot(pulled, normal) * normal;
-  return dot(sliding, sliding) > tiny_m_per_s * tiny_m_per_s || dot(pulled, pulled) > tiny_m_per_s * tiny_m_per_s;
+  Triple<S> acceleration = read3(dydt + layout.slots[ball].velocity);
+  acceleration -= dot(acceleration, normal) * normal;
+  return dot(sliding, sliding) > tiny_m_per_s * tiny_m_per_s ||
+         dot(acceleration, acceleration) > tiny_m_per_s * tiny_m_per_s;
 }
 
-std::string unstrikable(const Scene& scene, const ContactPair& pair) {
+std::string impact_unsupported(const Scene& scene, const ContactPair& pair) {
   if (pair.friction == 0) return "";
   for (const int at : {pair.a, pair.b}) {
     const Body& body = scene.bodies[at];
     const Real33& I = body.inertia_kg_m2;
-    const bool alike = I[0] == I[4] && I[4] == I[8] && I[1] == 0 && I[2] == 0 && I[5] == 0;
-    if (!body.fixed && !alike) return "friction on `" + body.name + "`, whose moments of inertia are not all alike,";
+    const bool spherical = I[0] == I[4] && I[4] == I[8] && I[1] == 0 && I[2] == 0 && I[5] == 0;
+    if (!body.fixed && !spherical) return "friction on `" + body.name + "`, whose principal moments of inertia differ,";
   }
   return "";
 }
 
-// m_a, m_b free spheres struck along the line of centres n: J_n = -(1 + e) vn / (1/m_a + 1/m_b). Across it they yield
-// as 1/m_a + 1/m_b + r_a^2/I_a + r_b^2/I_b, and the slip keeps its direction: Coulomb's impulse is the lesser of mu J_n
-// (slip to the end) and what stops the slip (stick).
-template <class S> Strike<S> strike(const Scene& scene, const Layout& layout, const ContactPair& pair, S* y) {
+// Impact of spheres of mass m_a, m_b along the line of centres n: J_n = -(1 + e) vn / (1/m_a + 1/m_b). The inverse
+// effective mass along the tangent is 1/m_a + 1/m_b + r_a^2/I_a + r_b^2/I_b, and the slip keeps its direction: Coulomb's
+// impulse is the lesser of mu J_n (slip until the end) and the impulse that stops the slip (stick).
+template <class S>
+Impulse<S> apply_impact_law(const Scene& scene, const Layout& layout, const ContactPair& pair, S* y) {
   const Gap<S> now = gap(scene, layout, pair, y);
   if (!(now.rate_m_per_s < 0)) return {};
-  S yielding = 0, across = 0;
+  S inverse_mass_n = 0, inverse_mass_t = 0;
   for (const int at : {pair.a, pair.b}) {
     const Body& body = scene.bodies[at];
     if (layout.slots[at].velocity < 0) continue;
-    yielding += 1 / S(body.mass_kg);
-    if (layout.slots[at].rate >= 0) across += radius_of<S>(body) * radius_of<S>(body) / S(body.inertia_kg_m2[0]);
+    inverse_mass_n += 1 / S(body.mass_kg);
+    if (layout.slots[at].rate >= 0)
+      inverse_mass_t += radius_of<S>(body) * radius_of<S>(body) / S(body.inertia_kg_m2[0]);
   }
-  across += yielding;
-  Strike<S> made;
-  made.normal_N_s = -(1 + S(pair.restitution)) * now.rate_m_per_s / yielding;
+  inverse_mass_t += inverse_mass_n;
+  Impulse<S> made;
+  made.normal_N_s = -(1 + S(pair.restitution)) * now.rate_m_per_s / inverse_mass_n;
   Triple<S> impulse = made.normal_N_s * now.normal;  // on b
   const Triple<S> sliding = slip(scene, layout, pair, y);
   const S speed2 = dot(sliding, sliding);
   if (pair.friction > 0 && speed2 > 0) {
     const S speed = sqrt(speed2);
-    made.tangential_N_s = std::min(S(pair.friction) * made.normal_N_s, speed / across);
+    made.tangential_N_s = std::min(S(pair.friction) * made.normal_N_s, speed / inverse_mass_t);
     impulse -= (made.tangential_N_s / speed) * sliding;
   }
   for (const int at : {pair.a, pair.b}) {
@@ -231,17 +236,17 @@ template <class S> Strike<S> strike(const Scene& scene, const Layout& layout, co
     for (int k = 0; k < 3; ++k) y[slot.velocity + k] += sign * impulse[k] / S(scene.bodies[at].mass_kg);
     if (slot.rate < 0 || made.tangential_N_s == 0) continue;
     const Triple<S> turn =
-        rotate_back(attitude(layout, at, y), cross(arm(scene, layout, pair, at, now.normal), sign * impulse));
+        rotate_back(attitude(layout, at, y), cross(lever_arm(scene, layout, pair, at, now.normal), sign * impulse));
     for (int k = 0; k < 3; ++k) y[slot.rate + k] += turn[k] / S(scene.bodies[at].inertia_kg_m2[0]);
   }
   return made;
 }
 
-#define ATWOOD_CONTACTS(S)                                                                    \
-  template Gap<S> gap(const Scene&, const Layout&, const ContactPair&, const S*);             \
-  template Triple<S> slip(const Scene&, const Layout&, const ContactPair&, const S*);         \
-  template bool rubs(const Scene&, const Layout&, const ContactPair&, const S*, const S*, S); \
-  template Strike<S> strike(const Scene&, const Layout&, const ContactPair&, S*);
+#define ATWOOD_CONTACTS(S)                                                                             \
+  template Gap<S> gap(const Scene&, const Layout&, const ContactPair&, const S*);                      \
+  template Triple<S> slip(const Scene&, const Layout&, const ContactPair&, const S*);                  \
+  template bool friction_acts(const Scene&, const Layout&, const ContactPair&, const S*, const S*, S); \
+  template Impulse<S> apply_impact_law(const Scene&, const Layout&, const ContactPair&, S*);
 ATWOOD_CONTACTS(double)
 ATWOOD_CONTACTS(Wide)
 #undef ATWOOD_CONTACTS

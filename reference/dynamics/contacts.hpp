@@ -1,5 +1,5 @@
-// Which bodies can touch, how far apart they are, and what an impact does to them: spheres against each other, and
-// against planes, rectangles and boxes that are fixed.
+// Contact pairs, their gap functions and their impact law: spheres against each other, and against planes, rectangles
+// and boxes that are fixed.
 #pragma once
 
 #include <array>
@@ -11,23 +11,23 @@
 namespace atwood::dynamics {
 
 struct ContactPair {
-  int a = 0, b = 0;  // a < b
+  int a = 0, b = 0;  // indices of the bodies, a < b
   double restitution = 0, friction = 0;
-  bool gives = false;  // by a contact law of its own: not rigid
+  bool compliant = false;  // the pair has a compliant contact law (linear or Hertz); otherwise it is rigid
 };
 
 struct ContactPairs {
   std::vector<ContactPair> pairs;
-  std::string unsupported;  // a pair of shapes that could touch and is not covered, by name; empty when all are
+  std::string unsupported;  // names a pair that could touch and has no gap function here; empty when all have one
 };
 
 // Two bodies with shapes, at least one of them mobile.
 bool contacts_possible(const Scene& scene);
-// All such pairs that are covered.
+// All pairs that can touch and have a gap function.
 ContactPairs contact_pairs(const Scene& scene);
-// Is this pair one of those covered?
+// Is there a gap function for this pair?
 bool has_gap(const Scene& scene, const ContactPair& pair);
-// The body of the pair that is a plane, and the ball beside it; -1: there is no plane.
+// The body of the pair that is a plane, and the sphere beside it; -1: neither body is a plane.
 int plane_of(const Scene& scene, const ContactPair& pair);
 int ball_of(const Scene& scene, const ContactPair& pair);
 
@@ -37,23 +37,25 @@ template <class S> struct Gap {
   std::array<S, 3> normal{};  // unit, from a to b
   std::array<S, 3> x_m{};     // contact point: middle of the closest points
 };
+// The pair must have a gap function (has_gap).
 template <class S> Gap<S> gap(const Scene& scene, const Layout& layout, const ContactPair& pair, const S* y);
 
-// How b's surface slides on a's where they touch: (v_b + w_b x r_b) - (v_a + w_a x r_a) without its part along the
-// normal.
+// Slip velocity at the contact [m/s]: (v_b + w_b x r_b) - (v_a + w_a x r_a) without its normal component.
 template <class S> std::array<S, 3> slip(const Scene& scene, const Layout& layout, const ContactPair& pair, const S* y);
 
-// Would friction act on a ball that lies on its plane: does it slide, or is it pulled along (dydt: the rates in y's
-// layout)?
+// Does friction act on a sphere that lies on its plane? It does when the sphere slips, or accelerates along the plane,
+// by more than `tiny_m_per_s` (dydt: the rates in y's layout). False for pairs without a plane.
 template <class S>
-bool rubs(const Scene& scene, const Layout& layout, const ContactPair& pair, const S* y, const S* dydt, S tiny_m_per_s);
+bool friction_acts(const Scene& scene, const Layout& layout, const ContactPair& pair, const S* y, const S* dydt,
+                   S tiny_m_per_s);
 
-// Why strike() cannot do this pair: it has friction, and a ball whose moments of inertia are not all alike (the slip
-// would turn during the impact). Empty when it can.
-std::string unstrikable(const Scene& scene, const ContactPair& pair);
+// Why apply_impact_law() does not cover this pair: it has friction, and a body with different principal moments of
+// inertia (the slip direction would turn during the impact). Empty when it covers the pair.
+std::string impact_unsupported(const Scene& scene, const ContactPair& pair);
 
-template <class S> struct Strike { S normal_N_s{}, tangential_N_s{}; };
-// Newton's law with Coulomb friction: changes velocities and rates in y. No effect when the bodies are not approaching.
-template <class S> Strike<S> strike(const Scene& scene, const Layout& layout, const ContactPair& pair, S* y);
+template <class S> struct Impulse { S normal_N_s{}, tangential_N_s{}; };
+// Newton's impact law with Coulomb friction: changes the velocities and angular velocities in y. Zero impulse when the
+// bodies do not approach.
+template <class S> Impulse<S> apply_impact_law(const Scene& scene, const Layout& layout, const ContactPair& pair, S* y);
 
 }  // namespace atwood::dynamics

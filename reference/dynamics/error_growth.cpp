@@ -10,18 +10,19 @@ namespace atwood::dynamics {
 
 namespace {
 
-constexpr double kNudge = 1e-7;       // of a component's own size, for derivatives of the flow in double
-constexpr double kWideNudge = 1e-13;  // for derivatives of an impact, in quad
-// The derivative is known when half the step changes it by no more than the first of its size, or, where round-off of
-// the differences stands above that, by no more than the second; the change is then held by the inflation.
-constexpr double kSettled = 1e-6, kSettledAtRoundOff = 1e-3;
+constexpr double kRelativeStep = 1e-7;       // of a component's own size, for derivatives of the flow in double
+constexpr double kQuadRelativeStep = 1e-13;  // for derivatives of an impact, in quad
+// The derivative has converged when halving the step changes it by at most kDerivativeTolerance of its size, or, from
+// kRoundOffSubsteps on (where round-off of the differences may dominate), by at most kDerivativeToleranceAtRoundOff. The
+// inflation then covers the change.
+constexpr double kDerivativeTolerance = 1e-6, kDerivativeToleranceAtRoundOff = 1e-3;
 constexpr int kRoundOffSubsteps = 128;
-constexpr int kMostSubsteps = 1 << 14;
-constexpr double kLeastInflation = 1 + 1e-5;  // what a difference quotient leaves
+constexpr int kMaxSubsteps = 1 << 14;
+constexpr double kMinInflation = 1 + 1e-5;  // for the error of difference quotients
 
 double length(const Wide* v) { return std::sqrt(static_cast<double>(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])); }
 
-bool two_bodies_at_once(const Force& force) {
+bool couples_bodies(const Force& force) {
   if (std::holds_alternative<MutualGravity>(force) || std::holds_alternative<Coulomb>(force)) return true;
   const auto* spring = std::get_if<Spring>(&force);
   return spring != nullptr && spring->bodies.size() > 1;
@@ -35,9 +36,9 @@ double radius_of(const Body& body) {
 }  // namespace
 
 ErrorGrowth::ErrorGrowth(const Scene& scene, double t_end_s, double round_off)
-    : scene_(scene), dynamics_(scene, t_end_s), narrow_(scene, t_end_s), layout_(dynamics_.layout()),
+    : scene_(scene), dynamics_(scene, t_end_s), double_dynamics_(scene, t_end_s), layout_(dynamics_.layout()),
       round_off_(round_off), body_(layout_.size), scale_(layout_.size, 1), rho_(layout_.size, 0) {
-  for (const Force& force : scene.forces) coupled_ |= two_bodies_at_once(force);
+  for (const Force& force : scene.forces) coupled_ |= couples_bodies(force);
   const std::vector<Wide> y = pack<Wide>(scene);
   std::vector<Wide> f(y.size());
   dynamics_.rate(0, y.data(), f.data(), 0);
@@ -69,8 +70,8 @@ ErrorGrowth::ErrorGrowth(const Scene& scene, double t_end_s, double round_off)
   for (int i = 0; i < layout_.size; ++i) Q_[i][i] = 1;
 }
 
-// How large the numbers are that a body's place is computed from.
-double ErrorGrowth::reach(int body, const Wide* y, double span_s) const {
+// Magnitude of the numbers from which a body's position is computed: round-off is relative to it.
+double ErrorGrowth::position_magnitude(int body, const Wide* y, double span_s) const {
   const Slot& slot = layout_.slots[body];
   const Body& given = scene_.bodies[body];
   if (const auto* plane = std::get_if<Plane>(&given.shape)) return std::fabs(plane->offset_m);
@@ -86,13 +87,13 @@ double ErrorGrowth::speed(int body, const Wide* y) const {
   return slot.velocity < 0 ? 0 : length(y + slot.velocity);
 }
 
-// Round-off of a stretch: so many units in the last place of each body's own values.
-std::vector<double> ErrorGrowth::noise(const std::vector<Wide>& y, double span_s, double ulps) const {
+// Round-off of a stretch: `ulps` units in the last place of each body's own values.
+std::vector<double> ErrorGrowth::round_off_bound(const std::vector<Wide>& y, double span_s, double ulps) const {
   std::vector<double> made(layout_.size);
   for (int i = 0; i < layout_.size; ++i) {
     const int body = body_[i];
     double size = 1;
-    if (layout_.kinds[i] == Kind::position) size = reach(body, y.data(), span_s);
+    if (layout_.kinds[i] == Kind::position) size = position_magnitude(body, y.data(), span_s);
     if (layout_.kinds[i] == Kind::velocity) size = speed(body, y.data());
     if (layout_.kinds[i] == Kind::rate) size = length(&y[layout_.slots[body].rate]);
     made[i] = ulps * round_off_ * size;
@@ -100,14 +101,14 @@ std::vector<double> ErrorGrowth::noise(const std::vector<Wide>& y, double span_s
   return made;
 }
 
-// Columns of the flow's derivative by central differences, the flow by `steps` steps of RK4. Bodies that move on their
-// own are nudged all at once.
+// Columns of the flow's derivative by central differences, with `steps` steps of RK4 for the flow. Without coupling
+// between bodies the same component of all bodies is perturbed at once.
 ErrorGrowth::Columns ErrorGrowth::derivative(double t_s, double span_s, const std::vector<double>& y, int interval,
                                              int steps) {
   const int n = layout_.size;
   const double h = span_s / steps;
   std::vector<double> k1(n), k2(n), k3(n), k4(n), stage(n);
-  // What the flow adds to a state: over a short span the state itself has lost its digits.
+  // The change of the state: over a short span the state itself would lose digits by cancellation.
   const auto flow = [&](const std::vector<double>& start) {
     std::vector<double> from = start, added(n, 0);
     for (int step = 0; step < steps; ++step) {
@@ -116,10 +117,10 @@ ErrorGrowth::Columns ErrorGrowth::derivative(double t_s, double span_s, const st
         for (int i = 0; i < n; ++i) stage[i] = from[i] + part * h * k[i];
         return stage.data();
       };
-      narrow_.rate(t, from.data(), k1.data(), interval);
-      narrow_.rate(t + h / 2, shifted(k1, 0.5), k2.data(), interval);
-      narrow_.rate(t + h / 2, shifted(k2, 0.5), k3.data(), interval);
-      narrow_.rate(t + h, shifted(k3, 1), k4.data(), interval);
+      double_dynamics_.rate(t, from.data(), k1.data(), interval);
+      double_dynamics_.rate(t + h / 2, shifted(k1, 0.5), k2.data(), interval);
+      double_dynamics_.rate(t + h / 2, shifted(k2, 0.5), k3.data(), interval);
+      double_dynamics_.rate(t + h, shifted(k3, 1), k4.data(), interval);
       for (int i = 0; i < n; ++i) {
         added[i] += h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]);
         from[i] = start[i] + added[i];
@@ -131,7 +132,7 @@ ErrorGrowth::Columns ErrorGrowth::derivative(double t_s, double span_s, const st
   std::vector<bool> done(n, false);
   for (int first = 0; first < n; ++first) {
     if (done[first]) continue;
-    // The same place in every other body's list of components.
+    // The same component of every other body.
     std::vector<int> at{first};
     if (!coupled_) {
       const auto place = [&](int i) {
@@ -147,7 +148,7 @@ ErrorGrowth::Columns ErrorGrowth::derivative(double t_s, double span_s, const st
     for (const int i : at) {
       done[i] = true;
       const bool turns = layout_.kinds[i] == Kind::attitude || layout_.kinds[i] == Kind::rate;
-      step[i] = kNudge * std::max((turns ? 1 : 1e-3) * scale_[i], std::fabs(y[i]));
+      step[i] = kRelativeStep * std::max((turns ? 1 : 1e-3) * scale_[i], std::fabs(y[i]));
       up[i] += step[i];
       down[i] -= step[i];
       step[i] = up[i] - down[i];
@@ -174,8 +175,8 @@ void ErrorGrowth::flow(Wide t_s, Wide t_next_s, const std::vector<Wide>& y, int 
   const int n = layout_.size;
   Columns T = derivative(t, span, narrow, interval, 1);
   bool known = false;
-  double inflation = kLeastInflation;
-  for (int count = 2; count <= kMostSubsteps && !known; count *= 2) {
+  double inflation = kMinInflation;
+  for (int count = 2; count <= kMaxSubsteps && !known; count *= 2) {
     Columns finer = derivative(t, span, narrow, interval, count);
     double largest = 0, change = 0;
     for (int i = 0; i < n; ++i)
@@ -184,8 +185,8 @@ void ErrorGrowth::flow(Wide t_s, Wide t_next_s, const std::vector<Wide>& y, int 
         change = std::max(change, std::fabs(finer[i][j] - T[i][j]));
         if (!std::isfinite(finer[i][j])) change = HUGE_VAL;
       }
-    known = change <= (count < kRoundOffSubsteps ? kSettled : kSettledAtRoundOff) * largest;
-    if (known) inflation = kLeastInflation + change / largest;
+    known = change <= (count < kRoundOffSubsteps ? kDerivativeTolerance : kDerivativeToleranceAtRoundOff) * largest;
+    if (known) inflation = kMinInflation + change / largest;
     T = std::move(finer);
   }
   if (!known) {
@@ -198,10 +199,10 @@ void ErrorGrowth::flow(Wide t_s, Wide t_next_s, const std::vector<Wide>& y, int 
       if (Q_[k][i] == 0) continue;
       for (int j = 0; j < n; ++j) moved[k][j] += T[i][j] * Q_[k][i];
     }
-  apply(moved, noise(y, span, 64 * (1 + steps)), inflation);
+  apply(moved, round_off_bound(y, span, 64 * (1 + steps)), inflation);
 }
 
-// Modified Gram-Schmidt, each column orthogonalised twice; what is linearly dependent is replaced by a unit vector.
+// Modified Gram-Schmidt, each column orthogonalised twice; a linearly dependent column is replaced by a unit vector.
 void ErrorGrowth::apply(const Columns& moved, const std::vector<double>& delta, double inflation) {
   const int n = layout_.size;
   std::vector<int> order(n);
@@ -264,21 +265,22 @@ std::vector<Wide> ErrorGrowth::gap_gradient(const ContactPair& pair, const std::
   return row;
 }
 
-void ErrorGrowth::strike(Wide t_s, const Blow<Wide>& blow, const std::vector<Wide>& after, int interval, double off_m) {
+void ErrorGrowth::impact(Wide t_s, const Impact<Wide>& impact, const std::vector<Wide>& after, int interval,
+                         double gap_error_m) {
   if (!finite_) return;
   const int n = layout_.size;
-  const std::vector<Wide>& before = blow.before;
+  const std::vector<Wide>& before = impact.before;
   std::vector<double> place(n, 0), kick(n, 0);
   std::vector<bool> struck(scene_.bodies.size(), false);
-  const ContactPair* first = &blow.pairs.front();
+  const ContactPair* first = &impact.pairs.front();
   Wide fastest = 0;
-  for (const ContactPair& pair : blow.pairs) {
+  for (const ContactPair& pair : impact.pairs) {
     const Wide rate = gap(scene_, layout_, pair, before.data()).rate_m_per_s;
     if (rate < fastest) {
       fastest = rate;
       first = &pair;
     }
-    const double size = reach(pair.a, before.data(), 0) + reach(pair.b, before.data(), 0);
+    const double size = position_magnitude(pair.a, before.data(), 0) + position_magnitude(pair.b, before.data(), 0);
     const double speeds = speed(pair.a, before.data()) + speed(pair.b, before.data()) + speed(pair.a, after.data()) +
                           speed(pair.b, after.data());
     for (const int body : {pair.a, pair.b}) {
@@ -286,7 +288,7 @@ void ErrorGrowth::strike(Wide t_s, const Blow<Wide>& blow, const std::vector<Wid
       if (slot.velocity < 0) continue;
       struck[body] = true;
       for (int k = 0; k < 3; ++k) {
-        place[slot.position + k] = off_m + 16 * round_off_ * size;
+        place[slot.position + k] = gap_error_m + 16 * round_off_ * size;
         kick[slot.velocity + k] += 64 * round_off_ * speeds;
         if (slot.rate >= 0)
           kick[slot.rate + k] += 64 * round_off_ * (length(&before[slot.rate]) + length(&after[slot.rate]));
@@ -298,17 +300,17 @@ void ErrorGrowth::strike(Wide t_s, const Blow<Wide>& blow, const std::vector<Wid
   std::vector<Wide> f_before(n), f_after(n), jump(n);
   dynamics_.rate(t_s, before.data(), f_before.data(), interval);
   dynamics_.rate(t_s, after.data(), f_after.data(), interval);
-  // Columns of DR; the identity for bodies that are not struck.
+  // Columns of DR; the identity for bodies without an impact.
   std::vector<std::vector<Wide>> DR(n, std::vector<Wide>(n, 0));
   for (int i = 0; i < n; ++i) {
     DR[i][i] = 1;
     if (!struck[body_[i]]) continue;
-    const Wide h = kWideNudge * std::max(1e-3 * scale_[i], std::fabs(static_cast<double>(before[i])));
+    const Wide h = kQuadRelativeStep * std::max(1e-3 * scale_[i], std::fabs(static_cast<double>(before[i])));
     std::vector<Wide> up = before, down = before;
     up[i] += h;
     down[i] -= h;
-    strike_again(scene_, layout_, blow.pairs, up.data());
-    strike_again(scene_, layout_, blow.pairs, down.data());
+    reapply_impact(scene_, layout_, impact.pairs, up.data());
+    reapply_impact(scene_, layout_, impact.pairs, down.data());
     for (int j = 0; j < n; ++j) DR[i][j] = (up[j] - down[j]) / (2 * h);
   }
   jump = f_after;
@@ -327,29 +329,29 @@ void ErrorGrowth::strike(Wide t_s, const Blow<Wide>& blow, const std::vector<Wid
     }
   }
   for (int i = 0; i < n; ++i) kick[i] += place[i];
-  apply(moved, kick, kLeastInflation);
+  apply(moved, kick, kMinInflation);
 }
 
 void ErrorGrowth::hold_on_plane(int body, const Real3& normal) {
   dynamics_.hold_on_plane(body, normal);
-  narrow_.hold_on_plane(body, normal);
+  double_dynamics_.hold_on_plane(body, normal);
 }
 
-void ErrorGrowth::keep_to_plane(int body, const Real3& normal, double off_m) {
+void ErrorGrowth::keep_to_plane(int body, const Real3& normal, double gap_error_m) {
   const double size = std::hypot(normal[0], normal[1], normal[2]);
   Columns moved = Q_;
   std::vector<double> delta(layout_.size, 0);
   for (const int from : {layout_.slots[body].position, layout_.slots[body].velocity})
     for (auto& column : moved) {
-      double along = 0;
-      for (int k = 0; k < 3; ++k) along += column[from + k] * normal[k] / size;
-      for (int k = 0; k < 3; ++k) column[from + k] -= along * normal[k] / size;
+      double project_bound = 0;
+      for (int k = 0; k < 3; ++k) project_bound += column[from + k] * normal[k] / size;
+      for (int k = 0; k < 3; ++k) column[from + k] -= project_bound * normal[k] / size;
     }
-  for (int k = 0; k < 3; ++k) delta[layout_.slots[body].position + k] = off_m;
+  for (int k = 0; k < 3; ++k) delta[layout_.slots[body].position + k] = gap_error_m;
   apply(moved, delta, 1);
 }
 
-double ErrorGrowth::along(const std::vector<double>& row) const {
+double ErrorGrowth::project_bound(const std::vector<double>& row) const {
   double sum = 0;
   for (int k = 0; k < layout_.size; ++k) {
     double part = 0;
@@ -370,7 +372,8 @@ std::vector<double> ErrorGrowth::bounds() const {
 double ErrorGrowth::gap_bound(const ContactPair& pair, const std::vector<Wide>& y) const {
   std::vector<double> row;
   for (const Wide& each : gap_gradient(pair, y)) row.push_back(static_cast<double>(each));
-  return along(row) + 16 * round_off_ * (reach(pair.a, y.data(), 0) + reach(pair.b, y.data(), 0));
+  return project_bound(row) +
+         16 * round_off_ * (position_magnitude(pair.a, y.data(), 0) + position_magnitude(pair.b, y.data(), 0));
 }
 
 double ErrorGrowth::gap_acceleration(const ContactPair& pair, Wide t_s, const std::vector<Wide>& y,
@@ -383,7 +386,7 @@ double ErrorGrowth::gap_acceleration(const ContactPair& pair, Wide t_s, const st
     change = std::max(change, magnitude(f[i]) / Wide(scale_[i]));
   }
   if (!(change > 0)) return 0;
-  const Wide h = Wide(kWideNudge) * size / change;
+  const Wide h = Wide(kQuadRelativeStep) * size / change;
   for (int i = 0; i < layout_.size; ++i) {
     up[i] += h * f[i];
     down[i] -= h * f[i];
@@ -393,7 +396,7 @@ double ErrorGrowth::gap_acceleration(const ContactPair& pair, Wide t_s, const st
       (2 * h));
 }
 
-// The rate is u . n: its gradient has n at the velocities and the turning of n at the positions.
+// The rate is u . n: its gradient is n with respect to the velocities, and u . dn with respect to the positions.
 double ErrorGrowth::rate_bound(const ContactPair& pair, const std::vector<Wide>& y) const {
   std::vector<double> row(layout_.size, 0);
   for (const int body : {pair.a, pair.b}) {
@@ -401,7 +404,7 @@ double ErrorGrowth::rate_bound(const ContactPair& pair, const std::vector<Wide>&
     if (slot.velocity < 0) continue;
     for (int from : {slot.position, slot.velocity})
       for (int k = from; k < from + 3; ++k) {
-        const Wide h = kWideNudge * std::max(1e-3 * scale_[k], std::fabs(static_cast<double>(y[k])));
+        const Wide h = kQuadRelativeStep * std::max(1e-3 * scale_[k], std::fabs(static_cast<double>(y[k])));
         std::vector<Wide> up = y, down = y;
         up[k] += h;
         down[k] -= h;
@@ -410,7 +413,7 @@ double ErrorGrowth::rate_bound(const ContactPair& pair, const std::vector<Wide>&
                                      (2 * h));
       }
   }
-  return along(row) + 16 * round_off_ * (speed(pair.a, y.data()) + speed(pair.b, y.data()));
+  return project_bound(row) + 16 * round_off_ * (speed(pair.a, y.data()) + speed(pair.b, y.data()));
 }
 
 }  // namespace atwood::dynamics

@@ -1,5 +1,5 @@
-// A motion with contacts as the list of the instants at which something happened; the growth of errors is computed along
-// it.
+// A motion with contacts as the list of the instants at which something happened. shared_errors.hpp propagates errors
+// along this list.
 #pragma once
 
 #include <cstdint>
@@ -10,31 +10,33 @@
 
 namespace atwood::dynamics {
 
-// A ball whose bounces to come are summed as a geometric series: what the sum leaves out.
-template <class S> struct Laid {
+// The infinitely many bounces in finite time with which a ball comes to rest on a plane (Zeno behaviour: B. Brogliato,
+// Nonsmooth Mechanics, 2016), summed as a geometric series. The ball is at rest on the plane from `t_rest`
+// on; the other fields bound what the sum neglects.
+template <class S> struct BounceSeries {
   ContactPair pair;
-  int ball = -1;
-  Real3 normal{};
-  S until{};                      // when the last bounce ends
-  S bar_s{};                      // by how much that may be off, as the pull is not constant
-  S height_m{}, speed_m_per_s{};  // of the bounces left out: none is higher or faster
-  S per_speed{};                  // seconds of bouncing for each m/s that the ball leaves with
-  std::vector<S> push;            // what the bounces left out may change of each component of y
-  bool told = false;              // there is an event of it
+  int ball = -1;                  // index of the body that bounces; -1: neither body is a plane
+  Real3 normal{};                 // of the plane, as in the scene (unit to round-off)
+  S t_rest{};                     // [s] end of the last bounce
+  S bar_s{};                      // half-width of t_rest: the relative acceleration is not constant
+  S height_m{}, speed_m_per_s{};  // largest height and speed of the neglected bounces
+  S duration_per_speed{};         // [s / (m/s)] duration of the series for each m/s of the ball's rebound
+  std::vector<S> neglected;       // change of each component of y by the neglected bounces, at most
+  bool has_event = false;         // the events of the run contain a rest event for this series
 };
 
 // What happened at one instant.
 template <class S> struct Instant {
-  S t{};
-  int interval = 0;
-  double steps = 0;          // taken since the instant before
-  std::int64_t sample = -1;  // which one this is
-  S off_m{};                 // how far from zero the gaps of what was struck were
-  std::vector<Blow<S>> blows;
-  std::vector<Laid<S>> laid;
-  std::optional<ContactPair> passed;  // came near, and did not touch
-  std::size_t first_event = 0;
-  std::vector<S> after;  // the state
+  S t{};                     // [s]
+  int interval = 0;          // between switches: see Dynamics::rate
+  double steps = 0;          // number of integration steps since the instant before
+  std::int64_t sample = -1;  // number of the sample taken here; -1: none
+  S gap_error_m{};           // largest |gap| of the contacts at their located impact
+  std::vector<Impact<S>> impacts;
+  std::vector<BounceSeries<S>> series;
+  std::optional<ContactPair> passage;  // this pair was closest here and did not touch
+  std::size_t first_event = 0;         // index of the first event of this instant in the run's events
+  std::vector<S> after;                // y after the impacts
 };
 
 }  // namespace atwood::dynamics

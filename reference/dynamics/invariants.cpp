@@ -210,14 +210,14 @@ Wide magnetic_moment(const Scene& scene, const Sample& sample, int body) {
 
 namespace {
 
-constexpr Real3 kNothing{};
+constexpr Real3 kZero{};
 
-// What a scene's forces do to the invariants, each a reason why some quantity is lost.
-struct Character {
-  bool dissipates = false;  // energy is not kept
-  bool external = false;    // a force from outside the bodies that is not uniform gravity
-  bool off_origin = false;  // ... and is not central about the origin either
-  bool twists = false;      // changes the angular momentum about the centre of mass
+// What a scene's forces do to the invariants: each field is a reason why some quantity is not conserved.
+struct ForceProperties {
+  bool dissipates = false;     // energy is not conserved
+  bool external = false;       // a force from outside the bodies that is not uniform gravity
+  bool off_origin = false;     // ... and is not central about the origin either
+  bool exerts_torque = false;  // changes the angular momentum about the centre of mass
   int attractors = 0, magnets = 0, others = 0;
 };
 
@@ -225,45 +225,45 @@ bool any_fixed(const Scene& scene, const std::vector<int>& bodies) {
   return std::any_of(bodies.begin(), bodies.end(), [&](int i) { return scene.bodies[i].fixed; });
 }
 
-void note_external(Character& c) { c.external = c.off_origin = c.twists = true; }
+void add_external_force(ForceProperties& c) { c.external = c.off_origin = c.exerts_torque = true; }
 
-void note(Character& c, const Scene& scene, const Force& force) {
+void add_force(ForceProperties& c, const Scene& scene, const Force& force) {
   if (const auto* gravity = std::get_if<MutualGravity>(&force)) {
-    if (any_fixed(scene, gravity->bodies)) note_external(c);
+    if (any_fixed(scene, gravity->bodies)) add_external_force(c);
     ++c.others;
   } else if (const auto* coulomb = std::get_if<Coulomb>(&force)) {
-    if (any_fixed(scene, coulomb->bodies)) note_external(c);
+    if (any_fixed(scene, coulomb->bodies)) add_external_force(c);
     ++c.others;
   } else if (const auto* attractor = std::get_if<Attractor>(&force)) {
-    const bool central = attractor->center_m == kNothing;
-    c.external = c.twists = true;
+    const bool central = attractor->center_m == kZero;
+    c.external = c.exerts_torque = true;
     c.off_origin |= !central;
     ++c.attractors;
   } else if (const auto* spring = std::get_if<Spring>(&force)) {
     c.dissipates |= spring->damping_N_s_per_m != 0;
     if (spring->bodies.size() < 2 || any_fixed(scene, spring->bodies)) {
-      const bool central = spring->bodies.size() == 1 && spring->anchor_m == kNothing;
-      c.external = c.twists = true;
+      const bool central = spring->bodies.size() == 1 && spring->anchor_m == kZero;
+      c.external = c.exerts_torque = true;
       c.off_origin |= !central;
     }
     ++c.others;
   } else if (const auto* field = std::get_if<Lorentz>(&force)) {
     const bool neutral =
         std::all_of(field->bodies.begin(), field->bodies.end(), [&](int i) { return scene.bodies[i].charge_C == 0; });
-    if (!neutral) note_external(c);
+    if (!neutral) add_external_force(c);
     ++c.magnets;
   } else if (const auto* push = std::get_if<PointForce>(&force)) {
     c.dissipates |= !push->on_s.empty();
-    note_external(c);
+    add_external_force(c);
     ++c.others;
-  } else {  // drags, drive, thruster: work is done; rotating frame and potentials: kept energy, outside force
+  } else {  // drags, drive, thruster: not conservative; rotating frame, potentials: conservative external force
     c.dissipates |= !std::holds_alternative<RotatingFrame>(force) && !std::holds_alternative<Potential>(force);
-    note_external(c);
+    add_external_force(c);
     ++c.others;
   }
 }
 
-bool takes_energy(const PairLaw& law) {
+bool dissipates_energy(const PairLaw& law) {
   return law.restitution != 1 || law.friction != 0 || law.contact_law != ContactLaw::rigid;
 }
 
@@ -271,14 +271,14 @@ bool takes_energy(const PairLaw& law) {
 
 bool conserves(const Scene& scene, std::string_view quantity) {
   if (!scene.problem.empty()) return false;
-  Character c;
-  for (const Force& force : scene.forces) note(c, scene, force);
-  const bool falls = scene.gravity_m_per_s2 != kNothing;
-  const bool touches = contacts_possible(scene), lossy = std::ranges::any_of(laws_in_play(scene), takes_energy);
-  bool walled = false, late = false;
+  ForceProperties c;
+  for (const Force& force : scene.forces) add_force(c, scene, force);
+  const bool uniform_gravity = scene.gravity_m_per_s2 != kZero;
+  const bool touches = contacts_possible(scene), lossy = std::ranges::any_of(laws_in_play(scene), dissipates_energy);
+  bool fixed_shape = false, later_release = false;
   for (const Body& body : scene.bodies) {
-    walled |= touches && body.fixed && body.shape.index() != 0;
-    late |= !body.fixed && body.release_s > 0;
+    fixed_shape |= touches && body.fixed && body.shape.index() != 0;
+    later_release |= !body.fixed && body.release_s > 0;
   }
 
   if (quantity == "energy") return !c.dissipates && !lossy;
@@ -287,10 +287,11 @@ bool conserves(const Scene& scene, std::string_view quantity) {
                                      [](const Force& f) { return std::holds_alternative<RotatingFrame>(f); });
     return turning && !c.dissipates && !lossy;
   }
-  if (quantity == "momentum" || quantity == "center-of-mass") return !c.external && !falls && !walled && !late;
-  if (quantity == "angular-momentum") return !c.off_origin && !falls && !walled && !late;
-  if (quantity == "angular-momentum-center") return !c.twists && !walled && !late;
-  if (touches || falls || late) return false;
+  if (quantity == "momentum" || quantity == "center-of-mass")
+    return !c.external && !uniform_gravity && !fixed_shape && !later_release;
+  if (quantity == "angular-momentum") return !c.off_origin && !uniform_gravity && !fixed_shape && !later_release;
+  if (quantity == "angular-momentum-center") return !c.exerts_torque && !fixed_shape && !later_release;
+  if (touches || uniform_gravity || later_release) return false;
   if (quantity == "magnetic-moment") return c.magnets == 1 && c.attractors == 0 && c.others == 0;
   if (quantity == "laplace-runge-lenz") {
     if (c.attractors == 1) return c.magnets == 0 && c.others == 0;

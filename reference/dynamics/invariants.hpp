@@ -1,4 +1,4 @@
-// What a motion should keep, from samples, by the reference's own formulas. SI; world axes; sums in Wide.
+// Conserved quantities of a motion, from samples, by the reference's own formulas. SI units; world axes; sums in Wide.
 #pragma once
 
 #include <array>
@@ -31,7 +31,7 @@ Wide3 laplace_runge_lenz(const Scene& scene, const Sample& sample, int body);
 // m |v_perp - v_drift|^2 / (2 |B|) [J/T] with v_drift = E x B / B^2, of the first Lorentz force on `body`.
 Wide magnetic_moment(const Scene& scene, const Sample& sample, int body);
 
-// Does the exact motion of the scene keep this quantity? energy, momentum, angular-momentum (about the origin),
+// Does the exact motion of the scene conserve this quantity? energy, momentum, angular-momentum (about the origin),
 // angular-momentum-center, center-of-mass (its motion is uniform), jacobi-constant, laplace-runge-lenz,
 // magnetic-moment. Unknown names: false. Impacts count: a bounce with restitution < 1 loses energy.
 bool conserves(const Scene& scene, std::string_view quantity);

@@ -8,75 +8,76 @@ namespace atwood::dynamics {
 
 template <class S>
 LastBounces<S> last_bounces(const Scene& scene, const Dynamics<S>& dynamics, const ContactPair& pair, S t_s, const S* y,
-                            int interval, S slow) {
+                            int interval, S speed_tolerance) {
   const Layout& layout = dynamics.layout();
   const int n = layout.size;
   const Gap<S> now = gap(scene, layout, pair, y);
   LastBounces<S> made;
   made.dydt.resize(n);
   dynamics.rate(t_s, y, made.dydt.data(), interval);
-  const auto pull_of = [&](const std::vector<S>& f) {
-    S pull = 0;
+  const auto attraction = [&](const std::vector<S>& f) {
+    S approach_acceleration = 0;
     for (const int body : {pair.a, pair.b})
       if (const int at = layout.slots[body].velocity; at >= 0)
-        pull += S(body == pair.a ? 1 : -1) * dot(read3(&f[at]), now.normal);
-    return pull;
+        approach_acceleration += S(body == pair.a ? 1 : -1) * dot(read3(&f[at]), now.normal);
+    return approach_acceleration;
   };
-  const S pull = pull_of(made.dydt), speed = magnitude(now.rate_m_per_s), e = pair.restitution;
-  made.lies = speed <= slow;
-  made.pulled = pull > 0;
-  if (!made.pulled || (e >= 1 && !made.lies)) return made;
-  made.flight_s = 2 * speed / pull;
-  const S span = made.lies ? S(0) : made.flight_s / (1 - e);
-  Laid<S>& laid = made.laid;
-  laid.pair = pair;
-  laid.ball = ball_of(scene, pair);
-  laid.until = t_s + span;
-  if (laid.ball < 0) return made;
-  laid.normal = std::get<Plane>(scene.bodies[plane_of(scene, pair)].shape).normal;
-  // The ball held, falling as fast as it leaves, and at the end of its bounces.
-  const int at = layout.slots[laid.ball].velocity;
-  const S outward = laid.ball == pair.b ? now.rate_m_per_s : -now.rate_m_per_s;
-  made.held.assign(y, y + n);
-  std::vector<S> falling = made.held, later, f(n), quiet(n);
+  const S approach_acceleration = attraction(made.dydt), speed = magnitude(now.rate_m_per_s), e = pair.restitution;
+  made.at_rest = speed <= speed_tolerance;
+  made.attracted = approach_acceleration > 0;
+  if (!made.attracted || (e >= 1 && !made.at_rest)) return made;
+  made.flight_s = 2 * speed / approach_acceleration;
+  const S span = made.at_rest ? S(0) : made.flight_s / (1 - e);
+  BounceSeries<S>& series = made.series;
+  series.pair = pair;
+  series.ball = ball_of(scene, pair);
+  series.t_rest = t_s + span;
+  if (series.ball < 0) return made;
+  series.normal = std::get<Plane>(scene.bodies[plane_of(scene, pair)].shape).normal;
+  // Three more states: the ball at rest now, falling at its rebound speed, and at rest after the series.
+  const int at = layout.slots[series.ball].velocity;
+  const S outward = series.ball == pair.b ? now.rate_m_per_s : -now.rate_m_per_s;
+  made.y_at_rest.assign(y, y + n);
+  std::vector<S> falling = made.y_at_rest, later, f(n), rates_at_rest(n);
   for (int k = 0; k < 3; ++k) {
-    made.held[at + k] -= outward * now.normal[k];
+    made.y_at_rest[at + k] -= outward * now.normal[k];
     falling[at + k] -= 2 * outward * now.normal[k];
   }
-  later = made.held;
+  later = made.y_at_rest;
   for (int i = 0; i < n; ++i) later[i] += span * made.dydt[i];
-  for (int k = 0; k < 3; ++k) later[at + k] = made.held[at + k];
-  dynamics.rate(t_s, made.held.data(), quiet.data(), interval);
-  S low = std::min(pull, pull_of(quiet)), high = std::max(pull, pull_of(quiet));
+  for (int k = 0; k < 3; ++k) later[at + k] = made.y_at_rest[at + k];
+  dynamics.rate(t_s, made.y_at_rest.data(), rates_at_rest.data(), interval);
+  S low = std::min(approach_acceleration, attraction(rates_at_rest)),
+    high = std::max(approach_acceleration, attraction(rates_at_rest));
   dynamics.rate(t_s + span, later.data(), f.data(), interval);
-  low = std::min(low, pull_of(f));
-  high = std::max(high, pull_of(f));
+  low = std::min(low, attraction(f));
+  high = std::max(high, attraction(f));
   dynamics.rate(t_s, falling.data(), f.data(), interval);
-  low = std::min(low, pull_of(f));
-  high = std::max(high, pull_of(f));
-  // What is left out of the rates; the plane answers for the ball's part along the normal.
+  low = std::min(low, attraction(f));
+  high = std::max(high, attraction(f));
+  // The rates that the series neglects. The reaction of the plane cancels the ball's normal component.
   const auto without_normal = [&](const std::vector<S>& rates) {
     std::vector<S> left(n, S(0));
     for (int i = 0; i < n; ++i)
-      if (layout.kinds[i] != Kind::position) left[i] = rates[i] - quiet[i];
+      if (layout.kinds[i] != Kind::position) left[i] = rates[i] - rates_at_rest[i];
     const S along = dot(read3(&left[at]), now.normal);
     for (int k = 0; k < 3; ++k) left[at + k] -= along * now.normal[k];
     return left;
   };
   const std::vector<S> down = without_normal(f), up = without_normal(made.dydt);
-  laid.push.assign(n, S(0));
-  for (int i = 0; i < n; ++i) laid.push[i] = span * std::max(magnitude(down[i]), magnitude(up[i]));
+  series.neglected.assign(n, S(0));
+  for (int i = 0; i < n; ++i) series.neglected[i] = span * std::max(magnitude(down[i]), magnitude(up[i]));
   for (const Slot& slot : layout.slots)
     for (int k = 0; k < 3 && slot.velocity >= 0; ++k)
-      laid.push[slot.position + k] = span * laid.push[slot.velocity + k];
-  const S change = 2 * (high - low) / pull;
-  made.ends = made.lies || (low > 0 && change < 1 && e * (1 + change) < 1);
-  if (made.lies || !made.ends) return made;
-  laid.bar_s = span * std::max((1 + change) * (1 - e) / (1 - e * (1 + change)) - 1,
-                               1 - (1 - change) * (1 - e) / (1 - e * (1 - change)));
-  laid.height_m = speed * speed / (2 * low);
-  laid.speed_m_per_s = speed;
-  laid.per_speed = 2 / (low * (1 - e));
+      series.neglected[slot.position + k] = span * series.neglected[slot.velocity + k];
+  const S change = 2 * (high - low) / approach_acceleration;
+  made.converges = made.at_rest || (low > 0 && change < 1 && e * (1 + change) < 1);
+  if (made.at_rest || !made.converges) return made;
+  series.bar_s = span * std::max((1 + change) * (1 - e) / (1 - e * (1 + change)) - 1,
+                                 1 - (1 - change) * (1 - e) / (1 - e * (1 - change)));
+  series.height_m = speed * speed / (2 * low);
+  series.speed_m_per_s = speed;
+  series.duration_per_speed = 2 / (low * (1 - e));
   return made;
 }
 

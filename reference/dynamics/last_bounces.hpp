@@ -7,23 +7,26 @@
 namespace atwood::dynamics {
 
 template <class S> struct LastBounces {
-  bool pulled = false;  // towards each other: else there is no next bounce
-  bool lies = false;    // neither bounces nor approaches
-  bool ends = false;    // the series converges whatever the pull does meanwhile
-  S flight_s{};         // the next one
-  Laid<S> laid;
-  std::vector<S> held;  // y with the gap's rate removed from the ball
-  std::vector<S> dydt;
+  bool attracted = false;  // the bodies accelerate towards each other; otherwise there is no next bounce
+  bool at_rest = false;    // the normal relative velocity is zero to within the tolerance
+  bool converges = false;  // the series has a finite sum for every acceleration within the bounds below
+  S flight_s{};            // duration of the next flight
+  BounceSeries<S> series;
+  std::vector<S> y_at_rest;  // y without the ball's normal velocity
+  std::vector<S> dydt;       // rates at (t, y)
 };
 
-// Of a pair that touches and leaves at (t, y) at the gap's rate v; slower than `slow` it lies. A flight takes 2 v / a
-// against a pull a, and all flights to come
+// The bounces to come of a pair that touches and separates at (t, y) with normal velocity v. A pair slower than
+// `speed_tolerance` [m/s] is at rest. With a constant acceleration a towards each other a flight takes 2 v / a, and all
+// flights to come take
 //   T = sum_k 2 v e^k / a = 2 v / (a (1 - e)).
-// Where the pull stays within (1 +- c) a meanwhile, so does about each flight and each speed of return, and
+// While the acceleration stays within (1 +- c) a, each flight and each return speed do so too, and
 //   2 v / a (1 - c) / (1 - e (1 - c)) <= T <= 2 v / a (1 + c) / (1 - e (1 + c)).
-// c is twice what the pull changes by when the ball leaves, when it falls as fast, and when it has come to rest.
+// c is twice the relative change of the acceleration between four states: the given one, the ball falling at v, the ball
+// at rest now, and the ball at rest after T.
+// `dydt` and `attracted` are always filled; `series` only for a ball on a plane with e < 1.
 template <class S>
 LastBounces<S> last_bounces(const Scene& scene, const Dynamics<S>& dynamics, const ContactPair& pair, S t_s, const S* y,
-                            int interval, S slow);
+                            int interval, S speed_tolerance);
 
 }  // namespace atwood::dynamics

@@ -9,8 +9,8 @@ namespace atwood::dynamics {
 
 namespace {
 
-// Where every body of the scene is, fixed and held ones included, and what acts on it so far.
-template <class S> struct Instant {
+// The state of every body of the scene, including fixed and held ones, and the loads summed so far.
+template <class S> struct BodyStates {
   S t_s{};
   std::vector<Triple<S>> p_WB, v_WB, w_WB_B;
   std::vector<std::array<S, 4>> q_WB;
@@ -23,10 +23,10 @@ double parameter(const Potential& potential, const char* name, double otherwise)
   return found == potential.parameters.end() ? otherwise : found->second;
 }
 
-// ---- one function a force: adds its loads -----------------------------------------------------------------------
+// ---- one function per force: adds its loads ---------------------------------------------------------------------
 
 // a_i = sum_j G m_j (p_j - p_i) / (r^2 + eps^2)^(3/2)
-template <class S> void add(const MutualGravity& gravity, const Scene& scene, Instant<S>& now) {
+template <class S> void add(const MutualGravity& gravity, const Scene& scene, BodyStates<S>& now) {
   const S G = gravity.constant_m3_per_kg_s2, softening = gravity.softening_m;
   const S softening2 = softening * softening;
   for (std::size_t i = 0; i < gravity.bodies.size(); ++i)
@@ -40,7 +40,7 @@ template <class S> void add(const MutualGravity& gravity, const Scene& scene, In
     }
 }
 
-template <class S> void add(const Attractor& attractor, const Scene&, Instant<S>& now) {
+template <class S> void add(const Attractor& attractor, const Scene&, BodyStates<S>& now) {
   const Triple<S> center = widen<S>(attractor.center_m);
   for (const int i : attractor.bodies) {
     const Triple<S> r = now.p_WB[i] - center;
@@ -49,14 +49,14 @@ template <class S> void add(const Attractor& attractor, const Scene&, Instant<S>
   }
 }
 
-template <class S> void add(const LinearDrag& drag, const Scene&, Instant<S>& now) {
+template <class S> void add(const LinearDrag& drag, const Scene&, BodyStates<S>& now) {
   for (const int i : drag.bodies) {
     now.force_W[i] -= S(drag.coefficient_kg_per_s) * (now.v_WB[i] - widen<S>(drag.wind_m_per_s));
     now.torque_B[i] -= S(drag.angular_coefficient_N_m_s) * now.w_WB_B[i];
   }
 }
 
-template <class S> void add(const QuadraticDrag& drag, const Scene&, Instant<S>& now) {
+template <class S> void add(const QuadraticDrag& drag, const Scene&, BodyStates<S>& now) {
   const S half = S(drag.density_kg_per_m3) * S(drag.drag_coefficient) * S(drag.area_m2) / 2;
   for (const int i : drag.bodies) {
     const Triple<S> u = now.v_WB[i] - widen<S>(drag.wind_m_per_s);
@@ -65,15 +65,16 @@ template <class S> void add(const QuadraticDrag& drag, const Scene&, Instant<S>&
   }
 }
 
-// A force at a point of the body: also a moment about the centre of mass.
-template <class S> void push(Instant<S>& now, int body, const Triple<S>& point_B, const Triple<S>& force_W) {
+// A force at a point of the body, with its moment about the centre of mass.
+template <class S>
+void add_point_force(BodyStates<S>& now, int body, const Triple<S>& point_B, const Triple<S>& force_W) {
   now.force_W[body] += force_W;
   now.torque_B[body] += cross(point_B, rotate_back(now.q_WB[body], force_W));
 }
 
 // Along d = x_b - x_a (length L): pulls a towards b with k (L - L0) + c dL/dt, dL/dt = d . (v_b - v_a) / L.
 // Without a rest length the elastic part k d needs no division; through L = 0 the damped motion goes along u itself.
-template <class S> void add(const Spring& spring, const Scene&, Instant<S>& now) {
+template <class S> void add(const Spring& spring, const Scene&, BodyStates<S>& now) {
   Triple<S> point_B[2]{}, x[2]{}, v[2]{};
   for (std::size_t k = 0; k < spring.bodies.size() && k < 2; ++k) {
     const int i = spring.bodies[k];
@@ -94,22 +95,22 @@ template <class S> void add(const Spring& spring, const Scene&, Instant<S>& now)
   } else {
     force_W += S(spring.damping_N_s_per_m) * u;
   }
-  push(now, spring.bodies[0], point_B[0], force_W);
-  if (!anchored) push(now, spring.bodies[1], point_B[1], S(-1) * force_W);
+  add_point_force(now, spring.bodies[0], point_B[0], force_W);
+  if (!anchored) add_point_force(now, spring.bodies[1], point_B[1], S(-1) * force_W);
 }
 
-template <class S> void add(const Drive& drive, const Scene&, Instant<S>& now) {
+template <class S> void add(const Drive& drive, const Scene&, BodyStates<S>& now) {
   const S phase = S(drive.angular_frequency_rad_per_s) * now.t_s + S(drive.phase_rad);
   for (const int i : drive.bodies) now.force_W[i] += cos(phase) * widen<S>(drive.force_N);
 }
 
-template <class S> void add(const Lorentz& field, const Scene& scene, Instant<S>& now) {
+template <class S> void add(const Lorentz& field, const Scene& scene, BodyStates<S>& now) {
   for (const int i : field.bodies)
     now.force_W[i] += S(scene.bodies[i].charge_C) *
                       (widen<S>(field.electric_V_per_m) + cross(now.v_WB[i], widen<S>(field.magnetic_T)));
 }
 
-template <class S> void add(const Coulomb& coulomb, const Scene& scene, Instant<S>& now) {
+template <class S> void add(const Coulomb& coulomb, const Scene& scene, BodyStates<S>& now) {
   for (std::size_t i = 0; i < coulomb.bodies.size(); ++i)
     for (std::size_t j = i + 1; j < coulomb.bodies.size(); ++j) {
       const int a = coulomb.bodies[i], b = coulomb.bodies[j];
@@ -122,25 +123,25 @@ template <class S> void add(const Coulomb& coulomb, const Scene& scene, Instant<
     }
 }
 
-template <class S> void add(const Thruster& thruster, const Scene&, Instant<S>& now) {
+template <class S> void add(const Thruster& thruster, const Scene&, BodyStates<S>& now) {
   const Triple<S> force_B = S(thruster.thrust_N) * widen<S>(thruster.direction_body);
   now.force_W[thruster.body] += rotate(now.q_WB[thruster.body], force_B);
   now.torque_B[thruster.body] += cross(widen<S>(thruster.point_body_m), force_B);
 }
 
-template <class S> void add(const PointForce& force, const Scene&, Instant<S>& now) {
-  push(now, force.body, widen<S>(force.point_body_m), widen<S>(force.force_N));
+template <class S> void add(const PointForce& force, const Scene&, BodyStates<S>& now) {
+  add_point_force(now, force.body, widen<S>(force.point_body_m), widen<S>(force.force_N));
 }
 
 // a = -2 W x v - W x (W x r), on every point mass.
-template <class S> void add(const RotatingFrame& frame, const Scene& scene, Instant<S>& now) {
+template <class S> void add(const RotatingFrame& frame, const Scene& scene, BodyStates<S>& now) {
   const Triple<S> W = widen<S>(frame.angular_velocity_rad_per_s);
   for (std::size_t i = 0; i < scene.bodies.size(); ++i)
     if (!rotates(scene.bodies[i])) now.acceleration_W[i] -= cross(W, S(2) * now.v_WB[i] + cross(W, now.p_WB[i]));
 }
 
 // V = 1/2 (x^2 + y^2) + lambda (x^2 y - y^3 / 3)
-template <class S> void add(const Potential& potential, const Scene&, Instant<S>& now) {
+template <class S> void add(const Potential& potential, const Scene&, BodyStates<S>& now) {
   const S lambda = parameter(potential, "lambda", 1);
   for (const int i : potential.bodies) {
     const S x = now.p_WB[i][0], y = now.p_WB[i][1];
@@ -171,7 +172,7 @@ std::string unsupported(const Scene& scene) {
     if (const auto* potential = std::get_if<Potential>(&force); potential && potential->name != "henon-heiles")
       return "no equations for the potential `" + potential->name + "`";
   for (const Body& body : scene.bodies)
-    if (!body.fixed && !(body.mass_kg > 0)) return "body `" + body.name + "` moves and has no mass";
+    if (!body.fixed && !(body.mass_kg > 0)) return "body `" + body.name + "` is mobile and has no mass";
   return "";
 }
 
@@ -184,11 +185,11 @@ template <class S> struct Dynamics<S>::Parts {
   std::vector<char> diagonal;
   std::vector<Triple<S>> fixed_p;
   std::vector<std::array<S, 4>> fixed_q;
-  struct Hold {
+  struct HeldOnPlane {
     int body;
     Triple<S> normal;
   };
-  std::vector<Hold> holds;
+  std::vector<HeldOnPlane> held_on_plane;
 
   Parts(const Scene& given, double t_end_s) : scene(given), map(dynamics::layout(given)) {
     if (const std::string why = unsupported(scene); !why.empty()) throw std::invalid_argument(why);
@@ -223,7 +224,7 @@ template <class S> struct Dynamics<S>::Parts {
     for (S& part : q) part /= sqrt(square);
   }
 
-  void place(Instant<S>& now, const S* y, int interval) const {
+  void place(BodyStates<S>& now, const S* y, int interval) const {
     const std::size_t n = scene.bodies.size();
     now.p_WB.assign(fixed_p.begin(), fixed_p.end());
     now.q_WB.assign(fixed_q.begin(), fixed_q.end());
@@ -237,14 +238,14 @@ template <class S> struct Dynamics<S>::Parts {
       if (slot.position < 0) continue;
       now.p_WB[i] = read3(y + slot.position);
       if (slot.attitude >= 0) std::copy_n(y + slot.attitude, 4, now.q_WB[i].begin());
-      if (held[interval][i]) continue;  // stands still, whatever velocity it will start with
+      if (held[interval][i]) continue;  // at rest until its release, whatever its initial velocity
       now.v_WB[i] = read3(y + slot.velocity);
       if (slot.rate >= 0) now.w_WB_B[i] = read3(y + slot.rate);
     }
   }
 
   // q' = 1/2 q (0, w); w' = I^-1 (torque - w x I w)
-  void turn(const Instant<S>& now, std::size_t i, S* dydt) const {
+  void turn(const BodyStates<S>& now, std::size_t i, S* dydt) const {
     const Slot& slot = map.slots[i];
     const std::array<S, 4>& q = now.q_WB[i];
     const Triple<S>& w = now.w_WB_B[i];
@@ -254,7 +255,7 @@ template <class S> struct Dynamics<S>::Parts {
     dydt[slot.attitude + 2] = half * (q[0] * w[1] + q[3] * w[0] - q[1] * w[2]);
     dydt[slot.attitude + 3] = half * (q[0] * w[2] + q[1] * w[1] - q[2] * w[0]);
     const Matrix<S>& I = inertia[i];
-    if (diagonal[i]) {  // Euler's equations as they are written in books
+    if (diagonal[i]) {  // Euler's equations about the principal axes
       for (int k = 0; k < 3; ++k) {
         const int l = (k + 1) % 3, m = (k + 2) % 3;
         dydt[slot.rate + k] = (now.torque_B[i][k] + (I[4 * l] - I[4 * m]) * w[l] * w[m]) * inverse_inertia[i][4 * k];
@@ -273,16 +274,16 @@ template <class S> struct Dynamics<S>::Parts {
 
   void rate(S t_s, const S* y, S* dydt, int interval) const {
     if (!scene.problem.empty()) return lorenz(y, dydt);
-    static thread_local Instant<S> now;
+    static thread_local BodyStates<S> now;
     now.t_s = t_s;
     place(now, y, interval);
     for (std::size_t k = 0; k < scene.forces.size(); ++k)
       if (on[interval][k]) std::visit([&](const auto& force) { add(force, scene, now); }, scene.forces[k]);
-    for (const Hold& hold : holds) {  // the plane answers what pushes into it
-      Triple<S>& a = now.acceleration_W[hold.body];
-      const S mass = scene.bodies[hold.body].mass_kg;
-      const S into = dot(a, hold.normal) + dot(now.force_W[hold.body], hold.normal) / mass;
-      if (into < 0) a -= into * hold.normal;
+    for (const HeldOnPlane& held_body : held_on_plane) {  // the reaction of the plane cancels the acceleration into it
+      Triple<S>& a = now.acceleration_W[held_body.body];
+      const S mass = scene.bodies[held_body.body].mass_kg;
+      const S into = dot(a, held_body.normal) + dot(now.force_W[held_body.body], held_body.normal) / mass;
+      if (into < 0) a -= into * held_body.normal;
     }
     std::fill_n(dydt, map.size, S(0));
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
@@ -314,7 +315,7 @@ template <class S> void Dynamics<S>::rate(S t_s, const S* y, S* dydt, int interv
 }
 template <class S> void Dynamics<S>::hold_on_plane(int body, const Real3& normal) {
   const Triple<S> n = widen<S>(normal);
-  parts_->holds.push_back({body, rsqrt(dot(n, n)) * n});
+  parts_->held_on_plane.push_back({body, rsqrt(dot(n, n)) * n});
 }
 
 template class Dynamics<double>;

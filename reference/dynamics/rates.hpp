@@ -10,17 +10,18 @@
 
 namespace atwood::dynamics {
 
-// Why these equations don't cover the scene ("unknown potential `x`"); empty when they do. Contacts are not their
-// business: see contacts.hpp.
+// Why these equations do not cover the scene ("no equations for the potential `x`"); empty when they do. Contacts are
+// not considered here: see contacts.hpp.
 std::string unsupported(const Scene& scene);
 
-// dy/dt = f(t, y) of a scene, S = double, long double or Wide (__float128). Built once, const afterwards, thread-safe.
+// dy/dt = f(t, y) of a scene for S = double, long double or Wide (__float128), without contacts. rate() is thread-safe
+// as long as hold_on_plane() is not called at the same time.
 //
 //   p' = v                     m v' = sum of forces
 //   q' = 1/2 q (0, w)          I w' = torque - w x (I w)        (body axes)
 //
-// `interval` says which of the segments between switch_times the evaluation belongs to, so that a step that ends on a
-// switch uses the force of its own interval at its last stage too.
+// `interval` is the index of the segment between switch_times that the evaluation belongs to, so that a step that ends
+// on a switch uses the forces of its own interval at its last stage too.
 template <class S> class Dynamics {
  public:
   Dynamics(const Scene& scene, double t_end_s);  // throws std::invalid_argument with unsupported(scene)
@@ -31,10 +32,11 @@ template <class S> class Dynamics {
   const Layout& layout() const;
   const std::vector<double>& switch_times() const;
   int interval_at(double t_s) const;  // half-open: at a switch, the interval that begins there
+  // dydt: size() numbers in the layout of y.
   void rate(S t_s, const S* y, S* dydt, int interval) const;
 
-  // A body that came to rest on a plane stays there: the part of its acceleration along `normal` is removed from now
-  // on while it points into the plane. Index of the body, unit normal out of the plane.
+  // A body at rest on a plane: from now on its acceleration along `normal` (out of the plane, any length) is removed
+  // while it points into the plane.
   void hold_on_plane(int body, const Real3& normal);
 
  private:

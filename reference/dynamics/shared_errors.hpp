@@ -1,5 +1,5 @@
-// What the runs of one scene have in common and their differences do not show: the location of impacts, round-off, the
-// bounces that a series sums up; each grown along the motion, through every impact.
+// Errors that all runs of one scene have in common, so that their differences do not show them: the location of impacts,
+// round-off, and the neglected bounces of a series. Each is propagated along the motion, through every impact.
 #pragma once
 
 #include <optional>
@@ -11,25 +11,27 @@
 
 namespace atwood::dynamics {
 
-// Of what is certified: samples before t_s are
-struct End {
+// A truth is certified for samples before t_s only; `why` says what is not decided there.
+struct CertifiedEnd {
   Wide t_s = 0;
   std::string why;
 };
 
 struct SharedErrors {
-  std::vector<std::vector<Wide>> samples;  // per sample and component of y: the half-width
-  std::vector<double> events_s;            // per event: of its time
-  std::optional<End> end;
+  std::vector<std::vector<Wide>> samples;  // [sample][component of y]: half-width
+  std::vector<double> events_s;            // [event]: half-width of its time
+  std::optional<CertifiedEnd> end;         // empty: the whole run is certified
 };
 
-// `apart_s`: per event, what the runs' differences say of its time; `apart`: per sample and component, of the state.
-// `instants` begin with sample 0; `round_off` is the relative error of one operation of the run.
-// Ends where an outcome is not decided within the half-widths: impacts of contacts that act on each other closer in
-// time than that, a passage or an impact at a glancing rate that cannot be told from each other.
-// The half-width of a velocity at a sample within an impact's is the jump.
+// `instants` begin with sample 0. `run_difference_s` [event] and `run_difference` [sample][component of y] are the
+// half-widths that follow from the differences between the runs. `round_off` is the relative error of one operation.
+//
+// The certified part ends where an outcome is not decided within the half-widths: when contacts that act on each other
+// are struck closer in time than their half-widths, or when a grazing impact cannot be distinguished from a passage
+// without contact. The half-width of a velocity at a sample within the half-width of an impact's time is the velocity
+// jump of this impact.
 SharedErrors shared_errors(const Scene& scene, double t_end_s, const std::vector<Instant<Wide>>& instants,
-                           const std::vector<Event>& events, const std::vector<double>& apart_s,
-                           const std::vector<std::vector<Wide>>& apart, double round_off);
+                           const std::vector<Event>& events, const std::vector<double>& run_difference_s,
+                           const std::vector<std::vector<Wide>>& run_difference, double round_off);
 
 }  // namespace atwood::dynamics

@@ -1,4 +1,4 @@
-// Several contacts that are struck at one instant: which of them belong together, and what they leave behind.
+// Impacts at several contacts at one instant: which contacts are coupled, and the velocities after the impacts.
 #pragma once
 
 #include <string>
@@ -8,38 +8,39 @@
 
 namespace atwood::dynamics {
 
-// One application of a law of impact: a single pair, or all contacts of a group in one solve. `pairs` index into the
-// contacts that were given, one impulse each; `before` is the state that it acted on.
-template <class S> struct Blow {
+// One application of an impact law: to a single pair, or to all contacts of a group in one solve.
+template <class S> struct Impact {
   std::vector<ContactPair> pairs;
-  std::vector<Strike<S>> impulses;
-  std::vector<S> before;
+  std::vector<Impulse<S>> impulses;  // one a pair
+  std::vector<S> before;             // y before this impact
 };
 
-template <class S> struct Resolved {
-  std::vector<Blow<S>> blows;
-  std::string why;      // not empty: not resolved, in words that follow "the outcome of simultaneous impacts"
-  bool branch = false;  // the laws are known and the outcome is not: it hangs on a convention that the scene lacks
+template <class S> struct ImpactOutcome {
+  std::vector<Impact<S>> impacts;  // in the order of their application
+  std::string why;                 // not empty: no outcome; continues "the outcome of simultaneous impacts"
+  // The outcome depends on a convention that the scene does not state. The motion before this instant is valid.
+  bool valid_until_failure = false;
 };
 
-// Do impulses at the two contacts act on each other: a mobile body in common, and n_i . n_j != 0 beyond round-off or
-// friction at either? Impulses that do not act on each other commute.
+// Whether an impulse at one contact changes the normal velocity at the other: they share a mobile body, and
+// n_i . n_j != 0 beyond round-off, or either has friction. The impulses of contacts that are not coupled commute.
 template <class S>
-bool couple(const Scene& scene, const Layout& layout, const ContactPair& one, const ContactPair& other, const S* y);
+bool coupled(const Scene& scene, const Layout& layout, const ContactPair& one, const ContactPair& other, const S* y);
 
-// Strikes all of `touching` that approach faster than `slow` [m/s, one a contact], and what they drive together.
-// Contacts that couple form groups. A group of several is resolved by the scene's convention:
+// Applies the impact laws to all `contacts` (which touch) that approach faster than their `speed_tolerance` [m/s, one a
+// contact], and to the contacts coupled with them; changes the velocities in y. Coupled contacts form groups. A group of
+// several is resolved by the scene's convention:
 //   sequential   the fastest approach first, ties in the order of the bodies, until none approaches
-//   together     0 <= Lambda_i, v_i+ + e_i min(v_i-, 0) >= 0, one of them 0 (J. J. Moreau, Unilateral contact and dry
+//   together     0 <= Lambda_i, v_i+ + e_i min(v_i-, 0) >= 0, complementary (J. J. Moreau, Unilateral contact and dry
 //                friction in finite freedom dynamics, 1988); without friction, at most 12 contacts
-//   unspecified  as if sequential, when every order of the contacts and the solve for all together agree to round-off;
-//                else a branch. At most 4 contacts are tried.
+//   unspecified  as sequential, if every order of the contacts and the simultaneous solve agree to round-off; otherwise
+//                there is no outcome. At most 4 contacts are tried.
 template <class S>
-Resolved<S> strike_all(const Scene& scene, const Layout& layout, const std::vector<ContactPair>& touching,
-                       const std::vector<S>& slow, S* y);
+ImpactOutcome<S> resolve_impacts(const Scene& scene, const Layout& layout, const std::vector<ContactPair>& contacts,
+                                 const std::vector<S>& speed_tolerance, S* y);
 
-// The map y- to y+ of one Blow; its derivative gives the saltation matrix.
+// Applies the law of one Impact to another state y: the map y- to y+, whose derivative gives the saltation matrix.
 template <class S>
-void strike_again(const Scene& scene, const Layout& layout, const std::vector<ContactPair>& pairs, S* y);
+void reapply_impact(const Scene& scene, const Layout& layout, const std::vector<ContactPair>& pairs, S* y);
 
 }  // namespace atwood::dynamics

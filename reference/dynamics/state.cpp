@@ -52,7 +52,7 @@ template <class S> void normalise(S* q) {
   for (int k = 0; k < 4; ++k) q[k] /= length;
 }
 
-// Copies between y and one body's values; the same walk serves both directions.
+// Calls move(element of y, value of the sample) for each value of one body; used for both directions.
 template <class S, class Move> void each_value(const Slot& slot, S* y, BodySample& body, Move move) {
   for (int k = 0; k < 3; ++k) {
     if (slot.position >= 0) move(y[slot.position + k], body.p_m[k]);

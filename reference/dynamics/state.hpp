@@ -1,9 +1,9 @@
-// How the reference lays a scene's motion out as one vector of unknowns, and when that motion's equations switch.
+// The layout of a scene's motion as one vector of unknowns, and the times at which its equations switch.
 //
 //   y = (p_WB of every mobile body, v_WB of every mobile body, then (q_WB, w_WB_B) of every body that rotates)
 //
-// Mobile: not fixed. A body that waits for its release is mobile; its rates are zero until then. `problem = lorenz`
-// has y = (x, y, z).
+// Mobile: not fixed. A body with a later release is mobile; its rates are zero until then. For `problem = lorenz`
+// y = (x, y, z).
 #pragma once
 
 #include <vector>
@@ -20,7 +20,7 @@ struct Slot {
   int rate = -1;      // first of 3, body axes
 };
 
-// Components that are measured together: a norm scales each by the largest of its kind.
+// Kinds of components: a norm scales each component by the largest of its kind.
 enum class Kind { position, velocity, attitude, rate };
 
 struct Layout {
@@ -32,18 +32,19 @@ struct Layout {
 
 Layout layout(const Scene& scene);
 
-// The initial state, exact in S but for the quaternion, which is normalised in S (the scene's doubles are unit to
-// round-off only; the error of orientation is what they say, not their length).
+// The state of the scene (initial) or of a sample in S. Conversion is exact to S except for the quaternion, which is
+// normalised in S: the scene's doubles are of unit length to round-off only.
 template <class S> std::vector<S> pack(const Scene& scene);
 template <class S> std::vector<S> pack(const Scene& scene, const Sample& sample);
 
-// Widened without loss. Fixed bodies come with the scene's pose and zero velocity; `lorenz` with its rates as velocity.
+// A sample from y, without loss. Fixed bodies have the scene's pose and zero velocity; `lorenz` has its rates as
+// velocity.
 template <class S> Sample unpack(const Scene& scene, S t_s, const S* y);
-// A vector of uncertainties in the same layout; what is not in y has bar 0.
+// Half-widths from a vector in the same layout; values that are not in y have the half-width 0.
 template <class S> Sample unpack_bars(const Scene& scene, S t_s, const S* bar);
 
-// Instants strictly inside (0, t_end) where a force switches or a body is released; sorted, each once. Between two of
-// them the equations are smooth: interval k is [switch k-1, switch k).
+// Times strictly inside (0, t_end) [s] at which a force switches or a body is released; sorted, without duplicates.
+// Between two of them the equations are smooth: interval k is [switch k-1, switch k).
 std::vector<double> switch_times(const Scene& scene, double t_end_s);
 
 }  // namespace atwood::dynamics

@@ -82,13 +82,14 @@ Collocation::Collocation(const Problem& problem, Wide tolerance)
   const int n = problem_.size, all = kStages * n;
   Y_.resize(all);
   F_.resize(all);
-  fresh_.resize(n);
-  start_.resize(n);
-  span_.resize(n);
-  for (auto* narrow : {&y_, &f_, &d_, &base_, &shift_}) narrow->resize(all);
+  rate_.resize(n);
+  y0_.resize(n);
+  scale_double_.resize(n);
+  for (auto* in_double : {&y_, &f_, &d_, &rates_at_guess_, &stage_shift_}) in_double->resize(all);
 }
 
-// f_ holds a guess of the stage rates: F <- f(y + h A F) in double until it stands still.
+// f_ holds a first approximation of the stage rates. Fixed-point iteration F <- f(y + h A F) in double. False: it did not
+// converge in 60 iterations.
 bool Collocation::solve_narrow(double t, double h) {
   const NarrowTableau& tableau = narrow_tableau();
   const int n = problem_.size;
@@ -99,8 +100,8 @@ bool Collocation::solve_narrow(double t, double h) {
       for (int k = 0; k < n; ++k) {
         double sum = 0;
         for (int j = 0; j < kStages; ++j) sum += tableau.A[i][j] * f_[j * n + k];
-        const double next = start_[k] + h * sum;
-        change = std::max(change, magnitude(next - y_[i * n + k]) / span_[k]);
+        const double next = y0_[k] + h * sum;
+        change = std::max(change, magnitude(next - y_[i * n + k]) / scale_double_[k]);
         y_[i * n + k] = next;
       }
     for (int i = 0; i < kStages; ++i) problem_.narrow_rate(t + tableau.c[i] * h, &y_[i * n], &f_[i * n]);
@@ -112,8 +113,8 @@ bool Collocation::solve_narrow(double t, double h) {
   return false;
 }
 
-// d <- residual + J h A d, J the derivative of f along d at each stage, by a difference quotient in double. What it
-// finds is the correction of F to first order; d_ keeps it.
+// Solves d = residual + J h A d by fixed-point iteration, with J the derivative of f at each stage along h A d, by a
+// difference quotient in double. d_ is then the first-order correction of F.
 void Collocation::correct(double t, double h, const std::vector<double>& residual) {
   const NarrowTableau& tableau = narrow_tableau();
   const int n = problem_.size;
@@ -126,17 +127,17 @@ void Collocation::correct(double t, double h, const std::vector<double>& residua
       for (int k = 0; k < n; ++k) {
         double sum = 0;
         for (int j = 0; j < kStages; ++j) sum += tableau.A[i][j] * d_[j * n + k];
-        shift_[i * n + k] = h * sum;
-        reach = std::max(reach, magnitude(shift_[i * n + k]) / span_[k]);
+        stage_shift_[i * n + k] = h * sum;
+        reach = std::max(reach, magnitude(stage_shift_[i * n + k]) / scale_double_[k]);
       }
-      const double zoom = reach > 0 ? 1e-7 / reach : 0;
-      for (int k = 0; k < n; ++k) probe[k] = y_[i * n + k] + zoom * shift_[i * n + k];
+      const double difference_step = reach > 0 ? 1e-7 / reach : 0;
+      for (int k = 0; k < n; ++k) probe[k] = y_[i * n + k] + difference_step * stage_shift_[i * n + k];
       problem_.narrow_rate(t + tableau.c[i] * h, probe.data(), rate.data());
       for (int k = 0; k < n; ++k) {
-        const double along = zoom > 0 ? (rate[k] - base_[i * n + k]) / zoom : 0;
+        const double along = difference_step > 0 ? (rate[k] - rates_at_guess_[i * n + k]) / difference_step : 0;
         const double next = residual[i * n + k] + along;
-        change = std::max(change, magnitude(h * (next - f_[i * n + k])) / span_[k]);
-        size = std::max(size, magnitude(h * next) / span_[k]);
+        change = std::max(change, magnitude(h * (next - f_[i * n + k])) / scale_double_[k]);
+        size = std::max(size, magnitude(h * next) / scale_double_[k]);
         f_[i * n + k] = next;
       }
     }
@@ -150,15 +151,15 @@ bool Collocation::solve_stages(Wide t, const Wide* y, Wide h) {
   const int n = problem_.size;
   const double narrow_t = static_cast<double>(t), narrow_h = static_cast<double>(h);
   for (int k = 0; k < n; ++k) {
-    start_[k] = static_cast<double>(y[k]);
-    span_[k] = static_cast<double>(scale_.of(k));
+    y0_[k] = static_cast<double>(y[k]);
+    scale_double_[k] = static_cast<double>(scale_.of(k));
   }
-  problem_.narrow_rate(narrow_t, start_.data(), f_.data());
+  problem_.narrow_rate(narrow_t, y0_.data(), f_.data());
   for (int i = 1; i < kStages; ++i) std::copy_n(f_.begin(), n, f_.begin() + i * n);
   std::fill(y_.begin(), y_.end(), 0.0);
   if (!solve_narrow(narrow_t, narrow_h)) return false;
   for (int i = 0; i < kStages * n; ++i) F_[i] = f_[i];
-  base_ = f_;
+  rates_at_guess_ = f_;
   for (int i = 0; i < kStages; ++i)
     for (int k = 0; k < n; ++k) {
       Wide sum = 0;
@@ -170,22 +171,22 @@ bool Collocation::solve_stages(Wide t, const Wide* y, Wide h) {
   for (int pass = 0; pass < 12; ++pass) {
     double size = 0;
     for (int i = 0; i < kStages; ++i) {
-      problem_.rate(t + tableau.c[i] * h, &Y_[i * n], fresh_.data());
+      problem_.rate(t + tableau.c[i] * h, &Y_[i * n], rate_.data());
       ++evaluations;
       for (int k = 0; k < n; ++k) {
-        residual[i * n + k] = static_cast<double>(fresh_[k] - F_[i * n + k]);
-        size = std::max(size, magnitude(narrow_h * residual[i * n + k]) / span_[k]);
+        residual[i * n + k] = static_cast<double>(rate_[k] - F_[i * n + k]);
+        size = std::max(size, magnitude(narrow_h * residual[i * n + k]) / scale_double_[k]);
       }
     }
     if (!std::isfinite(size)) return false;
-    // Close to round-off of the 10 x 10 sums: nothing is left to gain.
+    // Converged, or stagnated at the round-off of the 10 x 10 sums.
     if (size < 1e-31 || (size < 1e-28 && size > 0.1 * last)) return true;
     last = size;
     correct(narrow_t, narrow_h, residual);
     for (int i = 0; i < kStages; ++i)
       for (int k = 0; k < n; ++k) {
         F_[i * n + k] += Wide(d_[i * n + k]);
-        double sum = 0;  // the correction is small: double carries all of its digits that matter
+        double sum = 0;  // the correction is small: double has all of its significant digits
         for (int j = 0; j < kStages; ++j) sum += narrow_tableau().A[i][j] * d_[j * n + k];
         Y_[i * n + k] += h * Wide(sum);
       }
@@ -193,8 +194,9 @@ bool Collocation::solve_stages(Wide t, const Wide* y, Wide h) {
   return false;
 }
 
-// What the polynomial of degree 9 through the stage rates misses shrinks as its last coefficients do; the error of the
-// step is of the square of that (order 20 from 10 stages: the residual times the adjoint's, both of order 10).
+// The interpolation error of the polynomial of degree 9 through the stage rates is of the size of its last Legendre
+// coefficients. The error of the step is of the size of its square: with 10 stages of order 20 it is the product of the
+// residual and that of the adjoint problem, both of order 10.
 double Collocation::error(double h) const {
   const GaussTableau& tableau = gauss_tableau();
   const int n = problem_.size;
@@ -206,26 +208,26 @@ double Collocation::error(double h) const {
       high += tableau.degree9[j] * rate;
       low += tableau.degree8[j] * rate;
     }
-    largest = std::max(largest, h * std::max(magnitude(high), 0.1 * magnitude(low)) / span_[k]);
+    largest = std::max(largest, h * std::max(magnitude(high), 0.1 * magnitude(low)) / scale_double_[k]);
   }
   return largest * largest;
 }
 
 Wide Collocation::step(Wide t, Wide* y, Wide limit) {
   const int n = problem_.size;
-  scale_.see(y);
+  scale_.include(y);
   if (!(proposal_ > 0)) {
-    problem_.rate(t, y, fresh_.data());
+    problem_.rate(t, y, rate_.data());
     ++evaluations;
     Wide fastest = 0;
-    for (int k = 0; k < n; ++k) fastest = std::max(fastest, (fresh_[k] < 0 ? -fresh_[k] : fresh_[k]) / scale_.of(k));
+    for (int k = 0; k < n; ++k) fastest = std::max(fastest, (rate_[k] < 0 ? -rate_[k] : rate_[k]) / scale_.of(k));
     proposal_ = fastest > 0 ? Wide(0.1) / fastest : limit;
   }
   const double allowed = static_cast<double>(tolerance_);
   for (int tries = 0; tries < 60; ++tries) {
     const Wide h = proposal_ >= limit ? limit : (2 * proposal_ > limit ? limit / 2 : proposal_);
     const bool solved = solve_stages(t, y, h);
-    // Coefficients below the round-off of double rates say nothing: 1e-32 is their square.
+    // Coefficients below the round-off of double carry no information: 1e-32 is their square.
     const double found = solved ? std::max(error(static_cast<double>(h)), 1e-36) : HUGE_VAL;
     const double factor = solved ? 0.9 * std::pow(found / allowed, -1.0 / 20) : 0.4;
     if (!solved || found > 4 * allowed) {
@@ -241,7 +243,7 @@ Wide Collocation::step(Wide t, Wide* y, Wide limit) {
       for (int j = 0; j < kStages; ++j) sum += tableau.b[j] * F_[j * n + k];
       y[k] += h * sum;
     }
-    scale_.see(y);
+    scale_.include(y);
     ++steps;
     return h;
   }

@@ -14,14 +14,15 @@ inline constexpr int kStages = 10;
 struct GaussTableau {
   std::array<Wide, kStages> c, b;
   std::array<std::array<Wide, kStages>, kStages> A;
-  // Rows that give the Legendre coefficients of degree 8 and 9 of the polynomial through values at the nodes.
+  // Weights that give the Legendre coefficients of degree 8 and 9 of the polynomial through values at the nodes.
   std::array<double, kStages> degree8, degree9;
 };
 const GaussTableau& gauss_tableau();
 
-// The stage equations F_i = f(y + h sum_j A_ij F_j) are solved to round-off in quad: a fixed point in double first,
-// then residuals in quad, each answered by the linearised equations solved in double (a Newton iteration whose
-// derivative is a difference quotient). Every pass gains about eight digits.
+// The stage equations F_i = f(y + h sum_j A_ij F_j) are solved to round-off in quad: first by fixed-point iteration in
+// double, then by iterative refinement, in which the residual is computed in quad and the linearised equations are solved
+// in double with a difference quotient for the derivative. Each pass gains about eight digits. A step whose stage
+// equations do not converge is rejected and repeated with a smaller step.
 class Collocation : public Stepper<Wide> {
  public:
   Collocation(const Problem& problem, Wide tolerance);
@@ -37,9 +38,9 @@ class Collocation : public Stepper<Wide> {
   Wide tolerance_;
   Wide proposal_ = 0;
   Scale<Wide> scale_;
-  std::vector<Wide> Y_, F_, fresh_;                       // stages x size
-  std::vector<double> start_, y_, f_, d_, base_, shift_;  // the same in double
-  std::vector<double> span_;                              // scale of each component
+  std::vector<Wide> Y_, F_, rate_;                                     // stages x size
+  std::vector<double> y0_, y_, f_, d_, rates_at_guess_, stage_shift_;  // the same in double
+  std::vector<double> scale_double_;                                   // scale of each component
 };
 
 }  // namespace atwood::extended

@@ -13,8 +13,8 @@ namespace {
 
 using namespace extended;
 
-constexpr double kNudge = 1e-9, kNarrowTolerance = 1e-12;
-constexpr double kMostWork = 5e7;  // rate evaluations x components of the state, over all nudged runs
+constexpr double kPerturbation = 1e-9, kNarrowTolerance = 1e-12;
+constexpr double kMaxWork = 5e7;  // rate evaluations x components of the state, over all perturbed runs
 constexpr int kSignTrials = 8;
 
 std::size_t events_until(const Path<double>& path, double t_s) {
@@ -22,17 +22,18 @@ std::size_t events_until(const Path<double>& path, double t_s) {
       std::count_if(path.events.begin(), path.events.end(), [&](const Event& e) { return e.t_s <= t_s; }));
 }
 
-// |nudged - base| / (nudge x scale) of each sample and component is added to (or, for whole directions, compared with)
-// `growth`. Samples between one run's impact and the other's are no measure of growth and are left out.
-void grow(std::vector<std::vector<double>>& growth, const Path<double>& base, const Path<double>& nudged,
-          const std::vector<double>& scale, double t_end_s, bool columns) {
+// Adds |perturbed - base| / (perturbation x scale) of each sample and component to `growth` (columns), or takes the larger
+// of the two (directions of random signs). Samples between an impact of one run and the same impact of the other are left
+// out, because they do not measure growth.
+void accumulate_growth(std::vector<std::vector<double>>& growth, const Path<double>& base,
+                       const Path<double>& perturbed, const std::vector<double>& scale, double t_end_s, bool columns) {
   const std::size_t samples = base.states.size() - 1;
-  for (std::size_t k = 1; k <= samples && k < nudged.states.size(); ++k) {
+  for (std::size_t k = 1; k <= samples && k < perturbed.states.size(); ++k) {
     const double t = t_end_s * static_cast<double>(k) / static_cast<double>(samples);
-    if (events_until(base, t) != events_until(nudged, t)) continue;
+    if (events_until(base, t) != events_until(perturbed, t)) continue;
     for (std::size_t i = 0; i < scale.size(); ++i) {
       if (scale[i] == 0) continue;
-      const double moved = std::fabs(nudged.states[k][i] - base.states[k][i]) / (kNudge * scale[i]);
+      const double moved = std::fabs(perturbed.states[k][i] - base.states[k][i]) / (kPerturbation * scale[i]);
       growth[k][i] = columns ? growth[k][i] + moved : std::max(growth[k][i], moved);
     }
   }
@@ -56,7 +57,9 @@ double flow_condition(const Scene& scene, double t_end_s, std::int64_t samples) 
     return std::make_unique<Extrapolation<double>>(layout.size, groups, std::move(rate), kNarrowTolerance);
   };
   const std::vector<double> initial = dynamics::pack<double>(scene);
-  const auto run = [&](const std::vector<double>& from) { return walk<double>(scene, t_end_s, samples, from, make); };
+  const auto run = [&](const std::vector<double>& from) {
+    return integrate_path<double>(scene, t_end_s, samples, from, make);
+  };
   const Path<double> base = run(initial);
   if (!base.failure.empty()) return 0;
 
@@ -68,19 +71,19 @@ double flow_condition(const Scene& scene, double t_end_s, std::int64_t samples) 
 
   std::vector<std::vector<double>> growth(base.states.size(), std::vector<double>(n, 0.0));
   const double work = static_cast<double>(base.evaluations) * n;
-  if (work * n <= kMostWork) {
+  if (work * n <= kMaxWork) {
     for (int j = 0; j < n; ++j) {
       if (scale[j] == 0) continue;
       std::vector<double> from = initial;
-      from[j] += kNudge * scale[j];
-      grow(growth, base, run(from), scale, t_end_s, true);
+      from[j] += kPerturbation * scale[j];
+      accumulate_growth(growth, base, run(from), scale, t_end_s, true);
     }
   } else {
     std::uint64_t seed = 1784;
     for (int trial = 0; trial < kSignTrials; ++trial) {
       std::vector<double> from = initial;
-      for (int j = 0; j < n; ++j) from[j] += random_sign(seed) * kNudge * scale[j];
-      grow(growth, base, run(from), scale, t_end_s, false);
+      for (int j = 0; j < n; ++j) from[j] += random_sign(seed) * kPerturbation * scale[j];
+      accumulate_growth(growth, base, run(from), scale, t_end_s, false);
     }
   }
   double largest = 0;

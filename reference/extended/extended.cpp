@@ -17,18 +17,17 @@ namespace atwood {
 namespace {
 
 using namespace extended;
-using dynamics::End;
+using dynamics::CertifiedEnd;
 using dynamics::Layout;
 using dynamics::magnitude;
 
 constexpr double kTargetBar = 1e-20;  // of the scale
-constexpr double kUnbounded = 1e-3;   // a bar this wide bounds nothing
-// When one of the methods is right the largest difference is the other's whole error, and no more: twice that is the
-// bar.
+constexpr double kUselessBar = 1e-3;  // relative to the scale: values with larger bars are not bounded
+// If one of the methods is exact, the largest difference is the whole error of the other. The bar is twice that.
 constexpr double kBarSafety = 2;
 constexpr double kQuadRoundOff = 1e-33;
 constexpr double kQuadUnit = 0x1p-113;
-constexpr double kEndMargin = 1e-9;  // of the time: how long before the end of what is certified the samples stop
+constexpr double kEndMargin = 1e-9;  // of the time: distance of the last sample from the end of the certified part
 
 std::string at_time(Wide t_s) { return " at t = " + format_double(static_cast<double>(t_s)) + " s"; }
 
@@ -51,73 +50,73 @@ MakeStepper<Wide> collocation(const Layout& layout, double tolerance) {
   };
 }
 
-// end: how far it is certified, where that is not the whole run.
+// Three runs at one tolerance. end: end of the certified part; empty: the whole run.
 struct Trial {
-  Path<Wide> close, wide, gauss;
+  Path<Wide> tight, loose, gauss;
   std::int64_t samples = 0;
-  std::optional<End> end;
+  std::optional<CertifiedEnd> end;
 };
 
-// The largest value of each component's kind over the run; 1 where the kind never leaves zero.
+// The largest value of each component's kind over the run; 1 for a kind whose values are all zero.
 std::vector<Wide> scales(const Layout& layout, const Path<Wide>& path) {
   Scale<Wide> largest(layout.size, groups_of(layout));
-  for (const auto& state : path.states) largest.see(state.data());
+  for (const auto& state : path.states) largest.include(state.data());
   std::vector<Wide> made;
   for (int i = 0; i < layout.size; ++i) made.push_back(largest.of(i));
   return made;
 }
 
-// largest: relative to the scale; bounded: the samples before the first bar that bounds nothing; certified: those
-// before the end.
+// largest: relative to the scale; bounded: number of samples before the first bar above kUselessBar; certified: number
+// of samples before the end.
 struct Bars {
   std::vector<std::vector<Wide>> values;
   std::vector<double> events_s;
   double largest = 0;
   std::size_t bounded = 0, certified = 0;
-  std::optional<End> end;
+  std::optional<CertifiedEnd> end;
 };
 
 Bars differences(const Layout& layout, const Trial& trial) {
   Bars made;
-  const std::vector<Wide> scale = scales(layout, trial.close);
+  const std::vector<Wide> scale = scales(layout, trial.tight);
   const std::size_t samples =
-      std::min({trial.close.states.size(), trial.wide.states.size(), trial.gauss.states.size()});
+      std::min({trial.tight.states.size(), trial.loose.states.size(), trial.gauss.states.size()});
   made.values.assign(samples, std::vector<Wide>(layout.size, Wide(0)));
   for (std::size_t k = 1; k < samples; ++k)
     for (int i = 0; i < layout.size; ++i) {
-      const Wide value = trial.close.states[k][i];
+      const Wide value = trial.tight.states[k][i];
       const Wide apart =
-          std::max(magnitude(value - trial.wide.states[k][i]), magnitude(value - trial.gauss.states[k][i]));
+          std::max(magnitude(value - trial.loose.states[k][i]), magnitude(value - trial.gauss.states[k][i]));
       made.values[k][i] = kBarSafety * apart + Wide(kQuadRoundOff) * scale[i];
     }
-  for (std::size_t k = 0; k < trial.close.events.size(); ++k) {
-    const Wide t = trial.close.events[k].t_s;
+  for (std::size_t k = 0; k < trial.tight.events.size(); ++k) {
+    const Wide t = trial.tight.events[k].t_s;
     Wide apart = 0;
-    for (const Path<Wide>* other : {&trial.wide, &trial.gauss})
+    for (const Path<Wide>* other : {&trial.loose, &trial.gauss})
       if (k < other->events.size()) apart = std::max(apart, magnitude(t - other->events[k].t_s));
     made.events_s.push_back(static_cast<double>(kBarSafety * apart + Wide(kQuadRoundOff) * t));
   }
   return made;
 }
 
-void end_at(std::optional<End>& end, Wide t_s, const std::string& why) {
-  if (!end || t_s < end->t_s) end = End{t_s, why};
+void end_at(std::optional<CertifiedEnd>& end, Wide t_s, const std::string& why) {
+  if (!end || t_s < end->t_s) end = CertifiedEnd{t_s, why};
 }
 
-// With what the runs share added; the samples that are left are those before the end.
+// The differences between the runs plus the errors that they share.
 Bars compare(const Scene& scene, double t_end_s, const Layout& layout, const Trial& trial) {
   Bars made = differences(layout, trial);
   made.end = trial.end;
-  if (!trial.close.instants.empty()) {
+  if (!trial.tight.instants.empty()) {
     const dynamics::SharedErrors shared = dynamics::shared_errors(
-        scene, t_end_s, trial.close.instants, trial.close.events, made.events_s, made.values, kQuadUnit);
+        scene, t_end_s, trial.tight.instants, trial.tight.events, made.events_s, made.values, kQuadUnit);
     for (std::size_t k = 0; k < made.values.size(); ++k)
       for (int i = 0; i < layout.size; ++i) made.values[k][i] += shared.samples[k][i];
     for (std::size_t k = 0; k < made.events_s.size(); ++k) made.events_s[k] += shared.events_s[k];
     if (shared.end) end_at(made.end, shared.end->t_s, shared.end->why);
   }
-  const std::vector<Wide> scale = scales(layout, trial.close);
-  made.bounded = trial.close.states.size();
+  const std::vector<Wide> scale = scales(layout, trial.tight);
+  made.bounded = trial.tight.states.size();
   made.certified = made.values.size();
   for (std::size_t k = 1; k < made.values.size(); ++k) {
     const Wide t = Wide(t_end_s) * Wide(static_cast<double>(k)) / Wide(static_cast<double>(trial.samples));
@@ -128,28 +127,28 @@ Bars compare(const Scene& scene, double t_end_s, const Layout& layout, const Tri
     for (int i = 0; i < layout.size; ++i) {
       const Wide bar = made.values[k][i];
       made.largest = std::max(made.largest, static_cast<double>(bar / scale[i]));
-      if (!(bar <= Wide(kUnbounded) * scale[i])) made.bounded = std::min(made.bounded, k);
+      if (!(bar <= Wide(kUselessBar) * scale[i])) made.bounded = std::min(made.bounded, k);
     }
   }
   return made;
 }
 
-// The first instant at which one run came to another impact than the rest, or came no further.
+// The first time at which one run has another impact than the rest, or failed.
 void find_end(Trial& trial) {
-  for (const Path<Wide>* path : {&trial.close, &trial.wide, &trial.gauss})
-    if (path->branch) end_at(trial.end, path->end, path->failure + at_time(path->end));
-  const auto& events = trial.close.events;
-  for (const Path<Wide>* other : {&trial.wide, &trial.gauss}) {
+  for (const Path<Wide>* path : {&trial.tight, &trial.loose, &trial.gauss})
+    if (path->valid_until_failure) end_at(trial.end, path->end, path->failure + at_time(path->end));
+  const auto& events = trial.tight.events;
+  for (const Path<Wide>* other : {&trial.loose, &trial.gauss}) {
     const std::size_t both = std::min(events.size(), other->events.size());
     std::size_t k = 0;
     while (k < both && events[k].kind == other->events[k].kind && events[k].body_a == other->events[k].body_a &&
            events[k].body_b == other->events[k].body_b)
       ++k;
     if (k == events.size() && k == other->events.size()) continue;
-    const Wide mine = k < events.size() ? events[k].t_s : trial.close.end,
+    const Wide mine = k < events.size() ? events[k].t_s : trial.tight.end,
                theirs = k < other->events.size() ? other->events[k].t_s : other->end;
     const Wide t_s = std::min(mine, theirs);
-    end_at(trial.end, t_s, "the methods disagree on the impact" + at_time(t_s));
+    end_at(trial.end, t_s, "the runs disagree on the impact" + at_time(t_s));
   }
 }
 
@@ -158,23 +157,23 @@ Trial attempt(const Scene& scene, double t_end_s, std::int64_t samples, const La
   Trial made;
   made.samples = samples;
   const auto failed = [&](const Path<Wide>& path) {
-    if (path.failure.empty() || path.branch) return false;
-    made.close.failure = path.failure;
-    made.close.branch = false;
+    if (path.failure.empty() || path.valid_until_failure) return false;
+    made.tight.failure = path.failure;
+    made.tight.valid_until_failure = false;
     return true;
   };
-  made.close = walk<Wide>(scene, t_end_s, samples, initial, extrapolation(layout, tolerance));
-  if (failed(made.close)) return made;
-  made.wide = walk<Wide>(scene, t_end_s, samples, initial, extrapolation(layout, 1e3 * tolerance));
-  if (failed(made.wide)) return made;
-  made.gauss = walk<Wide>(scene, t_end_s, samples, initial, collocation(layout, tolerance));
+  made.tight = integrate_path<Wide>(scene, t_end_s, samples, initial, extrapolation(layout, tolerance));
+  if (failed(made.tight)) return made;
+  made.loose = integrate_path<Wide>(scene, t_end_s, samples, initial, extrapolation(layout, 1e3 * tolerance));
+  if (failed(made.loose)) return made;
+  made.gauss = integrate_path<Wide>(scene, t_end_s, samples, initial, collocation(layout, tolerance));
   if (failed(made.gauss)) return made;
   find_end(made);
-  made.close.failure.clear();
+  made.tight.failure.clear();
   return made;
 }
 
-// The rates of lorenz stand for its velocity: their bars follow from those of the unknowns.
+// The velocity of `lorenz` is its rate: its bars follow from those of the position, to first order.
 void lorenz_bars(Sample& bar, const Sample& value) {
   const auto& p = value.bodies[0].p_m;
   const auto& d = bar.bodies[0].p_m;
@@ -212,48 +211,51 @@ Truth refused(const std::string& reason, Status status) {
 Truth extended_truth(const Scenario& scenario, std::int64_t samples) {
   const Scene& scene = scenario.scene;
   if (const std::string why = dynamics::unsupported(scene); !why.empty()) return refused(why, Status::unsupported);
-  if (samples < 1 || !(scenario.t_end_s > 0)) return refused("no samples to solve for", Status::unsupported);
+  if (samples < 1 || !(scenario.t_end_s > 0))
+    return refused("expected t_end_s > 0 and at least 1 sample; found t_end_s = " + format_double(scenario.t_end_s) +
+                       " and " + std::to_string(samples) + " samples",
+                   Status::unsupported);
   const Layout layout = dynamics::layout(scene);
-  if (dynamics::contacts_possible(scene) && layout.size > dynamics::ErrorGrowth::most_unknowns)
+  if (dynamics::contacts_possible(scene) && layout.size > dynamics::ErrorGrowth::kMaxUnknowns)
     return refused("contacts in a scene of " + std::to_string(layout.size) + " unknowns, more than " +
-                       std::to_string(dynamics::ErrorGrowth::most_unknowns) + ", are not covered by the extended truth",
+                       std::to_string(dynamics::ErrorGrowth::kMaxUnknowns) + ", are not covered by the extended truth",
                    Status::unsupported);
   Truth truth;
   truth.source = "extended: GBS 24 and Gauss 20 in quad";
   double tolerance = 1e-28;
   Trial trial = attempt(scene, scenario.t_end_s, samples, layout, tolerance);
-  if (!trial.close.failure.empty())
-    return refused(trial.close.failure,
-                   trial.close.failure.find("singular") != std::string::npos ? Status::diverged : Status::unsupported);
+  if (!trial.tight.failure.empty())
+    return refused(trial.tight.failure,
+                   trial.tight.failure.find("singular") != std::string::npos ? Status::diverged : Status::unsupported);
   Bars bars = compare(scene, scenario.t_end_s, layout, trial);
   truth.condition = flow_condition(scene, scenario.t_end_s, samples);
-  if (bars.largest > kTargetBar || (bars.end && !trial.close.branch)) {  // closer
+  if (bars.largest > kTargetBar || (bars.end && !trial.tight.valid_until_failure)) {
     Trial closer = attempt(scene, scenario.t_end_s, samples, layout, 1e-31);
-    Bars narrower = closer.close.failure.empty() ? compare(scene, scenario.t_end_s, layout, closer) : bars;
-    if (narrower.certified > bars.certified ||
-        (narrower.certified == bars.certified && narrower.largest < bars.largest)) {
+    Bars smaller_bars = closer.tight.failure.empty() ? compare(scene, scenario.t_end_s, layout, closer) : bars;
+    if (smaller_bars.certified > bars.certified ||
+        (smaller_bars.certified == bars.certified && smaller_bars.largest < bars.largest)) {
       trial = std::move(closer);
-      bars = std::move(narrower);
+      bars = std::move(smaller_bars);
     }
   }
   if (bars.largest > kTargetBar) truth.note = note_on(bars, truth.condition, scenario.t_end_s, samples);
   for (std::size_t k = 0; k < bars.certified; ++k) {
     const Wide t = Wide(scenario.t_end_s) * Wide(static_cast<double>(k)) / Wide(static_cast<double>(samples));
-    truth.values.push_back(dynamics::unpack<Wide>(scene, t, trial.close.states[k].data()));
+    truth.values.push_back(dynamics::unpack<Wide>(scene, t, trial.tight.states[k].data()));
     truth.bars.push_back(dynamics::unpack_bars<Wide>(scene, t, bars.values[k].data()));
     if (!scene.problem.empty()) lorenz_bars(truth.bars.back(), truth.values.back());
   }
-  for (std::size_t k = 0; k < trial.close.events.size(); ++k) {
-    if (bars.end && trial.close.events[k].t_s >= bars.end->t_s * (1 - Wide(kEndMargin))) break;
-    truth.events.push_back(trial.close.events[k]);
+  for (std::size_t k = 0; k < trial.tight.events.size(); ++k) {
+    if (bars.end && trial.tight.events[k].t_s >= bars.end->t_s * (1 - Wide(kEndMargin))) break;
+    truth.events.push_back(trial.tight.events[k]);
     truth.event_bar_s.push_back(bars.events_s[k]);
   }
   if (bars.end) {
     truth.outcome.status = Status::unsupported;
     truth.outcome.reason = bars.end->why;
   }
-  truth.outcome.steps_taken = trial.close.steps;
-  truth.outcome.rate_evaluations = trial.close.evaluations + trial.wide.evaluations + trial.gauss.evaluations;
+  truth.outcome.steps_taken = trial.tight.steps;
+  truth.outcome.rate_evaluations = trial.tight.evaluations + trial.loose.evaluations + trial.gauss.evaluations;
   return truth;
 }
 

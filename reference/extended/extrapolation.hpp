@@ -7,8 +7,8 @@
 namespace atwood::extended {
 
 // Over a step H the midpoint rule with n = 2, 4, 6, ... substeps has an error with even powers of H/n only; each
-// column of the tableau removes one: column k has order 2 k, at most 24. The step ends at the first column whose
-// difference from its neighbour is below `tolerance` of the scale.
+// column of the tableau removes one: column k has order 2 k, at most 24. A step is accepted at the first column whose
+// difference from the previous one is at most `tolerance` of the scale.
 template <class S> class Extrapolation : public Stepper<S> {
  public:
   Extrapolation(int size, std::vector<int> group, Rate<S> rate, S tolerance);
@@ -16,7 +16,7 @@ template <class S> class Extrapolation : public Stepper<S> {
 
  private:
   void midpoint(S t, const S* y, S H, int substeps, std::vector<S>& result);
-  int columns(S t, const S* y, S H, S& error);  // fills row_; the column that met the tolerance, or 0
+  int columns(S t, const S* y, S H, S& error);  // fills row_; returns the accepted column, or 0: none
 
   int size_;
   Rate<S> rate_;

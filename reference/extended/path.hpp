@@ -1,4 +1,5 @@
-// One method's walk along a scene's whole motion: from sample to sample, restarted at switches, releases and impacts.
+// Integration of a scene's whole motion with one method: from sample to sample, restarted at switches, releases and
+// impacts.
 #pragma once
 
 #include <functional>
@@ -15,20 +16,21 @@ namespace atwood::extended {
 template <class S> struct Path {
   std::vector<std::vector<S>> states;  // at t_end k / samples
   std::vector<Event> events;
-  std::vector<Instant<S>> instants;  // of scenes with contacts: samples, switches, impacts and passages, in order
-  std::string failure;               // empty: it came to the end
-  bool branch = false;               // the failure is that of one instant: up to it all is well
-  S end{};                           // how far it came
+  std::vector<Instant<S>> instants;  // with contacts: samples, switches, impacts and passages, in order
+  std::string failure;               // empty: the whole motion was integrated
+  bool valid_until_failure = false;  // the motion before the failure is valid
+  S end{};                           // [s] time that was reached
   std::int64_t steps = 0, evaluations = 0;
 };
 
-// Makes the method under trial for one smooth stretch's equations.
+// Makes the integrator from the rates, in S and in double.
 template <class S>
 using MakeStepper = std::function<std::unique_ptr<Stepper<S>>(Rate<S> rate, Rate<double> narrow_rate)>;
 
-// `initial` in dynamics::layout. Impacts are located as closely as S resolves.
+// `initial` in dynamics::layout; samples >= 1. Impacts are located to the round-off of S. What is not covered, and a
+// singular motion, is reported in Path::failure; the samples and events before it are kept. Never throws.
 template <class S>
-Path<S> walk(const Scene& scene, double t_end_s, std::int64_t samples, const std::vector<S>& initial,
-             const MakeStepper<S>& make);
+Path<S> integrate_path(const Scene& scene, double t_end_s, std::int64_t samples, const std::vector<S>& initial,
+                       const MakeStepper<S>& make);
 
 }  // namespace atwood::extended

@@ -1,5 +1,5 @@
-// A system of equations y' = f(t, y) as the two certified methods see it: smooth on the whole stretch it is stepped
-// over.
+// A system of equations y' = f(t, y), smooth on the stretch over which it is integrated, and the interface of the two
+// methods that integrate it.
 #pragma once
 
 #include <cstdint>
@@ -14,12 +14,12 @@ template <class S> using Rate = std::function<void(S t, const S* y, S* dydt)>;
 
 struct Problem {
   int size = 0;
-  std::vector<int> group;  // components that share a scale, one entry a component; empty: all share one
+  std::vector<int> group;  // index of the scale of each component; empty: all share one
   Rate<Wide> rate;
-  Rate<double> narrow_rate;  // the same equations in double: collocation starts its iteration there
+  Rate<double> narrow_rate;  // the same equations in double: the first iterations of collocation use them
 };
 
-// From one generic function f(t, const auto* y, auto* dydt), for systems that are no scene.
+// A problem from one generic function f(t, const auto* y, auto* dydt), for systems without a scene.
 template <class F> Problem problem_of(int size, F f) {
   return {size,
           {},
@@ -27,8 +27,8 @@ template <class F> Problem problem_of(int size, F f) {
           [f](double t, const double* y, double* dydt) { f(t, y, dydt); }};
 }
 
-// The largest magnitude seen so far in each group: errors are measured against it, so that a component that passes
-// through zero asks for no more than its neighbours.
+// The largest magnitude of each group of components over the run: errors are relative to it, so that a component that
+// passes through zero needs no higher absolute accuracy than the others of its group.
 template <class S> class Scale {
  public:
   Scale(int size, std::vector<int> group) : group_(std::move(group)) {
@@ -37,7 +37,7 @@ template <class S> class Scale {
     for (const int g : group_) groups = g >= groups ? g + 1 : groups;
     largest_.assign(groups, S(0));
   }
-  void see(const S* y) {
+  void include(const S* y) {
     for (std::size_t i = 0; i < group_.size(); ++i) {
       const S size = y[i] < 0 ? -y[i] : y[i];
       if (size > largest_[group_[i]]) largest_[group_[i]] = size;
@@ -50,17 +50,17 @@ template <class S> class Scale {
   std::vector<S> largest_;
 };
 
-// One method in flight. It keeps its step size between calls and may be handed another state at any time.
+// An integrator with step-size control. It keeps its step size between calls; any state may be given to any call.
 template <class S> class Stepper {
  public:
   virtual ~Stepper() = default;
-  // One accepted step from (t, y) of at most `limit` > 0: y becomes the state after it, the step taken is returned.
-  // 0: no step could be accepted (the motion is singular or not finite).
+  // One accepted step from (t, y) of at most `limit` > 0: y becomes the state after it, and the size of the step is
+  // returned. 0: no step was accepted (the motion is singular or not finite); y is unchanged.
   virtual S step(S t, S* y, S limit) = 0;
   std::int64_t evaluations = 0, steps = 0;
 };
 
-// Steps to t + span exactly, in as many steps as it takes. False: singular.
+// Integrates to exactly t + span. False: a step failed; y is then the state reached.
 template <class S> bool advance(Stepper<S>& stepper, S t, S* y, S span) {
   S done = 0;
   while (done < span) {

@@ -252,7 +252,7 @@ TEST_CASE("Edges, held balls and things that are no balls are refused by name") 
   Scenario given = catalogued("slopes");
   for (Body& body : given.scene.bodies)
     if (body.name == "fifth") body.position_m = {1.1, -3.3, 8};
-  CHECK_THAT(why(given), Catch::Contains("`fifth` may meet an edge of `slope-south`"));
+  CHECK_THAT(why(given), Catch::Contains("`fifth` may hit an edge of `slope-south`"));
   given = catalogued("slopes");
   for (Body& body : given.scene.bodies)
     if (body.name == "second-east") {
@@ -266,7 +266,7 @@ TEST_CASE("Edges, held balls and things that are no balls are refused by name") 
   given.scene.bodies[0].position_m = {-1.53, 0.95, 0};  // past the wall
   CHECK(closed_form_truth(given, 60).events.empty());
   given.scene.bodies[0].shape = Box{{0.1, 0.1, 0.1}};
-  CHECK_THAT(why(given), Catch::Contains("`bullet` is no ball"));
+  CHECK_THAT(why(given), Catch::Contains("`bullet` is free and has another shape"));
 }
 
 TEST_CASE("A sample at the very instant of a rough impact has bars as wide as the jumps of velocity and spin") {

@@ -39,11 +39,11 @@ void check3(const std::array<Wide, 3>& is, Real3 should) {
 
 struct Struck {
   std::vector<Wide> y;
-  Strike<Wide> impulse;
+  Impulse<Wide> impulse;
 };
 Struck struck(const Scene& scene) {
   Struck made{pack<Wide>(scene), {}};
-  made.impulse = strike(scene, layout(scene), contact_pairs(scene).pairs.at(0), made.y.data());
+  made.impulse = apply_impact_law(scene, layout(scene), contact_pairs(scene).pairs.at(0), made.y.data());
   return made;
 }
 
@@ -139,9 +139,9 @@ TEST_CASE("two rough balls: momentum passes over, energy only falls, the slip ke
 TEST_CASE("what can touch, told without listing every pair; what friction cannot do") {
   Scene scene = beside(Plane{}, {0, 0, 2}, 0, 0.5);
   CHECK(contacts_possible(scene));
-  CHECK(unstrikable(scene, contact_pairs(scene).pairs.at(0)).empty());
+  CHECK(impact_unsupported(scene, contact_pairs(scene).pairs.at(0)).empty());
   scene.bodies[1].inertia_kg_m2[0] = 0.3;
-  CHECK(unstrikable(scene, contact_pairs(scene).pairs.at(0)).find("`ball`") != std::string::npos);
+  CHECK(impact_unsupported(scene, contact_pairs(scene).pairs.at(0)).find("`ball`") != std::string::npos);
   scene.bodies[1].fixed = true;
   CHECK_FALSE(contacts_possible(scene));
   CHECK_FALSE(has_gap(beside(Capsule{1, 2}, {0, 0, 9}), {0, 1, 0, 0}));

@@ -26,16 +26,16 @@ TEST_CASE("Gauss nodes satisfy the simplifying conditions B(20) and C(10)") {
   const GaussTableau& tableau = gauss_tableau();
   for (int k = 1; k <= 20; ++k) {
     Wide sum = 0;
-    for (int j = 0; j < stages; ++j) sum += tableau.b[j] * powq(tableau.c[j], k - 1);
+    for (int j = 0; j < kStages; ++j) sum += tableau.b[j] * powq(tableau.c[j], k - 1);
     CHECK(size(sum - Wide(1) / k) < 1e-33);
   }
   Wide beyond = 0;
-  for (int j = 0; j < stages; ++j) beyond += tableau.b[j] * powq(tableau.c[j], 20);
+  for (int j = 0; j < kStages; ++j) beyond += tableau.b[j] * powq(tableau.c[j], 20);
   CHECK(size(beyond - Wide(1) / 21) > 1e-14);  // order 20, not more
-  for (int i = 0; i < stages; ++i)
+  for (int i = 0; i < kStages; ++i)
     for (int k = 1; k <= 10; ++k) {
       Wide sum = 0;
-      for (int j = 0; j < stages; ++j) sum += tableau.A[i][j] * powq(tableau.c[j], k - 1);
+      for (int j = 0; j < kStages; ++j) sum += tableau.A[i][j] * powq(tableau.c[j], k - 1);
       CHECK(size(sum - powq(tableau.c[i], k) / k) < 1e-33);
     }
 }

@@ -73,7 +73,7 @@ struct Flights {
       if (ball.now.q != Long4{1, 0, 0, 0}) refused = "the checker of impacts starts from unturned balls";
       if (ball.turns &&
           (body.inertia_kg_m2[4] != body.inertia_kg_m2[0] || body.inertia_kg_m2[8] != body.inertia_kg_m2[0]))
-        refused = "moments of inertia that are not all alike";
+        refused = "different principal moments of inertia";
       if (body.release_s != 0) refused = "a late release";
       if (const auto* sphere = std::get_if<Sphere>(&body.shape)) {
         ball.radius = sphere->radius_m;

@@ -1,4 +1,4 @@
-// A scene that a solution does not fit is refused by name; what the bars say of conditioning is seen.
+// Scenes that a solution does not cover are refused by name; bars grow with the conditioning of the motion.
 #include <catch2/catch.hpp>
 
 #include "scenes.hpp"
@@ -23,7 +23,7 @@ bool names(const std::string& text, const std::string& part) {
 
 }  // namespace
 
-TEST_CASE("Scenes that do not fit are refused, and the refusal names the thing") {
+TEST_CASE("Scenes that are not covered are refused, and the refusal names the cause") {
   Scenario given = scenario("ballistic", 1);
   given.scene.bodies = {point("stone", 1, {0, 0, 1}, {1, 0, 0})};
   REQUIRE(closed_form_truth(given, 8).outcome.status == Status::ok);
@@ -36,7 +36,7 @@ TEST_CASE("Scenes that do not fit are refused, and the refusal names the thing")
   given.truth.solution = "vertical-quadratic-drag";
   given.scene.gravity_m_per_s2 = {0, 0, -9.8};
   given.scene.forces = {QuadraticDrag{{0}, 1.2, 0.5, 0.1, {0, 0, 0}, 0}};
-  CHECK(names(why(given), "gravity's line"));
+  CHECK(names(why(given), "not parallel to gravity"));
   given.truth.solution = "oscillator";
   given.scene.forces = {Spring{{0}, {0, 0, 0}, 3, 0.5, 0, {}}};
   CHECK(names(why(given), "leaves its line"));
@@ -61,7 +61,7 @@ TEST_CASE("Scenes that do not fit are refused, and the refusal names the thing")
   CHECK(names(why(two), "overlap"));
 }
 
-TEST_CASE("Friction of a bouncing ball is refused where it would act, and only there") {
+TEST_CASE("Friction of a bouncing ball is refused when it would act, and only then") {
   Scenario given = scenario("bounce", 2);
   given.scene.gravity_m_per_s2 = {0, 0, -9.8};
   given.scene.pairs[0].friction = 0.3;
