@@ -35,6 +35,8 @@ target_sources(atwood_engine PRIVATE
   collision/triangle_mesh.cpp
   contact/contact.cpp
   contact/event/alone.cpp
+  contact/event/edge_pairs.cpp
+  contact/event/edges.cpp
   contact/event/event.cpp
   contact/event/facets.cpp
   contact/event/fall.cpp
