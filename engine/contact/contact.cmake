@@ -33,6 +33,8 @@ target_sources(atwood_engine PRIVATE
   collision/swept.cpp
   collision/triangle_mesh.cpp
   contact/event/alone.cpp
+  contact/event/edge_pairs.cpp
+  contact/event/edges.cpp
   contact/event/event.cpp
   contact/event/facets.cpp
   contact/event/fall.cpp

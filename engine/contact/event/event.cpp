@@ -80,6 +80,7 @@ template <class S> void prepare_run(EventRun<S>& run, const MethodId& id, const 
                    mass.I_row[0].x == mass.I_row[1].y && mass.I_row[0].x == mass.I_row[2].z;
   }
   find_pairs(run, scene);
+  find_edges(run, scene);
   find_winds(run, scene);
   hold_inverses(run);
   for (auto* v : {&run.free_acceleration, &run.acceleration}) v->resize(bodies);
@@ -124,6 +125,7 @@ template <class S> void restart(EventRun<S>& run, const Plan& plan) {
   run.h_next_s = S(0);
   run.speed_scale = norm(run.model.uniform_gravity()) * S(plan.t_end_s) / S(plan.steps);
   std::fill(run.travel.begin(), run.travel.end(), S(0));
+  put_edges_away(run);
   for (Feature<S>& feature : run.features) {
     feature.lasting = false;
     feature.over_triangle = 0;  // a run's bits do not depend on the one before

@@ -72,6 +72,7 @@ template <class S> bool has_ends(const EventRun<S>& run, const Contact<S>& conta
 
 template <class S> S within_facet(const EventRun<S>& run, Contact<S>& contact) {
   const Feature<S>& feature = run.features[contact.feature];
+  if (feature.knob.edge) return within_edges_of(run, contact);
   const Surface<S>& surface = run.surfaces[feature.surface];
   const Facet<S>& facet = contact.facet;
   const Pose<S>& on = run.poses[feature.surface_body];
@@ -95,6 +96,13 @@ template <class S> S within_facet(const EventRun<S>& run, Contact<S>& contact) {
 }
 
 template <class S> bool leave_facet(EventRun<S>& run, Contact<S>& contact) {
+  // A corner or an edge that leaves: what its body comes to stand on then is another feature, if any.
+  if (has_edges(run, run.features[contact.feature].pair)) {
+    list_edges(run, run.features[contact.feature].pair);
+    run.features[contact.feature].lasting = false;
+    contact.left = true;
+    return true;
+  }
   const Feature<S>& feature = run.features[contact.feature];
   if (sees_faces_alone(run.surfaces[feature.surface], feature.knob)) {
     run.outcome = {Status::unsupported, run.pairs[feature.pair].past_the_end, 0, 0, {}};
@@ -119,27 +127,37 @@ template <class S> Placement<S> placed(const EventRun<S>& run, int body, const S
   return {pose.p, {pose.axis[0], pose.axis[1], pose.axis[2]}};
 }
 
-// Bodies that overlap at the start are held so.
-template <class S> S held_at(const EventRun<S>& run, int pair) {
+// Bodies that overlap at the start are held so; and within a step a lasting contact's gap drifts by the method's error.
+template <class S> S held_at(const EventRun<S>& run, int pair, const S* y) {
   S deepest = S(0);
-  for (const Contact<S>& contact : run.contacts)
-    if (run.features[contact.feature].pair == pair) deepest = real::min(deepest, contact.rest_gap);
+  for (const Contact<S>& contact : run.contacts) {
+    const Feature<S>& f = run.features[contact.feature];
+    if (f.pair != pair) continue;
+    deepest = real::min(deepest, contact.rest_gap);
+    if (!contact.carries) continue;
+    const Pose<S> of = pose_of(run, f.knob_body, y), on = pose_of(run, f.surface_body, y);
+    deepest = real::min(deepest, look(f.knob, of, run.surfaces[f.surface], contact.facet, on).gap);
+  }
   return deepest;
 }
 
 }  // namespace
 
+template <class S> bool clear_of_end(EventRun<S>& run, const SheetEnds<S>& ends, const S* y) {
+  const ShapePair<S>& pair = run.pairs[ends.pair];
+  if (std::find(run.near.begin(), run.near.end(), ends.pair) == run.near.end()) return true;
+  const Placement<S> knob = placed(run, ends.knob_body, y), sheet = placed(run, ends.surface_body, y);
+  if (norm(knob.p_W - sheet.p_W) > pair.reach) return true;
+  // The distance between shapes is found by iteration, not to the last place.
+  const S iterated = S(std::pow(static_cast<double>(real::epsilon<S>()), 0.6));
+  const S tolerance = S(64) * run.gap_round_off() + iterated * pair.reach;
+  return separation(ends.knob, knob, ends.surface, sheet).gap >= held_at(run, ends.pair, y) - tolerance;
+}
+
 template <class S> bool clear_of_ends(EventRun<S>& run, const S* y) {
   for (const SheetEnds<S>& ends : run.ends) {
-    const ShapePair<S>& pair = run.pairs[ends.pair];
-    if (std::find(run.near.begin(), run.near.end(), ends.pair) == run.near.end()) continue;
-    const Placement<S> knob = placed(run, ends.knob_body, y), sheet = placed(run, ends.surface_body, y);
-    if (norm(knob.p_W - sheet.p_W) > pair.reach) continue;
-    // The distance between shapes is found by iteration, not to the last place.
-    const S iterated = S(std::pow(static_cast<double>(real::epsilon<S>()), 0.6));
-    const S tolerance = S(64) * run.gap_round_off() + iterated * pair.reach;
-    if (separation(ends.knob, knob, ends.surface, sheet).gap >= held_at(run, ends.pair) - tolerance) continue;
-    run.outcome = {Status::unsupported, pair.past_the_end, 0, 0, {}};
+    if (clear_of_end(run, ends, y)) continue;
+    run.outcome = {Status::unsupported, run.pairs[ends.pair].past_the_end, 0, 0, {}};
     return false;
   }
   return true;
@@ -174,11 +192,12 @@ template <class S> bool passes_a_sheet(const EventRun<S>& run, const S* y, const
   });
 }
 
-#define ATWOOD_FACETS(S)                                                   \
-  template bool clear_of_ends<S>(EventRun<S>&, const S*);                  \
-  template bool passes_a_sheet<S>(const EventRun<S>&, const S*, const S*); \
-  template bool has_ends<S>(const EventRun<S>&, const Contact<S>&);        \
-  template S within_facet<S>(const EventRun<S>&, Contact<S>&);             \
+#define ATWOOD_FACETS(S)                                                      \
+  template bool clear_of_end<S>(EventRun<S>&, const SheetEnds<S>&, const S*); \
+  template bool clear_of_ends<S>(EventRun<S>&, const S*);                     \
+  template bool passes_a_sheet<S>(const EventRun<S>&, const S*, const S*);    \
+  template bool has_ends<S>(const EventRun<S>&, const Contact<S>&);           \
+  template S within_facet<S>(const EventRun<S>&, Contact<S>&);                \
   template bool leave_facet<S>(EventRun<S>&, Contact<S>&);
 ATWOOD_FACETS(float)
 ATWOOD_FACETS(double)

@@ -88,6 +88,14 @@ template <class S> S touch_of(Flow<S>& flow, const Feature<S>& feature) {
   return refine(flow, feature, rises_until(flow, feature, overlap.theta), overlap.theta, overlap.gap);
 }
 
+// Two edges count from when they cross: where they do so overlapping, another feature has met before.
+template <class S> S touch_of_edges(Flow<S>& flow, const Feature<S>& feature) {
+  const S theta = touch_of(flow, feature);
+  if (!(theta > S(0) && theta <= S(1))) return theta;
+  const S gap = sight_of(flow.run, feature, flow.at(theta)).gap;
+  return real::abs(gap) <= S(4) * flow.run.gap_round_off() ? theta : S(2);
+}
+
 // ---- conditions of lasting contacts ---------------------------------------------------------------------------------
 // last evaluation; slips as of the last look at it.
 template <class S> S value_of(const EventRun<S>& run, Condition condition, Contact<S>& contact) {
@@ -198,7 +206,7 @@ template <class S> void earliest_touch(Flow<S>& flow, Fall<S>& first) {
     for (int f = pair.first; f < pair.first + pair.count; ++f) {
       const Feature<S>& feature = run.features[f];
       if (feature.lasting || (feature.gap > S(0) && feature.gap_end > S(0) && feature.rate_end <= S(0))) continue;
-      const S theta = touch_of(flow, feature);
+      const S theta = feature.knob.edge ? touch_of_edges(flow, feature) : touch_of(flow, feature);
       if (theta <= S(1) && theta < first.theta) first = {theta, Condition::gap, f};
     }
   }
@@ -249,14 +257,16 @@ template <class S> void earliest_calm(Flow<S>& flow, Fall<S>& first) {
   }
 }
 
-template <class S> bool stays_clear_of_ends(Flow<S>& flow, S until) {
+template <class S> bool stays_clear_of_ends(Flow<S>& flow, Fall<S>& first) {
   EventRun<S>& run = flow.run;
   if (run.ends.empty()) return true;
+  const S until = real::min(first.theta, S(1));
   const bool whole = until >= S(1);
   const int looks = passes_a_sheet(run, run.y.data(), run.y_new.data()) ? 32 : 1;
   for (int k = 1; k <= looks; ++k) {
     const S* y = k == looks ? (whole ? run.y_new.data() : flow.at(until)) : flow.at(until * S(k) / S(looks));
-    if (!clear_of_ends(run, y)) return false;
+    if (!clear_of_ends(run, y))
+      return locate_overlap(flow, until * S(k - 1) / S(looks), until * S(k) / S(looks), first);
   }
   return true;
 }
@@ -265,7 +275,7 @@ template <class S> bool stays_clear_of_ends(Flow<S>& flow, S until) {
   template void earliest_touch<S>(Flow<S>&, Fall<S>&);  \
   template void earliest_switch<S>(Flow<S>&, Fall<S>&); \
   template void earliest_calm<S>(Flow<S>&, Fall<S>&);   \
-  template bool stays_clear_of_ends<S>(Flow<S>&, S);
+  template bool stays_clear_of_ends<S>(Flow<S>&, Fall<S>&);
 ATWOOD_FALL(float)
 ATWOOD_FALL(double)
 ATWOOD_FALL(long double)

@@ -43,6 +43,8 @@ template <class S> struct Flow {
 template <class S> void earliest_touch(Flow<S>& flow, Fall<S>& first);   // of run.near, whose gaps are measured
 template <class S> void earliest_switch(Flow<S>& flow, Fall<S>& first);  // of lasting contacts; sees them
 template <class S> void earliest_calm(Flow<S>& flow, Fall<S>& first);    // of winds
-template <class S> bool stays_clear_of_ends(Flow<S>& flow, S until);  // false: some body comes over the end of a sheet
+// Up to `first`, which becomes the touch of two edges that comes before it. False: some body comes over the end of a
+// sheet, with which it has no contact there.
+template <class S> bool stays_clear_of_ends(Flow<S>& flow, Fall<S>& first);
 
 }  // namespace atwood::event

@@ -1,4 +1,4 @@
-#include "contact/event/features.hpp"
+#include "contact/event/edges.hpp"
 
 namespace atwood::event {
 
@@ -45,6 +45,23 @@ template <class S> Facet<S> nearest_of_slab(const Vec3<S>& half, const Vec3<S>& 
   return facet;
 }
 
+// A corner's body may lie beyond several faces; the corner is over, or hardly below, one of them alone. -1: over none.
+template <class S> int face_at_corner(const Vec3<S>& half, const Vec3<S>& c, const Vec3<S>& side) {
+  int face = -1, outside = 0;
+  S out{};
+  for (int i = 0; i < 3; ++i) {
+    const S h = component(half, i), beyond = real::abs(component(side, i)) - h;
+    const S over = (component(side, i) < S(0) ? -component(c, i) : component(c, i)) - h;
+    outside += real::abs(component(c, i)) > h;
+    if (!(beyond > S(0)) || (face >= 0 && over <= out)) continue;
+    face = i;
+    out = over;
+  }
+  const S smallest = real::min(component(half, (face + 1) % 3), component(half, (face + 2) % 3));
+  if (face < 0 || outside > 1 || (outside == 1 && !(out > S(0)))) return -1;
+  return out > -smallest / S(64) ? face : -1;
+}
+
 // The face under a corner, on its body's side.
 template <class S> Facet<S> face_of_slab(const Vec3<S>& half, const Vec3<S>& c, const Vec3<S>& side, S& beside) {
   int face = 2;
@@ -56,6 +73,7 @@ template <class S> Facet<S> face_of_slab(const Vec3<S>& half, const Vec3<S>& c, 
       face = i;
     }
   }
+  if (const int at = face_at_corner(half, c, side); at >= 0) face = at;
   const S sign = component(side, face) < S(0) ? S(-1) : S(1);
   beside = S(0);
   for (int i = 0; i < 3; ++i)
@@ -227,7 +245,8 @@ Facet<S> nearest_facet(const Surface<S>& surface, const Vec3<S>& center_B, bool 
     case SurfaceKind::slab:
       return corner ? face_of_slab(surface.half_extents, center_B, side_B, beside)
                     : nearest_of_slab(surface.half_extents, center_B);
-    case SurfaceKind::mesh: break;
+    case SurfaceKind::mesh:
+    case SurfaceKind::edge: break;
   }
   return corner ? face_of_mesh(surface.mesh, center_B, side_B, beside) : nearest_of_mesh(surface.mesh, center_B);
 }
@@ -243,14 +262,16 @@ template <class S>
 Sight<S> look(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, const Facet<S>& facet,
               const Pose<S>& on) {
   Sight<S> sight;
-  if (knob.rim) see_rim<S, false>(knob, of, surface, facet, on, sight);
+  if (knob.edge) see_edge(knob, of, facet, on, false, sight);
+  else if (knob.rim) see_rim<S, false>(knob, of, surface, facet, on, sight);
   else see_ball<S, false>(knob, of, surface, facet, on, sight);
   return sight;
 }
 template <class S>
 void watch(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, const Facet<S>& facet, const Pose<S>& on,
            Sight<S>& sight) {
-  if (knob.rim) see_rim<S, true>(knob, of, surface, facet, on, sight);
+  if (knob.edge) see_edge(knob, of, facet, on, true, sight);
+  else if (knob.rim) see_rim<S, true>(knob, of, surface, facet, on, sight);
   else see_ball<S, true>(knob, of, surface, facet, on, sight);
 }
 

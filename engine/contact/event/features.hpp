@@ -30,6 +30,7 @@ template <class S> struct Knob {
   bool rim = false;      // a circle of that radius about axis_B, instead of a ball; meets faces alone
   bool centered = true;  // center_B is the body's origin
   Vec3<S> axis_B;
+  bool edge = false;  // a straight edge through center_B along axis_B; meets edges alone (edges.hpp)
 };
 
 template <class S> struct Facet {
@@ -42,7 +43,7 @@ template <class S> struct Triangle { Vec3<S> corner_B[3], normal_B; };
 // Between the planes through the sides of a triangle, square to it: the least of three signed distances.
 template <class S> S within_triangle(const Triangle<S>& triangle, const Vec3<S>& at_B);
 
-enum class SurfaceKind : unsigned char { plane, point, segment, slab, mesh };
+enum class SurfaceKind : unsigned char { plane, point, segment, slab, mesh, edge };
 
 template <class S> struct Surface {
   SurfaceKind kind = SurfaceKind::plane;

@@ -424,7 +424,9 @@ template <class S> void drop_kicked(EventRun<S>& run, S still) {
 
 template <class S> bool resolve_impacts(EventRun<S>& run, S t_s) {
   note_places(run);
+  list_crossing_edges(run, run.y.data());
   find_hits(run);
+  if (!refuse_parallel_edges(run, t_s)) return false;
   Instant<S> now{run, run.approach_round_off()};
   for (const Hit<S>& hit : run.hits) run.pairs[hit.pair].ends = false;
   run.y_kept = run.y;

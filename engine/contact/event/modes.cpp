@@ -332,6 +332,7 @@ template <class S> bool review_contacts(EventRun<S>& run, S t_s, bool report) {
       const int pair = run.features[contact.feature].pair;
       standing.push_back(static_cast<unsigned char>(standing_of(run, pair)));
     }
+  std::erase_if(run.contacts, [](const Contact<S>& contact) { return contact.left; });
   gather(run);
   run.carrying = 0;
   if (!run.contacts.empty()) {

@@ -49,6 +49,7 @@ template <class S> Vec3<S> outermost_of(const EventRun<S>& run, const Feature<S>
 template <class S> Facet<S> facet_under(const EventRun<S>& run, const Feature<S>& feature, S& beside) {
   const Surface<S>& surface = run.surfaces[feature.surface];
   beside = S(0);
+  if (feature.knob.edge) return edge_facet_of(run, feature, beside);
   if (surface.kind == SurfaceKind::plane) return {2, {}, {}};
   if (surface.kind == SurfaceKind::point) return {0, {}, {}};
   const Pose<S>&of = run.poses[feature.knob_body], &on = run.poses[feature.surface_body];

@@ -150,8 +150,9 @@ template <class S> void see_contact(EventRun<S>& run, Contact<S>& contact) {
   place.body[0] = run.moves[k] ? k : -1;
   place.body[1] = run.moves[s] ? s : -1;
   place.arm[0] = contact.sight.x - of.p;
-  contact.u = feature.knob.radius == S(0) ? contact.sight.x_dot
-                                          : of.v + cross(of.w, place.arm[0]);  // a corner is fixed in its body
+  contact.u = feature.knob.radius == S(0) && !feature.knob.edge
+                  ? contact.sight.x_dot
+                  : of.v + cross(of.w, place.arm[0]);  // a corner is fixed in its body
   contact.w = of.w;
   if (place.body[1] < 0) return;
   place.arm[1] = contact.sight.x - on.p;

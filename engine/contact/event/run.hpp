@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "collision/geometry.hpp"
+#include "contact/event/edges.hpp"
 #include "contact/event/features.hpp"
 #include "contact/impulse.hpp"
 #include "integrators/free_flight.hpp"
@@ -32,6 +33,8 @@ template <class S> struct ShapePair {
   std::int64_t known_at = -1;  // step at whose start its features' gaps are known
   bool ends = false;           // this instant's impact ends its series of bounces, tail_s later
   S tail_s{}, ends_s{};        // ends_s: when its series will have ended, as its impacts so far tell
+  bool lists_edges = false;    // its edges are among its features; else [first_, + count_without_edges) are all
+  int first_without_edges = 0, count_without_edges = 0;
 };
 
 // A body of corners, end balls or rims and the sheet, flat mesh or box that they may stand on, whose ends they do not
@@ -62,6 +65,7 @@ template <class S> struct Pending {
 template <class S> struct Feature {
   int pair = 0, knob_body = 0, surface_body = 0, surface = 0;
   Knob<S> knob;
+  int edge[2] = {-1, -1};         // an edge over an edge: of the knob's and the surface's body in EventRun::edges
   mutable int over_triangle = 0;  // of a flat mesh: where it was last, and is looked for first
   bool lasting = false;           // among EventRun::contacts
   S gap{}, rate{};                // at the start of the step, where its pair's are known
@@ -85,6 +89,7 @@ template <class S> struct Contact {
   Mode mode = Mode::smooth;
   Turning turning = Turning::free;
   bool carries = false;  // a normal force is solved for; else it touches, and others carry
+  bool left = false;     // is past the end of its facet: no contact any more
   bool waits = false;    // stands at the edge of its cone, with no slip yet
   bool sets_in = false;  // slips too slowly to turn within a step, and faster and faster: along slip_direction
   bool gives_way = false, turns_over = false;  // what an event found: friction, couple at its bound
@@ -154,6 +159,9 @@ template <class S> struct EventRun {
   std::vector<Feature<S>> features;
   std::vector<Surface<S>> surfaces;
   std::vector<SheetEnds<S>> ends;
+  std::vector<std::vector<Edge<S>>> edges;  // a body's
+  int edge_surface = -1;
+  std::size_t features_without_edges = 0, surfaces_without_edges = 0;
   std::vector<Wind<S>> winds;
   std::vector<Pose<S>> poses;                // of every body; fixed ones never change
   std::vector<S> travel, excursions, reach;  // a body: the length of its way so far, within the step; bounding radius
@@ -272,6 +280,7 @@ S effect_of_load(const EventRun<S>& run, const Contact<S>& contact, const Vec3<S
 template <class S> bool has_ends(const EventRun<S>& run, const Contact<S>& contact);
 template <class S> S within_facet(const EventRun<S>& run, Contact<S>& contact);
 template <class S> bool leave_facet(EventRun<S>& run, Contact<S>& contact);
+template <class S> bool clear_of_end(EventRun<S>& run, const SheetEnds<S>& ends, const S* y);
 // False: something lies over the end of a sheet in y. Does a body come to a sheet's other side on the way?
 template <class S> bool clear_of_ends(EventRun<S>& run, const S* y);
 template <class S> bool passes_a_sheet(const EventRun<S>& run, const S* y, const S* y_end);

@@ -284,6 +284,7 @@ template <class S> bool look_anew(EventRun<S>& run, S t_s) {
   for (ShapePair<S>& pair : run.pairs) pair.look_again_at = S(0);
   ++run.step_count;
   if (!find_near(run, S(0))) return false;
+  list_crossing_edges(run, run.y.data());
   if (run.starts) {
     run.starts = false;
     bool approach = false;
@@ -325,7 +326,7 @@ template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s) {
     earliest_touch(flow, first);
     if (run.carrying > 0) earliest_switch(flow, first);
     if (!run.winds.empty()) earliest_calm(flow, first);
-    if (!flow.ok || !stays_clear_of_ends(flow, real::min(first.theta, S(1)))) return false;
+    if (!flow.ok || !stays_clear_of_ends(flow, first)) return false;
     advance_travel(run);
     if (first.condition == Condition::none) {
       run.y.swap(run.y_new);
