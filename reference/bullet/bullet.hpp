@@ -1,4 +1,4 @@
-// Bullet Physics 3.24 as an engine to be judged. Compiled twice, against each of Debian's builds: double precision
+// Bullet Physics 3.24 as an engine under test. Compiled twice, against each of Debian's builds: double precision
 // ("bullet64") and float ("bullet32"). Their symbols collide, so one process links one of them.
 #pragma once
 

@@ -1,8 +1,8 @@
-// One scene in one btDiscreteDynamicsWorld. Conventions met on the way:
-//   - angular velocity is in world axes, attitude is kept as a matrix; samples turn both into ours;
-//   - inertia is diagonal: a body frame that isn't principal is turned into one (q_BP), and back in samples;
+// One scene in one btDiscreteDynamicsWorld. Conventions of Bullet:
+//   - angular velocity is in world axes, and the attitude is a matrix; samples convert both;
+//   - inertia is diagonal: a body frame that is not principal is rotated into one (q_BP), and back in samples;
 //   - shapes: see shapes.hpp;
-//   - restitution and friction of a pair would be products of the bodies' coefficients: callbacks give the pair's law;
+//   - Bullet multiplies the bodies' coefficients of restitution and friction; callbacks replace them by the pair's law;
 //   - stepSimulation(h, 0) is one step of exactly h: symplectic Euler, v += h F/m, then x += h v.
 #pragma once
 

@@ -1,10 +1,8 @@
-// A scene's shapes as Bullet's. What differs from one engine to the next, said here:
-//   - a rectangle is a box without thickness (Bullet's own plate, btBox2dShape, is for flat worlds);
-//   - a box's and a cylinder's collision margin lies inside and is Bullet's own choice: the margin asked for, or a
-//   tenth of the
-//     least half extent where that is smaller; a hull's margin lies outside, so the hull grows by it;
-//   - a mesh is a btBvhTriangleMeshShape, which must be fixed; its inner edges catch what slides over them unless
-//   smoothed;
+// A scene's shapes as Bullet's:
+//   - a rectangle is a box without thickness (Bullet's btBox2dShape is for two-dimensional worlds);
+//   - the collision margin of a box and a cylinder is inside of the shape; Bullet uses the requested margin, or a tenth of
+//     the least half extent if that is smaller. The margin of a hull is outside, so that the hull is enlarged by it;
+//   - a mesh is a btBvhTriangleMeshShape, which must be fixed; without smoothing, its inner edges stop sliding bodies;
 //   - a compound is a btCompoundShape of boxes.
 #pragma once
 

@@ -46,22 +46,22 @@ Eigen::Isometry3d pose(const Real3& p, const Real4& q) {
   return transform;
 }
 
-// DART writes its warnings to std::cerr, thousands a run, and remarks to std::cout, which is the worker's line to the
-// program. While a world is at work they are counted instead.
-std::int64_t lines_heard = 0;
+// DART writes thousands of warnings per run to std::cerr, and messages to std::cout, which carries the worker's protocol.
+// Inside the scope of this object they are counted instead, and the first is kept.
+std::int64_t line_count = 0;
 std::string first_line;
-class Ear : public std::streambuf {
+class MessageCounter : public std::streambuf {
  public:
-  Ear() : errors_(std::cerr.rdbuf(this)), remarks_(std::cout.rdbuf(this)) {}
-  ~Ear() override {
+  MessageCounter() : errors_(std::cerr.rdbuf(this)), remarks_(std::cout.rdbuf(this)) {}
+  ~MessageCounter() override {
     std::cerr.rdbuf(errors_);
     std::cout.rdbuf(remarks_);
   }
 
  protected:
   int overflow(int c) override {
-    if (c == '\n') ++lines_heard;
-    if (c != '\n' && lines_heard == 0) first_line += static_cast<char>(c);
+    if (c == '\n') ++line_count;
+    if (c != '\n' && line_count == 0) first_line += static_cast<char>(c);
     return c;
   }
 
@@ -69,15 +69,15 @@ class Ear : public std::streambuf {
   std::streambuf *errors_, *remarks_;
 };
 
-// Whose shape this is, and for which material of the other body (-1: all).
+// The body of a shape, and the material of the other body that the shape is for (-1: all).
 struct Owner {
   int body = 0, partner = -1;
 };
 using Owners = std::unordered_map<const dynamics::ShapeFrame*, Owner>;
 
-class PairsOfTheScene : public collision::CollisionFilter {
+class ScenePairFilter : public collision::CollisionFilter {
  public:
-  PairsOfTheScene(const Scene& scene, const std::vector<dynamics::SkeletonPtr>& skeletons, const Owners& owners)
+  ScenePairFilter(const Scene& scene, const std::vector<dynamics::SkeletonPtr>& skeletons, const Owners& owners)
       : scene_(scene), skeletons_(skeletons), owners_(owners) {}
   bool ignoresCollision(const collision::CollisionObject* first,
                         const collision::CollisionObject* second) const override {
@@ -98,14 +98,14 @@ const dynamics::ShapeNode* shape_node(const collision::CollisionObject* object) 
   return object->getShapeFrame()->asShapeNode();
 }
 
-// Turns the friction pyramids along the slip before constraints are made of the contacts.
+// Aligns the friction pyramids with the slip before the contact constraints are built.
 class SlipDetector : public collision::OdeCollisionDetector {
  public:
   bool collide(collision::CollisionGroup* group, const collision::CollisionOption& option,
                collision::CollisionResult* result) override {
-    const bool met = OdeCollisionDetector::collide(group, option, result);
+    const bool collides = OdeCollisionDetector::collide(group, option, result);
     if (result) align(*result);
-    return met;
+    return collides;
   }
   using OdeCollisionDetector::collide;
 
@@ -160,7 +160,7 @@ class DartWorld : public rivals::World {
  public:
   DartWorld(const Scene& scene, const Settings& settings)
       : scene_(scene), laws_(rivals::laws_in_play(scene)), world_(dart::simulation::World::create()) {
-    const Ear ear;
+    const MessageCounter counter;
     world_->setGravity(vector3(scene.gravity_m_per_s2));
     using constraint::ContactConstraint;
     ContactConstraint::setErrorAllowance(rivals::number(settings, "error_allowance_m"));
@@ -172,7 +172,7 @@ class DartWorld : public rivals::World {
     auto* solver = world_->getConstraintSolver();
     if (std::get<std::string>(settings.at("collision_detector")) != "fcl")
       solver->setCollisionDetector(detector_of(settings));
-    solver->getCollisionOption().collisionFilter = std::make_shared<PairsOfTheScene>(scene_, skeletons_, owners_);
+    solver->getCollisionOption().collisionFilter = std::make_shared<ScenePairFilter>(scene_, skeletons_, owners_);
     const auto room = static_cast<std::size_t>(rivals::count(settings, "contacts_per_body", 1)) * scene.bodies.size();
     solver->getCollisionOption().maxNumContacts = std::max<std::size_t>(1000, room);
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) add(static_cast<int>(i));
@@ -190,9 +190,9 @@ class DartWorld : public rivals::World {
     }
     if (h_s != h_s_) world_->setTimeStep(h_s);
     h_s_ = h_s;
-    const Ear ear;
+    const MessageCounter counter;
     world_->step();
-    // Squares of speeds enter the next step, and DART's assertions would end the process on what is not a number.
+    // The next step squares speeds, and DART's assertions would end the process on NaN.
     constexpr double kFastest = 1e60;
     for (const auto* node : nodes_) lost_ = lost_ || !(node->getSpatialVelocity().cwiseAbs().maxCoeff() < kFastest);
   }
@@ -268,7 +268,7 @@ class DartWorld : public rivals::World {
   void set_inertia(int i) {
     const Body& body = scene_.bodies[i];
     const Real33& m = body.inertia_kg_m2;
-    Eigen::Matrix3d moment = Eigen::Matrix3d::Identity();  // of a point mass: never turned
+    Eigen::Matrix3d moment = Eigen::Matrix3d::Identity();  // for a point mass, which does not rotate
     if (rotates(body)) moment << m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], m[8];
     nodes_[i]->setInertia(dynamics::Inertia(body.mass_kg, Eigen::Vector3d::Zero(), moment));
   }
@@ -306,7 +306,7 @@ class DartWorld : public rivals::World {
   std::vector<dynamics::SkeletonPtr> skeletons_;
   std::vector<dynamics::BodyNode*> nodes_;
   Owners owners_;
-  dart::simulation::WorldPtr world_;  // goes first: it refers to the others
+  dart::simulation::WorldPtr world_;  // destroyed first: it refers to the others
   double h_s_ = 0;
   bool lost_ = false;
 };
@@ -315,101 +315,10 @@ class DartWorld : public rivals::World {
 
 std::string version() { return DART_VERSION; }
 
-// World::create, ConstraintSolver and ContactConstraint as they come; contacts_per_body only makes room beyond World's
-// 1000.
-Settings default_settings() {
-  return {{"scalar", std::string("double")},
-          {"step", std::string("World::step")},
-          {"pair_law", std::string("the scene's: a shape for each material that a body can meet, where laws differ")},
-          {"friction_model", std::string("pyramid of two axes, mu times the normal force")},
-          {"forces", std::string("all but uniform gravity: evaluated by the adapter once a step, at its beginning")},
-          {"gyroscopic", std::string("explicit: always on")},
-          {"split_impulse", std::string("none: DART 6.12 has none for rigid bodies")},
-          {"slip_compliance", std::string("none")},
-          {"bouncing_velocity_m_per_s", 0.1},
-          {"max_bouncing_velocity_m_per_s", 100.0},
-          {"sleeping", std::string("none: DART 6.12 has none")},
-          {"rectangle", std::string("a box of the least thickness")},
-          {"linear_damping", 0.0},
-          {"angular_damping", 0.0},
-          {"substeps", std::int64_t{1}},
-          {"collision_detector", std::string("ode")},
-          {"contacts_per_body", std::int64_t{16}},
-          {"lcp_solver", std::string("dantzig")},
-          {"secondary_lcp_solver", std::string("pgs")},
-          {"pgs_iterations", std::int64_t{30}},
-          {"pgs_tolerance", 1e-6},
-          {"pgs_relative_tolerance", 1e-3},
-          {"error_allowance_m", 0.0},
-          {"erp", 0.01},
-          {"max_erv_m_per_s", 1e-3},
-          {"cfm", 1e-5},
-          {"friction_direction", std::string("engine")}};
-}
-
-Settings tuned_settings() {
-  Settings tuned = default_settings();
-  tuned["erp"] = 0.0;  // penetration recovery by velocity leaves bodies that met moving apart
-  tuned["cfm"] = 1e-9;
-  tuned["friction_direction"] = std::string("slip");
-  return tuned;
-}
-
-std::set<std::string> fixed_settings() {
-  return {"scalar",
-          "step",
-          "pair_law",
-          "friction_model",
-          "forces",
-          "gyroscopic",
-          "split_impulse",
-          "slip_compliance",
-          "bouncing_velocity_m_per_s",
-          "max_bouncing_velocity_m_per_s",
-          "sleeping",
-          "rectangle",
-          "linear_damping",
-          "angular_damping"};
-}
-
-void check_settings(const Settings& settings) {
-  const std::string detector = rivals::choice(settings, "collision_detector", {"ode", "fcl", "dart"});
-  const std::string direction = rivals::choice(settings, "friction_direction", {"engine", "slip"});
-  if (direction == "slip" && detector != "ode") {
-    throw std::invalid_argument("setting `friction_direction`: slip needs the collision_detector ode");
-  }
-  rivals::choice(settings, "lcp_solver", {"dantzig", "pgs"});
-  rivals::choice(settings, "secondary_lcp_solver", {"dantzig", "pgs", "none"});
-  rivals::count(settings, "pgs_iterations", 1);
-  rivals::count(settings, "contacts_per_body", 1);
-  const auto at_least = [&](const char* name, double least) {
-    if (!(rivals::number(settings, name) >= least)) {
-      throw std::invalid_argument(std::string("setting `") + name + "` is at least " + (least > 0 ? "1e-9" : "0"));
-    }
-  };
-  for (const char* name : {"error_allowance_m", "erp", "max_erv_m_per_s", "pgs_tolerance", "pgs_relative_tolerance"}) {
-    at_least(name, 0);
-  }
-  at_least("cfm", 1e-9);  // DART's own bound
-  if (!(rivals::number(settings, "erp") <= 1)) throw std::invalid_argument("setting `erp` is at most 1");
-}
-
-std::string refusal(const Scene& scene, const Settings& settings) {
-  if (!rivals::shapes_matter(scene)) return "";
-  int meshes = 0;
-  for (const auto& body : scene.bodies) {
-    const auto& detector = std::get<std::string>(settings.at("collision_detector"));
-    if (const auto reason = refused_shape(body, detector); !reason.empty()) return reason;
-    meshes += std::holds_alternative<Mesh>(body.shape);
-    if (meshes > 1) return "DART's adapter has no contact between two meshes (`" + body.name + "`)";
-  }
-  return refused_law(rivals::laws_in_play(scene));
-}
-
-std::string doubts_since_last_asked() {
+std::string diagnostics_since_last_call() {
   std::string text;
-  if (lines_heard > 0) text = "DART complained in " + std::to_string(lines_heard) + " lines, first: " + first_line;
-  lines_heard = 0;
+  if (line_count > 0) text = "DART printed " + std::to_string(line_count) + " lines, first: " + first_line;
+  line_count = 0;
   first_line.clear();
   return text;
 }

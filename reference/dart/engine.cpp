@@ -26,7 +26,7 @@ Engine dart_engine() {
   rival.check = dartsim::check_settings;
   rival.refusal = dartsim::refusal;
   rival.make = dartsim::make_world;
-  rival.doubts = dartsim::doubts_since_last_asked;
+  rival.diagnostics = dartsim::diagnostics_since_last_call;
   return rivals::engine_of(rival);
 }
 

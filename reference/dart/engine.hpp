@@ -1,4 +1,4 @@
-// DART 6.12 as an engine to be judged. (Not dart.hpp: that is the name of DART's own header.)
+// DART 6.12 as an engine under test. (Not dart.hpp: that is the name of DART's own header.)
 #pragma once
 
 #include "protocol/method.hpp"

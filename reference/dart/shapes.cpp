@@ -30,7 +30,7 @@ std::shared_ptr<dynamics::Shape> mesh_shape(const Mesh& mesh) {
   triangles->mNumVertices = static_cast<unsigned>(mesh.points_m.size());
   triangles->mVertices = new aiVector3D[mesh.points_m.size()];
   triangles->mNormals =
-      new aiVector3D[mesh.points_m.size()];  // DART copies them unasked; only two meshes would use them
+      new aiVector3D[mesh.points_m.size()];  // DART always copies them; only contacts of two meshes would use them
   for (std::size_t i = 0; i < mesh.points_m.size(); ++i) {
     const Real3& p = mesh.points_m[i];
     triangles->mVertices[i] =
@@ -87,13 +87,16 @@ std::vector<PlacedShape> shapes_of(const Body& body) {
 
 std::string refused_shape(const Body& body, const std::string& detector) {
   const Shape& shape = body.shape;
-  if (std::holds_alternative<Convex>(shape)) return "DART 6.12 has no convex hull (`" + body.name + "`)";
+  if (std::holds_alternative<Convex>(shape))
+    return "DART 6.12 has no convex hull shape; found one on `" + body.name + "`";
   const auto* mesh = std::get_if<Mesh>(&shape);
-  if (mesh && mesh->triangles.empty()) return "DART has no mesh without triangles (`" + body.name + "`)";
+  if (mesh && mesh->triangles.empty()) return "DART requires meshes with triangles; found none in `" + body.name + "`";
   const bool ball_or_boxes = std::holds_alternative<std::monostate>(shape) || std::holds_alternative<Sphere>(shape) ||
                              std::holds_alternative<Box>(shape) || std::holds_alternative<Compound>(shape);
-  if (detector == "dart" && !ball_or_boxes) return "DART's own detector does not collide " + quoted(body);
-  if (detector == "fcl" && !ball_or_boxes && !mesh) return "DART does not rightly hand to FCL " + quoted(body);
+  if (detector == "dart" && !ball_or_boxes)
+    return "DART's own detector supports boxes and spheres only; found " + quoted(body);
+  if (detector == "fcl" && !ball_or_boxes && !mesh)
+    return "DART does not convert this shape correctly for FCL: " + quoted(body);
   return "";
 }
 

@@ -22,7 +22,7 @@ std::vector<Surface> surfaces_of(int material, const std::vector<PairLaw>& laws)
   std::vector<Surface> all;
   for (const auto& law : laws) {
     if (law.a != material && law.b != material) continue;
-    // Of two materials the first says the restitution and the second 1; one material shares it with itself.
+    // For two materials the first has the restitution and the second 1; for one material both have its square root.
     const double share = law.a == law.b ? std::sqrt(law.restitution) : law.a == material ? law.restitution : 1.0;
     all.push_back({law.a == material ? law.b : law.a, share, law.friction});
   }
@@ -32,8 +32,9 @@ std::vector<Surface> surfaces_of(int material, const std::vector<PairLaw>& laws)
 std::string refused_law(const std::vector<PairLaw>& laws) {
   for (const auto& law : laws) {
     if (law.rolling_friction_m != 0) return "DART has no rolling friction";
-    if (too_small(law.restitution)) return "DART takes a restitution of 0.001 or less for none";
-    if (too_small(law.friction)) return "DART takes a friction of 0.001 or less for none";
+    if (too_small(law.restitution)) return "DART treats a restitution of 0.001 or less as zero; found one above 0";
+    if (too_small(law.friction))
+      return "DART treats a friction coefficient of 0.001 or less as zero; found one above 0";
   }
   return "";
 }

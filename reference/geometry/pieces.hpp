@@ -1,4 +1,4 @@
-// Shapes as the truth sees them: convex pieces with a rounding radius, planes, cylinders. Private to this room.
+// Shapes as convex pieces with a rounding radius, planes and cylinders. Private to this room.
 #pragma once
 
 #include <cmath>
@@ -20,7 +20,7 @@ inline Vector cross(const Vector& a, const Vector& b) {
 }
 inline Real norm(const Vector& a) { return std::hypot(a[0], a[1], a[2]); }
 
-// Where a body is.
+// The pose of a body.
 struct Place {
   Vector p_W{};
   std::array<Vector, 3> axis_W{Vector{1, 0, 0}, Vector{0, 1, 0}, Vector{0, 0, 1}};  // the columns of R_WB
@@ -30,7 +30,7 @@ inline Vector turned(const Place& place, const Vector& v) {
   return v[0] * place.axis_W[0] + v[1] * place.axis_W[1] + v[2] * place.axis_W[2];
 }
 
-// A convex polyhedron, polygon, segment or point, all within radius_m. World axes [m].
+// A convex polyhedron, polygon, segment or point, enlarged by radius_m. World axes [m].
 struct Piece {
   int dimension = 3;  // 0 point, 1 segment, 2 polygon, 3 solid
   std::vector<Vector> vertices;
@@ -38,9 +38,9 @@ struct Piece {
     Vector normal;
     std::vector<int> corners;
     Real sharpness = 1;
-  };                        // sharpness: height over length of a triangle,
-                            // what its normal loses of round-off
-  std::vector<Face> faces;  // a polygon has one; of a hull's faces several triangles may overlap
+  };                        // sharpness: height over length of a triangle;
+                            // round-off of its normal is divided by it
+  std::vector<Face> faces;  // a polygon has one; triangles of one face of a hull may overlap
   std::vector<std::array<int, 2>> edges;
   Real radius_m = 0;
 };
@@ -51,7 +51,7 @@ struct RoundBar {
   Vector centre, axis;
   Real radius_m = 0, half_length_m = 0;
 };
-// Unit normal; the plane's free side is outside
+// Unit normal, out of the half-space.
 struct HalfSpace {
   Vector normal;
   Real offset_m = 0;
@@ -63,7 +63,7 @@ Separation above(const Piece& a, const HalfSpace& plane);  // normal from a to t
 Separation above(const RoundBar& a, const HalfSpace& plane);
 Separation from_ball(const Vector& centre, Real radius_m, const RoundBar& b);
 
-// The same of two bodies, wherever they are.
+// The same for two bodies at given poses.
 Separation separation(const Shape& a, const Place& place_a, const Shape& b, const Place& place_b);
 
 }  // namespace atwood::geometry

@@ -19,7 +19,7 @@ using rivals::operator*;
 std::string text(const Real3& v) { return fmt::format("{} {} {}", v[0], v[1], v[2]); }
 std::string text(const Real4& q) { return fmt::format("{} {} {} {}", q[0], q[1], q[2], q[3]); }
 
-// Turns z to a unit vector by the shortest arc; straight down by half a turn about x.
+// The shortest rotation of z to a unit vector; for -z half a turn about x.
 Real4 from_z_to(const Real3& n) {
   if (n[2] < -1 + 1e-12) return {0, 1, 0, 0};
   Real4 q{1 + n[2], -n[1], n[0], 0};
@@ -30,8 +30,8 @@ Real4 from_z_to(const Real3& n) {
 
 int dimension(double friction, double rolling_friction_m) { return rolling_friction_m > 0 ? 6 : friction > 0 ? 3 : 1; }
 
-// Sliding; spinning, which the scene's law has not: MuJoCo's floor under every coefficient (1e-5) is what is left;
-// rolling.
+// Coefficients of sliding, spinning and rolling friction. The scene's law has no spinning friction; MuJoCo's smallest
+// coefficient is 1e-5.
 std::string coefficients(double friction, double rolling_friction_m) {
   return fmt::format("{} 0 {}", friction, rolling_friction_m);
 }
@@ -63,8 +63,8 @@ class Writer {
   double number(const char* name) const { return rivals::number(settings_, name); }
   std::string word(const char* name) const { return std::get<std::string>(settings_.at(name)); }
 
-  // MuJoCo's own guess at the stack is 5 (rows + velocities)^2 numbers, which overflows its int beyond 20 000; what its
-  // solvers were seen to take is 3 velocities^2 and a few rows of everything.
+  // MuJoCo's default size of the stack is 5 (rows + velocities)^2 numbers, which overflows an int beyond 20 000. Its solvers
+  // were observed to use 3 velocities^2 numbers and a few rows.
   void sizes() {
     if (!collide_) return;
     const bool elliptic = word("cone") == "elliptic";
@@ -118,7 +118,7 @@ class Writer {
     const auto* plane = std::get_if<Plane>(&b.shape);
     Real3 position = b.position_m;
     Real4 attitude = b.orientation_wxyz;
-    if (plane) {  // in world axes, wherever its body is
+    if (plane) {  // in world axes, for every pose of its body
       const double norm = rivals::length(plane->normal);
       const Real3 n = (1 / norm) * plane->normal;
       position = (plane->offset_m / norm) * n;
@@ -130,7 +130,7 @@ class Writer {
         const auto axes = rivals::principal_axes(b.inertia_kg_m2);
         out("<freejoint/><inertial pos=\"0 0 0\" mass=\"{}\" quat=\"{}\" diaginertia=\"{}\"/>", b.mass_kg,
             text(axes.q_BP), text(axes.moments_kg_m2));
-      } else {  // never turned: slides don't
+      } else {  // irrelevant: slide joints do not rotate
         for (const char* axis : {"1 0 0", "0 1 0", "0 0 1"}) out("<joint type=\"slide\" axis=\"{}\"/>", axis);
         out("<inertial pos=\"0 0 0\" mass=\"{}\" diaginertia=\"1 1 1\"/>", b.mass_kg);
       }
@@ -201,7 +201,7 @@ Model compile(const std::string& xml) {
   const auto files = std::make_unique<mjVFS>();
   mj_defaultVFS(files.get());
   if (mj_makeEmptyFileVFS(files.get(), "scene.xml", static_cast<int>(xml.size())) != 0) {
-    throw std::invalid_argument("MuJoCo took no file of " + std::to_string(xml.size()) + " bytes");
+    throw std::invalid_argument("MuJoCo rejected a model file of " + std::to_string(xml.size()) + " bytes");
   }
   std::memcpy(files->filedata[0], xml.data(), xml.size());
   char error[1000] = "";
@@ -216,7 +216,7 @@ int rows_of(const PairLaw& law, bool elliptic) {
   return dim == 1 || elliptic ? dim : 2 * (dim - 1);
 }
 
-// Of rows n and velocities v one buffer keeps 3/2 n^2 + 3 n v numbers and little else, and its size in bytes is an int.
+// For n rows and v velocities one buffer holds about 3/2 n^2 + 3 n v numbers, and its size in bytes is an int.
 std::int64_t room_for_contacts(const Scene& scene, const Settings& settings) {
   const bool elliptic = std::get<std::string>(settings.at("cone")) == "elliptic";
   int rows = 1;

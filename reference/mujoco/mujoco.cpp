@@ -43,7 +43,7 @@ Engine mujoco_engine() {
   rival.check = mujoco::check_settings;
   rival.refusal = mujoco::refusal;
   rival.make = mujoco::make_world;
-  rival.doubts = mujoco::doubts_since_last_asked;
+  rival.diagnostics = mujoco::diagnostics_since_last_call;
   return rivals::engine_of(rival);
 }
 

@@ -1,4 +1,4 @@
-// MuJoCo 2.2 as an engine to be judged.
+// MuJoCo 2.2 as an engine under test.
 #pragma once
 
 #include "protocol/method.hpp"

@@ -19,11 +19,11 @@ using rivals::operator*;
 using rivals::Motion;
 using rivals::Wrench;
 
-// Left alone MuJoCo would write warnings to a file in the working directory, and end the process on an error.
-std::int64_t warnings_heard = 0;
+// MuJoCo's default handlers write warnings to a file in the working directory, and end the process on an error.
+std::int64_t warning_count = 0;
 std::string first_warning;
 void hear(const char* text) {
-  if (++warnings_heard == 1) first_warning = text;
+  if (++warning_count == 1) first_warning = text;
 }
 void fail(const char* text) { throw std::invalid_argument(std::string("MuJoCo gave up: ") + text); }
 
@@ -66,7 +66,7 @@ class MujocoWorld : public rivals::World {
     return {real3(q), {q[3], q[4], q[5], q[6]}, real3(v), real3(v + 3)};
   }
 
-  // A held body is one without joints: the model is compiled anew, and everything else goes on as it was.
+  // A held body has no joints: at its release the model is compiled again, and the state of all other bodies is kept.
   void release(int i) override {
     std::vector<Motion> motions(scene_.bodies.size());
     for (std::size_t k = 0; k < motions.size(); ++k) {
@@ -102,7 +102,7 @@ class MujocoWorld : public rivals::World {
   void build() {
     model_ = compile(xml_of(scene_, settings_, held_));
     data_.reset(mj_makeData(model_.get()));
-    if (!data_) throw std::invalid_argument("MuJoCo could not lay out its buffers");
+    if (!data_) throw std::invalid_argument("MuJoCo could not allocate its buffers");
   }
   bool moves(int i) const { return !scene_.bodies[i].fixed && !held_[static_cast<std::size_t>(i)]; }
   int position_at(int i) const { return model_->jnt_qposadr[model_->body_jntadr[i + 1]]; }
@@ -134,9 +134,9 @@ class MujocoWorld : public rivals::World {
 
 std::string refused_shape(const Body& body) {
   if (std::holds_alternative<Rectangle>(body.shape))
-    return "MuJoCo has no plate without thickness (`" + body.name + "`)";
+    return "MuJoCo has no rectangle shape (a box of zero thickness); found one on `" + body.name + "`";
   if (std::holds_alternative<Mesh>(body.shape))
-    return "MuJoCo collides a mesh as its convex hull (`" + body.name + "`)";
+    return "MuJoCo replaces a mesh by its convex hull; found the mesh `" + body.name + "`";
   return "";
 }
 
@@ -211,7 +211,7 @@ void check_settings(const Settings& settings) {
 std::string refusal(const Scene& scene, const Settings& settings) {
   if (!rivals::shapes_matter(scene)) return "";
   for (const auto& law : rivals::laws_in_play(scene)) {
-    if (law.restitution != 0) return "MuJoCo has no restitution";
+    if (law.restitution != 0) return "MuJoCo has no restitution: expected restitution = 0";
   }
   bool compound = false;
   for (const auto& body : scene.bodies) {
@@ -220,9 +220,10 @@ std::string refusal(const Scene& scene, const Settings& settings) {
   }
   if (!precedences(scene)) {
     if (const auto pairs = listed_pairs(scene); pairs > kMostListedPairs) {
-      return "MuJoCo would have to be told the friction of each of " + std::to_string(pairs) + " pairs";
+      return "MuJoCo would need an explicit list of the friction of " + std::to_string(pairs) + " pairs";
     }
-    if (compound) return "MuJoCo's adapter lists no pairs of parts of a compound, and these materials can't be ordered";
+    if (compound)
+      return "MuJoCo's adapter does not list pairs of parts of a compound, and these materials have no order of priorities";
   }
   if (room_for_contacts(scene, settings) == 0) {
     return "MuJoCo 2.2 keeps the rows of all contacts squared in one buffer of 2 GiB: too small for two contacts each "
@@ -232,10 +233,10 @@ std::string refusal(const Scene& scene, const Settings& settings) {
   return "";
 }
 
-std::string doubts_since_last_asked() {
+std::string diagnostics_since_last_call() {
   std::string text;
-  if (warnings_heard > 0) text = "MuJoCo warned " + std::to_string(warnings_heard) + " times, first: " + first_warning;
-  warnings_heard = 0;
+  if (warning_count > 0) text = "MuJoCo warned " + std::to_string(warning_count) + " times, first: " + first_warning;
+  warning_count = 0;
   return text;
 }
 

@@ -1,8 +1,8 @@
-// One scene in one mjModel and mjData: motion, contacts, complaints.
-//   - contacts are found at a step's beginning; Euler: v += h (M^-1 (f + J^T force)), then x += h v; RK4: four times
-//   so;
-//   - contacts are soft: a force grows with overlap, so a body at rest lies a little inside the floor;
-//   - a state that is not a number makes MuJoCo start the scene afresh with a warning: here the run ends as not finite.
+// One scene in one mjModel and mjData: motion, contacts, warnings.
+//   - contacts are found at the start of a step; Euler: v += h (M^-1 (f + J^T force)), then x += h v; RK4 evaluates them at
+//     each of its four stages;
+//   - contacts are soft: a force grows with the overlap, so that a body at rest overlaps the floor a little;
+//   - MuJoCo resets a scene whose state is NaN, with a warning; the adapter then ends the run as not finite.
 #pragma once
 
 #include <memory>
@@ -19,11 +19,11 @@ Settings tuned_settings();
 std::set<std::string> fixed_settings();
 void check_settings(const Settings& settings);  // throws std::invalid_argument
 
-// What MuJoCo can't hold beyond what every adapter refuses; empty when it can.
+// Why MuJoCo cannot represent the scene, beyond the refusals of every adapter; empty when it can.
 std::string refusal(const Scene& scene, const Settings& settings);
 
-// What MuJoCo warned of since the last call; empty: nothing.
-std::string doubts_since_last_asked();
+// MuJoCo's warnings since the last call: their number and the first; empty: none.
+std::string diagnostics_since_last_call();
 
 std::unique_ptr<rivals::World> make_world(const Scene& scene, const Settings& settings, bool observe);
 

@@ -1,6 +1,6 @@
-// A pair's law out of what MuJoCo lets a geom say. The geom of higher priority decides a contact's friction; at equal
-// priority the larger coefficient wins. So one priority and one law a material do where the materials can be put in an
-// order in which each has the same law with all that come below it (and with itself, where it can meet itself).
+// Laws of pairs from MuJoCo's coefficients of geoms. The geom of higher priority determines a contact's friction; at equal
+// priority the larger coefficient does. One priority and one law per material are therefore sufficient when the materials
+// have an order in which each has the same law with all lower ones (and with itself, where two such bodies can touch).
 #pragma once
 
 #include <optional>
@@ -15,7 +15,7 @@ struct Precedence {
   double friction = 0, rolling_friction_m = 0;
 };
 
-// One entry a material; absent where no such order exists, and every pair of geoms has to be listed.
+// One entry per material; absent when no such order exists, so that every pair of geoms has to be listed.
 std::optional<std::vector<Precedence>> precedences(const Scene& scene);
 
 }  // namespace atwood::mujoco

@@ -28,7 +28,7 @@ Engine ode_engine() {
   rival.check = ode::check_settings;
   rival.refusal = [](const Scene& scene, const Settings&) { return ode::refusal(scene); };
   rival.make = ode::make_world;
-  rival.doubts = ode::doubts_since_last_asked;
+  rival.diagnostics = ode::diagnostics_since_last_call;
   Engine engine = rivals::engine_of(rival);
   engine.contacts = ode::find_contacts;
   return engine;

@@ -1,4 +1,4 @@
-// The Open Dynamics Engine 0.16.2 as an engine to be judged. (Here `ode` always names the engine.)
+// The Open Dynamics Engine 0.16.2 as an engine under test. (Here `ode` always names the engine.)
 #pragma once
 
 #include "protocol/method.hpp"

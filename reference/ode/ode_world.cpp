@@ -24,13 +24,13 @@ using rivals::operator+;
 using rivals::Motion;
 using rivals::Wrench;
 
-constexpr int kMostContacts = 64;  // a pair; the setting max_contacts stays within
+constexpr int kMostContacts = 64;  // per pair; upper limit of the setting max_contacts
 
-// ODE prints a line for every doubt of its solver, thousands a run. They are counted instead; the run's outcome tells.
-std::int64_t messages_heard = 0;
+// ODE prints thousands of messages of its solver per run. They are counted instead, and reported in the run's outcome.
+std::int64_t message_count = 0;
 std::string first_message;
 void hear(int, const char* format, va_list arguments) {
-  if (++messages_heard > 1) return;
+  if (++message_count > 1) return;
   char text[256];
   std::vsnprintf(text, sizeof text, format, arguments);
   first_message = text;
@@ -57,7 +57,7 @@ dMass mass_of(const Body& body) {
     dMassSetParameters(&mass, body.mass_kg, 0, 0, 0, inertia[0], inertia[4], inertia[8], inertia[1], inertia[2],
                        inertia[5]);
   } else {
-    dMassSetSphereTotal(&mass, body.mass_kg, 1);  // never turned: no torque is applied to a point mass
+    dMassSetSphereTotal(&mass, body.mass_kg, 1);  // irrelevant: no torque is applied to a point mass
   }
   return mass;
 }
@@ -163,7 +163,7 @@ class OdeWorld : public rivals::World {
     if (made) set_up(i, settings);
     for (const dGeomID geom : shapes_.make(space_, body, made)) {
       dGeomSetData(geom, reinterpret_cast<void*>(static_cast<std::intptr_t>(i)));
-      // Two fixed geoms never meet.
+      // Two fixed geoms do not collide.
       dGeomSetCategoryBits(geom, body.fixed ? 1ul : 2ul);
       dGeomSetCollideBits(geom, body.fixed ? 2ul : 3ul);
     }
@@ -259,8 +259,8 @@ class OdeWorld : public rivals::World {
 
 }  // namespace
 
-// dWorldCreate's own values, with what fairness asks for: no auto-disable and no damping (ODE's own), and friction as a
-// coefficient (mu would be a force). ODE has no default for a contact's bounce_vel: 0 is given.
+// The defaults of dWorldCreate, without auto-disable and damping (ODE's defaults), and with friction as a coefficient (mu
+// would be a force). ODE has no default for a contact's bounce_vel, which is set to 0.
 Settings default_settings() {
   return {{"scalar", std::string("double")},
           {"pair_law", std::string("the scene's, in every contact's surface")},
@@ -297,7 +297,7 @@ void check_settings(const Settings& settings) {
   rivals::count(settings, "iterations", 1);
   rivals::count(settings, "substeps", 1);
   if (rivals::count(settings, "max_contacts", 1) > kMostContacts) {
-    throw std::invalid_argument("setting `max_contacts` is at most " + std::to_string(kMostContacts));
+    throw std::invalid_argument("setting `max_contacts`: expected at most " + std::to_string(kMostContacts));
   }
 }
 
@@ -311,25 +311,25 @@ std::string refusal(const Scene& scene) {
     }
     if (!body.fixed && rotates(body)) {
       const dMass mass = mass_of(body);
-      if (!dMassCheck(&mass)) return "ODE needs an inertia that is positive definite: `" + body.name + "`";
+      if (!dMassCheck(&mass)) return "ODE requires a positive definite inertia; that of `" + body.name + "` is not";
     }
     if (!body.fixed && !rotates(body) && rivals::has_shape(body) && shaped > 1) {
-      return "ODE would turn `" + body.name + "`, which has a shape and no inertia";
+      return "ODE would rotate `" + body.name + "`, which has a shape and no inertia";
     }
     cylinders += std::holds_alternative<Cylinder>(body.shape);
     capsules += std::holds_alternative<Capsule>(body.shape);
   }
   if (cylinders > 1 || (cylinders > 0 && capsules > 0)) {
     if (!dCheckConfiguration("ODE_EXT_libccd"))
-      return "this ODE has no collision of a cylinder with a cylinder or capsule";
+      return "this build of ODE has no collision of a cylinder with a cylinder or capsule";
   }
   return "";
 }
 
-std::string doubts_since_last_asked() {
+std::string diagnostics_since_last_call() {
   std::string text;
-  if (messages_heard > 0) text = "ODE complained " + std::to_string(messages_heard) + " times, first: " + first_message;
-  messages_heard = 0;
+  if (message_count > 0) text = "ODE printed " + std::to_string(message_count) + " messages, first: " + first_message;
+  message_count = 0;
   return text;
 }
 

@@ -1,10 +1,10 @@
-// One scene in one dWorld. Conventions met on the way:
-//   - angular velocity is in world axes; samples turn it to body axes;
-//   - the inertia is given whole (dMass), off-diagonal terms too;
+// One scene in one dWorld. Conventions of ODE:
+//   - angular velocity is in world axes; samples convert it to body axes;
+//   - the inertia is given with its off-diagonal elements (dMass);
 //   - shapes: see shapes.hpp;
-//   - a contact's normal points into its first body; restitution and friction come with every contact (dSurface);
-//   - mu is a force unless dContactApprox1 makes it a coefficient: always set, else friction isn't the scene's;
-//   - contacts are found at a step's start, then v += h F/m with contacts, then x += h v.
+//   - a contact's normal points into its first body; restitution and friction belong to each contact (dSurface);
+//   - mu is a force unless dContactApprox1 makes it a coefficient, as in the scene: it is always set;
+//   - contacts are found at the start of a step, then v += h F/m with contact forces, then x += h v.
 #pragma once
 
 #include <memory>
@@ -20,12 +20,11 @@ Settings default_settings();
 std::set<std::string> fixed_settings();
 void check_settings(const Settings& settings);  // throws std::invalid_argument
 
-// What ODE can't hold beyond what every adapter refuses; empty when it can.
+// Why ODE cannot represent the scene, beyond the refusals of every adapter; empty when it can.
 std::string refusal(const Scene& scene);
 
-// What ODE's own messages said since the last call: "ODE complained 3 times, first: LCP internal error"; empty:
-// nothing.
-std::string doubts_since_last_asked();
+// ODE's messages since the last call: "ODE printed 3 messages, first: LCP internal error"; empty: none.
+std::string diagnostics_since_last_call();
 
 std::unique_ptr<rivals::World> make_world(const Scene& scene, const Settings& settings, bool observe);
 

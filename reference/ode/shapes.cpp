@@ -110,7 +110,7 @@ std::vector<dGeomID> Shapes::make(dSpaceID space, const Body& body, dBodyID on) 
 
 std::string refused_shape(const Body& body) {
   if (!dCheckConfiguration("ODE_EXT_trimesh") && std::holds_alternative<Mesh>(body.shape)) {
-    return "this ODE was built without meshes: `" + body.name + "`";
+    return "this build of ODE has no meshes; found the mesh `" + body.name + "`";
   }
   const auto* convex = std::get_if<Convex>(&body.shape);
   if (convex && convex_hull(convex->points_m).empty()) return "ODE has no flat hull: `" + body.name + "`";

@@ -1,9 +1,8 @@
-// A scene's shapes as ODE's geoms. What differs from one engine to the next, said here:
-//   - a rectangle is a box of the least thickness that a double holds (one of none ODE passes over): a trimesh, the
-//   other
-//     choice, computes in float and has one side;
-//   - a convex shape is a dConvex over the triangles of its hull; with a box it meets in one point, and the box sinks;
-//   - a mesh is a trimesh, whose insides are float whatever ODE's precision;
+// A scene's shapes as ODE's geoms:
+//   - a rectangle is a box of the least thickness in double (ODE ignores a box of zero thickness). A trimesh, the
+//     alternative, computes in float and is one-sided;
+//   - a convex shape is a dConvex with the triangles of its hull; its contact with a box has one point, and the box sinks;
+//   - a mesh is a trimesh, whose code computes in float at every precision of ODE;
 //   - a compound is several box geoms at offsets on one body.
 #pragma once
 
@@ -17,12 +16,12 @@
 
 namespace atwood::ode {
 
-// Makes geoms in a space (which destroys them) and owns the numbers that they refer to.
+// Creates geoms in a space (which destroys them) and owns the arrays that they refer to.
 class Shapes {
  public:
   Shapes();
   ~Shapes();
-  // The body's geoms, at the body's pose in the scene, or at their offsets on `on`; none for no shape.
+  // The body's geoms, at the body's pose in the scene, or at their offsets on `on`; empty for a body without a shape.
   std::vector<dGeomID> make(dSpaceID space, const Body& body, dBodyID on);
 
  private:
@@ -32,7 +31,7 @@ class Shapes {
   std::vector<std::unique_ptr<Triangles>> meshes_;
 };
 
-// Why ODE has no such shape; empty when it has.
+// Why ODE does not have this shape; empty when it does.
 std::string refused_shape(const Body& body);
 
 }  // namespace atwood::ode

@@ -15,7 +15,7 @@ struct Context {
 
   double mass(int i) const { return scene.bodies[i].mass_kg; }
   void push(int i, const Real3& force_N) const { add(wrenches[i].force_N, force_N); }
-  // A force at a point fixed in the body turns it too; a point mass has no moment.
+  // A force at a point fixed in the body also has a moment, except on a point mass.
   void push_at(int i, const Real3& point_B, const Real3& force_N) const {
     push(i, force_N);
     if (rotates(scene.bodies[i])) {
@@ -177,7 +177,8 @@ std::string uncovered_force(const Scene& scene) {
     }
     if (std::holds_alternative<RotatingFrame>(force)) {
       for (const auto& body : scene.bodies) {
-        if (!body.fixed && rotates(body)) return "a rotating frame is for point masses and `" + body.name + "` rotates";
+        if (!body.fixed && rotates(body))
+          return "rotating frames for point masses only, and `" + body.name + "` rotates";
       }
     }
   }

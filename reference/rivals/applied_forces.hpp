@@ -1,7 +1,7 @@
-// The forces that a general-purpose engine lacks, for adapters to apply once a step at the step's beginning.
+// The forces that a general-purpose engine lacks; adapters apply them once per step, at its start.
 //
-// Bullet and ODE know uniform gravity and contacts. Everything else of a scene is evaluated here from the engine's own
-// state (its precision widened to double) and handed over as one force through the centre of mass and one torque.
+// Bullet and ODE have uniform gravity and contacts. All other forces of a scene are evaluated here from the engine's own
+// state (converted to double) and applied as one force at the centre of mass and one torque.
 #pragma once
 
 #include <string>
@@ -23,15 +23,15 @@ struct Wrench {
   Real3 torque_N_m{};  // about the centre of mass, world axes
 };
 
-// Sets `wrenches` (one a body) to the sum of all forces but uniform gravity, at time t_s; thrusters and point forces
+// Sets `wrenches` (one per body) to the sum of all forces except uniform gravity, at time t_s; thrusters and point forces
 // are on or off as they are at t_switch_s, the middle of the step.
 void applied_wrenches(const Scene& scene, double t_s, double t_switch_s, const std::vector<Motion>& motions,
                       std::vector<Wrench>& wrenches);
 
-// Why these forces don't cover the scene; empty when they do.
+// Which force of the scene is not covered; empty: all are.
 std::string uncovered_force(const Scene& scene);
 
-// "drag, spring": which kinds of force the adapter evaluates in this scene; empty when there are none.
+// The kinds of force that the adapter evaluates in this scene, as "drag, spring"; empty: none.
 std::string names_of_forces(const Scene& scene);
 
 }  // namespace atwood::rivals

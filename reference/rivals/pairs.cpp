@@ -30,7 +30,8 @@ std::array<Wide, 3> widened(const Real3& v) { return {v[0], v[1], v[2]}; }
 
 std::vector<std::array<int, 3>> hull_of(const Convex& shape) {
   auto triangles = convex_hull(shape.points_m);
-  if (triangles.empty()) throw std::invalid_argument("a convex shape that lies flat");
+  if (triangles.empty())
+    throw std::invalid_argument("expected a convex shape with a volume; found all its points in a plane");
   return triangles;
 }
 

@@ -31,7 +31,7 @@ Outcome run(const Rival& rival, const MethodId& id, const Scene& scene, const Pl
   }
   MethodId plain = id;
   if (preset->adaptive) plain.rtol.reset(), plain.atol.reset();
-  if (const auto reason = refusal(rival.name, plain, rival.scalar, scene, rival.gives_way); !reason.empty())
+  if (const auto reason = refusal(rival.name, plain, rival.scalar, scene, rival.compliant); !reason.empty())
     return unsupported(reason);
   try {
     Settings of_class = preset->settings;
@@ -46,10 +46,10 @@ Outcome run(const Rival& rival, const MethodId& id, const Scene& scene, const Pl
     rival.check(settings);
     if (const auto reason = rival.refusal(scene, settings); !reason.empty()) return unsupported(reason);
     const auto make = [&](const Scene& s, bool observe) { return rival.make(s, settings, observe); };
-    if (rival.doubts) rival.doubts();
+    if (rival.diagnostics) rival.diagnostics();
     Outcome outcome = run_world(make, scene, plan, observer, repeats, substeps);
-    const std::string doubts = rival.doubts ? rival.doubts() : "";
-    if (!doubts.empty()) outcome.reason += (outcome.reason.empty() ? "" : "; ") + doubts;
+    const std::string diagnostics = rival.diagnostics ? rival.diagnostics() : "";
+    if (!diagnostics.empty()) outcome.reason += (outcome.reason.empty() ? "" : "; ") + diagnostics;
     return outcome;
   } catch (const std::invalid_argument& error) {
     return unsupported(rival.name + ": " + error.what());

@@ -1,5 +1,5 @@
-// A rival as its adapter describes it, and the Engine that comes of it: refusals, overrides, presets and the run are
-// the same for all of them.
+// The description of a rival engine by its adapter, and the Engine made from it. Refusals, overrides, presets and the run
+// are the same for all rivals.
 #pragma once
 
 #include <functional>
@@ -17,27 +17,28 @@ struct Preset {
   std::string scheme, doc;
   Settings settings;  // all of them, as printed
   std::map<std::string, double> claimed_order = {};
-  bool adaptive = false;  // takes a tolerance: its settings have "accuracy", and "steps" becomes "chosen"
-  bool by_class = false;  // settings are changed by what tuned.hpp holds for the scene's class, before a caller's own
-                          // changes; printed as "class_bounce" and so on
+  bool adaptive = false;  // accepts a tolerance: its settings have "accuracy", and "steps" becomes "chosen"
+  bool by_class =
+      false;  // the tuned settings of the scene's class (tuned.hpp) are applied before the caller's overrides;
+              // printed as "class_bounce" and so on
 };
 
 struct Rival {
   std::string name, version, scalar, source;
   std::vector<Preset> presets;
-  std::set<std::string> fixed;  // settings that are printed and can't be changed
-  bool gives_way = false;       // may hold contacts of a given stiffness: `refusal` says which
+  std::set<std::string> fixed;  // settings that are printed and cannot be changed
+  bool compliant = false;       // has compliant contacts; `refusal` says which are not covered
   // Throws std::invalid_argument on a value out of range.
   std::function<void(const Settings&)> check;
-  // What the engine can't hold beyond what every adapter refuses; empty when it can.
+  // Why the engine cannot represent the scene, beyond the refusals of every adapter; empty when it can.
   std::function<std::string(const Scene&, const Settings&)> refusal;
   // Throws std::invalid_argument where the engine itself refuses the scene.
   std::function<std::unique_ptr<World>(const Scene&, const Settings&, bool observe)> make;
-  // What the engine complained of since it was last asked; empty: nothing. May be absent.
-  std::function<std::string()> doubts = {};
+  // Messages of the engine since the last call; empty: none. May be absent.
+  std::function<std::string()> diagnostics = {};
 };
 
-// Its settings have "substeps".
+// The settings of each preset must have "substeps".
 Engine engine_of(const Rival& rival);
 
 }  // namespace atwood::rivals

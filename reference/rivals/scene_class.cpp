@@ -27,11 +27,11 @@ bool touch(const Scene& scene, int a, int b) {
   if (geometry::no_separation(one.shape, other.shape).empty()) {
     try {
       return static_cast<double>(geometry::separation_between(scene, a, b).gap_m) <= near_m;
-    } catch (const std::invalid_argument&) {  // flat or otherwise not covered: by spheres
+    } catch (const std::invalid_argument&) {  // not covered (a flat hull, for instance): bounding spheres
     }
   }
   if (std::isfinite(r) && std::isfinite(s)) return true;
-  // A plane against a shape without exact geometry: does its sphere reach the plane?
+  // A plane and a shape without exact geometry: does its bounding sphere touch the plane?
   const Body& body = std::isfinite(r) ? one : other;
   const Plane& plane = std::get<Plane>((std::isfinite(r) ? other : one).shape);
   const double norm = length(plane.normal);

@@ -1,4 +1,4 @@
-// What an adapter checks and turns before its engine sees a scene: settings, refusals, principal axes.
+// What an adapter checks and converts before it builds its engine's world: settings, refusals, principal axes.
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -33,24 +33,25 @@ const char* shape_name(const Shape& shape) { return kShapeNames[shape.index()]; 
 bool has_shape(const Body& body) { return !std::holds_alternative<std::monostate>(body.shape); }
 
 std::string refusal(const std::string& engine, const MethodId& id, const std::string& scalar, const Scene& scene,
-                    bool gives_way) {
-  if (id.rtol || id.atol) return engine + " has no error control: a tolerance means nothing to it";
-  if (!id.response.empty()) return engine + " has its own contact response: +" + id.response + " is not offered";
-  if (!id.scalar.empty() && id.scalar != scalar) return engine + " computes in " + scalar + ", not " + id.scalar;
+                    bool compliant) {
+  if (id.rtol || id.atol) return engine + " has no error control: expected a method without a tolerance";
+  if (!id.response.empty()) return engine + " has its own contact response: +" + id.response + " is not available";
+  if (!id.scalar.empty() && id.scalar != scalar)
+    return engine + " computes in " + scalar + "; found the scalar `" + id.scalar + "`";
   if (!scene.problem.empty())
-    return engine + " moves bodies: it can't integrate the bare equations `" + scene.problem + "`";
+    return engine + " simulates bodies and cannot integrate the bare equations `" + scene.problem + "`";
   if (const auto reason = uncovered_force(scene); !reason.empty()) return engine + "'s adapter has " + reason;
 
   const bool matter = shapes_matter(scene);
   for (const auto& body : scene.bodies) {
     if (body.fixed) continue;
-    if (!(body.mass_kg > 0)) return engine + " can't move `" + body.name + "`, which has no mass";
+    if (!(body.mass_kg > 0)) return engine + " requires a mass of mobile bodies; `" + body.name + "` has none";
     if (matter && std::holds_alternative<Plane>(body.shape))
-      return engine + " has no moving plane (`" + body.name + "`)";
+      return engine + " has fixed planes only; `" + body.name + "` is mobile";
   }
   for (const auto& law : laws_in_play(scene)) {
-    if (!gives_way && law.contact_law != ContactLaw::rigid)
-      return engine + "'s adapter has no contact of a given stiffness";
+    if (!compliant && law.contact_law != ContactLaw::rigid)
+      return engine + "'s adapter has no compliant contact laws (contact_law)";
   }
   return "";
 }
@@ -66,15 +67,15 @@ Settings with_overrides(const Settings& preset, const Settings& overrides, const
   for (const auto& [name, value] : overrides) {
     const auto known = merged.find(name);
     if (known == merged.end() || fixed.count(name)) {
-      throw std::invalid_argument((known == merged.end() ? "no setting `" : "the setting can't be changed: `") + name +
-                                  "`; known: " + listing(preset, fixed));
+      throw std::invalid_argument((known == merged.end() ? "no setting `" : "this setting cannot be changed: `") +
+                                  name + "`; expected one of " + listing(preset, fixed));
     }
     SettingValue given = value;
     if (std::holds_alternative<double>(known->second) && std::holds_alternative<std::int64_t>(given)) {
       given = static_cast<double>(std::get<std::int64_t>(given));
     }
     if (given.index() != known->second.index()) {
-      throw std::invalid_argument("setting `" + name + "` takes " + type_name(known->second) + ", not " +
+      throw std::invalid_argument("setting `" + name + "`: expected " + type_name(known->second) + "; found " +
                                   type_name(given));
     }
     known->second = given;
@@ -87,7 +88,9 @@ double number(const Settings& settings, const std::string& name) { return std::g
 
 std::int64_t count(const Settings& settings, const std::string& name, std::int64_t at_least) {
   const auto value = std::get<std::int64_t>(settings.at(name));
-  if (value < at_least) throw std::invalid_argument("setting `" + name + "` is at least " + std::to_string(at_least));
+  if (value < at_least)
+    throw std::invalid_argument("setting `" + name + "`: expected at least " + std::to_string(at_least) + "; found " +
+                                std::to_string(value));
   return value;
 }
 
@@ -96,7 +99,7 @@ std::string choice(const Settings& settings, const std::string& name, const std:
   if (std::find(allowed.begin(), allowed.end(), value) != allowed.end()) return value;
   std::string text;
   for (const auto& word : allowed) text += (text.empty() ? "" : ", ") + word;
-  throw std::invalid_argument("setting `" + name + "` is one of " + text + ", not `" + value + "`");
+  throw std::invalid_argument("setting `" + name + "`: expected one of " + text + "; found `" + value + "`");
 }
 
 Real4 quaternion_of(const Real33& m) {

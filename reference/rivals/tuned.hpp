@@ -1,4 +1,4 @@
-// The `tuned` presets: what `atwood tune` found and kept, engine by engine and class of scene by class, in
+// The `tuned` presets: the settings that `atwood tune` found for each engine and class of scene, in
 // reference/rivals/tuned.json. The file is embedded when the adapters are built.
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace atwood::rivals {
 
-// Changes to the default's settings; empty where no search kept any: tuned is then the default.
+// Changes to the default settings; empty when the search found none: tuned is then the default.
 Settings tuned_changes(const std::string& engine, SceneClass scene_class);
 // The same as text to print beside the settings: "erp=0.1, iterations=50", or "the default".
 std::string tuned_words(const std::string& engine, SceneClass scene_class);

@@ -1,4 +1,4 @@
-// Contact queries in the units that an engine is at its best in.
+// Contact queries in units of the size of the bodies, for engines with absolute tolerances.
 #pragma once
 
 #include <functional>
@@ -10,9 +10,9 @@ namespace atwood::rivals {
 
 using ContactTest = std::function<ContactAnswer(const Scene&, const ContactQuery&)>;
 
-// `find` asked about the scene with its smallest body's radius as the unit of length and its first movable body at the
-// origin; the answer in metres and where it was. libccd (and FCL and ODE, which call it) and Bullet compare with
-// numbers that have no unit, 1e-16 to 1e-4: millimetres are below them.
+// Calls `find` for the scene scaled to the radius of its smallest body and translated so that its first movable body is at
+// the origin; converts the answer back to metres. libccd (and FCL and ODE, which call it) and Bullet compare lengths with
+// absolute numbers from 1e-16 to 1e-4, which are too large for bodies of millimetres.
 ContactTest at_unit_size(ContactTest find);
 
 }  // namespace atwood::rivals

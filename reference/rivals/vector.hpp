@@ -1,4 +1,4 @@
-// Three-vectors, quaternions (w, x, y, z) and 3x3 matrices (row-major) of plain doubles: what adapters translate with.
+// Three-vectors, quaternions (w, x, y, z) and 3x3 matrices (row-major) of doubles, for the conversions of adapters.
 #pragma once
 
 #include <cmath>

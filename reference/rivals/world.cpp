@@ -11,7 +11,7 @@
 namespace atwood::rivals {
 namespace {
 
-// The scene's clock and the forces that go with it, around a world.
+// A world with the scene's time, releases and applied forces.
 class Stepper {
  public:
   Stepper(const Scene& scene, const Plan& plan, std::int64_t substeps, World& world)
@@ -46,7 +46,7 @@ class Stepper {
 
   double inner_h_s() const { return inner_h_s_; }
 
-  // Fixed and held bodies stand as the scene says, whatever an engine stores for them.
+  // Fixed and held bodies have the scene's pose, also if the engine stores another one.
   Motion motion(int i) const {
     const Body& body = scene_.bodies[i];
     bool stands = body.fixed;
@@ -89,7 +89,7 @@ bool finite(const Motion& m) {
   return true;
 }
 
-// The first body whose state is not a number, in words.
+// A sentence with the first body whose state is NaN or infinite; empty: none.
 std::optional<std::string> not_finite(const Scene& scene, const Stepper& stepper, std::int64_t steps) {
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     if (!finite(stepper.motion(static_cast<int>(i)))) {
@@ -135,8 +135,8 @@ Sample sample_of(const Scene& scene, const Stepper& stepper, Wide t_s) {
   return sample;
 }
 
-// Turns touches into impacts: a pair that carries an impulse now and did not in the step before. Bullet and ODE act on
-// the contacts found at a step's beginning, so that instant is the impact's time.
+// Impact events from contacts: a pair with an impulse in this step and none in the step before. Engines resolve the
+// contacts found at the start of a step, therefore this is the time of the impact.
 class ImpactLog {
  public:
   ImpactLog(const Scene& scene, const Observer& observer) : scene_(scene), observer_(observer) {}
@@ -167,7 +167,7 @@ class ImpactLog {
   }
 
  private:
-  // A pair's points: the one that carries most stands for them.
+  // The point with the largest impulse represents the pair.
   struct Met {
     World::Touch touch;
     double impulse_n_N_s = 0, impulse_t_N_s = 0;
@@ -228,7 +228,7 @@ Outcome accuracy_pass(const WorldMaker& make, const Scene& scene, const Plan& pl
   return outcome;
 }
 
-// Worlds are built outside of the clock; one run to warm caches and allocators comes first.
+// Building the worlds is not timed; the first run is a warm-up of caches and allocators.
 Outcome timed_pass(const WorldMaker& make, const Scene& scene, const Plan& plan, int repeats, std::int64_t substeps) {
   Outcome outcome;
   outcome.steps_taken = plan.steps;

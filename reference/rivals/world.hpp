@@ -1,4 +1,4 @@
-// One scene inside one engine, and the loop that all adapters run it with.
+// One scene inside one engine, and the loop with which all adapters run it.
 #pragma once
 
 #include <functional>
@@ -19,47 +19,46 @@ using atwood::laws_in_play;
 class World {
  public:
   virtual ~World() = default;
-  // One step of h_s. `wrenches` (one a body; empty: none) act during it.
+  // One step of h_s. `wrenches` (one per body; empty: none) act during it.
   virtual void step(double h_s, const std::vector<Wrench>& wrenches) = 0;
   virtual Motion motion(int body) const = 0;  // engine state, widened without loss
   virtual void release(int body) = 0;         // a held body starts to move with its scene velocity
 
-  // How often the engine has asked for rates, where it asks for the scene's forces itself at each; then step() gets no
-  // wrenches. -1: it does not.
+  // Number of rate evaluations of an engine that evaluates the scene's forces itself; step() then gets no wrenches. -1: the
+  // engine does not.
   virtual std::int64_t rate_calls() const { return -1; }
 
-  // Contacts that carried an impulse in the last step, point by point, a < b. Engines find them at the step's
-  // beginning, and there x_m, normal and gap_m hold; run_world brings the gap to the step's end, where samples are
-  // taken.
+  // Contact points with an impulse in the last step, a < b. Engines find them at the start of the step, to which x_m, normal
+  // and gap_m belong; run_world extrapolates the gap to the end of the step, where samples are taken.
   struct Touch {
     int body_a = 0, body_b = 0;
     Real3 x_m{}, normal{};     // unit, from a to b
     double gap_m = 0;          // negative: overlap
     double impulse_n_N_s = 0;  // on b along the normal
-    Real3 impulse_t_N_s{};     // friction's, on b, world axes
+    Real3 impulse_t_N_s{};     // of friction, on b, world axes
   };
   virtual std::vector<Touch> touches() const = 0;
 };
 
-// Builds a world; called once a run and once a repeat. `observe` asks it to keep what touches() needs.
+// Builds a world; called once per run and repeat. `observe`: touches() will be called.
 using WorldMaker = std::function<std::unique_ptr<World>(const Scene&, bool observe)>;
 
 // Runs the scene: an accuracy pass that observes and is not timed, or (repeats > 0) a timed pass that only steps, or
 // (the observer has a profile) one that reads the clock every step. `substeps` inner steps make one step; forces are
-// evaluated once an inner step.
+// evaluated once per inner step.
 Outcome run_world(const WorldMaker& make, const Scene& scene, const Plan& plan, const Observer& observer, int repeats,
                   std::int64_t substeps);
 
-// What every adapter refuses, with `engine` named; empty when the scene can run. Contacts of a given stiffness are
-// refused unless it `gives_way`.
+// The refusals of every adapter, with the name of the engine; empty when the scene can run. Compliant contact laws are
+// refused unless the engine is `compliant`.
 std::string refusal(const std::string& engine, const MethodId& id, const std::string& scalar, const Scene& scene,
-                    bool gives_way = false);
+                    bool compliant = false);
 
-// Shapes matter where two bodies have one, not both fixed; elsewhere they can't touch anything and are no obstacle.
+// Whether shapes have an effect: two bodies have one, and at least one of them is mobile.
 bool shapes_matter(const Scene& scene);
 
-// The preset with a method's overrides applied; integers become doubles where the preset has a double. Throws
-// std::invalid_argument that names an unknown setting, or a fixed one, or one of the wrong type, and lists the known.
+// The preset with a method's overrides; integers become doubles where the preset has a double. Throws
+// std::invalid_argument for an unknown or fixed setting (with a list of the known ones) and for a wrong type.
 Settings with_overrides(const Settings& preset, const Settings& overrides, const std::set<std::string>& fixed);
 
 bool flag(const Settings& settings, const std::string& name);

@@ -27,11 +27,11 @@ Engine simbody_engine() {
        {},
        true}};
   rival.fixed = simbody::fixed_settings();
-  rival.gives_way = true;
+  rival.compliant = true;
   rival.check = simbody::check_settings;
   rival.refusal = [](const Scene& scene, const Settings&) { return simbody::refusal(scene); };
   rival.make = simbody::make_world;
-  rival.doubts = simbody::doubts_since_last_asked;
+  rival.diagnostics = simbody::diagnostics_since_last_call;
   return rivals::engine_of(rival);
 }
 

@@ -1,4 +1,4 @@
-// Simbody 3.7 as an engine to be judged.
+// Simbody 3.7 as an engine under test.
 #pragma once
 
 #include "protocol/method.hpp"

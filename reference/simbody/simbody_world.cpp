@@ -19,8 +19,7 @@ using rivals::Wrench;
 
 std::string first_complaint;
 
-// The law of every pair that can touch, where all have the same; `why` says where they don't, or it is none of
-// Simbody's.
+// The law of the pairs that can touch, if it is the same for all of them and Simbody has it; `why` otherwise.
 const PairLaw* one_law(const Scene& scene, std::string& why) {
   const PairLaw* one = nullptr;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
@@ -36,9 +35,9 @@ const PairLaw* one_law(const Scene& scene, std::string& why) {
             "dissipation "
             "(scenes with contact_law = \"hertz\")";
       } else if (law.contact_law == ContactLaw::linear) {
-        why = "Simbody's compliant contacts follow Hertz: no linear spring and dashpot";
+        why = "Simbody's compliant contacts have Hertz's law; found contact_law = \"linear\"";
       } else if (law.friction != 0 || law.rolling_friction_m != 0) {
-        why = "Simbody's compliant contacts creep where friction should hold: only pairs without friction are run";
+        why = "Simbody's compliant contacts creep under friction: expected friction = 0";
       } else if (one && (one->modulus_Pa != law.modulus_Pa || one->damping_s_per_m != law.damping_s_per_m)) {
         why =
             "Simbody mixes the stiffness of materials by a rule of its own: pairs of different modulus or damping are "
@@ -71,7 +70,7 @@ Motion motion_of(const SimTK::MobilizedBody& body, const SimTK::State& state) {
   return m;
 }
 
-// The scene's forces, from the state that the integrator asks about; switches stand as `switches_at_s` says.
+// The scene's forces at the state of the integrator; switched forces are on or off as at `switches_at_s`.
 class SceneForces : public SimTK::Force::Custom::Implementation {
  public:
   SceneForces(const Scene& scene, const std::vector<SimTK::MobilizedBody>& bodies, const double& switches_at_s)
@@ -193,7 +192,7 @@ class SimbodyWorld : public rivals::World {
     }
   }
 
-  // A half-space of Simbody's fills x > 0 of its own frame.
+  // A half-space of Simbody is x > 0 in its own frame.
   void add_surface(const Body& body, const SimTK::Transform& at, SimTK::Body& to) {
     const SimTK::ContactMaterial material(std::pow(2.0, 1.5) * law_->modulus_Pa, law_->damping_s_per_m / 1.5, 0, 0);
     if (const auto* sphere = std::get_if<Sphere>(&body.shape)) {
@@ -224,7 +223,7 @@ class SimbodyWorld : public rivals::World {
     }
   }
 
-  // A fixed step is the integrator's for its life: another length, or a body set free, takes another integrator.
+  // The step size of an integrator is constant: another step size, or the release of a body, needs a new integrator.
   void start(const SimTK::State& state) {
     if (integrator_) evaluations_before_ += realizations();
     SimTK::State from = state;
@@ -234,7 +233,7 @@ class SimbodyWorld : public rivals::World {
     integrator_->setProjectEveryStep(rivals::flag(settings_, "project_every_step"));
     if (!chooses_ && h_s_ > 0) integrator_->setFixedStepSize(h_s_);
     if (chooses_ && h_s_ > 0) integrator_->setInitialStepSize(h_s_);
-    // Free flight has no error, so chosen steps grow until one leaps over a contact.
+    // Free flight has no error, so that chosen steps grow until one passes over a contact.
     if (law_ && chooses_ && h_s_ > 0) integrator_->setMaximumStepSize(h_s_);
     bool switched = false;
     for (const auto& force : scene_.forces) {
@@ -316,7 +315,7 @@ std::string refusal(const Scene& scene) {
   return why;
 }
 
-std::string doubts_since_last_asked() {
+std::string diagnostics_since_last_call() {
   std::string text;
   if (!first_complaint.empty()) text = "Simbody gave up: " + first_complaint;
   first_complaint.clear();

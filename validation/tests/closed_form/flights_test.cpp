@@ -259,7 +259,7 @@ TEST_CASE("Edges, held balls and things that are no balls are refused by name") 
       body.release_s = 2;
       body.position_m = {4, 0, 2.7};
     }
-  CHECK_THAT(why(given), Catch::Contains("`second-east`, which is still held"));
+  CHECK_THAT(why(given), Catch::Contains("`second-east` before its release"));
   given = catalogued("bullet-through-paper");
   given.scene.bodies[0].position_m = {-1.53, 0.8995, 0};  // y at the wall: 1.0012, past the rim by less than its radius
   CHECK_THAT(why(given), Catch::Contains("edge of `paper`"));

@@ -186,7 +186,7 @@ TEST_CASE("What does not stay on a line, tips, or has no floor is refused by nam
   };
   Scenario given = catalogued("slide-30");
   given.scene.bodies[1].velocity_m_per_s = {0, 0.5, 0};
-  CHECK_THAT(why(given), Catch::Contains("`box-0.3` does not keep to one line"));
+  CHECK_THAT(why(given), Catch::Contains("`box-0.3` does not move along one line"));
   given = catalogued("stop-distance");
   std::get<Box>(given.scene.bodies[0].shape).half_extents_m = {0.02, 0.02, 0.06};
   given.scene.bodies[0].position_m[2] = 0.06;
@@ -209,10 +209,10 @@ TEST_CASE("A flat mesh is a plane as far as it goes") {
     REQUIRE(mesh.outcome.status == Status::ok);
     given.t_end_s = 6;
     if (given.id == "mesh-floor-roll")
-      CHECK_THAT(closed_form_truth(given, 90).outcome.reason, Catch::Contains("over the rim"));
+      CHECK_THAT(closed_form_truth(given, 90).outcome.reason, Catch::Contains("reaches the boundary"));
     given.t_end_s = 1.5;
     given.scene.bodies[0].position_m[0] = 6;
-    CHECK_THAT(closed_form_truth(given, 90).outcome.reason, Catch::Contains("over the rim"));
+    CHECK_THAT(closed_form_truth(given, 90).outcome.reason, Catch::Contains("reaches the boundary"));
     given = catalogued(id);
     given.scene.bodies[1].shape = Plane{{0, 0, 1}, 0};
     const Truth plane = closed_form_truth(given, 90);

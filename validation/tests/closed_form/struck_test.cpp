@@ -136,7 +136,7 @@ TEST_CASE("A rod struck out of its planes of symmetry, or that comes round to st
       0.387;  // the ball keeps up with the bat's centre, and its other end comes round
   given.scene.bodies[1].mass_kg = 0.3;
   for (int k = 0; k < 9; k += 4) given.scene.bodies[1].inertia_kg_m2[k] = 0.4 * 0.3 * 0.0375 * 0.0375;
-  CHECK_THAT(closed_form_truth(given, 60).outcome.reason, Catch::Contains("strike the ball again"));
+  CHECK_THAT(closed_form_truth(given, 60).outcome.reason, Catch::Contains("hit the ball again"));
 }
 
 TEST_CASE(
@@ -174,7 +174,7 @@ TEST_CASE(
   CHECK(static_cast<double>(slips.values.back().bodies[0].v_m_per_s[0]) ==
         Approx(4 * (150 - 0.4 * 35 * 9.81 - 25 * 0.01 * 9.81) / 10).epsilon(1e-12));
   given.scene.bodies[3].position_m[1] = -2.2;  // one ball out of line turns the slab
-  CHECK_THAT(closed_form_truth(given, 60).outcome.reason, Catch::Contains("turned about the vertical"));
+  CHECK_THAT(closed_form_truth(given, 60).outcome.reason, Catch::Contains("rotated about the vertical"));
   given.t_end_s = 9;
   given.scene.bodies[3].position_m[1] = 0;
   CHECK_THAT(closed_form_truth(given, 60).outcome.reason, Catch::Contains("off `slab`"));

@@ -136,7 +136,7 @@ TEST_CASE("two shapes that may meet say their pair's law together, whatever the 
 
 TEST_CASE("what DART would take for none it refuses") {
   CHECK_THAT(refusal_of(bounce(0.001, 1)), Catch::Contains("restitution of 0.001"));
-  CHECK_THAT(refusal_of(bounce(0.5, 1, 0.0005)), Catch::Contains("friction of 0.001"));
+  CHECK_THAT(refusal_of(bounce(0.5, 1, 0.0005)), Catch::Contains("friction coefficient of 0.001"));
 }
 
 TEST_CASE("every detector stops a sliding box on a box; what it does not collide it refuses") {
@@ -155,7 +155,7 @@ TEST_CASE("every detector stops a sliding box on a box; what it does not collide
     CHECK(end.p(1, 2) == Approx(0.05).margin(1e-3));
   }
   Settings slip{{"collision_detector", std::string("fcl")}, {"friction_direction", std::string("slip")}};
-  CHECK_THAT(refusal_of(scene, slip), Catch::Contains("slip needs"));
+  CHECK_THAT(refusal_of(scene, slip), Catch::Contains("slip requires"));
 }
 
 TEST_CASE("a body that spins itself to pieces ends the run, not the process") {
