@@ -3,15 +3,14 @@
 
 #include <Eigen/Core>
 
-#include "math/scalar.hpp"
-
 namespace Eigen {
 
-template <> struct NumTraits<atwood::Quad> : GenericNumTraits<atwood::Quad> {
-  static atwood::Quad epsilon() { return atwood::real::epsilon<atwood::Quad>(); }
-  static atwood::Quad dummy_precision() { return atwood::Quad(0x1p-100); }
-  static atwood::Quad highest() { return (2 - epsilon()) * atwood::Quad(0x1p16383L); }
-  static atwood::Quad lowest() { return -highest(); }
+// Word for word as in the reference's header: tests link both.
+template <> struct NumTraits<__float128> : GenericNumTraits<__float128> {
+  static __float128 epsilon() { return 0x1p-112; }
+  static __float128 dummy_precision() { return 0x1p-100; }
+  static __float128 highest() { return (2 - epsilon()) * __float128(0x1p16383L); }
+  static __float128 lowest() { return -highest(); }
   static int digits10() { return 33; }
 };
 
