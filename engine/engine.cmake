@@ -75,7 +75,7 @@ add_library(atwood_engine STATIC
   integrators/taylor.cpp)
 target_compile_options(atwood_engine PRIVATE -Wno-psabi)  # math/pack.hpp
 target_include_directories(atwood_engine PUBLIC ${CMAKE_CURRENT_LIST_DIR})
-target_link_libraries(atwood_engine PUBLIC atwood_scene atwood_protocol PRIVATE quadmath)
+target_link_libraries(atwood_engine PUBLIC atwood_scene atwood_protocol PRIVATE quadmath atwood_eigen)
 
 include(${CMAKE_CURRENT_LIST_DIR}/contact/contact.cmake)  # collision/ and contact/ list their own sources
 

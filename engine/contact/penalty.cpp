@@ -4,6 +4,7 @@
 
 #include "contact/options.hpp"
 #include "contact/penalty_force.hpp"
+#include "math/bracketed_root.hpp"
 #include "scene/contact_laws.hpp"
 #include "smooth/run.hpp"
 
@@ -50,11 +51,7 @@ double longest_step(const MethodId& scheme, double w, double z) {
     high *= 2;
     if (high * w > 1e4) return std::numeric_limits<double>::infinity();
   }
-  while (high - low > 1e-3 * high) {
-    const double middle = (low + high) / 2;
-    (stable(scheme, w, z, middle) ? low : high) = middle;
-  }
-  return low;
+  return bisect([&](double h_s) { return stable(scheme, w, z, h_s); }, low, high, 1e-3, 60).low;
 }
 
 std::string too_long_a_step(const MethodId& id, double w, double z, double h_s) {

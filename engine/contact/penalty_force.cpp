@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "math/bracketed_root.hpp"
+
 namespace atwood {
 
 namespace {
@@ -43,11 +45,8 @@ double damping_ratio_of(double restitution) {
   };
   double low = 0, high = 1;
   while (restitution_of(high) > restitution) high *= 2;
-  for (int i = 0; i < 100; ++i) {
-    const double middle = (low + high) / 2;
-    (restitution_of(middle) > restitution ? low : high) = middle;
-  }
-  return restitution >= 1 ? 0 : (low + high) / 2;
+  const auto root = bisect([&](double z) { return restitution_of(z) > restitution; }, low, high, 0.0, 100);
+  return restitution >= 1 ? 0 : (root.low + root.high) / 2;
 }
 
 double scene_speed(const Scene& scene) {

@@ -1,5 +1,7 @@
 #include "contact/slip_path.hpp"
 
+#include "math/bracketed_root.hpp"
+
 namespace atwood {
 
 namespace {
@@ -58,16 +60,15 @@ template <class S> S holding_force(const S (&K)[3][3], S (&f)[2]) {
 // s with (mu K_tt + lambda) s = K_tn, |s| = 1, lambda > 0. |s| falls with lambda from |f| / mu > 1 to 0: one root;
 // bisected, for it is met once an impact at most.
 template <class S> void new_direction(const S (&K)[3][3], S mu, S (&s)[2]) {
-  S low = S(0), high = real::sqrt(K[0][2] * K[0][2] + K[1][2] * K[1][2]);
-  for (int i = 0; i < 200; ++i) {
-    const S lambda = low + (high - low) / S(2);
+  const auto solve_at = [&](S lambda) {
     const S a = mu * K[0][0] + lambda, b = mu * K[0][1], d = mu * K[1][1] + lambda, det = a * d - b * b;
     s[0] = (d * K[0][2] - b * K[1][2]) / det;
     s[1] = (a * K[1][2] - b * K[0][2]) / det;
-    if (!(lambda > low && lambda < high)) break;
-    if (s[0] * s[0] + s[1] * s[1] > S(1)) low = lambda;
-    else high = lambda;
-  }
+    return s[0] * s[0] + s[1] * s[1] > S(1);
+  };
+  const S largest = real::sqrt(K[0][2] * K[0][2] + K[1][2] * K[1][2]);
+  const BracketedRoot<S> root = bisect(solve_at, S(0), largest, S(0), 200);
+  solve_at(root.low + (root.high - root.low) / S(2));
   const S length = real::sqrt(s[0] * s[0] + s[1] * s[1]);
   s[0] = s[0] / length;
   s[1] = s[1] / length;
@@ -197,28 +198,16 @@ template <class S> void turning(Path<S>& path) {
       h = h / S(2);
       continue;
     }
-    if (phase_left(path, next) >= S(0)) {  // Illinois on the length of this step
-      S low = S(0), high = h, f_low = phase_left(path, at), f_high = phase_left(path, next);
-      for (int i = 0, side = 0; i < 100 && high - low > real::epsilon<S>() * high && f_high > S(0) && f_low < S(0);
-           ++i) {
-        S middle = (low * f_high - high * f_low) / (f_high - f_low);
-        if (!(middle > low && middle < high)) middle = low + (high - low) / S(2);
-        if (!(middle > low && middle < high)) break;
-        const Turn<S> tried = turn_step(path, at, middle, error);
-        const S f = phase_left(path, tried);
-        if (f < S(0)) {
-          low = middle;
-          f_low = f;
-          if (side < 0) f_high = f_high / S(2);
-          side = -1;
-        } else {
-          high = middle;
-          f_high = f;
-          next = tried;
-          if (side > 0) f_low = f_low / S(2);
-          side = 1;
-        }
-      }
+    if (const S beyond = phase_left(path, next); beyond >= S(0)) {
+      const auto left_after = [&](S length) {
+        const Turn<S> tried = turn_step(path, at, length, error);
+        const S left = phase_left(path, tried);
+        if (!(left < S(0))) next = tried;
+        return left;
+      };
+      const BracketedRoot<S> root =
+          false_position(left_after, S(0), phase_left(path, at), h, beyond, real::epsilon<S>(), 100);
+      if (!root.converged && root.evaluations > 0) break;
       take(next);
       path.next_phase();
       return;

@@ -1,26 +1,23 @@
 #include "math/principal_axes.hpp"
 
+#include <Eigen/Jacobi>
+
+#include "math/eigen_quad.hpp"
+
 namespace atwood {
 namespace {
 
-// One rotation in the plane (i, j) that makes m[i][j] zero; the angle's tangent is the smaller root of
+// One rotation in the plane (i, j) that makes m(i, j) zero; the angle's tangent is the smaller root of
 // t^2 + 2 theta t - 1 = 0, theta = (m_jj - m_ii) / (2 m_ij).
-template <class S> Quat<S> rotate_plane(S (&m)[3][3], int i, int j) {
-  const S theta = (m[j][j] - m[i][i]) / (S(2) * m[i][j]);
+template <class S> Quat<S> rotate_plane(Eigen::Matrix<S, 3, 3>& m, int i, int j) {
+  const S theta = (m(j, j) - m(i, i)) / (S(2) * m(i, j));
   const S t = (theta < S(0) ? S(-1) : S(1)) / (real::abs(theta) + real::sqrt(theta * theta + S(1)));
   const S c = S(1) / real::sqrt(t * t + S(1));
   const S s = t * c;
-  for (int k = 0; k < 3; ++k) {  // columns
-    const S a = m[k][i], b = m[k][j];
-    m[k][i] = c * a - s * b;
-    m[k][j] = s * a + c * b;
-  }
-  for (int k = 0; k < 3; ++k) {  // rows
-    const S a = m[i][k], b = m[j][k];
-    m[i][k] = c * a - s * b;
-    m[j][k] = s * a + c * b;
-  }
-  m[i][j] = m[j][i] = S(0);
+  const Eigen::JacobiRotation<S> turn(c, s);
+  m.applyOnTheRight(i, j, turn);
+  m.applyOnTheLeft(i, j, turn.adjoint());
+  m(i, j) = m(j, i) = S(0);
   // The columns turned by the matrix [c s; -s c] in (i, j): a rotation by -angle about k = i x j (cyclic order).
   const S half_cos = real::sqrt((S(1) + c) / S(2));
   const S half_sin = s / (S(2) * half_cos);
@@ -34,19 +31,19 @@ template <class S> Quat<S> rotate_plane(S (&m)[3][3], int i, int j) {
 }  // namespace
 
 template <class S> PrincipalAxes<S> principal_axes(const std::array<double, 9>& inertia_kg_m2) {
-  S m[3][3];
+  Eigen::Matrix<S, 3, 3> m;
   for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) m[i][j] = (S(inertia_kg_m2[3 * i + j]) + S(inertia_kg_m2[3 * j + i])) / S(2);
+    for (int j = 0; j < 3; ++j) m(i, j) = (S(inertia_kg_m2[3 * i + j]) + S(inertia_kg_m2[3 * j + i])) / S(2);
   PrincipalAxes<S> axes;
-  const S negligible = real::epsilon<S>() * real::epsilon<S>() * (m[0][0] + m[1][1] + m[2][2]);
+  const S negligible = real::epsilon<S>() * real::epsilon<S>() * (m(0, 0) + m(1, 1) + m(2, 2));
   for (int sweep = 0; sweep < 30; ++sweep) {
-    if (real::abs(m[0][1]) + real::abs(m[0][2]) + real::abs(m[1][2]) <= negligible) break;
+    if (real::abs(m(0, 1)) + real::abs(m(0, 2)) + real::abs(m(1, 2)) <= negligible) break;
     axes.body_axes = false;
     for (int i = 0; i < 2; ++i)
       for (int j = i + 1; j < 3; ++j)
-        if (real::abs(m[i][j]) > S(0)) axes.q_BP = normalised(axes.q_BP * rotate_plane(m, i, j));
+        if (real::abs(m(i, j)) > S(0)) axes.q_BP = normalised(axes.q_BP * rotate_plane(m, i, j));
   }
-  axes.moments = {m[0][0], m[1][1], m[2][2]};
+  axes.moments = {m(0, 0), m(1, 1), m(2, 2)};
   return axes;
 }
 

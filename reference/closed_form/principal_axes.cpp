@@ -1,8 +1,11 @@
 // C. G. J. Jacobi, Crelle 30 (1846) 51: rotations in coordinate planes, each zeroing one off-diagonal entry.
 #include "closed_form/principal_axes.hpp"
 
+#include <Eigen/Jacobi>
 #include <algorithm>
 #include <utility>
+
+#include "dynamics/eigen_quad.hpp"
 
 namespace atwood::closed_form {
 
@@ -24,35 +27,28 @@ template <class S> void swap_axes(PrincipalAxes<S>& axes, int i, int j) {
 }  // namespace
 
 template <class S> PrincipalAxes<S> principal_axes(const Real33& inertia) {
-  std::array<std::array<S, 3>, 3> m;
+  Eigen::Matrix<S, 3, 3> m;
   for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) m[i][j] = (S(inertia[3 * i + j]) + S(inertia[3 * j + i])) / 2;
+    for (int j = 0; j < 3; ++j) m(i, j) = (S(inertia[3 * i + j]) + S(inertia[3 * j + i])) / 2;
   PrincipalAxes<S> axes;
   for (int sweep = 0; sweep < 60; ++sweep) {
     bool done = true;
     for (const auto& [p, q] : {std::pair{0, 1}, std::pair{1, 2}, std::pair{2, 0}}) {
-      if (magnitude(m[p][q]) <= unit_round_off<S>() * unit_round_off<S>() * (m[p][p] + m[q][q])) continue;
+      if (magnitude(m(p, q)) <= unit_round_off<S>() * unit_round_off<S>() * (m(p, p) + m(q, q))) continue;
       done = false;
       // tan 2 angle = 2 m_pq / (m_pp - m_qq), the smaller turn; new axes p' = c p + s q, q' = -s p + c q.
-      const S half = (m[p][p] - m[q][q]) / (2 * m[p][q]);
+      const S half = (m(p, p) - m(q, q)) / (2 * m(p, q));
       const S t = (half < 0 ? -1 : 1) / (magnitude(half) + sqrt(1 + half * half));
       const S angle = atan(t), c = cos(angle), s = sin(angle);
-      for (int k = 0; k < 3; ++k) {  // columns, then rows
-        const S kp = m[k][p], kq = m[k][q];
-        m[k][p] = c * kp + s * kq;
-        m[k][q] = c * kq - s * kp;
-      }
-      for (int k = 0; k < 3; ++k) {
-        const S pk = m[p][k], qk = m[q][k];
-        m[p][k] = c * pk + s * qk;
-        m[q][k] = c * qk - s * pk;
-      }
-      m[p][q] = m[q][p] = 0;
+      const Eigen::JacobiRotation<S> turned(c, -s);
+      m.applyOnTheRight(p, q, turned);
+      m.applyOnTheLeft(p, q, turned.adjoint());
+      m(p, q) = m(q, p) = 0;
       axes.q_BP = axes.q_BP * about(3 - p - q, angle);  // (p, q, k) is cyclic: the turn about k takes p towards q
     }
     if (done) break;
   }
-  for (int i = 0; i < 3; ++i) axes.moment[i] = m[i][i];
+  for (int i = 0; i < 3; ++i) axes.moment[i] = m(i, i);
   if (axes.moment[0] > axes.moment[1]) swap_axes(axes, 0, 1);
   if (axes.moment[1] > axes.moment[2]) swap_axes(axes, 1, 2);
   if (axes.moment[0] > axes.moment[1]) swap_axes(axes, 0, 1);

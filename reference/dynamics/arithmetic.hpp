@@ -72,15 +72,4 @@ template <class S> Triple<S> multiply(const Matrix<S>& m, const Triple<S>& v) {
           m[6] * v[0] + m[7] * v[1] + m[8] * v[2]};
 }
 
-// Inverse by cofactors, in Wide whatever S is.
-inline Matrix<Wide> inverse(const Real33& m) {
-  Matrix<Wide> w;
-  for (int i = 0; i < 9; ++i) w[i] = m[i];
-  const Triple<Wide> a{w[0], w[1], w[2]}, b{w[3], w[4], w[5]}, c{w[6], w[7], w[8]};
-  const Triple<Wide> bc = cross(b, c), ca = cross(c, a), ab = cross(a, b);
-  const Wide det = dot(a, bc);
-  return {bc[0] / det, ca[0] / det, ab[0] / det, bc[1] / det, ca[1] / det,
-          ab[1] / det, bc[2] / det, ca[2] / det, ab[2] / det};
-}
-
 }  // namespace atwood::dynamics

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstddef>
-#include <utility>
 #include <vector>
 
 namespace atwood::dynamics {
@@ -11,34 +10,10 @@ namespace atwood::dynamics {
 // With more contacts there are too many sets to enumerate (2^n).
 inline constexpr std::size_t kMaxSimultaneous = 12;
 
-// Solves A x = b by Gaussian elimination with partial pivoting. False: a pivot is not above `least` times the largest
-// diagonal element; x is then unchanged.
-template <class S> bool eliminate(std::vector<std::vector<S>> A, std::vector<S> b, S least, std::vector<S>& x) {
-  const auto size = [](S v) { return v < 0 ? -v : v; };
-  const std::size_t n = b.size();
-  S largest = 0;
-  for (std::size_t i = 0; i < n; ++i) largest = A[i][i] > largest ? A[i][i] : largest;
-  for (std::size_t k = 0; k < n; ++k) {
-    std::size_t at = k;
-    for (std::size_t i = k + 1; i < n; ++i)
-      if (size(A[i][k]) > size(A[at][k])) at = i;
-    if (!(size(A[at][k]) > least * largest)) return false;
-    std::swap(A[k], A[at]);
-    std::swap(b[k], b[at]);
-    for (std::size_t i = k + 1; i < n; ++i) {
-      const S factor = A[i][k] / A[k][k];
-      for (std::size_t j = k; j < n; ++j) A[i][j] = A[i][j] - factor * A[k][j];
-      b[i] = b[i] - factor * b[k];
-    }
-  }
-  x.assign(n, S(0));
-  for (std::size_t k = n; k-- > 0;) {
-    x[k] = b[k];
-    for (std::size_t j = k + 1; j < n; ++j) x[k] = x[k] - A[k][j] * x[j];
-    x[k] = x[k] / A[k][k];
-  }
-  return true;
-}
+// Solves A x = b by Gaussian elimination with partial pivoting, at most kMaxSimultaneous unknowns. False: a pivot is not
+// above `least` times the largest diagonal element; x is then undefined. S: double, long double or Wide.
+template <class S>
+bool eliminate(const std::vector<std::vector<S>>& A, const std::vector<S>& b, S least, std::vector<S>& x);
 
 // Solves the LCP w = A x + q, x >= 0, w >= 0, x_i w_i = 0, with a tolerance of `slack` in w. A is symmetric and positive
 // semidefinite, so that w is the same for each set of active contacts that is a solution. A pivot below `least`,

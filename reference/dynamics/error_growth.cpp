@@ -1,5 +1,6 @@
 #include "dynamics/error_growth.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -19,6 +20,11 @@ constexpr double kDerivativeTolerance = 1e-6, kDerivativeToleranceAtRoundOff = 1
 constexpr int kRoundOffSubsteps = 128;
 constexpr int kMaxSubsteps = 1 << 14;
 constexpr double kMinInflation = 1 + 1e-5;  // for the error of difference quotients
+
+using Eigen::VectorXd;
+Eigen::Map<const VectorXd> vector_of(const std::vector<double>& x) {
+  return {x.data(), static_cast<Eigen::Index>(x.size())};
+}
 
 double length(const Wide* v) { return std::sqrt(static_cast<double>(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])); }
 
@@ -211,43 +217,35 @@ void ErrorGrowth::apply(const Columns& moved, const std::vector<double>& delta, 
   for (int k = 0; k < n; ++k)
     for (int i = 0; i < n; ++i) weight[k] += moved[k][i] * rho_[k] * moved[k][i] * rho_[k];
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return weight[a] > weight[b]; });
-  Columns fresh;
-  std::vector<double> v;
+  Eigen::MatrixXd fresh(n, n);
+  int found = 0;
+  VectorXd v(n);
   const auto project = [&] {
     for (int twice = 0; twice < 2; ++twice)
-      for (const auto& q : fresh) {
-        const double part = std::inner_product(v.begin(), v.end(), q.begin(), 0.0);
-        for (int i = 0; i < n; ++i) v[i] -= part * q[i];
-      }
-    return std::sqrt(std::inner_product(v.begin(), v.end(), v.begin(), 0.0));
+      for (int i = 0; i < found; ++i) v -= v.dot(fresh.col(i)) * fresh.col(i);
+    return v.norm();
   };
-  const auto take = [&](double size) {
-    for (double& each : v) each /= size;
-    fresh.push_back(v);
-  };
+  const auto take = [&](double size) { fresh.col(found++) = v / size; };
   for (const int k : order) {
-    v = moved[k];
-    const double before = std::sqrt(std::inner_product(v.begin(), v.end(), v.begin(), 0.0));
+    v = vector_of(moved[k]);
+    const double before = v.norm();
     if (!(before > 0)) continue;
-    for (double& each : v) each /= before;
+    v /= before;
     if (const double left = project(); left > 1e-8) take(left);
   }
-  for (int unit = 0; unit < n && static_cast<int>(fresh.size()) < n; ++unit) {
-    v.assign(n, 0);
-    v[unit] = 1;
+  for (int unit = 0; unit < n && found < n; ++unit) {
+    v.setUnit(unit);
     if (const double left = project(); left > 0.5 / std::sqrt(n)) take(left);
   }
   std::vector<double> rho(n, 0);
-  for (int i = 0; i < n && i < static_cast<int>(fresh.size()); ++i) {
-    for (int k = 0; k < n; ++k)
-      rho[i] +=
-          inflation * rho_[k] * std::fabs(std::inner_product(moved[k].begin(), moved[k].end(), fresh[i].begin(), 0.0));
-    for (int j = 0; j < n; ++j) rho[i] += std::fabs(fresh[i][j]) * delta[j] / scale_[j];
+  for (int i = 0; i < found; ++i) {
+    for (int k = 0; k < n; ++k) rho[i] += inflation * rho_[k] * std::fabs(vector_of(moved[k]).dot(fresh.col(i)));
+    for (int j = 0; j < n; ++j) rho[i] += std::fabs(fresh(j, i)) * delta[j] / scale_[j];
   }
-  finite_ &= static_cast<int>(fresh.size()) == n;
+  finite_ &= found == n;
   for (const double each : rho) finite_ &= std::isfinite(each);
   if (!finite_) return;
-  Q_ = std::move(fresh);
+  for (int i = 0; i < n; ++i) VectorXd::Map(Q_[i].data(), n) = fresh.col(i);
   rho_ = std::move(rho);
 }
 

@@ -1,9 +1,11 @@
 #include "dynamics/rates.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <stdexcept>
 
 #include "dynamics/arithmetic.hpp"
+#include "dynamics/eigen_quad.hpp"
 
 namespace atwood::dynamics {
 
@@ -209,7 +211,10 @@ template <class S> struct Dynamics<S>::Parts {
     Matrix<S>& I = inertia.emplace_back();
     Matrix<S>& J = inverse_inertia.emplace_back();
     diagonal.push_back(is_diagonal(body.inertia_kg_m2));
-    const Matrix<Wide> exact = rotates(body) ? inverse(body.inertia_kg_m2) : Matrix<Wide>{};
+    using Inertia = Eigen::Matrix<Wide, 3, 3, Eigen::RowMajor>;
+    Matrix<Wide> given{}, exact{};
+    std::copy(body.inertia_kg_m2.begin(), body.inertia_kg_m2.end(), given.begin());
+    if (rotates(body)) Inertia::Map(exact.data()) = Inertia::Map(given.data()).inverse();
     for (int k = 0; k < 9; ++k) {
       I[k] = body.inertia_kg_m2[k];
       J[k] = static_cast<S>(exact[k]);

@@ -102,6 +102,7 @@ std::string choice(const Settings& settings, const std::string& name, const std:
   throw std::invalid_argument("setting `" + name + "`: expected one of " + text + "; found `" + value + "`");
 }
 
+// By hand, for it decides figures: Eigen's Quaternion(m) differs in last digits for six of seven random rotations.
 Real4 quaternion_of(const Real33& m) {
   const double squares[4] = {1 + m[0] + m[4] + m[8], 1 + m[0] - m[4] - m[8], 1 - m[0] + m[4] - m[8],
                              1 - m[0] - m[4] + m[8]};
