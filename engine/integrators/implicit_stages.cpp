@@ -29,6 +29,9 @@ template <class S> bool rest_is_nothing(S now, S before) {
   return before < kHuge<S> && now <= before / S(2) && now * (now / before) * S(2) < real::epsilon<S>() / S(1024);
 }
 
+// ... that sum, as a residual.
+template <class S> S what_would_follow(S now, S before) { return now == S(0) ? now : now * (now / before) * S(2); }
+
 }  // namespace
 
 template <class S>
@@ -106,7 +109,8 @@ template <class S> auto StageSolver<S>::sweep(S* z, S* k) -> Progress {
     }
     const S now = relative_size(change_.data(), z);
     if (!(now < kHuge<S>)) return end(Progress::failed, SolveEnd::capped, n + 1, now);
-    if (rest_is_nothing(now, before)) return end(Progress::solved, SolveEnd::converged, n + 1, now);
+    if (rest_is_nothing(now, before))
+      return end(Progress::solved, SolveEnd::converged, n + 1, what_would_follow(now, before));
     if (now >= before / S(2)) {
       if (now <= S(256) * real::epsilon<S>()) return end(Progress::solved, SolveEnd::stagnated, n + 1, now);
       if (n > 2) return end(Progress::slow, SolveEnd::capped, n + 1, now);
@@ -163,7 +167,8 @@ template <class S> auto StageSolver<S>::newton(S* z, S* k) -> Progress {
     if (!(now < kHuge<S>)) return end(Progress::failed, SolveEnd::capped, iteration + 1, now);
     const bool converged = rest_is_nothing(now, before);
     solved = converged || (now >= before / S(2) && now <= S(4096) * real::epsilon<S>());
-    if (solved) end(Progress::solved, converged ? SolveEnd::converged : SolveEnd::stagnated, iteration + 1, now);
+    if (converged) end(Progress::solved, SolveEnd::converged, iteration + 1, what_would_follow(now, before));
+    else if (solved) end(Progress::solved, SolveEnd::stagnated, iteration + 1, now);
     factor = now > before / S(16);
     if (!solved && !fresh && now > before / S(2))  // a stale Jacobian led astray: back, and on with a new one
       for (std::size_t i = 0; i < change_.size(); ++i) z[i] -= change_[i];

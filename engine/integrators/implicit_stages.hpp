@@ -29,7 +29,7 @@ template <class S> class StageSolver {
   // nothing.
   bool solve(Rates rates, void* context, S h_s, const S* y, const S* known, S* z, S* k);
   int stages() const { return stages_; }
-  // Of the last solve(): all its iterations, and the last one's change. An iteration that grows no more is `stagnated`
+  // Of the last solve(): all its iterations, and what is left. An iteration that grows no more is `stagnated`
   // within 256 (sweeps) or 4096 (Newton) roundings, `capped` above.
   const SolveReport& report() const { return report_; }
   // Of the last solve(): was it Newton that solved it, and d rate_i / d z_c of a stage where it was.

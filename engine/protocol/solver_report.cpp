@@ -9,7 +9,8 @@ const std::array<SolverInfo, kIterativeSolvers>& solver_infos() {
        "sum to less than a thousandth of an ulp; of kick-drift steps, the change is at most two ulp; of Radau 15, what "
        "remains is a tenth of the run's tolerance or an eighth of an ulp; stagnated: the "
        "change no longer halves and is below 4096 ulp",
-       "largest change of a component in the last iteration over that component, or over a thousandth of the largest"},
+       "largest change of a component that would follow, where the iteration converges, else that of the last iteration, "
+       "over the component or a thousandth of the largest"},
       {"invariant-projection",
        "the invariants that a projected step returns to, by Newton's method; converged: half an ulp; stagnated: the "
        "misfit no longer halves and is below 64 ulp; capped with four invariants: the step keeps the energy alone",

@@ -28,7 +28,7 @@ template <class S> void solves_a_chain(std::size_t n, S round_off) {
 }  // namespace
 
 TEST_CASE("elimination solves a chain of 1 to 12 contacts to round-off") {
-  for (std::size_t n = 1; n <= dynamics::kMostTogether; ++n) {
+  for (std::size_t n = 1; n <= dynamics::kMaxSimultaneous; ++n) {
     solves_a_chain<double>(n, 0x1p-53);
     solves_a_chain<long double>(n, 0x1p-64L);
     solves_a_chain<Wide>(n, Wide(0x1p-113L));
