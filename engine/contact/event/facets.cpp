@@ -180,13 +180,15 @@ template <class S> bool passes_a_sheet(const EventRun<S>& run, const S* y, const
       return dot(turned(sheet, ends.normal_B), placed(run, ends.knob_body, at).p_W - sheet.p_W) -
              dot(ends.normal_B, ends.on_it_B);
     };
-    if (ends.thick) {  // has their place to each other changed by much of the smaller one's size?
-      const auto apart = [&](const S* at) {
-        return placed(run, ends.knob_body, at).p_W - placed(run, ends.surface_body, at).p_W;
-      };
-      const S size = real::min(run.reach[ends.knob_body], run.reach[ends.surface_body]);
-      return norm(apart(y_end) - apart(y)) > size / S(32) && norm(apart(y)) < S(2) * run.pairs[ends.pair].reach;
-    }
+    // Has their place to each other changed by much of the smaller one's size? An end of a body may have passed alone.
+    const auto apart = [&](const S* at) {
+      return placed(run, ends.knob_body, at).p_W - placed(run, ends.surface_body, at).p_W;
+    };
+    const S size = real::min(run.reach[ends.knob_body], run.reach[ends.surface_body]);
+    if (ends.thick || has_edges(run, ends.pair))
+      if (norm(apart(y_end) - apart(y)) > size / S(32) && norm(apart(y)) < S(2) * run.pairs[ends.pair].reach)
+        return true;
+    if (ends.thick) return false;
     return side(y) * side(y_end) < S(0);
   });
 }
