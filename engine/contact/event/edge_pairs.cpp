@@ -84,7 +84,7 @@ template <class S> std::string parallel_reason(const EventRun<S>& run, int pair,
 
 // Where in (low, high] the feature's gap falls through zero, by Newton within a bracket; above 1: it does not, the gap
 // is below zero where the feature comes to count.
-template <class S> S fall_of(Flow<S>& flow, const Feature<S>& feature, S low, S high) {
+template <class S> S fall_of(Flow<S>& flow, const Feature<S>& feature, S low, S high, S drift_m) {
   const S tiny = flow.run.gap_round_off();
   S theta = high;
   for (int i = 0; i < 200; ++i) {
@@ -96,7 +96,7 @@ template <class S> S fall_of(Flow<S>& flow, const Feature<S>& feature, S low, S 
     const S slope = sight.rate * flow.h_s, next = slope < S(0) ? theta - sight.gap / slope : low;
     theta = next > low && next < high ? next : low + (high - low) / S(2);
   }
-  return real::abs(sight_of(flow.run, feature, flow.at(high)).gap) <= S(4) * tiny ? high : S(2);
+  return real::abs(sight_of(flow.run, feature, flow.at(high)).gap) <= S(4) * tiny + drift_m ? high : S(2);
 }
 
 }  // namespace
@@ -220,14 +220,25 @@ template <class S> bool locate_overlap(Flow<S>& flow, S low, S high, Fall<S>& fi
       (clear_of_end(run, ends, flow.at(middle)) ? apart : overlap) = middle;
     }
     const ShapePair<S>& pair = run.pairs[ends.pair];
-    S earliest = S(2);
-    int feature = -1;
+    // Next to a lasting contact that drifts, a feature may come to count as far below zero.
+    const S drift = S(2) * real::abs(held_at(run, ends.pair, flow.at(overlap)));
+    S earliest = S(2), deepest = S(0);
+    int feature = -1, below = -1;
     for (int f = pair.first; f < pair.first + pair.count; ++f) {
-      if (run.features[f].lasting || !(sight_of(run, run.features[f], flow.at(overlap)).gap < S(0))) continue;
-      const S theta = fall_of(flow, run.features[f], low, overlap);
+      const Sight<S> sight = sight_of(run, run.features[f], flow.at(overlap));
+      if (run.features[f].lasting || !(sight.gap < S(0))) continue;
+      if (sight.gap < deepest && sight.rate < S(0)) {
+        deepest = sight.gap;
+        below = f;
+      }
+      const S theta = fall_of(flow, run.features[f], low, overlap, drift);
       if (!(theta < earliest)) continue;
       earliest = theta;
       feature = f;
+    }
+    if (feature < 0 && below >= 0) {  // it counts where it is below zero already: touches to within the tolerance
+      feature = below;
+      earliest = overlap;
     }
     // A corner right on an edge that its own edge is parallel to: its face's normal is one of many.
     const S near_by = S(16) * real::sqrt(real::epsilon<S>()) * pair.reach;

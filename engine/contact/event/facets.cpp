@@ -127,7 +127,8 @@ template <class S> Placement<S> placed(const EventRun<S>& run, int body, const S
   return {pose.p, {pose.axis[0], pose.axis[1], pose.axis[2]}};
 }
 
-// Bodies that overlap at the start are held so; and within a step a lasting contact's gap drifts by the method's error.
+}  // namespace
+
 template <class S> S held_at(const EventRun<S>& run, int pair, const S* y) {
   S deepest = S(0);
   for (const Contact<S>& contact : run.contacts) {
@@ -140,8 +141,6 @@ template <class S> S held_at(const EventRun<S>& run, int pair, const S* y) {
   }
   return deepest;
 }
-
-}  // namespace
 
 template <class S> bool clear_of_end(EventRun<S>& run, const SheetEnds<S>& ends, const S* y) {
   const ShapePair<S>& pair = run.pairs[ends.pair];
@@ -181,18 +180,21 @@ template <class S> bool passes_a_sheet(const EventRun<S>& run, const S* y, const
       return dot(turned(sheet, ends.normal_B), placed(run, ends.knob_body, at).p_W - sheet.p_W) -
              dot(ends.normal_B, ends.on_it_B);
     };
-    if (ends.thick) {  // has their place to each other changed by much of the smaller one's size?
-      const auto apart = [&](const S* at) {
-        return placed(run, ends.knob_body, at).p_W - placed(run, ends.surface_body, at).p_W;
-      };
-      const S size = real::min(run.reach[ends.knob_body], run.reach[ends.surface_body]);
-      return norm(apart(y_end) - apart(y)) > size / S(32) && norm(apart(y)) < S(2) * run.pairs[ends.pair].reach;
-    }
+    // Has their place to each other changed by much of the smaller one's size? An end of a body may have passed alone.
+    const auto apart = [&](const S* at) {
+      return placed(run, ends.knob_body, at).p_W - placed(run, ends.surface_body, at).p_W;
+    };
+    const S size = real::min(run.reach[ends.knob_body], run.reach[ends.surface_body]);
+    if (ends.thick || has_edges(run, ends.pair))
+      if (norm(apart(y_end) - apart(y)) > size / S(32) && norm(apart(y)) < S(2) * run.pairs[ends.pair].reach)
+        return true;
+    if (ends.thick) return false;
     return side(y) * side(y_end) < S(0);
   });
 }
 
 #define ATWOOD_FACETS(S)                                                      \
+  template S held_at<S>(const EventRun<S>&, int, const S*);                   \
   template bool clear_of_end<S>(EventRun<S>&, const SheetEnds<S>&, const S*); \
   template bool clear_of_ends<S>(EventRun<S>&, const S*);                     \
   template bool passes_a_sheet<S>(const EventRun<S>&, const S*, const S*);    \

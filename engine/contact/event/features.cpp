@@ -52,7 +52,7 @@ template <class S> int face_at_corner(const Vec3<S>& half, const Vec3<S>& c, con
   for (int i = 0; i < 3; ++i) {
     const S h = component(half, i), beyond = real::abs(component(side, i)) - h;
     const S over = (component(side, i) < S(0) ? -component(c, i) : component(c, i)) - h;
-    outside += real::abs(component(c, i)) > h;
+    outside += beyond > S(0) ? over > S(0) : real::abs(component(c, i)) > h;
     if (!(beyond > S(0)) || (face >= 0 && over <= out)) continue;
     face = i;
     out = over;

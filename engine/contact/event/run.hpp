@@ -280,6 +280,9 @@ S effect_of_load(const EventRun<S>& run, const Contact<S>& contact, const Vec3<S
 template <class S> bool has_ends(const EventRun<S>& run, const Contact<S>& contact);
 template <class S> S within_facet(const EventRun<S>& run, Contact<S>& contact);
 template <class S> bool leave_facet(EventRun<S>& run, Contact<S>& contact);
+// The deepest gap at which a pair is held in y: bodies that overlap at the start stay so, and within a step a lasting
+// contact's gap drifts by the method's error.
+template <class S> S held_at(const EventRun<S>& run, int pair, const S* y);
 template <class S> bool clear_of_end(EventRun<S>& run, const SheetEnds<S>& ends, const S* y);
 // False: something lies over the end of a sheet in y. Does a body come to a sheet's other side on the way?
 template <class S> bool clear_of_ends(EventRun<S>& run, const S* y);
