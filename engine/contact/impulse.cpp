@@ -11,7 +11,7 @@ template <class S> Vec3<S> times(const Vec3<S> (&row)[3], const Vec3<S>& v) {
 }
 
 // c . d / m + c . (I^-1 (r x d)) x r  =  c . d / m + (r x c) . I^-1 (r x d)
-template <class S> S own_mobility(const ImpactBody<S>& body, const Vec3<S>& c, const Vec3<S>& d) {
+template <class S> S own_inverse_mass(const ImpactBody<S>& body, const Vec3<S>& c, const Vec3<S>& d) {
   const Vec3<S> arm = cross(body.r_W, c);
   const S angular = dot(arm, times(body.I_inverse_W_row, cross(body.r_W, d)));
   return body.inverse_mass_per_kg * dot(c, d) + angular;
@@ -33,7 +33,7 @@ template <class S> Vec3<S> any_tangent(const Vec3<S>& n) {
 template <class S>
 bool decoupled(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S> (&axis)[3], S (&K)[3][3]) {
   for (int i = 0; i < 3; ++i)
-    for (int j = 0; j <= i; ++j) K[i][j] = K[j][i] = mobility(a, b, axis[i], axis[j]);
+    for (int j = 0; j <= i; ++j) K[i][j] = K[j][i] = inverse_effective_mass(a, b, axis[i], axis[j]);
   const S round_off = S(32) * real::epsilon<S>() * (K[0][0] + K[1][1] + K[2][2]);
   return real::abs(K[0][1]) <= round_off && real::abs(K[0][2]) <= round_off && real::abs(K[1][2]) <= round_off;
 }
@@ -63,7 +63,7 @@ void resist_rolling(const ImpactLaw<S>& law, const Vec3<S>& n, S p, ImpactBody<S
     const Vec3<S> u = velocity_between(a, b), slip = u - dot(u, n) * n;
     const S slip_speed = norm(slip);
     if (slip_speed > S(0)) {
-      const S to_stick = slip_speed / mobility(a, b, (S(1) / slip_speed) * slip);
+      const S to_stick = slip_speed / inverse_effective_mass(a, b, (S(1) / slip_speed) * slip);
       const Vec3<S> held = shortened(friction - (to_stick / slip_speed) * slip, law.friction * p);
       push(a, b, held - friction, S(1));
       friction = held;
@@ -82,7 +82,7 @@ void push_along_path(const ImpactLaw<S>& law, const S (&K)[3][3], const S (&u0)[
   push(a, b, J[0] * axis[0] + J[1] * axis[1] + J[2] * axis[2], S(1));
   impulse.normal_N_s = J[2];
   impulse.tangential_N_s = real::sqrt(J[0] * J[0] + J[1] * J[1]);
-  impulse.finished = path.finished;
+  impulse.converged = path.converged;
   if (law.rolling_friction_m > S(0)) {
     const ImpactLaw<S> couple_alone{law.restitution, S(0), law.rolling_friction_m, law.hypothesis};
     S none{};
@@ -97,11 +97,12 @@ template <class S> Vec3<S> velocity_between(const ImpactBody<S>& a, const Impact
   return (b.v_W + cross(b.w_W, b.r_W)) - (a.v_W + cross(a.w_W, a.r_W));
 }
 
-template <class S> S mobility(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S>& c, const Vec3<S>& d) {
-  return own_mobility(a, c, d) + own_mobility(b, c, d);
+template <class S>
+S inverse_effective_mass(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S>& c, const Vec3<S>& d) {
+  return own_inverse_mass(a, c, d) + own_inverse_mass(b, c, d);
 }
-template <class S> S mobility(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S>& d) {
-  return mobility(a, b, d, d);
+template <class S> S inverse_effective_mass(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S>& d) {
+  return inverse_effective_mass(a, b, d, d);
 }
 
 template <class S> void push(ImpactBody<S>& a, ImpactBody<S>& b, const Vec3<S>& direction, S impulse_N_s) {
@@ -121,7 +122,7 @@ Impulse<S> collide(const ImpactLaw<S>& law, const Vec3<S>& normal, ImpactBody<S>
   impulse.vn_before_m_per_s = impulse.vn_after_m_per_s = dot(before, normal);
   if (!(impulse.vn_before_m_per_s < S(0))) return impulse;
 
-  const S j_n = -(S(1) + law.restitution) * impulse.vn_before_m_per_s / mobility(a, b, normal);
+  const S j_n = -(S(1) + law.restitution) * impulse.vn_before_m_per_s / inverse_effective_mass(a, b, normal);
   impulse.normal_N_s = j_n;
   const Vec3<S> slip = before - dot(before, normal) * normal;
   const S slip_speed = norm(slip);
@@ -137,7 +138,7 @@ Impulse<S> collide(const ImpactLaw<S>& law, const Vec3<S>& normal, ImpactBody<S>
   }
   push(a, b, normal, j_n);
   if (law.friction > S(0) && slip_speed > S(0)) {
-    const S to_stick = slip_speed / mobility(a, b, along);
+    const S to_stick = slip_speed / inverse_effective_mass(a, b, along);
     const S j_t = real::min(law.friction * j_n, to_stick);
     push(a, b, along, -j_t);
     impulse.tangential_N_s = j_t;
@@ -148,7 +149,7 @@ Impulse<S> collide(const ImpactLaw<S>& law, const Vec3<S>& normal, ImpactBody<S>
 }
 
 template <class S>
-Impulse<S> strike_without_collision(const ImpactLaw<S>& law, const Vec3<S>& normal, ImpactBody<S>& a,
+Impulse<S> collide_without_approach(const ImpactLaw<S>& law, const Vec3<S>& normal, ImpactBody<S>& a,
                                     ImpactBody<S>& b) {
   Impulse<S> impulse;
   const Vec3<S> u = velocity_between(a, b), slip = u - dot(u, normal) * normal;
@@ -164,13 +165,13 @@ Impulse<S> strike_without_collision(const ImpactLaw<S>& law, const Vec3<S>& norm
 
 #define ATWOOD_IMPULSE(S)                                                                              \
   template Impulse<S> collide<S>(const ImpactLaw<S>&, const Vec3<S>&, ImpactBody<S>&, ImpactBody<S>&); \
-  template Impulse<S> strike_without_collision<S>(const ImpactLaw<S>&, const Vec3<S>&, ImpactBody<S>&, \
+  template Impulse<S> collide_without_approach<S>(const ImpactLaw<S>&, const Vec3<S>&, ImpactBody<S>&, \
                                                   ImpactBody<S>&);                                     \
   template void push<S>(ImpactBody<S>&, ImpactBody<S>&, const Vec3<S>&, S);                            \
   template void twist<S>(ImpactBody<S>&, ImpactBody<S>&, const Vec3<S>&);                              \
   template Vec3<S> velocity_between<S>(const ImpactBody<S>&, const ImpactBody<S>&);                    \
-  template S mobility<S>(const ImpactBody<S>&, const ImpactBody<S>&, const Vec3<S>&);                  \
-  template S mobility<S>(const ImpactBody<S>&, const ImpactBody<S>&, const Vec3<S>&, const Vec3<S>&);
+  template S inverse_effective_mass<S>(const ImpactBody<S>&, const ImpactBody<S>&, const Vec3<S>&);    \
+  template S inverse_effective_mass<S>(const ImpactBody<S>&, const ImpactBody<S>&, const Vec3<S>&, const Vec3<S>&);
 ATWOOD_IMPULSE(float)
 ATWOOD_IMPULSE(double)
 ATWOOD_IMPULSE(long double)

@@ -31,7 +31,7 @@ template <class S> struct ImpactLaw {
 template <class S> struct Impulse {
   S normal_N_s{}, tangential_N_s{};
   S vn_before_m_per_s{}, vn_after_m_per_s{};  // (v_b - v_a) . n at the point
-  bool finished = true;                       // false: the path of the slip was not followed to its end
+  bool converged = true;                      // false: the path of the slip was not followed to its end
 };
 
 // One impact at one point under Coulomb friction; `normal` is a unit vector from a to b. Not approaching: nothing
@@ -50,7 +50,7 @@ Impulse<S> collide(const ImpactLaw<S>& law, const Vec3<S>& normal, ImpactBody<S>
 // geometrique sur les percussions et le choc des corps (1880); Keller (1986); Champneys and Varkonyi, IMA J. Appl.
 // Math. 81 (2016) 538.
 template <class S>
-Impulse<S> strike_without_collision(const ImpactLaw<S>& law, const Vec3<S>& normal, ImpactBody<S>& a, ImpactBody<S>& b);
+Impulse<S> collide_without_approach(const ImpactLaw<S>& law, const Vec3<S>& normal, ImpactBody<S>& a, ImpactBody<S>& b);
 
 // An impulse along `direction` on b, its opposite on a.
 template <class S> void push(ImpactBody<S>& a, ImpactBody<S>& b, const Vec3<S>& direction, S impulse_N_s);
@@ -59,8 +59,9 @@ template <class S> void twist(ImpactBody<S>& a, ImpactBody<S>& b, const Vec3<S>&
 // (v_b - v_a) at the point.
 template <class S> Vec3<S> velocity_between(const ImpactBody<S>& a, const ImpactBody<S>& b);
 // d . K d: how much relative velocity along the unit vector d an impulse of 1 N s along d makes [1/kg].
-template <class S> S mobility(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S>& d);
+template <class S> S inverse_effective_mass(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S>& d);
 // c . K d: ... along c an impulse along d.
-template <class S> S mobility(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S>& c, const Vec3<S>& d);
+template <class S>
+S inverse_effective_mass(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S>& c, const Vec3<S>& d);
 
 }  // namespace atwood

@@ -15,10 +15,10 @@
 namespace atwood {
 
 // Of the whole impact: impulses on b along t1, t2, n. u0[2] < 0; or 0, where friction presses the point on
-// (impulse.hpp, strike_without_collision). Not `finished`: the path of the slip was not followed to its end.
+// (impulse.hpp, collide_without_approach). Not `converged`: the path of the slip was not followed to its end.
 template <class S> struct SlipPath {
   S impulse_N_s[3];
-  bool finished = true;
+  bool converged = true;
 };
 
 template <class S> SlipPath<S> slip_path(const ImpactLaw<S>& law, const S (&K_per_kg)[3][3], const S (&u0_m_per_s)[3]);

@@ -1,51 +1,54 @@
 // A contact that shares no moving body with another, and has no couple besides friction that holds: at most three
 // unknowns.
-#include "contact/event/rows.hpp"
+
+#include "contact/event/single_contact.hpp"
+
+#include "contact/event/painleve.hpp"
 
 namespace atwood::event {
 
 namespace {
 
 // One of the contact's bodies: nothing of it is read where it does not move.
-template <class S> struct Side {
+template <class S> struct ContactSide {
   bool moves = false, rotates = false;
   S sign{};
   const Pose<S>* pose = nullptr;
-  const Inverse<S>* inverse = nullptr;
+  const InverseInertia<S>* inverse = nullptr;
   Vec3<S> arm;
   S* dydt = nullptr;
 };
 
-template <class S> Side<S> side_of(const EventRun<S>& run, const Contact<S>& contact, int i, S sign, S* dydt) {
-  Side<S> side;
-  const int body = contact.place.body[i];
+template <class S> ContactSide<S> side_of(const Bodies<S>& bodies, const Contact<S>& contact, int i, S sign, S* dydt) {
+  ContactSide<S> side;
+  const int body = contact.levers.body[i];
   side.moves = body >= 0;
   if (!side.moves) return side;
-  side.rotates = run.model.rotates(body);
+  side.rotates = bodies.model.rotates(body);
   side.sign = sign;
-  side.pose = &run.poses[body];
-  side.inverse = &run.inverse[body];
-  side.arm = contact.place.arm[i];
-  side.dydt = dydt + run.model.offset(body);
+  side.pose = &bodies.poses[body];
+  side.inverse = &bodies.inverse_inertia[body];
+  side.arm = contact.levers.arm[i];
+  side.dydt = dydt + bodies.model.offset(body);
   return side;
 }
 
 // Of the body's point, under the forces that are in dydt already.
-template <class S> Vec3<S> point_acceleration(const Side<S>& side, const Vec3<S>& x_dot) {
+template <class S> Vec3<S> point_acceleration(const ContactSide<S>& side, const Vec3<S>& x_dot) {
   const Pose<S>& pose = *side.pose;
   Vec3<S> a = load3(side.dydt + kAtVelocity);
   if (side.rotates) a += cross(turned(pose, load3(side.dydt + kAtBodyRate)), side.arm) + cross(pose.w, x_dot - pose.v);
   return a;
 }
 
-template <class S> void add_answer(const Side<S>& side, const Twist<S>& answer) {
+template <class S> void add_acceleration(const ContactSide<S>& side, const SpatialVector<S>& answer) {
   store3(load3(side.dydt + kAtVelocity) + answer.linear, side.dydt + kAtVelocity);
   if (side.rotates)
     store3(load3(side.dydt + kAtBodyRate) + turned_back(*side.pose, answer.angular), side.dydt + kAtBodyRate);
 }
 
 // [r]^T I^-1 [r] + 1 / m, row after row: row i of I^-1 [r] is (I^-1)_i x r.
-template <class S> void add_mobility(const Side<S>& side, Vec3<S> (&K)[3]) {
+template <class S> void add_inverse_mass_matrix(const ContactSide<S>& side, Vec3<S> (&K)[3]) {
   const Vec3<S>& r = side.arm;
   const Vec3<S>(&row)[3] = side.inverse->I_row;
   const Vec3<S> B[3] = {cross(row[0], r), cross(row[1], r), cross(row[2], r)};
@@ -71,10 +74,11 @@ template <class S> bool solve(const Vec3<S> (&K)[3], const Vec3<S>& b, Vec3<S>& 
 
 // Of balls the arms r are along n, so that K is 1/m along n and 1/m + r^2 / I in every direction across.
 template <class S>
-bool add_to_balls(const EventRun<S>& run, Contact<S>& contact, const Side<S> (&sides)[2], const Vec3<S>& b) {
-  const Vec3<S>& n = contact.sight.normal;
+bool add_sphere_contact_forces(const Bodies<S>& bodies, const Proximity<S>& proximity, Contact<S>& contact,
+                               const ContactSide<S> (&sides)[2], const Vec3<S>& b) {
+  const Vec3<S>& n = contact.kinematics.normal;
   S along{}, across{};
-  for (const Side<S>& side : sides) {
+  for (const ContactSide<S>& side : sides) {
     if (!side.moves) continue;
     along += side.inverse->mass_per_kg;
     if (side.rotates) across += dot(side.arm, side.arm) * side.inverse->I_row[0].x;
@@ -82,18 +86,18 @@ bool add_to_balls(const EventRun<S>& run, Contact<S>& contact, const Side<S> (&s
   const S asked = dot(n, b), N = asked / along;
   contact.normal_N = N;
   contact.couple_N_m = {};
-  if (contact.mode == Mode::sticks) {
+  if (contact.mode == FrictionMode::stick) {
     contact.friction_N = (S(1) / (along + across)) * (b - asked * n);
   } else {
-    take_direction(run, contact, Rows::forces);
-    contact.friction_N = N * (contact.along_W - n);
-    contact.couple_N_m = N * contact.along_couple_W;
+    update_unit_load(bodies, proximity, contact, ConstraintLevel::acceleration);
+    contact.friction_N = N * (contact.unit_force_W - n);
+    contact.couple_N_m = N * contact.unit_couple_W;
   }
   const Vec3<S> force = N * n + contact.friction_N;
-  for (const Side<S>& side : sides) {
+  for (const ContactSide<S>& side : sides) {
     if (!side.moves) continue;
     store3(load3(side.dydt + kAtVelocity) + (side.sign * side.inverse->mass_per_kg) * force, side.dydt + kAtVelocity);
-    if (!side.rotates || contact.mode == Mode::smooth) continue;
+    if (!side.rotates || contact.mode == FrictionMode::frictionless) continue;
     const Vec3<S> load = cross(side.arm, contact.friction_N) + contact.couple_N_m;
     const Vec3<S> turns = turned_back(*side.pose, (side.sign * side.inverse->I_row[0].x) * load);
     store3(load3(side.dydt + kAtBodyRate) + turns, side.dydt + kAtBodyRate);
@@ -107,46 +111,51 @@ bool add_to_balls(const EventRun<S>& run, Contact<S>& contact, const Side<S> (&s
 // f)) x r of both, and b = -u' - (u . n') n what is asked for, u' under all other forces:
 //   sticks   K f = b          else   f = N l,  N = n . b / (n . K l),   l = n - mu d, with the couple that comes with
 //   it
-template <class S> bool add_alone(const EventRun<S>& run, Contact<S>& contact, S* dydt) {
-  const Side<S> sides[2] = {side_of(run, contact, 0, S(1), dydt), side_of(run, contact, 1, S(-1), dydt)};
-  const Vec3<S>& n = contact.sight.normal;
-  Vec3<S> b = -dot(contact.u, contact.sight.normal_dot) * n;
-  for (const Side<S>& side : sides)
-    if (side.moves) b -= side.sign * point_acceleration(side, contact.sight.x_dot);
-  if (contact.of_balls) return add_to_balls(run, contact, sides, b);
-  if (contact.mode == Mode::sticks) {
+template <class S>
+bool add_single_contact_forces(const Bodies<S>& bodies, const Proximity<S>& proximity, Contact<S>& contact, S* dydt) {
+  const ContactSide<S> sides[2] = {side_of(bodies, contact, 0, S(1), dydt), side_of(bodies, contact, 1, S(-1), dydt)};
+  const Vec3<S>& n = contact.kinematics.normal;
+  Vec3<S> b = -dot(contact.u, contact.kinematics.normal_dot) * n;
+  for (const ContactSide<S>& side : sides)
+    if (side.moves) b -= side.sign * point_acceleration(side, contact.kinematics.x_dot);
+  if (contact.between_spheres) return add_sphere_contact_forces(bodies, proximity, contact, sides, b);
+  if (contact.mode == FrictionMode::stick) {
     Vec3<S> K[3] = {}, force;
-    for (const Side<S>& side : sides)
-      if (side.moves) add_mobility(side, K);
+    for (const ContactSide<S>& side : sides)
+      if (side.moves) add_inverse_mass_matrix(side, K);
     const bool solved = solve(K, b, force);
     contact.normal_N = dot(force, n);
     contact.friction_N = force - contact.normal_N * n;
     contact.couple_N_m = {};
-    for (const Side<S>& side : sides)
-      if (side.moves) add_answer(side, answer_of(*side.inverse, load_of(force, {}, side.arm, side.sign)));
+    for (const ContactSide<S>& side : sides)
+      if (side.moves)
+        add_acceleration(side, acceleration_under(*side.inverse, wrench_of(force, {}, side.arm, side.sign)));
     return solved;
   }
-  take_direction(run, contact, Rows::forces);
-  Twist<S> answer[2];
+  update_unit_load(bodies, proximity, contact, ConstraintLevel::acceleration);
+  SpatialVector<S> answer[2];
   S gives{};
   for (int i = 0; i < 2; ++i) {
     if (!sides[i].moves) continue;
-    answer[i] =
-        answer_of(*sides[i].inverse, load_of(contact.along_W, contact.along_couple_W, sides[i].arm, sides[i].sign));
+    answer[i] = acceleration_under(*sides[i].inverse,
+                                   wrench_of(contact.unit_force_W, contact.unit_couple_W, sides[i].arm, sides[i].sign));
     gives += sides[i].sign * dot(n, answer[i].linear + cross(answer[i].angular, sides[i].arm));
   }
   const S N = dot(n, b) / gives;
-  if (contact.mode == Mode::slips) note_yield(contact, gives);
+  if (contact.mode == FrictionMode::slip) record_delassus(contact, gives);
   contact.normal_N = N;
-  contact.friction_N = N * (contact.along_W - n);
-  contact.couple_N_m = N * contact.along_couple_W;
+  contact.friction_N = N * (contact.unit_force_W - n);
+  contact.couple_N_m = N * contact.unit_couple_W;
   for (int i = 0; i < 2; ++i)
-    if (sides[i].moves) add_answer(sides[i], Twist<S>{N * answer[i].linear, N * answer[i].angular});
+    if (sides[i].moves) add_acceleration(sides[i], SpatialVector<S>{N * answer[i].linear, N * answer[i].angular});
   return gives != S(0);
 }
 
-template bool add_alone<float>(const EventRun<float>&, Contact<float>&, float*);
-template bool add_alone<double>(const EventRun<double>&, Contact<double>&, double*);
-template bool add_alone<long double>(const EventRun<long double>&, Contact<long double>&, long double*);
+#define ATWOOD_SINGLE_CONTACT(S) \
+  template bool add_single_contact_forces<S>(const Bodies<S>&, const Proximity<S>&, Contact<S>&, S*);
+ATWOOD_SINGLE_CONTACT(float)
+ATWOOD_SINGLE_CONTACT(double)
+ATWOOD_SINGLE_CONTACT(long double)
+#undef ATWOOD_SINGLE_CONTACT
 
 }  // namespace atwood::event

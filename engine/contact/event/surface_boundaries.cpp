@@ -1,0 +1,201 @@
+// Where surfaces end. A contact that lasts leaves its facet there: a ball that rolls off the end of a sheet goes on
+// about the edge, or flies. Corners see faces alone, so a body that lies over an end, or is larger than the whole
+// sheet, is refused.
+#include "contact/event/surface_boundaries.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "collision/contacts.hpp"
+
+namespace atwood::event {
+
+namespace {
+
+template <class S> S component(const Vec3<S>& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
+
+// A face of a mesh goes on over all triangles of its plane: inner edges are no boundary. The greatest of the distances
+// within them; where c is within one, that one's, and `over` is which: where it is looked for first.
+template <class S>
+S depth_inside_face(const std::vector<Triangle<S>>& mesh, const Facet<S>& facet, const Vec3<S>& c, S tiny, int& over) {
+  const int count = static_cast<int>(mesh.size());
+  const auto on_the_face = [&](const Triangle<S>& triangle) {
+    return std::all_of(triangle.corner_B, triangle.corner_B + 3, [&](const Vec3<S>& corner) {
+      return real::abs(dot(corner - facet.point_B, facet.direction_B)) <= tiny;
+    });
+  };
+  if (over < count && on_the_face(mesh[over]))
+    if (const S in = depth_inside_triangle(mesh[over], c); in > S(0)) return in;
+  S most = S(-1);
+  bool any = false;
+  for (int i = 0; i < count; ++i) {
+    if (!on_the_face(mesh[i])) continue;
+    const S in = depth_inside_triangle(mesh[i], c);
+    if (!any || in > most) {
+      most = in;
+      over = i;
+    }
+    any = true;
+  }
+  return most;
+}
+
+// Of a box or a sheet: on a face c lies between its sides; outside_m an edge or a corner it lies outside along the axes
+// that meet there.
+template <class S> S depth_inside_slab(const Vec3<S>& half, const Facet<S>& facet, const Vec3<S>& c) {
+  S least{};
+  bool any = false;
+  for (int i = 0; i < 3; ++i) {
+    const bool along = component(facet.direction_B, i) != S(0);
+    if (facet.dimension == 2 && along) continue;
+    const S inside = component(half, i) - real::abs(component(c, i));
+    const S value = facet.dimension == 2 || along ? inside : -inside;
+    least = any ? real::min(least, value) : value;
+    any = true;
+  }
+  return least;
+}
+
+template <class S> bool same_facet(const Facet<S>& a, const Facet<S>& b) {
+  return a.dimension == b.dimension && norm(a.point_B - b.point_B) == S(0) &&
+         norm(a.direction_B - b.direction_B) == S(0);
+}
+
+template <class S> bool meets_faces_only(const Surface<S>& surface, const ContactFeature<S>& feature) {
+  return surface.radius + feature.radius == S(0) || !feature.centered;  // as facet_below() has it
+}
+
+}  // namespace
+
+template <class S> bool has_boundary(const Proximity<S>& proximity, const Contact<S>& contact) {
+  return proximity.surfaces[proximity.candidates[contact.candidate].surface].kind > SurfaceKind::point;
+}
+
+template <class S> S depth_inside_facet(const Bodies<S>& bodies, const Proximity<S>& proximity, Contact<S>& contact) {
+  const Candidate<S>& candidate = proximity.candidates[contact.candidate];
+  const Surface<S>& surface = proximity.surfaces[candidate.surface];
+  const Facet<S>& facet = contact.facet;
+  const Pose<S>& on = bodies.poses[candidate.surface_body];
+  const Vec3<S> c = turned_back(on, reference_point(bodies, proximity, candidate) - on.p);
+  switch (surface.kind) {
+    case SurfaceKind::segment: {
+      const S inside = surface.half_extents.z - real::abs(c.z);
+      return facet.dimension == 1 ? inside : -inside;
+    }
+    case SurfaceKind::slab: return depth_inside_slab(surface.half_extents, facet, c);
+    case SurfaceKind::mesh: {
+      if (facet.dimension == 2)
+        return depth_inside_face(surface.mesh, facet, c, bodies.gap_round_off(), contact.last_triangle);
+      S outside_m{};
+      const Facet<S> nearest = facet_below(bodies, proximity, candidate, outside_m);
+      if (same_facet(nearest, facet)) return bodies.length_scale;
+      return nearest.dimension == 2
+                 ? -depth_inside_face(surface.mesh, nearest, c, bodies.gap_round_off(), contact.last_triangle)
+                 : -bodies.length_scale;
+    }
+    default: return S(1);
+  }
+}
+
+template <class S>
+bool change_facet(const Bodies<S>& bodies, const Proximity<S>& proximity, Report& report, Contact<S>& contact) {
+  const Candidate<S>& candidate = proximity.candidates[contact.candidate];
+  if (meets_faces_only(proximity.surfaces[candidate.surface], candidate.feature)) {
+    report.outcome = {Status::unsupported, proximity.pairs[candidate.pair].boundary_refusal, 0, 0, {}};
+    return false;
+  }
+  // By round-off it is still on the old one: what lies a little ahead.
+  const Pose<S>&of = bodies.poses[candidate.feature_body], &on = bodies.poses[candidate.surface_body];
+  const Vec3<S> arm = candidate.feature.centered ? Vec3<S>{} : turned(of, candidate.feature.center_B),
+                center = of.p + arm;
+  const Vec3<S> drift = of.v + cross(of.w, arm) - on.v - cross(on.w, center - on.p);
+  const S speed = norm(drift), ahead_m = S(2) * bodies.gap_round_off();
+  const Vec3<S> ahead = speed > S(0) ? center + (ahead_m / speed) * drift : center;
+  S outside_m{};
+  contact.facet = nearest_facet(proximity.surfaces[candidate.surface], turned_back(on, ahead - on.p), false,
+                                turned_back(on, of.p - on.p), outside_m);
+  return true;
+}
+
+namespace {
+
+template <class S> Placement<S> placed(const Bodies<S>& bodies, int body, const S* y) {
+  const Pose<S> pose = pose_of(bodies, body, y);
+  return {pose.p, {pose.axis[0], pose.axis[1], pose.axis[2]}};
+}
+
+// Bodies that overlap at the start are held so.
+template <class S> S held_gap_of_pair(const Proximity<S>& proximity, const ActiveSet<S>& active, int pair) {
+  S deepest = S(0);
+  for (const Contact<S>& contact : active.contacts)
+    if (proximity.candidates[contact.candidate].pair == pair) deepest = real::min(deepest, contact.held_gap);
+  return deepest;
+}
+
+}  // namespace
+
+template <class S>
+bool clear_of_boundaries(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active,
+                         Report& report, const S* y) {
+  for (const FaceBoundary<S>& boundary : proximity.boundaries) {
+    const ShapePair<S>& pair = proximity.pairs[boundary.pair];
+    if (std::find(proximity.near.begin(), proximity.near.end(), boundary.pair) == proximity.near.end()) continue;
+    const Placement<S> feature = placed(bodies, boundary.feature_body, y),
+                       sheet = placed(bodies, boundary.surface_body, y);
+    if (norm(feature.p_W - sheet.p_W) > pair.bounding_radii) continue;
+    // The distance between shapes is found by iteration, not to the last levers.
+    const S iterated = S(std::pow(static_cast<double>(real::epsilon<S>()), 0.6));
+    const S tolerance = S(64) * bodies.gap_round_off() + iterated * pair.bounding_radii;
+    if (separation(boundary.feature, feature, boundary.surface, sheet).gap >=
+        held_gap_of_pair(proximity, active, boundary.pair) - tolerance)
+      continue;
+    report.outcome = {Status::unsupported, pair.boundary_refusal, 0, 0, {}};
+    return false;
+  }
+  return true;
+}
+
+template <class S>
+bool may_cross_boundary(const Bodies<S>& bodies, const Proximity<S>& proximity, const S* y, const S* y_end) {
+  // Next to each other, has one turned? A body that tips over an end may be clear of it again.
+  const auto turned_much = [&](int body) {
+    const Pose<S> from = pose_of(bodies, body, y), to = pose_of(bodies, body, y_end);
+    S most = S(0);
+    for (int k = 0; k < 3; ++k) most = real::max(most, norm(to.axis[k] - from.axis[k]));
+    return most > S(0.05);
+  };
+  return std::any_of(proximity.boundaries.begin(), proximity.boundaries.end(), [&](const FaceBoundary<S>& boundary) {
+    const Placement<S> one = placed(bodies, boundary.feature_body, y), other = placed(bodies, boundary.surface_body, y);
+    if (norm(one.p_W - other.p_W) < proximity.pairs[boundary.pair].bounding_radii &&
+        (turned_much(boundary.feature_body) || turned_much(boundary.surface_body)))
+      return true;
+    const auto side = [&](const S* at) {
+      const Placement<S> sheet = placed(bodies, boundary.surface_body, at);
+      return dot(turned(sheet, boundary.normal_B), placed(bodies, boundary.feature_body, at).p_W - sheet.p_W) -
+             dot(boundary.normal_B, boundary.on_it_B);
+    };
+    if (boundary.thick) {  // has their levers to each other changed by much of the smaller one's size?
+      const auto apart = [&](const S* at) {
+        return placed(bodies, boundary.feature_body, at).p_W - placed(bodies, boundary.surface_body, at).p_W;
+      };
+      const S size =
+          real::min(bodies.bounding_radius[boundary.feature_body], bodies.bounding_radius[boundary.surface_body]);
+      return norm(apart(y_end) - apart(y)) > size / S(32) &&
+             norm(apart(y)) < S(2) * proximity.pairs[boundary.pair].bounding_radii;
+    }
+    return side(y) * side(y_end) < S(0);
+  });
+}
+
+#define ATWOOD_SURFACE_BOUNDARIES(S)                                                                                   \
+  template bool clear_of_boundaries<S>(const Bodies<S>&, const Proximity<S>&, const ActiveSet<S>&, Report&, const S*); \
+  template bool may_cross_boundary<S>(const Bodies<S>&, const Proximity<S>&, const S*, const S*);                      \
+  template bool has_boundary<S>(const Proximity<S>&, const Contact<S>&);                                               \
+  template S depth_inside_facet<S>(const Bodies<S>&, const Proximity<S>&, Contact<S>&);                                \
+  template bool change_facet<S>(const Bodies<S>&, const Proximity<S>&, Report&, Contact<S>&);
+ATWOOD_SURFACE_BOUNDARIES(float)
+ATWOOD_SURFACE_BOUNDARIES(double)
+ATWOOD_SURFACE_BOUNDARIES(long double)
+#undef ATWOOD_SURFACE_BOUNDARIES
+
+}  // namespace atwood::event
