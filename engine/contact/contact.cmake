@@ -48,6 +48,7 @@ target_sources(atwood_engine PRIVATE
   contact/event/impacts.cpp
   contact/event/kinematics.cpp
   contact/event/linear_solve.cpp
+  contact/event/modes.cpp
   contact/event/near_phase.cpp
   contact/event/painleve.cpp
   contact/event/projection.cpp

@@ -36,7 +36,8 @@ std::vector<MethodInfo> make_responses() {
   MethodInfo event;
   event.id = "+event";
   event.doc =
-      "Impacts located to round-off on the method's own flow, lasting contacts as constrained motion between them.";
+      "Impacts located to round-off on the method's own numerical flow; between them, lasting contacts as constrained "
+      "motion.";
   event.doc +=
       " restitution: newton (speeds; can gain energy in eccentric impacts with friction), poisson (impulses), stronge "
       "(work). "
@@ -52,16 +53,12 @@ std::vector<MethodInfo> make_responses() {
   MethodInfo penalty;
   penalty.id = "+penalty";
   penalty.doc =
-      "Contacts as springs and dashpots, forces like any other, that any integrator steps. Where the scene says how a "
-      "pair gives "
-      "way (contact_law), that law; else a linear one, so stiff that an impact at `impact_speed_m_per_s` (0: the "
-      "scene's own) sinks "
-      "in by `overlap` of the smaller body, damped so that the pair's restitution comes out (or by `damping_ratio`, if "
-      "above 0). "
-      "Friction: a tangential spring of `tangential_ratio` of the normal stiffness that slides on the cone. A step "
-      "beyond the "
-      "method's stability limit on the stiffest contact is refused. Its impacts last and have no instant: a scene that "
-      "names its simultaneous_impacts is refused, unless it says how all its pairs give way.";
+      "Contacts as springs and dashpots: forces for any integrator. A pair with a contact_law uses that law; any other "
+      "a linear one, so stiff that an impact at `impact_speed_m_per_s` (0: the scene's largest) has a depth of "
+      "`overlap` of the smaller body, and damped to give the pair's restitution (or by `damping_ratio`, if above 0). "
+      "Friction: a tangential spring of `tangential_ratio` of the normal stiffness, limited by Coulomb's cone. Steps "
+      "beyond the method's stability limit on the stiffest contact are refused. Impacts last and have no instant: a "
+      "scene with simultaneous_impacts is refused, unless all its pairs have a contact_law.";
   penalty.source =
       "Cundall and Strack, Geotechnique 29 (1979) 47; Hunt and Crossley, J. Appl. Mech. 42 (1975) 440; "
       "Schwager and Poeschel, Granular Matter 9 (2007) 465";

@@ -29,8 +29,8 @@ template <class S> struct LeverArms {
   Vec3<S> arm[2];
 };
 
-// A candidate that stays in contact. Directions, velocities and forces: of the feature's body relative to the surface's,
-// world axes.
+// A candidate that stays in contact. Directions, velocities and forces: of the feature's body relative to the
+// surface's, world axes.
 template <class S> struct Contact {
   int candidate = 0;
   Facet<S> facet;
@@ -90,9 +90,9 @@ template <class S> struct ActiveSet {
   std::vector<int> contacts_on_body;           // a body: active contacts on it
 };
 
-// Finds the contacts, their modes and forces at states.y, for the law that holds from t_s on; `report`: report changes
-// of mode as events. False: no forces obey the laws, or the run is refused; report.outcome says which.
-template <class S> bool update_active_set(EventRun<S>& run, S t_s, bool report);
+// Finds the contacts, their modes and forces at states.y, for the law that holds from t_s on, and reports changes of
+// mode as events. False: no forces obey the laws, or the run is refused; report.outcome says which.
+template <class S> bool update_active_set(EventRun<S>& run, S t_s);
 template <class S>
 void report_event(const Report& report, EventKind kind, const ShapePair<S>& pair, const GapKinematics<S>& kinematics,
                   bool feature_is_a, const Impulse<S>& impulse, S t_s);

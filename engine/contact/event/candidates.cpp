@@ -1,4 +1,4 @@
-// Which features of which body may touch which surfaces of which other.
+// Candidate contacts of a scene: which features of which body may touch which surface of which other.
 #include "contact/event/proximity.hpp"
 
 #include <algorithm>
@@ -31,7 +31,7 @@ template <class S> void ball_ends(double radius_m, double half_length_m, std::ve
     features.push_back({{S(0), S(0), S(z)}, S(radius_m), false, z == 0, {}});
 }
 
-// What may touch a plane: whatever lies outermost in some direction.
+// The features of a shape that may touch a plane: vertices, spheres at ends, circles.
 template <class S> std::vector<ContactFeature<S>> features_of_shape(const Shape& shape) {
   std::vector<ContactFeature<S>> features;
   if (const auto* sphere = std::get_if<Sphere>(&shape)) features.push_back({{}, S(sphere->radius_m), false, true, {}});
@@ -85,7 +85,7 @@ template <class S> Surface<S> mesh_surface(const Mesh& mesh) {
   return surface;
 }
 
-// What a ball may touch.
+// The surface of a shape for contacts with spheres. False: it has none.
 template <class S> bool surface_for_balls(const Shape& shape, Surface<S>& surface) {
   if (const auto* sphere = std::get_if<Sphere>(&shape)) {
     surface.kind = SurfaceKind::point;
@@ -150,7 +150,7 @@ struct Builder {
     }
   }
 
-  // Knobs of one body against a surface of the other; false: not this way round.
+  // Candidates of one body's features over the other's surface. False: there are none this way round.
   template <class S>
   bool meet(Proximity<S>& proximity, ShapePair<S>& pair, int index, int feature_body, int surface_body) const {
     const Shape &k = scene.bodies[feature_body].shape, &s = scene.bodies[surface_body].shape;
@@ -174,14 +174,14 @@ struct Builder {
     return meet_faces(proximity, pair, index, feature_body, surface_body);
   }
 
-  // Corners, end balls and rims against faces: all that a shape with faces can do as long as nothing lies over their
-  // boundary (facets.cpp), from both sides where both shapes know them.
+  // Vertices, sphere ends and circles over faces: all contacts of a shape with faces as long as no body overlaps a
+  // boundary (surface_boundaries.hpp); in both directions where both shapes have both.
   template <class S>
   bool meet_faces(Proximity<S>& proximity, ShapePair<S>& pair, int index, int feature_body, int surface_body) const {
     const Shape &k = scene.bodies[feature_body].shape, &s = scene.bodies[surface_body].shape;
     Surface<S> surface;
     if (!has_features_for_faces(k) || !has_faces<S>(s) || !surface_for_balls(s, surface)) return false;
-    // Without a distance between the two, boundary would go unseen.
+    // Without a distance test between the two, an overlapped boundary would go unseen.
     if (no_contact_test(make_geometry<S>(k).kind, make_geometry<S>(s).kind) != nullptr) return false;
     pair.boundary_refusal = std::string("atwood's +event has no contact of ") + shape_name(k) + " `" +
                             scene.bodies[feature_body].name + "` with the end of " + shape_name(s) + " `" +

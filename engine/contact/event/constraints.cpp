@@ -1,4 +1,4 @@
-// Contacts as rows: conditions on their bodies' accelerations, each with the load that sees to it.
+// Rows of the contact constraints, and the bodies' response to their unknowns.
 
 #include "contact/event/constraints.hpp"
 
@@ -6,16 +6,16 @@ namespace atwood::event {
 
 namespace {
 
-// Duff et al., J. Comput. Graph. Tech. 6 (2017) 1: two unit vectors that make a right-handed frame with n, without a
-// root.
+// Two unit vectors that make a right-handed frame with n, without a square root; Duff et al., J. Comput. Graph. Tech. 6
+// (2017) 1.
 template <class S> void tangents_of(const Vec3<S>& n, Vec3<S> (&t)[2]) {
   const S sign = n.z < S(0) ? S(-1) : S(1), a = S(-1) / (sign + n.z), b = n.x * n.y * a;
   t[0] = {S(1) + sign * n.x * n.x * a, sign * b, -sign * n.x};
   t[1] = {b, sign + n.y * n.y * a, -n.y};
 }
 
-// Along v's part across n. Its sign follows what was kept from the step's start, so that a trial step past the zero of
-// v stays smooth; and next to that zero, where v's direction is round-off, what was kept stands in.
+// The unit vector along v's part across n. Its sign follows `kept`, the direction at the step's start, so that a trial
+// step beyond the zero of v stays smooth; near that zero, where v's direction is round-off, `kept` takes its place.
 template <class S>
 Vec3<S> direction_of(const Vec3<S>& v, const Vec3<S>& n, const Vec3<S>& kept, bool keep, S kept_speed, S round_off) {
   const Vec3<S> across = v - dot(v, n) * n;
@@ -31,7 +31,7 @@ Vec3<S> direction_of(const Vec3<S>& v, const Vec3<S>& n, const Vec3<S>& kept, bo
   return (dot(across, kept) < S(0) ? S(-1) / length : S(1) / length) * across;
 }
 
-// R I_B^-1 R^T; where body axes are principal, the sum over them of axis axis^T / I.
+// I^-1 = R I_B^-1 R^T; where body axes are principal, the sum of axis axis^T / I over them.
 template <class S> void rotate_inverse_inertia(Bodies<S>& bodies, int body) {
   const MassProperties<S>& mass = bodies.model.mass(body);
   const Pose<S>& pose = bodies.poses[body];
@@ -48,7 +48,7 @@ template <class S> void rotate_inverse_inertia(Bodies<S>& bodies, int body) {
   row[2] = {row[0].z, row[1].z, A.z * a.z + B.z * b.z + C.z * c.z};
 }
 
-// What comes with 1 N along the normal: friction against the slip, the couple against rolling.
+// Adds to the unit load: friction against the slip, the couple against rolling.
 template <class S>
 void add_friction_of_motion(const Bodies<S>& bodies, const Proximity<S>& proximity, Contact<S>& contact) {
   const ShapePair<S>& pair = proximity.pairs[proximity.candidates[contact.candidate].pair];
@@ -66,7 +66,7 @@ void add_friction_of_motion(const Bodies<S>& bodies, const Proximity<S>& proximi
   }
 }
 
-// Forces and couple on the feature's body of a contact's unknowns.
+// Force and couple on the feature's body of a contact's unknowns.
 template <class S>
 ATWOOD_INLINE void load_of_unknowns(const Contact<S>& contact, const S* x, Vec3<S>& force, Vec3<S>& couple) {
   force = x[0] * contact.unit_force_W;
@@ -76,7 +76,7 @@ ATWOOD_INLINE void load_of_unknowns(const Contact<S>& contact, const S* x, Vec3<
   if (contact.couple_rows == 2) couple += x[0] * contact.tangent[0] + x[1] * contact.tangent[1];
 }
 
-// Of one row, what a unit of another's load does to it.
+// J_on M^-1 J_of^T.
 template <class S> S delassus_entry(const ConstraintRow<S>& on, const ConstraintRow<S>& of) {
   S sum{};
   for (int i = 0; i < 2; ++i) {
@@ -87,7 +87,7 @@ template <class S> S delassus_entry(const ConstraintRow<S>& on, const Constraint
   return sum;
 }
 
-// `force` or `couple` alone; the load is the same, or `load_force` and `load_couple`.
+// A row along `force` or `couple`, whose unknown is a load along load_force and load_couple.
 template <class S>
 void assemble_row(const Bodies<S>& bodies, const LeverArms<S>& levers, const Vec3<S>& force, const Vec3<S>& couple,
                   const Vec3<S>& load_force, const Vec3<S>& load_couple, ConstraintRow<S>& row) {
@@ -113,9 +113,8 @@ void assemble_rows(const Bodies<S>& bodies, ConstraintSystem<S>& constraints, co
     assemble_row(bodies, levers, none, contact.tangent[i], none, contact.tangent[i], *row++);
 }
 
-template <class S>
-void reserve_rows(
-    ConstraintSystem<S>& constraints) {  // in the step in which contacts appear: enough for a few boxes at once
+// The first time: enough for a few boxes, so that later steps rarely allocate.
+template <class S> void reserve_rows(ConstraintSystem<S>& constraints) {
   if (constraints.unknown.size() >= static_cast<std::size_t>(constraints.row_count)) return;
   const auto size = static_cast<std::size_t>(std::max(constraints.row_count, 48));
   constraints.matrix.resize(size * size);
@@ -169,7 +168,7 @@ template <class S> void update_kinematics(const Bodies<S>& bodies, const Proximi
   levers.body[1] = bodies.moves[s] ? s : -1;
   levers.arm[0] = contact.kinematics.x - of.p;
   contact.u = candidate.feature.radius == S(0) ? contact.kinematics.x_dot
-                                               : of.v + cross(of.w, levers.arm[0]);  // a corner is fixed in its body
+                                               : of.v + cross(of.w, levers.arm[0]);  // a vertex is fixed in its body
   contact.w = of.w;
   if (levers.body[1] < 0) return;
   levers.arm[1] = contact.kinematics.x - on.p;

@@ -1,12 +1,13 @@
-// Forces of lasting contacts, solved for at each evaluation of the rates.
+// Forces of lasting contacts, solved for in each evaluation of the rates.
 //
-// ContactFeature k on surface s, n the normal from s to k, x the point, u = v_k + w_k x (x - p_k) - v_s - w_s x (x - p_s):
-//   u'  = a_k + alpha_k x (x - p_k) + w_k x (x' - v_k)  -  the same of s,     x' the way of the geometric point
-//   touching     (n . u)' = 0                     force  N n
+// Feature body k on surface body s, n the normal from s to k, x the contact point,
+//   u   = v_k + w_k x (x - p_k) - v_s - w_s x (x - p_s)
+//   u'  = a_k + alpha_k x (x - p_k) + w_k x (x' - v_k)  -  the same of s,     x' the velocity of the geometric point
+//   closed       (n . u)' = 0                     force  N n
 //   sticking     (t . u)' = 0 for two t           force  T_1 t_1 + T_2 t_2
 //   slipping                                      force  -mu N u_t / |u_t|
 //   rolling                                       couple -delta N w_t / |w_t|
-// Between switches of mode these are smooth in the state, so that a method keeps its order.
+// Between mode changes these are smooth functions of the state, so a method keeps its order.
 // Source: Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts (1996), ch. 5.
 #include "contact/event/contact_forces.hpp"
 
@@ -30,7 +31,7 @@ template <class S> Vec3<S> angular_of(const Bodies<S>& bodies, int body, const S
   return turned(bodies.poses[body], load3(dydt + bodies.model.offset(body) + kAtBodyRate));
 }
 
-// Is some force within a tenth of its bound, or of going?
+// Is some force within a tenth of its bound, or of vanishing?
 template <class S> void monitor_bounds(const Proximity<S>& proximity, ActiveSet<S>& active, Contact<S>& contact) {
   const ShapePair<S>& pair = proximity.pairs[proximity.candidates[contact.candidate].pair];
   contact.largest_N = real::max(contact.largest_N, contact.normal_N);
@@ -41,9 +42,9 @@ template <class S> void monitor_bounds(const Proximity<S>& proximity, ActiveSet<
       (contact.rolling == RollingMode::hold && near(contact.couple_N_m, pair.rolling_friction_m * contact.normal_N));
 }
 
-// Which of several features holds how much of the friction moves nothing as long as they all hold; but it tells when the
-// first lets go. Shared in proportion to what presses on them, features under a pull through the middle of the pressure
-// radius their cones as one.
+// How several sticking contacts share friction does not affect the motion as long as all stick, but decides which one
+// slips first. In proportion to their normal forces, contacts under a pull through the middle of the pressure reach
+// their cones together.
 template <class S>
 void distribute_friction_by_normal_force(const Bodies<S>& bodies, const Proximity<S>& proximity,
                                          const ActiveSet<S>& active, ConstraintSystem<S>& constraints) {
@@ -58,9 +59,9 @@ void distribute_friction_by_normal_force(const Bodies<S>& bodies, const Proximit
     pressed += force[0];
     near_edge = near_edge || !(force[1] * force[1] + force[2] * force[2] < bound * bound);
   }
-  if (sticking < 2 || !near_edge || !(pressed > S(0))) return;  // far from their cones, any share will do
+  if (sticking < 2 || !near_edge || !(pressed > S(0))) return;  // far from their cones, any distribution will do
   assemble_delassus(bodies, active, constraints);
-  S largest = S(0);  // rows of contacts at different places delassus differently: their weights make up for it
+  S largest = S(0);  // weights make up for the different diagonals of contacts at different points
   for (int i = 0; i < constraints.row_count; ++i) largest = real::max(largest, constraints.diagonal[i]);
   const S mean = pressed / S(sticking);
   for (const Contact<S>& contact : active.contacts) {
@@ -74,8 +75,7 @@ void distribute_friction_by_normal_force(const Bodies<S>& bodies, const Proximit
   solve_rows(bodies, active, constraints, true, std::uint64_t{0});  // factors of these weights only
 }
 
-// What is asked of the contact's rows, less what the bodies' accelerations make of them: (n . u)' = 0, (t . u)' = 0,
-// (t . w)' = 0 for t that turn with n.
+// right = -(velocity terms of g'' = (n . u)', (t . u)' and (t . w)'), for tangents t that turn with n.
 template <class S>
 void assemble_right_hand_side(const Bodies<S>& bodies, ConstraintSystem<S>& constraints, const Contact<S>& contact) {
   const GapKinematics<S>& kinematics = contact.kinematics;
@@ -90,7 +90,8 @@ void assemble_right_hand_side(const Bodies<S>& bodies, ConstraintSystem<S>& cons
   project_rows(contact, b, couple, constraints.right.data() + contact.first_row);
 }
 
-// Contacts that carry, and how: of the same, rows are near to each other from one evaluation to the next.
+// Equal keys: the same contacts are active, in the same modes, so that matrices differ little from one evaluation to
+// the next.
 template <class S> std::uint64_t mode_key_of(const Bodies<S>& bodies, const ActiveSet<S>& active) {
   std::uint64_t key = bodies.moves_version + 1;
   for (const Contact<S>& contact : active.contacts) {
@@ -127,7 +128,7 @@ void find_decoupled_contacts(const Bodies<S>& bodies, const Proximity<S>& proxim
   }
 }
 
-// Where redundant unknowns start: what the solution does not decide stays as it is.
+// The start decides among solutions of redundant constraints.
 template <class S> void load_warm_start(const ActiveSet<S>& active, ConstraintSystem<S>& constraints) {
   std::fill_n(constraints.weight.begin(), constraints.row_count, S(1));
   for (const Contact<S>& contact : active.contacts) {
@@ -153,8 +154,8 @@ void solve_coupled_contacts(const Bodies<S>& bodies, const Proximity<S>& proximi
   distribute_friction_by_normal_force(bodies, proximity, active, constraints);
 }
 
-// Of several contacts: what their forces x make of the rows, A x = right - rows without them, along x, per 1 N of all
-// normal forces. The first that slips keeps it.
+// Of coupled contacts: the Delassus form x . A x of their forces per square of all normal forces, with A x = right -
+// rows without them. Recorded at the first contact that slips.
 template <class S> void record_coupled_delassus(ActiveSet<S>& active, ConstraintSystem<S>& constraints) {
   Contact<S>* slips = nullptr;
   S along = S(0), normal = S(0), free_rows[5];
@@ -242,6 +243,14 @@ void add_contact_forces(Bodies<S>& bodies, const Proximity<S>& proximity, Active
     if (contact.active) monitor_bounds(proximity, active, contact);
 }
 
+template <class S> void evaluate_rates(EventRun<S>& run, S t_s) {
+  StateBuffers<S>& states = run.states;
+  run.integration.free.rate(t_s, states.y.data(), states.dydt.data());
+  if (run.active.count > 0)
+    add_contact_forces(run.bodies, run.proximity, run.active, run.constraints, states.y.data(), states.y.version,
+                       states.dydt.data());
+}
+
 template <class S> void store_warm_start(ActiveSet<S>& active) {
   for (Contact<S>& contact : active.contacts) {
     contact.warm_N = contact.normal_N;
@@ -279,6 +288,7 @@ Vec3<S> relative_angular_acceleration(const Bodies<S>& bodies, const Proximity<S
   template void install_contact_forces<S>(EventRun<S>&);                                                              \
   template void add_contact_forces<S>(Bodies<S>&, const Proximity<S>&, ActiveSet<S>&, ConstraintSystem<S>&, const S*, \
                                       std::uint64_t, S*);                                                             \
+  template void evaluate_rates<S>(EventRun<S>&, S);                                                                   \
   template void store_warm_start<S>(ActiveSet<S>&);                                                                   \
   template Vec3<S> relative_acceleration<S>(const Bodies<S>&, const Proximity<S>&, const Contact<S>&, const S*);      \
   template S normal_acceleration<S>(const Bodies<S>&, const Proximity<S>&, const Contact<S>&, const S*);              \

@@ -12,6 +12,8 @@ template <class S> void install_contact_forces(EventRun<S>& run);
 template <class S>
 void add_contact_forces(Bodies<S>& bodies, const Proximity<S>& proximity, ActiveSet<S>& active,
                         ConstraintSystem<S>& constraints, const S* y, std::uint64_t version, S* dydt);
+// The rates at states.y with contact forces, into states.dydt. Not counted as an evaluation of the method's.
+template <class S> void evaluate_rates(EventRun<S>& run, S t_s);
 // The next solution starts from the last forces.
 template <class S> void store_warm_start(ActiveSet<S>& active);
 // Relative acceleration of the bodies at a contact point, its normal part g'', and the relative angular acceleration;

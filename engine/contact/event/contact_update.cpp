@@ -11,7 +11,7 @@ namespace atwood::event {
 
 namespace {
 
-// What goes on slipping or rolling, and which way now.
+// Speeds and directions of slip and rolling after a piece of a step.
 template <class S> void renew_directions(const Bodies<S>& bodies, const Proximity<S>& proximity, Contact<S>& contact) {
   const Vec3<S>& n = contact.kinematics.normal;
   if (contact.mode == FrictionMode::slip) {
@@ -19,7 +19,7 @@ template <class S> void renew_directions(const Bodies<S>& bodies, const Proximit
     contact.slip_speed = norm(slip);
     const bool moves = contact.slip_speed > bodies.slip_round_off();
     const Vec3<S> direction = moves ? (S(1) / contact.slip_speed) * slip : contact.slip_direction;
-    // In slip that has just set in, so much may come of the forces' round-off.
+    // Just after onset, a direction may change by so much through round-off of the forces.
     const bool same = norm(direction - contact.slip_direction) < S(0x1p-7);
     if (!contact.slip_onset || !same) contact.slip_direction = direction;
   }
@@ -34,7 +34,6 @@ template <class S> void renew_directions(const Bodies<S>& bodies, const Proximit
 
 }  // namespace
 
-// After a step that kept contacts: drift off, directions of slip renewed, contacts that others lifted let go.
 template <class S>
 void maintain_contacts(Bodies<S>& bodies, Proximity<S>& proximity, ActiveSet<S>& active,
                        ConstraintSystem<S>& constraints, StateBuffers<S>& states, bool slip_is_resolved) {
@@ -54,15 +53,14 @@ void maintain_contacts(Bodies<S>& bodies, Proximity<S>& proximity, ActiveSet<S>&
     const Candidate<S>& candidate = proximity.candidates[contact.candidate];
     const GapKinematics<S> kinematics = gap_at(bodies, proximity, candidate, states.y.data());
     if (kinematics.gap < contact.held_gap - S(4) * bodies.gap_round_off())
-      active.reviewed_epoch = -1;  // pressed again: look anew
+      active.reviewed_epoch = -1;  // it closes again: find the active set anew
     if (kinematics.gap <= contact.held_gap + S(4) * bodies.gap_round_off()) return false;
     proximity.candidates[contact.candidate].in_contact = false;
-    proximity.pairs[candidate.pair].gaps_known_at = -1;  // lasting contacts' gaps are not measured
+    proximity.pairs[candidate.pair].gaps_known_at = -1;  // gaps are not measured while in contact
     return true;
   });
 }
 
-// With a contact go those of its pair that stand at the edge of their cones as well.
 template <class S> void release_friction(const Proximity<S>& proximity, ActiveSet<S>& active, Contact<S>& first) {
   const int pair = proximity.candidates[first.candidate].pair;
   const S edge = real::sqrt(real::epsilon<S>());

@@ -15,7 +15,7 @@ namespace {
 
 Outcome unsupported(const std::string& reason) { return {Status::unsupported, reason, 0, 0, {}}; }
 
-// The scene's convention for simultaneous impacts, if it names one, is followed; else the setting.
+// The scene's convention for simultaneous impacts, if it names one, overrides the setting's default.
 void take_convention(const MethodId& id, const Scene& scene, EventOptions& options, std::string& why) {
   if (scene.simultaneous_impacts == SimultaneousImpacts::unspecified) return;
   const bool together = scene.simultaneous_impacts == SimultaneousImpacts::together;
@@ -51,7 +51,7 @@ template <class S> void find_drag_bodies(EventRun<S>& run, const Scene& scene) {
   }
 }
 
-// A method that takes forces apart, or knows them as series, never asks for the rates into which contact forces go.
+// Methods that split forces or expand them in series never ask for the rates that contact forces are added to.
 template <class S> bool asks_for_rates(EventRun<S>& run) {
   run.bodies.model.initial_state(run.states.overwrite(run.states.y));
   run.bodies.model.select_interval(S(0), S(0));
@@ -128,7 +128,7 @@ template <class S> void restart(EventRun<S>& run, const Plan& plan) {
   std::fill(run.proximity.travel.begin(), run.proximity.travel.end(), S(0));
   for (Candidate<S>& candidate : run.proximity.candidates) {
     candidate.in_contact = false;
-    candidate.last_triangle = 0;  // a run's bits do not depend on the one before
+    candidate.last_triangle = 0;  // results do not depend on earlier runs
   }
   for (ShapePair<S>& pair : run.proximity.pairs) {
     pair.recheck_travel = S(0);
@@ -145,18 +145,16 @@ std::array<double, 3> as_doubles(const auto& v) {
   return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
 }
 
-// Forces at this instant, of the law that held up to it.
+// Contact forces at this instant, by the law that held up to it.
 template <class S> void write_contacts(EventRun<S>& run, S t_s, Sample& sample) {
   sample.contacts.clear();
   if (run.active.count == 0) return;
-  run.integration.free.rate(t_s, run.states.y.data(), run.states.dydt.data());
-  add_contact_forces(run.bodies, run.proximity, run.active, run.constraints, run.states.y.data(), run.states.y.version,
-                     run.states.dydt.data());
+  evaluate_rates(run, t_s);
   for (const Contact<S>& contact : run.active.contacts) {
     if (!contact.active) continue;
     const Candidate<S>& candidate = run.proximity.candidates[contact.candidate];
     const ShapePair<S>& pair = run.proximity.pairs[candidate.pair];
-    const S sign = candidate.feature_body == pair.b ? S(1) : S(-1);  // of what acts on b
+    const S sign = candidate.feature_body == pair.b ? S(1) : S(-1);  // of the force on b
     sample.contacts.push_back({pair.a, pair.b, as_doubles(contact.kinematics.x),
                                as_doubles(sign * contact.kinematics.normal),
                                static_cast<double>(contact.kinematics.gap), static_cast<double>(contact.normal_N),

@@ -1,4 +1,4 @@
-// Where in a step the first function falls that must stay positive.
+// Location of the first switching function that falls through zero within a trial step.
 #include "contact/event/event_location.hpp"
 
 #include <algorithm>
@@ -11,17 +11,19 @@ namespace atwood::event {
 namespace {
 
 // ---- impacts --------------------------------------------------------------------------------------------------------
-// Where in (low, high] a gap falls through zero that is at or above it at `low` and below at `high`. Newton on the
-// gap, from where the parabola through the start and the end falls through zero (free flight onto a plane is that),
-// kept in a bracket; a gap that starts at zero, after an impact, rises first. Ends where corrections no longer shrink:
-// what is left of the gap is round-off.
-template <class S> S refine(Flow<S>& flow, const Candidate<S>& candidate, S low, S high, S gap_high) {
+// The theta in (low, high] where a gap falls through zero that is >= 0 at `low` and < 0 at `high`. Newton's method on
+// the gap within a bracket, from the root of the parabola through start and end (exact in free flight onto a plane); a
+// gap that starts at zero, after an impact, rises first. Ends where corrections no longer shrink: what is left of the
+// gap is round-off.
+template <class S> S locate_zero_gap(Flow<S>& flow, const Candidate<S>& candidate, S low, S high, S gap_high) {
   const bool leaves = candidate.rate > S(0);
   const S rise = candidate.rate * flow.h_s * high, bend = gap_high - candidate.gap - rise;
   const S root = real::sqrt(real::max(rise * rise - S(4) * bend * candidate.gap, S(0)));
   const S guess = leaves ? (rise + root) / (S(-2) * bend) : S(2) * candidate.gap / (root - rise);
   S theta = guess > S(0) && guess < S(1) && guess * high > low ? guess * high : high, last = high;
-  for (int i = 0; i < 100; ++i) {
+  constexpr int max_iterations = 100;
+  int i = 0;
+  for (; i < max_iterations; ++i) {
     const GapKinematics<S> kinematics = gap_at(flow.run.bodies, flow.run.proximity, candidate, flow.at(theta).data());
     const S slope = kinematics.rate * flow.h_s;
     if (kinematics.gap > S(0) || (leaves && slope >= S(0))) low = theta;
@@ -38,11 +40,12 @@ template <class S> S refine(Flow<S>& flow, const Candidate<S>& candidate, S low,
     last = change;
     theta = next;
   }
+  flow.note(i, i < max_iterations);
   return flow.theta_of_probe;
 }
 
-// The end of the first part of [0, 1] in which the gap falls below zero, and the gap there; above 1 if there is none. A
-// dip inside the step shows as a gap that falls at the start and rises at the end: its lowest point is sought by the
+// The end of the first part of [0, 1] in which the gap falls below zero, and the gap there; theta above 1: none. A dip
+// inside the step shows as a gap that falls at the start and rises at the end; its minimum is found by bisection on the
 // sign of the rate.
 template <class S> struct Penetration { S theta = S(2), gap{}; };
 template <class S> Penetration<S> first_penetration(Flow<S>& flow, const Candidate<S>& candidate) {
@@ -52,15 +55,15 @@ template <class S> Penetration<S> first_penetration(Flow<S>& flow, const Candida
     return leaves ? none : Penetration<S>{S(1), candidate.gap_end};
   }
   if (!(candidate.rate < S(0) && candidate.rate_end > S(0))) return none;
-  // Bodies that parted at the start of the step, by round-off not at once: no dip, or the touch would be found for
-  // ever.
+  // Bodies that separate from the start of the step, with a rate still negative by round-off, have no dip: the same
+  // impact would be found for ever.
   if (candidate.gap <= flow.run.bodies.gap_round_off() && candidate.rate >= -flow.run.bodies.approach_round_off())
     return none;
-  // A gap that falls and rises again is convex there: it stays above its tangents at both ends.
+  // A gap that falls and rises is taken as convex: it lies above its tangents at both ends.
   const S fall = candidate.rate * flow.h_s, rise = candidate.rate_end * flow.h_s;
   if (candidate.gap + fall * ((candidate.gap_end - rise - candidate.gap) / (fall - rise)) > S(0)) return none;
   S low = S(0), high = S(1);
-  for (int i = 0; i < 60; ++i) {  // bisection on the rate; stops at the first overlap
+  for (int i = 0; i < 60; ++i) {  // bisection on the rate, up to the first penetration
     const S middle = low + (high - low) / S(2);
     const GapKinematics<S> kinematics = gap_at(flow.run.bodies, flow.run.proximity, candidate, flow.at(middle).data());
     if (kinematics.gap <= S(0)) return {middle, kinematics.gap};
@@ -71,8 +74,8 @@ template <class S> Penetration<S> first_penetration(Flow<S>& flow, const Candida
   return none;
 }
 
-// A gap that starts closed with no rate, by round-off, has been let go because it rises. Where within (0, high] it
-// has done so; 0: nowhere, or it starts otherwise.
+// For a gap that starts at zero with rate zero, up to round-off, because its contact was released: a theta in (0, high]
+// where it is open; 0: none, or it starts otherwise.
 template <class S> S separated_until(Flow<S>& flow, const Candidate<S>& candidate, S high) {
   const EventRun<S>& run = flow.run;
   if (candidate.gap > run.bodies.gap_round_off() || real::abs(candidate.rate) > run.bodies.approach_round_off())
@@ -87,16 +90,16 @@ template <class S> S impact_theta(Flow<S>& flow, const Candidate<S>& candidate) 
   if (candidate.gap <= S(0) && candidate.rate < -flow.run.bodies.approach_round_off()) return S(0);
   const Penetration<S> overlap = first_penetration(flow, candidate);
   if (overlap.theta > S(1)) return overlap.theta;
-  // Touching and neither approaching nor leaving, by round-off: not an impact.
+  // Closed, neither approaching nor separating, up to round-off: no impact.
   if (real::abs(candidate.gap) <= flow.run.bodies.gap_round_off() &&
       real::abs(candidate.gap_end) <= flow.run.bodies.gap_round_off() &&
       real::abs(candidate.rate_end) <= flow.run.bodies.approach_round_off())
     return S(2);
-  return refine(flow, candidate, separated_until(flow, candidate, overlap.theta), overlap.theta, overlap.gap);
+  return locate_zero_gap(flow, candidate, separated_until(flow, candidate, overlap.theta), overlap.theta, overlap.gap);
 }
 
-// ---- conditions of lasting contacts ---------------------------------------------------------------------------------
-// last evaluation; slips as of the last look at it.
+// ---- switching functions of lasting contacts -----------------------------------------------------------------------
+// From the last evaluation of the contacts.
 template <class S>
 S value_of(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active,
            const StateBuffers<S>& states, Switch function, Contact<S>& contact) {
@@ -107,7 +110,7 @@ S value_of(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveS
     case Switch::rolling_bound: return pair.rolling_friction_m * contact.normal_N - norm(contact.couple_N_m);
     case Switch::slip_reversal: return dot(contact.u, contact.slip_direction);
     case Switch::facet:
-      return depth_inside_facet(bodies, proximity, contact) + bodies.gap_round_off();  // 0 above inner edges
+      return depth_inside_facet(bodies, proximity, contact) + bodies.gap_round_off();  // 0 above edges inside a mesh
     case Switch::reactivation:
       return active.separation_acceleration + normal_acceleration(bodies, proximity, contact, states.dydt.data());
     default: return dot(contact.w, contact.roll_direction);
@@ -131,7 +134,7 @@ template <class S> bool applies(const Proximity<S>& proximity, Switch function, 
   }
 }
 
-// The conditions of all contacts at one theta of a step, looked at no more than once until theta changes.
+// Switching functions of all contacts, evaluated once for each theta.
 template <class S> struct SwitchValues {
   Flow<S>& flow;
   S theta = S(-1);
@@ -155,11 +158,14 @@ template <class S> struct SwitchValues {
   }
 };
 
-// Illinois on a function's value: positive at low (or unknown there), negative at high.
+// The theta in (0, high] where a function falls through zero, positive at 0 (else 0) and negative at high: regula
+// falsi, Illinois variant.
 template <class S> S locate(SwitchValues<S>& values, Switch function, int index, S f_low, S f_high, S high) {
   S low = S(0);
   if (!(f_low > S(0))) return S(0);
-  for (int i = 0, side = 0; i < 100 && high - low > real::epsilon<S>() * high; ++i) {
+  constexpr int max_iterations = 100;
+  int i = 0;
+  for (int side = 0; i < max_iterations && high - low > real::epsilon<S>() * high; ++i) {
     S theta = (low * f_high - high * f_low) / (f_high - f_low);
     if (!(theta > low && theta < high)) theta = low + (high - low) / S(2);
     if (!(theta > low && theta < high)) break;
@@ -177,6 +183,7 @@ template <class S> S locate(SwitchValues<S>& values, Switch function, int index,
       side = -1;
     }
   }
+  values.flow.note(i, i < max_iterations);
   return high;
 }
 
@@ -226,10 +233,10 @@ template <class S> void locate_mode_change(Flow<S>& flow, Crossing<S>& first) {
     search(values, function, first);
 }
 
-// Where in the step a body's velocity through the air has turned square to what it was at the start. Steps are cut
-// there: across the kink of |u| u no method keeps more than third order. False position (Illinois), from the smooth
-// side.
+// Where a body's relative wind has turned by a right angle since the start of the step. Steps end there: across the
+// kink of |u| u no method is of more than third order. Regula falsi, Illinois variant.
 template <class S> void locate_zero_wind(Flow<S>& flow, Crossing<S>& first) {
+  constexpr int max_iterations = 60;
   EventRun<S>& run = flow.run;
   for (std::size_t i = 0; i < run.drag_bodies.size(); ++i) {
     const DragBody<S>& wind = run.drag_bodies[i];
@@ -240,7 +247,8 @@ template <class S> void locate_zero_wind(Flow<S>& flow, Crossing<S>& first) {
     if (!(f_high < S(0)) || f_low < tiny * tiny * dot(u1, u1)) continue;
     const S enough = real::epsilon<S>() * f_low;
     S theta = high;
-    for (int k = 0, side = 0; k < 60 && high - low > real::epsilon<S>() * high; ++k) {
+    int k = 0;
+    for (int side = 0; k < max_iterations && high - low > real::epsilon<S>() * high; ++k) {
       theta = (low * f_high - high * f_low) / (f_high - f_low);
       if (!(theta > low && theta < high)) theta = low + (high - low) / S(2);
       const S f = dot(u0, relative_wind(run.bodies, wind, flow.at(theta).data()));
@@ -257,6 +265,7 @@ template <class S> void locate_zero_wind(Flow<S>& flow, Crossing<S>& first) {
       }
       if (real::abs(f) <= enough) break;
     }
+    flow.note(k, k < max_iterations);
     if (theta < S(1) && theta < first.theta) first = {theta, Switch::zero_wind, static_cast<int>(i)};
   }
 }
@@ -265,10 +274,10 @@ template <class S> bool stays_clear_of_boundaries(Flow<S>& flow, S until) {
   EventRun<S>& run = flow.run;
   if (run.proximity.boundaries.empty()) return true;
   const bool whole = until >= S(1);
-  const int looks =
+  const int samples =
       may_cross_boundary(run.bodies, run.proximity, run.states.y.data(), run.states.y_new.data()) ? 32 : 1;
-  for (int k = 1; k <= looks; ++k) {
-    const State<S>& y = k == looks ? (whole ? run.states.y_new : flow.at(until)) : flow.at(until * S(k) / S(looks));
+  for (int k = 1; k <= samples; ++k) {
+    const State<S>& y = k == samples ? (whole ? run.states.y_new : flow.at(until)) : flow.at(until * S(k) / S(samples));
     if (!clear_of_boundaries(run.bodies, run.proximity, run.active, run.report, y.data())) return false;
   }
   return true;

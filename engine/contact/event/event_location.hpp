@@ -56,8 +56,12 @@ template <class S> struct Flow {
   S t_s, h_s;
   bool ok = true;  // false: an implicit step had no solution
   S theta_of_probe = S(-1);
-  bool located = true;  // false: a root search ended at its iteration limit
+  Convergence location = {};  // of the root searches: most iterations; did all converge?
 
+  void note(int iterations, bool converged) {
+    location.iterations = iterations > location.iterations ? iterations : location.iterations;
+    location.converged = location.converged && converged;
+  }
   const State<S>& at(S theta) {
     StateBuffers<S>& states = run.states;
     if (theta != theta_of_probe)

@@ -12,8 +12,8 @@ template <class S> Vec3<S> unit_axis(int i, S sign) {
   return e;
 }
 
-// Of a box or a rectangle: by how many axes the centre lies outside decides face, edge or vertex. Inside: the face of
-// least depth.
+// Of a box or a rectangle: the number of axes along which c lies outside decides between face, edge and vertex. Inside:
+// the face of least depth.
 template <class S> Facet<S> nearest_of_slab(const Vec3<S>& half, const Vec3<S>& c) {
   Facet<S> facet;
   int outside = 0, last = 0, along = 0;
@@ -45,7 +45,7 @@ template <class S> Facet<S> nearest_of_slab(const Vec3<S>& half, const Vec3<S>& 
   return facet;
 }
 
-// The face under a corner, on its body's side.
+// The face below a vertex, on the side of its body.
 template <class S> Facet<S> face_of_slab(const Vec3<S>& half, const Vec3<S>& c, const Vec3<S>& side, S& outside_m) {
   int face = 2;
   S most{};
@@ -64,7 +64,7 @@ template <class S> Facet<S> face_of_slab(const Vec3<S>& half, const Vec3<S>& c, 
   return {2, component(half, face) * normal, normal};
 }
 
-// Ericson, Real-Time Collision Detection (2005), 5.1.5.
+// C. Ericson, Real-Time Collision Detection (2005), 5.1.5.
 template <class S> Facet<S> nearest_of_triangle(const Triangle<S>& triangle, const Vec3<S>& c) {
   const Vec3<S>&A = triangle.corner_B[0], &B = triangle.corner_B[1], &C = triangle.corner_B[2];
   const Vec3<S> ab = B - A, ac = C - A, ap = c - A, bp = c - B, cp = c - C;
@@ -88,8 +88,8 @@ template <class S> S distance_to(const Facet<S>& facet, const Vec3<S>& c) {
   return norm(away);
 }
 
-// A face wins over the edges and corners it shares a distance with: inner edges of a flat mesh are no edges, nor is
-// what stands right above one outside_m a face.
+// At equal distance a face comes before edges and vertices: edges inside a flat mesh are no edges, and a point right
+// above one belongs to a face.
 template <class S> Facet<S> nearest_of_mesh(const std::vector<Triangle<S>>& mesh, const Vec3<S>& c) {
   Facet<S> best;
   S least = S(-1);
@@ -144,10 +144,10 @@ void sphere_kinematics(const ContactFeature<S>& feature, const Pose<S>& of, cons
     away = from_body - turned(on, facet.point_B);
     along = turned(on, facet.direction_B);
   }
-  const Vec3<S> drift =
+  const Vec3<S> relative_velocity =
       center_dot - on.v - (surface.kind == SurfaceKind::point ? cross(on.w, Vec3<S>{}) : cross(on.w, from_body));
   S distance{};
-  Vec3<S> across{};  // the drift that turns the normal
+  Vec3<S> across{};  // the relative velocity that turns the normal
   if (facet.dimension == 2) {
     kinematics.normal = along;
     distance = dot(along, away);
@@ -155,10 +155,10 @@ void sphere_kinematics(const ContactFeature<S>& feature, const Pose<S>& of, cons
     if (facet.dimension == 1) away -= dot(away, along) * along;
     distance = norm(away);
     kinematics.normal = distance > S(0) ? (S(1) / distance) * away : Vec3<S>{S(0), S(0), S(1)};
-    across = drift - dot(drift, kinematics.normal) * kinematics.normal;
-    if (facet.dimension == 1) across -= dot(drift, along) * along;
+    across = relative_velocity - dot(relative_velocity, kinematics.normal) * kinematics.normal;
+    if (facet.dimension == 1) across -= dot(relative_velocity, along) * along;
   }
-  kinematics.rate = dot(kinematics.normal, drift);
+  kinematics.rate = dot(kinematics.normal, relative_velocity);
   kinematics.gap = distance - feature.radius - surface.radius;
   kinematics.x = center - feature.radius * kinematics.normal;
   if (with_rates) {
@@ -168,8 +168,8 @@ void sphere_kinematics(const ContactFeature<S>& feature, const Pose<S>& of, cons
   }
 }
 
-// The lowest point of a circle about the unit axis a over a face: x = c - R e, e = (n - (n.a) a) / s, s its length. It
-// goes where the face's turning takes n as well.
+// The lowest point of a circle about the unit axis a over a face: x = c - R e, e = (n - (n.a) a) / s with s its length.
+// It moves with the rotation of n, too.
 template <class S, bool with_rates>
 void circle_kinematics(const ContactFeature<S>& feature, const Pose<S>& of, const Surface<S>& surface,
                        const Facet<S>& facet, const Pose<S>& on, GapKinematics<S>& kinematics) {

@@ -1,11 +1,13 @@
-// Contact forces at one instant by Gauss and Seidel, contact after contact on a round cone: right where forces must be
-// chosen (which of several points lets go, along what slip sets in), slow, and so only where contacts change.
+// Contact forces at one instant by projected Gauss-Seidel iteration on round friction cones. It finds which of several
+// redundant contacts separate, and the directions at the onset of slip, but converges slowly: used only where the
+// active set changes.
 //
-//   (n . u)' >= 0, N >= 0, one of them 0;   no slip: |T| <= mu N, and T against u' at the edge;   slip: T = -mu N u_t /
-//   |u_t|
+//   0 <= N  complementary to  g'' >= 0
+//   stick   |T| <= mu N;  |T| = mu N only with T opposed to u'
+//   slip    T = -mu N u_t / |u_t|
 //
-// Each turn solves one contact exactly for the others' present forces; Jourdan, Alart, Jean, Comp. Meth. Appl. Mech.
-// Engng 155 (1998) 31.
+// Each sweep solves one contact after the other exactly for the present forces of the others; Jourdan, Alart, Jean,
+// Comp. Meth. Appl. Mech. Engng 155 (1998) 31.
 #include "contact/event/gauss_seidel.hpp"
 
 #include <algorithm>
@@ -49,8 +51,8 @@ template <class S> Vec3<S> shortened(const Vec3<S>& v, S most) {
 }  // namespace
 
 template <class S>
-void solve_forces_gauss_seidel(const Bodies<S>& bodies, const Proximity<S>& proximity, ActiveSet<S>& active,
-                               ConstraintSystem<S>& constraints, const S* free_dydt, S rate_per_s) {
+Convergence solve_forces_gauss_seidel(const Bodies<S>& bodies, const Proximity<S>& proximity, ActiveSet<S>& active,
+                                      ConstraintSystem<S>& constraints, const S* free_dydt, S rate_per_s) {
   std::fill(constraints.acceleration.begin(), constraints.acceleration.end(), SpatialVector<S>{});
   for (const int body : active.bodies) {
     if (!bodies.moves[body]) continue;
@@ -64,8 +66,8 @@ void solve_forces_gauss_seidel(const Bodies<S>& bodies, const Proximity<S>& prox
     const Candidate<S>& f = proximity.candidates[contact.candidate];
     const ShapePair<S>& pair = proximity.pairs[f.pair];
     const Vec3<S>& n = contact.kinematics.normal;
-    const bool warm =
-        contact.slip_onset && contact.mode == FrictionMode::slip && !contact.at_cone_limit;  // the forces as they are
+    const bool warm = contact.slip_onset && contact.mode == FrictionMode::slip &&
+                      !contact.at_cone_limit;  // starts from the present forces
     if (!warm) {
       contact.normal_N = S(0);
       contact.friction_N = {};
@@ -92,7 +94,9 @@ void solve_forces_gauss_seidel(const Bodies<S>& bodies, const Proximity<S>& prox
                                           delassus_entry(bodies, proximity, contact, {}, t2, {}, t2)) +
                                 real::abs(delassus_entry(bodies, proximity, contact, {}, t, {}, t2));
   }
-  for (int sweep = 0; sweep < 5000; ++sweep) {
+  constexpr int max_sweeps = 5000;
+  Convergence ended{max_sweeps, 0, false};
+  for (int sweep = 0; sweep < max_sweeps && !ended.converged; ++sweep) {
     S change = S(0), size = S(0);
     for (Contact<S>& contact : active.contacts) {
       const ShapePair<S>& pair = proximity.pairs[proximity.candidates[contact.candidate].pair];
@@ -122,7 +126,8 @@ void solve_forces_gauss_seidel(const Bodies<S>& bodies, const Proximity<S>& prox
         contact.couple_N_m = couple;
       }
     }
-    if (!(change > S(2) * real::epsilon<S>() * size)) break;
+    ended = {sweep + 1, size > S(0) ? static_cast<double>(change / size) : 0.0,
+             !(change > S(2) * real::epsilon<S>() * size)};
   }
   for (Contact<S>& contact : active.contacts) {
     contact.u_dot = solver.relative(contact);
@@ -134,11 +139,12 @@ void solve_forces_gauss_seidel(const Bodies<S>& bodies, const Proximity<S>& prox
                       contact.inverse_mass_t;
     if (norm(across) > S(0x1p-16) * braking) contact.slip_direction = (S(1) / norm(across)) * across;
   }
+  return ended;
 }
 
-#define ATWOOD_GAUSS_SEIDEL(S)                                                                     \
-  template void solve_forces_gauss_seidel<S>(const Bodies<S>&, const Proximity<S>&, ActiveSet<S>&, \
-                                             ConstraintSystem<S>&, const S*, S);
+#define ATWOOD_GAUSS_SEIDEL(S)                                                                            \
+  template Convergence solve_forces_gauss_seidel<S>(const Bodies<S>&, const Proximity<S>&, ActiveSet<S>&, \
+                                                    ConstraintSystem<S>&, const S*, S);
 ATWOOD_GAUSS_SEIDEL(float)
 ATWOOD_GAUSS_SEIDEL(double)
 ATWOOD_GAUSS_SEIDEL(long double)

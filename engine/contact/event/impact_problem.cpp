@@ -40,7 +40,7 @@ template <class S> void collide_point(ImpactProblem<S>& problem, ImpactPoint<S>&
 namespace {
 
 // ---- several points of one pair that move alike -------------------------------------------------------------------
-// Is x within the hull of the points, all of them on a plane of normal n?
+// Is x inside the convex hull of the points, which lie on a plane of normal n?
 template <class S>
 bool supported(const ImpactPoint<S>* points, int count, const Vec3<S>& n, const Vec3<S>& x, S tiny_m) {
   for (int i = 0; i < count; ++i)
@@ -61,8 +61,8 @@ bool supported(const ImpactPoint<S>* points, int count, const Vec3<S>& n, const 
 
 }  // namespace
 
-// An edge that lands on a face, or a face without friction: the points' velocities are equal, and stay so where the
-// impulse acts below the centre of mass. They are then as one point there, and every law holds as for one.
+// An edge that lands on a face, or a face without friction: the points have equal velocities, and keep them if the
+// impulse acts below the centre of mass. They then equal one point there, and every impact law holds as for one.
 template <class S> bool collide_as_one_point(ImpactProblem<S>& problem, int first, int count) {
   const ImpactPoint<S>* points = &problem.impacts.points[first];
   const Candidate<S>& f = problem.candidate(points[0]);
@@ -108,7 +108,9 @@ template <class S> void apply_impulse(ImpactProblem<S>& problem, ImpactPoint<S>&
   apply(f.feature_body, point.feature, impulse);
 }
 
-// Until v_n >= point.target wherever p_n = point.least, p_n >= point.least. False: the impulses do not settle.
+// Projected Gauss-Seidel, point after point, friction on a round cone, until v_n >= target wherever p_n = least, and
+// p_n >= least. Residual: the last sweep's largest change of an impulse relative to the largest impulse; converged: to
+// 4 eps, or after the last sweep to sqrt(eps).
 template <class S>
 Convergence solve_impulses(ImpactProblem<S>& problem, std::vector<ImpactPoint<S>>& points, int first, int count) {
   constexpr int max_sweeps = 20000;
@@ -140,7 +142,7 @@ Convergence solve_impulses(ImpactProblem<S>& problem, std::vector<ImpactPoint<S>
 }
 
 template <class S> void record_impulses(ImpactProblem<S>& problem, int first, int count) {
-  for (int i = first; i < first + count;) {  // one event a pair
+  for (int i = first; i < first + count;) {  // one event per pair
     const int pair = problem.impacts.points[i].pair;
     int end = i;
     Impulse<S> total;
@@ -157,7 +159,7 @@ template <class S> void record_impulses(ImpactProblem<S>& problem, int first, in
       after += p * problem.vn(point);
     }
     if (total.normal_N_s > S(0)) {
-      at.x = (S(1) / total.normal_N_s) * x;  // where the impulses' resultant acts; v_n is linear in the point
+      at.x = (S(1) / total.normal_N_s) * x;  // where the resultant impulse acts; v_n is linear in the point
       total.vn_before_m_per_s = before / total.normal_N_s;
       total.vn_after_m_per_s = after / total.normal_N_s;
       total.tangential_N_s = norm(tangential);
@@ -169,8 +171,8 @@ template <class S> void record_impulses(ImpactProblem<S>& problem, int first, in
   }
 }
 
-// Impulses that do not settle, as friction far beyond 1 has them, stand where they take energy, and no more than a few
-// times at one instant: what is left of the approach is the next impact's.
+// Impulses that do not converge, as with friction far beyond 1, are accepted if they do not add energy, and no more
+// than a few times at one instant: the approach that is left belongs to the next impact.
 template <class S>
 bool accept_unconverged(ImpactProblem<S>& problem, const std::vector<Vec3<S>>& u_before, int first, int count) {
   constexpr int most_unconverged = 4;

@@ -1,4 +1,9 @@
 // Impulses at the points that touch at one instant.
+//
+// Several points are one complementarity problem, with Newton's or Poisson's law at each (Stronge's is taken as
+// Poisson's there):
+//   v_n + e v_n- >= 0,  p_n >= 0,  (v_n + e v_n-) p_n = 0,  |p_t| <= mu p_n, p_t opposed to the slip
+// Sources: Moreau (1988); Glocker and Pfeiffer, Multiple impacts with friction in rigid multibody systems (1995).
 #pragma once
 
 #include <vector>

@@ -1,14 +1,9 @@
 // The impacts of one instant.
 //
-// "sequential": the pair of bodies that approaches fastest collides (ties: the first in the scene's order), then the
-// next, until no pair approaches: right for touching cradles. Several points of one pair that move alike (an edge on a
-// floor) are as one point; others (a sliding box that lands flat) are solved together. "together": all points of all
-// pairs in one complementarity problem (Newton's or Poisson's law at each; for several points at once Stronge's is
-// taken as Poisson's):
-//   v_n + e v_n- >= 0,  p_n >= 0,  (v_n + e v_n-) p_n = 0,  |p_t| <= mu p_n, slip opposed
-//       (Moreau; Glocker and Pfeiffer)
-// solved point after point, friction on a round cone, until nothing changes.
-#include "contact/event/impacts.hpp"
+// Sequential: the pair that approaches fastest collides (ties within round-off: the first in the scene's order), then
+// the next, until no pair approaches; right for touching cradles. Points of one pair that move alike are one point;
+// others are solved together. Simultaneous ("together"): all points of all pairs are one complementarity problem
+// (impact_problem.hpp).
 
 #include <algorithm>
 
@@ -20,11 +15,11 @@ namespace atwood::event {
 
 namespace {
 
-// Of one instant: beyond the first, what impacts that lose speed have left over is taken at once; those that lose none
-// come to an end of their own, or the run does.
-constexpr int kMostImpactsAtOnce = 2000, kMostElasticImpactsAtOnce = 1000000;
+// Beyond the first limit, the approach that impacts with e < 1 have left is resolved at once; impacts with e >= 1 come
+// to an end of their own, or the run ends.
+constexpr int kMaxImpacts = 2000, kMaxElasticImpacts = 1000000;
 
-// Bodies may have gone far from where they began, and round-off of a gap grows with their coordinates.
+// Bodies move away from where they began, and the round-off of a gap grows with their coordinates.
 template <class S>
 void update_length_scale(Bodies<S>& bodies, const Proximity<S>& proximity, const StateBuffers<S>& states) {
   for (const int p : proximity.near)
@@ -67,10 +62,10 @@ template <class S> bool solve_impacts(ImpactProblem<S>& problem) {
       return collide_simultaneously(problem, 0, count);
     return true;
   }
-  for (int lossy = 0, elastic = 0; lossy < kMostImpactsAtOnce;) {
+  for (int lossy = 0, elastic = 0; lossy < kMaxImpacts;) {
     int fastest = -1;
     S least = S(0);
-    for (int i = 0; i < count; ++i) {  // a tie, within round-off, goes to the first in the scene's order
+    for (int i = 0; i < count; ++i) {  // ties within round-off: the first in the scene's order
       const S vn = problem.vn(problem.impacts.points[i]);
       if (vn < least - problem.still) {
         least = vn;
@@ -79,9 +74,12 @@ template <class S> bool solve_impacts(ImpactProblem<S>& problem) {
     }
     if (fastest < 0) return true;
     if (law_of(problem.proximity, problem.options, problem.impacts.points[fastest].pair).restitution < S(1)) ++lossy;
-    else if (++elastic > kMostElasticImpactsAtOnce) {
-      problem.report.outcome = {
-          Status::diverged, "atwood's +event met 1000000 elastic impacts at one instant", 0, 0, {}};
+    else if (++elastic > kMaxElasticImpacts) {
+      problem.report.outcome = {Status::diverged,
+                                "atwood's +event: 1000000 elastic impacts at one instant did not end the approach",
+                                0,
+                                0,
+                                {}};
       return false;
     }
     int first = fastest;
@@ -92,7 +90,7 @@ template <class S> bool solve_impacts(ImpactProblem<S>& problem) {
       return false;
   }
   return collide_simultaneously(problem, 0,
-                                count);  // ever smaller impacts back and forth: what is left of them, at once
+                                count);  // what ever smaller impacts have left
 }
 
 template <class S>
@@ -155,7 +153,7 @@ template <class S> bool resolve_impacts(EventRun<S>& run, S t_s) {
     report_event(run.report, EventKind::impact, run.proximity.pairs[made.pair], made.kinematics, made.feature_is_a,
                  made.impulse, t_s);
   drop_separated(run.bodies, run.proximity, run.active, run.states, run.bodies.slip_round_off());
-  if (!update_active_set(run, t_s, true)) return false;
+  if (!update_active_set(run, t_s)) return false;
   for (std::size_t i = 0; i < run.impacts.applied.size(); ++i) {
     const AppliedImpulse<S>& made = run.impacts.applied[i];
     ShapePair<S>& pair = run.proximity.pairs[made.pair];

@@ -1,4 +1,4 @@
-// Poses and gaps of bodies in a state.
+// Poses of bodies and gaps of candidates in a state.
 #include "contact/event/proximity.hpp"
 
 #include "math/so3.hpp"
@@ -15,7 +15,7 @@ template <class S> void update_pose(const Bodies<S>& bodies, int body, const S* 
   pose.w = {};
   if (!bodies.model.rotates(body)) return;
   const Quat<S> q = load4(at + kAtAttitude);
-  const S two = S(2) / (q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);  // a method's stages are not of unit length
+  const S two = S(2) / (q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);  // stages of a method are not of unit length
   const S x = two * q.x, y2 = two * q.y, z = two * q.z;
   const S xx = x * q.x, yy = y2 * q.y, zz = z * q.z, xy = x * q.y, xz = x * q.z, yz = y2 * q.z, wx = x * q.w,
           wy = y2 * q.w, wz = z * q.w;
@@ -37,7 +37,7 @@ template <class S> void update_poses(Bodies<S>& bodies, const Candidate<S>& cand
     update_pose(bodies, body, y, bodies.poses[body]);
 }
 
-// What of a feature stands on its surface's facet: of a circle the point that lies farthest against the face on its side.
+// Of a circle over a slab or mesh: its lowest point over the face on its body's side.
 template <class S>
 Vec3<S> reference_point(const Bodies<S>& bodies, const Proximity<S>& proximity, const Candidate<S>& candidate) {
   const Surface<S>& surface = proximity.surfaces[candidate.surface];
@@ -62,7 +62,7 @@ Facet<S> facet_below(const Bodies<S>& bodies, const Proximity<S>& proximity, con
   const Vec3<S> center = reference_point(bodies, proximity, candidate);
   const bool corner = surface.radius + candidate.feature.radius == S(0) || !candidate.feature.centered;
   const Vec3<S> center_B = turned_back(on, center - on.p), side_B = turned_back(on, of.p - on.p);
-  if (surface.flat) {  // above one of its triangles: nothing is nearer
+  if (surface.flat) {  // above one of its triangles: that is the nearest facet
     const auto face = [&](const Triangle<S>& triangle) {
       const bool below = dot(triangle.normal_B, (corner ? side_B : center_B) - triangle.corner_B[0]) < S(0);
       return Facet<S>{2, triangle.corner_B[0], below ? -triangle.normal_B : triangle.normal_B};
@@ -115,7 +115,7 @@ GapKinematics<S> gap_from_poses(const Bodies<S>& bodies, const Proximity<S>& pro
   GapKinematics<S> kinematics = gap_kinematics(candidate.feature, bodies.poses[candidate.feature_body], surface, facet,
                                                bodies.poses[candidate.surface_body]);
   if (outside_m > S(0))
-    kinematics.gap = real::max(kinematics.gap, outside_m);  // a corner past the face's end is above nothing
+    kinematics.gap = real::max(kinematics.gap, outside_m);  // beyond the face's boundary there is no contact
   return kinematics;
 }
 
@@ -126,7 +126,7 @@ GapKinematics<S> gap_at(Bodies<S>& bodies, const Proximity<S>& proximity, const 
   return gap_from_poses(bodies, proximity, candidate);
 }
 
-// I^-1 in world axes, R I_B^-1 R^T, by its action on the world's axes (it is symmetric, so columns are rows).
+// I^-1 = R I_B^-1 R^T by its action on the world's axes: it is symmetric, so columns are rows.
 template <class S> ImpactBody<S> impact_body(const Bodies<S>& bodies, int body, const Vec3<S>& x_W) {
   const Pose<S>& pose = bodies.poses[body];
   ImpactBody<S> out;
@@ -156,7 +156,7 @@ template <class S> void store_velocity(Bodies<S>& bodies, int body, const Vec3<S
   store3(turned_back(pose, w_W), at + kAtBodyRate);
 }
 
-// The largest |v| + r |w|, whose square is at most 2 (v^2 + r^2 w^2): most steps need no root.
+// (|v| + r |w|)^2 <= 2 (v^2 + r^2 w^2): most steps need no square root.
 template <class S> void update_speed_scale(Bodies<S>& bodies, const S* y) {
   for (const int body : bodies.model.moving()) {
     const S* at = y + bodies.model.offset(body);

@@ -1,4 +1,4 @@
-// The linear system of the contact rows.
+// The linear system of contact constraints: LU factors by blocks, and proximal point iteration for redundant ones.
 #include "contact/event/linear_solve.hpp"
 
 #include <algorithm>
@@ -9,12 +9,12 @@ namespace atwood::event {
 
 namespace {
 
-// ConstraintLevel [from, to) of a matrix of `n` columns, which has nothing outside these columns.
+// Rows [from, to) of a matrix of n columns, which is zero outside these columns.
 struct Block {
   int from, to, n;
 };
 
-// LU with row exchanges; false: a pivot is nothing.
+// LU factors with partial pivoting. False: a pivot is zero.
 template <class S> bool factorise(S* a, int* pivots, const Block& block) {
   const int n = block.n, to = block.to;
   for (int k = block.from; k < to; ++k) {
@@ -60,7 +60,7 @@ template <class S> int end_of_block(const S* a, int from, int n) {
   return end;
 }
 
-// Blocks one after another; where one has no factors, its unknowns are 0.
+// The factors of each block; those of a singular block give the unknowns 0.
 template <class S>
 void factorise_rows(const Bodies<S>& bodies, const ActiveSet<S>& active, ConstraintSystem<S>& constraints,
                     bool redundant, std::uint64_t key) {
@@ -79,7 +79,7 @@ void factorise_rows(const Bodies<S>& bodies, const ActiveSet<S>& active, Constra
     if (factorise(constraints.matrix.data(), constraints.pivots.data(), block)) continue;
     constraints.solvable = false;
     constraints.factors_key = 0;
-    for (int i = block.from; i < block.to; ++i) {  // nothing from nothing
+    for (int i = block.from; i < block.to; ++i) {  // 1 / inf = 0
       for (int j = block.from; j < block.to; ++j) constraints.matrix[i * n + j] = S(0);
       constraints.matrix[i * n + i] = std::numeric_limits<S>::infinity();
       constraints.pivots[i] = i;
@@ -96,9 +96,9 @@ template <class S> void substitute_rows(const ConstraintSystem<S>& constraints, 
   }
 }
 
-// What the unknowns leave of the right side, into run.constraints.residual, by way of what they do to the bodies: A is not needed.
-// Returns the square of its size relative to the unknowns' in the norm |r_i| / sqrt(A_ii), |x_i| sqrt(A_ii), where
-// forces and couples compare.
+// constraints.residual = right - A unknown, from the bodies' response: A itself is not needed. Returns the square of
+// its size relative to the unknowns', in the norms |r_i| / sqrt(A_ii) and |x_i| sqrt(A_ii), where forces and couples
+// compare.
 template <class S> S residual(const Bodies<S>& bodies, const ActiveSet<S>& active, ConstraintSystem<S>& constraints) {
   apply_unknowns(bodies, active, constraints);
   for (const Contact<S>& contact : active.contacts)

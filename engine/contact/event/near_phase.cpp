@@ -1,4 +1,4 @@
-// Which pairs of bodies to look at in a step, and how far apart their candidates are at both of its ends.
+// Pairs that may touch within a step, by bounding spheres and path lengths, and the gaps of their candidates.
 
 #include "contact/event/proximity.hpp"
 
@@ -8,9 +8,9 @@ namespace atwood::event {
 
 namespace {
 
-constexpr int kFewPairs = 3;  // up to here all pairs are looked at in every step
+constexpr int kFewPairs = 3;  // up to so many all pairs are near in every step
 
-// No farther than the hull of the cubic through both ends.
+// A bound of a body's path in the trial step: of the cubic Hermite interpolant by its control polygon.
 template <class S> S excursion(const Bodies<S>& bodies, const StateBuffers<S>& states, int body, S h_s) {
   const int offset = bodies.model.offset(body);
   if (offset < 0 || !bodies.moves[body]) return S(0);
@@ -24,7 +24,7 @@ template <class S> Vec3<S> center(const Bodies<S>& bodies, int body, const S* y)
   return offset < 0 ? bodies.poses[body].p : load3(y + offset);
 }
 
-// Between the bounding spheres (or from one to the plane).
+// The distance between the bounding spheres, or from one to the plane.
 template <class S>
 S clearance(const Bodies<S>& bodies, const Proximity<S>& proximity, const ShapePair<S>& pair, const S* y) {
   if (pair.plane >= 0) {
@@ -41,7 +41,7 @@ template <class S> bool refuse_if_near(Report& report, const ShapePair<S>& pair,
   return false;
 }
 
-// Gaps and rates at `y` of those of a pair's candidates [candidate, end) that do not last.
+// Gaps and rates at `y` of the candidates [candidate, end) that are not in contact.
 template <class S>
 void measure(Bodies<S>& bodies, const Proximity<S>& proximity, Candidate<S>* candidate, const Candidate<S>* end,
              const S* y, S Candidate<S>::*gap, S Candidate<S>::*rate) {
@@ -53,7 +53,7 @@ void measure(Bodies<S>& bodies, const Proximity<S>& proximity, Candidate<S>* can
     posed = posed || axes;
     const Surface<S>& surface = proximity.surfaces[candidate->surface];
     if (axes && surface.kind == SurfaceKind::plane &&
-        !candidate->feature.circle) {  // of many corners: no more than is asked
+        !candidate->feature.circle) {  // a vertex over a plane, by far the most frequent case
       const Pose<S>& pose = bodies.poses[candidate->feature_body];
       const Vec3<S> arm = turned(pose, candidate->feature.center_B);
       candidate->*gap = dot(surface.normal_W, pose.p + arm) - surface.offset - candidate->feature.radius;
@@ -100,10 +100,9 @@ bool find_near(const Bodies<S>& bodies, Proximity<S>& proximity, const StateBuff
 template <class S> void advance_travel(Proximity<S>& proximity) {
   if (static_cast<int>(proximity.pairs.size()) <= kFewPairs) return;
   for (std::size_t i = 0; i < proximity.travel.size(); ++i)
-    proximity.travel[i] += proximity.excursions[i];  // of the whole step: bounds a part's
+    proximity.travel[i] += proximity.excursions[i];  // of the whole trial step, which bounds that of a part
 }
 
-// Lasting contacts are not looked at: their gaps are held.
 template <class S> void measure_gaps(Bodies<S>& bodies, Proximity<S>& proximity, const StateBuffers<S>& states) {
   for (const int p : proximity.near) {
     ShapePair<S>& pair = proximity.pairs[p];
@@ -119,7 +118,6 @@ template <class S> void measure_gaps(Bodies<S>& bodies, Proximity<S>& proximity,
   }
 }
 
-// The step's end is the next one's start.
 template <class S> void shift_gaps(Proximity<S>& proximity) {
   ++proximity.piece;
   for (const int p : proximity.near) {

@@ -1,10 +1,10 @@
-// Where rigid bodies and Coulomb's law have no contact force, or more than one (Painleve 1895).
+// Configurations where rigid bodies and Coulomb's law have no contact force, or several (Painleve 1895).
 //
 // One point that slips along s:   (n . u)' = b + k N,   k = n . K n - mu n . K s,   b without the contact
-//   k > 0            one answer: N = -b / k or, where b >= 0, none is needed
+//   k > 0            one solution: N = -b / k, or N = 0 where b >= 0
 //   k <= 0, b < 0    none ("inconsistent"): an impact without collision ends the slip at once
-//   k < 0,  b > 0    two ("indeterminate"): it lifts off, or is pressed on; nothing in the model chooses
-// Several points at once: k N^2 becomes f . A f of their forces, A what forces make of accelerations.
+//   k < 0,  b > 0    two ("indeterminate"): the contact separates, or its friction presses it on
+// Several points: k N^2 becomes f . A f with their forces f and the Delassus operator A.
 //
 // Sources: Painleve, C. R. Acad. Sci. 121 (1895) 112; Genot and Brogliato, Eur. J. Mech. A 18 (1999) 653; Champneys and
 // Varkonyi, IMA J. Appl. Math. 81 (2016) 538.
@@ -25,7 +25,7 @@ constexpr int kMaxPainleveImpacts = 16;
 
 template <class S> Vec3<S> across(const Vec3<S>& v, const Vec3<S>& n) { return v - dot(v, n) * n; }
 
-// What the contact asks of its two bodies' loads: without friction that follows the slip.
+// The force on the feature's body.
 template <class S> Vec3<S> force_of(const Contact<S>& contact) {
   return contact.normal_N * contact.kinematics.normal + contact.friction_N;
 }
@@ -35,8 +35,8 @@ template <class S> bool may_be_indeterminate(const Proximity<S>& proximity, cons
          !contact.between_spheres;
 }
 
-// f . A f, of one contact or of all that are not alone. Friction of slip and the couple against rolling follow N: they
-// press, but ask for nothing of their own.
+// f . A f of one contact, or of all that are not decoupled. Friction of slip and couples of rolling follow N: they act,
+// but have no constraint of their own. `size`: the sum of the absolute values of its terms.
 template <class S>
 S delassus_form(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active,
                 ConstraintSystem<S>& constraints, const Contact<S>* alone, S& size) {
@@ -77,7 +77,7 @@ bool friction_presses(const Bodies<S>& bodies, const Proximity<S>& proximity, co
   return sum < S(-256) * real::epsilon<S>() * size;
 }
 
-// Forces that obey the laws, next to lifting off.
+// Do the contacts have forces that obey the laws, besides separating?
 template <class S>
 bool indeterminate(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active,
                    ConstraintSystem<S>& constraints) {
@@ -91,7 +91,7 @@ bool indeterminate(const Bodies<S>& bodies, const Proximity<S>& proximity, const
   return together && friction_presses<S>(bodies, proximity, active, constraints, nullptr);
 }
 
-// The pair whose points the forces, with all of them in run.states.dydt, do not keep from going in; -1: none.
+// The pair whose contacts go on closing with all forces in states.dydt; -1: none.
 template <class S>
 int inconsistent_pair(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active,
                       const StateBuffers<S>& states, S tiny_acceleration, S tiny_N) {
@@ -109,8 +109,8 @@ int inconsistent_pair(const Bodies<S>& bodies, const Proximity<S>& proximity, co
   return pair;
 }
 
-// One point that stands for all points of the pair that touch: they move alike, as those of an edge do. False: they do
-// not, or the body would turn about it.
+// One point that is equivalent to all points of the pair that touch, because they move alike, as those of an edge do.
+// False: there is none, or the body would turn about it.
 template <class S>
 bool point_of_pair(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active, int pair,
                    Contact<S>& one) {
@@ -151,7 +151,7 @@ template <class S> void reset_delassus_range(ActiveSet<S>& active) {
   }
 }
 
-// A 32nd of what a force may give at most.
+// Below 1/32 of the largest value that it may have?
 template <class S>
 bool delassus_near_zero(const Bodies<S>& bodies, const Proximity<S>& proximity, const Contact<S>& contact) {
   const Candidate<S>& f = proximity.candidates[contact.candidate];
@@ -223,7 +223,7 @@ template <class S> bool impact_without_collision(EventRun<S>& run, S t_s) {
   if (run.bodies.moves[f.feature_body])
     store_velocity(run.bodies, f.feature_body, feature.v_W, feature.w_W, run.states.overwrite(run.states.y));
   report_event(run.report, EventKind::impact, pair, one.kinematics, f.feature_body == pair.a, impulse, t_s);
-  return resolve_impacts(run, t_s);  // of those whom it has set in motion; then all contacts anew
+  return resolve_impacts(run, t_s);  // those that follow from it, then the active set
 }
 
 #define ATWOOD_PAINLEVE(S)                                                                       \

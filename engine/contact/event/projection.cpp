@@ -1,4 +1,4 @@
-// Drift off the constraints of lasting contacts.
+// Removal of drift off the constraints of lasting contacts.
 #include "contact/event/projection.hpp"
 
 #include <algorithm>
@@ -11,7 +11,7 @@ namespace atwood::event {
 
 namespace {
 
-// The loads of least size that do what run.constraints.right asks for, and what they do to the bodies.
+// The loads of least size that give constraints.right, and the bodies' response in constraints.acceleration.
 template <class S>
 void solve_least_change(const Bodies<S>& bodies, const ActiveSet<S>& active, ConstraintSystem<S>& constraints) {
   for (const int body : active.bodies) constraints.free_acceleration[body] = {};
@@ -39,7 +39,7 @@ void change_velocity(const Bodies<S>& bodies, const ConstraintSystem<S>& constra
     store3(load3(at + kAtBodyRate) + turned_back(bodies.poses[body], by.angular), at + kAtBodyRate);
 }
 
-// Bodies' gaps back to what they are held at, each by the least way.
+// Restores the gaps at which contacts are held, by the least displacement; two Newton iterations at most.
 template <class S>
 void project_positions(Bodies<S>& bodies, const Proximity<S>& proximity, ActiveSet<S>& active,
                        ConstraintSystem<S>& constraints, StateBuffers<S>& states) {
@@ -59,7 +59,7 @@ void project_positions(Bodies<S>& bodies, const Proximity<S>& proximity, ActiveS
   }
 }
 
-// Is what should be no velocity round-off of the bodies' velocities?
+// Do the velocities obey the constraints up to round-off?
 template <class S>
 bool velocities_consistent(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active) {
   S worst = S(0), size = S(0);  // squares

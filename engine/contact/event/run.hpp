@@ -1,5 +1,5 @@
-// A run of `+event`: free flight by the method, impacts located on its numerical flow, and between them lasting contacts
-// whose forces follow from their geometry and Coulomb's law.
+// A run of `+event`: free flight by the method, impacts located on its numerical flow, and between them lasting
+// contacts whose forces follow from their geometry and Coulomb's law.
 //
 //   part          owner of                                         changed by
 //   bodies        poses, inertias, scales of round-off             kinematics.cpp, constraints.cpp, impacts

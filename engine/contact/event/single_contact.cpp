@@ -1,5 +1,5 @@
-// A contact that shares no moving body with another, and has no couple besides friction that holds: at most three
-// unknowns.
+// A contact that shares no moving body with another, without a couple that holds against rolling: at most three
+// unknowns, solved in closed form.
 
 #include "contact/event/single_contact.hpp"
 
@@ -9,7 +9,7 @@ namespace atwood::event {
 
 namespace {
 
-// One of the contact's bodies: nothing of it is read where it does not move.
+// One of the contact's bodies; only `moves` is set where it does not move.
 template <class S> struct ContactSide {
   bool moves = false, rotates = false;
   S sign{};
@@ -33,7 +33,7 @@ template <class S> ContactSide<S> side_of(const Bodies<S>& bodies, const Contact
   return side;
 }
 
-// Of the body's point, under the forces that are in dydt already.
+// Acceleration of the contact point under the forces that are in dydt already.
 template <class S> Vec3<S> point_acceleration(const ContactSide<S>& side, const Vec3<S>& x_dot) {
   const Pose<S>& pose = *side.pose;
   Vec3<S> a = load3(side.dydt + kAtVelocity);
@@ -72,7 +72,7 @@ template <class S> bool solve(const Vec3<S> (&K)[3], const Vec3<S>& b, Vec3<S>& 
   return d2 > S(0);
 }
 
-// Of balls the arms r are along n, so that K is 1/m along n and 1/m + r^2 / I in every direction across.
+// Between spheres the arms r are along n: K is 1/m along n, and 1/m + r^2 / I in every direction across.
 template <class S>
 bool add_sphere_contact_forces(const Bodies<S>& bodies, const Proximity<S>& proximity, Contact<S>& contact,
                                const ContactSide<S> (&sides)[2], const Vec3<S>& b) {
@@ -107,10 +107,10 @@ bool add_sphere_contact_forces(const Bodies<S>& bodies, const Proximity<S>& prox
 
 }  // namespace
 
-// In world axes. With K f the acceleration between the bodies that a force f at the point gives, (1/m) f + (I^-1 (r x
-// f)) x r of both, and b = -u' - (u . n') n what is asked for, u' under all other forces:
-//   sticks   K f = b          else   f = N l,  N = n . b / (n . K l),   l = n - mu d, with the couple that comes with
-//   it
+// With K f = (1/m) f + (I^-1 (r x f)) x r, summed over both bodies, the relative acceleration that a force f at the
+// point gives, and b = -u' - (u . n') n with u' under all other forces:
+//   stick   K f = b
+//   else    f = N l,  N = n . b / (n . K l),   l = n - mu d, with the couple that comes with it
 template <class S>
 bool add_single_contact_forces(const Bodies<S>& bodies, const Proximity<S>& proximity, Contact<S>& contact, S* dydt) {
   const ContactSide<S> sides[2] = {side_of(bodies, contact, 0, S(1), dydt), side_of(bodies, contact, 1, S(-1), dydt)};

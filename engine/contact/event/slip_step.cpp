@@ -1,4 +1,4 @@
-// Slip near its end, or just after its onset: how fast its direction turns, and which steps follow it.
+// Steps that follow slip near its onset and its end, where its direction turns fast.
 #include "contact/event/slip_step.hpp"
 
 #include <algorithm>
@@ -17,8 +17,8 @@ struct SlipTurning {
   bool balanced = false;  // some slip hardly changes: friction and what drives it nearly balance
 };
 
-// What the bodies' own frames turn under an angular acceleration that is not along their spin: a method's stages know
-// such spins to the square of the step alone, and with them the slip.
+// Velocity [m/s] by which a body's frame turns in within_s under an angular acceleration that is not along its spin:
+// the stages of a method know such spins to second order in the step only, and the slip with them.
 template <class S> S frame_turning(const Bodies<S>& bodies, const StateBuffers<S>& states, int body, S within_s) {
   if (!bodies.moves[body] || !bodies.model.rotates(body)) return S(0);
   const Vec3<S> alpha = turned(bodies.poses[body], load3(states.dydt.data() + bodies.model.offset(body) + kAtBodyRate));
@@ -52,9 +52,8 @@ template <class S> bool is_sliding(const Contact<S>& contact) {
   return contact.active && contact.mode == FrictionMode::slip && !contact.at_cone_limit;
 }
 
-// Across its slip a body feels friction as a damper of rate mu N k / |u|: stiff where slip is slow. Explicit methods
-// are kept stable there by steps of at most 2 |u| / (mu N k), which still span the way to a stop. Slip that sets in
-// starts from the floor.
+// Across its slip, friction acts on a body as a damper of rate mu N k / |u|, stiff where slip is slow. Steps of at most
+// 2 |u| / (mu N k) keep explicit methods stable, and still reach the end of the slip. At least h_s 2^-40.
 template <class S>
 S stable_step(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active, S h_s) {
   S longest = h_s;
@@ -87,9 +86,9 @@ S stable_step(const Bodies<S>& bodies, const Proximity<S>& proximity, const Acti
   return longest;
 }
 
-// Where forces balance nearly as slip sets in, it grows from nothing by far smaller steps than that. Until it is fast
-// enough, it keeps its direction within a step: that at the step's end, as an implicit step finds it, so that no damper
-// is felt. Of first order in that direction alone. False: some slip slows down.
+// Where forces nearly balance at the onset of slip, slip grows from zero by far smaller steps than that. Until it is
+// fast enough, it keeps within a step the direction at the step's end, as an implicit step would find it, so that the
+// damper is not felt: of first order in the direction only. False: some slip decelerates.
 template <class S>
 bool find_onset_directions(Bodies<S>& bodies, const Proximity<S>& proximity, ActiveSet<S>& active,
                            StateBuffers<S>& states, S t_s) {
@@ -108,37 +107,37 @@ bool find_onset_directions(Bodies<S>& bodies, const Proximity<S>& proximity, Act
 
 }  // namespace
 
-// The slip of a body that is stopped, or turned round, turns ever faster the slower it is: about speed / braking is
-// left for that. In fixed parts of this time such a slip is smooth, down to round-off, and a fixed number of parts
-// takes a fixed part of its speed: few enough for a method of order 8. Slip that keeps its direction needs none of
-// this.
+// Slip that stops or reverses turns the faster the slower it is; about speed / braking is left for that. In a fixed
+// fraction of this time the slip is smooth, down to round-off, and a fixed number of such pieces takes a fixed fraction
+// of its speed: few enough for a method of order 8. Slip with a constant direction needs none of this.
 template <class S> S slip_limited_step(EventRun<S>& run, S t_s, S h_s, S left_s) {
-  const auto keep_directions = [&](bool keep) {
+  const auto set_onsets = [&](bool keep) {
     for (Contact<S>& contact : run.active.contacts) contact.slip_onset = keep || slip_is_zero(run.bodies, contact);
   };
   run.integration.use_fine_stepper = false;
   const S far = S(8) * h_s, stable = stable_step(run.bodies, run.proximity, run.active, far);
-  const bool sets_in =
+  const bool onset =
       std::any_of(run.active.contacts.begin(), run.active.contacts.end(), [&](const Contact<S>& contact) {
         return contact.active && !contact.at_cone_limit && slip_is_zero(run.bodies, contact);
       });
-  if (stable >= far && !sets_in) {
-    keep_directions(false);
+  if (stable >= far && !onset) {
+    set_onsets(false);
     return left_s;
   }
   for (Contact<S>& contact : run.active.contacts)
     contact.slip_onset = contact.slip_onset || slip_is_zero(run.bodies, contact);
-  const bool brakes = !find_onset_directions(run.bodies, run.proximity, run.active, run.states,
-                                             t_s);  // what keeps its direction does so here
+  const bool decelerates = !find_onset_directions(run.bodies, run.proximity, run.active, run.states,
+                                                  t_s);  // with the directions of onset kept
   const SlipTurning turn = slip_turning(run.bodies, run.proximity, run.active, run.states, stable);
-  keep_directions(false);
-  if (turn.turns && turn.moves && (brakes || !turn.balanced)) {
+  set_onsets(false);
+  if (turn.turns && turn.moves && (decelerates || !turn.balanced)) {
     run.integration.use_fine_stepper = true;
     return real::min(left_s, stable / S(8));
   }
   if (turn.moves && stable >= left_s) return left_s;
-  keep_directions(true);
-  if (!turn.moves) return turn.balanced ? left_s : real::min(left_s, S(0x1p-16) * h_s);  // along what held it until now
+  set_onsets(true);
+  if (!turn.moves)
+    return turn.balanced ? left_s : real::min(left_s, S(0x1p-16) * h_s);  // along the friction that held it
   if (!turn.turns) return left_s;
   run.integration.free.rate(t_s, run.states.y.data(), run.states.dydt.data());
   solve_forces_gauss_seidel(run.bodies, run.proximity, run.active, run.constraints, run.states.dydt.data(),

@@ -1,12 +1,12 @@
 // One step of `+event`.
 //
-// A trial step is taken whole. Each condition that must stay positive within it (gaps, normal forces, the way to a
-// cone's edge, slip that must not reverse) is looked at on its end; the first that fell is located, theta in (0, 1], by
-// shorter steps from the same state, not by interpolation, so an event is as accurate as the method. The step is cut
-// there, the event dealt with, and the rest of the step follows.
-#include <algorithm>
-
+//   trial step       to the end of the step, or as far as error control and slip allow
+//   event location   the first switching function that falls through zero in it, by shorter steps from the same state
+//   event            impacts, or a change of the active set, at that state
+//   rest             the same again from there to the end of the step
 #include "contact/event/step.hpp"
+
+#include <algorithm>
 
 #include "contact/event/contact_forces.hpp"
 #include "contact/event/contact_update.hpp"
@@ -21,32 +21,32 @@ namespace atwood::event {
 
 namespace {
 
-// A run may have as many events as its motion asks for, as long as its time goes on.
-constexpr int kMostEventsWithoutProgress = 10000, kMostPiecesOfAPart = 100000;
-constexpr double kPartOfAStep = 1e-3;
-constexpr int kMostPiecesNearSingularity = 5000;  // each changes what a force gives there by an eighth at most
-constexpr const char* kIntoSingularity =
+// A run may have any number of events as long as its time advances.
+constexpr int kMaxEventsWithoutProgress = 10000, kMaxPiecesOfAFraction = 100000;
+constexpr double kFractionOfAStep = 1e-3;
+constexpr int kMaxPiecesNearSingularity = 5000;  // each changes a Delassus element by an eighth at most
+constexpr const char* kSingularSlip =
     "a contact slides into a configuration without contact forces (Painleve): its normal force grows without bound";
 
-// Of a step: how much was left of it when its time last went on, and what came since.
+// How much of the step was left when its time last advanced, and how many events or pieces came since.
 template <class S> struct Progress {
   S left_at_event_s, left_at_piece_s;
   int events = 0, pieces = 0;
 
-  // Do events follow each other within the last place of the time?
-  bool stalls_at_event(S left_s, S place_s) {
-    if (left_at_event_s - left_s > place_s) {
+  // Does the time no longer advance by more than round_off_s from event to event?
+  bool stalls_at_event(S left_s, S round_off_s) {
+    if (left_at_event_s - left_s > round_off_s) {
       left_at_event_s = left_s;
       events = 0;
     }
-    return ++events > kMostEventsWithoutProgress;
+    return ++events > kMaxEventsWithoutProgress;
   }
-  bool stalls_at_piece(S left_s, S part_s) {
-    if (left_at_piece_s - left_s > part_s) {
+  bool stalls_at_piece(S left_s, S fraction_s) {
+    if (left_at_piece_s - left_s > fraction_s) {
       left_at_piece_s = left_s;
       pieces = 0;
     }
-    return ++pieces > kMostPiecesOfAPart;
+    return ++pieces > kMaxPiecesOfAFraction;
   }
 };
 
@@ -55,7 +55,8 @@ template <class S> Stepper<S>& stepper_of(const ActiveSet<S>& active, const Inte
   return active.count > 0 && integration.contact_stepper ? *integration.contact_stepper : integration.stepper;
 }
 
-// One trial step from run.states.y into run.states.y_new, as long as error control allows: at most `h_s`, which it may shorten.
+// One trial step from states.y to states.y_new, of at most h_s, which error control may shorten. False: an implicit
+// step has no solution, or the error stays too large.
 template <class S>
 bool trial_step(ActiveSet<S>& active, Integration<S>& integration, StateBuffers<S>& states, Stepper<S>& stepper, S t_s,
                 S& h_s) {
@@ -85,20 +86,20 @@ bool trial_step(ActiveSet<S>& active, Integration<S>& integration, StateBuffers<
   return false;
 }
 
-// ... shortened until forces next to a configuration without any (painleve.cpp) are followed.
+// ... shortened until forces near a singular configuration (painleve.hpp) are resolved.
 template <class S> bool resolved_trial_step(EventRun<S>& run, Stepper<S>& stepper, S t_s, S& h_s) {
-  constexpr int most_halvings = 60;
-  for (int halving = 0; halving < most_halvings; ++halving, h_s = h_s / S(2)) {
+  constexpr int max_halvings = 60;
+  for (int halving = 0; halving < max_halvings; ++halving, h_s = h_s / S(2)) {
     reset_delassus_range(run.active);
     if (!trial_step(run.active, run.integration, run.states, stepper, t_s, h_s)) return false;
     if (run.active.count == 0 || delassus_is_resolved(run.bodies, run.proximity, run.active)) return true;
   }
-  return refuse_at(run.report, static_cast<double>(t_s), kIntoSingularity);
+  return refuse_at(run.report, static_cast<double>(t_s), kSingularSlip);
 }
 
 // The active set at states.y, projection onto its constraints, and the impact without collision that may follow.
 template <class S> bool renew_active_set(EventRun<S>& run, S t_s) {
-  if (!update_active_set(run, t_s, true)) return false;
+  if (!update_active_set(run, t_s)) return false;
   project_contacts(run.bodies, run.proximity, run.active, run.constraints, run.states);
   return run.active.inconsistent < 0 || impact_without_collision(run, t_s);
 }
@@ -129,8 +130,8 @@ template <class S> bool handle_event(EventRun<S>& run, const Crossing<S>& crossi
   return renew_active_set(run, t_s);
 }
 
-// The law has changed, or the run begins: which bodies move, what contacts_on_body, what is pressed on what.
-template <class S> bool rebuild_contacts(EventRun<S>& run, S t_s) {
+// The equations of motion have changed, or the run begins: which bodies move, what touches, which contacts are active.
+template <class S> bool restart_contacts(EventRun<S>& run, S t_s) {
   std::fill(run.bodies.moves.begin(), run.bodies.moves.end(), static_cast<unsigned char>(0));
   for (const int body : run.bodies.model.moving()) run.bodies.moves[body] = 1;
   ++run.bodies.moves_version;  // poses, decoupled contacts and factors are no longer valid
@@ -153,42 +154,60 @@ template <class S> bool rebuild_contacts(EventRun<S>& run, S t_s) {
   return renew_active_set(run, t_s);
 }
 
+// The first crossing within the trial step that `flow` was taken for. False: the run ends.
+template <class S> bool locate_event(Flow<S>& flow, Crossing<S>& first) {
+  EventRun<S>& run = flow.run;
+  if (!find_near(run.bodies, run.proximity, run.states, run.report, flow.h_s)) return false;
+  measure_gaps(run.bodies, run.proximity, run.states);
+  locate_impact(flow, first);
+  if (run.active.count > 0) locate_mode_change(flow, first);
+  if (!run.drag_bodies.empty()) locate_zero_wind(flow, first);
+  return flow.ok && stays_clear_of_boundaries(flow, real::min(first.theta, S(1)));
+}
+
+// `reached` becomes the present state. Changes states, scales of round-off, and the contacts' constraints and directions.
+template <class S> void advance_to(EventRun<S>& run, State<S>& reached) {
+  run.states.y.swap(reached);
+  update_speed_scale(run.bodies, run.states.y.data());
+  maintain_contacts(run.bodies, run.proximity, run.active, run.constraints, run.states,
+                    run.integration.use_fine_stepper);
+}
+
+// False: the time no longer advances, or slip runs into a singular configuration; the run ends.
+template <class S> bool makes_progress(EventRun<S>& run, Progress<S>& progress, S t_s, S h_s, S left_s) {
+  if (progress.stalls_at_piece(left_s, S(kFractionOfAStep) * h_s))
+    return diverged_at(run.report, static_cast<double>(t_s),
+                       "slip needs more than 100000 pieces within a thousandth of a step");
+  if (progress.pieces > kMaxPiecesNearSingularity && run.active.count > 0 &&
+      near_singularity(run.bodies, run.proximity, run.active))
+    return refuse_at(run.report, static_cast<double>(t_s), kSingularSlip);
+  return true;
+}
+
 }  // namespace
 
 template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s) {
-  const S round_off_s = S(4) * real::epsilon<S>() * real::abs(t_s + h_s);  // of the step's ends: no step of its own
+  const S round_off_s = S(4) * real::epsilon<S>() * real::abs(t_s + h_s);  // what is left of a step below it is none
   S left_s = h_s;
   Progress<S> progress{left_s, left_s};
   for (;;) {
-    if (progress.stalls_at_piece(left_s, S(kPartOfAStep) * h_s))
-      return diverged_at(run.report, static_cast<double>(t_s),
-                         "slip asked for 100000 pieces of a thousandth of a step");
-    if (progress.pieces > kMostPiecesNearSingularity && run.active.count > 0 &&
-        near_singularity(run.bodies, run.proximity, run.active))
-      return refuse_at(run.report, static_cast<double>(t_s), kIntoSingularity);
+    if (!makes_progress(run, progress, t_s, h_s, left_s)) return false;
     if (run.active.reviewed_epoch != run.bodies.model.system().epoch) {
-      if (!rebuild_contacts(run, t_s)) return false;
+      if (!restart_contacts(run, t_s)) return false;
       ++run.proximity.piece;
     }
-    S step_s = left_s;
-    if (run.active.count > 0) step_s = slip_limited_step(run, t_s, h_s, left_s);
+    S step_s = run.active.count > 0 ? slip_limited_step(run, t_s, h_s, left_s) : left_s;
     Stepper<S>& stepper = stepper_of(run.active, run.integration);
     if (!resolved_trial_step(run, stepper, t_s, step_s)) return false;
-    if (!find_near(run.bodies, run.proximity, run.states, run.report, step_s)) return false;
-    measure_gaps(run.bodies, run.proximity, run.states);
+
     Flow<S> flow{run, stepper, t_s, step_s};
     Crossing<S> first;
-    locate_impact(flow, first);
-    if (run.active.count > 0) locate_mode_change(flow, first);
-    if (!run.drag_bodies.empty()) locate_zero_wind(flow, first);
-    if (!flow.ok || !stays_clear_of_boundaries(flow, real::min(first.theta, S(1)))) return false;
+    if (!locate_event(flow, first)) return false;
     advance_travel(run.proximity);
+
     if (first.function == Switch::none) {
-      run.states.y.swap(run.states.y_new);
       shift_gaps(run.proximity);
-      update_speed_scale(run.bodies, run.states.y.data());
-      maintain_contacts(run.bodies, run.proximity, run.active, run.constraints, run.states,
-                        run.integration.use_fine_stepper);
+      advance_to(run, run.states.y_new);
       left_s -= step_s;
       t_s += step_s;
       if (!(left_s > round_off_s)) return true;
@@ -197,19 +216,16 @@ template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s) {
     if (first.theta > S(0)) {
       flow.at(first.theta);
       if (!flow.ok) return false;
-      run.states.y.swap(run.states.y_probe);
+      advance_to(run, run.states.y_probe);
       t_s += first.theta * step_s;
       left_s -= first.theta * step_s;
-      update_speed_scale(run.bodies, run.states.y.data());
-      maintain_contacts(run.bodies, run.proximity, run.active, run.constraints, run.states,
-                        run.integration.use_fine_stepper);
     }
     if (!handle_event(run, first, t_s)) return false;
     ++run.proximity.piece;
     if (!(left_s > round_off_s)) return true;
     if (progress.stalls_at_event(left_s, real::epsilon<S>() * real::abs(t_s)))
       return diverged_at(run.report, static_cast<double>(t_s),
-                         "10000 events followed each other within the last place of the time");
+                         "10000 events followed each other without the time advancing");
   }
 }
 

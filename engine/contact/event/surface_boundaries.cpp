@@ -1,6 +1,6 @@
-// Where surfaces end. A contact that lasts leaves its facet there: a ball that rolls off the end of a sheet goes on
-// about the edge, or flies. Corners see faces alone, so a body that lies over an end, or is larger than the whole
-// sheet, is refused.
+// Boundaries of faces and lines. A contact leaves its facet there: a sphere that rolls over the boundary of a face
+// moves on to the edge, or separates. Vertices have contacts with faces only, so a body that overlaps a face's
+// boundary, or is larger than the whole face, is refused.
 #include "contact/event/surface_boundaries.hpp"
 
 #include <algorithm>
@@ -14,8 +14,8 @@ namespace {
 
 template <class S> S component(const Vec3<S>& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
 
-// A face of a mesh goes on over all triangles of its plane: inner edges are no boundary. The greatest of the distances
-// within them; where c is within one, that one's, and `over` is which: where it is looked for first.
+// The largest distance of c from the boundary of the triangles in the facet's plane, whose common edges are no
+// boundary. If c is inside one, its distance is returned and `over` is that triangle; the search begins at `over`.
 template <class S>
 S depth_inside_face(const std::vector<Triangle<S>>& mesh, const Facet<S>& facet, const Vec3<S>& c, S tiny, int& over) {
   const int count = static_cast<int>(mesh.size());
@@ -40,8 +40,8 @@ S depth_inside_face(const std::vector<Triangle<S>>& mesh, const Facet<S>& facet,
   return most;
 }
 
-// Of a box or a sheet: on a face c lies between its sides; outside_m an edge or a corner it lies outside along the axes
-// that meet there.
+// Of a box or a rectangle, the least distance by which c stays in the region of the facet: within the face's sides, or
+// outside along the axes that meet at the edge or vertex.
 template <class S> S depth_inside_slab(const Vec3<S>& half, const Facet<S>& facet, const Vec3<S>& c) {
   S least{};
   bool any = false;
@@ -62,7 +62,7 @@ template <class S> bool same_facet(const Facet<S>& a, const Facet<S>& b) {
 }
 
 template <class S> bool meets_faces_only(const Surface<S>& surface, const ContactFeature<S>& feature) {
-  return surface.radius + feature.radius == S(0) || !feature.centered;  // as facet_below() has it
+  return surface.radius + feature.radius == S(0) || !feature.centered;  // the condition of facet_below()
 }
 
 }  // namespace
@@ -104,7 +104,7 @@ bool change_facet(const Bodies<S>& bodies, const Proximity<S>& proximity, Report
     report.outcome = {Status::unsupported, proximity.pairs[candidate.pair].boundary_refusal, 0, 0, {}};
     return false;
   }
-  // By round-off it is still on the old one: what lies a little ahead.
+  // By round-off the feature is still over the old facet: take the one a little ahead.
   const Pose<S>&of = bodies.poses[candidate.feature_body], &on = bodies.poses[candidate.surface_body];
   const Vec3<S> arm = candidate.feature.centered ? Vec3<S>{} : turned(of, candidate.feature.center_B),
                 center = of.p + arm;
@@ -124,7 +124,7 @@ template <class S> Placement<S> placed(const Bodies<S>& bodies, int body, const 
   return {pose.p, {pose.axis[0], pose.axis[1], pose.axis[2]}};
 }
 
-// Bodies that overlap at the start are held so.
+// The gap that a pair in overlap since the start is held at; else 0.
 template <class S> S held_gap_of_pair(const Proximity<S>& proximity, const ActiveSet<S>& active, int pair) {
   S deepest = S(0);
   for (const Contact<S>& contact : active.contacts)
@@ -143,7 +143,7 @@ bool clear_of_boundaries(const Bodies<S>& bodies, const Proximity<S>& proximity,
     const Placement<S> feature = placed(bodies, boundary.feature_body, y),
                        sheet = placed(bodies, boundary.surface_body, y);
     if (norm(feature.p_W - sheet.p_W) > pair.bounding_radii) continue;
-    // The distance between shapes is found by iteration, not to the last levers.
+    // The distance between shapes comes from an iteration that does not converge to the last place.
     const S iterated = S(std::pow(static_cast<double>(real::epsilon<S>()), 0.6));
     const S tolerance = S(64) * bodies.gap_round_off() + iterated * pair.bounding_radii;
     if (separation(boundary.feature, feature, boundary.surface, sheet).gap >=
@@ -157,7 +157,7 @@ bool clear_of_boundaries(const Bodies<S>& bodies, const Proximity<S>& proximity,
 
 template <class S>
 bool may_cross_boundary(const Bodies<S>& bodies, const Proximity<S>& proximity, const S* y, const S* y_end) {
-  // Next to each other, has one turned? A body that tips over an end may be clear of it again.
+  // Close to each other, has one rotated? A body that tips over a boundary may be clear of it again.
   const auto turned_much = [&](int body) {
     const Pose<S> from = pose_of(bodies, body, y), to = pose_of(bodies, body, y_end);
     S most = S(0);
@@ -174,7 +174,7 @@ bool may_cross_boundary(const Bodies<S>& bodies, const Proximity<S>& proximity, 
       return dot(turned(sheet, boundary.normal_B), placed(bodies, boundary.feature_body, at).p_W - sheet.p_W) -
              dot(boundary.normal_B, boundary.on_it_B);
     };
-    if (boundary.thick) {  // has their levers to each other changed by much of the smaller one's size?
+    if (boundary.thick) {  // has their relative position changed by a large part of the smaller size?
       const auto apart = [&](const S* at) {
         return placed(bodies, boundary.feature_body, at).p_W - placed(bodies, boundary.surface_body, at).p_W;
       };
