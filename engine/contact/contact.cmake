@@ -40,6 +40,8 @@ target_sources(atwood_engine PRIVATE
   contact/event/constraints.cpp
   contact/event/contact_forces.cpp
   contact/event/contact_update.cpp
+  contact/event/edge_candidates.cpp
+  contact/event/edges.cpp
   contact/event/event.cpp
   contact/event/event_location.cpp
   contact/event/features.cpp

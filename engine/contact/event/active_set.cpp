@@ -221,6 +221,7 @@ template <class S> bool update_active_set(EventRun<S>& run, S t_s) {
   states.clear();
   for (const Contact<S>& contact : previous)
     states.push_back(static_cast<unsigned char>(pair_state(run.bodies, run.proximity, active, pair_of(contact))));
+  std::erase_if(active.contacts, [](const Contact<S>& contact) { return contact.left_facet; });
   add_closed_candidates(run.bodies, run.proximity, active, run.states);
   active.count = 0;
   if (!active.contacts.empty() && !find_modes(run, t_s)) return false;

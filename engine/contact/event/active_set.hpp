@@ -38,6 +38,7 @@ template <class S> struct Contact {
   FrictionMode mode = FrictionMode::frictionless;
   RollingMode rolling = RollingMode::free;
   bool active = false;         // has a normal force; else it touches, and other contacts hold the bodies
+  bool left_facet = false;     // is beyond the boundary of its facet: no contact any more
   bool at_cone_limit = false;  // in mode slip, its friction on the cone, but other contacts keep it from moving
   bool slip_onset = false;     // slip grows from zero within the step: keeps slip_direction throughout
   bool reached_cone = false, reached_rolling_bound = false;  // set by an event: friction, rolling couple at its bound

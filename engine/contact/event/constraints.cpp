@@ -167,8 +167,9 @@ template <class S> void update_kinematics(const Bodies<S>& bodies, const Proximi
   levers.body[0] = bodies.moves[k] ? k : -1;
   levers.body[1] = bodies.moves[s] ? s : -1;
   levers.arm[0] = contact.kinematics.x - of.p;
-  contact.u = candidate.feature.radius == S(0) ? contact.kinematics.x_dot
-                                               : of.v + cross(of.w, levers.arm[0]);  // a vertex is fixed in its body
+  contact.u = candidate.feature.radius == S(0) && !candidate.feature.edge
+                  ? contact.kinematics.x_dot
+                  : of.v + cross(of.w, levers.arm[0]);  // a vertex is fixed in its body
   contact.w = of.w;
   if (levers.body[1] < 0) return;
   levers.arm[1] = contact.kinematics.x - on.p;

@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "contact/event/contact_forces.hpp"
+#include "contact/event/edge_candidates.hpp"
 #include "contact/event/step.hpp"
 #include "contact/options.hpp"
 #include "simulation.hpp"
@@ -83,6 +84,7 @@ template <class S> void prepare_run(EventRun<S>& run, const MethodId& id, const 
                               mass.I_row[0].x == mass.I_row[1].y && mass.I_row[0].x == mass.I_row[2].z;
   }
   build_candidates(run.bodies, run.proximity, scene);
+  list_edges(run.proximity, scene);
   find_drag_bodies(run, scene);
   initialize_inverse_inertia(run.bodies);
   for (auto* v : {&run.constraints.free_acceleration, &run.constraints.acceleration}) v->resize(bodies);
@@ -126,6 +128,7 @@ template <class S> void restart(EventRun<S>& run, const Plan& plan) {
   run.integration.h_next_s = S(0);
   run.bodies.speed_scale = norm(run.bodies.model.uniform_gravity()) * S(plan.t_end_s) / S(plan.steps);
   std::fill(run.proximity.travel.begin(), run.proximity.travel.end(), S(0));
+  remove_edge_candidates(run.proximity);
   for (Candidate<S>& candidate : run.proximity.candidates) {
     candidate.in_contact = false;
     candidate.last_triangle = 0;  // results do not depend on earlier runs

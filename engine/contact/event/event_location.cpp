@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "contact/event/contact_forces.hpp"
+#include "contact/event/edge_candidates.hpp"
 #include "contact/event/surface_boundaries.hpp"
 
 namespace atwood::event {
@@ -96,6 +97,14 @@ template <class S> S impact_theta(Flow<S>& flow, const Candidate<S>& candidate) 
       real::abs(candidate.rate_end) <= flow.run.bodies.approach_round_off())
     return S(2);
   return locate_zero_gap(flow, candidate, separated_until(flow, candidate, overlap.theta), overlap.theta, overlap.gap);
+}
+
+// Two edges are candidates from where they cross: if they overlap there, another candidate has touched before.
+template <class S> S impact_theta_of_edges(Flow<S>& flow, const Candidate<S>& candidate) {
+  const S theta = impact_theta(flow, candidate);
+  if (!(theta > S(0) && theta <= S(1))) return theta;
+  const S gap = gap_at(flow.run.bodies, flow.run.proximity, candidate, flow.at(theta).data()).gap;
+  return real::abs(gap) <= S(4) * flow.run.bodies.gap_round_off() ? theta : S(2);
 }
 
 // ---- switching functions of lasting contacts -----------------------------------------------------------------------
@@ -216,7 +225,7 @@ template <class S> void locate_impact(Flow<S>& flow, Crossing<S>& first) {
       const Candidate<S>& candidate = run.proximity.candidates[f];
       if (candidate.in_contact || (candidate.gap > S(0) && candidate.gap_end > S(0) && candidate.rate_end <= S(0)))
         continue;
-      const S theta = impact_theta(flow, candidate);
+      const S theta = candidate.feature.edge ? impact_theta_of_edges(flow, candidate) : impact_theta(flow, candidate);
       if (theta <= S(1) && theta < first.theta) first = {theta, Switch::gap, f};
     }
   }
@@ -270,15 +279,17 @@ template <class S> void locate_zero_wind(Flow<S>& flow, Crossing<S>& first) {
   }
 }
 
-template <class S> bool stays_clear_of_boundaries(Flow<S>& flow, S until) {
+template <class S> bool stays_clear_of_boundaries(Flow<S>& flow, Crossing<S>& first) {
   EventRun<S>& run = flow.run;
   if (run.proximity.boundaries.empty()) return true;
+  const S until = real::min(first.theta, S(1));
   const bool whole = until >= S(1);
   const int samples =
       may_cross_boundary(run.bodies, run.proximity, run.states.y.data(), run.states.y_new.data()) ? 32 : 1;
   for (int k = 1; k <= samples; ++k) {
     const State<S>& y = k == samples ? (whole ? run.states.y_new : flow.at(until)) : flow.at(until * S(k) / S(samples));
-    if (!clear_of_boundaries(run.bodies, run.proximity, run.active, run.report, y.data())) return false;
+    if (!clear_of_boundaries(run.bodies, run.proximity, run.active, run.report, y.data()))
+      return locate_penetration(flow, until * S(k - 1) / S(samples), until * S(k) / S(samples), first);
   }
   return true;
 }
@@ -287,7 +298,7 @@ template <class S> bool stays_clear_of_boundaries(Flow<S>& flow, S until) {
   template void locate_impact<S>(Flow<S>&, Crossing<S>&);      \
   template void locate_mode_change<S>(Flow<S>&, Crossing<S>&); \
   template void locate_zero_wind<S>(Flow<S>&, Crossing<S>&);   \
-  template bool stays_clear_of_boundaries<S>(Flow<S>&, S);
+  template bool stays_clear_of_boundaries<S>(Flow<S>&, Crossing<S>&);
 ATWOOD_EVENT_LOCATION(float)
 ATWOOD_EVENT_LOCATION(double)
 ATWOOD_EVENT_LOCATION(long double)

@@ -78,7 +78,8 @@ template <class S> struct Flow {
 template <class S> void locate_impact(Flow<S>& flow, Crossing<S>& first);
 template <class S> void locate_mode_change(Flow<S>& flow, Crossing<S>& first);
 template <class S> void locate_zero_wind(Flow<S>& flow, Crossing<S>& first);
-// False: within [0, until] of the step some body overlaps the boundary of a face; report.outcome says which.
-template <class S> bool stays_clear_of_boundaries(Flow<S>& flow, S until);
+// Does no body overlap the boundary of a face up to `first`? If one does, `first` becomes the earlier crossing of a gap
+// that shows it, of edges too. False: there is none; report.outcome says which bodies overlap.
+template <class S> bool stays_clear_of_boundaries(Flow<S>& flow, Crossing<S>& first);
 
 }  // namespace atwood::event

@@ -1,5 +1,7 @@
 #include "contact/event/features.hpp"
 
+#include "contact/event/edges.hpp"
+
 namespace atwood::event {
 
 namespace {
@@ -45,6 +47,23 @@ template <class S> Facet<S> nearest_of_slab(const Vec3<S>& half, const Vec3<S>& 
   return facet;
 }
 
+// A vertex's body may lie beyond several faces; the vertex is over, or hardly below, only one of them. -1: over none.
+template <class S> int face_at_vertex(const Vec3<S>& half, const Vec3<S>& c, const Vec3<S>& side) {
+  int face = -1, outside = 0;
+  S out{};
+  for (int i = 0; i < 3; ++i) {
+    const S h = component(half, i), beyond = real::abs(component(side, i)) - h;
+    const S over = (component(side, i) < S(0) ? -component(c, i) : component(c, i)) - h;
+    outside += beyond > S(0) ? over > S(0) : real::abs(component(c, i)) > h;
+    if (!(beyond > S(0)) || (face >= 0 && over <= out)) continue;
+    face = i;
+    out = over;
+  }
+  const S smallest = real::min(component(half, (face + 1) % 3), component(half, (face + 2) % 3));
+  if (face < 0 || outside > 1 || (outside == 1 && !(out > S(0)))) return -1;
+  return out > -smallest / S(64) ? face : -1;
+}
+
 // The face below a vertex, on the side of its body.
 template <class S> Facet<S> face_of_slab(const Vec3<S>& half, const Vec3<S>& c, const Vec3<S>& side, S& outside_m) {
   int face = 2;
@@ -56,6 +75,7 @@ template <class S> Facet<S> face_of_slab(const Vec3<S>& half, const Vec3<S>& c, 
       face = i;
     }
   }
+  if (const int at = face_at_vertex(half, c, side); at >= 0) face = at;
   const S sign = component(side, face) < S(0) ? S(-1) : S(1);
   outside_m = S(0);
   for (int i = 0; i < 3; ++i)
@@ -227,7 +247,8 @@ Facet<S> nearest_facet(const Surface<S>& surface, const Vec3<S>& center_B, bool 
     case SurfaceKind::slab:
       return corner ? face_of_slab(surface.half_extents, center_B, side_B, outside_m)
                     : nearest_of_slab(surface.half_extents, center_B);
-    case SurfaceKind::mesh: break;
+    case SurfaceKind::mesh:
+    case SurfaceKind::edge: break;
   }
   return corner ? face_of_mesh(surface.mesh, center_B, side_B, outside_m) : nearest_of_mesh(surface.mesh, center_B);
 }
@@ -244,14 +265,16 @@ template <class S>
 GapKinematics<S> gap_kinematics(const ContactFeature<S>& feature, const Pose<S>& of, const Surface<S>& surface,
                                 const Facet<S>& facet, const Pose<S>& on) {
   GapKinematics<S> kinematics;
-  if (feature.circle) circle_kinematics<S, false>(feature, of, surface, facet, on, kinematics);
+  if (feature.edge) edge_kinematics(feature, of, facet, on, false, kinematics);
+  else if (feature.circle) circle_kinematics<S, false>(feature, of, surface, facet, on, kinematics);
   else sphere_kinematics<S, false>(feature, of, surface, facet, on, kinematics);
   return kinematics;
 }
 template <class S>
 void gap_kinematics_with_rates(const ContactFeature<S>& feature, const Pose<S>& of, const Surface<S>& surface,
                                const Facet<S>& facet, const Pose<S>& on, GapKinematics<S>& kinematics) {
-  if (feature.circle) circle_kinematics<S, true>(feature, of, surface, facet, on, kinematics);
+  if (feature.edge) edge_kinematics(feature, of, facet, on, true, kinematics);
+  else if (feature.circle) circle_kinematics<S, true>(feature, of, surface, facet, on, kinematics);
   else sphere_kinematics<S, true>(feature, of, surface, facet, on, kinematics);
 }
 

@@ -18,6 +18,7 @@ template <class S> struct ContactFeature {
   bool circle = false;   // a circle of that radius about axis_B instead of a sphere; it has gaps to faces only
   bool centered = true;  // center_B is the body's origin
   Vec3<S> axis_B;        // unit
+  bool edge = false;     // a straight edge through center_B along axis_B; it has gaps to edges only (edges.hpp)
 };
 
 template <class S> struct Facet {
@@ -31,7 +32,7 @@ template <class S> struct Triangle { Vec3<S> corner_B[3], normal_B; };
 // inside.
 template <class S> S depth_inside_triangle(const Triangle<S>& triangle, const Vec3<S>& at_B);
 
-enum class SurfaceKind : unsigned char { plane, point, segment, slab, mesh };
+enum class SurfaceKind : unsigned char { plane, point, segment, slab, mesh, edge };
 
 template <class S> struct Surface {
   SurfaceKind kind = SurfaceKind::plane;

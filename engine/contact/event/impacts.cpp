@@ -8,6 +8,7 @@
 #include <algorithm>
 
 #include "contact/event/bounces.hpp"
+#include "contact/event/edge_candidates.hpp"
 #include "contact/event/painleve.hpp"
 #include "contact/event/projection.hpp"
 
@@ -126,7 +127,9 @@ void drop_separated(Bodies<S>& bodies, Proximity<S>& proximity, ActiveSet<S>& ac
 
 template <class S> bool resolve_impacts(EventRun<S>& run, S t_s) {
   update_length_scale(run.bodies, run.proximity, run.states);
+  add_crossing_edges(run);
   find_impact_points(run.bodies, run.proximity, run.impacts, run.states);
+  if (!refuse_parallel_edges(run, t_s)) return false;
   ImpactProblem<S> problem{run.bodies,  run.proximity, run.impacts,
                            run.options, run.report,    run.bodies.approach_round_off()};
   for (const ImpactPoint<S>& point : run.impacts.points) run.proximity.pairs[point.pair].last_bounce = false;

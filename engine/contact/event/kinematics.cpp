@@ -1,6 +1,7 @@
 // Poses of bodies and gaps of candidates in a state.
 #include "contact/event/proximity.hpp"
 
+#include "contact/event/edge_candidates.hpp"
 #include "math/so3.hpp"
 
 namespace atwood::event {
@@ -56,6 +57,7 @@ Facet<S> facet_below(const Bodies<S>& bodies, const Proximity<S>& proximity, con
                      S& outside_m) {
   const Surface<S>& surface = proximity.surfaces[candidate.surface];
   outside_m = S(0);
+  if (candidate.feature.edge) return edge_facet_of(bodies, proximity, candidate, outside_m);
   if (surface.kind == SurfaceKind::plane) return {2, {}, {}};
   if (surface.kind == SurfaceKind::point) return {0, {}, {}};
   const Pose<S>&of = bodies.poses[candidate.feature_body], &on = bodies.poses[candidate.surface_body];

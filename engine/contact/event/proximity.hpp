@@ -7,6 +7,7 @@
 
 #include "collision/geometry.hpp"
 #include "contact/event/bodies.hpp"
+#include "contact/event/edges.hpp"
 #include "contact/event/features.hpp"
 #include "contact/event/report.hpp"
 #include "contact/event/states.hpp"
@@ -22,19 +23,22 @@ template <class S> struct ShapePair {
   S bounding_radii{};  // [m] the sum of both
   int plane = -1;      // the surface, if one of the bodies is a plane
   bool plane_is_a = false;
-  std::string boundary_refusal;     // message where a vertex would slide beyond its face; empty: it cannot
-  std::string refusal;              // not empty: the pair has no contact test, and must not come near
-  S recheck_travel{};               // [m] path lengths of both bodies up to which they cannot have met
-  std::int64_t gaps_known_at = -1;  // the piece (Proximity::piece) at whose start its candidates' gaps are known
-  bool last_bounce = false;         // the impact of this instant is taken as the last of a series of bounces,
-  S remaining_bounces_s{};          // which would go on for that long
-  S bounces_end_s{};                // when the series will have ended, predicted from its impacts so far
+  std::string boundary_refusal;      // message where a vertex would slide beyond its face; empty: it cannot
+  std::string refusal;               // not empty: the pair has no contact test, and must not come near
+  S recheck_travel{};                // [m] path lengths of both bodies up to which they cannot have met
+  std::int64_t gaps_known_at = -1;   // the piece (Proximity::piece) at whose start its candidates' gaps are known
+  bool last_bounce = false;          // the impact of this instant is taken as the last of a series of bounces,
+  S remaining_bounces_s{};           // which would go on for that long
+  S bounces_end_s{};                 // when the series will have ended, predicted from its impacts so far
+  bool has_edge_candidates = false;  // edge_candidates.hpp; and its range without them:
+  int first_without_edges = 0, count_without_edges = 0;
 };
 
 // A candidate contact: a feature of one body over a surface of another.
 template <class S> struct Candidate {
   int pair = 0, feature_body = 0, surface_body = 0, surface = 0;
   ContactFeature<S> feature;
+  int edge[2] = {-1, -1};         // an edge over an edge: of the feature's and the surface's body in Proximity::edges
   mutable int last_triangle = 0;  // of a flat mesh: where the search for the triangle below begins
   bool in_contact = false;        // listed in ActiveSet::contacts
   S gap{}, rate{};                // [m], [m/s] at the start of the piece, if known (ShapePair::gaps_known_at)
@@ -55,6 +59,9 @@ template <class S> struct Proximity {
   std::vector<Candidate<S>> candidates;
   std::vector<Surface<S>> surfaces;
   std::vector<FaceBoundary<S>> boundaries;
+  std::vector<std::vector<Edge<S>>> edges;  // of each body
+  int edge_surface = -1;                    // the surface of candidates of edges
+  std::size_t candidates_without_edges = 0, surfaces_without_edges = 0;
   std::vector<int> near;              // pairs that may touch within the present trial step
   std::vector<S> travel, excursions;  // [m] a body: path length so far; bound of its path in the trial step
   std::int64_t piece = 0;             // number of the present piece of a step; pieces end at steps and events

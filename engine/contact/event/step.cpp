@@ -10,6 +10,7 @@
 
 #include "contact/event/contact_forces.hpp"
 #include "contact/event/contact_update.hpp"
+#include "contact/event/edge_candidates.hpp"
 #include "contact/event/event_location.hpp"
 #include "contact/event/impacts.hpp"
 #include "contact/event/painleve.hpp"
@@ -125,7 +126,7 @@ template <class S> bool handle_event(EventRun<S>& run, const Crossing<S>& crossi
   }
   if (crossing.function == Switch::facet) {
     update_active_kinematics(run.bodies, run.proximity, run.active, run.states.y.data(), run.states.y.version);
-    if (!change_facet(run.bodies, run.proximity, run.report, contact)) return false;
+    if (!change_facet(run, contact)) return false;
   }
   return renew_active_set(run, t_s);
 }
@@ -141,6 +142,7 @@ template <class S> bool restart_contacts(EventRun<S>& run, S t_s) {
   for (ShapePair<S>& pair : run.proximity.pairs) pair.recheck_travel = S(0);
   ++run.proximity.piece;
   if (!find_near(run.bodies, run.proximity, run.states, run.report, S(0))) return false;
+  add_crossing_edges(run);
   if (run.active.starts) {
     run.active.starts = false;
     bool approach = false;
@@ -162,10 +164,11 @@ template <class S> bool locate_event(Flow<S>& flow, Crossing<S>& first) {
   locate_impact(flow, first);
   if (run.active.count > 0) locate_mode_change(flow, first);
   if (!run.drag_bodies.empty()) locate_zero_wind(flow, first);
-  return flow.ok && stays_clear_of_boundaries(flow, real::min(first.theta, S(1)));
+  return flow.ok && stays_clear_of_boundaries(flow, first);
 }
 
-// `reached` becomes the present state. Changes states, scales of round-off, and the contacts' constraints and directions.
+// `reached` becomes the present state. Changes states, scales of round-off, and the contacts' constraints and
+// directions.
 template <class S> void advance_to(EventRun<S>& run, State<S>& reached) {
   run.states.y.swap(reached);
   update_speed_scale(run.bodies, run.states.y.data());

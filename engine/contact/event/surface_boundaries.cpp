@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "collision/contacts.hpp"
+#include "contact/event/edge_candidates.hpp"
 
 namespace atwood::event {
 
@@ -73,6 +74,7 @@ template <class S> bool has_boundary(const Proximity<S>& proximity, const Contac
 
 template <class S> S depth_inside_facet(const Bodies<S>& bodies, const Proximity<S>& proximity, Contact<S>& contact) {
   const Candidate<S>& candidate = proximity.candidates[contact.candidate];
+  if (candidate.feature.edge) return depth_inside_edges_of(bodies, proximity, contact);
   const Surface<S>& surface = proximity.surfaces[candidate.surface];
   const Facet<S>& facet = contact.facet;
   const Pose<S>& on = bodies.poses[candidate.surface_body];
@@ -97,13 +99,19 @@ template <class S> S depth_inside_facet(const Bodies<S>& bodies, const Proximity
   }
 }
 
-template <class S>
-bool change_facet(const Bodies<S>& bodies, const Proximity<S>& proximity, Report& report, Contact<S>& contact) {
-  const Candidate<S>& candidate = proximity.candidates[contact.candidate];
-  if (meets_faces_only(proximity.surfaces[candidate.surface], candidate.feature)) {
-    report.outcome = {Status::unsupported, proximity.pairs[candidate.pair].boundary_refusal, 0, 0, {}};
-    return false;
+template <class S> bool change_facet(EventRun<S>& run, Contact<S>& contact) {
+  const Bodies<S>& bodies = run.bodies;
+  Proximity<S>& proximity = run.proximity;
+  // A vertex or an edge that leaves its facet has no contact any more; the body may then stand on other candidates.
+  if (const int pair = proximity.candidates[contact.candidate].pair; has_edges(proximity, pair)) {
+    add_edge_candidates(proximity, run.active, run.impacts, pair);
+    proximity.candidates[contact.candidate].in_contact = false;
+    contact.left_facet = true;
+    return true;
   }
+  const Candidate<S>& candidate = proximity.candidates[contact.candidate];
+  if (meets_faces_only(proximity.surfaces[candidate.surface], candidate.feature))
+    return refuse(run.report, Status::unsupported, proximity.pairs[candidate.pair].boundary_refusal);
   // By round-off the feature is still over the old facet: take the one a little ahead.
   const Pose<S>&of = bodies.poses[candidate.feature_body], &on = bodies.poses[candidate.surface_body];
   const Vec3<S> arm = candidate.feature.centered ? Vec3<S>{} : turned(of, candidate.feature.center_B),
@@ -124,34 +132,44 @@ template <class S> Placement<S> placed(const Bodies<S>& bodies, int body, const 
   return {pose.p, {pose.axis[0], pose.axis[1], pose.axis[2]}};
 }
 
-// The gap that a pair in overlap since the start is held at; else 0.
-template <class S> S held_gap_of_pair(const Proximity<S>& proximity, const ActiveSet<S>& active, int pair) {
+}  // namespace
+
+template <class S>
+S held_gap_of_pair(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active, int pair,
+                   const S* y) {
   S deepest = S(0);
-  for (const Contact<S>& contact : active.contacts)
-    if (proximity.candidates[contact.candidate].pair == pair) deepest = real::min(deepest, contact.held_gap);
+  for (const Contact<S>& contact : active.contacts) {
+    const Candidate<S>& f = proximity.candidates[contact.candidate];
+    if (f.pair != pair) continue;
+    deepest = real::min(deepest, contact.held_gap);
+    if (!contact.active) continue;
+    const Pose<S> of = pose_of(bodies, f.feature_body, y), on = pose_of(bodies, f.surface_body, y);
+    deepest = real::min(deepest, gap_kinematics(f.feature, of, proximity.surfaces[f.surface], contact.facet, on).gap);
+  }
   return deepest;
 }
 
-}  // namespace
+template <class S>
+bool clear_of_boundary(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active,
+                       const FaceBoundary<S>& boundary, const S* y) {
+  const ShapePair<S>& pair = proximity.pairs[boundary.pair];
+  if (std::find(proximity.near.begin(), proximity.near.end(), boundary.pair) == proximity.near.end()) return true;
+  const Placement<S> feature = placed(bodies, boundary.feature_body, y),
+                     sheet = placed(bodies, boundary.surface_body, y);
+  if (norm(feature.p_W - sheet.p_W) > pair.bounding_radii) return true;
+  // The distance between shapes comes from an iteration that does not converge to the last place.
+  const S iterated = S(std::pow(static_cast<double>(real::epsilon<S>()), 0.6));
+  const S tolerance = S(64) * bodies.gap_round_off() + iterated * pair.bounding_radii;
+  return separation(boundary.feature, feature, boundary.surface, sheet).gap >=
+         held_gap_of_pair(bodies, proximity, active, boundary.pair, y) - tolerance;
+}
 
 template <class S>
 bool clear_of_boundaries(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active,
                          Report& report, const S* y) {
-  for (const FaceBoundary<S>& boundary : proximity.boundaries) {
-    const ShapePair<S>& pair = proximity.pairs[boundary.pair];
-    if (std::find(proximity.near.begin(), proximity.near.end(), boundary.pair) == proximity.near.end()) continue;
-    const Placement<S> feature = placed(bodies, boundary.feature_body, y),
-                       sheet = placed(bodies, boundary.surface_body, y);
-    if (norm(feature.p_W - sheet.p_W) > pair.bounding_radii) continue;
-    // The distance between shapes comes from an iteration that does not converge to the last place.
-    const S iterated = S(std::pow(static_cast<double>(real::epsilon<S>()), 0.6));
-    const S tolerance = S(64) * bodies.gap_round_off() + iterated * pair.bounding_radii;
-    if (separation(boundary.feature, feature, boundary.surface, sheet).gap >=
-        held_gap_of_pair(proximity, active, boundary.pair) - tolerance)
-      continue;
-    report.outcome = {Status::unsupported, pair.boundary_refusal, 0, 0, {}};
-    return false;
-  }
+  for (const FaceBoundary<S>& boundary : proximity.boundaries)
+    if (!clear_of_boundary(bodies, proximity, active, boundary, y))
+      return refuse(report, Status::unsupported, proximity.pairs[boundary.pair].boundary_refusal);
   return true;
 }
 
@@ -188,11 +206,14 @@ bool may_cross_boundary(const Bodies<S>& bodies, const Proximity<S>& proximity, 
 }
 
 #define ATWOOD_SURFACE_BOUNDARIES(S)                                                                                   \
+  template S held_gap_of_pair<S>(const Bodies<S>&, const Proximity<S>&, const ActiveSet<S>&, int, const S*);           \
+  template bool clear_of_boundary<S>(const Bodies<S>&, const Proximity<S>&, const ActiveSet<S>&,                       \
+                                     const FaceBoundary<S>&, const S*);                                                \
   template bool clear_of_boundaries<S>(const Bodies<S>&, const Proximity<S>&, const ActiveSet<S>&, Report&, const S*); \
   template bool may_cross_boundary<S>(const Bodies<S>&, const Proximity<S>&, const S*, const S*);                      \
   template bool has_boundary<S>(const Proximity<S>&, const Contact<S>&);                                               \
   template S depth_inside_facet<S>(const Bodies<S>&, const Proximity<S>&, Contact<S>&);                                \
-  template bool change_facet<S>(const Bodies<S>&, const Proximity<S>&, Report&, Contact<S>&);
+  template bool change_facet<S>(EventRun<S>&, Contact<S>&);
 ATWOOD_SURFACE_BOUNDARIES(float)
 ATWOOD_SURFACE_BOUNDARIES(double)
 ATWOOD_SURFACE_BOUNDARIES(long double)

@@ -93,7 +93,7 @@ TEST_CASE("a ball slides from a capsule's side over its end") {
   CHECK(time_of(it.events[0]) == Approx(0.3 / v0 + leaves.after_s).epsilon(1e-9));
 }
 
-TEST_CASE("bodies with corners over the end of a sheet are refused by name, in any step") {
+TEST_CASE("capsules over the end of a sheet, and boxes over that of a mesh, are refused by name, in any step") {
   const double s = std::sqrt(0.5);
   struct Case {
     const char* what;
@@ -101,13 +101,10 @@ TEST_CASE("bodies with corners over the end of a sheet are refused by name, in a
     Body body;
   };
   std::vector<Case> cases = {
-      {"slides off", Rectangle{{0.5, 0.5}}, box("crate", 1, {0.1, 0.1, 0.05}, {0, 0, 0.05}, {2, 0, 0})},
-      {"larger than the sheet", Rectangle{{0.05, 0.05}}, box("crate", 1, {0.1, 0.1, 0.05}, {0, 0, 0.5})},
-      {"lands half over the end", Rectangle{{0.5, 0.5}}, box("crate", 1, {0.1, 0.1, 0.05}, {0.45, 0, 0.5})},
       {"a capsule across", Rectangle{{0.1, 0.1}},
        moving("crate", Capsule{0.05, 0.3}, 1, {0.1, 0.1, 0.01}, {0, 0, 0.5})},
       {"larger than a mesh", flat_mesh(0.05, 0.05), box("crate", 1, {0.1, 0.1, 0.05}, {0, 0, 0.5})}};
-  cases[3].body.orientation_wxyz = {s, 0, s, 0};
+  cases[0].body.orientation_wxyz = {s, 0, s, 0};
   for (const Case& one : cases)
     for (const int steps : {1, 7, 100}) {
       INFO(one.what << ", " << steps << " steps");
