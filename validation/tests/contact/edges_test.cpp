@@ -46,7 +46,7 @@ TEST_CASE("two crossed bars strike each other's edges as Newton's law says") {
     for (const double x : {0., 0.3})
       for (const double y : {0., -0.2}) {
         const double r = kHalf * std::sqrt(2.), long_I = (kHalf * kHalf + kLong * kLong) / 3;
-        // Arms to the crossing: (x, 0, r) of the lower bar, (0, -y, -r) of the upper. n = z; n . a = 1 / m + (r x n)^2 / I.
+        // Arms to the crossing: (x, 0, r) of the lower bar, (0, -y, -r) of the upper; n = z.
         const double m = 2, M = 1, inverse = 1 / m + x * x / (m * long_I) + 1 / M + y * y / (M * long_I);
         const double p = (1 + e) / inverse;
         for (const int steps : {1, 7, 64}) {
@@ -497,7 +497,7 @@ TEST_CASE("a bar that slips off an edge without friction keeps its energy and it
   }
 }
 
-// ---- edges that are parallel, or nearly ------------------------------------------------------------------------------
+// ---- edges that are parallel, or nearly -----------------------------------------------------------------------------
 TEST_CASE(
     "edges a thousandth off parallel meet as others do; parallel ones are refused by name, never passed through") {
   for (const double off : {1e-3, 1e-6, 1e-9, 0.}) {
