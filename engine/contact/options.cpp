@@ -40,14 +40,12 @@ std::vector<MethodInfo> make_responses() {
       "motion.";
   event.doc +=
       " restitution: newton (speeds; can gain energy in eccentric impacts with friction), poisson (impulses), stronge "
-      "(work). "
-      "simultaneous: sequential (the pair that approaches fastest first, ties in the scene's order, until none "
-      "approaches; points of "
-      "one pair at once) or together (one complementarity problem; there Stronge's law is taken as Poisson's); a scene "
-      "that names its convention (simultaneous_impacts) goes before the default, and a setting that contradicts it is "
+      "(work). simultaneous: sequential (the pair that approaches fastest first, ties in the scene's order, until none "
+      "approaches; points of one pair at once) or together (one complementarity problem; there Stronge's law is taken "
+      "as Poisson's). A scene's simultaneous_impacts overrides the default, and a setting that contradicts it is "
       "refused. Where Coulomb's law has no contact force (Painleve), an impact without collision follows under poisson "
-      "and stronge; under newton, and where it has several, the run ends unsupported. Methods that take "
-      "forces apart or as series hand lasting contacts to rk4 (with a tolerance: dopri5).";
+      "and stronge; under newton, and where the law has several solutions, the run ends unsupported. For methods that "
+      "split forces or expand them in series, rk4 (with a tolerance: dopri5) integrates lasting contacts.";
   event.source = "Hairer, Norsett, Wanner (1993), II.6; Pfeiffer and Glocker (1996); Stronge, Impact Mechanics (2000)";
   event.settings = {{"restitution", std::string("newton")}, {"simultaneous", std::string("sequential")}};
   MethodInfo penalty;

@@ -58,7 +58,7 @@ template <class S> struct Contact {
   S min_delassus{}, max_delassus{};  // [1/kg] range over a trial step of normal acceleration per 1 N with its friction
 
   // Its share in the linear system of the last evaluation (constraints.hpp).
-  bool decoupled = false;        // shares no moving body with another active contact: solved alone (single_contact.hpp)
+  bool decoupled = false;  // shares no moving body with another active contact: solved by itself (single_contact.hpp)
   bool between_spheres = false;  // what moves is a ball about its centre: a normal force does not turn it
   int first_row = -1;            // -1: it has no rows
   int force_rows = 1, couple_rows = 0;

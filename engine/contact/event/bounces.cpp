@@ -10,7 +10,7 @@ namespace atwood::event {
 namespace {
 
 // Each impact is located to about eps r / v, so late bounces cost more accuracy than they bring: a series is summed as
-// soon as a bounce rise_speed by less than eps^(2/3) r.
+// soon as a bounce rises by less than eps^(2/3) r.
 //   flight T_k = 2 v / a,   rise a T_k^2 / 8,   rest of the series T_k / (1 - e)
 // The last impact is resolved with e = 0: friction's impulse over the rest of the series, and the distance it takes
 // from a sliding body, are then those of a body that slides under its weight from here on, exactly. Each impact

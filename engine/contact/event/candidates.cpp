@@ -16,17 +16,17 @@ const char* shape_name(const Shape& shape) {
   return names[shape.index()];
 }
 
-template <class S> ContactFeature<S> corner(const Vec3<S>& at_B) { return {at_B, S(0), false, false, {}}; }
+template <class S> ContactFeature<S> vertex(const Vec3<S>& at_B) { return {at_B, S(0), false, false, {}}; }
 
 template <class S>
-void box_corners(const Real3& half, const Vec3<S>& p, const Quat<S>& q, std::vector<ContactFeature<S>>& features) {
+void box_vertices(const Real3& half, const Vec3<S>& p, const Quat<S>& q, std::vector<ContactFeature<S>>& features) {
   for (int i = 0; i < 8; ++i) {
     const Vec3<S> at{S(i & 1 ? half[0] : -half[0]), S(i & 2 ? half[1] : -half[1]), S(i & 4 ? half[2] : -half[2])};
-    features.push_back(corner(p + rotate(q, at)));
+    features.push_back(vertex(p + rotate(q, at)));
   }
 }
 
-template <class S> void ball_ends(double radius_m, double half_length_m, std::vector<ContactFeature<S>>& features) {
+template <class S> void sphere_ends(double radius_m, double half_length_m, std::vector<ContactFeature<S>>& features) {
   for (const double z : {-half_length_m, half_length_m})
     features.push_back({{S(0), S(0), S(z)}, S(radius_m), false, z == 0, {}});
 }
@@ -35,26 +35,26 @@ template <class S> void ball_ends(double radius_m, double half_length_m, std::ve
 template <class S> std::vector<ContactFeature<S>> features_of_shape(const Shape& shape) {
   std::vector<ContactFeature<S>> features;
   if (const auto* sphere = std::get_if<Sphere>(&shape)) features.push_back({{}, S(sphere->radius_m), false, true, {}});
-  if (const auto* box = std::get_if<Box>(&shape)) box_corners<S>(box->half_extents_m, {}, {}, features);
+  if (const auto* box = std::get_if<Box>(&shape)) box_vertices<S>(box->half_extents_m, {}, {}, features);
   if (const auto* sheet = std::get_if<Rectangle>(&shape)) {
     for (int i = 0; i < 4; ++i)
-      features.push_back(corner(Vec3<S>{S(i & 1 ? 1 : -1) * S(sheet->half_extents_m[0]),
+      features.push_back(vertex(Vec3<S>{S(i & 1 ? 1 : -1) * S(sheet->half_extents_m[0]),
                                         S(i & 2 ? 1 : -1) * S(sheet->half_extents_m[1]), S(0)}));
   }
   if (const auto* capsule = std::get_if<Capsule>(&shape))
-    ball_ends(capsule->radius_m, capsule->half_length_m, features);
+    sphere_ends(capsule->radius_m, capsule->half_length_m, features);
   if (const auto* cylinder = std::get_if<Cylinder>(&shape))
     for (const double z : {-cylinder->half_length_m, cylinder->half_length_m})
       features.push_back({{S(0), S(0), S(z)}, S(cylinder->radius_m), true, false, {S(0), S(0), S(1)}});
   if (const auto* hull = std::get_if<Convex>(&shape))
-    for (const Real3& point : hull->points_m) features.push_back(corner(narrow3<S>(point)));
+    for (const Real3& point : hull->points_m) features.push_back(vertex(narrow3<S>(point)));
   if (const auto* mesh = std::get_if<Mesh>(&shape))
-    for (const Real3& point : mesh->points_m) features.push_back(corner(narrow3<S>(point)));
+    for (const Real3& point : mesh->points_m) features.push_back(vertex(narrow3<S>(point)));
   if (const auto* compound = std::get_if<Compound>(&shape))
     for (const auto& part : compound->boxes) {
       const Real4& q = part.orientation_wxyz;
-      box_corners<S>(part.half_extents_m, narrow3<S>(part.position_body_m),
-                     normalised(Quat<S>{S(q[0]), S(q[1]), S(q[2]), S(q[3])}), features);
+      box_vertices<S>(part.half_extents_m, narrow3<S>(part.position_body_m),
+                      normalised(Quat<S>{S(q[0]), S(q[1]), S(q[2]), S(q[3])}), features);
     }
   return features;
 }
@@ -86,7 +86,7 @@ template <class S> Surface<S> mesh_surface(const Mesh& mesh) {
 }
 
 // The surface of a shape for contacts with spheres. False: it has none.
-template <class S> bool surface_for_balls(const Shape& shape, Surface<S>& surface) {
+template <class S> bool surface_for_spheres(const Shape& shape, Surface<S>& surface) {
   if (const auto* sphere = std::get_if<Sphere>(&shape)) {
     surface.kind = SurfaceKind::point;
     surface.radius = S(sphere->radius_m);
@@ -167,7 +167,7 @@ struct Builder {
       pair.plane_is_a = surface_body == pair.a;
       return true;
     }
-    if (std::holds_alternative<Sphere>(k) && surface_for_balls(s, surface)) {
+    if (std::holds_alternative<Sphere>(k) && surface_for_spheres(s, surface)) {
       add(proximity, pair, index, feature_body, surface_body, features_of_shape<S>(k), std::move(surface));
       return true;
     }
@@ -180,7 +180,7 @@ struct Builder {
   bool meet_faces(Proximity<S>& proximity, ShapePair<S>& pair, int index, int feature_body, int surface_body) const {
     const Shape &k = scene.bodies[feature_body].shape, &s = scene.bodies[surface_body].shape;
     Surface<S> surface;
-    if (!has_features_for_faces(k) || !has_faces<S>(s) || !surface_for_balls(s, surface)) return false;
+    if (!has_features_for_faces(k) || !has_faces<S>(s) || !surface_for_spheres(s, surface)) return false;
     // Without a distance test between the two, an overlapped boundary would go unseen.
     if (no_contact_test(make_geometry<S>(k).kind, make_geometry<S>(s).kind) != nullptr) return false;
     pair.boundary_refusal = std::string("atwood's +event has no contact of ") + shape_name(k) + " `" +
@@ -196,7 +196,8 @@ struct Builder {
     proximity.boundaries.push_back(std::move(boundary));
     add(proximity, pair, index, feature_body, surface_body, features_of_shape<S>(k), std::move(surface));
     Surface<S> back;
-    if (proximity.boundaries.back().thick && has_features_for_faces(s) && has_faces<S>(k) && surface_for_balls(k, back))
+    if (proximity.boundaries.back().thick && has_features_for_faces(s) && has_faces<S>(k) &&
+        surface_for_spheres(k, back))
       add(proximity, pair, index, surface_body, feature_body, features_of_shape<S>(s), std::move(back));
     return true;
   }

@@ -48,7 +48,7 @@ template <class S> void monitor_bounds(const Proximity<S>& proximity, ActiveSet<
 template <class S>
 void distribute_friction_by_normal_force(const Bodies<S>& bodies, const Proximity<S>& proximity,
                                          const ActiveSet<S>& active, ConstraintSystem<S>& constraints) {
-  S pressed = S(0);
+  S sum_N = S(0);
   int sticking = 0;
   bool near_edge = false;
   for (const Contact<S>& contact : active.contacts) {
@@ -56,14 +56,14 @@ void distribute_friction_by_normal_force(const Bodies<S>& bodies, const Proximit
     ++sticking;
     const S* force = &constraints.unknown[contact.first_row];
     const S bound = S(0.5) * proximity.pairs[proximity.candidates[contact.candidate].pair].friction * force[0];
-    pressed += force[0];
+    sum_N += force[0];
     near_edge = near_edge || !(force[1] * force[1] + force[2] * force[2] < bound * bound);
   }
-  if (sticking < 2 || !near_edge || !(pressed > S(0))) return;  // far from their cones, any distribution will do
+  if (sticking < 2 || !near_edge || !(sum_N > S(0))) return;  // far from their cones, any distribution will do
   assemble_delassus(bodies, active, constraints);
   S largest = S(0);  // weights make up for the different diagonals of contacts at different points
   for (int i = 0; i < constraints.row_count; ++i) largest = real::max(largest, constraints.diagonal[i]);
-  const S mean = pressed / S(sticking);
+  const S mean = sum_N / S(sticking);
   for (const Contact<S>& contact : active.contacts) {
     if (contact.first_row < 0 || contact.mode != FrictionMode::stick) continue;
     const S weight = mean / real::max(constraints.unknown[contact.first_row], S(0x1p-10) * mean);
@@ -120,11 +120,11 @@ void find_decoupled_contacts(const Bodies<S>& bodies, const Proximity<S>& proxim
     contact.decoupled = forces && !shared(feature(contact)) && !shared(surface(contact));
     const Candidate<S>& candidate = proximity.candidates[contact.candidate];
     const SurfaceKind kind = proximity.surfaces[candidate.surface].kind;
-    const auto ball = [&](int body) { return !bodies.model.rotates(body) || bodies.isotropic[body]; };
+    const auto turns_freely = [&](int body) { return !bodies.model.rotates(body) || bodies.isotropic[body]; };
     contact.between_spheres =
         (!bodies.moves[feature(contact)] ||
-         (candidate.feature.centered && !candidate.feature.circle && ball(feature(contact)))) &&
-        (!bodies.moves[surface(contact)] || (kind == SurfaceKind::point && ball(surface(contact))));
+         (candidate.feature.centered && !candidate.feature.circle && turns_freely(feature(contact)))) &&
+        (!bodies.moves[surface(contact)] || (kind == SurfaceKind::point && turns_freely(surface(contact))));
   }
 }
 

@@ -53,7 +53,7 @@ template <class S> void find_drag_bodies(EventRun<S>& run, const Scene& scene) {
 }
 
 // Methods that split forces or expand them in series never ask for the rates that contact forces are added to.
-template <class S> bool asks_for_rates(EventRun<S>& run) {
+template <class S> bool evaluates_rates(EventRun<S>& run) {
   run.bodies.model.initial_state(run.states.overwrite(run.states.y));
   run.bodies.model.select_interval(S(0), S(0));
   run.integration.wrapped_calls = 0;
@@ -104,7 +104,7 @@ template <class S> void prepare_run(EventRun<S>& run, const MethodId& id, const 
     run.integration.atol = S(id.atol.value_or(*id.rtol / 100));
     run.integration.stepper.set_tolerance(run.integration.rtol, run.integration.atol);
   }
-  if (!asks_for_rates(run)) {
+  if (!evaluates_rates(run)) {
     std::string why;
     run.integration.contact_stepper = make_stepper<S>(id.rtol ? "dopri5" : "rk4", run.bodies.model, why, {});
   }
@@ -216,11 +216,11 @@ Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const O
   prepare_run(run, id, scene);
   if (repeats <= 0) return run_once(run, plan, observer);
 
-  const Observer nobody;
-  Outcome outcome = run_once(run, plan, nobody);  // warm-up
+  const Observer no_observer;
+  Outcome outcome = run_once(run, plan, no_observer);  // warm-up
   for (int i = 0; i < repeats && outcome.status == Status::ok; ++i) {
     const auto start = std::chrono::steady_clock::now();
-    const Outcome timed = run_once(run, plan, nobody);
+    const Outcome timed = run_once(run, plan, no_observer);
     const auto busy = std::chrono::steady_clock::now() - start;
     outcome.busy_ns.push_back(std::chrono::duration_cast<std::chrono::nanoseconds>(busy).count());
     if (timed.status != Status::ok) outcome = timed;

@@ -52,7 +52,7 @@ template <class S> struct GapKinematics {
   Vec3<S> normal_dot, x_dot;  // set by gap_kinematics_with_rates() only
 };
 
-// The facet of a slab, segment or mesh nearest to center_B. A vertex (`corner`) is given faces only, on the side of
+// The facet of a slab, segment or mesh nearest to center_B. A vertex (`corner`) has faces only, on the side of
 // side_B; `outside_m` is then its distance beyond the face's boundary, else 0.
 template <class S>
 Facet<S> nearest_facet(const Surface<S>& surface, const Vec3<S>& center_B, bool corner, const Vec3<S>& side_B,

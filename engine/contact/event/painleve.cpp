@@ -39,8 +39,8 @@ template <class S> bool may_be_indeterminate(const Proximity<S>& proximity, cons
 // but have no constraint of their own. `size`: the sum of the absolute values of its terms.
 template <class S>
 S delassus_form(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active,
-                ConstraintSystem<S>& constraints, const Contact<S>* alone, S& size) {
-  const auto counts = [&](const Contact<S>& c) { return c.active && (alone ? &c == alone : !c.decoupled); };
+                ConstraintSystem<S>& constraints, const Contact<S>* single, S& size) {
+  const auto counts = [&](const Contact<S>& c) { return c.active && (single ? &c == single : !c.decoupled); };
   for (const int body : active.bodies) constraints.acceleration[body] = {};
   for (const Contact<S>& contact : active.contacts) {
     if (!counts(contact)) continue;
@@ -71,9 +71,9 @@ S delassus_form(const Bodies<S>& bodies, const Proximity<S>& proximity, const Ac
 
 template <class S>
 bool friction_presses(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active,
-                      ConstraintSystem<S>& constraints, const Contact<S>* alone) {
+                      ConstraintSystem<S>& constraints, const Contact<S>* single) {
   S size{};
-  const S sum = delassus_form(bodies, proximity, active, constraints, alone, size);
+  const S sum = delassus_form(bodies, proximity, active, constraints, single, size);
   return sum < S(-256) * real::epsilon<S>() * size;
 }
 
@@ -180,9 +180,10 @@ template <class S> bool check_forces(EventRun<S>& run, S t_s, S tiny_acceleratio
       inconsistent_pair(run.bodies, run.proximity, run.active, run.states, tiny_acceleration, tiny_N);
   if (run.active.inconsistent >= 0) return true;  // impact_without_collision() follows
   if (indeterminate(run.bodies, run.proximity, run.active, run.constraints))
-    return refuse_at(run.report, t_s,
-                     "Coulomb's law has more than one answer (Painleve's indeterminate case): the contact can lift off "
-                     "as well as be pressed on by its friction");
+    return refuse_at(
+        run.report, t_s,
+        "Coulomb's law has more than one solution (Painleve's indeterminate case): the contact can separate, or \"
+                     \"be pressed on by its friction");
   return true;
 }
 
@@ -216,8 +217,7 @@ template <class S> bool impact_without_collision(EventRun<S>& run, S t_s) {
   const ImpactLaw<S> law{pair.restitution, pair.friction, pair.rolling_friction_m, run.options.restitution};
   const Impulse<S> impulse = collide_without_approach(law, n, surface, feature);
   if (!impulse.converged || !(impulse.normal_N_s > S(0)))
-    return refuse_at(run.report, t_s,
-                     "the impact without collision that Painleve's inconsistent case asks for has no end");
+    return refuse_at(run.report, t_s, "the impact without collision of Painleve's inconsistent case has no end");
   if (run.bodies.moves[f.surface_body])
     store_velocity(run.bodies, f.surface_body, surface.v_W, surface.w_W, run.states.overwrite(run.states.y));
   if (run.bodies.moves[f.feature_body])

@@ -41,10 +41,10 @@ template <class S> Vec3<S> point_acceleration(const ContactSide<S>& side, const 
   return a;
 }
 
-template <class S> void add_acceleration(const ContactSide<S>& side, const SpatialVector<S>& answer) {
-  store3(load3(side.dydt + kAtVelocity) + answer.linear, side.dydt + kAtVelocity);
+template <class S> void add_acceleration(const ContactSide<S>& side, const SpatialVector<S>& response) {
+  store3(load3(side.dydt + kAtVelocity) + response.linear, side.dydt + kAtVelocity);
   if (side.rotates)
-    store3(load3(side.dydt + kAtBodyRate) + turned_back(*side.pose, answer.angular), side.dydt + kAtBodyRate);
+    store3(load3(side.dydt + kAtBodyRate) + turned_back(*side.pose, response.angular), side.dydt + kAtBodyRate);
 }
 
 // [r]^T I^-1 [r] + 1 / m, row after row: row i of I^-1 [r] is (I^-1)_i x r.
@@ -83,11 +83,11 @@ bool add_sphere_contact_forces(const Bodies<S>& bodies, const Proximity<S>& prox
     along += side.inverse->mass_per_kg;
     if (side.rotates) across += dot(side.arm, side.arm) * side.inverse->I_row[0].x;
   }
-  const S asked = dot(n, b), N = asked / along;
+  const S b_n = dot(n, b), N = b_n / along;
   contact.normal_N = N;
   contact.couple_N_m = {};
   if (contact.mode == FrictionMode::stick) {
-    contact.friction_N = (S(1) / (along + across)) * (b - asked * n);
+    contact.friction_N = (S(1) / (along + across)) * (b - b_n * n);
   } else {
     update_unit_load(bodies, proximity, contact, ConstraintLevel::acceleration);
     contact.friction_N = N * (contact.unit_force_W - n);
@@ -133,22 +133,22 @@ bool add_single_contact_forces(const Bodies<S>& bodies, const Proximity<S>& prox
     return solved;
   }
   update_unit_load(bodies, proximity, contact, ConstraintLevel::acceleration);
-  SpatialVector<S> answer[2];
-  S gives{};
+  SpatialVector<S> response[2];
+  S delassus{};
   for (int i = 0; i < 2; ++i) {
     if (!sides[i].moves) continue;
-    answer[i] = acceleration_under(*sides[i].inverse,
-                                   wrench_of(contact.unit_force_W, contact.unit_couple_W, sides[i].arm, sides[i].sign));
-    gives += sides[i].sign * dot(n, answer[i].linear + cross(answer[i].angular, sides[i].arm));
+    response[i] = acceleration_under(
+        *sides[i].inverse, wrench_of(contact.unit_force_W, contact.unit_couple_W, sides[i].arm, sides[i].sign));
+    delassus += sides[i].sign * dot(n, response[i].linear + cross(response[i].angular, sides[i].arm));
   }
-  const S N = dot(n, b) / gives;
-  if (contact.mode == FrictionMode::slip) record_delassus(contact, gives);
+  const S N = dot(n, b) / delassus;
+  if (contact.mode == FrictionMode::slip) record_delassus(contact, delassus);
   contact.normal_N = N;
   contact.friction_N = N * (contact.unit_force_W - n);
   contact.couple_N_m = N * contact.unit_couple_W;
   for (int i = 0; i < 2; ++i)
-    if (sides[i].moves) add_acceleration(sides[i], SpatialVector<S>{N * answer[i].linear, N * answer[i].angular});
-  return gives != S(0);
+    if (sides[i].moves) add_acceleration(sides[i], SpatialVector<S>{N * response[i].linear, N * response[i].angular});
+  return delassus != S(0);
 }
 
 #define ATWOOD_SINGLE_CONTACT(S) \
