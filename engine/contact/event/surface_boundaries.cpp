@@ -192,15 +192,17 @@ bool may_cross_boundary(const Bodies<S>& bodies, const Proximity<S>& proximity, 
       return dot(turned(sheet, boundary.normal_B), placed(bodies, boundary.feature_body, at).p_W - sheet.p_W) -
              dot(boundary.normal_B, boundary.on_it_B);
     };
-    if (boundary.thick) {  // has their relative position changed by a large part of the smaller size?
-      const auto apart = [&](const S* at) {
-        return placed(bodies, boundary.feature_body, at).p_W - placed(bodies, boundary.surface_body, at).p_W;
-      };
-      const S size =
-          real::min(bodies.bounding_radius[boundary.feature_body], bodies.bounding_radius[boundary.surface_body]);
-      return norm(apart(y_end) - apart(y)) > size / S(32) &&
-             norm(apart(y)) < S(2) * proximity.pairs[boundary.pair].bounding_radii;
-    }
+    // Has their relative position changed by a large part of the smaller size? Then a part of a body may have passed.
+    const auto apart = [&](const S* at) {
+      return placed(bodies, boundary.feature_body, at).p_W - placed(bodies, boundary.surface_body, at).p_W;
+    };
+    const S size =
+        real::min(bodies.bounding_radius[boundary.feature_body], bodies.bounding_radius[boundary.surface_body]);
+    if (boundary.thick || has_edges(proximity, boundary.pair))
+      if (norm(apart(y_end) - apart(y)) > size / S(32) &&
+          norm(apart(y)) < S(2) * proximity.pairs[boundary.pair].bounding_radii)
+        return true;
+    if (boundary.thick) return false;
     return side(y) * side(y_end) < S(0);
   });
 }

@@ -238,6 +238,27 @@ TEST_CASE("boxes thrown at each other meet when all separating axes say so, and 
   CHECK(faces > 10);
 }
 
+TEST_CASE("a long bar's corner strikes the face under it, although the bar lies beyond another face") {
+  for (const bool sheet : {false, true}) {
+    Scene scene = world({0, 0, 0}, 0.5, 0);
+    scene.bodies = {sheet ? fixed("under", Rectangle{{0.2, 0.2}}, {0, 0, 0.05}) : fixed("under", Box{{0.2, 0.2, 0.05}}),
+                    moving("bar", Box{{1, 0.05, 0.05}}, 1, {0.3, 0.3, 0.3}, {1, 0.02, 0.5}, {0, 0, -1})};
+    scene.bodies[1].orientation_wxyz = times(about({0, 1, 0}, -0.2), about({1, 0, 0}, 0.3));
+    const Placed bar = place_at(scene.bodies[1], 0);
+    const long double lowest = bar.p.z - width(bar, {0, 0, 1}), corner_x = outermost(bar, {0, 0, -1}).x;
+    REQUIRE(std::abs(static_cast<double>(corner_x)) < 0.15);
+    for (const int steps : {1, 2, 30}) {
+      const Recorded it = run("atwood/rk4+event", scene, {0.4, steps, 1});
+      INFO((sheet ? "sheet, " : "box, ") << steps << " steps: " << it.outcome.reason);
+      REQUIRE(it.outcome.status == Status::ok);
+      REQUIRE(it.count(EventKind::impact) == 1);
+      CHECK(time_of(it.events[0]) == Approx(static_cast<double>(lowest) - 0.05).epsilon(1e-12));
+      CHECK(static_cast<double>(std::abs(wide(it.events[0].normal).z)) == Approx(1).epsilon(1e-14));
+      CHECK(static_cast<double>(it.events[0].vn_before_m_per_s) == Approx(-1).epsilon(1e-13));
+    }
+  }
+}
+
 TEST_CASE("neither the order of the bodies, nor units, nor the world's axes change where edges meet") {
   for (const unsigned seed : {2u, 5u, 9u, 14u}) {
     const Scene scene = thrown_boxes(seed, 0.5, 0.25);
@@ -517,4 +538,62 @@ TEST_CASE(
       CHECK(it.outcome.reason.find("parallel") != std::string::npos);
     }
   }
+}
+
+TEST_CASE("a box that slides over a table's end tips, slips off and lands at times that converge") {
+  Scene scene = world({0, 0, -kWeight}, 0, 0.3);
+  scene.bodies = {fixed("floor", Plane{{0, 0, 1}, 0}), box("slab", 5, {0.5, 0.5, 0.1}, {0, 0, 0.1}),
+                  box("top", 1, {0.1, 0.1, 0.1}, {0.35, 0, 0.3}, {1, 0, 0})};
+  double at[3][3];
+  for (int i = 0; i < 3; ++i) {
+    const Recorded it = run("atwood/rk4+event", scene, {0.6, 24 << i, 1});
+    INFO((24 << i) << " steps: " << it.outcome.reason);
+    REQUIRE(it.outcome.status == Status::ok);
+    REQUIRE(it.events.size() >= 3);
+    const EventKind kinds[] = {EventKind::roll, EventKind::slip, EventKind::separate};
+    for (int k = 0; k < 3; ++k) {
+      CHECK(it.events[static_cast<std::size_t>(k)].kind == kinds[k]);
+      at[i][k] = time_of(it.events[static_cast<std::size_t>(k)]);
+    }
+  }
+  CHECK(at[2][0] == Approx(0.2580153).margin(1e-6));  // of 1920 steps
+  for (int k = 0; k < 3; ++k) CHECK(std::abs(at[2][k] - at[1][k]) < 2e-7);
+}
+
+TEST_CASE("boxes that fall on pedestals never sink in, nor gain energy") {
+  int held = 0;
+  for (unsigned seed = 150; seed < 156; ++seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> any(-1, 1);
+    Scene scene = world({0, 0, -kWeight}, seed % 3 == 0 ? 0 : 0.3, seed % 2 == 0 ? 0.2 : 0.5);
+    const Real3 low = {0.2 + 0.1 * any(random), 0.2 + 0.1 * any(random), 0.1};
+    const Real3 high = {0.15 + 0.1 * any(random), 0.15 + 0.1 * any(random), 0.15 + 0.1 * any(random)};
+    scene.bodies = {fixed("pedestal", Box{low}, {0, 0, 0.5}),
+                    box("die", 1, high, {0.25 * any(random), 0.25 * any(random), 1.1}, {0.5 * any(random), 0, 0})};
+    Body& die = scene.bodies[1];
+    die.orientation_wxyz = about({any(random), any(random), any(random)}, 2 * any(random));
+    die.angular_velocity_body_rad_per_s = {3 * any(random), 3 * any(random), 3 * any(random)};
+    const Recorded it = run("atwood/rk4+event{restitution=poisson}", scene, {0.5, 100, 100});
+    INFO("seed " << seed << ": " << it.outcome.reason);
+    CHECK((it.outcome.status == Status::ok || it.outcome.status == Status::unsupported));
+    held += it.outcome.status == Status::ok;
+    double last = 1e9;
+    for (const Sample& sample : it.samples) {
+      Body bodies[2] = {scene.bodies[0], die};
+      double now = -kWeight * height_lost(scene, sample, 1);
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double v = static_cast<double>(sample.bodies[1].v_m_per_s[k]),
+                     w = static_cast<double>(sample.bodies[1].w_rad_per_s[k]);
+        now += (v * v + die.inertia_kg_m2[4 * k] * w * w) / 2;
+        bodies[1].position_m[k] = static_cast<double>(sample.bodies[1].p_m[k]);
+      }
+      for (std::size_t k = 0; k < 4; ++k)
+        bodies[1].orientation_wxyz[k] = static_cast<double>(sample.bodies[1].q_wxyz[k]);
+      for (Body& body : bodies) body.angular_velocity_body_rad_per_s = {};
+      CHECK(static_cast<double>(meet(place_at(bodies[0], 0), place_at(bodies[1], 0)).gap) > -1e-8);
+      CHECK(now < last + 1e-6);
+      last = now;
+    }
+  }
+  CHECK(held >= 5);
 }
