@@ -182,8 +182,8 @@ template <class S> bool check_forces(EventRun<S>& run, S t_s, S tiny_acceleratio
   if (indeterminate(run.bodies, run.proximity, run.active, run.constraints))
     return refuse_at(
         run.report, t_s,
-        "Coulomb's law has more than one solution (Painleve's indeterminate case): the contact can separate, or \"
-                     \"be pressed on by its friction");
+        "Coulomb's law has more than one solution (Painleve's indeterminate case): the contact can separate, or "
+        "be pressed on by its friction");
   return true;
 }
 
