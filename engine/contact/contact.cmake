@@ -32,26 +32,31 @@ target_sources(atwood_engine PRIVATE
   collision/stay_apart.cpp
   collision/swept.cpp
   collision/triangle_mesh.cpp
-  contact/event/alone.cpp
-  contact/event/edge_pairs.cpp
+  contact/event/active_set.cpp
+  contact/event/bounces.cpp
+  contact/event/candidates.cpp
+  contact/event/constraints.cpp
+  contact/event/contact_forces.cpp
+  contact/event/contact_update.cpp
+  contact/event/edge_candidates.cpp
   contact/event/edges.cpp
   contact/event/event.cpp
-  contact/event/facets.cpp
-  contact/event/fall.cpp
+  contact/event/event_location.cpp
   contact/event/features.cpp
-  contact/event/forces.cpp
+  contact/event/gauss_seidel.cpp
+  contact/event/impact_problem.cpp
   contact/event/impacts.cpp
-  contact/event/linear.cpp
+  contact/event/kinematics.cpp
+  contact/event/linear_solve.cpp
   contact/event/modes.cpp
-  contact/event/motion.cpp
-  contact/event/near.cpp
+  contact/event/near_phase.cpp
   contact/event/painleve.cpp
-  contact/event/pairs.cpp
-  contact/event/project.cpp
-  contact/event/rows.cpp
-  contact/event/settle.cpp
-  contact/event/slip.cpp
+  contact/event/projection.cpp
+  contact/event/report.cpp
+  contact/event/single_contact.cpp
+  contact/event/slip_step.cpp
   contact/event/step.cpp
+  contact/event/surface_boundaries.cpp
   contact/impulse.cpp
   contact/options.cpp
   contact/penalty.cpp

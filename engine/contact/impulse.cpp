@@ -11,13 +11,13 @@ template <class S> Vec3<S> times(const Vec3<S> (&row)[3], const Vec3<S>& v) {
 }
 
 // c . d / m + c . (I^-1 (r x d)) x r  =  c . d / m + (r x c) . I^-1 (r x d)
-template <class S> S own_mobility(const ImpactBody<S>& body, const Vec3<S>& c, const Vec3<S>& d) {
+template <class S> S own_inverse_mass(const ImpactBody<S>& body, const Vec3<S>& c, const Vec3<S>& d) {
   const Vec3<S> arm = cross(body.r_W, c);
   const S angular = dot(arm, times(body.I_inverse_W_row, cross(body.r_W, d)));
   return body.inverse_mass_per_kg * dot(c, d) + angular;
 }
 
-template <class S> void push_one(ImpactBody<S>& body, const Vec3<S>& impulse_W) {
+template <class S> void apply_to_body(ImpactBody<S>& body, const Vec3<S>& impulse_W) {
   body.v_W += body.inverse_mass_per_kg * impulse_W;
   body.w_W += times(body.I_inverse_W_row, cross(body.r_W, impulse_W));
 }
@@ -28,12 +28,11 @@ template <class S> Vec3<S> any_tangent(const Vec3<S>& n) {
   return (S(1) / norm(t)) * t;
 }
 
-// Does an impulse along one axis of the frame (the slip, across it, the normal) leave the velocities along the others
-// alone?
+// Is K diagonal in the frame of the slip, the direction across it, and the normal?
 template <class S>
 bool decoupled(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S> (&axis)[3], S (&K)[3][3]) {
   for (int i = 0; i < 3; ++i)
-    for (int j = 0; j <= i; ++j) K[i][j] = K[j][i] = mobility(a, b, axis[i], axis[j]);
+    for (int j = 0; j <= i; ++j) K[i][j] = K[j][i] = inverse_effective_mass(a, b, axis[i], axis[j]);
   const S round_off = S(32) * real::epsilon<S>() * (K[0][0] + K[1][1] + K[2][2]);
   return real::abs(K[0][1]) <= round_off && real::abs(K[0][2]) <= round_off && real::abs(K[1][2]) <= round_off;
 }
@@ -43,13 +42,16 @@ template <class S> Vec3<S> shortened(const Vec3<S>& v, S most) {
   return length > most ? (most / length) * v : v;
 }
 
-// The couple against rolling, |c| <= delta p, and the friction already there, |j| <= mu p: of all such pairs the one
-// that leaves the least kinetic energy. Each in turn with the other fixed; energy falls with every turn.
+// The couple against rolling, |c| <= delta p, and friction, |j| <= mu p, that together leave the least kinetic energy:
+// block coordinate descent, each in turn with the other fixed, so that energy falls in every iteration. Returns whether
+// it converged to 2 eps.
 template <class S>
-void resist_rolling(const ImpactLaw<S>& law, const Vec3<S>& n, S p, ImpactBody<S>& a, ImpactBody<S>& b,
+bool resist_rolling(const ImpactLaw<S>& law, const Vec3<S>& n, S p, ImpactBody<S>& a, ImpactBody<S>& b,
                     S& tangential_N_s, const Vec3<S>& along) {
   Vec3<S> friction = -tangential_N_s * along, couple{};
-  for (int turn = 0; turn < 200; ++turn) {
+  constexpr int max_iterations = 200;
+  int iteration = 0;
+  for (; iteration < max_iterations; ++iteration) {
     const Vec3<S> w = b.w_W - a.w_W, rolling = w - dot(w, n) * n;
     const S speed = norm(rolling);
     if (!(speed > S(0))) break;
@@ -58,58 +60,60 @@ void resist_rolling(const ImpactLaw<S>& law, const Vec3<S>& n, S p, ImpactBody<S
     if (!(turns > S(0))) break;
     const Vec3<S> next = shortened(couple - (S(1) / turns) * rolling, law.rolling_friction_m * p);
     const S change = norm(next - couple);
-    twist(a, b, next - couple);
+    apply_couple(a, b, next - couple);
     couple = next;
-    const Vec3<S> u = velocity_between(a, b), slip = u - dot(u, n) * n;
+    const Vec3<S> u = relative_velocity(a, b), slip = u - dot(u, n) * n;
     const S slip_speed = norm(slip);
     if (slip_speed > S(0)) {
-      const S to_stick = slip_speed / mobility(a, b, (S(1) / slip_speed) * slip);
+      const S to_stick = slip_speed / inverse_effective_mass(a, b, (S(1) / slip_speed) * slip);
       const Vec3<S> held = shortened(friction - (to_stick / slip_speed) * slip, law.friction * p);
-      push(a, b, held - friction, S(1));
+      apply_impulse(a, b, held - friction, S(1));
       friction = held;
     }
     if (change <= S(2) * real::epsilon<S>() * norm(couple)) break;
   }
   tangential_N_s = norm(friction);
+  return iteration < max_iterations;
 }
 
-// The whole impulse of the slip's path, then the couple against rolling; axes: the slip, across it, the normal.
+// Applies the impulse of the whole slip path, then the couple against rolling. Axes: the slip, across it, the normal.
 template <class S>
-void push_along_path(const ImpactLaw<S>& law, const S (&K)[3][3], const S (&u0)[3], const Vec3<S> (&axis)[3],
+void apply_slip_path(const ImpactLaw<S>& law, const S (&K)[3][3], const S (&u0)[3], const Vec3<S> (&axis)[3],
                      ImpactBody<S>& a, ImpactBody<S>& b, Impulse<S>& impulse) {
   const SlipPath<S> path = slip_path(law, K, u0);
   const auto& J = path.impulse_N_s;
-  push(a, b, J[0] * axis[0] + J[1] * axis[1] + J[2] * axis[2], S(1));
+  apply_impulse(a, b, J[0] * axis[0] + J[1] * axis[1] + J[2] * axis[2], S(1));
   impulse.normal_N_s = J[2];
   impulse.tangential_N_s = real::sqrt(J[0] * J[0] + J[1] * J[1]);
-  impulse.finished = path.finished;
+  impulse.converged = path.converged;
   if (law.rolling_friction_m > S(0)) {
     const ImpactLaw<S> couple_alone{law.restitution, S(0), law.rolling_friction_m, law.hypothesis};
     S none{};
     resist_rolling(couple_alone, axis[2], J[2], a, b, none, axis[0]);
   }
-  impulse.vn_after_m_per_s = dot(velocity_between(a, b), axis[2]);
+  impulse.vn_after_m_per_s = dot(relative_velocity(a, b), axis[2]);
 }
 
 }  // namespace
 
-template <class S> Vec3<S> velocity_between(const ImpactBody<S>& a, const ImpactBody<S>& b) {
+template <class S> Vec3<S> relative_velocity(const ImpactBody<S>& a, const ImpactBody<S>& b) {
   return (b.v_W + cross(b.w_W, b.r_W)) - (a.v_W + cross(a.w_W, a.r_W));
 }
 
-template <class S> S mobility(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S>& c, const Vec3<S>& d) {
-  return own_mobility(a, c, d) + own_mobility(b, c, d);
+template <class S>
+S inverse_effective_mass(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S>& c, const Vec3<S>& d) {
+  return own_inverse_mass(a, c, d) + own_inverse_mass(b, c, d);
 }
-template <class S> S mobility(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S>& d) {
-  return mobility(a, b, d, d);
-}
-
-template <class S> void push(ImpactBody<S>& a, ImpactBody<S>& b, const Vec3<S>& direction, S impulse_N_s) {
-  push_one(a, -impulse_N_s * direction);
-  push_one(b, impulse_N_s * direction);
+template <class S> S inverse_effective_mass(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S>& d) {
+  return inverse_effective_mass(a, b, d, d);
 }
 
-template <class S> void twist(ImpactBody<S>& a, ImpactBody<S>& b, const Vec3<S>& couple_N_m_s) {
+template <class S> void apply_impulse(ImpactBody<S>& a, ImpactBody<S>& b, const Vec3<S>& direction, S impulse_N_s) {
+  apply_to_body(a, -impulse_N_s * direction);
+  apply_to_body(b, impulse_N_s * direction);
+}
+
+template <class S> void apply_couple(ImpactBody<S>& a, ImpactBody<S>& b, const Vec3<S>& couple_N_m_s) {
   a.w_W -= times(a.I_inverse_W_row, couple_N_m_s);
   b.w_W += times(b.I_inverse_W_row, couple_N_m_s);
 }
@@ -117,11 +121,11 @@ template <class S> void twist(ImpactBody<S>& a, ImpactBody<S>& b, const Vec3<S>&
 template <class S>
 Impulse<S> collide(const ImpactLaw<S>& law, const Vec3<S>& normal, ImpactBody<S>& a, ImpactBody<S>& b) {
   Impulse<S> impulse;
-  const Vec3<S> before = velocity_between(a, b);
+  const Vec3<S> before = relative_velocity(a, b);
   impulse.vn_before_m_per_s = impulse.vn_after_m_per_s = dot(before, normal);
   if (!(impulse.vn_before_m_per_s < S(0))) return impulse;
 
-  const S j_n = -(S(1) + law.restitution) * impulse.vn_before_m_per_s / mobility(a, b, normal);
+  const S j_n = -(S(1) + law.restitution) * impulse.vn_before_m_per_s / inverse_effective_mass(a, b, normal);
   impulse.normal_N_s = j_n;
   const Vec3<S> slip = before - dot(before, normal) * normal;
   const S slip_speed = norm(slip);
@@ -131,46 +135,46 @@ Impulse<S> collide(const ImpactLaw<S>& law, const Vec3<S>& normal, ImpactBody<S>
     const Vec3<S> axis[3] = {along, cross(normal, along), normal};
     if (!decoupled(a, b, axis, K)) {
       const S u0[3] = {slip_speed, S(0), impulse.vn_before_m_per_s};
-      push_along_path(law, K, u0, axis, a, b, impulse);
+      apply_slip_path(law, K, u0, axis, a, b, impulse);
       return impulse;
     }
   }
-  push(a, b, normal, j_n);
+  apply_impulse(a, b, normal, j_n);
   if (law.friction > S(0) && slip_speed > S(0)) {
-    const S to_stick = slip_speed / mobility(a, b, along);
+    const S to_stick = slip_speed / inverse_effective_mass(a, b, along);
     const S j_t = real::min(law.friction * j_n, to_stick);
-    push(a, b, along, -j_t);
+    apply_impulse(a, b, along, -j_t);
     impulse.tangential_N_s = j_t;
   }
   if (law.rolling_friction_m > S(0)) resist_rolling(law, normal, j_n, a, b, impulse.tangential_N_s, along);
-  impulse.vn_after_m_per_s = dot(velocity_between(a, b), normal);
+  impulse.vn_after_m_per_s = dot(relative_velocity(a, b), normal);
   return impulse;
 }
 
 template <class S>
-Impulse<S> strike_without_collision(const ImpactLaw<S>& law, const Vec3<S>& normal, ImpactBody<S>& a,
+Impulse<S> collide_without_approach(const ImpactLaw<S>& law, const Vec3<S>& normal, ImpactBody<S>& a,
                                     ImpactBody<S>& b) {
   Impulse<S> impulse;
-  const Vec3<S> u = velocity_between(a, b), slip = u - dot(u, normal) * normal;
+  const Vec3<S> u = relative_velocity(a, b), slip = u - dot(u, normal) * normal;
   const S speed = norm(slip);
   if (!(speed > S(0)) || !(law.friction > S(0)) || law.hypothesis == Restitution::newton) return impulse;
   const Vec3<S> along = (S(1) / speed) * slip, axis[3] = {along, cross(normal, along), normal};
   S K[3][3];
   if (decoupled(a, b, axis, K)) return impulse;
   const S u0[3] = {speed, S(0), S(0)};
-  push_along_path(law, K, u0, axis, a, b, impulse);
+  apply_slip_path(law, K, u0, axis, a, b, impulse);
   return impulse;
 }
 
 #define ATWOOD_IMPULSE(S)                                                                              \
   template Impulse<S> collide<S>(const ImpactLaw<S>&, const Vec3<S>&, ImpactBody<S>&, ImpactBody<S>&); \
-  template Impulse<S> strike_without_collision<S>(const ImpactLaw<S>&, const Vec3<S>&, ImpactBody<S>&, \
+  template Impulse<S> collide_without_approach<S>(const ImpactLaw<S>&, const Vec3<S>&, ImpactBody<S>&, \
                                                   ImpactBody<S>&);                                     \
-  template void push<S>(ImpactBody<S>&, ImpactBody<S>&, const Vec3<S>&, S);                            \
-  template void twist<S>(ImpactBody<S>&, ImpactBody<S>&, const Vec3<S>&);                              \
-  template Vec3<S> velocity_between<S>(const ImpactBody<S>&, const ImpactBody<S>&);                    \
-  template S mobility<S>(const ImpactBody<S>&, const ImpactBody<S>&, const Vec3<S>&);                  \
-  template S mobility<S>(const ImpactBody<S>&, const ImpactBody<S>&, const Vec3<S>&, const Vec3<S>&);
+  template void apply_impulse<S>(ImpactBody<S>&, ImpactBody<S>&, const Vec3<S>&, S);                   \
+  template void apply_couple<S>(ImpactBody<S>&, ImpactBody<S>&, const Vec3<S>&);                       \
+  template Vec3<S> relative_velocity<S>(const ImpactBody<S>&, const ImpactBody<S>&);                   \
+  template S inverse_effective_mass<S>(const ImpactBody<S>&, const ImpactBody<S>&, const Vec3<S>&);    \
+  template S inverse_effective_mass<S>(const ImpactBody<S>&, const ImpactBody<S>&, const Vec3<S>&, const Vec3<S>&);
 ATWOOD_IMPULSE(float)
 ATWOOD_IMPULSE(double)
 ATWOOD_IMPULSE(long double)

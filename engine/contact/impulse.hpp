@@ -1,16 +1,16 @@
-// What an impact does to two bodies: an impulse at a point, linear and angular.
+// The impact of two bodies at a point: impulses of Coulomb's law of friction and an impact law.
 #pragma once
 
 #include "math/vec3.hpp"
 
 namespace atwood {
 
-// One side of an impact. A fixed body has inverse mass 0 and an inverse inertia of zeros.
+// One body of an impact. A fixed body has the inverse mass 0 and an inverse inertia of zeros.
 template <class S> struct ImpactBody {
   S inverse_mass_per_kg{};
   Vec3<S> I_inverse_W_row[3];  // about the centre of mass, world axes
-  Vec3<S> r_W;                 // from the centre of mass to the point
-  Vec3<S> v_W, w_W;            // before; the impulse changes them
+  Vec3<S> r_W;                 // [m] from the centre of mass to the point
+  Vec3<S> v_W, w_W;            // [m/s], [rad/s] before the impact, then after it
 };
 
 // What restitution e means, v_n the normal velocity between the bodies at the point (negative: they approach), p the
@@ -24,43 +24,43 @@ enum class Restitution : unsigned char { newton, poisson, stronge };
 
 template <class S> struct ImpactLaw {
   S restitution{}, friction{};
-  S rolling_friction_m{};  // the couple against rolling is at most this times the normal impulse
+  S rolling_friction_m{};  // bound of the couple against rolling per normal impulse
   Restitution hypothesis = Restitution::newton;
 };
 
 template <class S> struct Impulse {
   S normal_N_s{}, tangential_N_s{};
   S vn_before_m_per_s{}, vn_after_m_per_s{};  // (v_b - v_a) . n at the point
-  bool finished = true;                       // false: the path of the slip was not followed to its end
+  bool converged = true;                      // false: an iteration along the path of the slip did not converge
 };
 
-// One impact at one point under Coulomb friction; `normal` is a unit vector from a to b. Not approaching: nothing
-// happens. Friction opposes the slip while there is slip, and holds where the cone allows; slip may stop, reverse or
-// turn during the impact (slip_path.hpp). Closed form, exact to round-off, where K (slip_path.hpp) leaves the slip's
-// direction alone: always for spheres. Rolling friction: of the couples within its bound, the one that leaves the least
-// energy. Sources: Brach, Mechanical Impact Dynamics (1991), ch. 6; Keller, J. Appl. Mech. 53 (1986) 1; Stronge, Impact
-// Mechanics (2000).
+// One impact at one point under Coulomb friction; `normal` is a unit vector from a to b. Without approach nothing
+// happens. Friction opposes the slip while there is slip, and sticks where the cone allows; slip may stop, reverse or
+// turn during the impact (slip_path.hpp). In closed form, exact to round-off, where the inverse mass matrix K of the
+// point (slip_path.hpp) keeps the slip's direction: always for spheres. Rolling friction: of the couples within its
+// bound, the one that leaves the least energy. Sources: Brach, Mechanical Impact Dynamics (1991), ch. 6; Keller, J.
+// Appl. Mech. 53 (1986) 1; Stronge, Impact Mechanics (2000).
 template <class S>
 Impulse<S> collide(const ImpactLaw<S>& law, const Vec3<S>& normal, ImpactBody<S>& a, ImpactBody<S>& b);
 
-// The impact without collision of a point that touches, v_n = 0, and slides so that friction presses it on harder than
-// it is pushed back (n . K n - mu n . K s < 0 along the slip s): compression runs by itself until the slip has stopped
-// or turned far enough, restitution follows. Poisson's and Stronge's hypotheses alone have an answer; newton, which
-// knows no speed to give back, must not be asked. An impulse of 0: there is no such impact. Sources: Darboux, Etude
-// geometrique sur les percussions et le choc des corps (1880); Keller (1986); Champneys and Varkonyi, IMA J. Appl.
-// Math. 81 (2016) 538.
+// The impact without collision of a point in contact, v_n = 0, that slips along s so that friction presses it on more
+// than it is pushed back (n . K n - mu n . K s < 0): compression goes on until the slip has stopped or turned far
+// enough, then restitution follows. Needs Poisson's or Stronge's hypothesis; under newton, which has no approach speed
+// to restore, the impulse is 0, as where there is no such impact. Sources: Darboux, Etude geometrique sur les
+// percussions et le choc des corps (1880); Keller (1986); Champneys and Varkonyi, IMA J. Appl. Math. 81 (2016) 538.
 template <class S>
-Impulse<S> strike_without_collision(const ImpactLaw<S>& law, const Vec3<S>& normal, ImpactBody<S>& a, ImpactBody<S>& b);
+Impulse<S> collide_without_approach(const ImpactLaw<S>& law, const Vec3<S>& normal, ImpactBody<S>& a, ImpactBody<S>& b);
 
-// An impulse along `direction` on b, its opposite on a.
-template <class S> void push(ImpactBody<S>& a, ImpactBody<S>& b, const Vec3<S>& direction, S impulse_N_s);
-// An angular impulse [N m s] on b, its opposite on a.
-template <class S> void twist(ImpactBody<S>& a, ImpactBody<S>& b, const Vec3<S>& couple_N_m_s);
-// (v_b - v_a) at the point.
-template <class S> Vec3<S> velocity_between(const ImpactBody<S>& a, const ImpactBody<S>& b);
-// d . K d: how much relative velocity along the unit vector d an impulse of 1 N s along d makes [1/kg].
-template <class S> S mobility(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S>& d);
-// c . K d: ... along c an impulse along d.
-template <class S> S mobility(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S>& c, const Vec3<S>& d);
+// An impulse along `direction` on b, the opposite on a.
+template <class S> void apply_impulse(ImpactBody<S>& a, ImpactBody<S>& b, const Vec3<S>& direction, S impulse_N_s);
+// An angular impulse [N m s] on b, the opposite on a.
+template <class S> void apply_couple(ImpactBody<S>& a, ImpactBody<S>& b, const Vec3<S>& couple_N_m_s);
+// Velocity of b relative to a at the point.
+template <class S> Vec3<S> relative_velocity(const ImpactBody<S>& a, const ImpactBody<S>& b);
+// Inverse effective mass d . K d [1/kg]: relative velocity along the unit vector d per impulse of 1 N s along d.
+template <class S> S inverse_effective_mass(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S>& d);
+// c . K d: relative velocity along c per impulse along d.
+template <class S>
+S inverse_effective_mass(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S>& c, const Vec3<S>& d);
 
 }  // namespace atwood

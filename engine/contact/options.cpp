@@ -36,32 +36,27 @@ std::vector<MethodInfo> make_responses() {
   MethodInfo event;
   event.id = "+event";
   event.doc =
-      "Impacts located to round-off on the method's own flow, lasting contacts as constrained motion between them.";
+      "Impacts located to round-off on the method's own numerical flow; between them, lasting contacts as constrained "
+      "motion.";
   event.doc +=
       " restitution: newton (speeds; can gain energy in eccentric impacts with friction), poisson (impulses), stronge "
-      "(work). "
-      "simultaneous: sequential (the pair that approaches fastest first, ties in the scene's order, until none "
-      "approaches; points of "
-      "one pair at once) or together (one complementarity problem; there Stronge's law is taken as Poisson's); a scene "
-      "that names its convention (simultaneous_impacts) goes before the default, and a setting that contradicts it is "
+      "(work). simultaneous: sequential (the pair that approaches fastest first, ties in the scene's order, until none "
+      "approaches; points of one pair at once) or together (one complementarity problem; there Stronge's law is taken "
+      "as Poisson's). A scene's simultaneous_impacts overrides the default, and a setting that contradicts it is "
       "refused. Where Coulomb's law has no contact force (Painleve), an impact without collision follows under poisson "
-      "and stronge; under newton, and where it has several, the run ends unsupported. Methods that take "
-      "forces apart or as series hand lasting contacts to rk4 (with a tolerance: dopri5).";
+      "and stronge; under newton, and where the law has several solutions, the run ends unsupported. For methods that "
+      "split forces or expand them in series, rk4 (with a tolerance: dopri5) integrates lasting contacts.";
   event.source = "Hairer, Norsett, Wanner (1993), II.6; Pfeiffer and Glocker (1996); Stronge, Impact Mechanics (2000)";
   event.settings = {{"restitution", std::string("newton")}, {"simultaneous", std::string("sequential")}};
   MethodInfo penalty;
   penalty.id = "+penalty";
   penalty.doc =
-      "Contacts as springs and dashpots, forces like any other, that any integrator steps. Where the scene says how a "
-      "pair gives "
-      "way (contact_law), that law; else a linear one, so stiff that an impact at `impact_speed_m_per_s` (0: the "
-      "scene's own) sinks "
-      "in by `overlap` of the smaller body, damped so that the pair's restitution comes out (or by `damping_ratio`, if "
-      "above 0). "
-      "Friction: a tangential spring of `tangential_ratio` of the normal stiffness that slides on the cone. A step "
-      "beyond the "
-      "method's stability limit on the stiffest contact is refused. Its impacts last and have no instant: a scene that "
-      "names its simultaneous_impacts is refused, unless it says how all its pairs give way.";
+      "Contacts as springs and dashpots: forces for any integrator. A pair with a contact_law uses that law; any other "
+      "a linear one, so stiff that an impact at `impact_speed_m_per_s` (0: the scene's largest) has a depth of "
+      "`overlap` of the smaller body, and damped to give the pair's restitution (or by `damping_ratio`, if above 0). "
+      "Friction: a tangential spring of `tangential_ratio` of the normal stiffness, limited by Coulomb's cone. Steps "
+      "beyond the method's stability limit on the stiffest contact are refused. Impacts last and have no instant: a "
+      "scene with simultaneous_impacts is refused, unless all its pairs have a contact_law.";
   penalty.source =
       "Cundall and Strack, Geotechnique 29 (1979) 47; Hunt and Crossley, J. Appl. Mech. 42 (1975) 440; "
       "Schwager and Poeschel, Granular Matter 9 (2007) 465";

@@ -14,9 +14,9 @@ namespace {
 
 Outcome unsupported(const std::string& reason) { return {Status::unsupported, reason, 0, 0, {}}; }
 
-// x'' = -w^2 x - 2 z w x' by equal steps: after as many as matter, is it still of the size it began with? (Multistep
-// methods have no amplification of one step; all methods have this.) A motion damped to nothing, where implicit
-// equations end in round-off, is stable.
+// Is x'' = -w^2 x - 2 z w x' stable in equal steps of h_s: bounded after 400 of them? Works for multistep methods, too,
+// which have no amplification factor of one step. A motion damped to zero, where an implicit solve ends in round-off,
+// is stable.
 bool stable(const MethodId& scheme, double w, double z, double h_s) {
   Scene scene;
   scene.materials.push_back({"plain", 0, 0, 0});
@@ -24,7 +24,7 @@ bool stable(const MethodId& scheme, double w, double z, double h_s) {
   bob.name = "bob";
   bob.mass_kg = 1;
   bob.position_m = {1, 0, 0};
-  bob.velocity_m_per_s = {0, w, 0};  // two motions at once: one from its end, one through the middle
+  bob.velocity_m_per_s = {0, w, 0};  // two oscillations at once, a quarter period apart
   scene.bodies.push_back(bob);
   scene.forces.push_back(Spring{{0}, {0, 0, 0}, w * w, 2 * z * w, 0, {}});
   constexpr std::int64_t steps = 400;
@@ -43,7 +43,7 @@ bool stable(const MethodId& scheme, double w, double z, double h_s) {
   return outcome.status == Status::unsupported || (through && size < 100);
 }
 
-// The longest stable step, to a part in a thousand; infinite for methods that are stable at any.
+// The longest stable step, to 0.1 %; infinite for methods that are stable at any.
 double longest_step(const MethodId& scheme, double w, double z) {
   double low = 0, high = 1 / w;
   while (stable(scheme, w, z, high)) {
@@ -65,12 +65,12 @@ std::string too_long_a_step(const MethodId& id, double w, double z, double h_s) 
          format_double(std::round(w)) + " rad/s)";
 }
 
-// A contact as a spring lasts: several at once push together, each as its overlap says, which is neither convention.
-std::string has_no_instants(const Scene& scene) {
+// Compliant impacts last: several at once act together, each by its own overlap, which is neither convention.
+std::string names_instants(const Scene& scene) {
   if (scene.simultaneous_impacts == SimultaneousImpacts::unspecified) return "";
   for (const PairLaw& law : laws_in_play(scene))
     if (law.contact_law == ContactLaw::rigid)
-      return "the scene names its simultaneous_impacts: +penalty's impacts of rigid pairs last and have no instant";
+      return "the scene prescribes simultaneous_impacts for rigid pairs, but impacts of +penalty have no instant";
   return "";
 }
 
@@ -86,14 +86,14 @@ Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const O
   options.tangential_ratio = std::get<double>(settings.at("tangential_ratio"));
   if (!(options.overlap > 0 && options.overlap < 1)) return unsupported("+penalty: overlap is above 0 and below 1");
   if (!(options.impact_speed_m_per_s >= 0 && options.damping_ratio >= 0 && options.tangential_ratio >= 0))
-    return unsupported("+penalty: settings are not negative");
-  if (why = has_no_instants(scene); !why.empty()) return unsupported(why);
+    return unsupported("+penalty: impact_speed_m_per_s, damping_ratio and tangential_ratio must be 0 or positive");
+  if (why = names_instants(scene); !why.empty()) return unsupported(why);
   auto force = std::make_unique<PenaltyForce<S>>(scene, options);
   if (!force->refusal().empty()) return unsupported(force->refusal());
   const auto stiffest = force->stiffest();
   if (!(stiffest.angular_frequency_rad_per_s > 0))
     return unsupported(
-        "nothing in the scene moves or falls, so no stiffness follows from it: +penalty{impact_speed_m_per_s=...}");
+        "+penalty takes its stiffness from the largest speed, here 0: set +penalty{impact_speed_m_per_s=...}");
   Simulation<S> simulation = prepare<S>(integrator_part(id), scene, std::move(force), "contact forces");
   if (simulation.outcome.status == Status::ok && !id.rtol && plan.steps > 0) {
     const double h_s = plan.t_end_s / static_cast<double>(plan.steps);

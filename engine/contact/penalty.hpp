@@ -1,4 +1,4 @@
-// `+penalty`: contacts as springs and dashpots, stepped by any integrator.
+// `+penalty`: compliant contacts as springs and dashpots, integrated by any method.
 #pragma once
 
 #include "protocol/method.hpp"

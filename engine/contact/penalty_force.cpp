@@ -12,14 +12,14 @@ namespace {
 
 const double infinity = std::numeric_limits<double>::infinity();
 
-// The radius that a Hertzian contact sees; infinite for flat sides, 0 for what has corners.
+// The radius of curvature in a Hertzian contact: infinite for planes, 0 for shapes with vertices.
 double round_radius(const Shape& shape) {
   if (const auto* sphere = std::get_if<Sphere>(&shape)) return sphere->radius_m;
   return std::holds_alternative<Plane>(shape) || std::holds_alternative<Rectangle>(shape) ? infinity : 0;
 }
 
 // Rocking on four corners a box of mass m swings with up to 12 k / m: 4 k b^2 about an axis with I = m (b^2 + c^2) / 3.
-double stiffening(ShapeKind a, ShapeKind b) {
+double rocking_factor(ShapeKind a, ShapeKind b) {
   const auto one_point = [](ShapeKind kind) { return kind == ShapeKind::sphere; };
   return one_point(a) || one_point(b) ? 1 : 12;
 }
@@ -83,29 +83,29 @@ PenaltyForce<S>::PenaltyForce(const Scene& scene, const PenaltyOptions& options)
     (shapes_.back().kind == ShapeKind::plane ? planes_ : bounded_).push_back(static_cast<int>(i));
   }
   for (const PairLaw& law : scene.pairs) {
-    const bool gives_way = law.contact_law != ContactLaw::rigid;
+    const bool compliant = law.contact_law != ContactLaw::rigid;
     const double asked = options.damping_ratio;
-    const double ratio = gives_way                             ? 0
+    const double ratio = compliant                             ? 0
                          : asked > 0                           ? asked
                          : law.restitution < kLeastRestitution ? -1
                                                                : damping_ratio_of(law.restitution);
     damping_ratio_.push_back(S(ratio));
   }
-  const auto look = [&](int a, int b) {
+  const auto check_pair = [&](int a, int b) {
     const Body &first = scene.bodies[a], &second = scene.bodies[b];
     if (!refusal_.empty() || (first.fixed && second.fixed)) return;
     const PairLaw& law = pair_law(scene, a, b);
     const std::string both = "`" + first.name + "` and `" + second.name + "`";
     if (const char* missing = no_contact_test(shapes_[a].kind, shapes_[b].kind))
-      refusal_ = both + ": no test for " + missing;
+      refusal_ = both + ": no contact test for " + missing;
     else if (law.contact_law == ContactLaw::hertz && !(round_radius(first.shape) > 0 && round_radius(second.shape) > 0))
-      refusal_ = "Hertz's law needs balls, planes or rectangles: " + both;
+      refusal_ = "Hertz's law needs spheres, planes or rectangles: " + both;
     else if (law.rolling_friction_m != 0) refusal_ = "+penalty has no rolling friction: " + both;
     else if (damping_ratio_[static_cast<std::size_t>(&law - scene.pairs.data())] < S(0))
-      refusal_ = "a spring with a dashpot that never pulls has no restitution of " + format_double(law.restitution) +
-                 " (" + both + "); +penalty{damping_ratio=1} takes what comes";
+      refusal_ = "a linear contact without adhesion has no restitution of " + format_double(law.restitution) + " (" +
+                 both + "); +penalty{damping_ratio=1} uses critical damping instead";
   };
-  // All pairs of a large scene are few materials and shapes: one body of each kind speaks for the others.
+  // Pairs of a large scene have few materials and shapes: one body of each kind is checked for all.
   std::vector<int> kinds;
   for (const auto* list : {&bounded_, &planes_})
     for (const int body : *list) {
@@ -113,7 +113,7 @@ PenaltyForce<S>::PenaltyForce(const Scene& scene, const PenaltyOptions& options)
         const Body &a = scene.bodies[body], &b = scene.bodies[other];
         return a.material == b.material && a.fixed == b.fixed && shapes_[body].kind == shapes_[other].kind;
       };
-      for (const int other : kinds) look(other, body);
+      for (const int other : kinds) check_pair(other, body);
       if (std::count_if(kinds.begin(), kinds.end(), same) < 2) kinds.push_back(body);
     }
 }
@@ -132,7 +132,7 @@ template <class S> ContactSpring<S> PenaltyForce<S>::spring_of(int a, int b) con
     const S curvature = S(1) / S(round_radius(scene_.bodies[a].shape)) + S(1) / S(round_radius(scene_.bodies[b].shape));
     spring.stiffness = S(4) / S(3) * S(law.modulus_Pa) / real::sqrt(curvature);
     spring.damping = S(law.damping_s_per_m);
-  } else {  // as deep as wanted where m v^2 = k d^2
+  } else {  // m v^2 = k d^2 at the depth d
     const S mass = S(1) / (inverse_mass_[a] + inverse_mass_[b]);
     const S depth = S(options_.overlap) * real::min(shapes_[a].bounding_radius, shapes_[b].bounding_radius);
     spring.stiffness = mass * speed_ * speed_ / (depth * depth);
@@ -155,17 +155,18 @@ template <class S> typename PenaltyForce<S>::Stiffest PenaltyForce<S>::stiffest(
                shapes_[body].bounding_radius == shapes_[other].bounding_radius;
       };
       for (const int other : kinds) {
-        const double yielding = static_cast<double>(inverse_mass_[body] + inverse_mass_[other]);
-        if (!(yielding > 0)) continue;
+        const double inverse_mass = static_cast<double>(inverse_mass_[body] + inverse_mass_[other]);
+        if (!(inverse_mass > 0)) continue;
         const ContactSpring<S> spring = spring_of(std::min(body, other), std::max(body, other));
         double k = static_cast<double>(spring.stiffness), c = static_cast<double>(spring.damping);
         if (spring.law == ContactLaw::hertz) {
-          const double v = static_cast<double>(speed_), depth = std::pow(1.25 * v * v / (yielding * k), 0.4);
+          const double v = static_cast<double>(speed_), depth = std::pow(1.25 * v * v / (inverse_mass * k), 0.4);
           c = k * std::pow(depth, 1.5) * c;
           k = 1.5 * k * std::sqrt(depth);
         }
-        const double more = stiffening(shapes_[body].kind, shapes_[other].kind), w = std::sqrt(more * k * yielding);
-        if (w > found.angular_frequency_rad_per_s) found = {w, w > 0 ? more * c * yielding / (2 * w) : 0};
+        const double more = rocking_factor(shapes_[body].kind, shapes_[other].kind),
+                     w = std::sqrt(more * k * inverse_mass);
+        if (w > found.angular_frequency_rad_per_s) found = {w, w > 0 ? more * c * inverse_mass / (2 * w) : 0};
       }
       if (std::count_if(kinds.begin(), kinds.end(), same) < 2) kinds.push_back(body);
     }
@@ -178,7 +179,7 @@ template <class S> Vec3<S> PenaltyForce<S>::velocity_at(const Motion<S>& motion,
   return motion.v_WB(body) + cross(w_W, x_W - motion.p_WB(body));
 }
 
-template <class S> void PenaltyForce<S>::meet(const Motion<S>& motion, int a, int b) const {
+template <class S> void PenaltyForce<S>::add_contact_points(const Motion<S>& motion, int a, int b) const {
   if (!moving(motion, a) && !moving(motion, b)) return;
   manifolds_.clear();
   find_contacts(shapes_[a], places_[a], shapes_[b], places_[b], S(0), manifolds_);
@@ -206,12 +207,12 @@ template <class S> void PenaltyForce<S>::meet(const Motion<S>& motion, int a, in
         point.force_N = spring.stiffness * d * real::sqrt(d) * (S(1) + spring.damping * point.closing);
       else point.force_N = spring.stiffness * d + spring.damping * point.closing;
       if (!spring.pull) point.force_N = real::max(point.force_N, S(0));
-      if (spring.friction > S(0)) rub(point, spring);
+      if (spring.friction > S(0)) apply_friction(point, spring);
       points_.push_back(point);
     }
 }
 
-template <class S> void PenaltyForce<S>::rub(Point& point, const ContactSpring<S>& spring) const {
+template <class S> void PenaltyForce<S>::apply_friction(Point& point, const ContactSpring<S>& spring) const {
   const auto known = std::lower_bound(memory_.begin(), memory_.end(), point.key,
                                       [](const Memory& m, const Key& key) { return m.key < key; });
   const auto& n = point.normal_W;
@@ -222,8 +223,7 @@ template <class S> void PenaltyForce<S>::rub(Point& point, const ContactSpring<S
     point.stretch_W = known->stretch_W + (on_b - on_a);
     point.stretch_W -= dot(point.stretch_W, n) * n;
   }
-  const S k =
-      spring.tangential_ratio * point.force_N / point.overlap;  // the secant: linear or not, it grows with the load
+  const S k = spring.tangential_ratio * point.force_N / point.overlap;  // secant stiffness: it grows with the load
   const S c = spring.law == ContactLaw::linear ? spring.tangential_ratio * spring.damping : S(0);
   point.friction_W = -(k * point.stretch_W) - c * point.u_W;
   const S size = norm(point.friction_W), most = spring.friction * real::max(point.force_N, S(0));
@@ -246,9 +246,9 @@ template <class S> void PenaltyForce<S>::find_points(const Motion<S>& motion) co
                       moving(motion, body)});
   }
   broad_->find(items_, near_);
-  for (const auto& [i, j] : near_) meet(motion, bounded_[i], bounded_[j]);
+  for (const auto& [i, j] : near_) add_contact_points(motion, bounded_[i], bounded_[j]);
   for (const int plane : planes_)
-    for (const int body : bounded_) meet(motion, std::min(body, plane), std::max(body, plane));
+    for (const int body : bounded_) add_contact_points(motion, std::min(body, plane), std::max(body, plane));
 }
 
 template <class S> void PenaltyForce<S>::add_loads(const Motion<S>& motion, Load<S>* loads) const {
@@ -267,7 +267,7 @@ template <class S> void PenaltyForce<S>::add_loads(const Motion<S>& motion, Load
 
 template <class S> void PenaltyForce<S>::reset(const Motion<S>& motion) {
   memory_.clear();
-  episodes_.clear();
+  impacts_.clear();
   events_.clear();
   accept_step(motion);
 }
@@ -283,48 +283,49 @@ template <class S> bool PenaltyForce<S>::accept_step(const Motion<S>& motion) {
     slides = slides || point.slides;
   }
   memory_.swap(next_memory_);
-  follow(motion);
+  update_impacts(motion);
   return slides;
 }
 
-// Each point's impulses since it met, by the trapezoidal rule; when it is gone, an impact from its first touch.
-template <class S> void PenaltyForce<S>::follow(const Motion<S>& motion) {
-  next_episodes_.clear();
-  auto old = episodes_.begin();
+// Integrates each point's impulses since its first touch by the trapezoidal rule. A point that has separated becomes an
+// impact event at the time of its first touch.
+template <class S> void PenaltyForce<S>::update_impacts(const Motion<S>& motion) {
+  next_impacts_.clear();
+  auto old = impacts_.begin();
   for (const Point& point : points_) {
-    for (; old != episodes_.end() && old->key < point.key; ++old) end(motion, *old);
+    for (; old != impacts_.end() && old->key < point.key; ++old) report_impact(motion, *old);
     const S n = point.force_N, t = norm(point.friction_W);
-    Episode episode{point.key, motion.t_s, -point.closing, {}, {}, motion.t_s, n, t, point.x_W, point.normal_W};
-    if (old != episodes_.end() && old->key == point.key) {
+    ImpactRecord record{point.key, motion.t_s, -point.closing, {}, {}, motion.t_s, n, t, point.x_W, point.normal_W};
+    if (old != impacts_.end() && old->key == point.key) {
       const S half = (motion.t_s - old->last_s) / S(2);
-      episode = *old++;
-      episode.impulse_n += half * (n + episode.last_n);
-      episode.impulse_t += half * (t + episode.last_t);
-      episode.last_s = motion.t_s;
-      episode.last_n = n;
-      episode.last_t = t;
+      record = *old++;
+      record.impulse_n += half * (n + record.last_n);
+      record.impulse_t += half * (t + record.last_t);
+      record.last_s = motion.t_s;
+      record.last_n = n;
+      record.last_t = t;
     } else if (point.closing > S(0)) {
-      episode.begin_s = real::max(S(0), motion.t_s - point.overlap / point.closing);
+      record.begin_s = real::max(S(0), motion.t_s - point.overlap / point.closing);
     }
-    next_episodes_.push_back(episode);
+    next_impacts_.push_back(record);
   }
-  for (; old != episodes_.end(); ++old) end(motion, *old);
-  episodes_.swap(next_episodes_);
+  for (; old != impacts_.end(); ++old) report_impact(motion, *old);
+  impacts_.swap(next_impacts_);
 }
 
-template <class S> void PenaltyForce<S>::end(const Motion<S>& motion, const Episode& episode) {
-  const Key& key = episode.key;
+template <class S> void PenaltyForce<S>::report_impact(const Motion<S>& motion, const ImpactRecord& record) {
+  const Key& key = record.key;
   Event event;
-  event.t_s = Wide(episode.begin_s);
+  event.t_s = Wide(record.begin_s);
   event.body_a = key.a;
   event.body_b = key.b;
-  event.x_m = wide3(episode.x_W);
-  event.normal = wide3(episode.normal_W);
-  event.impulse_n_N_s = Wide(episode.impulse_n);
-  event.impulse_t_N_s = Wide(episode.impulse_t);
-  event.vn_before_m_per_s = Wide(episode.vn_before);
+  event.x_m = wide3(record.x_W);
+  event.normal = wide3(record.normal_W);
+  event.impulse_n_N_s = Wide(record.impulse_n);
+  event.impulse_t_N_s = Wide(record.impulse_t);
+  event.vn_before_m_per_s = Wide(record.vn_before);
   event.vn_after_m_per_s =
-      Wide(dot(velocity_at(motion, key.b, episode.x_W) - velocity_at(motion, key.a, episode.x_W), episode.normal_W));
+      Wide(dot(velocity_at(motion, key.b, record.x_W) - velocity_at(motion, key.a, record.x_W), record.normal_W));
   events_.push_back(event);
 }
 

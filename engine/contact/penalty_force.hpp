@@ -1,6 +1,6 @@
-// The forces of contacts that give way.
+// The forces of compliant contacts.
 //
-// At each point of overlap d, closing at d':
+// At each contact point with the overlap d and the rate d':
 //   linear   F = k d + c d'                       never below 0, unless the pair may pull
 //   Hertz    F = 4/3 E sqrt(R) d^(3/2) (1 + a d')  never below 0
 // along the normal, and across it a spring of stiffness k_t between the points of both bodies that met: F_t = -(k_t x +
@@ -34,7 +34,7 @@ double scene_speed(const Scene& scene);
 double damping_ratio_of(double restitution);
 inline constexpr double kLeastRestitution = 1e-3;
 
-// One pair's law in numbers.
+// The contact law of one pair.
 template <class S> struct ContactSpring {
   ContactLaw law = ContactLaw::linear;
   S stiffness{}, damping{};  // linear: k, c; Hertz: 4/3 E sqrt(R), a
@@ -46,8 +46,8 @@ template <class S> class PenaltyForce final : public StatefulForce<S> {
  public:
   PenaltyForce(const Scene& scene, const PenaltyOptions& options);
 
-  const std::string& refusal() const { return refusal_; }  // names the pair that has no such law; "": all have
-  // The stiffest contact that the scene can make: how fast it swings, and how it is damped.
+  const std::string& refusal() const { return refusal_; }  // why a pair cannot be simulated; empty: all can
+  // The stiffest contact that the scene can have: angular frequency and damping ratio.
   struct Stiffest {
     double angular_frequency_rad_per_s = 0, damping_ratio = 0;
   };
@@ -77,7 +77,7 @@ template <class S> class PenaltyForce final : public StatefulForce<S> {
     Key key;
     Vec3<S> stretch_W, on_a_B, on_b_B;  // the spring's stretch; the material points that met
   };
-  struct Episode {  // of a point, since it met
+  struct ImpactRecord {  // of a point, since its first touch
     Key key;
     S begin_s, vn_before, impulse_n, impulse_t, last_s, last_n, last_t;
     Vec3<S> x_W, normal_W;
@@ -85,12 +85,12 @@ template <class S> class PenaltyForce final : public StatefulForce<S> {
 
   ContactSpring<S> spring_of(int a, int b) const;
   void find_points(const Motion<S>& motion) const;
-  void meet(const Motion<S>& motion, int a, int b) const;
-  void rub(Point& point, const ContactSpring<S>& spring) const;
+  void add_contact_points(const Motion<S>& motion, int a, int b) const;
+  void apply_friction(Point& point, const ContactSpring<S>& spring) const;
   bool moving(const Motion<S>& motion, int body) const { return motion.slots[body].resting == nullptr; }
   Vec3<S> velocity_at(const Motion<S>& motion, int body, const Vec3<S>& x_W) const;
-  void follow(const Motion<S>& motion);
-  void end(const Motion<S>& motion, const Episode& episode);
+  void update_impacts(const Motion<S>& motion);
+  void report_impact(const Motion<S>& motion, const ImpactRecord& record);
 
   const Scene& scene_;
   PenaltyOptions options_;
@@ -100,9 +100,9 @@ template <class S> class PenaltyForce final : public StatefulForce<S> {
   std::vector<int> bounded_, planes_;            // bodies with shapes
   std::vector<S> inverse_mass_, damping_ratio_;  // a body; a pair law
   std::vector<Memory> memory_, next_memory_;     // sorted by key
-  std::vector<Episode> episodes_, next_episodes_;
+  std::vector<ImpactRecord> impacts_, next_impacts_;
   std::vector<Event> events_;
-  // Room for one evaluation.
+  // Working memory of one evaluation.
   std::unique_ptr<BroadPhase<double>> broad_;  // in double whatever S is: boxes grown by what narrowing can lose
   mutable std::vector<BroadItem<double>> items_;
   mutable std::vector<BodyPair> near_;

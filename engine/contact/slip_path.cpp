@@ -6,26 +6,26 @@ namespace atwood {
 
 namespace {
 
-// Compression up to v_n = 0, then what the hypothesis asks for. Poisson's and Stronge's laws never gain energy.
+// Compression up to v_n = 0, then restitution by the hypothesis. Poisson's and Stronge's laws never gain energy.
 // Stronge's: the normal work is -(1 - e^2) of what compression took, friction's is never positive. Poisson's: dT/dp = u
 // . d with d = dJ/dp, and its slope d . K d never grows along the path (the least over the disk of friction in stick
 // and in slip that sets in anew; d/dp = -2 mu (slip's turning)^2 / |u_t| while it turns), so dT/dp is concave and its
 // integral over [0, (1 + e) p_c] is at most that of its tangent at p_c, where it is -mu |u_t|: not positive for e <= 1.
-template <class S> struct Path {
+template <class S> struct SlipState {
   const ImpactLaw<S>& law;
   const S (&K)[3][3];
   const S (&u0)[3];
-  S J[3]{};                                             // so far: on b along t1, t2, n
-  S work{};                                             // of the normal impulse so far
-  bool compressed = false, done = false, lost = false;  // lost: with no end in sight
-  bool stopped = false;                                 // no slip now
+  S J[3]{};                                               // impulse so far, on b along t1, t2, n
+  S work{};                                               // of the normal impulse so far
+  bool compressed = false, done = false, failed = false;  // failed: an iteration did not converge
+  bool stopped = false;                                   // no slip now
   S p_compression{}, work_compression{};
 
   S u(int i) const { return u0[i] + (K[i][0] * J[0] + K[i][1] * J[1] + K[i][2] * J[2]); }
   S speed() const { return stopped ? S(0) : real::sqrt(u(0) * u(0) + u(1) * u(1)); }
 
-  // The normal impulse still to come while v_n grows by `slope` a N s; infinite where it never gets there.
-  S left(S vn, S slope) const {
+  // The normal impulse up to the end of the phase while v_n grows by `slope` per N s; -1: the phase does not end.
+  S impulse_left(S vn, S slope) const {
     const S e = law.restitution;
     if (!compressed) return slope > S(0) ? -vn / slope : S(-1);
     if (law.hypothesis == Restitution::poisson) return p_compression + e * p_compression - J[2];
@@ -33,7 +33,7 @@ template <class S> struct Path {
     const S missing = work_compression - e * e * work_compression - work;  // = vn dp + slope dp^2 / 2
     if (!(missing > S(0))) return S(0);
     const S square = vn * vn + S(2) * slope * missing;
-    if (square < S(0) || (slope <= S(0) && vn <= S(0))) return S(-1);  // v_n falls before that is done
+    if (square < S(0) || (slope <= S(0) && vn <= S(0))) return S(-1);  // v_n becomes negative first
     const S root = real::sqrt(square);
     return vn > S(0) ? S(2) * missing / (vn + root) : (root - vn) / slope;
   }
@@ -50,16 +50,16 @@ template <class S> struct Path {
 };
 
 // f = -K_tt^-1 K_tn, and |f|.
-template <class S> S holding_force(const S (&K)[3][3], S (&f)[2]) {
+template <class S> S sticking_friction(const S (&K)[3][3], S (&f)[2]) {
   const S det = K[0][0] * K[1][1] - K[0][1] * K[0][1];
   f[0] = -(K[1][1] * K[0][2] - K[0][1] * K[1][2]) / det;
   f[1] = -(K[0][0] * K[1][2] - K[0][1] * K[0][2]) / det;
   return real::sqrt(f[0] * f[0] + f[1] * f[1]);
 }
 
-// s with (mu K_tt + lambda) s = K_tn, |s| = 1, lambda > 0. |s| falls with lambda from |f| / mu > 1 to 0: one root;
-// bisected, for it is met once an impact at most.
-template <class S> void new_direction(const S (&K)[3][3], S mu, S (&s)[2]) {
+// The direction s at the onset of slip: (mu K_tt + lambda) s = K_tn, |s| = 1, lambda > 0. |s| falls with lambda from
+// |f| / mu > 1 to 0, so there is one root; by bisection, at most once an impact.
+template <class S> void onset_direction(const S (&K)[3][3], S mu, S (&s)[2]) {
   const auto solve_at = [&](S lambda) {
     const S a = mu * K[0][0] + lambda, b = mu * K[0][1], d = mu * K[1][1] + lambda, det = a * d - b * b;
     s[0] = (d * K[0][2] - b * K[1][2]) / det;
@@ -74,12 +74,12 @@ template <class S> void new_direction(const S (&K)[3][3], S mu, S (&s)[2]) {
   s[1] = s[1] / length;
 }
 
-// Straight on: J grows along (d0, d1, 1) to the end of the phase, or until slip along s stops.
-template <class S> void straight(Path<S>& path, S d0, S d1, const S* s) {
+// Slip of constant direction, or none: J grows along (d0, d1, 1) to the end of the phase, or until slip along s stops.
+template <class S> void advance_straight(SlipState<S>& path, S d0, S d1, const S* s) {
   const auto& K = path.K;
   const S slope = K[2][0] * d0 + K[2][1] * d1 + K[2][2];
   const S vn = path.u(2);
-  S dp = path.left(vn, slope);
+  S dp = path.impulse_left(vn, slope);
   bool stops = false;
   if (s != nullptr && path.speed() > S(0)) {
     const S braking =
@@ -90,8 +90,8 @@ template <class S> void straight(Path<S>& path, S d0, S d1, const S* s) {
       stops = true;
     }
   }
-  if (dp < S(0)) {  // cannot be: slip that lasts has a positive slope (d . K d > 0), slip that stops stops
-    path.done = path.lost = true;
+  if (dp < S(0)) {  // impossible: slip that lasts has a positive slope (d . K d > 0)
+    path.done = path.failed = true;
     return;
   }
   path.work += vn * dp + slope * dp * dp / S(2);
@@ -107,7 +107,7 @@ template <class S> void straight(Path<S>& path, S d0, S d1, const S* s) {
 //   z = (j_1, j_2, p, W):  z' = (-mu u_1, -mu u_2, |u_t|, |u_t| v_n)
 template <class S> struct Turn { S z[4]; };
 
-template <class S> Turn<S> turn_rate(const Path<S>& path, const Turn<S>& at) {
+template <class S> Turn<S> turn_rate(const SlipState<S>& path, const Turn<S>& at) {
   const auto& K = path.K;
   const auto& z = at.z;
   S u[3];
@@ -116,9 +116,9 @@ template <class S> Turn<S> turn_rate(const Path<S>& path, const Turn<S>& at) {
   return {{-path.law.friction * u[0], -path.law.friction * u[1], speed, speed * u[2]}};
 }
 
-// Gragg's midpoint rule in `parts` parts of a step h.
+// Gragg's modified midpoint rule, a step h in `parts` substeps.
 template <class S>
-Turn<S> midpoint_rule(const Path<S>& path, const Turn<S>& from, const Turn<S>& first_rate, S h, int parts) {
+Turn<S> midpoint_rule(const SlipState<S>& path, const Turn<S>& from, const Turn<S>& first_rate, S h, int parts) {
   const S part = h / S(parts);
   Turn<S> back = from, here = from;
   for (int i = 0; i < 4; ++i) here.z[i] += part * first_rate.z[i];
@@ -136,9 +136,9 @@ Turn<S> midpoint_rule(const Path<S>& path, const Turn<S>& from, const Turn<S>& f
   return smooth;
 }
 
-// ... at 2, 4, .. 16 parts, extrapolated to order 16; `error`: the last two orders' difference (Aitken and Neville in
-// h^2).
-template <class S> Turn<S> turn_step(const Path<S>& path, const Turn<S>& from, S h, S& error) {
+// The same with 2, 4, .. 16 substeps, extrapolated in h^2 to order 16 by the scheme of Aitken and Neville; `error`: the
+// difference of the last two orders.
+template <class S> Turn<S> turn_step(const SlipState<S>& path, const Turn<S>& from, S h, S& error) {
   constexpr int columns = 8;
   Turn<S> table[columns]{};
   const Turn<S> first = turn_rate(path, from);
@@ -158,8 +158,8 @@ template <class S> Turn<S> turn_step(const Path<S>& path, const Turn<S>& from, S
   return table[columns - 1];
 }
 
-// Negative until the phase is over.
-template <class S> S phase_left(const Path<S>& path, const Turn<S>& at) {
+// Switching function of the phase: negative until it ends.
+template <class S> S phase_left(const SlipState<S>& path, const Turn<S>& at) {
   const auto& K = path.K;
   const S vn = path.u0[2] + (K[2][0] * at.z[0] + K[2][1] * at.z[1] + K[2][2] * at.z[2]);
   const S e = path.law.restitution;
@@ -169,16 +169,16 @@ template <class S> S phase_left(const Path<S>& path, const Turn<S>& at) {
   return at.z[3] - (S(1) - e * e) * path.work_compression;
 }
 
-// Does friction against the slip leave its direction alone?
-template <class S> bool keeps_direction(const Path<S>& path, const S (&s)[2]) {
+// Does friction against the slip keep its direction?
+template <class S> bool keeps_direction(const SlipState<S>& path, const S (&s)[2]) {
   const auto& K = path.K;
   const S mu = path.law.friction;
   const S g0 = K[0][2] - mu * (K[0][0] * s[0] + K[0][1] * s[1]), g1 = K[1][2] - mu * (K[1][0] * s[0] + K[1][1] * s[1]);
   return real::abs(g1 * s[0] - g0 * s[1]) <= S(32) * real::epsilon<S>() * (K[0][0] + K[1][1] + K[2][2]) * (S(1) + mu);
 }
 
-// Slip that turns, to the end of the phase, or until it stops or keeps its direction.
-template <class S> void turning(Path<S>& path) {
+// Integrates turning slip to the end of the phase, or until it stops or keeps its direction. Fails after 4000 steps.
+template <class S> void integrate_turning_slip(SlipState<S>& path) {
   const auto& K = path.K;
   const S tolerance = S(64) * real::epsilon<S>();
   const S asked = (real::abs(path.u0[0]) + real::abs(path.u0[1]) + real::abs(path.u0[2])) / K[2][2];
@@ -222,34 +222,34 @@ template <class S> void turning(Path<S>& path) {
     const S s[2] = {path.u(0) / speed, path.u(1) / speed};
     if (keeps_direction(path, s)) return;
   }
-  path.done = path.lost = true;
+  path.done = path.failed = true;
 }
 
 }  // namespace
 
 template <class S> SlipPath<S> slip_path(const ImpactLaw<S>& law, const S (&K)[3][3], const S (&u0)[3]) {
-  Path<S> path{law, K, u0};
+  SlipState<S> path{law, K, u0};
   const S mu = law.friction;
   path.stopped = u0[0] == S(0) && u0[1] == S(0);
   for (int piece = 0; piece < 64 && !path.done; ++piece) {
     const S speed = path.speed();
     if (!path.stopped && speed > S(0)) {
       const S s[2] = {path.u(0) / speed, path.u(1) / speed};
-      if (keeps_direction(path, s)) straight(path, -mu * s[0], -mu * s[1], s);
-      else turning(path);
+      if (keeps_direction(path, s)) advance_straight(path, -mu * s[0], -mu * s[1], s);
+      else integrate_turning_slip(path);
       continue;
     }
     path.stopped = true;
     S f[2];
-    if (holding_force(K, f) <= mu) {
-      straight(path, f[0], f[1], static_cast<const S*>(nullptr));
+    if (sticking_friction(K, f) <= mu) {
+      advance_straight(path, f[0], f[1], static_cast<const S*>(nullptr));
     } else {
       S s[2];
-      new_direction(K, mu, s);
-      straight(path, -mu * s[0], -mu * s[1], static_cast<const S*>(nullptr));
+      onset_direction(K, mu, s);
+      advance_straight(path, -mu * s[0], -mu * s[1], static_cast<const S*>(nullptr));
     }
   }
-  return {{path.J[0], path.J[1], path.J[2]}, path.done && !path.lost};
+  return {{path.J[0], path.J[1], path.J[2]}, path.done && !path.failed};
 }
 
 template SlipPath<float> slip_path<float>(const ImpactLaw<float>&, const float (&)[3][3], const float (&)[3]);

@@ -27,7 +27,7 @@ template <class S> std::vector<Edge<S>> box_edges(const Real3& half) {
   return edges;
 }
 
-template <class S> std::vector<Edge<S>> sheet_edges(const std::array<double, 2>& half) {
+template <class S> std::vector<Edge<S>> rectangle_edges(const std::array<double, 2>& half) {
   std::vector<Edge<S>> edges;
   for (int axis = 0; axis < 2; ++axis)
     for (const S sign : {S(-1), S(1)}) {
@@ -42,27 +42,27 @@ template <class S> std::vector<Edge<S>> sheet_edges(const std::array<double, 2>&
   return edges;
 }
 
-// The crossing of two lines: along each, and across.
-template <class S> struct Crossing {
+// The crossing of two lines: coordinates along each, and the gap across.
+template <class S> struct LineCrossing {
   Vec3<S> a, b, n, from;  // from a's middle to b's
   S sine{}, along_a{}, along_b{}, gap{};
 };
 template <class S>
-Crossing<S> cross_lines(const Vec3<S>& middle_a, const Vec3<S>& a, const Vec3<S>& middle_b, const Vec3<S>& b) {
-  Crossing<S> it{a, b, cross(a, b), middle_b - middle_a, {}, {}, {}, {}};
+LineCrossing<S> cross_lines(const Vec3<S>& middle_a, const Vec3<S>& a, const Vec3<S>& middle_b, const Vec3<S>& b) {
+  LineCrossing<S> it{a, b, cross(a, b), middle_b - middle_a, {}, {}, {}, {}};
   it.sine = norm(it.n);
   if (!(it.sine > S(0))) return it;
   it.n = (S(1) / it.sine) * it.n;
   it.along_a = dot(it.from, cross(b, it.n)) / it.sine;
   it.along_b = dot(it.from, cross(a, it.n)) / it.sine;
-  // From points next to each other: the round-off of n, which grows as edges become parallel, does not show.
+  // Between the crossing points: the round-off of n, which grows as edges become parallel, does not enter.
   it.gap = dot(it.n, it.along_a * a - it.along_b * b - it.from);
   return it;
 }
 
 // The least of n . side over b's cone and -n . side over a's.
 template <class S>
-S within_cones(const Edge<S>& a, const Pose<S>& of, const Edge<S>& b, const Pose<S>& on, const Vec3<S>& n) {
+S depth_inside_cones(const Edge<S>& a, const Pose<S>& of, const Edge<S>& b, const Pose<S>& on, const Vec3<S>& n) {
   S least = S(1);
   for (int k = 0; k < 2; ++k) {
     least = real::min(least, dot(n, turned(on, b.side_B[k])));
@@ -80,46 +80,47 @@ template <class S> S cone_round_off(S sine, S round_off_m, S length) {
 template <class S> std::vector<Edge<S>> edges_of(const Shape& shape) {
   if (const auto* box = std::get_if<Box>(&shape)) return box_edges<S>(box->half_extents_m);
   if (const auto* sheet = std::get_if<Rectangle>(&shape))
-    return sheet_edges<S>({sheet->half_extents_m[0], sheet->half_extents_m[1]});
+    return rectangle_edges<S>({sheet->half_extents_m[0], sheet->half_extents_m[1]});
   return {};
 }
 
-template <class S> Knob<S> edge_knob(const Edge<S>& edge) {
-  Knob<S> knob{edge.middle_B, S(0), false, false, edge.along_B};
-  knob.edge = true;
-  return knob;
+template <class S> ContactFeature<S> edge_feature(const Edge<S>& edge) {
+  ContactFeature<S> feature{edge.middle_B, S(0), false, false, edge.along_B};
+  feature.edge = true;
+  return feature;
 }
 
 template <class S>
-void see_edge(const Knob<S>& knob, const Pose<S>& of, const Facet<S>& facet, const Pose<S>& on, bool with_rates,
-              Sight<S>& sight) {
-  sight.normal_dot = sight.x_dot = {};
-  const Vec3<S> arm = turned(of, knob.center_B), spot = turned(on, facet.point_B);
-  const Crossing<S> it = cross_lines(of.p + arm, turned(of, knob.axis_B), on.p + spot, turned(on, facet.direction_B));
+void edge_kinematics(const ContactFeature<S>& feature, const Pose<S>& of, const Facet<S>& facet, const Pose<S>& on,
+                     bool with_rates, GapKinematics<S>& kinematics) {
+  kinematics.normal_dot = kinematics.x_dot = {};
+  const Vec3<S> arm = turned(of, feature.center_B), to_edge = turned(on, facet.point_B);
+  const LineCrossing<S> it =
+      cross_lines(of.p + arm, turned(of, feature.axis_B), on.p + to_edge, turned(on, facet.direction_B));
   const Vec3<S>&a = it.a, &b = it.b, &n = it.n;
-  const Vec3<S> arm_a = arm + it.along_a * a, arm_b = spot + it.along_b * b;
-  sight.normal = n;
-  sight.gap = it.gap;
-  sight.x = of.p + arm_a;
+  const Vec3<S> arm_a = arm + it.along_a * a, arm_b = to_edge + it.along_b * b;
+  kinematics.normal = n;
+  kinematics.gap = it.gap;
+  kinematics.x = of.p + arm_a;
   const Vec3<S> v_a = of.v + cross(of.w, arm_a), u = v_a - (on.v + cross(on.w, arm_b));
-  sight.rate = dot(n, u);
+  kinematics.rate = dot(n, u);
   if (!with_rates || !(it.sine > S(0))) return;
   const Vec3<S> c_dot = cross(cross(of.w, a), b) + cross(a, cross(on.w, b));
-  sight.normal_dot = (S(1) / it.sine) * (c_dot - dot(n, c_dot) * n);
-  const S along_dot = dot(it.gap * sight.normal_dot - u, cross(b, n)) / it.sine;
-  sight.x_dot = v_a + along_dot * a;
+  kinematics.normal_dot = (S(1) / it.sine) * (c_dot - dot(n, c_dot) * n);
+  const S along_dot = dot(it.gap * kinematics.normal_dot - u, cross(b, n)) / it.sine;
+  kinematics.x_dot = v_a + along_dot * a;
 }
 
 template <class S>
 Facet<S> edge_facet(const Edge<S>& a, const Pose<S>& of, const Edge<S>& b, const Pose<S>& on, S round_off_m,
                     bool& apart) {
-  Crossing<S> it = cross_lines(of.p + turned(of, a.middle_B), turned(of, a.along_B), on.p + turned(on, b.middle_B),
-                               turned(on, b.along_B));
+  LineCrossing<S> it = cross_lines(of.p + turned(of, a.middle_B), turned(of, a.along_B), on.p + turned(on, b.middle_B),
+                                   turned(on, b.along_B));
   Facet<S> facet{1, b.middle_B, b.along_B};
   apart = true;
   if (!(it.sine >= least_crossing_sine<S>())) return facet;
-  S within = within_cones(a, of, b, on, it.n);
-  if (const S other = within_cones(a, of, b, on, -it.n); other > within) {
+  S within = depth_inside_cones(a, of, b, on, it.n);
+  if (const S other = depth_inside_cones(a, of, b, on, -it.n); other > within) {
     within = other;
     it.gap = -it.gap;
     facet.direction_B = -facet.direction_B;
@@ -127,28 +128,29 @@ Facet<S> edge_facet(const Edge<S>& a, const Pose<S>& of, const Edge<S>& b, const
   const S length = real::min(a.half_length, b.half_length), margin = round_off_m / S(2);
   apart = within < -cone_round_off(it.sine, round_off_m, length) ||
           !(a.half_length - real::abs(it.along_a) >= margin) || !(b.half_length - real::abs(it.along_b) >= margin) ||
-          it.gap < -(a.depth + b.depth) / S(2);  // one past the other
+          it.gap < -(a.depth + b.depth) / S(2);  // one has passed the other
   return facet;
 }
 
 template <class S>
-S within_edges(const Edge<S>& a, const Pose<S>& of, const Edge<S>& b, const Facet<S>& facet, const Pose<S>& on,
-               S round_off_m) {
-  const Crossing<S> it = cross_lines(of.p + turned(of, a.middle_B), turned(of, a.along_B),
-                                     on.p + turned(on, b.middle_B), turned(on, facet.direction_B));
+S depth_inside_edges(const Edge<S>& a, const Pose<S>& of, const Edge<S>& b, const Facet<S>& facet, const Pose<S>& on,
+                     S round_off_m) {
+  const LineCrossing<S> it = cross_lines(of.p + turned(of, a.middle_B), turned(of, a.along_B),
+                                         on.p + turned(on, b.middle_B), turned(on, facet.direction_B));
   const S length = real::min(a.half_length, b.half_length);
   if (!(it.sine >= least_crossing_sine<S>())) return -length;
-  const S cones = within_cones(a, of, b, on, it.n) + S(2) * cone_round_off(it.sine, round_off_m, length);
+  const S cones = depth_inside_cones(a, of, b, on, it.n) + S(2) * cone_round_off(it.sine, round_off_m, length);
   return real::min(cones * length,
                    real::min(a.half_length - real::abs(it.along_a), b.half_length - real::abs(it.along_b)));
 }
 
-#define ATWOOD_EDGES(S)                                                                                        \
-  template std::vector<Edge<S>> edges_of<S>(const Shape&);                                                     \
-  template Knob<S> edge_knob<S>(const Edge<S>&);                                                               \
-  template void see_edge<S>(const Knob<S>&, const Pose<S>&, const Facet<S>&, const Pose<S>&, bool, Sight<S>&); \
-  template Facet<S> edge_facet<S>(const Edge<S>&, const Pose<S>&, const Edge<S>&, const Pose<S>&, S, bool&);   \
-  template S within_edges<S>(const Edge<S>&, const Pose<S>&, const Edge<S>&, const Facet<S>&, const Pose<S>&, S);
+#define ATWOOD_EDGES(S)                                                                                             \
+  template std::vector<Edge<S>> edges_of<S>(const Shape&);                                                          \
+  template ContactFeature<S> edge_feature<S>(const Edge<S>&);                                                       \
+  template void edge_kinematics<S>(const ContactFeature<S>&, const Pose<S>&, const Facet<S>&, const Pose<S>&, bool, \
+                                   GapKinematics<S>&);                                                              \
+  template Facet<S> edge_facet<S>(const Edge<S>&, const Pose<S>&, const Edge<S>&, const Pose<S>&, S, bool&);        \
+  template S depth_inside_edges<S>(const Edge<S>&, const Pose<S>&, const Edge<S>&, const Facet<S>&, const Pose<S>&, S);
 ATWOOD_EDGES(float)
 ATWOOD_EDGES(double)
 ATWOOD_EDGES(long double)

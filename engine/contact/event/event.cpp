@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <chrono>
 
-#include "contact/event/run.hpp"
+#include "contact/event/contact_forces.hpp"
+#include "contact/event/edge_candidates.hpp"
+#include "contact/event/step.hpp"
 #include "contact/options.hpp"
 #include "smooth/run.hpp"
 
@@ -14,7 +16,7 @@ namespace {
 
 Outcome unsupported(const std::string& reason) { return {Status::unsupported, reason, 0, 0, {}}; }
 
-// The scene's convention for simultaneous impacts, if it names one, is followed; else the setting.
+// The scene's convention for simultaneous impacts, if it names one, overrides the setting's default.
 void take_convention(const MethodId& id, const Scene& scene, EventOptions& options, std::string& why) {
   if (scene.simultaneous_impacts == SimultaneousImpacts::unspecified) return;
   const bool together = scene.simultaneous_impacts == SimultaneousImpacts::together;
@@ -41,139 +43,140 @@ EventOptions read_options(const MethodId& id, const Scene& scene, std::string& w
   return options;
 }
 
-template <class S> void find_winds(EventRun<S>& run, const Scene& scene) {
+template <class S> void find_drag_bodies(EventRun<S>& run, const Scene& scene) {
   for (const Force& force : scene.forces) {
     const auto* drag = std::get_if<QuadraticDrag>(&force);
     if (!drag) continue;
     for (const int body : drag->bodies)
-      if (run.model.offset(body) >= 0) run.winds.push_back({body, narrow3<S>(drag->wind_m_per_s)});
+      if (run.bodies.model.offset(body) >= 0) run.drag_bodies.push_back({body, narrow3<S>(drag->wind_m_per_s)});
   }
 }
 
-// A method that takes forces apart, or knows them as series, never asks for the rates into which contact forces go.
-template <class S> bool asks_for_rates(EventRun<S>& run) {
-  run.model.initial_state(run.y.data());
-  run.model.select_interval(S(0), S(0));
-  run.wrapped_calls = 0;
-  run.model.system().evaluations = 0;
-  run.stepper.step(S(0), S(0x1p-20), run.y.data(), run.y_new.data());
-  return run.wrapped_calls > 0 && run.wrapped_calls == run.model.system().evaluations;
+// Methods that split forces or expand them in series never ask for the rates that contact forces are added to.
+template <class S> bool evaluates_rates(EventRun<S>& run) {
+  run.bodies.model.initial_state(run.states.overwrite(run.states.y));
+  run.bodies.model.select_interval(S(0), S(0));
+  run.integration.wrapped_calls = 0;
+  run.bodies.model.system().evaluations = 0;
+  run.integration.stepper.step(S(0), S(0x1p-20), run.states.y.data(), run.states.overwrite(run.states.y_new));
+  return run.integration.wrapped_calls > 0 && run.integration.wrapped_calls == run.bodies.model.system().evaluations;
 }
 
 template <class S> void prepare_run(EventRun<S>& run, const MethodId& id, const Scene& scene) {
-  const auto size = static_cast<std::size_t>(run.model.state_size());
-  for (auto* y : {&run.y, &run.y_new, &run.y_probe, &run.y_kept, &run.dydt}) y->resize(size);
-  run.model.initial_state(run.y.data());
-  const auto bodies = static_cast<std::size_t>(run.model.body_count());
-  run.poses.resize(bodies);
-  run.moves.resize(bodies);
-  run.round.resize(bodies);
-  for (auto* v : {&run.travel, &run.excursions}) v->resize(bodies);
-  for (int i = 0; i < run.model.body_count(); ++i) {
-    const BodyState<S> state = run.model.body(i, run.y.data());
-    Pose<S>& pose = run.poses[i];
+  const auto size = static_cast<std::size_t>(run.bodies.model.state_size());
+  StateBuffers<S>& states = run.states;
+  for (State<S>* state : {&states.y, &states.y_new, &states.y_probe, &states.y_kept}) state->values.resize(size);
+  states.dydt.resize(size);
+  run.bodies.model.initial_state(states.overwrite(states.y));
+  const auto bodies = static_cast<std::size_t>(run.bodies.model.body_count());
+  run.bodies.poses.resize(bodies);
+  run.bodies.moves.resize(bodies);
+  run.bodies.isotropic.resize(bodies);
+  for (auto* v : {&run.proximity.travel, &run.proximity.excursions}) v->resize(bodies);
+  for (int i = 0; i < run.bodies.model.body_count(); ++i) {
+    const BodyState<S> state = run.bodies.model.body(i, run.states.y.data());
+    Pose<S>& pose = run.bodies.poses[i];
     pose.p = state.p_WB;
     const Vec3<S> axes[3] = {{S(1), S(0), S(0)}, {S(0), S(1), S(0)}, {S(0), S(0), S(1)}};
     for (int k = 0; k < 3; ++k) pose.axis[k] = rotate(state.q_WB, axes[k]);
-    const MassProperties<S>& mass = run.model.mass(i);
-    run.round[i] = run.model.offset(i) >= 0 && run.model.rotates(i) && mass.diagonal &&
-                   mass.I_row[0].x == mass.I_row[1].y && mass.I_row[0].x == mass.I_row[2].z;
+    const MassProperties<S>& mass = run.bodies.model.mass(i);
+    run.bodies.isotropic[i] = run.bodies.model.offset(i) >= 0 && run.bodies.model.rotates(i) && mass.diagonal &&
+                              mass.I_row[0].x == mass.I_row[1].y && mass.I_row[0].x == mass.I_row[2].z;
   }
-  find_pairs(run, scene);
-  find_edges(run, scene);
-  find_winds(run, scene);
-  hold_inverses(run);
-  for (auto* v : {&run.free_acceleration, &run.acceleration}) v->resize(bodies);
-  run.touches.resize(bodies);
-  run.loaded.resize(bodies);
-  run.near.reserve(run.pairs.size());
-  run.contact_bodies.reserve(bodies);
-  run.hits.reserve(run.features.size());
-  run.contacts.reserve(run.features.size());
-  run.contacts_before.reserve(run.features.size());
-  run.contacts_guessed.reserve(run.features.size());
-  run.standing_before.reserve(run.features.size());
-  run.pending.reserve(run.features.size());
-  wrap_rates(run);
+  build_candidates(run.bodies, run.proximity, scene);
+  list_edges(run.proximity, scene);
+  find_drag_bodies(run, scene);
+  initialize_inverse_inertia(run.bodies);
+  for (auto* v : {&run.constraints.free_acceleration, &run.constraints.acceleration}) v->resize(bodies);
+  run.active.contacts_on_body.resize(bodies);
+  run.constraints.loaded.resize(bodies);
+  run.proximity.near.reserve(run.proximity.pairs.size());
+  run.active.bodies.reserve(bodies);
+  run.impacts.points.reserve(run.proximity.candidates.size());
+  run.active.contacts.reserve(run.proximity.candidates.size());
+  run.active.previous.reserve(run.proximity.candidates.size());
+  run.active.kept.reserve(run.proximity.candidates.size());
+  run.active.previous_states.reserve(run.proximity.candidates.size());
+  run.impacts.applied.reserve(run.proximity.candidates.size());
+  install_contact_forces(run);
   if (id.rtol) {
-    run.rtol = S(*id.rtol);
-    run.atol = S(id.atol.value_or(*id.rtol / 100));
-    run.stepper.set_tolerance(run.rtol, run.atol);
+    run.integration.rtol = S(*id.rtol);
+    run.integration.atol = S(id.atol.value_or(*id.rtol / 100));
+    run.integration.stepper.set_tolerance(run.integration.rtol, run.integration.atol);
   }
-  if (!asks_for_rates(run)) {
+  if (!evaluates_rates(run)) {
     std::string why;
-    run.substitute = make_stepper<S>(id.rtol ? "dopri5" : "rk4", run.model, why, {});
+    run.integration.contact_stepper = make_stepper<S>(id.rtol ? "dopri5" : "rk4", run.bodies.model, why, {});
   }
-  if (std::any_of(run.pairs.begin(), run.pairs.end(), [](const ShapePair<S>& pair) { return pair.friction > S(0); })) {
+  if (std::any_of(run.proximity.pairs.begin(), run.proximity.pairs.end(),
+                  [](const ShapePair<S>& pair) { return pair.friction > S(0); })) {
     std::string why;
-    run.fine = make_stepper<S>("dop853", run.model, why, {});
+    run.integration.fine_stepper = make_stepper<S>("dop853", run.bodies.model, why, {});
   }
 }
 
 template <class S> void restart(EventRun<S>& run, const Plan& plan) {
-  run.outcome = {};
-  run.contacts.clear();
-  run.carrying = 0;
-  run.inconsistent = -1;
-  run.struck_s = S(-1);
-  run.strikes = 0;
-  run.starts = true;
-  run.slip_ends = false;
-  run.has_factors = false;
-  run.modes = 0;
-  run.seen_epoch = -1;
-  run.h_next_s = S(0);
-  run.speed_scale = norm(run.model.uniform_gravity()) * S(plan.t_end_s) / S(plan.steps);
-  std::fill(run.travel.begin(), run.travel.end(), S(0));
-  put_edges_away(run);
-  for (Feature<S>& feature : run.features) {
-    feature.lasting = false;
-    feature.over_triangle = 0;  // a run's bits do not depend on the one before
+  run.report.outcome = {};
+  run.active.contacts.clear();
+  run.active.count = 0;
+  run.active.inconsistent = -1;
+  run.active.last_painleve_s = S(-1);
+  run.active.painleve_impacts = 0;
+  run.active.starts = true;
+  run.integration.use_fine_stepper = false;
+  run.active.reviewed_epoch = -1;
+  run.integration.h_next_s = S(0);
+  run.bodies.speed_scale = norm(run.bodies.model.uniform_gravity()) * S(plan.t_end_s) / S(plan.steps);
+  std::fill(run.proximity.travel.begin(), run.proximity.travel.end(), S(0));
+  remove_edge_candidates(run.proximity);
+  for (Candidate<S>& candidate : run.proximity.candidates) {
+    candidate.in_contact = false;
+    candidate.last_triangle = 0;  // results do not depend on earlier runs
   }
-  for (ShapePair<S>& pair : run.pairs) {
-    pair.look_again_at = S(0);
-    pair.known_at = -1;
-    pair.ends = false;
-    pair.ends_s = S(0);
+  for (ShapePair<S>& pair : run.proximity.pairs) {
+    pair.recheck_travel = S(0);
+    pair.gaps_known_at = -1;
+    pair.last_bounce = false;
+    pair.bounces_end_s = S(0);
   }
-  run.model.initial_state(run.y.data());
-  run.model.system().evaluations = 0;
-  run.model.system().solvers = {};
-  ++run.model.system().epoch;
+  run.bodies.model.initial_state(run.states.overwrite(run.states.y));
+  run.bodies.model.system().evaluations = 0;
+  run.bodies.model.system().solvers = {};
+  ++run.bodies.model.system().epoch;
 }
 
 std::array<double, 3> as_doubles(const auto& v) {
   return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
 }
 
-// Forces at this instant, of the law that held up to it.
+// Contact forces at this instant, by the law that held up to it.
 template <class S> void write_contacts(EventRun<S>& run, S t_s, Sample& sample) {
   sample.contacts.clear();
-  if (run.carrying == 0) return;
-  run.free_rate_of(run.free_context, t_s, run.y.data(), run.dydt.data());
-  contact_rates(run, t_s, run.y.data(), run.dydt.data());
-  for (const Contact<S>& contact : run.contacts) {
-    if (!contact.carries) continue;
-    const Feature<S>& feature = run.features[contact.feature];
-    const ShapePair<S>& pair = run.pairs[feature.pair];
-    const S sign = feature.knob_body == pair.b ? S(1) : S(-1);  // of what acts on b
-    sample.contacts.push_back({pair.a, pair.b, as_doubles(contact.sight.x), as_doubles(sign * contact.sight.normal),
-                               static_cast<double>(contact.sight.gap), static_cast<double>(contact.normal_N),
+  if (run.active.count == 0) return;
+  evaluate_rates(run, t_s);
+  for (const Contact<S>& contact : run.active.contacts) {
+    if (!contact.active) continue;
+    const Candidate<S>& candidate = run.proximity.candidates[contact.candidate];
+    const ShapePair<S>& pair = run.proximity.pairs[candidate.pair];
+    const S sign = candidate.feature_body == pair.b ? S(1) : S(-1);  // of the force on b
+    sample.contacts.push_back({pair.a, pair.b, as_doubles(contact.kinematics.x),
+                               as_doubles(sign * contact.kinematics.normal),
+                               static_cast<double>(contact.kinematics.gap), static_cast<double>(contact.normal_N),
                                as_doubles(sign * contact.friction_N)});
   }
 }
 
 template <class S> Outcome run_once(EventRun<S>& run, const Plan& plan, const Observer& observer) {
-  RigidModel<S>& model = run.model;
+  RigidModel<S>& model = run.bodies.model;
   restart(run, plan);
-  run.observer = &observer;
-  const S scale = state_scale(run.y.data(), model.state_size());
+  run.report.observer = &observer;
+  const S scale = state_scale(run.states.y.data(), model.state_size());
   const std::int64_t stride = plan.steps / plan.samples;
   Sample sample;
   const auto see = [&](std::int64_t k, S t_s) {
     if (!observer.sample) return;
     write_contacts(run, t_s, sample);
-    observe(model, plan, k, run.y.data(), sample, observer);
+    observe(model, plan, k, run.states.y.data(), sample, observer);
   };
   model.select_interval(S(0), time_at<S>(plan, 1));
   see(0, S(0));
@@ -187,21 +190,21 @@ template <class S> Outcome run_once(EventRun<S>& run, const Plan& plan, const Ob
       observer.profile->step_ns.push_back(
           std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now() - begin).count());
     if (!stepped) {
-      if (run.outcome.status == Status::ok) {
-        run.outcome = {Status::diverged, "an implicit step has no solution", 0, 0, {}};
+      if (run.report.outcome.status == Status::ok) {
+        run.report.outcome = {Status::diverged, "an implicit step has no solution", 0, 0, {}};
         model.system().solvers.keep_capped();
       }
       break;
     }
     step_end = n + 1;
     if ((n + 1) % stride != 0) continue;
-    if (!healthy(run.y.data(), model.state_size(), scale, to_s, run.outcome)) break;
+    if (!healthy(run.states.y.data(), model.state_size(), scale, to_s, run.report.outcome)) break;
     see((n + 1) / stride, to_s);
   }
-  run.outcome.steps_taken = step_end;
-  run.outcome.rate_evaluations = model.system().evaluations;
-  run.outcome.solvers = named_tallies(model.system().solvers);
-  return run.outcome;
+  run.report.outcome.steps_taken = step_end;
+  run.report.outcome.rate_evaluations = model.system().evaluations;
+  run.report.outcome.solvers = named_tallies(model.system().solvers);
+  return run.report.outcome;
 }
 
 template <class S>
@@ -213,15 +216,15 @@ Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const O
   if (simulation.outcome.status != Status::ok) return simulation.outcome;
   EventRun<S> run(*simulation.model, *simulation.stepper);
   run.options = options;
-  if (!id.rtol) run.free_flight = simulation.free_flight.get();
+  if (!id.rtol) run.integration.free_flight = simulation.free_flight.get();
   prepare_run(run, id, scene);
   if (repeats <= 0) return run_once(run, plan, observer);
 
-  const Observer nobody;
-  Outcome outcome = run_once(run, plan, nobody);  // warm-up
+  const Observer no_observer;
+  Outcome outcome = run_once(run, plan, no_observer);  // warm-up
   for (int i = 0; i < repeats && outcome.status == Status::ok; ++i) {
     const auto start = std::chrono::steady_clock::now();
-    const Outcome timed = run_once(run, plan, nobody);
+    const Outcome timed = run_once(run, plan, no_observer);
     const auto busy = std::chrono::steady_clock::now() - start;
     outcome.busy_ns.push_back(std::chrono::duration_cast<std::chrono::nanoseconds>(busy).count());
     if (timed.status != Status::ok) outcome = timed;

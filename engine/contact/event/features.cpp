@@ -1,3 +1,5 @@
+#include "contact/event/features.hpp"
+
 #include "contact/event/edges.hpp"
 
 namespace atwood::event {
@@ -12,8 +14,8 @@ template <class S> Vec3<S> unit_axis(int i, S sign) {
   return e;
 }
 
-// Of a box or a rectangle: by how many axes the centre lies outside decides face, edge or vertex. Inside: the face of
-// least depth.
+// Of a box or a rectangle: the number of axes along which c lies outside decides between face, edge and vertex. Inside:
+// the face of least depth.
 template <class S> Facet<S> nearest_of_slab(const Vec3<S>& half, const Vec3<S>& c) {
   Facet<S> facet;
   int outside = 0, last = 0, along = 0;
@@ -45,8 +47,8 @@ template <class S> Facet<S> nearest_of_slab(const Vec3<S>& half, const Vec3<S>& 
   return facet;
 }
 
-// A corner's body may lie beyond several faces; the corner is over, or hardly below, one of them alone. -1: over none.
-template <class S> int face_at_corner(const Vec3<S>& half, const Vec3<S>& c, const Vec3<S>& side) {
+// A vertex's body may lie beyond several faces; the vertex is over, or hardly below, only one of them. -1: over none.
+template <class S> int face_at_vertex(const Vec3<S>& half, const Vec3<S>& c, const Vec3<S>& side) {
   int face = -1, outside = 0;
   S out{};
   for (int i = 0; i < 3; ++i) {
@@ -62,8 +64,8 @@ template <class S> int face_at_corner(const Vec3<S>& half, const Vec3<S>& c, con
   return out > -smallest / S(64) ? face : -1;
 }
 
-// The face under a corner, on its body's side.
-template <class S> Facet<S> face_of_slab(const Vec3<S>& half, const Vec3<S>& c, const Vec3<S>& side, S& beside) {
+// The face below a vertex, on the side of its body.
+template <class S> Facet<S> face_of_slab(const Vec3<S>& half, const Vec3<S>& c, const Vec3<S>& side, S& outside_m) {
   int face = 2;
   S most{};
   for (int i = 0; i < 3; ++i) {
@@ -73,16 +75,16 @@ template <class S> Facet<S> face_of_slab(const Vec3<S>& half, const Vec3<S>& c, 
       face = i;
     }
   }
-  if (const int at = face_at_corner(half, c, side); at >= 0) face = at;
+  if (const int at = face_at_vertex(half, c, side); at >= 0) face = at;
   const S sign = component(side, face) < S(0) ? S(-1) : S(1);
-  beside = S(0);
+  outside_m = S(0);
   for (int i = 0; i < 3; ++i)
-    if (i != face) beside = real::max(beside, real::abs(component(c, i)) - component(half, i));
+    if (i != face) outside_m = real::max(outside_m, real::abs(component(c, i)) - component(half, i));
   const Vec3<S> normal = unit_axis<S>(face, sign);
   return {2, component(half, face) * normal, normal};
 }
 
-// Ericson, Real-Time Collision Detection (2005), 5.1.5.
+// C. Ericson, Real-Time Collision Detection (2005), 5.1.5.
 template <class S> Facet<S> nearest_of_triangle(const Triangle<S>& triangle, const Vec3<S>& c) {
   const Vec3<S>&A = triangle.corner_B[0], &B = triangle.corner_B[1], &C = triangle.corner_B[2];
   const Vec3<S> ab = B - A, ac = C - A, ap = c - A, bp = c - B, cp = c - C;
@@ -106,8 +108,8 @@ template <class S> S distance_to(const Facet<S>& facet, const Vec3<S>& c) {
   return norm(away);
 }
 
-// A face wins over the edges and corners it shares a distance with: inner edges of a flat mesh are no edges, nor is
-// what stands right above one beside a face.
+// At equal distance a face comes before edges and vertices: edges inside a flat mesh are no edges, and a point right
+// above one belongs to a face.
 template <class S> Facet<S> nearest_of_mesh(const std::vector<Triangle<S>>& mesh, const Vec3<S>& c) {
   Facet<S> best;
   S least = S(-1);
@@ -125,34 +127,34 @@ template <class S> Facet<S> nearest_of_mesh(const std::vector<Triangle<S>>& mesh
   const S round_off = S(8) * real::epsilon<S>() * (norm(c) + least);
   for (const Triangle<S>& triangle : mesh) {
     const S above = dot(triangle.normal_B, c - triangle.corner_B[0]);
-    if (real::abs(above) <= least + round_off && within_triangle(triangle, c) >= -round_off)
+    if (real::abs(above) <= least + round_off && depth_inside_triangle(triangle, c) >= -round_off)
       return {2, triangle.corner_B[0], above < S(0) ? -triangle.normal_B : triangle.normal_B};
   }
   return best;
 }
 
 template <class S>
-Facet<S> face_of_mesh(const std::vector<Triangle<S>>& mesh, const Vec3<S>& c, const Vec3<S>& side, S& beside) {
+Facet<S> face_of_mesh(const std::vector<Triangle<S>>& mesh, const Vec3<S>& c, const Vec3<S>& side, S& outside_m) {
   Facet<S> facet = nearest_of_mesh(mesh, c);
-  beside = facet.dimension == 2 ? S(0) : distance_to(facet, c);
+  outside_m = facet.dimension == 2 ? S(0) : distance_to(facet, c);
   if (facet.dimension == 2 && dot(facet.direction_B, side - facet.point_B) < S(0))
     facet.direction_B = -facet.direction_B;
   return facet;
 }
 
 template <class S, bool with_rates>
-void see_ball(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, const Facet<S>& facet,
-              const Pose<S>& on, Sight<S>& sight) {
-  sight.normal_dot = {};
-  const Vec3<S> arm = knob.centered ? Vec3<S>{} : turned(of, knob.center_B);
+void sphere_kinematics(const ContactFeature<S>& feature, const Pose<S>& of, const Surface<S>& surface,
+                       const Facet<S>& facet, const Pose<S>& on, GapKinematics<S>& kinematics) {
+  kinematics.normal_dot = {};
+  const Vec3<S> arm = feature.centered ? Vec3<S>{} : turned(of, feature.center_B);
   const Vec3<S> center = of.p + arm;
-  const Vec3<S> center_dot = knob.centered ? of.v : of.v + cross(of.w, arm);
+  const Vec3<S> center_dot = feature.centered ? of.v : of.v + cross(of.w, arm);
   if (surface.kind == SurfaceKind::plane) {
-    sight.normal = surface.normal_W;
-    sight.gap = dot(surface.normal_W, center) - surface.offset - knob.radius;
-    sight.rate = dot(surface.normal_W, center_dot);
-    sight.x = center - knob.radius * sight.normal;
-    if (with_rates) sight.x_dot = center_dot;
+    kinematics.normal = surface.normal_W;
+    kinematics.gap = dot(surface.normal_W, center) - surface.offset - feature.radius;
+    kinematics.rate = dot(surface.normal_W, center_dot);
+    kinematics.x = center - feature.radius * kinematics.normal;
+    if (with_rates) kinematics.x_dot = center_dot;
     return;
   }
   const Vec3<S> from_body = center - on.p;
@@ -162,63 +164,63 @@ void see_ball(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface,
     away = from_body - turned(on, facet.point_B);
     along = turned(on, facet.direction_B);
   }
-  const Vec3<S> drift =
+  const Vec3<S> relative_velocity =
       center_dot - on.v - (surface.kind == SurfaceKind::point ? cross(on.w, Vec3<S>{}) : cross(on.w, from_body));
   S distance{};
-  Vec3<S> across{};  // the drift that turns the normal
+  Vec3<S> across{};  // the relative velocity that turns the normal
   if (facet.dimension == 2) {
-    sight.normal = along;
+    kinematics.normal = along;
     distance = dot(along, away);
   } else {
     if (facet.dimension == 1) away -= dot(away, along) * along;
     distance = norm(away);
-    sight.normal = distance > S(0) ? (S(1) / distance) * away : Vec3<S>{S(0), S(0), S(1)};
-    across = drift - dot(drift, sight.normal) * sight.normal;
-    if (facet.dimension == 1) across -= dot(drift, along) * along;
+    kinematics.normal = distance > S(0) ? (S(1) / distance) * away : Vec3<S>{S(0), S(0), S(1)};
+    across = relative_velocity - dot(relative_velocity, kinematics.normal) * kinematics.normal;
+    if (facet.dimension == 1) across -= dot(relative_velocity, along) * along;
   }
-  sight.rate = dot(sight.normal, drift);
-  sight.gap = distance - knob.radius - surface.radius;
-  sight.x = center - knob.radius * sight.normal;
+  kinematics.rate = dot(kinematics.normal, relative_velocity);
+  kinematics.gap = distance - feature.radius - surface.radius;
+  kinematics.x = center - feature.radius * kinematics.normal;
   if (with_rates) {
-    if (surface.kind != SurfaceKind::point) sight.normal_dot = cross(on.w, sight.normal);
-    if (distance != S(0) && facet.dimension < 2) sight.normal_dot += (S(1) / distance) * across;
-    sight.x_dot = center_dot - knob.radius * sight.normal_dot;
+    if (surface.kind != SurfaceKind::point) kinematics.normal_dot = cross(on.w, kinematics.normal);
+    if (distance != S(0) && facet.dimension < 2) kinematics.normal_dot += (S(1) / distance) * across;
+    kinematics.x_dot = center_dot - feature.radius * kinematics.normal_dot;
   }
 }
 
-// The lowest point of a circle about the unit axis a over a face: x = c - R e, e = (n - (n.a) a) / s, s its length. It
-// goes where the face's turning takes n as well.
+// The lowest point of a circle about the unit axis a over a face: x = c - R e, e = (n - (n.a) a) / s with s its length.
+// It moves with the rotation of n, too.
 template <class S, bool with_rates>
-void see_rim(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, const Facet<S>& facet,
-             const Pose<S>& on, Sight<S>& sight) {
-  sight.normal_dot = sight.x_dot = {};
+void circle_kinematics(const ContactFeature<S>& feature, const Pose<S>& of, const Surface<S>& surface,
+                       const Facet<S>& facet, const Pose<S>& on, GapKinematics<S>& kinematics) {
+  kinematics.normal_dot = kinematics.x_dot = {};
   const bool plane = surface.kind == SurfaceKind::plane;
-  const Vec3<S> arm = turned(of, knob.center_B), axis = turned(of, knob.axis_B),
+  const Vec3<S> arm = turned(of, feature.center_B), axis = turned(of, feature.axis_B),
                 n = plane ? surface.normal_W : turned(on, facet.direction_B);
   const Vec3<S> center = of.p + arm;
   const S lean = dot(n, axis);
   const Vec3<S> up = n - lean * axis;
   const S s = norm(up);
   const Vec3<S> e = s > S(0) ? (S(1) / s) * up : Vec3<S>{};
-  sight.normal = n;
-  sight.x = center - knob.radius * e;
+  kinematics.normal = n;
+  kinematics.x = center - feature.radius * e;
   const S above =
       plane ? dot(n, center) - surface.offset : dot(n, center - on.p) - dot(facet.direction_B, facet.point_B);
-  sight.gap = above - knob.radius * s;
-  sight.rate = dot(n, of.v + cross(of.w, sight.x - of.p));
-  if (!plane) sight.rate -= dot(n, on.v + cross(on.w, sight.x - on.p));
+  kinematics.gap = above - feature.radius * s;
+  kinematics.rate = dot(n, of.v + cross(of.w, kinematics.x - of.p));
+  if (!plane) kinematics.rate -= dot(n, on.v + cross(on.w, kinematics.x - on.p));
   if (!with_rates) return;
-  if (!plane) sight.normal_dot = cross(on.w, n);
-  sight.x_dot = of.v + cross(of.w, arm);
+  if (!plane) kinematics.normal_dot = cross(on.w, n);
+  kinematics.x_dot = of.v + cross(of.w, arm);
   if (!(s > S(0))) return;
-  const Vec3<S> axis_dot = cross(of.w, axis), &n_dot = sight.normal_dot;
+  const Vec3<S> axis_dot = cross(of.w, axis), &n_dot = kinematics.normal_dot;
   const Vec3<S> up_dot = n_dot - (dot(n_dot, axis) + dot(n, axis_dot)) * axis - lean * axis_dot;
-  sight.x_dot -= (knob.radius / s) * (up_dot - dot(e, up_dot) * e);
+  kinematics.x_dot -= (feature.radius / s) * (up_dot - dot(e, up_dot) * e);
 }
 
 }  // namespace
 
-template <class S> S within_triangle(const Triangle<S>& triangle, const Vec3<S>& at_B) {
+template <class S> S depth_inside_triangle(const Triangle<S>& triangle, const Vec3<S>& at_B) {
   S least{};
   for (int i = 0; i < 3; ++i) {
     const Vec3<S>& from = triangle.corner_B[i];
@@ -231,8 +233,8 @@ template <class S> S within_triangle(const Triangle<S>& triangle, const Vec3<S>&
 
 template <class S>
 Facet<S> nearest_facet(const Surface<S>& surface, const Vec3<S>& center_B, bool corner, const Vec3<S>& side_B,
-                       S& beside) {
-  beside = S(0);
+                       S& outside_m) {
+  outside_m = S(0);
   switch (surface.kind) {
     case SurfaceKind::plane: return {2, {}, {}};
     case SurfaceKind::point: return {0, {}, {}};
@@ -243,44 +245,47 @@ Facet<S> nearest_facet(const Surface<S>& surface, const Vec3<S>& center_B, bool 
       return {1, {}, {S(0), S(0), S(1)}};
     }
     case SurfaceKind::slab:
-      return corner ? face_of_slab(surface.half_extents, center_B, side_B, beside)
+      return corner ? face_of_slab(surface.half_extents, center_B, side_B, outside_m)
                     : nearest_of_slab(surface.half_extents, center_B);
     case SurfaceKind::mesh:
     case SurfaceKind::edge: break;
   }
-  return corner ? face_of_mesh(surface.mesh, center_B, side_B, beside) : nearest_of_mesh(surface.mesh, center_B);
+  return corner ? face_of_mesh(surface.mesh, center_B, side_B, outside_m) : nearest_of_mesh(surface.mesh, center_B);
 }
 
-template <class S> Vec3<S> outermost_of_rim(const Knob<S>& knob, const Pose<S>& of, const Vec3<S>& n_W) {
-  const Vec3<S> center = of.p + turned(of, knob.center_B), axis = turned(of, knob.axis_B);
+template <class S>
+Vec3<S> lowest_point_of_circle(const ContactFeature<S>& feature, const Pose<S>& of, const Vec3<S>& n_W) {
+  const Vec3<S> center = of.p + turned(of, feature.center_B), axis = turned(of, feature.axis_B);
   const Vec3<S> up = n_W - dot(n_W, axis) * axis;
   const S s = norm(up);
-  return s > S(0) ? center - (knob.radius / s) * up : center;
+  return s > S(0) ? center - (feature.radius / s) * up : center;
 }
 
 template <class S>
-Sight<S> look(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, const Facet<S>& facet,
-              const Pose<S>& on) {
-  Sight<S> sight;
-  if (knob.edge) see_edge(knob, of, facet, on, false, sight);
-  else if (knob.rim) see_rim<S, false>(knob, of, surface, facet, on, sight);
-  else see_ball<S, false>(knob, of, surface, facet, on, sight);
-  return sight;
+GapKinematics<S> gap_kinematics(const ContactFeature<S>& feature, const Pose<S>& of, const Surface<S>& surface,
+                                const Facet<S>& facet, const Pose<S>& on) {
+  GapKinematics<S> kinematics;
+  if (feature.edge) edge_kinematics(feature, of, facet, on, false, kinematics);
+  else if (feature.circle) circle_kinematics<S, false>(feature, of, surface, facet, on, kinematics);
+  else sphere_kinematics<S, false>(feature, of, surface, facet, on, kinematics);
+  return kinematics;
 }
 template <class S>
-void watch(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, const Facet<S>& facet, const Pose<S>& on,
-           Sight<S>& sight) {
-  if (knob.edge) see_edge(knob, of, facet, on, true, sight);
-  else if (knob.rim) see_rim<S, true>(knob, of, surface, facet, on, sight);
-  else see_ball<S, true>(knob, of, surface, facet, on, sight);
+void gap_kinematics_with_rates(const ContactFeature<S>& feature, const Pose<S>& of, const Surface<S>& surface,
+                               const Facet<S>& facet, const Pose<S>& on, GapKinematics<S>& kinematics) {
+  if (feature.edge) edge_kinematics(feature, of, facet, on, true, kinematics);
+  else if (feature.circle) circle_kinematics<S, true>(feature, of, surface, facet, on, kinematics);
+  else sphere_kinematics<S, true>(feature, of, surface, facet, on, kinematics);
 }
 
-#define ATWOOD_FEATURES(S)                                                                                       \
-  template Vec3<S> outermost_of_rim<S>(const Knob<S>&, const Pose<S>&, const Vec3<S>&);                          \
-  template S within_triangle<S>(const Triangle<S>&, const Vec3<S>&);                                             \
-  template Facet<S> nearest_facet<S>(const Surface<S>&, const Vec3<S>&, bool, const Vec3<S>&, S&);               \
-  template Sight<S> look<S>(const Knob<S>&, const Pose<S>&, const Surface<S>&, const Facet<S>&, const Pose<S>&); \
-  template void watch<S>(const Knob<S>&, const Pose<S>&, const Surface<S>&, const Facet<S>&, const Pose<S>&, Sight<S>&);
+#define ATWOOD_FEATURES(S)                                                                                 \
+  template Vec3<S> lowest_point_of_circle<S>(const ContactFeature<S>&, const Pose<S>&, const Vec3<S>&);    \
+  template S depth_inside_triangle<S>(const Triangle<S>&, const Vec3<S>&);                                 \
+  template Facet<S> nearest_facet<S>(const Surface<S>&, const Vec3<S>&, bool, const Vec3<S>&, S&);         \
+  template GapKinematics<S> gap_kinematics<S>(const ContactFeature<S>&, const Pose<S>&, const Surface<S>&, \
+                                              const Facet<S>&, const Pose<S>&);                            \
+  template void gap_kinematics_with_rates<S>(const ContactFeature<S>&, const Pose<S>&, const Surface<S>&,  \
+                                             const Facet<S>&, const Pose<S>&, GapKinematics<S>&);
 ATWOOD_FEATURES(float)
 ATWOOD_FEATURES(double)
 ATWOOD_FEATURES(long double)

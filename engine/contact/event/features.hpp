@@ -1,90 +1,81 @@
-// Smooth gaps: a knob of one body (a ball or a rim fixed in it) against a facet of another (a face, an edge line, a
-// point).
+// Gap functions between a contact feature of one body (a vertex, a sphere or a circle fixed in it) and a facet of
+// another body's surface (a face, a line or a point).
 //
-// Where shapes keep touching with the same features, their gap is a smooth function of the motion; its second
-// derivative is what contact forces are solved for. Round shapes are knobs with a radius, corners knobs without.
+// While two shapes touch with the same features, the gap is a smooth function of the motion, and contact forces follow
+// from its second time derivative (Brogliato, Nonsmooth Mechanics, 2016, ch. 5). A vertex is a sphere of radius 0.
 #pragma once
 
 #include <vector>
 
-#include "math/quat.hpp"
-#include "math/vec3.hpp"
+#include "contact/event/pose.hpp"
 
 namespace atwood::event {
 
-// Where a body is and how it moves; world axes.
-template <class S> struct Pose {
-  Vec3<S> p, v, w;
-  Vec3<S> axis[3] = {{S(1), S(0), S(0)}, {S(0), S(1), S(0)}, {S(0), S(0), S(1)}};  // the body's, seen from the world
-};
-template <class S> inline Vec3<S> turned(const Pose<S>& pose, const Vec3<S>& v_B) {
-  return v_B.x * pose.axis[0] + v_B.y * pose.axis[1] + v_B.z * pose.axis[2];
-}
-template <class S> inline Vec3<S> turned_back(const Pose<S>& pose, const Vec3<S>& v_W) {
-  return {dot(pose.axis[0], v_W), dot(pose.axis[1], v_W), dot(pose.axis[2], v_W)};
-}
-
-template <class S> struct Knob {
+// Body axes; lengths in m.
+template <class S> struct ContactFeature {
   Vec3<S> center_B;
   S radius{};
-  bool rim = false;      // a circle of that radius about axis_B, instead of a ball; meets faces alone
+  bool circle = false;   // a circle of that radius about axis_B instead of a sphere; it has gaps to faces only
   bool centered = true;  // center_B is the body's origin
-  Vec3<S> axis_B;
-  bool edge = false;  // a straight edge through center_B along axis_B; meets edges alone (edges.hpp)
+  Vec3<S> axis_B;        // unit
+  bool edge = false;     // a straight edge through center_B along axis_B; it has gaps to edges only (edges.hpp)
 };
 
 template <class S> struct Facet {
-  int dimension = 0;  // 0 a point, 1 a line along direction_B, 2 a face whose outward normal is direction_B
+  int dimension = 0;  // 0: a point, 1: a line along direction_B, 2: a face with the outward normal direction_B
   Vec3<S> point_B, direction_B;
 };
 
 template <class S> struct Triangle { Vec3<S> corner_B[3], normal_B; };
 
-// Between the planes through the sides of a triangle, square to it: the least of three signed distances.
-template <class S> S within_triangle(const Triangle<S>& triangle, const Vec3<S>& at_B);
+// The least of the three signed distances [m] of a point to the planes that stand on a triangle's sides; positive
+// inside.
+template <class S> S depth_inside_triangle(const Triangle<S>& triangle, const Vec3<S>& at_B);
 
 enum class SurfaceKind : unsigned char { plane, point, segment, slab, mesh, edge };
 
 template <class S> struct Surface {
   SurfaceKind kind = SurfaceKind::plane;
-  Vec3<S> normal_W;  // plane: unit; n . x = offset on it
+  Vec3<S> normal_W;  // plane: n . x = offset with the unit vector n
   S offset{};
-  S radius{};            // point (a sphere), segment (a capsule)
-  Vec3<S> half_extents;  // slab: a box, or a rectangle with z = 0; segment: z alone
+  S radius{};            // point: of the sphere about it; segment: of the capsule
+  Vec3<S> half_extents;  // slab: of a box, or of a rectangle with z = 0; segment: z only
   std::vector<Triangle<S>> mesh;
-  bool flat = false;  // mesh: all of its triangles lie in one plane
+  bool flat = false;  // mesh: all triangles lie in one plane
 };
 
-// A knob near a surface. `normal` is a unit vector from the surface to the knob.
-template <class S> struct Sight {
+// The gap function g [m] of a feature over a facet, its rate g' [m/s], the unit normal n from the surface to the
+// feature, the contact point x on the feature, and the rates n' and x'.
+template <class S> struct GapKinematics {
   S gap{}, rate{};
-  Vec3<S> normal, x;          // x: on the knob, where it is nearest
-  Vec3<S> normal_dot, x_dot;  // filled by watch() alone
+  Vec3<S> normal, x;
+  Vec3<S> normal_dot, x_dot;  // set by gap_kinematics_with_rates() only
 };
 
-// The facet of a slab, segment or mesh that is nearest to a knob. Corners (radius 0) see faces alone, from the side on
-// which `side_B` lies; where they stand beside the face, `beside` is by how much.
+// The facet of a slab, segment or mesh nearest to center_B. A vertex (`corner`) has faces only, on the side of
+// side_B; `outside_m` is then its distance beyond the face's boundary, else 0.
 template <class S>
 Facet<S> nearest_facet(const Surface<S>& surface, const Vec3<S>& center_B, bool corner, const Vec3<S>& side_B,
-                       S& beside);
+                       S& outside_m);
 
-// The point of a rim that lies farthest against the unit vector n.
-template <class S> Vec3<S> outermost_of_rim(const Knob<S>& knob, const Pose<S>& of, const Vec3<S>& n_W);
+// The point of a circle with the least n_W . x; n_W is a unit vector.
+template <class S>
+Vec3<S> lowest_point_of_circle(const ContactFeature<S>& feature, const Pose<S>& of, const Vec3<S>& n_W);
 
-// Gap, rate, normal and point.
+// Gap, rate, normal and point of a feature of the body `of` over a facet of the body `on`.
 template <class S>
-Sight<S> look(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, const Facet<S>& facet,
-              const Pose<S>& on);
-// ... and how normal and point move.
+GapKinematics<S> gap_kinematics(const ContactFeature<S>& feature, const Pose<S>& of, const Surface<S>& surface,
+                                const Facet<S>& facet, const Pose<S>& on);
+// The same with the rates of normal and point.
 template <class S>
-void watch(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, const Facet<S>& facet, const Pose<S>& on,
-           Sight<S>& sight);
+void gap_kinematics_with_rates(const ContactFeature<S>& feature, const Pose<S>& of, const Surface<S>& surface,
+                               const Facet<S>& facet, const Pose<S>& on, GapKinematics<S>& kinematics);
 template <class S>
-Sight<S> watch(const Knob<S>& knob, const Pose<S>& of, const Surface<S>& surface, const Facet<S>& facet,
-               const Pose<S>& on) {
-  Sight<S> sight;
-  watch(knob, of, surface, facet, on, sight);
-  return sight;
+GapKinematics<S> gap_kinematics_with_rates(const ContactFeature<S>& feature, const Pose<S>& of,
+                                           const Surface<S>& surface, const Facet<S>& facet, const Pose<S>& on) {
+  GapKinematics<S> kinematics;
+  gap_kinematics_with_rates(feature, of, surface, facet, on, kinematics);
+  return kinematics;
 }
 
 }  // namespace atwood::event

@@ -1,59 +1,67 @@
-// Where rigid bodies and Coulomb's law have no contact force, or more than one (Painleve 1895).
+// Configurations where rigid bodies and Coulomb's law have no contact force, or several (Painleve 1895).
 //
 // One point that slips along s:   (n . u)' = b + k N,   k = n . K n - mu n . K s,   b without the contact
-//   k > 0            one answer: N = -b / k or, where b >= 0, none is needed
+//   k > 0            one solution: N = -b / k, or N = 0 where b >= 0
 //   k <= 0, b < 0    none ("inconsistent"): an impact without collision ends the slip at once
-//   k < 0,  b > 0    two ("indeterminate"): it lifts off, or is pressed on; nothing in the model chooses
-// Several points at once: k N^2 becomes f . A f of their forces, A what forces make of accelerations.
+//   k < 0,  b > 0    two ("indeterminate"): the contact separates, or its friction presses it on
+// Several points: k N^2 becomes f . A f with their forces f and the Delassus operator A.
 //
 // Sources: Painleve, C. R. Acad. Sci. 121 (1895) 112; Genot and Brogliato, Eur. J. Mech. A 18 (1999) 653; Champneys and
 // Varkonyi, IMA J. Appl. Math. 81 (2016) 538.
+#include "contact/event/painleve.hpp"
+
 #include <algorithm>
 #include <limits>
 
-#include "contact/event/rows.hpp"
+#include "contact/event/contact_forces.hpp"
+#include "contact/event/impacts.hpp"
+#include "contact/event/run.hpp"
 
 namespace atwood::event {
 
 namespace {
 
-constexpr int kMostStrikesAtOnce = 16;
+constexpr int kMaxPainleveImpacts = 16;
 
 template <class S> Vec3<S> across(const Vec3<S>& v, const Vec3<S>& n) { return v - dot(v, n) * n; }
 
-// What the contact asks of its two bodies' loads: without friction that follows the slip.
+// The force on the feature's body.
 template <class S> Vec3<S> force_of(const Contact<S>& contact) {
-  return contact.normal_N * contact.sight.normal + contact.friction_N;
+  return contact.normal_N * contact.kinematics.normal + contact.friction_N;
 }
 
-template <class S> bool rubs(const EventRun<S>& run, const Contact<S>& contact) {
-  return contact.carries && run.pairs[run.features[contact.feature].pair].friction > S(0) && !contact.of_balls;
+template <class S> bool may_be_indeterminate(const Proximity<S>& proximity, const Contact<S>& contact) {
+  return contact.active && proximity.pairs[proximity.candidates[contact.candidate].pair].friction > S(0) &&
+         !contact.between_spheres;
 }
 
-// f . A f, of one contact or of all that are not alone. Friction of slip and the couple against rolling follow N: they
-// press, but ask for nothing of their own.
-template <class S> S answer_along_forces(EventRun<S>& run, const Contact<S>* alone, S& size) {
-  const auto counts = [&](const Contact<S>& c) { return c.carries && (alone ? &c == alone : !c.alone); };
-  for (const int body : run.contact_bodies) run.acceleration[body] = {};
-  for (const Contact<S>& contact : run.contacts) {
+// f . A f of one contact, or of all that are not decoupled. Friction of slip and couples of rolling follow N: they act,
+// but have no constraint of their own. `size`: the sum of the absolute values of its terms.
+template <class S>
+S delassus_form(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active,
+                ConstraintSystem<S>& constraints, const Contact<S>* single, S& size) {
+  const auto counts = [&](const Contact<S>& c) { return c.active && (single ? &c == single : !c.decoupled); };
+  for (const int body : active.bodies) constraints.acceleration[body] = {};
+  for (const Contact<S>& contact : active.contacts) {
     if (!counts(contact)) continue;
-    const Row<S> row = load_row(run, contact, force_of(contact), contact.couple_N_m);
+    const ConstraintRow<S> row = row_of_load(bodies, proximity, contact, force_of(contact), contact.couple_N_m);
     for (int side = 0; side < 2; ++side) {
       if (row.body[side] < 0) continue;
-      run.acceleration[row.body[side]].linear += row.answer[side].linear;
-      run.acceleration[row.body[side]].angular += row.answer[side].angular;
+      constraints.acceleration[row.body[side]].linear += row.response[side].linear;
+      constraints.acceleration[row.body[side]].angular += row.response[side].angular;
     }
   }
   S sum = S(0);
   size = S(0);
-  for (const Contact<S>& contact : run.contacts) {
+  for (const Contact<S>& contact : active.contacts) {
     if (!counts(contact)) continue;
-    const bool held = contact.mode == Mode::sticks, turned = contact.turning == Turning::held;
-    const Vec3<S> force = held ? force_of(contact) : contact.normal_N * contact.sight.normal;
-    const Row<S> row = load_row(run, contact, force, turned ? contact.couple_N_m : Vec3<S>{});
+    const bool held = contact.mode == FrictionMode::stick, turned = contact.rolling == RollingMode::hold;
+    const Vec3<S> force = held ? force_of(contact) : contact.normal_N * contact.kinematics.normal;
+    const ConstraintRow<S> row =
+        row_of_load(bodies, proximity, contact, force, turned ? contact.couple_N_m : Vec3<S>{});
     for (int side = 0; side < 2; ++side) {
       if (row.body[side] < 0) continue;
-      const S part = dot(row.row[side], run.acceleration[row.body[side]]);
+      const S part = dot(row.jacobian[side], constraints.acceleration[row.body[side]]);
       sum += part;
       size += real::abs(part);
     }
@@ -61,32 +69,39 @@ template <class S> S answer_along_forces(EventRun<S>& run, const Contact<S>* alo
   return sum;
 }
 
-template <class S> bool pressed_on(EventRun<S>& run, const Contact<S>* alone) {
+template <class S>
+bool friction_presses(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active,
+                      ConstraintSystem<S>& constraints, const Contact<S>* single) {
   S size{};
-  const S sum = answer_along_forces(run, alone, size);
+  const S sum = delassus_form(bodies, proximity, active, constraints, single, size);
   return sum < S(-256) * real::epsilon<S>() * size;
 }
 
-// Forces that obey the laws, next to lifting off.
-template <class S> bool indeterminate(EventRun<S>& run) {
+// Do the contacts have forces that obey the laws, besides separating?
+template <class S>
+bool indeterminate(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active,
+                   ConstraintSystem<S>& constraints) {
   bool together = false;
-  for (const Contact<S>& contact : run.contacts) {
-    if (!rubs(run, contact)) continue;
-    if (!contact.alone) together = true;
-    else if (contact.mode == Mode::slips && pressed_on(run, &contact)) return true;
+  for (const Contact<S>& contact : active.contacts) {
+    if (!may_be_indeterminate(proximity, contact)) continue;
+    if (!contact.decoupled) together = true;
+    else if (contact.mode == FrictionMode::slip && friction_presses(bodies, proximity, active, constraints, &contact))
+      return true;
   }
-  return together && pressed_on<S>(run, nullptr);
+  return together && friction_presses<S>(bodies, proximity, active, constraints, nullptr);
 }
 
-// The pair whose points the forces, with all of them in run.dydt, do not keep from going in; -1: none.
-template <class S> int inconsistent_pair(const EventRun<S>& run, S tiny_acceleration, S tiny_N) {
+// The pair whose contacts go on closing with all forces in states.dydt; -1: none.
+template <class S>
+int inconsistent_pair(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active,
+                      const StateBuffers<S>& states, S tiny_acceleration, S tiny_N) {
   int pair = -1;
   S worst = -tiny_acceleration;
-  for (const Contact<S>& contact : run.contacts) {
-    const int of = run.features[contact.feature].pair;
-    if (contact.carries && contact.normal_N < -tiny_N && pair < 0) pair = of;
-    if (contact.carries) continue;
-    const S rises = normal_acceleration(run, contact, run.dydt.data());
+  for (const Contact<S>& contact : active.contacts) {
+    const int of = proximity.candidates[contact.candidate].pair;
+    if (contact.active && contact.normal_N < -tiny_N && pair < 0) pair = of;
+    if (contact.active) continue;
+    const S rises = normal_acceleration(bodies, proximity, contact, states.dydt.data());
     if (rises >= worst) continue;
     worst = rises;
     pair = of;
@@ -94,125 +109,130 @@ template <class S> int inconsistent_pair(const EventRun<S>& run, S tiny_accelera
   return pair;
 }
 
-// One point that stands for all points of the pair that touch: they move alike, as those of an edge do. False: they do
-// not, or the body would turn about it.
-template <class S> bool point_of_pair(const EventRun<S>& run, int pair, Contact<S>& one) {
+// One point that is equivalent to all points of the pair that touch, because they move alike, as those of an edge do.
+// False: there is none, or the body would turn about it.
+template <class S>
+bool point_of_pair(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active, int pair,
+                   Contact<S>& one) {
   int count = 0;
   Vec3<S> along;
-  for (const Contact<S>& contact : run.contacts) {
-    if (run.features[contact.feature].pair != pair) continue;
+  for (const Contact<S>& contact : active.contacts) {
+    if (proximity.candidates[contact.candidate].pair != pair) continue;
     if (++count == 1) one = contact;
     if (count == 1) continue;
-    if (run.features[contact.feature].knob_body != run.features[one.feature].knob_body) return false;
-    if (norm(contact.sight.normal - one.sight.normal) > S(64) * real::epsilon<S>()) return false;
-    if (norm(contact.u - one.u) > run.slip_round_off()) return false;
-    along = contact.sight.x - one.sight.x;
+    if (proximity.candidates[contact.candidate].feature_body != proximity.candidates[one.candidate].feature_body)
+      return false;
+    if (norm(contact.kinematics.normal - one.kinematics.normal) > S(64) * real::epsilon<S>()) return false;
+    if (norm(contact.u - one.u) > bodies.slip_round_off()) return false;
+    along = contact.kinematics.x - one.kinematics.x;
   }
   if (count < 2) return count == 1;
   if (count > 2) return false;
-  const Feature<S>& f = run.features[one.feature];
-  const Vec3<S> from = run.poses[run.moves[f.knob_body] ? f.knob_body : f.surface_body].p - one.sight.x;
+  const Candidate<S>& f = proximity.candidates[one.candidate];
+  const Vec3<S> from =
+      bodies.poses[bodies.moves[f.feature_body] ? f.feature_body : f.surface_body].p - one.kinematics.x;
   const S part = dot(from, along) / dot(along, along);
   if (!(part > S(0) && part < S(1))) return false;
-  one.sight.x += part * along;
+  one.kinematics.x += part * along;
   return true;
 }
 
 }  // namespace
 
-template <class S> bool refuse_at(EventRun<S>& run, S t_s, const char* what) {
-  run.outcome = {Status::unsupported,
-                 "atwood's +event: at t = " + format_double(static_cast<double>(t_s)) + " s " + what,
-                 0,
-                 0,
-                 {}};
-  return false;
+template <class S> void record_delassus(Contact<S>& contact, S delassus) {
+  contact.min_delassus = real::min(contact.min_delassus, delassus);
+  contact.max_delassus = real::max(contact.max_delassus, delassus);
 }
 
-template <class S> void note_yield(Contact<S>& contact, S yield) {
-  contact.least_yield = real::min(contact.least_yield, yield);
-  contact.most_yield = real::max(contact.most_yield, yield);
-}
-
-template <class S> void forget_yields(EventRun<S>& run) {
-  for (Contact<S>& contact : run.contacts) {
-    contact.least_yield = std::numeric_limits<S>::infinity();
-    contact.most_yield = S(0);
+template <class S> void reset_delassus_range(ActiveSet<S>& active) {
+  for (Contact<S>& contact : active.contacts) {
+    contact.min_delassus = std::numeric_limits<S>::infinity();
+    contact.max_delassus = S(0);
   }
 }
 
-// A 32nd of what a force may give at most.
-template <class S> bool small_yield(const EventRun<S>& run, const Contact<S>& contact) {
-  const Feature<S>& f = run.features[contact.feature];
-  return contact.least_yield < (run.mobility[f.knob_body] + run.mobility[f.surface_body]) / S(32);
+// Below 1/32 of the largest value that it may have?
+template <class S>
+bool delassus_near_zero(const Bodies<S>& bodies, const Proximity<S>& proximity, const Contact<S>& contact) {
+  const Candidate<S>& f = proximity.candidates[contact.candidate];
+  return contact.min_delassus <
+         (bodies.largest_inverse_mass[f.feature_body] + bodies.largest_inverse_mass[f.surface_body]) / S(32);
 }
 
-template <class S> bool near_singularity(const EventRun<S>& run) {
-  return std::any_of(run.contacts.begin(), run.contacts.end(),
-                     [&](const Contact<S>& contact) { return small_yield(run, contact); });
+template <class S>
+bool near_singularity(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active) {
+  return std::any_of(active.contacts.begin(), active.contacts.end(),
+                     [&](const Contact<S>& contact) { return delassus_near_zero(bodies, proximity, contact); });
 }
 
-template <class S> bool keeps_off_singularity(const EventRun<S>& run) {
-  return std::none_of(run.contacts.begin(), run.contacts.end(), [&](const Contact<S>& contact) {
-    return contact.least_yield <= S(0) ||
-           (small_yield(run, contact) && contact.most_yield > S(1.125) * contact.least_yield);
+template <class S>
+bool delassus_is_resolved(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active) {
+  return std::none_of(active.contacts.begin(), active.contacts.end(), [&](const Contact<S>& contact) {
+    return contact.min_delassus <= S(0) ||
+           (delassus_near_zero(bodies, proximity, contact) && contact.max_delassus > S(1.125) * contact.min_delassus);
   });
 }
 
-template <class S> bool judge_forces(EventRun<S>& run, S t_s, S tiny_acceleration, S tiny_N) {
-  run.inconsistent = -1;
-  if (run.contacts.empty()) return true;
-  run.inconsistent = inconsistent_pair(run, tiny_acceleration, tiny_N);
-  if (run.inconsistent >= 0) return true;  // strike() follows
-  if (indeterminate(run))
-    return refuse_at(run, t_s,
-                     "Coulomb's law has more than one answer (Painleve's indeterminate case): the contact can lift off "
-                     "as well as be pressed on by its friction");
+template <class S> bool check_forces(EventRun<S>& run, S t_s, S tiny_acceleration, S tiny_N) {
+  run.active.inconsistent = -1;
+  if (run.active.contacts.empty()) return true;
+  run.active.inconsistent =
+      inconsistent_pair(run.bodies, run.proximity, run.active, run.states, tiny_acceleration, tiny_N);
+  if (run.active.inconsistent >= 0) return true;  // impact_without_collision() follows
+  if (indeterminate(run.bodies, run.proximity, run.active, run.constraints))
+    return refuse_at(
+        run.report, t_s,
+        "Coulomb's law has more than one solution (Painleve's indeterminate case): the contact can separate, or "
+        "be pressed on by its friction");
   return true;
 }
 
-template <class S> bool strike(EventRun<S>& run, S t_s) {
-  const int p = run.inconsistent;
-  run.inconsistent = -1;
-  const ShapePair<S>& pair = run.pairs[p];
-  if (!(t_s > run.struck_s)) ++run.strikes;
-  else run.strikes = 0;
-  run.struck_s = t_s;
+template <class S> bool impact_without_collision(EventRun<S>& run, S t_s) {
+  const int p = run.active.inconsistent;
+  run.active.inconsistent = -1;
+  const ShapePair<S>& pair = run.proximity.pairs[p];
+  if (!(t_s > run.active.last_painleve_s)) ++run.active.painleve_impacts;
+  else run.active.painleve_impacts = 0;
+  run.active.last_painleve_s = t_s;
   Contact<S> one;
-  if (!(pair.friction > S(0)) || run.strikes > kMostStrikesAtOnce || !point_of_pair(run, p, one))
-    return refuse_at(run, t_s, "no contact forces were found that obey Coulomb's law and keep the bodies apart");
-  const Vec3<S>& n = one.sight.normal;
-  const Feature<S>& f = run.features[one.feature];
+  if (!(pair.friction > S(0)) || run.active.painleve_impacts > kMaxPainleveImpacts ||
+      !point_of_pair(run.bodies, run.proximity, run.active, p, one))
+    return refuse_at(run.report, t_s, "no contact forces were found that obey Coulomb's law and keep the bodies apart");
+  const Vec3<S>& n = one.kinematics.normal;
+  const Candidate<S>& f = run.proximity.candidates[one.candidate];
   const Vec3<S> slip = across(one.u, n);
   const S speed = norm(slip);
-  ImpactBody<S> surface = impact_body(run, f.surface_body, one.sight.x),
-                knob = impact_body(run, f.knob_body, one.sight.x);
-  const S held = mobility(surface, knob, n),
-          k = speed > run.slip_round_off() ? held - pair.friction / speed * mobility(surface, knob, n, slip) : held;
+  ImpactBody<S> surface = impact_body(run.bodies, f.surface_body, one.kinematics.x),
+                feature = impact_body(run.bodies, f.feature_body, one.kinematics.x);
+  const S held = inverse_effective_mass(surface, feature, n),
+          k = speed > run.bodies.slip_round_off()
+                  ? held - pair.friction / speed * inverse_effective_mass(surface, feature, n, slip)
+                  : held;
   if (k > S(64) * real::epsilon<S>() * held)
-    return refuse_at(run, t_s, "no contact forces were found that obey Coulomb's law and keep the bodies apart");
+    return refuse_at(run.report, t_s, "no contact forces were found that obey Coulomb's law and keep the bodies apart");
   if (run.options.restitution == Restitution::newton)
-    return refuse_at(run, t_s,
+    return refuse_at(run.report, t_s,
                      "Coulomb's law has no contact force (Painleve's inconsistent case), and Newton's restitution no "
                      "answer for the impact without collision that follows; restitution=poisson and stronge have one");
   const ImpactLaw<S> law{pair.restitution, pair.friction, pair.rolling_friction_m, run.options.restitution};
-  const Impulse<S> impulse = strike_without_collision(law, n, surface, knob);
-  if (!impulse.finished || !(impulse.normal_N_s > S(0)))
-    return refuse_at(run, t_s, "the impact without collision that Painleve's inconsistent case asks for has no end");
-  if (run.moves[f.surface_body]) store_velocity(run, f.surface_body, surface.v_W, surface.w_W, run.y.data());
-  if (run.moves[f.knob_body]) store_velocity(run, f.knob_body, knob.v_W, knob.w_W, run.y.data());
-  report_event(run, EventKind::impact, pair, one.sight, f.knob_body == pair.a, impulse, t_s);
-  return resolve_impacts(run, t_s);  // of those whom it has set in motion; then all contacts anew
+  const Impulse<S> impulse = collide_without_approach(law, n, surface, feature);
+  if (!impulse.converged || !(impulse.normal_N_s > S(0)))
+    return refuse_at(run.report, t_s, "the impact without collision of Painleve's inconsistent case has no end");
+  if (run.bodies.moves[f.surface_body])
+    store_velocity(run.bodies, f.surface_body, surface.v_W, surface.w_W, run.states.overwrite(run.states.y));
+  if (run.bodies.moves[f.feature_body])
+    store_velocity(run.bodies, f.feature_body, feature.v_W, feature.w_W, run.states.overwrite(run.states.y));
+  report_event(run.report, EventKind::impact, pair, one.kinematics, f.feature_body == pair.a, impulse, t_s);
+  return resolve_impacts(run, t_s);  // those that follow from it, then the active set
 }
 
-#define ATWOOD_PAINLEVE(S)                                  \
-  template bool judge_forces<S>(EventRun<S>&, S, S, S);     \
-  template bool strike<S>(EventRun<S>&, S);                 \
-  template bool refuse_at<S>(EventRun<S>&, S, const char*); \
-  template void note_yield<S>(Contact<S>&, S);              \
-  template void forget_yields<S>(EventRun<S>&);             \
-  template bool near_singularity<S>(const EventRun<S>&);    \
-  template bool keeps_off_singularity<S>(const EventRun<S>&);
+#define ATWOOD_PAINLEVE(S)                                                                       \
+  template bool check_forces<S>(EventRun<S>&, S, S, S);                                          \
+  template bool impact_without_collision<S>(EventRun<S>&, S);                                    \
+  template void record_delassus<S>(Contact<S>&, S);                                              \
+  template void reset_delassus_range<S>(ActiveSet<S>&);                                          \
+  template bool near_singularity<S>(const Bodies<S>&, const Proximity<S>&, const ActiveSet<S>&); \
+  template bool delassus_is_resolved<S>(const Bodies<S>&, const Proximity<S>&, const ActiveSet<S>&);
 ATWOOD_PAINLEVE(float)
 ATWOOD_PAINLEVE(double)
 ATWOOD_PAINLEVE(long double)

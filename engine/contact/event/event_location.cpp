@@ -1,0 +1,307 @@
+// Location of the first switching function that falls through zero within a trial step.
+#include "contact/event/event_location.hpp"
+
+#include <algorithm>
+
+#include "contact/event/contact_forces.hpp"
+#include "contact/event/edge_candidates.hpp"
+#include "contact/event/surface_boundaries.hpp"
+
+namespace atwood::event {
+
+namespace {
+
+// ---- impacts --------------------------------------------------------------------------------------------------------
+// The theta in (low, high] where a gap falls through zero that is >= 0 at `low` and < 0 at `high`. Newton's method on
+// the gap within a bracket, from the root of the parabola through start and end (exact in free flight onto a plane); a
+// gap that starts at zero, after an impact, rises first. Ends where corrections no longer shrink: what is left of the
+// gap is round-off.
+template <class S> S locate_zero_gap(Flow<S>& flow, const Candidate<S>& candidate, S low, S high, S gap_high) {
+  const bool leaves = candidate.rate > S(0);
+  const S rise = candidate.rate * flow.h_s * high, bend = gap_high - candidate.gap - rise;
+  const S root = real::sqrt(real::max(rise * rise - S(4) * bend * candidate.gap, S(0)));
+  const S guess = leaves ? (rise + root) / (S(-2) * bend) : S(2) * candidate.gap / (root - rise);
+  S theta = guess > S(0) && guess < S(1) && guess * high > low ? guess * high : high, last = high;
+  constexpr int max_iterations = 100;
+  int i = 0;
+  for (; i < max_iterations; ++i) {
+    const GapKinematics<S> kinematics = gap_at(flow.run.bodies, flow.run.proximity, candidate, flow.at(theta).data());
+    const S slope = kinematics.rate * flow.h_s;
+    if (kinematics.gap > S(0) || (leaves && slope >= S(0))) low = theta;
+    else high = theta;
+    S next = slope < S(0) ? theta - kinematics.gap / slope : low;
+    S change = real::abs(next - theta);
+    if (change <= real::epsilon<S>() * theta) break;
+    if (change >= last / S(2) && real::abs(kinematics.gap) <= flow.run.bodies.gap_round_off()) break;
+    if (!(next > low && next < high)) {
+      next = low + (high - low) / S(2);
+      change = high;
+    }
+    if (high - low <= real::epsilon<S>() * high) break;
+    last = change;
+    theta = next;
+  }
+  flow.note(i, i < max_iterations);
+  return flow.theta_of_probe;
+}
+
+// The end of the first part of [0, 1] in which the gap falls below zero, and the gap there; theta above 1: none. A dip
+// inside the step shows as a gap that falls at the start and rises at the end; its minimum is found by bisection on the
+// sign of the rate.
+template <class S> struct Penetration { S theta = S(2), gap{}; };
+template <class S> Penetration<S> first_penetration(Flow<S>& flow, const Candidate<S>& candidate) {
+  const Penetration<S> none;
+  if (candidate.gap_end < S(0)) {
+    const bool leaves = candidate.gap <= S(0) && candidate.rate_end >= S(0) && candidate.gap_end >= candidate.gap;
+    return leaves ? none : Penetration<S>{S(1), candidate.gap_end};
+  }
+  if (!(candidate.rate < S(0) && candidate.rate_end > S(0))) return none;
+  // Bodies that separate from the start of the step, with a rate still negative by round-off, have no dip: the same
+  // impact would be found for ever.
+  if (candidate.gap <= flow.run.bodies.gap_round_off() && candidate.rate >= -flow.run.bodies.approach_round_off())
+    return none;
+  // A gap that falls and rises is taken as convex: it lies above its tangents at both ends.
+  const S fall = candidate.rate * flow.h_s, rise = candidate.rate_end * flow.h_s;
+  if (candidate.gap + fall * ((candidate.gap_end - rise - candidate.gap) / (fall - rise)) > S(0)) return none;
+  S low = S(0), high = S(1);
+  for (int i = 0; i < 60; ++i) {  // bisection on the rate, up to the first penetration
+    const S middle = low + (high - low) / S(2);
+    const GapKinematics<S> kinematics = gap_at(flow.run.bodies, flow.run.proximity, candidate, flow.at(middle).data());
+    if (kinematics.gap <= S(0)) return {middle, kinematics.gap};
+    if (kinematics.rate < S(0)) low = middle;
+    else high = middle;
+    if (high - low < real::epsilon<S>()) break;
+  }
+  return none;
+}
+
+// For a gap that starts at zero with rate zero, up to round-off, because its contact was released: a theta in (0, high]
+// where it is open; 0: none, or it starts otherwise.
+template <class S> S separated_until(Flow<S>& flow, const Candidate<S>& candidate, S high) {
+  const EventRun<S>& run = flow.run;
+  if (candidate.gap > run.bodies.gap_round_off() || real::abs(candidate.rate) > run.bodies.approach_round_off())
+    return S(0);
+  for (S theta = high / S(2); theta > high * S(0x1p-40); theta = theta / S(2))
+    if (gap_at(flow.run.bodies, flow.run.proximity, candidate, flow.at(theta).data()).gap > run.bodies.gap_round_off())
+      return theta;
+  return S(0);
+}
+
+template <class S> S impact_theta(Flow<S>& flow, const Candidate<S>& candidate) {
+  if (candidate.gap <= S(0) && candidate.rate < -flow.run.bodies.approach_round_off()) return S(0);
+  const Penetration<S> overlap = first_penetration(flow, candidate);
+  if (overlap.theta > S(1)) return overlap.theta;
+  // Closed, neither approaching nor separating, up to round-off: no impact.
+  if (real::abs(candidate.gap) <= flow.run.bodies.gap_round_off() &&
+      real::abs(candidate.gap_end) <= flow.run.bodies.gap_round_off() &&
+      real::abs(candidate.rate_end) <= flow.run.bodies.approach_round_off())
+    return S(2);
+  return locate_zero_gap(flow, candidate, separated_until(flow, candidate, overlap.theta), overlap.theta, overlap.gap);
+}
+
+// Two edges are candidates from where they cross: if they overlap there, another candidate has touched before.
+template <class S> S impact_theta_of_edges(Flow<S>& flow, const Candidate<S>& candidate) {
+  const S theta = impact_theta(flow, candidate);
+  if (!(theta > S(0) && theta <= S(1))) return theta;
+  const S gap = gap_at(flow.run.bodies, flow.run.proximity, candidate, flow.at(theta).data()).gap;
+  return real::abs(gap) <= S(4) * flow.run.bodies.gap_round_off() ? theta : S(2);
+}
+
+// ---- switching functions of lasting contacts -----------------------------------------------------------------------
+// From the last evaluation of the contacts.
+template <class S>
+S value_of(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active,
+           const StateBuffers<S>& states, Switch function, Contact<S>& contact) {
+  const ShapePair<S>& pair = proximity.pairs[proximity.candidates[contact.candidate].pair];
+  switch (function) {
+    case Switch::normal_force: return contact.normal_N;
+    case Switch::friction_cone: return pair.friction * contact.normal_N - norm(contact.friction_N);
+    case Switch::rolling_bound: return pair.rolling_friction_m * contact.normal_N - norm(contact.couple_N_m);
+    case Switch::slip_reversal: return dot(contact.u, contact.slip_direction);
+    case Switch::facet:
+      return depth_inside_facet(bodies, proximity, contact) + bodies.gap_round_off();  // 0 above edges inside a mesh
+    case Switch::reactivation:
+      return active.separation_acceleration + normal_acceleration(bodies, proximity, contact, states.dydt.data());
+    default: return dot(contact.w, contact.roll_direction);
+  }
+}
+
+bool depends_on_forces(Switch function) {
+  return function == Switch::normal_force || function == Switch::friction_cone || function == Switch::rolling_bound ||
+         function == Switch::reactivation;
+}
+
+template <class S> bool applies(const Proximity<S>& proximity, Switch function, const Contact<S>& contact) {
+  switch (function) {
+    case Switch::normal_force:
+    case Switch::reactivation: return true;
+    case Switch::friction_cone: return contact.mode == FrictionMode::stick;
+    case Switch::rolling_bound: return contact.rolling == RollingMode::hold;
+    case Switch::slip_reversal: return contact.mode == FrictionMode::slip && !contact.at_cone_limit;
+    case Switch::facet: return has_boundary(proximity, contact);
+    default: return contact.rolling == RollingMode::roll;
+  }
+}
+
+// Switching functions of all contacts, evaluated once for each theta.
+template <class S> struct SwitchValues {
+  Flow<S>& flow;
+  S theta = S(-1);
+  bool forces = false;
+
+  S value(Switch function, int index, S at) {
+    EventRun<S>& run = flow.run;
+    if (theta != at || (depends_on_forces(function) && !forces)) {
+      const State<S>& y = at == S(0) ? run.states.y : at == S(1) ? run.states.y_new : flow.at(at);
+      theta = at;
+      forces = depends_on_forces(function);
+      if (forces) {
+        run.bodies.model.system().rate(flow.t_s + at * flow.h_s, y.data(), run.states.dydt.data());
+        for (Contact<S>& contact : run.active.contacts)
+          if (!contact.active) update_kinematics(run.bodies, run.proximity, contact);
+      } else {
+        update_active_kinematics(run.bodies, run.proximity, run.active, y.data(), y.version);
+      }
+    }
+    return value_of(run.bodies, run.proximity, run.active, run.states, function, run.active.contacts[index]);
+  }
+};
+
+// The theta in (0, high] where a function falls through zero, positive at 0 (else 0) and negative at high: regula
+// falsi, Illinois variant.
+template <class S> S locate(SwitchValues<S>& values, Switch function, int index, S f_low, S f_high, S high) {
+  S low = S(0);
+  if (!(f_low > S(0))) return S(0);
+  constexpr int max_iterations = 100;
+  int i = 0;
+  for (int side = 0; i < max_iterations && high - low > real::epsilon<S>() * high; ++i) {
+    S theta = (low * f_high - high * f_low) / (f_high - f_low);
+    if (!(theta > low && theta < high)) theta = low + (high - low) / S(2);
+    if (!(theta > low && theta < high)) break;
+    const S f = values.value(function, index, theta);
+    if (f == S(0)) return theta;
+    if (f > S(0)) {
+      low = theta;
+      f_low = f;
+      if (side == 1) f_high = f_high / S(2);
+      side = 1;
+    } else {
+      high = theta;
+      f_high = f;
+      if (side == -1) f_low = f_low / S(2);
+      side = -1;
+    }
+  }
+  values.flow.note(i, i < max_iterations);
+  return high;
+}
+
+template <class S> void search(SwitchValues<S>& values, Switch function, Crossing<S>& first) {
+  const EventRun<S>& run = values.flow.run;
+  for (int i = 0; i < static_cast<int>(run.active.contacts.size()); ++i) {
+    const Contact<S>& contact = run.active.contacts[i];
+    if (contact.active == (function == Switch::reactivation) || !applies(run.proximity, function, contact)) continue;
+    const S until = real::min(first.theta, S(1)), end = values.value(function, i, until);
+    const bool bounded = depends_on_forces(function) && function != Switch::reactivation;
+    const S tiny = bounded ? -S(64) * real::epsilon<S>() * contact.largest_N : S(0);
+    if (!(end < tiny)) continue;
+    const S theta = locate(values, function, i, values.value(function, i, S(0)), end, until);
+    if (theta <= S(1) && theta < first.theta) first = {theta, function, contact.candidate};
+  }
+}
+
+// ---- the kink of quadratic drag -------------------------------------------------------------------------------------
+template <class S> Vec3<S> relative_wind(const Bodies<S>& bodies, const DragBody<S>& wind, const S* y) {
+  return load3(y + bodies.model.offset(wind.body) + kAtVelocity) - wind.velocity_W;
+}
+
+}  // namespace
+
+template <class S> void locate_impact(Flow<S>& flow, Crossing<S>& first) {
+  EventRun<S>& run = flow.run;
+  for (const int p : run.proximity.near) {
+    const ShapePair<S>& pair = run.proximity.pairs[p];
+    for (int f = pair.first; f < pair.first + pair.count; ++f) {
+      const Candidate<S>& candidate = run.proximity.candidates[f];
+      if (candidate.in_contact || (candidate.gap > S(0) && candidate.gap_end > S(0) && candidate.rate_end <= S(0)))
+        continue;
+      const S theta = candidate.feature.edge ? impact_theta_of_edges(flow, candidate) : impact_theta(flow, candidate);
+      if (theta <= S(1) && theta < first.theta) first = {theta, Switch::gap, f};
+    }
+  }
+}
+
+template <class S> void locate_mode_change(Flow<S>& flow, Crossing<S>& first) {
+  const EventRun<S>& run = flow.run;
+  SwitchValues<S> values{flow};
+  if (run.active.bound_approached)
+    for (const Switch function : {Switch::normal_force, Switch::friction_cone, Switch::rolling_bound})
+      search(values, function, first);
+  if (run.active.count < static_cast<int>(run.active.contacts.size())) search(values, Switch::reactivation, first);
+  for (const Switch function : {Switch::slip_reversal, Switch::rolling_reversal, Switch::facet})
+    search(values, function, first);
+}
+
+// Where a body's relative wind has turned by a right angle since the start of the step. Steps end there: across the
+// kink of |u| u no method is of more than third order. Regula falsi, Illinois variant.
+template <class S> void locate_zero_wind(Flow<S>& flow, Crossing<S>& first) {
+  constexpr int max_iterations = 60;
+  EventRun<S>& run = flow.run;
+  for (std::size_t i = 0; i < run.drag_bodies.size(); ++i) {
+    const DragBody<S>& wind = run.drag_bodies[i];
+    const Vec3<S> u0 = relative_wind(run.bodies, wind, run.states.y.data()),
+                  u1 = relative_wind(run.bodies, wind, run.states.y_new.data());
+    const S tiny = S(1024) * real::epsilon<S>();
+    S low = S(0), high = S(1), f_low = dot(u0, u0), f_high = dot(u0, u1);
+    if (!(f_high < S(0)) || f_low < tiny * tiny * dot(u1, u1)) continue;
+    const S enough = real::epsilon<S>() * f_low;
+    S theta = high;
+    int k = 0;
+    for (int side = 0; k < max_iterations && high - low > real::epsilon<S>() * high; ++k) {
+      theta = (low * f_high - high * f_low) / (f_high - f_low);
+      if (!(theta > low && theta < high)) theta = low + (high - low) / S(2);
+      const S f = dot(u0, relative_wind(run.bodies, wind, flow.at(theta).data()));
+      if (f > S(0)) {
+        low = theta;
+        f_low = f;
+        if (side == 1) f_high = f_high / S(2);
+        side = 1;
+      } else {
+        high = theta;
+        f_high = f;
+        if (side == -1) f_low = f_low / S(2);
+        side = -1;
+      }
+      if (real::abs(f) <= enough) break;
+    }
+    flow.note(k, k < max_iterations);
+    if (theta < S(1) && theta < first.theta) first = {theta, Switch::zero_wind, static_cast<int>(i)};
+  }
+}
+
+template <class S> bool stays_clear_of_boundaries(Flow<S>& flow, Crossing<S>& first) {
+  EventRun<S>& run = flow.run;
+  if (run.proximity.boundaries.empty()) return true;
+  const S until = real::min(first.theta, S(1));
+  const bool whole = until >= S(1);
+  const int samples =
+      may_cross_boundary(run.bodies, run.proximity, run.states.y.data(), run.states.y_new.data()) ? 32 : 1;
+  for (int k = 1; k <= samples; ++k) {
+    const State<S>& y = k == samples ? (whole ? run.states.y_new : flow.at(until)) : flow.at(until * S(k) / S(samples));
+    if (!clear_of_boundaries(run.bodies, run.proximity, run.active, run.report, y.data()))
+      return locate_penetration(flow, until * S(k - 1) / S(samples), until * S(k) / S(samples), first);
+  }
+  return true;
+}
+
+#define ATWOOD_EVENT_LOCATION(S)                               \
+  template void locate_impact<S>(Flow<S>&, Crossing<S>&);      \
+  template void locate_mode_change<S>(Flow<S>&, Crossing<S>&); \
+  template void locate_zero_wind<S>(Flow<S>&, Crossing<S>&);   \
+  template bool stays_clear_of_boundaries<S>(Flow<S>&, Crossing<S>&);
+ATWOOD_EVENT_LOCATION(float)
+ATWOOD_EVENT_LOCATION(double)
+ATWOOD_EVENT_LOCATION(long double)
+#undef ATWOOD_EVENT_LOCATION
+
+}  // namespace atwood::event

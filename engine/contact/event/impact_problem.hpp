@@ -1,0 +1,51 @@
+// Impulses at the points that touch at one instant.
+//
+// Several points are one complementarity problem, with Newton's or Poisson's law at each (Stronge's is taken as
+// Poisson's there):
+//   v_n + e v_n- >= 0,  p_n >= 0,  (v_n + e v_n-) p_n = 0,  |p_t| <= mu p_n, p_t opposed to the slip
+// Sources: Moreau (1988); Glocker and Pfeiffer, Multiple impacts with friction in rigid multibody systems (1995).
+#pragma once
+
+#include <vector>
+
+#include "contact/event/run.hpp"
+
+namespace atwood::event {
+
+// The impacts of one instant: velocities in bodies.poses change, impulses are appended to impacts.applied.
+template <class S> struct ImpactProblem {
+  Bodies<S>& bodies;
+  const Proximity<S>& proximity;
+  Impacts<S>& impacts;
+  const EventOptions& options;
+  Report& report;
+  S still;                     // [m/s] approach below it is round-off
+  int unconverged = 0;         // solutions for several points that did not converge
+  Convergence iteration = {};  // how the last one ended
+
+  const Candidate<S>& candidate(const ImpactPoint<S>& point) const { return proximity.candidates[point.candidate]; }
+  // Velocity of the feature's body relative to the surface's at the point, and its normal part.
+  Vec3<S> u(const ImpactPoint<S>& point) const {
+    const Candidate<S>& f = candidate(point);
+    const Pose<S>&k = bodies.poses[f.feature_body], &s = bodies.poses[f.surface_body];
+    return (k.v + cross(k.w, point.kinematics.x - k.p)) - (s.v + cross(s.w, point.kinematics.x - s.p));
+  }
+  S vn(const ImpactPoint<S>& point) const { return dot(u(point), point.kinematics.normal); }
+};
+
+// The end of the range of impact points of the pair of point `first`.
+template <class S> int end_of_pair(const Impacts<S>& impacts, int first) {
+  int end = first;
+  while (end < static_cast<int>(impacts.points.size()) && impacts.points[end].pair == impacts.points[first].pair) ++end;
+  return end;
+}
+
+template <class S> ImpactLaw<S> law_of(const Proximity<S>& proximity, const EventOptions& options, int pair);
+// One point of impact.
+template <class S> void collide_point(ImpactProblem<S>& problem, ImpactPoint<S>& point);
+// Several points of one pair that move alike, as one point. False: they do not; nothing has changed.
+template <class S> bool collide_as_one_point(ImpactProblem<S>& problem, int first, int count);
+// Points [first, first + count) as one complementarity problem. False: the run ends; report.outcome says why.
+template <class S> bool collide_simultaneously(ImpactProblem<S>& problem, int first, int count);
+
+}  // namespace atwood::event

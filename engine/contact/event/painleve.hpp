@@ -1,0 +1,26 @@
+// Configurations without a contact force, or with several (Painleve 1895).
+#pragma once
+
+#include "contact/event/constraints.hpp"
+
+namespace atwood::event {
+
+// Are the forces that were found the only ones? False: others obey the laws as well, and the run ends; report.outcome
+// says so. Where none obey them, active.inconsistent is the pair that impact_without_collision() takes. Below
+// tiny_acceleration [m/s^2] and tiny_N values are round-off.
+template <class S> bool check_forces(EventRun<S>& run, S t_s, S tiny_acceleration, S tiny_N);
+// The impact without collision of active.inconsistent, with all impacts that follow. False: it has no answer, and the
+// run ends.
+template <class S> bool impact_without_collision(EventRun<S>& run, S t_s);
+
+// The normal acceleration per 1 N of a contact with its friction (a Delassus element) vanishes where forces become
+// unbounded. Its range is recorded over the evaluations of a trial step.
+template <class S> void record_delassus(Contact<S>& contact, S delassus);
+template <class S> void reset_delassus_range(ActiveSet<S>& active);
+// False: some element vanishes, or is small and changes too much for the method to follow: the step must be shorter.
+template <class S>
+bool delassus_is_resolved(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active);
+template <class S>
+bool near_singularity(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active);
+
+}  // namespace atwood::event

@@ -1,0 +1,108 @@
+// Removal of drift off the constraints of lasting contacts.
+#include "contact/event/projection.hpp"
+
+#include <algorithm>
+
+#include "math/so3.hpp"
+
+#include "contact/event/linear_solve.hpp"
+
+namespace atwood::event {
+
+namespace {
+
+// The loads of least size that give constraints.right, and the bodies' response in constraints.acceleration.
+template <class S>
+void solve_least_change(const Bodies<S>& bodies, const ActiveSet<S>& active, ConstraintSystem<S>& constraints) {
+  for (const int body : active.bodies) constraints.free_acceleration[body] = {};
+  std::fill_n(constraints.unknown.begin(), constraints.row_count, S(0));
+  std::fill_n(constraints.weight.begin(), constraints.row_count, S(1));
+  solve_rows(bodies, active, constraints, constraints.row_contacts > 1, std::uint64_t{0});
+}
+
+template <class S> void displace_body(const Bodies<S>& bodies, const ConstraintSystem<S>& constraints, int body, S* y) {
+  if (!bodies.moves[body]) return;
+  S* at = y + bodies.model.offset(body);
+  const SpatialVector<S>& by = constraints.acceleration[body];
+  store3(load3(at + kAtPosition) + by.linear, at + kAtPosition);
+  if (!bodies.model.rotates(body) || dot(by.angular, by.angular) == S(0)) return;
+  store4(normalised(so3_exp(by.angular) * load4(at + kAtAttitude)), at + kAtAttitude);
+}
+
+template <class S>
+void change_velocity(const Bodies<S>& bodies, const ConstraintSystem<S>& constraints, int body, S* y) {
+  if (!bodies.moves[body]) return;
+  S* at = y + bodies.model.offset(body);
+  const SpatialVector<S>& by = constraints.acceleration[body];
+  store3(load3(at + kAtVelocity) + by.linear, at + kAtVelocity);
+  if (bodies.model.rotates(body))
+    store3(load3(at + kAtBodyRate) + turned_back(bodies.poses[body], by.angular), at + kAtBodyRate);
+}
+
+// Restores the gaps at which contacts are held, by the least displacement; two Newton iterations at most.
+template <class S>
+void project_positions(Bodies<S>& bodies, const Proximity<S>& proximity, ActiveSet<S>& active,
+                       ConstraintSystem<S>& constraints, StateBuffers<S>& states) {
+  const S near_enough = bodies.gap_round_off() / S(16);
+  for (int turn = 0; turn < 2; ++turn) {
+    S worst = S(0);
+    for (const Contact<S>& contact : active.contacts)
+      if (contact.active) worst = real::max(worst, real::abs(contact.kinematics.gap - contact.held_gap));
+    if (worst <= near_enough) return;
+    assign_rows(bodies, proximity, active, constraints, ConstraintLevel::position);
+    for (const Contact<S>& contact : active.contacts)
+      if (contact.active) constraints.right[contact.first_row] = contact.held_gap - contact.kinematics.gap;
+    solve_least_change(bodies, active, constraints);
+    S* y = states.overwrite(states.y);
+    for (const int body : active.bodies) displace_body(bodies, constraints, body, y);
+    update_active_kinematics(bodies, proximity, active, y, states.y.version);
+  }
+}
+
+// Do the velocities obey the constraints up to round-off?
+template <class S>
+bool velocities_consistent(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active) {
+  S worst = S(0), size = S(0);  // squares
+  for (const Contact<S>& contact : active.contacts) {
+    if (!contact.active) continue;
+    const Candidate<S>& candidate = proximity.candidates[contact.candidate];
+    const Pose<S>&of = bodies.poses[candidate.feature_body], &on = bodies.poses[candidate.surface_body];
+    const Vec3<S>& n = contact.kinematics.normal;
+    const S normal = dot(contact.u, n);
+    worst = real::max(worst, contact.mode == FrictionMode::stick ? dot(contact.u, contact.u) : normal * normal);
+    if (contact.rolling == RollingMode::hold) {
+      const Vec3<S> roll = contact.w - dot(contact.w, n) * n;
+      worst = real::max(worst, dot(roll, roll));
+    }
+    size = real::max(size, dot(of.v, of.v) + dot(on.v, on.v) + dot(of.w, of.w) + dot(on.w, on.w));
+  }
+  const S round_off = S(4) * real::epsilon<S>();
+  return worst <= round_off * round_off * real::max(size, bodies.speed_scale * bodies.speed_scale);
+}
+
+}  // namespace
+
+template <class S>
+void project_contacts(Bodies<S>& bodies, const Proximity<S>& proximity, ActiveSet<S>& active,
+                      ConstraintSystem<S>& constraints, StateBuffers<S>& states) {
+  if (active.count == 0) return;
+  update_active_kinematics(bodies, proximity, active, states.y.data(), states.y.version);
+  project_positions(bodies, proximity, active, constraints, states);
+  if (velocities_consistent(bodies, proximity, active)) return;
+  assign_rows(bodies, proximity, active, constraints, ConstraintLevel::velocity);
+  for (const Contact<S>& contact : active.contacts)
+    if (contact.active) project_rows(contact, -contact.u, -contact.w, constraints.right.data() + contact.first_row);
+  solve_least_change(bodies, active, constraints);
+  S* y = states.overwrite(states.y);
+  for (const int body : active.bodies) change_velocity(bodies, constraints, body, y);
+}
+
+#define ATWOOD_PROJECTION(S)                                                                              \
+  template void project_contacts<S>(Bodies<S>&, const Proximity<S>&, ActiveSet<S>&, ConstraintSystem<S>&, \
+                                    StateBuffers<S>&);
+ATWOOD_PROJECTION(float)
+ATWOOD_PROJECTION(double)
+ATWOOD_PROJECTION(long double)
+#undef ATWOOD_PROJECTION
+
+}  // namespace atwood::event

@@ -1,0 +1,224 @@
+// Boundaries of faces and lines. A contact leaves its facet there: a sphere that rolls over the boundary of a face
+// moves on to the edge, or separates. Vertices have contacts with faces only, so a body that overlaps a face's
+// boundary, or is larger than the whole face, is refused.
+#include "contact/event/surface_boundaries.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "collision/contacts.hpp"
+#include "contact/event/edge_candidates.hpp"
+
+namespace atwood::event {
+
+namespace {
+
+template <class S> S component(const Vec3<S>& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
+
+// The largest distance of c from the boundary of the triangles in the facet's plane, whose common edges are no
+// boundary. If c is inside one, its distance is returned and `over` is that triangle; the search begins at `over`.
+template <class S>
+S depth_inside_face(const std::vector<Triangle<S>>& mesh, const Facet<S>& facet, const Vec3<S>& c, S tiny, int& over) {
+  const int count = static_cast<int>(mesh.size());
+  const auto on_the_face = [&](const Triangle<S>& triangle) {
+    return std::all_of(triangle.corner_B, triangle.corner_B + 3, [&](const Vec3<S>& corner) {
+      return real::abs(dot(corner - facet.point_B, facet.direction_B)) <= tiny;
+    });
+  };
+  if (over < count && on_the_face(mesh[over]))
+    if (const S in = depth_inside_triangle(mesh[over], c); in > S(0)) return in;
+  S most = S(-1);
+  bool any = false;
+  for (int i = 0; i < count; ++i) {
+    if (!on_the_face(mesh[i])) continue;
+    const S in = depth_inside_triangle(mesh[i], c);
+    if (!any || in > most) {
+      most = in;
+      over = i;
+    }
+    any = true;
+  }
+  return most;
+}
+
+// Of a box or a rectangle, the least distance by which c stays in the region of the facet: within the face's sides, or
+// outside along the axes that meet at the edge or vertex.
+template <class S> S depth_inside_slab(const Vec3<S>& half, const Facet<S>& facet, const Vec3<S>& c) {
+  S least{};
+  bool any = false;
+  for (int i = 0; i < 3; ++i) {
+    const bool along = component(facet.direction_B, i) != S(0);
+    if (facet.dimension == 2 && along) continue;
+    const S inside = component(half, i) - real::abs(component(c, i));
+    const S value = facet.dimension == 2 || along ? inside : -inside;
+    least = any ? real::min(least, value) : value;
+    any = true;
+  }
+  return least;
+}
+
+template <class S> bool same_facet(const Facet<S>& a, const Facet<S>& b) {
+  return a.dimension == b.dimension && norm(a.point_B - b.point_B) == S(0) &&
+         norm(a.direction_B - b.direction_B) == S(0);
+}
+
+template <class S> bool meets_faces_only(const Surface<S>& surface, const ContactFeature<S>& feature) {
+  return surface.radius + feature.radius == S(0) || !feature.centered;  // the condition of facet_below()
+}
+
+}  // namespace
+
+template <class S> bool has_boundary(const Proximity<S>& proximity, const Contact<S>& contact) {
+  return proximity.surfaces[proximity.candidates[contact.candidate].surface].kind > SurfaceKind::point;
+}
+
+template <class S> S depth_inside_facet(const Bodies<S>& bodies, const Proximity<S>& proximity, Contact<S>& contact) {
+  const Candidate<S>& candidate = proximity.candidates[contact.candidate];
+  if (candidate.feature.edge) return depth_inside_edges_of(bodies, proximity, contact);
+  const Surface<S>& surface = proximity.surfaces[candidate.surface];
+  const Facet<S>& facet = contact.facet;
+  const Pose<S>& on = bodies.poses[candidate.surface_body];
+  const Vec3<S> c = turned_back(on, reference_point(bodies, proximity, candidate) - on.p);
+  switch (surface.kind) {
+    case SurfaceKind::segment: {
+      const S inside = surface.half_extents.z - real::abs(c.z);
+      return facet.dimension == 1 ? inside : -inside;
+    }
+    case SurfaceKind::slab: return depth_inside_slab(surface.half_extents, facet, c);
+    case SurfaceKind::mesh: {
+      if (facet.dimension == 2)
+        return depth_inside_face(surface.mesh, facet, c, bodies.gap_round_off(), contact.last_triangle);
+      S outside_m{};
+      const Facet<S> nearest = facet_below(bodies, proximity, candidate, outside_m);
+      if (same_facet(nearest, facet)) return bodies.length_scale;
+      return nearest.dimension == 2
+                 ? -depth_inside_face(surface.mesh, nearest, c, bodies.gap_round_off(), contact.last_triangle)
+                 : -bodies.length_scale;
+    }
+    default: return S(1);
+  }
+}
+
+template <class S> bool change_facet(EventRun<S>& run, Contact<S>& contact) {
+  const Bodies<S>& bodies = run.bodies;
+  Proximity<S>& proximity = run.proximity;
+  // A vertex or an edge that leaves its facet has no contact any more; the body may then stand on other candidates.
+  if (const int pair = proximity.candidates[contact.candidate].pair; has_edges(proximity, pair)) {
+    add_edge_candidates(proximity, run.active, run.impacts, pair);
+    proximity.candidates[contact.candidate].in_contact = false;
+    contact.left_facet = true;
+    return true;
+  }
+  const Candidate<S>& candidate = proximity.candidates[contact.candidate];
+  if (meets_faces_only(proximity.surfaces[candidate.surface], candidate.feature))
+    return refuse(run.report, Status::unsupported, proximity.pairs[candidate.pair].boundary_refusal);
+  // By round-off the feature is still over the old facet: take the one a little ahead.
+  const Pose<S>&of = bodies.poses[candidate.feature_body], &on = bodies.poses[candidate.surface_body];
+  const Vec3<S> arm = candidate.feature.centered ? Vec3<S>{} : turned(of, candidate.feature.center_B),
+                center = of.p + arm;
+  const Vec3<S> drift = of.v + cross(of.w, arm) - on.v - cross(on.w, center - on.p);
+  const S speed = norm(drift), ahead_m = S(2) * bodies.gap_round_off();
+  const Vec3<S> ahead = speed > S(0) ? center + (ahead_m / speed) * drift : center;
+  S outside_m{};
+  contact.facet = nearest_facet(proximity.surfaces[candidate.surface], turned_back(on, ahead - on.p), false,
+                                turned_back(on, of.p - on.p), outside_m);
+  return true;
+}
+
+namespace {
+
+template <class S> Placement<S> placed(const Bodies<S>& bodies, int body, const S* y) {
+  const Pose<S> pose = pose_of(bodies, body, y);
+  return {pose.p, {pose.axis[0], pose.axis[1], pose.axis[2]}};
+}
+
+}  // namespace
+
+template <class S>
+S held_gap_of_pair(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active, int pair,
+                   const S* y) {
+  S deepest = S(0);
+  for (const Contact<S>& contact : active.contacts) {
+    const Candidate<S>& f = proximity.candidates[contact.candidate];
+    if (f.pair != pair) continue;
+    deepest = real::min(deepest, contact.held_gap);
+    if (!contact.active) continue;
+    const Pose<S> of = pose_of(bodies, f.feature_body, y), on = pose_of(bodies, f.surface_body, y);
+    deepest = real::min(deepest, gap_kinematics(f.feature, of, proximity.surfaces[f.surface], contact.facet, on).gap);
+  }
+  return deepest;
+}
+
+template <class S>
+bool clear_of_boundary(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active,
+                       const FaceBoundary<S>& boundary, const S* y) {
+  const ShapePair<S>& pair = proximity.pairs[boundary.pair];
+  if (std::find(proximity.near.begin(), proximity.near.end(), boundary.pair) == proximity.near.end()) return true;
+  const Placement<S> feature = placed(bodies, boundary.feature_body, y),
+                     sheet = placed(bodies, boundary.surface_body, y);
+  if (norm(feature.p_W - sheet.p_W) > pair.bounding_radii) return true;
+  // The distance between shapes comes from an iteration that does not converge to the last place.
+  const S iterated = S(std::pow(static_cast<double>(real::epsilon<S>()), 0.6));
+  const S tolerance = S(64) * bodies.gap_round_off() + iterated * pair.bounding_radii;
+  return separation(boundary.feature, feature, boundary.surface, sheet).gap >=
+         held_gap_of_pair(bodies, proximity, active, boundary.pair, y) - tolerance;
+}
+
+template <class S>
+bool clear_of_boundaries(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active,
+                         Report& report, const S* y) {
+  for (const FaceBoundary<S>& boundary : proximity.boundaries)
+    if (!clear_of_boundary(bodies, proximity, active, boundary, y))
+      return refuse(report, Status::unsupported, proximity.pairs[boundary.pair].boundary_refusal);
+  return true;
+}
+
+template <class S>
+bool may_cross_boundary(const Bodies<S>& bodies, const Proximity<S>& proximity, const S* y, const S* y_end) {
+  // Close to each other, has one rotated? A body that tips over a boundary may be clear of it again.
+  const auto turned_much = [&](int body) {
+    const Pose<S> from = pose_of(bodies, body, y), to = pose_of(bodies, body, y_end);
+    S most = S(0);
+    for (int k = 0; k < 3; ++k) most = real::max(most, norm(to.axis[k] - from.axis[k]));
+    return most > S(0.05);
+  };
+  return std::any_of(proximity.boundaries.begin(), proximity.boundaries.end(), [&](const FaceBoundary<S>& boundary) {
+    const Placement<S> one = placed(bodies, boundary.feature_body, y), other = placed(bodies, boundary.surface_body, y);
+    if (norm(one.p_W - other.p_W) < proximity.pairs[boundary.pair].bounding_radii &&
+        (turned_much(boundary.feature_body) || turned_much(boundary.surface_body)))
+      return true;
+    const auto side = [&](const S* at) {
+      const Placement<S> sheet = placed(bodies, boundary.surface_body, at);
+      return dot(turned(sheet, boundary.normal_B), placed(bodies, boundary.feature_body, at).p_W - sheet.p_W) -
+             dot(boundary.normal_B, boundary.on_it_B);
+    };
+    // Has their relative position changed by a large part of the smaller size? Then a part of a body may have passed.
+    const auto apart = [&](const S* at) {
+      return placed(bodies, boundary.feature_body, at).p_W - placed(bodies, boundary.surface_body, at).p_W;
+    };
+    const S size =
+        real::min(bodies.bounding_radius[boundary.feature_body], bodies.bounding_radius[boundary.surface_body]);
+    if (boundary.thick || has_edges(proximity, boundary.pair))
+      if (norm(apart(y_end) - apart(y)) > size / S(32) &&
+          norm(apart(y)) < S(2) * proximity.pairs[boundary.pair].bounding_radii)
+        return true;
+    if (boundary.thick) return false;
+    return side(y) * side(y_end) < S(0);
+  });
+}
+
+#define ATWOOD_SURFACE_BOUNDARIES(S)                                                                                   \
+  template S held_gap_of_pair<S>(const Bodies<S>&, const Proximity<S>&, const ActiveSet<S>&, int, const S*);           \
+  template bool clear_of_boundary<S>(const Bodies<S>&, const Proximity<S>&, const ActiveSet<S>&,                       \
+                                     const FaceBoundary<S>&, const S*);                                                \
+  template bool clear_of_boundaries<S>(const Bodies<S>&, const Proximity<S>&, const ActiveSet<S>&, Report&, const S*); \
+  template bool may_cross_boundary<S>(const Bodies<S>&, const Proximity<S>&, const S*, const S*);                      \
+  template bool has_boundary<S>(const Proximity<S>&, const Contact<S>&);                                               \
+  template S depth_inside_facet<S>(const Bodies<S>&, const Proximity<S>&, Contact<S>&);                                \
+  template bool change_facet<S>(EventRun<S>&, Contact<S>&);
+ATWOOD_SURFACE_BOUNDARIES(float)
+ATWOOD_SURFACE_BOUNDARIES(double)
+ATWOOD_SURFACE_BOUNDARIES(long double)
+#undef ATWOOD_SURFACE_BOUNDARIES
+
+}  // namespace atwood::event
