@@ -41,6 +41,14 @@ const std::array<SolverInfo, kIterativeSolvers>& solver_infos() {
        "impulses of all points of an instant, by projected Gauss-Seidel; converged: the last sweep changed them by at "
        "most four roundings",
        "largest change of an impulse in the last sweep over the largest impulse"},
+      {"contact-forces",
+       "forces of all lasting contacts where the modes of contact are searched for, by projected Gauss-Seidel; converged: "
+       "the last sweep changed them by at most two roundings",
+       "largest change of a force in the last sweep over the largest normal force"},
+      {"redundant-contacts",
+       "forces of lasting contacts that determine each other, by the proximal point method on their accelerations; "
+       "converged: 64 roundings",
+       "what is left of the accelerations asked for, over those that the forces give, in the Delassus matrix's norm"},
       {"expanding-polytope",
        "the direction of least overlap of two convex shapes; converged: eight roundings of their extent; capped: no "
        "room for another point, or round-off left no closed polytope",

@@ -58,10 +58,12 @@ enum class IterativeSolver : unsigned char {
   impact_queue,
   impact_time,
   simultaneous_impacts,
+  contact_forces,
+  redundant_contacts,
   expanding_polytope,
   conservative_advancement
 };
-inline constexpr std::size_t kIterativeSolvers = 10;
+inline constexpr std::size_t kIterativeSolvers = 12;
 
 // What is printed of a solver: its name in rows and in the worker protocol, what it solves and to which tolerance, and
 // what its residual is relative to.

@@ -129,6 +129,9 @@ Convergence solve_forces_gauss_seidel(const Bodies<S>& bodies, const Proximity<S
     ended = {sweep + 1, size > S(0) ? static_cast<double>(change / size) : 0.0,
              !(change > S(2) * real::epsilon<S>() * size)};
   }
+  bodies.model.system().solvers.add(
+      IterativeSolver::contact_forces,
+      {ended.iterations, ended.residual, ended.converged ? SolveEnd::converged : SolveEnd::capped});
   for (Contact<S>& contact : active.contacts) {
     contact.u_dot = solver.relative(contact);
     contact.alpha = solver.turning(contact);

@@ -128,8 +128,13 @@ Convergence solve_rows(const Bodies<S>& bodies, const ActiveSet<S>& active, Cons
                        bool redundant, std::uint64_t key) {
   constexpr int max_iterations = 12;
   constexpr S round_off = S(4) * real::epsilon<S>(), noise = S(16) * round_off, slow = S(0x1p-6), stalled = S(0.25);
-  const auto ended = [](int iterations, S error_square, S tolerance) {
-    return Convergence{iterations, std::sqrt(static_cast<double>(error_square)), error_square <= tolerance * tolerance};
+  const auto ended = [&bodies](int iterations, S error_square, S tolerance) {
+    const Convergence how{iterations, std::sqrt(static_cast<double>(error_square)),
+                          error_square <= tolerance * tolerance};
+    bodies.model.system().solvers.add(
+        IterativeSolver::redundant_contacts,
+        {iterations, how.residual, how.converged ? SolveEnd::converged : SolveEnd::capped});
+    return how;
   };
   S* x = constraints.unknown.data();
   if (!redundant) {
