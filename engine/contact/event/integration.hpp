@@ -7,7 +7,7 @@
 
 #include "contact/event/report.hpp"
 #include "integrators/stepper.hpp"
-#include "rigid/free_flight.hpp"
+#include "integrators/free_flight.hpp"
 
 namespace atwood::event {
 
