@@ -9,15 +9,15 @@ const std::array<SolverInfo, kIterativeSolvers>& solver_infos() {
        "sum to less than a thousandth of an ulp; of kick-drift steps, the change is at most two ulp; of Radau 15, what "
        "remains is a tenth of the run's tolerance or an eighth of an ulp; stagnated: the "
        "change no longer halves and is below 4096 ulp",
-       "largest change of a component that would follow, where the iteration converges, else that of the last iteration, "
-       "over the component or a thousandth of the largest"},
+       "largest change of a component that would follow, where the iteration converges, else that of the last "
+       "iteration, over the component or a thousandth of the largest"},
       {"invariant-projection",
        "the invariants that a projected step returns to, by Newton's method; converged: half an ulp; stagnated: the "
        "misfit no longer halves and is below 64 ulp; capped with four invariants: the step keeps the energy alone",
        "misfit of an invariant over the size of its terms"},
       {"energy-relaxation",
-       "the length of a relaxed step that keeps the energy; converged: half an ulp of the energy; stagnated: the misfit "
-       "no longer halves and is below 64 of these",
+       "the length of a relaxed step that keeps the energy; converged: half an ulp of the energy; stagnated: the "
+       "misfit no longer halves and is below 64 of these",
        "misfit of the energy over the size of its terms"},
       {"contact-sweeps",
        "contact impulses of a substep, by projected Gauss-Seidel with a fixed number of sweeps, which is the method: "
@@ -30,8 +30,8 @@ const std::array<SolverInfo, kIterativeSolvers>& solver_infos() {
        "impulse, 10000 where the impulses at hand serve as they are",
        "largest violation of the contact law, as an impulse, over the largest impulse"},
       {"impact-queue",
-       "impacts of a substep, one after another in the order of their times; capped: the limit of impacts a contact was "
-       "reached",
+       "impacts of a substep, one after another in the order of their times; capped: the limit of impacts a contact "
+       "was reached",
        "impacts left over the contacts with restitution"},
       {"impact-time",
        "the instant of an impact of shapes that turn, by Newton's method on the gap; converged: 16 roundings of the "
@@ -54,8 +54,8 @@ const std::array<SolverInfo, kIterativeSolvers>& solver_infos() {
        "room for another point, or round-off left no closed polytope",
        "overlap along the direction found less the certified least, over the shapes' extent"},
       {"conservative-advancement",
-       "the time of impact of two bodies; converged: a gap of the stated round-off; capped: that round-off was doubled "
-       "because the bodies stayed near without touching",
+       "the time of impact of two bodies; converged: a gap of the stated round-off, or a step below that of the time; "
+       "capped: that round-off was doubled because the bodies stayed near without touching",
        "gap at the touch over the bodies' size"},
   }};
   return infos;
