@@ -16,7 +16,7 @@ bool is_velocity_dependent(const Force& force) {
          std::holds_alternative<Lorentz>(force) || std::holds_alternative<RotatingFrame>(force);
 }
 
-// What a run by equal steps of one smooth motion cannot cover.
+// What an integration without switches and contacts does not cover.
 std::string uncovered(const Scene& scene, double t_end_s) {
   if (const std::string why = dynamics::unsupported(scene); !why.empty()) return why;
   if (!dynamics::switch_times(scene, t_end_s).empty())
@@ -25,8 +25,8 @@ std::string uncovered(const Scene& scene, double t_end_s) {
   return "";
 }
 
-// (8 (f(+d) - f(-d)) - (f(+2d) - f(-2d))) / 12 d, error d^4 f^(5) / 30. In long double a d of 1e-4 leaves about 1e-16
-// of f^(5) and 1e-15 of f.
+// (8 (f(+d) - f(-d)) - (f(+2d) - f(-2d))) / 12 d, error d^4 f^(5) / 30. In long double d = 1e-4 gives errors of about
+// 1e-16 of f^(5) and 1e-15 of f.
 class Differences {
  public:
   Differences(const Scene& scene, double t_end_s)
@@ -130,7 +130,7 @@ template <class S> struct Course {
   }
 };
 
-// One run; `busy` (null: not timed) is the time of the stepping alone.
+// One run; `busy` (null: not timed) receives the time of the steps alone.
 template <class S>
 Outcome run_once(const std::string& engine, Course<S>& course, const Maker<S>& make, std::chrono::nanoseconds* busy) {
   using Clock = std::chrono::steady_clock;
@@ -192,7 +192,7 @@ Outcome run(const std::string& engine, const Scene& scene, const Plan& plan, con
   Outcome outcome;
   std::vector<std::int64_t> busy_ns;
   const Observer nobody;
-  for (int k = 0; k <= repeats; ++k) {  // the first warms up, as ours does
+  for (int k = 0; k <= repeats; ++k) {  // the first run is a warm-up and is not timed
     Course<S> course(scene, plan, nobody, by_tolerance, rate_repeats);
     std::chrono::nanoseconds busy{};
     outcome = run_once(engine, course, make, &busy);
