@@ -77,7 +77,7 @@ TEST_CASE("Well-known methods show their order through the adapter") {
   }
 }
 
-TEST_CASE("ERKStep loses what ARKStep keeps, with the same table") {
+TEST_CASE("ERKStep has a lower order than ARKStep with the same table") {
   CHECK(order(arkode(), "arkode/erkstep/SAYFY_ABURUB_6_3_4", driven(), 60) == Approx(2).margin(0.25));
   CHECK(order(arkode(), "arkode/arkstep-explicit/SAYFY_ABURUB_6_3_4", driven(), 60) == Approx(4).margin(0.25));
 }
@@ -93,7 +93,7 @@ TEST_CASE("A tighter tolerance is nearer the truth, in each module") {
   }
 }
 
-TEST_CASE("What ARKODE cannot do is an answer with a reason") {
+TEST_CASE("Requests that ARKODE does not cover are refused with a reason") {
   const auto why = [&](const std::string& method, const Scenario& given = orbit()) {
     const Run made = run(arkode(), method, given, 10);
     CHECK(made.outcome.status == Status::unsupported);

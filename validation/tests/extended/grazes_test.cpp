@@ -1,4 +1,4 @@
-// Grazes and the end of bouncing: what is near a decision is bounded, or refused by name.
+// Grazing contacts and the end of bouncing: undecided outcomes are within the bars, or refused by name.
 #include <quadmath.h>
 
 #include <catch2/catch.hpp>
