@@ -1,4 +1,4 @@
-// What `atwood contacts` asks an engine: where a scene's bodies touch in the initial pose, or when they first would.
+// The query of `atwood contacts`: the contacts of a scene's bodies in the initial pose, or their first contact.
 #pragma once
 
 #include <array>

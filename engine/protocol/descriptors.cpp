@@ -11,7 +11,7 @@ namespace atwood {
 void open_standard_descriptors() {
   for (int descriptor = STDIN_FILENO; descriptor <= STDERR_FILENO; ++descriptor) {
     if (fcntl(descriptor, F_GETFD) >= 0 || errno != EBADF) continue;
-    // The lowest free descriptor is this one: those below it are open.
+    // open() returns the lowest free descriptor: all below it are open.
     const int opened = open("/dev/null", descriptor == STDERR_FILENO ? O_WRONLY : O_RDONLY);
     if (opened >= 0 && opened != descriptor) close(opened);
   }
@@ -31,11 +31,11 @@ ssize_t write_what_goes(void*, const char* text, std::size_t size) {
 }  // namespace
 
 void forgive_standard_error() {
-  FILE* forgiving = fopencookie(nullptr, "w", {nullptr, write_what_goes, nullptr, nullptr});
-  if (!forgiving) return;
-  std::setvbuf(forgiving, nullptr, _IONBF, 0);
+  FILE* tolerant = fopencookie(nullptr, "w", {nullptr, write_what_goes, nullptr, nullptr});
+  if (!tolerant) return;
+  std::setvbuf(tolerant, nullptr, _IONBF, 0);
   std::fflush(stderr);
-  stderr = forgiving;  // glibc's is a variable
+  stderr = tolerant;  // in glibc it is a variable
 }
 
 }  // namespace atwood

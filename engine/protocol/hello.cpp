@@ -1,4 +1,4 @@
-// Who a worker is: written by serve(), read by whoever starts it. Nothing that it says is taken unchecked.
+// The description of a worker (hello): written by serve(), read and checked by the program that starts it.
 #include <cmath>
 #include <set>
 
@@ -7,7 +7,7 @@
 namespace atwood::wire {
 namespace {
 
-// Of what an engine says of itself.
+// Limits of an engine's description.
 constexpr std::size_t kLongestName = 64, kLongestId = 256, kMostMethods = 10000;
 constexpr std::size_t kLongestFingerprint = 1024, kMostFiles = 1000, kLongestPath = 4096;
 
@@ -47,7 +47,7 @@ Json describe(const std::vector<MethodInfo>& methods) {
 }
 
 MethodInfo read_method(const Json& each) {
-  if (!each.is_object()) throw Garbage("a method is not an object: " + excerpt(each));
+  if (!each.is_object()) throw Garbage("found a method that is not an object: " + excerpt(each));
   MethodInfo method;
   method.id = text(need(each, "id"), "id");
   method.doc = text_or(each, "doc", "");
@@ -76,12 +76,13 @@ void check_name(const std::string& name) {
   const bool begins = name.empty() || name.find_first_of("_.-") != 0;
   if (name.size() > kLongestName || !known || !begins)
     throw Garbage(
-        "the engine calls itself `" + cut(name) + "`; expected a name of at most " + std::to_string(kLongestName) +
+        "the name of the engine is `" + cut(name) + "`; expected a name of at most " + std::to_string(kLongestName) +
         " bytes of lower-case letters a to z, digits, `_`, `.` and `-`, which begins with a letter or a digit");
 }
 
 void check_methods(const Engine& engine) {
-  if (engine.name.empty() && !engine.methods.empty()) throw Garbage("methods of an engine without a name");
+  if (engine.name.empty() && !engine.methods.empty())
+    throw Garbage("found methods of an engine without a name; expected \"engine\"");
   std::set<std::string> ids;
   for (const MethodInfo& method : engine.methods) {
     const bool whole_engine = method.id == engine.name && engine.name == "truth";

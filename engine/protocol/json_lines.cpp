@@ -9,8 +9,7 @@ namespace {
 
 constexpr std::size_t kExcerpt = 120;
 
-// Counts brackets alone, in one pass and without a stack: the parser never meets a line that would make it, or whoever
-// walks its tree, go deep.
+// Counts brackets in one pass and without a stack, so that the recursive parser only gets lines of limited depth.
 void refuse_deep(std::string_view line) {
   int depth = 0;
   bool in_string = false;
@@ -52,7 +51,7 @@ Garbage not_an_object(std::string_view line) {
       ", which JSON has not; numbers that are not finite are the strings \"nan\", \"inf\" and \"-inf\": " + cut(line));
 }
 
-// Events of nlohmann's parser, put together to one value at a time.
+// Builds one value at a time from the events of nlohmann's parser.
 class MemberReader : public nlohmann::json_sax<Json> {
  public:
   MemberReader(const std::function<Reading(const std::string&)>& reading,
@@ -90,7 +89,7 @@ class MemberReader : public nlohmann::json_sax<Json> {
     return Garbage("more than " + std::to_string(kMostMembers) + " members in an object");
   }
 
-  // Where the next value belongs: into what is open, or a root of its own.
+  // The place of the next value: in the innermost open container, or a new root.
   Json* place(Json value) {
     if (++values_ > kMostValues)
       throw Garbage("more than " + std::to_string(kMostValues) + " values in \"" + cut(member_) + "\"");
@@ -106,7 +105,7 @@ class MemberReader : public nlohmann::json_sax<Json> {
     return &open_.back()->back();
   }
   bool kept() const { return how_ != Reading::ignored; }
-  // Whether a value that ends now is handed out: a member's, or an element's.
+  // Whether a value that ends now is complete for the caller: that of a member, or an element.
   bool at_root() const { return open_.empty() && depth_ == (how_ == Reading::by_element ? 2 : 1); }
 
   template <class Value> bool scalar(Value&& value) {
@@ -149,8 +148,8 @@ class MemberReader : public nlohmann::json_sax<Json> {
   Reading how_ = Reading::whole;
   std::size_t values_ = 0;
   Json root_;
-  std::vector<Json*> open_;  // the containers of root_ that have not ended, outermost first
-  Json* slot_ = nullptr;     // of the innermost object: the value of the key that came last
+  std::vector<Json*> open_;  // open containers of root_, outermost first
+  Json* slot_ = nullptr;     // in the innermost object: the value of the last key
 };
 
 }  // namespace

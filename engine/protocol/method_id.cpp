@@ -16,7 +16,7 @@ constexpr std::array kScalars{"float", "double", "long-double", "quad"};
   throw std::invalid_argument("method `" + text + "`: expected " + expected);
 }
 
-// What is left of the text to read, and the whole of it for messages.
+// The rest of the text to read, and the whole text for messages.
 struct Cursor {
   const std::string& text;
   std::size_t at = 0;

@@ -1,4 +1,4 @@
-// Names of statuses and events, as files and streams spell them.
+// Names of statuses and events in files and in the protocol.
 #include <array>
 #include <stdexcept>
 #include <utility>

@@ -1,4 +1,4 @@
-// Text of numbers, exact both ways.
+// Conversion of numbers to text and back, without loss.
 //
 // A decimal of at most 17 significant digits names the nearest double, one of at most 21 the nearest long double, a
 // longer one the nearest quad: the shortest text of a double then reads back as that double, not as its decimal.
@@ -22,7 +22,7 @@ std::string print(const char* format, int digits, Wide value) {
   return {text.data(), static_cast<std::size_t>(length)};
 }
 
-// Written digits, leading zeros left out: trailing zeros count, 1.000...0 is a wider number than 1.
+// Number of written digits without leading zeros. Trailing zeros count: 1.000...0 is wider than 1.
 int significant_digits(const std::string& text) {
   int digits = 0;
   for (const char c : text) {
@@ -54,7 +54,7 @@ std::string format_number(Wide value, int digits) {
   if (digits <= 17 || value == 0 || !finiteq(value)) return format_double(static_cast<double>(value));
   std::string text = print("%.*Qg", digits, value);  // drops trailing zeros
   if (parse_wide(text) != value) {
-    const std::string full = print("%.*Qe", digits - 1, value);  // keeps them, and so the precision they stand for
+    const std::string full = print("%.*Qe", digits - 1, value);  // keeps them, and with them the precision
     if (significant_digits(text) < digits) text = full;
   }
   return text;
@@ -67,7 +67,7 @@ Wide parse_wide(const std::string& text) {
   const int digits = significant_digits(text);
   if (digits <= 17) {
     const double value = read<double>(text, std::strtod);
-    // Out of double's range the wide types may still hold it; a subnormal is in range.
+    // Outside of double's range the wider types may represent it; a subnormal is in range.
     if (errno != ERANGE || (value != 0 && std::isfinite(value))) return value;
   } else if (digits <= 21) {
     const long double value = read<long double>(text, std::strtold);

@@ -7,13 +7,13 @@
 
 namespace atwood {
 
-// Answers requests until standard input closes; returns the process's exit code. The engine's own chatter on standard
-// output is kept off the protocol's pipe (the real one is duplicated first, then stdout points to stderr).
+// Answers requests until standard input closes; returns the process's exit code. Output of the engine
+// on standard output does not reach the protocol: the descriptor is duplicated first, then stdout refers to stderr.
 //
 // Besides hello and run: {"request":"contacts","cell":7,"swept":false,"scene":{...}} (swept: with "t_end_s"), answered
 // by Engine::contacts, and
 // {"request":"contacts-sweep","cell":7,"swept":false,"pair":"box-box","seed":42,"from":0,"count":1000}, whose poses
-// (scene/pair_sweep.hpp) the worker makes itself. Either may name a "test" of `queries`.
+// (scene/pair_sweep.hpp) the worker generates. Both may have a "test" of `queries`.
 int serve(const Engine& engine, const PairQueries& queries = {});
 // The same for the truth: {"request":"truth","cell":7,"samples":64,"scenario":{...}} answers samples with "bars".
 using ContactsOf = std::function<ContactAnswer(const Scene&, const ContactQuery&)>;

@@ -115,7 +115,7 @@ const Keys<PairLaw>& compliance_keys() {
   static const Keys<PairLaw> keys = [] {
     Key<PairLaw> law;
     law.name = "contact_law";
-    law.doc = "how the surfaces give way: linear (a spring and a dashpot), hertz; rigid unless given";
+    law.doc = "contact law of the surfaces: linear (a spring and a dashpot), hertz; rigid unless given";
     const auto codec = one_of(kContactLaws);
     law.schema = codec.schema;
     law.read = [codec](Reading& r, const Value& v, PairLaw& out) {

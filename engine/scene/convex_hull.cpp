@@ -1,5 +1,5 @@
-// The convex hull, point by point: a new point outside takes away the faces that see it and is joined to the horizon
-// they leave. Points within a small distance of a face count as on it.
+// Incremental convex hull: for a new point outside, the faces visible from it are removed, and it is connected with their
+// horizon. Points within a small distance of a face count as on it.
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -31,7 +31,7 @@ Face face_of(const std::vector<Real3>& p, int a, int b, int c) {
   return {{a, b, c}, n, dot(n, at)};
 }
 
-// The index that makes `measure` largest.
+// The index of the largest `measure`.
 template <class Measure> std::size_t farthest(const std::vector<Real3>& points, Measure measure) {
   std::size_t best = 0;
   for (std::size_t i = 1; i < points.size(); ++i)
@@ -53,7 +53,7 @@ bool first_tetrahedron(const std::vector<Real3>& p, double tolerance, std::array
   const std::size_t d = farthest(p, off_plane);
   if (!(off_plane(p[d]) > tolerance)) return false;
   out = {static_cast<int>(a), static_cast<int>(b), static_cast<int>(c), static_cast<int>(d)};
-  if (dot(base.normal, p[d]) > base.offset) std::swap(out[1], out[2]);  // the base looks away from d
+  if (dot(base.normal, p[d]) > base.offset) std::swap(out[1], out[2]);  // the normal of the base points away from d
   return true;
 }
 

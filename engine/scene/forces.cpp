@@ -1,4 +1,4 @@
-// The forces: one list of keys each, told apart by `kind` (drag also by `model`).
+// The forces: one list of keys for each, distinguished by `kind` (drag also by `model`).
 #include <algorithm>
 
 #include "scene/declarations.hpp"
@@ -6,14 +6,14 @@
 namespace atwood {
 namespace {
 
-// What a force calls the bodies it acts on: "body", "bodies", or nothing.
+// The key for the bodies of a force: "body", "bodies", or none.
 template <class T> std::string name_of_bodies(const Keys<T>& keys) {
   for (const Key<T>& key : keys)
     if (key.name == "body" || key.name == "bodies") return key.name;
   return "";
 }
 
-// The table with `other` under its own name: people write `body` and `bodies` alike.
+// The table with the key `other` renamed to `own`: `body` and `bodies` are synonyms.
 Value renamed(Reading& r, const Value& v, const std::string& other, const std::string& own) {
   Value table = v;
   for (Member& member : std::get<Value::Table>(table.data)) {
@@ -58,7 +58,7 @@ Alternative<Force> force(std::vector<Tag> tags, std::string doc, Keys<T> keys,
     }
     schema_of(keys, form, properties, needed);
     if (form == Form::resolved || own.empty()) return object_schema(std::move(properties), std::move(needed));
-    // In a file either name will do, with one body or several.
+    // A file may use either name, with one body or several.
     Value::Table& members = std::get<Value::Table>(properties.data);
     std::erase_if(members, [&](const Member& member) { return member.key == own; });
     for (const char* name : {"body", "bodies"}) {
@@ -252,7 +252,7 @@ std::vector<Alternative<Force>> loads() {
   };
 }
 
-// The word under a tag key; fails with the words that could stand there.
+// The word under a tag key; fails with the expected words.
 std::string read_tag(Reading& r, const Value& v, const std::string& tag_key, const std::vector<std::string>& words) {
   const Value* found = v.find(tag_key);
   if (!found) fail(r, v.place, "missing key `" + tag_key + "` in " + r.where + "; expected one of " + listed(words));

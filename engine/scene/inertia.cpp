@@ -88,7 +88,7 @@ std::string polyhedron(const std::vector<Real3>& points, const std::vector<std::
   return "";
 }
 
-// Every edge is walked once each way.
+// Every edge occurs once in each direction.
 bool closed(const std::vector<std::array<int, 3>>& triangles) {
   std::map<std::pair<int, int>, int> edges;
   for (const auto& t : triangles)
@@ -106,7 +106,7 @@ Real33 rotation(const Real4& q) {
           2 * (x * z - w * y),     2 * (y * z + w * x),     1 - 2 * (x * x + y * y)};
 }
 
-// Each box: R I R^T about its own centre, then d . d 1 - d d^T for the way to the body's (parallel axes).
+// For each box: R I R^T about its centre, plus d . d 1 - d d^T for the offset to the body's centre (parallel axes).
 std::string compound(const Compound& shape, MassProperties& out) {
   double volume = 0, size = 0;
   Real3 first{};

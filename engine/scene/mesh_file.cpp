@@ -1,4 +1,4 @@
-// OBJ files: the lines `v x y z` and `f a b c ...`; normals, textures, groups and materials are passed over.
+// OBJ files: the lines `v x y z` and `f a b c ...`; normals, textures, groups and materials are ignored.
 #include <charconv>
 #include <cmath>
 #include <cstdlib>

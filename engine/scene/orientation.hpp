@@ -1,4 +1,4 @@
-// Orientations as people type them, in degrees. SI and radians everywhere else; what is read is a unit quaternion.
+// Orientations of scenario files in degrees, converted to unit quaternions. All other quantities are in SI and radians.
 #pragma once
 
 #include "scene/keys.hpp"
@@ -6,9 +6,9 @@
 namespace atwood {
 
 // The unit quaternion (w, x, y, z) of a turn by `angle_deg` about `axis`, which has any finite length but 0. Right-handed.
-// Each component is the exact one rounded to double, give or take the last bit; multiples of 90 degrees about a
-// coordinate axis come out exact (0, 1, sqrt(1/2)). w >= 0: of the two quaternions of an orientation the same one is
-// made, whatever full turns the angle holds.
+// Each component is the exact one rounded to double, to one unit in the last place; multiples of 90 degrees about a
+// coordinate axis are exact (0, 1, sqrt(1/2)). w >= 0: the result is the same of the two quaternions of an orientation for
+// every number of full turns in the angle.
 Real4 axis_angle_quaternion(const Real3& axis, double angle_deg);
 // Intrinsic x-y'-z'': first about the body's x, then about its turned y, then about its twice turned z;
 // R = R_x(rx) R_y(ry) R_z(rz), body to world.
@@ -19,7 +19,7 @@ Codec<Real4> axis_angle_degrees();
 // [rx, ry, rz]
 Codec<Real4> euler_xyz_degrees();
 
-// The two keys beside `orientation_wxyz`, in files alone.
+// The two keys besides `orientation_wxyz`, in files only.
 template <class T, class B> void add_degree_keys(Keys<T>& keys, Real4 B::*orientation) {
   keys.push_back(only(In::file, key<T>("axis_angle_deg", orientation, axis_angle_degrees(),
                                        "in place of orientation_wxyz: { axis = [x, y, z], angle_deg = ... } or "

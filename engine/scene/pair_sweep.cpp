@@ -80,8 +80,8 @@ Shape make_shape(const std::string& name, Draw& draw, double size) {
     return convex;
   }
   if (name == "triangle") return Mesh{"", {point(), point(), point()}, {{0, 1, 2}}};
-  // An octahedron with its corners moved and a face left out: it bounds no solid, so that all read the same surface in
-  // it.
+  // An octahedron with displaced vertices and without one face: it bounds no solid, so that all engines treat it as the
+  // same surface.
   Mesh mesh;
   for (std::size_t corner = 0; corner < 6; ++corner) {
     Real3 p{};
@@ -98,7 +98,7 @@ Real3 furthest(const std::vector<Real3>& points, const Real3& n) {
                            [&](const Real3& a, const Real3& b) { return dot(a, n) < dot(b, n); });
 }
 
-// The point of the shape furthest along n (body axes, unit). Where a face lies square to n, any of its points is.
+// Support point of the shape along n (body axes, unit). For a face orthogonal to n any of its points.
 struct Support {
   Real3 n;
   Draw& draw;
@@ -137,7 +137,7 @@ Real3 support(const Body& body, const Real3& n, Draw& draw) {
   return turn(body.orientation_wxyz, std::visit(in_body, body.shape), false);
 }
 
-// A normal of one of the body's faces, exactly an axis of its own; spheres have none.
+// A normal of one of the body's faces, exactly one of its axes; spheres have none.
 bool has_faces(const Body& body) {
   return std::holds_alternative<Box>(body.shape) || std::holds_alternative<Rectangle>(body.shape) ||
          std::holds_alternative<Cylinder>(body.shape) || std::holds_alternative<Capsule>(body.shape);
@@ -205,7 +205,7 @@ void set_apart(Body& a, Body& b, double g, Draw& draw) {
   b.position_m = plus(plus(on_a, g, n), -1, on_b);
 }
 
-// Backwards along straight lines from the pose, which they would reach at some time within the sweep.
+// Moves the bodies backwards on straight lines, so that they reach the pose at some time within the sweep.
 void start_earlier(Body& body, double t_s, double speed, Draw& draw) {
   if (body.fixed) return;
   const Real3 d = draw.direction();

@@ -1,4 +1,4 @@
-// From what a file says to a resolved scene: pair laws tabulated, grids expanded, names turned into indices.
+// From the contents of a file to a resolved scene: pair laws are tabulated, grids expanded, names converted to indices.
 #include <cmath>
 
 #include "scene/scenario_keys.hpp"
@@ -27,7 +27,7 @@ void resolve_materials(Reading& r, const FileDraft& draft) {
     tables = draft.material->table();
     if (!tables) fail_value(r, *draft.material, "tables [material.NAME]");
   }
-  // Index 0 is what bodies without a material are made of.
+  // Index 0 is the material of bodies without `material`.
   Material otherwise{"default", 0, 0, 0};
   bool declared = false;
   for (const Member& member : *tables) declared = declared || member.key == otherwise.name;
@@ -47,7 +47,7 @@ void resolve_materials(Reading& r, const FileDraft& draft) {
     }
 }
 
-// Exact for equal values, also where the product would overflow or underflow.
+// Exact for equal values, also if the product overflows or underflows.
 double geometric_mean(double a, double b) { return a == b ? a : std::sqrt(a) * std::sqrt(b); }
 
 void resolve_pairs(Reading& r, const FileDraft& draft) {
@@ -111,7 +111,7 @@ std::vector<WrittenGrid> read_grids(Reading& r, const FileDraft& draft) {
   return grids;
 }
 
-// Copies stand in place of the body, x slowest; three numbers of the sequence each, in the order x, y, z.
+// The copies replace the body, with x as the slowest index; each uses three random numbers, in the order x, y, z.
 void expand(Reading& r, const WrittenGrid& written, const Body& body) {
   const GridDraft& grid = written.grid;
   SplitMix64 random{static_cast<std::uint64_t>(grid.seed)};

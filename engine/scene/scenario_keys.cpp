@@ -11,7 +11,7 @@ const std::vector<std::string> kQuantities = {
     "energy",         "momentum",        "angular-momentum",   "angular-momentum-center",
     "center-of-mass", "jacobi-constant", "laplace-runge-lenz", "magnetic-moment"};
 
-// Reads into another type of draft, with its own words for where it is.
+// Calls `read` with another `where` for messages.
 template <class F> void within(Reading& r, const std::string& where, F read) {
   const std::string outer_where = r.where, outer_key = r.key;
   r.where = where, r.key.clear();
@@ -158,7 +158,7 @@ template <class T> Keys<T> shared_keys(Scenario& (*scenario_of)(T&)) {
 
 const std::vector<std::string> kSimultaneousImpacts = {"sequential", "together"};  // as in SimultaneousImpacts, from 1
 
-// Left out of a resolved scene that does not say.
+// A resolved scene without a convention does not have this key.
 Key<Scene> simultaneous_impacts_key() {
   Key<Scene> impacts;
   impacts.name = "simultaneous_impacts";

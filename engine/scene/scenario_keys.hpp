@@ -1,11 +1,11 @@
-// The keys of a scenario and of its scene, in the two forms: as people write it (TOML) and resolved (JSON).
+// The keys of a scenario and of its scene in both forms: files (TOML) and resolved (JSON).
 #pragma once
 
 #include "scene/declarations.hpp"
 
 namespace atwood {
 
-// Parts of a file that are resolved once all keys are read: names refer to things declared further down.
+// Parts of a file that are resolved after all keys are read, because names may refer to later declarations.
 struct FileDraft {
   Scenario scenario;
   const Value *run = nullptr, *material = nullptr, *contact = nullptr, *body = nullptr, *grid = nullptr,
@@ -37,9 +37,9 @@ const Keys<GridDraft>& grid_keys();
 Scene read_resolved_scene(Reading& r, const Value& v);
 Value write_scene(const Scene& scene);
 
-// Turns what was written into a scene: materials and pair laws, bodies and grids, forces.
+// Converts a draft into a scene: materials and pair laws, bodies and grids, forces. Throws InputError.
 void resolve(Reading& r, const Value& document, FileDraft& draft);
-// Checks of [run] that span keys.
+// Checks of [run] that involve several keys. Throws InputError.
 void check_run(Reading& r, const Value& run, const Scenario& scenario);
 
 // Names of the bodies, for forces; a name used twice fails at its second use.

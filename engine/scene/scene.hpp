@@ -48,9 +48,9 @@ struct Material {
   double rolling_friction_m = 0;
 };
 
-// How two surfaces give way under an overlap d >= 0, for methods that resolve the contact instead of its outcome.
+// Contact law under an overlap d >= 0, for methods that resolve the duration of a contact and not only its outcome.
 enum class ContactLaw {
-  rigid,   // they don't, or nothing is said of it
+  rigid,   // no compliant law: impacts are instantaneous
   linear,  // F = stiffness d + damping d'
   hertz    // F = 4/3 E sqrt(R) d^(3/2) (1 + damping d'), 1/R = 1/r_a + 1/r_b (a plane: 1/r = 0)
 };
@@ -64,7 +64,7 @@ struct PairLaw {
   ContactLaw contact_law = ContactLaw::rigid;
   double stiffness_N_per_m = 0;  // linear
   double damping_N_s_per_m = 0;  // linear
-  bool pull = false;             // linear: F may turn negative until the overlap ends; else it is 0 at least
+  bool pull = false;             // linear: F may be negative until the overlap ends; otherwise F >= 0
   double modulus_Pa = 0;         // hertz: E, 1/E = (1 - nu_a^2)/E_a + (1 - nu_b^2)/E_b
   double damping_s_per_m = 0;    // hertz
 };
@@ -169,7 +169,7 @@ using Force = std::variant<MutualGravity, Attractor, LinearDrag, QuadraticDrag, 
 // ---- the scene ------------------------------------------------------------------------------------------------
 // What happens when several contacts of one connected group have an impact at the same instant.
 enum class SimultaneousImpacts {
-  unspecified,  // a truth ends where the outcome would depend on it
+  unspecified,  // a truth ends if the outcome depends on a convention
   sequential,   // pair by pair, the fastest approach first, ties in the order of the bodies, until none approaches
   together      // one solve with the impulses of all contacts of the group (Moreau 1988)
 };

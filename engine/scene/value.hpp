@@ -1,5 +1,5 @@
-// The tree that TOML and JSON texts have in common, with the place each part was written at. Reading, checking and
-// writing work on it, so a key is declared once for both formats.
+// A tree for both TOML and JSON texts, with the position of each part in its file. Reading, checking and writing use it, so
+// that a key is declared once for both formats.
 #pragma once
 
 #include <cstdint>
@@ -62,8 +62,8 @@ inline Value::Value(const char* v) : data(std::string(v)) {}
 inline Value::Value(std::string v) : data(std::move(v)) {}
 inline Value::Value(List v) : data(std::move(v)) {}
 inline Value::Value(Table v) : data(std::move(v)) {}
-// Held by its type and then moved in: when memory runs out in the copy constructor of a variant of strings and vectors,
-// libstdc++ 12 destroys a member that was never made.
+// Constructed by its type and then moved: when an allocation fails in the copy constructor of a variant of strings and
+// vectors, libstdc++ 12 destroys a member that was not constructed.
 inline Value::Value(const Value& other) : place(other.place) {
   std::visit([this]<class T>(const T& held) { data.emplace<T>(T(held)); }, other.data);
 }
@@ -76,7 +76,7 @@ inline Value::~Value() = default;
 Value table_of(std::initializer_list<std::pair<const char*, Value>> members);
 void add(Value& table, std::string key, Value value);
 
-// What was found, in words short enough for a message: `-1`, `"wood"`, `a table`, `a list of 2`.
+// A short description of a value for messages: `-1`, `"wood"`, `a table`, `a list of 2`.
 std::string describe(const Value& value);
 
 // JSON text: one line, or indented. Doubles in shortest round-trip form.
@@ -86,7 +86,7 @@ std::string to_json_text(const Value& value, bool pretty);
 Value parse_toml(std::string_view text, const std::string& name);
 Value parse_json(std::string_view text, const std::string& name);
 
-// Deeper nesting than any scene has is refused before it can exhaust the stack.
+// Nesting deeper than that of any scene is refused before it exhausts the stack.
 inline constexpr int kDeepest = 32;
 
 }  // namespace atwood

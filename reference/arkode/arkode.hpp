@@ -7,7 +7,7 @@
 namespace atwood {
 
 // arkode/erkstep/TABLE, arkode/arkstep-explicit/TABLE, arkode/arkstep-implicit/TABLE, arkode/arkstep-imex/PAIR with the
-// library's names of its tables. Equal steps, or a tolerance `:rtol[,atol]`. What each claims is its table's own q.
+// library's names of its tables. Equal steps, or a tolerance `:rtol[,atol]`. The claimed order is the table's q.
 Engine arkode_engine();
 
 }  // namespace atwood

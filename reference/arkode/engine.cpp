@@ -76,13 +76,15 @@ std::string read_options(const MethodId& id, arkode::Options& options) {
   const auto& all = arkode::schemes();
   const auto found = std::find_if(all.begin(), all.end(),
                                   [&](const Scheme& s) { return to_string(s.module) + "/" + s.name == id.scheme; });
-  if (found == all.end()) return "arkode has no scheme `" + id.scheme + "`; `atwood list methods` shows its tables";
+  if (found == all.end())
+    return "arkode has no scheme `" + id.scheme + "`; expected one of its tables (`atwood list methods`)";
   options.scheme = *found;
-  if (!id.scalar.empty() && id.scalar != "double") return "arkode runs in double, not " + id.scalar;
-  if (!id.response.empty()) return "arkode has no contacts: no +" + id.response;
+  if (!id.scalar.empty() && id.scalar != "double")
+    return "arkode computes in double; found the scalar `" + id.scalar + "`";
+  if (!id.response.empty()) return "arkode does not support contacts; found +" + id.response;
   options.by_tolerance = id.rtol.has_value();
   if (options.by_tolerance && found->p == 0)
-    return "arkode: the table " + found->name + " has no embedding: equal steps only";
+    return "arkode: the table " + found->name + " has no embedded method: expected equal steps without a tolerance";
   options.rtol = id.rtol.value_or(arkode::kFixedRtol);
   options.atol = id.atol.value_or(options.by_tolerance ? options.rtol / 100 : arkode::kFixedAtol);
   for (const auto& [key, value] : id.overrides) {
@@ -95,7 +97,7 @@ std::string read_options(const MethodId& id, arkode::Options& options) {
       options.nonlinear_coefficient = *real;
     else if (key == "nonlinear_crdown" && is_implicit(*found) && real && *real > 0) options.nonlinear_crdown = *real;
     else
-      return "arkode has no setting `" + key + "` of that value here; it has max_steps" +
+      return "arkode does not accept this value of the setting `" + key + "`, or does not have it; expected max_steps" +
              (is_implicit(*found) ? ", nonlinear_iterations, nonlinear_coefficient, nonlinear_crdown" : "");
   }
   return "";

@@ -60,7 +60,7 @@ class Solver : public stepping::Stepper<double> {
     double* to = N_VGetArrayPointer(dydt);
     equations.rate(t, N_VGetArrayPointer(y), to);
     for (int i = 0; i < equations.size; ++i)
-      if (!std::isfinite(to[i])) return 1;  // recoverable: a shorter step may do
+      if (!std::isfinite(to[i])) return 1;  // recoverable: ARKODE tries a shorter step
     return 0;
   }
   // The additive split: rates of positions and attitudes explicitly, of velocities and body rates implicitly; of a bare
@@ -130,7 +130,7 @@ class Solver : public stepping::Stepper<double> {
     if (options_.nonlinear_iterations > 0) check(ARKStepSetMaxNonlinIters(memory_, options_.nonlinear_iterations), 0);
     if (options_.by_tolerance) return;
     if (options_.nonlinear_iterations == 0) check(ARKStepSetMaxNonlinIters(memory_, 20), 0);
-    check(ARKStepSetLSetupFrequency(memory_, 1), 0);  // a fresh Newton matrix each step: it keeps its fast convergence
+    check(ARKStepSetLSetupFrequency(memory_, 1), 0);  // a new Newton matrix at each step, for fast convergence
     check(ARKStepSetJacEvalFrequency(memory_, 1), 0);
   }
 
@@ -151,7 +151,7 @@ class Solver : public stepping::Stepper<double> {
   void check(int flag, double t_s) const {
     if (flag >= 0) return;
     char* name = ARKStepGetReturnFlagName(flag);
-    std::string words = std::string("gave up at t = ") + std::to_string(t_s) + " s with " + name;
+    std::string words = std::string("failed at t = ") + std::to_string(t_s) + " s with " + name;
     std::free(name);
     const bool of_rates = flag == ARK_RHSFUNC_FAIL || flag == ARK_FIRST_RHSFUNC_ERR || flag == ARK_REPTD_RHSFUNC_ERR ||
                           flag == ARK_UNREC_RHSFUNC_ERR;

@@ -1,4 +1,4 @@
-// One ARKODE memory block as a Stepper. No SUNDIALS header is needed by those who use it.
+// An ARKODE integrator as a Stepper. Its users need no SUNDIALS header.
 #pragma once
 
 #include "arkode/tables.hpp"
@@ -6,14 +6,15 @@
 
 namespace atwood::arkode {
 
-// Fixed steps: `by_tolerance` false; rtol and atol then weigh the nonlinear solver's stopping test alone.
+// Equal steps: `by_tolerance` is false; rtol and atol are then used in the nonlinear solver's stopping test only.
 struct Options {
   Scheme scheme;
   bool by_tolerance = false;
   double rtol = 1e-10, atol = 1e-12;
-  std::int64_t max_steps = 2000000;    // of a whole run
-  double nonlinear_coefficient = 0.1;  // Newton stops when its correction's weighted norm is below this
-  int nonlinear_iterations = 0;        // 0: 20 at equal steps, ARKODE's default (3) otherwise
+  std::int64_t max_steps = 2000000;  // of a whole run
+  double nonlinear_coefficient =
+      0.1;                       // Newton's iteration stops when the weighted norm of its correction is below this
+  int nonlinear_iterations = 0;  // 0: 20 at equal steps, ARKODE's default (3) otherwise
   double nonlinear_crdown =
       0;  // 0: ARKODE's default (0.3); the factor by which a stage's rate of convergence is remembered
 };

@@ -1,4 +1,4 @@
-// The Butcher tables that ARKODE brings along, by its own names.
+// The Butcher tables of ARKODE, by its own names.
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@ struct Scheme {
   std::string explicit_table, implicit_table;  // as ARKODE spells them: "ARKODE_DORMAND_PRINCE_7_4_5"
   int q = 0, p = 0;                            // order and order of the embedding, as the table says (0: no embedding)
   int stages = 0;
-  int checked_order = 0;            // what the library's own check of the coefficients finds; it ends at 6
+  int checked_order = 0;            // order by the library's check of the coefficients, which ends at 6
   bool last_node_is_one = false;    // c_s = 1 ...
   bool first_same_as_last = false;  // ... and a_sj = b_j: the last stage of a step is the first of the next
 };

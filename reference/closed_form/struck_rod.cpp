@@ -194,8 +194,8 @@ template <class S> struct ImpactResult {
 template <class S> S round_off_tolerance() { return 256 * unit_round_off<S>(); }
 
 template <class S>
-ImpactResult<S> strike(const Pair<S>& pair, const ContactPoint<S>& contact, const Vec<S>& u, const PairLaw& law,
-                       S rest) {
+ImpactResult<S> resolve_impact(const Pair<S>& pair, const ContactPoint<S>& contact, const Vec<S>& u, const PairLaw& law,
+                               S rest) {
   ImpactResult<S> made;
   const Vec<S>&n = contact.n_B, &r = contact.r_B;
   const auto turned_by = [&](const Vec<S>& impulse) {
@@ -285,7 +285,7 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
   contact.happens = contact.happens && contact.t <= t_end;
   ImpactResult<S> result;
   if (contact.happens) {
-    result = strike(pair, contact, u, pair_law(scene, pair.rod, pair.ball), t_end - contact.t);
+    result = resolve_impact(pair, contact, u, pair_law(scene, pair.rod, pair.ball), t_end - contact.t);
     motion.refusal = result.refusal;
     motion.input_round_off = result.input_round_off;
     const Vec<S> parts = u + (pair.inverse_rod + pair.inverse_ball) * result.J;

@@ -1,10 +1,10 @@
-// Where bodies touch, and how far apart they are, by FCL: fcl::collide with its own solver settings (contacts on, at
+// Contacts and distances by FCL: fcl::collide with its own solver settings (contacts on, at
 // most 64), fcl::distance with nearest points. A plane is a half space, a rectangle a box of zero thickness, a mesh a
 // surface in a tree of oriented boxes.
 //
-// What is FCL's own: no distance to a half space; depths below zero of spheres against triangles (their size is taken);
-// pairs without a formula of theirs go to libccd, with its numbers without a unit (1e-16 to 1e-4). Not asked for
-// sweeps: its continuous collision takes a list of times or meshes alone.
+// Properties of FCL: no distance to a half space; negative depths of spheres against triangles (their magnitude is used);
+// pairs without a closed formula use libccd with its absolute tolerances (1e-16 to 1e-4). Sweeps are not supported: FCL's
+// continuous collision needs a list of times, or meshes only.
 #pragma once
 
 #include "protocol/contact_query.hpp"

@@ -1,4 +1,4 @@
-// FCL as a worker: a rival in contact queries, no engine of motion.
+// FCL as a worker: contact queries only, no simulation.
 #include "fcl/contacts.hpp"
 #include "protocol/worker.hpp"
 #include "rivals/unit_size.hpp"
@@ -10,7 +10,7 @@ int main() {
   engine.scalar = "double";
   engine.run = [](const atwood::MethodId&, const atwood::Scene&, const atwood::Plan&, const atwood::Observer&, int) {
     return atwood::Outcome{
-        atwood::Status::unsupported, "fcl answers questions about contacts, it moves nothing", 0, 0, {}};
+        atwood::Status::unsupported, "fcl answers contact queries only and does not simulate motion", 0, 0, {}};
   };
   engine.contacts = atwood::fcl_adapter::find_contacts;
   return atwood::serve(engine, {&atwood::fcl_adapter::find_gap,

@@ -1,4 +1,4 @@
-// When two bodies on straight lines, each with constant spin, first touch.
+// First contact of two bodies in uniform motion, each with constant angular velocity: conservative advancement.
 #include <quadmath.h>
 
 #include <algorithm>
@@ -57,8 +57,8 @@ FirstTouch at(const Body& a, const Body& b, Real t_s, Real bar_s) {
 }
 
 // ---- advancing ------------------------------------------------------------------------------------------------------
-// A body's part as the spin moves it: points about the body's origin, in world axes; a cylinder by its support. The
-// rounding of spheres and capsules is moved by no spin.
+// A part of a body under rotation: points relative to the body's origin, in world axes; a cylinder by its support function.
+// The rounding radius of spheres and capsules does not rotate.
 struct Arm {
   std::vector<Vector> points;
   const Cylinder* drum = nullptr;
@@ -74,8 +74,7 @@ struct Arm {
     for (const Vector& r : points) most = std::max(most, dot(n, r));
     return most;
   }
-  // The support of the ring that the arm fills when it turns all the way round the axis along w: (u . r) u + |u x r|
-  // across u.
+  // Support function of the circle that the point describes about the axis along w: (u . r) u + |u x r| orthogonal to u.
   Real support_of_turn(const Vector& n, const Vector& w) const {
     const Real rate = norm(w);
     if (!(rate > 0)) return support(n);
@@ -99,7 +98,7 @@ struct Arm {
   }
 };
 
-// The piece of polyhedra alone
+// The piece, for polyhedra only
 struct Part {
   Arm arm;
   std::vector<Piece> piece;
@@ -122,15 +121,15 @@ struct Spin {
   const Arm& arm;
 };
 
-// When of a gap that closes at this speed no more than floor_m is left, `most` when not by then.
+// The time after which a gap that closes at this speed is floor_m; at most `most`.
 Real time_to_close(Real gap, Real floor_m, Real closing, Real most) {
   if (!(gap > floor_m)) return 0;
   return most * closing < gap - floor_m ? most : (gap - floor_m) / closing;
 }
 
-// How long two parts, `gap` apart along n, stay so at least; `most` when at its end they still are. A point r of a
-// spinning body is after h at most n.r + h n.(w x r) + |w| |n x w| |r| h^2 / 2 along n: Taylor's second term, its rest
-// bounded.
+// A lower bound of the time during which two parts with a gap along n stay separated along n; `most` when they are
+// separated until then. The coordinate along n of a point r of a rotating body after h is at most
+// n.r + h n.(w x r) + |w| |n x w| |r| h^2 / 2 (Taylor's formula with a bound of the remainder).
 Real stay(Real gap, Real floor_m, const Vector& n, const Vector& v, const Spin& a, const Spin& b, Real most) {
   const Vector turn_a = cross(n, a.w), turn_b = cross(n, b.w);
   const Real bend = norm(a.w) * norm(turn_a) * a.arm.length() + norm(b.w) * norm(turn_b) * b.arm.length();
@@ -139,8 +138,8 @@ Real stay(Real gap, Real floor_m, const Vector& n, const Vector& v, const Spin& 
     return gap - h * dot(n, v) - (a.arm.support(n + h * turn_a) + b.arm.support(-1 * n - h * turn_b) - now) -
            bend * h * h / 2;
   };
-  if (apart(most) > 0) return most;  // concave: and at no time before
-  // Whole turns may leave something of the gap, which then closes as the bodies fly.
+  if (apart(most) > 0) return most;  // the gap is concave in time, therefore positive before
+  // With the supports of whole revolutions a part of the gap may remain, which then closes by translation only.
   const Real left = gap - (a.arm.support_of_turn(n, a.w) + b.arm.support_of_turn(-1 * n, b.w) - now);
   const Real in_flight = time_to_close(left, floor_m, dot(n, v), most);
   if (in_flight >= most) return most;
@@ -157,8 +156,8 @@ Real stay(Real gap, Real floor_m, const Vector& n, const Vector& v, const Spin& 
   return std::max(low, in_flight);
 }
 
-// The same along the faces of either, which may part them for longer than the direction between their nearest points
-// does.
+// The same along the face normals of both, which may separate them for longer than the direction between their closest
+// points.
 Real stay_along_faces(const Part& p, const Part& q, const Vector& from_p_to_q, const Vector& v, const Vector& w_p,
                       const Vector& w_q, Real floor_m, Real most) {
   Real longest = 0;
@@ -198,7 +197,7 @@ Look look(const Body& a, const Body& b, Real t_s, Real most_s) {
       const Separation s =
           pieces ? separation(p.piece.front(), q.piece.front()) : separation(a.shape, place_a, b.shape, place_b);
       const Real arms = norm(w_a) * p.arm.length() + norm(w_b) * q.arm.length();
-      // Twice what round-off leaves of a gap is as near as its own round-off lets it come.
+      // A gap of twice its round-off counts as a contact.
       const Real floor_m = 64 * kUnit * (reach + p.arm.length() + q.arm.length());
       if (s.gap_m <= floor_m) {
         const Real speed = dot(s.normal, v) + arms;
@@ -215,8 +214,8 @@ Look look(const Body& a, const Body& b, Real t_s, Real most_s) {
 }
 
 std::optional<FirstTouch> advance(const Body& a, const Body& b, Real t_end_s, Real given_m) {
-  // Inside of a closed mesh there is an overlap that no part shows, and what touches as the scene's decimals are
-  // rounded does.
+  // Inside of a closed mesh there is an overlap that no pair of parts has; a gap within the rounding of the scene's decimals
+  // is a contact.
   if (separation(a.shape, place_at(a, 0), b.shape, place_at(b, 0)).gap_m <= given_m) return at(a, b, 0, 0);
   Real t_s = 0;
   constexpr int kMost = 20000;
@@ -229,7 +228,7 @@ std::optional<FirstTouch> advance(const Body& a, const Body& b, Real t_end_s, Re
     }
     t_s += now.stay_s;
   }
-  FirstTouch undecided = at(a, b, t_s, t_end_s - t_s);  // it may yet pass by
+  FirstTouch undecided = at(a, b, t_s, t_end_s - t_s);  // a contact is not certain
   undecided.decided = false;
   return undecided;
 }

@@ -32,7 +32,7 @@ HalfSpace half_space(const Plane& plane) {
   return {(1 / length) * n, static_cast<Real>(plane.offset_m) / length};
 }
 
-// Of several pieces the one with the smallest gap. Another piece as deep in another direction leaves none unique.
+// The pair of pieces with the smallest gap. With another pair of the same depth in another direction none is unique.
 template <class Each> Separation smallest(const std::vector<Piece>& pieces, Each each) {
   std::vector<Separation> all;
   for (const Piece& piece : pieces) all.push_back(each(piece));
@@ -41,7 +41,7 @@ template <class Each> Separation smallest(const std::vector<Piece>& pieces, Each
   Separation found = *best;
   for (const Separation& other : all)
     if (norm(other.normal - found.normal) > 1e-7L) found.margin_m = std::min(found.margin_m, other.gap_m - found.gap_m);
-  // Another piece may be the nearest one in truth, as far as its own bar reaches.
+  // Another pair of pieces may have the smaller gap, within its bar.
   for (const Separation& other : all) found.bar_m = std::max(found.bar_m, found.gap_m - (other.gap_m - other.bar_m));
   return found;
 }
@@ -63,7 +63,7 @@ void require(const Shape& a, const Shape& b) {
 }
 
 // ---- inside of closed meshes --------------------------------------------------------------------------------------
-// Every edge joins two triangles that run along it in opposite ways.
+// Every edge belongs to two triangles, in opposite directions.
 bool closed(const Mesh& mesh) {
   std::map<std::pair<int, int>, int> ways;
   for (const auto& t : mesh.triangles)
@@ -74,7 +74,7 @@ bool closed(const Mesh& mesh) {
   });
 }
 
-// Solid angles of the triangles over 4 pi (van Oosterom, Strackee 1983): 1 inside of a closed mesh, 0 outside.
+// Winding number: solid angles of the triangles over 4 pi (van Oosterom and Strackee 1983); 1 inside, 0 outside.
 Real winding(const std::vector<std::array<Vector, 3>>& triangles, const Vector& x) {
   Real sum = 0;
   for (const auto& t : triangles) {
@@ -85,7 +85,7 @@ Real winding(const std::vector<std::array<Vector, 3>>& triangles, const Vector& 
   return sum / (4 * std::acos(Real(-1)));
 }
 
-// A closed mesh that is convex is what it bounds. (Hulls are found by trying all triples of points: of small ones.)
+// A closed convex mesh as a solid. (Hulls are computed from all triples of points, therefore for small meshes only.)
 Shape filled(const Shape& shape) {
   const auto* mesh = std::get_if<Mesh>(&shape);
   constexpr std::size_t kMostPoints = 64;
@@ -105,7 +105,7 @@ Shape filled(const Shape& shape) {
   return Convex{mesh->points_m};
 }
 
-// Of a shape within another closed mesh; none where the mesh's triangles say all.
+// The separation of a shape inside of a closed mesh; empty when that of the mesh's triangles is sufficient.
 std::optional<Separation> inside_mesh(const Shape& shape, const Place& place, const Mesh& mesh,
                                       const Place& place_mesh) {
   if (!closed(mesh)) return {};

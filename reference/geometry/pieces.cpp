@@ -37,7 +37,7 @@ Piece polygon(std::vector<Vector> vertices, const Vector& normal) {
   return piece;
 }
 
-// A triangle without an area is its longest side.
+// A triangle of zero area is replaced by its longest side.
 Piece triangle(const Vector& a, const Vector& b, const Vector& c) {
   const Vector n = cross(b - a, c - a);
   const Real area = norm(n), longest = std::max({norm(b - a), norm(c - b), norm(a - c)});
@@ -74,8 +74,8 @@ Real longest_side(const Real3& a, const Real3& b, const Real3& c) {
   return std::max({dot(u, u), dot(v, v), dot(w, w)});
 }
 
-// Which sides of the plane through three of the points the others lie on. In long double where that decides, else in
-// quad.
+// The sides of the plane through three of the points on which the others are. In long double, or in quad where that does
+// not decide.
 struct Sides {
   bool below = false, beyond = false;
 };
@@ -94,8 +94,8 @@ Sides sides(const std::vector<Real3>& points, std::size_t i, std::size_t j, std:
   return found;
 }
 
-// Every three points with all others on one side make a face; where more lie in its plane, triangles overlap in it,
-// which changes no separation.
+// Every three points with all others on one side form a face. When more points are in its plane, triangles overlap in it,
+// which does not change a separation.
 Piece hull(const std::vector<Real3>& points, const Place& place) {
   Piece piece;
   Real extent = 0;
@@ -171,7 +171,7 @@ struct Pieces {
 
 }  // namespace
 
-// R = 1 + 2 (w [u] + [u]^2) / (w^2 + u^2): the quaternion's direction, whatever its length after rounding.
+// R = 1 + 2 (w [u] + [u]^2) / (w^2 + u^2), independent of the length of the quaternion.
 Place place_of(const Vector& p_WB, const std::array<Real, 4>& q) {
   const auto [w, x, y, z] = q;
   const Real s = 2 / (w * w + x * x + y * y + z * z);

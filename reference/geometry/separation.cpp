@@ -1,9 +1,9 @@
 // The signed separation of two convex pieces.
 //
-//   s(n) = min over b of n . b - max over a of n . a  is at most the true separation for every unit n. Where the pieces
-//   overlap the largest s(n), n normal to a face of either or to an edge of each, is minus the depth of least
-//   penetration; these are the faces of their difference body. Where some s(n) is positive they are apart, and two of
-//   their features are closest.
+//   s(n) = min over b of n . b - max over a of n . a  is at most the true separation for every unit n. For overlapping
+//   pieces the largest s(n), with n normal to a face of either or to an edge of each, is minus the depth of least
+//   penetration; these n are the face normals of their Minkowski difference. If some s(n) is positive, the pieces are
+//   separated, and the separation is the distance of two of their features.
 #include <algorithm>
 
 #include "geometry/pieces.hpp"
@@ -33,7 +33,7 @@ Real reach(const Piece& piece) {
 }
 
 // ---- axes ---------------------------------------------------------------------------------------------------------
-// sharpness: sine of the edges' angle, what the cross lost
+// sharpness: sine of the edges' angle; the round-off of their cross product is divided by it
 struct Axis {
   Vector normal;
   Real s;
@@ -52,7 +52,7 @@ class Axes {
     flat(b, edges_b, edges_a);
   }
 
-  // The least penetration, and how far behind it the next direction is.
+  // The least penetration, and the difference to the next direction.
   const Axis& best(Real& margin) const {
     const auto top =
         std::max_element(found_.begin(), found_.end(), [](const Axis& x, const Axis& y) { return x.s < y.s; });
@@ -86,7 +86,7 @@ class Axes {
     const Real length = norm(n);
     if (length > 64 * kUnit) add((1 / length) * n, length);
   }
-  // Of a polygon also its sides' normals within its plane, and the other's edges': they part what lies in one plane.
+  // For a polygon also the normals of its sides in its plane, and those of the other's edges: they separate coplanar pieces.
   void flat(const Piece& piece, const std::vector<Vector>& own, const std::vector<Vector>& others) {
     if (piece.dimension != 2) return;
     for (const Vector& e : own) add_cross(piece.faces.front().normal, e);
@@ -98,16 +98,16 @@ class Axes {
 };
 
 // ---- closest features ---------------------------------------------------------------------------------------------
-// Two points, and the normal of the features they are on: unit, sign open; zero: the points' own direction is all there
-// is.
+// Two points, and the unit normal of their features, of either sign; zero: only the direction between the points is
+// known.
 struct Candidate {
   Real distance;
   Vector on_a, on_b, normal;
   Real sharpness;
 };
 
-// The closest points, and all that are as close within slack_m: a point d away that is off by e along its feature looks
-// no further than by e^2 / 2 d, so round-off of the distances leaves the feature open, and with it the direction.
+// The closest points, and all that are as close within slack_m. A displacement e along a feature changes a distance d by
+// e^2 / 2 d only, so that round-off of the distances does not determine the feature and its direction.
 struct Closest {
   Real slack_m = 0, least_m = std::numeric_limits<Real>::infinity();
   std::vector<Candidate> tied{};
@@ -163,7 +163,7 @@ std::vector<Segment> segments(const Piece& piece) {
 
 Real clamped(Real x) { return std::min<Real>(std::max<Real>(x, 0), 1); }
 
-// Every end against the other segment, and the two lines where both feet lie inside.
+// Each end against the other segment, and the two lines if both closest points are inside of the segments.
 void segment_to_segment(const Segment& p, const Segment& q, Closest& closest) {
   const Real pp = dot(p.along, p.along), qq = dot(q.along, q.along);
   const auto on_q = [&](const Vector& x) {
@@ -200,7 +200,7 @@ void round_off(Separation& found, const Piece& a, const Piece& b) {
   found.on_b = found.on_b - b.radius_m * found.normal;
 }
 
-// `parting`: a direction that is known to part them, if there is one.
+// `parting`: a separating direction, if one is known.
 Separation apart(const Piece& a, const Piece& b, Real coordinates, const Axis* parting = nullptr) {
   const Closest closest = closest_features(a, b, 8 * kUnit * coordinates);
   Separation found;
@@ -209,7 +209,7 @@ Separation apart(const Piece& a, const Piece& b, Real coordinates, const Axis* p
     if (each.distance > closest.least_m + closest.slack_m) continue;
     const Vector across = each.on_b - each.on_a;
     const bool of_feature = dot(each.normal, each.normal) > 0;
-    // A feature's normal is exact where the difference of two points close together is not.
+    // The normal of a feature is exact; the difference of two close points is not.
     Vector n{0, 0, 1};
     if (of_feature) n = (dot(each.normal, across) < 0 ? -1 : 1) * each.normal;
     else if (each.distance > 0) n = (1 / each.distance) * across;
@@ -218,14 +218,14 @@ Separation apart(const Piece& a, const Piece& b, Real coordinates, const Axis* p
     most = parted;
     found.normal = n, found.on_a = each.on_a, found.on_b = each.on_b;
     found.gap_m = of_feature ? dot(n, across) : each.distance;
-    // Any direction's s(n) is at most the distance, any two points of the pieces at least that far apart.
+    // s(n) is at most the distance, and the distance of any two points of the pieces is at least the distance.
     found.bar_m = 32 * kUnit * coordinates + std::max<Real>(0, closest.least_m - parted);
-    // Away from it the direction turns as the points' round-off over their distance; on a feature it may point the
-    // other way, twice the distance behind.
+    // The error of the direction is the round-off of the points over their distance; at a contact it may have the wrong sign,
+    // which changes the gap by twice the distance.
     if (of_feature) found.margin_m = std::min(coordinates, 2 * each.distance);
     else found.margin_m = each.distance > 1e6L * found.bar_m ? each.distance : 0;
   }
-  if (parting != nullptr && parting->s > most) {  // close together points tell no direction as well
+  if (parting != nullptr && parting->s > most) {  // close points determine the direction less accurately
     const Candidate& least = closest.least();
     found.normal = parting->normal, found.on_a = least.on_a, found.on_b = least.on_b;
     found.gap_m = least.distance;
@@ -236,7 +236,7 @@ Separation apart(const Piece& a, const Piece& b, Real coordinates, const Axis* p
   return found;
 }
 
-// Mean of the corners that lie on the support plane, within round-off.
+// Mean of the vertices on the support plane, within round-off.
 Vector support_mean(const Piece& piece, const Vector& n, Real level, Real tolerance, int& count) {
   Vector sum{};
   count = 0;
@@ -249,20 +249,19 @@ Vector support_mean(const Piece& piece, const Vector& n, Real level, Real tolera
 
 Separation separation(const Piece& a, const Piece& b) {
   const Real coordinates = std::max(reach(a), reach(b));
-  if (a.dimension + b.dimension < 3) return apart(a, b, coordinates);  // their difference has no inside
+  if (a.dimension + b.dimension < 3) return apart(a, b, coordinates);  // their Minkowski difference has no interior
   const Axes axes(a, b);
   if (axes.empty()) return apart(a, b, coordinates);
   Real margin = 0;
   const Axis& axis = axes.best(margin);
   const Real evaluated = 32 * kUnit * coordinates, bar = evaluated * (1 + 1 / axis.sharpness);
-  if (axis.s > evaluated)
-    return apart(a, b, coordinates, &axis);  // s(n) parts them, however far n is off its edges' normal
+  if (axis.s > evaluated) return apart(a, b, coordinates, &axis);  // s(n) > 0 separates them for every n
   Separation found;
   found.gap_m = axis.s;
   found.normal = axis.normal;
   found.bar_m = bar;
   found.margin_m = std::min(margin, coordinates);
-  // The corner of one, and its foot on the other's support plane; of two edges their means will do.
+  // The vertex of one and its projection on the support plane of the other; for two edges, their midpoints.
   int corners_a = 0, corners_b = 0;
   const Vector mean_a = support_mean(a, axis.normal, range(a, axis.normal).high, bar, corners_a);
   const Vector mean_b = support_mean(b, axis.normal, range(b, axis.normal).low, bar, corners_b);

@@ -27,14 +27,16 @@ MethodInfo info() {
 std::string read_options(const MethodId& id, ida::Options& options) {
   if (id.scheme != "bdf") return "ida has no scheme `" + id.scheme + "`; it has bdf";
   if (!id.scalar.empty() && id.scalar != "double") return "ida runs in double, not " + id.scalar;
-  if (!id.response.empty()) return "ida has no contacts here: no +" + id.response;
+  if (!id.response.empty()) return "ida does not support contacts; found +" + id.response;
   options.rtol = id.rtol.value_or(1e-10);
   options.atol = id.atol.value_or(options.rtol / 100);
   for (const auto& [key, value] : id.overrides) {
     const auto* number = std::get_if<std::int64_t>(&value);
     if (key == "max_order" && number && *number >= 1 && *number <= 5) options.max_order = static_cast<int>(*number);
     else if (key == "max_steps" && number && *number >= 1) options.max_steps = *number;
-    else return "ida has no setting `" + key + "` of that value; it has max_order (1 to 5), max_steps";
+    else
+      return "ida does not accept this value of the setting `" + key +
+             "`, or does not have it; expected max_order (1 to 5) or max_steps";
   }
   return "";
 }

@@ -48,7 +48,7 @@ class Solver : public stepping::Stepper<double> {
   }
 
   void step(double, double, std::vector<double>&) override {
-    throw Failure(Status::unsupported, "IDA chooses its steps: give it a tolerance, as in ida/bdf:1e-10");
+    throw Failure(Status::unsupported, "IDA has error control: expected a tolerance, as in ida/bdf:1e-10");
   }
   std::int64_t advance(double, double to_s, std::vector<double>& y) override {
     long int before = 0, after = 0;
@@ -67,7 +67,7 @@ class Solver : public stepping::Stepper<double> {
     auto* solver = static_cast<Solver*>(self);
     solver->equations_.rate(t, N_VGetArrayPointer(y), solver->f_.data());
     for (int i = 0; i < solver->equations_.size; ++i) {
-      if (!std::isfinite(solver->f_[i])) return 1;  // recoverable: a shorter step may do
+      if (!std::isfinite(solver->f_[i])) return 1;  // recoverable: IDA tries a shorter step
       N_VGetArrayPointer(r)[i] = N_VGetArrayPointer(dydt)[i] - solver->f_[i];
     }
     return 0;
@@ -75,7 +75,7 @@ class Solver : public stepping::Stepper<double> {
   void check(int flag, double t_s) const {
     if (flag >= 0) return;
     char* name = IDAGetReturnFlagName(flag);
-    const std::string words = std::string("gave up at t = ") + std::to_string(t_s) + " s with " + name;
+    const std::string words = std::string("failed at t = ") + std::to_string(t_s) + " s with " + name;
     std::free(name);
     const bool of_rates = flag == IDA_RES_FAIL || flag == IDA_FIRST_RES_FAIL || flag == IDA_REP_RES_ERR;
     throw Failure(of_rates ? Status::not_finite : Status::diverged, words);

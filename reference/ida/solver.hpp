@@ -1,4 +1,4 @@
-// An IDA memory block as a Stepper. No SUNDIALS header is needed by those who use it.
+// An IDA integrator as a Stepper. Its users need no SUNDIALS header.
 #pragma once
 
 #include "stepping/stepping.hpp"

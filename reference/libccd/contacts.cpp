@@ -20,7 +20,7 @@ struct Object {
   Real33 r_WB{};
 };
 
-// The point furthest along n, body axes.
+// Support function: the point furthest along n, in body axes.
 struct Support {
   Real3 n;
   static double side(double along, double h) { return along >= 0 ? h : -h; }

@@ -15,7 +15,7 @@ namespace lib = boost::numeric::odeint;
 using stepping::Equations;
 using stepping::Failure;
 
-// Accelerations alone, from the whole rate: y = (q, p).
+// The accelerations only, from the full rate: y = (q, p).
 template <class S> struct Acceleration {
   const Equations<S>* equations;
   std::vector<S>* y;
@@ -29,7 +29,7 @@ template <class S> struct Acceleration {
   }
   void operator()(const std::vector<S>& q, std::vector<S>& a) const {
     evaluate(q, q, a, 0);
-  }  // velocities don't matter
+  }  // independent of velocities
   void operator()(const std::vector<S>& q, const std::vector<S>& p, std::vector<S>& a, S t) const {
     evaluate(q, p, a, t);
   }
@@ -41,12 +41,12 @@ template <class S> class Pairs : public stepping::Stepper<S> {
       : n_(equations.positions), y_(y), dydt_(y.size()), force_{&equations, &y_, &dydt_} {
     if (n_ == 0)
       throw Failure(Status::unsupported,
-                    "the stepper takes pairs of positions and velocities, and the scene is more than that");
+                    "this stepper integrates positions and velocities only; the scene has further unknowns");
     q_.assign(y.begin(), y.begin() + n_);
     p_.assign(y.begin() + n_, y.end());
   }
   std::int64_t advance(S, S, std::vector<S>&) override {
-    throw Failure(Status::unsupported, "this stepper has no error control: it takes equal steps, no tolerance");
+    throw Failure(Status::unsupported, "this stepper has no error control: expected equal steps without a tolerance");
   }
 
  protected:
@@ -64,9 +64,9 @@ template <class S, class Odeint> class Symplectic : public Pairs<S> {
   Symplectic(const Equations<S>& equations, const std::vector<S>& y, const Choice& choice)
       : Pairs<S>(equations, y), in_place_(choice.in_place) {
     if (equations.velocity_dependent)
-      throw Failure(Status::unsupported, "a symplectic stepper takes f(q), and the forces depend on velocities");
+      throw Failure(Status::unsupported, "a symplectic stepper requires f(q); the forces depend on velocities");
     if (equations.time_dependent)
-      throw Failure(Status::unsupported, "a symplectic stepper takes f(q) without time, and the forces depend on time");
+      throw Failure(Status::unsupported, "a symplectic stepper requires f(q) without time; the forces depend on time");
     state_ = {this->q_, this->p_};
     out_ = state_;
   }

@@ -1,4 +1,4 @@
-// The two ways in which odeint's error-controlled steppers are driven. Boost's headers come from the including group.
+// The two interfaces of odeint's steppers with error control. The including file includes Boost's headers.
 #pragma once
 
 #include <algorithm>
@@ -10,14 +10,14 @@
 
 namespace atwood::odeint {
 
-inline constexpr std::int64_t kMostTrials = 2000000;  // of a run: more is no progress
+inline constexpr std::int64_t kMostTrials = 2000000;  // per run
 
 [[noreturn]] inline void refuse_equal_steps() {
-  throw stepping::Failure(Status::unsupported, "this form chooses its steps: give it a tolerance, as in `:1e-8`");
+  throw stepping::Failure(Status::unsupported, "this stepper has error control: expected a tolerance, as in `:1e-8`");
 }
 
-// try_step(system, x, t, dt): t and x move when the step is accepted, dt becomes the next one in any case. The last
-// step before a sample is cut to end there; the step before the cut is taken up again after it.
+// try_step(system, x, t, dt): t and x change when the step is accepted, dt becomes the next step size in any case. The last
+// step before a sample is cut to end there; after it the step size before the cut is used again.
 template <class S, class Controlled, class TheSystem, class State> class ByTrial : public stepping::Stepper<S> {
  public:
   ByTrial(TheSystem system, Controlled controlled, std::size_t size, S h_s)
@@ -49,7 +49,7 @@ template <class S, class Controlled, class TheSystem, class State> class ByTrial
   std::int64_t trials_ = 0;
 };
 
-// initialize(x, t, dt), do_step(system) until the sample is behind, calc_state(t, x): interpolated.
+// initialize(x, t, dt), do_step(system) until the sample is passed, calc_state(t, x): interpolation.
 template <class S, class Dense, class TheSystem, class State> class ByDenseOutput : public stepping::Stepper<S> {
  public:
   ByDenseOutput(TheSystem system, Dense dense, const std::vector<S>& y, S h_s)

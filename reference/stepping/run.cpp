@@ -16,7 +16,7 @@ bool is_velocity_dependent(const Force& force) {
          std::holds_alternative<Lorentz>(force) || std::holds_alternative<RotatingFrame>(force);
 }
 
-// What a run by equal steps of one smooth motion cannot cover.
+// What an integration without switches and contacts does not cover.
 std::string uncovered(const Scene& scene, double t_end_s) {
   if (const std::string why = dynamics::unsupported(scene); !why.empty()) return why;
   if (!dynamics::switch_times(scene, t_end_s).empty())
@@ -25,8 +25,8 @@ std::string uncovered(const Scene& scene, double t_end_s) {
   return "";
 }
 
-// (8 (f(+d) - f(-d)) - (f(+2d) - f(-2d))) / 12 d, error d^4 f^(5) / 30. In long double a d of 1e-4 leaves about 1e-16
-// of f^(5) and 1e-15 of f.
+// (8 (f(+d) - f(-d)) - (f(+2d) - f(-2d))) / 12 d, error d^4 f^(5) / 30. In long double d = 1e-4 gives errors of about
+// 1e-16 of f^(5) and 1e-15 of f.
 class Differences {
  public:
   Differences(const Scene& scene, double t_end_s)
@@ -61,7 +61,7 @@ class Differences {
   std::vector<long double> y_, sum_, f_;
 };
 
-template <class S> struct Course {
+template <class S> struct Integration {
   const Scene& scene;
   const Plan& plan;
   const Observer& observer;
@@ -73,7 +73,7 @@ template <class S> struct Course {
   std::vector<S> y;
   std::unique_ptr<Stepper<S>> stepper;
 
-  Course(const Scene& given, const Plan& asked, const Observer& to, bool tolerance, int rate_repeats)
+  Integration(const Scene& given, const Plan& asked, const Observer& to, bool tolerance, int rate_repeats)
       : scene(given), plan(asked), observer(to), by_tolerance(tolerance), motion(given, asked.t_end_s),
         differences(given, asked.t_end_s), y(dynamics::pack<S>(given)) {
     equations.size = motion.size();
@@ -130,22 +130,23 @@ template <class S> struct Course {
   }
 };
 
-// One run; `busy` (null: not timed) is the time of the stepping alone.
+// One run; `busy` (null: not timed) receives the time of the steps alone.
 template <class S>
-Outcome run_once(const std::string& engine, Course<S>& course, const Maker<S>& make, std::chrono::nanoseconds* busy) {
+Outcome run_once(const std::string& engine, Integration<S>& integration, const Maker<S>& make,
+                 std::chrono::nanoseconds* busy) {
   using Clock = std::chrono::steady_clock;
   Outcome outcome;
   try {
-    course.prepare(make);
+    integration.prepare(make);
     const Clock::time_point from = Clock::now();
-    course.go();
+    integration.go();
     if (busy != nullptr) *busy = std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - from);
   } catch (const Failure& failure) {
     outcome.status = failure.status;
     outcome.reason = engine + ": " + failure.what();
   }
-  outcome.steps_taken = course.steps;
-  outcome.rate_evaluations = course.evaluations;
+  outcome.steps_taken = integration.steps;
+  outcome.rate_evaluations = integration.evaluations;
   return outcome;
 }
 
@@ -186,16 +187,16 @@ Outcome run(const std::string& engine, const Scene& scene, const Plan& plan, con
     return refusal(engine + ": nothing to run");
   }
   if (repeats <= 0) {
-    Course<S> course(scene, plan, observer, by_tolerance, rate_repeats);
-    return run_once(engine, course, make, nullptr);
+    Integration<S> integration(scene, plan, observer, by_tolerance, rate_repeats);
+    return run_once(engine, integration, make, nullptr);
   }
   Outcome outcome;
   std::vector<std::int64_t> busy_ns;
-  const Observer nobody;
-  for (int k = 0; k <= repeats; ++k) {  // the first warms up, as ours does
-    Course<S> course(scene, plan, nobody, by_tolerance, rate_repeats);
+  const Observer no_observer;
+  for (int k = 0; k <= repeats; ++k) {  // the first run is a warm-up and is not timed
+    Integration<S> integration(scene, plan, no_observer, by_tolerance, rate_repeats);
     std::chrono::nanoseconds busy{};
-    outcome = run_once(engine, course, make, &busy);
+    outcome = run_once(engine, integration, make, &busy);
     if (outcome.status != Status::ok) break;
     if (k > 0) busy_ns.push_back(busy.count());
   }

@@ -1,4 +1,4 @@
-// The truth of a scenario, whatever its kind: one door for the worker, the tests and the study.
+// The truth of a scenario of any kind, for the worker, the tests and the study.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace atwood {
 
-// Dispatches on scenario.truth.kind. Never throws on what a scenario may contain: outcome says what is missing.
+// Dispatches on scenario.truth.kind. Never throws on a scenario: Truth::outcome says what is missing or not covered.
 Truth solve_truth(const Scenario& scenario, std::int64_t samples);
 
 // Published values (kind = "values") from a CSV file. The first line that is not a comment names the columns:
@@ -19,9 +19,8 @@ Truth solve_truth(const Scenario& scenario, std::int64_t samples);
 //   3,star-1,0.3706139143970502,...
 //
 // Columns are those of `atwood trace` (px_m ... wz_rad_per_s), each with its `_bar`; further columns are ignored.
-// Columns left out stand still at the scene's initial value, with bar 0. Every mobile body needs a row at every sample
-// time t_end k / samples asked for (to 1e-12 of t_end), but for t = 0, which is the scene itself; further rows are
-// ignored.
+// Values without a column are constant, the scene's initial values, with bar 0. Every mobile body needs a row at every
+// sample time t_end k / samples (to 1e-12 of t_end) except t = 0, which is the initial state; further rows are ignored.
 Truth values_truth(const Scenario& scenario, std::int64_t samples);
 
 }  // namespace atwood

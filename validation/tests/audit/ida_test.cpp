@@ -18,7 +18,7 @@ TEST_CASE("IDA on y' - f = 0: a tighter tolerance is nearer the truth") {
   CHECK(end_error(ida, "ida/bdf:1e-8{max_order=2}", orbit(), 1) != end_error(ida, "ida/bdf:1e-8", orbit(), 1));
 }
 
-TEST_CASE("What IDA cannot do is an answer with a reason") {
+TEST_CASE("Requests that IDA does not cover are refused with a reason") {
   const Engine ida = ida_engine();
   for (const std::string method : {"ida/adams", "ida/bdf@float", "ida/bdf+event", "ida/bdf{max_order=6}"}) {
     const Run made = run(ida, method, orbit(), 10);

@@ -81,7 +81,7 @@ TEST_CASE("Equal methods in place and out of place give equal bits; the others a
   CHECK(x("odeint/extrapolation_stepper4") != x("odeint/extrapolation_stepper4{in_place=true}"));
 }
 
-TEST_CASE("What the audit found in odeint is there in the library, not in the adapter's scenes") {
+TEST_CASE("The findings of the audit in odeint are in the library and not in the adapter") {
   CHECK(order(odeint(), "odeint/adams_bashforth4{in_place=true}", driven(), 480) == Approx(1).margin(0.25));
   CHECK(order(odeint(), "odeint/rosenbrock4", driven(), 480) == Approx(1).margin(0.25));
   CHECK(order(odeint(), "odeint/adams_moulton2", driven(), 480) == Approx(2).margin(0.25));
@@ -99,7 +99,7 @@ TEST_CASE("A tighter tolerance is nearer the truth, in each form that takes one"
   }
 }
 
-TEST_CASE("What odeint cannot do is an answer with a reason") {
+TEST_CASE("Requests that odeint does not cover are refused with a reason") {
   CHECK(why("odeint/rk4", orbit()).find("no stepper") != std::string::npos);
   CHECK(why("odeint/runge_kutta4@quad", orbit()).find("long-double") != std::string::npos);
   CHECK(why("odeint/runge_kutta4:1e-6", orbit()).find("no error control") != std::string::npos);

@@ -76,7 +76,7 @@ TEST_CASE("a rate made several times over changes no bit of the result and no co
   }
 }
 
-TEST_CASE("what a rate alone does not serve is refused by name") {
+TEST_CASE("scenes that need more than a rate function are refused by name") {
   const Engine ours = same_rate_engine();
   for (const char* method :
        {"velocity-verlet", "radau15", "taylor", "rkmk4", "rk4+event", "rk4@quad", "rk4:1e-6", "rk4{step=1}", "none"}) {

@@ -45,7 +45,7 @@ TEST_CASE("A rod struck a hair off its plane of symmetry is refused: about the m
   }
 }
 
-TEST_CASE("A rod and a ball that overlap at the start are refused, not let through each other") {
+TEST_CASE("A rod and a ball that overlap at the start are refused") {
   for (const char* id : {"struck-rod", "struck-rod-box"}) {
     Scenario given = catalogued(id);
     given.scene.bodies[1].position_m = given.scene.bodies[0].position_m;
@@ -126,7 +126,7 @@ TEST_CASE("A thrust a hair off the axis, or a spin a hair across it, is refused;
   CHECK_THAT(closed_form_truth(given, 4).outcome.reason, Catch::Contains("1e6 rad"));
 }
 
-TEST_CASE("What hardly stands is not said to stand: a slope beside the friction angle, a ball on a slope of 1e-9") {
+TEST_CASE("Equilibrium at its limits is refused: a slope beside the friction angle, a ball on a slope of 1e-9") {
   Body box = solid("box", 2, {0.03, 0.03, 0.03}, {0, 0, 0});
   box.shape = Box{{0.2, 0.2, 0.1}};
   box.position_m = {0, 0, 0.1};

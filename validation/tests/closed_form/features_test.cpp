@@ -190,7 +190,7 @@ std::string differs(const Truth& a, const Truth& b, std::size_t bodies) {
   return "";
 }
 
-// Moments where nothing turns about the axes that they change; more gravity on what stands.
+// Moments of inertia about axes without rotation; more gravity on bodies at rest.
 bool idle(const std::string& id, const std::string& name) {
   if (id == "stack-10" && (name == "gravity aside" || name == "gravity down")) return true;
   for (const char* known : {"frames", "charge", "negative charge", "friction", "restitution", "a fixed point",
@@ -201,7 +201,7 @@ bool idle(const std::string& id, const std::string& name) {
 
 }  // namespace
 
-TEST_CASE("What a closed form does not take is refused, changes nothing, or is what the certified solver says") {
+TEST_CASE("A change of the scene is refused, has no effect, or gives the motion of the certified solver") {
   int answered = 0, refused = 0, unjudged = 0;
   for (const char* id : {"ballistic",
                          "projectile-linear-drag",

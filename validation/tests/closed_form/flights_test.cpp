@@ -1,4 +1,4 @@
-// Balls that meet balls, planes, rectangles and boxes, against a march in small steps that finds overlaps one step late
+// Balls that hit balls, planes, rectangles and boxes, against integration in small steps that finds overlaps one step late
 // and strikes by the matrix of the contact point.
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -119,7 +119,7 @@ double kinetic(const Scene& scene, const Sample& s) {
 
 }  // namespace
 
-TEST_CASE("Balls in flight end where a march in small steps ends: slopes, a thin wall, rows apart, rough spheres") {
+TEST_CASE("Flights agree with an integration in small steps: slopes, a thin wall, separated rows, rough spheres") {
   // The march strikes a step late, at each impact
   struct Case {
     const char* id;
@@ -217,7 +217,7 @@ TEST_CASE("Cradles: as many fly off as came; each ball half as heavy leaves at 4
   }
 }
 
-TEST_CASE("The fifth ball of the slopes spins up by what its impulse turns; friction takes energy, never gives it") {
+TEST_CASE("The spin of the fifth ball of the slopes follows from its impulse; friction dissipates energy") {
   const Scenario given = catalogued("slopes");
   const Truth truth = closed_form_truth(given, given.samples);
   for (const Event& e : truth.events) {

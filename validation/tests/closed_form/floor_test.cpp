@@ -132,7 +132,7 @@ TEST_CASE("Boxes stop after v0^2 / (2 mu g) at v0 / (mu g), on their line, and s
   }
 }
 
-TEST_CASE("Down a slope: what slides, what sticks; what rolls, what slips") {
+TEST_CASE("On a slope: sliding and sticking boxes, rolling and slipping balls") {
   for (const int degrees : {3, 10, 20, 30, 40}) {
     const Scenario given = catalogued("slide-" + std::to_string(degrees));
     const Truth truth = closed_form_truth(given, given.samples);
@@ -178,7 +178,7 @@ TEST_CASE("A sliding ball rolls from 2 v0 / (7 mu g) on; angular momentum about 
   }
 }
 
-TEST_CASE("What does not stay on a line, tips, or has no floor is refused by name") {
+TEST_CASE("Bodies that leave their line, tip over or have no floor are refused by name") {
   const auto why = [](const Scenario& given) {
     const Truth truth = closed_form_truth(given, 60);
     CHECK(truth.outcome.status == Status::unsupported);

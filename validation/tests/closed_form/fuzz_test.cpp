@@ -76,7 +76,7 @@ struct Answer {
   double worst = 0;
 };
 
-// The checker's own error is what another length of step changes; it counts as error.
+// The error of the checker is the difference to another step size; it is included.
 Answer against_taylor(const Scenario& given, double angle = 0.3) {
   const Truth truth = closed_form_truth(given, 2);
   UNSCOPED_INFO(truth.outcome.reason);

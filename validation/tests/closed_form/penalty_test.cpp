@@ -1,4 +1,4 @@
-// Surfaces that give way, against Runge-Kutta steps on the law itself as the scene format states it.
+// Compliant contacts, against Runge-Kutta steps on the law as stated in the scene format.
 #include <catch2/catch.hpp>
 
 #include "scene/files.hpp"

@@ -1,4 +1,4 @@
-// What stands, and what does not: the check that the solution `rest` makes, against statics by hand.
+// Scenes in equilibrium and others: the check of the solution `rest`, against statics by hand.
 #include <catch2/catch.hpp>
 
 #include "scene/files.hpp"
@@ -66,7 +66,8 @@ TEST_CASE("The house of cards falls where friction is below tan t - d / L") {
   CHECK_THAT(why(given), Catch::Contains("no contact forces within the friction cones were found that hold"));
 }
 
-TEST_CASE("Overhangs: two bricks stand up to 1/2, three to 1/2 + 1/4 of their half length beyond the table's edge") {
+TEST_CASE(
+    "Overhangs: two bricks are stable up to 1/2, three to 1/2 + 1/4 of their half length beyond the table's edge") {
   // The harmonic stack: brick k from the top may reach 1 / (2 k) of a length over the one below it.
   const auto stack = [](double share) {
     const Real3 half{0.5, 0.25, 0.125};
@@ -78,7 +79,7 @@ TEST_CASE("Overhangs: two bricks stand up to 1/2, three to 1/2 + 1/4 of their ha
   CHECK_THAT(why(stack(1.02)), Catch::Contains("hold"));
 }
 
-TEST_CASE("A box on a slope stands below atan mu and while it does not tip") {
+TEST_CASE("A box on a slope is at rest below atan mu if it does not tip") {
   const auto on_slope = [](double degrees, double friction, Real3 half) {
     const double t = degrees * M_PI / 180;
     Body slope = ground();
@@ -93,7 +94,7 @@ TEST_CASE("A box on a slope stands below atan mu and while it does not tip") {
   CHECK_THAT(why(on_slope(28, 1, {0.1, 0.1, 0.2})), Catch::Contains("`box`"));
 }
 
-TEST_CASE("Crossed planks, balls in a corner; what floats, overlaps or moves is refused by name") {
+TEST_CASE("Crossed planks, balls in a corner; floating, overlapping and moving bodies are refused by name") {
   // Two planks cross over a third: the edges meet in points that are corners of none.
   Scenario given = standing(
       0.3, {ground(), cube("below", {1, 0.1, 0.1}, {0, 0, 0.1}), cube("across", {0.1, 1, 0.1}, {0.3, 0, 0.3})});

@@ -107,7 +107,7 @@ TEST_CASE("steady-roll: coins go where Newton's and Euler's equations take their
   }
 }
 
-TEST_CASE("steady-roll: what nods, slips, falls over or lies flat is refused in words") {
+TEST_CASE("steady-roll: motions with nutation, slip or instability, and flat discs are refused with a reason") {
   Scenario nods = catalogued("coin");
   nods.scene.bodies[0].angular_velocity_body_rad_per_s[2] *= 1 + 1e-9;
   CHECK(refusal(nods).find("does not roll steadily") != std::string::npos);

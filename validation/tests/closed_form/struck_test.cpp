@@ -1,4 +1,4 @@
-// Struck rods: what the blow keeps, and the blow itself summed up from a hundred thousand small ones. The pushed slab.
+// Impacts on rods: conserved quantities, and the impulse as a sum of a hundred thousand small ones. The pushed slab.
 #include <algorithm>
 #include <catch2/catch.hpp>
 

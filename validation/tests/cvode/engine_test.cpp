@@ -49,7 +49,7 @@ TEST_CASE("The timed pass answers one duration a repeat and observes nothing") {
   CHECK(seen == 0);
 }
 
-TEST_CASE("What CVODE cannot do is an answer with a reason") {
+TEST_CASE("Requests that CVODE does not cover are refused with a reason") {
   const Scenario given = orbit();
   const auto run = [&](const std::string& method) {
     return cvode_engine().run(parse_method_id(method), given.scene, {10, 100, 10}, {[](const Sample&) {}, {}}, 0);

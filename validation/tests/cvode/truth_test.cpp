@@ -156,7 +156,7 @@ TEST_CASE("Two rough balls with spin, slipping or sticking") {
 
 // After an impact without rebound the gap is round-off, and so is its rate: below zero as often as above. With friction
 // and spin the balls roll off each other; head-on they stay together, falling or slowed down alike.
-TEST_CASE("Balls that do not rebound meet once, however their gap rounds") {
+TEST_CASE("Balls without rebound collide once, for every rounding of their gap") {
   Scenario given = scenario("sphere-impact", 2);
   given.scene.pairs[0] = {0, 0, 0, 0.3, 0};
   given.scene.bodies = {ball("a", 1, 0.125, {-1, 0, 0}, {3, 0, 0}), ball("b", 2, 0.125, {1, 0.1, 0}, {-1, 0.2, 0.1})};
@@ -193,7 +193,8 @@ TEST_CASE("Balls that touch and are pressed on each other by a force that rises 
   given.scene.forces = {Drive{{0}, {1, 0, 0}, 1, -1.5707963267948966}, Drive{{0, 1}, {1, 0, 0}, 0, 0}};
   const Truth pressed = cvode_truth(given, 64);
   CHECK(pressed.outcome.status == Status::unsupported);
-  CHECK(pressed.outcome.reason.find("`a` comes to rest on `b`, which is not a plane: not covered") != std::string::npos);
+  CHECK(pressed.outcome.reason.find("`a` comes to rest on `b`, which is not a plane: not covered") !=
+        std::string::npos);
   std::get<Drive>(given.scene.forces[0]).force_N = {-1, 0, 0};  // away from each other
   const Truth parted = cvode_truth(given, 64);
   CHECK(parted.outcome.reason == "");
@@ -260,7 +261,8 @@ TEST_CASE("A ball released late, and contacts that are not covered") {
   CHECK(cvode_truth(boxed, 8).outcome.reason.find("box `ball`") != std::string::npos);
 }
 
-TEST_CASE("An initial gap between round-off and the contact tolerance is refused: the bodies would be treated as in contact") {
+TEST_CASE(
+    "An initial gap between round-off and the contact tolerance is refused: the bodies would be treated as in contact") {
   for (const double apart : {1e-11, 1e-12, 1e-13}) {
     Scenario near = bouncing(0.5, 0.25);
     Body& ball = near.scene.bodies[0];

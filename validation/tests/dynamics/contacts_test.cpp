@@ -136,7 +136,7 @@ TEST_CASE("two rough balls: momentum passes over, energy only falls, the slip ke
   CHECK(narrow(dot(cross(a, b), cross(a, b))) < 1e-50);
 }
 
-TEST_CASE("what can touch, told without listing every pair; what friction cannot do") {
+TEST_CASE("possible contacts without a list of all pairs; friction that is not covered") {
   Scene scene = beside(Plane{}, {0, 0, 2}, 0, 0.5);
   CHECK(contacts_possible(scene));
   CHECK(impact_unsupported(scene, contact_pairs(scene).pairs.at(0)).empty());

@@ -1,4 +1,4 @@
-// One scene a force, with numbers that no symmetry forgives: what rates and invariants are tried on.
+// One scene per force, without symmetries that hide errors, for the tests of rates and invariants.
 #pragma once
 
 #include <string>

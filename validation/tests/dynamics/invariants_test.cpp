@@ -122,7 +122,7 @@ TEST_CASE("magnetic moment leaves the drift out") {
   CHECK(conserves(scene, "magnetic-moment"));
 }
 
-TEST_CASE("what is kept and what is not") {
+TEST_CASE("conserved quantities of each force") {
   Scene scene = two_points();
   CHECK(conserves(scene, "momentum"));
   scene.forces = {MutualGravity{{0, 1}, 1, 0}};

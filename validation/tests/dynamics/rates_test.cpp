@@ -178,7 +178,7 @@ TEST_CASE("double and quad agree") {
   }
 }
 
-TEST_CASE("what the equations do not cover is refused by name") {
+TEST_CASE("scenes that the equations do not cover are refused by name") {
   Scene scene = one_body();
   scene.forces = {Potential{{0}, "toda", {}}};
   CHECK(unsupported(scene) == "no equations for the potential `toda`");

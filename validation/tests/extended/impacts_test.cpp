@@ -1,4 +1,4 @@
-// Located impacts, the end of bouncing, switches, and what the extended truth refuses.
+// Located impacts, the end of bouncing, switches, and the refusals of the extended truth.
 #include <quadmath.h>
 
 #include <catch2/catch.hpp>
@@ -97,7 +97,7 @@ TEST_CASE("a ball that lies on its plane rests there, whatever its restitution")
   }
 }
 
-TEST_CASE("spheres meet inside one long free step") {
+TEST_CASE("spheres collide inside one long free step") {
   SECTION("head-on: at t = 3/4; momentum shared") {
     const Truth truth = extended_truth(two_spheres(0.5, 0), 2);
     REQUIRE(truth.events.size() == 1);
@@ -202,7 +202,7 @@ TEST_CASE("a ball bounces off a plate and falls to the ground") {
   CHECK(size(truth.events[1].t_s - Wide(0.5) - (Wide(2.5) + sqrtq(Wide(106.25))) / 10) < 1e-28);
 }
 
-TEST_CASE("what is not covered is refused with a reason") {
+TEST_CASE("scenes that are not covered are refused with a reason") {
   Scenario rough = two_spheres(1, 0.3);
   rough.scene.pairs[0].friction = 0.2;
   rough.scene.bodies[0].inertia_kg_m2 = {0.1, 0, 0, 0, 0.2, 0, 0, 0, 0.2};

@@ -1,4 +1,4 @@
-// Several contacts at one instant: what hangs on a convention is refused by name, or follows the one that is named.
+// Simultaneous contacts: an outcome that depends on a convention is refused by name, or follows the stated convention.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <numeric>
@@ -45,7 +45,7 @@ const BodySample& of(const Scenario& given, const Truth& truth, const std::strin
 
 }  // namespace
 
-TEST_CASE("a ball hits two others at once: no truth says what follows unless the scene names a convention") {
+TEST_CASE("a ball hits two others at once: every truth ends unless the scene states a convention") {
   for (const char* kind : {"extended", "closed-form", "cvode"})
     for (const Order& order : {Order{0, 1, 2}, Order{0, 2, 1}, Order{1, 0, 2}, Order{2, 1, 0}}) {
       const Truth truth = solve(kind, break_shot(order, SimultaneousImpacts::unspecified), 8);
@@ -115,7 +115,7 @@ TEST_CASE("sequential: equal approaches in the order of the bodies, pair by pair
     }
 }
 
-TEST_CASE("impacts that come a little apart have an order, down to what a truth resolves") {
+TEST_CASE("impacts at slightly different times have an order, down to the resolution of a truth") {
   for (const double shift : {1e-9, 1e-13, -1e-13}) {
     const Truth truth = extended_truth(break_shot({0, 1, 2}, SimultaneousImpacts::unspecified, 1, shift), 8);
     INFO(truth.outcome.reason);

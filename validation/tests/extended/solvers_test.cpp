@@ -1,4 +1,4 @@
-// The two methods before any physics: their coefficients, their executed order, what they do exactly.
+// The two methods by themselves: coefficients, observed order, exactness.
 #include <quadmath.h>
 
 #include <catch2/catch.hpp>
@@ -80,7 +80,7 @@ TEST_CASE("extrapolation is exact on t^24 once it has twelve columns") {
   CHECK(size(y[0] - 1) < 1e-30);
 }
 
-TEST_CASE("both land where they are asked to, and meet their tolerance") {
+TEST_CASE("both methods end at the requested time, within their tolerance") {
   const Problem swing = problem_of(2, [](auto, const auto* y, auto* dydt) {
     dydt[0] = y[1];
     dydt[1] = -y[0];

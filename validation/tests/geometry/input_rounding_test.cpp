@@ -23,7 +23,7 @@ Scene balls(double far_m, double depth_m) {
   return scene;
 }
 
-// What exact geometry says of the doubles, and of the floats nearest to them.
+// Exact geometry of the doubles, and of the floats closest to them.
 PoseAnswer answer(const Scene& scene, bool in_float) {
   double d[3], sum = 0;
   for (int k = 0; k < 3; ++k) {
@@ -55,7 +55,7 @@ PoseRows measured(double far_m, double depth_m, const std::string& scalar, const
 
 }  // namespace
 
-TEST_CASE("what rounding to float does to a pose is the bar of a float engine's figures, and no miss of its own") {
+TEST_CASE("rounding a pose to float gives the bar of the figures of a float engine and is not its error") {
   // At 300.0007 m a float's neighbours are 3e-5 m apart: of a depth of 1e-3 m a few hundredths are lost.
   const PoseRows far = measured(300.0007, 1e-3, "float", "contacts");
   const Row& depth = row_of(far, "contact-depth-error-max");

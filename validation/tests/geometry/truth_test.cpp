@@ -85,7 +85,7 @@ Real rounding(const Shape& shape) {
   return 0;
 }
 
-// The gap between the two planes square to n that hold the bodies apart, or as far as they overlap.
+// The gap between the two support planes orthogonal to n; negative: overlap.
 Real between(const Scene& scene, const Vector& n) {
   return -reach(scene.bodies[1], {-n[0], -n[1], -n[2]}) - reach(scene.bodies[0], n);
 }
@@ -217,7 +217,7 @@ TEST_CASE("a graze is found, and a miss by a hair is a miss") {
   CHECK(!geometry::first_touch(scene, 0, 1, 3));
 }
 
-TEST_CASE("what spins low over a floor for long does not touch it") {
+TEST_CASE("a body that rotates close to a floor for a long time does not touch it") {
   const Mesh square{"", {{-5, -5, 0}, {5, -5, 0}, {5, 5, 0}, {-5, 5, 0}}, {{0, 1, 2}, {0, 2, 3}}};
   for (const Shape& top : {Shape(Box{{0.5, 0.5, 0.5}}), Shape(Cylinder{0.5, 0.5})})
     for (const Shape& floor : {Shape(Plane{{0, 0.6, 0.8}, 0}), Shape(Rectangle{{5, 5}}), Shape(square)}) {
@@ -235,7 +235,7 @@ TEST_CASE("what spins low over a floor for long does not touch it") {
     }
 }
 
-TEST_CASE("what is a hair apart is apart, however nearly parallel the edges between are") {
+TEST_CASE("bodies with a tiny gap are separated, also with nearly parallel edges") {
   // A capsule beside a rectangle's side, its axis off the side's by an ulp; a box's edge along another's.
   Scene beside = scene_of(Rectangle{{0.5, 0.25}}, {0, 0, 0}, Capsule{0.25, 0.5}, {0, 0.5 + 1e-10, 0});
   beside.bodies[1].orientation_wxyz = {std::sqrt(0.5), 0, std::sqrt(0.5) * (1 + 0x1p-50), 0};
@@ -254,7 +254,7 @@ TEST_CASE("what is a hair apart is apart, however nearly parallel the edges betw
   }
 }
 
-TEST_CASE("points a hair apart do not tell the direction as well as what parts them does") {
+TEST_CASE("a separating direction is more accurate than the difference of two close points") {
   // A rectangle beside a square of two triangles, 1e-10 apart in one plane that is turned by a hair.
   const Mesh square{"", {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}}, {{0, 1, 2}, {0, 2, 3}}};
   Scene scene = scene_of(Rectangle{{2, 2}}, {0, 0, 0}, square, {0, -3.0000000001, 0});

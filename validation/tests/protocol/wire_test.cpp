@@ -395,7 +395,7 @@ TEST_CASE("hello is taken from engines that speak the protocol under a usable na
   for (const auto& [line, word] : std::vector<std::pair<std::string, const char*>>{
            {R"({"protocol":2,"engine":"x","methods":[]})", "protocol 2; this program speaks protocol 1"},
            {R"({"engine":"","methods":[{"id":"/a"}]})", "an engine without a name"},
-           {R"({"engine":"a/b","methods":[]})", "calls itself `a/b`"},
+           {R"({"engine":"a/b","methods":[]})", "the name of the engine is `a/b`"},
            {R"({"engine":"x","methods":[{"id":"y/a"}]})", "expected an id that begins with `x/`"},
            {R"({"engine":"x","methods":[{"id":"x"}]})", "expected an id that begins with `x/`"},
            {R"({"engine":"x","methods":[{"id":"x/"}]})", "expected an id that begins with `x/`"},

@@ -70,7 +70,7 @@ TEST_CASE("the pyramid slides too far off its axes, the elliptic cone does not")
 
 TEST_CASE("scenes with restitution are refused, where the pair can meet") {
   Scene scene = of_materials({PairLaw{0, 0, 0, 0.3, 0}, PairLaw{0, 1, 0.5, 0.3, 0}, PairLaw{1, 1, 0, 0, 0}}, 2);
-  CHECK(run_with("default", scene, Plan{0.1, 10, 1}).outcome.status == Status::ok);  // nobody is of material 1
+  CHECK(run_with("default", scene, Plan{0.1, 10, 1}).outcome.status == Status::ok);  // no body has material 1
   scene.bodies[1].material = 1;
   const Run refused = run_with("tuned", scene, Plan{0.1, 10, 1});
   CHECK(to_string(refused.outcome.status) == "unsupported");

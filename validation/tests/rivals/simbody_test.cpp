@@ -138,7 +138,7 @@ TEST_CASE("an inertia given off its principal axes moves the same body") {
 
 // Hunt and Crossley 1975: with F = k d^3/2 (1 + c d'), m v dv / (1 + c v) = -k d^3/2 dd, and the same way in and out:
 //   c (v_in + v_out) = log((1 + c v_in) / (1 - c v_out));  c = 0: v_out = v_in
-TEST_CASE("balls that give way by Hertz's law part as fast as the law says, with and without damping") {
+TEST_CASE("balls with Hertz contact separate at the speed of the law, with and without damping") {
   for (const double c : {0.0, 0.4}) {
     Scene scene = head_on(0, 1, 3);
     scene.pairs[0].contact_law = ContactLaw::hertz;

@@ -1,4 +1,4 @@
-// What a user can get wrong: each names file, line, column, what was found and what was expected. Columns are counted
+// Errors in scenario files: each message has file, line, column, what was found and what was expected. Columns are counted
 // by hand here, from 1.
 #include <catch2/catch.hpp>
 #include <filesystem>
@@ -183,7 +183,7 @@ TEST_CASE("the run") {
   check(run("t_end_s = 1\nsteps = [1]\nsamples = 0\n"), "5:11", "is 0", "a whole number");
 }
 
-TEST_CASE("forces whose parts do not fit") {
+TEST_CASE("inconsistent parts of forces") {
   const std::string thruster = "kind = \"thruster\"\nbody = \"b\"\nthrust_N = 1\ndirection_body = [1, 0, 0]\n";
   check(force(thruster + "on_s = [[2, 1]]\n"), "15:9", "the interval [2, 1]", "[from, to] with from < to");
   check(force(thruster + "on_s = [[0, 2], [1, 3]]\n"), "15:8", "starts at 1", "intervals in order");
@@ -216,7 +216,7 @@ TEST_CASE("hostile files end in words, quickly") {
   check("id = \"t\"\nx = 1e999\n", "2:10", "1e999", "a scenario in TOML");  // the parser points behind it
 }
 
-TEST_CASE("what is no TOML, no text, no file") {
+TEST_CASE("files that are no TOML, no text or do not exist") {
   // Places in what is no TOML are the parser's own: behind what it could read.
   check("id = \"t\"\nsteps = [1, 2", "2:14", "no TOML", "a scenario in TOML");
   check("id = \"t\"\nid = \"u\"\n", "2:6", "cannot redefine", "a scenario in TOML");

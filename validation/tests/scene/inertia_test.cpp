@@ -88,7 +88,7 @@ TEST_CASE("two boxes side by side are one box; a turned cube is a cube") {
   require_diagonal(turned.inertia_kg_m2, 10, 13, 5);
 }
 
-TEST_CASE("a closed mesh weighs what its solid does") {
+TEST_CASE("a closed mesh has the mass of its solid") {
   const auto folder = std::filesystem::temp_directory_path() / "atwood-scene-test-mesh";
   std::filesystem::create_directories(folder);
   const std::string corners = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n";

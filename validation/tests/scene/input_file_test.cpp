@@ -1,4 +1,4 @@
-// What a file may be before any of it is parsed: a regular one, of a bounded size and depth; and text on its way out.
+// Checks of a file before it is parsed: a regular file of bounded size and depth; and conversion of text for output.
 #include <sys/stat.h>
 #include <unistd.h>
 

@@ -1,4 +1,4 @@
-// What a file says and what the resolved scene then holds.
+// Files and the resolved scenes made from them.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -55,7 +55,7 @@ TEST_CASE("pairs of materials: the geometric mean, unless a contact says otherwi
   REQUIRE(pair_law(scene, 0, 2).restitution == 0);
 }
 
-TEST_CASE("a grid stands in place of its body, x slowest, jitter within bounds") {
+TEST_CASE("a grid replaces its body, with x as the slowest index and jitter within bounds") {
   const Scene scene =
       read(kHead +
            "[[body]]\nname = \"first\"\nmass_kg = 1\n"

@@ -89,7 +89,7 @@ TEST_CASE("the schema has the keys of the contract") {
   REQUIRE(schema["properties"]["force"]["items"]["$ref"] == "#/$defs/force");
 }
 
-TEST_CASE("resolved scenes fit the schema; a wrong one does not") {
+TEST_CASE("resolved scenes satisfy the schema; a wrong one does not") {
   const json schema = json::parse(atwood::scenario_schema());
   for (const char* id :
        {"thrusters", "bounce-e0.8", "oscillator-driven", "arenstorf", "lorenz", "projectile-quadratic-drag"}) {

@@ -289,7 +289,7 @@ TEST_CASE("two engines of one name, and names that are taken, are refused") {
     const auto refused = find_workers({engine("named", R"({"engine":")" + name + R"(","methods":[]})")});
     CHECK(refused[0].status == Status::crashed);
     CHECK_THAT(refused[0].reason,
-               Catch::StartsWith("at hello: garbage: the engine calls itself `") && Catch::Contains("lower-case"));
+               Catch::StartsWith("at hello: garbage: the name of the engine is `") && Catch::Contains("lower-case"));
   }
   for (const std::string order : {"\"nan\"", "\"inf\"", "0", "-2"}) {
     CAPTURE(order);

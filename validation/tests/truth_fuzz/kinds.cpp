@@ -269,7 +269,7 @@ Scenario billiard(TruthKind truth, const char* solution, Random& r, bool border)
   return s;
 }
 
-// Up to three balls, smooth or rough, fall and meet each other and walls.
+// Up to three balls, smooth or rough, fall and collide with each other and with walls.
 Scenario table(Random& r, bool border) {
   Scenario s = empty(TruthKind::closed_form, "ball-flights", r.uniform(0.5, 2));
   s.scene.pairs[0].restitution = r.whole(0, 2) ? r.uniform(0.6, 1) : 1;

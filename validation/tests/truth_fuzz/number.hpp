@@ -15,7 +15,7 @@ using Long = boost::multiprecision::number<boost::multiprecision::cpp_bin_float<
 using Long3 = std::array<Long, 3>;
 using Long4 = std::array<Long, 4>;
 
-// Exact: the 113 bits of a quad lie in three doubles.
+// Exact: three doubles represent the 113 bits of a quad.
 inline Long widened(Wide x) {
   Long sum = 0;
   for (int k = 0; k < 4; ++k) {
@@ -51,7 +51,7 @@ struct LongBody {
   Long3 v{}, w{};
 };
 
-// What a checker found: values[k][i] of body i at t_end_s k / samples, and `own`, how far off they may be.
+// The result of a checker: values[k][i] of body i at t_end_s k / samples, and their half-width `own`.
 struct Checked {
   std::string refused;  // not empty: the checker does not cover the scene, or did not converge
   std::vector<std::vector<LongBody>> values, own;
