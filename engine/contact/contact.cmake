@@ -63,14 +63,14 @@ target_sources(atwood_engine PRIVATE
   contact/penalty_force.cpp
   contact/slip_path.cpp
   contact/stepping_options.cpp
-  contact/stepping/balls.cpp
-  contact/stepping/candidates.cpp
+  contact/stepping/candidate_pairs.cpp
+  contact/stepping/contact_report.cpp
   contact/stepping/direct.cpp
   contact/stepping/impacts.cpp
-  contact/stepping/manifolds.cpp
-  contact/stepping/manifolds_found.cpp
+  contact/stepping/manifold_contacts.cpp
+  contact/stepping/narrow_phase.cpp
   contact/stepping/rolling.cpp
   contact/stepping/run.cpp
-  contact/stepping/seen.cpp
   contact/stepping/sleep.cpp
+  contact/stepping/sphere_contacts.cpp
   contact/stepping/step.cpp)

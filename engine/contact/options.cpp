@@ -13,23 +13,23 @@ std::vector<MethodInfo> make_responses() {
   MethodInfo impulse;
   impulse.id = "+impulse";
   impulse.doc =
-      "Time stepping in small substeps: fast approaches bounce one after another in the order of their times, all "
-      "other contacts are solved at the level of velocities with a round cone, overlap is taken away in the "
-      "positions alone. Few contacts are solved at once by Newton's method, many by warm-started sweeps.";
+      "Time stepping in small substeps. Fast approaches of contacts with restitution are resolved as impacts, one after "
+      "another in the order of their times; all other contacts are solved at the level of velocities, with a round "
+      "friction cone. Overlap is corrected in the positions alone. Few contacts are solved together by Newton's method, "
+      "many by warm-started sweeps of projected Gauss-Seidel.";
   impulse.doc +=
       " substeps: 0 is at least four, none longer than 1/480 s. solver: direct refuses islands of more than "
-      "direct_points, auto "
-      "sweeps them, and scenes in motion of more than 32 points. rest_sweeps: up to so many while up to 1000 pairs are "
-      "slower than a substep's fall, until velocities stay.";
+      "direct_points contact points; auto solves them by sweeps, and so scenes in motion of more than 32 points. "
+      "rest_sweeps: the most sweeps in a substep while there are at most 1000 pairs and no body is faster than the "
+      "velocity that gravity adds in a substep; they end when the velocities stay.";
   impulse.doc +=
-      " sleeping: islands in which every point has been slower than sleep_below_m_per_s for sleep_after_s stand still "
-      "as if fixed, "
-      "until somebody comes near (off unless asked for: it loses the momentum of the last tremble).";
+      " sleeping: islands in which every point has been slower than sleep_below_m_per_s for sleep_after_s are treated "
+      "as fixed until a moving body comes near (off by default: their remaining momentum is lost).";
   impulse.doc +=
       " A scene's simultaneous_impacts is followed where it is that of all pairs: sequential where they have "
       "restitution (at one instant the fastest approach first, ties in the scene's order), together where they have "
-      "none; else the scene is refused. Cylinders and capsules that roll are stepped by leapfrog, with contacts and "
-      "Euler's equations anew in every substep.";
+      "none; else the scene is refused. Cylinders and capsules that roll are stepped by leapfrog: contacts are detected "
+      "and Euler's equations are stepped in every substep.";
   impulse.source =
       "Moreau (1988); Stewart and Trinkle (1996); Alart and Curnier (1991); Macklin et al., Small Steps (2019)";
   impulse.settings = stepping::default_settings();

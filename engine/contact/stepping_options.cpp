@@ -36,9 +36,9 @@ int count_of(const Settings& settings, const char* name, std::int64_t least, std
 }  // namespace
 
 int substeps_of(const Options& options, double h_s) {
-  constexpr double most_per_s = 480, round_off = 1e-9;
+  constexpr double min_substeps_per_s = 480, round_off = 1e-9;
   if (options.substeps > 0) return options.substeps;
-  return static_cast<int>(std::clamp(std::ceil(h_s * most_per_s * (1 - round_off)), 4.0, 1000.0));
+  return static_cast<int>(std::clamp(std::ceil(h_s * min_substeps_per_s * (1 - round_off)), 4.0, 1000.0));
 }
 
 Options options_of(const Settings& settings, std::string& why) {
@@ -53,7 +53,6 @@ Options options_of(const Settings& settings, std::string& why) {
   options.rest_sweeps = count_of(settings, "rest_sweeps", 0, 100000, why);
   options.correction = std::get<double>(settings.at("correction"));
   if (!(options.correction >= 0 && options.correction <= 1)) why = "+impulse: correction is 0 to 1";
-  options.push_apart = options.correction > 0;
   try {
     options.broad_phase = broad_phase_kind(std::get<std::string>(settings.at("broad_phase")));
   } catch (const std::invalid_argument& fault) {

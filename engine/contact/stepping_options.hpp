@@ -12,26 +12,28 @@ namespace atwood::stepping {
 enum class Solver : unsigned char { automatic, sequential, direct };
 
 struct Options {
-  // sequential impulses, or Newton on all contacts of an island at once (automatic: few)
+  // sequential: sweeps of projected Gauss-Seidel (sequential impulses); direct: Newton's method on all contacts of an
+  // island at once; automatic: direct where the contacts are few
   Solver solver = Solver::automatic;
-  int direct_points = 64;  // the most points that an island solved directly has
-  int substeps = 0;        // 0: four or more, none longer than 1/480 s
-  int iterations = 2;      // sweeps of the velocities in a substep
-  // ... up to, where nothing moves faster than a substep's fall: few are needed once it stands
-  int rest_sweeps = 1000;
-  bool push_apart = true;   // overlap is taken away, in the positions alone
-  double correction = 0.3;  // ... this share of it in a substep
+  int direct_points = 64;   // 1 to 1000: an island with more contact points is not solved directly
+  int substeps = 0;         // of a step, up to 1000; 0: at least four, and none longer than 1/480 s
+  int iterations = 2;       // sweeps in a substep
+  int rest_sweeps = 1000;   // the most sweeps where no body is faster than a substep's fall (step.cpp, at_rest())
+  double correction = 0.3;  // position correction: share of the overlap removed in a substep, 0 to 1; 0: none
   BroadPhaseKind broad_phase = BroadPhaseKind::tree;
   Restitution restitution = Restitution::newton;
-  bool warm_start = true;
+  bool warm_start = true;  // the solvers start from the impulses of the last substep
   int threads = 1;
-  bool sleeping = false;              // islands at rest stand still, unsolved, until somebody comes (sleep.cpp)
-  double sleep_after_s = 0.5;         // ... at rest for so long
-  double sleep_below_m_per_s = 0.05;  // ... every point of theirs slower than this
+  bool sleeping = false;              // islands at rest are treated as fixed (sleep.cpp)
+  double sleep_after_s = 0.5;         // ... once they have been at rest for so long
+  double sleep_below_m_per_s = 0.05;  // ... with every surface point slower than this
 };
 
+// The options' defaults, under their names.
 Settings default_settings();
+// Number of substeps of a step of h_s.
 int substeps_of(const Options& options, double h_s);
-Options options_of(const Settings& settings, std::string& why);  // `why`: a value out of range
+// `why`: set to the range that was expected, where a value lies outside; else unchanged.
+Options options_of(const Settings& settings, std::string& why);
 
 }  // namespace atwood::stepping

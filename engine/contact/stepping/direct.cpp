@@ -1,64 +1,67 @@
-// All contacts of an island at once: Newton's method on the contact law with its round cone.
+// Direct solver: all contacts of an island at once, by Newton's method on the contact law with the round friction cone.
 //
 // Impulses l = (n, t, s) of every point in its own frame, relative velocities u = W l + q with W = J M^-1 J^T. The law
-//   0 <= l_n  _|_  u_n + closing >= 0,
+//   0 <= l_n  _|_  u_n + bias >= 0,
 //   |l_ts| <= mu l_n, friction straight against the slip, on the cone where there is slip
 // is F(l) = 0 with a step r of each row's own size (Alart and Curnier, Comput. Methods Appl. Mech. Eng. 92 (1991) 353):
-//   z = l - r (u + closing),   F_n = l_n - max(0, z_n),   F_ts = l_ts - project(z_ts, disc of radius mu max(0, z_n)).
-// W is singular where a body stands on more points than it needs; Newton's matrix takes W + eps diag(W) instead, F does
-// not. Rounds of Newton's step with halving; where no step is shorter, sweeps of projected Gauss-Seidel.
+//   z = l - r (u + bias),   F_n = l_n - max(0, z_n),   F_ts = l_ts - project(z_ts, disc of radius mu max(0, z_n)).
+// W is singular where the contact points of a body are redundant (hyperstatic contact). Newton's matrix therefore uses
+// W + eps diag(W); F does not. Each Newton step is halved until it reduces F; where no length of it does, sweeps of
+// projected Gauss-Seidel follow.
 #include <algorithm>
 #include <cmath>
 
-#include "contact/stepping/islands.hpp"
-#include "contact/stepping/points.hpp"
+#include "contact/stepping/contact_points.hpp"
+#include "contact/stepping/union_find.hpp"
 
 namespace atwood::stepping {
 namespace {
 
-// A direct solve costs as the cube of the points, so that what moves by more of them is swept unless asked otherwise.
-// What rests is solved once and then stands.
-constexpr int kPointsWorthIt = 32;
+// The cost of a direct solve is cubic in the number of points: with solver=auto, what moves with more points than this
+// is solved by sweeps. What at_rest is solved once; after that the warm start is the solution.
+constexpr int kMaxPointsInMotion = 32;
 
-constexpr int kMostRounds = 20, kSweepsBetween = 8, kHalvings = 6;
-constexpr double kTolerance = 1000;  // of the impulses' round-off
+constexpr int kMaxNewtonIterations = 20, kFallbackSweeps = 8, kMaxStepHalvings = 6;
+constexpr double kTolerance = 1000;  // of the residual, in units of the impulses' round-off
 
-// Whether it is in question: a point that pushes nobody and is farther than this substep gets may be left out. Who is
-// kept out wrongly, pushed by his neighbours, is seen afterwards.
-template <class S> bool may_push(const World<S>& world, const Point<S>& p) {
-  if (p.impulse[0] > S(0) || p.closing == S(0)) return true;
-  return p.closing + S(2) * dot(velocity_at(world.bodies, p), p.n) < S(4) * norm(world.gravity_W) * world.sub_s;
+// False: the point carries no impulse, and its gap cannot close in this substep at the present velocities; it is left
+// out. Whether that was wrong, because its neighbours push it, is tested after the solve.
+template <class S> bool may_become_active(const World<S>& world, const SolverPoint<S>& p) {
+  if (p.impulse[0] > S(0) || p.bias == S(0)) return true;
+  return p.bias + S(2) * dot(relative_velocity(world.bodies, p), p.n) < S(4) * norm(world.gravity_W) * world.sub_s;
 }
 
-// Points by islands, each island in the order of its points; those left out go to `d.left_out`.
+// Sets d.contacts to the contacts by islands, within an island in their own order, and d.inactive to those left out.
+// `all`: none is left out.
 template <class S> void build_islands(World<S>& world, DirectSolver<S>& d, bool all) {
   const Bodies<S>& bodies = world.bodies;
   d.parent.resize(static_cast<std::size_t>(bodies.count));
   for (int i = 0; i < bodies.count; ++i) d.parent[static_cast<std::size_t>(i)] = i;
   d.contacts.clear();
-  d.left_out.clear();
+  d.inactive.clear();
   for (int contact = 0; contact < point_count(world); ++contact) {
-    if (!used(world, contact)) continue;
+    if (!is_contact(world, contact)) continue;
     const auto [a, b] = bodies_of(world, contact);
-    const Place at = place_of(world, contact);
-    if (at.point < 0 && !(balls_at(world, at).active && balls_at(world, at).closing.lane[at.lane] < S(1e29))) continue;
-    if (!all && !may_push(world, point_at(world, contact))) {
-      d.left_out.push_back(contact);
+    const ContactAddress at = address_of(world, contact);
+    if (at.point < 0 && !(sphere_batch(world, at).active && sphere_batch(world, at).bias.lane[at.lane] < S(1e29)))
+      continue;
+    if (!all && !may_become_active(world, solver_point(world, contact))) {
+      d.inactive.push_back(contact);
       continue;
     }
     d.contacts.push_back({contact, a});
     if (!bodies.moves[b]) continue;
-    join(d.parent, a, b);
+    unite(d.parent, a, b);
   }
-  for (auto& [contact, island] : d.contacts) island = root_of(d.parent, island);
-  // Within an island as they come; std::stable_sort would ask for memory each time.
+  for (auto& [contact, island] : d.contacts) island = find_root(d.parent, island);
+  // std::stable_sort would allocate each time
   std::sort(d.contacts.begin(), d.contacts.end(),
             [](const auto& x, const auto& y) { return std::pair(x.second, x.first) < std::pair(y.second, y.first); });
 }
 
-template <class S> const Vec3<S>& axis(const Point<S>& p, int c) { return c == 0 ? p.n : c == 1 ? p.t : p.s; }
+template <class S> const Vec3<S>& axis(const SolverPoint<S>& p, int c) { return c == 0 ? p.n : c == 1 ? p.t : p.s; }
 
-// What the law makes of point i's z: its own impulse where l solves it.
+// The projection of z at point i onto the cone; it equals l where l solves the contact law.
 template <class S> void project(const DirectSolver<S>& d, int i, const S (&z)[3], S (&out)[3]) {
   out[0] = real::max(z[0], S(0));
   const S most = d.points[i].friction * out[0], size = real::sqrt(z[1] * z[1] + z[2] * z[2]);
@@ -67,74 +70,80 @@ template <class S> void project(const DirectSolver<S>& d, int i, const S (&z)[3]
   out[2] = factor * z[2];
 }
 
-// What a unit impulse along axis c of point i does to its bodies, and how it is seen there: rows of J and of M^-1 J^T.
-template <class S> void unit_impulses(const World<S>& world, DirectSolver<S>& d) {
+// Sets d.jacobian: the rows n, t and s of each point.
+template <class S> void compute_jacobian(const World<S>& world, DirectSolver<S>& d) {
   const Bodies<S>& bodies = world.bodies;
-  d.unit.clear();
-  for (const Point<S>& p : d.points)
+  d.jacobian.clear();
+  for (const SolverPoint<S>& p : d.points)
     for (int c = 0; c < 3; ++c) {
       const Vec3<S>& along = axis(p, c);
       const Vec3<S> at_a = cross(p.arm_a, along), at_b = cross(p.arm_b, along);
-      d.unit.push_back({along, at_a, at_b, turned_by(bodies.inertia[p.a], at_a), turned_by(bodies.inertia[p.b], at_b)});
+      d.jacobian.push_back({along, at_a, at_b, apply_inverse_inertia(bodies.inertia[p.a], at_a),
+                            apply_inverse_inertia(bodies.inertia[p.b], at_b)});
     }
 }
 
-// Entry of W: a unit impulse j seen along i.
-template <class S> S coupling(const World<S>& world, const DirectSolver<S>& d, int i, int j) {
-  const Point<S>&p = d.points[static_cast<std::size_t>(i / 3)], &o = d.points[static_cast<std::size_t>(j / 3)];
-  const UnitImpulse<S>&seen = d.unit[static_cast<std::size_t>(i)], &by = d.unit[static_cast<std::size_t>(j)];
+// Entry (i, j) of the Delassus matrix W = J M^-1 J^T.
+template <class S> S delassus_entry(const World<S>& world, const DirectSolver<S>& d, int i, int j) {
+  const SolverPoint<S>&p = d.points[static_cast<std::size_t>(i / 3)], &o = d.points[static_cast<std::size_t>(j / 3)];
+  const JacobianRow<S>&row = d.jacobian[static_cast<std::size_t>(i)], &column = d.jacobian[static_cast<std::size_t>(j)];
   const auto& inertia = world.bodies.inertia;
-  const S linear = dot(seen.along, by.along);
+  const S linear = dot(row.direction, column.direction);
   S sum{};
-  if (p.a == o.a) sum += inertia[p.a].at[6] * linear + dot(seen.at_a, by.turn_a);
-  if (p.a == o.b) sum -= inertia[p.a].at[6] * linear + dot(seen.at_a, by.turn_b);
-  if (p.b == o.a) sum -= inertia[p.b].at[6] * linear + dot(seen.at_b, by.turn_a);
-  if (p.b == o.b) sum += inertia[p.b].at[6] * linear + dot(seen.at_b, by.turn_b);
+  if (p.a == o.a) sum += inertia[p.a].at[6] * linear + dot(row.moment_a, column.rate_a);
+  if (p.a == o.b) sum -= inertia[p.a].at[6] * linear + dot(row.moment_a, column.rate_b);
+  if (p.b == o.a) sum -= inertia[p.b].at[6] * linear + dot(row.moment_b, column.rate_a);
+  if (p.b == o.b) sum += inertia[p.b].at[6] * linear + dot(row.moment_b, column.rate_b);
   return sum;
 }
 
-template <class S> void report(World<S>& world, int rounds, S left, S scale, SolveEnd ended) {
+// Adds a solve to the run's tallies; `left` is the residual, an impulse.
+template <class S> void report(World<S>& world, int iterations, S left, S scale, SolveEnd ended) {
   const S residual = left > S(0) ? left / scale : left;
-  world.model->system().solvers.add(IterativeSolver::contact_newton, {rounds, static_cast<double>(residual), ended});
+  world.model->system().solvers.add(IterativeSolver::contact_newton,
+                                    {iterations, static_cast<double>(residual), ended});
 }
 
-// The velocities there are, each row's step, and whether the impulses at hand solve the law already: then W is not
-// needed.
-template <class S> bool already_solved(World<S>& world, DirectSolver<S>& d) {
+// Sets d.l to the impulses of the warm start, d.q to the relative velocities with them, and d.row_step. True: these
+// impulses solve the contact law already, and W is not needed.
+template <class S> bool satisfies_contact_law(World<S>& world, DirectSolver<S>& d) {
   const int n = d.n();
-  for (auto* v : {&d.q, &d.step, &d.l, &d.z}) v->resize(static_cast<std::size_t>(3 * n));
+  for (auto* v : {&d.q, &d.row_step, &d.l, &d.z}) v->resize(static_cast<std::size_t>(3 * n));
   S scale{}, largest{};
   for (int i = 0; i < n; ++i) {
-    const Vec3<S> u = velocity_at(world.bodies, d.points[i]);
-    const S tt = coupling(world, d, 3 * i + 1, 3 * i + 1), ss = coupling(world, d, 3 * i + 2, 3 * i + 2),
-            ts = coupling(world, d, 3 * i + 1, 3 * i + 2);
+    const Vec3<S> u = relative_velocity(world.bodies, d.points[i]);
+    const S tt = delassus_entry(world, d, 3 * i + 1, 3 * i + 1), ss = delassus_entry(world, d, 3 * i + 2, 3 * i + 2),
+            ts = delassus_entry(world, d, 3 * i + 1, 3 * i + 2);
     const S larger = (tt + ss) / S(2) + real::sqrt((tt - ss) * (tt - ss) / S(4) + ts * ts);
     S z[3], law[3];
     for (int r = 0; r < 3; ++r) {
       const int row = 3 * i + r;
       d.l[row] = d.points[i].impulse[r];
-      d.q[row] = dot(u, axis(d.points[i], r)) + (r == 0 ? d.points[i].closing : d.points[i].slip[r - 1]);
-      d.step[row] = S(1) / (r == 0 ? coupling(world, d, row, row) : larger);
-      z[r] = d.l[row] - d.step[row] * d.q[row];
+      d.q[row] = dot(u, axis(d.points[i], r)) + (r == 0 ? d.points[i].bias : d.points[i].surface_velocity[r - 1]);
+      d.row_step[row] = S(1) / (r == 0 ? delassus_entry(world, d, row, row) : larger);
+      z[r] = d.l[row] - d.row_step[row] * d.q[row];
       scale = real::max(scale, real::abs(d.l[row]));
     }
     project(d, i, z, law);
     for (int r = 0; r < 3; ++r) largest = real::max(largest, real::abs(d.l[3 * i + r] - law[r]));
   }
-  const bool solved = largest <= S(10) * S(kTolerance) * real::epsilon<S>() * scale;  // a gap of round-off is no start
+  const bool solved =
+      largest <= S(10) * S(kTolerance) * real::epsilon<S>() * scale;  // ten times the tolerance of a solve
   if (solved) report(world, 0, largest, scale, SolveEnd::converged);
   return solved;
 }
 
+// Sets d.W, and d.q to the velocities without contact impulses.
 template <class S> void assemble(const World<S>& world, DirectSolver<S>& d) {
   const int n = d.n();
   d.W.resize(static_cast<std::size_t>(9 * n * n));
   for (int i = 0; i < 3 * n; ++i)
-    for (int j = 0; j < 3 * n; ++j) d.w(i, j) = coupling(world, d, i, j);
-  for (int i = 0; i < 3 * n; ++i)  // u = W l + q: what is there now came with l
+    for (int j = 0; j < 3 * n; ++j) d.w(i, j) = delassus_entry(world, d, i, j);
+  for (int i = 0; i < 3 * n; ++i)  // u = W l + q, and d.q was u
     for (int j = 0; j < 3 * n; ++j) d.q[i] -= d.w(i, j) * d.l[j];
 }
 
+// Row `row` of u = W l + q.
 template <class S> S velocity_of(const DirectSolver<S>& d, int row, const std::vector<S>& l) {
   S u = d.q[row];
   const S* w = d.W.data() + static_cast<std::size_t>(row) * (3 * d.n());
@@ -142,14 +151,14 @@ template <class S> S velocity_of(const DirectSolver<S>& d, int row, const std::v
   return u;
 }
 
-// F(l), and its largest entry.
+// Sets z_out and F to z and F(l); returns the largest |F|, N s.
 template <class S>
 S residual(const DirectSolver<S>& d, const std::vector<S>& l, std::vector<S>& z_out, std::vector<S>& F) {
   S largest{};
   for (int i = 0; i < d.n(); ++i) {
     S z[3], law[3];
     for (int r = 0; r < 3; ++r)
-      z[r] = z_out[3 * i + r] = l[3 * i + r] - d.step[3 * i + r] * velocity_of(d, 3 * i + r, l);
+      z[r] = z_out[3 * i + r] = l[3 * i + r] - d.row_step[3 * i + r] * velocity_of(d, 3 * i + r, l);
     project(d, i, z, law);
     for (int r = 0; r < 3; ++r) {
       F[3 * i + r] = l[3 * i + r] - law[r];
@@ -159,11 +168,11 @@ S residual(const DirectSolver<S>& d, const std::vector<S>& l, std::vector<S>& z_
   return largest;
 }
 
-// One sweep of projected Gauss-Seidel, the normal first.
+// One sweep of projected Gauss-Seidel over the points, at each the normal impulse first. Changes d.l.
 template <class S> void sweep(DirectSolver<S>& d) {
   for (int i = 0; i < d.n(); ++i) {
     S* l = d.l.data() + 3 * i;
-    l[0] = real::max(S(0), l[0] - d.step[3 * i] * velocity_of(d, 3 * i, d.l));
+    l[0] = real::max(S(0), l[0] - d.row_step[3 * i] * velocity_of(d, 3 * i, d.l));
     const S ut = velocity_of(d, 3 * i + 1, d.l), us = velocity_of(d, 3 * i + 2, d.l);
     const S tt = d.w(3 * i + 1, 3 * i + 1), ss = d.w(3 * i + 2, 3 * i + 2), ts = d.w(3 * i + 1, 3 * i + 2);
     const S determinant = tt * ss - ts * ts, most = d.points[i].friction * l[0];
@@ -173,7 +182,7 @@ template <class S> void sweep(DirectSolver<S>& d) {
       l[2] = s;
       continue;
     }
-    const S z[3] = {l[0], l[1] - d.step[3 * i + 1] * ut, l[2] - d.step[3 * i + 2] * us};
+    const S z[3] = {l[0], l[1] - d.row_step[3 * i + 1] * ut, l[2] - d.row_step[3 * i + 2] * us};
     S law[3];
     project(d, i, z, law);
     l[1] = law[1];
@@ -181,17 +190,17 @@ template <class S> void sweep(DirectSolver<S>& d) {
   }
 }
 
-// The derivative of F, row by row of a point, from z.
-template <class S> void fill_jacobian(DirectSolver<S>& d) {
+// Sets d.lu to the derivative of F by l at d.z, with W + eps diag(W) in place of W.
+template <class S> void compute_residual_jacobian(DirectSolver<S>& d) {
   const int size = 3 * d.n();
   d.lu.size = size;
   if (d.lu.entry.size() < static_cast<std::size_t>(size) * size)
     d.lu.entry.resize(static_cast<std::size_t>(size) * size);
   if (d.lu.pivot.size() < static_cast<std::size_t>(size)) d.lu.pivot.resize(static_cast<std::size_t>(size));
   const S eps = real::sqrt(real::epsilon<S>());
-  const auto dz = [&](int row, int column) {  // of z[row] by l[column], W with its diagonal raised
+  const auto dz = [&](int row, int column) {  // dz[row] / dl[column]
     const S one = row == column ? S(1) : S(0);
-    return one - d.step[row] * (d.w(row, column) * (S(1) + eps * one));
+    return one - d.row_step[row] * (d.w(row, column) * (S(1) + eps * one));
   };
   for (int i = 0; i < d.n(); ++i) {
     const S* z = d.z.data() + 3 * i;
@@ -210,15 +219,16 @@ template <class S> void fill_jacobian(DirectSolver<S>& d) {
   }
 }
 
-// True: a step of Newton, perhaps a shorter one, made F smaller.
-template <class S> bool newton(DirectSolver<S>& d, S& size) {
-  fill_jacobian(d);
+// Newton's step with a line search by halving. True: a step reduced F, and d.l, d.z, d.F and `size`, the largest |F|,
+// are those after it; false: nothing changed.
+template <class S> bool newton_step(DirectSolver<S>& d, S& size) {
+  compute_residual_jacobian(d);
   d.lu.factor();
-  std::copy(d.F.begin(), d.F.end(), d.change.begin());
-  d.lu.solve(d.change.data());
-  S part = S(1);
-  for (int k = 0; k < kHalvings; ++k, part /= S(2)) {
-    for (int i = 0; i < 3 * d.n(); ++i) d.l_try[i] = d.l[i] - part * d.change[i];
+  std::copy(d.F.begin(), d.F.end(), d.newton_step.begin());
+  d.lu.solve(d.newton_step.data());
+  S length = S(1);
+  for (int k = 0; k < kMaxStepHalvings; ++k, length /= S(2)) {
+    for (int i = 0; i < 3 * d.n(); ++i) d.l_try[i] = d.l[i] - length * d.newton_step[i];
     const S now = residual(d, d.l_try, d.z_try, d.F_try);
     if (!(now < S(0.9) * size)) continue;
     d.l.swap(d.l_try);
@@ -230,46 +240,48 @@ template <class S> bool newton(DirectSolver<S>& d, S& size) {
   return false;
 }
 
+// Iterates d.l to the tolerance, or to the last iteration.
 template <class S> void solve_island(World<S>& world, DirectSolver<S>& d) {
   const std::size_t size = static_cast<std::size_t>(3 * d.n());
-  for (auto* v : {&d.z, &d.z_try, &d.F, &d.F_try, &d.change, &d.l_try}) v->assign(size, S(0));
+  for (auto* v : {&d.z, &d.z_try, &d.F, &d.F_try, &d.newton_step, &d.l_try}) v->assign(size, S(0));
   S scale{};
   for (std::size_t i = 0; i < size; ++i)
-    scale = real::max(scale, real::max(real::abs(d.l[i]), d.step[i] * real::abs(d.q[i])));
+    scale = real::max(scale, real::max(real::abs(d.l[i]), d.row_step[i] * real::abs(d.q[i])));
   const S wanted = S(kTolerance) * real::epsilon<S>() * scale;
   S left = residual(d, d.l, d.z, d.F);
-  int round = 0;
-  for (; round < kMostRounds && left > wanted; ++round) {
-    if (newton(d, left)) continue;
-    for (int k = 0; k < kSweepsBetween; ++k) sweep(d);
+  int iterations = 0;
+  for (; iterations < kMaxNewtonIterations && left > wanted; ++iterations) {
+    if (newton_step(d, left)) continue;
+    for (int k = 0; k < kFallbackSweeps; ++k) sweep(d);
     left = residual(d, d.l, d.z, d.F);
   }
-  report(world, round, left, scale, left <= wanted ? SolveEnd::converged : SolveEnd::capped);
+  report(world, iterations, left, scale, left <= wanted ? SolveEnd::converged : SolveEnd::capped);
 }
 
+// Applies the change of the impulses to the bodies and stores them. Changes velocities and impulses.
 template <class S> void apply(World<S>& world, DirectSolver<S>& d) {
   Bodies<S>& bodies = world.bodies;
   for (int i = 0; i < d.n(); ++i) {
-    Point<S>& p = d.points[i];
+    SolverPoint<S>& p = d.points[i];
     Vec3<S> change{};
     for (int r = 0; r < 3; ++r) {
       change += (d.l[3 * i + r] - p.impulse[r]) * axis(p, r);
       p.impulse[r] = d.l[3 * i + r];
     }
-    const auto push = [&](int body, const Vec3<S>& arm, const Vec3<S>& P) {
+    const auto apply_to = [&](int body, const Vec3<S>& arm, const Vec3<S>& P) {
       if (!bodies.moves[body]) return;
       S* v = bodies.velocity[body].at;
       store3(load3(v) + bodies.inertia[body].at[6] * P, v);
-      store3(load3(v + 3) + turned_by(bodies.inertia[body], cross(arm, P)), v + 3);
+      store3(load3(v + 3) + apply_inverse_inertia(bodies.inertia[body], cross(arm, P)), v + 3);
     };
-    push(p.a, p.arm_a, -change);
-    push(p.b, p.arm_b, change);
-    put_impulse(world, d.numbers[i], p);
+    apply_to(p.a, p.arm_a, -change);
+    apply_to(p.b, p.arm_b, change);
+    store_impulse(world, d.contact_of_point[i], p);
   }
 }
 
-// Newton ends within round-off of the cone; the impulses applied are in it.
-template <class S> void into_cone(DirectSolver<S>& d) {
+// Projects d.l into the cone, which Newton's method meets to round-off only.
+template <class S> void project_into_cone(DirectSolver<S>& d) {
   for (int i = 0; i < d.n(); ++i) {
     const S l[3] = {d.l[3 * i], d.l[3 * i + 1], d.l[3 * i + 2]};
     S law[3];
@@ -278,8 +290,8 @@ template <class S> void into_cone(DirectSolver<S>& d) {
   }
 }
 
-// Points of the largest island; in `auto` a scene is solved directly as a whole or not at all.
-template <class S> int points_at_once(const World<S>& world, const DirectSolver<S>& d) {
+// Points of the largest island; with solver=auto, of all: it solves a scene directly as a whole or not at all.
+template <class S> int largest_problem(const World<S>& world, const DirectSolver<S>& d) {
   if (world.options.solver == Solver::automatic) return static_cast<int>(d.contacts.size());
   std::size_t most = 0;
   for (std::size_t first = 0, last = 0; first < d.contacts.size(); first = last) {
@@ -289,48 +301,50 @@ template <class S> int points_at_once(const World<S>& world, const DirectSolver<
   return static_cast<int>(most);
 }
 
+// Solves each island, unless its warm start is the solution, and applies the impulses.
 template <class S> void solve_islands(World<S>& world, DirectSolver<S>& d) {
   for (std::size_t first = 0, last = 0; first < d.contacts.size(); first = last) {
     d.points.clear();
-    d.numbers.clear();
+    d.contact_of_point.clear();
     for (; last < d.contacts.size() && d.contacts[last].second == d.contacts[first].second; ++last) {
-      d.points.push_back(point_at(world, d.contacts[last].first));
-      d.numbers.push_back(d.contacts[last].first);
+      d.points.push_back(solver_point(world, d.contacts[last].first));
+      d.contact_of_point.push_back(d.contacts[last].first);
     }
-    unit_impulses(world, d);
-    if (already_solved(world, d)) continue;
+    compute_jacobian(world, d);
+    if (satisfies_contact_law(world, d)) continue;
     assemble(world, d);
     solve_island(world, d);
-    into_cone(d);
+    project_into_cone(d);
     apply(world, d);
   }
 }
 
-template <class S> bool hits_somebody_left_out(const World<S>& world, const DirectSolver<S>& d) {
-  for (const int contact : d.left_out) {
-    const Point<S> p = point_at(world, contact);
-    if (p.closing + dot(velocity_at(world.bodies, p), p.n) < S(0)) return true;
+// True: a contact that was left out closes its gap after all.
+template <class S> bool approaches_inactive_contact(const World<S>& world, const DirectSolver<S>& d) {
+  for (const int contact : d.inactive) {
+    const SolverPoint<S> p = solver_point(world, contact);
+    if (p.bias + dot(relative_velocity(world.bodies, p), p.n) < S(0)) return true;
   }
   return false;
 }
 
 }  // namespace
 
-template <class S> bool solve_directly(World<S>& world, bool rests) {
+template <class S> bool solve_directly(World<S>& world, bool at_rest) {
   DirectSolver<S>& d = world.direct;
-  const std::size_t pairs = world.ball_pairs.size() + world.plane_pairs.size() + world.manifolds.size();
+  const std::size_t pairs = world.sphere_pairs.size() + world.plane_pairs.size() + world.manifolds.size();
   const bool automatic = world.options.solver == Solver::automatic;
   const int most =
-      automatic && !rests ? std::min(world.options.direct_points, kPointsWorthIt) : world.options.direct_points;
+      automatic && !at_rest ? std::min(world.options.direct_points, kMaxPointsInMotion) : world.options.direct_points;
   if (automatic && pairs > 4 * static_cast<std::size_t>(most)) return false;
   for (const bool all : {false, true}) {
     build_islands(world, d, all);
-    if (const int points = points_at_once(world, d); points > most) {
-      if (world.options.solver == Solver::direct) world.refused_points = points;
+    if (const int points = largest_problem(world, d); points > most) {
+      if (world.options.solver == Solver::direct) world.points_beyond_limit = points;
       return false;
     }
     solve_islands(world, d);
-    if (!hits_somebody_left_out(world, d)) break;
+    if (!approaches_inactive_contact(world, d)) break;
   }
   return true;
 }

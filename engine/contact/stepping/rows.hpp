@@ -1,5 +1,6 @@
-// Eight scalars of a body in one cache line, and eight bodies' rows turned into packs: lane k of pack c is row k's
-// entry c.
+// Rows and lanes: a row holds eight scalars of one body in one cache line; a pack holds one scalar of eight bodies or
+// contacts. gather() transposes eight rows into eight packs: lane k of pack c is entry c of row k. scatter() is its
+// inverse.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +11,7 @@ namespace atwood::stepping {
 
 template <class S> struct alignas(kLaneCount * sizeof(S)) Row { S at[kLaneCount]; };
 
-// Eight vectors of a number, a contact a lane.
+// One scalar of eight contacts, in memory.
 template <class S> using Lanes = LaneBlock<S>;
 
 template <class S> ATWOOD_INLINE Vec3<Pack<S>> load_lanes(const Lanes<S> (&from)[3]) {
@@ -22,8 +23,8 @@ template <class S> ATWOOD_INLINE void store_lanes(const Vec3<Pack<S>>& a, Lanes<
   store<S>(a.z, to[2].lane);
 }
 
-// Without registers of 512 bits GCC takes comparisons and shuffles of packs of doubles apart, lane by lane. As halves
-// they are instructions of AVX2.
+// Without registers of 512 bits GCC compiles comparisons and shuffles of packs of doubles lane by lane. Of halves it
+// makes AVX2 instructions.
 template <class S, VectorWidth width>
 inline constexpr bool kByHalves = sizeof(Pack<S>) == 64 && width == VectorWidth::v3;
 using HalfPack = double __attribute__((vector_size(32)));
@@ -41,7 +42,7 @@ ATWOOD_INLINE DoublePack whole_of(const Halves& a) {
   return out;
 }
 
-// x where a > b; y elsewhere, and where a or b is not a number.
+// x where a > b; y elsewhere, and where a or b is NaN.
 template <class S, VectorWidth width>
 ATWOOD_INLINE Pack<S> where_above(const Pack<S>& a, const Pack<S>& b, const Pack<S>& x, const Pack<S>& y) {
   if constexpr (kByHalves<S, width>) {
@@ -52,7 +53,7 @@ ATWOOD_INLINE Pack<S> where_above(const Pack<S>& a, const Pack<S>& b, const Pack
   }
 }
 
-// Four rows of four, in place.
+// Transposes four rows of four, in place.
 ATWOOD_INLINE void transpose4(HalfPack& a, HalfPack& b, HalfPack& c, HalfPack& d) {
   const HalfPack ab_even = __builtin_shufflevector(a, b, 0, 4, 2, 6),
                  ab_odd = __builtin_shufflevector(a, b, 1, 5, 3, 7);
@@ -64,14 +65,15 @@ ATWOOD_INLINE void transpose4(HalfPack& a, HalfPack& b, HalfPack& c, HalfPack& d
   d = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
 }
 
-// The lanes `low` of a and b, numbered through both, into a; those `far` further on into b.
+// Numbers the lanes of a and b from 0 to 15. Sets a to the lanes `low`, b to the lanes `low` + `far`.
 template <int far, int... low, class P> ATWOOD_INLINE void exchange(P& a, P& b) {
   const P before = a;
   a = __builtin_shufflevector(before, b, low...);
   b = __builtin_shufflevector(before, b, (low + far)...);
 }
 
-// In place. Stage by stage, bit k of the row's number changes places with bit k of the lane's; or quarter by quarter.
+// Transposes eight rows, in place. Stage k exchanges bit k of the row's number with bit k of the lane's; halves are
+// transposed quarter by quarter.
 template <class S, VectorWidth width> ATWOOD_INLINE void transpose(Pack<S> (&r)[kLaneCount]) {
   if constexpr (kByHalves<S, width>) {
     Halves h[kLaneCount];
@@ -102,7 +104,7 @@ ATWOOD_INLINE void gather(const Row<S>* rows, const std::int32_t (&index)[kLaneC
   for (int k = 0; k < kLaneCount; ++k) out[k] = load(rows[index[k]].at);
   transpose<S, width>(out);
 }
-// The first `count` lanes; their rows are different ones.
+// Writes the first `count` lanes; their indices are distinct.
 template <class S, VectorWidth width>
 ATWOOD_INLINE void scatter(Pack<S> (&in)[kLaneCount], const std::int32_t (&index)[kLaneCount], int count,
                            Row<S>* rows) {
@@ -126,6 +128,29 @@ template <class S, VectorWidth width> ATWOOD_INLINE bool any_above_zero(const Pa
   }
   const S evens = (found[0] + found[4]) + (found[2] + found[6]), odds = (found[1] + found[5]) + (found[3] + found[7]);
   return evens + odds > S(0);
+}
+
+template <class S, VectorWidth width> ATWOOD_INLINE Pack<S> min(const Pack<S>& a, const Pack<S>& b) {
+  return where_above<S, width>(b, a, a, b);
+}
+template <class S, VectorWidth width> ATWOOD_INLINE Pack<S> max(const Pack<S>& a, const Pack<S>& b) {
+  return where_above<S, width>(a, b, a, b);
+}
+
+// Entries 0 to 2 of gathered rows: velocities, positions. Entries 3 to 5: body rates, rotation vectors.
+template <class S> ATWOOD_INLINE Vec3<Pack<S>> linear_part(const Pack<S> (&row)[kLaneCount]) {
+  return {row[0], row[1], row[2]};
+}
+template <class S> ATWOOD_INLINE Vec3<Pack<S>> angular_part(const Pack<S> (&row)[kLaneCount]) {
+  return {row[3], row[4], row[5]};
+}
+template <class S> ATWOOD_INLINE void store_vector(const Vec3<Pack<S>>& a, Pack<S>* entries) {
+  entries[0] = a.x;
+  entries[1] = a.y;
+  entries[2] = a.z;
+}
+template <class S> ATWOOD_INLINE void set_zero(Pack<S> (&row)[kLaneCount]) {
+  for (auto& entry : row) entry = broadcast(S(0));
 }
 
 }  // namespace atwood::stepping

@@ -4,7 +4,7 @@
 #include <chrono>
 
 #include "contact/options.hpp"
-#include "contact/stepping/points.hpp"
+#include "contact/stepping/contact_points.hpp"
 #include "scene/contact_laws.hpp"
 #include "smooth/run.hpp"
 
@@ -15,9 +15,10 @@ using namespace stepping;
 
 Outcome unsupported(const std::string& reason) { return {Status::unsupported, reason, 0, 0, {}}; }
 
-// Impacts that bounce are taken one after another, those that do not are solved at once: whichever convention for
-// simultaneous impacts the scene names, it has to be that of all its pairs.
-std::string other_convention(const Scene& scene) {
+// Impacts with restitution are resolved one after another, contacts without it are solved together. A scene that names
+// a convention for simultaneous impacts is refused where one of its pairs follows the other convention. Returns the
+// reason; "": there is none.
+std::string convention_conflict(const Scene& scene) {
   const SimultaneousImpacts named = scene.simultaneous_impacts;
   if (named == SimultaneousImpacts::unspecified) return "";
   for (const PairLaw& law : laws_in_play(scene)) {
@@ -29,27 +30,29 @@ std::string other_convention(const Scene& scene) {
   return "";
 }
 
-// What +impulse has no answer for, by name; "" otherwise.
-std::string missing(const Scene& scene) {
-  if (const std::string other = other_convention(scene); !other.empty()) return other;
+// Why +impulse refuses the scene; "" if it does not.
+std::string refusal(const Scene& scene) {
+  if (const std::string conflict = convention_conflict(scene); !conflict.empty()) return conflict;
   for (const PairLaw& pair : scene.pairs)
     if (pair.rolling_friction_m > 0) return "atwood's +impulse has no rolling friction";
-  // A pair of shapes is met or not whoever has them: the first moving and the first fixed body of each kind stand for
-  // all.
-  std::vector<const Body*> one;
+  // Whether a pair of shapes has a contact test depends on their kinds alone: two moving and two fixed bodies of each
+  // kind stand for all.
+  std::vector<const Body*> representatives;
   for (const Body& body : scene.bodies) {
     const auto alike = [&](const Body* other) {
       return other->shape.index() == body.shape.index() && other->fixed == body.fixed;
     };
-    if (body.shape.index() != 0 && std::count_if(one.begin(), one.end(), alike) < 2) one.push_back(&body);
+    if (body.shape.index() != 0 && std::count_if(representatives.begin(), representatives.end(), alike) < 2)
+      representatives.push_back(&body);
   }
-  for (std::size_t a = 0; a < one.size(); ++a)
-    for (std::size_t b = a + 1; b < one.size(); ++b) {
-      if (one[a]->fixed && one[b]->fixed) continue;
-      const char* what =
-          no_contact_test(static_cast<ShapeKind>(one[a]->shape.index()), static_cast<ShapeKind>(one[b]->shape.index()));
+  for (std::size_t a = 0; a < representatives.size(); ++a)
+    for (std::size_t b = a + 1; b < representatives.size(); ++b) {
+      if (representatives[a]->fixed && representatives[b]->fixed) continue;
+      const char* what = no_contact_test(static_cast<ShapeKind>(representatives[a]->shape.index()),
+                                         static_cast<ShapeKind>(representatives[b]->shape.index()));
       if (what != nullptr)
-        return "atwood has no contact test for `" + one[a]->name + "` and `" + one[b]->name + "`: " + what;
+        return "atwood has no contact test for `" + representatives[a]->name + "` and `" + representatives[b]->name +
+               "`: " + what;
     }
   return "";
 }
@@ -59,16 +62,16 @@ void build_world(World<S>& world, const Scene& scene, Simulation<S>& simulation,
   world.scene = &scene;
   world.model = simulation.model.get();
   world.stepper = scheme == "symplectic-euler" ? nullptr : simulation.stepper.get();
-  world.by_mean = world.stepper != nullptr;
+  world.positions_by_mean_velocity = world.stepper != nullptr;
   world.width = widest_vectors();
   world.gravity_W = world.model->uniform_gravity();
   world.materials = static_cast<int>(scene.materials.size());
-  world.laws.resize(scene.materials.size() * scene.materials.size());
+  world.pair_coefficients.resize(scene.materials.size() * scene.materials.size());
   for (const PairLaw& pair : scene.pairs) {
-    const Law law{pair.restitution, pair.friction};
-    world.laws[static_cast<std::size_t>(pair.a * world.materials + pair.b)] = law;
-    world.laws[static_cast<std::size_t>(pair.b * world.materials + pair.a)] = law;
-    world.bounces = world.bounces || law.restitution > 0;
+    const PairCoefficients coefficients{pair.restitution, pair.friction};
+    world.pair_coefficients[static_cast<std::size_t>(pair.a * world.materials + pair.b)] = coefficients;
+    world.pair_coefficients[static_cast<std::size_t>(pair.b * world.materials + pair.a)] = coefficients;
+    world.has_restitution = world.has_restitution || coefficients.restitution > 0;
   }
   const std::size_t count = scene.bodies.size();
   for (const Body& body : scene.bodies) {
@@ -77,31 +80,33 @@ void build_world(World<S>& world, const Scene& scene, Simulation<S>& simulation,
   }
   Bodies<S>& bodies = world.bodies;
   bodies.count = static_cast<int>(count);
-  for (auto* rows : {&bodies.velocity, &bodies.place, &bodies.inertia, &bodies.kick, &bodies.rest, &bodies.shift,
-                     &bodies.before, &bodies.swept})
+  for (auto* rows :
+       {&bodies.velocity, &bodies.pose, &bodies.inertia, &bodies.velocity_increment, &bodies.pose_increment,
+        &bodies.impact_shift, &bodies.velocity_before, &bodies.velocity_before_sweep})
     rows->assign(count + 1, Row<S>{});
   bodies.q_WB.resize(count);
   bodies.moves.resize(count);
   bodies.isotropic.resize(count);
-  bodies.reach.resize(count);
+  bodies.motion_bound.resize(count);
   Rolling<S>& rolling = world.rolling;
   for (const Body& body : scene.bodies)
-    rolling.some_round =
-        rolling.some_round ||
+    rolling.has_round_bodies =
+        rolling.has_round_bodies ||
         (!body.fixed && (std::holds_alternative<Capsule>(body.shape) || std::holds_alternative<Cylinder>(body.shape)));
-  if (rolling.some_round) {
+  if (rolling.has_round_bodies) {
     rolling.rolls.resize(count);
-    for (auto* rates : {&rolling.by_forces, &rolling.by_contacts, &rolling.kicked, &rolling.turned})
+    for (auto* rates : {&rolling.rate_change_by_forces, &rolling.acceleration_by_contacts, &rolling.rate_after_forces,
+                        &rolling.rotation_before_drift})
       rates->resize(count);
   }
   if (world.options.sleeping) {
-    world.sleep.island.resize(count);
-    world.sleep.still_s.resize(count);
+    world.sleep.sleeping_island.resize(count);
+    world.sleep.time_at_rest_s.resize(count);
     world.sleep.parent.resize(count);
   }
   world.margin.resize(count);
-  world.turned.resize(count);
-  world.found_at.resize(count);
+  world.rotation_path.resize(count);
+  world.position_at_detection.resize(count);
   world.y.resize(world.model->state_size());
   world.y_free.resize(world.model->state_size());
   world.broad_phase = make_broad_phase<S>(world.options.broad_phase, world.team);
@@ -113,22 +118,22 @@ template <class S> void restart(World<S>& world) {
   model.system().solvers = {};
   ++model.system().epoch;
   model.initial_state(world.y.data());
-  world.candidates_hold = false;
+  world.candidates_valid = false;
   wake_all(world);
-  world.refused_points = 0;
-  world.balls.clear();
-  world.ball_pairs.clear();
+  world.points_beyond_limit = 0;
+  world.sphere_contacts.clear();
+  world.sphere_pairs.clear();
   world.plane_pairs.clear();
-  world.other_pairs.clear();
+  world.manifold_pairs.clear();
   world.manifolds.clear();
   world.manifolds_before.clear();
-  world.manifold_batches.clear();
+  world.manifold_contacts.clear();
   std::fill(world.rolling.rolls.begin(), world.rolling.rolls.end(), 0);
   world.rolling.bodies.clear();
   world.rolling.manifolds.clear();
 }
 
-// From the initial state to the end, with or without looking.
+// Runs from the initial state to the end of the plan; reports samples and events where `observer` wants them.
 template <class S> Outcome run_once(World<S>& world, const Plan& plan, const Observer& observer) {
   RigidModel<S>& model = *world.model;
   Outcome outcome;
@@ -139,7 +144,7 @@ template <class S> Outcome run_once(World<S>& world, const Plan& plan, const Obs
   const std::int64_t stride = plan.steps / plan.samples;
   std::int64_t epoch = -1;
   Sample sample;
-  const bool tells = observer.sample != nullptr;
+  const bool reports_samples = observer.sample != nullptr;
   observe(model, plan, 0, world.y.data(), sample, observer);
   for (std::int64_t n = 0; n < plan.steps; ++n) {
     const S from_s = time_at<S>(plan, n), to_s = time_at<S>(plan, n + 1), h_s = to_s - from_s;
@@ -149,17 +154,17 @@ template <class S> Outcome run_once(World<S>& world, const Plan& plan, const Obs
       world.h_s = h_s;
       world.substeps = substeps_of(world.options, static_cast<double>(h_s));
       world.sub_s = h_s / S(world.substeps);
-      if (model.system().epoch != epoch) {  // other forces, somebody released
+      if (model.system().epoch != epoch) {  // other forces act, or a body was released
         if (n > 0) store_bodies(world);
-        world.candidates_hold = false;
+        world.candidates_valid = false;
         wake_all(world);
         load_bodies(world);
         epoch = model.system().epoch;
       } else {
-        set_kicks(world);
+        set_gravity_increments(world);
       }
     }
-    world.sums_impulses = tells && (n + 1) % stride == 0;
+    world.records_impulses = reports_samples && (n + 1) % stride == 0;
     if (!step(world, from_s, h_s)) {
       model.system().solvers.keep_capped();
       return {Status::diverged, "an implicit step has no solution", n, 0, {}, named_tallies(model.system().solvers)};
@@ -168,14 +173,14 @@ template <class S> Outcome run_once(World<S>& world, const Plan& plan, const Obs
       const auto busy = std::chrono::steady_clock::now() - begin;
       world.profile->step_ns.push_back(std::chrono::duration_cast<std::chrono::nanoseconds>(busy).count());
     }
-    if (world.refused_points > 0)
-      return unsupported("+impulse{solver=direct}: an island has " + std::to_string(world.refused_points) +
+    if (world.points_beyond_limit > 0)
+      return unsupported("+impulse{solver=direct}: an island has " + std::to_string(world.points_beyond_limit) +
                          " contact points, direct_points is " + std::to_string(world.options.direct_points));
     outcome.steps_taken = n + 1;
     if ((n + 1) % stride != 0) continue;
     store_bodies(world);
     if (!healthy(world.y.data(), model.state_size(), scale, to_s, outcome)) break;
-    if (tells) tell_contacts(world, h_s, sample);
+    if (reports_samples) report_contacts(world, h_s, sample);
     observe(model, plan, (n + 1) / stride, world.y.data(), sample, observer);
   }
   outcome.rate_evaluations = model.system().evaluations;
@@ -189,10 +194,10 @@ Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const O
   const Options options = options_of(response_settings(id, why), why);
   if (!why.empty()) return unsupported(why);
   if (id.rtol) return unsupported("+impulse takes equal steps, no tolerance");
-  if (why = missing(scene); !why.empty()) return unsupported(why);
+  if (why = refusal(scene); !why.empty()) return unsupported(why);
   if (options.sleeping && !scene.forces.empty())
     return unsupported(
-        "+impulse{sleeping=true}: only gravity and contacts may act, for a force that changes would not wake anybody");
+        "+impulse{sleeping=true}: only gravity and contacts may act, for a change of a force would not wake a body");
   Simulation<S> simulation = prepare<S>(integrator_part(id), scene);
   if (simulation.outcome.status != Status::ok) return simulation.outcome;
   const std::unique_ptr<Team> team = options.threads > 1 ? std::make_unique<Team>(options.threads) : nullptr;
@@ -202,11 +207,11 @@ Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const O
   build_world(world, scene, simulation, id.scheme);
   if (repeats <= 0) return run_once(world, plan, observer);
 
-  const Observer nobody;
-  Outcome outcome = run_once(world, plan, nobody);  // warm-up
+  const Observer no_observer;
+  Outcome outcome = run_once(world, plan, no_observer);  // warm-up
   for (int i = 0; i < repeats && outcome.status == Status::ok; ++i) {
     const auto start = std::chrono::steady_clock::now();
-    const Outcome timed = run_once(world, plan, nobody);
+    const Outcome timed = run_once(world, plan, no_observer);
     const auto busy = std::chrono::steady_clock::now() - start;
     outcome.busy_ns.push_back(std::chrono::duration_cast<std::chrono::nanoseconds>(busy).count());
     if (timed.status != Status::ok) outcome = timed;

@@ -1,20 +1,22 @@
+// One step of "+impulse": the increments of the motion without contacts, collision detection, and the substeps
+// (world.hpp). Also the bodies' rows, from and to the state as the model lays it out.
 #include <algorithm>
 #include <chrono>
 
-#include "contact/stepping/points.hpp"
+#include "contact/stepping/contact_points.hpp"
 #include "math/so3.hpp"
 #include "rigid/free_top.hpp"
 
 namespace atwood::stepping {
 namespace {
 
-// Share of what gravity gives in a substep, or of the largest velocity: sweeps that change less are at their end.
-constexpr double kStill = 1e-10;
+// Tolerance of the sweeps: a change of velocity relative to what gravity gives in a substep, or to the largest velocity.
+constexpr double kSweepTolerance = 1e-10;
 
-// Adds the time since the last call to a phase; without a profile no clock is read.
-class Phases {
+// Adds the time since the last call to a phase of the profile; without a profile no clock is read.
+class PhaseTimer {
  public:
-  explicit Phases(Profile* profile) : profile_(profile) {
+  explicit PhaseTimer(Profile* profile) : profile_(profile) {
     if (profile_ != nullptr) last_ = std::chrono::steady_clock::now();
   }
   void end(const char* phase) {
@@ -29,7 +31,8 @@ class Phases {
   std::chrono::steady_clock::time_point last_;
 };
 
-template <class S> Row<S> row(const Vec3<S>& first, const Vec3<S>& second, S seventh = S(0), S eighth = S(0)) {
+// A row of two vectors and two scalars.
+template <class S> Row<S> make_row(const Vec3<S>& first, const Vec3<S>& second, S seventh = S(0), S eighth = S(0)) {
   return {{first.x, first.y, first.z, second.x, second.y, second.z, seventh, eighth}};
 }
 
@@ -37,30 +40,32 @@ template <class S> bool is_isotropic(const MassProperties<S>& mass) {
   return mass.diagonal && mass.I_row[0].x == mass.I_row[1].y && mass.I_row[1].y == mass.I_row[2].z;
 }
 
-// Turning free of torque over the step, with the scheme's own gyroscopic term: the body rate's change is spread over
-// the substeps, and what they miss of the attitude is `rest`.
-template <class S> void turn_freely(World<S>& world, int i, S h_s) {
+// Torque-free rotation over a step of h_s, with the scheme's own gyroscopic term. Sets the angular velocity increment,
+// the change of the body rate divided among the substeps, and the pose increment, the rotation that the substeps'
+// velocities do not account for.
+template <class S> void set_free_rotation(World<S>& world, int i, S h_s) {
   Bodies<S>& bodies = world.bodies;
   const MassProperties<S>& mass = world.model->mass(i);
   const Quat<S> q = bodies.q_WB[i];
   const Vec3<S> w_W = load3(bodies.velocity[i].at + 3), w_B = rotate_back(q, w_W);
   FreeTurn<S> turn;
   free_turn(FreeTop::splitting, mass, h_s, S(0), w_B, turn);
-  const Quat<S> moved = q * turn.less_one;
-  const Quat<S> after = normalised(Quat<S>{q.w + moved.w, q.x + moved.x, q.y + moved.y, q.z + moved.z});
+  const Quat<S> dq = q * turn.less_one;
+  const Quat<S> after = normalised(Quat<S>{q.w + dq.w, q.x + dq.x, q.y + dq.y, q.z + dq.z});
   const Vec3<S> dw_W = rotate(after, w_B + turn.dw_B) - w_W;
   const S n = S(world.substeps);
   // sum over k = 1..n of h/n (w + k/n dw) = h (w + (n + 1) / (2 n) dw)
   const Vec3<S> by_velocities = h_s * (w_W + ((n + S(1)) / (S(2) * n)) * dw_W);
-  const Vec3<S> rest = (S(1) / n) * (so3_log(after * conjugate(q)) - by_velocities);
+  const Vec3<S> remainder = (S(1) / n) * (so3_log(after * conjugate(q)) - by_velocities);
   for (int c = 0; c < 3; ++c) {
-    bodies.kick[i].at[3 + c] = (c == 0 ? dw_W.x : c == 1 ? dw_W.y : dw_W.z) / n;
-    bodies.rest[i].at[3 + c] = c == 0 ? rest.x : c == 1 ? rest.y : rest.z;
+    bodies.velocity_increment[i].at[3 + c] = (c == 0 ? dw_W.x : c == 1 ? dw_W.y : dw_W.z) / n;
+    bodies.pose_increment[i].at[3 + c] = c == 0 ? remainder.x : c == 1 ? remainder.y : remainder.z;
   }
 }
 
-// Symplectic Euler: velocities by the accelerations at the step's start, then places by the velocities.
-template <class S> void prepare_fused_flight(World<S>& world, S t_s, S h_s) {
+// Symplectic Euler without contacts: velocities by the accelerations at the step's beginning, then positions by the new
+// velocities. Sets the velocity and pose increments of the substeps.
+template <class S> void set_increments_of_symplectic_euler(World<S>& world, S t_s, S h_s) {
   Bodies<S>& bodies = world.bodies;
   RigidModel<S>& model = *world.model;
   const bool forces = model.feels_forces();
@@ -71,100 +76,105 @@ template <class S> void prepare_fused_flight(World<S>& world, S t_s, S h_s) {
   const S sub_s = h_s / S(world.substeps);
   for_bodies(world, [&](int first, int last) {
     for (int i = first; i < last; ++i) {
-      store3(Vec3<S>{}, bodies.place[i].at + 3);
+      store3(Vec3<S>{}, bodies.pose[i].at + 3);
       if (!bodies.moves[i]) continue;
       const bool turns = model.rotates(i) && !bodies.isotropic[i];
-      if (!turns && !forces) continue;  // its kick stands since load_bodies
+      if (!turns && !forces) continue;  // its increment is that of load_body()
       if (turns) {
         bodies.inertia[i] = inverse_inertia(model.mass(i), bodies.q_WB[i]);
-        turn_freely(world, i, h_s);
+        set_free_rotation(world, i, h_s);
       }
       if (!forces) continue;
       const S* rate = world.y_free.data() + model.offset(i);
-      store3(sub_s * load3(rate + kAtVelocity), bodies.kick[i].at);
+      store3(sub_s * load3(rate + kAtVelocity), bodies.velocity_increment[i].at);
       if (!model.rotates(i)) continue;
       const Vec3<S> dw_W = sub_s * rotate(bodies.q_WB[i], load3(rate + kAtBodyRate));
-      if (turns) store3(load3(bodies.kick[i].at + 3) + dw_W, bodies.kick[i].at + 3);
-      else store3(dw_W, bodies.kick[i].at + 3);
+      if (turns) store3(load3(bodies.velocity_increment[i].at + 3) + dw_W, bodies.velocity_increment[i].at + 3);
+      else store3(dw_W, bodies.velocity_increment[i].at + 3);
     }
   });
 }
 
-// Any other scheme: the step that it would take without contacts, spread over the substeps.
-//   p_free = p + h (v + v_free) / 2 + rest
-template <class S> bool prepare_flight(World<S>& world, S t_s, S h_s) {
+// Any other scheme: the step that it takes without contacts, divided among the substeps.
+//   p_free = p + h (v + v_free) / 2 + remainder
+// Sets the velocity and pose increments. False: the scheme's implicit equations were not solved.
+template <class S> bool set_increments_of_stepper(World<S>& world, S t_s, S h_s) {
   Bodies<S>& bodies = world.bodies;
   RigidModel<S>& model = *world.model;
   store_bodies(world);
   if (!world.stepper->step(t_s, h_s, world.y.data(), world.y_free.data())) return false;
   const S share = S(1) / S(world.substeps), half_s = h_s / S(2);
   for (int i = 0; i < bodies.count; ++i) {
-    store3(Vec3<S>{}, bodies.place[i].at + 3);
+    store3(Vec3<S>{}, bodies.pose[i].at + 3);
     if (!bodies.moves[i]) continue;
     const BodyState<S> start = model.body(i, world.y.data()), end = model.body(i, world.y_free.data());
-    Vec3<S> dw{}, turn_rest{};
+    Vec3<S> dw{}, rotation_remainder{};
     if (model.rotates(i)) {
       const Vec3<S> w = load3(bodies.velocity[i].at + 3), w_free = rotate(end.q_WB, end.w_WB_B);
       dw = w_free - w;
-      turn_rest = so3_log(end.q_WB * conjugate(start.q_WB)) - half_s * (w + w_free);
+      rotation_remainder = so3_log(end.q_WB * conjugate(start.q_WB)) - half_s * (w + w_free);
       if (!bodies.isotropic[i]) bodies.inertia[i] = inverse_inertia(model.mass(i), start.q_WB);
     }
-    const Vec3<S> shift_rest = (end.p_WB - start.p_WB) - half_s * (start.v_WB + end.v_WB);
-    bodies.kick[i] = row(share * (end.v_WB - start.v_WB), share * dw);
-    bodies.rest[i] = row(share * shift_rest, share * turn_rest);
+    const Vec3<S> position_remainder = (end.p_WB - start.p_WB) - half_s * (start.v_WB + end.v_WB);
+    bodies.velocity_increment[i] = make_row(share * (end.v_WB - start.v_WB), share * dw);
+    bodies.pose_increment[i] = make_row(share * position_remainder, share * rotation_remainder);
   }
   return true;
 }
 
-template <class S> void kick(World<S>& world) {
+// v += dv_free.
+template <class S> void apply_free_velocity_increments(World<S>& world) {
   Bodies<S>& bodies = world.bodies;
   for_bodies(world, [&](int first, int last) {
     for (int i = first; i < last; ++i) {
-      if (world.by_mean) bodies.before[i] = bodies.velocity[i];
-      for (int c = 0; c < kLaneCount; ++c) bodies.velocity[i].at[c] += bodies.kick[i].at[c];
+      if (world.positions_by_mean_velocity) bodies.velocity_before[i] = bodies.velocity[i];
+      for (int c = 0; c < kLaneCount; ++c) bodies.velocity[i].at[c] += bodies.velocity_increment[i].at[c];
     }
   });
 }
 
-template <class S> void drift(World<S>& world, S sub_s) {
+// p += h_s v, by the velocity or by the mean of those before and after the increment; adds the pose increments and the
+// impact shifts.
+template <class S> void integrate_positions(World<S>& world, S sub_s) {
   Bodies<S>& bodies = world.bodies;
   const S by[kLaneCount] = {sub_s, sub_s, sub_s, sub_s, sub_s, sub_s, S(0), S(0)};
   for_bodies(world, [&](int first, int last) {
     for (int i = first; i < last; ++i) {
-      S* place = bodies.place[i].at;
+      S* pose = bodies.pose[i].at;
       const S* v = bodies.velocity[i].at;
-      if (world.by_mean)
+      if (world.positions_by_mean_velocity)
         for (int c = 0; c < kLaneCount; ++c)
-          place[c] += by[c] * ((v[c] + bodies.before[i].at[c]) / S(2)) + bodies.rest[i].at[c];
-      else if (world.has_rest)
-        for (int c = 0; c < kLaneCount; ++c) place[c] += by[c] * v[c] + bodies.rest[i].at[c];
+          pose[c] += by[c] * ((v[c] + bodies.velocity_before[i].at[c]) / S(2)) + bodies.pose_increment[i].at[c];
+      else if (world.has_pose_increment)
+        for (int c = 0; c < kLaneCount; ++c) pose[c] += by[c] * v[c] + bodies.pose_increment[i].at[c];
       else
-        for (int c = 0; c < kLaneCount; ++c) place[c] += by[c] * v[c];
-      if (!world.bounces) continue;
-      for (int c = 0; c < kLaneCount; ++c) place[c] += bodies.shift[i].at[c];
-      bodies.shift[i] = Row<S>{};
+        for (int c = 0; c < kLaneCount; ++c) pose[c] += by[c] * v[c];
+      if (!world.has_restitution) continue;
+      for (int c = 0; c < kLaneCount; ++c) pose[c] += bodies.impact_shift[i].at[c];
+      bodies.impact_shift[i] = Row<S>{};
     }
   });
 }
 
-template <class S> void turn_bodies(World<S>& world) {
+// At the end of the step: q_WB <- exp(s) q_WB of the rotation vector s since its beginning.
+template <class S> void update_orientations(World<S>& world) {
   Bodies<S>& bodies = world.bodies;
   for_bodies(world, [&](int first, int last) {
     for (int i = first; i < last; ++i) {
       if (!bodies.moves[i] || !world.model->rotates(i)) continue;
-      const Vec3<S> s = load3(bodies.place[i].at + 3);
+      const Vec3<S> s = load3(bodies.pose[i].at + 3);
       if (s.x == S(0) && s.y == S(0) && s.z == S(0)) continue;
       bodies.q_WB[i] = normalised(so3_exp(s) * bodies.q_WB[i]);
     }
   });
 }
 
-// Few enough contacts, and no body faster than what gravity brings within a substep: then the sweeps go on until the
-// velocities stay, so that what stands does not creep while its forces build up. Once they have, the first sweep
-// changes nothing.
+// True: there are at most 1000 pairs, and no body is faster than the velocity that gravity adds in a substep. Then the
+// sweeps go on until the velocities stay, so that a stack does not creep while its contact forces build up. Once they
+// have converged, the first sweep changes nothing.
 template <class S> bool at_rest(const World<S>& world) {
-  constexpr std::size_t most_pairs = 1000;
-  if (world.ball_pairs.size() + world.plane_pairs.size() + world.manifolds.size() > most_pairs) return false;
+  constexpr std::size_t max_pairs = 1000;
+  if (world.sphere_pairs.size() + world.plane_pairs.size() + world.manifolds.size() > max_pairs) return false;
   const S most = norm(world.gravity_W) * world.sub_s;
   const Bodies<S>& bodies = world.bodies;
   for (int i = 0; i < bodies.count; ++i) {
@@ -175,21 +185,23 @@ template <class S> bool at_rest(const World<S>& world) {
   return true;
 }
 
+// Largest component of the change of a surface velocity by the last sweep, m/s.
 template <class S> S largest_change(const World<S>& world) {
   const Bodies<S>& bodies = world.bodies;
   S most{};
   for (int i = 0; i < bodies.count; ++i)
     for (int c = 0; c < 3; ++c) {
-      const S turned = world.geometry[i].bounding_radius * (bodies.velocity[i].at[3 + c] - bodies.swept[i].at[3 + c]);
+      const S rotation = world.geometry[i].bounding_radius *
+                         (bodies.velocity[i].at[3 + c] - bodies.velocity_before_sweep[i].at[3 + c]);
       if (bodies.moves[i])
-        most =
-            real::max(most, real::max(real::abs(bodies.velocity[i].at[c] - bodies.swept[i].at[c]), real::abs(turned)));
+        most = real::max(most, real::max(real::abs(bodies.velocity[i].at[c] - bodies.velocity_before_sweep[i].at[c]),
+                                         real::abs(rotation)));
     }
   return most;
 }
 
-// Of the last sweep, `change` by it: relative to what gravity gives in a substep or to the largest velocity, whichever
-// is larger.
+// Adds the sweeps of a substep to the run's tallies. `change` by the last one, relative to what gravity gives in a
+// substep or to the largest velocity, whichever is larger.
 template <class S> void report_sweeps(World<S>& world, int sweeps, S change) {
   const Bodies<S>& bodies = world.bodies;
   S scale = norm(world.gravity_W) * world.sub_s;
@@ -201,47 +213,59 @@ template <class S> void report_sweeps(World<S>& world, int sweeps, S change) {
   const S residual = change == S(0) ? change : change / scale;
   world.model->system().solvers.add(
       IterativeSolver::contact_sweeps,
-      {sweeps, static_cast<double>(residual), residual <= S(kStill) ? SolveEnd::converged : SolveEnd::capped});
+      {sweeps, static_cast<double>(residual), residual <= S(kSweepTolerance) ? SolveEnd::converged : SolveEnd::capped});
 }
 
-// The last sweep of a substep is measured where `reports`, and where the scene is at rest.
-template <class S> void sweep(World<S>& world, bool rests, bool reports) {
-  constexpr int look_every = 8;
-  if (world.balls.batches.empty() && world.manifold_batches.batches.empty()) return;
-  const int sweeps = rests ? std::max(world.options.iterations, world.options.rest_sweeps) : world.options.iterations;
-  const S still = S(kStill) * norm(world.gravity_W) * world.sub_s;
+// Sweeps over all contacts: `iterations` of them, or at rest until the velocities stay, at most `rest_sweeps`. The
+// change by the last sweep is reported where `reports`, and where the scene is at rest.
+template <class S> void sweep_velocities(World<S>& world, bool is_at_rest, bool reports) {
+  constexpr int check_every = 8;
+  if (world.sphere_contacts.batches.empty() && world.manifold_contacts.batches.empty()) return;
+  const int sweeps =
+      is_at_rest ? std::max(world.options.iterations, world.options.rest_sweeps) : world.options.iterations;
+  const S tolerance_m_per_s = S(kSweepTolerance) * norm(world.gravity_W) * world.sub_s;
   for (int k = 0; k < sweeps; ++k) {
-    const bool looks = rests && k % look_every == 0 && k + 1 >= world.options.iterations;
-    const bool measures = looks || ((rests || reports) && k + 1 == sweeps);
-    if (measures) world.bodies.swept = world.bodies.velocity;
-    solve_balls(world);
-    solve_manifolds(world);
+    const bool checks = is_at_rest && k % check_every == 0 && k + 1 >= world.options.iterations;
+    const bool measures = checks || ((is_at_rest || reports) && k + 1 == sweeps);
+    if (measures) world.bodies.velocity_before_sweep = world.bodies.velocity;
+    solve_sphere_contacts(world);
+    solve_manifold_contacts(world);
     if (!measures) continue;
     const S change = largest_change(world);
-    const bool stays = looks && change <= still;
-    if (stays || k + 1 == sweeps) report_sweeps(world, k + 1, change);
-    if (stays) return;
+    const bool converged = checks && change <= tolerance_m_per_s;
+    if (converged || k + 1 == sweeps) report_sweeps(world, k + 1, change);
+    if (converged) return;
   }
 }
 
-template <class S> void substep(World<S>& world, S sub_s, bool last, Phases& phases) {
+template <class S> Preparation<S> preparation_of(const World<S>& world, S sub_s) {
+  Preparation<S> out;
+  out.position_correction.share = S(world.options.correction);
+  out.velocity_bias.sub_s = sub_s;
+  out.velocity_bias.impact_shift = world.has_restitution ? world.bodies.impact_shift.data() : nullptr;
+  out.warm_start = world.options.warm_start ? WarmStart::on : WarmStart::off;
+  return out;
+}
+
+template <class S> void substep(World<S>& world, S sub_s, bool last, PhaseTimer& timer) {
   const Options& options = world.options;
-  meet_impacts(world, sub_s);
-  const bool rests = options.rest_sweeps > options.iterations && at_rest(world);
-  phases.end("solve");
-  kick_rolling(world, sub_s);
-  kick(world);
-  phases.end("integrate");
-  prepare_balls(world, sub_s, options.push_apart, options.warm_start);
-  prepare_manifolds(world, sub_s, options.push_apart, options.warm_start);
-  look_ahead(world, sub_s);
-  const bool solved = options.solver != Solver::sequential && solve_directly(world, rests);
-  if (!solved) sweep(world, rests, last);
-  if (world.sums_impulses) add_sums(world);
-  phases.end("solve");
-  drift(world, sub_s);
-  turn_rolling(world, sub_s);
-  phases.end("integrate");
+  resolve_impacts(world, sub_s);
+  const bool is_at_rest = options.rest_sweeps > options.iterations && at_rest(world);
+  timer.end("solve");
+  set_rolling_velocity_increments(world, sub_s);
+  apply_free_velocity_increments(world);
+  timer.end("integrate");
+  const Preparation<S> preparation = preparation_of(world, sub_s);
+  prepare_sphere_contacts(world, preparation);
+  prepare_manifold_contacts(world, preparation);
+  predict_rolling_contact_points(world, sub_s);
+  const bool solved = options.solver != Solver::sequential && solve_directly(world, is_at_rest);
+  if (!solved) sweep_velocities(world, is_at_rest, last);
+  if (world.records_impulses) add_impulses_to_sums(world);
+  timer.end("solve");
+  integrate_positions(world, sub_s);
+  compose_rolling_rotations(world, sub_s);
+  timer.end("integrate");
 }
 
 }  // namespace
@@ -259,19 +283,19 @@ template <class S> void load_bodies(World<S>& world) {
   const RigidModel<S>& model = *world.model;
   std::fill(bodies.moves.begin(), bodies.moves.end(), 0);
   for (const int i : model.moving()) bodies.moves[i] = 1;
-  world.has_rest = false;
+  world.has_pose_increment = false;
   for (int i = 0; i < bodies.count; ++i) {
     load_body(world, i);
-    if (!world.sleep.island.empty() && world.sleep.island[i] >= 0) lay_down(world, i);
+    if (!world.sleep.sleeping_island.empty() && world.sleep.sleeping_island[i] >= 0) freeze_body(world, i);
   }
 }
 
-template <class S> void set_kicks(World<S>& world) {
+template <class S> void set_gravity_increments(World<S>& world) {
   Bodies<S>& bodies = world.bodies;
-  const Row<S> kick = row(world.sub_s * world.gravity_W, Vec3<S>{});
+  const Row<S> increment = make_row(world.sub_s * world.gravity_W, Vec3<S>{});
   for_bodies(world, [&](int first, int last) {
     for (int i = first; i < last; ++i)
-      if (bodies.moves[i]) bodies.kick[i] = kick;
+      if (bodies.moves[i]) bodies.velocity_increment[i] = increment;
   });
 }
 
@@ -283,14 +307,16 @@ template <class S> void load_body(World<S>& world, int i) {
   const bool turns = bodies.moves[i] && model.rotates(i);
   bodies.isotropic[i] = is_isotropic(mass);
   bodies.q_WB[i] = state.q_WB;
-  bodies.kick[i] = bodies.rest[i] = bodies.inertia[i] = bodies.velocity[i] = Row<S>{};
-  bodies.place[i] = row(state.p_WB, Vec3<S>{});
+  bodies.velocity_increment[i] = bodies.pose_increment[i] = bodies.inertia[i] = bodies.velocity[i] = Row<S>{};
+  bodies.pose[i] = make_row(state.p_WB, Vec3<S>{});
   if (!bodies.moves[i]) return;
-  bodies.velocity[i] = row(state.v_WB, turns ? rotate(state.q_WB, state.w_WB_B) : Vec3<S>{}, mass.inverse_mass_per_kg,
-                           turns && bodies.isotropic[i] ? mass.I_inverse_row[0].x : S(0));
-  bodies.inertia[i] = turns ? inverse_inertia(mass, state.q_WB) : row(Vec3<S>{}, Vec3<S>{}, mass.inverse_mass_per_kg);
-  bodies.kick[i] = row(world.sub_s * world.gravity_W, Vec3<S>{});
-  world.has_rest = world.has_rest || (turns && !bodies.isotropic[i]);
+  bodies.velocity[i] =
+      make_row(state.v_WB, turns ? rotate(state.q_WB, state.w_WB_B) : Vec3<S>{}, mass.inverse_mass_per_kg,
+               turns && bodies.isotropic[i] ? mass.I_inverse_row[0].x : S(0));
+  bodies.inertia[i] =
+      turns ? inverse_inertia(mass, state.q_WB) : make_row(Vec3<S>{}, Vec3<S>{}, mass.inverse_mass_per_kg);
+  bodies.velocity_increment[i] = make_row(world.sub_s * world.gravity_W, Vec3<S>{});
+  world.has_pose_increment = world.has_pose_increment || (turns && !bodies.isotropic[i]);
 }
 
 template <class S> void store_bodies(World<S>& world) {
@@ -298,49 +324,49 @@ template <class S> void store_bodies(World<S>& world) {
   for (int i = 0; i < bodies.count; ++i) {
     if (!bodies.moves[i]) continue;
     const S* v = bodies.velocity[i].at;
-    BodyState<S> state{load3(bodies.place[i].at), load3(v), bodies.q_WB[i], {}};
+    BodyState<S> state{load3(bodies.pose[i].at), load3(v), bodies.q_WB[i], {}};
     if (world.model->rotates(i)) state.w_WB_B = rotate_back(bodies.q_WB[i], load3(v + 3));
     world.model->set_body(i, state, world.y.data());
   }
 }
 
 template <class S> bool step(World<S>& world, S t_s, S h_s) {
-  Phases phases(world.profile);
+  PhaseTimer timer(world.profile);
   world.sub_s = h_s / S(world.substeps);
-  if (world.stepper == nullptr) prepare_fused_flight(world, t_s, h_s);
-  else if (!prepare_flight(world, t_s, h_s)) return false;
-  phases.end("integrate");
-  find_candidates(world, h_s);
-  phases.end("broad");
+  if (world.stepper == nullptr) set_increments_of_symplectic_euler(world, t_s, h_s);
+  else if (!set_increments_of_stepper(world, t_s, h_s)) return false;
+  timer.end("integrate");
+  update_candidate_pairs(world, h_s);
+  timer.end("broad");
   find_manifolds(world);
-  if (world.options.sleeping && wake_whom_others_meet(world)) {
-    find_candidates(world, h_s);
+  if (world.options.sleeping && wake_touched_islands(world)) {
+    update_candidate_pairs(world, h_s);
     find_manifolds(world);
   }
-  list_bouncing(world);
+  list_contacts_with_restitution(world);
   list_rolling(world, h_s);
   const bool events = world.observer != nullptr && world.observer->event;
-  world.sums_impulses = world.sums_impulses || events;
-  if (world.sums_impulses) clear_sums(world);
-  if (events) note_approaches(world);
-  phases.end("narrow");
+  world.records_impulses = world.records_impulses || events;
+  if (world.records_impulses) clear_impulse_sums(world);
+  if (events) record_approach_speeds(world);
+  timer.end("narrow");
   for (int k = 0; k < world.substeps; ++k) {
     world.t_s = t_s + S(k) * world.sub_s;
-    if (k > 0) turn_rolling_inertias(world);
-    if (k > 0) renew_manifolds(world);
-    phases.end("narrow");
-    substep(world, world.sub_s, k + 1 == world.substeps, phases);
+    if (k > 0) update_rolling_inertias(world);
+    if (k > 0) update_stale_manifolds(world);
+    timer.end("narrow");
+    substep(world, world.sub_s, k + 1 == world.substeps, timer);
   }
-  if (events) tell_onsets(world);
-  turn_bodies(world);
-  if (world.options.sleeping) fall_asleep(world, h_s);
-  phases.end("integrate");
+  if (events) report_impacts(world);
+  update_orientations(world);
+  if (world.options.sleeping) put_islands_to_sleep(world, h_s);
+  timer.end("integrate");
   return true;
 }
 
 #define ATWOOD_STEP(S)                                                          \
   template void load_bodies<S>(World<S>&);                                      \
-  template void set_kicks<S>(World<S>&);                                        \
+  template void set_gravity_increments<S>(World<S>&);                           \
   template Row<S> inverse_inertia<S>(const MassProperties<S>&, const Quat<S>&); \
   template void load_body<S>(World<S>&, int);                                   \
   template void store_bodies<S>(World<S>&);                                     \

@@ -78,7 +78,7 @@ TEST_CASE("+impulse: a coin that rolls or spins on its rim keeps its energy") {
     }
 }
 
-TEST_CASE("+impulse: what a rolling coin loses is of second order in the step") {
+TEST_CASE("+impulse: the energy loss of a rolling coin is of second order in the step") {
   const Coin coin;
   const Scene scene = steady(coin, 0.5, precession_of_disc(coin, 0.5), 0.5);
   const double coarse = largest_change_of_energy("atwood/rk4+impulse", scene, {0.5, 250, 25}),
@@ -87,7 +87,7 @@ TEST_CASE("+impulse: what a rolling coin loses is of second order in the step") 
   CHECK(fine < coarse / 10);
 }
 
-TEST_CASE("+impulse: a coin that slips loses what friction takes") {
+TEST_CASE("+impulse: a coin that slips loses the energy that friction dissipates") {
   // friction 0.1 where rolling asks for 0.325
   const Coin coin;
   const Scene scene = steady(coin, 1.05, 12, 0.1);
@@ -96,8 +96,8 @@ TEST_CASE("+impulse: a coin that slips loses what friction takes") {
   CHECK(largest_change_of_energy(euler, scene, {0.5, 500, 25}) == Approx(fine).epsilon(5e-3));
 }
 
-TEST_CASE("+impulse: impacts of one instant in the order that the scene names") {
-  // A ball meets two, left and right, at once, both as fast: the first of the file comes first.
+TEST_CASE("+impulse: simultaneous impacts follow the order that the scene names") {
+  // A ball hits two others at the same time and speed: the first in the scene's order comes first.
   const double c = std::sqrt(3.0) / 2;  // of the line of centres along y
   for (const bool left_first : {true, false}) {
     Body left = ball("left", 1, 0.5, {-0.5, 1, 0}, {}), right = ball("right", 1, 0.5, {0.5, 1, 0}, {});
@@ -110,7 +110,7 @@ TEST_CASE("+impulse: impacts of one instant in the order that the scene names") 
     CHECK(y_velocity(r, 0) == Approx(3 * c * c));
     CHECK(y_velocity(r, 1) == Approx(1.5 * c * c));
   }
-  // It touches both, 60 and 20 degrees off its way: the second comes first, for it is met the faster.
+  // It touches both, 60 and 20 degrees off its direction: the second comes first, because its approach is faster.
   const double near = std::acos(-1.0) / 9, far = 3 * near;
   Scene fastest = scene_of(
       {ball("far", 1, 0.5, {-std::sin(far), std::cos(far), 0}, {}),
@@ -125,7 +125,7 @@ TEST_CASE("+impulse: impacts of one instant in the order that the scene names") 
   const Recorded refused = try_run(euler, together, {1, 60, 1});
   CHECK(refused.outcome.status == Status::unsupported);
   CHECK(refused.outcome.reason.find("simultaneous_impacts is together") != std::string::npos);
-  // Without restitution it is the other way round: all contacts are one problem.
+  // Without restitution all contacts are solved together.
   together.materials[0].restitution = together.pairs[0].restitution = 0;
   const Recorded plastic = run(euler, together, {1, 60, 1});
   CHECK(y_velocity(plastic, 0) == Approx(y_velocity(plastic, 1)));

@@ -1,4 +1,4 @@
-// "+impulse": where impacts and corners are within a step, and who sleeps.
+// "+impulse": impacts on round and rotating surfaces, corners that touch within a step, sleep.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -58,9 +58,9 @@ double speed_of(const BodySample& body) {
 
 }  // namespace
 
-TEST_CASE("+impulse: an impact on a round or turning surface is where the shapes touch, at any step") {
-  // The ball meets the cap of a capsule aslant: its normal is known only when it is there. Momentum is kept whatever
-  // the normal, so it is the motion afterwards that tells.
+TEST_CASE("+impulse: an impact on a round or rotating surface is where the shapes touch, at any step") {
+  // The ball hits the cap of a capsule obliquely, so the normal depends on where it touches. Momentum is kept with any
+  // normal; a wrong one shows in the motion afterwards.
   const Scene scene = catalogue("struck-rod-rough");
   const Recorded fine = run(euler, scene, {2.0, 7680, 60});
   for (const int steps : {60, 120, 420, 1920}) {
@@ -80,9 +80,9 @@ TEST_CASE("+impulse: an impact at a step's very end is as fast as any other") {
   CHECK(static_cast<double>(impact->vn_after_m_per_s) == Approx(3).epsilon(1e-13));
 }
 
-TEST_CASE("+impulse: corners that come near within a step are met") {
-  // Boxes tumble into a heap at 60 steps a second: within one, corners pass each other that were far when it began.
-  // Contacts kept as they were then let boxes sink in by more than half an edge.
+TEST_CASE("+impulse: corners that come near within a step do not penetrate") {
+  // Boxes tumble into a heap at 60 steps a second: within a step, corners come near that were far apart when it began.
+  // With the manifolds of the step's beginning, boxes penetrate by more than half an edge.
   const Scene scene = catalogue("settling-boxes-100");
   const Recorded r = run(euler, scene, {0.5, 30, 30});
   double deepest = 0;
@@ -91,20 +91,20 @@ TEST_CASE("+impulse: corners that come near within a step are met") {
   CHECK(deepest < 0.01);  // a tenth of half an edge
 }
 
-TEST_CASE("+impulse: sleeping is off unless asked for, and holds still what has been at rest") {
+TEST_CASE("+impulse: sleeping is off by default, and holds bodies that have been at rest") {
   const Scene scene = tower_and_ball({0, 0, 1e3}, 0);
   const Plan plan{2.0, 480, 20};
   const Recorded sleeping = run(euler + "{sleeping=true,sleep_after_s=0.25}", scene, plan);
   for (const Sample& s : sleeping.samples) {
     if (static_cast<double>(s.t_s) < 0.3) continue;
     for (int i = 1; i <= 3; ++i) CHECK(speed_of(s.bodies[i]) == 0);
-    CHECK(s.contacts.empty());  // nobody is solved any more
+    CHECK(s.contacts.empty());  // contacts of sleeping bodies are not solved
   }
   const Recorded awake = run(euler, scene, plan);
   CHECK(!awake.samples.back().contacts.empty());
 }
 
-TEST_CASE("+impulse: who sleeps wakes before he is hit, with all that lie on him") {
+TEST_CASE("+impulse: a sleeping island wakes as a whole before a moving body hits it") {
   // meets the uppermost cube's side after half a second
   const Scene scene = tower_and_ball({-1.65, 0, 0.5 + 9.81 / 8}, 3);
   const Plan plan{1.5, 720, 90};
@@ -122,7 +122,7 @@ TEST_CASE("+impulse: who sleeps wakes before he is hit, with all that lie on him
   CHECK(fastest > 0.5);
 }
 
-TEST_CASE("+impulse: sleeping is refused where forces act that would wake nobody") {
+TEST_CASE("+impulse: sleeping is refused where forces act whose changes would not wake a body") {
   Scene scene = tower_and_ball({0, 0, 2}, 0);
   LinearDrag drag;
   drag.bodies = {1};
@@ -133,7 +133,7 @@ TEST_CASE("+impulse: sleeping is refused where forces act that would wake nobody
   CHECK(r.outcome.reason.find("sleeping") != std::string::npos);
 }
 
-TEST_CASE("+impulse: who sleeps does not depend on the number of threads") {
+TEST_CASE("+impulse: sleep does not depend on the number of threads") {
   const Scene scene = catalogue("settling-boxes-100");
   const Plan plan{3.0, 720, 12};
   const Recorded one = run(euler + "{sleeping=true}", scene, plan),
