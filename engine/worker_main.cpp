@@ -1,5 +1,5 @@
 // The in-house engine as a worker process.
-#include "collision/box_edges_test.hpp"
+#include "collision/box_edge_crossings.hpp"
 #include "collision/query.hpp"
 #include "protocol/worker.hpp"
 #include "simulation.hpp"

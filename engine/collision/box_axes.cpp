@@ -77,12 +77,12 @@ template <class S> bool greatest_gap(const BoxPair<S>& pair, S limit, BoxAxis<S>
   best = {};
   if (!faces(pair, Q, limit, best)) return false;
 
-  // Most edges are told from R alone: with v = s gap and s <= 1, an axis can only win if v > min(best, 0).
+  // Most edges are rejected by R alone: with v = s gap and s <= 1, an axis can only win if v > min(best, 0).
   const auto& R = pair.R;
   const auto &h_a = pair.h_a, &h_b = pair.h_b, &t = pair.t_a;
   const S eps = real::epsilon<S>();
   const S slack = S(16) * eps * (pair.size + real::abs(t[0]) + real::abs(t[1]) + real::abs(t[2]));
-  S edge_gap = best.gap, won = best.gap + S(8) * eps * pair.size;  // a face keeps what round-off could take from it
+  S edge_gap = best.gap, won = best.gap + S(8) * eps * pair.size;  // a face is preferred within round-off
   bool edge_wins = false;
   EdgeAxis<S> edge{};
   for (int i = 0, i1 = 1, i2 = 2; i < 3; ++i, i1 = next(i1), i2 = next(i2)) {
@@ -92,7 +92,7 @@ template <class S> bool greatest_gap(const BoxPair<S>& pair, S limit, BoxAxis<S>
       if (v <= real::min(edge_gap, S(0))) continue;
       const S sine = real::sqrt(R[i1][j] * R[i1][j] + R[i2][j] * R[i2][j]);
       if (v <= edge_gap * sine || sine <= S(4) * eps)
-        continue;  // parallel within the axes' own round-off: faces say it all
+        continue;  // parallel within the round-off of the axes: the faces decide
       const EdgeAxis<S> axis = edge_axis(pair, i, j, sine);
       if (axis.gap > limit) return false;
       if (!(axis.gap > (edge_wins ? edge_gap : won))) continue;

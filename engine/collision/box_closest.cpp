@@ -19,8 +19,8 @@ template <class S> struct CornerNearest {
   int box_feature = kFeatureNone, corner_feature = kFeatureNone;
   int steps = 0;  // parts of `way` that are not 0: 1 over a face, 2 beside an edge, 3 off a corner
 };
-// Squares of distances that agree to round-off are directions that differ by its root: then the feature decides that
-// leaves the direction least freedom.
+// Squared distances that agree to round-off may have directions that differ by its square root: the feature that
+// determines the direction best is then preferred (a face before an edge before a corner).
 template <class S> bool nearer(const CornerNearest<S>& x, const CornerNearest<S>& y) {
   const S tie = S(8) * real::epsilon<S>() * real::max(x.square, y.square);
   if (real::abs(x.square - y.square) > tie || x.steps == y.steps) return x.square < y.square;
@@ -34,7 +34,7 @@ CornerNearest<S> nearest_corner(const Three<S>& h, const Three<S>& t, const Thre
   for (int bits = 0; bits < 8; ++bits) {
     CornerNearest<S> one;
     Three<S> x = t;
-    bool repeats = false;  // of a side without length one end is enough
+    bool repeats = false;  // a side without length has one end
     for (int j = 0; j < 3; ++j) {
       const int sign = (bits >> j) & 1 ? 1 : -1;
       repeats = repeats || (sign > 0 && other_h[j] == S(0));

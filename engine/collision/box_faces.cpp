@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "collision/box_pair.hpp"
-#include "collision/skin.hpp"
+#include "collision/capsule_surface.hpp"
 
 namespace atwood {
 
@@ -11,17 +11,17 @@ namespace {
 
 constexpr int next(int i) { return i == 2 ? 0 : i + 1; }
 
-// The two boxes as the reference sees them, in its axes.
-template <class S> struct Facing {
-  std::array<S, 3> h, other_h, t, n;  // half extents; the way to the other's centre; the way it lies (unit)
+// The two boxes in the axes of the reference box.
+template <class S> struct FacePair {
+  std::array<S, 3> h, other_h, t, n;  // half extents; vector to the other's centre; the normal towards it (unit)
   std::array<std::array<S, 3>, 3> R;  // R[i][j] = reference axis i . other's axis j
   int k, l;                           // the faces' axes
   S sign, other_sign;                 // and which of the two faces each
-  S round_off;                        // of places on the face
+  S round_off;                        // of points on the face
 };
 
-template <class S> Facing<S> facing(const BoxPair<S>& pair, bool reference_is_a, int k, const Vec3<S>& normal_W) {
-  Facing<S> f;
+template <class S> FacePair<S> face_pair(const BoxPair<S>& pair, bool reference_is_a, int k, const Vec3<S>& normal_W) {
+  FacePair<S> f;
   f.k = k;
   const Vec3<S>* axis = reference_is_a ? pair.place_a->axis_W : pair.place_b->axis_W;
   const Vec3<S>* other = reference_is_a ? pair.place_b->axis_W : pair.place_a->axis_W;
@@ -47,7 +47,7 @@ template <class S> Facing<S> facing(const BoxPair<S>& pair, bool reference_is_a,
 template <class S> struct Corner {
   S u, v, gap;
   int feature, other_feature, side;
-  S skin;  // from the reference's core to its surface, along the normal
+  S thickness;  // from the reference's core to its surface, along the normal
 };
 template <class S> struct Polygon {
   static constexpr int most = 12;  // four corners, and one more for each side that cuts; round-off can add some
@@ -60,7 +60,7 @@ template <class S> struct Polygon {
   const Corner<S>& operator[](int i) const { return corners[static_cast<std::size_t>(i)]; }
 };
 
-template <class S> void put_other_face(const Facing<S>& f, Polygon<S>& polygon) {
+template <class S> void put_other_face(const FacePair<S>& f, Polygon<S>& polygon) {
   const int u = next(f.k), v = next(u), l1 = next(f.l), l2 = next(l1);
   // Centre and half sides of the other's face, as (u, v, gap): moved along the normal onto the reference face.
   const auto projected = [&](S x_u, S x_v, S x_k) {
@@ -84,7 +84,7 @@ template <class S> void put_other_face(const Facing<S>& f, Polygon<S>& polygon) 
 
 // The features that meet where the polygon's side crosses the reference's side `cut` (0: u = +h, 1: u = -h, 2, 3: v
 // likewise).
-template <class S> void name_crossing(const Facing<S>& f, int side, int cut, Corner<S>& at) {
+template <class S> void set_features(const FacePair<S>& f, int side, int cut, Corner<S>& at) {
   const int u = next(f.k), v = next(u), l1 = next(f.l), l2 = next(l1);
   const auto sides = [&](int which) { return (which % 2 == 0 ? 1 : -1) * kFeatureWeight[which < 2 ? u : v]; };
   at.feature = kFeatureNone + static_cast<int>(f.sign) * kFeatureWeight[f.k] + sides(cut);
@@ -94,15 +94,15 @@ template <class S> void name_crossing(const Facing<S>& f, int side, int cut, Cor
 }
 
 // False: nothing lies beyond the side, and `kept` is not written.
-template <class S> bool clip(const Facing<S>& f, int cut, const Polygon<S>& polygon, Polygon<S>& kept) {
+template <class S> bool clip(const FacePair<S>& f, int cut, const Polygon<S>& polygon, Polygon<S>& kept) {
   const S sign = cut % 2 == 0 ? S(1) : S(-1), h = f.h[next(cut < 2 ? f.k : next(f.k))];
   const auto coordinate = [cut](const Corner<S>& c) { return cut < 2 ? c.u : c.v; };
-  // By round-off alone nothing lies beyond: of a capsule's line along another's it would cut an end off.
+  // Points within round-off of the side stay: clipping them would cut an end off a capsule parallel to another.
   const auto beyond = [&](const Corner<S>& c) { return sign * coordinate(c) > h + f.round_off; };
   bool any = false;
   for (int i = 0; i < polygon.count; ++i) any = any || beyond(polygon[i]);
   if (!any) return false;
-  const S hair = S(1e-3) * (f.h[next(f.k)] + f.h[next(next(f.k))]);
+  const S tolerance = S(1e-3) * (f.h[next(f.k)] + f.h[next(next(f.k))]);
   const Corner<S>* inherited = nullptr;
   kept.count = 0;
   for (int i = 0; i < polygon.count; ++i) {
@@ -116,11 +116,11 @@ template <class S> bool clip(const Facing<S>& f, int cut, const Polygon<S>& poly
     const auto between = [part](S x, S y) { return x + part * (y - x); };
     Corner<S> at{between(p.u, q.u), between(p.v, q.v), between(p.gap, q.gap), 0, 0, q_out ? 4 + cut : p.side, S(0)};
     (cut < 2 ? at.u : at.v) = sign * h;
-    name_crossing(f, p.side, cut, at);
-    // A corner that is cut off by a hair leaves its name to one of the cuts: flush boxes must not change names by
-    // round-off.
+    set_features(f, p.side, cut, at);
+    // A corner cut off within `tolerance` passes its features to one of the two new corners, so that the ids of flush
+    // boxes do not change by round-off.
     const Corner<S>& lost = q_out ? q : p;
-    if (real::abs(lost.u - at.u) + real::abs(lost.v - at.v) <= hair && &lost != inherited) {
+    if (real::abs(lost.u - at.u) + real::abs(lost.v - at.v) <= tolerance && &lost != inherited) {
       at.feature = lost.feature, at.other_feature = lost.other_feature;
       inherited = &lost;
     }
@@ -130,7 +130,7 @@ template <class S> bool clip(const Facing<S>& f, int cut, const Polygon<S>& poly
 }
 
 // Neighbours that are one point to round-off, the last and the first among them.
-template <class S> void drop_doubles(Polygon<S>& polygon, S tolerance) {
+template <class S> void remove_duplicates(Polygon<S>& polygon, S tolerance) {
   const auto same = [tolerance](const Corner<S>& p, const Corner<S>& q) {
     return real::abs(p.u - q.u) <= tolerance && real::abs(p.v - q.v) <= tolerance &&
            real::abs(p.gap - q.gap) <= tolerance;
@@ -171,14 +171,14 @@ template <class S> void keep_four(Polygon<S>& polygon) {
   polygon.count = 4;
 }
 
-// From the gap of the cores to that of the surfaces.
-template <class S> void put_skins_on(const Facing<S>& f, S radius, S other_radius, Corner<S>& c) {
+// Turns the gap of the cores into that of the surfaces.
+template <class S> void subtract_radii(const FacePair<S>& f, S radius, S other_radius, Corner<S>& c) {
   std::array<S, 3> x;
   x[f.k] = f.sign * f.h[f.k], x[next(f.k)] = c.u, x[next(next(f.k))] = c.v;
   S cosine = S(0), along = S(0);
   for (int i = 0; i < 3; ++i) cosine += f.n[i] * f.R[i][2], along += (x[i] + c.gap * f.n[i] - f.t[i]) * f.R[i][2];
-  c.skin = skin_thickness(radius, f.h[2], x[2], f.n[2]);
-  c.gap -= c.skin + skin_thickness(other_radius, f.other_h[2], along, -cosine);
+  c.thickness = core_to_surface(radius, f.h[2], x[2], f.n[2]);
+  c.gap -= c.thickness + core_to_surface(other_radius, f.other_h[2], along, -cosine);
 }
 
 }  // namespace
@@ -186,7 +186,7 @@ template <class S> void put_skins_on(const Facing<S>& f, S radius, S other_radiu
 template <class S>
 Manifold<S> face_manifold(const BoxPair<S>& pair, bool reference_is_a, int k, const Vec3<S>& normal_W, S margin,
                           S& deepest) {
-  const Facing<S> f = facing(pair, reference_is_a, k, normal_W);
+  const FacePair<S> f = face_pair(pair, reference_is_a, k, normal_W);
   Polygon<S> buffers[2];
   Polygon<S>*polygon = &buffers[0], *spare = &buffers[1];
   put_other_face(f, *polygon);
@@ -200,7 +200,7 @@ Manifold<S> face_manifold(const BoxPair<S>& pair, bool reference_is_a, int k, co
   const S radius = reference_is_a ? pair.radius_a : pair.radius_b;
   const S other_radius = reference_is_a ? pair.radius_b : pair.radius_a;
   deepest = std::numeric_limits<S>::infinity();
-  if (near.count == 0) {  // beside each other; of overlapping boxes by no more than round-off
+  if (near.count == 0) {  // the faces do not overlap; of overlapping boxes by round-off only
     const S u = f.h[next(k)], v = f.h[next(next(k))];
     lowest.u = real::max(-u, real::min(u, lowest.u)), lowest.v = real::max(-v, real::min(v, lowest.v));
     near.add(lowest);
@@ -209,7 +209,7 @@ Manifold<S> face_manifold(const BoxPair<S>& pair, bool reference_is_a, int k, co
   }
   S least = std::numeric_limits<S>::infinity();
   for (int i = 0; i < near.count; ++i) {
-    if (radius > S(0) || other_radius > S(0)) put_skins_on(f, radius, other_radius, near[i]);
+    if (radius > S(0) || other_radius > S(0)) subtract_radii(f, radius, other_radius, near[i]);
     least = real::min(least, near[i].gap);
   }
   int kept = 0;
@@ -219,12 +219,12 @@ Manifold<S> face_manifold(const BoxPair<S>& pair, bool reference_is_a, int k, co
     ++kept;
   }
   near.count = kept;
-  drop_doubles(near, f.round_off);
+  remove_duplicates(near, f.round_off);
   if (near.count > 4) keep_four(near);
 
   Manifold<S> m;
   m.normal_W = normal_W;
-  m.meeting = near.count > 2 ? Meeting::face : near.count == 2 ? Meeting::edge : Meeting::point;
+  m.type = near.count > 2 ? ManifoldType::face : near.count == 2 ? ManifoldType::edge : ManifoldType::point;
   m.count = near.count;
   const Placement<S>& place = reference_is_a ? *pair.place_a : *pair.place_b;
   const Vec3<S> outward = reference_is_a ? normal_W : -normal_W;  // from the reference to the other
@@ -232,7 +232,7 @@ Manifold<S> face_manifold(const BoxPair<S>& pair, bool reference_is_a, int k, co
     const Corner<S>& c = near[i];
     const Vec3<S> on_reference =
         c.u * place.axis_W[next(k)] + c.v * place.axis_W[next(next(k))] + (f.sign * f.h[k]) * place.axis_W[k];
-    m.points[static_cast<std::size_t>(i)] = {place.p_W + (on_reference + (c.skin + c.gap / S(2)) * outward), c.gap,
+    m.points[static_cast<std::size_t>(i)] = {place.p_W + (on_reference + (c.thickness + c.gap / S(2)) * outward), c.gap,
                                              feature_id(normal_W, reference_is_a ? c.feature : c.other_feature,
                                                         reference_is_a ? c.other_feature : c.feature)};
   }

@@ -1,8 +1,8 @@
-// Two boxes with rounded skins: a box, a rectangle (no thickness), a capsule's segment (length alone). Everything that
-// follows is worked out between the cores; the radii are taken off the gap at the end, which is exact for either sign
-// of it.
+// Two rounded boxes. A box's core is the box, a rectangle's has no thickness, a capsule's is its segment (length only).
+// Gaps are computed between the cores; the radii are subtracted at the end, which is exact whether the cores overlap or
+// not.
 //
-// Lengths are measured from a's centre, so what is far from the world's origin is no less exact.
+// Coordinates are relative to a's centre, so accuracy does not depend on the distance from the world's origin.
 #pragma once
 
 #include <array>
@@ -32,28 +32,28 @@ template <class S> struct BoxAxis {
   int i = 0, j = 0;  // A_i (face_a, edges), B_j (face_b, edges)
   Vec3<S> normal_W;  // unit, from a to b
 };
-// The axis of greatest gap: when the cores overlap, that of least penetration. False, early, when some axis shows more
-// than `limit` between them.
+// The separating-axis test: the axis of the greatest gap, which is that of least penetration when the cores overlap.
+// False, with `best` unset, as soon as the gap along some axis is above `limit`.
 template <class S> bool greatest_gap(const BoxPair<S>& pair, S limit, BoxAxis<S>& best);
 
 // ---- features: sign s_k of each axis, 0 where it varies: a corner, an edge or a face ------------------------------
 constexpr std::array<int, 3> kFeatureWeight{9, 3, 1};
 constexpr int kFeatureNone = 13;  // all signs 0; add sign * weight
-// Of two boxes that meet one is first whichever is called a: that behind along a fixed direction, no axis or diagonal
-// of any scene, so that it rarely changes while they touch.
+// A canonical order of two boxes in contact, whichever is called a: by the sign of the normal's component along a fixed
+// direction, which is no axis or diagonal of common scenes, so that the order rarely changes while they touch.
 template <class S> bool a_lies_first(const Vec3<S>& normal_W) {
   return dot(normal_W, Vec3<S>{S(0.4391), S(0.5573), S(0.7047)}) > S(0);
 }
-// The name of two features that meet.
+// The identity of a pair of features in contact, the same for either order of the boxes.
 template <class S> std::uint32_t feature_id(const Vec3<S>& normal_W, int feature_a, int feature_b) {
   return static_cast<std::uint32_t>(a_lies_first(normal_W) ? 32 * feature_a + feature_b : 32 * feature_b + feature_a);
 }
 
 // ---- where two faces lie over each other (box_faces.cpp) ----------------------------------------------------------
-// The face of the reference box along its axis `k` that looks along the normal most, and the other's face that looks
-// against it most, projected onto each other along the normal; kept are the points within `margin`, at most four.
-// `normal_W` need not be the reference face's own. `deepest` is the least gap between the cores, infinite when the
-// faces do not overlap (the manifold is then the other's lowest corner, moved onto the face).
+// The reference face (of the reference box, across its axis `k`, on the side of the normal) and the incident face (the
+// other's face most opposed to the normal) projected onto each other along the normal; the points within `margin` are
+// kept, at most four. `normal_W` need not be the reference face's normal. `deepest` is the least gap between the cores,
+// infinite when the faces do not overlap (the manifold is then the other's lowest corner, moved onto the face).
 template <class S>
 Manifold<S> face_manifold(const BoxPair<S>& pair, bool reference_is_a, int k, const Vec3<S>& normal_W, S margin,
                           S& deepest);
@@ -69,7 +69,7 @@ template <class S> struct BoxClosest {
 // edges.
 template <class S> BoxClosest<S> closest_of_boxes(const BoxPair<S>& pair);
 
-// ---- all together (box_pairs.cpp) ---------------------------------------------------------------------------------
+// ---- the manifold (box_pairs.cpp) ---------------------------------------------------------------------------------
 // False: the surfaces are more than `margin` apart.
 template <class S> bool box_manifold(const BoxPair<S>& pair, S margin, Manifold<S>& out);
 

@@ -3,8 +3,8 @@
 
 #include <limits>
 
+#include "collision/capsule_surface.hpp"
 #include "collision/pair_tests.hpp"
-#include "collision/skin.hpp"
 
 namespace atwood {
 
@@ -12,8 +12,8 @@ namespace {
 
 constexpr int next(int i) { return i == 2 ? 0 : i + 1; }
 
-// Faces, or edges, that lie flatter upon each other than this (the sine or one minus the cosine of 1.1 degrees) meet in
-// more than one point, although the direction of least penetration need not be a face's own.
+// Faces, or edges, within 1.1 degrees of parallel (its sine and cosine) have a manifold of more than one point,
+// although the direction of least penetration need not be a face's normal.
 template <class S> constexpr S kFlatSine = S(0.02);
 template <class S> constexpr S kFlatCosine = S(0.9998);
 
@@ -27,16 +27,16 @@ template <class S> int most_along(const Placement<S>& place, const Vec3<S>& n_W,
   return best;
 }
 
-// A meeting that no single face rules: along the normal, the surfaces `gap` apart (cores), a's point given.
-template <class S> struct Crossing {
+// A contact that is not on a face: the normal, the gap of the cores along it, and the point of a's core.
+template <class S> struct EdgeContact {
   Vec3<S> normal_W;
   S gap{};
   std::array<S, 3> on_a{};  // in a's axes
   int feature_a = kFeatureNone, feature_b = kFeatureNone;
 };
 
-// Both have a face across the normal: then which of them is the reference does not hang on which axis won by a hair, or
-// the names of the points would.
+// Both boxes have a face perpendicular to the normal: the reference is then chosen canonically, not by the axis that
+// won by round-off, so that the ids of the points are stable.
 template <class S>
 bool flat_faces(const BoxPair<S>& pair, const Vec3<S>& normal_W, S margin, Manifold<S>& out, S& deepest) {
   S along_a, along_b;
@@ -47,29 +47,32 @@ bool flat_faces(const BoxPair<S>& pair, const Vec3<S>& normal_W, S margin, Manif
   return true;
 }
 
-// One of two edges side by side, as seen from a's centre in world axes.
-template <class S> struct Side {
-  Vec3<S> center_W, at_W, along_W;  // of the core; the nearest point of the core; the edge's direction
-  S place, half_length, radius;     // where on the edge that point lies
+// One of two parallel edges, relative to a's centre, in world axes.
+template <class S> struct ParallelEdge {
+  Vec3<S> center_W, at_W, along_W;    // centre of the core; its nearest point; the edge's direction
+  S coordinate, half_length, radius;  // coordinate: of the nearest point along the edge
 };
 
-// The gap at a place `way` along the base's edge from the nearest point, and the base's skin there.
+// The gap at a distance `way` along the base's edge from the nearest point, and the base's thickness there.
 template <class S>
-bool gap_beside(const Side<S>& base, const Side<S>& other, const Vec3<S>& n_W, S core_gap, S way, S& gap, S& skin) {
+bool gap_beside(const ParallelEdge<S>& base, const ParallelEdge<S>& other, const Vec3<S>& n_W, S core_gap, S way,
+                S& gap, S& thickness) {
   const Vec3<S> from_W = base.at_W + way * base.along_W;
-  skin = skin_thickness(base.radius, base.half_length, base.place + way, dot(n_W, base.along_W));
+  thickness = core_to_surface(base.radius, base.half_length, base.coordinate + way, dot(n_W, base.along_W));
   bool found = true;
   if (other.radius > S(0)) {
-    gap = way_to_capsule(from_W - other.center_W, n_W, other.along_W, other.radius, other.half_length, found) - skin;
+    gap = raycast_capsule(from_W - other.center_W, n_W, other.along_W, other.radius, other.half_length, found) -
+          thickness;
   } else {
-    gap = core_gap + way * (dot(n_W, other.along_W) / dot(base.along_W, other.along_W) - dot(n_W, base.along_W)) - skin;
+    gap = core_gap + way * (dot(n_W, other.along_W) / dot(base.along_W, other.along_W) - dot(n_W, base.along_W)) -
+          thickness;
   }
   return found;
 }
 
-// Two edges side by side: the nearest point, and both ends of the stretch that they share. Of two sharp edges that
-// holds only while they are parallel to round-off: a hair off, and they meet in one point.
-template <class S> bool parallel_edges(const BoxPair<S>& pair, const Crossing<S>& at, S margin, Manifold<S>& out) {
+// Two parallel edges: the nearest point, and both ends of their common stretch. Two sharp edges must be parallel to
+// round-off; otherwise they touch in one point.
+template <class S> bool parallel_edges(const BoxPair<S>& pair, const EdgeContact<S>& at, S margin, Manifold<S>& out) {
   int i = -1, j = -1;
   for (int p = 0; p < 3; ++p)
     for (int q = 0; q < 3; ++q)
@@ -84,39 +87,39 @@ template <class S> bool parallel_edges(const BoxPair<S>& pair, const Crossing<S>
   const Vec3<S> t_W = pair.place_b->p_W - pair.place_a->p_W;
   const Vec3<S> on_a_W = turned(*pair.place_a, Vec3<S>{at.on_a[0], at.on_a[1], at.on_a[2]});
   const Vec3<S> on_b_W = on_a_W + at.gap * at.normal_W;
-  const Side<S> a{{}, on_a_W, A, at.on_a[i], pair.h_a[i], pair.radius_a};
-  const Side<S> b{t_W, on_b_W, B, dot(on_b_W - t_W, B), pair.h_b[j], pair.radius_b};
+  const ParallelEdge<S> a{{}, on_a_W, A, at.on_a[i], pair.h_a[i], pair.radius_a};
+  const ParallelEdge<S> b{t_W, on_b_W, B, dot(on_b_W - t_W, B), pair.h_b[j], pair.radius_b};
   const bool like = (a.radius > S(0)) == (b.radius > S(0)), from_a = like ? a_lies_first(at.normal_W) : b.radius > S(0);
-  const Side<S>&base = from_a ? a : b, &other = from_a ? b : a;
+  const ParallelEdge<S>&base = from_a ? a : b, &other = from_a ? b : a;
   const Vec3<S> n_W = from_a ? at.normal_W : -at.normal_W;
   const S cosine = pair.R[i][j], reach = other.half_length * real::abs(cosine),
-          middle = base.place - cosine * other.place;
+          middle = base.coordinate - cosine * other.coordinate;
   const S from = real::max(-base.half_length, middle - reach), to = real::min(base.half_length, middle + reach);
 
   out = {};
   out.normal_W = at.normal_W;
-  out.meeting = Meeting::edge;
+  out.type = ManifoldType::edge;
   const std::uint32_t name = 1024u + 4u * static_cast<std::uint32_t>(3 * i + j);
-  const S hair = S(1e-3) * (base.half_length + other.half_length);
-  const auto point_id = [&](S place) {
-    return name + (real::abs(place - from) <= hair ? 1u : real::abs(place - to) <= hair ? 2u : 0u);
+  const S tolerance = S(1e-3) * (base.half_length + other.half_length);
+  const auto point_id = [&](S coordinate) {
+    return name + (real::abs(coordinate - from) <= tolerance ? 1u : real::abs(coordinate - to) <= tolerance ? 2u : 0u);
   };
-  const auto add = [&](S way, S gap, S skin, std::uint32_t id) {
+  const auto add = [&](S way, S gap, S thickness, std::uint32_t id) {
     out.points[static_cast<std::size_t>(out.count++)] = {
-        pair.place_a->p_W + (base.at_W + way * base.along_W + (skin + gap / S(2)) * n_W), gap, id};
+        pair.place_a->p_W + (base.at_W + way * base.along_W + (thickness + gap / S(2)) * n_W), gap, id};
   };
-  add(S(0), at.gap - pair.radius_a - pair.radius_b, base.radius, point_id(base.place));
+  add(S(0), at.gap - pair.radius_a - pair.radius_b, base.radius, point_id(base.coordinate));
   for (const S end : {from, to}) {
-    S gap, skin;
-    const S way = end - base.place;
-    if (point_id(end) == out.points[0].id || !gap_beside(base, other, n_W, at.gap, way, gap, skin)) continue;
-    if (gap <= margin) add(way, gap, skin, point_id(end));
+    S gap, thickness;
+    const S way = end - base.coordinate;
+    if (point_id(end) == out.points[0].id || !gap_beside(base, other, n_W, at.gap, way, gap, thickness)) continue;
+    if (gap <= margin) add(way, gap, thickness, point_id(end));
   }
   return out.count > 1;
 }
 
 template <class S>
-void crossing_manifold(const BoxPair<S>& pair, const Crossing<S>& at, Meeting meeting, S margin, Manifold<S>& out) {
+void edge_manifold(const BoxPair<S>& pair, const EdgeContact<S>& at, ManifoldType type, S margin, Manifold<S>& out) {
   S deepest;
   const S round_off = S(64) * real::epsilon<S>() * pair.size;
   if (flat_faces(pair, at.normal_W, margin, out, deepest) && real::abs(deepest - at.gap) <= round_off) return;
@@ -124,7 +127,7 @@ void crossing_manifold(const BoxPair<S>& pair, const Crossing<S>& at, Meeting me
   const S gap = at.gap - pair.radius_a - pair.radius_b;
   out = {};
   out.normal_W = at.normal_W;
-  out.meeting = meeting;
+  out.type = type;
   out.count = 1;
   const Vec3<S> on_a_W = turned(*pair.place_a, Vec3<S>{at.on_a[0], at.on_a[1], at.on_a[2]});
   out.points[0] = {pair.place_a->p_W + (on_a_W + (pair.radius_a + gap / S(2)) * at.normal_W), gap,
@@ -137,10 +140,10 @@ bool is_edge(int feature) {  // two signs of three
   return signs == 2;
 }
 
-// Two edges that have gone through each other: of each box the edge farthest along the normal.
-template <class S> Crossing<S> crossing_of(const BoxPair<S>& pair, const BoxAxis<S>& axis) {
+// Two crossing edges in overlap: of each box the edge that is farthest along the normal.
+template <class S> EdgeContact<S> edge_contact(const BoxPair<S>& pair, const BoxAxis<S>& axis) {
   const int i = axis.i, j = axis.j;
-  Crossing<S> at{axis.normal_W, axis.gap, {}, kFeatureNone, kFeatureNone};
+  EdgeContact<S> at{axis.normal_W, axis.gap, {}, kFeatureNone, kFeatureNone};
   std::array<S, 3> w = pair.t_a;  // from a's edge's middle to b's, in a's axes
   for (int k = next(i); k != i; k = next(k)) {
     const int sign = dot(axis.normal_W, pair.place_a->axis_W[k]) < S(0) ? -1 : 1;
@@ -176,15 +179,15 @@ template <class S> bool box_manifold(const BoxPair<S>& pair, S margin, Manifold<
     if (!(axis.gap > S(0)) || deepest <= axis.gap + S(8) * real::epsilon<S>() * pair.size) return true;
   }
   if (axis.kind == BoxAxisKind::edges && !(axis.gap > S(0))) {
-    crossing_manifold(pair, crossing_of(pair, axis), Meeting::edge_edge, margin, out);
+    edge_manifold(pair, edge_contact(pair, axis), ManifoldType::edge_edge, margin, out);
     return true;
   }
   const BoxClosest<S> closest = closest_of_boxes(pair);
   if (!(closest.distance <= limit)) return false;
-  const Meeting meeting =
-      is_edge(closest.feature_a) && is_edge(closest.feature_b) ? Meeting::edge_edge : Meeting::point;
-  const Crossing<S> at{closest.normal_W, closest.distance, closest.on_a, closest.feature_a, closest.feature_b};
-  crossing_manifold(pair, at, meeting, margin, out);
+  const ManifoldType type =
+      is_edge(closest.feature_a) && is_edge(closest.feature_b) ? ManifoldType::edge_edge : ManifoldType::point;
+  const EdgeContact<S> at{closest.normal_W, closest.distance, closest.on_a, closest.feature_a, closest.feature_b};
+  edge_manifold(pair, at, type, margin, out);
   return true;
 }
 

@@ -1,5 +1,5 @@
 // Binary space partitioning: space is cut in two by planes across the axes until few boxes are left in a part. A box
-// that a plane cuts goes to both sides; a pair is looked at where it meets first: in the part that holds the corner
+// that a plane cuts goes to both sides; a pair is reported once: in the part that contains the corner
 // max(low_a, low_b) of the two boxes' overlap, which lies in exactly one part.
 // Source: Fuchs, Kedem, Naylor, On visible surface generation by a priori tree structures (1980); Ericson (2005),
 // section 8.3.
@@ -18,7 +18,7 @@ template <class S> class Bsp final : public BroadPhase<S> {
     this->kept_ = 0;
     stack_.clear();
     for (std::size_t i = 0; i < items.size(); ++i) {
-      const Aabb<S>& box = items[i].box;  // boxes with a number missing meet nobody and would stop no cut
+      const Aabb<S>& box = items[i].box;  // boxes with NaN overlap nothing and cannot be sorted
       if (boxes_overlap(box, box)) stack_.push_back(static_cast<std::int32_t>(i));
     }
     constexpr S all = std::numeric_limits<S>::infinity();
@@ -31,14 +31,14 @@ template <class S> class Bsp final : public BroadPhase<S> {
   void cut(Items<S> items, std::size_t first, std::size_t last, const Aabb<S>& part, int cuts) {
     const std::size_t count = last - first;
     if (count < 2) return;
-    if (count <= kLeafItems || cuts == kMostCuts) return look(items, first, last, part);
-    // The median of the lower corners along the axis where they scatter most, or along the next if boxes there are too
-    // wide.
+    if (count <= kLeafItems || cuts == kMostCuts) return test(items, first, last, part);
+    // Cut at the median of the lower corners along the axis of their largest extent, or along the next axis if too many
+    // boxes would lie on both sides.
     S scatter[3];
     for (int axis = 0; axis < 3; ++axis) {
       S low = std::numeric_limits<S>::infinity(), high = -low;
       for (std::size_t n = first; n < last; ++n) {
-        const S x = along(items[stack_[n]].box.low, axis);
+        const S x = component(items[stack_[n]].box.low, axis);
         low = std::min(low, x);
         high = std::max(high, x);
       }
@@ -47,12 +47,12 @@ template <class S> class Bsp final : public BroadPhase<S> {
     int axes[3] = {0, 1, 2};
     std::sort(axes, axes + 3, [&](int a, int b) { return scatter[a] != scatter[b] ? scatter[a] > scatter[b] : a < b; });
     for (const int axis : axes) {
-      if (!(scatter[axis] > S(0))) break;  // all begin at the same place
+      if (!(scatter[axis] > S(0))) break;  // all lower corners coincide
       const S plane = median(items, first, last, axis);
       const std::size_t left =
-          push(items, first, last, [&](const Aabb<S>& box) { return along(box.low, axis) < plane; });
+          push(items, first, last, [&](const Aabb<S>& box) { return component(box.low, axis) < plane; });
       const std::size_t right =
-          push(items, first, last, [&](const Aabb<S>& box) { return along(box.high, axis) >= plane; });
+          push(items, first, last, [&](const Aabb<S>& box) { return component(box.high, axis) >= plane; });
       const std::size_t end = stack_.size();
       if (end - left <= count + count * 5 / 8 && end - right < count) {
         Aabb<S> below = part, above = part;
@@ -65,12 +65,12 @@ template <class S> class Bsp final : public BroadPhase<S> {
       }
       stack_.resize(left);
     }
-    look(items, first, last, part);
+    test(items, first, last, part);
   }
 
-  // Of the lower ends; above the least of them, so that both sides have somebody.
+  // The median of the lower ends, above the least of them, so that neither side is empty.
   S median(Items<S> items, std::size_t first, std::size_t last, int axis) {
-    const auto low_of = [&](std::int32_t i) { return along(items[i].box.low, axis); };
+    const auto low_of = [&](std::int32_t i) { return component(items[i].box.low, axis); };
     const auto begin = stack_.begin() + static_cast<std::ptrdiff_t>(first),
                end = stack_.begin() + static_cast<std::ptrdiff_t>(last);
     const auto middle = begin + (end - begin) / 2;
@@ -82,7 +82,7 @@ template <class S> class Bsp final : public BroadPhase<S> {
     return next;
   }
 
-  // Copies those of the part that belong to a side to the top of the stack; where they begin there.
+  // Copies the items of the part that belong to a side to the top of the stack; returns where they begin.
   template <class Belongs>
   std::size_t push(Items<S> items, std::size_t first, std::size_t last, const Belongs& belongs) {
     const std::size_t begin = stack_.size();
@@ -93,18 +93,18 @@ template <class S> class Bsp final : public BroadPhase<S> {
     return begin;
   }
 
-  void look(Items<S> items, std::size_t first, std::size_t last, const Aabb<S>& part) {
+  void test(Items<S> items, std::size_t first, std::size_t last, const Aabb<S>& part) {
     for (std::size_t n = first; n < last; ++n) {
       for (std::size_t m = n + 1; m < last; ++m) {
         const std::int32_t a = stack_[n], b = stack_[m];
         ++this->kept_;
-        if (is_pair(items[a], items[b]) && inside(meeting(items[a].box, items[b].box), part))
+        if (is_pair(items[a], items[b]) && inside(overlap_corner(items[a].box, items[b].box), part))
           found_.push_back(ordered(a, b));
       }
     }
   }
 
-  static Vec3<S> meeting(const Aabb<S>& a, const Aabb<S>& b) {
+  static Vec3<S> overlap_corner(const Aabb<S>& a, const Aabb<S>& b) {
     return {std::max(a.low.x, b.low.x), std::max(a.low.y, b.low.y), std::max(a.low.z, b.low.z)};
   }
   static bool inside(const Vec3<S>& p, const Aabb<S>& part) {

@@ -1,10 +1,10 @@
-// Uniform grid, hashed: boxes filed by the cell of their lower corner, each cell against itself and half of its
+// Uniform grid, hashed: boxes sorted by the cell of their lower corner, each cell tested against itself and half of its
 // neighbours. Source: Teschner, Heidelberger, Mueller, Pomeranets, Gross, Optimized spatial hashing for collision
 // detection (2003).
 //
 // With cells at least as wide as every box two boxes that overlap have lower corners in the same cell or in
-// neighbouring ones: low_a <= high_b <= low_b + cell. Boxes of more than twice the median width do not set the cell:
-// they are tested with all.
+// neighbouring ones: low_a <= high_b <= low_b + cell. Boxes of more than twice the median width do not set the cell
+// size: they are tested against all.
 #include <bit>
 #include <cmath>
 
@@ -19,9 +19,9 @@ template <class S> class Grid final : public BroadPhase<S> {
 
   void find(Items<S> items, std::vector<BodyPair>& pairs) override {
     choose_cell(items);
-    file(items);
+    sort_into_cells(items);
     const int parts = static_cast<int>(found_.size());
-    const int count = static_cast<int>(filed_.size());
+    const int count = static_cast<int>(sorted_.size());
     const auto search = [&](int part) {
       const Share mine = share(count, part, parts);
       Found& found = found_[static_cast<std::size_t>(part)];
@@ -45,7 +45,7 @@ template <class S> class Grid final : public BroadPhase<S> {
 
  private:
   using Cell = std::int64_t;
-  struct Filed {
+  struct GridItem {
     Cell i, j, k;
     std::int32_t item;
   };
@@ -77,7 +77,7 @@ template <class S> class Grid final : public BroadPhase<S> {
       if (!finite(item)) continue;
       widths_.push_back(width(item));
       for (int axis = 0; axis < 3; ++axis)
-        farthest = std::max(farthest, std::abs(static_cast<double>(along(item.box.low, axis))));
+        farthest = std::max(farthest, std::abs(static_cast<double>(component(item.box.low, axis))));
     }
     double widest = 0;
     if (!widths_.empty()) {
@@ -99,7 +99,7 @@ template <class S> class Grid final : public BroadPhase<S> {
   }
 
   // Counting sort by bucket; within one, by index.
-  void file(Items<S> items) {
+  void sort_into_cells(Items<S> items) {
     const std::size_t buckets = std::bit_ceil(std::max<std::size_t>(16, 2 * items.size()));
     shift_ = 64 + 3 - std::countr_zero(buckets);
     start_.assign(buckets + 1, 0);
@@ -117,22 +117,22 @@ template <class S> class Grid final : public BroadPhase<S> {
       ++start_[bucket(small_.back().i, small_.back().j, small_.back().k) + 1];
     }
     for (std::size_t b = 0; b < buckets; ++b) start_[b + 1] += start_[b];
-    filed_.resize(small_.size());
-    for (const Filed& f : small_) filed_[static_cast<std::size_t>(start_[bucket(f.i, f.j, f.k)]++)] = f;
+    sorted_.resize(small_.size());
+    for (const GridItem& f : small_) sorted_[static_cast<std::size_t>(start_[bucket(f.i, f.j, f.k)]++)] = f;
     // start_[b] is now where b ends, and start_[b - 1] where it begins
   }
 
-  void look(Items<S> items, std::int32_t a, std::int32_t b, Found& found) const {
+  void test(Items<S> items, std::int32_t a, std::int32_t b, Found& found) const {
     ++found.kept;
     if (is_pair(items[a], items[b])) found.pairs.push_back(ordered(a, b));
   }
 
   void search_from(Items<S> items, std::size_t at, Found& found) const {
-    const Filed mine = filed_[at];
-    const auto same = [](const Filed& f, Cell i, Cell j, Cell k) { return f.i == i && f.j == j && f.k == k; };
+    const GridItem mine = sorted_[at];
+    const auto same = [](const GridItem& f, Cell i, Cell j, Cell k) { return f.i == i && f.j == j && f.k == k; };
     const auto own_end = static_cast<std::size_t>(start_[bucket(mine.i, mine.j, mine.k)]);
     for (std::size_t other = at + 1; other < own_end; ++other) {
-      if (same(filed_[other], mine.i, mine.j, mine.k)) look(items, mine.item, filed_[other].item, found);
+      if (same(sorted_[other], mine.i, mine.j, mine.k)) test(items, mine.item, sorted_[other].item, found);
     }
     for (int dk = 0; dk <= 1; ++dk) {  // the 13 of the 26 neighbours that come later in the order of (k, j, i)
       for (int dj = dk == 0 ? 0 : -1; dj <= 1; ++dj) {
@@ -140,8 +140,8 @@ template <class S> class Grid final : public BroadPhase<S> {
           const Cell i = mine.i + di, j = mine.j + dj, k = mine.k + dk;
           const std::size_t b = bucket(i, j, k);
           for (std::int32_t other = b == 0 ? 0 : start_[b - 1]; other < start_[b]; ++other) {
-            const Filed& f = filed_[static_cast<std::size_t>(other)];
-            if (same(f, i, j, k)) look(items, mine.item, f.item, found);
+            const GridItem& f = sorted_[static_cast<std::size_t>(other)];
+            if (same(f, i, j, k)) test(items, mine.item, f.item, found);
           }
         }
       }
@@ -149,9 +149,9 @@ template <class S> class Grid final : public BroadPhase<S> {
   }
 
   void search_large(Items<S> items, std::int32_t a, Found& found) const {
-    for (const Filed& f : small_) look(items, a, f.item, found);
+    for (const GridItem& f : small_) test(items, a, f.item, found);
     for (const std::int32_t b : large_) {
-      if (a < b) look(items, a, b, found);
+      if (a < b) test(items, a, b, found);
     }
   }
 
@@ -161,7 +161,7 @@ template <class S> class Grid final : public BroadPhase<S> {
   double cell_m_ = 1, most_ = 0;
   int shift_ = 60;
   std::vector<std::int32_t> start_, large_;
-  std::vector<Filed> small_, filed_;
+  std::vector<GridItem> small_, sorted_;
   std::vector<BodyPair> all_found_;
   PairSort pair_sort_;
 };

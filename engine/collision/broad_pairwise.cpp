@@ -1,4 +1,4 @@
-// Broad phases that look at every pair: O(N^2), each with a cheaper first look than the one before it.
+// Broad phases that test every pair, O(N^2), each with a cheap test of its own before boxes and spheres are compared.
 #include <cmath>
 
 #include "collision/broad_kinds.hpp"
@@ -6,7 +6,7 @@
 namespace atwood::broad {
 namespace {
 
-// `near` is the kind's own test; what it lets through is looked at closely.
+// `near` is the kind's own test; pairs that pass it are candidates.
 template <class S, class Near> std::int64_t every_pair(Items<S> items, std::vector<BodyPair>& pairs, const Near& near) {
   std::int64_t kept = 0;
   pairs.clear();
@@ -42,8 +42,8 @@ template <class S> class BoundingSpheres final : public BroadPhase<S> {
 }  // namespace
 
 // |x| + |y| + |z| <= sqrt(3) sqrt(x^2 + y^2 + z^2) (Cauchy and Schwarz, with equality on the diagonals); the few units
-// in the last place are for the rounding of both sides, so that spheres_overlap never knows a pair that this test has
-// lost.
+// in the last place cover the rounding of both sides, so that every pair that passes spheres_overlap passes this test
+// too.
 template <class S> std::int64_t manhattan_pairs(Items<S> items, S reach, std::vector<BodyPair>& pairs) {
   const S wide = reach * (S(1) + S(8) * std::numeric_limits<S>::epsilon());
   return every_pair<S>(items, pairs, [wide](const BroadItem<S>& a, const BroadItem<S>& b) {

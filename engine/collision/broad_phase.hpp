@@ -1,4 +1,4 @@
-// Broad phases: which pairs of bounded bodies are worth the narrow phase. Planes stay outside: they meet everything.
+// Broad phases: which pairs of bounded bodies may be in contact. Planes are not among the items: they are unbounded.
 #pragma once
 
 #include <cstdint>
@@ -21,25 +21,25 @@ BroadPhaseKind broad_phase_kind(const std::string& name);  // throws std::invali
 using BodyPair = std::pair<std::int32_t, std::int32_t>;  // indices into `items`, first < second
 
 template <class S> struct BroadItem {
-  Aabb<S> box;        // already grown by whatever margin the caller wants
+  Aabb<S> box;        // [m], already enlarged by the caller's margin
   Vec3<S> center;     // of the bounding sphere
-  S radius{};         // ... likewise grown
-  bool moves = true;  // two that do not move are no pair
+  S radius{};         // ... likewise enlarged
+  bool moves = true;  // two items that do not move are not a pair
 };
 
-// Every kind answers the same set: pairs whose boxes overlap and whose bounding spheres overlap (touching counts),
-// sorted, each once. They differ in what it costs and in how many pairs they looked at closely (`kept`).
+// Every kind returns the same set: pairs whose boxes and bounding spheres both overlap (touching counts), sorted, each
+// once. The kinds differ in their cost and in how many candidate pairs they test (`kept`).
 template <class S> class BroadPhase {
  public:
   virtual ~BroadPhase() = default;
-  // Items may have moved and be as many as before or not; what is kept between calls is for speed alone.
+  // Items may move and change in number between calls; data kept between calls affects speed only.
   virtual void find(std::span<const BroadItem<S>> items, std::vector<BodyPair>& pairs) = 0;
-  std::int64_t kept() const { return kept_; }  // pairs that its own test let through, before boxes and spheres decided
+  std::int64_t kept() const { return kept_; }  // candidates of the last call: pairs whose boxes and spheres were tested
 
  protected:
   std::int64_t kept_ = 0;
 };
-// `team`: null is one thread. The pairs do not depend on it.
+// `team` null: one thread. The pairs do not depend on the number of threads.
 template <class S> std::unique_ptr<BroadPhase<S>> make_broad_phase(BroadPhaseKind kind, Team* team = nullptr);
 
 }  // namespace atwood

@@ -17,8 +17,8 @@ template <class S> class Sweep final : public BroadPhase<S> {
     }
     for (Entry& e : order_) {
       const Aabb<S>& box = items[e.item].box;
-      e.low = sortable(along(box.low, axis));
-      e.high = along(box.high, axis);
+      e.low = sortable(component(box.low, axis));
+      e.high = component(box.high, axis);
     }
     sort(axis);
     found_.clear();
@@ -39,7 +39,7 @@ template <class S> class Sweep final : public BroadPhase<S> {
     std::int32_t item;
   };
 
-  // The axis along which centres scatter most; sums in double, and finite ones alone.
+  // The axis along which the variance of the finite centres is largest; sums in double.
   static int widest_axis(Items<S> items) {
     double sum[3] = {}, squares[3] = {}, count = 0;
     for (const BroadItem<S>& item : items) {
@@ -59,7 +59,7 @@ template <class S> class Sweep final : public BroadPhase<S> {
     return widest;
   }
 
-  // By insertion while little has changed since the last call; else from scratch.
+  // Insertion sort while little has changed since the last call; a full sort otherwise.
   void sort(int axis) {
     const auto before = [](const Entry& a, const Entry& b) { return a.low != b.low ? a.low < b.low : a.item < b.item; };
     const bool fresh = axis != axis_;

@@ -1,9 +1,9 @@
 // Dynamic tree of bounding boxes. Each item has a fat box and a fat sphere, grown by a little and along its motion;
-// pairs whose fat boxes and spheres overlap are remembered as candidates. A call in which everybody is still inside his
-// fat ones only looks at the candidates; if a few have left theirs, those ask the tree again; if many have, all do.
-// Source: Catto, Dynamic bounding volume hierarchies (2019), for the fat boxes; the tree here is not edited but
-// refitted, and built anew, halved at medians, when a search visits half as many nodes again as it did after the last
-// building.
+// pairs whose fat boxes and spheres overlap are stored as candidates. A call in which every item is still inside its
+// fat box and sphere only tests the candidates; if a few have left theirs, the tree is queried for those; if many, for
+// all.
+// Source: Catto, Dynamic bounding volume hierarchies (2019), for the fat boxes. The tree is refitted in place, and
+// rebuilt by splits at medians when a search visits half as many nodes again as it did just after the last rebuild.
 #include "collision/broad_kinds.hpp"
 
 namespace atwood::broad {
@@ -19,15 +19,15 @@ template <class S> class Tree final : public BroadPhase<S> {
     ++call_;
     const std::size_t n = items.size();
     bool fresh = fat_.size() != n;
-    if (fresh) forget(items);
-    note_who_left(items, fresh);
-    if (fresh || left_.size() * 8 > n) {
+    if (fresh) clear(items);
+    find_escaped(items, fresh);
+    if (fresh || escaped_.size() * 8 > n) {
       search_all(items);
-    } else if (!left_.empty()) {
-      search_for_some(items);
+    } else if (!escaped_.empty()) {
+      search_escaped(items);
     }
     this->kept_ = static_cast<std::int64_t>(candidates_.size());
-    decide(items, pairs);
+    filter_candidates(items, pairs);
   }
 
  private:
@@ -45,8 +45,8 @@ template <class S> class Tree final : public BroadPhase<S> {
     Vec3<S> center;
     S radius;
   };
-  // Where the box was when it was fattened
-  struct Birth {
+  // The item's own box, and the call, when its fat box was made
+  struct FatOrigin {
     Vec3<S> low;
     std::int64_t call;
   };
@@ -58,54 +58,54 @@ template <class S> class Tree final : public BroadPhase<S> {
   static bool within(const BroadItem<S>& item, const Fat& fat) {
     const Aabb<S>&inner = item.box, &outer = fat.box;
     const Vec3<S> d = item.center - fat.center;
-    const S room = fat.radius - item.radius;
+    const S slack = fat.radius - item.radius;
     return (outer.low.x <= inner.low.x) & (outer.low.y <= inner.low.y) & (outer.low.z <= inner.low.z) &
            (inner.high.x <= outer.high.x) & (inner.high.y <= outer.high.y) & (inner.high.z <= outer.high.z) &
-           (room >= S(0)) & (dot(d, d) <= room * room);
+           (slack >= S(0)) & (dot(d, d) <= slack * slack);
   }
   // Spheres inside fat spheres that do not overlap do not overlap: |F_a - F_b| <= |F_a - c_a| + |c_a - c_b| + |c_b -
   // F_b|. Each of the three comparisons is off by a few units in the last place of what it compares, hence the factor.
   static bool fat_overlap(const Fat& a, const Fat& b) {
     const Vec3<S> d = b.center - a.center;
-    const S reach = (S(1) + S(32) * std::numeric_limits<S>::epsilon()) * (a.radius + b.radius);
-    return boxes_overlap(a.box, b.box) & !(dot(d, d) > reach * reach);
+    const S radii = (S(1) + S(32) * std::numeric_limits<S>::epsilon()) * (a.radius + b.radius);
+    return boxes_overlap(a.box, b.box) & !(dot(d, d) > radii * radii);
   }
-  static void embrace(Aabb<S>& box, const Aabb<S>& other) {
+  static void merge(Aabb<S>& box, const Aabb<S>& other) {
     box.low = {std::min(box.low.x, other.low.x), std::min(box.low.y, other.low.y), std::min(box.low.z, other.low.z)};
     box.high = {std::max(box.high.x, other.high.x), std::max(box.high.y, other.high.y),
                 std::max(box.high.z, other.high.z)};
   }
-  static Aabb<S> nothing() {
+  static Aabb<S> empty_box() {
     constexpr S far = std::numeric_limits<S>::infinity();
     return {{far, far, far}, {-far, -far, -far}};
   }
 
-  void forget(Items<S> items) {
+  void clear(Items<S> items) {
     fat_.resize(items.size());
     moves_.resize(items.size());
-    birth_.assign(items.size(), {{}, -1});
+    origin_.assign(items.size(), {{}, -1});
     nodes_.clear();
   }
 
-  void note_who_left(Items<S> items, bool& fresh) {
-    left_.clear();
+  void find_escaped(Items<S> items, bool& fresh) {
+    escaped_.clear();
     for (std::size_t i = 0; i < items.size(); ++i) {
-      if (fresh || !within(items[i], fat_[i])) left_.push_back(static_cast<std::int32_t>(i));
+      if (fresh || !within(items[i], fat_[i])) escaped_.push_back(static_cast<std::int32_t>(i));
       fresh = fresh || (moves_[i] != 0) != items[i].moves;
     }
   }
 
-  // A twentieth of the box on each side, and where it went since the last fat box: three calls further, its own size at
-  // most.
+  // Enlarges the box by a twentieth of its side, and by three calls of its mean motion since the last fat box, at most
+  // by its own side.
   void fatten(Items<S> items, std::int32_t i) {
     const BroadItem<S>& item = items[i];
-    Birth& birth = birth_[i];
-    const S calls = S(call_ - birth.call);
+    FatOrigin& origin = origin_[i];
+    const S calls = S(call_ - origin.call);
     Fat& fat = fat_[i];
     fat = {item.box, item.center, item.radius};
-    const auto grow = [&](S low, S high, S born_low, S& fat_low, S& fat_high, S& center) {
+    const auto grow = [&](S low, S high, S origin_low, S& fat_low, S& fat_high, S& center) {
       const S side = high - low;
-      S ahead = birth.call < 0 ? S(0) : S(3) * (low - born_low) / calls;
+      S ahead = origin.call < 0 ? S(0) : S(3) * (low - origin_low) / calls;
       ahead = std::max(-side, std::min(side, ahead));
       const S margin = S(0.05) * side;
       fat_low = low - margin + std::min(ahead, S(0));
@@ -115,13 +115,12 @@ template <class S> class Tree final : public BroadPhase<S> {
     };
     if (item.moves) {
       Vec3<S> ahead;
-      ahead.x = grow(item.box.low.x, item.box.high.x, birth.low.x, fat.box.low.x, fat.box.high.x, fat.center.x);
-      ahead.y = grow(item.box.low.y, item.box.high.y, birth.low.y, fat.box.low.y, fat.box.high.y, fat.center.y);
-      ahead.z = grow(item.box.low.z, item.box.high.z, birth.low.z, fat.box.low.z, fat.box.high.z, fat.center.z);
-      fat.radius +=
-          S(0.1) * item.radius + norm(ahead) / S(2);  // room for the margins of cubes: sqrt(3) 0.05 of the side
+      ahead.x = grow(item.box.low.x, item.box.high.x, origin.low.x, fat.box.low.x, fat.box.high.x, fat.center.x);
+      ahead.y = grow(item.box.low.y, item.box.high.y, origin.low.y, fat.box.low.y, fat.box.high.y, fat.center.y);
+      ahead.z = grow(item.box.low.z, item.box.high.z, origin.low.z, fat.box.low.z, fat.box.high.z, fat.center.z);
+      fat.radius += S(0.1) * item.radius + norm(ahead) / S(2);  // covers the margins of cubes: sqrt(3) 0.05 of the side
     }
-    birth = {item.box.low, call_};
+    origin = {item.box.low, call_};
     moves_[i] = item.moves;
   }
 
@@ -150,7 +149,7 @@ template <class S> class Tree final : public BroadPhase<S> {
       const std::int32_t middle = first + (last - first) / 2;
       std::nth_element(entries_.begin() + first, entries_.begin() + middle, entries_.begin() + last,
                        [axis](const Entry& a, const Entry& b) {
-                         const S x = along(a.middle, axis), y = along(b.middle, axis);
+                         const S x = component(a.middle, axis), y = component(b.middle, axis);
                          return x != y ? x < y : a.item < b.item;
                        });
       split(first, middle);
@@ -175,19 +174,19 @@ template <class S> class Tree final : public BroadPhase<S> {
     for (std::size_t k = 0; k < entries_.size(); ++k) packed_[k] = fat_[entries_[k].item];
     for (std::size_t i = nodes_.size(); i-- > 0;) {
       Node& node = nodes_[i];
-      node.box = nothing();
-      for (std::int32_t k = node.first; k < node.first + node.count; ++k) embrace(node.box, packed_[k].box);
+      node.box = empty_box();
+      for (std::int32_t k = node.first; k < node.first + node.count; ++k) merge(node.box, packed_[k].box);
       if (node.count > 0) continue;
-      embrace(node.box, nodes_[i + 1].box);
-      embrace(node.box, nodes_[nodes_[i + 1].skip].box);
+      merge(node.box, nodes_[i + 1].box);
+      merge(node.box, nodes_[nodes_[i + 1].skip].box);
     }
   }
 
   // ---- candidates -------------------------------------------------------------------------------------------------
   void search_all(Items<S> items) {
     for (std::size_t i = 0; i < items.size(); ++i) fatten(items, static_cast<std::int32_t>(i));
-    const bool anew = nodes_.empty() || visits_ > visits_after_building_ + visits_after_building_ / 2;
-    if (anew) build();
+    const bool rebuild = nodes_.empty() || visits_ > visits_after_building_ + visits_after_building_ / 2;
+    if (rebuild) build();
     refit();
     const int parts = static_cast<int>(found_.size());
     const auto work = [&](int part) {
@@ -199,17 +198,17 @@ template <class S> class Tree final : public BroadPhase<S> {
     };
     if (team_) team_->run(items.size() > 500, work);
     else work(0);
-    room_.clear();
+    scratch_.clear();
     visits_ = 0;
     for (const Found& found : found_) {
-      room_.insert(room_.end(), found.pairs.begin(), found.pairs.end());
+      scratch_.insert(scratch_.end(), found.pairs.begin(), found.pairs.end());
       visits_ += found.visits;
     }
-    if (anew) visits_after_building_ = visits_;
-    pair_sort_.sort(room_, items.size(), candidates_);
+    if (rebuild) visits_after_building_ = visits_;
+    pair_sort_.sort(scratch_, items.size(), candidates_);
   }
 
-  void note(std::int32_t a, std::int32_t b, Found& found) const {
+  void add_candidate(std::int32_t a, std::int32_t b, Found& found) const {
     if (moves_[a] | moves_[b]) found.pairs.push_back(ordered(a, b));
   }
 
@@ -219,7 +218,7 @@ template <class S> class Tree final : public BroadPhase<S> {
     const std::int32_t end = mine.first + mine.count;
     for (std::int32_t k = mine.first; k < end; ++k) {
       for (std::int32_t l = k + 1; l < end; ++l) {
-        if (fat_overlap(packed_[k], packed_[l])) note(entries_[k].item, entries_[l].item, found);
+        if (fat_overlap(packed_[k], packed_[l])) add_candidate(entries_[k].item, entries_[l].item, found);
       }
     }
     const auto last = static_cast<std::int32_t>(nodes_.size());
@@ -233,34 +232,34 @@ template <class S> class Tree final : public BroadPhase<S> {
       for (std::int32_t l = node.first; l < node.first + node.count; ++l) {
         if (!boxes_overlap(mine.box, packed_[l].box)) continue;
         for (std::int32_t k = mine.first; k < end; ++k) {
-          if (fat_overlap(packed_[k], packed_[l])) note(entries_[k].item, entries_[l].item, found);
+          if (fat_overlap(packed_[k], packed_[l])) add_candidate(entries_[k].item, entries_[l].item, found);
         }
       }
       ++other;
     }
   }
 
-  // New fat boxes for those who left theirs; their candidates are sought anew, the others' stay.
-  void search_for_some(Items<S> items) {
-    is_left_.assign(items.size(), 0);
-    for (const std::int32_t i : left_) {
+  // New fat boxes for the items that left theirs; their candidates are searched again, all others stay.
+  void search_escaped(Items<S> items) {
+    has_escaped_.assign(items.size(), 0);
+    for (const std::int32_t i : escaped_) {
       fatten(items, i);
-      is_left_[i] = 1;
+      has_escaped_[i] = 1;
     }
     refit();
     Found& found = found_[0];
     found.pairs.clear();
-    for (const std::int32_t i : left_) search_from_item(i, found);
+    for (const std::int32_t i : escaped_) search_from_item(i, found);
     pair_sort_.sort(found.pairs, items.size(), new_);
-    room_.clear();
+    scratch_.clear();
     auto fresh = new_.begin();
     for (const BodyPair& old : candidates_) {
-      if (is_left_[old.first] | is_left_[old.second]) continue;
-      while (fresh != new_.end() && *fresh < old) room_.push_back(*fresh++);
-      room_.push_back(old);
+      if (has_escaped_[old.first] | has_escaped_[old.second]) continue;
+      while (fresh != new_.end() && *fresh < old) scratch_.push_back(*fresh++);
+      scratch_.push_back(old);
     }
-    room_.insert(room_.end(), fresh, new_.end());
-    candidates_.swap(room_);
+    scratch_.insert(scratch_.end(), fresh, new_.end());
+    candidates_.swap(scratch_);
   }
 
   void search_from_item(std::int32_t i, Found& found) const {
@@ -274,22 +273,22 @@ template <class S> class Tree final : public BroadPhase<S> {
       }
       for (std::int32_t k = node.first; k < node.first + node.count; ++k) {
         const std::int32_t other = entries_[k].item;
-        if (other == i || (is_left_[other] && other < i)) continue;  // two who left: once
-        if (fat_overlap(fat, packed_[k])) note(i, other, found);
+        if (other == i || (has_escaped_[other] && other < i)) continue;  // a pair of two escaped items is added once
+        if (fat_overlap(fat, packed_[k])) add_candidate(i, other, found);
       }
       ++at;
     }
   }
 
   // Candidates are sorted, and so are the pairs among them.
-  void decide(Items<S> items, std::vector<BodyPair>& pairs) {
+  void filter_candidates(Items<S> items, std::vector<BodyPair>& pairs) {
     const int parts = static_cast<int>(found_.size());
     const auto work = [&](int part) {
       const Share mine = share(static_cast<int>(candidates_.size()), part, parts);
       std::vector<BodyPair>& out = parts == 1 ? pairs : found_[part].decided;
       out.resize(static_cast<std::size_t>(mine.last - mine.first));
       std::size_t count = 0;
-      for (int k = mine.first; k < mine.last; ++k) {  // written always, kept sometimes: no branch to guess
+      for (int k = mine.first; k < mine.last; ++k) {  // always written, counted only if it is a pair: no branch
         const BodyPair pair = candidates_[k];
         out[count] = pair;
         count += is_pair(items[pair.first], items[pair.second]);
@@ -306,13 +305,13 @@ template <class S> class Tree final : public BroadPhase<S> {
   Team* team_;
   std::int64_t call_ = 0, visits_ = 0, visits_after_building_ = 0;
   std::vector<Fat> fat_, packed_;  // by item; in the order of the leaves
-  std::vector<Birth> birth_;
-  std::vector<char> moves_, is_left_;
-  std::vector<std::int32_t> left_, leaves_;
+  std::vector<FatOrigin> origin_;
+  std::vector<char> moves_, has_escaped_;
+  std::vector<std::int32_t> escaped_, leaves_;
   std::vector<Entry> entries_;
   std::vector<Node> nodes_;
   std::vector<Found> found_;  // a part each
-  std::vector<BodyPair> candidates_, new_, room_;
+  std::vector<BodyPair> candidates_, new_, scratch_;
   PairSort pair_sort_;
 };
 

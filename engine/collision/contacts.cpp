@@ -21,7 +21,7 @@ constexpr std::size_t at(ShapeKind kind) { return static_cast<std::size_t>(kind)
 template <class S> struct PairTest {
   ContactTest<S> contacts = nullptr;  // null: no test
   SeparationTest<S> separation = nullptr;
-  bool like = false;  // both of one family, so that neither order is the given one
+  bool symmetric = false;  // both of one kind: the order is chosen by comes_first
 };
 template <class S> using PairTable = std::array<std::array<PairTest<S>, kKinds>, kKinds>;  // [a][b] with a <= b
 
@@ -40,7 +40,7 @@ template <class S> Separation<S> plane_hull_separation(const Posed<S>& a, const 
 }
 
 // The mesh is the second.
-template <class S> void with_mesh(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
+template <class S> void mesh_second(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
   const std::size_t from = out.size();
   mesh_contacts(b.shape, b.place, a.shape, a.place, margin, out);
   for (std::size_t i = from; i < out.size(); ++i) {
@@ -48,7 +48,7 @@ template <class S> void with_mesh(const Posed<S>& a, const Posed<S>& b, S margin
     std::swap(out[i].piece_a, out[i].piece_b);
   }
 }
-template <class S> Separation<S> with_mesh_separation(const Posed<S>& a, const Posed<S>& b) {
+template <class S> Separation<S> mesh_second_separation(const Posed<S>& a, const Posed<S>& b) {
   const Separation<S> s = mesh_separation(b.shape, b.place, a.shape, a.place);
   return {s.gap, -s.normal_W, s.on_b_W, s.on_a_W};
 }
@@ -56,37 +56,37 @@ template <class S> Separation<S> with_mesh_separation(const Posed<S>& a, const P
 template <class S> constexpr PairTable<S> pair_table() {
   using enum ShapeKind;
   PairTable<S> table{};
-  const auto put = [&table](ShapeKind a, ShapeKind b, ContactTest<S> contacts, SeparationTest<S> gap,
-                            bool like = false) {
-    table[at(a)][at(b)] = {contacts, gap, like};
+  const auto set = [&table](ShapeKind a, ShapeKind b, ContactTest<S> contacts, SeparationTest<S> gap,
+                            bool symmetric = false) {
+    table[at(a)][at(b)] = {contacts, gap, symmetric};
   };
-  put(sphere, sphere, sphere_sphere_contacts<S>, sphere_sphere_separation<S>);
-  put(sphere, plane, sphere_plane_contacts<S>, sphere_plane_separation<S>);
-  put(sphere, rectangle, sphere_box_contacts<S>, sphere_box_separation<S>);
-  put(sphere, box, sphere_box_contacts<S>, sphere_box_separation<S>);
-  put(sphere, capsule, sphere_capsule_contacts<S>, sphere_capsule_separation<S>);
-  put(sphere, cylinder, sphere_cylinder_contacts<S>, sphere_cylinder_separation<S>);
-  put(plane, rectangle, plane_box_contacts<S>, plane_box_separation<S>);
-  put(plane, box, plane_box_contacts<S>, plane_box_separation<S>);
-  put(plane, capsule, plane_capsule_contacts<S>, plane_capsule_separation<S>);
-  put(plane, cylinder, plane_cylinder_contacts<S>, plane_cylinder_separation<S>);
+  set(sphere, sphere, sphere_sphere_contacts<S>, sphere_sphere_separation<S>);
+  set(sphere, plane, sphere_plane_contacts<S>, sphere_plane_separation<S>);
+  set(sphere, rectangle, sphere_box_contacts<S>, sphere_box_separation<S>);
+  set(sphere, box, sphere_box_contacts<S>, sphere_box_separation<S>);
+  set(sphere, capsule, sphere_capsule_contacts<S>, sphere_capsule_separation<S>);
+  set(sphere, cylinder, sphere_cylinder_contacts<S>, sphere_cylinder_separation<S>);
+  set(plane, rectangle, plane_box_contacts<S>, plane_box_separation<S>);
+  set(plane, box, plane_box_contacts<S>, plane_box_separation<S>);
+  set(plane, capsule, plane_capsule_contacts<S>, plane_capsule_separation<S>);
+  set(plane, cylinder, plane_cylinder_contacts<S>, plane_cylinder_separation<S>);
   for (const ShapeKind a : {rectangle, box, capsule})
     for (const ShapeKind b : {rectangle, box, capsule})
-      if (a <= b) put(a, b, box_box_contacts<S>, box_box_separation<S>, a == b);
+      if (a <= b) set(a, b, box_box_contacts<S>, box_box_separation<S>, a == b);
   for (const ShapeKind a : {rectangle, box, capsule, cylinder})
-    put(a, cylinder, by_support<S>, by_support_separation<S>, a == cylinder);
+    set(a, cylinder, by_support<S>, by_support_separation<S>, a == cylinder);
   for (const ShapeKind a : {sphere, rectangle, box, capsule, cylinder, convex})
-    put(a, convex, by_support<S>, by_support_separation<S>, a == convex);
-  put(plane, convex, plane_hull_contacts<S>, plane_hull_separation<S>);
+    set(a, convex, by_support<S>, by_support_separation<S>, a == convex);
+  set(plane, convex, plane_hull_contacts<S>, plane_hull_separation<S>);
   for (const ShapeKind a : {sphere, plane, rectangle, box, capsule, cylinder, convex, mesh})
-    put(a, mesh, with_mesh<S>, with_mesh_separation<S>, a == mesh);
+    set(a, mesh, mesh_second<S>, mesh_second_separation<S>, a == mesh);
   for (const ShapeKind other : {sphere, plane, rectangle, box, capsule, cylinder, convex, mesh, compound})
-    put(other, compound, compound_contacts<S>, compound_separation<S>, other == compound);
+    set(other, compound, compound_contacts<S>, compound_separation<S>, other == compound);
   return table;
 }
 template <class S> constexpr PairTable<S> kPairs = pair_table<S>();
 
-// Of two alike one is first, whichever way they are handed in: so swapping them repeats the same arithmetic.
+// A canonical order of two shapes of one kind, so that swapping the arguments repeats the same arithmetic.
 template <class S> bool comes_first(const Posed<S>& a, const Posed<S>& b) {
   const auto less = [](const Vec3<S>& x, const Vec3<S>& y, bool& decided) {
     decided = true;
@@ -116,7 +116,7 @@ template <class S> struct Ordered {
 template <class S> Ordered<S> in_order(const Posed<S>& a, const Posed<S>& b) {
   if (at(a.shape.kind) > at(b.shape.kind)) return {&kPairs<S>[at(b.shape.kind)][at(a.shape.kind)], true};
   const PairTest<S>* test = &kPairs<S>[at(a.shape.kind)][at(b.shape.kind)];
-  return {test, test->like && !comes_first(a, b)};
+  return {test, test->symmetric && !comes_first(a, b)};
 }
 
 }  // namespace

@@ -11,19 +11,19 @@
 namespace atwood {
 
 template <class S> struct ContactPoint {
-  Vec3<S> x_W;           // midway between the two surfaces along the normal
-  S gap{};               // surface to surface along the normal; negative: overlap
-  std::uint32_t id = 0;  // which features meet: the same from step to step while they do (warm starts)
+  Vec3<S> x_W;           // [m], midway between the two surfaces along the normal
+  S gap{};               // [m], surface to surface along the normal; negative: overlap
+  std::uint32_t id = 0;  // of the pair of features in contact: constant while they touch (for warm starting)
 };
 
-// What the manifold is: one point, a segment, two crossing edges, a polygon
-enum class Meeting : unsigned char { point, edge, edge_edge, face };
+// The shape of the contact region: one point, a segment, the crossing of two edges, a polygon.
+enum class ManifoldType : unsigned char { point, edge, edge_edge, face };
 
-// Contacts of two convex pieces. One plane of contact, at most four points that span the clipped polygon (kept: the
-// deepest one and those that keep the largest area).
+// The contact manifold of two convex pieces: one normal and at most four points of the clipped polygon, reduced to the
+// deepest one and those that span the largest area.
 template <class S> struct Manifold {
   Vec3<S> normal_W;  // unit, from a to b
-  Meeting meeting = Meeting::point;
+  ManifoldType type = ManifoldType::point;
   int count = 0;
   std::array<ContactPoint<S>, 4> points;
   int piece_a = 0, piece_b = 0;  // which box of a compound, which triangle of a mesh
@@ -42,9 +42,9 @@ void find_contacts(const Geometry<S>& a, const Placement<S>& place_a, const Geom
 // Null when this pair of kinds has a test; else what is missing ("plane against plane", "mesh against ...").
 const char* no_contact_test(ShapeKind a, ShapeKind b);
 
-// How far apart rounding alone may put surfaces that touch: that of the positions as they are given, and of what is
-// worked out from them. Spheres of radius 0.1 and 0.7 whose centres are 0.8 apart touch, although these doubles leave
-// 8e-17 between them.
+// The gap [m] that rounding alone may leave between surfaces that touch: rounding of the given positions and of the
+// computation. Spheres of radius 0.1 and 0.7 whose centres are 0.8 apart touch, although these doubles leave 8e-17
+// between them.
 template <class S>
 S touch_round_off(const Geometry<S>& a, const Vec3<S>& p_a, const Geometry<S>& b, const Vec3<S>& p_b);
 
@@ -52,7 +52,7 @@ S touch_round_off(const Geometry<S>& a, const Vec3<S>& p_a, const Geometry<S>& b
 template <class S> struct Separation {
   S gap{};                 // signed: negative is the depth of least penetration
   Vec3<S> normal_W;        // unit, from a to b
-  Vec3<S> on_a_W, on_b_W;  // the closest points, or the deepest
+  Vec3<S> on_a_W, on_b_W;  // the closest points, or the deepest points in overlap
 };
 template <class S>
 Separation<S> separation(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b,

@@ -19,9 +19,9 @@ template <class S> S size_of(const ConvexPiece<S>& piece) {
 // Of the points in which faces meet, the middle of those that are deepest but for round-off.
 template <class S>
 Vec3<S> middle_of_deepest(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a,
-                          const Meet<S>& meet, const Vec3<S>& otherwise) {
+                          const NearestFeatures<S>& features, const Vec3<S>& otherwise) {
   Manifold<S> manifold;
-  contact_points(a, b, b_in_a, meet, std::numeric_limits<S>::infinity(), manifold);
+  contact_points(a, b, b_in_a, features, std::numeric_limits<S>::infinity(), manifold);
   S least = std::numeric_limits<S>::infinity(), count = S(0);
   for (int i = 0; i < manifold.count; ++i) least = real::min(least, manifold.points[i].gap);
   const S level = least + S(64) * real::epsilon<S>() * (size_of(a) + size_of(b) + norm(b_in_a.p_W));
@@ -41,10 +41,10 @@ void convex_contacts(const Geometry<S>& a, const Placement<S>& place_a, const Ge
   const Placement<S> b_in_a = relative_placement(place_a, place_b);
   const S reach = margin + piece_a.radius + piece_b.radius;
   if (norm(b_in_a.p_W) > (size_of(piece_a) + size_of(piece_b) + margin) * (S(1) + S(8) * real::epsilon<S>())) return;
-  const Meet<S> meet = nearest_features(piece_a, piece_b, b_in_a, reach);
-  if (meet.beyond || meet.gap > reach) return;
+  const NearestFeatures<S> features = nearest_features(piece_a, piece_b, b_in_a, reach);
+  if (features.out_of_range || features.gap > reach) return;
   Manifold<S> manifold;
-  contact_points(piece_a, piece_b, b_in_a, meet, margin, manifold);
+  contact_points(piece_a, piece_b, b_in_a, features, margin, manifold);
   if (manifold.count == 0) return;
   place_in_world(place_a, manifold);
   out.push_back(manifold);
@@ -58,12 +58,13 @@ Separation<S> convex_separation(const Geometry<S>& a, const Placement<S>& place_
   if (!convex_piece(a, piece_a) || !convex_piece(b, piece_b))
     return {kFar, {S(0), S(0), S(1)}, place_a.p_W, place_b.p_W};
   const Placement<S> b_in_a = relative_placement(place_a, place_b);
-  const Meet<S> meet = nearest_features(piece_a, piece_b, b_in_a, kFar);
-  const S gap = meet.gap - piece_a.radius - piece_b.radius;
-  Vec3<S> middle = S(0.5) * ((meet.on_a + piece_a.radius * meet.normal) + (meet.on_b - piece_b.radius * meet.normal));
-  if (meet.faces) middle = middle_of_deepest(piece_a, piece_b, b_in_a, meet, middle);
-  const Vec3<S> half = (gap / S(2)) * meet.normal;
-  return {gap, turned(place_a, meet.normal), placed(place_a, middle - half), placed(place_a, middle + half)};
+  const NearestFeatures<S> features = nearest_features(piece_a, piece_b, b_in_a, kFar);
+  const S gap = features.gap - piece_a.radius - piece_b.radius;
+  Vec3<S> middle = S(0.5) * ((features.on_a + piece_a.radius * features.normal) +
+                             (features.on_b - piece_b.radius * features.normal));
+  if (features.faces) middle = middle_of_deepest(piece_a, piece_b, b_in_a, features, middle);
+  const Vec3<S> half = (gap / S(2)) * features.normal;
+  return {gap, turned(place_a, features.normal), placed(place_a, middle - half), placed(place_a, middle + half)};
 }
 
 template <class S>
@@ -85,7 +86,9 @@ void hull_plane_contacts(const Geometry<S>& plane, const Geometry<S>& hull, cons
   Manifold<S> manifold;
   manifold.normal_W = plane.normal_W;
   keep_four(found, plane.normal_W, manifold);
-  manifold.meeting = manifold.count > 2 ? Meeting::face : manifold.count == 2 ? Meeting::edge : Meeting::point;
+  manifold.type = manifold.count > 2    ? ManifoldType::face
+                  : manifold.count == 2 ? ManifoldType::edge
+                                        : ManifoldType::point;
   out.push_back(manifold);
 }
 

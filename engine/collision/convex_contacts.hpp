@@ -3,8 +3,8 @@
 //
 // A shape is a core and a radius around it: a sphere's core is a point, a capsule's a segment. Cores apart: Gilbert,
 // Johnson, Keerthi (1988) in the signed-volumes form of Montanari, Petrinic, Barbieri (2017). Cores that overlap: the
-// expanding polytope (van den Bergen 2001). Either way the direction found is made exact on the features that meet (a
-// face's normal, the product of two edges, a rim), so that gap and normal are good to a few ulp of the extents.
+// expanding polytope (van den Bergen 2001). Either way the normal is then computed from the features in contact (a
+// face's normal, the product of two edges, a rim), so that gap and normal are accurate to a few ulp of the extents.
 #pragma once
 
 #include <vector>

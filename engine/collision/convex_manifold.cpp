@@ -80,7 +80,7 @@ template <class S> Feature<S> nearest_edge(const PlacedPiece<S>& body, const Vec
 }
 
 template <class S> void add_side(const PlacedPiece<S>& body, const Vec3<S>& outwards, Polygon<S>& out) {
-  const Vec3<S> d = turned_back(body.place, outwards), radial = unit_along(Vec3<S>{d.x, d.y, S(0)});
+  const Vec3<S> d = turned_back(body.place, outwards), radial = unit_vector(Vec3<S>{d.x, d.y, S(0)});
   const Vec3<S>& h = body.piece.half;
   for (const S z : {-h.z, h.z})
     out.push_back({placed(body.place, {h.x * radial.x, h.x * radial.y, z}), z < S(0) ? 101u : 102u});
@@ -105,7 +105,8 @@ void outline(const PlacedPiece<S>& body, const Feature<S>& feature, const Vec3<S
     // round-off.
     const Vec3<S> d = turned_back(body.place, outwards), tilt{d.x, d.y, S(0)};
     const bool level = norm(tilt) <= S(64) * real::epsilon<S>();
-    const Vec3<S> u = level ? body.place.axis_W[0] : turned(body.place, unit_along(tilt)), v = cross(feature.normal, u);
+    const Vec3<S> u = level ? body.place.axis_W[0] : turned(body.place, unit_vector(tilt)),
+                  v = cross(feature.normal, u);
     for (int k = 0; k < kRimPoints; ++k) {
       S sine, cosine;
       real::sin_cos(S(k) * (S(6.283185307179586476925286766559L) / S(kRimPoints)), sine, cosine);
@@ -205,10 +206,10 @@ template <class S> struct Scratch {
 
 // A point with a gap between cores, as the surfaces around them have it.
 template <class S>
-ContactPoint<S> between_surfaces(const Vec3<S>& on_a, S core_gap, const Meet<S>& meet, S radius_a, S radius_b,
-                                 std::uint32_t id) {
+ContactPoint<S> between_surfaces(const Vec3<S>& on_a, S core_gap, const NearestFeatures<S>& features, S radius_a,
+                                 S radius_b, std::uint32_t id) {
   const S gap = core_gap - radius_a - radius_b;
-  return {on_a + (radius_a + gap / S(2)) * meet.normal, gap, id};
+  return {on_a + (radius_a + gap / S(2)) * features.normal, gap, id};
 }
 
 }  // namespace
@@ -241,20 +242,20 @@ void keep_four(const std::vector<ContactPoint<S>>& candidates, const Vec3<S>& no
 }
 
 template <class S>
-void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a, const Meet<S>& meet,
-                    S margin, Manifold<S>& manifold) {
+void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a,
+                    const NearestFeatures<S>& features, S margin, Manifold<S>& manifold) {
   static thread_local Scratch<S> scratch;
   const Placement<S> own;
   const PlacedPiece<S> body_a{a, own}, body_b{b, b_in_a};
-  const Vec3<S>& n = meet.normal;
+  const Vec3<S>& n = features.normal;
   manifold.normal_W = n;
   manifold.count = 0;
-  manifold.solve = meet.solve;
+  manifold.solve = features.solve;
   std::vector<ContactPoint<S>>& found = scratch.candidates;
   found.clear();
   const auto add = [&](const Vec3<S>& on_a, S core_gap, std::uint32_t id) {
     if (core_gap - a.radius - b.radius > margin) return;
-    const ContactPoint<S> made = between_surfaces(on_a, core_gap, meet, a.radius, b.radius, id);
+    const ContactPoint<S> made = between_surfaces(on_a, core_gap, features, a.radius, b.radius, id);
     const S same = S(64) * real::epsilon<S>() * (norm(made.x_W) + norm(b_in_a.p_W));  // cut at a corner: once
     for (const ContactPoint<S>& other : found)
       if (norm(other.x_W - made.x_W) <= same) return;
@@ -310,24 +311,25 @@ void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Plac
   // Where faces lie nearly over each other the deepest vertex may be a neighbouring face's, and clipped away.
   S deepest = std::numeric_limits<S>::infinity();
   for (const ContactPoint<S>& p : found) deepest = real::min(deepest, p.gap);
-  const S reach = norm(meet.on_a) + norm(b_in_a.p_W) + (found.empty() ? S(0) : norm(found.front().x_W));
+  const S reach = norm(features.on_a) + norm(b_in_a.p_W) + (found.empty() ? S(0) : norm(found.front().x_W));
   const S round_off = S(256) * real::epsilon<S>() * reach;
-  const bool lost = real::is_finite(meet.gap) && deepest > meet.gap - a.radius - b.radius + round_off;
+  const bool lost = real::is_finite(features.gap) && deepest > features.gap - a.radius - b.radius + round_off;
   if (lost)
     std::erase_if(found,
-                  [&](const auto& p) { return norm(p.x_W - (meet.on_a + a.radius * n)) <= parallel<S>() * reach; });
+                  [&](const auto& p) { return norm(p.x_W - (features.on_a + a.radius * n)) <= parallel<S>() * reach; });
   if (found.empty() || lost)
-    add(meet.on_a, meet.gap, mixed(static_cast<std::uint32_t>(vertex_a + 2), static_cast<std::uint32_t>(vertex_b + 2)));
+    add(features.on_a, features.gap,
+        mixed(static_cast<std::uint32_t>(vertex_a + 2), static_cast<std::uint32_t>(vertex_b + 2)));
   keep_four(found, n, manifold);
-  manifold.meeting = manifold.count > 2    ? Meeting::face
-                     : manifold.count == 2 ? Meeting::edge
-                     : by_edges            ? Meeting::edge_edge
-                                           : Meeting::point;
+  manifold.type = manifold.count > 2    ? ManifoldType::face
+                  : manifold.count == 2 ? ManifoldType::edge
+                  : by_edges            ? ManifoldType::edge_edge
+                                        : ManifoldType::point;
 }
 
-#define ATWOOD_CONVEX_MANIFOLD(S)                                                                                    \
-  template void contact_points<S>(const ConvexPiece<S>&, const ConvexPiece<S>&, const Placement<S>&, const Meet<S>&, \
-                                  S, Manifold<S>&);                                                                  \
+#define ATWOOD_CONVEX_MANIFOLD(S)                                                                    \
+  template void contact_points<S>(const ConvexPiece<S>&, const ConvexPiece<S>&, const Placement<S>&, \
+                                  const NearestFeatures<S>&, S, Manifold<S>&);                       \
   template void keep_four<S>(const std::vector<ContactPoint<S>>&, const Vec3<S>&, Manifold<S>&);
 ATWOOD_CONVEX_MANIFOLD(float)
 ATWOOD_CONVEX_MANIFOLD(double)

@@ -1,4 +1,4 @@
-// The points of contact of two convex pieces whose direction of contact is known.
+// The contact points of two convex pieces whose contact normal is known.
 #pragma once
 
 #include "collision/contacts.hpp"
@@ -6,14 +6,14 @@
 
 namespace atwood {
 
-// In A's axes. `margin` between surfaces. Where a face meets, the other's face, edge or disc is clipped to it and each
-// of the points left has its own gap; two parallel edges meet along their common stretch; all else is one point, the
-// nearest features' unless meet.gap is infinite (a normal that is not theirs; there may then be no points).
+// In A's axes; points whose surfaces are more than `margin` apart are left out. A face in contact: the other's face,
+// edge or disc is clipped to it (Sutherland, Hodgman 1974). Parallel edges: the ends of their common stretch. Otherwise
+// the nearest features' point; none if features.gap is infinite (a normal that is not theirs) and nothing overlaps.
 template <class S>
-void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a, const Meet<S>& meet,
-                    S margin, Manifold<S>& manifold);
+void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a,
+                    const NearestFeatures<S>& features, S margin, Manifold<S>& manifold);
 
-// Four of the candidates: the deepest, the farthest from it, and those that make the largest quadrilateral.
+// Reduces the candidates to four: the deepest, the farthest from it, and one on each side with the largest area.
 template <class S>
 void keep_four(const std::vector<ContactPoint<S>>& candidates, const Vec3<S>& normal, Manifold<S>& manifold);
 

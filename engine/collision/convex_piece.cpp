@@ -96,7 +96,7 @@ ConvexPiece<S> triangle_piece(const Vec3<S>& a, const Vec3<S>& b, const Vec3<S>&
   piece.own[0] = a, piece.own[1] = b, piece.own[2] = c;
   piece.sides[0] = {normal, dot(normal, a), 0, 3};
   piece.sides[1] = {-normal, -dot(normal, a), 3, 3};
-  for (int k = 0; k < 3; ++k) piece.rim[k] = {k, (k + 1) % 3, 0, 1, unit_along(piece.own[(k + 1) % 3] - piece.own[k])};
+  for (int k = 0; k < 3; ++k) piece.rim[k] = {k, (k + 1) % 3, 0, 1, unit_vector(piece.own[(k + 1) % 3] - piece.own[k])};
   return piece;
 }
 
@@ -120,7 +120,7 @@ template <class S> Vec3<S> support(const ConvexPiece<S>& piece, const Vec3<S>& d
     case Core::cylinder: break;
   }
   vertex = -1;
-  const Vec3<S> radial = unit_along(Vec3<S>{d.x, d.y, S(0)});
+  const Vec3<S> radial = unit_vector(Vec3<S>{d.x, d.y, S(0)});
   return {h.x * radial.x, h.x * radial.y, signed_as(h.z, d.z)};
 }
 

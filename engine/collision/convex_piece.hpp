@@ -1,4 +1,4 @@
-// One convex shape as the tests of pairs see it: a core (a polyhedron, or a cylinder) and a radius around it.
+// One convex shape in the form that the pair tests use: a core (a polyhedron, or a cylinder) and a radius around it.
 #pragma once
 
 #include <array>
@@ -44,27 +44,27 @@ template <class S> struct ConvexPiece {
   }
 };
 
-// Null pieces do not exist: a hull without vertices gives false. Kinds as in convex_contacts.hpp, and meshes that bound
-// a convex solid.
+// False, with `piece` unusable, for a hull without vertices and for kinds that are not convex. Kinds as in
+// convex_contacts.hpp, and meshes that bound a convex solid.
 template <class S> bool convex_piece(const Geometry<S>& geometry, ConvexPiece<S>& piece);
 template <class S>
 ConvexPiece<S> triangle_piece(const Vec3<S>& a, const Vec3<S>& b, const Vec3<S>& c, const Vec3<S>& normal);
 template <class S> ConvexPiece<S> box_piece(const Vec3<S>& half_extents);
 
 // The point of the core farthest along `direction` (own axes, of any length) and its vertex; of cylinders the vertex is
-// -1. `vertex` on entry: where climbing may start.
+// -1. `vertex` on entry: where hill climbing starts.
 template <class S> Vec3<S> support(const ConvexPiece<S>& piece, const Vec3<S>& direction, int& vertex);
 
 // v / |v|, also where v's square would underflow or overflow; 0 for 0.
-template <class S> inline Vec3<S> unit_along(const Vec3<S>& v) {
+template <class S> inline Vec3<S> unit_vector(const Vec3<S>& v) {
   const S most = real::max(real::abs(v.x), real::max(real::abs(v.y), real::abs(v.z)));
   if (!(most > S(0))) return {};
   const Vec3<S> scaled{v.x / most, v.y / most, v.z / most};
   return (S(1) / norm(scaled)) * scaled;
 }
 
-// a cross b, each component to an ulp of itself (Kahan's difference of products): nearly parallel vectors keep their
-// normal.
+// a cross b, each component accurate to an ulp (Kahan's difference of products), so that the normal of nearly parallel
+// vectors is accurate.
 template <class S> inline Vec3<S> accurate_cross(const Vec3<S>& a, const Vec3<S>& b) {
   const auto difference = [](S p, S q, S r, S s) {  // p q - r s
     const S rs = r * s, error = std::fma(-r, s, rs);

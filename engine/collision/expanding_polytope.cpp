@@ -17,28 +17,28 @@ template <class S> struct Polytope {
     int across[3];   // the face beyond corner[k] -> corner[k + 1]
     Vec3<S> normal;  // unit, outwards
     S offset{};      // signed distance of the origin, positive inside
-    bool alive = true;
+    bool on_hull = true;
   };
-  struct Rim {
+  struct HorizonEdge {
     int from, to, outside;
   };
 
   DifferencePoint<S> point[kMostPoints];
   Face face[kMostFaces];
-  Rim rim[kMostFaces];
+  HorizonEdge horizon[kMostFaces];
   int stack[kMostFaces];
-  int points = 0, faces = 0, rims = 0;
+  int points = 0, faces = 0, horizon_edges = 0;
 
   // False when it has no area.
   bool set(int f, int i, int j, int k) {
     Face& made = face[f];
     made.corner[0] = i, made.corner[1] = j, made.corner[2] = k;
-    made.alive = true;
+    made.on_hull = true;
     // The corner opposite to the longest side gives the least round-off.
     const Vec3<S>&p = point[i].w, &q = point[j].w, &r = point[k].w;
     const Vec3<S> pq = q - p, qr = r - q, rp = p - r;
     const S a = dot(pq, pq), b = dot(qr, qr), c = dot(rp, rp);
-    made.normal = unit_along(a >= b && a >= c ? cross(qr, rp) : b >= c ? cross(rp, pq) : cross(pq, qr));
+    made.normal = unit_vector(a >= b && a >= c ? cross(qr, rp) : b >= c ? cross(rp, pq) : cross(pq, qr));
     made.offset = dot(made.normal, p);
     return dot(made.normal, made.normal) > S(0);
   }
@@ -61,11 +61,11 @@ bool first_tetrahedron(Polytope<S>& polytope, const Support& farthest, Vec3<S>& 
   }
   normal = axes[2];
   if (flat(widest)) return false;
-  const Vec3<S> along = unit_along(p[1].w - p[0].w);
+  const Vec3<S> along = unit_vector(p[1].w - p[0].w);
   const Vec3<S> least = real::abs(along.x) <= real::abs(along.y) && real::abs(along.x) <= real::abs(along.z) ? axes[0]
                         : real::abs(along.y) <= real::abs(along.z)                                           ? axes[1]
                                                                                                              : axes[2];
-  const Vec3<S> u = unit_along(cross(along, least)), v = cross(along, u);
+  const Vec3<S> u = unit_vector(cross(along, least)), v = cross(along, u);
   const auto off_line = [&](const DifferencePoint<S>& q) { return norm(cross(along, q.w - p[0].w)); };
   S most{-1};
   for (const Vec3<S>& d : {u, -u, v, -v}) {
@@ -74,7 +74,7 @@ bool first_tetrahedron(Polytope<S>& polytope, const Support& farthest, Vec3<S>& 
   }
   normal = u;
   if (flat(most)) return false;
-  normal = unit_along(cross(p[1].w - p[0].w, p[2].w - p[0].w));
+  normal = unit_vector(cross(p[1].w - p[0].w, p[2].w - p[0].w));
   const DifferencePoint<S> above = farthest(normal), below = farthest(-normal);
   const S up = dot(normal, above.w - p[0].w), down = dot(normal, p[0].w - below.w);
   if (flat(real::max(up, down))) return false;
@@ -84,52 +84,53 @@ bool first_tetrahedron(Polytope<S>& polytope, const Support& farthest, Vec3<S>& 
   return true;
 }
 
-// Takes away the faces that see the new point, joins it to their rim. False when round-off leaves no proper rim.
-template <class S> bool grow(Polytope<S>& polytope, int seen, int point) {
+// Removes the faces visible from the new point and joins the point to their horizon. False when round-off leaves no
+// closed horizon.
+template <class S> bool grow(Polytope<S>& polytope, int visible, int point) {
   const Vec3<S>& w = polytope.point[point].w;
-  polytope.rims = 0;
+  polytope.horizon_edges = 0;
   int height = 0;
-  polytope.stack[height++] = seen;
-  polytope.face[seen].alive = false;
+  polytope.stack[height++] = visible;
+  polytope.face[visible].on_hull = false;
   while (height > 0) {
     const auto& face = polytope.face[polytope.stack[--height]];
     for (int k = 0; k < 3; ++k) {
       const int next = face.across[k];
       auto& beyond = polytope.face[next];
-      if (!beyond.alive) continue;
+      if (!beyond.on_hull) continue;
       if (dot(beyond.normal, w) > beyond.offset) {
-        beyond.alive = false;
+        beyond.on_hull = false;
         polytope.stack[height++] = next;
       }
     }
   }
   for (int f = 0; f < polytope.faces; ++f) {
     auto& inner = polytope.face[f];
-    if (inner.alive || inner.corner[0] < 0) continue;
+    if (inner.on_hull || inner.corner[0] < 0) continue;
     for (int k = 0; k < 3; ++k)
-      if (polytope.face[inner.across[k]].alive)
-        polytope.rim[polytope.rims++] = {inner.corner[k], inner.corner[(k + 1) % 3], inner.across[k]};
+      if (polytope.face[inner.across[k]].on_hull)
+        polytope.horizon[polytope.horizon_edges++] = {inner.corner[k], inner.corner[(k + 1) % 3], inner.across[k]};
   }
   for (int f = 0; f < polytope.faces; ++f)
-    if (!polytope.face[f].alive) polytope.face[f].corner[0] = -1;
+    if (!polytope.face[f].on_hull) polytope.face[f].corner[0] = -1;
   int free = 0, made[Polytope<S>::kMostFaces];
-  for (int r = 0; r < polytope.rims; ++r) {
+  for (int r = 0; r < polytope.horizon_edges; ++r) {
     while (free < polytope.faces && polytope.face[free].corner[0] >= 0) ++free;
     if (free == polytope.faces && ++polytope.faces > Polytope<S>::kMostFaces) return false;
     made[r] = free;
-    if (!polytope.set(free, polytope.rim[r].from, polytope.rim[r].to, point)) return false;
+    if (!polytope.set(free, polytope.horizon[r].from, polytope.horizon[r].to, point)) return false;
   }
-  for (int r = 0; r < polytope.rims; ++r) {
-    const auto& edge = polytope.rim[r];
+  for (int r = 0; r < polytope.horizon_edges; ++r) {
+    const auto& edge = polytope.horizon[r];
     auto& face = polytope.face[made[r]];
     auto& outside = polytope.face[edge.outside];
     face.across[0] = edge.outside;
     face.across[1] = face.across[2] = -1;
     for (int k = 0; k < 3; ++k)
       if (outside.corner[k] == edge.to && outside.corner[(k + 1) % 3] == edge.from) outside.across[k] = made[r];
-    for (int s = 0; s < polytope.rims; ++s) {
-      if (polytope.rim[s].from == edge.to) face.across[1] = face.across[1] < 0 ? made[s] : -2;
-      if (polytope.rim[s].to == edge.from) face.across[2] = face.across[2] < 0 ? made[s] : -2;
+    for (int s = 0; s < polytope.horizon_edges; ++s) {
+      if (polytope.horizon[s].from == edge.to) face.across[1] = face.across[1] < 0 ? made[s] : -2;
+      if (polytope.horizon[s].to == edge.from) face.across[2] = face.across[2] < 0 ? made[s] : -2;
     }
     if (face.across[1] < 0 || face.across[2] < 0) return false;
   }
@@ -139,7 +140,7 @@ template <class S> bool grow(Polytope<S>& polytope, int seen, int point) {
 template <class S> int nearest_face(const Polytope<S>& polytope) {
   int best = -1;
   for (int f = 0; f < polytope.faces; ++f)
-    if (polytope.face[f].alive && (best < 0 || polytope.face[f].offset < polytope.face[best].offset)) best = f;
+    if (polytope.face[f].on_hull && (best < 0 || polytope.face[f].offset < polytope.face[best].offset)) best = f;
   return best;
 }
 

@@ -1,4 +1,4 @@
-// Shapes as collision sees them: prepared once a run, in body axes, in the engine's scalar.
+// Collision geometry: shapes prepared once a run, in body axes [m], in the engine's scalar.
 #pragma once
 
 #include <memory>
@@ -10,7 +10,7 @@
 
 namespace atwood {
 
-// Where a body is: its centre and its axes in the world (the columns of R_WB).
+// The pose of a body: its centre [m] and its axes in the world (the columns of R_WB).
 template <class S> struct Placement {
   Vec3<S> p_W;
   Vec3<S> axis_W[3] = {{S(1), S(0), S(0)}, {S(0), S(1), S(0)}, {S(0), S(0), S(1)}};
@@ -23,7 +23,7 @@ template <class S> inline Vec3<S> turned_back(const Placement<S>& place, const V
   return {dot(place.axis_W[0], v_W), dot(place.axis_W[1], v_W), dot(place.axis_W[2], v_W)};
 }
 
-// Shape's order
+// In the order of the alternatives of Shape (scene/scene.hpp).
 enum class ShapeKind : unsigned char { none, sphere, plane, rectangle, box, capsule, cylinder, convex, mesh, compound };
 
 template <class S> struct Hull;          // vertices, faces, edges of a convex polyhedron (hull.hpp)
@@ -45,7 +45,7 @@ template <class S> struct Geometry {
   std::vector<Part> parts;  // compound: oriented boxes
 };
 template <class S> Geometry<S> make_geometry(const Shape& shape);
-// Where a compound's box is when its body is at `body`.
+// The pose of a compound's box when its body's pose is `body`.
 template <class S> Placement<S> part_placement(const Placement<S>& body, const typename Geometry<S>::Part& part);
 
 template <class S> struct Aabb { Vec3<S> low, high; };

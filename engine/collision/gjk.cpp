@@ -16,7 +16,7 @@ template <class S> Vec3<S> weighted(Simplex<S>& simplex) {
   return sum;
 }
 
-template <class S> Simplex<S> only(const Simplex<S>& from, std::initializer_list<int> which) {
+template <class S> Simplex<S> subset(const Simplex<S>& from, std::initializer_list<int> which) {
   Simplex<S> part;
   for (const int i : which) part.corner[part.count++] = from.corner[i];
   return part;
@@ -31,19 +31,20 @@ template <class S> Vec3<S> nearest_on_edge(Simplex<S>& s) {
     s.weight[0] = from_q / (from_p + from_q);
     return p + s.weight[1] * along;
   }
-  s = only(s, {from_p > S(0) ? 1 : 0});
+  s = subset(s, {from_p > S(0) ? 1 : 0});
   s.weight[0] = S(1);
   return s.corner[0].w;
 }
 
-// Signed areas of the foot's three sub-triangles, seen along the normal's largest component.
+// Signed areas of the three sub-triangles at the foot of the perpendicular, projected along the normal's largest
+// component.
 template <class S> Vec3<S> nearest_on_triangle(Simplex<S>& s) {
   const Vec3<S>&p = s.corner[0].w, &q = s.corner[1].w, &r = s.corner[2].w;
   const Vec3<S> pq = q - p, pr = r - p, area = cross(pq, pr);
   const S size = largest(area), noise = S(8) * real::epsilon<S>() * largest(pq) * largest(pr);
-  bool sees[3] = {true, true, true};  // the edge opposite to corner i may hold the nearest point
+  bool may_hold_nearest[3] = {true, true, true};  // the edge opposite to corner i may hold the nearest point
   if (size > noise) {
-    const Vec3<S> normal = unit_along(area);
+    const Vec3<S> normal = unit_vector(area);
     const S height = dot(normal, p);
     const Vec3<S> foot = height * normal, a = p - foot, b = q - foot, c = r - foot;
     const auto signed_area = [&](const Vec3<S>& u, const Vec3<S>& v) {
@@ -57,14 +58,14 @@ template <class S> Vec3<S> nearest_on_triangle(Simplex<S>& s) {
       for (int i = 0; i < 3; ++i) s.weight[i] = part[i] / whole;
       return foot;
     }
-    for (int i = 0; i < 3; ++i) sees[i] = !(part[i] > S(0));
+    for (int i = 0; i < 3; ++i) may_hold_nearest[i] = !(part[i] > S(0));
   }
   constexpr int opposite[3][2] = {{1, 2}, {2, 0}, {0, 1}};
   Simplex<S> best;
   Vec3<S> nearest;
   for (int i = 0; i < 3; ++i) {
-    if (!sees[i]) continue;
-    Simplex<S> edge = only(s, {opposite[i][0], opposite[i][1]});
+    if (!may_hold_nearest[i]) continue;
+    Simplex<S> edge = subset(s, {opposite[i][0], opposite[i][1]});
     const Vec3<S> v = nearest_on_edge(edge);
     if (best.count == 0 || dot(v, v) < dot(nearest, nearest)) best = edge, nearest = v;
   }
@@ -77,7 +78,7 @@ template <class S> Vec3<S> nearest_in_tetrahedron(Simplex<S>& s) {
   const Vec3<S> edge[3] = {q - p, r - p, t - p};
   const S whole = dot(edge[0], cross(edge[1], edge[2]));
   const S noise = S(32) * real::epsilon<S>() * largest(edge[0]) * largest(edge[1]) * largest(edge[2]);
-  bool sees[4] = {true, true, true, true};
+  bool may_hold_nearest[4] = {true, true, true, true};
   if (real::abs(whole) > noise) {
     const S sign = whole < S(0) ? S(-1) : S(1);
     const Vec3<S> rt = cross(r - q, t - q);
@@ -88,14 +89,14 @@ template <class S> Vec3<S> nearest_in_tetrahedron(Simplex<S>& s) {
       for (int i = 0; i < 4; ++i) s.weight[i] = part[i] / sum;
       return {};
     }
-    for (int i = 0; i < 4; ++i) sees[i] = part[i] < S(0);
+    for (int i = 0; i < 4; ++i) may_hold_nearest[i] = part[i] < S(0);
   }
   constexpr int opposite[4][3] = {{1, 2, 3}, {0, 2, 3}, {0, 1, 3}, {0, 1, 2}};
   Simplex<S> best;
   Vec3<S> nearest;
   for (int i = 0; i < 4; ++i) {
-    if (!sees[i]) continue;
-    Simplex<S> face = only(s, {opposite[i][0], opposite[i][1], opposite[i][2]});
+    if (!may_hold_nearest[i]) continue;
+    Simplex<S> face = subset(s, {opposite[i][0], opposite[i][1], opposite[i][2]});
     const Vec3<S> v = nearest_on_triangle(face);
     if (best.count == 0 || dot(v, v) < dot(nearest, nearest)) best = face, nearest = v;
   }
@@ -103,7 +104,7 @@ template <class S> Vec3<S> nearest_in_tetrahedron(Simplex<S>& s) {
   return nearest;
 }
 
-template <class S> bool holds(const Simplex<S>& simplex, const Vec3<S>& w) {
+template <class S> bool contains(const Simplex<S>& simplex, const Vec3<S>& w) {
   for (int i = 0; i < simplex.count; ++i) {
     const Vec3<S>& c = simplex.corner[i].w;
     if (c.x == w.x && c.y == w.y && c.z == w.z) return true;
@@ -132,9 +133,9 @@ template <class S> Vec3<S> nearest_to_origin(Simplex<S>& simplex) {
 
 template <class S>
 DifferencePoint<S> difference_support(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a,
-                                      const Vec3<S>& direction, int climb_a, int climb_b) {
+                                      const Vec3<S>& direction, int start_a, int start_b) {
   DifferencePoint<S> p;
-  p.vertex_a = climb_a, p.vertex_b = climb_b;
+  p.vertex_a = start_a, p.vertex_b = start_b;
   p.a = support(a, direction, p.vertex_a);
   p.b = placed(b_in_a, support(b, turned_back(b_in_a, -direction), p.vertex_b));
   p.w = p.a - p.b;
@@ -142,7 +143,8 @@ DifferencePoint<S> difference_support(const ConvexPiece<S>& a, const ConvexPiece
 }
 
 template <class S>
-Closest<S> closest_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a, S enough) {
+Closest<S> closest_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a,
+                          S max_distance) {
   constexpr int kMostRounds = 200;  // curved cores gain about a digit in two rounds
   constexpr int kMostStandstills = 4;
   const S round_off = S(8) * real::epsilon<S>();
@@ -150,18 +152,18 @@ Closest<S> closest_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, cons
   Simplex<S>& simplex = closest.simplex;
   Vec3<S> v = dot(b_in_a.p_W, b_in_a.p_W) > S(0) ? -b_in_a.p_W : Vec3<S>{S(1), S(0), S(0)};
   S extent{}, least = std::numeric_limits<S>::infinity();
-  int climb_a = 0, climb_b = 0, standstills = 0;
+  int start_a = 0, start_b = 0, standstills = 0;
   for (int round = 0; round < kMostRounds; ++round) {
-    const DifferencePoint<S> p = difference_support(a, b, b_in_a, -v, climb_a, climb_b);
-    climb_a = p.vertex_a, climb_b = p.vertex_b;
+    const DifferencePoint<S> p = difference_support(a, b, b_in_a, -v, start_a, start_b);
+    start_a = p.vertex_a, start_b = p.vertex_b;
     extent = real::max(extent, real::max(largest(p.w), real::max(largest(p.a), largest(p.b))));
     const S length = norm(v), toward = dot(v, p.w);
-    if (toward > enough * length) {
-      closest.apart = closest.beyond = true;
+    if (toward > max_distance * length) {
+      closest.apart = closest.out_of_range = true;
       closest.normal = (S(-1) / length) * v;
       return closest;
     }
-    if (simplex.count > 0 && (holds(simplex, p.w) || length * length - toward <= round_off * extent * length)) break;
+    if (simplex.count > 0 && (contains(simplex, p.w) || length * length - toward <= round_off * extent * length)) break;
     Simplex<S> next = simplex;
     next.corner[next.count++] = p;
     const Vec3<S> nearer = nearest_to_origin(next);
@@ -180,7 +182,7 @@ Closest<S> closest_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, cons
   set_witnesses(closest);
   closest.apart = true;
   closest.distance = norm(v);
-  closest.normal = unit_along(-v);
+  closest.normal = unit_vector(-v);
   return closest;
 }
 

@@ -17,27 +17,27 @@ template <class S> struct Simplex {
   int count = 0;
 };
 
-// Cuts the simplex down to the face whose inside holds its point nearest to the origin, sets its weights and returns
-// it. A tetrahedron stays whole when the origin is inside. Faces without area, up to round-off, count as their edges.
+// Reduces the simplex to the face whose interior contains its point nearest to the origin, sets its weights and returns
+// that point. A tetrahedron around the origin stays whole. Faces without area, up to round-off, count as their edges.
 template <class S> Vec3<S> nearest_to_origin(Simplex<S>& simplex);
 
 // The farthest point of A - B in `direction`.
 template <class S>
 DifferencePoint<S> difference_support(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a,
-                                      const Vec3<S>& direction, int climb_a = 0, int climb_b = 0);
+                                      const Vec3<S>& direction, int start_a = 0, int start_b = 0);
 
 template <class S> struct Closest {
-  bool apart = false;  // false: the cores overlap, or are as near as round-off tells
+  bool apart = false;  // false: the cores overlap, or their distance is within round-off
   S distance{};
   Vec3<S> on_a, on_b;  // A's axes
   Vec3<S> normal;      // unit, from a to b
   Simplex<S> simplex;
-  bool beyond = false;  // known to be more than `enough` apart; the rest is then not set but `normal`
+  bool out_of_range = false;  // more than `max_distance` apart: of the rest only `normal` is set
 };
 
 // Gilbert, Johnson, Keerthi (1988); sub-algorithm of Montanari, Petrinic, Barbieri, ACM Trans. Graph. 36 (2017) 30.
-// Ends when no support point is nearer by more than round-off of the extents.
+// Ends when no support point is nearer by more than round-off of the extents, or after 200 iterations.
 template <class S>
-Closest<S> closest_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a, S enough);
+Closest<S> closest_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a, S max_distance);
 
 }  // namespace atwood

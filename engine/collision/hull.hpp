@@ -9,8 +9,8 @@
 
 namespace atwood {
 
-// Body axes [m]. Points that lie flat give the two sides of a polygon as faces; points on a line an edge without faces
-// (left = right = -1); a single place gives one vertex.
+// Body axes [m]. Coplanar points give a polygon with two faces, its front and its back; collinear points one edge
+// without faces (left = right = -1); coincident points one vertex.
 template <class S> struct Hull {
   struct Face {
     Vec3<S> normal;            // unit, outwards

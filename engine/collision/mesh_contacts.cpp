@@ -14,7 +14,7 @@ template <class S> void place_in_world(const Placement<S>& place, std::vector<Ma
   }
 }
 
-// All of a mesh rests on a plane as its hull would.
+// Against a plane a mesh has the contacts of its convex hull.
 template <class S>
 void mesh_plane_contacts(const TriangleMesh<S>& mesh, const Placement<S>& place, const Geometry<S>& plane, S margin,
                          std::vector<Manifold<S>>& out) {
@@ -32,7 +32,9 @@ void mesh_plane_contacts(const TriangleMesh<S>& mesh, const Placement<S>& place,
   Manifold<S> manifold;
   manifold.normal_W = -plane.normal_W;
   keep_four(found, plane.normal_W, manifold);
-  manifold.meeting = manifold.count > 2 ? Meeting::face : manifold.count == 2 ? Meeting::edge : Meeting::point;
+  manifold.type = manifold.count > 2    ? ManifoldType::face
+                  : manifold.count == 2 ? ManifoldType::edge
+                                        : ManifoldType::point;
   out.push_back(manifold);
 }
 
@@ -47,7 +49,7 @@ Separation<S> mesh_plane_separation(const TriangleMesh<S>& mesh, const Placement
   return least;
 }
 
-// The deepest point of what overlaps.
+// The deepest point of all manifolds; false if there is none.
 template <class S> bool deepest(const std::vector<Manifold<S>>& manifolds, Separation<S>& separation) {
   bool any = false;
   for (const Manifold<S>& m : manifolds)
@@ -64,17 +66,18 @@ template <class S>
 Separation<S> nearest_triangle(const TriangleMesh<S>& mesh, const ConvexPiece<S>& b, const Placement<S>& b_in_mesh) {
   Separation<S> nearest{std::numeric_limits<S>::infinity(), {S(0), S(0), S(1)}, {}, b_in_mesh.p_W};
   nearest_triangles(mesh, bounds_of(b, b_in_mesh), nearest.gap, [&](int t) {
-    const Meet<S> meet = nearest_features(piece_of(mesh, t), b, b_in_mesh, real::max(nearest.gap, S(0)) + b.radius);
-    if (!meet.beyond && meet.gap - b.radius < nearest.gap)
-      nearest = {meet.gap - b.radius, meet.normal, meet.on_a, meet.on_b - b.radius * meet.normal};
+    const NearestFeatures<S> features =
+        nearest_features(piece_of(mesh, t), b, b_in_mesh, real::max(nearest.gap, S(0)) + b.radius);
+    if (!features.out_of_range && features.gap - b.radius < nearest.gap)
+      nearest = {features.gap - b.radius, features.normal, features.on_a, features.on_b - b.radius * features.normal};
     return nearest.gap;
   });
   return nearest;
 }
 
 template <class S> Separation<S> nearest_point(const TriangleMesh<S>& mesh, const Vec3<S>& center, S radius) {
-  const OnMesh<S> near = closest_on_mesh(mesh, center);
-  const Vec3<S> away = unit_along(near.inside ? near.at.x - center : center - near.at.x);
+  const MeshPoint<S> near = closest_on_mesh(mesh, center);
+  const Vec3<S> away = unit_vector(near.inside ? near.at.x - center : center - near.at.x);
   const Vec3<S> normal = dot(away, away) > S(0) ? away : mesh.triangles[near.triangle].normal;
   return {near.inside ? -near.at.distance - radius : near.at.distance - radius, normal, near.at.x,
           center - radius * normal};
@@ -91,7 +94,7 @@ void mesh_contacts(const Geometry<S>& a, const Placement<S>& place_a, const Geom
   ConvexPiece<S> of_a, of_b;
   const bool solid_a = convex_piece(a, of_a), solid_b = convex_piece(b, of_b);
   if (solid_a && solid_b) return convex_contacts(a, place_a, b, place_b, margin, out);
-  if (solid_a) {  // the other mesh's triangles
+  if (solid_a) {  // by the triangles of the other mesh
     mesh_contacts(b, place_b, a, place_a, margin, out);
     for (std::size_t i = from; i < out.size(); ++i) {
       out[i].normal_W = -out[i].normal_W;

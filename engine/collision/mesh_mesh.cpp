@@ -1,4 +1,4 @@
-// Two meshes: pairs of triangles whose boxes meet, hit or miss by exact signs.
+// Two meshes: pairs of triangles whose boxes overlap; whether they intersect is decided exactly (predicates.hpp).
 #include <limits>
 #include <utility>
 #include <vector>
@@ -20,46 +20,47 @@ template <class S> struct Triangles {
   ConvexPiece<S> piece_t, piece_u;  // both in A's axes
 };
 
-// Points of contact along a face's normal, of the two the one that needs less way. A normal is left to a neighbour of
-// the face that needs less (mesh_queries.hpp).
+// Contact points along the normal of one of the two faces, the one with the smaller depth first. A face with a
+// shallower neighbour is left to that neighbour (mesh_queries.hpp).
 template <class S>
-void along_a_face(const Triangles<S>& of, const OwnDepths<S>& own_a, const OwnDepths<S>& own_b, S margin, S round_off,
-                  Manifold<S>& manifold) {
+void add_face_contact(const Triangles<S>& of, const TriangleDepths<S>& depths_a, const TriangleDepths<S>& depths_b,
+                      S margin, S round_off, Manifold<S>& manifold) {
   const Placement<S> same;
   const ConvexPiece<S>&t = of.piece_t, &u = of.piece_u;
   const Vec3<S> normals[2] = {t.sides[0].normal, -u.sides[0].normal};
-  const S ways[2] = {overlap_along(t, u, same, normals[0]), overlap_along(t, u, same, normals[1])};
+  const S depths[2] = {overlap_along(t, u, same, normals[0]), overlap_along(t, u, same, normals[1])};
   const auto past_a = [&](int s) {
-    return own_a.least(s, overlap_along(piece_of(of.a, s), u, same, of.a.triangles[s].normal));
+    return depths_a.least(s, overlap_along(piece_of(of.a, s), u, same, of.a.triangles[s].normal));
   };
   const auto past_b = [&](int s) {
     const ConvexPiece<S> piece = placed_piece(of.b, s, of.b_in_a);
-    return own_b.least(s, overlap_along(t, piece, same, -piece.sides[0].normal));
+    return depths_b.least(s, overlap_along(t, piece, same, -piece.sides[0].normal));
   };
-  const bool second = ways[1] < ways[0];
+  const bool second = depths[1] < depths[0];
   for (const bool other : {false, true}) {
     const bool of_u = second != other;
-    const S way = ways[of_u] - round_off;
-    if (way > S(0) && (of_u ? neighbour_needs_less(of.b, of.u, S(1), way, past_b)
-                            : neighbour_needs_less(of.a, of.t, S(1), way, past_a)))
+    const S depth = depths[of_u] - round_off;
+    if (depth > S(0) && (of_u ? neighbour_is_shallower(of.b, of.u, S(1), depth, past_b)
+                              : neighbour_is_shallower(of.a, of.t, S(1), depth, past_a)))
       continue;
-    const Meet<S> meet{false, std::numeric_limits<S>::infinity(), normals[of_u], {}, {}};
-    contact_points(t, u, same, meet, margin, manifold);
+    const NearestFeatures<S> features{false, std::numeric_limits<S>::infinity(), normals[of_u], {}, {}};
+    contact_points(t, u, same, features, margin, manifold);
     if (manifold.count > 0) return;
   }
 }
 
-// Of meshes whose surfaces do not meet one point tells.
+// Meshes whose surfaces do not intersect: one point decides.
 template <class S>
-bool all_inside(const TriangleMesh<S>& mesh, const TriangleMesh<S>& inner, const Placement<S>& place) {
+bool is_enclosed(const TriangleMesh<S>& mesh, const TriangleMesh<S>& inner, const Placement<S>& place) {
   if (!mesh.closed || mesh.nodes.empty() || inner.points.empty()) return false;
   const Vec3<S> x = placed(place, inner.points[0]);
   return overlap(mesh.nodes[0].box, Aabb<S>{x, x}) && closest_on_mesh(mesh, x).inside;
 }
 
 template <class S>
-Manifold<S> way_out_of(const TriangleMesh<S>& mesh, const TriangleMesh<S>& inner, const Placement<S>& place) {
-  return way_out(mesh, closest_on_mesh(mesh, place.p_W), place.p_W, [&](const Vec3<S>& n) {
+Manifold<S> enclosed_mesh_manifold(const TriangleMesh<S>& mesh, const TriangleMesh<S>& inner,
+                                   const Placement<S>& place) {
+  return enclosed_manifold(mesh, closest_on_mesh(mesh, place.p_W), place.p_W, [&](const Vec3<S>& n) {
     const Vec3<S> d = turned_back(place, n);
     const Vec3<S>* lowest = &inner.points[0];
     for (const Vec3<S>& p : inner.points)
@@ -74,42 +75,45 @@ template <class S>
 void mesh_mesh_contacts(const TriangleMesh<S>& a, const TriangleMesh<S>& b, const Placement<S>& b_in_a, S margin,
                         std::vector<Manifold<S>>& out) {
   if (a.nodes.empty() || b.nodes.empty()) return;
-  const auto wanted = [&](const Aabb<S>& of_a, const Aabb<S>& of_b) { return overlap(of_a, grown(of_b, margin)); };
+  const auto should_descend = [&](const Aabb<S>& of_a, const Aabb<S>& of_b) {
+    return overlap(of_a, grown(of_b, margin));
+  };
   const Placement<S> same;
   const std::size_t from = out.size();
   const S round_off = S(64) * real::epsilon<S>() * (a.bounding_radius + b.bounding_radius + norm(b_in_a.p_W));
-  int left_t = -1, left_u = -1;  // the nearest triangles whose contact may be left to neighbours
-  Meet<S> left_meet;
-  static thread_local std::vector<Triangles<S>> along_faces;
-  static thread_local OwnDepths<S> own_a, own_b;
-  along_faces.clear(), own_a.clear(), own_b.clear();
+  int closest_t = -1, closest_u = -1;  // the nearest triangles: the fallback if every contact is left to neighbours
+  NearestFeatures<S> closest_features;
+  static thread_local std::vector<Triangles<S>> face_contacts;
+  static thread_local TriangleDepths<S> depths_a, depths_b;
+  face_contacts.clear(), depths_a.clear(), depths_b.clear();
   const auto add = [&](int t, int u, Manifold<S>& manifold) {
     if (manifold.count == 0) return;
-    manifold.piece_a = a.given[t], manifold.piece_b = b.given[u];
+    manifold.piece_a = a.scene_index[t], manifold.piece_b = b.scene_index[u];
     out.push_back(manifold);
   };
-  each_pair_of_triangles(a, b, b_in_a, wanted, [&](int t, int u) {
+  each_pair_of_triangles(a, b, b_in_a, should_descend, [&](int t, int u) {
     const ConvexPiece<S> piece_t = piece_of(a, t), piece_u = placed_piece(b, u, b_in_a);
     if (!overlap(bounds_of(piece_t, same), grown(bounds_of(piece_u, same), margin))) return;
-    const bool hit = triangles_meet(corners_of(piece_t), corners_of(piece_u));
+    const bool hit = triangles_intersect(corners_of(piece_t), corners_of(piece_u));
     if (!hit && !(margin > S(0))) return;
-    Meet<S> meet = nearest_features(piece_t, piece_u, same, hit ? std::numeric_limits<S>::infinity() : margin);
-    if (!hit && (meet.beyond || meet.gap > margin)) return;
-    if (left_t < 0 || meet.gap < left_meet.gap) left_t = t, left_u = u, left_meet = meet;
-    Vec3<S> for_b = turned_back(b_in_a, -meet.normal);
-    if (!normal_allowed(a, t, meet.normal) || !normal_allowed(b, u, for_b)) {
-      along_faces.push_back({a, b, b_in_a, t, u, piece_t, piece_u});
+    NearestFeatures<S> features =
+        nearest_features(piece_t, piece_u, same, hit ? std::numeric_limits<S>::infinity() : margin);
+    if (!hit && (features.out_of_range || features.gap > margin)) return;
+    if (closest_t < 0 || features.gap < closest_features.gap) closest_t = t, closest_u = u, closest_features = features;
+    Vec3<S> for_b = turned_back(b_in_a, -features.normal);
+    if (!normal_in_region(a, t, features.normal) || !normal_in_region(b, u, for_b)) {
+      face_contacts.push_back({a, b, b_in_a, t, u, piece_t, piece_u});
       return;
     }
-    own_a.add(t, -meet.gap);
-    own_b.add(u, -meet.gap);
+    depths_a.add(t, -features.gap);
+    depths_b.add(u, -features.gap);
     Manifold<S> manifold;
-    contact_points(piece_t, piece_u, same, meet, margin, manifold);
+    contact_points(piece_t, piece_u, same, features, margin, manifold);
     add(t, u, manifold);
   });
-  for (const Triangles<S>& pair : along_faces) {
+  for (const Triangles<S>& pair : face_contacts) {
     Manifold<S> manifold;
-    along_a_face(pair, own_a, own_b, margin, round_off, manifold);
+    add_face_contact(pair, depths_a, depths_b, margin, round_off, manifold);
     add(pair.t, pair.u, manifold);
   }
   if (out.size() > from) return;
@@ -121,18 +125,19 @@ void mesh_mesh_contacts(const TriangleMesh<S>& a, const TriangleMesh<S>& b, cons
                                 : Vec3<S>{axis[0].z, axis[1].z, axis[2].z};
   }
   a_in_b.p_W = -turned_back(b_in_a, b_in_a.p_W);
-  if (all_inside(a, b, b_in_a)) {
-    out.push_back(way_out_of(a, b, b_in_a));
-  } else if (all_inside(b, a, a_in_b)) {
-    Manifold<S> manifold = way_out_of(b, a, a_in_b);
+  if (is_enclosed(a, b, b_in_a)) {
+    out.push_back(enclosed_mesh_manifold(a, b, b_in_a));
+  } else if (is_enclosed(b, a, a_in_b)) {
+    Manifold<S> manifold = enclosed_mesh_manifold(b, a, a_in_b);
     manifold.normal_W = turned(b_in_a, -manifold.normal_W);
     manifold.points[0].x_W = placed(b_in_a, manifold.points[0].x_W);
     std::swap(manifold.piece_a, manifold.piece_b);
     out.push_back(manifold);
-  } else if (left_t >= 0) {
+  } else if (closest_t >= 0) {
     Manifold<S> manifold;
-    contact_points(piece_of(a, left_t), placed_piece(b, left_u, b_in_a), same, left_meet, margin, manifold);
-    add(left_t, left_u, manifold);
+    contact_points(piece_of(a, closest_t), placed_piece(b, closest_u, b_in_a), same, closest_features, margin,
+                   manifold);
+    add(closest_t, closest_u, manifold);
   }
 }
 
@@ -140,13 +145,14 @@ template <class S>
 Separation<S> mesh_mesh_separation(const TriangleMesh<S>& a, const TriangleMesh<S>& b, const Placement<S>& b_in_a) {
   Separation<S> nearest{std::numeric_limits<S>::infinity(), {S(0), S(0), S(1)}, {}, b_in_a.p_W};
   if (a.nodes.empty() || b.nodes.empty()) return nearest;
-  const auto wanted = [&](const Aabb<S>& of_a, const Aabb<S>& of_b) {
+  const auto should_descend = [&](const Aabb<S>& of_a, const Aabb<S>& of_b) {
     return distance_between(of_a, of_b) < nearest.gap;
   };
-  each_pair_of_triangles(a, b, b_in_a, wanted, [&](int t, int u) {
-    const Meet<S> meet =
+  each_pair_of_triangles(a, b, b_in_a, should_descend, [&](int t, int u) {
+    const NearestFeatures<S> features =
         nearest_features(piece_of(a, t), placed_piece(b, u, b_in_a), Placement<S>{}, real::max(nearest.gap, S(0)));
-    if (!meet.beyond && meet.gap < nearest.gap) nearest = {meet.gap, meet.normal, meet.on_a, meet.on_b};
+    if (!features.out_of_range && features.gap < nearest.gap)
+      nearest = {features.gap, features.normal, features.on_a, features.on_b};
   });
   return nearest;
 }

@@ -5,11 +5,11 @@
 namespace atwood {
 
 template <class S>
-OnTriangle<S> closest_on_triangle(const TriangleMesh<S>& mesh, int t, const Vec3<S>& c, S tolerance) {
+TrianglePoint<S> closest_on_triangle(const TriangleMesh<S>& mesh, int t, const Vec3<S>& c, S tolerance) {
   const auto& triangle = mesh.triangles[t];
   const Vec3<S> p[3] = {mesh.points[triangle.corner[0]], mesh.points[triangle.corner[1]],
                         mesh.points[triangle.corner[2]]};
-  OnTriangle<S> best;
+  TrianglePoint<S> best;
   best.distance = std::numeric_limits<S>::infinity();
   bool above = true;
   for (int k = 0; k < 3; ++k) {
@@ -18,45 +18,46 @@ OnTriangle<S> closest_on_triangle(const TriangleMesh<S>& mesh, int t, const Vec3
     if (beyond < -tolerance * length) continue;
     above = false;
     const S along = dot(e, out) / length;
-    OnTriangle<S> here;
-    if (along <= tolerance) here = {OnTriangle<S>::corner, k, p[k], S(0)};
-    else if (along >= length - tolerance) here = {OnTriangle<S>::corner, (k + 1) % 3, p[(k + 1) % 3], S(0)};
-    else here = {OnTriangle<S>::edge, k, p[k] + (along / length) * e, S(0)};
+    TrianglePoint<S> here;
+    if (along <= tolerance) here = {TrianglePoint<S>::corner, k, p[k], S(0)};
+    else if (along >= length - tolerance) here = {TrianglePoint<S>::corner, (k + 1) % 3, p[(k + 1) % 3], S(0)};
+    else here = {TrianglePoint<S>::edge, k, p[k] + (along / length) * e, S(0)};
     here.distance = norm(c - here.x);
     if (here.distance < best.distance) best = here;
   }
   if (!above) return best;
   const S height = dot(triangle.normal, c - p[0]);
-  return {OnTriangle<S>::face, 0, c - height * triangle.normal, real::abs(height)};
+  return {TrianglePoint<S>::face, 0, c - height * triangle.normal, real::abs(height)};
 }
 
 template <class S>
-bool in_region(const TriangleMesh<S>& mesh, int t, const OnTriangle<S>& at, const Vec3<S>& out, S tolerance) {
+bool in_voronoi_region(const TriangleMesh<S>& mesh, int t, const TrianglePoint<S>& at, const Vec3<S>& out,
+                       S tolerance) {
   const auto& triangle = mesh.triangles[t];
-  if (at.part == OnTriangle<S>::face) return true;
-  if (at.part == OnTriangle<S>::edge) {
+  if (at.part == TrianglePoint<S>::face) return true;
+  if (at.part == TrianglePoint<S>::edge) {
     const int across = triangle.across[at.which];
     if (across < 0) return true;
     const Vec3<S> e = mesh.points[triangle.corner[(at.which + 1) % 3]] - mesh.points[triangle.corner[at.which]];
     return dot(cross(e, mesh.triangles[across].normal), out) <= tolerance * norm(e);  // into the neighbour
   }
   const int v = triangle.corner[at.which];
-  for (int i = mesh.first_around[v]; i < mesh.first_around[v + 1]; ++i) {
-    const Vec3<S> e = mesh.points[mesh.around[i]] - mesh.points[v];
+  for (int i = mesh.first_neighbour[v]; i < mesh.first_neighbour[v + 1]; ++i) {
+    const Vec3<S> e = mesh.points[mesh.neighbour_points[i]] - mesh.points[v];
     if (dot(e, out) > tolerance * norm(e)) return false;
   }
   return true;
 }
 
-template <class S> Vec3<S> outwards(const TriangleMesh<S>& mesh, int t, const OnTriangle<S>& at) {
+template <class S> Vec3<S> pseudonormal(const TriangleMesh<S>& mesh, int t, const TrianglePoint<S>& at) {
   const auto& triangle = mesh.triangles[t];
-  if (at.part == OnTriangle<S>::corner) return mesh.point_normals[triangle.corner[at.which]];
-  if (at.part == OnTriangle<S>::edge && triangle.across[at.which] >= 0)
+  if (at.part == TrianglePoint<S>::corner) return mesh.point_pseudonormals[triangle.corner[at.which]];
+  if (at.part == TrianglePoint<S>::edge && triangle.across[at.which] >= 0)
     return triangle.normal + mesh.triangles[triangle.across[at.which]].normal;
   return triangle.normal;
 }
 
-template <class S> bool normal_allowed(const TriangleMesh<S>& mesh, int t, Vec3<S>& n) {
+template <class S> bool normal_in_region(const TriangleMesh<S>& mesh, int t, Vec3<S>& n) {
   constexpr S kSame = sizeof(S) == 4 ? S(2e-3) : S(1e-6), kSlack = S(64) * real::epsilon<S>();
   const auto& triangle = mesh.triangles[t];
   for (const S sign : {S(1), S(-1)}) {
@@ -70,25 +71,25 @@ template <class S> bool normal_allowed(const TriangleMesh<S>& mesh, int t, Vec3<
     high[k] = dot(n, mesh.points[triangle.corner[k]] - mesh.points[triangle.corner[0]]);
     if (high[k] > high[top]) top = k;
   }
-  OnTriangle<S> at{OnTriangle<S>::corner, top, {}, S(0)};
+  TrianglePoint<S> at{TrianglePoint<S>::corner, top, {}, S(0)};
   for (const int k : {top, (top + 2) % 3}) {  // the edges at the top corner
     const S length = norm(mesh.points[triangle.corner[(k + 1) % 3]] - mesh.points[triangle.corner[k]]);
-    if (real::abs(high[(k + 1) % 3] - high[k]) <= kSame * length) at = {OnTriangle<S>::edge, k, {}, S(0)};
+    if (real::abs(high[(k + 1) % 3] - high[k]) <= kSame * length) at = {TrianglePoint<S>::edge, k, {}, S(0)};
   }
-  if (at.part == OnTriangle<S>::edge && mesh.closed && triangle.edge[at.which] != EdgeKind::convex) return false;
-  return in_region(mesh, t, at, n, kSlack) && (!mesh.closed || dot(n, outwards(mesh, t, at)) > S(0));
+  if (at.part == TrianglePoint<S>::edge && mesh.closed && triangle.edge[at.which] != EdgeKind::convex) return false;
+  return in_voronoi_region(mesh, t, at, n, kSlack) && (!mesh.closed || dot(n, pseudonormal(mesh, t, at)) > S(0));
 }
 
-template <class S> OnMesh<S> closest_on_mesh(const TriangleMesh<S>& mesh, const Vec3<S>& c) {
-  OnMesh<S> nearest;
+template <class S> MeshPoint<S> closest_on_mesh(const TriangleMesh<S>& mesh, const Vec3<S>& c) {
+  MeshPoint<S> nearest;
   S least = std::numeric_limits<S>::infinity();
   nearest_triangles(mesh, Aabb<S>{c, c}, least, [&](int t) {
-    const OnTriangle<S> at = closest_on_triangle(mesh, t, c, S(0));
+    const TrianglePoint<S> at = closest_on_triangle(mesh, t, c, S(0));
     if (at.distance < least) least = at.distance, nearest.triangle = t, nearest.at = at;
     return least;
   });
   if (nearest.triangle >= 0 && mesh.closed)
-    nearest.inside = dot(c - nearest.at.x, outwards(mesh, nearest.triangle, nearest.at)) < S(0);
+    nearest.inside = dot(c - nearest.at.x, pseudonormal(mesh, nearest.triangle, nearest.at)) < S(0);
   return nearest;
 }
 
@@ -109,12 +110,12 @@ template <class S> Aabb<S> bounds_of(const ConvexPiece<S>& piece, const Placemen
                piece.radius + slack);
 }
 
-#define ATWOOD_MESH_QUERIES(S)                                                                      \
-  template OnTriangle<S> closest_on_triangle<S>(const TriangleMesh<S>&, int, const Vec3<S>&, S);    \
-  template bool in_region<S>(const TriangleMesh<S>&, int, const OnTriangle<S>&, const Vec3<S>&, S); \
-  template Vec3<S> outwards<S>(const TriangleMesh<S>&, int, const OnTriangle<S>&);                  \
-  template bool normal_allowed<S>(const TriangleMesh<S>&, int, Vec3<S>&);                           \
-  template OnMesh<S> closest_on_mesh<S>(const TriangleMesh<S>&, const Vec3<S>&);                    \
+#define ATWOOD_MESH_QUERIES(S)                                                                                 \
+  template TrianglePoint<S> closest_on_triangle<S>(const TriangleMesh<S>&, int, const Vec3<S>&, S);            \
+  template bool in_voronoi_region<S>(const TriangleMesh<S>&, int, const TrianglePoint<S>&, const Vec3<S>&, S); \
+  template Vec3<S> pseudonormal<S>(const TriangleMesh<S>&, int, const TrianglePoint<S>&);                      \
+  template bool normal_in_region<S>(const TriangleMesh<S>&, int, Vec3<S>&);                                    \
+  template MeshPoint<S> closest_on_mesh<S>(const TriangleMesh<S>&, const Vec3<S>&);                            \
   template Aabb<S> bounds_of<S>(const ConvexPiece<S>&, const Placement<S>&);
 ATWOOD_MESH_QUERIES(float)
 ATWOOD_MESH_QUERIES(double)

@@ -1,5 +1,5 @@
-// What the tests of meshes share: walks over the tree, closest points of triangles, and which normals a triangle may
-// have.
+// What the tests of meshes share: traversals of the tree, closest points on triangles, and the normals that belong to a
+// triangle's Voronoi regions.
 #pragma once
 
 #include <utility>
@@ -17,7 +17,7 @@ template <class S> inline bool overlap(const Aabb<S>& a, const Aabb<S>& b) {
 template <class S> inline Aabb<S> grown(const Aabb<S>& box, S by) {
   return {box.low - Vec3<S>{by, by, by}, box.high + Vec3<S>{by, by, by}};
 }
-// Of two boxes, a point being one without size.
+// Distance of two boxes; a point is a box without size.
 template <class S> inline S distance_between(const Aabb<S>& a, const Aabb<S>& b) {
   const auto apart = [](S low, S high, S other_low, S other_high) {
     return real::max(S(0), real::max(low - other_high, other_low - high));
@@ -63,35 +63,36 @@ void nearest_triangles(const TriangleMesh<S>& mesh, const Aabb<S>& box, S least,
   }
 }
 
-template <class S> struct OnTriangle {
+template <class S> struct TrianglePoint {
   enum Part : unsigned char { face, edge, corner } part = face;
   int which = 0;  // edge or corner of the triangle
   Vec3<S> x;
   S distance{};
 };
-// Within `tolerance` of an edge or corner the point counts as there.
-template <class S> OnTriangle<S> closest_on_triangle(const TriangleMesh<S>& mesh, int t, const Vec3<S>& c, S tolerance);
-
-// Whether no neighbouring triangle is nearer to x + out than `at` is, up to `tolerance` (of the same length as `out`).
+// A point within `tolerance` of an edge or corner counts as on it.
 template <class S>
-bool in_region(const TriangleMesh<S>& mesh, int t, const OnTriangle<S>& at, const Vec3<S>& out, S tolerance);
-// A vector that looks out of a closed mesh at that feature.
-template <class S> Vec3<S> outwards(const TriangleMesh<S>& mesh, int t, const OnTriangle<S>& at);
+TrianglePoint<S> closest_on_triangle(const TriangleMesh<S>& mesh, int t, const Vec3<S>& c, S tolerance);
 
-// The feature of triangle t that a normal n belongs to; n is set to the face's where it is that up to round-off of
-// angles. False when the normal is a neighbour's business, or points into a closed mesh.
-template <class S> bool normal_allowed(const TriangleMesh<S>& mesh, int t, Vec3<S>& n);
+// Is x + out in the Voronoi region of the feature `at` of triangle t, up to `tolerance` (a length, as `out`)?
+template <class S>
+bool in_voronoi_region(const TriangleMesh<S>& mesh, int t, const TrianglePoint<S>& at, const Vec3<S>& out, S tolerance);
+// The angle-weighted pseudonormal at that feature (Baerentzen, Aanaes 2005): it points out of a closed mesh.
+template <class S> Vec3<S> pseudonormal(const TriangleMesh<S>& mesh, int t, const TrianglePoint<S>& at);
 
-// Whether a triangle beside t (an edge or a corner away, over edges that bend away from `side` or not at all) is left
-// by less than `way`. What has sunk into a ridge leaves it by the nearer of its slopes, and that is their business; in
-// a valley every slope counts. `side` is +1 before the surface, -1 behind; `way_past(s)` is the way to leave triangle
-// s.
-template <class S, class WayPast>
-bool neighbour_needs_less(const TriangleMesh<S>& mesh, int t, S side, S way, const WayPast& way_past) {
+// Does the normal n belong to a Voronoi region of triangle t (its face, an edge or a corner)? n is set to the face's
+// normal if it equals it up to round-off. False if n belongs to a neighbour's region, or points into a closed mesh.
+template <class S> bool normal_in_region(const TriangleMesh<S>& mesh, int t, Vec3<S>& n);
+
+// Is the penetration depth of a triangle next to t (sharing an edge or a corner, across edges that are not concave as
+// seen from `side`) below `depth`? A body in a ridge is pushed out through the nearer of its faces only; in a valley
+// every face counts. `side` is +1 in front of the surface, -1 behind; `depth_past(s)` is the depth along the normal of
+// triangle s.
+template <class S, class DepthPast>
+bool neighbour_is_shallower(const TriangleMesh<S>& mesh, int t, S side, S depth, const DepthPast& depth_past) {
   const EdgeKind valley = side > S(0) ? EdgeKind::concave : EdgeKind::convex;
   for (int k = 0; k < 3; ++k) {
     const int pivot = mesh.triangles[t].corner[k];
-    for (const bool by_next : {false, true}) {  // round the corner either way
+    for (const bool by_next : {false, true}) {  // around the corner in both directions
       for (int at = t;;) {
         const auto& triangle = mesh.triangles[at];
         const int c = triangle.corner[0] == pivot   ? 0
@@ -100,7 +101,7 @@ bool neighbour_needs_less(const TriangleMesh<S>& mesh, int t, S side, S way, con
                   edge = by_next ? c : (c + 2) % 3;
         const int next = triangle.across[edge];
         if (next < 0 || next == t || triangle.edge[edge] == valley) break;
-        if (way_past(next) < way) return true;
+        if (depth_past(next) < depth) return true;
         at = next;
       }
     }
@@ -108,8 +109,8 @@ bool neighbour_needs_less(const TriangleMesh<S>& mesh, int t, S side, S way, con
   return false;
 }
 
-// Depths by triangle, of the contacts along normals that are the triangle's own.
-template <class S> class OwnDepths {
+// Depths of the contacts whose normals lie in their triangle's own regions, by triangle.
+template <class S> class TriangleDepths {
  public:
   void clear() { depths_.clear(); }
   void add(int t, S depth) { depths_.push_back({t, depth}); }
@@ -123,21 +124,21 @@ template <class S> class OwnDepths {
   std::vector<std::pair<int, S>> depths_;
 };
 
-template <class S> struct OnMesh {
+template <class S> struct MeshPoint {
   int triangle = -1;
-  OnTriangle<S> at;
+  TrianglePoint<S> at;
   bool inside = false;  // of a closed mesh
 };
-template <class S> OnMesh<S> closest_on_mesh(const TriangleMesh<S>& mesh, const Vec3<S>& c);
+template <class S> MeshPoint<S> closest_on_mesh(const TriangleMesh<S>& mesh, const Vec3<S>& c);
 
-// The way out of a closed mesh for what is all inside of it. `lowest(n)` is its point that lies least along n, `center`
-// the place that chooses the way out of a mesh that is not convex.
+// The manifold of a body inside a closed mesh: a convex mesh is left by the least penetration; one that is not convex,
+// through its point nearest to `center`. `lowest(n)` is the body's support point along -n.
 template <class S, class Lowest>
-Manifold<S> way_out(const TriangleMesh<S>& mesh, const OnMesh<S>& nearest, const Vec3<S>& center,
-                    const Lowest& lowest) {
+Manifold<S> enclosed_manifold(const TriangleMesh<S>& mesh, const MeshPoint<S>& nearest, const Vec3<S>& center,
+                              const Lowest& lowest) {
   int t = nearest.triangle;
-  const Vec3<S> back = unit_along(nearest.at.x - center);
-  const bool slanted = nearest.at.part != OnTriangle<S>::face && dot(back, back) > S(0);
+  const Vec3<S> back = unit_vector(nearest.at.x - center);
+  const bool slanted = nearest.at.part != TrianglePoint<S>::face && dot(back, back) > S(0);
   Vec3<S> normal = slanted ? back : mesh.triangles[t].normal;
   const auto depth_past = [&](const Vec3<S>& n, const Vec3<S>& on_face) { return dot(n, on_face - lowest(n)); };
   S depth = depth_past(normal, nearest.at.x);
@@ -152,7 +153,7 @@ Manifold<S> way_out(const TriangleMesh<S>& mesh, const OnMesh<S>& nearest, const
   manifold.normal_W = normal;
   manifold.count = 1;
   manifold.points[0] = {lowest(normal) + (depth / S(2)) * normal, -depth, 1};
-  manifold.piece_a = mesh.given[t];
+  manifold.piece_a = mesh.scene_index[t];
   return manifold;
 }
 
@@ -164,8 +165,8 @@ template <class S> ConvexPiece<S> piece_of(const TriangleMesh<S>& mesh, int t) {
 template <class S> Aabb<S> bounds_of(const ConvexPiece<S>& piece, const Placement<S>& place);
 
 // ---- two meshes, b placed in a's axes -----------------------------------------------------------------------------
-// The box around a box of B's axes, in A's.
-template <class S> Aabb<S> turned_box(const Aabb<S>& box, const Placement<S>& b_in_a) {
+// The box in A's axes around a box in B's axes.
+template <class S> Aabb<S> rotated_box(const Aabb<S>& box, const Placement<S>& b_in_a) {
   const Vec3<S> center = placed(b_in_a, S(0.5) * (box.low + box.high)), h = S(0.5) * (box.high - box.low);
   const Vec3<S>* axis = b_in_a.axis_W;
   const auto reach = [&](S x, S y, S z) { return real::abs(x) * h.x + real::abs(y) * h.y + real::abs(z) * h.z; };
@@ -174,24 +175,25 @@ template <class S> Aabb<S> turned_box(const Aabb<S>& box, const Placement<S>& b_
   return grown(Aabb<S>{center - r, center + r}, S(16) * real::epsilon<S>() * (norm(center) + norm(r)));
 }
 
-// Walks both trees.
-template <class S> struct Walk {
+// Traverses both trees at once.
+template <class S> struct TreePairTraversal {
   const TriangleMesh<S>&a, &b;
   const Placement<S>& b_in_a;
 
-  template <class Wanted, class Visit> void down(int m, int n, const Wanted& wanted, const Visit& visit) const {
+  template <class Wanted, class Visit>
+  void descend(int m, int n, const Wanted& should_descend, const Visit& visit) const {
     const auto &of_a = a.nodes[m], &of_b = b.nodes[n];
-    if (!wanted(of_a.box, turned_box(of_b.box, b_in_a))) return;
+    if (!should_descend(of_a.box, rotated_box(of_b.box, b_in_a))) return;
     if (of_a.right < 0 && of_b.right < 0) {
       for (int t = of_a.first; t < of_a.first + of_a.count; ++t)
         for (int u = of_b.first; u < of_b.first + of_b.count; ++u) visit(t, u);
     } else if (of_b.right < 0 ||
                (of_a.right >= 0 && norm(of_a.box.high - of_a.box.low) >= norm(of_b.box.high - of_b.box.low))) {
-      down(m + 1, n, wanted, visit);
-      down(of_a.right, n, wanted, visit);
+      descend(m + 1, n, should_descend, visit);
+      descend(of_a.right, n, should_descend, visit);
     } else {
-      down(m, n + 1, wanted, visit);
-      down(m, of_b.right, wanted, visit);
+      descend(m, n + 1, should_descend, visit);
+      descend(m, of_b.right, should_descend, visit);
     }
   }
 };
@@ -205,11 +207,11 @@ template <class S> ConvexPiece<S> placed_piece(const TriangleMesh<S>& mesh, int 
 // Calls visit(t, u) for the triangles in leaves that are reached while wanted(box of a, box of b in A's axes) holds.
 template <class S, class Wanted, class Visit>
 void each_pair_of_triangles(const TriangleMesh<S>& a, const TriangleMesh<S>& b, const Placement<S>& b_in_a,
-                            const Wanted& wanted, const Visit& visit) {
-  if (!a.nodes.empty() && !b.nodes.empty()) Walk<S>{a, b, b_in_a}.down(0, 0, wanted, visit);
+                            const Wanted& should_descend, const Visit& visit) {
+  if (!a.nodes.empty() && !b.nodes.empty()) TreePairTraversal<S>{a, b, b_in_a}.descend(0, 0, should_descend, visit);
 }
 
-// ---- one mesh (in its own axes) against one thing placed in those axes; manifolds in mesh axes --------------------
+// ---- one mesh (in its own axes) against one shape placed in those axes; manifolds in mesh axes --------------------
 template <class S>
 void mesh_sphere_contacts(const TriangleMesh<S>& mesh, const Vec3<S>& center, S radius, S margin,
                           std::vector<Manifold<S>>& out);

@@ -14,18 +14,18 @@ template <class S> S extent_of(const ConvexPiece<S>& a, const ConvexPiece<S>& b,
   return real::max(real::max(size(a), size(b)), norm(b_in_a.p_W));
 }
 
-// One side of a meeting: a core, and its place in A's axes.
-template <class S> struct Side {
+// One of the two cores, and its pose in A's axes.
+template <class S> struct PlacedCore {
   const ConvexPiece<S>& piece;
   const Placement<S>& place;
   S sign;        // outwards along sign * n
-  Vec3<S> edge;  // of the meeting, unit; 0: none
+  Vec3<S> edge;  // the edge in contact, unit; 0: none
 };
 
-template <class S> Vec3<S> axis_of(const Side<S>& side) { return side.place.axis_W[2]; }
+template <class S> Vec3<S> axis_of(const PlacedCore<S>& side) { return side.place.axis_W[2]; }
 
-// Which edge of a polyhedron the corners of a simplex name; the axis of a cylinder that meets by its side.
-template <class S> void read_features(Side<S>& side, const Simplex<S>& simplex, const Vec3<S>& n) {
+// The edge of a polyhedron that the corners of a simplex lie on; the axis of a cylinder whose side is in contact.
+template <class S> void read_features(PlacedCore<S>& side, const Simplex<S>& simplex, const Vec3<S>& n) {
   side.edge = {};
   if (!side.piece.polyhedral()) {
     if (real::abs(dot(n, axis_of(side))) < S(0.1)) side.edge = axis_of(side);
@@ -39,11 +39,11 @@ template <class S> void read_features(Side<S>& side, const Simplex<S>& simplex, 
     if (!known) named[count++] = vertex;
   }
   if (count == 2)
-    side.edge = turned(side.place, unit_along(side.piece.vertices()[named[1]] - side.piece.vertices()[named[0]]));
+    side.edge = turned(side.place, unit_vector(side.piece.vertices()[named[1]] - side.piece.vertices()[named[0]]));
 }
 
-// The outward normal of the face that looks along `outwards` most; 0 when none comes near.
-template <class S> Vec3<S> facing(const Side<S>& side, const Vec3<S>& outwards) {
+// The outward normal of the face nearest to `outwards`; 0 when none is within 26 degrees (cosine 0.9).
+template <class S> Vec3<S> nearest_face_normal(const PlacedCore<S>& side, const Vec3<S>& outwards) {
   const Vec3<S> d = turned_back(side.place, outwards);
   if (!side.piece.polyhedral()) return d.z < S(0) ? -axis_of(side) : axis_of(side);
   const Vec3<S>* best = nullptr;
@@ -55,7 +55,8 @@ template <class S> Vec3<S> facing(const Side<S>& side, const Vec3<S>& outwards) 
 
 // u . H u for the second derivative H of the cylinder's support function at n: the rim's r / |n_across| along its
 // tangent.
-template <class S> S bend(const Side<S>& side, const Vec3<S>& n, const Vec3<S>& u, const Vec3<S>& v) {
+template <class S>
+S support_second_derivative(const PlacedCore<S>& side, const Vec3<S>& n, const Vec3<S>& u, const Vec3<S>& v) {
   if (side.piece.polyhedral()) return S(0);
   const Vec3<S> axis = axis_of(side), around = cross(axis, n);
   const S across = norm(around);
@@ -64,13 +65,13 @@ template <class S> S bend(const Side<S>& side, const Vec3<S>& n, const Vec3<S>& 
 }
 
 template <class S> struct Refinement {
-  Side<S> a, b;
+  PlacedCore<S> a, b;
   const Placement<S>& b_in_a;
   S round_off;
   LeastOverlap<S> best;
 
   DifferencePoint<S> support_along(const Vec3<S>& n) const { return difference_support(a.piece, b.piece, b_in_a, n); }
-  // Takes n unless it is worse by more than round-off: what comes later is what is more exact.
+  // Accepts n unless it is worse by more than round-off: later candidates are more accurate.
   void consider(const Vec3<S>& n) {
     if (!(dot(n, n) > S(0.5))) return;
     const S overlap = dot(n, support_along(n).w);
@@ -78,14 +79,14 @@ template <class S> struct Refinement {
     best.overlap = overlap;
     best.normal = n;
   }
-  void consider_like(Vec3<S> n) { consider(dot(n, best.normal) < S(0) ? -n : n); }
+  void consider_either_sign(Vec3<S> n) { consider(dot(n, best.normal) < S(0) ? -n : n); }
 };
 
 // Newton's method for the least of f(n) = n . w(n) over unit n, or over those across `edge`. In tangents u of the
 // sphere: gradient w . u, second derivative u . H u - f.
-template <class S> void newton(Refinement<S>& m, const Vec3<S>& edge) {
+template <class S> void minimize_by_newton(Refinement<S>& m, const Vec3<S>& edge) {
   const bool bound = dot(edge, edge) > S(0);
-  Vec3<S> n = bound ? unit_along(m.best.normal - dot(m.best.normal, edge) * edge) : m.best.normal;
+  Vec3<S> n = bound ? unit_vector(m.best.normal - dot(m.best.normal, edge) * edge) : m.best.normal;
   for (int round = 0; round < 12; ++round) {
     const Vec3<S> w = m.support_along(n).w;
     const S f = dot(n, w);
@@ -93,8 +94,10 @@ template <class S> void newton(Refinement<S>& m, const Vec3<S>& edge) {
                               ? Vec3<S>{S(1), S(0), S(0)}
                           : real::abs(n.y) <= real::abs(n.z) ? Vec3<S>{S(0), S(1), S(0)}
                                                              : Vec3<S>{S(0), S(0), S(1)};
-    const Vec3<S> u = unit_along(cross(n, bound ? edge : least)), v = cross(n, u);
-    const auto second = [&](const Vec3<S>& p, const Vec3<S>& q) { return bend(m.a, n, p, q) + bend(m.b, n, p, q); };
+    const Vec3<S> u = unit_vector(cross(n, bound ? edge : least)), v = cross(n, u);
+    const auto second = [&](const Vec3<S>& p, const Vec3<S>& q) {
+      return support_second_derivative(m.a, n, p, q) + support_second_derivative(m.b, n, p, q);
+    };
     const S uu = second(u, u) - f, g = dot(w, u);
     S s{}, t{};
     if (bound) {
@@ -108,58 +111,59 @@ template <class S> void newton(Refinement<S>& m, const Vec3<S>& edge) {
     }
     const S step = real::sqrt(s * s + t * t);
     if (!(step < S(0.5))) return;
-    n = unit_along(n + s * u + t * v);
+    n = unit_vector(n + s * u + t * v);
     if (step <= S(4) * real::epsilon<S>()) break;
   }
   m.consider(n);
 }
 
-template <class S> void make_exact(Refinement<S>& m, const Simplex<S>& simplex) {
+template <class S> void refine(Refinement<S>& m, const Simplex<S>& simplex) {
   const bool curved = !m.a.piece.polyhedral() || !m.b.piece.polyhedral();
   read_features(m.a, simplex, m.best.normal);
   read_features(m.b, simplex, m.best.normal);
   if (curved) {
-    newton(m, Vec3<S>{});
+    minimize_by_newton(m, Vec3<S>{});
     for (const Vec3<S>& edge : {m.a.edge, m.b.edge})
-      if (dot(edge, edge) > S(0)) newton(m, edge);
+      if (dot(edge, edge) > S(0)) minimize_by_newton(m, edge);
   }
   for (const Vec3<S>& edge : {m.a.edge, m.b.edge})
-    if (dot(edge, edge) > S(0)) m.consider(unit_along(m.best.normal - dot(m.best.normal, edge) * edge));
-  m.consider_like(unit_along(accurate_cross(m.a.edge, m.b.edge)));
-  m.consider(facing(m.a, m.best.normal));
-  m.consider(-facing(m.b, -m.best.normal));
+    if (dot(edge, edge) > S(0)) m.consider(unit_vector(m.best.normal - dot(m.best.normal, edge) * edge));
+  m.consider_either_sign(unit_vector(accurate_cross(m.a.edge, m.b.edge)));
+  m.consider(nearest_face_normal(m.a, m.best.normal));
+  m.consider(-nearest_face_normal(m.b, -m.best.normal));
 }
 
-// What a core turns outwards along sign * n: a vertex (or a rim's point), an edge (or a cylinder's side), or a face.
+// The extreme feature of a core along sign * n: a vertex (or a rim's point), an edge (or a cylinder's side), or a face.
 // `from` and `to` are its ends, in A's axes.
-template <class S> struct Outermost {
+template <class S> struct ExtremeFeature {
   enum Kind { vertex, edge, face } kind = vertex;
   Vec3<S> from, to;
 };
-template <class S> Outermost<S> outermost(const Side<S>& side, const Vec3<S>& n, S round_off) {
+template <class S> ExtremeFeature<S> extreme_feature(const PlacedCore<S>& side, const Vec3<S>& n, S round_off) {
   const Vec3<S> d = turned_back(side.place, side.sign * n);
   const ConvexPiece<S>& piece = side.piece;
   int first = -1;
   const Vec3<S> top = support(piece, d, first);
-  Outermost<S> found{Outermost<S>::vertex, top, top};
+  ExtremeFeature<S> found{ExtremeFeature<S>::vertex, top, top};
   if (piece.polyhedral()) {
     const S level = dot(d, top) - round_off;
     int count = 0;
     for (const Vec3<S>& v : piece.vertices())
       if (dot(d, v) >= level) (count == 0 ? found.from : found.to) = v, ++count;
-    found.kind = count < 2 ? Outermost<S>::vertex : count == 2 ? Outermost<S>::edge : Outermost<S>::face;
+    found.kind = count < 2 ? ExtremeFeature<S>::vertex : count == 2 ? ExtremeFeature<S>::edge : ExtremeFeature<S>::face;
   } else if (S(2) * piece.half.z * real::abs(d.z) <= round_off) {
-    found.kind = Outermost<S>::edge;
+    found.kind = ExtremeFeature<S>::edge;
     found.from.z = -piece.half.z, found.to.z = piece.half.z;
   } else if (S(2) * piece.half.x * norm(Vec3<S>{d.x, d.y, S(0)}) <= round_off) {
-    found.kind = Outermost<S>::face;
+    found.kind = ExtremeFeature<S>::face;
   }
   found.from = placed(side.place, found.from), found.to = placed(side.place, found.to);
   return found;
 }
 
-// Where two edges across n pass each other, seen along n; parallel ones share a stretch, and then its middle. On a's.
-template <class S> Vec3<S> passing(const Outermost<S>& a, const Outermost<S>& b) {
+// The point of a's edge where two edges perpendicular to n cross in projection along n; of parallel ones, the middle of
+// their common stretch.
+template <class S> Vec3<S> edge_crossing(const ExtremeFeature<S>& a, const ExtremeFeature<S>& b) {
   const Vec3<S> along_a = a.to - a.from, along_b = b.to - b.from, between = b.from - a.from;
   const Vec3<S> across = accurate_cross(along_a, along_b);
   const S aa = dot(along_a, along_a), square = dot(across, across);
@@ -171,19 +175,20 @@ template <class S> Vec3<S> passing(const Outermost<S>& a, const Outermost<S>& b)
   return a.from + (S(0.5) * (p + q)) * along_a;
 }
 
-// The points that meet, a distance `gap` apart along the normal. Those of the simplex are wrong where the polytope
-// ended on one half of a parallelogram of edges and the origin is over the other, or on a bit of a cylinder.
-template <class S> void set_points(const Refinement<S>& m, Meet<S>& meet) {
-  const Vec3<S>& n = meet.normal;
-  const Outermost<S> a = outermost(m.a, n, S(16) * m.round_off), b = outermost(m.b, n, S(16) * m.round_off);
-  constexpr auto kVertex = Outermost<S>::vertex, kEdge = Outermost<S>::edge;
-  Vec3<S> middle = S(0.5) * (meet.on_a + meet.on_b);
-  if (a.kind == kVertex) middle = a.from + (meet.gap / S(2)) * n;
-  else if (b.kind == kVertex) middle = b.from - (meet.gap / S(2)) * n;
-  else if (a.kind == kEdge && b.kind == kEdge) middle = passing(a, b) + (meet.gap / S(2)) * n;
-  else meet.faces = true, middle += (dot(n, a.from - middle) + meet.gap / S(2)) * n;
-  meet.on_a = middle - (meet.gap / S(2)) * n;
-  meet.on_b = middle + (meet.gap / S(2)) * n;
+// Sets the nearest points, a distance `gap` apart along the normal. Those of the simplex are wrong where the polytope
+// ended on one half of a parallelogram of edges and the origin is over the other, or on a part of a cylinder.
+template <class S> void set_points(const Refinement<S>& m, NearestFeatures<S>& features) {
+  const Vec3<S>& n = features.normal;
+  const ExtremeFeature<S> a = extreme_feature(m.a, n, S(16) * m.round_off),
+                          b = extreme_feature(m.b, n, S(16) * m.round_off);
+  constexpr auto kVertex = ExtremeFeature<S>::vertex, kEdge = ExtremeFeature<S>::edge;
+  Vec3<S> middle = S(0.5) * (features.on_a + features.on_b);
+  if (a.kind == kVertex) middle = a.from + (features.gap / S(2)) * n;
+  else if (b.kind == kVertex) middle = b.from - (features.gap / S(2)) * n;
+  else if (a.kind == kEdge && b.kind == kEdge) middle = edge_crossing(a, b) + (features.gap / S(2)) * n;
+  else features.faces = true, middle += (dot(n, a.from - middle) + features.gap / S(2)) * n;
+  features.on_a = middle - (features.gap / S(2)) * n;
+  features.on_b = middle + (features.gap / S(2)) * n;
 }
 
 template <class S> void set_weights(LeastOverlap<S>& least) {
@@ -216,26 +221,26 @@ void each_axis(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement
   each_face(b, b_in_a, [&](const Vec3<S>& normal) { visit(-normal); });
   each_edge(b, b_in_a, [&](const Vec3<S>& of_b) {
     each_edge(a, own, [&](const Vec3<S>& of_a) {
-      const Vec3<S> n = unit_along(accurate_cross(of_a, of_b));
+      const Vec3<S> n = unit_vector(accurate_cross(of_a, of_b));
       visit(n);
       visit(-n);
     });
   });
 }
 
-// Where the polytope did not end: Newton from every axis and from all around.
-template <class S> void search_everywhere(Refinement<S>& m) {
+// For a polytope that did not converge: refinement from every axis and from 26 directions all around.
+template <class S> void refine_from_all_axes(Refinement<S>& m) {
   LeastOverlap<S> best = m.best;
   const auto from = [&](const Vec3<S>& n) {
     if (!(dot(n, n) > S(0.5))) return;
     m.best.normal = n;
     m.best.overlap = dot(n, m.support_along(n).w);
-    make_exact(m, Simplex<S>{});
+    refine(m, Simplex<S>{});
     if (m.best.overlap < best.overlap) best.overlap = m.best.overlap, best.normal = m.best.normal;
   };
   each_axis(m.a.piece, m.b.piece, m.b_in_a, from);
   for (int i = 0; i < 27; ++i)
-    if (i != 13) from(unit_along(Vec3<S>{S(i % 3 - 1), S(i / 3 % 3 - 1), S(i / 9 - 1)}));
+    if (i != 13) from(unit_vector(Vec3<S>{S(i % 3 - 1), S(i / 3 % 3 - 1), S(i / 9 - 1)}));
   m.best = best;
 }
 
@@ -270,14 +275,15 @@ template <class S> SolveReport report_of(S overlap, S certified, int points, boo
 }
 
 template <class S>
-Meet<S> nearest_features(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a, S enough) {
-  Meet<S> meet;
+NearestFeatures<S> nearest_features(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a,
+                                    S max_distance) {
+  NearestFeatures<S> features;
   const Placement<S> own;
   const S extent = extent_of(a, b, b_in_a), round_off = S(4) * real::epsilon<S>() * extent;
-  const Closest<S> closest = closest_points(a, b, b_in_a, enough);
-  if (closest.beyond) {
-    meet.beyond = true;
-    return meet;
+  const Closest<S> closest = closest_points(a, b, b_in_a, max_distance);
+  if (closest.out_of_range) {
+    features.out_of_range = true;
+    return features;
   }
   Refinement<S> m{{a, own, S(1), {}}, {b, b_in_a, S(-1), {}}, b_in_a, round_off, {}};
   bool exact = false;
@@ -285,7 +291,7 @@ Meet<S> nearest_features(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const
     m.best.normal = closest.normal;
     m.best.overlap = overlap_along(a, b, b_in_a, closest.normal);
     m.best.on_a = closest.on_a, m.best.on_b = closest.on_b;
-    make_exact(m, closest.simplex);
+    refine(m, closest.simplex);
     exact = m.best.overlap + closest.distance <= S(16) * round_off + S(64) * real::epsilon<S>() * closest.distance;
   }
   if (!exact) {
@@ -295,32 +301,34 @@ Meet<S> nearest_features(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const
     const int points = m.best.points;
     set_weights(m.best);
     if (closest.apart && before.overlap < m.best.overlap) m.best = before;
-    make_exact(m, m.best.face);
+    refine(m, m.best.face);
     const bool every_axis = a.polyhedral() && b.polyhedral();
     if (m.best.overlap - m.best.certified > S(16) * round_off) {
       if (every_axis) {
         const LeastOverlap<S> all = least_overlap_of_all_axes(a, b, b_in_a);
         if (all.overlap < m.best.overlap) m.best.overlap = all.overlap, m.best.normal = all.normal;
       } else {
-        search_everywhere(m);
+        refine_from_all_axes(m);
       }
     }
-    meet.solve = report_of(m.best.overlap, certified, points, every_axis, round_off, extent);
+    features.solve = report_of(m.best.overlap, certified, points, every_axis, round_off, extent);
   }
-  meet.gap = -m.best.overlap;
-  meet.normal = m.best.normal;
-  meet.on_a = m.best.on_a, meet.on_b = m.best.on_b;
-  // A touch of round-off is where the simplex has the origin; the polytope may name any part of the faces.
-  if (!exact && real::abs(meet.gap) <= S(16) * round_off) meet.on_a = closest.on_a, meet.on_b = closest.on_b;
-  set_points(m, meet);
-  return meet;
+  features.gap = -m.best.overlap;
+  features.normal = m.best.normal;
+  features.on_a = m.best.on_a, features.on_b = m.best.on_b;
+  // A gap within round-off: the simplex of GJK contains the origin there; the polytope may have ended on any part of
+  // the faces.
+  if (!exact && real::abs(features.gap) <= S(16) * round_off)
+    features.on_a = closest.on_a, features.on_b = closest.on_b;
+  set_points(m, features);
+  return features;
 }
 
 #define ATWOOD_NEAREST_FEATURES(S)                                                                                \
   template S overlap_along<S>(const ConvexPiece<S>&, const ConvexPiece<S>&, const Placement<S>&, const Vec3<S>&); \
   template LeastOverlap<S> least_overlap_of_all_axes<S>(const ConvexPiece<S>&, const ConvexPiece<S>&,             \
                                                         const Placement<S>&);                                     \
-  template Meet<S> nearest_features<S>(const ConvexPiece<S>&, const ConvexPiece<S>&, const Placement<S>&, S);
+  template NearestFeatures<S> nearest_features<S>(const ConvexPiece<S>&, const ConvexPiece<S>&, const Placement<S>&, S);
 ATWOOD_NEAREST_FEATURES(float)
 ATWOOD_NEAREST_FEATURES(double)
 ATWOOD_NEAREST_FEATURES(long double)

@@ -1,35 +1,35 @@
-// A plane (a) against shapes (b) that lie above or in it: the lowest points, and those of the same face or line that
-// also come within the margin. The normal, from a to b, is the plane's own.
+// A plane (a) against shapes (b) above it or in it: the lowest point, and the points of the same face or line that are
+// within the margin. The normal, from a to b, is the plane's.
 #include <array>
 
+#include "collision/capsule_surface.hpp"
 #include "collision/direction.hpp"
 #include "collision/pair_tests.hpp"
-#include "collision/skin.hpp"
 
 namespace atwood {
 
 namespace {
 
-template <class S> struct Low {
+template <class S> struct SurfacePoint {
   Vec3<S> x_W;
   S height{};
   std::uint32_t id = 0;
 };
 
-template <class S> void add(Manifold<S>& m, const Vec3<S>& normal_W, const Low<S>& low, S margin) {
+template <class S> void add(Manifold<S>& m, const Vec3<S>& normal_W, const SurfacePoint<S>& low, S margin) {
   if (!(low.height <= margin)) return;
   m.points[static_cast<std::size_t>(m.count++)] = {low.x_W - (low.height / S(2)) * normal_W, low.height, low.id};
 }
 
-template <class S> Manifold<S>& begin(const Posed<S>& plane, Meeting meeting, std::vector<Manifold<S>>& out) {
+template <class S> Manifold<S>& new_manifold(const Posed<S>& plane, ManifoldType type, std::vector<Manifold<S>>& out) {
   Manifold<S>& m = out.emplace_back();
   m.normal_W = plane.shape.normal_W;
-  m.meeting = meeting;
+  m.type = type;
   return m;
 }
 
-template <class S> void name_meeting(Manifold<S>& m) {
-  m.meeting = m.count > 2 ? Meeting::face : m.count == 2 ? Meeting::edge : Meeting::point;
+template <class S> void set_type(Manifold<S>& m) {
+  m.type = m.count > 2 ? ManifoldType::face : m.count == 2 ? ManifoldType::edge : ManifoldType::point;
 }
 
 template <class S> Separation<S> lowest(const Posed<S>& plane, const Vec3<S>& x_W, S height) {
@@ -43,12 +43,12 @@ template <class S> S height_of_center(const Posed<S>& plane, const Posed<S>& b) 
 // ---- boxes and rectangles -----------------------------------------------------------------------------------------
 // A corner is p + sum s_k h_k axis_k; its height above the plane height(p) + sum s_k rise_k with rise_k = h_k n .
 // axis_k.
-template <class S> struct Rises {
+template <class S> struct BoxHeights {
   S center, rise[3];
   Vec3<S> half_side[3];
   S lowest() const { return center - real::abs(rise[0]) - real::abs(rise[1]) - real::abs(rise[2]); }
 };
-template <class S> Rises<S> rises(const Posed<S>& plane, const Posed<S>& b) {
+template <class S> BoxHeights<S> box_heights(const Posed<S>& plane, const Posed<S>& b) {
   const Vec3<S>& n = plane.shape.normal_W;
   const Vec3<S>& h = b.shape.half_extents;
   const Vec3<S>* axis = b.place.axis_W;
@@ -58,8 +58,8 @@ template <class S> Rises<S> rises(const Posed<S>& plane, const Posed<S>& b) {
 }
 // Signs of the lowest corner: s_k = -sign(n . axis_k). The id of a corner is one bit an axis: the bit is set where s_k
 // > 0.
-template <class S> Low<S> corner(const Rises<S>& of, const Vec3<S>& p_W, unsigned bits) {
-  Low<S> low{p_W, of.center, bits};
+template <class S> SurfacePoint<S> corner(const BoxHeights<S>& of, const Vec3<S>& p_W, unsigned bits) {
+  SurfacePoint<S> low{p_W, of.center, bits};
   for (unsigned k = 0; k < 3; ++k) {
     const bool plus = (bits >> k) & 1u;
     low.height = plus ? low.height + of.rise[k] : low.height - of.rise[k];
@@ -74,41 +74,42 @@ template <class S> unsigned lowest_corner(const Vec3<S>& n, const Vec3<S>* axis)
 // ---- cylinders ----------------------------------------------------------------------------------------------------
 // `down` is the unit direction within the discs in which they sink deepest; without a tilt there is none, and it is
 // zero.
-template <class S> struct Leaning {
+template <class S> struct Tilt {
   S center, cosine, sine;  // cosine = n . axis, sine >= 0
   Vec3<S> down;
 };
-template <class S> Leaning<S> leaning(const Posed<S>& plane, const Posed<S>& b) {
+template <class S> Tilt<S> tilt_of(const Posed<S>& plane, const Posed<S>& b) {
   const Vec3<S>& n = plane.shape.normal_W;
   const S x = dot(n, b.place.axis_W[0]), y = dot(n, b.place.axis_W[1]);
-  Leaning<S> out{height_of_center(plane, b), dot(n, b.place.axis_W[2]), S(0), {}};
+  Tilt<S> out{height_of_center(plane, b), dot(n, b.place.axis_W[2]), S(0), {}};
   Vec3<S> in_disc{};
   out.sine = length_and_direction(Vec3<S>{x, y, S(0)}, in_disc);
   out.down = -turned(b.place, in_disc);
   return out;
 }
 template <class S>
-Low<S> rim(const Leaning<S>& lean, const Posed<S>& b, S disc, const Vec3<S>& radial, S radial_rise, std::uint32_t id) {
+SurfacePoint<S> rim(const Tilt<S>& tilt, const Posed<S>& b, S disc, const Vec3<S>& radial, S radial_rise,
+                    std::uint32_t id) {
   const S along = disc * b.shape.half_length;
   return {b.place.p_W + (along * b.place.axis_W[2] + b.shape.radius * radial),
-          lean.center + along * lean.cosine + b.shape.radius * radial_rise, id};
+          tilt.center + along * tilt.cosine + b.shape.radius * radial_rise, id};
 }
 
 // A disc that faces the plane: four points of its rim a quarter apart, fixed in the body, of which the one nearest to
 // the deepest point gives way to it. So the depth is exact and the others stay where they are from step to step.
 template <class S>
-void disc_contacts(const Posed<S>& plane, const Leaning<S>& lean, const Posed<S>& b, S disc, S margin, Manifold<S>& m) {
+void disc_contacts(const Posed<S>& plane, const Tilt<S>& tilt, const Posed<S>& b, S disc, S margin, Manifold<S>& m) {
   const Vec3<S>* axis = b.place.axis_W;
   const Vec3<S>& n = plane.shape.normal_W;
-  const S down_x = dot(lean.down, axis[0]), down_y = dot(lean.down, axis[1]);
-  const bool flat = !(lean.sine > S(4) * real::epsilon<S>());
+  const S down_x = dot(tilt.down, axis[0]), down_y = dot(tilt.down, axis[1]);
+  const bool flat = !(tilt.sine > S(4) * real::epsilon<S>());
   const unsigned nearest =
       real::abs(down_y) > real::abs(down_x) ? (down_y < S(0) ? 3u : 1u) : (down_x < S(0) ? 2u : 0u);
   const std::uint32_t name = disc < S(0) ? 0u : 8u;
   for (unsigned k = 0; k < 4; ++k) {
     const Vec3<S> radial = k == 0 ? axis[0] : k == 1 ? axis[1] : k == 2 ? -axis[0] : -axis[1];
-    if (!flat && k == nearest) add(m, n, rim(lean, b, disc, lean.down, -lean.sine, name + k), margin);
-    else add(m, n, rim(lean, b, disc, radial, flat ? S(0) : dot(n, radial), name + k), margin);
+    if (!flat && k == nearest) add(m, n, rim(tilt, b, disc, tilt.down, -tilt.sine, name + k), margin);
+    else add(m, n, rim(tilt, b, disc, radial, flat ? S(0) : dot(n, radial), name + k), margin);
   }
 }
 
@@ -117,9 +118,9 @@ void disc_contacts(const Posed<S>& plane, const Leaning<S>& lean, const Posed<S>
 template <class S>
 void plane_box_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
   if (height_of_center(a, b) - b.shape.bounding_radius > margin) return;
-  const Rises<S> of = rises(a, b);
+  const BoxHeights<S> of = box_heights(a, b);
   if (!(of.lowest() <= margin)) return;
-  // The four corners of the face that looks at the plane most.
+  // The four corners of the face most parallel to the plane.
   const Vec3<S>& n = a.shape.normal_W;
   const Vec3<S>* axis = b.place.axis_W;
   const S x = real::abs(dot(n, axis[0])), y = real::abs(dot(n, axis[1])), z = real::abs(dot(n, axis[2]));
@@ -127,35 +128,37 @@ void plane_box_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vec
   const std::array<S, 3> h{b.shape.half_extents.x, b.shape.half_extents.y, b.shape.half_extents.z};
   const unsigned i = (k + 1) % 3, j = (k + 2) % 3, deepest = lowest_corner(n, axis);
   const unsigned u = h[i] > S(0) ? 1u << i : 0u, v = h[j] > S(0) ? 1u << j : 0u;  // a side without length has one end
-  Manifold<S>& m = begin(a, Meeting::face, out);
+  Manifold<S>& m = new_manifold(a, ManifoldType::face, out);
   add(m, n, {corner(of, b.place.p_W, deepest).x_W, of.lowest(), deepest}, margin);
   if (u) add(m, n, corner(of, b.place.p_W, deepest ^ u), margin);
   if (u && v) add(m, n, corner(of, b.place.p_W, deepest ^ u ^ v), margin);
   if (v) add(m, n, corner(of, b.place.p_W, deepest ^ v), margin);
-  name_meeting(m);
+  set_type(m);
 }
 template <class S> Separation<S> plane_box_separation(const Posed<S>& a, const Posed<S>& b) {
-  const Rises<S> of = rises(a, b);
+  const BoxHeights<S> of = box_heights(a, b);
   return lowest(a, corner(of, b.place.p_W, lowest_corner(a.shape.normal_W, b.place.axis_W)).x_W, of.lowest());
 }
 
-// The lower end's cap, and the skin below the upper end while that is the tube's.
+// The cap of the lower end, and the tube below the upper end.
 template <class S>
 void plane_capsule_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
   const Vec3<S>& n = a.shape.normal_W;
   const S center = height_of_center(a, b), cosine = dot(n, b.place.axis_W[2]), rise = b.shape.half_length * cosine;
   if (!(center - real::abs(rise) - b.shape.radius <= margin)) return;
   const S sign = rise < S(0) ? S(1) : S(-1);  // of the lower end
-  Manifold<S>& m = begin(a, Meeting::edge, out);
+  Manifold<S>& m = new_manifold(a, ManifoldType::edge, out);
   for (const S end : {sign, -sign}) {
     const S along = end * b.shape.half_length,
-            skin = skin_thickness(b.shape.radius, b.shape.half_length, along, -cosine);
-    if (end != sign && real::abs(along - skin * cosine) > b.shape.half_length) break;
-    add(m, n, {b.place.p_W + (along * b.place.axis_W[2] - skin * n), center + end * rise - skin, end > S(0) ? 1u : 0u},
+            thickness = core_to_surface(b.shape.radius, b.shape.half_length, along, -cosine);
+    if (end != sign && real::abs(along - thickness * cosine) > b.shape.half_length) break;
+    add(m, n,
+        {b.place.p_W + (along * b.place.axis_W[2] - thickness * n), center + end * rise - thickness,
+         end > S(0) ? 1u : 0u},
         margin);
     if (!(b.shape.half_length > S(0))) break;
   }
-  name_meeting(m);
+  set_type(m);
 }
 template <class S> Separation<S> plane_capsule_separation(const Posed<S>& a, const Posed<S>& b) {
   const Vec3<S>& n = a.shape.normal_W;
@@ -167,22 +170,22 @@ template <class S> Separation<S> plane_capsule_separation(const Posed<S>& a, con
 template <class S>
 void plane_cylinder_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
   if (height_of_center(a, b) - b.shape.bounding_radius > margin) return;
-  const Leaning<S> lean = leaning(a, b);
-  const S lower = lean.cosine < S(0) ? S(1) : S(-1);  // the disc that lies lower
-  const Low<S> deepest = rim(lean, b, lower, lean.down, -lean.sine, lower < S(0) ? 4u : 12u);
+  const Tilt<S> tilt = tilt_of(a, b);
+  const S lower = tilt.cosine < S(0) ? S(1) : S(-1);  // the disc that lies lower
+  const SurfacePoint<S> deepest = rim(tilt, b, lower, tilt.down, -tilt.sine, lower < S(0) ? 4u : 12u);
   if (!(deepest.height <= margin)) return;
-  Manifold<S>& m = begin(a, Meeting::face, out);
-  if (real::abs(lean.cosine) > lean.sine) {
-    disc_contacts(a, lean, b, lower, margin, m);
-  } else {  // the line of the side that looks down
+  Manifold<S>& m = new_manifold(a, ManifoldType::face, out);
+  if (real::abs(tilt.cosine) > tilt.sine) {
+    disc_contacts(a, tilt, b, lower, margin, m);
+  } else {  // the lowest line of the side
     add(m, a.shape.normal_W, deepest, margin);
-    add(m, a.shape.normal_W, rim(lean, b, -lower, lean.down, -lean.sine, lower < S(0) ? 12u : 4u), margin);
+    add(m, a.shape.normal_W, rim(tilt, b, -lower, tilt.down, -tilt.sine, lower < S(0) ? 12u : 4u), margin);
   }
-  name_meeting(m);
+  set_type(m);
 }
 template <class S> Separation<S> plane_cylinder_separation(const Posed<S>& a, const Posed<S>& b) {
-  const Leaning<S> lean = leaning(a, b);
-  const Low<S> low = rim(lean, b, lean.cosine < S(0) ? S(1) : S(-1), lean.down, -lean.sine, 0u);
+  const Tilt<S> tilt = tilt_of(a, b);
+  const SurfacePoint<S> low = rim(tilt, b, tilt.cosine < S(0) ? S(1) : S(-1), tilt.down, -tilt.sine, 0u);
   return lowest(a, low.x_W, low.height);
 }
 

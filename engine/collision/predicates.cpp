@@ -124,7 +124,7 @@ template <class S> bool edges_meet(const Corners<S>& p, const std::array<int, 3>
   for (int k = 0; k < 3; ++k) {
     const int l = (k + 1) % 3;
     if (side[k] * side[l] > 0 || (side[k] == 0 && side[l] == 0))
-      continue;  // an edge in the plane: its neighbours tell, or q's edges
+      continue;  // an edge in the plane: its neighbours or q's edges decide
     if (edge_meets(p[k], p[l], q)) return true;
   }
   return false;
@@ -158,7 +158,7 @@ template <class S> int orient2d(const std::array<S, 2>& a, const std::array<S, 2
   return sum.sign();
 }
 
-template <class S> bool triangles_meet(const Corners<S>& p, const Corners<S>& q) {
+template <class S> bool triangles_intersect(const Corners<S>& p, const Corners<S>& q) {
   std::array<int, 3> side_p, side_q;
   for (int k = 0; k < 3; ++k) side_p[k] = orient3d(q[0], q[1], q[2], p[k]);
   const auto one_side = [](const std::array<int, 3>& s) { return s[0] != 0 && s[0] == s[1] && s[0] == s[2]; };
@@ -173,7 +173,7 @@ template <class S> bool triangles_meet(const Corners<S>& p, const Corners<S>& q)
 #define ATWOOD_PREDICATES(S)                                                                           \
   template int orient3d<S>(const Vec3<S>&, const Vec3<S>&, const Vec3<S>&, const Vec3<S>&);            \
   template int orient2d<S>(const std::array<S, 2>&, const std::array<S, 2>&, const std::array<S, 2>&); \
-  template bool triangles_meet<S>(const Corners<S>&, const Corners<S>&);
+  template bool triangles_intersect<S>(const Corners<S>&, const Corners<S>&);
 ATWOOD_PREDICATES(float)
 ATWOOD_PREDICATES(double)
 ATWOOD_PREDICATES(long double)

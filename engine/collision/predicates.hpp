@@ -1,4 +1,4 @@
-// Signs of determinants without round-off, and whether two triangles meet.
+// Exact signs of determinants, and the exact intersection test of two triangles.
 #pragma once
 
 #include <array>
@@ -15,9 +15,9 @@ template <class S> int orient3d(const Vec3<S>& a, const Vec3<S>& b, const Vec3<S
 template <class S> int orient2d(const std::array<S, 2>& a, const std::array<S, 2>& b, const std::array<S, 2>& c);
 
 template <class S> using Corners = std::array<Vec3<S>, 3>;
-// Closed triangles share a point, decided exactly by signs alone (Guigue, Devillers, J. Graph. Tools 8 (2003) 25 sort
-// out the cases in the same spirit): planes apart, then edges of one through the other, or both in one plane. At least
-// one of them has an area.
-template <class S> bool triangles_meet(const Corners<S>& p, const Corners<S>& q);
+// Do two closed triangles share a point? Decided exactly by signs (cases as in Guigue, Devillers, J. Graph. Tools 8
+// (2003) 25): planes apart, then edges of one through the other, or both in one plane. At least one of them must have
+// an area.
+template <class S> bool triangles_intersect(const Corners<S>& p, const Corners<S>& q);
 
 }  // namespace atwood

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "collision/contacts.hpp"
-#include "collision/swept.hpp"
+#include "collision/time_of_impact.hpp"
 
 namespace atwood {
 
@@ -22,8 +22,8 @@ SweptBody<double> swept_body(const Body& body) {
   return {narrow3<double>(body.position_m), q_WB, v_W, w_W};
 }
 
-// A body as the query meets it.
-struct Queried {
+// A body with a shape, prepared for the query.
+struct QueryBody {
   int index;
   bool fixed;
   Geometry<double> shape;
@@ -31,8 +31,8 @@ struct Queried {
   Placement<double> place;
 };
 
-std::vector<Queried> queried_bodies(const Scene& scene) {
-  std::vector<Queried> out;
+std::vector<QueryBody> query_bodies(const Scene& scene) {
+  std::vector<QueryBody> out;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const Body& body = scene.bodies[i];
     if (std::holds_alternative<std::monostate>(body.shape)) continue;
@@ -43,14 +43,15 @@ std::vector<Queried> queried_bodies(const Scene& scene) {
   return out;
 }
 
-bool spheres_apart(const Queried& a, const Queried& b, double margin) {
+bool spheres_apart(const QueryBody& a, const QueryBody& b, double margin) {
   if (a.shape.kind == ShapeKind::plane || b.shape.kind == ShapeKind::plane) return false;
   const double reach = a.shape.bounding_radius + b.shape.bounding_radius + margin;
   return norm(b.place.p_W - a.place.p_W) > reach * (1 + 8 * real::epsilon<double>());
 }
 
-// Triangles and pieces that share a corner each find it: it is told once.
-bool told(const std::vector<FoundContact>& contacts, std::size_t from, const FoundContact& made, double round_off) {
+// Triangles and pieces that share a corner each find the same contact: it is reported once.
+bool is_duplicate(const std::vector<FoundContact>& contacts, std::size_t from, const FoundContact& made,
+                  double round_off) {
   const auto near = [](const std::array<Wide, 3>& x, const std::array<Wide, 3>& y, double least) {
     bool all = true;
     for (std::size_t i = 0; i < 3; ++i) all = all && std::abs(static_cast<double>(x[i] - y[i])) <= least;
@@ -66,11 +67,13 @@ bool told(const std::vector<FoundContact>& contacts, std::size_t from, const Fou
   return false;
 }
 
+// Adds a solve to the answer's tallies; iterations 0: there was none.
 void report(IterativeSolver solver, const SolveReport& solve, ContactAnswer& answer) {
   if (solve.iterations > 0) answer.outcome.solvers[solver_infos()[static_cast<std::size_t>(solver)].name].add(solve);
 }
 
-void find_pair(const Queried& a, const Queried& b, std::vector<Manifold<double>>& manifolds, ContactAnswer& answer) {
+void add_contacts(const QueryBody& a, const QueryBody& b, std::vector<Manifold<double>>& manifolds,
+                  ContactAnswer& answer) {
   const double round_off = touch_round_off(a.shape, a.place.p_W, b.shape, b.place.p_W);
   if (spheres_apart(a, b, round_off)) return;
   manifolds.clear();
@@ -82,13 +85,14 @@ void find_pair(const Queried& a, const Queried& b, std::vector<Manifold<double>>
       const ContactPoint<double>& point = m.points[static_cast<std::size_t>(k)];
       const Wide depth = point.gap < 0 ? -Wide(point.gap) : Wide(0);
       const FoundContact made{a.index, b.index, widened(point.x_W), widened(m.normal_W), depth};
-      if (manifolds.size() == 1 || !told(answer.contacts, from, made, 16 * round_off)) answer.contacts.push_back(made);
+      if (manifolds.size() == 1 || !is_duplicate(answer.contacts, from, made, 16 * round_off))
+        answer.contacts.push_back(made);
     }
   }
 }
 
-void find_touch(const Queried& a, const Queried& b, double t_end_s, ContactAnswer& answer) {
-  const auto touch = first_touch(a.shape, a.motion, b.shape, b.motion, t_end_s);
+void add_time_of_impact(const QueryBody& a, const QueryBody& b, double t_end_s, ContactAnswer& answer) {
+  const auto touch = time_of_impact(a.shape, a.motion, b.shape, b.motion, t_end_s);
   if (!touch) return;
   report(IterativeSolver::conservative_advancement, touch->solve, answer);
   answer.touches.push_back({a.index, b.index, Wide(touch->t_s), widened(touch->x_W), widened(touch->normal_W)});
@@ -98,11 +102,11 @@ void find_touch(const Queried& a, const Queried& b, double t_end_s, ContactAnswe
 
 ContactAnswer find_scene_contacts(const Scene& scene, const ContactQuery& query) {
   ContactAnswer answer;
-  const std::vector<Queried> bodies = queried_bodies(scene);
+  const std::vector<QueryBody> bodies = query_bodies(scene);
   std::vector<Manifold<double>> manifolds;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     for (std::size_t j = i + 1; j < bodies.size(); ++j) {
-      const Queried &a = bodies[i], &b = bodies[j];
+      const QueryBody &a = bodies[i], &b = bodies[j];
       if (a.fixed && b.fixed) continue;
       if (const char* missing = no_contact_test(a.shape.kind, b.shape.kind)) {
         answer = {};
@@ -110,8 +114,8 @@ ContactAnswer find_scene_contacts(const Scene& scene, const ContactQuery& query)
         answer.outcome.reason = std::string("atwood has no contact test of ") + missing;
         return answer;
       }
-      if (query.swept) find_touch(a, b, query.t_end_s, answer);
-      else find_pair(a, b, manifolds, answer);
+      if (query.swept) add_time_of_impact(a, b, query.t_end_s, answer);
+      else add_contacts(a, b, manifolds, answer);
     }
   }
   return answer;

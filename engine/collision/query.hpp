@@ -1,4 +1,4 @@
-// Where the bodies of a scene touch: all pairs, in double.
+// Contact queries on a scene: all pairs, in double.
 #pragma once
 
 #include "protocol/contact_query.hpp"
@@ -12,8 +12,8 @@ namespace atwood {
 // phase orders them. Unsupported where a pair has no test, with the reason.
 ContactAnswer find_scene_contacts(const Scene& scene, const ContactQuery& query);
 
-// Closest or deepest points of two bodies (indices into scene.bodies) in the initial pose. Throws std::invalid_argument
-// with what there is no test for.
+// Closest or deepest points of two bodies (indices into scene.bodies) in the initial pose. Throws
+// std::invalid_argument, naming the pair of kinds, if there is no test for it.
 PairGap find_pair_gap(const Scene& scene, int a, int b);
 
 }  // namespace atwood

@@ -1,5 +1,5 @@
-// A sphere against everything primitive: one point, whose normal is the way from the other shape's nearest point to the
-// sphere's centre. a is the sphere throughout, so normals (from a to b) point the other way.
+// A sphere against the primitive shapes: one point, whose outward direction runs from the other shape's nearest point
+// to the sphere's centre. a is the sphere throughout, so normals (from a to b) have the opposite sign.
 #include "collision/direction.hpp"
 #include "collision/pair_tests.hpp"
 
@@ -10,7 +10,7 @@ namespace {
 // A point of a shape's surface or inside nearest to some centre, in the shape's axes.
 template <class S> struct Nearest {
   Vec3<S> on_surface;
-  Vec3<S> outward{S(0), S(0), S(1)};  // unit, at that point towards where the centre would have to leave
+  Vec3<S> outward{S(0), S(0), S(1)};  // unit, at that point: the direction in which the centre leaves the shape
   S distance{};                       // of the centre from the surface; negative inside
   std::uint32_t feature = 0;
 };
@@ -118,8 +118,8 @@ void sphere_shape_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::
 }  // namespace
 
 // ---- sphere against sphere ----------------------------------------------------------------------------------------
-// The hot test of a pile. Far apart is decided without a root: |t|^2 > (1 + 8 eps) reach^2 holds only if |t| > reach in
-// spite of every rounding; the root decides the rest.
+// Most tests of a pile of spheres are this one. Far apart is decided without a root: |t|^2 > (1 + 8 eps) reach^2 holds
+// only if |t| > reach in spite of every rounding; the root decides the rest.
 template <class S>
 void sphere_sphere_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
   const Vec3<S> t = b.place.p_W - a.place.p_W;

@@ -23,7 +23,7 @@ template <class S> Vec3<S> narrow(const Long3& v) { return {S(v.x), S(v.y), S(v.
 struct Source {
   std::vector<Real3> points;
   std::vector<std::array<int, 3>> corner;
-  std::vector<int> given;
+  std::vector<int> scene_index;
   std::vector<Long3> normal;
 };
 
@@ -43,7 +43,7 @@ Source welded(const std::vector<Real3>& points, const std::vector<std::array<int
                              wide(source.points[c[2]]) - wide(source.points[c[0]]));
     if (!(dot(area, area) > 0)) continue;
     source.corner.push_back(c);
-    source.given.push_back(static_cast<int>(t));
+    source.scene_index.push_back(static_cast<int>(t));
     source.normal.push_back(unit_of(area));
   }
   return source;
@@ -115,11 +115,11 @@ template <class S> void add_adjacency(const Source& source, TriangleMesh<S>& mes
   for (int t = 0; t < n; ++t)
     for (int k = 0; k < 3; ++k)
       of_edge[{mesh.triangles[t].corner[k], mesh.triangles[t].corner[(k + 1) % 3]}].push_back(t);
-  std::vector<std::set<int>> around(mesh.points.size());
+  std::vector<std::set<int>> neighbour_points(mesh.points.size());
   mesh.closed = n > 0;
   for (const auto& [edge, owners] : of_edge) {
-    around[edge.first].insert(edge.second);
-    around[edge.second].insert(edge.first);
+    neighbour_points[edge.first].insert(edge.second);
+    neighbour_points[edge.second].insert(edge.first);
     const auto back = of_edge.find({edge.second, edge.first});
     const bool paired = owners.size() == 1 && back != of_edge.end() && back->second.size() == 1;
     mesh.closed = mesh.closed && paired;
@@ -130,15 +130,15 @@ template <class S> void add_adjacency(const Source& source, TriangleMesh<S>& mes
           mesh.triangles[t].edge[k] = paired ? kind_of(source, t, k, back->second[0]) : EdgeKind::border;
         }
   }
-  for (const auto& of_point : around) {
-    mesh.first_around.push_back(static_cast<int>(mesh.around.size()));
-    mesh.around.insert(mesh.around.end(), of_point.begin(), of_point.end());
+  for (const auto& of_point : neighbour_points) {
+    mesh.first_neighbour.push_back(static_cast<int>(mesh.neighbour_points.size()));
+    mesh.neighbour_points.insert(mesh.neighbour_points.end(), of_point.begin(), of_point.end());
   }
-  mesh.first_around.push_back(static_cast<int>(mesh.around.size()));
+  mesh.first_neighbour.push_back(static_cast<int>(mesh.neighbour_points.size()));
 }
 
 // Whether a closed mesh bounds a convex solid. Edges that are not concave are needed and for one surface in one piece
-// enough; of several pieces the points tell, and of very many triangles nothing is claimed.
+// enough; of several pieces the points decide, and of very many triangles nothing is claimed.
 template <class S> bool is_convex(const Source& source, const TriangleMesh<S>& mesh) {
   constexpr std::size_t kMost = 4096;
   if (!mesh.closed || mesh.triangles.size() > kMost) return false;
@@ -163,7 +163,7 @@ template <class S> void add_point_normals(const Source& source, TriangleMesh<S>&
       sum[source.corner[t][k]] += std::atan2(norm(cross(u, v)), dot(u, v)) * source.normal[t];
     }
   for (const Long3& normal : sum)
-    mesh.point_normals.push_back(narrow<S>(dot(normal, normal) > 0 ? unit_of(normal) : normal));
+    mesh.point_pseudonormals.push_back(narrow<S>(dot(normal, normal) > 0 ? unit_of(normal) : normal));
 }
 
 }  // namespace
@@ -172,17 +172,17 @@ template <class S>
 TriangleMesh<S> build_triangle_mesh(const std::vector<Real3>& points,
                                     const std::vector<std::array<int, 3>>& triangles) {
   TriangleMesh<S> mesh;
-  Source given = welded(points, triangles);
-  const int n = static_cast<int>(given.corner.size());
-  TreeBuilder<S> tree{given, std::vector<int>(n), mesh};
+  Source scene_index = welded(points, triangles);
+  const int n = static_cast<int>(scene_index.corner.size());
+  TreeBuilder<S> tree{scene_index, std::vector<int>(n), mesh};
   std::iota(tree.order.begin(), tree.order.end(), 0);
   if (n > 0) tree.build(0, n);
-  Source source{given.points, {}, {}, {}};
+  Source source{scene_index.points, {}, {}, {}};
   for (const int t : tree.order) {
-    source.corner.push_back(given.corner[t]);
-    source.normal.push_back(given.normal[t]);
-    mesh.given.push_back(given.given[t]);
-    mesh.triangles.push_back({given.corner[t], {-1, -1, -1}, {}, narrow<S>(given.normal[t])});
+    source.corner.push_back(scene_index.corner[t]);
+    source.normal.push_back(scene_index.normal[t]);
+    mesh.scene_index.push_back(scene_index.scene_index[t]);
+    mesh.triangles.push_back({scene_index.corner[t], {-1, -1, -1}, {}, narrow<S>(scene_index.normal[t])});
   }
   for (const Real3& p : source.points) mesh.points.push_back(narrow3<S>(p));
   for (const auto& t : mesh.triangles)

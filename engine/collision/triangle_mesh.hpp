@@ -1,8 +1,8 @@
-// Triangle meshes: who is next to whom, and a tree of boxes over the triangles.
+// Triangle meshes: adjacency, and a bounding-volume tree over the triangles.
 //
-// A mesh whose every edge joins two triangles that run along it in opposite ways is closed: the surface of a solid,
-// whose outside is where the triangles' anticlockwise sides look, and which pushes out of itself alone. An open mesh is
-// a sheet: it pushes to the side that needs less.
+// A mesh is closed if every edge joins two triangles that traverse it in opposite directions: the surface of a solid.
+// The front of a triangle (where its corners run anticlockwise) is outside, and contacts push outwards only. An open
+// mesh is a two-sided sheet: contacts push to the side of the smaller depth.
 #pragma once
 
 #include <array>
@@ -30,28 +30,29 @@ template <class S> struct TriangleMesh {
   };
   std::vector<Vec3<S>> points;
   std::vector<Triangle> triangles;  // in the tree's order
-  std::vector<int> given;           // the index each triangle had in the scene
+  std::vector<int> scene_index;     // the index each triangle had in the scene
   std::vector<Node> nodes;
-  std::vector<int> around, first_around;  // points joined to point i by an edge: around[first_around[i] ... )
-  std::vector<Vec3<S>> point_normals;  // weighted by angle (Baerentzen, Aanaes 2005): tells the inside of a closed mesh
-  bool closed = false, convex = false;   // convex: closed, and no point lies before any triangle
-  std::shared_ptr<const Hull<S>> solid;  // what a convex one bounds, unless it has very many corners
-  S bounding_radius{};                   // about the body's origin
+  std::vector<int> neighbour_points,
+      first_neighbour;                       // points joined to point i by an edge: around[first_neighbour[i] ... )
+  std::vector<Vec3<S>> point_pseudonormals;  // weighted by angle (Baerentzen, Aanaes 2005): decides inside or outside
+  bool closed = false, convex = false;       // convex: closed, and no point lies before any triangle
+  std::shared_ptr<const Hull<S>> solid;      // of a convex mesh of at most 64 corners: its hull
+  S bounding_radius{};                       // about the body's origin
 };
 
-// Points that coincide are one; triangles without area are left out.
+// Coincident points are merged; triangles without area are left out.
 template <class S>
 TriangleMesh<S> build_triangle_mesh(const std::vector<Real3>& points, const std::vector<std::array<int, 3>>& triangles);
 template <class S> std::shared_ptr<const TriangleMesh<S>> make_triangle_mesh(const Mesh& mesh) {
   return std::make_shared<const TriangleMesh<S>>(build_triangle_mesh<S>(mesh.points_m, mesh.triangles));
 }
 
-// A mesh (first) against any kind but compound, planes included. What bounds a convex solid of few corners is that
-// solid, as `convex` shapes are. Of others there is one manifold for each triangle that touches (a pair of triangles
-// for two meshes; one for all of the mesh against a plane), `piece_a` its index in the scene. At an inner edge or
-// corner the normal stays within what the neighbouring triangles leave to it, so what slides over a triangulated plane
-// meets the plane. A shape all inside of a closed mesh meets it once: by the least way out of a convex one, else by
-// that from its centre. The separation of what overlaps a mesh is that of its deepest contact.
+// A mesh (first) against any kind but compound, planes included. A mesh that bounds a convex solid of few corners is
+// treated as that solid, as `convex` shapes are. Otherwise there is one manifold for each triangle in contact (for each
+// pair of triangles of two meshes; one for the whole mesh against a plane), with `piece_a` its index in the scene. At
+// an inner edge or corner a normal is accepted only inside the feature's Voronoi region, so a body that slides over a
+// triangulated plane has the contacts of the plane. A shape inside a closed mesh has one contact: the least penetration
+// of a convex mesh, else through the point nearest to its centre. The separation in overlap is that of the deepest one.
 template <class S>
 void mesh_contacts(const Geometry<S>& mesh, const Placement<S>& place_mesh, const Geometry<S>& b,
                    const Placement<S>& place_b, S margin, std::vector<Manifold<S>>& out);

@@ -1,7 +1,7 @@
 target_sources(atwood_engine PRIVATE
   collision/box_axes.cpp
   collision/box_closest.cpp
-  collision/box_edges_test.cpp
+  collision/box_edge_crossings.cpp
   collision/box_faces.cpp
   collision/box_pairs.cpp
   collision/broad_bsp.cpp
@@ -29,8 +29,8 @@ target_sources(atwood_engine PRIVATE
   collision/predicates.cpp
   collision/query.cpp
   collision/sphere_pairs.cpp
-  collision/stay_apart.cpp
-  collision/swept.cpp
+  collision/conservative_step.cpp
+  collision/time_of_impact.cpp
   collision/triangle_mesh.cpp
   contact/event/active_set.cpp
   contact/event/bounces.cpp

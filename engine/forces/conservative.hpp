@@ -1,4 +1,4 @@
-// The forces of a scene that have a potential energy, and those that do no work: what energy-keeping methods stand on.
+// The forces of a scene that have a potential energy, and those that do no work: used by energy-preserving methods.
 #pragma once
 
 #include <string>
@@ -12,10 +12,10 @@ template <class S> class ConservativeForces {
  public:
   explicit ConservativeForces(const Scene& scene);
 
-  // Why the scene's energy is not kept by its motion, naming the force ("" if it is).
+  // Why the motion does not conserve the scene's energy, naming the force ("" if it does).
   const std::string& refusal() const { return refusal_; }
   void refuse(const std::string& why) { refusal_ = why; }  // there are forces besides the scene's
-  // Angular momentum about `centre` is kept too: every force points at it or along the line of two moving bodies.
+  // Angular momentum about `centre` is conserved: every force points at it or along the line of two moving bodies.
   bool central() const { return central_; }
   const Vec3<S>& centre() const { return centre_; }
 

@@ -1,4 +1,4 @@
-// What a force is: a term that reads the motion of the bodies and adds to their loads.
+// A force: a term that reads the motion of the bodies and adds to their loads.
 #pragma once
 
 #include <cstddef>
@@ -14,11 +14,12 @@ namespace atwood {
 
 class Team;
 
-// Where a body's twelve or six scalars are: in the state, or (fixed or held) in an array of its own.
+// Where a body's scalars (13, or 6 of a point mass) are stored: in the state, or in a separate array if it is fixed or
+// held.
 template <class S> struct Slot {
   int offset = -1;  // of p_WB in the state; -1: fixed
   bool rotates = false;
-  const S* resting = nullptr;  // not null: the body does not move now, and stands here
+  const S* resting = nullptr;  // not null: the body does not move at present; its pose is here
 };
 
 template <class S> struct Motion {
@@ -48,8 +49,8 @@ template <class S> struct LaneMotion {
   const S* y;
   std::ptrdiff_t stride;
   const Slot<S>* slots;
-  const S* resting;   // of body i, scalar j, lane k: resting[(body_scalars i + j) 8 + k]
-  const S* unturned;  // such scalars of a body at the origin, at rest
+  const S* resting;        // of body i, scalar j, lane k: resting[(body_scalars i + j) 8 + k]
+  const S* identity_pose;  // the same for a body at the origin with identity attitude, at rest
 };
 inline constexpr int kBodyScalars = 13, kLoadScalars = 9;
 
@@ -62,8 +63,8 @@ template <class S> class ForceTerm {
   virtual bool has_lanes() const { return false; }
   virtual void add_lane_loads(const LaneMotion<S>&, S* /*loads*/) const {}
   virtual bool velocity_dependent() const { return false; }
-  // All that depends on a velocity is charge v x field, of fixed fields, and `charge_field_W` (one a body) gains charge
-  // times field [C T]. False, nothing gained: some other law.
+  // True: the only dependence on velocity is charge v x field with fixed fields; charge times field [C T] is added to
+  // `charge_field_W` (one a body). False, with nothing added: some other dependence.
   virtual bool add_magnetic(Vec3<S>* charge_field_W) const {
     (void)charge_field_W;
     return !velocity_dependent();
@@ -71,12 +72,12 @@ template <class S> class ForceTerm {
   std::vector<Interval> on_s;  // empty: always
 };
 
-// One file a force. A factory throws Unsupported for what the engine has no law for.
+// One file a force. A factory throws Unsupported, with the reason, for a law that the engine does not have.
 struct Unsupported {
   std::string reason;
 };
 
-// How mutual gravity is summed: over all pairs, or by a tree with multipoles (gravity_tree.hpp).
+// The sum of mutual gravity: over all pairs, or by a tree with multipoles (gravity_tree.hpp).
 struct GravityOptions {
   enum class Sum { automatic, direct, tree } sum = Sum::automatic;  // automatic: direct up to `direct_bodies`
   double opening = 0.5;                                             // of the tree

@@ -5,11 +5,11 @@
 
 namespace atwood {
 
-// From here on the vector lanes are quicker than the loop over pairs, whose bits direct sums keep.
+// From this number of bodies on the vector lanes are faster than the loop over pairs; the results are the same bits.
 inline constexpr int kManyBodies = 16;
 
-// Null where mutual_gravity.cpp's loop over pairs serves: few bodies, or a scalar without vector lanes. Throws
-// Unsupported for a tree in such a scalar.
+// Null for few bodies and for scalars without vector lanes: the loop over pairs of mutual_gravity.cpp is then used.
+// Throws Unsupported for a tree in such a scalar.
 template <class S>
 TermPointer<S> make_many_body_gravity(const MutualGravity& force, const Scene& scene, const GravityOptions& options);
 

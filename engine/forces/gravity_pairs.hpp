@@ -1,5 +1,5 @@
-// Mutual gravity by direct sums over structure of arrays: lanes run over the bodies that are pulled, the loop over
-// those that pull, in index order.
+// Mutual gravity by direct sums over structures of arrays: lanes run over the attracted bodies, the loop over the
+// attracting ones, in index order.
 //
 //   a_i += sum_j Gm_j r_ij / (|r_ij|^2 + eps^2)^(3/2),   r_ij = r_j - r_i,  j = from .. to - 1 without i
 //
@@ -13,7 +13,7 @@
 
 namespace atwood {
 
-// Bodies are pulled in blocks of so many; arrays of targets and sums are padded to whole blocks.
+// Attracted bodies per block; arrays of targets and sums are padded to whole blocks.
 inline constexpr int kGravityBlock = 16;
 constexpr int whole_blocks(int bodies) { return (bodies + kGravityBlock - 1) / kGravityBlock; }
 

@@ -1,10 +1,10 @@
 // Mutual gravity by a tree (Barnes and Hut, Nature 324 (1986) 446): a far group of bodies pulls as its mass and its
 // second moments about its centre of mass. O(N log N).
 //
-// A node of radius b about its centre of mass (no body of it is farther) stands for its bodies where b < opening * d, d
-// the distance from that centre to the nearest point of the box around the pulled bodies; else its children are asked,
-// and the bodies of a leaf pull one by one. With s from the centre, r from the pulled body to the centre, rho^2 = r^2 +
-// eps^2 (Plummer):
+// A node of radius b about its centre of mass (no body of it is farther) replaces its bodies where b < opening * d, d
+// the distance from that centre to the nearest point of the box around the attracted bodies; otherwise the node is
+// opened, and the bodies of a leaf attract one by one. With s from the centre, r from the pulled body to the centre,
+// rho^2 = r^2 + eps^2 (Plummer):
 //
 //   a = G [ r (M / rho^3 + 15/2 r.Q r / rho^7 - 3/2 tr Q / rho^5) - 3 Q r / rho^5 ],     Q = sum m s s^T
 //
@@ -14,7 +14,7 @@
 //
 //   |error| <= opening^3 (4 - 3 opening) (1 + opening)^2 / (1 - opening)^2  *  sum_j G m_j / (r_ij^2 + eps^2)
 //
-// The bound is of the worst placement of the bodies; usual ones err hundreds of times less.
+// The bound is for the worst placement of the bodies; typical errors are hundreds of times smaller.
 //
 // The tree is built from the positions alone, in index order, and each body's sum runs in the tree's order: the same
 // bits at any vector width and number of threads.
@@ -29,7 +29,7 @@ namespace atwood {
 
 class Team;
 
-// Of the relative error above.
+// The factor of the error bound above.
 double gravity_tree_bound(double opening);
 
 template <class S> class GravityTree {
@@ -55,11 +55,11 @@ template <class S> class GravityTree {
   struct Node {
     std::int32_t first, last, child, children;
   };
-  // What a node pulls with: G M, the centre of mass, G Q (xx yy zz xy xz yz); and the radius about the centre.
+  // The multipoles of a node: G M, the centre of mass, G Q (xx yy zz xy xz yz); and its radius about the centre.
   struct Moments {
     S GM, centre[3], GQ[6], radius;
   };
-  // Nodes and bodies that wait to pull a group; one a thread.
+  // The interaction list of a group: nodes and bodies not yet summed; one a thread.
   struct List {
     std::int32_t node[256];
     int nodes = 0, from = 0, to = 0;

@@ -1,7 +1,7 @@
-// Loads of several states at once, a state a lane. A force writes its law once, for whatever motion and loads it is
-// given: those of one state, or of lanes. law() finds the bodies of an item and answers what to do in lane k (an int,
-// or all lanes together where the law takes any kind of k); its captures are made in place, by value: the compiler sees
-// that no lane changes them, and copies no struct through memory.
+// Loads of several states at once, one state a lane. A force writes its law once, for motions and loads of one state or
+// of lanes. law() looks up the bodies of an item and returns a function of the lane k (an int, or all lanes together if
+// the law accepts any type of k); it captures by value: the compiler then knows that no lane changes the captures, and
+// copies no struct through memory.
 //
 //   template <class S> struct AttractorTerm final : ForceTerm<S> {
 //     std::vector<int> bodies;
@@ -79,7 +79,7 @@ template <class S> struct MotionLanes {
     const std::ptrdiff_t stride = slot.resting ? kLaneCount : motion.stride;
     const S* at = slot.resting ? motion.resting + i * kBodyScalars * kLaneCount : motion.y + slot.offset * stride;
     if (slot.rotates) return {at, at + 6 * stride, stride, stride};
-    return {at, motion.unturned + 6 * kLaneCount, stride, kLaneCount};
+    return {at, motion.identity_pose + 6 * kLaneCount, stride, kLaneCount};
   }
 };
 template <class S> struct LoadsLanes {

@@ -1,5 +1,5 @@
-// The forces of a scene as Taylor methods see them: laws whose power series in time follow from the motion's by
-// recurrences.
+// The forces of a scene in the form that Taylor methods need: laws whose power series in time follow from those of the
+// motion by recurrences.
 #pragma once
 
 #include <string>
@@ -17,7 +17,7 @@ template <class S> struct SeriesForces {
 
   static constexpr int most_bodies = 128;  // series of all pairs are kept
 
-  std::string refusal;  // names what has no recurrence here ("": nothing)
+  std::string refusal;  // names the force that has no recurrence here ("": all have one)
 
   // a = constant + of_position p + of_velocity v (rows of matrices), torque = -angular_drag w: uniform fields, linear
   // drag, anchored springs, the rotating frame. One a body.

@@ -12,7 +12,8 @@ struct StepLimits {
 template <class S> class StepControl {
  public:
   explicit StepControl(int estimate_order, const StepLimits& limits = {});
-  // The step after one whose scaled error was `error`; accepted if error <= 1. Remembers what it must.
+  // The next step [s] after one of h_s whose scaled error was `error`; accepted if error <= 1. Stores the error for the
+  // next call.
   S next_step(S h_s, S error);
   bool accepted() const { return accepted_; }
 

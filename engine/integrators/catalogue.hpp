@@ -1,4 +1,4 @@
-// Every method of the engine: what it is called, what it claims, and its stepper.
+// Every method of the engine: its id, its claimed orders, and its stepper.
 #pragma once
 
 #include <memory>
@@ -13,9 +13,9 @@ namespace atwood {
 
 // Ids are "atwood/" + scheme.
 const std::vector<MethodInfo>& integrator_catalogue();
-const MethodInfo* find_integrator(const std::string& scheme);  // null: there is none of that name
+const MethodInfo* find_integrator(const std::string& scheme);  // null: no method has that name
 
-// The method's settings with `overrides` over them; an unknown name or a value of another kind is said in `why`.
+// The method's default settings replaced by `overrides`; `why` names an unknown setting or one of the wrong type.
 Settings merged_settings(const MethodInfo& info, const Settings& overrides, std::string& why);
 
 // A stepper of `scheme` for the model, which must outlive it. Null with a reason in `why` where the scheme cannot keep

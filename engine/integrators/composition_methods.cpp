@@ -1,4 +1,4 @@
-// Compositions of kicks and drifts: what they are called, and their steppers.
+// Compositions of kicks and drifts: their ids, documentation and steppers.
 #include "integrators/partitioned.hpp"
 
 namespace atwood {
@@ -6,26 +6,21 @@ namespace {
 
 const std::string parts =
     " Each kick and drift is of an order-1 map and of its adjoint in turns, so that a rotating body (rotations about "
-    "its "
-    "principal axes) and forces that depend on velocities (Euler's rule in the velocities, explicit and implicit, in "
-    "closed "
-    "form for a magnetic field) keep the order.";
+    "its principal axes) and forces that depend on velocities (Euler's rule in the velocities, explicit and "
+    "implicit, in closed form for a magnetic field) keep the order.";
 const std::string leapfrogs =
     " Leapfrog steps (drift, kick, drift) of these lengths, one after another: symmetric, so that a rotating body "
-    "(symmetric splitting of the free top) and forces that depend on velocities (kicks by the implicit midpoint rule, "
-    "Boris's rotation in a magnetic field) keep the order.";
+    "(symmetric splitting of the free top) and forces that depend on velocities (kicks by the implicit midpoint "
+    "rule, Boris's rotation in a magnetic field) keep the order.";
 const std::string suzuki_source = "Suzuki, Phys. Lett. A 146 (1990) 319; J. Math. Phys. 32 (1991) 400";
 const std::string yoshida_source = "Yoshida, Phys. Lett. A 150 (1990) 262, ";
 const std::string blanes_moan_source = "Blanes, Moan, J. Comput. Appl. Math. 142 (2002) 313, table 2, ";
 const std::string rotation_source = "; Birdsall, Langdon, Plasma Physics via Computer Simulation (1985), section 4-3";
 const std::string boris =
-    "Boris's push of charges: drift h/2; kick, half the electric force, the velocity turned by the magnetic field, the "
-    "other "
-    "half; drift h/2. The turn is Cayley's (the vector h q B / 2 m for the tangent of half the angle), the implicit "
-    "midpoint "
-    "rule in closed form: |v| is kept without an electric field. Other forces may depend on positions and time, none "
-    "on "
-    "velocities otherwise.";
+    "Boris's push of charges: drift h/2; kick, half the electric force, the velocity turned by the magnetic field, "
+    "the other half; drift h/2. The turn is Cayley's (the vector h q B / 2 m for the tangent of half the angle), the "
+    "implicit midpoint rule in closed form: |v| is kept without an electric field. Other forces may depend on "
+    "positions and time, none on velocities otherwise.";
 
 struct Charges {
   const char* scheme;
@@ -81,8 +76,7 @@ template <class S> StepperPointer<S> make_composition(StepperRequest<S>& request
     if (request.scheme != scheme) continue;
     if (!request.model.magnetic_only()) {
       request.why = "atwood/" + request.scheme +
-                    " turns velocities by magnetic fields; a force of this scene depends on "
-                    "velocities in another way";
+                    " turns velocities by magnetic fields; a force of this scene depends on velocities in another way";
       return nullptr;
     }
     return make_kick_drift(request, composition);

@@ -10,7 +10,7 @@ ClassicalIncrement<S>::ClassicalIncrement(System<S>& system)
 
 // d = h/6 (k1 + 2 k2 + 2 k3 + k4)        (Hairer, Norsett, Wanner I, table II.1.2)
 template <class S> void ClassicalIncrement<S>::evaluate(S t_s, S h_s, const S* y, S* d) {
-  const S reach[] = {S(0), S(0.5), S(0.5), S(1)};
+  const S node[] = {S(0), S(0.5), S(0.5), S(1)};
   const S weight[] = {S(1) / S(6), S(1) / S(3), S(1) / S(3), S(1) / S(6)};
   const int size = system_.size;
   for (int stage = 0; stage < 4; ++stage) {
@@ -19,15 +19,15 @@ template <class S> void ClassicalIncrement<S>::evaluate(S t_s, S h_s, const S* y
       first_ = k_;
       std::fill(d, d + size, S(0));
     } else {
-      for (int i = 0; i < size; ++i) stage_[i] = y[i] + reach[stage] * h_s * k_[i];
-      system_.rate(t_s + reach[stage] * h_s, stage_.data(), k_.data());
+      for (int i = 0; i < size; ++i) stage_[i] = y[i] + node[stage] * h_s * k_[i];
+      system_.rate(t_s + node[stage] * h_s, stage_.data(), k_.data());
     }
     for (int i = 0; i < size; ++i) d[i] += weight[stage] * k_[i];
   }
   for (int i = 0; i < size; ++i) d[i] *= h_s;
 }
 
-template <class S> bool Reference<S>::continues(const S* y) {
+template <class S> bool RunInvariants<S>::continues(const S* y) {
   const std::int64_t epoch = model_.system().epoch;
   const bool known =
       epoch == epoch_ && (std::equal(end_.begin(), end_.end(), y) || std::equal(start_.begin(), start_.end(), y));
@@ -36,19 +36,19 @@ template <class S> bool Reference<S>::continues(const S* y) {
   return known;
 }
 
-template <class S> void Reference<S>::end(const S* y_new) { std::copy(y_new, y_new + end_.size(), end_.begin()); }
+template <class S> void RunInvariants<S>::end(const S* y_new) { std::copy(y_new, y_new + end_.size(), end_.begin()); }
 
 // ---- projection ---------------------------------------------------------------------------------------------------
 template <class S>
 ProjectedRungeKutta<S>::ProjectedRungeKutta(RigidModel<S>& model, bool compensated)
     : Stepper<S>(model.system()), model_(model), size_(model.state_size()), classical_(model.system()),
-      reference_(model), rest_(compensated, size_), spin_(model.body_count()), force_W_(model.body_count()), d_(size_),
-      trial_(size_), inverse_metric_(size_) {
+      run_invariants_(model), compensation_(compensated, size_), spin_(model.body_count()),
+      force_W_(model.body_count()), d_(size_), trial_(size_), inverse_metric_(size_) {
   for (auto& direction : direction_) direction.resize(size_);
 }
 
-// g: energy and angular momentum of the bodies' centres, less what they should be. scale: what their round-off is
-// relative to.
+// g: energy and angular momentum of the bodies' centres less their values to be kept. scale: the scale of their
+// round-off.
 template <class S> void ProjectedRungeKutta<S>::residuals(const S* y, S* g, S* scale) const {
   const S potential = model_.conservative().potential_energy(model_.motion(S(0), y));
   S kinetic = S(0), size = S(0);
@@ -145,7 +145,7 @@ template <class S> void ProjectedRungeKutta<S>::find_directions(const S* y, int 
 }
 
 // Simplified Newton along the directions: sum_b triangle_cb mu_b = -g_c. Ends at round-off.
-template <class S> SolveReport ProjectedRungeKutta<S>::reach(S* y, int constraints) {
+template <class S> SolveReport ProjectedRungeKutta<S>::satisfy(S* y, int constraints) {
   constexpr int kMostRounds = 12;
   find_directions(y, constraints);
   S before = S(1e30f);
@@ -180,14 +180,14 @@ template <class S> SolveReport ProjectedRungeKutta<S>::reach(S* y, int constrain
 template <class S> bool ProjectedRungeKutta<S>::project_orbits(S* y) {
   SolverTallies& solvers = this->system_.solvers;
   if (model_.conservative().central()) {
-    const SolveReport all = reach(y, most);
+    const SolveReport all = satisfy(y, most);
     solvers.add(IterativeSolver::invariant_projection, all);
     if (all.ended != SolveEnd::capped) return true;
   }
-  return solvers.note(IterativeSolver::invariant_projection, reach(y, 1));
+  return solvers.note(IterativeSolver::invariant_projection, satisfy(y, 1));
 }
 
-// Near a principal axis |I w|^2 is given by the energy, and is not solved for.
+// Reports the projection of a spin. Near a principal axis |I w|^2 is given by the energy, and is not solved for.
 template <class S>
 void ProjectedRungeKutta<S>::report_spin(const Spin& wanted, const Vec3<S>& momentum, const Vec3<S>& w, int rounds) {
   const S misfit = real::abs(wanted.twice_energy - dot(w, momentum)) / wanted.twice_energy;
@@ -230,18 +230,18 @@ template <class S> void ProjectedRungeKutta<S>::project_spin(const Spin& wanted,
 }
 
 template <class S> bool ProjectedRungeKutta<S>::step(S t_s, S h_s, const S* y, S* y_new) {
-  if (!reference_.continues(y)) take_invariants(y);
+  if (!run_invariants_.continues(y)) take_invariants(y);
   classical_.evaluate(t_s, h_s, y, d_.data());
   find_metric(y);
-  rest_.begin(y);
-  for (int i = 0; i < size_; ++i) y_new[i] = rest_.add(i, y[i], d_[i]);
+  compensation_.begin(y);
+  for (int i = 0; i < size_; ++i) y_new[i] = compensation_.add(i, y[i], d_[i]);
   if (!project_orbits(y_new)) return false;
   this->system_.project(y_new);
   for (const int body : model_.moving())
     if (model_.rotates(body)) project_spin(spin_[body], body, y_new + model_.offset(body));
-  rest_.end(y_new);
-  reference_.end(y_new);
-  this->remember(t_s, h_s, y, y_new);
+  compensation_.end(y_new);
+  run_invariants_.end(y_new);
+  this->set_last_step(t_s, h_s, y, y_new);
   return true;
 }
 
@@ -249,9 +249,9 @@ template <class S> bool ProjectedRungeKutta<S>::step(S t_s, S h_s, const S* y, S
 template <class S>
 RelaxationRungeKutta<S>::RelaxationRungeKutta(RigidModel<S>& model, bool compensated)
     : Stepper<S>(model.system()), model_(model), size_(model.state_size()), classical_(model.system()),
-      reference_(model), rest_(compensated, size_), d_(size_), trial_(size_) {}
+      run_invariants_(model), compensation_(compensated, size_), d_(size_), trial_(size_) {}
 
-template <class S> S RelaxationRungeKutta<S>::misfit(const S* y, S gamma) {
+template <class S> S RelaxationRungeKutta<S>::energy_error(const S* y, S gamma) {
   for (int i = 0; i < size_; ++i) trial_[i] = y[i] + gamma * d_[i];
   return model_.energy(trial_.data()) - energy_;
 }
@@ -262,12 +262,12 @@ template <class S> S RelaxationRungeKutta<S>::misfit(const S* y, S gamma) {
 template <class S> bool RelaxationRungeKutta<S>::find_gamma(const S* y, S& gamma) {
   int n = 0;
   gamma = S(1);
-  S left = misfit(y, gamma);
-  const S c = S(2) * (left - S(2) * misfit(y, S(0.5)));
+  S left = energy_error(y, gamma);
+  const S c = S(2) * (left - S(2) * energy_error(y, S(0.5)));
   for (; n < 40 && real::abs(left) > energy_round_off_; ++n) {
     const S next = gamma - left / c;
     if (!(real::abs(next - S(1)) < S(0.25))) break;  // over a tiny step the round-off of the energy has no root
-    const S then = misfit(y, next);
+    const S then = energy_error(y, next);
     if (!(real::abs(then) <= real::abs(left) / S(2))) break;
     gamma = next;
     left = then;
@@ -281,29 +281,29 @@ template <class S> bool RelaxationRungeKutta<S>::find_gamma(const S* y, S& gamma
 }
 
 template <class S> bool RelaxationRungeKutta<S>::step(S t_s, S h_s, const S* y, S* y_new) {
-  if (!reference_.continues(y)) energy_ = model_.energy(y);
+  if (!run_invariants_.continues(y)) energy_ = model_.energy(y);
   energy_round_off_ = real::epsilon<S>() / S(2) * model_.energy_scale(y);
-  rest_.begin(y);
+  compensation_.begin(y);
   std::copy(y, y + size_, y_new);
   S done_s = S(0);
   for (int part = 0; part < 2; ++part) {
     const S rest_s = h_s - done_s;
     if (real::abs(rest_s) <= real::epsilon<S>() / S(4) * real::abs(h_s)) break;
     classical_.evaluate(t_s + done_s, rest_s, y_new, d_.data());
-    // A rest of delta h changes the energy by delta^6 of c at most: where that is nothing, its factor would be
-    // round-off over round-off, and the clock wrong by it.
+    // A second step of delta h changes the energy by delta^6 c at most. Where that is below round-off its factor gamma
+    // would be a quotient of round-off errors, and the end time wrong by it.
     const S delta = rest_s / h_s, delta2 = delta * delta;
     S gamma = S(1);
     const bool relaxes = part == 0 || delta2 * delta2 * delta2 > real::epsilon<S>();
     if (relaxes && !find_gamma(y_new, gamma)) return false;
-    for (int i = 0; i < size_; ++i) y_new[i] = rest_.add(i, y_new[i], gamma * d_[i]);
+    for (int i = 0; i < size_; ++i) y_new[i] = compensation_.add(i, y_new[i], gamma * d_[i]);
     done_s = part == 0 ? gamma * h_s : done_s + gamma * rest_s;
   }
-  if (rest_.on()) project_compensated(this->system_, rest_, y_new, d_.data());
+  if (compensation_.on()) project_compensated(this->system_, compensation_, y_new, d_.data());
   else this->system_.project(y_new);
-  rest_.end(y_new);
-  reference_.end(y_new);
-  this->remember(t_s, h_s, y, y_new);
+  compensation_.end(y_new);
+  run_invariants_.end(y_new);
+  this->set_last_step(t_s, h_s, y, y_new);
   return true;
 }
 

@@ -6,7 +6,7 @@
 
 namespace atwood {
 
-// h sum_i b_i k_i of the classical Runge-Kutta method: the increment that a correction then changes.
+// h sum_i b_i k_i of the classical Runge-Kutta method: the increment before the correction.
 template <class S> class ClassicalIncrement {
  public:
   explicit ClassicalIncrement(System<S>& system);
@@ -18,11 +18,12 @@ template <class S> class ClassicalIncrement {
   std::vector<S> first_, k_, stage_;
 };
 
-// The invariants of the run: those of the state it started from, until a caller edits the state or the law changes.
-template <class S> class Reference {
+// Whether a step continues the run whose invariants are stored: false after the caller changed the state, or the force
+// law changed.
+template <class S> class RunInvariants {
  public:
-  explicit Reference(RigidModel<S>& model) : model_(model), start_(model.state_size()), end_(model.state_size()) {}
-  bool continues(const S* y);  // false: the invariants are to be taken from y
+  explicit RunInvariants(RigidModel<S>& model) : model_(model), start_(model.state_size()), end_(model.state_size()) {}
+  bool continues(const S* y);  // false: take the invariants from y
   void end(const S* y_new);
 
  private:
@@ -52,17 +53,17 @@ template <class S> class ProjectedRungeKutta final : public Stepper<S> {
   void find_metric(const S* y);
   void find_directions(const S* y, int constraints);
   void residuals(const S* y, S* g, S* scale) const;
-  SolveReport reach(S* y, int constraints);
+  SolveReport satisfy(S* y, int constraints);
   bool project_orbits(S* y);
   void project_spin(const Spin& wanted, int body, S* at);
   void report_spin(const Spin& wanted, const Vec3<S>& momentum, const Vec3<S>& w, int rounds);
-  void add(S* y, int i, S change) { y[i] = rest_.add(i, y[i], change); }
+  void add(S* y, int i, S change) { y[i] = compensation_.add(i, y[i], change); }
 
   RigidModel<S>& model_;
   int size_;
   ClassicalIncrement<S> classical_;
-  Reference<S> reference_;
-  Compensation<S> rest_;
+  RunInvariants<S> run_invariants_;
+  Compensation<S> compensation_;
   S energy_{};
   Vec3<S> momentum_;
   std::vector<Spin> spin_;
@@ -83,13 +84,13 @@ template <class S> class RelaxationRungeKutta final : public Stepper<S> {
 
  private:
   bool find_gamma(const S* y, S& gamma);
-  S misfit(const S* y, S gamma);
+  S energy_error(const S* y, S gamma);
 
   RigidModel<S>& model_;
   int size_;
   ClassicalIncrement<S> classical_;
-  Reference<S> reference_;
-  Compensation<S> rest_;
+  RunInvariants<S> run_invariants_;
+  Compensation<S> compensation_;
   S energy_{}, energy_round_off_{};
   std::vector<S> d_, trial_;
 };

@@ -14,7 +14,8 @@ constexpr int kNodes = 9;  // an odd number: the middle one is the midpoint. Exa
 template <class S>
 DiscreteGradient<S>::DiscreteGradient(RigidModel<S>& model, Force force, bool compensated)
     : Stepper<S>(model.system()), model_(model), size_(model.state_size()), force_(force), solver_(size_, {Quad(1)}),
-      z_(size_), k_(size_), known_(size_), end_y_(size_), force_W_(model.body_count()), rest_(compensated, size_) {
+      z_(size_), k_(size_), known_(size_), end_y_(size_), force_W_(model.body_count()),
+      compensation_(compensated, size_) {
   const CollocationTableau points = gauss_collocation(kNodes);
   node_.assign(points.c.begin(), points.c.end());
   weight_.assign(points.b.begin(), points.b.end());
@@ -76,10 +77,10 @@ template <class S> bool DiscreteGradient<S>::step(S t_s, S h_s, const S* y, S* y
   for (int i = 0; i < size_; ++i) z_[i] = h_s * k_[i];
   solver_.solve(&rates_at, this, h_s, y, known_.data(), z_.data(), k_.data());
   if (!this->system_.solvers.note(IterativeSolver::implicit_stages, solver_.report())) return false;
-  rest_.begin(y);
-  for (int i = 0; i < size_; ++i) y_new[i] = rest_.add(i, y[i], z_[i]);
-  rest_.end(y_new);
-  this->remember(t_s, h_s, y, y_new);
+  compensation_.begin(y);
+  for (int i = 0; i < size_; ++i) y_new[i] = compensation_.add(i, y[i], z_[i]);
+  compensation_.end(y_new);
+  this->set_last_step(t_s, h_s, y, y_new);
   return true;
 }
 

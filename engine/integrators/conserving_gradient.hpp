@@ -34,7 +34,7 @@ template <class S> class DiscreteGradient final : public Stepper<S> {
   std::vector<S> node_t_s_, node_y_, node_rate_, scratch_;
   std::vector<S> z_, k_, known_, end_y_;
   std::vector<Vec3<S>> force_W_;
-  Compensation<S> rest_;
+  Compensation<S> compensation_;
   // of the step under way
   const S* y_ = nullptr;
   S t_s_now_{}, h_now_s_{};

@@ -1,4 +1,4 @@
-// Methods that keep invariants: what they are called, and their steppers.
+// Methods that keep invariants: their ids, documentation and steppers.
 #include "integrators/conserving_correction.hpp"
 #include "integrators/conserving_gradient.hpp"
 #include "integrators/families.hpp"
@@ -7,50 +7,45 @@ namespace atwood {
 namespace {
 
 const std::string refuses =
-    " Scenes whose energy does not stay (drag, dashpots, thrusters, drives, springs off a body's centre) are refused.";
+    " Scenes whose energy is not conserved (drag, dashpots, thrusters, drives, springs off a body's centre) are "
+    "refused.";
 const std::string midpoint_top =
-    " A free body's rate and quaternion follow the implicit midpoint rule, which keeps rotational energy, the size of "
-    "the "
-    "angular momentum and the quaternion's length." +
+    " A free body's rate and quaternion follow the implicit midpoint rule, which keeps rotational energy, the size "
+    "of the angular momentum and the quaternion's length." +
     refuses;
 
 }  // namespace
 
 std::vector<MethodInfo> conserving_methods() {
-  return {
-      fixed_step(
-          "average-vector-field", claims_everywhere(2),
-          "v_new - v = h times the mean acceleration over the segment from p to p_new, p_new - p = h (v + v_new) / 2: "
-          "the "
-          "energy stays. The mean is Gauss's of nine nodes: exact for potentials of degree up to 18, and for Kepler's "
-          "1 / r to about (|p_new - p| / 4 r)^18; solved to the round-off of the scalar." +
-              midpoint_top,
-          "Quispel, McLaren, J. Phys. A 41 (2008) 045206; Celledoni et al., ESAIM Math. Model. Numer. Anal. 43 (2009) "
-          "645"),
-      fixed_step("discrete-gradient", claims_everywhere(2),
-                 "v_new - v = -h/m times a discrete gradient of the potential, p_new - p = h (v + v_new) / 2: energy "
-                 "stays to the "
-                 "round-off of the scalar, and momentum and angular momentum where forces are central, for the "
-                 "gradient is the quotient of "
-                 "potentials by squared distances." +
-                     midpoint_top,
-                 "LaBudde, Greenspan, J. Comput. Phys. 15 (1974) 134; Gonzalez, J. Nonlinear Sci. 6 (1996) 449"),
-      fixed_step("projected-rk4", claims_everywhere(4),
-                 "Classical RK4, then the nearest state with the run's energy, its angular momentum where every force "
-                 "is central, and "
-                 "each free body's rotational energy and angular momentum." +
-                     refuses + embedded_attitude,
-                 "Hairer, Lubich, Wanner, Geometric Numerical Integration (2nd ed.), algorithm IV.4.2"),
-      fixed_step(
-          "relaxation-rk4", claims_everywhere(4),
-          "Classical RK4, its increment stretched by gamma = 1 + O(h^3) to the run's energy, so that it ends at t + "
-          "gamma h; "
-          "a second, relaxed step covers the (1 - gamma) h that is left, so reported instants are true ones. Four to "
-          "eight "
-          "evaluations a step." +
-              refuses + embedded_attitude,
-          "Ketcheson, SIAM J. Numer. Anal. 57 (2019) 2850; Ranocha, Sayyari, Dalcin, Parsani, Ketcheson, SIAM J. Sci. "
-          "Comput. 42 (2020) A612")};
+  return {fixed_step(
+              "average-vector-field", claims_everywhere(2),
+              "v_new - v = h times the mean acceleration over the segment from p to p_new, p_new - p = h (v + v_new) / "
+              "2: the energy is conserved. The mean is Gauss's of nine nodes: exact for potentials of degree up to 18, "
+              "and for Kepler's 1 / r to about (|p_new - p| / 4 r)^18; solved to the round-off of the scalar." +
+                  midpoint_top,
+              "Quispel, McLaren, J. Phys. A 41 (2008) 045206; Celledoni et al., ESAIM Math. Model. Numer. Anal. 43 "
+              "(2009) 645"),
+          fixed_step(
+              "discrete-gradient", claims_everywhere(2),
+              "v_new - v = -h/m times a discrete gradient of the potential, p_new - p = h (v + v_new) / 2: energy is "
+              "conserved to the round-off of the scalar, and so are momentum and, where forces are central, angular "
+              "momentum, because the gradient is the difference quotient of the potentials by the squared distances." +
+                  midpoint_top,
+              "LaBudde, Greenspan, J. Comput. Phys. 15 (1974) 134; Gonzalez, J. Nonlinear Sci. 6 (1996) 449"),
+          fixed_step(
+              "projected-rk4", claims_everywhere(4),
+              "Classical RK4, then projection onto the nearest state with the run's energy, its angular momentum where "
+              "every force is central, and each free body's rotational energy and angular momentum." +
+                  refuses + embedded_attitude,
+              "Hairer, Lubich, Wanner, Geometric Numerical Integration (2nd ed.), algorithm IV.4.2"),
+          fixed_step(
+              "relaxation-rk4", claims_everywhere(4),
+              "Classical RK4 with its increment scaled by gamma = 1 + O(h^3) such that the run's energy is conserved; "
+              "the step then ends at t + gamma h. A second relaxed step covers the remaining (1 - gamma) h, so that "
+              "samples are taken at the exact times. Four to eight evaluations a step." +
+                  refuses + embedded_attitude,
+              "Ketcheson, SIAM J. Numer. Anal. 57 (2019) 2850; Ranocha, Sayyari, Dalcin, Parsani, Ketcheson, SIAM J. "
+              "Sci. Comput. 42 (2020) A612")};
 }
 
 template <class S> StepperPointer<S> make_conserving(StepperRequest<S>& request) {

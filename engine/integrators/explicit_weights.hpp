@@ -1,5 +1,5 @@
-// What an explicit Runge-Kutta step computes, in the scalar of a run: the contract between the general stepper and the
-// loops that fuse many of its steps.
+// The coefficients of an explicit Runge-Kutta step in the scalar of a run: the contract between the general stepper and
+// the loops that fuse many of its steps.
 #pragma once
 
 #include <vector>

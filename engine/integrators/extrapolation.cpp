@@ -6,8 +6,8 @@ namespace atwood {
 
 template <class S>
 Extrapolation<S>::Extrapolation(System<S>& system, int columns, bool compensated)
-    : Stepper<S>(system), columns_(columns), size_(system.size), rest_(compensated, system.size), rate_start_(size_),
-      rate_(size_), before_(size_), state_(size_), difference_(size_) {
+    : Stepper<S>(system), columns_(columns), size_(system.size), compensation_(compensated, system.size),
+      rate_start_(size_), rate_(size_), before_(size_), state_(size_), difference_(size_) {
   for (int j = 0; j < columns_; ++j) row_[j].resize(size_);
 }
 
@@ -42,11 +42,11 @@ template <class S> bool Extrapolation<S>::step(S t_s, S h_s, const S* y, S* y_ne
       }
     }
   }
-  rest_.begin(y);
-  for (int i = 0; i < size_; ++i) y_new[i] = rest_.add(i, y[i], row_[0][i]);
+  compensation_.begin(y);
+  for (int i = 0; i < size_; ++i) y_new[i] = compensation_.add(i, y[i], row_[0][i]);
   this->system_.project(y_new);
-  rest_.end(y_new);
-  this->remember(t_s, h_s, y, y_new);
+  compensation_.end(y_new);
+  this->set_last_step(t_s, h_s, y, y_new);
   return true;
 }
 

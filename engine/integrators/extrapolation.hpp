@@ -26,7 +26,7 @@ template <class S> class Extrapolation final : public Stepper<S> {
   void midpoints(S t_s, S h_s, const S* y, int substeps, S* increment);
 
   int columns_, size_;
-  Compensation<S> rest_;
+  Compensation<S> compensation_;
   std::vector<S> rate_start_, rate_, before_, state_, difference_;
   std::vector<S> row_[kMostColumns];  // T_j1, T_j2, ... of the last j, from row_[j - 1] down to row_[0]
 };

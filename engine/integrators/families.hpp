@@ -1,4 +1,4 @@
-// The families of methods. Each lists its methods and makes their steppers; catalogue.cpp joins them.
+// The families of methods. Each lists its methods and makes their steppers; catalogue.cpp collects them.
 #pragma once
 
 #include <memory>
@@ -11,13 +11,13 @@
 
 namespace atwood {
 
-// Which stepper is wanted. `settings` holds the method's own defaults with the caller's changes over them, types
+// A request for a stepper. `settings` holds the method's defaults replaced by the caller's values, with their types
 // checked.
 template <class S> struct StepperRequest {
   std::string scheme;
   RigidModel<S>& model;  // outlives the stepper
   Settings settings;
-  std::string why;  // set by the family when it answers null for a scheme of its own
+  std::string why;  // set by the family when it returns null for a scheme of its own
 
   bool flag(const char* name) const { return std::get<bool>(settings.at(name)); }
   double number(const char* name) const { return std::get<double>(settings.at(name)); }
@@ -26,7 +26,7 @@ template <class S> struct StepperRequest {
 
 template <class S> using StepperPointer = std::unique_ptr<Stepper<S>>;
 
-// A family answers null, `why` untouched, for a scheme that is not its own.
+// A family returns null, with `why` unchanged, for a scheme that is not its own.
 #define ATWOOD_FAMILY(name)                 \
   std::vector<MethodInfo> name##_methods(); \
   template <class S> StepperPointer<S> make_##name(StepperRequest<S>& request)
@@ -51,7 +51,7 @@ MethodInfo fixed_step(
 // With a tolerance too; settings: those and the step control's.
 MethodInfo with_tolerance(const std::string& scheme, std::map<std::string, double> claims, const std::string& doc,
                           const std::string& source);
-// How general steppers turn bodies, a sentence for their doc strings.
+// How general steppers integrate attitudes: a sentence for their doc strings.
 extern const std::string embedded_attitude;
 
 }  // namespace atwood

@@ -55,7 +55,7 @@ FreeFlight<S>::FreeFlight(RigidModel<S>& model, ExplicitWeights<S> weights)
   for (int i = 0; i < model.body_count(); ++i) put_inertia(kind_of(model, i), model.mass(i), inertia_[i], 0);
 }
 
-// Held bodies are not among the moving ones; who is held changes with the model's epoch.
+// Held bodies are not among the moving ones; the set of held bodies changes with the model's epoch.
 template <class S> void FreeFlight<S>::sort_bodies() {
   if (epoch_ == model_.system().epoch) return;
   epoch_ = model_.system().epoch;
@@ -146,7 +146,7 @@ template <class S> void FreeFlight<S>::count_evaluations(std::int64_t steps) {
   counted_epoch_ = system.epoch;
 }
 
-// A few bodies repay no lanes.
+// For a few bodies lanes cost more than they save.
 template <class S> void FreeFlight<S>::step(S h_s, const S* y, S* y_new) {
   const auto bodies = model_.moving();
   const bool some_are_held = static_cast<int>(bodies.size()) < model_.body_count() - fixed_;

@@ -1,7 +1,7 @@
-// Free flight of many bodies by an explicit Runge-Kutta method: under uniform gravity alone no body's motion touches
-// another's, so a few bodies at a time are taken through many steps while they stand in the nearest cache.
+// Free flight of many bodies by an explicit Runge-Kutta method: under uniform gravity alone the bodies are independent,
+// so a few bodies at a time are taken through many steps while their data stay in the first-level cache.
 //
-// Bodies stand in structure of arrays, lanes run over bodies, and each lane does what the general stepper does on the
+// Data are structures of arrays with one body a lane, and each lane computes what the general stepper computes for the
 // equations of rigid/rate.cpp: the same bits, at every vector width and number of threads.
 #pragma once
 
@@ -45,8 +45,8 @@ template <class S> class FreeFlight {
   std::int64_t epoch_ = -1, counted_epoch_ = -1;
 };
 
-// Null where bodies feel more than uniform gravity, or the problem is a bare system of equations, or the scalar has no
-// vector lanes.
+// Null if any force besides uniform gravity acts, if the problem is a bare system of equations, if `weights` is null,
+// or if the scalar has no vector lanes.
 template <class S>
 std::unique_ptr<FreeFlight<S>> make_free_flight(RigidModel<S>& model, const ExplicitWeights<S>* weights);
 

@@ -200,7 +200,7 @@ template <class S> struct Turning {
   Vec3<S> u;
 };
 
-// Room that nobody fills with zeros first.
+// Uninitialised storage.
 template <class S> struct TurningRates {
   S rate[kMostStagesAlone][7];
 

@@ -1,4 +1,4 @@
-// A few bodies in free flight, a body a lane, and the loops that take them through many steps.
+// A few bodies in free flight, one body a lane, and the loops over many steps.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,8 @@
 
 namespace atwood {
 
-inline constexpr int kFlightLanes = 32;  // bodies that march together: what they need fits the nearest cache
-// How a body's inertia stands: along the body axes, in any way; or it does not rotate.
+inline constexpr int kFlightLanes = 32;  // bodies stepped together: their data fit the first-level cache
+// The body's inertia: diagonal in body axes; full; or the body does not rotate.
 enum class FlightKind { about_body_axes, about_any_axes, point_mass };
 
 // About body axes the diagonals are enough.
@@ -28,14 +28,14 @@ template <class S> struct FlightLanes {
   std::vector<S> rates;  // of q and half_w, 7 rows a stage
 };
 
-// What the steps have in common. Gravity is the same for all, so a stage's velocity is the step's own plus a constant:
+// Data shared by all steps. Gravity is uniform, so a stage's velocity is that of the step's start plus a constant:
 //   v_i = v + h a_i g    p_new = p + h sum b_i v_i    v_new = v + h sum b_i g
 template <class S> struct FlightSteps {
   const ExplicitWeights<S>& weights;
   S h_s{};
   std::vector<Vec3<S>> stage_m_per_s2, stage_m_per_s;  // a_i g, h a_i g
   Vec3<S> step_m_per_s2{}, step_m_per_s{};             // sum b_i g, h sum b_i g
-  bool classical = false;                              // the tableau is RK4's, for which there is a loop of its own
+  bool classical = false;                              // the tableau is that of RK4, which has a specialised loop
 
   explicit FlightSteps(const ExplicitWeights<S>& w);
   void set_gravity(const Vec3<S>& gravity_m_per_s2);

@@ -1,4 +1,4 @@
-// Methods for round-off accuracy: what they are called, and their steppers.
+// Methods for round-off accuracy: their ids, documentation and steppers.
 #include "integrators/extrapolation.hpp"
 #include "integrators/families.hpp"
 #include "integrators/radau15.hpp"
@@ -19,35 +19,34 @@ MethodInfo of_tolerance(const std::string& scheme, std::map<std::string, double>
 
 std::vector<MethodInfo> high_precision_methods() {
   const std::string sweeps =
-      " Positions are integrated twice from the accelerations. The first guess extrapolates the rates of the step "
-      "before. "
-      "Without a tolerance: equal steps, sweeps to round-off. With one: it is the local error wanted, as judged by the "
-      "last "
-      "coefficient of the rates' polynomial; sweeps end when what remains is a tenth of it. Samples by a shorter step.";
+      " Positions are integrated twice from the accelerations. The first iterate extrapolates the rates of the step "
+      "before. Without a tolerance: equal steps, sweeps to round-off. With one: steps are chosen such that the local "
+      "error, estimated by the last coefficient of the rates' polynomial, meets the tolerance; sweeps end when the "
+      "remaining change is a tenth of it. Samples by a shorter step.";
   std::vector<MethodInfo> methods{
       of_tolerance(
           "radau15", claims_everywhere(15),
-          "Collocation at the eight Radau nodes that hold the start of the step, order 15, solved by sweeps that "
+          "Collocation at the eight Radau nodes that include the start of the step, order 15, solved by sweeps that "
           "evaluate all nodes as one batch of eight states." +
               sweeps + embedded_attitude,
           "Everhart, in: Dynamics of Comets (1985) 185; Hairer, Norsett, Wanner, Solving ODEs I, theorem II.7.7"),
       of_tolerance(
           "ias15", claims_everywhere(15),
-          "Collocation at the eight Radau nodes that hold the start of the step, order 15, solved node after node, "
-          "each with the newest rates, with compensated summation: few evaluations. A tolerance of 1e-16 or less "
-          "corresponds to IAS15's epsilon of 1e-7 or less, by epsilon^2 = 100 rtol." +
+          "Collocation at the eight Radau nodes that include the start of the step, order 15, solved node after "
+          "node, each with the newest rates, with compensated summation: few evaluations. A tolerance of 1e-16 or "
+          "less corresponds to IAS15's epsilon of 1e-7 or less, by epsilon^2 = 100 rtol." +
               sweeps + embedded_attitude,
           "Rein, Spiegel, MNRAS 446 (2015) 1424, eq. 4 to 11; Everhart (1985)")};
   for (MethodInfo& info : methods) info.settings["compensated"] = true;
   MethodInfo gbs =
       with_tolerance("gbs", claims_everywhere(12),
-                     "Extrapolation of Gragg's midpoint rule with 2, 4, 6, ... substeps, a fixed number of "
-                     "columns: order twice that, the order-12 default with 37 evaluations a step. Without a "
-                     "tolerance: equal steps. With one: PI step control by the difference of the last two "
-                     "columns; samples by a shorter step." +
+                     "Extrapolation of Gragg's midpoint rule with 2, 4, 6, ... substeps, a fixed number of columns: "
+                     "order twice that, the order-12 default with 37 evaluations a step. Without a tolerance: equal "
+                     "steps. With one: PI step control by the difference of the last two columns; samples by a "
+                     "shorter step." +
                          embedded_attitude,
-                     "Gragg, SIAM J. Numer. Anal. 2 (1965) 384; Bulirsch, Stoer, Numer. Math. 8 (1966) 1; "
-                     "Hairer, Norsett, Wanner, Solving ODEs I, section II.9");
+                     "Gragg, SIAM J. Numer. Anal. 2 (1965) 384; Bulirsch, Stoer, Numer. Math. 8 (1966) 1; Hairer, "
+                     "Norsett, Wanner, Solving ODEs I, section II.9");
   gbs.settings["columns"] = std::int64_t(6);
   methods.push_back(gbs);
   methods.push_back(taylor_method());

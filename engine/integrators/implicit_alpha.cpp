@@ -7,7 +7,7 @@ namespace atwood {
 template <class S>
 GeneralisedAlpha<S>::GeneralisedAlpha(RigidModel<S>& model, S rho, bool compensated)
     : Stepper<S>(model.system()), size_(model.state_size()), af_(S(1) / (S(1) + rho)), velocity_of_(size_, -1),
-      is_velocity_(size_, false), solver_(size_, {Quad(1)}), rest_(compensated, size_) {
+      is_velocity_(size_, false), solver_(size_, {Quad(1)}), compensation_(compensated, size_) {
   const auto weights = [&](S am, bool second) {
     const S g = S(0.5) + am - af_, b = (S(1) + am - af_) * (S(1) + am - af_) / S(4);
     return Weights{am, g, second ? b : S(0)};
@@ -45,7 +45,7 @@ template <class S> void GeneralisedAlpha<S>::rates_at(void* stepper, const S* z,
 }
 
 // rate_: of the state that the step starts from. A step taken again starts from the rates that it started from before.
-template <class S> void GeneralisedAlpha<S>::recall(S t_s, S h_s, const S* y) {
+template <class S> void GeneralisedAlpha<S>::restore_rates(S t_s, S h_s, const S* y) {
   const S nearly_s = S(8) * real::epsilon<S>() * (real::abs(t_s) + real::abs(h_s));
   const bool same_law = epoch_ == this->system_.epoch;
   if (same_law && real::abs(t_s - end_s_) <= nearly_s && std::equal(y, y + size_, end_.begin())) {
@@ -59,7 +59,7 @@ template <class S> void GeneralisedAlpha<S>::recall(S t_s, S h_s, const S* y) {
 }
 
 template <class S> bool GeneralisedAlpha<S>::step(S t_s, S h_s, const S* y, S* y_new) {
-  recall(t_s, h_s, y);
+  restore_rates(t_s, h_s, y);
   y_start_ = y;
   t_start_s_ = t_s;
   step_s_ = h_s;
@@ -69,21 +69,21 @@ template <class S> bool GeneralisedAlpha<S>::step(S t_s, S h_s, const S* y, S* y
     epoch_ = -1;
     return false;
   }
-  rest_.begin(y);
+  compensation_.begin(y);
   for (int i = 0; i < size_; ++i) {
     const Weights& w = is_velocity_[i] ? second_ : first_;
     const S rise = h_s * k_[i] / af_;
-    y_new[i] = rest_.add(i, y[i], rise);
+    y_new[i] = compensation_.add(i, y[i], rise);
     rate_new_[i] = rate_[i] + (rise / h_s - rate_[i]) / w.g;
   }
   for (int i = 0; i < size_; ++i)
     if (velocity_of_[i] >= 0) rate_new_[i] = y_new[velocity_of_[i]];  // only a first guess
-  if (rest_.on()) project_compensated(this->system_, rest_, y_new, slope_.data());
+  if (compensation_.on()) project_compensated(this->system_, compensation_, y_new, slope_.data());
   else this->system_.project(y_new);
-  rest_.end(y_new);
+  compensation_.end(y_new);
   std::copy(y_new, y_new + size_, end_.begin());
   end_s_ = t_s + h_s;
-  this->remember(t_s, h_s, y, y_new);
+  this->set_last_step(t_s, h_s, y, y_new);
   return true;
 }
 

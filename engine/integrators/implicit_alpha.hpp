@@ -29,7 +29,7 @@ template <class S> class GeneralisedAlpha final : public Stepper<S> {
     S am, g, b;
   };
   static void rates_at(void* stepper, const S* z, S* k);
-  void recall(S t_s, S h_s, const S* y);
+  void restore_rates(S t_s, S h_s, const S* y);
 
   int size_;
   S af_;
@@ -38,7 +38,7 @@ template <class S> class GeneralisedAlpha final : public Stepper<S> {
   std::vector<bool> is_velocity_;
   StageSolver<S> solver_;
   std::vector<S> z_, k_, known_, at_, slope_, rate_, rate_new_, start_, end_;
-  Compensation<S> rest_;
+  Compensation<S> compensation_;
   S start_s_{}, end_s_{};
   std::int64_t epoch_ = -1;
   // of the step under way

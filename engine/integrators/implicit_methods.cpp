@@ -1,4 +1,4 @@
-// Implicit one-step methods: what they are called, and their steppers.
+// Implicit one-step methods: their ids, documentation and steppers.
 #include "integrators/families.hpp"
 #include "integrators/implicit_alpha.hpp"
 #include "integrators/implicit_runge_kutta.hpp"
@@ -9,13 +9,11 @@ namespace {
 
 const std::string solved_how =
     " Stage equations are solved to the round-off of the scalar, by sweeps where they contract fast, else by "
-    "simplified "
-    "Newton iteration on the same equations: its Jacobian, by differences, only preconditions, so the solver has no "
-    "tolerance that could enter the order.";
+    "simplified Newton iteration on the same equations: its Jacobian, by differences, only preconditions, so the "
+    "solver has no tolerance that could enter the order.";
 const std::string gauss_attitude =
-    " A rotating body's quaternion is integrated as four numbers, q' = 1/2 q (0, w), beside Euler's equations in body "
-    "axes; "
-    "its length is a quadratic invariant, which the method keeps to round-off with no projection.";
+    " A rotating body's quaternion is integrated as four numbers, q' = 1/2 q (0, w), beside Euler's equations in "
+    "body axes; its length is a quadratic invariant, which the method keeps to round-off with no projection.";
 
 MethodInfo gauss(const std::string& scheme, int stages, const std::string& name) {
   const int order = 2 * stages;
@@ -25,21 +23,19 @@ MethodInfo gauss(const std::string& scheme, int stages, const std::string& name)
           std::to_string(order) +
           "; symplectic, reversible, A-stable without damping at infinity; quadratic invariants stay." + solved_how +
           gauss_attitude,
-      "Butcher, Math. Comp. 18 (1964) 50; Hairer, Wanner, Solving ODEs II (2nd ed.), section IV.5; Hairer, "
-      "Lubich, Wanner, Geometric Numerical Integration (2nd ed.), VIII.6");
+      "Butcher, Math. Comp. 18 (1964) 50; Hairer, Wanner, Solving ODEs II (2nd ed.), section IV.5; Hairer, Lubich, "
+      "Wanner, Geometric Numerical Integration (2nd ed.), VIII.6");
 }
 
 MethodInfo generalised_alpha() {
   MethodInfo info = fixed_step("generalised-alpha", claims_everywhere(2),
                                "The law is met at t + h / (1 + rho): positions and velocities by the second-order "
-                               "form, attitudes and body rates by the "
-                               "first-order one. rho_infinity, in [0, 1], is the spectral radius for infinitely stiff "
-                               "components: 1 keeps them, 0 "
-                               "removes them in one step." +
+                               "form, attitudes and body rates by the first-order one. rho_infinity, in [0, 1], is "
+                               "the spectral radius for infinitely stiff components: 1 keeps them, 0 removes them in "
+                               "one step." +
                                    solved_how,
                                "Chung, Hulbert, J. Appl. Mech. 60 (1993) 371, eq. 17, 20 and 25; Jansen, Whiting, "
-                               "Hulbert, Comput. Methods Appl. Mech. "
-                               "Eng. 190 (2000) 305, eq. 19 and 24");
+                               "Hulbert, Comput. Methods Appl. Mech. Eng. 190 (2000) 305, eq. 19 and 24");
   info.settings["rho_infinity"] = 0.8;
   return info;
 }
@@ -63,9 +59,8 @@ std::vector<MethodInfo> implicit_methods() {
       with_tolerance(
           "radau5", claims_everywhere(5),
           "Radau IIA of three stages: collocation with c_3 = 1, of order 5, L-stable. Without a tolerance: equal "
-          "steps. "
-          "With one: PI step control by the embedded estimate of order 3, filtered where the system is stiff; samples "
-          "by a shorter step of the same method." +
+          "steps. With one: PI step control by the embedded estimate of order 3, filtered where the system is stiff; "
+          "samples by a shorter step of the same method." +
               solved_how + embedded_attitude,
           "Hairer, Wanner, Solving ODEs II (2nd ed.), table IV.5.6 and section IV.8"),
       fixed_step("sdirk2", claims_everywhere(2),

@@ -9,7 +9,7 @@ ImplicitRungeKutta<S>::ImplicitRungeKutta(System<S>& system, const CollocationTa
                                           const ImplicitOptions& options)
     : Stepper<S>(system), size_(system.size), stages_(tableau.stages), options_(options),
       a_(tableau.a.begin(), tableau.a.end()), b_(tableau.b.begin(), tableau.b.end()),
-      c_(tableau.c.begin(), tableau.c.end()), rest_(options.compensated, system.size),
+      c_(tableau.c.begin(), tableau.c.end()), compensation_(options.compensated, system.size),
       filter_(options.estimates ? system.size : 0), last_end_(system.size) {
   stiffly_accurate_ = std::equal(tableau.b.begin(), tableau.b.end(), tableau.a.end() - stages_);
   find_groups(tableau);
@@ -127,7 +127,7 @@ template <class S> void ImplicitRungeKutta<S>::take_first_slope(S t_s, const S* 
 }
 
 template <class S> void ImplicitRungeKutta<S>::project(S* y_new) {
-  if (rest_.on()) project_compensated(this->system_, rest_, y_new, slope_.data());
+  if (compensation_.on()) project_compensated(this->system_, compensation_, y_new, slope_.data());
   else this->system_.project(y_new);
 }
 
@@ -153,20 +153,20 @@ template <class S> bool ImplicitRungeKutta<S>::step(S t_s, S h_s, const S* y, S*
     if (!group.is_explicit) guess(group, t_s, y, continued);
     if (!solve_group(group, y)) return false;
   }
-  rest_.begin(y);
+  compensation_.begin(y);
   for (int i = 0; i < size_; ++i) {
     S rise = S(0);
     for (int j = 0; j < s; ++j) rise += b_[j] * k_[i * s + j];
-    y_new[i] = rest_.add(i, y[i], stiffly_accurate_ ? z_[i * s + s - 1] : h_s * rise);
+    y_new[i] = compensation_.add(i, y[i], stiffly_accurate_ ? z_[i * s + s - 1] : h_s * rise);
   }
   if (options_.projects) project(y_new);
-  rest_.end(y_new);
+  compensation_.end(y_new);
   std::copy(y_new, y_new + size_, last_end_.begin());
   last_end_s_ = t_s + h_s;
   last_h_s_ = h_s;
   last_epoch_ = this->system_.epoch;
   if (options_.estimates) estimate(h_s);
-  this->remember(t_s, h_s, y, y_new);
+  this->set_last_step(t_s, h_s, y, y_new);
   return true;
 }
 

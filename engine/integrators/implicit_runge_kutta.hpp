@@ -53,7 +53,7 @@ template <class S> class ImplicitRungeKutta final : public Stepper<S> {
   std::vector<S> group_k_, group_z_, known_, stage_y_, stage_t_s_, scratch_, slope_;
   std::vector<S> first_slope_, error_;  // of methods that estimate
   S gamma0_{};
-  Compensation<S> rest_;
+  Compensation<S> compensation_;
   DenseLu<S> filter_;
   // where the last step ended
   std::vector<S> last_end_;

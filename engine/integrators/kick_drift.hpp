@@ -11,10 +11,11 @@
 namespace atwood {
 
 // p += h v; attitude and body rate by the free top; h = direct_s + adjoint_s (rigid/free_top.hpp). False: not solved.
-template <class S> bool drift(RigidModel<S>& model, FreeTop top, S direct_s, S adjoint_s, S* y, Compensation<S>& rest);
+template <class S>
+bool drift(RigidModel<S>& model, FreeTop top, S direct_s, S adjoint_s, S* y, Compensation<S>& compensation);
 
 // Unit quaternions of the moving bodies.
-template <class S> void renormalise(const RigidModel<S>& model, S* y, Compensation<S>& rest);
+template <class S> void renormalise(const RigidModel<S>& model, S* y, Compensation<S>& compensation);
 
 template <class S> class Kicker {
  public:
@@ -25,13 +26,13 @@ template <class S> class Kicker {
   // those before it: a(t, v_m) throughout, v_m = v + adjoint_s a(t, v_m). Equal parts: the implicit midpoint rule in
   // the velocities, symmetric. In a magnetic field v_m is formed in closed form, and equal parts are Boris's rotation
   // (with the tangent of half the angle approximated by itself: Cayley's map). False: not solved.
-  bool kick(S t_s, S direct_s, S adjoint_s, S* y, Compensation<S>& rest);
+  bool kick(S t_s, S direct_s, S adjoint_s, S* y, Compensation<S>& compensation);
   // The same with the accelerations of the last kick, which must be those at y; forces without velocities only.
-  void kick_again(S h_s, S* y, Compensation<S>& rest);
+  void kick_again(S h_s, S* y, Compensation<S>& compensation);
 
  private:
-  void add(S h_s, S* y, Compensation<S>& rest) const;
-  void kick_in_magnetic_field(S t_s, S direct_s, S adjoint_s, S* y, Compensation<S>& rest);
+  void add(S h_s, S* y, Compensation<S>& compensation) const;
+  void kick_in_magnetic_field(S t_s, S direct_s, S adjoint_s, S* y, Compensation<S>& compensation);
 
   RigidModel<S>& model_;
   std::vector<S> acceleration_, middle_;

@@ -13,17 +13,17 @@ Multistep<S>::Multistep(System<S>& system, const MultistepTable& table, std::uni
       guess_rate_(table.guess_rate.begin(), table.guess_rate.end()), implicit_(S(table.implicit)),
       starter_(std::move(starter)),
       solver_(table.implicit == Quad(0) ? 0 : size_, {table.implicit == Quad(0) ? Quad(1) : table.implicit}),
-      rest_(compensated, size_), increments_(increment_.size(), std::vector<S>(size_)),
+      compensation_(compensated, size_), increments_(increment_.size(), std::vector<S>(size_)),
       rates_(rate_.size(), std::vector<S>(size_)) {
   for (std::vector<S>* room : {&z_, &k_, &known_, &at_, &before_projection_, &start_, &end_}) room->resize(size_);
 }
 
-template <class S> auto Multistep<S>::place_of(S t_s, S h_s, const S* y) const -> Place {
-  if (epoch_ != this->system_.epoch) return Place::elsewhere;
+template <class S> auto Multistep<S>::classify_start(S t_s, S h_s, const S* y) const -> StepStart {
+  if (epoch_ != this->system_.epoch) return StepStart::elsewhere;
   const S nearly_s = S(8) * real::epsilon<S>() * (real::abs(t_s) + real::abs(h_s));
-  if (real::abs(t_s - start_s_) <= nearly_s && std::equal(y, y + size_, start_.begin())) return Place::start;
-  if (real::abs(h_s - h_s_) > nearly_s || real::abs(t_s - (start_s_ + h_s_)) > nearly_s) return Place::elsewhere;
-  return std::equal(y, y + size_, end_.begin()) ? Place::end : Place::elsewhere;
+  if (real::abs(t_s - start_s_) <= nearly_s && std::equal(y, y + size_, start_.begin())) return StepStart::start;
+  if (real::abs(h_s - h_s_) > nearly_s || real::abs(t_s - (start_s_ + h_s_)) > nearly_s) return StepStart::elsewhere;
+  return std::equal(y, y + size_, end_.begin()) ? StepStart::end : StepStart::elsewhere;
 }
 
 template <class Row> void push(std::vector<Row>& history, const Row& newest, int& known) {
@@ -33,7 +33,7 @@ template <class Row> void push(std::vector<Row>& history, const Row& newest, int
   known = std::min(known + 1, static_cast<int>(history.size()));
 }
 
-// The step that ended here joins the history.
+// Appends the step that ended at (t_s, y) to the history.
 template <class S> void Multistep<S>::shift(S t_s, const S* y) {
   push(increments_, z_, known_increments_);
   if (!rates_.empty() && !k_is_end_rate_) this->system_.rate(t_s, y, k_.data());
@@ -80,23 +80,23 @@ template <class S> bool Multistep<S>::multistep(S t_s, S h_s, const S* y, S* y_n
   } else {
     std::copy(known_.begin(), known_.end(), z_.begin());
   }
-  rest_.begin(y);
-  for (int i = 0; i < size_; ++i) y_new[i] = before_projection_[i] = rest_.add(i, y[i], z_[i]);
-  if (rest_.on()) project_compensated(this->system_, rest_, y_new, at_.data());
+  compensation_.begin(y);
+  for (int i = 0; i < size_; ++i) y_new[i] = before_projection_[i] = compensation_.add(i, y[i], z_[i]);
+  if (compensation_.on()) project_compensated(this->system_, compensation_, y_new, at_.data());
   else this->system_.project(y_new);
-  rest_.end(y_new);
+  compensation_.end(y_new);
   for (int i = 0; i < size_; ++i) z_[i] += y_new[i] - before_projection_[i];
   return true;
 }
 
 template <class S> bool Multistep<S>::step(S t_s, S h_s, const S* y, S* y_new) {
-  const Place place = place_of(t_s, h_s, y);
-  if (place == Place::start && h_s != h_s_) {
-    this->remember(t_s, h_s, y, y_new);
+  const StepStart place = classify_start(t_s, h_s, y);
+  if (place == StepStart::start && h_s != h_s_) {
+    this->set_last_step(t_s, h_s, y, y_new);
     return starter_->step(t_s, h_s, y, y_new);
   }
-  if (place == Place::end) shift(t_s, y);
-  if (place == Place::elsewhere) restart(t_s, y);
+  if (place == StepStart::end) shift(t_s, y);
+  if (place == StepStart::elsewhere) restart(t_s, y);
   epoch_ = -1;
   const bool enough =
       known_increments_ == static_cast<int>(increments_.size()) && known_rates_ == static_cast<int>(rates_.size());
@@ -106,7 +106,7 @@ template <class S> bool Multistep<S>::step(S t_s, S h_s, const S* y, S* y_new) {
   start_s_ = t_s;
   h_s_ = h_s;
   epoch_ = this->system_.epoch;
-  this->remember(t_s, h_s, y, y_new);
+  this->set_last_step(t_s, h_s, y, y_new);
   return true;
 }
 

@@ -9,17 +9,17 @@
 
 namespace atwood {
 
-// Adams and BDF methods with equal steps. The first steps, while there is too little history, are steps of `starter`, a
-// one-step method of higher order. A state that the caller edited, another h or another law (System::epoch) starts
-// afresh. A step taken again from the same state over another h is the starter's, and leaves the history as it is.
+// Adams and BDF methods with equal steps. While the history is too short, steps are taken by `starter`, a one-step
+// method of higher order. The history is cleared when the caller changes the state or h, or the force law changes
+// (System::epoch). A step repeated from the same state over another h is the starter's and leaves the history as it is.
 template <class S> class Multistep final : public Stepper<S> {
  public:
   Multistep(System<S>& system, const MultistepTable& table, std::unique_ptr<Stepper<S>> starter, bool compensated);
   bool step(S t_s, S h_s, const S* y, S* y_new) override;
 
  private:
-  enum class Place { end, start, elsewhere };  // of the last full step
-  Place place_of(S t_s, S h_s, const S* y) const;
+  enum class StepStart { end, start, elsewhere };  // where a step starts, relative to the last full step
+  StepStart classify_start(S t_s, S h_s, const S* y) const;
   void shift(S t_s, const S* y);
   void restart(S t_s, const S* y);
   bool start_by_one_step(S t_s, S h_s, const S* y, S* y_new);
@@ -31,7 +31,7 @@ template <class S> class Multistep final : public Stepper<S> {
   S implicit_;
   std::unique_ptr<Stepper<S>> starter_;
   StageSolver<S> solver_;
-  Compensation<S> rest_;
+  Compensation<S> compensation_;
   // history, newest first; rates_[0] is the rate at the start of the step
   std::vector<std::vector<S>> increments_, rates_;
   int known_increments_ = 0, known_rates_ = 0;

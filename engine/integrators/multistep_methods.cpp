@@ -1,4 +1,4 @@
-// Multistep methods: what they are called, and their steppers.
+// Multistep methods: their ids, documentation and steppers.
 #include "integrators/families.hpp"
 #include "integrators/implicit_runge_kutta.hpp"
 #include "integrators/multistep.hpp"
@@ -26,11 +26,12 @@ Choice chosen(const std::string& scheme) {
   return {Kind::none, 0};
 }
 
-const std::string history = " An edited state, another step size or another law (a thruster switches) starts afresh.";
+const std::string history =
+    " The history is cleared when the state is changed from outside, or the step size or the force law changes (a "
+    "thruster switches).";
 const std::string attitude =
-    " A rotating body's quaternion is integrated as four numbers, q' = 1/2 q (0, w), beside Euler's equations in body "
-    "axes, "
-    "and normalised after each step; the history of rates stays.";
+    " A rotating body's quaternion is integrated as four numbers, q' = 1/2 q (0, w), beside Euler's equations in "
+    "body axes, and normalised after each step; the history of rates is kept.";
 
 std::string starter(const std::string& name, int stages, int order) {
   return " The first steps are " + name + " of " + std::to_string(stages) + " stages, of order " +
@@ -50,8 +51,8 @@ std::vector<MethodInfo> multistep_methods() {
         fixed_step("adams-bashforth" + std::to_string(order), claims_everywhere(order),
                    "Adams-Bashforth of order " + std::to_string(order) + ": the polynomial through the last " +
                        std::to_string(order) +
-                       " rates, integrated over the step. One evaluation a step; its stability region shrinks with the "
-                       "order." +
+                       " rates, integrated over the step. One evaluation a step; its stability region shrinks with "
+                       "the order." +
                        starter("Gauss's method", s, 2 * s) + history + attitude,
                    "Bashforth, Adams (1883); Hairer, Norsett, Wanner, Solving ODEs I (2nd ed.), eq. III.1.5"));
   }
@@ -73,8 +74,8 @@ std::vector<MethodInfo> multistep_methods() {
             " states and the new one has the new one's rate; solved to the round-off of the scalar. " +
             (order <= 2 ? "L-stable." : "Stable in a wedge about the negative axis, damping at infinity.") +
             (order > 1 ? starter("Radau IIA", s, 2 * s - 1) : "") + history + attitude,
-        "Curtiss, Hirschfelder, Proc. Nat. Acad. Sci. 38 (1952) 235; Hairer, Norsett, Wanner, Solving ODEs I "
-        "(2nd ed.), eq. III.1.22'"));
+        "Curtiss, Hirschfelder, Proc. Nat. Acad. Sci. 38 (1952) 235; Hairer, Norsett, Wanner, Solving ODEs I (2nd "
+        "ed.), eq. III.1.22'"));
   }
   return all;
 }

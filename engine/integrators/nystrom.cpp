@@ -8,7 +8,7 @@ namespace atwood {
 namespace {
 
 // Calls of(p, v) with the entries of a position and its velocity, for every body that moves; all of them are points.
-// Held bodies stay as they are, whatever velocity they wait with.
+// Held bodies do not move, whatever velocity they are to be released with.
 template <class S, class Of> void for_each_coordinate(const RigidModel<S>& model, const Of& of) {
   for (const int body : model.moving())
     for (int p = model.offset(body) + kAtPosition, k = 0; k < 3; ++k, ++p) of(p, p + kAtVelocity - kAtPosition);
@@ -52,7 +52,7 @@ template <class S>
 Nystrom<S>::Nystrom(RigidModel<S>& model, const NystromTableau& tableau, bool compensated)
     : Stepper<S>(model.system()), model_(model), stages_(tableau.stages),
       estimate_order_(std::min(tableau.order, tableau.embedded_order)), first_same_as_last_(tableau.first_same_as_last),
-      k_(model, tableau.stages), stage_(model.state_size()), rest_(compensated, model.state_size()) {
+      k_(model, tableau.stages), stage_(model.state_size()), compensation_(compensated, model.state_size()) {
   const auto read = [&](const char* row) { return read_row(row, stages_); };
   const auto difference = [&](const char* weights, const char* embedded) {
     TableauRow row = read(weights);
@@ -98,13 +98,14 @@ template <class S> bool Nystrom<S>::step(S t_s, S h_s, const S* y, S* y_new) {
     k_.evaluate(i, t_s + c_[i] * h_s, stage_.data());
   }
   std::copy(y, y + size, y_new);
-  rest_.begin(y);
-  for_each_coordinate(model_, [&](int p, int v) { y_new[p] = rest_.add(p, y[p], h_s * (y[v] + h_s * sum(b_, v))); });
+  compensation_.begin(y);
+  for_each_coordinate(model_,
+                      [&](int p, int v) { y_new[p] = compensation_.add(p, y[p], h_s * (y[v] + h_s * sum(b_, v))); });
   if (first_same_as_last_) k_.evaluate(stages_ - 1, t_s + h_s, y_new);  // b' weighs it too
-  for_each_coordinate(model_, [&](int, int v) { y_new[v] = rest_.add(v, y[v], h_s * sum(b_velocity_, v)); });
-  rest_.end(y_new);
+  for_each_coordinate(model_, [&](int, int v) { y_new[v] = compensation_.add(v, y[v], h_s * sum(b_velocity_, v)); });
+  compensation_.end(y_new);
   if (first_same_as_last_) k_.end(stages_ - 1, t_s + h_s, y_new);
-  this->remember(t_s, h_s, y, y_new);
+  this->set_last_step(t_s, h_s, y, y_new);
   return true;
 }
 
@@ -126,7 +127,7 @@ template <class S> S Nystrom<S>::error_norm(S rtol, S atol) const {
 // ---- Blanes and Moan --------------------------------------------------------------------------------------------
 template <class S>
 SymplecticNystrom<S>::SymplecticNystrom(RigidModel<S>& model, const SymplecticNystromTable& table, bool compensated)
-    : Stepper<S>(model.system()), model_(model), k_(model, 2), rest_(compensated, model.state_size()) {
+    : Stepper<S>(model.system()), model_(model), k_(model, 2), compensation_(compensated, model.state_size()) {
   for (const Quad kick : read_row(table.kicks)) kicks_.push_back(static_cast<S>(kick));
   for (const Quad drift : read_row(table.drifts)) drifts_.push_back(static_cast<S>(drift));
 }
@@ -135,26 +136,28 @@ template <class S> bool SymplecticNystrom<S>::step(S t_s, S h_s, const S* y, S* 
   const int size = this->system_.size;
   const std::size_t last = drifts_.size();
   const auto kick = [&](S weight, const S* acceleration) {
-    for_each_coordinate(model_, [&](int, int v) { y_new[v] = rest_.add(v, y_new[v], weight * h_s * acceleration[v]); });
+    for_each_coordinate(model_,
+                        [&](int, int v) { y_new[v] = compensation_.add(v, y_new[v], weight * h_s * acceleration[v]); });
   };
   std::copy(y, y + size, y_new);
-  rest_.begin(y);
+  compensation_.begin(y);
   if (kicks_[0] != S(0)) {
     k_.start(t_s, y);
     kick(kicks_[0], k_[0]);
   }
   S node = S(0);
   for (std::size_t i = 0; i < last; ++i) {
-    for_each_coordinate(model_, [&](int p, int v) { y_new[p] = rest_.add(p, y_new[p], drifts_[i] * h_s * y_new[v]); });
+    for_each_coordinate(model_,
+                        [&](int p, int v) { y_new[p] = compensation_.add(p, y_new[p], drifts_[i] * h_s * y_new[v]); });
     node += drifts_[i];
     const S weight = kicks_[i + 1];
     if (weight == S(0)) continue;
     k_.evaluate(1, t_s + (i + 1 == last ? h_s : node * h_s), y_new);
     kick(weight, k_[1]);
   }
-  rest_.end(y_new);
+  compensation_.end(y_new);
   if (kicks_[last] != S(0)) k_.end(1, t_s + h_s, y_new);
-  this->remember(t_s, h_s, y, y_new);
+  this->set_last_step(t_s, h_s, y, y_new);
   return true;
 }
 

@@ -8,15 +8,15 @@
 
 namespace atwood {
 
-// What both kinds share: accelerations in the layout of the state (at the velocities of bodies that move), the one at a
-// step's end kept for the next step's start.
+// What both classes share: accelerations in the layout of the state (in the velocity entries of moving bodies). The one
+// at the end of a step is kept for the start of the next.
 template <class S> class NystromAccelerations {
  public:
   NystromAccelerations(RigidModel<S>& model, int stages);
   S* operator[](int stage) { return k_[stage]; }
   const S* operator[](int stage) const { return k_[stage]; }
   void evaluate(int stage, S t_s, const S* y) { model_.accelerations(t_s, y, k_[stage]); }
-  // Stage 0 at (t, y): known if the step is taken again, or if it starts where the last one ended under the same law.
+  // Stage 0 at (t, y): reused if the step is repeated, or starts where the last one ended under the same law.
   void start(S t_s, const S* y);
   void end(int stage, S t_s, const S* y_new);  // stage holds the acceleration at (t, y_new)
 
@@ -53,7 +53,7 @@ template <class S> class Nystrom final : public Stepper<S> {
   S c_[kMaxNystromStages];
   NystromAccelerations<S> k_;
   std::vector<S> stage_;
-  Compensation<S> rest_;
+  Compensation<S> compensation_;
 };
 
 template <class S> class SymplecticNystrom final : public Stepper<S> {
@@ -65,7 +65,7 @@ template <class S> class SymplecticNystrom final : public Stepper<S> {
   RigidModel<S>& model_;
   std::vector<S> kicks_, drifts_;
   NystromAccelerations<S> k_;
-  Compensation<S> rest_;
+  Compensation<S> compensation_;
 };
 
 }  // namespace atwood

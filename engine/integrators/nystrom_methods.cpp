@@ -1,4 +1,4 @@
-// Runge-Kutta-Nystrom methods: what they are called, and their steppers.
+// Runge-Kutta-Nystrom methods: their ids, documentation and steppers.
 #include "integrators/families.hpp"
 #include "integrators/nystrom.hpp"
 
@@ -7,11 +7,10 @@ namespace {
 
 const std::string where =
     " For x'' = a(t, x) alone: points under forces of time and position. Forces of velocity, bodies that rotate and "
-    "bare "
-    "problems are refused.";
+    "bare problems are refused.";
 const std::string pair =
-    " Without a tolerance: equal steps. With one: PI step control on positions and velocities, samples by "
-    "a shorter step of the same method.";
+    " Without a tolerance: equal steps. With one: PI step control on positions and velocities, samples by a shorter "
+    "step of the same method.";
 
 std::map<std::string, double> points(double order) { return {{"point-mass", order}}; }
 
@@ -34,15 +33,14 @@ std::vector<MethodInfo> nystrom_methods() {
                      "Dormand, El-Mikkawy, Prince, IMA J. Numer. Anal. 7 (1987) 235"),
       with_tolerance(
           "dprkn12", points(12),
-          "Runge-Kutta-Nystrom pair of orders 12 and 10, RKN12(10)17M. 17 stages, as many evaluations a "
-          "step." +
-              pair + where,
+          "Runge-Kutta-Nystrom pair of orders 12 and 10, RKN12(10)17M. 17 stages, as many evaluations a step." + pair +
+              where,
           "Dormand, El-Mikkawy, Prince, IMA J. Numer. Anal. 7 (1987) 423; Brankin, Gladwell, Dormand, Prince, "
           "Seward, ACM Trans. Math. Softw. 15 (1989) 31, algorithm 670"),
       fixed_step(
           "blanes-moan-rkn4", points(4),
-          "Symplectic and symmetric Runge-Kutta-Nystrom method SRKN_6^b: seven kicks with six drifts between them, the "
-          "last kick's acceleration shared with the next step: 6 evaluations a step." +
+          "Symplectic and symmetric Runge-Kutta-Nystrom method SRKN_6^b: seven kicks with six drifts between them, "
+          "the last kick's acceleration shared with the next step: 6 evaluations a step." +
               where,
           "Blanes, Moan, J. Comput. Appl. Math. 142 (2002) 313, table 3"),
       fixed_step(

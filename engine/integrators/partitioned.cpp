@@ -6,8 +6,8 @@ namespace atwood {
 
 template <class S>
 KickDrift<S>::KickDrift(RigidModel<S>& model, const Composition& composition, FreeTop top, bool compensated)
-    : Stepper<S>(model.system()), model_(model), top_(top), kicker_(model), rest_(compensated, model.state_size()),
-      last_end_(model.state_size()) {
+    : Stepper<S>(model.system()), model_(model), top_(top), kicker_(model),
+      compensation_(compensated, model.state_size()), last_end_(model.state_size()) {
   Quad elapsed = 0;
   for (const Substep& substep : composition.substeps()) {
     parts_.push_back({substep.kick, S(substep.direct), S(substep.adjoint), S(elapsed)});
@@ -24,23 +24,23 @@ template <class S> bool KickDrift<S>::continues(S t_s, const S* y) const {
 
 template <class S> bool KickDrift<S>::step(S t_s, S h_s, const S* y, S* y_new) {
   std::copy(y, y + this->system_.size, y_new);
-  rest_.begin(y);
+  compensation_.begin(y);
   bool known = shares_kicks_ && continues(t_s, y), solved = true;
   for (const Part& part : parts_) {
     const S direct_s = part.direct * h_s, adjoint_s = part.adjoint * h_s;
-    if (!part.kick) solved = drift(model_, top_, direct_s, adjoint_s, y_new, rest_) && solved;
-    else if (known) kicker_.kick_again(direct_s + adjoint_s, y_new, rest_);
-    else solved = kicker_.kick(t_s + part.elapsed * h_s, direct_s, adjoint_s, y_new, rest_) && solved;
+    if (!part.kick) solved = drift(model_, top_, direct_s, adjoint_s, y_new, compensation_) && solved;
+    else if (known) kicker_.kick_again(direct_s + adjoint_s, y_new, compensation_);
+    else solved = kicker_.kick(t_s + part.elapsed * h_s, direct_s, adjoint_s, y_new, compensation_) && solved;
     known = false;
   }
-  renormalise(model_, y_new, rest_);
-  rest_.end(y_new);
+  renormalise(model_, y_new, compensation_);
+  compensation_.end(y_new);
   if (shares_kicks_) {
     std::copy(y_new, y_new + this->system_.size, last_end_.begin());
     last_end_s_ = t_s + h_s;
     last_epoch_ = this->system_.epoch;
   }
-  this->remember(t_s, h_s, y, y_new);
+  this->set_last_step(t_s, h_s, y, y_new);
   return solved;
 }
 

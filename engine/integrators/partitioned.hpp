@@ -25,7 +25,7 @@ template <class S> class KickDrift final : public Stepper<S> {
   RigidModel<S>& model_;
   FreeTop top_;
   Kicker<S> kicker_;
-  Compensation<S> rest_;
+  Compensation<S> compensation_;
   std::vector<Part> parts_;
   bool shares_kicks_;  // the last kick's forces are the first one's of the next step
   std::vector<S> last_end_;

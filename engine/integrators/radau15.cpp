@@ -71,22 +71,22 @@ template <class S> const RadauTable<S>& radau_table() {
 template <class S>
 Radau15<S>::Radau15(RigidModel<S>& model, const RadauOptions& options)
     : Stepper<S>(model.system()), model_(model), options_(options), table_(radau_table<S>()), size_(model.state_size()),
-      rest_(size_), rest_new_(size_), weight_(size_), state_(size_), base_(size_), rate_(size_), rate_before_(size_),
-      predicted_(size_), ends_(size_), node_state_(2 * size_), node_rate_(size_) {
+      compensation_(size_), compensation_new_(size_), weight_(size_), state_(size_), base_(size_), rate_(size_),
+      rate_before_(size_), predicted_(size_), ends_(size_), node_state_(2 * size_), node_rate_(size_) {
   for (auto* list : {&once_, &twice_, &rates_}) list->reserve(size_);
   kinds_.reserve(3);
   scale_.reserve(3);
   for (Record& record : record_) {
     record.y.resize(size_);
     record.y_new.resize(size_);
-    record.rest.resize(size_);
-    record.rest_new.resize(size_);
+    record.compensation.resize(size_);
+    record.compensation_new.resize(size_);
     record.rate.resize(size_);
-    record.miss.resize(size_);
+    record.prediction_error.resize(size_);
   }
 }
 
-// Velocities of a body whose forces do not ask for them need no stages; attitudes and body rates always do.
+// Velocities need no stages where no force depends on them; attitudes and body rates always do.
 template <class S> void Radau15<S>::find_unknowns() {
   epoch_ = this->system_.epoch;
   once_.clear();
@@ -120,7 +120,7 @@ template <class S> void Radau15<S>::find_unknowns() {
   std::fill(lanes_of(state_), lanes_of(state_) + size_ * kNodes, S(0));
 }
 
-// Where, in units of a step on record, the new step starts: at its end, or (a step taken again) at its start.
+// Where the new step starts, in units of a stored step: at its end, or (a step taken again) at its start.
 template <class S> auto Radau15<S>::find_start(S t_s, const S* y, S& offset) -> Record* {
   for (const int r : {last_, 1 - last_}) {
     Record& record = record_[r];
@@ -146,16 +146,17 @@ template <class S> void Radau15<S>::predict(S h_s, Record* from, S offset) {
     std::fill(out, out + size_ * kNodes, S(0));
     return;
   }
-  const S ratio = h_s / from->h_s, trust = offset == S(1) ? S(1) : S(0);
+  const S ratio = h_s / from->h_s, weight = offset == S(1) ? S(1) : S(0);
   in_lanes<S>(width_, [&](auto) ATWOOD_INLINED {
-    radau::extrapolate(rates_, table_, offset, ratio, trust, lanes_of(from->rate), lanes_of(from->miss), out);
+    radau::extrapolate(rates_, table_, offset, ratio, weight, lanes_of(from->rate), lanes_of(from->prediction_error),
+                       out);
   });
 }
 
-template <class S> void Radau15<S>::lay_base(S t_s, S h_s, const S* y) {
+template <class S> void Radau15<S>::set_base(S t_s, S h_s, const S* y) {
   S* base = lanes_of(base_);
   for (int k = 0; k < kNodes; ++k) t_nodes_[k] = t_s + table_.c[k] * h_s;
-  in_lanes<S>(width_, [&](auto) ATWOOD_INLINED { radau::lay_base(once_, twice_, table_, h_s, y, base); });
+  in_lanes<S>(width_, [&](auto) ATWOOD_INLINED { radau::set_base(once_, twice_, table_, h_s, y, base); });
   for (std::size_t n = 0; n < kinds_.size(); ++n) {
     scale_[n].state = S(0);
     for (int r = kinds_[n].first; r < kinds_[n].last; ++r)
@@ -176,7 +177,7 @@ template <class S> void Radau15<S>::measure_scales(const S* rate) {
   }
 }
 
-// Every node's rate anew, from states that all use the last sweep's rates.
+// Evaluates the rates of all nodes at states that use the rates of the last sweep (Jacobi iteration).
 template <class S> S Radau15<S>::sweep_batch(S h_s, LaneArray<S>& rate_before) {
   S *state = lanes_of(state_), *rate = lanes_of(rate_);
   const S* before = lanes_of(rate_before);
@@ -190,7 +191,7 @@ template <class S> S Radau15<S>::sweep_batch(S h_s, LaneArray<S>& rate_before) {
   return most;
 }
 
-// Node after node; what a node's rate turns out to be at once moves those of the nodes after it (Rein and Spiegel, eq.
+// Node after node; the new rate of a node at once corrects those of the nodes after it (Rein and Spiegel, eq.
 // 10).
 template <class S> S Radau15<S>::sweep_nodes(S h_s) {
   S *rate = lanes_of(rate_), *base = lanes_of(base_);
@@ -209,8 +210,8 @@ template <class S> S Radau15<S>::sweep_nodes(S h_s) {
   return most;
 }
 
-// Sweeps until the next one would change nothing that matters: the last change times the contraction is below the last
-// place, or a tenth of the tolerance. The answer is what remains; infinite: no convergence.
+// Sweeps until the change that the next one would make (the last change times the contraction) is below the last place,
+// or below a tenth of the tolerance. Returns that remaining change; infinity: no convergence.
 template <class S> S Radau15<S>::iterate(S h_s, bool predicted) {
   constexpr int most_sweeps = 60;
   const S enough = real::max(real::epsilon<S>() / S(8), rtol_ / S(10));
@@ -252,18 +253,18 @@ template <class S> void Radau15<S>::finish(S h_s, const S* y, S* y_new) {
   this->system_.project(y_new);
 }
 
-// Kahan's sum with Knuth's two-sum, as in compensation.hpp; the rests are on record with the step, so that samples
+// Kahan's sum with Knuth's two-sum, as in compensation.hpp; the remainders are stored with the step, so that samples
 // inside it and steps taken again start from the same ones.
 template <class S> S Radau15<S>::add(int i, S y, S increment) {
   if (!options_.compensated) return y + increment;
-  const S wanted = increment + rest_[i], sum = y + wanted, part = sum - y;
-  rest_new_[i] = (y - (sum - part)) + (wanted - part);
+  const S wanted = increment + compensation_[i], sum = y + wanted, part = sum - y;
+  compensation_new_[i] = (y - (sum - part)) + (wanted - part);
   return sum;
 }
 
 // Keeps the record of the last step that advise() accepted: samples inside it are steps from its start, and the next
 // step starts at its end.
-template <class S> void Radau15<S>::put_on_record(S t_s, S h_s, const S* y, const S* y_new, bool predicted) {
+template <class S> void Radau15<S>::store_record(S t_s, S h_s, const S* y, const S* y_new, bool predicted) {
   last_ = kept_ >= 0 ? 1 - kept_ : 1 - last_;
   Record& record = record_[last_];
   record.valid = true;
@@ -272,25 +273,26 @@ template <class S> void Radau15<S>::put_on_record(S t_s, S h_s, const S* y, cons
   record.contraction = contraction_;
   std::copy(y, y + size_, record.y.begin());
   std::copy(y_new, y_new + size_, record.y_new.begin());
-  record.rest.swap(rest_);
-  record.rest_new.swap(rest_new_);
-  S* miss = lanes_of(record.miss);
+  record.compensation.swap(compensation_);
+  record.compensation_new.swap(compensation_new_);
+  S* prediction_error = lanes_of(record.prediction_error);
   if (predicted)
-    in_lanes<S>(width_,
-                [&](auto) ATWOOD_INLINED { radau::differences(rates_, lanes_of(rate_), lanes_of(predicted_), miss); });
-  else std::fill(miss, miss + size_ * kNodes, S(0));
+    in_lanes<S>(width_, [&](auto) ATWOOD_INLINED {
+      radau::differences(rates_, lanes_of(rate_), lanes_of(predicted_), prediction_error);
+    });
+  else std::fill(prediction_error, prediction_error + size_ * kNodes, S(0));
   record.rate.swap(rate_);
 }
 
 template <class S> bool Radau15<S>::step(S t_s, S h_s, const S* y, S* y_new) {
   if (epoch_ != this->system_.epoch) find_unknowns();
-  this->remember(t_s, h_s, y, y_new);
+  this->set_last_step(t_s, h_s, y, y_new);
   S offset = S(0);
   Record* from = find_start(t_s, y, offset);
-  if (from == nullptr) std::fill(rest_.begin(), rest_.end(), S(0));
-  else rest_ = offset == S(1) ? from->rest_new : from->rest;
+  if (from == nullptr) std::fill(compensation_.begin(), compensation_.end(), S(0));
+  else compensation_ = offset == S(1) ? from->compensation_new : from->compensation;
   predict(h_s, from, offset);
-  lay_base(t_s, h_s, y);
+  set_base(t_s, h_s, y);
   if (options_.sequential) start_nodes(t_s, y, from != nullptr);
   contraction_ = from != nullptr ? from->contraction : S(1);
   measure_scales(lanes_of(options_.sequential ? rate_ : predicted_));
@@ -300,11 +302,11 @@ template <class S> bool Radau15<S>::step(S t_s, S h_s, const S* y, S* y_new) {
     return rtol_ > S(0);  // advise() then asks for a shorter step
   }
   finish(h_s, y, y_new);
-  put_on_record(t_s, h_s, y, y_new, offset == S(1));
+  store_record(t_s, h_s, y, y_new, offset == S(1));
   return true;
 }
 
-// The rate at the start of the step is evaluated once; it is the first guess of the others where there is no other.
+// The rate at the start of the step is evaluated once; without a prediction it is the first guess at every node.
 template <class S> void Radau15<S>::start_nodes(S t_s, const S* y, bool predicted) {
   S* rate = lanes_of(rate_);
   if (predicted) std::copy(lanes_of(predicted_), lanes_of(predicted_) + size_ * kNodes, rate);

@@ -1,7 +1,7 @@
-// Collocation at Radau's eight nodes that hold the start of the step: order 15, solved by sweeps over the rates
-// (Everhart 1985; Rein and Spiegel, MNRAS 446 (2015) 1424). The rates of a step are guessed by extrapolating those of
+// Collocation at the eight Radau nodes that include the start of the step: order 15, solved by fixed-point sweeps
+// (Everhart 1985; Rein and Spiegel, MNRAS 446 (2015) 1424). The rates of a step are predicted by extrapolating those of
 // the step before. Positions are integrated twice from the accelerations, so velocities need no stages where no force
-// asks for them.
+// depends on them.
 #pragma once
 
 #include "integrators/stepper.hpp"
@@ -16,7 +16,7 @@ inline constexpr int kRadauNodes = kLaneCount;  // a node a lane
 //   Y_i = y + h sum_j a[j][i] F_j      x_i = x + c_i h v + h^2 sum_j a2[j][i] F_j     (a2 = a a, where x' = v, v' = F)
 //   y_new = y + h sum_j b[j] F_j       x_new = x + h v + h^2 sum_j b2[j] F_j
 //   F(tau) = sum_k tau^k sum_j power[j][k] F_j, so power[j][7] makes the divided difference over all nodes
-//   node n takes another rate, by D: Newton's term of node n makes F_j grow by D newton[n][j], 0 for j < n
+//   a change D of the rate at node n changes F_j by D newton[n][j] (Newton's term of node n), 0 for j < n
 template <class S> struct RadauTable {
   using Row = S[kRadauNodes];
   alignas(kLaneCount * sizeof(S)) Row c, a[kRadauNodes], a2[kRadauNodes], power[kRadauNodes], newton[kRadauNodes];
@@ -26,8 +26,7 @@ template <class S> struct RadauTable {
 template <class S> const RadauTable<S>& radau_table();
 
 struct RadauOptions {
-  bool sequential =
-      false;  // a node after another, each with the newest rates; otherwise all nodes at once, as one batch
+  bool sequential = false;  // true: node after node, each with the newest rates; false: all nodes at once, as one batch
   bool compensated = true;
 };
 
@@ -42,14 +41,15 @@ template <class S> class Radau15 final : public Stepper<S> {
   void dense(S theta, S* y_at) override;
 
  private:
-  // A step taken: what the next one's rates are extrapolated from.
+  // A completed step, from which the rates of the next one are extrapolated.
   struct Record {
     bool valid = false;
     S t_s{}, h_s{}, contraction = S(1);
-    std::vector<S> y, y_new, rest, rest_new;  // rest: what rounding cut off the state, with compensation
-    LaneArray<S> rate, miss;                  // the rates at the nodes, and what their prediction was short of
+    std::vector<S> y, y_new, compensation,
+        compensation_new;                 // compensation: remainders of the compensated sums
+    LaneArray<S> rate, prediction_error;  // the rates at the nodes, and the error of their prediction
   };
-  // Largest of a kind of component
+  // Largest absolute values of the components of one kind
   struct Scale {
     S state{}, rate{};
   };
@@ -57,7 +57,7 @@ template <class S> class Radau15 final : public Stepper<S> {
   void find_unknowns();
   Record* find_start(S t_s, const S* y, S& offset);
   void predict(S h_s, Record* from, S offset);
-  void lay_base(S t_s, S h_s, const S* y);
+  void set_base(S t_s, S h_s, const S* y);
   void measure_scales(const S* rate);
   void start_nodes(S t_s, const S* y, bool predicted);
   S iterate(S h_s, bool predicted);
@@ -65,7 +65,7 @@ template <class S> class Radau15 final : public Stepper<S> {
   S sweep_nodes(S h_s);
   void finish(S h_s, const S* y, S* y_new);
   S add(int i, S y, S increment);
-  void put_on_record(S t_s, S h_s, const S* y, const S* y_new, bool predicted);
+  void store_record(S t_s, S h_s, const S* y, const S* y_new, bool predicted);
   S roughness() const;
 
   RigidModel<S>& model_;
@@ -73,7 +73,7 @@ template <class S> class Radau15 final : public Stepper<S> {
   const RadauTable<S>& table_;
   const VectorWidth width_ = widest_vectors();
   int size_;
-  std::vector<S> rest_, rest_new_;
+  std::vector<S> compensation_, compensation_new_;
   std::int64_t epoch_ = -1;
   // Components of the state: those integrated once (rate at the same place) and twice (positions; their rate is their
   // velocity's). `kinds_`: runs of components with a rate of their own, that share a scale.
@@ -92,7 +92,7 @@ template <class S> class Radau15 final : public Stepper<S> {
   int last_ = 0;          // record of the last step
   int kept_ = -1;         // record of the last step that advise() accepted
   S rtol_{}, atol_{};     // 0: sweeps to round-off
-  S contraction_ = S(1);  // of the sweeps, as last seen
+  S contraction_ = S(1);  // of the last sweeps: ratio of successive changes
   bool converged_ = false;
 };
 

@@ -15,7 +15,7 @@ template <class S> struct Columns {
   ATWOOD_INLINE Columns(const S (&table)[kNodes][kNodes], S scale) {
     for (int j = 0; j < kNodes; ++j) column[j] = scale * load(table[j]);
   }
-  // sum_j f_j column_j, in pairs, so that no sum waits for seven others.
+  // sum_j f_j column_j, in pairs, which shortens the chain of dependent additions.
   ATWOOD_INLINE Pack<S> combine(const S* f) const {
     const Pack<S> s01 = f[0] * column[0] + f[1] * column[1], s23 = f[2] * column[2] + f[3] * column[3];
     const Pack<S> s45 = f[4] * column[4] + f[5] * column[5], s67 = f[6] * column[6] + f[7] * column[7];
@@ -35,14 +35,14 @@ ATWOOD_INLINE void stages(const std::vector<int>& components, int shift, const S
 
 // What the stages start from: y, or the straight line y + c h v.
 template <class S>
-ATWOOD_INLINE void lay_base(const std::vector<int>& once, const std::vector<int>& twice, const RadauTable<S>& table,
+ATWOOD_INLINE void set_base(const std::vector<int>& once, const std::vector<int>& twice, const RadauTable<S>& table,
                             S h_s, const S* y, S* base) {
   const Pack<S> elapsed_s = h_s * load(table.c);
   for (const int i : once) store<S>(broadcast(y[i]), base + i * kNodes);
   for (const int i : twice) store<S>(broadcast(y[i]) + y[i + 3] * elapsed_s, base + i * kNodes);
 }
 
-// The largest weighted change of a rate, at any node; not a number if one is not.
+// The largest weighted change of a rate at any node; NaN if one of them is.
 template <class S>
 ATWOOD_INLINE S change(const std::vector<int>& components, const S* weight, const S* now, const S* before) {
   Pack<S> most = broadcast(S(0));
@@ -51,10 +51,11 @@ ATWOOD_INLINE S change(const std::vector<int>& components, const S* weight, cons
   return largest_lane<S>(most);
 }
 
-// The polynomial through the rates of `from`, at tau = offset + ratio c of its step, plus what it missed last time.
+// The polynomial through the rates of `from`, at tau = offset + ratio c of its step, plus `weight` times its last
+// error.
 template <class S>
 ATWOOD_INLINE void extrapolate(const std::vector<int>& components, const RadauTable<S>& table, S offset, S ratio,
-                               S trust, const S* from, const S* miss, S* out) {
+                               S weight, const S* from, const S* prediction_error, S* out) {
   const Pack<S> tau = offset + ratio * load(table.c);
   const Columns<S> powers(table.power, S(1));
   for (const int i : components) {
@@ -62,14 +63,15 @@ ATWOOD_INLINE void extrapolate(const std::vector<int>& components, const RadauTa
     store<S>(powers.combine(from + i * kNodes), coefficient);
     Pack<S> sum = broadcast(coefficient[kNodes - 1]);
     for (int p = kNodes - 2; p >= 0; --p) sum = coefficient[p] + tau * sum;
-    store<S>(sum + trust * load(miss + i * kNodes), out + i * kNodes);
+    store<S>(sum + weight * load(prediction_error + i * kNodes), out + i * kNodes);
   }
 }
 
 // miss = now - guess.
 template <class S>
-ATWOOD_INLINE void differences(const std::vector<int>& components, const S* now, const S* guess, S* miss) {
-  for (const int i : components) store<S>(load(now + i * kNodes) - load(guess + i * kNodes), miss + i * kNodes);
+ATWOOD_INLINE void differences(const std::vector<int>& components, const S* now, const S* guess, S* prediction_error) {
+  for (const int i : components)
+    store<S>(load(now + i * kNodes) - load(guess + i * kNodes), prediction_error + i * kNodes);
 }
 
 // Largest rate of components first..last at any node.

@@ -9,7 +9,7 @@ namespace atwood {
 
 template <class S>
 LieRungeKutta<S>::LieRungeKutta(RigidModel<S>& model, LieMethod method, bool compensated)
-    : Stepper<S>(model.system()), model_(model), method_(method), rest_(compensated, model.state_size()),
+    : Stepper<S>(model.system()), model_(model), method_(method), compensation_(compensated, model.state_size()),
       stage_(model.state_size()) {
   for (auto& k : k_) k.resize(model.state_size());
 }
@@ -73,33 +73,33 @@ template <class S> bool LieRungeKutta<S>::step(S t_s, S h_s, const S* y, S* y_ne
     this->system_.rate(t_s + c[stage] * h_s, stage_.data(), k_[stage].data());
     rotation_rates(stage, h_s);
   }
-  rest_.begin(y);
+  compensation_.begin(y);
   std::copy(y, y + size, y_new);
   for (const int i : model_.moving()) {
     const int at = model_.offset(i);
     const auto add = [&](int from, int to) {
       for (int j = at + from; j < at + to; ++j)
-        y_new[j] = rest_.add(j, y[j], h_s / S(6) * (k_[0][j] + S(2) * (k_[1][j] + k_[2][j]) + k_[3][j]));
+        y_new[j] = compensation_.add(j, y[j], h_s / S(6) * (k_[0][j] + S(2) * (k_[1][j] + k_[2][j]) + k_[3][j]));
     };
     add(kAtPosition, kAtAttitude);
     if (!model_.rotates(i)) continue;
     add(kAtBodyRate, kAtBodyRate + 3);
     const Turns turns = last_turns(h_s, at);
-    Quat<S> less_one = so3_exp_less_one(turns.first);
+    Quat<S> less_one = so3_exp_minus_one(turns.first);
     if (method_ == LieMethod::commutator_free) {
-      const Quat<S> second = so3_exp_less_one(turns.second), both = less_one * second;
+      const Quat<S> second = so3_exp_minus_one(turns.second), both = less_one * second;
       less_one = {less_one.w + second.w + both.w, less_one.x + second.x + both.x, less_one.y + second.y + both.y,
                   less_one.z + second.z + both.z};
     }
     const Quat<S> dq = load4(y + at + kAtAttitude) * less_one;
     for (int j = 0; j < 4; ++j) {
       const int k = at + kAtAttitude + j;
-      y_new[k] = rest_.add(k, y[k], (&dq.w)[j]);
+      y_new[k] = compensation_.add(k, y[k], (&dq.w)[j]);
     }
   }
-  renormalise(model_, y_new, rest_);
-  rest_.end(y_new);
-  this->remember(t_s, h_s, y, y_new);
+  renormalise(model_, y_new, compensation_);
+  compensation_.end(y_new);
+  this->set_last_step(t_s, h_s, y, y_new);
   return true;
 }
 

@@ -22,7 +22,7 @@ template <class S> class LieRungeKutta final : public Stepper<S> {
   bool step(S t_s, S h_s, const S* y, S* y_new) override;
 
  private:
-  // What moves the attitude: rotation vectors, one after the other in body axes. The second may be zero.
+  // The attitude's motion over a step: two rotation vectors in body axes, one after the other. The second may be zero.
   struct Turns {
     Vec3<S> first, second;
   };
@@ -35,7 +35,7 @@ template <class S> class LieRungeKutta final : public Stepper<S> {
 
   RigidModel<S>& model_;
   LieMethod method_;
-  Compensation<S> rest_;
+  Compensation<S> compensation_;
   std::vector<S> k_[4], stage_;
 };
 

@@ -13,7 +13,7 @@ ExplicitRungeKutta<S>::ExplicitRungeKutta(System<S>& system, const Tableau& tabl
       first_same_as_last_(tableau.first_same_as_last), retakes_(tableau.embedded_order > 0),
       dense_(tableau.dense_order > 0), rates_(static_cast<std::size_t>(stages_ + dense_stages_) * system.size),
       stage_(system.size), start_(system.size), last_end_(system.size), change_(compensated ? system.size : 0),
-      rest_(compensated, system.size) {
+      compensation_(compensated, system.size) {
   const Coefficients read = read_coefficients(tableau);
   for (int i = 0; i < stages_ + dense_stages_; ++i) {
     a_[i] = combine(read.a[i]);
@@ -55,7 +55,7 @@ template <class S> S ExplicitRungeKutta<S>::sum(const Combination& combination, 
 
 namespace {
 
-// States shorter than this do not repay the call into another instruction set's build.
+// For shorter states the call into a function of another instruction set costs more than it saves.
 constexpr int kShortestWideState = 40;
 
 // The sum first, so that y is rounded once. The number of terms is known to the compiler: the loop over components
@@ -107,16 +107,16 @@ template <class S> void ExplicitRungeKutta<S>::add(const S* y, S h_s, const Comb
   }
 }
 
-// What rounding cuts off h sum b_i k_i joins the next step's; so does what it cuts off the projection's change.
+// The rounding errors of adding h sum b_i k_i and the projection's change are added to the next step's increment.
 template <class S> void ExplicitRungeKutta<S>::add_compensated(const S* y, S h_s, S* y_new) {
-  rest_.begin(y);
-  for (int i = 0; i < size_; ++i) y_new[i] = rest_.add(i, y[i], h_s * sum(b_, i));
-  project_compensated(this->system_, rest_, y_new, change_.data());
-  rest_.end(y_new);
+  compensation_.begin(y);
+  for (int i = 0; i < size_; ++i) y_new[i] = compensation_.add(i, y[i], h_s * sum(b_, i));
+  project_compensated(this->system_, compensation_, y_new, change_.data());
+  compensation_.end(y_new);
 }
 
-// The first rate of a step taken again, from the same state with another h, is known; and the last rate of the step
-// before is the first of this one, if this one starts where that one ended, under the same law.
+// The first rate is reused if a step is repeated from the same state with another h, or (first same as last) if this
+// step starts where the last one ended, under the same law.
 template <class S> void ExplicitRungeKutta<S>::first_stage(S t_s, const S* y) {
   const std::int64_t epoch = this->system_.epoch;
   if (retakes_ && start_epoch_ == epoch && start_s_ == t_s && std::equal(y, y + size_, start_.begin())) return;
@@ -140,7 +140,7 @@ template <class S> bool ExplicitRungeKutta<S>::step(S t_s, S h_s, const S* y, S*
     add(y, h_s, a_[i], stage_.data());
     this->system_.rate(t_s + c_[i] * h_s, stage_.data(), k_[i]);
   }
-  if (rest_.on()) {
+  if (compensation_.on()) {
     add_compensated(y, h_s, y_new);
   } else {
     add(y, h_s, b_, y_new);
@@ -152,7 +152,7 @@ template <class S> bool ExplicitRungeKutta<S>::step(S t_s, S h_s, const S* y, S*
     last_end_s_ = t_s + h_s;
     last_epoch_ = this->system_.epoch;
   }
-  this->remember(t_s, h_s, y, y_new);
+  this->set_last_step(t_s, h_s, y, y_new);
   dense_known_ = false;
   return true;
 }
@@ -189,15 +189,16 @@ template <class S> void ExplicitRungeKutta<S>::dense_stages() {
 template <class S> void ExplicitRungeKutta<S>::dense(S theta, S* y_at) {
   if (!dense_) return Stepper<S>::dense(theta, y_at);
   if (!dense_known_) dense_stages();
-  const S rest = S(1) - theta, h = this->h_s_;
+  const S one_minus_theta = S(1) - theta, h = this->h_s_;
   const S *first = k_[0], *last = k_[stages_ - 1];
   for (int i = 0; i < size_; ++i) {
     const S rise = this->y_new_[i] - this->y_[i];
     const S bend = h * first[i] - rise;
     const S twist = rise - h * last[i] - bend;
     S inner = S(0);
-    for (int n = dense_rows_ - 1; n >= 0; --n) inner = h * sum(dense_row_[n], i) + (n % 2 == 0 ? theta : rest) * inner;
-    y_at[i] = this->y_[i] + theta * (rise + rest * (bend + theta * (twist + rest * inner)));
+    for (int n = dense_rows_ - 1; n >= 0; --n)
+      inner = h * sum(dense_row_[n], i) + (n % 2 == 0 ? theta : one_minus_theta) * inner;
+    y_at[i] = this->y_[i] + theta * (rise + one_minus_theta * (bend + theta * (twist + one_minus_theta * inner)));
   }
   this->system_.project(y_at);
 }

@@ -17,7 +17,7 @@ template <class S> class ExplicitRungeKutta final : public Stepper<S> {
   int estimate_order() const override { return estimate_order_; }
   void dense(S theta, S* y_at) override;
   bool dense_is_accurate() const override { return dense_; }
-  const ExplicitWeights<S>* weights() const override { return rest_.on() ? nullptr : &weights_; }
+  const ExplicitWeights<S>* weights() const override { return compensation_.on() ? nullptr : &weights_; }
 
  private:
   // A row with the zeros of the tableau left out.
@@ -46,7 +46,7 @@ template <class S> class ExplicitRungeKutta final : public Stepper<S> {
   S* k_[kMaxStages];
   S start_s_{}, last_end_s_{};
   std::int64_t start_epoch_ = -1, last_epoch_ = -1;
-  Compensation<S> rest_;
+  Compensation<S> compensation_;
   VectorWidth width_ = widest_vectors();
 };
 

@@ -7,7 +7,7 @@ namespace atwood {
 template <class S>
 Stepper<S>::Stepper(System<S>& system) : system_(system), rate_start_(system.size), rate_end_(system.size) {}
 
-template <class S> void Stepper<S>::remember(S t_s, S h_s, const S* y, const S* y_new) {
+template <class S> void Stepper<S>::set_last_step(S t_s, S h_s, const S* y, const S* y_new) {
   t_s_ = t_s;
   h_s_ = h_s;
   y_ = y;

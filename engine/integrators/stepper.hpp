@@ -5,9 +5,9 @@
 //   stepper->step(t, theta * h, y, y_mid);  // ... with another h: the method's own order inside a step
 //   stepper->dense(theta, y_mid);           // cheaper: the interpolant of the last call of step()
 //
-// A caller that edits a state between steps (a contact's impulse) just passes the edited state: the method notices
-// that (t, y) is not where its last step ended and evaluates the rate anew. A change of the force law itself is seen
-// through System::epoch, which RigidModel::select_interval raises.
+// A caller may change the state between steps (a contact's impulse): the stepper compares (t, y) with the end of its
+// last step and evaluates the rate again if they differ. A change of the force law is detected by System::epoch, which
+// RigidModel::select_interval increments.
 #pragma once
 
 #include <vector>
@@ -24,41 +24,41 @@ template <class S> class Stepper {
   Stepper(const Stepper&) = delete;
   Stepper& operator=(const Stepper&) = delete;
 
-  // Steps from (t_s, y) to y_new (system.size scalars each, no overlap); h_s may be of either sign. False: the method's
-  // implicit equations have no solution that it could find; y_new is then meaningless. Never allocates.
+  // Steps from (t_s, y) to y_new (system.size scalars each, no overlap); h_s may be of either sign. False: the solver
+  // of the implicit equations did not converge; y_new is then undefined. Does not allocate.
   virtual bool step(S t_s, S h_s, const S* y, S* y_new) = 0;
 
   // Root mean square of the last step's error estimate, each component over atol + rtol max(|y|, |y_new|)
-  // (Hairer, Norsett, Wanner I, eq. II.4.11). Methods without an estimate answer 0.
+  // (Hairer, Norsett, Wanner I, eq. II.4.11). Methods without an estimate return 0.
   virtual S error_norm(S rtol, S atol) const;
-  // k where the estimate is of local order k + 1: the controller's step grows as error_norm^(-1/(k+1)).
+  // k where the estimate is of local order k + 1: the controller scales the step by error_norm^(-1/(k+1)).
   virtual int estimate_order() const { return 4; }
 
-  // Not null: an uncompensated step is no more than these weights say, whatever the time; the runner may then fuse
-  // many.
+  // Not null: a step consists of the sums with these weights alone, without compensation and without dependence on
+  // time; the caller may then fuse many steps into one loop (integrators/free_flight.hpp).
   virtual const ExplicitWeights<S>* weights() const { return nullptr; }
 
-  // ---- methods that choose their own steps (extrapolation, Taylor, Radau 15): the runner then asks advise() after
-  // each step instead of error_norm(), with no controller of its own.
+  // ---- methods that choose their own steps (Taylor, Radau 15): the caller then uses advise() after each step in place
+  // of error_norm() and its own controller.
   struct Advice {
     bool accepted;
     S next_s;
   };
   virtual bool chooses_steps() const { return false; }
   virtual Advice advise(S rtol, S atol);
-  // Called once before the first step of an adaptive run; the first guess of a step is the runner's.
+  // Called once before the first step of an adaptive run; the caller proposes the first step.
   virtual void set_tolerance(S rtol, S atol);
 
-  // The state at t + theta h of the last step, theta in [0, 1]; y and y_new of that step must still stand unchanged.
+  // The state at t + theta h of the last step, theta in [0, 1]; y and y_new of that step must be unchanged.
   // Here: cubic Hermite on the states and the rates at both ends (local error O(h^4)); the rates are evaluated on
   // first use. Methods with an interpolant of their own override it.
   virtual void dense(S theta, S* y_at);
 
-  // Does dense() keep the method's accuracy? Otherwise samples inside a step are better taken by a shorter step().
+  // Is dense() as accurate as the method? If not, samples inside a step are taken by a shorter step().
   virtual bool dense_is_accurate() const { return false; }
 
  protected:
-  void remember(S t_s, S h_s, const S* y, const S* y_new);  // called by step(): what dense output starts from
+  void set_last_step(S t_s, S h_s, const S* y, const S* y_new);  // called by step(): the data of dense output
 
   System<S>& system_;
   S t_s_{}, h_s_{};

@@ -19,7 +19,7 @@ struct Tableau {
   std::array<const char*, kMaxStages> a{};
   const char *b = "", *c = "";
   const char* embedded = "";  // b^: the error estimate is h sum (b_i - b^_i) k_i
-  // DOP853's second estimate, of order 3, which keeps the first from being trusted where it is small by accident
+  // DOP853's second estimate, of order 3, which guards against a first estimate that is small by coincidence
   // (Hairer, Norsett, Wanner I, eq. II.10.17): |h| e5^2 / sqrt(e5^2 + e3^2 / 100).
   int companion_order = 0;
   const char* companion = "";
@@ -43,7 +43,7 @@ struct Coefficients {
   int estimate_order = 0;  // k where the estimate is O(h^(k+1))
 };
 
-// Throws std::logic_error where an entry is no number or a row is too long: our own data, so our own fault.
+// Throws std::logic_error if an entry is not a number or a row is too long: an error in the built-in tables.
 TableauRow read_row(const char* text);
 TableauRow read_row(const char* text, int length);  // zeros added at the end
 Coefficients read_coefficients(const Tableau& tableau);

@@ -26,7 +26,7 @@ Taylor<S>::Taylor(RigidModel<S>& model, const TaylorOptions& options)
     : Stepper<S>(model.system()), model_(model), forces_(model.series_forces()), wanted_order_(options.order),
       size_(model.state_size()), increment_(size_), acceleration_(model.body_count()),
       sine_(forces_.oscillating.size()), cosine_(forces_.oscillating.size()), kind_(size_),
-      rest_(options.compensated, size_) {
+      compensation_(options.compensated, size_) {
   tops_.reserve(model.body_count());
   if (!model.bare_problem())
     for (int body = 0; body < model.body_count(); ++body) {
@@ -262,21 +262,21 @@ template <class S> void Taylor<S>::sum(S theta) {
 
 template <class S> bool Taylor<S>::step(S t_s, S h_s, const S* y, S* y_new) {
   if (!known(t_s, y)) find_series(t_s, h_s, y);
-  this->remember(t_s, h_s, y, y_new);
+  this->set_last_step(t_s, h_s, y, y_new);
   if (rtol_ > S(0) && !(real::abs(h_s) <= bound_s_)) {  // advise() will say so
     std::copy(y, y + size_, y_new);
     return true;
   }
   sum(h_s / unit_s_);
-  rest_.begin(y);
-  for (int i = 0; i < size_; ++i) y_new[i] = rest_.add(i, y[i], increment_[i]);
-  if (rest_.on()) project_compensated(this->system_, rest_, y_new, increment_.data());
+  compensation_.begin(y);
+  for (int i = 0; i < size_; ++i) y_new[i] = compensation_.add(i, y[i], increment_[i]);
+  if (compensation_.on()) project_compensated(this->system_, compensation_, y_new, increment_.data());
   else this->system_.project(y_new);
-  rest_.end(y_new);
+  compensation_.end(y_new);
   return true;
 }
 
-// A step refused costs no series, so each starts from a long guess and is cut to its own bound.
+// A rejected step costs no new series, so each step starts from a long proposal and is cut to its own bound.
 template <class S> auto Taylor<S>::advise(S, S) -> typename Stepper<S>::Advice {
   const S h_s = real::abs(this->h_s_);
   if (!(bound_s_ > S(0))) {  // coefficients beyond the scalar's range: a smaller unit

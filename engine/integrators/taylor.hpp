@@ -86,7 +86,7 @@ template <class S> class Taylor final : public Stepper<S> {
   std::vector<S> sine_, cosine_;       // of each oscillating force, likewise
   std::vector<Top> tops_;
   std::vector<int> kind_;  // of each component: position, velocity, attitude, body rate
-  Compensation<S> rest_;
+  Compensation<S> compensation_;
 };
 
 }  // namespace atwood

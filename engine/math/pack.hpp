@@ -59,7 +59,7 @@ template <class S> ATWOOD_INLINE Pack<S> broadcast(S value) {
   }
 }
 
-// |a| where it is larger than `most`, or not a number; `most` elsewhere.
+// |a| where it is larger than `most` or NaN; `most` elsewhere.
 template <class S> ATWOOD_INLINE Pack<S> larger_size(const Pack<S>& a, const Pack<S>& most) {
   if constexpr (!PackOf<S>::in_register) {
     Pack<S> out;
@@ -73,7 +73,7 @@ template <class S> ATWOOD_INLINE Pack<S> larger_size(const Pack<S>& a, const Pac
     return size <= most ? most : size;
   }
 }
-// The largest lane, by halves; one that is not a number wins.
+// The largest lane, by halves; NaN if any lane is NaN.
 template <class S> ATWOOD_INLINE S largest_lane(const Pack<S>& a) {
   const auto larger = [](S x, S y) ATWOOD_INLINED { return x <= y ? y : (y <= x ? x : x + y); };
   return larger(larger(larger(a[0], a[4]), larger(a[2], a[6])), larger(larger(a[1], a[5]), larger(a[3], a[7])));

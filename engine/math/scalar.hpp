@@ -1,7 +1,7 @@
 // The scalars the engine computes in: float, double, long double, and __float128 ("quad").
 //
-// std:: has no overloads for quad, and argument-dependent lookup finds nothing for built-in types, so the few functions
-// that physics needs are named here, once, for all four.
+// std:: has no overloads for quad, and argument-dependent lookup finds nothing for built-in types, so the functions
+// that the engine needs are declared here for all four.
 #pragma once
 
 #include <cmath>

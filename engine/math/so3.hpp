@@ -34,7 +34,7 @@ template <class S> Quat<S> so3_exp(const Vec3<S>& s) {
 }
 
 // The same minus one, accurate as an increment: cos - 1 = -sin^2 / (1 + cos).
-template <class S> Quat<S> so3_exp_less_one(const Vec3<S>& s) {
+template <class S> Quat<S> so3_exp_minus_one(const Vec3<S>& s) {
   const Quat<S> q = so3_exp(s);
   const S square = q.x * q.x + q.y * q.y + q.z * q.z;
   return {q.w < S(0) ? q.w - S(1) : -square / (S(1) + q.w), q.x, q.y, q.z};

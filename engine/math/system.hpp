@@ -1,4 +1,4 @@
-// A system of equations as general steppers see it: y' = f(t, y), a span of scalars and a rate with its context.
+// A system of first-order equations y' = f(t, y): a span of scalars, and the rate f as a function with its context.
 #pragma once
 
 #include <cstdint>
@@ -7,14 +7,14 @@
 
 namespace atwood {
 
-// Instantiated once a scalar, not once a problem. `y` and `dydt` hold `size` scalars and never overlap.
+// Instantiated once for each scalar, not for each problem. `y` and `dydt` hold `size` scalars and never overlap.
 template <class S> struct System {
   int size = 0;
   void* context = nullptr;
   void (*rate_of)(void* context, S t_s, const S* y, S* dydt) = nullptr;
   // Returns a state to its manifold after a step (unit quaternions); null: nothing to do.
   void (*project_of)(void* context, S* y) = nullptr;
-  // The same as a change to add to the state, entries without one 0, so that compensated sums lose nothing of it.
+  // The same as an increment of the state (0 where nothing changes), for compensated sums.
   void (*projection_of)(void* context, const S* y, S* change) = nullptr;
   // The rates of `count` states at once, component after component: component i of state k is y[i * count + k], at time
   // t_s[k]; dydt likewise. Null: rates() takes the states one by one.

@@ -2,7 +2,7 @@
 
 namespace atwood {
 
-#if defined(__x86_64__) && defined(__clang__)  // before version 16 it knows features, no levels
+#if defined(__x86_64__) && defined(__clang__)  // before version 16 it accepts features, not levels
 VectorWidth widest_vectors() {
   const bool v3 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") &&
                   __builtin_cpu_supports("bmi2");

@@ -31,7 +31,7 @@ template <class S> inline constexpr bool has_vector_lanes = std::is_same_v<S, fl
 VectorWidth widest_vectors();
 
 #if defined(__x86_64__)
-#if defined(__clang__)  // knows no prefer-vector-width in a function's target
+#if defined(__clang__)  // has no prefer-vector-width in a function's target
 #define ATWOOD_V4 "arch=x86-64-v4"
 #else
 #define ATWOOD_V4 "arch=x86-64-v4,prefer-vector-width=512"

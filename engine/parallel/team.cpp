@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kSpins = 4000;  // some 10 us to 100 us
 
-void relax() {
+void pause() {
 #if defined(__x86_64__)
   __builtin_ia32_pause();
 #endif
@@ -27,12 +27,12 @@ struct Team::Members {
   explicit Members(int threads);
   ~Members();
 
-  // A member's parts of the present round that nobody has begun: its number, the next and the end, in one word.
+  // A member's parts of the present round that are not begun: the round, the next part and the end, in one word.
   struct alignas(64) Queue {
     std::atomic<std::uint64_t> ticket{0};
   };
   void share_out(Call call, const void* work, int parts);
-  void serve(int member);
+  void run_member(int member);
   int do_parts(int member);
   bool claim(int owner, int& part);
 
@@ -42,25 +42,25 @@ struct Team::Members {
   std::unique_ptr<Queue[]> queues_;                  // one a member
   alignas(64) std::atomic<std::uint32_t> round_{0};  // grows by one for each run(); members wait for it to change
   alignas(64) std::atomic<int> left_{0};             // parts of the round that are not done
-  std::atomic<bool> closing_{false};
-  std::vector<std::thread> others_;
+  std::atomic<bool> stopping_{false};
+  std::vector<std::thread> threads_;
 };
 
 Team::Members::Members(int threads)
     : size(threads), queues_(std::make_unique<Queue[]>(static_cast<std::size_t>(threads))) {
-  others_.reserve(threads - 1);
-  for (int member = 1; member < threads; ++member) others_.emplace_back([this, member] { serve(member); });
+  threads_.reserve(threads - 1);
+  for (int member = 1; member < threads; ++member) threads_.emplace_back([this, member] { run_member(member); });
 }
 
 Team::Members::~Members() {
-  closing_.store(true, std::memory_order_relaxed);
+  stopping_.store(true, std::memory_order_relaxed);
   round_.fetch_add(1, std::memory_order_release);
   round_.notify_all();
-  for (std::thread& other : others_) other.join();
+  for (std::thread& other : threads_) other.join();
 }
 
 // call_ and work_ are written before the tickets (release) and read after one is claimed (acquire); they stay until its
-// part is done. What the members wrote is seen by the caller through left_. A ticket of an earlier round cannot be
+// part is done. The members' writes reach the caller through left_. A ticket of an earlier round cannot be
 // claimed: its queue was empty when that round ended, and its word never comes back.
 void Team::Members::share_out(Call call, const void* work, int parts) {
   call_ = call;
@@ -74,7 +74,7 @@ void Team::Members::share_out(Call call, const void* work, int parts) {
   round_.store(round, std::memory_order_release);
   round_.notify_all();
   int left = left_.fetch_sub(do_parts(0), std::memory_order_acq_rel);
-  for (int n = 0; n < kSpins && (left = left_.load(std::memory_order_acquire)) != 0; ++n) relax();
+  for (int n = 0; n < kSpins && (left = left_.load(std::memory_order_acquire)) != 0; ++n) pause();
   for (; left != 0; left = left_.load(std::memory_order_acquire)) left_.wait(left, std::memory_order_acquire);
 }
 
@@ -89,7 +89,7 @@ bool Team::Members::claim(int owner, int& part) {
   return false;
 }
 
-// One's own first, then everybody's; how many they were.
+// The member's own parts first, then those of the others; returns how many it did.
 int Team::Members::do_parts(int member) {
   int done = 0;
   for (int i = 0; i < size; ++i) {
@@ -99,13 +99,13 @@ int Team::Members::do_parts(int member) {
   return done;
 }
 
-void Team::Members::serve(int member) {
+void Team::Members::run_member(int member) {
   std::uint32_t seen = 0;
   for (;;) {
-    for (int n = 0; n < kSpins && round_.load(std::memory_order_acquire) == seen; ++n) relax();
+    for (int n = 0; n < kSpins && round_.load(std::memory_order_acquire) == seen; ++n) pause();
     round_.wait(seen, std::memory_order_acquire);
     seen = round_.load(std::memory_order_acquire);
-    if (closing_.load(std::memory_order_relaxed)) return;
+    if (stopping_.load(std::memory_order_relaxed)) return;
     const int done = do_parts(member);
     if (done > 0 && left_.fetch_sub(done, std::memory_order_acq_rel) == done) left_.notify_one();
   }

@@ -1,5 +1,5 @@
-// A team of threads that lives as long as a run: work is handed out in numbered parts, so what is computed never
-// depends on who does it.
+// A team of threads that lives as long as a run. Work is divided into numbered parts, so results do not depend on which
+// thread does a part.
 #pragma once
 
 #include <cstdint>
@@ -7,10 +7,10 @@
 
 namespace atwood {
 
-// The caller is the first of the team; a team of one starts no thread. Idle members spin for some microseconds, enough
-// for the next stage of a step, and then sleep. Every member has parts of his own, and takes those that nobody has
-// begun when his are done: one without a core delays the others by the part that he is at, by nothing if he is at none.
-// run() allocates nothing. One caller at a time; parts do not throw.
+// The calling thread is the first member; a team of one starts no thread. Idle threads spin for some microseconds, long
+// enough for the next stage of a step, and then sleep. Each thread does its own parts first and then steals parts that
+// are not yet begun, so a thread that is preempted delays the others by at most the part it is working on.
+// run() allocates nothing. One caller at a time; parts must not throw.
 class Team {
  public:
   explicit Team(int threads);
@@ -20,8 +20,8 @@ class Team {
 
   int size() const { return size_; }
 
-  // work(part) for part = 0 .. parts - 1 (at most 65535), each once, by whoever comes to it; returns when all are done.
-  // Neighbouring parts are a member's own, the same in every call. Results must not depend on who does what.
+  // Calls work(part) for part = 0 .. parts - 1 (at most 65535), each once, on any thread; returns when all are done. A
+  // thread's own parts are contiguous and the same in every call. Results must not depend on the thread.
   template <class Work> void run(int parts, const Work& work) {
     if (size_ == 1 || parts == 1) {
       for (int part = 0; part < parts; ++part) work(part);
@@ -30,8 +30,8 @@ class Team {
     share_out([](const void* w, int part) { (*static_cast<const Work*>(w))(part); }, &work, parts);
   }
 
-  // A part a member. Below some ten microseconds of work the team costs more than it brings: then call it with
-  // `worth_it` false, and the caller does all parts in turn.
+  // One part for each thread. Below some ten microseconds of work starting the team costs more than it saves: with
+  // `worth_it` false the caller does all parts in turn.
   template <class Work> void run(bool worth_it, const Work& work) {
     if (worth_it) return run(size(), work);
     for (int part = 0; part < size(); ++part) work(part);

@@ -102,7 +102,7 @@ template <class S> void exact_turn(const Vec3<S>& g, S h_s, const Vec3<S>& L, Fr
   const S A = (g1 - g3) * L1 * L1 + (g2 - g3) * L2 * L2, B = (g1 - g2) * L2 * L2 + (g1 - g3) * L3 * L3;
   const bool on_axis = (L1 == S(0)) + (L2 == S(0)) + (L3 == S(0)) >= 2;
   if (on_axis || A == S(0) || B == S(0) || g2 == g3) {
-    turn = {so3_exp_less_one(h_s * Vec3<S>{g.x * L.x, g.y * L.y, g.z * L.z}), {}};
+    turn = {so3_exp_minus_one(h_s * Vec3<S>{g.x * L.x, g.y * L.y, g.z * L.z}), {}};
     return;
   }
   const S C = (g2 - g1) * L1 * L1 + (g2 - g3) * L3 * L3;

@@ -106,8 +106,8 @@ template <class S> void RigidModel<S>::build_bodies(const Scene& scene) {
   resting_lanes_.resize(resting_.size() + kRotatingSize);  // and a body at the origin, unturned
   for (std::size_t i = 0; i < resting_.size(); ++i)
     std::fill(resting_lanes_[i].lane, resting_lanes_[i].lane + kLaneCount, resting_[i]);
-  LaneBlock<S>& unturned_w = resting_lanes_[resting_.size() + kAtAttitude];
-  std::fill(unturned_w.lane, unturned_w.lane + kLaneCount, S(1));
+  LaneBlock<S>& identity_w = resting_lanes_[resting_.size() + kAtAttitude];
+  std::fill(identity_w.lane, identity_w.lane + kLaneCount, S(1));
 }
 
 template <class S> void RigidModel<S>::build_forces(const Scene& scene, const GravityOptions& gravity) {

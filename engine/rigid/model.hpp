@@ -1,4 +1,4 @@
-// A scene in motion: which scalars of the state belong to which body, and their rates.
+// The equations of motion of a scene: the layout of the state by body, and the rates.
 //
 // State: for each body that is not fixed, one after another,
 //   p_WB(3) v_WB(3)                      a point mass
@@ -51,8 +51,7 @@ template <class S> struct MassProperties {
   }
 };
 
-// What a caller may choose about how rates are computed; results but for `gravity.sum` and `gravity.opening` do not
-// depend on it.
+// How rates are computed. Results depend on `gravity.sum` and `gravity.opening` only.
 struct ModelOptions {
   GravityOptions gravity;  // its team is the model's own
   int threads = 1;
@@ -64,12 +63,12 @@ template <class S> class RigidModel {
   RigidModel(const RigidModel&) = delete;
   RigidModel& operator=(const RigidModel&) = delete;
 
-  // Why the engine cannot run this scene at all ("" if it can).
+  // Why the engine cannot run this scene ("" if it can).
   const std::string& unsupported() const { return unsupported_; }
   bool bare_problem() const { return bare_problem_; }
   // Some force depends on velocities or body rates.
   bool velocity_dependent() const { return velocity_dependent_; }
-  // All that depends on a velocity, at any time, is v' = ... + v x omega with a fixed omega for each body.
+  // The only dependence on velocity, at any time, is v' = ... + v x omega with a fixed omega for each body.
   bool magnetic_only() const { return magnetic_only_; }
   // That omega under the law that holds now [rad/s], one a body.
   void gyration(std::vector<Vec3<S>>& omega_W) const;
@@ -89,7 +88,7 @@ template <class S> class RigidModel {
   void set_body(int body, const BodyState<S>& state, S* y) const;  // no effect on a fixed one
   void write(S t_s, const S* y, Sample& sample);                   // sample.bodies is resized once; t_s is not set
 
-  // ---- switches and releases: the law that holds in [from_s, to_s] (as at its midpoint) holds until the next call
+  // ---- switches and releases: select_interval sets the force law of [from_s, to_s], that at its midpoint
   const std::vector<double>& switch_times_s() const { return switch_times_s_; }  // sorted, unique, > 0
   void select_interval(S from_s, S to_s);                                        // cheap when nothing switches
   std::span<const int> moving() const { return moving_; }                        // neither fixed nor held at present
@@ -102,7 +101,7 @@ template <class S> class RigidModel {
   void normalise(S* y) const;                            // unit quaternions
   bool feels_forces() const { return !terms_.empty(); }  // besides uniform gravity
   const Vec3<S>& uniform_gravity() const { return gravity_; }
-  // Does the law of [from_s, to_s] hold already? select_interval would change nothing.
+  // Is the law of [from_s, to_s] the present one? Then select_interval changes nothing.
   bool interval_selected(S from_s, S to_s) const { return interval_ >= 0 && interval_of(from_s, to_s) == interval_; }
   // Of the bodies that move now, where conservative().refusal() is "".
   const ConservativeForces<S>& conservative() const { return conservative_; }
@@ -110,7 +109,7 @@ template <class S> class RigidModel {
   const SeriesForces<S>& series_forces() const { return series_forces_; }
   Motion<S> motion(S t_s, const S* y) const { return {t_s, y, slots_.data()}; }
   S energy(const S* y) const;        // J, kinetic and potential
-  S energy_scale(const S* y) const;  // J, the sum of their sizes: what an energy's round-off is relative to
+  S energy_scale(const S* y) const;  // J, the sum of absolute values: the scale of the energy's round-off
   void set_vector_width(VectorWidth width) { width_ = width; }  // of batches of rates; the same bits at each
   Team* team() const { return team_.get(); }                    // null: one thread
 
@@ -130,7 +129,7 @@ template <class S> class RigidModel {
   bool bare_problem_ = false, velocity_dependent_ = false, magnetic_only_ = true;
   int state_size_ = 0;
   std::vector<Slot<S>> slots_;
-  std::vector<S> resting_;  // p, v = 0, q, w = 0 of every body: what forces see of fixed and held ones
+  std::vector<S> resting_;  // p, v = 0, q, w = 0 of every body: the motion of fixed and held ones
   std::vector<BodyState<S>> initial_;
   std::vector<double> release_s_;
   std::vector<MassProperties<S>> mass_;

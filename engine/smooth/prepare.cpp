@@ -9,7 +9,7 @@ Outcome refuse(const std::string& reason) { return {Status::unsupported, reason,
 
 constexpr std::int64_t kMostThreads = 256;
 
-// How rates are computed, from a method's settings; a value out of range is said in `why`.
+// How rates are computed, from a method's settings; `why` names a value out of range.
 ModelOptions model_options(const MethodId& id, std::string& why) {
   ModelOptions options;
   const MethodInfo* info = find_integrator(id.scheme);

@@ -19,7 +19,7 @@ template <class S> struct Run {
   S scale{};
   StepLimits limits{};
 
-  bool see(std::int64_t k, const S* y) {
+  bool observe_state(std::int64_t k, const S* y) {
     Outcome& outcome = simulation.outcome;
     const S t_s = S(static_cast<double>(plan.t_end_s)) * S(k) / S(plan.samples);
     if (!healthy(y, simulation.model->state_size(), scale, t_s, outcome)) return false;
@@ -61,8 +61,9 @@ template <class S> bool one_step(Simulation<S>& s, const Plan& plan, std::int64_
   return true;
 }
 
-// Steps [from, to) of bodies in free flight, as many at a time as one law holds for.
-template <class S> void fly_steps(Simulation<S>& s, const Plan& plan, std::int64_t from, std::int64_t to, S h_s) {
+// Steps [from, to) of bodies in free flight, in batches under one force law.
+template <class S>
+void march_free_flight(Simulation<S>& s, const Plan& plan, std::int64_t from, std::int64_t to, S h_s) {
   const auto begin_s = [&](std::int64_t n) { return time_at<S>(plan, n); };
   while (from < to) {
     s.model->select_interval(begin_s(from), begin_s(from) + h_s);
@@ -81,29 +82,29 @@ template <class S> void march_equal_steps(Run<S>& run) {
   const std::int64_t stride = plan.steps / plan.samples;
   const bool equal = plan.frame_ends_s.empty();
   restart(run);
-  if (!run.see(0, s.y.data())) return;
+  if (!run.observe_state(0, s.y.data())) return;
   for (std::int64_t k = 0; k < plan.samples; ++k) {
-    if (s.free_flight != nullptr && equal) fly_steps(s, plan, k * stride, (k + 1) * stride, h_s);
+    if (s.free_flight != nullptr && equal) march_free_flight(s, plan, k * stride, (k + 1) * stride, h_s);
     else
       for (std::int64_t n = k * stride; n < (k + 1) * stride; ++n) {
         if (!one_step(s, plan, n, equal ? h_s : time_at<S>(plan, n + 1) - time_at<S>(plan, n))) return;
         ++s.outcome.steps_taken;
       }
-    if (!run.see(k + 1, s.y.data())) return;
+    if (!run.observe_state(k + 1, s.y.data())) return;
   }
 }
 
 // ---- adaptive steps ---------------------------------------------------------------------------------------------
 template <class S> struct Tolerance { S rtol, atol; };
 
-template <class S> bool sample_inside(Run<S>& run, std::int64_t& k, S t_s, S h_s, S end_s, std::vector<S>& inside) {
+template <class S> bool sample_inside(Run<S>& run, std::int64_t& k, S t_s, S h_s, S end_s, std::vector<S>& inside_y) {
   Simulation<S>& s = run.simulation;
   for (; k < run.plan.samples; ++k) {
     const S sample_s = S(run.plan.t_end_s) * S(k) / S(run.plan.samples);
     if (sample_s > end_s) return true;
-    if (s.stepper->dense_is_accurate()) s.stepper->dense((sample_s - t_s) / h_s, inside.data());
-    else if (!s.stepper->step(t_s, sample_s - t_s, s.y.data(), inside.data())) return refuse_step(s.outcome, t_s);
-    if (!run.see(k, inside.data())) return false;
+    if (s.stepper->dense_is_accurate()) s.stepper->dense((sample_s - t_s) / h_s, inside_y.data());
+    else if (!s.stepper->step(t_s, sample_s - t_s, s.y.data(), inside_y.data())) return refuse_step(s.outcome, t_s);
+    if (!run.observe_state(k, inside_y.data())) return false;
   }
   return true;
 }
@@ -116,10 +117,10 @@ typename Stepper<S>::Advice judge_step(Simulation<S>& s, const Tolerance<S>& tol
   return {control.accepted(), next_s};
 }
 
-// From begin_s to end_s under one law; h_s is the guess, and what the next piece starts from.
+// Integrates from begin_s to end_s under one force law; h_s: the proposed step, updated for the next interval.
 template <class S>
 bool march_piece(Run<S>& run, const Tolerance<S>& tolerance, S begin_s, S end_s, S& h_s, std::int64_t& k,
-                 std::vector<S>& inside) {
+                 std::vector<S>& inside_y) {
   Simulation<S>& s = run.simulation;
   StepControl<S> control(s.stepper->estimate_order(), run.limits);
   S t_s = begin_s;
@@ -131,7 +132,7 @@ bool march_piece(Run<S>& run, const Tolerance<S>& tolerance, S begin_s, S end_s,
       if (unsolved) return refuse_step(s.outcome, t_s);
       if (healthy(s.y_new.data(), s.model->state_size(), run.scale, t_s, s.outcome)) {
         s.outcome.status = Status::diverged;
-        s.outcome.reason = "the step size fell to nothing" + at_time(t_s);
+        s.outcome.reason = "the step size fell below round-off" + at_time(t_s);
       }
       return false;
     }
@@ -148,9 +149,9 @@ bool march_piece(Run<S>& run, const Tolerance<S>& tolerance, S begin_s, S end_s,
       h_s = next_s;
       continue;
     }
-    h_s = last ? real::max(h_s, next_s) : next_s;  // a step cut short says nothing against the guess
+    h_s = last ? real::max(h_s, next_s) : next_s;  // a step cut at end_s does not reduce the proposal
     const S reached_s = last ? end_s : t_s + step_s;
-    if (run.observer != nullptr && !sample_inside(run, k, t_s, step_s, reached_s, inside)) return false;
+    if (run.observer != nullptr && !sample_inside(run, k, t_s, step_s, reached_s, inside_y)) return false;
     s.y.swap(s.y_new);
     t_s = reached_s;
     update_stateful_force(s, t_s);
@@ -159,12 +160,12 @@ bool march_piece(Run<S>& run, const Tolerance<S>& tolerance, S begin_s, S end_s,
   return true;
 }
 
-template <class S> void march_adaptively(Run<S>& run, const Tolerance<S>& tolerance, std::vector<S>& inside) {
+template <class S> void march_adaptively(Run<S>& run, const Tolerance<S>& tolerance, std::vector<S>& inside_y) {
   Simulation<S>& s = run.simulation;
   const S end_s = S(run.plan.t_end_s);
   restart(run);
   s.stepper->set_tolerance(tolerance.rtol, tolerance.atol);
-  if (!run.see(0, s.y.data())) return;
+  if (!run.observe_state(0, s.y.data())) return;
   std::int64_t k = 1;
   S begin_s = S(0), h_s = time_at<S>(run.plan, 1);
   const std::vector<double>& switches = s.model->switch_times_s();
@@ -172,10 +173,10 @@ template <class S> void march_adaptively(Run<S>& run, const Tolerance<S>& tolera
     const S until_s = piece < switches.size() ? real::min(S(switches[piece]), end_s) : end_s;
     if (!(begin_s < until_s)) continue;
     s.model->select_interval(begin_s, until_s);
-    if (!march_piece(run, tolerance, begin_s, until_s, h_s, k, inside)) return;
+    if (!march_piece(run, tolerance, begin_s, until_s, h_s, k, inside_y)) return;
     begin_s = until_s;
   }
-  run.see(run.plan.samples, s.y.data());
+  run.observe_state(run.plan.samples, s.y.data());
 }
 
 Outcome refuse(const std::string& reason) { return {Status::unsupported, reason, 0, 0, {}}; }
@@ -213,7 +214,7 @@ Outcome run_prepared(Simulation<S>& simulation, const MethodId& id, const Plan& 
                      int repeats) {
   if (const std::string fault = plan_fault(id, plan); !fault.empty()) return refuse(fault);
   if (simulation.outcome.status != Status::ok) return simulation.outcome;
-  std::vector<S> inside(simulation.y.size());
+  std::vector<S> inside_y(simulation.y.size());
   Run<S> run{simulation, plan, repeats > 0 ? nullptr : &observer, {}, {}, {}};
   const double rtol = id.rtol.value_or(0);
   if (id.rtol) run.limits = step_limits(id);
@@ -221,7 +222,7 @@ Outcome run_prepared(Simulation<S>& simulation, const MethodId& id, const Plan& 
   std::vector<std::int64_t> busy_ns;
   for (int pass = 0; pass <= repeats; ++pass) {  // pass 0 is the accuracy pass, or the warm-up of the timed one
     const auto start = std::chrono::steady_clock::now();
-    if (id.rtol) march_adaptively(run, tolerance, inside);
+    if (id.rtol) march_adaptively(run, tolerance, inside_y);
     else march_equal_steps(run);
     const auto stop = std::chrono::steady_clock::now();
     if (simulation.outcome.status != Status::ok) break;

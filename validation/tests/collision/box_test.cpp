@@ -216,8 +216,7 @@ TEST_CASE("turning and moving the world turns and moves the contact") {
           contacts(posed(shape_a, away, world * q_a), posed(shape_b, away + rotate(world, between), world * q_b));
       RC_ASSERT(m.size() == n.size());
       // Two directions may be as good as each other: only then may the choice change.
-      if (!m.empty() && norm(rotate(world, m[0].normal_W) - n[0].normal_W) < 1e-10)
-        RC_ASSERT(m[0].meeting == n[0].meeting);
+      if (!m.empty() && norm(rotate(world, m[0].normal_W) - n[0].normal_W) < 1e-10) RC_ASSERT(m[0].type == n[0].type);
     }
   }));
 }
@@ -226,7 +225,7 @@ TEST_CASE("edge-edge contacts are told apart from faces") {
   const Q ridge = turn(kPi / 4, {1, 0, 0}), across = turn(kPi / 2, {0, 0, 1}) * ridge;
   const V above{0.25, 0.5, 2 * std::sqrt(2.) - 0.25};
   const auto m = contact(posed(Box{{1, 1, 1}}, {}, ridge), posed(Box{{1, 1, 1}}, above, across));
-  CHECK(m.meeting == Meeting::edge_edge);
+  CHECK(m.type == ManifoldType::edge_edge);
   CHECK(m.count == 1);
   CHECK(m.points[0].gap == Approx(-0.25).epsilon(1e-14));
   CHECK(norm(m.normal_W - V{0, 0, 1}) < 1e-15);
@@ -246,8 +245,8 @@ TEST_CASE("boxes that touch exactly are in contact, an ulp apart they are not") 
   const Posed a = posed(Box{{1, 1, 1}}, {});
   CHECK(deepest(contact(a, posed(Box{{1, 1, 1}}, {0.5, 0, 2}))) == 0);
   CHECK(contact(a, posed(Box{{1, 1, 1}}, {0.5, 0, 2})).count == 4);
-  CHECK(contact(a, posed(Box{{1, 1, 1}}, {2, 2, 0})).meeting == Meeting::edge);
-  CHECK(contact(a, posed(Box{{1, 1, 1}}, {2, 2, 2})).meeting == Meeting::point);
+  CHECK(contact(a, posed(Box{{1, 1, 1}}, {2, 2, 0})).type == ManifoldType::edge);
+  CHECK(contact(a, posed(Box{{1, 1, 1}}, {2, 2, 2})).type == ManifoldType::point);
   CHECK(contacts(a, posed(Box{{1, 1, 1}}, {0, 0, std::nextafter(2., 3.)})).empty());
 }
 
@@ -286,7 +285,7 @@ TEST_CASE("stacked boxes keep the names of their points while they tremble") {
 
 TEST_CASE("points beyond the margin are left out, those within are kept") {
   const Posed a = posed(Box{{2, 2, 1}}, {}), b = posed(Box{{1, 1, 1}}, {0, 0, 2}, turn(0.02, {0, 1, 0}));
-  CHECK(contact(a, b).meeting == Meeting::edge);
+  CHECK(contact(a, b).type == ManifoldType::edge);
   CHECK(contact(a, b, 0.05).count == 4);
   CHECK(contacts(a, posed(Box{{1, 1, 1}}, {0, 0, 2.25}), 0.2).empty());
   CHECK(contact(a, posed(Box{{1, 1, 1}}, {0, 0, 2.25}), 0.3).count == 4);

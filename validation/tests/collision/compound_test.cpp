@@ -2,7 +2,7 @@
 #include <rapidcheck.h>
 #include <catch2/catch.hpp>
 
-#include "collision/box_edges_test.hpp"
+#include "collision/box_edge_crossings.hpp"
 #include "collision/query.hpp"
 #include "posed_shapes.hpp"
 

@@ -6,7 +6,7 @@
 
 #include <chrono>
 
-#include "collision/swept.hpp"
+#include "collision/time_of_impact.hpp"
 #include "posed_shapes.hpp"
 
 using namespace atwood;
@@ -152,7 +152,7 @@ template <class S> void check_swept(const Pose& pose, Random& random) {
   if (random() % 3 == 0 && norm(p) > S(0)) from_b.v_W = from_a.v_W - (S(speed) / norm(p)) * p;  // head on
   const S t_end = S(1);
   const auto began = std::chrono::steady_clock::now();
-  const auto touch = first_touch(a, from_a, b, from_b, t_end), back = first_touch(b, from_b, a, from_a, t_end);
+  const auto touch = time_of_impact(a, from_a, b, from_b, t_end), back = time_of_impact(b, from_b, a, from_a, t_end);
   RC_ASSERT(std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count() < kSoon_s);
   for (const auto& found : {touch, back}) {
     if (!found) continue;

@@ -77,7 +77,7 @@ TEST_CASE("cylinder against box: standing, lying, hanging over, beside a corner"
   SECTION("standing") {
     const auto m = meet(box, placed_at<double>({}), cylinder, placed_at<double>({0.1, 0.2, 2.99}));
     REQUIRE(m.size() == 1);
-    CHECK(m[0].meeting == Meeting::face);
+    CHECK(m[0].type == ManifoldType::face);
     CHECK(m[0].count == 4);
     CHECK(m[0].normal_W.z == 1);
     for (int i = 0; i < 4; ++i) {
@@ -90,7 +90,7 @@ TEST_CASE("cylinder against box: standing, lying, hanging over, beside a corner"
     const auto m =
         meet(box, placed_at<double>({}), cylinder, placed_at<double>({0.5, 0, 1.4375}, turn(kPi / 2, {0, 1, 0})));
     REQUIRE(m.size() == 1);
-    CHECK(m[0].meeting == Meeting::edge);
+    CHECK(m[0].type == ManifoldType::edge);
     REQUIRE(m[0].count == 2);
     CHECK(m[0].normal_W.z == Approx(1).epsilon(1e-15));
     for (int i = 0; i < 2; ++i) CHECK(m[0].points[i].gap == Approx(-0.0625).epsilon(1e-13));
@@ -145,11 +145,11 @@ TEST_CASE("cylinders: crossed, in line, side by side") {
   const auto m =
       meet(cylinder, placed_at<double>({}), cylinder, placed_at<double>({0, 0.98, 0}, turn(kPi / 3, {0, 1, 0})));
   REQUIRE(m.size() == 1);
-  CHECK(m[0].meeting == Meeting::edge_edge);
+  CHECK(m[0].type == ManifoldType::edge_edge);
   CHECK(m[0].points[0].gap == Approx(-0.02).epsilon(1e-12));
   const auto ends = meet(cylinder, placed_at<double>({}), cylinder, placed_at<double>({0.4, 0, 3.99}));
   REQUIRE(ends.size() == 1);
-  CHECK(ends[0].meeting == Meeting::face);
+  CHECK(ends[0].type == ManifoldType::face);
   for (int i = 0; i < ends[0].count; ++i) {
     const V x = ends[0].points[i].x_W;
     CHECK(ends[0].points[i].gap == Approx(-0.01).epsilon(1e-12));
@@ -158,7 +158,7 @@ TEST_CASE("cylinders: crossed, in line, side by side") {
   }
   const auto beside = meet(cylinder, placed_at<double>({}), cylinder, placed_at<double>({0.6, 0.8, 1}), 0.01);
   REQUIRE(beside.size() == 1);
-  CHECK(beside[0].meeting == Meeting::edge);
+  CHECK(beside[0].type == ManifoldType::edge);
   REQUIRE(beside[0].count == 2);
   CHECK(std::abs(beside[0].points[0].x_W.z - beside[0].points[1].x_W.z) == Approx(3).epsilon(1e-14));
   for (int i = 0; i < 2; ++i) CHECK(std::abs(beside[0].points[i].gap) < 1e-14);
@@ -171,7 +171,7 @@ TEST_CASE("what lies on a cap touches it at two points, once each") {
     const auto found = meet(drum, placed_at<double>({}), Capsule{0.25, length}, placed_at<double>({0, 0, 0.7}, lying));
     REQUIRE(found.size() == 1);
     CHECK(found[0].count == 2);
-    CHECK(found[0].meeting == Meeting::edge);
+    CHECK(found[0].type == ManifoldType::edge);
     const auto flipped =
         meet(Capsule{0.25, length}, placed_at<double>({0, 0, 0.7}, lying), drum, placed_at<double>({}));
     REQUIRE(flipped.size() == 1);
@@ -286,7 +286,7 @@ TEST_CASE("convex against plane: the vertices below, at most four that span them
   hull_plane_contacts(ground, hull, placed_at<double>({7, 8, 3.375}), 0.0, m);
   REQUIRE(m.size() == 1);
   CHECK(m[0].count == 4);
-  CHECK(m[0].meeting == Meeting::face);
+  CHECK(m[0].type == ManifoldType::face);
   for (int i = 0; i < 4; ++i) CHECK(m[0].points[i].gap == -0.125);
   CHECK(hull_plane_separation(ground, hull, placed_at<double>({7, 8, 4}, turn(kPi / 2, {1, 0, 0}))).gap ==
         Approx(1.5).epsilon(1e-15));
@@ -345,7 +345,7 @@ TEST_CASE("the expanding polytope agrees with every axis of two polyhedra") {
     convex_piece(a, piece_a), convex_piece(b, piece_b);
     const Placement<double> b_in_a =
         placed_at<double>(uniform(random, 0, 0.5) * narrow3<double>(gauss3(random)), any_turn(random));
-    const Meet<double> meeting = nearest_features(piece_a, piece_b, b_in_a, 1e300);
+    const NearestFeatures<double> meeting = nearest_features(piece_a, piece_b, b_in_a, 1e300);
     const double all = least_overlap_of_all_axes(piece_a, piece_b, b_in_a).overlap;
     if (meeting.gap < 0) RC_ASSERT(std::abs(meeting.gap + all) < 4e-15);
     if (meeting.gap >= 0) RC_ASSERT(all <= 1e-15 && -all <= meeting.gap + 1e-15);

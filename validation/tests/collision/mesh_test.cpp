@@ -83,10 +83,10 @@ TEST_CASE("a box's surface is closed, with six flat edges and twelve convex ones
     for (const EdgeKind kind : t.edge) flat += kind == EdgeKind::flat, convex += kind == EdgeKind::convex;
   CHECK(flat == 12);  // each seen from both sides
   CHECK(convex == 24);
-  std::vector<int> given = mesh.given;
+  std::vector<int> given = mesh.scene_index;
   std::sort(given.begin(), given.end());
   for (int i = 0; i < 12; ++i) CHECK(given[i] == i);
-  for (const V& n : mesh.point_normals) CHECK(norm(n) == Approx(1).epsilon(1e-15));
+  for (const V& n : mesh.point_pseudonormals) CHECK(norm(n) == Approx(1).epsilon(1e-15));
   const auto stair =
       build_triangle_mesh<double>({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {1, 0, 1}, {1, 1, 1}, {1, 1, 1}},
                                   {{0, 1, 2}, {0, 2, 3}, {1, 4, 6}, {1, 6, 2}, {0, 0, 1}});

@@ -60,9 +60,9 @@ TEST_CASE("the sign of a determinant is exact where rounding is not") {
 TEST_CASE("triangles: crossing, touching, sharing, in one plane") {
   const Corners<double> floor{V{0, 0, 0}, V{4, 0, 0}, V{0, 4, 0}};
   const auto meets = [&](const V& a, const V& b, const V& c) {
-    const bool one = triangles_meet(floor, {a, b, c});
-    CHECK(one == triangles_meet({b, c, a}, floor));
-    CHECK(one == triangles_meet(floor, {c, b, a}));
+    const bool one = triangles_intersect(floor, {a, b, c});
+    CHECK(one == triangles_intersect({b, c, a}, floor));
+    CHECK(one == triangles_intersect(floor, {c, b, a}));
     return one;
   };
   CHECK(meets({1, 1, -1}, {1, 1, 1}, {2, 1, 1}));  // through
@@ -94,9 +94,10 @@ TEST_CASE("triangles on a small lattice: signs say what distances say") {
     for (int k = 0; k < 3; ++k) p[k] = lattice(random, 2), q[k] = lattice(random, 2);
     const V n = cross(p[1] - p[0], p[2] - p[0]), m = cross(q[1] - q[0], q[2] - q[0]);
     if (!(dot(n, n) > 0) || !(dot(m, m) > 0)) continue;
-    const auto a = triangle_piece(p[0], p[1], p[2], unit_along(n)), b = triangle_piece(q[0], q[1], q[2], unit_along(m));
+    const auto a = triangle_piece(p[0], p[1], p[2], unit_vector(n)),
+               b = triangle_piece(q[0], q[1], q[2], unit_vector(m));
     const Closest<double> closest = closest_points(a, b, Placement<double>{}, 1e300);
-    const bool meet = triangles_meet(p, q);
+    const bool meet = triangles_intersect(p, q);
     REQUIRE(meet == !(closest.apart && closest.distance > 1e-9));
     (meet ? hits : misses)++;
   }

@@ -192,7 +192,7 @@ TEST_CASE(
       const Real3 h{uniform(random, 0.2, 1), uniform(random, 0.2, 1), uniform(random, 0.2, 1)};
       const Quat<double> q = any_turn(random);
       if (kind == 2) {
-        const V n = unit_along(narrow3<double>(gauss3(random)));
+        const V n = unit_vector(narrow3<double>(gauss3(random)));
         return Plane{{n.x, n.y, n.z}, uniform(random, -1, 1)};
       }
       if (kind == 8)
@@ -238,7 +238,7 @@ TEST_CASE("a capsule that shortens comes to the sphere's contact, against every 
   const std::vector<Shape> shapes = one_of_each();
   for (std::size_t kind = 1; kind < shapes.size(); ++kind) {
     for (int k = 0; k < 40; ++k) {
-      const V p = unit_along(narrow3<double>(gauss3(random)));
+      const V p = unit_vector(narrow3<double>(gauss3(random)));
       const Quat<double> q_a = any_turn(random), q_b = any_turn(random);
       const Body other =
           body(shapes[kind], {uniform(random, 0.2, 1) * p.x, uniform(random, 0.2, 1) * p.y, 0.7 * p.z}, q_b);

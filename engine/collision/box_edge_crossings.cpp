@@ -1,4 +1,4 @@
-#include "collision/box_edges_test.hpp"
+#include "collision/box_edge_crossings.hpp"
 
 #include <algorithm>
 #include <array>
@@ -12,7 +12,7 @@ namespace atwood {
 
 namespace {
 
-using V = Vec3<double>;
+using Vec = Vec3<double>;
 
 struct PosedBox {
   std::array<double, 3> h;
@@ -25,20 +25,20 @@ PosedBox posed_box(const Body& body) {
   return {h, placement(narrow3<double>(body.position_m), Quat<double>{q[0], q[1], q[2], q[3]})};
 }
 
-V corner(const PosedBox& box, int bits) {
-  V x = box.place.p_W;
+Vec corner(const PosedBox& box, int bits) {
+  Vec x = box.place.p_W;
   for (std::size_t k = 0; k < 3; ++k) x += ((bits >> k) & 1 ? box.h[k] : -box.h[k]) * box.place.axis_W[k];
   return x;
 }
 
 struct Crossing {
-  V x_W, outward_W;
+  Vec x_W, outward_W;
   double depth;
 };
 
 // Where the segment from `from` to `to` passes through faces of the box.
-void cross_faces(const V& from_W, const V& to_W, const PosedBox& box, std::vector<Crossing>& out) {
-  const V from = turned_back(box.place, from_W - box.place.p_W), to = turned_back(box.place, to_W - box.place.p_W);
+void cross_faces(const Vec& from_W, const Vec& to_W, const PosedBox& box, std::vector<Crossing>& out) {
+  const Vec from = turned_back(box.place, from_W - box.place.p_W), to = turned_back(box.place, to_W - box.place.p_W);
   const std::array<double, 3> p{from.x, from.y, from.z}, q{to.x, to.y, to.z};
   for (std::size_t k = 0; k < 3; ++k) {
     for (const double sign : {-1.0, 1.0}) {
@@ -68,7 +68,7 @@ ContactAnswer refused(const std::string& reason) {
   return answer;
 }
 
-std::array<Wide, 3> widened(const V& v) { return {Wide(v.x), Wide(v.y), Wide(v.z)}; }
+std::array<Wide, 3> widened(const Vec& v) { return {Wide(v.x), Wide(v.y), Wide(v.z)}; }
 
 }  // namespace
 
@@ -76,13 +76,13 @@ ContactAnswer find_contacts_by_box_edges(const Scene& scene, const ContactQuery&
   if (query.swept) return refused("box-edges has no swept test");
   for (const Body& body : scene.bodies)
     if (!std::holds_alternative<Box>(body.shape))
-      return refused("box-edges tests boxes alone; `" + body.name + "` is none");
+      return refused("box-edges tests boxes only; `" + body.name + "` is not a box");
   ContactAnswer answer;
   for (std::size_t a = 0; a < scene.bodies.size(); ++a) {
     for (std::size_t b = a + 1; b < scene.bodies.size(); ++b) {
       if (scene.bodies[a].fixed && scene.bodies[b].fixed) continue;
       const PosedBox box_a = posed_box(scene.bodies[a]), box_b = posed_box(scene.bodies[b]);
-      const auto add = [&](const Crossing& c, const V& normal_W) {
+      const auto add = [&](const Crossing& c, const Vec& normal_W) {
         answer.contacts.push_back(
             {static_cast<int>(a), static_cast<int>(b), widened(c.x_W), widened(normal_W), Wide(c.depth)});
       };

@@ -1,6 +1,6 @@
 // Time of impact of two bodies in straight motion with constant spin: exact for spheres and planes (a root of a
-// quadratic or a line), conservative advancement (Mirtich 1996; Zhang, Lee, Kim 2006) for the rest, part by part.
-// Nothing tunnels.
+// quadratic or a line), conservative advancement (Mirtich 1996; Zhang, Lee, Kim 2006) for the rest, part by part. The
+// steps are lower bounds on the time of impact, so no contact is passed over.
 #pragma once
 
 #include <optional>
@@ -21,9 +21,9 @@ template <class S> struct Touch {
   SolveReport solve = {};  // of conservative advancement; iterations 0: the touch is a root in closed form
 };
 
-// The first touch within [0, t_end_s], or none.
+// The first touch within [0, t_end_s]; none if the bodies stay apart or their pair of kinds has no test.
 template <class S>
-std::optional<Touch<S>> first_touch(const Geometry<S>& a, const SweptBody<S>& from_a, const Geometry<S>& b,
-                                    const SweptBody<S>& from_b, S t_end_s);
+std::optional<Touch<S>> time_of_impact(const Geometry<S>& a, const SweptBody<S>& from_a, const Geometry<S>& b,
+                                       const SweptBody<S>& from_b, S t_end_s);
 
 }  // namespace atwood
