@@ -1,6 +1,7 @@
 // Where surfaces end. A contact that lasts leaves its facet there: a ball that rolls off the end of a sheet goes on
-// about the edge, or flies. Corners see faces alone, so a body that lies over an end, or is larger than the whole
-// sheet, is refused.
+// about the edge, or flies; a box goes on where its edges cross those that it slides over (edges.hpp). Other bodies'
+// corners see faces alone, so what lies over an end without a contact there, or is larger than the whole sheet, is
+// refused.
 #include <algorithm>
 #include <cmath>
 
