@@ -16,12 +16,17 @@ namespace atwood::event {
 
 namespace {
 
+template <class S> Vec3<S> shortened(const Vec3<S>& v, S most) {
+  const S length = norm(v);
+  return length > most ? (most / length) * v : v;
+}
+
 template <class S> struct GaussSeidel {
   const Bodies<S>& bodies;
   const Proximity<S>& proximity;
   ConstraintSystem<S>& constraints;
 
-  Vec3<S> relative(const Contact<S>& contact) const {
+  Vec3<S> relative_acceleration(const Contact<S>& contact) const {
     const Candidate<S>& f = proximity.candidates[contact.candidate];
     const Pose<S>&k = bodies.poses[f.feature_body], &s = bodies.poses[f.surface_body];
     const Vec3<S>&x = contact.kinematics.x, &x_dot = contact.kinematics.x_dot;
@@ -29,7 +34,7 @@ template <class S> struct GaussSeidel {
     return a.linear + cross(a.angular, x - k.p) + cross(k.w, x_dot - k.v) -
            (b.linear + cross(b.angular, x - s.p) + cross(s.w, x_dot - s.v));
   }
-  Vec3<S> turning(const Contact<S>& contact) const {
+  Vec3<S> relative_angular_acceleration(const Contact<S>& contact) const {
     const Candidate<S>& f = proximity.candidates[contact.candidate];
     return constraints.acceleration[f.feature_body].angular - constraints.acceleration[f.surface_body].angular;
   }
@@ -41,12 +46,69 @@ template <class S> struct GaussSeidel {
       constraints.acceleration[row.body[side]].angular += row.response[side].angular;
     }
   }
+  // Start values, unit loads and inverse effective masses.
+  void prepare(Contact<S>& contact) {
+    const ShapePair<S>& pair = proximity.pairs[proximity.candidates[contact.candidate].pair];
+    const Vec3<S>& n = contact.kinematics.normal;
+    const bool warm = contact.slip_onset && contact.mode == FrictionMode::slip &&
+                      !contact.at_cone_limit;  // starts from the present forces
+    if (!warm) {
+      contact.normal_N = S(0);
+      contact.friction_N = {};
+    }
+    contact.couple_N_m = {};
+    contact.unit_force_W = n;
+    contact.unit_couple_W = {};
+    if (contact.mode == FrictionMode::slip && !contact.at_cone_limit && !contact.slip_onset)
+      contact.unit_force_W = n - pair.friction * contact.slip_direction;
+    if (contact.rolling == RollingMode::roll) contact.unit_couple_W = -pair.rolling_friction_m * contact.roll_direction;
+    if (warm)
+      apply(contact, contact.normal_N * contact.unit_force_W + contact.friction_N,
+            contact.normal_N * contact.unit_couple_W);
+    contact.inverse_mass_n =
+        delassus_entry(bodies, proximity, contact, n, {}, contact.unit_force_W, contact.unit_couple_W);
+    const Vec3<S> axis = real::abs(n.x) < S(0.6) ? Vec3<S>{S(1), S(0), S(0)} : Vec3<S>{S(0), S(1), S(0)};
+    Vec3<S> t = axis - dot(axis, n) * n;
+    t = (S(1) / norm(t)) * t;
+    const Vec3<S> t2 = cross(n, t);
+    contact.inverse_mass_t = real::max(delassus_entry(bodies, proximity, contact, t, {}, t, {}),
+                                       delassus_entry(bodies, proximity, contact, t2, {}, t2, {})) +
+                             real::abs(delassus_entry(bodies, proximity, contact, t, {}, t2, {}));
+    contact.inverse_inertia_r = real::max(delassus_entry(bodies, proximity, contact, {}, t, {}, t),
+                                          delassus_entry(bodies, proximity, contact, {}, t2, {}, t2)) +
+                                real::abs(delassus_entry(bodies, proximity, contact, {}, t, {}, t2));
+  }
+  // Solves one contact for the present forces of the others. `change` and `size` are raised to its largest change of a
+  // force and its normal force.
+  void solve(Contact<S>& contact, S rate_per_s, S& change, S& size) {
+    const ShapePair<S>& pair = proximity.pairs[proximity.candidates[contact.candidate].pair];
+    const Vec3<S>& n = contact.kinematics.normal;
+    const S gap_acceleration = dot(n, relative_acceleration(contact)) + dot(contact.u, contact.kinematics.normal_dot);
+    const S normal = real::max(S(0), contact.normal_N - gap_acceleration / contact.inverse_mass_n);
+    apply(contact, (normal - contact.normal_N) * contact.unit_force_W,
+          (normal - contact.normal_N) * contact.unit_couple_W);
+    change = real::max(change, real::abs(normal - contact.normal_N));
+    contact.normal_N = normal;
+    size = real::max(size, normal);
+    if (contact.mode != FrictionMode::frictionless &&
+        (contact.mode == FrictionMode::stick || contact.at_cone_limit || contact.slip_onset)) {
+      const Vec3<S> u_dot = relative_acceleration(contact) + (contact.slip_onset ? rate_per_s : S(0)) * contact.u,
+                    across = u_dot - dot(u_dot, n) * n;
+      const Vec3<S> friction =
+          shortened(contact.friction_N - (S(1) / contact.inverse_mass_t) * across, pair.friction * normal);
+      apply(contact, friction - contact.friction_N, {});
+      change = real::max(change, norm(friction - contact.friction_N));
+      contact.friction_N = friction;
+    }
+    if (contact.rolling == RollingMode::hold) {
+      const Vec3<S> alpha = relative_angular_acceleration(contact), across = alpha - dot(alpha, n) * n;
+      const Vec3<S> couple =
+          shortened(contact.couple_N_m - (S(1) / contact.inverse_inertia_r) * across, pair.rolling_friction_m * normal);
+      apply(contact, {}, couple - contact.couple_N_m);
+      contact.couple_N_m = couple;
+    }
+  }
 };
-
-template <class S> Vec3<S> shortened(const Vec3<S>& v, S most) {
-  const S length = norm(v);
-  return length > most ? (most / length) * v : v;
-}
 
 }  // namespace
 
@@ -62,79 +124,23 @@ Convergence solve_forces_gauss_seidel(const Bodies<S>& bodies, const Proximity<S
       constraints.acceleration[body].angular = turned(bodies.poses[body], load3(at + kAtBodyRate));
   }
   GaussSeidel<S> solver{bodies, proximity, constraints};
-  for (Contact<S>& contact : active.contacts) {
-    const Candidate<S>& f = proximity.candidates[contact.candidate];
-    const ShapePair<S>& pair = proximity.pairs[f.pair];
-    const Vec3<S>& n = contact.kinematics.normal;
-    const bool warm = contact.slip_onset && contact.mode == FrictionMode::slip &&
-                      !contact.at_cone_limit;  // starts from the present forces
-    if (!warm) {
-      contact.normal_N = S(0);
-      contact.friction_N = {};
-    }
-    contact.couple_N_m = {};
-    contact.unit_force_W = n;
-    contact.unit_couple_W = {};
-    if (contact.mode == FrictionMode::slip && !contact.at_cone_limit && !contact.slip_onset)
-      contact.unit_force_W = n - pair.friction * contact.slip_direction;
-    if (contact.rolling == RollingMode::roll) contact.unit_couple_W = -pair.rolling_friction_m * contact.roll_direction;
-    if (warm)
-      solver.apply(contact, contact.normal_N * contact.unit_force_W + contact.friction_N,
-                   contact.normal_N * contact.unit_couple_W);
-    contact.inverse_mass_n =
-        delassus_entry(bodies, proximity, contact, n, {}, contact.unit_force_W, contact.unit_couple_W);
-    const Vec3<S> axis = real::abs(n.x) < S(0.6) ? Vec3<S>{S(1), S(0), S(0)} : Vec3<S>{S(0), S(1), S(0)};
-    Vec3<S> t = axis - dot(axis, n) * n;
-    t = (S(1) / norm(t)) * t;
-    const Vec3<S> t2 = cross(n, t);
-    contact.inverse_mass_t = real::max(delassus_entry(bodies, proximity, contact, t, {}, t, {}),
-                                       delassus_entry(bodies, proximity, contact, t2, {}, t2, {})) +
-                             real::abs(delassus_entry(bodies, proximity, contact, t, {}, t2, {}));
-    contact.inverse_inertia_r = real::max(delassus_entry(bodies, proximity, contact, {}, t, {}, t),
-                                          delassus_entry(bodies, proximity, contact, {}, t2, {}, t2)) +
-                                real::abs(delassus_entry(bodies, proximity, contact, {}, t, {}, t2));
-  }
+  for (Contact<S>& contact : active.contacts) solver.prepare(contact);
   constexpr int max_sweeps = 5000;
   Convergence ended{max_sweeps, 0, false};
-  for (int sweep = 0; sweep < max_sweeps && !ended.converged; ++sweep) {
+  for (int sweep = 0; sweep < max_sweeps; ++sweep) {
     S change = S(0), size = S(0);
-    for (Contact<S>& contact : active.contacts) {
-      const ShapePair<S>& pair = proximity.pairs[proximity.candidates[contact.candidate].pair];
-      const Vec3<S>& n = contact.kinematics.normal;
-      const S lifts = dot(n, solver.relative(contact)) + dot(contact.u, contact.kinematics.normal_dot);
-      const S normal = real::max(S(0), contact.normal_N - lifts / contact.inverse_mass_n);
-      solver.apply(contact, (normal - contact.normal_N) * contact.unit_force_W,
-                   (normal - contact.normal_N) * contact.unit_couple_W);
-      change = real::max(change, real::abs(normal - contact.normal_N));
-      contact.normal_N = normal;
-      size = real::max(size, normal);
-      if (contact.mode != FrictionMode::frictionless &&
-          (contact.mode == FrictionMode::stick || contact.at_cone_limit || contact.slip_onset)) {
-        const Vec3<S> u_dot = solver.relative(contact) + (contact.slip_onset ? rate_per_s : S(0)) * contact.u,
-                      across = u_dot - dot(u_dot, n) * n;
-        const Vec3<S> friction =
-            shortened(contact.friction_N - (S(1) / contact.inverse_mass_t) * across, pair.friction * normal);
-        solver.apply(contact, friction - contact.friction_N, {});
-        change = real::max(change, norm(friction - contact.friction_N));
-        contact.friction_N = friction;
-      }
-      if (contact.rolling == RollingMode::hold) {
-        const Vec3<S> alpha = solver.turning(contact), across = alpha - dot(alpha, n) * n;
-        const Vec3<S> couple = shortened(contact.couple_N_m - (S(1) / contact.inverse_inertia_r) * across,
-                                         pair.rolling_friction_m * normal);
-        solver.apply(contact, {}, couple - contact.couple_N_m);
-        contact.couple_N_m = couple;
-      }
-    }
-    ended = {sweep + 1, size > S(0) ? static_cast<double>(change / size) : 0.0,
-             !(change > S(2) * real::epsilon<S>() * size)};
+    for (Contact<S>& contact : active.contacts) solver.solve(contact, rate_per_s, change, size);
+    ended = {sweep + 1, size > S(0) ? static_cast<double>(change / size) : 0.0, false};
+    if (change > S(2) * real::epsilon<S>() * size) continue;
+    ended.converged = change == change;  // not NaN
+    break;
   }
   bodies.model.system().solvers.add(
       IterativeSolver::contact_forces,
       {ended.iterations, ended.residual, ended.converged ? SolveEnd::converged : SolveEnd::capped});
   for (Contact<S>& contact : active.contacts) {
-    contact.u_dot = solver.relative(contact);
-    contact.alpha = solver.turning(contact);
+    contact.u_dot = solver.relative_acceleration(contact);
+    contact.alpha = solver.relative_angular_acceleration(contact);
     if (!contact.slip_onset || contact.mode != FrictionMode::slip || contact.at_cone_limit) continue;
     const Vec3<S> u_end = contact.u_dot + rate_per_s * contact.u,
                   across = u_end - dot(u_end, contact.kinematics.normal) * contact.kinematics.normal;

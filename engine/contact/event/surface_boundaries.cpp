@@ -1,6 +1,7 @@
-// Boundaries of faces and lines. A contact leaves its facet there: a sphere that rolls over the boundary of a face
-// moves on to the edge, or separates. Vertices have contacts with faces only, so a body that overlaps a face's
-// boundary, or is larger than the whole face, is refused.
+// Boundaries of faces and lines. A contact leaves its facet there: a sphere that rolls over the boundary of a face moves
+// on to the edge, or separates; a box goes on where its edges cross those that it slides over (edges.hpp). Vertices of
+// other bodies have contacts with faces only, so a body that overlaps a boundary without a contact there, or is larger
+// than the whole face, is refused.
 #include "contact/event/surface_boundaries.hpp"
 
 #include <algorithm>
