@@ -30,8 +30,8 @@ struct Options {
   double sleep_below_m_per_s = 0.05;  // ... every point of theirs slower than this
 };
 
-Settings default_settings();
+std::vector<Setting> setting_table();
 int substeps_of(const Options& options, double h_s);
-Options options_of(const Settings& settings, std::string& why);  // `why`: a value out of range
+Options options_of(const Settings& settings);  // of settings that were checked against the table
 
 }  // namespace atwood::stepping
