@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "scene/split_mix.hpp"
+#include "validation/metrics/order_statistics.hpp"
 
 namespace atwood::metrics {
 
@@ -20,15 +21,6 @@ inline std::size_t draw(SplitMix64& random, std::size_t n) {
 inline double draw_normal(SplitMix64& random) {
   const double u = 1 - random.next_unit(), angle = 6.283185307179586 * random.next_unit();
   return std::sqrt(-2 * std::log(u)) * std::cos(angle);
-}
-
-// The median; reorders x. Of none: 0.
-inline double median_in_place(std::vector<double>& x) {
-  if (x.empty()) return 0;
-  const auto half = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
-  std::nth_element(x.begin(), half, x.end());
-  if (x.size() % 2 == 1) return *half;
-  return (*std::max_element(x.begin(), half) + *half) / 2;
 }
 
 // The 2.5 and 97.5 percentiles, between neighbours linearly; reorders x.

@@ -3,20 +3,13 @@
 #include <algorithm>
 
 #include "scene/files.hpp"
+#include "validation/metrics/measurements.hpp"
 #include "validation/study/content_hash.hpp"
 
 namespace atwood {
 namespace {
 
 bool failed(Status status) { return status == Status::crashed || status == Status::timeout; }
-
-Row plain_row(const std::string& metric, const std::string& unit, double value) {
-  Row row;
-  row.metric = metric;
-  row.unit = unit;
-  row.value = value;
-  return row;
-}
 
 void append(std::vector<Row>& rows, Row row, const Cell& cell, const Provenance& provenance) {
   row.scenario = cell.scenario.id;
@@ -29,7 +22,8 @@ void append(std::vector<Row>& rows, Row row, const Cell& cell, const Provenance&
 }
 
 Row failure_row(const std::string& metric, Status status, const std::string& reason) {
-  Row row = plain_row(metric, "", 0);
+  Row row;
+  row.metric = metric;
   row.status = status;
   row.reason = reason;
   return row;
@@ -50,13 +44,9 @@ void append_timing(Store& store, const Cell& cell, const std::string& timing_has
   for (Row& row : timing_rows(outcome, adaptive ? accuracy_steps : cell.plan.steps)) {
     append(result.rows, std::move(row), cell, timing->provenance);
   }
-  std::vector<std::int64_t> ns = outcome.busy_ns;
-  std::nth_element(ns.begin(), ns.begin() + static_cast<std::ptrdiff_t>(ns.size() / 2), ns.end());
-  append(result.rows, plain_row("run-time", "s", 1e-9 * static_cast<double>(ns[ns.size() / 2])), cell,
-         timing->provenance);
 }
 
-// False: the store does not hold the cell, which an engine at the table runs.
+// False: the store does not hold the cell, which an available engine runs.
 bool append_cell(Store& store, const Cell& cell, const CellKeys& keys, StudyResult& result) {
   if (cell.worker < 0) {
     append(result.rows, failure_row("status", cell.absent, cell.absent_reason), cell, {});
@@ -71,7 +61,7 @@ bool append_cell(Store& store, const Cell& cell, const CellKeys& keys, StudyResu
   ++result.skipped;
   for (const Row& row : measured->rows) append(result.rows, row, cell, run->provenance);
   if (parse_method_id(cell.method).rtol && run->outcome.status == Status::ok && run->outcome.steps_taken > 0) {
-    append(result.rows, plain_row("steps-taken", "1", static_cast<double>(run->outcome.steps_taken)), cell,
+    append(result.rows, metrics::row("steps-taken", static_cast<double>(run->outcome.steps_taken)), cell,
            run->provenance);
   }
   if (failed(run->outcome.status)) ++result.failed_cells;
@@ -104,7 +94,7 @@ std::map<std::pair<std::string, std::string>, std::vector<LadderEnd>> ladder_end
                                                                                   const Campaigns& campaigns) {
   std::map<std::pair<std::string, std::string>, std::vector<LadderEnd>> ends;
   for (const Cell& cell : cells) {
-    if (cell.worker < 0 || !cell.probe.empty() || cell.method.find(':') != std::string::npos) continue;
+    if (cell.worker < 0 || cell.probe != Probe::none || cell.method.find(':') != std::string::npos) continue;
     const std::string hash = campaigns.keys(cell).accuracy;
     Recording recording;
     of_cell(cell, [&] {

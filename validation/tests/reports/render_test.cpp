@@ -11,6 +11,7 @@
 #include "reports/render/ran_methods.hpp"
 #include "reports/render/text.hpp"
 #include "synthetic.hpp"
+#include "validation/study/write_file.hpp"
 
 namespace {
 
