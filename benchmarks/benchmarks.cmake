@@ -1,3 +1,22 @@
+# What is measured and is no accuracy: times in turns, goals, the frame budget. `atwood bench`, `compare` and `advise` call it.
+find_package(fmt REQUIRED)
+find_package(nlohmann_json REQUIRED)
+add_library(atwood_benchmarks STATIC
+  ${PROJECT_SOURCE_DIR}/benchmarks/bench_file.cpp
+  ${PROJECT_SOURCE_DIR}/benchmarks/frame_budget.cpp
+  ${PROJECT_SOURCE_DIR}/benchmarks/goal_figures.cpp
+  ${PROJECT_SOURCE_DIR}/benchmarks/goal_run.cpp
+  ${PROJECT_SOURCE_DIR}/benchmarks/goals_file.cpp
+  ${PROJECT_SOURCE_DIR}/benchmarks/overheads.cpp
+  ${PROJECT_SOURCE_DIR}/benchmarks/programs.cpp
+  ${PROJECT_SOURCE_DIR}/benchmarks/rates.cpp
+  ${PROJECT_SOURCE_DIR}/benchmarks/stopwatch.cpp
+  ${PROJECT_SOURCE_DIR}/benchmarks/turn_times.cpp)
+target_compile_options(atwood_benchmarks PRIVATE $<$<CONFIG:Release>:-O1>)  # the engines' programs do the timed work
+target_include_directories(atwood_benchmarks PUBLIC ${PROJECT_SOURCE_DIR})
+target_link_libraries(atwood_benchmarks PUBLIC atwood_study atwood_gates atwood_metrics atwood_protocol atwood_scene
+                                        PRIVATE fmt::fmt nlohmann_json::nlohmann_json)
+
 # One executable an engine: two of them never share a process. Nothing here judges accuracy.
 find_package(benchmark REQUIRED)
 

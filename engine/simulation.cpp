@@ -20,9 +20,7 @@ std::string method_fault(const MethodId& id) {
   const MethodInfo* info = find_integrator(id.scheme);
   if (info == nullptr) return "atwood has no method `" + id.scheme + "`";
   if (id.rtol && !info->adaptive) return info->id + " takes equal steps, no tolerance";
-  std::string why;
-  merged_settings(*info, id.overrides, why);
-  if (!why.empty()) return why;
+  if (const auto settings = merged_settings(*info, id.overrides); !settings) return settings.fault().reason;
   if (!id.response.empty() && find_response(id.response) == nullptr)
     return "atwood has no contact response `" + id.response + "`";
   return "";

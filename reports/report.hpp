@@ -1,12 +1,11 @@
 // Rows in, documents out. Rendering runs no physics: a report can be made again from its rows.
 #pragma once
 
-#include <limits>
 #include <map>
 #include <string>
-#include <variant>
 #include <vector>
 
+#include "benchmarks/figures.hpp"
 #include "protocol/method.hpp"
 #include "scene/scene.hpp"
 #include "validation/gates/gates.hpp"
@@ -18,22 +17,8 @@
 
 namespace atwood {
 
-struct BenchFigure {
-  std::string scenario, method;
-  std::int64_t steps;
-  double ns_per_step_median, ns_per_step_p95;
-  std::string name;
-};
-
-// A table of measured figures that stands for itself: broad phases side by side, what each engine steps within a frame.
-using TableCell = std::variant<double, std::string>;  // NaN: nothing to tell
-struct BenchTable {
-  std::string id, title;
-  std::vector<std::string> columns;
-  std::vector<std::vector<TableCell>> rows;  // one cell a column
-  std::vector<std::string> notes;            // how to read it
-};
-std::string render_bench_table(const BenchTable& table);  // for a terminal
+// A table of measured figures for a terminal.
+std::string render_bench_table(const BenchTable& table);
 
 // A law that predicts a measured figure, printed beside it ("range error = v_x h").
 struct Law {
@@ -43,34 +28,8 @@ struct Law {
   std::string unit;
 };
 
-// A goal of the project, measured beside its rivals in one run (benchmarks/goals.toml).
-struct GoalEntrant {
-  std::string method;  // empty: nobody
-  std::int64_t steps = 0;
-  double error = 0, bar = 0;            // NaN: the goal asks for no error
-  double seconds = 0, evaluations = 0;  // of the run; NaN: not timed, not counted
-  double ns_per_step = 0;
-  bool accurate = false;  // reaches the wanted error
-};
-struct GoalResult {
-  std::string id, title, scenario, metric, unit;
-  double wanted_error = 0;  // NaN: none
-  std::string budget_kind;  // "seconds", "evaluations", "ns_per_step", "ns" (a benchmark's figure), "" (none)
-  double budget = 0;
-  bool reached = false;
-  GoalEntrant ours, rival, uncounted;  // the best of each
-  double ratio = 0, ratio_low = 0,
-         ratio_high = 0;    // rival's cost over ours [95 %], where both reach the error; else NaN
-  std::string why;          // what is missing, in words; empty when reached
-  double wanted_ratio = 0;  // the rival's cost over ours that is asked for; 0: none
-  // Beside a library (odeint, ARKODE, CVODE): its best method and our best one, both on the reference's rate, and the
-  // ratio of their times. Methods empty, ratios NaN: no library is among the rivals, or one of the two misses the error.
-  GoalEntrant same_rate = {}, library = {};
-  double same_rate_ratio = std::numeric_limits<double>::quiet_NaN(), same_rate_low = same_rate_ratio,
-         same_rate_high = same_rate_ratio;
-};
-
-std::string goal_words(const GoalResult& goal);  // "error-state-end 2e-10 in 40 us"
+std::string goal_words(const GoalResult& goal);                // "error-state-end 2e-10 in 40 us"
+std::string goals_text(const std::vector<GoalResult>& goals);  // for a terminal: asked, reached, the best of each side
 
 // A library's own claim beside what its method does, problem by problem (the study `audit`). A method's order is a
 // whole number, so an executed order within a quarter of one is evidence of that one; in between it is evidence of
@@ -176,9 +135,5 @@ std::string render_github_annotations(const ReportData& data, const std::string&
 std::string render_step_summary(const ReportData& data);
 std::string render_verdict_table(const std::vector<Verdict>& verdicts, const std::vector<Row>& rows, bool colour,
                                  int width);
-
-// Writes to a temporary beside the target, fsyncs, renames: a full disk leaves no partial file. Throws
-// std::runtime_error with the system's words.
-void write_file(const std::string& path, const std::string& content);
 
 }  // namespace atwood

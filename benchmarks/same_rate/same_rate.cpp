@@ -151,10 +151,9 @@ Outcome run(const MethodId& asked, const Scene& scene, const Plan& plan, const O
     return stepping::refusal(asked.engine + "/" + id.scheme + " takes equal steps, no tolerance");
   if (id.rtol && !(*id.rtol > 0)) return stepping::refusal("a tolerance must be above 0");
   if (!id.response.empty()) return stepping::refusal(std::string(kName) + " has no contacts: no +" + id.response);
-  std::string why;
-  const Settings settings = merged_settings(*info, id.overrides, why);
-  if (!why.empty()) return stepping::refusal(why);
-  const StepLimits limits = limits_of(settings);
+  const Result<Settings> settings = merged_settings(*info, id.overrides);
+  if (!settings) return stepping::refusal(settings.fault().reason);
+  const StepLimits limits = limits_of(*settings);
   if (id.scalar == "long-double") return run_in<long double>(id, scene, plan, observer, repeats, rate_repeats, limits);
   if (!id.scalar.empty() && id.scalar != "double")
     return stepping::refusal(std::string(kName) + " runs in double and long-double, not " + id.scalar);
@@ -175,7 +174,8 @@ Engine same_rate_engine() {
     MethodInfo made = info;
     made.id = std::string(kName) + "/" + scheme;
     made.doc = info.id + " on the reference's rate, as libraries evaluate it. " + info.doc;
-    for (const char* of_the_model : {"gravity", "opening", "threads"}) made.settings.erase(of_the_model);
+    for (const char* of_the_model : {"gravity", "opening", "threads"})
+      made.settings.erase(of_the_model), made.rules.erase(of_the_model);
     made.settings["rate"] = std::string("the reference's");
     made.settings["rate_repeats"] = std::int64_t(1);
     made.settings["quaternion_normalised"] = false;

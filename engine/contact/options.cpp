@@ -32,7 +32,7 @@ std::vector<MethodInfo> make_responses() {
       "and Euler's equations are stepped in every substep.";
   impulse.source =
       "Moreau (1988); Stewart and Trinkle (1996); Alart and Curnier (1991); Macklin et al., Small Steps (2019)";
-  impulse.settings = stepping::default_settings();
+  declare_settings(impulse, stepping::setting_table());
   MethodInfo event;
   event.id = "+event";
   event.doc =
@@ -47,7 +47,13 @@ std::vector<MethodInfo> make_responses() {
       "and stronge; under newton, and where the law has several solutions, the run ends unsupported. For methods that "
       "split forces or expand them in series, rk4 (with a tolerance: dopri5) integrates lasting contacts.";
   event.source = "Hairer, Norsett, Wanner (1993), II.6; Pfeiffer and Glocker (1996); Stronge, Impact Mechanics (2000)";
-  event.settings = {{"restitution", std::string("newton")}, {"simultaneous", std::string("sequential")}};
+  declare_settings(
+      event, {{"restitution", std::string("newton"), {one_of({"newton", "poisson", "stronge"}), "Law of restitution."}},
+              {"simultaneous",
+               std::string("sequential"),
+               {one_of({"sequential", "together"}),
+                "How impacts at one instant are solved: one after another, or as one "
+                "problem. A scene's simultaneous_impacts goes before the default."}}});
   MethodInfo penalty;
   penalty.id = "+penalty";
   penalty.doc =
@@ -60,8 +66,15 @@ std::vector<MethodInfo> make_responses() {
   penalty.source =
       "Cundall and Strack, Geotechnique 29 (1979) 47; Hunt and Crossley, J. Appl. Mech. 42 (1975) 440; "
       "Schwager and Poeschel, Granular Matter 9 (2007) 465";
-  penalty.settings = {
-      {"overlap", 1e-3}, {"impact_speed_m_per_s", 0.0}, {"damping_ratio", 0.0}, {"tangential_ratio", 2.0 / 7}};
+  declare_settings(
+      penalty, {{"overlap",
+                 1e-3,
+                 {strictly_between(0, 1), "Depth of an impact at impact_speed_m_per_s, over the smaller body."}},
+                {"impact_speed_m_per_s",
+                 0.0,
+                 {at_least(0), "Speed of the impact that sets the stiffness; 0: the scene's own.", "m/s"}},
+                {"damping_ratio", 0.0, {at_least(0), "Damping over critical damping; 0: by the pair's restitution."}},
+                {"tangential_ratio", 2.0 / 7, {at_least(0), "Tangential over normal stiffness."}}});
   return {impulse, event, penalty};
 }
 
@@ -79,13 +92,13 @@ const MethodInfo* find_response(const std::string& name) {
   return found == all.end() ? nullptr : &*found;
 }
 
-Settings response_settings(const MethodId& id, std::string& why) {
+Result<Settings> response_settings(const MethodId& id) {
   const MethodInfo* response = find_response(id.response);
-  if (response == nullptr) return {};
+  if (response == nullptr) return Settings{};
   Settings own;
   for (const auto& [name, value] : id.overrides)
     if (response->settings.count(name)) own[name] = value;
-  return merged_settings(*response, own, why);
+  return merged_settings(*response, own);
 }
 
 MethodId integrator_part(const MethodId& id) {

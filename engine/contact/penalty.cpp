@@ -76,18 +76,14 @@ std::string names_instants(const Scene& scene) {
 
 template <class S>
 Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
-  std::string why;
-  const Settings settings = response_settings(id, why);
-  if (!why.empty()) return unsupported(why);
+  const Result<Settings> settings = response_settings(id);
+  if (!settings) return unsupported(settings.fault().reason);
   PenaltyOptions options;
-  options.overlap = std::get<double>(settings.at("overlap"));
-  options.impact_speed_m_per_s = std::get<double>(settings.at("impact_speed_m_per_s"));
-  options.damping_ratio = std::get<double>(settings.at("damping_ratio"));
-  options.tangential_ratio = std::get<double>(settings.at("tangential_ratio"));
-  if (!(options.overlap > 0 && options.overlap < 1)) return unsupported("+penalty: overlap is above 0 and below 1");
-  if (!(options.impact_speed_m_per_s >= 0 && options.damping_ratio >= 0 && options.tangential_ratio >= 0))
-    return unsupported("+penalty: impact_speed_m_per_s, damping_ratio and tangential_ratio must be 0 or positive");
-  if (why = names_instants(scene); !why.empty()) return unsupported(why);
+  options.overlap = std::get<double>(settings->at("overlap"));
+  options.impact_speed_m_per_s = std::get<double>(settings->at("impact_speed_m_per_s"));
+  options.damping_ratio = std::get<double>(settings->at("damping_ratio"));
+  options.tangential_ratio = std::get<double>(settings->at("tangential_ratio"));
+  if (const std::string why = names_instants(scene); !why.empty()) return unsupported(why);
   auto force = std::make_unique<PenaltyForce<S>>(scene, options);
   if (!force->refusal().empty()) return unsupported(force->refusal());
   const auto stiffest = force->stiffest();

@@ -29,11 +29,11 @@ struct Options {
   double sleep_below_m_per_s = 0.05;  // ... with every surface point slower than this
 };
 
-// The options' defaults, under their names.
-Settings default_settings();
+// The settings of +impulse: name, default, range and meaning.
+std::vector<Setting> setting_table();
 // Number of substeps of a step of h_s.
 int substeps_of(const Options& options, double h_s);
-// `why`: set to the range that was expected, where a value lies outside; else unchanged.
-Options options_of(const Settings& settings, std::string& why);
+// From settings that were checked against the table.
+Options options_of(const Settings& settings);
 
 }  // namespace atwood::stepping

@@ -18,16 +18,25 @@ std::map<std::string, double> claims_everywhere(double order) {
 
 MethodInfo fixed_step(const std::string& scheme, std::map<std::string, double> claims, const std::string& doc,
                       const std::string& source) {
-  return {"atwood/" + scheme,
-          doc,
-          source,
-          std::move(claims),
-          false,
-          {{"scalar", std::string("double")},
-           {"compensated", false},
-           {"gravity", std::string("auto")},
-           {"opening", GravityOptions{}.opening},
-           {"threads", std::int64_t(1)}}};
+  MethodInfo info{"atwood/" + scheme, doc, source, std::move(claims), false, {}};
+  declare_settings(
+      info,
+      {{"scalar", std::string("double"), {{}, "Type of the state's numbers; another one stands behind @ in the id."}},
+       {"compensated", false, {{}, "Compensated summation of the state: the round-off of each step enters the next."}},
+       {"gravity",
+        std::string("auto"),
+        {one_of({"auto", "direct", "tree"}),
+         "Sum of mutual gravity: all pairs, a Barnes-Hut tree, or by the count of "
+         "bodies."}},
+       {"opening",
+        GravityOptions{}.opening,
+        {strictly_between(0, 1), "Largest ratio of a tree cell's size to its distance that stands for its bodies."}},
+       {"threads", std::int64_t(1), {between(1, 256), "Threads that share the rates of a step."}}});
+  return info;
+}
+
+Setting atol_over_rtol() {
+  return {"atol_over_rtol", 0.01, {above(0), "Absolute over relative tolerance, where the id names the latter alone."}};
 }
 
 MethodInfo with_tolerance(const std::string& scheme, std::map<std::string, double> claims, const std::string& doc,
@@ -35,11 +44,12 @@ MethodInfo with_tolerance(const std::string& scheme, std::map<std::string, doubl
   MethodInfo info = fixed_step(scheme, std::move(claims), doc, source);
   info.adaptive = true;
   const StepLimits limits;
-  info.settings.insert({{"atol_over_rtol", 0.01},
-                        {"safety", limits.safety},
-                        {"beta", limits.beta},
-                        {"least_factor", limits.least},
-                        {"most_factor", limits.most}});
+  declare_settings(
+      info, {atol_over_rtol(),
+             {"safety", limits.safety, {above(0), "Factor on the step that the error estimate allows."}},
+             {"beta", limits.beta, {at_least(0), "Exponent of the last step's error in the PI step control."}},
+             {"least_factor", limits.least, {strictly_between(0, 1), "Least ratio of a step to the one before."}},
+             {"most_factor", limits.most, {above(1), "Largest ratio of a step to the one before."}}});
   return info;
 }
 
@@ -78,32 +88,6 @@ const MethodInfo* find_integrator(const std::string& scheme) {
   return nullptr;
 }
 
-namespace {
-
-std::string kind_of(const SettingValue& value) {
-  constexpr std::array kinds{"true or false", "a whole number", "a number", "a word"};
-  return kinds[value.index()];
-}
-
-}  // namespace
-
-Settings merged_settings(const MethodInfo& info, const Settings& overrides, std::string& why) {
-  Settings merged = info.settings;
-  for (const auto& [name, value] : overrides) {
-    const auto known = merged.find(name);
-    if (known == merged.end() || name == "scalar") {
-      why = info.id + " has no setting `" + name + "` to change";
-    } else if (known->second.index() == value.index()) {
-      known->second = value;
-    } else if (std::holds_alternative<double>(known->second) && std::holds_alternative<std::int64_t>(value)) {
-      known->second = static_cast<double>(std::get<std::int64_t>(value));
-    } else {
-      why = info.id + ": setting `" + name + "` takes " + kind_of(known->second) + ", not " + kind_of(value);
-    }
-  }
-  return merged;
-}
-
 template <class S>
 std::unique_ptr<Stepper<S>> make_stepper(const std::string& scheme, RigidModel<S>& model, std::string& why,
                                          const Settings& overrides) {
@@ -112,8 +96,12 @@ std::unique_ptr<Stepper<S>> make_stepper(const std::string& scheme, RigidModel<S
     why = "atwood has no method `" + scheme + "`";
     return nullptr;
   }
-  StepperRequest<S> request{scheme, model, merged_settings(*info, overrides, why), ""};
-  if (!why.empty()) return nullptr;
+  const Result<Settings> settings = merged_settings(*info, overrides);
+  if (!settings) {
+    why = settings.fault().reason;
+    return nullptr;
+  }
+  StepperRequest<S> request{scheme, model, *settings, ""};
   auto stepper = first_of(request);
   if (stepper == nullptr) why = request.why;
   return stepper;

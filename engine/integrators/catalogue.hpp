@@ -15,9 +15,6 @@ namespace atwood {
 const std::vector<MethodInfo>& integrator_catalogue();
 const MethodInfo* find_integrator(const std::string& scheme);  // null: no method has that name
 
-// The method's default settings replaced by `overrides`; `why` names an unknown setting or one of the wrong type.
-Settings merged_settings(const MethodInfo& info, const Settings& overrides, std::string& why);
-
 // A stepper of `scheme` for the model, which must outlive it. Null with a reason in `why` where the scheme cannot keep
 // its claim ("leapfrog needs positions and velocities").
 template <class S>

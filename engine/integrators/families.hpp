@@ -48,6 +48,7 @@ std::map<std::string, double> claims_everywhere(double order);  // point-mass, v
 MethodInfo fixed_step(
     const std::string& scheme, std::map<std::string, double> claims, const std::string& doc,
     const std::string& source);  // equal steps; settings: scalar, compensated, gravity, opening, threads
+Setting atol_over_rtol();
 // With a tolerance too; settings: those and the step control's.
 MethodInfo with_tolerance(const std::string& scheme, std::map<std::string, double> claims, const std::string& doc,
                           const std::string& source);

@@ -11,7 +11,7 @@ MethodInfo of_tolerance(const std::string& scheme, std::map<std::string, double>
                         const std::string& source) {
   MethodInfo info = fixed_step(scheme, std::move(claims), doc, source);
   info.adaptive = true;
-  info.settings.insert({"atol_over_rtol", 0.01});
+  declare_settings(info, {atol_over_rtol()});
   return info;
 }
 
@@ -45,9 +45,10 @@ std::vector<MethodInfo> high_precision_methods() {
                      "steps. With one: PI step control by the difference of the last two columns; samples by a "
                      "shorter step." +
                          embedded_attitude,
-                     "Gragg, SIAM J. Numer. Anal. 2 (1965) 384; Bulirsch, Stoer, Numer. Math. 8 (1966) 1; Hairer, "
-                     "Norsett, Wanner, Solving ODEs I, section II.9");
-  gbs.settings["columns"] = std::int64_t(6);
+                     "Gragg, SIAM J. Numer. Anal. 2 (1965) 384; Bulirsch, Stoer, Numer. Math. 8 (1966) 1; "
+                     "Hairer, Norsett, Wanner, Solving ODEs I, section II.9");
+  declare_settings(
+      gbs, {{"columns", std::int64_t(6), {between(2, kMostColumns), "Columns of the extrapolation: half its order."}}});
   methods.push_back(gbs);
   methods.push_back(taylor_method());
   return methods;
@@ -59,12 +60,7 @@ template <class S> StepperPointer<S> make_high_precision(StepperRequest<S>& requ
     return std::make_unique<Radau15<S>>(request.model, RadauOptions{sequential, request.flag("compensated")});
   }
   if (request.scheme == "gbs") {
-    const std::int64_t columns = request.count("columns");
-    if (columns < 2 || columns > kMostColumns) {
-      request.why = "atwood/gbs takes 2 to " + std::to_string(kMostColumns) + " columns";
-      return nullptr;
-    }
-    return std::make_unique<Extrapolation<S>>(request.model.system(), static_cast<int>(columns),
+    return std::make_unique<Extrapolation<S>>(request.model.system(), static_cast<int>(request.count("columns")),
                                               request.flag("compensated"));
   }
   return request.scheme == "taylor" ? make_taylor<S>(request) : nullptr;

@@ -36,7 +36,7 @@ MethodInfo generalised_alpha() {
                                    solved_how,
                                "Chung, Hulbert, J. Appl. Mech. 60 (1993) 371, eq. 17, 20 and 25; Jansen, Whiting, "
                                "Hulbert, Comput. Methods Appl. Mech. Eng. 190 (2000) 305, eq. 19 and 24");
-  info.settings["rho_infinity"] = 0.8;
+  declare_settings(info, {{"rho_infinity", 0.8, {between(0, 1), "Spectral radius for infinitely stiff components."}}});
   return info;
 }
 
@@ -91,11 +91,8 @@ template <class S> StepperPointer<S> make_implicit(StepperRequest<S>& request) {
   if (scheme == "sdirk2") return runge_kutta(sdirk2_tableau(), true);
   if (scheme == "sdirk4") return runge_kutta(sdirk4_tableau(), true);
   if (scheme != "generalised-alpha") return nullptr;
-  const double rho = request.number("rho_infinity");
-  if (rho >= 0 && rho <= 1)
-    return std::make_unique<GeneralisedAlpha<S>>(request.model, S(rho), request.flag("compensated"));
-  request.why = "generalised-alpha: rho_infinity must lie in [0, 1]";
-  return nullptr;
+  return std::make_unique<GeneralisedAlpha<S>>(request.model, S(request.number("rho_infinity")),
+                                               request.flag("compensated"));
 }
 
 template StepperPointer<float> make_implicit(StepperRequest<float>&);

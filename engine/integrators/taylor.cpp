@@ -309,7 +309,10 @@ MethodInfo taylor_method() {
                                    embedded_attitude,
                                "Jorba, Zou, Exp. Math. 14 (2005) 99; Hairer, Norsett, Wanner, Solving ODEs I, I.8");
   info.adaptive = true;
-  info.settings.insert({{"atol_over_rtol", 0.01}, {"order", std::int64_t(0)}});
+  declare_settings(info, {atol_over_rtol(),
+                          {"order",
+                           std::int64_t(0),
+                           {between(0, kTaylorMostOrder), "Order of the series, 2 or more; 0: by the tolerance."}}});
   return info;
 }
 
@@ -317,8 +320,9 @@ template <class S> StepperPointer<S> make_taylor(StepperRequest<S>& request) {
   const std::int64_t order = request.count("order");
   const std::string& refusal = request.model.series_forces().refusal;
   if (!refusal.empty()) request.why = "atwood/taylor has no power series for " + refusal;
-  else if (order != 0 && (order < 2 || order > kTaylorMostOrder))
-    request.why = "atwood/taylor: `order` is 0 (chosen) or 2 to " + std::to_string(kTaylorMostOrder);
+  else if (order == 1)
+    request.why = "atwood/taylor: `order` is `1`; expected 0 (chosen by the tolerance) or 2 to " +
+                  std::to_string(kTaylorMostOrder);
   if (!request.why.empty()) return nullptr;
   return std::make_unique<Taylor<S>>(request.model,
                                      TaylorOptions{static_cast<int>(order), request.flag("compensated")});

@@ -31,6 +31,44 @@ Settings read_settings(const Json& json) {
   return settings;
 }
 
+// "setting_rules": {"substeps": {"doc": "...", "unit": "", "least": 0, "most": 1000}}; a bound that is absent is none.
+Json to_json(const SettingRules& rules) {
+  Json json = Json::object();
+  for (const auto& [name, rule] : rules) {
+    Json each = {{"doc", rule.doc}, {"unit", rule.unit}};
+    if (std::isfinite(rule.range.least)) each["least"] = rule.range.least;
+    if (std::isfinite(rule.range.most)) each["most"] = rule.range.most;
+    if (rule.range.least_excluded) each["least_excluded"] = true;
+    if (rule.range.most_excluded) each["most_excluded"] = true;
+    if (!rule.range.choices.empty()) each["choices"] = rule.range.choices;
+    json[name] = std::move(each);
+  }
+  return json;
+}
+
+SettingRules read_rules(const Json& json) {
+  if (!json.is_object()) throw Garbage("\"setting_rules\" is not an object");
+  SettingRules rules;
+  for (const auto& [name, each] : json.items()) {
+    if (!each.is_object()) throw Garbage("the rule of the setting `" + cut(name) + "` is not an object");
+    SettingRule& rule = rules[name];
+    rule.doc = text_or(each, "doc", "");
+    rule.unit = text_or(each, "unit", "");
+    for (const auto& [key, bound] : {std::pair{"least", &rule.range.least}, {"most", &rule.range.most}}) {
+      if (!each.contains(key)) continue;
+      if (!each[key].is_number()) throw Garbage("the rule of the setting `" + cut(name) + "`: a bound is no number");
+      *bound = each[key].get<double>();
+    }
+    for (const auto& [key, flag] :
+         {std::pair{"least_excluded", &rule.range.least_excluded}, {"most_excluded", &rule.range.most_excluded}})
+      if (each.contains(key)) *flag = each[key].is_boolean() && each[key].get<bool>();
+    if (!each.contains("choices")) continue;
+    if (!each["choices"].is_array()) throw Garbage("the rule of the setting `" + cut(name) + "`: choices are no list");
+    for (const Json& choice : each["choices"]) rule.range.choices.push_back(text(choice, "choices"));
+  }
+  return rules;
+}
+
 Json describe(const std::vector<MethodInfo>& methods) {
   Json list = Json::array();
   for (const MethodInfo& method : methods) {
@@ -42,6 +80,7 @@ Json describe(const std::vector<MethodInfo>& methods) {
                     {"source", method.source},
                     {"claims", claims},
                     {"adaptive", method.adaptive}});
+    if (!method.rules.empty()) list.back()["setting_rules"] = to_json(method.rules);
   }
   return list;
 }
@@ -53,6 +92,7 @@ MethodInfo read_method(const Json& each) {
   method.doc = text_or(each, "doc", "");
   method.source = text_or(each, "source", "");
   if (each.contains("settings")) method.settings = read_settings(each["settings"]);
+  if (each.contains("setting_rules")) method.rules = read_rules(each["setting_rules"]);
   if (each.contains("adaptive")) method.adaptive = each["adaptive"].is_boolean() && each["adaptive"].get<bool>();
   if (each.contains("claims") && each["claims"].is_object()) {
     for (const auto& [motion, order] : each["claims"].items()) {

@@ -5,17 +5,14 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "protocol/contact_query.hpp"
 #include "protocol/sample.hpp"
+#include "protocol/setting.hpp"
 #include "scene/scene.hpp"
 
 namespace atwood {
-
-using SettingValue = std::variant<bool, std::int64_t, double, std::string>;
-using Settings = std::map<std::string, SettingValue>;  // every setting of the engine behind a method; sorted, printable
 
 // <engine>/<scheme>[:rtol[,atol]][+<response>][@<scalar>][{setting=value,...}]
 struct MethodId {
@@ -34,8 +31,14 @@ struct MethodInfo {
   std::map<std::string, double> claimed_order;  // class of motion -> order: "point-mass", "velocity-dependent",
                                                 // "rotation", "contact"; absent: no claim
   bool adaptive = false;                        // takes a tolerance
-  Settings settings;                            // the defaults, all of them
+  Settings settings;                            // every setting of the engine behind the method, at its default
+  SettingRules rules = {};  // what the settings mean and take; an engine may leave some out, then it judges them itself
 };
+// Settings of a method from their table: defaults and rules; replaces those of the same names.
+void declare_settings(MethodInfo& info, const std::vector<Setting>& table);
+// The method's settings with `overrides` over them. The input is to blame for an unknown name, a value of another type
+// or one outside its range.
+Result<Settings> merged_settings(const MethodInfo& info, const Settings& overrides);
 
 // What one engine is. `run` never throws on what a scene may contain: it answers unsupported with a reason that names
 // the engine and the thing. `repeats` > 0 asks for the timed pass: no observation, that many entries in busy_ns.

@@ -116,7 +116,7 @@ const Keys<PairLaw>& compliance_keys() {
     Key<PairLaw> law;
     law.name = "contact_law";
     law.doc = "contact law of the surfaces: linear (a spring and a dashpot), hertz; rigid unless given";
-    const auto codec = one_of(kContactLaws);
+    const auto codec = choice_of(kContactLaws);
     law.schema = codec.schema;
     law.read = [codec](Reading& r, const Value& v, PairLaw& out) {
       std::string word;
@@ -222,7 +222,8 @@ void resolve_mass(Reading& r, const Value& table, BodyDraft& body) {
 const Keys<Material>& material_keys() {
   static const Keys<Material> keys = {
       required(only(In::resolved, key<Material>("name", &Material::name, name_text(), "its name"))),
-      key<Material>("restitution", &Material::restitution, number(between(0, 1)), "Newton's, 0 to 1; 0 unless given"),
+      key<Material>("restitution", &Material::restitution, number(closed_range(0, 1)),
+                    "Newton's, 0 to 1; 0 unless given"),
       key<Material>("friction", &Material::friction, number(non_negative()), "Coulomb's; 0 unless given"),
       key<Material>("rolling_friction_m", &Material::rolling_friction_m, number(non_negative()),
                     "lever of rolling resistance [m]; 0 unless given"),
@@ -252,7 +253,7 @@ const Keys<ContactDraft>& contact_keys() {
   static const Keys<ContactDraft> keys = [] {
     Keys<ContactDraft> all = {
         between_key(),
-        key<ContactDraft>("restitution", &ContactDraft::restitution, optional(number(between(0, 1))),
+        key<ContactDraft>("restitution", &ContactDraft::restitution, optional(number(closed_range(0, 1))),
                           "of the pair; the geometric mean unless given"),
         key<ContactDraft>("friction", &ContactDraft::friction, optional(number(non_negative())),
                           "of the pair; the geometric mean unless given"),
@@ -276,7 +277,7 @@ const Keys<PairLaw>& pair_keys() {
   static const Keys<PairLaw> keys = [] {
     Keys<PairLaw> all = {
         pair_between_key(),
-        required(key<PairLaw>("restitution", &PairLaw::restitution, number(between(0, 1)), "Newton's")),
+        required(key<PairLaw>("restitution", &PairLaw::restitution, number(closed_range(0, 1)), "Newton's")),
         required(key<PairLaw>("friction", &PairLaw::friction, number(non_negative()), "Coulomb's")),
         required(key<PairLaw>("rolling_friction_m", &PairLaw::rolling_friction_m, number(non_negative()),
                               "lever of rolling resistance [m]")),

@@ -212,8 +212,8 @@ std::vector<Alternative<Force>> fields() {
           check_frame),
       force<Potential>(
           {{"kind", "potential"}}, "F = -grad V of a named potential",
-          {bodies<Potential>(), required(key<Potential>("name", &Potential::name, one_of({"henon-heiles"}), "which")),
-           parameters()}),
+          {bodies<Potential>(),
+           required(key<Potential>("name", &Potential::name, choice_of({"henon-heiles"}), "which")), parameters()}),
   };
 }
 
@@ -258,7 +258,7 @@ std::string read_tag(Reading& r, const Value& v, const std::string& tag_key, con
   if (!found) fail(r, v.place, "missing key `" + tag_key + "` in " + r.where + "; expected one of " + listed(words));
   r.key = tag_key;
   std::string word;
-  one_of(words).read(r, *found, word);
+  choice_of(words).read(r, *found, word);
   r.key.clear();
   return word;
 }

@@ -78,7 +78,7 @@ Range non_negative() {
   r.low = 0, r.expected = "a number of at least 0";
   return r;
 }
-Range between(double low, double high) {
+Range closed_range(double low, double high) {
   Range r;
   r.low = low, r.high = high;
   r.expected = "a number from " + describe(Value(low)) + " to " + describe(Value(high));
@@ -174,7 +174,7 @@ Codec<std::string> kebab_text() {
                       });
 }
 
-Codec<std::string> one_of(std::vector<std::string> words) {
+Codec<std::string> choice_of(std::vector<std::string> words) {
   Value::List allowed;
   for (const std::string& word : words) allowed.push_back(word);
   Codec<std::string> c;

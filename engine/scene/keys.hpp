@@ -143,13 +143,13 @@ struct Range {
 Range any_number();
 Range positive();
 Range non_negative();
-Range between(double low, double high);
+Range closed_range(double low, double high);
 
 double read_number(Reading& r, const Value& v, const Range& range);
 Codec<double> number(Range range = any_number());
 Codec<bool> boolean();
 Codec<std::string> text();
-Codec<std::string> one_of(std::vector<std::string> words);
+Codec<std::string> choice_of(std::vector<std::string> words);
 Codec<std::string> name_text();   // of a body or material
 Codec<std::string> kebab_text();  // an id
 Codec<std::int64_t> integer(std::int64_t low, std::int64_t high);

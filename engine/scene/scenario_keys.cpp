@@ -51,7 +51,7 @@ const Keys<TruthSpec>& truth_keys() {
     kind.name = "kind";
     kind.doc = "where the truth comes from";
     kind.required = true;
-    const auto codec = one_of(kTruthKinds);
+    const auto codec = choice_of(kTruthKinds);
     kind.schema = codec.schema;
     kind.read = [codec](Reading& r, const Value& v, TruthSpec& out) {
       std::string word;
@@ -97,7 +97,7 @@ void read_truth(Reading& r, const Value& v, TruthSpec& out) {
 
 const Keys<Invariant>& invariant_keys() {
   static const Keys<Invariant> keys = {
-      required(key<Invariant>("quantity", &Invariant::quantity, one_of(kQuantities), "what the motion keeps"))};
+      required(key<Invariant>("quantity", &Invariant::quantity, choice_of(kQuantities), "what the motion keeps"))};
   return keys;
 }
 
@@ -165,7 +165,7 @@ Key<Scene> simultaneous_impacts_key() {
   impacts.doc =
       "impacts at one instant: sequential (pair by pair) or together (one solve); absent: a truth ends where "
       "the outcome would depend on it";
-  const auto codec = one_of(kSimultaneousImpacts);
+  const auto codec = choice_of(kSimultaneousImpacts);
   impacts.schema = codec.schema;
   impacts.read = [codec](Reading& r, const Value& v, Scene& out) {
     std::string word;
@@ -201,9 +201,9 @@ std::vector<Key<FileDraft>> parts() {
   Key<FileDraft> problem;
   problem.name = "problem";
   problem.doc = "a bare system of equations in place of [world] and bodies";
-  problem.schema = one_of({"lorenz"}).schema;
+  problem.schema = choice_of({"lorenz"}).schema;
   problem.read = [](Reading& r, const Value& v, FileDraft& out) {
-    one_of({"lorenz"}).read(r, v, out.scenario.scene.problem);
+    choice_of({"lorenz"}).read(r, v, out.scenario.scene.problem);
   };
   Key<FileDraft> initial;
   initial.name = "initial_state";

@@ -7,25 +7,19 @@ namespace {
 
 Outcome refuse(const std::string& reason) { return {Status::unsupported, reason, 0, 0, {}}; }
 
-constexpr std::int64_t kMostThreads = 256;
-
-// How rates are computed, from a method's settings; `why` names a value out of range.
-ModelOptions model_options(const MethodId& id, std::string& why) {
+// How rates are computed, from a method's settings.
+Result<ModelOptions> model_options(const MethodId& id) {
   ModelOptions options;
   const MethodInfo* info = find_integrator(id.scheme);
   if (info == nullptr) return options;
-  const Settings settings = merged_settings(*info, id.overrides, why);
-  if (!why.empty() || settings.count("gravity") == 0) return options;
-  const auto& gravity = std::get<std::string>(settings.at("gravity"));
-  const auto threads = std::get<std::int64_t>(settings.at("threads"));
+  const Result<Settings> settings = merged_settings(*info, id.overrides);
+  if (!settings) return settings.fault();
+  if (settings->count("gravity") == 0) return options;
+  const auto& gravity = std::get<std::string>(settings->at("gravity"));
   if (gravity == "direct") options.gravity.sum = GravityOptions::Sum::direct;
   else if (gravity == "tree") options.gravity.sum = GravityOptions::Sum::tree;
-  else if (gravity != "auto") why = info->id + ": gravity is auto, direct or tree, not `" + gravity + "`";
-  options.gravity.opening = std::get<double>(settings.at("opening"));
-  if (!(options.gravity.opening > 0 && options.gravity.opening < 1))
-    why = info->id + ": opening is above 0 and below 1";
-  if (threads < 1 || threads > kMostThreads) why = info->id + ": threads are 1 to " + std::to_string(kMostThreads);
-  options.threads = static_cast<int>(threads);
+  options.gravity.opening = std::get<double>(settings->at("opening"));
+  options.threads = static_cast<int>(std::get<std::int64_t>(settings->at("threads")));
   return options;
 }
 
@@ -35,13 +29,12 @@ template <class S>
 Simulation<S> prepare(const MethodId& id, const Scene& scene, std::unique_ptr<StatefulForce<S>> added,
                       const std::string& what) {
   Simulation<S> simulation;
-  std::string why;
-  const ModelOptions options = model_options(id, why);
-  if (!why.empty()) {
-    simulation.outcome = refuse(why);
+  const Result<ModelOptions> options = model_options(id);
+  if (!options) {
+    simulation.outcome = refuse(options.fault().reason);
     return simulation;
   }
-  simulation.model = std::make_unique<RigidModel<S>>(scene, options);
+  simulation.model = std::make_unique<RigidModel<S>>(scene, *options);
   RigidModel<S>& model = *simulation.model;
   if (!model.unsupported().empty()) {
     simulation.outcome = refuse(model.unsupported());
@@ -51,6 +44,7 @@ Simulation<S> prepare(const MethodId& id, const Scene& scene, std::unique_ptr<St
     simulation.stateful_force = added.get();
     model.add_term(std::move(added), what);
   }
+  std::string why;
   simulation.stepper = make_stepper<S>(id.scheme, model, why, id.overrides);
   if (simulation.stepper == nullptr) {
     simulation.outcome = refuse(why);

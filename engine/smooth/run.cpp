@@ -190,13 +190,13 @@ std::string plan_fault(const MethodId& id, const Plan& plan) {
 }
 
 StepLimits step_limits(const MethodId& id) {
-  std::string why;
-  const Settings settings = merged_settings(*find_integrator(id.scheme), id.overrides, why);
-  const auto of = [&](const char* name, double otherwise) {
-    const auto found = settings.find(name);
-    return found == settings.end() ? otherwise : std::get<double>(found->second);
-  };
+  const Result<Settings> settings = merged_settings(*find_integrator(id.scheme), id.overrides);
   const StepLimits standard;
+  if (!settings) return standard;  // refused before
+  const auto of = [&](const char* name, double otherwise) {
+    const auto found = settings->find(name);
+    return found == settings->end() ? otherwise : std::get<double>(found->second);
+  };
   return {of("safety", standard.safety), of("beta", standard.beta), of("least_factor", standard.least),
           of("most_factor", standard.most)};
 }

@@ -340,7 +340,7 @@ int command_advise(const Place& place, const Options& options) {
     if (!search->run(candidates)) return interrupted();
   }
   if (!search || search->truth_failed()) {
-    fmt::print(stderr, "atwood: `{}` has no truth that can be had: looking for one\n", advice.scenario.id);
+    fmt::print(stderr, "atwood: `{}` has no truth: one is computed\n", advice.scenario.id);
     const InterruptGuard guard;
     AdviceTruth truth;
     try {

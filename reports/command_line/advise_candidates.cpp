@@ -11,6 +11,7 @@
 #include "reports/command_line/same_rate.hpp"
 #include "scene/files.hpp"
 #include "validation/metrics/work_precision.hpp"
+#include "validation/study/write_file.hpp"
 
 namespace atwood {
 namespace {
@@ -255,8 +256,8 @@ Candidates named_candidates(const std::vector<std::string>& methods, const std::
       if (glob_match(base, id)) chosen.ids.push_back(id + method.substr(base.size()));
     }
     if (chosen.ids.size() == before)
-      throw InputError(
-          fmt::format("--method {}: no engine offers it; nearest: {}", method, nearest(base, ids, 1).front()));
+      throw InputError(fmt::format("--method {}: no available engine provides this method; nearest: {}", method,
+                                   nearest(base, ids, 1).front()));
     check_settings("--method ", method, workers);
   }
   take_turns(chosen, chosen.ids.size());
@@ -379,7 +380,7 @@ AdviceTruth find_truth(const Place& place, const Scenario& scenario, const std::
       }
     }
   }
-  throw InputError(fmt::format("advise: `{}` has no truth, and none can be had: {}", scenario.id, why));
+  throw InputError(fmt::format("advise: `{}` has no truth, and none could be computed: {}", scenario.id, why));
 }
 
 }  // namespace atwood

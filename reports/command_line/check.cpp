@@ -14,6 +14,7 @@
 #include "scene/files.hpp"
 #include "scene/input_file.hpp"
 #include "scene/printable.hpp"
+#include "validation/study/write_file.hpp"
 
 namespace atwood {
 

@@ -128,21 +128,6 @@ int gate_exit(const std::vector<Verdict>& verdicts);
 
 // Figures that a law predicts, beside the law (reports/command_line/laws.cpp).
 std::vector<Law> find_laws(const std::vector<Scenario>& scenarios, const std::vector<Row>& rows);
-std::vector<BenchFigure> read_bench(const std::string& path);
-std::vector<GoalResult> read_goal_results(const std::string& path);
-std::vector<BenchFigure> run_benchmarks(const Place& place, const std::string& filter);
-// Null: what the file has stays.
-void keep_bench(const std::string& path, const Provenance& provenance, const std::vector<BenchFigure>* figures,
-                const std::vector<GoalResult>* goals);
-std::string read_bench_text(const std::string& path);  // of a bench.json; empty: there is none
-std::vector<BenchTable> read_bench_tables(const std::string& path);
-void keep_bench_table(const std::string& path, const Provenance& provenance,
-                      const BenchTable& table);  // in place of that id's last one
-std::vector<BenchTable> measure_broad_phases(const Place& place);
-// Prints tables, keeps them for the report.
-void show_bench_tables(const Place& place, const Options& options, const std::vector<BenchTable>& tables);
-std::string capture(
-    const std::vector<std::string>& words);  // what a program prints; throws std::runtime_error unless it ends with 0
 
 int command_list(const Place&, const Options&);
 int command_describe(const Place&, const Options&);

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "benchmarks/overheads.hpp"
 #include "reports/command_line/command_line.hpp"
 #include "reports/command_line/compare_text.hpp"
 #include "reports/command_line/contest.hpp"
@@ -15,6 +16,7 @@
 #include "reports/command_line/units.hpp"
 #include "scene/files.hpp"
 #include "validation/study/process.hpp"
+#include "validation/study/write_file.hpp"
 
 namespace atwood {
 
@@ -81,9 +83,10 @@ int command_compare(const Place& place, const Options& options) {
   for (const std::string& method : named) families.insert(method.substr(0, method.find(':')));
   if (families.size() < 2 && options.methods.size() < 2)
     throw InputError(
-        fmt::format("compare {}: expected two methods or more, or a glob over them; of one method alone "
-                    "`atwood run --method {}` tells all",
-                    options.methods.front(), options.methods.front()));
+        fmt::format("compare {}: expected two methods or more, or a glob over them; a single method is "
+                    "measured by `{}`",
+                    options.methods.front(),
+                    shell_line(std::vector<std::string>{"atwood", "run", "--method", options.methods.front()})));
   const Selection selection = select_cells(place, chosen);
   require_attitudes(selection, question.metric);
   make_out_dir(options.out_dir);

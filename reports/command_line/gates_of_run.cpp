@@ -20,7 +20,7 @@ bool has_glob(const std::string& text) { return text.find_first_of("*?") != std:
 std::vector<CellName> names_of(const std::vector<Cell>& cells) {
   std::vector<CellName> names;
   for (const Cell& cell : cells)
-    names.push_back({cell.scenario.id, cell.method, cell.claim, cell.plan.steps, !cell.probe.empty(),
+    names.push_back({cell.scenario.id, cell.method, cell.claim, cell.plan.steps, cell.probe != Probe::none,
                      cell.worker < 0 && has_glob(cell.method)});
   return names;
 }

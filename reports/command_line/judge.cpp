@@ -11,6 +11,7 @@
 #include "reports/command_line/command_line.hpp"
 #include "reports/command_line/verdicts.hpp"
 #include "scene/files.hpp"
+#include "validation/study/write_file.hpp"
 
 namespace atwood {
 namespace fs = std::filesystem;

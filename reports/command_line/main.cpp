@@ -28,8 +28,8 @@ using Command = std::function<int(const Place&, const Options&)>;
 
 struct Parser {
   CLI::App app{
-      "Atwood holds physics engines to account: convergence, conservation, collision and cost, against truths with "
-      "error bars.",
+      "Atwood measures the accuracy of physics engines: convergence, conservation, collision and cost, against "
+      "reference solutions (truths) with error bars.",
       "atwood"};
   Options options;
   Command chosen;
@@ -53,7 +53,7 @@ struct Parser {
         ->take_all();
     sub->add_option("--method", options.methods, "Only these methods: ids or globs")->expected(1)->take_all();
     counts(sub, "Only these step counts");
-    sub->add_option("--engine", options.engines, "Also this executable, which speaks the worker protocol")
+    sub->add_option("--engine", options.engines, "Another engine: an executable that speaks the worker protocol")
         ->expected(1)
         ->take_all();
     sub->add_option("--out", options.out_dir, "Where the store and the report go")->capture_default_str();
@@ -67,14 +67,15 @@ struct Parser {
     narrowing(sub);
     sub->add_option("-j,--jobs", options.jobs, "Workers at once (one a core unless given)");
     sub->add_option("--limit", options.cell_limit_s,
-                    "Seconds a cell may take; goes before a `limit` of the study. The truth of a scene may take six\n"
+                    "Seconds a cell may take; overrides a `limit` of the study. The truth of a scene may take six\n"
                     "times as long (without --limit: 120 s)")
         ->capture_default_str();
-    auto* fresh = sub->add_flag("--fresh", options.fresh, "Take nothing from the store: run everything again");
+    auto* fresh = sub->add_flag("--fresh", options.fresh, "Ignore what the store holds: run everything again");
     sub->add_flag("--reuse", options.reuse,
-                  "Of engines that are measured anew by each run: take the cells of the last completed run")
+                  "Take the last completed run's cells also of engines whose code is not fully known (measured again\n"
+                  "by every run otherwise)")
         ->excludes(fresh);
-    sub->add_flag("--no-timing", options.no_timing, "Leave out the timed pass");
+    sub->add_flag("--no-timing", options.no_timing, "Skip the timed pass");
     shown_progress(sub);
     sub->add_option("-o,--output", options.outputs, "FORMAT:FILE, format csv, json, markdown, junit or html")
         ->expected(1)
@@ -83,7 +84,7 @@ struct Parser {
     sub->add_option("--tolerances", options.tolerances, "Gates from this file instead of the catalogue's own");
   }
   void telling(CLI::App* sub) {
-    sub->add_flag("--quiet", options.quiet, "Print one line, and what did not pass");
+    sub->add_flag("--quiet", options.quiet, "Print one line, and the gates and cells that did not pass");
     sub->add_flag("--github", options.github,
                   "Print annotations of GitHub Actions, and append a summary to $GITHUB_STEP_SUMMARY");
   }
@@ -93,9 +94,11 @@ void declare_commands(Parser& p) {
   Options& o = p.options;
   auto* list = p.add("list", "Scenarios, methods, metrics, gates and studies", command_list);
   list->add_option("KIND", o.input, "scenarios, methods, metrics, gates or studies (the first four unless given)");
-  list->add_flag("--long", o.long_list, "Methods with documentation, source and settings");
+  list->add_flag("--long", o.long_list, "Methods with their documentation, source and settings");
   list->add_flag("--names", o.names, "Names alone, one a line, as completion reads them")->group("");
-  list->add_option("--engine", o.engines, "Also this executable")->expected(1)->take_all();
+  list->add_option("--engine", o.engines, "Another engine: an executable that speaks the worker protocol")
+      ->expected(1)
+      ->take_all();
 
   auto* describe =
       p.add("describe", "A scene in words, a method with its claims and settings, or a metric's definition",
@@ -105,13 +108,15 @@ void declare_commands(Parser& p) {
   describe->add_flag("--program", o.evidence,
                      "Of a library's method: print a program without Atwood that shows its executed order");
   describe->add_option("--scenario", o.scenarios, "The scene of that program (kepler-e0.6 unless given)")->expected(1);
-  describe->add_option("--engine", o.engines, "Also this executable")->expected(1)->take_all();
+  describe->add_option("--engine", o.engines, "Another engine: an executable that speaks the worker protocol")
+      ->expected(1)
+      ->take_all();
 
   auto* run = p.add("run", "Run a study: measure, judge, report", command_run);
   run->add_option("STUDY", o.study,
                   "A study file, or the id of one of the catalogue's (the default study unless given)");
   p.running(run);
-  run->add_option("--baseline", o.baseline, "Judge against this baseline too: regressions and improvements");
+  run->add_option("--baseline", o.baseline, "Also compare with this baseline: regressions and improvements");
   p.telling(run);
 
   auto* trace = p.add("trace", "The motion as CSV; --method truth prints the truth and its bars", command_trace);
@@ -119,7 +124,9 @@ void declare_commands(Parser& p) {
   trace->add_option("--method", o.methods, "A method id, or truth")->required()->expected(1);
   p.counts(trace, "Step count (the scenario's last rung unless given)");
   trace->add_option("--samples", o.samples, "Samples (the scenario's unless given)");
-  trace->add_option("--engine", o.engines, "Also this executable")->expected(1)->take_all();
+  trace->add_option("--engine", o.engines, "Another engine: an executable that speaks the worker protocol")
+      ->expected(1)
+      ->take_all();
   trace->add_option("--limit", o.cell_limit_s, "Seconds it may take")->capture_default_str();
   trace->add_flag("--events", o.events, "Contacts instead of the motion");
 
@@ -143,22 +150,25 @@ void declare_commands(Parser& p) {
   compare->add_option("--scenario,--filter", o.scenarios, "Scenarios: ids, globs or files")->expected(1)->take_all();
   p.counts(compare, "Only these step counts");
   compare->add_option("--metric", o.metric,
-                      "What is compared: position, velocity, attitude, body-rate, state, energy, or a\n"
-                      "metric's name (the one of position and attitude that tells them apart unless given)");
-  compare->add_option("--error", o.wanted_error, "Only this error, with its unit: 1e-6rad, 0.1mm");
-  compare->add_option("--budget", o.budget, "Only what this time buys: 16.7ms, 40us");
+                      "The error that is compared: position, velocity, attitude, body-rate, state, energy, or a\n"
+                      "metric's name (unless given, position or attitude: the one in which the methods differ)");
+  compare->add_option("--error", o.wanted_error,
+                      "Compare the costs of this error alone, with its unit: 1e-6rad, 0.1mm");
+  compare->add_option("--budget", o.budget, "Compare the errors reached within this time alone: 16.7ms, 40us");
   compare->add_flag(
       "--same-rate", o.same_rate,
       "Rank methods that all evaluate the reference's right-hand side: ours as\n"
       "atwood-same-rate/..., native times beside (unless given: where libraries and such methods alone are compared)");
   compare->add_flag("--native-rate", o.native_rate, "Rank each method with its engine's own right-hand side")
       ->excludes("--same-rate");
-  compare->add_option("--engine", o.engines, "Also this executable")->expected(1)->take_all();
+  compare->add_option("--engine", o.engines, "Another engine: an executable that speaks the worker protocol")
+      ->expected(1)
+      ->take_all();
   compare->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
   compare->add_option("-j,--jobs", o.jobs, "Workers at once");
   compare->add_option("--limit", o.cell_limit_s, "Seconds a cell may take; a truth six times that")
       ->capture_default_str();
-  compare->add_flag("--no-timing", o.no_timing, "Leave out the timed pass");
+  compare->add_flag("--no-timing", o.no_timing, "Skip the timed pass");
   p.shown_progress(compare);
   compare
       ->add_option("-o,--output", o.outputs,
@@ -179,7 +189,9 @@ void declare_commands(Parser& p) {
   advise->add_flag(
       "--same-rate", o.same_rate,
       "Judge methods that all evaluate the reference's right-hand side: ours and those of odeint, ARKODE, CVODE");
-  advise->add_option("--engine", o.engines, "Also this executable")->expected(1)->take_all();
+  advise->add_option("--engine", o.engines, "Another engine: an executable that speaks the worker protocol")
+      ->expected(1)
+      ->take_all();
   advise->add_option("--time", o.search_s, "Seconds after which no further method is begun")->capture_default_str();
   p.shown_progress(advise);
   advise->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
@@ -192,8 +204,9 @@ void declare_commands(Parser& p) {
             command_tune);
   tune->add_option("ENGINE", o.input, "atwood, bullet32, bullet64 or ode")->required();
   tune->add_option("--class", o.scene_class, "free-flight, bounce, friction, stack, heap or mechanism")->required();
-  tune->add_option("--trials", o.trials, "Sets of settings, the default included")->capture_default_str();
-  tune->add_option("--seed", o.seed, "Of the sets and of the choice of scenes")->capture_default_str();
+  tune->add_option("--trials", o.trials, "How many sets of settings are tried, the default included")
+      ->capture_default_str();
+  tune->add_option("--seed", o.seed, "Seed of the random sets and of the choice of scenes")->capture_default_str();
   tune->add_option("--scenario", o.scenarios, "Only these scenes of the class: ids or globs")->expected(1)->take_all();
   tune->add_option("--file", o.tuned_file,
                    "Where settings and evidence are kept (OUT/tuned.json unless given); the presets read\n"
@@ -216,7 +229,7 @@ void declare_commands(Parser& p) {
   gate->add_option("STUDY", o.study, "The study whose rows are judged");
   p.narrowing(gate);
   gate->add_option("--tolerances", o.tolerances, "Gates from this file instead of the catalogue's own");
-  gate->add_option("--baseline", o.baseline, "Judge against this baseline: regressions and improvements");
+  gate->add_option("--baseline", o.baseline, "Compare with this baseline: regressions and improvements");
   gate->add_option("--junit", o.junit, "Write verdicts as JUnit XML");
   p.telling(gate);
 
@@ -227,16 +240,18 @@ void declare_commands(Parser& p) {
   bless->add_option("--baseline", o.baseline, "The file (atwood-baseline.tsv unless given)");
 
   auto* bench =
-      p.add("bench", "Time kernels and steps with Google Benchmark; the figures join the report", command_bench);
+      p.add("bench", "Time kernels and steps with Google Benchmark; the report shows the figures", command_bench);
   bench->add_option("FILTER", o.input,
                     "A regular expression over benchmark names, or one of\n"
                     "  goals         the project's goals beside its rivals, in one run\n"
                     "  frame-budget  the largest heap that each engine steps within a frame\n"
-                    "  broad-phases  who finds pairs at what cost");
+                    "  broad-phases  algorithms of the broad phase: pairs found and time");
   bench->add_option("--goal", o.goals, "goals: only these ids or globs")->expected(1)->take_all();
   bench->add_option("--goals", o.goals_file, "goals: from this file instead of benchmarks/goals.toml");
   bench->add_option("--method", o.methods, "frame-budget: only these methods")->expected(1)->take_all();
-  bench->add_option("--engine", o.engines, "goals, frame-budget: also this executable")->expected(1)->take_all();
+  bench->add_option("--engine", o.engines, "goals, frame-budget: another engine, an executable")
+      ->expected(1)
+      ->take_all();
   bench->add_option("--limit", o.cell_limit_s, "goals, frame-budget: seconds a run may take")->capture_default_str();
   bench->add_option("-j,--jobs", o.jobs, "goals: workers at once in the accuracy pass");
   bench->add_flag("--no-timing", o.no_timing, "goals: errors and evaluations only");
@@ -248,8 +263,10 @@ void declare_commands(Parser& p) {
   report->add_option("-o,--output", o.outputs, "FORMAT:FILE")->expected(1)->take_all();
   report->add_option("--tolerances", o.tolerances, "Gates from this file");
 
-  auto* doctor = p.add("doctor", "What is here: engines, versions, precisions, the machine", command_doctor);
-  doctor->add_option("--engine", o.engines, "Also this executable")->expected(1)->take_all();
+  auto* doctor = p.add("doctor", "The installation: engines, versions, precisions, the machine", command_doctor);
+  doctor->add_option("--engine", o.engines, "Another engine: an executable that speaks the worker protocol")
+      ->expected(1)
+      ->take_all();
   doctor->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
   doctor->add_flag("--check-store", o.check_store, "Verify all that the store holds; exit code 5 where it is damaged");
 
@@ -277,7 +294,7 @@ void declare_commands(Parser& p) {
   check_values(p.app);
 }
 
-// What was wrong with the words of the call.
+// Prints what is wrong with the command line.
 void complain(const CLI::App& app, const CLI::ParseError& error, const std::vector<std::string>& words) {
   std::string what = unknown_words(app, words);
   if (what.empty()) {
@@ -367,6 +384,6 @@ int main(int argc, char** argv) {
     print_error((std::string("standard output: ") + std::strerror(errno)).c_str());
     return exit_internal;
   }
-  if (interrupt_signal() != 0) return 128 + interrupt_signal();  // it came when nobody looked any more
+  if (interrupt_signal() != 0) return 128 + interrupt_signal();  // it came after the last check
   return code;
 }

@@ -18,6 +18,7 @@
 #include "scene/files.hpp"
 #include "scene/input_file.hpp"
 #include "scene/printable.hpp"
+#include "validation/study/process.hpp"
 
 namespace atwood {
 namespace fs = std::filesystem;

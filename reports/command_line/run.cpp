@@ -42,7 +42,7 @@ std::string count_statuses(const std::vector<Row>& rows) {
   return text;
 }
 
-// Cells that no engine at the table can run: in no store either.
+// Cells that no available engine can run: they are in no store.
 int count_absent(const Selection& selection) {
   return static_cast<int>(
       std::count_if(selection.cells.begin(), selection.cells.end(), [](const Cell& cell) { return cell.worker < 0; }));

@@ -1,8 +1,6 @@
 #include "reports/command_line/same_rate.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <map>
 #include <set>
 
@@ -14,12 +12,6 @@
 namespace atwood {
 namespace {
 
-constexpr const char* kTwins = "atwood-same-rate";
-constexpr std::array kRepeats{1, 2, 4, 8};
-constexpr int kRounds = 15;
-constexpr double kBestRun_s = 1e-3;  // long enough for the clock, short enough for many turns
-constexpr std::size_t kMostFamilies = 8;
-
 std::string base_of(const std::string& method) { return method.substr(0, method.find_first_of(":+@{")); }
 
 bool offers(const std::vector<Worker>& workers, const std::string& engine, const std::string& base) {
@@ -30,23 +22,14 @@ bool offers(const std::vector<Worker>& workers, const std::string& engine, const
   });
 }
 
-bool runs_at_reference_rate(const std::string& method) {
-  const std::string engine = engine_of(method);
-  return engine == kTwins || is_library(engine);
-}
-
 std::string joined(const std::set<std::string>& words) { return fmt::format("{}", fmt::join(words, ", ")); }
 
 }  // namespace
 
-bool is_library(const std::string& engine) {
-  return engine == "odeint" || engine == "arkode" || engine == "cvode" || engine == "ida";
-}
-
 std::string same_rate_twin(const std::string& method, const std::vector<Worker>& workers) {
   if (engine_of(method) != "atwood" || method.find('+') != std::string::npos) return "";
-  const std::string twin = kTwins + method.substr(method.find('/'));
-  if (!offers(workers, kTwins, base_of(twin))) return "";
+  const std::string twin = kSameRateEngine + method.substr(method.find('/'));
+  if (!offers(workers, kSameRateEngine, base_of(twin))) return "";
   const std::size_t scalar = method.find('@');
   if (scalar == std::string::npos) return twin;
   const std::string name = method.substr(scalar + 1, method.find('{', scalar) - scalar - 1);
@@ -54,13 +37,12 @@ std::string same_rate_twin(const std::string& method, const std::vector<Worker>&
 }
 
 std::string native_twin(const std::string& method) {
-  return engine_of(method) == kTwins ? "atwood" + method.substr(method.find('/')) : method;
+  return engine_of(method) == kSameRateEngine ? "atwood" + method.substr(method.find('/')) : method;
 }
 
 std::vector<Worker> without_same_rate(std::vector<Worker> workers) {
-  std::erase_if(workers, [](const Worker& worker) {
-    return worker.path.size() >= 16 && worker.path.ends_with(std::string("/") + kTwins);
-  });
+  std::erase_if(workers,
+                [](const Worker& worker) { return worker.path.ends_with(std::string("/") + kSameRateEngine); });
   return workers;
 }
 
@@ -76,12 +58,12 @@ RankedRates choose_rates(const Options& options, const std::vector<std::string>&
   }
   if (options.same_rate && rates.twins.empty()) {
     const bool built = std::any_of(workers.begin(), workers.end(), [](const Worker& worker) {
-      return worker.status == Status::ok && worker.engine.name == kTwins;
+      return worker.status == Status::ok && worker.engine.name == kSameRateEngine;
     });
     throw InputError(built ? fmt::format("--same-rate: found no method of ours that runs on a given rate among {}; "
                                          "expected one, as atwood/rk4 or atwood/dop853",
                                          fmt::join(methods, ", "))
-                           : fmt::format("--same-rate: its worker `{}` is not built", kTwins));
+                           : fmt::format("--same-rate: its worker `{}` is not built", kSameRateEngine));
   }
   const bool beside = !libraries.empty() && !ours.empty();
   rates.same = options.same_rate || (beside && others.empty() && !options.native_rate && !options.no_timing);
@@ -89,7 +71,7 @@ RankedRates choose_rates(const Options& options, const std::vector<std::string>&
     rates.words = fmt::format(
         "The same rate: ours ({}) and {} call the reference's right-hand side, and are ranked so; native times stand "
         "beside, unranked.",
-        kTwins, libraries.empty() ? "libraries" : joined(libraries));
+        kSameRateEngine, libraries.empty() ? "libraries" : joined(libraries));
     return rates;
   }
   rates.twins.clear();
@@ -104,7 +86,7 @@ RankedRates choose_rates(const Options& options, const std::vector<std::string>&
 std::vector<Row> ranked_rows(const std::vector<Row>& rows, std::vector<std::string>& notes) {
   std::set<std::pair<std::string, std::string>> ran;  // scenario, native id of a twin with a good run
   for (const Row& row : rows) {
-    if (row.steps > 0 && row.status == Status::ok && engine_of(row.method) == kTwins)
+    if (row.steps > 0 && row.status == Status::ok && engine_of(row.method) == kSameRateEngine)
       ran.emplace(row.scenario, native_twin(row.method));
   }
   std::vector<Row> ranked;
@@ -131,62 +113,12 @@ std::vector<Row> ranked_rows(const std::vector<Row>& rows, std::vector<std::stri
     }
   }
   for (const auto& [scenario, methods] : kept)
-    notes.push_back(fmt::format("{}: the reference's rate cannot be given there; {} ranked at native rates.", scenario,
-                                joined(methods)));
-  if (!out.empty()) notes.push_back(fmt::format("not ranked, for their rates are their own: {}.", joined(out)));
+    notes.push_back(fmt::format(
+        "{}: methods of ours cannot evaluate the reference's right-hand side there; {} ranked at native rates.",
+        scenario, joined(methods)));
+  if (!out.empty())
+    notes.push_back(fmt::format("not ranked, because they evaluate a right-hand side of their own: {}.", joined(out)));
   return ranked;
-}
-
-std::vector<MethodOverhead> measure_overheads(const std::vector<Cell>& cells, const std::vector<Worker>& workers,
-                                              const std::vector<Row>& rows, double limit_s) {
-  struct Chosen {
-    const Cell* cell = nullptr;
-    double seconds = 0, evaluations = 0;
-  };
-  std::map<std::pair<std::string, std::string>, Chosen> best;  // scenario, family
-  std::vector<std::pair<std::string, std::string>> order;
-  for (const Cell& cell : cells) {
-    if (cell.worker < 0 || !runs_at_reference_rate(cell.method) || engine_of(cell.method) == "ida") continue;
-    double seconds = 0, evaluations = 0;
-    for (const Row& row : rows) {
-      if (row.scenario != cell.scenario.id || row.method != cell.method || row.steps != cell.plan.steps) continue;
-      if (row.metric == "run-time") seconds = row.value;
-      if (row.metric == "rate-evaluations") evaluations = row.value;
-    }
-    if (!(seconds > 0) || !(evaluations > 0)) continue;
-    const std::pair key{cell.scenario.id, method_family(cell.method)};
-    Chosen& chosen = best[key];
-    if (chosen.cell == nullptr) order.push_back(key);
-    const auto distance = [](double s) { return std::fabs(std::log(s / kBestRun_s)); };
-    if (chosen.cell == nullptr || distance(seconds) < distance(chosen.seconds)) chosen = {&cell, seconds, evaluations};
-  }
-  if (order.size() > kMostFamilies) order.resize(kMostFamilies);
-  std::vector<MethodOverhead> overheads;
-  std::vector<Contender> contenders;
-  for (const auto& key : order) {
-    const Chosen& chosen = best.at(key);
-    overheads.push_back({key.first, key.second, chosen.cell->method, chosen.cell->plan.steps, chosen.evaluations, {}});
-    for (const int repeats : kRepeats) {
-      MethodId id = parse_method_id(chosen.cell->method);
-      id.overrides["rate_repeats"] = std::int64_t(repeats);
-      contenders.push_back({&workers[static_cast<std::size_t>(chosen.cell->worker)], to_string(id),
-                            &chosen.cell->scenario.scene, chosen.cell->plan, chosen.seconds * repeats,
-                            chosen.evaluations});
-    }
-  }
-  Stopwatch stopwatch(limit_s);
-  const auto rounds = stopwatch.in_turns(contenders, kRounds);
-  for (std::size_t i = 0; i < overheads.size(); ++i) {
-    std::vector<std::vector<double>> ns;
-    for (const auto& round : rounds) {
-      const auto from = round.begin() + static_cast<std::ptrdiff_t>(i * kRepeats.size());
-      ns.emplace_back(from, from + kRepeats.size());
-      for (double& t : ns.back()) t *= 1e9 / overheads[i].evaluations;
-    }
-    overheads[i].fit = fit_overhead(kRepeats, ns);
-  }
-  std::erase_if(overheads, [](const MethodOverhead& one) { return one.fit.rounds == 0; });
-  return overheads;
 }
 
 std::string overhead_text(const std::vector<MethodOverhead>& overheads, const std::string& scenario) {

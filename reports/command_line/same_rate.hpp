@@ -1,23 +1,20 @@
-// Methods of ours beside those of a library. Natively ours evaluate the engine's own right-hand side and a library's the
-// reference's, so that a ratio of times compares the two as much as the methods. At the same rate ours run as
-// `atwood-same-rate/...` (benchmarks/same_rate): everybody calls the reference's.
+// Methods of ours beside those of a library (benchmarks/rates.hpp): which ids run, and which rows are ranked.
 #pragma once
 
 #include <string>
 #include <vector>
 
+#include "benchmarks/rates.hpp"
 #include "reports/command_line/command_line.hpp"
 #include "reports/command_line/contest.hpp"
 
 namespace atwood {
 
-// odeint, ARKODE, CVODE and IDA: methods without a right-hand side of their own.
-bool is_library(const std::string& engine);
 // "atwood-same-rate/rk4:1e-8" of "atwood/rk4:1e-8"; empty where no worker of `workers` offers it.
 std::string same_rate_twin(const std::string& method, const std::vector<Worker>& workers);
 // "atwood/rk4:1e-8" of "atwood-same-rate/rk4:1e-8"; any other id is itself.
 std::string native_twin(const std::string& method);
-// `workers` without the one of the twins, which is nobody's engine to be named.
+// `workers` without the same-rate worker, which is not an engine of its own.
 std::vector<Worker> without_same_rate(std::vector<Worker> workers);
 
 // What a comparison ranks by. `twins`: ids to run beside the named ones.
@@ -35,10 +32,6 @@ RankedRates choose_rates(const Options& options, const std::vector<std::string>&
 // switch, say), its native method keeps its place there; `notes` gets a sentence on each method that is left out or kept.
 std::vector<Row> ranked_rows(const std::vector<Row>& rows, std::vector<std::string>& notes);
 
-// Of each ranked method with a ladder on a scenario, at the rung whose run takes nearest to a millisecond. Throws
-// Interrupted.
-std::vector<MethodOverhead> measure_overheads(const std::vector<Cell>& cells, const std::vector<Worker>& workers,
-                                              const std::vector<Row>& rows, double limit_s);
 std::string overhead_text(const std::vector<MethodOverhead>& overheads, const std::string& scenario);
 
 }  // namespace atwood

@@ -105,7 +105,7 @@ bool is_contact_test(const std::string& scheme) {
   return scheme == "contacts" || scheme == "box-edges" || scheme == "unit-size" || scheme == "closest-points";
 }
 
-// Who says hello by this name, or would if it were built.
+// Whether the worker is the engine of this name, or would be if it were built.
 bool is_named(const Worker& worker, const std::string& engine) {
   const std::string file = fs::path(worker.path).filename().string();
   return worker.status == Status::ok
@@ -142,7 +142,7 @@ void check_method(const std::string& who, const std::string& text, const std::ve
   }
   if (text == "truth") return;
   if (!there)
-    throw InputError(fmt::format("{}{}: no engine `{}` at the table; expected one of {}, or --engine FILE", who, text,
+    throw InputError(fmt::format("{}{}: no engine `{}` is available; expected one of {}, or --engine FILE", who, text,
                                  engine, names));
   if (offered || (!glob && is_contact_test(base.substr(slash + 1)))) return;
   if (glob)
@@ -226,7 +226,7 @@ void keep_used(Selection& selection) {
 
 namespace {
 
-// Answers of foreign engines are needed: without them there is nothing to select.
+// Foreign engines must have answered: their methods are not known otherwise.
 void require_answers(const std::vector<Worker>& workers, const Study& study) {
   for (const Worker& worker : workers) {
     if (!worker.foreign || worker.status == Status::ok) continue;
@@ -245,7 +245,7 @@ std::vector<std::string> scenarios_of(const Study& study) {
   std::set<std::string> seen;
   for (const StudyCells& cells : study.cells)
     for (const std::string& name : cells.scenarios)
-      if (cells.probe.empty() && seen.insert(name).second) names.push_back(name);
+      if (cells.probe == Probe::none && seen.insert(name).second) names.push_back(name);
   return names;
 }
 
@@ -363,7 +363,8 @@ Selection select_cells(const Place& place, const Options& options) {
   selection.cells = plan_cells(study, selection.scenarios, selection.workers, place.provenance.cpu, options.max_cells);
   require_frequencies(selection.cells, unfit);
   if (selection.cells.empty())
-    throw InputError("nothing to run: no cell is left of this study; `atwood list` shows ids and methods");
+    throw InputError(
+        "nothing to run: the filters leave no cell of this study; `atwood list` shows scenarios and methods");
   check_settings(options.methods.empty() ? of_study : "--method ", selection.cells, selection.workers);
   keep_used(selection);
   return selection;
@@ -374,61 +375,6 @@ std::string own_file(const Place& place, const Scenario& scenario) {
   const bool in_catalogue = fs::weakly_canonical(fs::path(scenario.path).parent_path()) ==
                             fs::weakly_canonical(place.source_dir + "/validation/scenarios");
   return in_catalogue ? "" : scenario.path;
-}
-
-namespace {
-
-// "odeint/dopri5" for "odeint/runge_kutta_dopri5": the last word of ids of that engine, where no id is just that.
-std::vector<std::string> by_last_word(const std::string& base, const std::vector<Worker>& workers) {
-  std::vector<std::string> ids;
-  const std::size_t slash = base.find('/');
-  if (slash == std::string::npos) return ids;
-  const std::string engine = base.substr(0, slash + 1), word = base.substr(slash + 1);
-  for (const auto& worker : workers) {
-    if (worker.status != Status::ok) continue;
-    for (const auto& info : worker.engine.methods) {
-      const bool ends = info.id.size() > word.size() && info.id.rfind(engine, 0) == 0 && info.id.ends_with(word);
-      if (ends && std::string("/_-").find(info.id[info.id.size() - word.size() - 1]) != std::string::npos)
-        ids.push_back(info.id);
-    }
-  }
-  return ids;
-}
-
-}  // namespace
-
-std::vector<std::string> with_tolerances(const std::vector<std::string>& methods, const std::vector<Worker>& workers,
-                                         std::vector<std::string>& notes) {
-  std::vector<std::string> chosen;
-  std::set<std::string> seen;
-  const auto add = [&](const std::string& method) {
-    if (seen.insert(method).second) chosen.push_back(method);
-  };
-  const auto add_all = [&](const std::string& base, const std::string& rest) {
-    bool offered = false;
-    for (const auto& worker : workers) {
-      if (worker.status != Status::ok) continue;
-      for (const auto& info : worker.engine.methods) {
-        if (!glob_match(base, info.id)) continue;
-        offered = true;
-        const bool has_tolerance = !rest.empty() && rest.front() == ':';
-        add(info.id + rest);
-        for (int digits = 4; info.adaptive && !has_tolerance && digits <= 13; ++digits)
-          add(fmt::format("{}:1e-{}{}", info.id, digits, rest));
-      }
-    }
-    return offered;
-  };
-  for (const auto& text : methods) {
-    const std::size_t cut = std::min(text.find_first_of(":+@{"), text.size());
-    const std::string base = text.substr(0, cut), rest = text.substr(cut);
-    if (add_all(base, rest)) continue;
-    const std::vector<std::string> ids = by_last_word(base, workers);
-    for (const auto& id : ids) add_all(id, rest);
-    if (ids.empty()) add(text);
-    else notes.push_back(fmt::format("{}: taken as {}.", text, fmt::join(ids, ", ")));
-  }
-  return chosen;
 }
 
 StudyOptions study_options(const Place& place, const Options& options) {
@@ -446,59 +392,6 @@ StudyOptions study_options(const Place& place, const Options& options) {
   how.notice = [](const std::string& text) { std::fputs(("atwood: " + text + "\n").c_str(), stderr); };
   how.provenance = place.provenance;
   return how;
-}
-
-ReportData assemble_report(const Place& place, const Options& options, const Selection& selection,
-                           const StudyResult& result, const std::vector<Verdict>& verdicts) {
-  ReportData data;
-  data.title = options.study.empty() ? "Atwood: the default study" : "Atwood: " + selection.study;
-  data.command = options.program;
-  data.program = shell_line(std::vector{options.words.front()});
-  data.provenance = place.provenance;
-  data.scenarios = selection.scenarios;
-  for (const auto& scenario : selection.scenarios) {
-    if (const std::string file = own_file(place, scenario); !file.empty()) data.own_files[scenario.id] = file;
-  }
-  for (const auto& worker : selection.workers) {
-    if (worker.status == Status::ok) data.engines.push_back(worker.engine);
-    else
-      data.missing_engines.emplace_back(fs::path(worker.path).filename().string(),
-                                        to_string(worker.status) + ": " + worker.reason);
-  }
-  data.metrics = all_metrics();
-  data.rows = result.rows;
-  data.verdicts = verdicts;
-  data.series = load_series(options.out_dir + "/store.db", selection.cells, options.purpose);
-  data.laws = find_laws(data.scenarios, data.rows);
-  data.bench = read_bench(options.out_dir + "/bench.json");
-  data.goals = read_goal_results(options.out_dir + "/bench.json");
-  data.tables = read_bench_tables(options.out_dir + "/bench.json");
-  data.dominance = find_dominance(data.rows);
-  if (selection.study == "audit") data.audit = audit_orders(data.engines, data.rows);
-  return data;
-}
-
-void write_outputs(const Options& options, const ReportData& data) {
-  write_file(options.out_dir + "/report.html", render_html(data));
-  write_named_outputs(options, data);
-}
-
-void write_named_outputs(const Options& options, const ReportData& data) {
-  for (const auto& output : options.outputs) {
-    const auto colon = output.find(':');
-    const std::string format = output.substr(0, colon);
-    const std::string path = colon == std::string::npos ? "" : output.substr(colon + 1);
-    if (path.empty()) throw InputError(fmt::format("-o {}: expected FORMAT:FILE", output));
-    if (format == "csv") write_file(path, render_csv(data.rows));
-    else if (format == "json") write_file(path, render_json(data));
-    else if (format == "markdown" || format == "md") write_file(path, render_markdown(data));
-    else if (format == "junit") write_file(path, render_junit(data.verdicts, data.cells));
-    else if (format == "html") write_file(path, render_html(data));
-    else
-      throw InputError(
-          fmt::format("-o {}: found format `{}`; expected csv, json, markdown, junit or html", output, format));
-  }
-  if (!options.junit.empty()) write_file(options.junit, render_junit(data.verdicts, data.cells));
 }
 
 }  // namespace atwood

@@ -65,7 +65,7 @@ std::vector<NamedRun> run_finest(const std::vector<Cell>& cells, const std::stri
                                  const std::vector<Row>& rows, const std::vector<Worker>& workers, double limit_s) {
   std::map<std::string, const Cell*> finest;  // by family
   for (const Cell& cell : cells) {
-    if (cell.scenario.id != scenario || cell.worker < 0 || !cell.probe.empty()) continue;
+    if (cell.scenario.id != scenario || cell.worker < 0 || cell.probe != Probe::none) continue;
     const bool ended_well = std::any_of(rows.begin(), rows.end(), [&](const Row& row) {
       return row.scenario == scenario && row.method == cell.method && row.steps == cell.plan.steps &&
              row.metric == "status" && row.status == Status::ok;

@@ -98,8 +98,9 @@ const Worker& worker_of(const std::vector<Worker>& workers, const std::string& m
     }
   }
   names.emplace_back("truth");
-  throw InputError(fmt::format("--method {}: no engine offers it; nearest: {}; `atwood list methods` shows all", method,
-                               fmt::join(nearest(id.engine + "/" + id.scheme, names, 3), ", ")));
+  throw InputError(
+      fmt::format("--method {}: no available engine provides this method; nearest: {}; `atwood list methods` shows all",
+                  method, fmt::join(nearest(id.engine + "/" + id.scheme, names, 3), ", ")));
 }
 
 // With recorded frames: an engine that takes them, whole frames, and the start and the end alone.
@@ -107,7 +108,7 @@ void require_frames(const Scenario& scenario, const Worker& worker, std::int64_t
   const auto frames = static_cast<std::int64_t>(scenario.frame_ends_s.size());
   if (frames == 0) return;
   if (!worker.engine.frames)
-    throw InputError(fmt::format("{} takes equal steps, no recorded frames", worker.engine.name));
+    throw InputError(fmt::format("{} takes equal steps; it cannot follow recorded frames", worker.engine.name));
   if (samples != 1)
     throw InputError(fmt::format("--samples {}: expected 1 with recorded frames: the start and the end", samples));
   if (steps % frames != 0)

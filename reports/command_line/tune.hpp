@@ -73,6 +73,9 @@ struct TuneResult {
   std::vector<std::string> training, held_out;
   std::vector<TuneEvidence> evidence;
 };
+// Throws Interrupted; InputError where the catalogue has too few scenes of the class.
+TuneResult tune(const Place& place, const Options& options, const std::vector<Worker>& workers,
+                const TuneRanges& ranges, rivals::SceneClass scene_class, std::vector<Scenario> catalogue);
 std::string tuned_file_with(const std::string& text, const TuneResult& result);  // of the file's whole text; InputError
 
 int command_tune(const Place&, const Options&);

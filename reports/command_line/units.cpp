@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "reports/command_line/goals.hpp"
+#include "benchmarks/goals.hpp"
 #include "scene/files.hpp"
 
 namespace atwood {

@@ -9,7 +9,7 @@
 
 namespace atwood {
 
-// Read before anything is run: a slip of the pen in a file is told at once.
+// Read before anything is run, so that an error in a file is reported at once.
 struct Standards {
   std::vector<Gate> gates;  // the tolerances' own, else the catalogue's
   std::optional<Baseline> baseline;
@@ -54,6 +54,11 @@ struct Judged {
   std::vector<RefusedTruth> refused;
   std::vector<std::string> notes;
 };
+// Appends the changes, a verdict a scenario and method, and notes.
+void judge_baseline(const Place& place, const Options& options, const Selection& selection, Baseline baseline,
+                    const std::vector<Row>& rows, Judged& judged);
+// Each metric has one unit: InputError where an entry of the baseline has another.
+void require_units(const Baseline& baseline);
 // `try_truths`: where a truth refuses, others are tried out, which takes seconds.
 Judged judge_everything(const Place& place, const Options& options, const Selection& selection,
                         const Standards& standards, const StudyResult& result, bool try_truths);

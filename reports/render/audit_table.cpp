@@ -59,7 +59,7 @@ std::string counts_text(const std::vector<AuditFinding>& findings) {
 std::string quoted(const std::string& given) {
   std::string method = given;
   if (const auto at = method.find(":tol"); at != std::string::npos) method.replace(at, 4, ":1e-8");
-  return method.find_first_of("{}*?") == std::string::npos ? method : "'" + method + "'";
+  return shell_line(std::vector{method});
 }
 
 constexpr const char* kLegend =

@@ -309,7 +309,7 @@ void append_bench(JsonText& json, const std::vector<BenchFigure>& bench) {
         .member("scenario", figure.scenario)
         .member("method", figure.method)
         .member_integer("steps", figure.steps)
-        .member_number("ns_per_step_median", figure.ns_per_step_median)
+        .member_number("ns_per_step_median", figure.ns_per_step.value)
         .member_number("ns_per_step_p95", figure.ns_per_step_p95)
         .end_object();
   }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <variant>
 
 #include "protocol/sample.hpp"
@@ -11,19 +12,7 @@
 namespace atwood {
 namespace {
 
-std::string quoted(std::string_view value) {
-  std::string result = "\"";
-  for (const char c : clean_text(value)) {
-    switch (c) {
-      case '"': result += "\\\""; break;
-      case '\\': result += "\\\\"; break;
-      case '\n': result += "\\n"; break;
-      case '\t': result += "\\t"; break;
-      default: result += c;  // clean_text left no other control character
-    }
-  }
-  return result + '"';
-}
+std::string quoted(std::string_view value) { return nlohmann::json(clean_text(value)).dump(); }
 
 // "1.5e-07" -> "1.5e-7": a byte a figure over many thousands of figures.
 std::string short_exponent(std::string text) {

@@ -1,4 +1,5 @@
-// A JSON document written front to back. Commas and indentation take care of themselves.
+// A JSON document of many rows, written front to back without holding it as a tree: commas, indentation and the digits of
+// figures are set here, strings are escaped by nlohmann-json.
 #pragma once
 
 #include <cstdint>

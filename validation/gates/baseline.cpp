@@ -48,21 +48,24 @@ struct Entry {
   std::string unit;
 };
 
-bool timing(const std::string& metric) { return metric.starts_with("step-time"); }
+bool timing(const std::string& metric) { return metric.starts_with("step-time") || metric == "run-time"; }
 
-// A solver's residual at round-off is another one at every change of the order of a sum: its gates judge it.
-// A figure under an infinite bar, or itself infinite, agrees with everything: it is no figure to agree on.
+// A solver's residual at round-off changes with every change of the order of a sum: its gates judge it. A figure under an
+// infinite bar, or itself infinite, agrees with everything: it is no figure to agree on. A time of one repeat has an
+// unknown bar: the tolerance of times stands for it.
 bool judged(const Row& row) {
   return row.status == Status::ok && row.body.empty() && !row.t_s && row.metric != "status" &&
          !row.metric.starts_with("size-") && row.metric != "solver-residual-max" && row.metric != "condition" &&
-         !std::isinf(row.value) && (std::isnan(row.value) || (std::isfinite(row.truth_bar) && row.truth_bar >= 0));
+         !std::isinf(row.value) &&
+         (std::isnan(row.value) || timing(row.metric) || (std::isfinite(row.truth_bar) && row.truth_bar >= 0));
 }
 
 std::map<Key, Entry> entries(std::span<const Row> rows) {
   std::map<Key, Entry> list;
   for (const Row& r : rows)
     if (judged(r))
-      list[{r.scenario, r.method, r.steps, r.metric}] = {r.value, std::isnan(r.value) ? 0 : r.truth_bar, r.unit};
+      list[{r.scenario, r.method, r.steps, r.metric}] = {
+          r.value, std::isfinite(r.truth_bar) && !std::isnan(r.value) ? r.truth_bar : 0, r.unit};
   return list;
 }
 

@@ -61,7 +61,9 @@ void conclude(Verdict& v, double low, double high, const std::string& measured, 
   else if (high < v.allowed_low || low > v.allowed_high) v.judgement = Judgement::fail;
   else v.judgement = Judgement::unverifiable;
   std::string text = "measured " + measured;
-  if (v.judgement == Judgement::unverifiable && note.empty())
+  if (v.judgement == Judgement::unverifiable && std::isnan(v.bar))
+    text += ", allowed " + allowed_text(v) + ": a single repeat has no interval";
+  else if (v.judgement == Judgement::unverifiable && note.empty())
     text += ", allowed " + allowed_text(v) + ": the bar reaches across the edge, margin " + number(v.margin);
   else text += ", allowed " + allowed_text(v) + ", margin " + number(v.margin);
   v.text = note.empty() ? text : text + " (" + note + ")";

@@ -51,22 +51,20 @@ const std::vector<MetricInfo>& all_metrics() {
        "Growth over the run of a perturbation relative to each initial vector's own size: what amplifies round-off."},
       {"energy-scale", "J",
        "E_scale, one a scene for all methods and steps: max of kinetic + |V - V0| over the truth's samples, or, "
-       "without "
-       "a truth, over a run of the reference whose energy has converged under refinement (the reason says which)."},
+       "without a truth, over a run of the reference whose energy has converged under refinement (the reason says which)."},
       {"energy-max", "1", "Largest |E - E0| / E_scale."},
       {"energy-drift", "1/s",
        "Slope of (E - E0) / E_scale, an oscillation of any shape fitted beside it and the median of pair slopes taken "
-       "of the rest; bar = 95 % corrected for autocorrelation, or, where what is left is not stationary, how far the "
-       "slopes of the run's halves and its mean slopes lie; NaN: round-off, where one run is one draw; positive: "
-       "gains."},
+       "of the rest; bar = 95 % corrected for autocorrelation, or, where the residual is not stationary, the range of "
+       "the slopes of the run's halves and of its mean slopes; NaN: round-off dominates, and one run is a single sample "
+       "of it; positive: the energy grows."},
       {"energy-oscillation", "1", "Half the range of (E - E0) / E_scale about its drift."},
       {"energy-change-max", "J", "Largest |E - E0|, of scenes without E_scale."},
       {"energy-change-drift", "W", "energy-drift of scenes without E_scale: slope of E - E0."},
       {"energy-change-oscillation", "J", "Half the range of E - E0 about its drift, of scenes without E_scale."},
       {"energy-drift-round-off", "1/s",
        "Ensemble of 96 runs perturbed in the last place, beside wider arithmetic: mean slope of round-off in energy "
-       "over "
-       "E_scale; bar = 95 % by bootstrap over runs."},
+       "over E_scale; bar = 95 % by bootstrap over runs."},
       {"energy-change-drift-round-off", "W", "The same of scenes without E_scale, in joules a second."},
       {"momentum-error", "kg m/s",
        "Largest |P(t) - P(0) - M g t|: linear momentum, uniform gravity's impulse accounted for."},
@@ -82,11 +80,11 @@ const std::vector<MetricInfo>& all_metrics() {
       {"magnetic-moment-error", "1",
        "Largest change of m v_perp^2 / 2B in the drift frame, over its value at the start."},
       {"growth-exponent-position", "1",
-       "Exponent of the law the position error grows by (reason: its name); bar = 95 %; NaN: inconclusive."},
+       "Exponent of the law by which the position error grows (reason: its name); bar = 95 %; NaN: inconclusive."},
       {"growth-exponent-attitude", "1",
-       "Exponent of the law the attitude error grows by (reason: its name); bar = 95 %; NaN: inconclusive."},
+       "Exponent of the law by which the attitude error grows (reason: its name); bar = 95 %; NaN: inconclusive."},
       {"growth-exponent-energy", "1",
-       "Exponent of the law |E - E0| grows by (reason: its name); bar = 95 %; NaN: inconclusive."},
+       "Exponent of the law by which |E - E0| grows (reason: its name); bar = 95 %; NaN: inconclusive."},
       {"growth-exponent-round-off-energy", "1",
        "Ensemble of 96 runs perturbed in the last place, beside wider arithmetic: exponent of the law that the root "
        "mean square of round-off in energy grows by (reason: its name; Brouwer's: t^1/2); bar = 95 % by bootstrap over "
@@ -101,7 +99,7 @@ const std::vector<MetricInfo>& all_metrics() {
        "Least error-position-end along the ladder, seen on both sides: two finer steps have a larger error."},
       {"round-off-best-step", "s", "The step of round-off-best-error."},
       {"reversal-error-position", "m",
-       "Distance from the start after the run, velocities turned round, and as many steps back; the worst body."},
+       "Distance from the start after the run, velocities reversed, and as many steps back; the worst body."},
       {"reversal-error-velocity", "m/s",
        "Norm of the velocity's difference from the start after the run there and back; the worst body."},
       {"reversal-error-attitude", "rad",
@@ -115,14 +113,14 @@ const std::vector<MetricInfo>& all_metrics() {
        "Frobenius norm of M^T J M - J, M the end's derivatives by the start in scaled canonical variables; bar: from "
        "the difference step."},
       {"poisson-defect", "1",
-       "Of a free turning body: Frobenius norm of M hat(L0) M^T - hat(L) over |L|, M the derivatives of L in body "
+       "Of a freely rotating body: Frobenius norm of M hat(L0) M^T - hat(L) over |L|, M the derivatives of L in body "
        "axes; bar: from the difference step."},
       {"horizon", "s",
-       "Until when a state can be foretold: twins a part in 1e-10 of the scale apart are 1e-3 apart; the run's end "
-       "where they are not."},
+       "Predictability horizon: when two runs that start 1e-10 of the scale apart are 1e-3 of it apart; the run's end "
+       "where they never are."},
       {"lyapunov-exponent", "1/s",
-       "Mean rate at which twins part, brought back near after each sample (Benettin et al. 1980); bar = 95 % from "
-       "means of ten blocks."},
+       "Mean exponential rate at which two neighbouring runs separate, their distance reset after each sample (Benettin "
+       "et al. 1980); bar = 95 % from means of ten blocks."},
       {"tolerance-ratio", "1", "error-position-max over size-position and over the relative tolerance asked for."},
       {"tolerance-exponent", "1",
        "Slope of log error-position-max on log rtol, tolerances within 30 x the floor left out; 1: proportional; bar = "
@@ -184,10 +182,11 @@ const std::vector<MetricInfo>& all_metrics() {
        "impulses."},
       {"signorini-gap", "m",
        "Largest |gap| of a contact that carries force, over the samples: force and gap exclude each other."},
-      {"signorini-pull", "N", "Largest pull of a contact, max(0, -f_n), over the samples."},
+      {"signorini-pull", "N",
+       "Largest tensile force of a contact, max(0, -f_n), over the samples: contacts can only push."},
       {"dissipation-defect", "1",
        "Largest mu f_n |u_t| + f_t . u_t over the largest mu f_n times the largest speed of slip or of a touching body "
-       "(u_t: slip of b on a): 0 where friction opposes slip with all it has; none where nothing moves."},
+       "(u_t: slip of b on a): 0 where friction has its full size and opposes the slip; no row where nothing moves."},
       {"contact-misses", "1",
        "Poses of a sweep that overlap by more than round-off of their places and where the engine finds no contact."},
       {"contact-false-hits", "1",
@@ -214,13 +213,13 @@ const std::vector<MetricInfo>& all_metrics() {
        "unique by a thousandth of the depth: largest."},
       {"contact-distance-error-median", "1",
        "|reported distance - true distance| over the smaller body's bounding radius, over poses of a sweep that are "
-       "apart, of engines that tell: median."},
+       "apart, of engines that report it: median."},
       {"contact-distance-error-p99", "1",
        "|reported distance - true distance| over the smaller body's bounding radius, over poses of a sweep that are "
-       "apart, of engines that tell: 99th percentile."},
+       "apart, of engines that report it: 99th percentile."},
       {"contact-distance-error-max", "1",
        "|reported distance - true distance| over the smaller body's bounding radius, over poses of a sweep that are "
-       "apart, of engines that tell: largest."},
+       "apart, of engines that report it: largest."},
       {"touch-time-error-median", "s",
        "|reported first touch - true one| over swept poses that touch within a second: median."},
       {"touch-time-error-p99", "s",
@@ -231,9 +230,13 @@ const std::vector<MetricInfo>& all_metrics() {
       {"penetration-rms", "m", "Root mean square over the samples (t = 0 left out) of the deepest overlap."},
       {"penetration-relative", "1",
        "Deepest overlap over the samples in units of the smaller body: its radius or least half extent."},
-      {"step-time", "s", "Time of one step: median over the repeats of the timed pass, which observes nothing."},
-      {"step-time-p95", "s", "Time of one step: 95th percentile over the repeats of the timed pass."},
-      {"run-time", "s", "Time of the whole run: median over the repeats of the timed pass, which observes nothing."},
+      {"step-time", "s",
+       "Time of one step: median over the repeats of the timed pass, which observes nothing. Its bar is the farther end of "
+       "the median's 95 % interval by order statistics (of fewer than six repeats their range; unknown of one)."},
+      {"step-time-p95", "s",
+       "Time of one step: 95th percentile over the repeats of the timed pass, from 20 repeats on."},
+      {"run-time", "s",
+       "Time of the whole run: the same median as step-time's, times the steps that were taken, with the same bar."},
       {"solver-capped", "1",
        "Solves that ended without reaching their tolerance or round-off: at the iteration limit, or because the "
        "iteration diverged. Of the run: of all its solvers; with a solver's name in `body`: of that one. contact-sweeps "
@@ -249,7 +252,7 @@ const std::vector<MetricInfo>& all_metrics() {
        "Solves whose residual stopped falling within a few roundings of its computation, above the solver's own "
        "tolerance; the solver's name stands in `body`."},
       {"rate-evaluations", "1", "Evaluations of the equations of motion over the run, as the engine counts them."},
-      {"steps-taken", "1", "Steps that a method with a tolerance accepted over the run."},
+      {"steps-taken", "1", "Accepted steps of a run with a tolerance, which chooses them itself."},
   };
   return metrics;
 }

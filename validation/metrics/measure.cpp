@@ -6,7 +6,7 @@
 #include <mutex>
 
 #include "validation/metrics/measurements.hpp"
-#include "validation/metrics/quantile.hpp"
+#include "validation/metrics/order_statistics.hpp"
 
 namespace atwood {
 namespace {
@@ -84,16 +84,24 @@ std::vector<Row> measure(const Scenario& scenario, const Truth& truth, const Rec
   return rows;
 }
 
+namespace {
+
+// The farther end of the median's interval; NaN where a single time has none.
+double bar_of(const Estimate& time) { return std::max(time.high - time.value, time.value - time.low); }
+
+}  // namespace
+
 std::vector<Row> timing_rows(const Outcome& outcome, std::int64_t steps) {
   if (outcome.busy_ns.empty() || steps <= 0) return {};
   std::vector<double> ns(outcome.busy_ns.begin(), outcome.busy_ns.end());
-  const std::size_t n = ns.size();
-  const double median = metrics::median_in_place(ns);
-  std::sort(ns.begin(), ns.end());
+  const Estimate run = metrics::median_interval(ns);
   const double per_step = 1e-9 / static_cast<double>(steps);
-  const std::string reason = std::to_string(n) + " repeats";
-  return {metrics::row("step-time", median * per_step, 0, reason),
-          metrics::row("step-time-p95", ns[metrics::nearest_rank(n, 95)] * per_step, 0, reason)};
+  const std::string reason = ns.size() == 1 ? "1 repeat: no interval is known" : std::to_string(ns.size()) + " repeats";
+  std::vector<Row> rows{metrics::row("step-time", run.value * per_step, bar_of(run) * per_step, reason)};
+  if (ns.size() >= metrics::kFewestForP95)
+    rows.push_back(metrics::row("step-time-p95", metrics::nearest_rank(ns, 0.95) * per_step, 0, reason));
+  rows.push_back(metrics::row("run-time", 1e-9 * run.value, 1e-9 * bar_of(run), reason));
+  return rows;
 }
 
 std::string format_measure(double value, double bar, int digits) {

@@ -178,7 +178,9 @@ std::vector<Row> fit_round_off_v(std::span<const Row> cells);
 // scenario.
 std::vector<Row> fit_tolerances(std::span<const Row> rows);
 
-// step-time (median) and step-time-p95 over the timed pass's repeats [s]; none when nothing was timed.
+// step-time and run-time: one median over the timed pass's repeats [s], of a step and of the run; their bars are the
+// median's interval by order statistics (its farther end; NaN of a single repeat, which has none). step-time-p95 from 20
+// repeats on. None when nothing was timed. `steps`: those that the run took.
 std::vector<Row> timing_rows(const Outcome& outcome, std::int64_t steps);
 
 // Time of A over time of B from pairs A B A B, a[i] beside b[i]: the median of the pairs' ratios and its 95 % interval

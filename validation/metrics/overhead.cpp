@@ -27,25 +27,6 @@ Line line_through(std::span<const int> x, std::span<const double> y) {
   return {(wy - slope * wx) / w, slope};
 }
 
-// The largest k with P(Binomial(n, 1/2) < k) <= 0.025: the k-th smallest and the k-th largest of n enclose their median.
-std::size_t outer_rank(std::size_t n) {
-  double term = std::pow(0.5, static_cast<double>(n)), below = 0;
-  std::size_t k = 0;
-  while (k < n && below + term <= 0.025) {
-    below += term;
-    term *= static_cast<double>(n - k) / static_cast<double>(k + 1);
-    ++k;
-  }
-  return k;
-}
-
-Estimate median_with_interval(std::vector<double> values) {
-  const double median = metrics::median_in_place(values);
-  std::sort(values.begin(), values.end());
-  const std::size_t n = values.size(), rank = std::max<std::size_t>(1, outer_rank(n));
-  return {median, values[rank - 1], values[n - rank]};
-}
-
 }  // namespace
 
 OverheadFit fit_overhead(std::span<const int> repeats, const std::vector<std::vector<double>>& ns) {
@@ -67,10 +48,10 @@ OverheadFit fit_overhead(std::span<const int> repeats, const std::vector<std::ve
   }
   fit.rounds = static_cast<int>(overheads.size());
   if (fit.rounds == 0) return fit;
-  fit.overhead_ns = median_with_interval(overheads);
-  fit.rate_ns = median_with_interval(rates);
+  fit.overhead_ns = metrics::median_interval(overheads);
+  fit.rate_ns = metrics::median_interval(rates);
   if (bends.size() < 6) return fit;
-  const Estimate bend = median_with_interval(bends);
+  const Estimate bend = metrics::median_interval(bends);
   fit.straight = !((bend.low > 1 && bend.value > 1.1) || (bend.high < 1 && bend.value < 0.9));
   return fit;
 }

@@ -11,12 +11,9 @@
 #include <string>
 #include <vector>
 
-namespace atwood {
+#include "validation/metrics/order_statistics.hpp"
 
-// With an interval that holds it with 95 % at least
-struct Estimate {
-  double value = 0, low = 0, high = 0;
-};
+namespace atwood {
 
 struct OverheadFit {
   int rounds = 0;        // with a finite time for every k; 0: nothing below is known

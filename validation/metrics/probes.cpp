@@ -10,40 +10,55 @@ namespace atwood {
 
 const std::vector<ProbeInfo>& all_probes() {
   static const std::vector<ProbeInfo> probes = {
-      {"ensemble",
+      {Probe::ensemble, "ensemble",
        "96 runs, each nonzero initial coordinate moved in the last place (by more than one unit where few coordinates "
        "are nonzero), beside the same runs in wider "
        "arithmetic: the law by which round-off grows."},
-      {"reversal", "To the end, velocities turned round, the same number of steps back: the distance from the start."},
-      {"symplecticity", "The end state's derivatives with respect to the initial canonical variables: |M^T J M - J|."},
-      {"lyapunov",
-       "Twins a part in 1e-10 apart: until when a state can be foretold, and the exponent of their separation."},
-      {"round-off-v",
+      {Probe::reversal, "reversal",
+       "To the end, velocities reversed, the same number of steps back: the distance from the start."},
+      {Probe::symplecticity, "symplecticity",
+       "The end state's derivatives with respect to the initial canonical variables: |M^T J M - J|."},
+      {Probe::lyapunov, "lyapunov",
+       "Two runs that start 1e-10 of the scale apart: the predictability horizon and the exponent of their separation."},
+      {Probe::round_off_v, "round-off-v",
        "The ladder in float, double and long double, with and without compensated summation: the step of least error."},
-      {"tolerance", "Tolerances from 1e-3 to 1e-12: error over tolerance, and how the error follows it."},
-      {"contact-sweep",
+      {Probe::tolerance, "tolerance",
+       "Tolerances from 1e-3 to 1e-12: error over tolerance, and how the error follows it."},
+      {Probe::contact_sweep, "contact-sweep",
        "Contacts of seeded poses, `steps` of them a pair of shapes, against the exact ones: misses, false hits, depth, "
        "normal."},
-      {"touch-sweep",
+      {Probe::touch_sweep, "touch-sweep",
        "First touches of seeded motions, `steps` of them a pair of shapes, against the exact ones: misses, time."},
-      {"contact-tables",
+      {Probe::contact_tables, "contact-tables",
        "Contacts of the cases in the folder `geometry` beside the scenario, whose answers are known by hand."}};
   return probes;
 }
 
-std::vector<Row> run_probe(const std::string& probe, const ProbeRequest& request) {
+std::string to_string(Probe probe) {
+  for (const ProbeInfo& info : all_probes())
+    if (info.probe == probe) return info.name;
+  return "";
+}
+
+std::optional<Probe> find_probe(const std::string& name) {
+  for (const ProbeInfo& info : all_probes())
+    if (info.name == name) return info.probe;
+  return std::nullopt;
+}
+
+std::vector<Row> run_probe(Probe probe, const ProbeRequest& request) {
   using namespace metrics;
   struct Entry {
-    const char* name;
+    Probe probe;
     const char* metric;
     std::vector<Row> (*run)(const ProbeRequest&);
   };
-  static constexpr Entry entries[] = {{"ensemble", "growth-exponent-round-off-energy", probe_ensemble},
-                                      {"reversal", "reversal-over-round-off", probe_reversal},
-                                      {"symplecticity", "symplecticity-defect", probe_symplecticity},
-                                      {"lyapunov", "lyapunov-exponent", probe_lyapunov}};
+  static constexpr Entry entries[] = {{Probe::ensemble, "growth-exponent-round-off-energy", probe_ensemble},
+                                      {Probe::reversal, "reversal-over-round-off", probe_reversal},
+                                      {Probe::symplecticity, "symplecticity-defect", probe_symplecticity},
+                                      {Probe::lyapunov, "lyapunov-exponent", probe_lyapunov}};
   for (const Entry& entry : entries) {
-    if (probe != entry.name) continue;
+    if (probe != entry.probe) continue;
     try {
       return entry.run(request);
     } catch (const ProbeEnds& ended) {
@@ -52,7 +67,7 @@ std::vector<Row> run_probe(const std::string& probe, const ProbeRequest& request
       return {r};
     }
   }
-  throw std::logic_error("no probe `" + probe + "`");
+  throw std::logic_error("the probe `" + to_string(probe) + "` is not made of runs");
 }
 
 namespace metrics {

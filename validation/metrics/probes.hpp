@@ -7,19 +7,9 @@
 #include <vector>
 
 #include "validation/metrics/metrics.hpp"
+#include "validation/metrics/probe.hpp"
 
 namespace atwood {
-
-struct ProbeInfo {
-  std::string name, doc;
-};
-const std::vector<ProbeInfo>& all_probes();  // in the order of the README's table
-
-// Sweeps of poses and tables of cases: cells that need a worker's contacts and no run
-// (validation/metrics/pose_metrics.hpp).
-inline bool is_sweep(const std::string& probe) {
-  return probe == "contact-sweep" || probe == "touch-sweep" || probe == "contact-tables";
-}
 
 // What a probe asks about, and how it gets a run.
 struct ProbeRequest {
@@ -30,8 +20,8 @@ struct ProbeRequest {
   std::function<Recording(const std::string& method, const Scene& scene, const Plan& plan)> run;
 };
 
-// The rows of "ensemble", "reversal", "symplecticity" or "lyapunov" for one cell; fields as `measure` fills them. Where
-// it cannot be asked or a run fails, one row of the probe's first metric with that status and the reason.
-std::vector<Row> run_probe(const std::string& probe, const ProbeRequest& request);
+// The rows of ensemble, reversal, symplecticity or lyapunov for one cell; fields as `measure` fills them. Where the probe
+// does not apply or a run fails, one row of its first metric with that status and the reason. std::logic_error of others.
+std::vector<Row> run_probe(Probe probe, const ProbeRequest& request);
 
 }  // namespace atwood

@@ -5,14 +5,6 @@
 
 namespace atwood::metrics {
 
-double median_in_place(std::vector<double>& x) {
-  if (x.empty()) return 0;
-  const auto half = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
-  std::nth_element(x.begin(), half, x.end());
-  if (x.size() % 2 == 1) return *half;
-  return (*std::max_element(x.begin(), half) + *half) / 2;
-}
-
 double quantile(const std::vector<double>& ascending, double p) {
   if (ascending.empty()) return 0;
   const std::size_t last = ascending.size() - 1;
@@ -20,8 +12,6 @@ double quantile(const std::vector<double>& ascending, double p) {
   const std::size_t i = std::min(static_cast<std::size_t>(place), last), j = std::min(i + 1, last);
   return ascending[i] + (place - static_cast<double>(i)) * (ascending[j] - ascending[i]);
 }
-
-std::size_t nearest_rank(std::size_t n, std::size_t percent) { return (percent * n + 99) / 100 - 1; }
 
 double students_t(double freedom, double p) { return boost::math::quantile(boost::math::students_t(freedom), p); }
 

@@ -4,18 +4,13 @@
 #include <cstddef>
 #include <vector>
 
-namespace atwood::metrics {
+#include "validation/metrics/order_statistics.hpp"
 
-// The middle value, or the mean of the two in the middle; reorders x. Of none: 0.
-double median_in_place(std::vector<double>& x);
+namespace atwood::metrics {
 
 // The value at p (n - 1) of ascending x, p in [0, 1], between neighbours linearly (definition 7 of Hyndman and Fan, The
 // American Statistician 50 (1996) 361). Of none: 0.
 double quantile(const std::vector<double>& ascending, double p);
-
-// Index in n ascending values, n >= 1, of the smallest that at least `percent` % (1 .. 100) of them do not exceed
-// (definition 1 of Hyndman and Fan: the nearest rank).
-std::size_t nearest_rank(std::size_t n, std::size_t percent);
 
 // What a variate of Student's t with `freedom` > 0 degrees of freedom stays below with probability p in (0, 1).
 double students_t(double freedom, double p);

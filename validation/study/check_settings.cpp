@@ -1,6 +1,7 @@
-// Settings in methods' ids that are slips of the pen. Names are told by what an engine lists. Values are judged by the
-// engine itself, in small scenes: where it refuses a method with its settings and takes it without them, the settings
-// are at fault, and its words say why. So no list of values has to be kept twice.
+// Settings in methods' ids: unknown names and values that are not allowed. What an engine declares of its settings (type,
+// range, choices; our own declares them all) decides at once. Settings that an engine lists without a rule are judged by
+// the engine itself in a small scene: where it refuses a method with its settings and runs it without them, the settings
+// are at fault, and its reason is the message.
 #include <algorithm>
 #include <filesystem>
 #include <map>
@@ -15,8 +16,8 @@ namespace {
 
 constexpr double kLimitS = 10;
 
-// A ball over a floor from which it would bounce, the same without a bounce, and a point alone in the air: everybody who
-// moves bodies can do one of the three.
+// A ball over a floor with restitution, the same without, and a point in free fall: every engine that moves bodies runs
+// one of the three.
 constexpr const char* kScene =
     "id = \"small\"\ntitle = \"A small scene\"\nclaim = \"Settings are read\"\nsource = \"none\"\n[run]\nt_end_s = 1e-6\n"
     "steps = [1]\nsamples = 1\n[world]\ngravity_m_per_s2 = [0, 0, -9.81]\n[truth]\nkind = \"none\"\n";
@@ -41,7 +42,7 @@ const MethodInfo* find(const std::vector<MethodInfo>& all, const std::string& id
   return found == all.end() ? nullptr : &*found;
 }
 
-// What is wrong with an id's settings; empty: nothing, or nobody can tell.
+// What is wrong with an id's settings; empty: nothing that is known.
 class Judge {
  public:
   explicit Judge(const std::vector<Worker>& workers) : workers_(workers) {
@@ -65,13 +66,35 @@ class Judge {
       if (worker.status != Status::ok) continue;
       const MethodInfo* info = find(worker.engine.methods, id.engine + "/" + id.scheme);
       if (info == nullptr) continue;
-      // Engines of the user's own may list none: theirs to judge.
+      // A foreign engine may list no settings: it then judges them when it runs.
       if (info->settings.empty() && !is_ours(worker)) return "";
       const MethodInfo* response = id.response.empty() ? nullptr : find(worker.engine.responses, "+" + id.response);
-      const std::string unknown = unknown_name(id, *info, response);
-      return unknown.empty() ? refused_value(i, id) : unknown;
+      if (const std::string unknown = unknown_name(id, *info, response); !unknown.empty()) return unknown;
+      if (const std::string value = wrong_value(id, *info, response); !value.empty()) return value;
+      return has_rules(id, *info, response) ? "" : refused_value(i, id);
     }
     return "";
+  }
+
+  // Against the declared rules; a name that both know goes to both.
+  static std::string wrong_value(const MethodId& id, const MethodInfo& info, const MethodInfo* response) {
+    for (const MethodInfo* owner : {&info, response}) {
+      if (owner == nullptr) continue;
+      Settings own;
+      for (const auto& [key, value] : id.overrides)
+        if (owner->rules.contains(key)) own[key] = value;
+      if (const Result<Settings> merged = merged_settings(*owner, own); !merged) return merged.fault().reason;
+    }
+    return "";
+  }
+
+  // Whether every setting of the id has a rule wherever it is listed.
+  static bool has_rules(const MethodId& id, const MethodInfo& info, const MethodInfo* response) {
+    const auto has = [](const MethodInfo* owner, const std::string& key) {
+      return owner == nullptr || !owner->settings.contains(key) || owner->rules.contains(key);
+    };
+    return std::all_of(id.overrides.begin(), id.overrides.end(),
+                       [&](const auto& entry) { return has(&info, entry.first) && has(response, entry.first); });
   }
 
   static std::string unknown_name(const MethodId& id, const MethodInfo& info, const MethodInfo* response) {
@@ -130,7 +153,7 @@ void check_settings(const std::string& who, const std::vector<Cell>& cells, cons
       first_fault.try_emplace(cell.pattern, words);
     }
   } catch (const Interrupted&) {
-    return;  // whoever asked sees the signal itself
+    return;  // the caller sees the signal itself
   }
   for (const auto& [pattern, words] : first_fault)
     if (!taken.contains(pattern)) throw InputError(words);

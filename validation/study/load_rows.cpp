@@ -44,13 +44,9 @@ void append_timing(Store& store, const Cell& cell, const std::string& timing_has
   for (Row& row : timing_rows(outcome, adaptive ? accuracy_steps : cell.plan.steps)) {
     append(result.rows, std::move(row), cell, timing->provenance);
   }
-  std::vector<std::int64_t> ns = outcome.busy_ns;
-  std::nth_element(ns.begin(), ns.begin() + static_cast<std::ptrdiff_t>(ns.size() / 2), ns.end());
-  append(result.rows, metrics::row("run-time", 1e-9 * static_cast<double>(ns[ns.size() / 2])), cell,
-         timing->provenance);
 }
 
-// False: the store does not hold the cell, which an engine at the table runs.
+// False: the store does not hold the cell, which an available engine runs.
 bool append_cell(Store& store, const Cell& cell, const CellKeys& keys, StudyResult& result) {
   if (cell.worker < 0) {
     append(result.rows, failure_row("status", cell.absent, cell.absent_reason), cell, {});
@@ -98,7 +94,7 @@ std::map<std::pair<std::string, std::string>, std::vector<LadderEnd>> ladder_end
                                                                                   const Campaigns& campaigns) {
   std::map<std::pair<std::string, std::string>, std::vector<LadderEnd>> ends;
   for (const Cell& cell : cells) {
-    if (cell.worker < 0 || !cell.probe.empty() || cell.method.find(':') != std::string::npos) continue;
+    if (cell.worker < 0 || cell.probe != Probe::none || cell.method.find(':') != std::string::npos) continue;
     const std::string hash = campaigns.keys(cell).accuracy;
     Recording recording;
     of_cell(cell, [&] {

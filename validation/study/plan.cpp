@@ -158,7 +158,7 @@ std::string with_settings(const std::string& method, const Settings& settings) {
 // Why there is no worker: the engine's own executable may have said so.
 void explain_absence(Cell& cell, const std::vector<Worker>& workers) {
   const std::string engine = cell.method.substr(0, cell.method.find('/'));
-  cell.absent_reason = "no engine at the table offers " + cell.method;
+  cell.absent_reason = "no available engine provides " + cell.method;
   for (const Worker& worker : workers) {
     if (worker.status == Status::ok) continue;
     const std::string name = std::filesystem::path(worker.path).filename().string();
@@ -198,22 +198,23 @@ void hash_cell(Cell& cell, const Offer& offer, const std::vector<Worker>& worker
                     worker.build_id, version, arithmetic});
   for (const double end_s : cell.plan.frame_ends_s)
     cell.accuracy_hash = content_hash({cell.accuracy_hash, format_double(end_s)});
-  if (!cell.probe.empty()) cell.accuracy_hash = content_hash({cell.accuracy_hash, "probe 1", cell.probe});
+  if (cell.probe != Probe::none)
+    cell.accuracy_hash = content_hash({cell.accuracy_hash, "probe 1", to_string(cell.probe)});
   if (worker.foreign && !worker.unknown_code.empty()) cell.campaign = worker.build_id;
   cell.timing_hash = content_hash({"timing 2", cell.accuracy_hash, cpu, std::to_string(cell.repeats)});
 }
 
 // The two probes that are ladders of ordinary cells: of scalars and compensated summation, and of tolerances. A method
 // that names its scalar or tolerance is left as it is.
-std::vector<std::string> ladder_of_probe(const std::string& probe, const std::string& method, const MethodInfo* info) {
-  if (probe == "tolerance" && info && info->adaptive && !parse_method_id(method).rtol) {
+std::vector<std::string> ladder_of_probe(Probe probe, const std::string& method, const MethodInfo* info) {
+  if (probe == Probe::tolerance && info && info->adaptive && !parse_method_id(method).rtol) {
     std::vector<std::string> methods;
     const std::size_t end = std::min(method.find_first_of("+@{"), method.size());
     for (int digits = 3; digits <= 12; ++digits)
       methods.push_back(method.substr(0, end) + ":1e-" + std::to_string(digits) + method.substr(end));
     return methods;
   }
-  if (probe == "round-off-v" && info && parse_method_id(method).scalar.empty()) {
+  if (probe == Probe::round_off_v && info && parse_method_id(method).scalar.empty()) {
     std::vector<std::string> methods;
     for (const char* scalar : {"float", "", "long-double"}) {
       MethodId id = parse_method_id(method);
@@ -238,8 +239,6 @@ void join(Cell& before, const StudyCells& cells, const Offer& offer) {
   if (has_glob(before.pattern)) before.pattern = offer.pattern;
   allow_more(before, cells.allow);
 }
-
-bool is_ladder(const std::string& probe) { return probe == "tolerance" || probe == "round-off-v"; }
 
 // ---- how many cells -----------------------------------------------------------------------------------------------
 constexpr std::int64_t kUncountable = std::numeric_limits<std::int64_t>::max() / 8;
@@ -325,8 +324,9 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
                ladder_of_probe(cells.probe, with_settings(offer.text, settings), offer.info)) {
             const bool adaptive = offer.worker >= 0 && parse_method_id(method).rtol.has_value();
             for (const std::int64_t steps : ladder) {
-              const std::string probe = is_ladder(cells.probe) ? "" : cells.probe;
-              const std::string key = scenario.id + "\n" + method + "\n" + std::to_string(steps) + "\n" + probe;
+              const Probe probe = is_ladder(cells.probe) ? Probe::none : cells.probe;
+              const std::string key =
+                  scenario.id + "\n" + method + "\n" + std::to_string(steps) + "\n" + to_string(probe);
               const auto [place, fresh] = index.emplace(key, planned.size());
               if (!fresh) join(planned[place->second], cells, offer);
               if (!fresh && planned[place->second].repeats >= cells.repeats) {
@@ -353,7 +353,7 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
                         cells.limit_s,
                         fresh ? offer.pattern : planned[place->second].pattern,
                         fresh ? cells.allow : planned[place->second].allow};
-              if (!probe.empty()) cell.repeats = 0;
+              if (probe != Probe::none) cell.repeats = 0;
               if (!frames_taken(cell, workers)) refuse_frames(cell);
               else if (offer.worker >= 0) hash_cell(cell, offer, workers, scene_hash, cpu, arithmetic);
               else explain_absence(cell, workers);

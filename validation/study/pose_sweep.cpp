@@ -92,7 +92,7 @@ const std::vector<PoseAnswer>& PoseTruths::of(const std::string& pair, std::int6
 
 std::vector<Row> sweep_rows(const Cell& cell, WorkerClient& client, PoseTruths& truths, const StudyOptions& options,
                             double cell_limit_s, const std::string& scalar, Outcome& outcome) {
-  const bool swept = cell.probe == "touch-sweep";
+  const bool swept = cell.probe == Probe::touch_sweep;
   const std::string test = cell.method.substr(cell.method.find('/') + 1);
   const double limit_s = 10 * cell_limit_s + 0.01 * static_cast<double>(cell.plan.steps);
   std::vector<Row> rows;

@@ -91,4 +91,7 @@ class Process {
   bool we_killed_ = false;
 };
 
+// What a program prints on standard output; std::runtime_error unless it ends with 0.
+std::string capture(const std::vector<std::string>& words);
+
 }  // namespace atwood

@@ -1,7 +1,7 @@
 // Cells to workers to rows.
 //
 // First the truths and the accuracy cells, several processes at once: a thread owns one process an engine and takes one
-// ladder (a scenario x a method) after another, coarse rungs first. Then the timed pass, one process at a time, alone.
+// ladder (a scenario x a method) after another, coarse rungs first. Then the timed pass (timed_pass.cpp).
 #include <chrono>
 #include <condition_variable>
 #include <filesystem>
@@ -21,16 +21,13 @@
 #include "validation/study/pose_sweep.hpp"
 #include "validation/study/progress.hpp"
 #include "validation/study/short_text.hpp"
+#include "validation/study/study_run.hpp"
 #include "validation/study/worker_client.hpp"
 #include "validation/study/worker_identity.hpp"
 
 namespace atwood {
 namespace {
 
-// The timed pass of one cell takes about this long: long runs are repeated less often.
-constexpr double kTimedBudgetNs = 50e6;
-// A run longer than this is not timed when a coarser rung of its ladder was: that has told the time of a step already.
-constexpr std::int64_t kLongRunNs = 250'000'000;
 constexpr std::size_t kMostDamagedNamed = 20;
 
 std::string truth_hash(const Scenario& scenario, const std::string& truth_build) {
@@ -48,98 +45,12 @@ Outcome outcome_of(Status status, const std::string& reason) {
   return outcome;
 }
 
-double limit_of(const Cell& cell, const StudyOptions& options) {
-  return cell.limit_s > 0 ? cell.limit_s : options.cell_limit_s;
-}
-
 bool settled(const RunRecord& run, double limit_s) {
   if (run.killed_from_outside) return false;
   return run.outcome.status != Status::timeout || run.limit_s >= limit_s;
 }
 
-struct TruthWork {
-  enum class State { pending, running, ready };
-  std::string hash;
-  const Scenario* scenario = nullptr;
-  State state = State::pending;
-  bool reused = false;                 // known at the plan already
-  std::shared_ptr<const Truth> truth;  // null while it lies in the store
-};
-
-struct Todo {
-  const Cell* cell = nullptr;
-  std::optional<RunRecord> stored;  // then only the measuring is to be done
-};
-
-struct Ladder {
-  std::vector<Todo> todo;
-  std::size_t truth = 0;
-};
-
-// One run of a study. Threads take work under `mutex_`; everything below "the plan" is theirs.
-class StudyRun {
- public:
-  StudyRun(const std::vector<Cell>& cells, const std::vector<Worker>& workers, const StudyOptions& options,
-           Store& store, const Campaigns& campaigns)
-      : cells_(cells), workers_(workers), options_(options), store_(store), campaigns_(campaigns),
-        progress_(0, options.progress) {}
-
-  void accuracy_pass();
-  void timed_pass();
-  int touched() const { return static_cast<int>(touched_.size()); }  // cells that there was work on
-  int failed_truths() const { return failed_truths_; }
-  std::vector<Reused> reused() const;
-
- private:
-  struct Task {
-    enum class Kind { none, truth, ladder } kind = Kind::none;
-    std::size_t index = 0;
-  };
-
-  void plan_work();
-  void forget_damaged();
-  void plan_cell(const Cell& cell);
-  std::size_t truth_index(const Scenario& scenario);
-  bool is_known(const TruthWork& work);
-  RunRecord new_run(const Cell& cell) const;
-  bool loads_more(int worker, const WorkerClient& client);
-  Task next();
-  void work();
-  void solve_truth(TruthWork& work, WorkerClient& client);
-  void run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& clients);
-  void run_probe_cell(const Cell& cell, const Truth& truth, const std::string& truth_hash,
-                      std::map<int, WorkerClient>& clients);
-  void run_sweep_cell(const Cell& cell, const std::string& truth_hash, std::map<int, WorkerClient>& clients);
-  WorkerClient& client_of(const Cell& cell, std::map<int, WorkerClient>& clients) const;
-  std::shared_ptr<const Truth> truth_of(TruthWork& work);
-  MeasuredRecord measured(const Cell& cell, const Truth& truth, const std::string& hash,
-                          const Recording& recording) const;
-  std::vector<const Cell*> cells_to_time();
-
-  const std::vector<Cell>& cells_;
-  const std::vector<Worker>& workers_;
-  const StudyOptions& options_;
-  Store& store_;
-  const Campaigns& campaigns_;
-  Progress progress_;
-
-  // the plan
-  std::vector<TruthWork> truths_;
-  std::map<std::string, std::size_t> truth_by_scenario_, truth_by_hash_;
-  std::vector<Ladder> ladders_;
-  std::map<std::string, std::size_t> ladder_index_;
-  std::string truth_build_;
-
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::vector<bool> taken_;  // of ladders_
-  std::exception_ptr failure_;
-  bool stop_ = false;
-  int failed_truths_ = 0;
-  std::set<int> told_to_load_more_;      // workers
-  std::set<const Cell*> touched_, ran_;  // ran_: those whose accuracy run is not the store's
-  PoseTruths pose_truths_{store_, options_.truth_worker};
-};
+}  // namespace
 
 // ---- the plan -----------------------------------------------------------------------------------------------------
 std::size_t StudyRun::truth_index(const Scenario& scenario) {
@@ -167,10 +78,10 @@ void StudyRun::plan_cell(const Cell& cell) {
   if (run && (options_.fresh || !settled(*run, limit_of(cell, options_)))) run.reset();
   const std::string basis = content_hash({truths_[truth].hash, kMetricsVersion});
   if (run && store_.measured_basis(keys.measured) == basis) return;
-  if (!cell.probe.empty()) run.reset();  // a probe keeps no samples to measure again
+  if (cell.probe != Probe::none) run.reset();  // a probe keeps no samples to measure again
   if (!run) ran_.insert(&cell);
   const auto [place, fresh] =
-      ladder_index_.emplace(cell.scenario.id + "\n" + cell.method + "\n" + cell.probe, ladders_.size());
+      ladder_index_.emplace(cell.scenario.id + "\n" + cell.method + "\n" + to_string(cell.probe), ladders_.size());
   if (fresh) ladders_.push_back({{}, truth});
   touched_.insert(&cell);
   ladders_[place->second].todo.push_back({&cell, std::move(run)});
@@ -363,7 +274,7 @@ void StudyRun::run_sweep_cell(const Cell& cell, const std::string& truth_hash, s
   record.basis = content_hash({truth_hash, kMetricsVersion});
   const std::string tables = std::filesystem::path(cell.scenario.path).replace_filename("geometry").string();
   const std::string& scalar = workers_[static_cast<std::size_t>(cell.worker)].engine.scalar;
-  record.rows = cell.probe == "contact-tables"
+  record.rows = cell.probe == Probe::contact_tables
                     ? table_rows(cell, client, tables, run.limit_s, scalar, run.outcome)
                     : sweep_rows(cell, client, pose_truths_, options_, run.limit_s, scalar, run.outcome);
   const CellKeys keys = campaigns_.keys(cell);
@@ -383,7 +294,7 @@ void StudyRun::run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& cli
       run_sweep_cell(cell, work.hash, clients);
       continue;
     }
-    if (!cell.probe.empty()) {
+    if (cell.probe != Probe::none) {
       run_probe_cell(cell, *truth, work.hash, clients);
       continue;
     }
@@ -446,90 +357,7 @@ void StudyRun::accuracy_pass() {
   if (failure_) std::rethrow_exception(failure_);
 }
 
-// ---- the timed pass -----------------------------------------------------------------------------------------------
-std::vector<const Cell*> StudyRun::cells_to_time() {
-  std::map<int, std::vector<const Cell*>> by_worker;  // one process after another
-  std::set<std::string> timed_ladders;
-  for (const Cell& cell : cells_) {
-    if (cell.worker < 0) continue;
-    const CellKeys keys = campaigns_.keys(cell);
-    const auto run = store_.run(keys.accuracy);
-    if (!run || run->outcome.status != Status::ok) continue;
-    if (!cell.probe.empty()) continue;
-    const bool first = timed_ladders.insert(cell.scenario.id + "\n" + cell.method).second;
-    if (run->wall_ns > kLongRunNs && !first) continue;
-    if (cell.repeats > 0 && (options_.fresh || !store_.timing(keys.timing))) by_worker[cell.worker].push_back(&cell);
-  }
-  std::vector<const Cell*> cells;
-  for (const auto& [worker, some] : by_worker) cells.insert(cells.end(), some.begin(), some.end());
-  return cells;
-}
-
-void StudyRun::timed_pass() {
-  const std::vector<const Cell*> cells = cells_to_time();
-  touched_.insert(cells.begin(), cells.end());
-  std::optional<WorkerClient> client;
-  int worker = -1;
-  std::string scene_id, scene_json;
-  for (const Cell* cell : cells) {
-    if (interrupt_signal() != 0) break;
-    if (cell->worker != worker) {
-      worker = cell->worker;
-      client.reset();
-      const Worker& next = workers_[static_cast<std::size_t>(worker)];
-      client.emplace(next.command, true, next.foreign);
-    }
-    if (scene_id != cell->scenario.id) {
-      scene_id = cell->scenario.id;
-      scene_json = scene_to_json(cell->scenario.scene);
-    }
-    const CellKeys keys = campaigns_.keys(*cell);
-    const auto run = store_.run(keys.accuracy);
-    const double expected_ns = std::max(1.0, static_cast<double>(run->wall_ns));
-    const int repeats =
-        static_cast<int>(std::clamp(kTimedBudgetNs / expected_ns, 1.0, static_cast<double>(cell->repeats)));
-    TimingRecord timing;
-    timing.provenance = options_.provenance;
-    timing.provenance.engine_version = workers_[static_cast<std::size_t>(worker)].engine.version;
-    try {
-      timing.outcome = client
-                           ->run(cell->method, scene_json, sampled_bodies(cell->scenario.scene), cell->plan, repeats,
-                                 limit_of(*cell, options_) * repeats)
-                           .outcome;
-    } catch (const Interrupted&) {
-      break;
-    }
-    timing.outcome.reason = shortened(timing.outcome.reason, kLongestReason);
-    if (!client->killed_from_outside()) store_.put_timing(keys.timing, keys.accuracy, timing);
-    progress_.done("timing");
-  }
-}
-
-std::vector<Reused> StudyRun::reused() const {
-  std::map<int, Reused> by_worker;
-  for (const Cell& cell : cells_) {
-    if (cell.worker < 0) continue;
-    const Worker& worker = workers_[static_cast<std::size_t>(cell.worker)];
-    Reused& reused = by_worker[cell.worker];
-    reused.engine = worker.engine.name;
-    ++reused.cells;
-    reused.reused += ran_.contains(&cell) ? 0 : 1;
-    if (!cell.campaign.empty() && reused.campaign.empty())
-      reused.campaign = campaigns_.told(cell) +
-                        ", because not all of the code behind its results is known: " + worker.unknown_code +
-                        ". Send \"fingerprint\" in hello to let results be reused";
-  }
-  std::vector<Reused> all;
-  for (auto& [worker, reused] : by_worker) all.push_back(std::move(reused));
-  Reused truths{"truth", 0, 0};
-  for (const TruthWork& work : truths_) {
-    if (work.scenario->truth.kind == TruthKind::none) continue;
-    ++truths.cells;
-    truths.reused += work.reused ? 1 : 0;
-  }
-  if (truths.cells > 0) all.push_back(truths);
-  return all;
-}
+namespace {
 
 std::int64_t nanoseconds_now() {
   using namespace std::chrono;
@@ -537,17 +365,6 @@ std::int64_t nanoseconds_now() {
 }
 
 }  // namespace
-
-std::string reused_text(const std::vector<Reused>& reused) {
-  std::string text, campaigns;
-  for (const Reused& each : reused) {
-    const std::string name = printable(each.engine);
-    text += (text.empty() ? "reused from the store: " : ", ") + name + " " + std::to_string(each.reused) + " of " +
-            std::to_string(each.cells) + (each.engine == "truth" ? " scenes" : " cells");
-    if (!each.campaign.empty()) campaigns += "\n" + name + ": " + each.campaign;
-  }
-  return text + campaigns;
-}
 
 StudyResult run_study(const std::vector<Cell>& cells, const std::vector<Worker>& workers, const StudyOptions& options) {
   const InterruptGuard guard;

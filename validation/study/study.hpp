@@ -10,6 +10,7 @@
 #include "protocol/truth.hpp"
 #include "scene/scene.hpp"
 #include "validation/metrics/metrics.hpp"
+#include "validation/metrics/probe.hpp"
 #include "validation/row.hpp"
 #include "validation/study/machine.hpp"
 
@@ -25,7 +26,7 @@ struct StudyCells {
   std::string claim = {};                    // a class of motion: only methods that claim an order in it
   double least_order = 0, most_order = 1e9;  // ... and that order within these
   std::vector<std::string> except = {};      // globs over base ids: left out of what `methods` takes in
-  std::string probe = {};                    // one of all_probes(): a question that takes several runs
+  Probe probe = Probe::none;                 // a question that takes several runs
   double limit_s = 0;                        // seconds that a cell may take; 0: StudyOptions says
   std::vector<Status> allow = {};            // `diverged`, `not finite`: endings that do not fail the run
   std::string allow_reason = {};             // why; required with `allow`
@@ -67,7 +68,7 @@ struct Cell {
   std::string accuracy_hash, timing_hash, settings_hash;
   Status absent = Status::not_built;  // worker -1: why there is none
   std::string absent_reason;
-  std::string probe = {};          // a question of several runs instead of one run, measured
+  Probe probe = Probe::none;       // a question of several runs instead of one run, measured
   double limit_s = 0;              // seconds it may take; 0: StudyOptions says
   std::string pattern = {};        // what the study calls its method: an id, or a glob that it came of
   std::vector<Status> allow = {};  // endings that do not fail the run (StudyCells::allow)
@@ -123,7 +124,7 @@ std::string reused_text(const std::vector<Reused>& reused);  // "reused from the
 struct StudyResult {
   std::vector<Row> rows;       // of this study's cells, cell by cell, then ladders
   int cells = 0, skipped = 0;  // skipped: found in the store
-  // Indices of the cells that an engine at the table runs and that the store does not hold; a cell without its times
+  // Indices of the cells that an available engine runs and that the store does not hold; a cell without its times
   // is there.
   std::vector<std::size_t> missing = {};
   bool interrupted = false;  // SIGINT or SIGTERM: what was done is kept

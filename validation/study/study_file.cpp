@@ -132,13 +132,11 @@ struct StudyFile {
     cells.most_order = *pair->get(1)->value<double>();
   }
 
-  std::string probe_name(const toml::node& node) const {
+  Probe probe(const toml::node& node) const {
     const auto name = node.value_exact<std::string>();
+    if (const std::optional<Probe> found = find_probe(name.value_or("")); found) return *found;
     std::string known;
-    for (const ProbeInfo& probe : all_probes()) {
-      if (name && *name == probe.name) return *name;
-      known += (known.empty() ? "" : ", ") + probe.name;
-    }
+    for (const ProbeInfo& each : all_probes()) known += (known.empty() ? "" : ", ") + each.name;
     refuse(node.source(),
            "`probe`: " + (name ? "unknown probe `" + *name + "`; " : std::string()) + "expected one of " + known);
   }
@@ -296,7 +294,7 @@ struct StudyFile {
         refuse(limit->source(), "`limit`: expected the seconds that a cell may take, 0.01 to 1e6");
       cells.limit_s = *seconds;
     }
-    if (const toml::node* probe = table->get("probe")) cells.probe = probe_name(*probe);
+    if (const toml::node* name = table->get("probe")) cells.probe = probe(*name);
     if (const toml::node* claim = table->get("claim")) read_claim(*claim, table->get("orders"), cells);
     else if (const toml::node* orders = table->get("orders")) refuse(orders->source(), "`orders` needs `claim`");
     if (const toml::node* values = table->get("sweep")) cells.sweep = sweep(*values);

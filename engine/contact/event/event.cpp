@@ -17,30 +17,26 @@ namespace {
 Outcome unsupported(const std::string& reason) { return {Status::unsupported, reason, 0, 0, {}}; }
 
 // The scene's convention for simultaneous impacts, if it names one, overrides the setting's default.
-void take_convention(const MethodId& id, const Scene& scene, EventOptions& options, std::string& why) {
-  if (scene.simultaneous_impacts == SimultaneousImpacts::unspecified) return;
+Result<EventOptions> with_convention(const MethodId& id, const Scene& scene, EventOptions options) {
+  if (scene.simultaneous_impacts == SimultaneousImpacts::unspecified) return options;
   const bool together = scene.simultaneous_impacts == SimultaneousImpacts::together;
   if (id.overrides.count("simultaneous") > 0 && together != options.together)
-    why = std::string("+event: simultaneous=") + (together ? "sequential" : "together") +
-          " contradicts the scene, whose simultaneous_impacts is `" + (together ? "together" : "sequential") + "`";
+    return Fault{Blame::input, std::string("+event: simultaneous=") + (together ? "sequential" : "together") +
+                                   " contradicts the scene, whose simultaneous_impacts is `" +
+                                   (together ? "together" : "sequential") + "`"};
   options.together = together;
+  return options;
 }
 
-EventOptions read_options(const MethodId& id, const Scene& scene, std::string& why) {
+Result<EventOptions> read_options(const MethodId& id, const Scene& scene) {
   EventOptions options;
-  const Settings settings = response_settings(id, why);
-  if (!why.empty()) return options;
-  const auto& restitution = std::get<std::string>(settings.at("restitution"));
-  const auto& simultaneous = std::get<std::string>(settings.at("simultaneous"));
+  const Result<Settings> settings = response_settings(id);
+  if (!settings) return settings.fault();
+  const auto& restitution = std::get<std::string>(settings->at("restitution"));
   if (restitution == "poisson") options.restitution = Restitution::poisson;
   else if (restitution == "stronge") options.restitution = Restitution::stronge;
-  else if (restitution != "newton")
-    why = "+event: restitution is newton, poisson or stronge, not `" + restitution + "`";
-  options.together = simultaneous == "together";
-  if (!options.together && simultaneous != "sequential")
-    why = "+event: simultaneous is sequential or together, not `" + simultaneous + "`";
-  if (why.empty()) take_convention(id, scene, options, why);
-  return options;
+  options.together = std::get<std::string>(settings->at("simultaneous")) == "together";
+  return with_convention(id, scene, options);
 }
 
 template <class S> void find_drag_bodies(EventRun<S>& run, const Scene& scene) {
@@ -209,13 +205,12 @@ template <class S> Outcome run_once(EventRun<S>& run, const Plan& plan, const Ob
 
 template <class S>
 Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
-  std::string why;
-  const EventOptions options = read_options(id, scene, why);
-  if (!why.empty()) return unsupported(why);
+  const Result<EventOptions> options = read_options(id, scene);
+  if (!options) return unsupported(options.fault().reason);
   Simulation<S> simulation = prepare<S>(integrator_part(id), scene);
   if (simulation.outcome.status != Status::ok) return simulation.outcome;
   EventRun<S> run(*simulation.model, *simulation.stepper);
-  run.options = options;
+  run.options = *options;
   if (!id.rtol) run.integration.free_flight = simulation.free_flight.get();
   prepare_run(run, id, scene);
   if (repeats <= 0) return run_once(run, plan, observer);

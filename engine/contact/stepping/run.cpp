@@ -190,11 +190,11 @@ template <class S> Outcome run_once(World<S>& world, const Plan& plan, const Obs
 
 template <class S>
 Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
-  std::string why;
-  const Options options = options_of(response_settings(id, why), why);
-  if (!why.empty()) return unsupported(why);
+  const Result<Settings> settings = response_settings(id);
+  if (!settings) return unsupported(settings.fault().reason);
+  const Options options = options_of(*settings);
   if (id.rtol) return unsupported("+impulse takes equal steps, no tolerance");
-  if (why = refusal(scene); !why.empty()) return unsupported(why);
+  if (const std::string why = refusal(scene); !why.empty()) return unsupported(why);
   if (options.sleeping && !scene.forces.empty())
     return unsupported(
         "+impulse{sleeping=true}: only gravity and contacts may act, for a change of a force would not wake a body");

@@ -56,7 +56,7 @@ def refusals():
                             (("describe", "atwood/rk4", "--program"), "no method of ARKODE or odeint"),
                             (("describe", "odeint/controlled/runge_kutta_dopri5", "--program"), "chooses its steps"),
                             (("describe", "odeint/runge_kutta4", "--program", "--scenario", "pleiades"), "one moving point mass"),
-                            (("describe", "odeint/runge_kutta5"), "near it")]:
+                            (("describe", "odeint/runge_kutta5"), "nearest")]:
         said = call(ATWOOD, *words)
         if said.returncode != 2 or expected not in said.stderr:
             faults.append(f"{shlex.join(words)}: exit {said.returncode}, {said.stderr!r}; expected 2 and `{expected}`")

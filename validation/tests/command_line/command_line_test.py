@@ -8,12 +8,12 @@ import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 import xml.etree.ElementTree as xml
 
-ATWOOD, ROOT = map(os.path.abspath, sys.argv[1:3])
+from case import ATWOOD, ROOT, Case
+
 os.environ["ATWOOD_CALLED_AS"] = "./atwood"  # as the script in front of the program calls it
 SMALL = ["--scenario", "kepler-e0.6", "--method", "atwood/rk4", "--steps", "960", "--no-timing"]
 
@@ -41,32 +41,6 @@ quantity = "energy"
 
 def atwood(*words, cwd=None, **more):
     return subprocess.run([ATWOOD, *words], cwd=cwd, text=True, capture_output=True, timeout=300, **more)
-
-
-class Case(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.here = self.folder.name
-
-    def tearDown(self):
-        self.folder.cleanup()
-
-    def path(self, name, text=None, mode=0o644):
-        path = os.path.join(self.here, name)
-        if text is not None:
-            with open(path, "w") as file:
-                file.write(text)
-            os.chmod(path, mode)
-        return path
-
-    def run_in(self, *words, **more):
-        return atwood(*words, cwd=self.here, **more)
-
-    def expect(self, result, code, *words):
-        self.assertEqual(result.returncode, code, result.stdout + result.stderr)
-        for word in words:
-            self.assertIn(word, result.stdout + result.stderr)
-        return result
 
 
 class Inspecting(Case):
@@ -258,14 +232,14 @@ class Settings(Case):
         self.expect(self.run_in("run", *words, "--method", "atwood/rk4{restitution=poisson}"), 2, "atwood/rk4 has no setting `restitution`")
 
     def test_wrong_values_are_input(self):
-        for method, *told in (("atwood/rk4+event{restitution=foo}", "+event", "newton, poisson or stronge", "foo"),
+        for method, *told in (("atwood/rk4+event{restitution=foo}", "+event", "`restitution` is `foo`; expected newton, poisson or stronge"),
                               ("atwood/rk4+event{foo=bar}", "+event", "`foo`", "simultaneous"),
-                              ("atwood/symplectic-euler+impulse{substeps=-1}", "+impulse", "substeps is 0 to 1000"),
+                              ("atwood/symplectic-euler+impulse{substeps=-1}", "+impulse", "`substeps` is `-1`; expected a whole number from 0 to 1000"),
                               ("atwood/symplectic-euler+impulse{substeps=1e9}", "+impulse", "`substeps`", "a whole number"),
-                              ("atwood/symplectic-euler+impulse{broad_phase=octree}", "+impulse", "broad phase", "octree"),
-                              ("atwood/rk4+penalty{overlap=2}", "+penalty", "overlap is above 0 and below 1"),
-                              ("atwood/gbs+event{columns=1}", "columns"),
-                              ("atwood/rk4{gravity=twice}", "gravity is auto, direct or tree"),
+                              ("atwood/symplectic-euler+impulse{broad_phase=octree}", "+impulse: `broad_phase` is `octree`; expected "),
+                              ("atwood/rk4+penalty{overlap=2}", "+penalty", "`overlap` is `2`; expected a number above 0 and below 1"),
+                              ("atwood/gbs+event{columns=1}", "`columns` is `1`; expected a whole number from 2 to "),
+                              ("atwood/rk4{gravity=twice}", "atwood/rk4: `gravity` is `twice`; expected auto, direct or tree"),
                               ("cvode/adams{max_order=13}", "max_order (1 to 12)"),
                               ("ode/default{step=leap}", "dWorldStep, dWorldQuickStep"),
                               ("bullet64/default{erp=foo}", "`erp`", "a number")):

@@ -4,23 +4,18 @@ import os
 import sqlite3
 import subprocess
 import sys
-import tempfile
 import unittest
 
-ATWOOD = os.path.abspath(sys.argv[1])
+from case import ATWOOD, Case
+
 SMALL = ["--scenario", "ballistic", "--method", "atwood/rk4", "--steps", "120", "--no-timing"]
 GATE = '[[gate]]\nscenario = "ballistic"\nmethod = "atwood/rk4"\nmetric = "error-position-end"\nmax = 1\nreason = "wide"\n'
 
 
-class Descriptors(unittest.TestCase):
+class Descriptors(Case):
     def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.here = self.folder.name
-        with open(os.path.join(self.here, "wide.toml"), "w") as file:
-            file.write(GATE)
-
-    def tearDown(self):
-        self.folder.cleanup()
+        super().setUp()
+        self.path("wide.toml", GATE)
 
     def shell(self, words, redirections):
         command = '"$0" "$@" ' + redirections
@@ -70,3 +65,5 @@ class Descriptors(unittest.TestCase):
 
 if __name__ == "__main__":
     unittest.main(argv=sys.argv[:1], verbosity=1)
+
+from case import ATWOOD, Case

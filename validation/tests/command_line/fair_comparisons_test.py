@@ -3,12 +3,11 @@ Bullet's tables of contact algorithms."""
 import json
 import os
 import re
-import subprocess
 import sys
-import tempfile
 import unittest
 
-ATWOOD, ROOT = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
+from case import ATWOOD, ROOT, Case
+
 BIN = os.path.dirname(ATWOOD)
 os.environ["ATWOOD_ROOT"] = ROOT
 SPECIAL = ("error-position-max", "error-attitude-max", "error-velocity-rms", "energy-max", "energy-gain", "energy-rise", "penetration-max",
@@ -36,26 +35,6 @@ position_m = [0.9, 0, 0]
 [truth]
 kind = "none"
 """
-
-
-class Case(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.here = self.folder.name
-
-    def tearDown(self):
-        self.folder.cleanup()
-
-    def path(self, name, text):
-        path = os.path.join(self.here, name)
-        with open(path, "w") as file:
-            file.write(text)
-        return path
-
-    def ask(self, *words, code=0):
-        result = subprocess.run([ATWOOD, *words], cwd=self.here, capture_output=True, text=True, timeout=280)
-        self.assertEqual(result.returncode, code, result.stderr + result.stdout)
-        return result
 
 
 @unittest.skipUnless(os.path.exists(os.path.join(BIN, "atwood-odeint")), "odeint is not built")

@@ -3,10 +3,10 @@ import csv
 import os
 import subprocess
 import sys
-import tempfile
 import unittest
 
-ATWOOD = os.path.abspath(sys.argv[1])
+from case import ATWOOD, Case
+
 
 SCENE = """id = "spinning-ball"
 title = "A ball spins freely"
@@ -48,20 +48,10 @@ for line in sys.stdin:
 """
 
 
-class Foreign(unittest.TestCase):
+class Foreign(Case):
     def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.scene = self.file("scene.toml", SCENE)
-
-    def tearDown(self):
-        self.folder.cleanup()
-
-    def file(self, name, text, mode=0o755):
-        path = os.path.join(self.folder.name, name)
-        with open(path, "w") as file:
-            file.write(text)
-        os.chmod(path, mode)
-        return path
+        super().setUp()
+        self.scene = self.path("scene.toml", SCENE)
 
     def run_engine(self, path, code):
         rows = os.path.join(self.folder.name, "rows.csv")
@@ -75,7 +65,7 @@ class Foreign(unittest.TestCase):
             return {row["metric"]: row for row in csv.DictReader(file) if row["method"] == "mine/a"}, done.stderr
 
     def engine(self, norm="1", leap="0"):
-        return self.file("engine", ENGINE.replace("NORM", norm).replace("LEAP", leap))
+        return self.path("engine", ENGINE.replace("NORM", norm).replace("LEAP", leap), 0o755)
 
     def test_norms(self):
         rows, _ = self.run_engine(self.engine(), 0)
@@ -95,13 +85,13 @@ class Foreign(unittest.TestCase):
 
     def test_hello(self):
         for name, text in (("garbage", "#!/bin/sh\necho hello to you too\n"), ("dies", "#!/bin/sh\nexit 1\n")):
-            _, words = self.run_engine(self.file(name, text), 3)
+            _, words = self.run_engine(self.path(name, text, 0o755), 3)
             self.assertIn("at hello: ", words)
-        self.run_engine(self.file("plain", "#!/bin/sh\n", 0o644), 2)
+        self.run_engine(self.path("plain", "#!/bin/sh\n", 0o644), 2)
         self.run_engine(os.path.join(self.folder.name, "missing"), 2)
 
     def test_a_refusal_is_told_with_its_reason(self):
-        refuses = self.file("refuses.py", """#!/usr/bin/env python3
+        refuses = self.path("refuses.py", """#!/usr/bin/env python3
 import json, sys
 for line in sys.stdin:
     r = json.loads(line)
@@ -109,7 +99,7 @@ for line in sys.stdin:
         print(json.dumps({"engine": "mine", "methods": [{"id": "mine/a", "doc": "none", "settings": {}}]}), flush=True)
     else:
         print(json.dumps({"cell": r["cell"], "done": {"status": "unsupported", "reason": "mine has no balls"}}), flush=True)
-""")
+""", 0o755)
         done = subprocess.run([ATWOOD, "run", "--engine", refuses, "--scenario", self.scene, "--no-timing", "--out",
                                os.path.join(self.folder.name, "out")], capture_output=True, text=True, stdin=subprocess.DEVNULL)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
@@ -118,3 +108,5 @@ for line in sys.stdin:
 
 if __name__ == "__main__":
     unittest.main(argv=sys.argv[:1])
+
+from case import ATWOOD, Case

@@ -3,12 +3,11 @@ import csv
 import io
 import json
 import os
-import subprocess
 import sys
-import tempfile
 import unittest
 
-ATWOOD, ROOT = map(os.path.abspath, sys.argv[1:3])
+from case import Case
+
 
 SCENE = """id = "mine"
 title = "A thrown stone"
@@ -40,41 +39,16 @@ for line in sys.stdin:
 """
 
 
-class Case(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.here = os.path.realpath(self.folder.name)
-
-    def tearDown(self):
-        self.folder.cleanup()
-
-    def path(self, name, text=None, mode=0o644):
-        path = os.path.join(self.here, name)
-        os.makedirs(os.path.dirname(path), exist_ok=True)
-        if text is not None:
-            with open(path, "w") as file:
-                file.write(text)
-            os.chmod(path, mode)
-        return path
-
+class OwnEngine(Case):
     def engine(self, name, file=None, doc="odd", reason="", mode=0o755):
         return self.path(file or name + ".py", ENGINE.replace("NAME", name).replace("DOC", doc).replace("REASON", reason), mode)
-
-    def run_in(self, *words, cwd=None, **more):
-        return subprocess.run([ATWOOD, *words], cwd=cwd or self.here, text=True, capture_output=True, timeout=60, **more)
-
-    def expect(self, result, code, *words):
-        self.assertEqual(result.returncode, code, result.stdout + result.stderr)
-        for word in words:
-            self.assertIn(word, result.stdout + result.stderr)
-        return result
 
     def methods(self, rows="rows.csv"):
         with open(self.path(rows), newline="") as file:
             return {(row["scenario"], row["method"]) for row in csv.DictReader(file)}
 
 
-class Files(Case):
+class Files(OwnEngine):
     def test_what_is_no_regular_file_is_refused_by_name_and_at_once(self):
         os.mkfifo(self.path("pipe"))
         os.mkfifo(self.path("pipe.toml"))
@@ -105,7 +79,7 @@ class Files(Case):
         self.expect(self.run_in("describe", scene), 2, "shape.obj: found 1099511627776 bytes")
 
 
-class Traces(Case):
+class Traces(OwnEngine):
     def test_times_beyond_double_blame_the_file(self):
         scene = self.path("mine.toml", SCENE)
         trace = self.expect(self.run_in("trace", scene, "--method", "truth"), 0).stdout.splitlines(keepends=True)
@@ -125,7 +99,7 @@ class Traces(Case):
         self.expect(self.run_in("check", "run.csv", "--scenario", scene, "--max", "error-position-end=1e-9"), 0)
 
 
-class Scenes(Case):
+class Scenes(OwnEngine):
     def test_an_unknown_solution_is_told_with_the_nearest(self):
         scene = self.path("mine.toml", SCENE.replace('kind = "extended"', 'kind = "closed-form"\nsolution = "balistic"'))
         for words in (["run", "--scenario", scene, "--method", "atwood/rk4"], ["trace", scene, "--method", "truth"], ["describe", scene]):
@@ -151,7 +125,7 @@ class Scenes(Case):
         self.expect(self.run_in("run", study), 2, "taken.toml", "ballistic.toml")
 
 
-class Studies(Case):
+class Studies(OwnEngine):
     STUDY = """id = "own"
 scenarios = ["scenes/mine.toml"]
 engines = [["./odd.py", "notes.txt", "--fast"], ["python3", "other.py"]]
@@ -218,7 +192,7 @@ baseline = "base/own.tsv"
         self.assertEqual({method for _, method in self.methods() if method}, {"odd/one"})
 
 
-class Words(Case):
+class Words(OwnEngine):
     def test_no_escape_byte_reaches_the_terminal(self):
         acting = self.path("bad\x1b[31m.toml", SCENE.replace("mass_kg", "mas\\u001b[1m_kg"))
         worker = self.engine("odd", doc="\\x1b[31mred", reason="\\x1b]0;owned\\x07told")

@@ -5,38 +5,19 @@ import shutil
 import sqlite3
 import subprocess
 import sys
-import tempfile
 import unittest
 
-ATWOOD, ROOT = map(os.path.abspath, sys.argv[1:3])
+from case import ROOT, Case
+
 WORKER = os.path.join(ROOT, "reference/your_engine/worker.py")
 SCENARIO = ["--scenario", "ballistic"]
-
-
-class Case(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.here = self.folder.name
-
-    def tearDown(self):
-        self.folder.cleanup()
-
-    def path(self, name):
-        return os.path.join(self.here, name)
-
-    def atwood(self, *words, code=0, told=()):
-        result = subprocess.run([ATWOOD, *words], cwd=self.here, text=True, capture_output=True, timeout=60)
-        self.assertIn(result.returncode, [code] if isinstance(code, int) else code, result.stdout + result.stderr)
-        for word in told:
-            self.assertIn(word, result.stdout + result.stderr)
-        return result
 
 
 class Damage(Case):
     def test_a_flipped_bit_in_a_key_is_mended_or_refused_in_words(self):
         run = ["run", *SCENARIO, "--method", "atwood/rk4", "--no-timing"]
         store = self.path("atwood-out/store.db")
-        self.atwood(*run)
+        self.ask(*run)
         with sqlite3.connect(store) as database:
             database.execute("PRAGMA journal_mode=DELETE")
             keys = [key for key, in database.execute("SELECT DISTINCT key FROM rows ORDER BY key")]
@@ -55,17 +36,17 @@ class Damage(Case):
                     os.remove(store + end)
             with open(store, "wb") as file:
                 file.write(damaged)
-            first = self.atwood(*run, code=(0, 5))
+            first = self.ask(*run, code=(0, 5))
             for word in ("UNIQUE", "constraint", "rows.key"):
                 self.assertNotIn(word, first.stderr)
             if first.returncode != 0:
                 self.assertIn("move it away", first.stderr)
                 continue
             mended += "runs again" in first.stderr
-            second = self.atwood(*run).stderr
+            second = self.ask(*run).stderr
             self.assertNotIn("runs again", second)
             self.assertIn("nothing to do", second)
-            self.atwood("report", *run[1:-1])
+            self.ask("report", *run[1:-1])
         self.assertGreater(mended, 5)
 
 
@@ -79,12 +60,12 @@ class Template(Case):
         gain = lambda value: open(self.path("gain.py"), "w").write(f"GAIN = {value}\n")  # noqa: E731
         run = ["run", *SCENARIO, "--engine", "./worker.py", "--no-timing"]
         gain("1.0")
-        first = self.atwood(*run).stderr
+        first = self.ask(*run).stderr
         self.assertIn("python 0 of", first)
         self.assertNotIn("campaign", first)
-        self.assertNotIn("python 0 of", self.atwood(*run).stderr)
+        self.assertNotIn("python 0 of", self.ask(*run).stderr)
         gain("1.01234")
-        self.atwood(*run, told=["python 0 of"])
+        self.ask(*run, told=["python 0 of"])
 
 
 # Loads a library at its first run request, as plug-ins do.
@@ -124,11 +105,11 @@ class Late(Case):
     def test_cells_of_a_library_that_is_loaded_after_hello_are_measured_again(self):
         run = ["run", *SCENARIO, "--engine", "./late", "--no-timing"]
         self.build()
-        self.atwood(*run, told=["late 0 of", "liblate.so after its hello"])
-        self.atwood(*run, told=["late 0 of", "liblate.so after its hello"])
+        self.ask(*run, told=["late 0 of", "liblate.so after its hello"])
+        self.ask(*run, told=["late 0 of", "liblate.so after its hello"])
         self.build(more='\\"files\\":[\\"liblate.so\\"],')
-        self.atwood(*run, told=["late 0 of"])
-        self.assertNotIn("late 0 of", self.atwood(*run).stderr)
+        self.ask(*run, told=["late 0 of"])
+        self.assertNotIn("late 0 of", self.ask(*run).stderr)
 
 
 class Large(Case):
@@ -139,12 +120,12 @@ class Large(Case):
         with open(self.path("study.toml"), "w") as file:
             file.write('id = "s"\nengines = [["python3", "worker.py", "huge.bin"]]\n[[cells]]\n'
                        'scenarios = ["ballistic"]\nmethods = ["python/*"]\n')
-        self.atwood("run", "study.toml", "--no-timing", code=(2, 3), told=["huge.bin", "4 GiB"])
+        self.ask("run", "study.toml", "--no-timing", code=(2, 3), told=["huge.bin", "4 GiB"])
         with open(self.path("worker.py")) as file:
             text = file.read()
         with open(self.path("worker.py"), "w") as file:
             file.write(text.replace('"scalar": "double",', '"scalar": "double", "files": ["huge.bin"],', 1))
-        self.atwood("run", *SCENARIO, "--engine", "./worker.py", "--no-timing", code=(2, 3), told=["huge.bin", "4 GiB"])
+        self.ask("run", *SCENARIO, "--engine", "./worker.py", "--no-timing", code=(2, 3), told=["huge.bin", "4 GiB"])
 
 
 if __name__ == "__main__":

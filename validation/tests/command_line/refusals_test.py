@@ -5,33 +5,14 @@ import os
 import struct
 import subprocess
 import sys
-import tempfile
 import termios
 import unittest
 
-ATWOOD = os.path.abspath(sys.argv[1])
+from case import ATWOOD, Case
 
 
-class Case(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.here = self.folder.name
 
-    def tearDown(self):
-        self.folder.cleanup()
-
-    def path(self, name, text):
-        path = os.path.join(self.here, name)
-        os.makedirs(os.path.dirname(path), exist_ok=True)
-        with open(path, "w") as file:
-            file.write(text)
-        return path
-
-    def ask(self, *words, code=0, **more):
-        result = subprocess.run([ATWOOD, *words], cwd=self.here, text=True, capture_output=True, timeout=120, **more)
-        self.assertEqual(result.returncode, code, result.stdout + result.stderr)
-        return result
-
+class Refusals(Case):
     def on_terminal(self, columns, *words):
         ours, its = os.openpty()
         fcntl.ioctl(its, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
@@ -53,7 +34,7 @@ class Case(unittest.TestCase):
             return file.read()
 
 
-class Values(Case):
+class Values(Refusals):
     def test_numbers(self):
         scene = "kepler-e0.6"
         for option, command in (("--limit", ["run"]), ("--limit", ["trace", scene, "--method", "atwood/rk4"]),
@@ -79,7 +60,7 @@ class Values(Case):
         self.assertIn("it is a switch", self.ask("run", "--fresh=maybe", code=2).stderr)
 
 
-class Traces(Case):
+class Traces(Refusals):
     def setUp(self):
         super().setUp()
         self.trace = self.ask("trace", "ballistic", "--method", "atwood/rk4").stdout.splitlines(keepends=True)
@@ -109,7 +90,7 @@ class Traces(Case):
         self.assertIn("found t = 1e+300 s; expected times up to the scenario's end", told)
 
 
-class Files(Case):
+class Files(Refusals):
     def test_pipes_are_refused_before_the_run(self):
         pipe = os.path.join(self.here, "pipe")
         os.mkfifo(pipe)
@@ -151,7 +132,7 @@ class Files(Case):
         self.assertIn("shape.obj is a pipe; expected an ordinary file", self.ask("describe", scene, code=2).stderr)
 
 
-class Said(Case):
+class Said(Refusals):
     def test_no_attitude_of_points(self):
         told = self.ask("compare", "atwood/rk4", "atwood/heun", "--error", "1e-6rad", code=2).stderr
         self.assertIn("the bodies of kepler-e0.6 do not turn: there is no attitude", told)
@@ -177,7 +158,7 @@ class Said(Case):
         self.assertNotIn("sweep", told)
 
 
-class Advice(Case):
+class Advice(Refusals):
     def test_no_method_is_dismissed_while_there_is_time(self):
         advice = json.loads(self.ask("advise", "bounce-e0.8", "--error", "1e-3", "--time", "3", "--json").stdout)
         for out in advice["left_out"]:
@@ -228,7 +209,7 @@ for line in sys.stdin:
     time.sleep(60)
 """
 
-class Branches(Case):
+class Branches(Refusals):
     """An outcome that hangs on a convention ends a truth there; what came before is certified and printed."""
 
     def test_what_comes_before_a_branch_is_printed(self):

@@ -1,16 +1,15 @@
 """What the store keeps: cells that are stale, damaged, too many; and what `run` says that it took from it."""
 import csv
 import os
-import shutil
 import signal
 import sqlite3
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 
-ATWOOD, ROOT = map(os.path.abspath, sys.argv[1:3])
+from case import ATWOOD, Case
+
 
 # Flight under constant weight, exact but for the factor that the module beside it holds.
 ENGINE = """#!/usr/bin/env -S python3 -B
@@ -57,37 +56,20 @@ kind = "extended"
 """
 
 
-class Case(unittest.TestCase):
+class OwnEngine(Case):
     def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.here = self.folder.name
+        super().setUp()
         self.environment = {**os.environ, "ATWOOD_CALLED_AS": "", "ENGINE_LOG": self.path("engine.log", "")}
         self.write_engine()
         self.path("gain.py", "GAIN = 1.0\n")
         self.path("mine.toml", SCENE)
         self.words = ["--engine", "./engine.py", "--method", "mine/one", "--method", "atwood/rk4", "--scenario", "mine.toml"]
 
-    def tearDown(self):
-        self.folder.cleanup()
-
-    def path(self, name, text=None, mode=0o644):
-        path = os.path.join(self.here, name)
-        if text is not None:
-            with open(path, "w") as file:
-                file.write(text)
-            os.chmod(path, mode)
-        return path
-
     def write_engine(self, **more):
         self.path("engine.py", ENGINE.replace("MORE", repr(more)), 0o755)
 
     def atwood(self, *words, code=0, told=(), **environment):
-        result = subprocess.run([ATWOOD, *words], cwd=self.here, text=True, capture_output=True, timeout=120,
-                                env={**self.environment, **environment})
-        self.assertEqual(result.returncode, code, result.stdout + result.stderr)
-        for word in told:
-            self.assertIn(word, result.stdout + result.stderr)
-        return result
+        return self.ask(*words, code=code, told=told, env={**self.environment, **environment})
 
     def run_all(self, *more, **how):
         return self.atwood("run", *self.words, "--no-timing", "-o", "csv:rows.csv", *more, **how)
@@ -107,7 +89,7 @@ class Case(unittest.TestCase):
             return len(file.readlines())
 
 
-class Stale(Case):
+class Stale(OwnEngine):
     def test_a_module_that_changes_behind_a_script_is_seen(self):
         self.run_all(told=["mine 0 of 4 cells", "atwood 0 of 4 cells", "truth 0 of 1 scenes", "mine: a new campaign"])
         self.assertLess(self.error(), 1e-12)
@@ -167,7 +149,7 @@ class Stale(Case):
         self.run_all(told=["mine 0 of 4 cells", "measured anew in its last campaign"])
 
 
-class Damage(Case):
+class Damage(OwnEngine):
     def damage(self, statement):
         with sqlite3.connect(self.path("atwood-out/store.db")) as database:
             database.execute(statement)
@@ -218,7 +200,7 @@ class Damage(Case):
             self.atwood(command, *words, code=5, told=["no regular file"])
 
 
-class Bounds(Case):
+class Bounds(OwnEngine):
     def test_a_study_of_too_many_cells_is_refused_at_once(self):
         values = ", ".join(str(i + 1) for i in range(300))
         study = self.path("wide.toml", "id = 'wide'\n[[cells]]\nscenarios = ['ballistic']\nsteps = [120]\n"

@@ -5,10 +5,10 @@ import re
 import shutil
 import subprocess
 import sys
-import tempfile
 import unittest
 
-ATWOOD = os.path.abspath(sys.argv[1])
+from case import ATWOOD, Case
+
 
 STACK = """id = "my-stack"
 title = "Two boxes on a floor"
@@ -42,26 +42,6 @@ position_m = [0, 0, 1.5]
 kind = "closed-form"
 solution = "rest"
 """
-
-
-class Case(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.here = self.folder.name
-
-    def tearDown(self):
-        self.folder.cleanup()
-
-    def path(self, name, text):
-        path = os.path.join(self.here, name)
-        with open(path, "w") as file:
-            file.write(text)
-        return path
-
-    def ask(self, *words, code=0, **more):
-        result = subprocess.run([ATWOOD, *words], cwd=self.here, text=True, capture_output=True, timeout=300, **more)
-        self.assertEqual(result.returncode, code, result.stdout + result.stderr)
-        return result
 
 
 def commands(help_text):

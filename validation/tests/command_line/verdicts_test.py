@@ -5,11 +5,11 @@ import resource
 import shlex
 import subprocess
 import sys
-import tempfile
 import unittest
 import xml.etree.ElementTree as xml
 
-ATWOOD, ROOT = map(os.path.abspath, sys.argv[1:3])
+from case import ATWOOD, Case
+
 SMALL = ["--scenario", "kepler-e0.6", "--method", "atwood/rk4", "--steps", "960"]
 
 SCENE = """id = "mine"
@@ -69,31 +69,10 @@ def gate(scenario="kepler-e0.6", method="atwood/rk4", metric="error-position-end
     return f'[[gate]]\nscenario = "{scenario}"\nmethod = "{method}"\nmetric = "{metric}"\n{limit}\n{more}\nreason = "a test"\n'
 
 
-class Case(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.here = self.folder.name
-
-    def tearDown(self):
-        self.folder.cleanup()
-
-    def path(self, name, text=None, mode=0o644):
-        path = os.path.join(self.here, name)
-        if text is not None:
-            with open(path, "w") as file:
-                file.write(text)
-            os.chmod(path, mode)
-        return path
-
-    def run_in(self, *words, cwd=None, **more):
-        env = {k: v for k, v in os.environ.items() if not k.startswith(("ATWOOD_CALLED_AS", "GITHUB_"))} | more.pop("env", {})
-        return subprocess.run([ATWOOD, *words], cwd=cwd or self.here, text=True, capture_output=True, timeout=300, env=env, **more)
-
-    def expect(self, result, code, *words):
-        self.assertEqual(result.returncode, code, result.stdout + result.stderr)
-        for word in words:
-            self.assertIn(word, " ".join((result.stdout + result.stderr).split()))
-        return result
+class Verdicts(Case):
+    def run_in(self, *words, env=None, **more):
+        clean = {k: v for k, v in os.environ.items() if not k.startswith(("ATWOOD_CALLED_AS", "GITHUB_"))}
+        return super().run_in(*words, env=clean | (env or {}), **more)
 
     def edit(self, name, change):
         with open(self.path(name)) as file:
@@ -101,7 +80,7 @@ class Case(unittest.TestCase):
         self.path(name, change(text))
 
 
-class Unmatched(Case):
+class Unmatched(Verdicts):
     """A gate of the user's own that matches nothing is not run, and the nearest name is told."""
 
     def test_each_part_of_a_gate(self):
@@ -141,7 +120,7 @@ class Unmatched(Case):
         self.assertFalse(os.path.exists(self.path("atwood-out/store.db")))
 
 
-class Endings(Case):
+class Endings(Verdicts):
     def odd(self, body, *words):
         path = self.path("odd.py", WORKER % body, 0o755)
         return self.run_in("run", "--engine", path, "--scenario", self.path("mine.toml", SCENE), "--no-timing", "--limit", "20", *words)
@@ -197,7 +176,7 @@ class Endings(Case):
         self.assertEqual(result.stderr, "")
 
 
-class Truths(Case):
+class Truths(Verdicts):
     def refused(self):
         box = "shape.box = { half_extents_m = [0.1, 0.2, 0.3] }"
         second = '[[body]]\nname = "other"\nmass_kg = 1.0\nshape.sphere = { radius_m = 0.1 }\nposition_m = [0, 0, 0.2]\n'
@@ -217,7 +196,7 @@ class Truths(Case):
         self.expect(self.run_in(*words, "--tolerances", self.path("g.toml", gate("mine", "*", "energy-change-max", "max = 1e9"))), 0)
 
 
-class Baselines(Case):
+class Baselines(Verdicts):
     def setUp(self):
         super().setUp()
         self.expect(self.run_in("run", *SMALL, "--no-timing"), 0)
@@ -290,7 +269,7 @@ class Baselines(Case):
         self.assertEqual(sorted(os.listdir(self.here)), ["atwood-out", "b.tsv", "b.tsv.env"])
 
 
-class Reruns(Case):
+class Reruns(Verdicts):
     def test_a_printed_command_is_pasted(self):
         name = "it's a $(touch x) \"stone\"; `touch y` & more.toml"
         os.mkdir(self.path("scenes"))

@@ -3,11 +3,11 @@ import os
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 
-ATWOOD, ROOT = map(os.path.abspath, sys.argv[1:3])
+from case import ATWOOD, Case
+
 
 # Flight under constant weight; the module beside it makes it wrong at 64 steps.
 ENGINE = """#!/usr/bin/env -S python3 -B
@@ -63,10 +63,9 @@ reason = "It is exact."
 """
 
 
-class Whole(unittest.TestCase):
+class Whole(Case):
     def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.here = self.folder.name
+        super().setUp()
         self.environment = {**os.environ, "ATWOOD_CALLED_AS": "", "ENGINE_LOG": self.path("engine.log", "")}
         self.path("engine.py", ENGINE, 0o755)
         self.path("gain.py", "GAIN = 1.0\n")
@@ -75,23 +74,8 @@ class Whole(unittest.TestCase):
         # The whole: the ladder of one scene; narrowed by --steps.
         self.words = ["--engine", "./engine.py", "--method", "mine/one", "--scenario", "mine.toml"]
 
-    def tearDown(self):
-        self.folder.cleanup()
-
-    def path(self, name, text=None, mode=0o644):
-        path = os.path.join(self.here, name)
-        if text is not None:
-            with open(path, "w") as file:
-                file.write(text)
-            os.chmod(path, mode)
-        return path
-
     def atwood(self, *words, code=0, told=(), untold=()):
-        result = subprocess.run([ATWOOD, *words], cwd=self.here, text=True, capture_output=True, timeout=120,
-                                env=self.environment)
-        self.assertEqual(result.returncode, code, result.stdout + result.stderr)
-        for word in told:
-            self.assertIn(word, result.stdout + result.stderr)
+        result = self.ask(*words, code=code, told=told)
         for word in untold:
             self.assertNotIn(word, result.stdout + result.stderr)
         return result
@@ -157,3 +141,5 @@ class Whole(unittest.TestCase):
 
 if __name__ == "__main__":
     unittest.main(argv=sys.argv[:1])
+
+from case import ATWOOD, Case

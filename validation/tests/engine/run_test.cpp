@@ -31,6 +31,24 @@ TEST_CASE("every method has a doc, a source and a claim per class of motion") {
   }
 }
 
+TEST_CASE("every setting of every method and response is declared: meaning, and a range that holds its default") {
+  const Engine engine = atwood_engine();
+  int settings = 0;
+  for (const auto* list : {&engine.methods, &engine.responses}) {
+    for (const MethodInfo& info : *list) {
+      CHECK(info.rules.size() == info.settings.size());
+      for (const auto& [name, standard] : info.settings) {
+        INFO(info.id << " " << name);
+        REQUIRE(info.rules.contains(name));
+        CHECK(info.rules.at(name).doc.size() > 10);
+        CHECK(checked_value(info.id, name, standard, &info.rules.at(name), standard));
+        ++settings;
+      }
+    }
+  }
+  CHECK(settings > 200);
+}
+
 TEST_CASE("samples are at t_end k / samples, the first is the scene, evaluations are counted") {
   const std::map<std::string, int> stages{
       {"explicit-euler", 1}, {"symplectic-euler", 1}, {"midpoint", 2}, {"heun", 2}, {"rk4", 4}, {"leapfrog", 1},

@@ -113,6 +113,21 @@ TEST_CASE("baseline: worse is a regression, better an improvement, small moves n
   CHECK(change_of(elsewhere, folder.file(), "error-position-end", 960) == Kind::regression);  // accuracy never is
 }
 
+TEST_CASE(
+    "the time of a run is a time like that of a step: advisory elsewhere, and compared without a known interval") {
+  const Folder folder;
+  std::vector<Row> before = rows();
+  before.push_back(row_of("atwood/rk4", 960, "run-time", 5e-5, std::nan("")));
+  write_baseline(folder.file(), before, "figures");
+  std::vector<Row> now = before;
+  now.back().value = 5.2e-5;
+  CHECK(change_of(now, folder.file(), "run-time", 960) == Kind::unchanged);
+  now.back().value = 9e-5;
+  CHECK(change_of(now, folder.file(), "run-time", 960) == Kind::regression);
+  for (Row& r : now) r.provenance.cpu = "another cpu";
+  CHECK(change_of(now, folder.file(), "run-time", 960) == Kind::unchanged);
+}
+
 TEST_CASE("baseline: what is missing and what is new is said; a signed figure is judged by its size") {
   const Folder folder;
   std::vector<Row> before = rows();

@@ -62,6 +62,12 @@ TEST_CASE("judge: the interval inside passes, wholly outside fails, across the e
   CHECK(judged(min, row(1.1, 0.2)) == Judgement::unverifiable);
 }
 
+TEST_CASE("judge: a time of a single repeat has no interval, so a gate on it is unverifiable and says why") {
+  const Verdict v = only(gate_of(Gate::Kind::max, 0, 2e-6, "step-time"), {row_of("step-time", 1e-6, std::nan(""))});
+  CHECK(v.judgement == Judgement::unverifiable);
+  CHECK(v.text == "measured 1e-06 m, allowed <= 2e-06: a single repeat has no interval");
+}
+
 TEST_CASE("judge: a failure says what was measured, allowed, by what margin, and how to run it again") {
   const Verdict v = only(gate_of(Gate::Kind::max, 0, 2e-6), {row_of("error-position-end", 3e-6)});
   CHECK(v.judgement == Judgement::fail);

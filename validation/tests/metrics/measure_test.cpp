@@ -369,13 +369,32 @@ TEST_CASE("measure: every metric is defined once, with words") {
   }
 }
 
-TEST_CASE("timing: median and nearest-rank 95th percentile, a step") {
+TEST_CASE(
+    "timing: one median for a step and for the run, its interval as a bar, a 95th percentile from 20 repeats on") {
   Outcome outcome;
   CHECK(timing_rows(outcome, 100).empty());
   outcome.busy_ns = {5000, 1000, 3000, 2000, 100000};
-  const std::vector<Row> rows = timing_rows(outcome, 100);
-  CHECK(value_of(rows, "step-time") == Approx(30e-9));
-  CHECK(value_of(rows, "step-time-p95") == Approx(1000e-9));
+  const std::vector<Row> five = timing_rows(outcome, 100);
+  CHECK(value_of(five, "step-time") == Approx(30e-9));
+  CHECK(find(five, "step-time")->truth_bar == Approx(970e-9));  // the range: 10 to 1000 ns
+  CHECK(value_of(five, "run-time") == Approx(3000e-9));
+  CHECK(find(five, "run-time")->truth_bar == Approx(97000e-9));
+  CHECK(find(five, "step-time-p95") == nullptr);
   outcome.busy_ns = {1000, 3000};
   CHECK(value_of(timing_rows(outcome, 10), "step-time") == Approx(200e-9));
+  CHECK(value_of(timing_rows(outcome, 10), "run-time") == Approx(2000e-9));  // the same median
+  outcome.busy_ns = {1000};
+  CHECK(value_of(timing_rows(outcome, 10), "step-time") == Approx(100e-9));
+  CHECK(std::isnan(find(timing_rows(outcome, 10), "step-time")->truth_bar));  // one repeat tells nothing of the next
+}
+
+TEST_CASE("timing: of twenty repeats the 6th and the 15th enclose the median, and the 19th is the 95th percentile") {
+  Outcome outcome;
+  for (int i = 19; i > 0; --i) outcome.busy_ns.push_back(100 * i);
+  CHECK(find(timing_rows(outcome, 1), "step-time-p95") == nullptr);
+  outcome.busy_ns.push_back(2000);
+  const std::vector<Row> rows = timing_rows(outcome, 1);
+  CHECK(value_of(rows, "step-time") == Approx(1050e-9));
+  CHECK(find(rows, "step-time")->truth_bar == Approx(450e-9));  // P(Binomial(20, 1/2) <= 5) = 0.0207
+  CHECK(value_of(rows, "step-time-p95") == Approx(1900e-9));
 }

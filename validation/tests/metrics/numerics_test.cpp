@@ -70,10 +70,15 @@ TEST_CASE("quantiles: definitions 7 and 1 of Hyndman and Fan, the median, none a
   CHECK(metrics::median_in_place(shuffled) == 3);
   CHECK(metrics::median_in_place(odd) == 3);
   CHECK(metrics::median_in_place(none) == 0);
-  CHECK(metrics::nearest_rank(20, 95) == 18);
-  CHECK(metrics::nearest_rank(21, 95) == 19);
-  CHECK(metrics::nearest_rank(1, 95) == 0);
-  CHECK(metrics::nearest_rank(7, 100) == 6);
+  const auto first = [](int n) {
+    std::vector<double> x;
+    for (int i = n; i > 0; --i) x.push_back(i);
+    return x;
+  };
+  CHECK(metrics::nearest_rank(first(20), 0.95) == 19);
+  CHECK(metrics::nearest_rank(first(21), 0.95) == 20);
+  CHECK(metrics::nearest_rank(first(1), 0.95) == 1);
+  CHECK(metrics::nearest_rank(first(7), 1) == 7);
 }
 
 TEST_CASE("Student's t: tables, and the quantile inverts the tail") {

@@ -72,8 +72,7 @@ Recording oscillate(const std::string& method, const Scene& scene, const Plan& p
   return step_oscillator<double>(verlet, scene, plan);
 }
 
-std::vector<Row> ask(const std::string& probe, const Scenario& scenario, const std::string& method,
-                     std::int64_t steps) {
+std::vector<Row> ask(Probe probe, const Scenario& scenario, const std::string& method, std::int64_t steps) {
   const Truth none;
   return run_probe(probe, {scenario, method, {scenario.t_end_s, steps, scenario.samples, {}}, none, oscillate});
 }
@@ -89,8 +88,8 @@ const Row& find(const std::vector<Row>& rows, const std::string& metric) {
 
 TEST_CASE("probe: Verlet returns to its start, explicit Euler does not") {
   const Scenario scenario = oscillator();
-  const auto verlet = ask("reversal", scenario, "atwood/velocity-verlet", 600),
-             euler = ask("reversal", scenario, "atwood/explicit-euler", 600);
+  const auto verlet = ask(Probe::reversal, scenario, "atwood/velocity-verlet", 600),
+             euler = ask(Probe::reversal, scenario, "atwood/explicit-euler", 600);
   CHECK(find(verlet, "reversal-over-round-off").value < 3);
   CHECK(find(verlet, "reversal-error-position").value < 1e-13);
   // There and back the radius grows by (1 + h^2)^(1/2) a step; |start| is 1.13.
@@ -101,9 +100,9 @@ TEST_CASE("probe: Verlet returns to its start, explicit Euler does not") {
 
 TEST_CASE("probe: Verlet is symplectic; explicit Euler stretches by (1 + h^2) a step and plane of motion") {
   const Scenario scenario = oscillator();
-  const Row verlet = find(ask("symplecticity", scenario, "atwood/velocity-verlet", 600), "symplecticity-defect");
+  const Row verlet = find(ask(Probe::symplecticity, scenario, "atwood/velocity-verlet", 600), "symplecticity-defect");
   CHECK(verlet.value + verlet.truth_bar < 1e-9);
-  const Row euler = find(ask("symplecticity", scenario, "atwood/explicit-euler", 600), "symplecticity-defect");
+  const Row euler = find(ask(Probe::symplecticity, scenario, "atwood/explicit-euler", 600), "symplecticity-defect");
   // M^T J M = (1 + h^2)^N J; |J| = sqrt(6).
   CHECK(euler.value == Approx((std::pow(1 + 1e-4, 600) - 1) * std::sqrt(6)).epsilon(1e-8));
   CHECK(euler.truth_bar < 1e-8);
@@ -111,18 +110,18 @@ TEST_CASE("probe: Verlet is symplectic; explicit Euler stretches by (1 + h^2) a 
 
 TEST_CASE("probe: twins on a linear spring stay together, their exponent is none") {
   const Scenario scenario = oscillator();
-  const auto rows = ask("lyapunov", scenario, "atwood/velocity-verlet", 600);
+  const auto rows = ask(Probe::lyapunov, scenario, "atwood/velocity-verlet", 600);
   CHECK(find(rows, "horizon").value == scenario.t_end_s);
   const Row& exponent = find(rows, "lyapunov-exponent");
   CHECK(std::fabs(exponent.value) <= exponent.truth_bar + 0.05);
-  const auto grown = find(ask("lyapunov", scenario, "atwood/explicit-euler", 60), "lyapunov-exponent");
+  const auto grown = find(ask(Probe::lyapunov, scenario, "atwood/explicit-euler", 60), "lyapunov-exponent");
   CHECK(grown.value ==
         Approx(std::log1p(0.01) / 2 / 0.1).margin(grown.truth_bar + 1e-3));  // the radius, (1 + h^2)^(1/2) a step
 }
 
 TEST_CASE("probe: an ensemble's round-off is beside wider arithmetic") {
   const Scenario scenario = oscillator();
-  const auto rows = ask("ensemble", scenario, "atwood/velocity-verlet", 6000);
+  const auto rows = ask(Probe::ensemble, scenario, "atwood/velocity-verlet", 6000);
   const Row& rms = find(rows, "round-off-rms-position");
   CHECK(rms.value > 1e-16);
   CHECK(rms.value < 1e-12);
@@ -133,9 +132,10 @@ TEST_CASE("probe: an ensemble's round-off is beside wider arithmetic") {
 TEST_CASE("probe: what cannot be asked is refused by name; a run that fails ends the probe with its reason") {
   Scenario scenario = oscillator();
   std::get<Spring>(scenario.scene.forces[0]).damping_N_s_per_m = 0.1;
-  CHECK(find(ask("reversal", scenario, "atwood/rk4", 60), "reversal-over-round-off").status == Status::unsupported);
+  CHECK(find(ask(Probe::reversal, scenario, "atwood/rk4", 60), "reversal-over-round-off").status ==
+        Status::unsupported);
   scenario.scene.forces.push_back(Drive{{0}, {1, 0, 0}, 1, 0});
-  CHECK(find(ask("lyapunov", scenario, "atwood/rk4", 60), "lyapunov-exponent").reason.find("time") !=
+  CHECK(find(ask(Probe::lyapunov, scenario, "atwood/rk4", 60), "lyapunov-exponent").reason.find("time") !=
         std::string::npos);
   const Truth none;
   const Scenario whole = oscillator();
@@ -145,10 +145,10 @@ TEST_CASE("probe: what cannot be asked is refused by name; a run that fails ends
     run.outcome.reason = "no";
     return run;
   };
-  const auto rows = run_probe("symplecticity", {whole, "x/y", {6, 60, 60, {}}, none, fails});
+  const auto rows = run_probe(Probe::symplecticity, {whole, "x/y", {6, 60, 60, {}}, none, fails});
   CHECK(rows.at(0).status == Status::diverged);
   CHECK(rows.at(0).reason == "no");
-  CHECK_THROWS_AS(run_probe("astrology", {whole, "x/y", {6, 60, 60, {}}, none, fails}), std::logic_error);
+  CHECK_THROWS_AS(run_probe(Probe::tolerance, {whole, "x/y", {6, 60, 60, {}}, none, fails}), std::logic_error);
 }
 
 TEST_CASE("ladder: without a truth three steps tell the error; the V is seen on both sides; tolerances have a slope") {

@@ -174,6 +174,33 @@ TEST_CASE("hello carries every setting with its type") {
   CHECK(back.methods[0].settings == engine.methods[0].settings);
 }
 
+TEST_CASE("hello carries what each setting takes and means; a rule of another form is garbage") {
+  Engine engine;
+  engine.name = "demo";
+  engine.methods.push_back({"demo/a", "doc", "source", {}, false, {}});
+  declare_settings(engine.methods[0], {{"n", std::int64_t(1), {between(0, 9), "A count."}},
+                                       {"x", 0.5, {strictly_between(0, 1), "A share.", "m"}},
+                                       {"law", std::string("a"), {one_of({"a", "b"}), "A law."}}});
+  const MethodInfo back = wire::read_hello(wire::hello_line(engine)).methods.at(0);
+  REQUIRE(back.rules.size() == 3);
+  for (const auto& [name, rule] : engine.methods[0].rules) {
+    const SettingRule& read = back.rules.at(name);
+    CHECK(read.doc == rule.doc);
+    CHECK(read.unit == rule.unit);
+    CHECK(read.range.choices == rule.range.choices);
+    CHECK(read.range.least == rule.range.least);
+    CHECK(read.range.most == rule.range.most);
+    CHECK(read.range.least_excluded == rule.range.least_excluded);
+    CHECK(read.range.most_excluded == rule.range.most_excluded);
+  }
+  const auto hello = [](const std::string& rules) {
+    return R"({"engine":"demo","version":"1","scalar":"double","methods":[{"id":"demo/a","setting_rules":)" + rules +
+           "}]}";
+  };
+  for (const char* wrong : {"1", R"({"n":1})", R"({"n":{"least":"0"}})", R"({"n":{"choices":"a"}})"})
+    CHECK_THROWS_AS(wire::read_hello(hello(wrong)), wire::Garbage);
+}
+
 TEST_CASE("recorded frames cross the pipe; a step is its share of its frame, never a sum") {
   wire::Request request;
   request.kind = wire::Request::Kind::run;

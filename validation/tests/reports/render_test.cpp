@@ -12,6 +12,7 @@
 #include "reports/render/solver_table.hpp"
 #include "reports/render/text.hpp"
 #include "synthetic.hpp"
+#include "validation/study/write_file.hpp"
 
 namespace {
 

@@ -366,8 +366,12 @@ ReportData synthetic_report(const SyntheticSize& size) {
        "m"}};
   for (int m = 0; m < methods; ++m) {
     const Curve& curve = kCurves[static_cast<std::size_t>(m)];
-    data.bench.push_back(
-        {"kepler-e0.6", curve.id, 1000, curve.ns_per_step, curve.ns_per_step * 1.2, std::string("step/") + curve.id});
+    data.bench.push_back({"kepler-e0.6",
+                          curve.id,
+                          1000,
+                          {curve.ns_per_step, curve.ns_per_step * 0.9, curve.ns_per_step * 1.2},
+                          curve.ns_per_step * 1.2,
+                          std::string("step/") + curve.id});
   }
   add_contacts(data);
   add_bounces(data);
@@ -536,7 +540,7 @@ ReportData small_report() {
   data.verdicts[3].text = "no rows match \x1b[2J this gate";
   data.laws = {{"ballistic", "atwood/explicit-euler", "landing-range-error", "range error = v_x h", 120, 0.125,
                 0.12500000000001, "m"}};
-  data.bench = {{"kepler-e0.6", "atwood/rk4", 1000, 150.5, 171.25, "step/rk4"}};
+  data.bench = {{"kepler-e0.6", "atwood/rk4", 1000, {150.5, 148.25, 171.25}, 171.25, "step/rk4"}};
   data.dominance = {small_dominance()};
   data.goals = small_goals();
   data.notes = {"cvode/adams:tol: it takes a tolerance | and was named without one."};

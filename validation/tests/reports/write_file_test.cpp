@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "reports/report.hpp"
+#include "validation/study/write_file.hpp"
 
 namespace {
 

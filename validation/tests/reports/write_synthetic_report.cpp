@@ -3,6 +3,7 @@
 #include <iostream>
 
 #include "synthetic.hpp"
+#include "validation/study/write_file.hpp"
 
 int main(int argc, char** argv) {
   if (argc != 2 && argc != 6) {

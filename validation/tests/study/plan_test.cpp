@@ -111,7 +111,7 @@ TEST_CASE("a method that nobody offers is a cell without a worker, with the reas
   REQUIRE(cells.size() == 3);
   for (const Cell& cell : cells) CHECK(cell.worker == -1);
   CHECK(cells[0].absent_reason == "cannot be started");
-  CHECK(cells[1].absent_reason == "no engine at the table offers nobody/x");
+  CHECK(cells[1].absent_reason == "no available engine provides nobody/x");
   CHECK(cells[2].absent == Status::not_built);
 }
 
@@ -293,25 +293,42 @@ TEST_CASE("endings that a block allows are allowed in its cells, also where anot
   }
 }
 
+TEST_CASE("settings are checked against the engine's rules, and nothing is run for it") {
+  std::vector<Worker> workers{worker("demo", {{"demo/a", "", "", {}, false, {}}})};  // its program does not exist
+  declare_settings(workers[0].engine.methods[0], {{"n", std::int64_t(1), {between(0, 9), "A count."}}});
+  workers[0].engine.responses.push_back({"+impulse", "", "", {}, false, {}});
+  declare_settings(workers[0].engine.responses[0], {{"n", std::int64_t(1), {between(0, 5), "A count."}},
+                                                    {"law", std::string("a"), {one_of({"a", "b"}), "A law."}}});
+  const auto check = [&](const std::string& method) { check_settings("--method ", method, workers); };
+  CHECK_NOTHROW(check("demo/a{n=9}"));
+  CHECK_NOTHROW(check("demo/a+impulse{n=5,law=b}"));
+  CHECK_THROWS_WITH(check("demo/a{n=10}"),
+                    "--method demo/a{n=10}: demo/a: `n` is `10`; expected a whole number from 0 to 9");
+  CHECK_THROWS_WITH(check("demo/a+impulse{n=6}"),
+                    Catch::Contains("+impulse: `n` is `6`; expected a whole number from 0"));
+  CHECK_THROWS_WITH(check("demo/a+impulse{law=c}"), Catch::Contains("+impulse: `law` is `c`; expected a or b"));
+  CHECK_THROWS_WITH(check("demo/a{law=a}"), Catch::Contains("demo/a has no setting `law`; expected one of n"));
+}
+
 TEST_CASE("a probe is a cell of its own, beside the plain one; ladders of probes are plain cells") {
   const Scenario scenario = free_flight("one");
   std::vector<Worker> workers = table();
   workers[0].engine.methods[0].adaptive = true;
   workers[0].engine.methods[0].settings["compensated"] = false;
   StudyCells plain{{"*"}, {"demo/a"}, {8}, 5, {}}, probe = plain;
-  probe.probe = "reversal";
+  probe.probe = Probe::reversal;
   const auto cells = plan_cells({"test", {plain, probe, probe}}, {scenario}, workers, "cpu");
   REQUIRE(cells.size() == 2);
-  CHECK(cells[0].probe.empty());
-  CHECK(cells[1].probe == "reversal");
+  CHECK(cells[0].probe == Probe::none);
+  CHECK(cells[1].probe == Probe::reversal);
   CHECK(cells[1].repeats == 0);
   CHECK(cells[0].accuracy_hash != cells[1].accuracy_hash);
-  probe.probe = "tolerance";
+  probe.probe = Probe::tolerance;
   const auto tolerances = plan_cells({"test", {probe}}, {scenario}, workers, "cpu");
   REQUIRE(tolerances.size() == 10);
   CHECK(tolerances[0].method == "demo/a:1e-3");
-  CHECK(tolerances[0].probe.empty());
-  probe.probe = "round-off-v";
+  CHECK(tolerances[0].probe == Probe::none);
+  probe.probe = Probe::round_off_v;
   CHECK(plan_cells({"test", {probe}}, {scenario}, workers, "cpu").size() == 6);
 }
 
@@ -330,7 +347,7 @@ TEST_CASE("a study file is read, and its errors have a place") {
   CHECK_THROWS_WITH(read("id = 'x'\n[[cells]]\nscenarios = ['a']\nmethods = ['demo/a']\nsteps = [0]\n"),
                     Catch::Contains("study.toml:5:10:"));
   CHECK(read("id = 'x'\n[[cells]]\nprobe = 'reversal'\nscenarios = ['a']\nmethods = ['demo/a']\n").cells[0].probe ==
-        "reversal");
+        Probe::reversal);
   CHECK_THROWS_WITH(
       read("id = 'x'\n[[cells]]\nprobe = 'astrology'\nscenarios = ['a']\nmethods = ['demo/a']\n"),
       Catch::Contains("study.toml:3:9:") && Catch::Contains("unknown probe `astrology`; expected one of ensemble"));

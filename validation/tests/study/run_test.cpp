@@ -200,7 +200,7 @@ TEST_CASE("cells that fail are rows with a reason, counted, and found again") {
   CHECK_THAT(status("faulty/nan_late", 16), Catch::StartsWith("not finite"));
   CHECK(status("faulty/hangs", 8) == "timeout: no answer within 1 s");
   CHECK_THAT(status("faulty/hangs", 16), Catch::StartsWith("timeout: not tried: 8 steps"));
-  CHECK(status("nobody/x", 8) == "not built: no engine at the table offers nobody/x");
+  CHECK(status("nobody/x", 8) == "not built: no available engine provides nobody/x");
   CHECK(result.failed_cells == 8);  // dies and hangs, four rungs each
   CHECK_FALSE(find_row(result, "faulty/dies", 8, "step-time"));
   const StudyResult again = lab.run(cells);

@@ -43,7 +43,7 @@ bool runs(int pid) {
   return end != std::string::npos && text.compare(end, 3, ") Z") != 0;
 }
 
-struct Fault {
+struct FaultyAnswer {
   const char* method;
   Status status;
   const char* reason;
@@ -52,41 +52,43 @@ struct Fault {
 }  // namespace
 
 TEST_CASE("each fault is named, and the worker answers again after it") {
-  const Fault fault = GENERATE(
-      Fault{"dies", Status::crashed, "killed by signal 11 (Segmentation fault): before the end: red  words"},
-      Fault{"exits", Status::crashed, "exited with code 3"},
-      Fault{"garbage", Status::crashed, "garbage: not a JSON object: Segmentation fault is what I would say"},
-      Fault{"half_a_line", Status::crashed, "exited with code 0 in the middle of a line"},
-      Fault{"endless_line", Status::crashed, "garbage: a line of more than 64 MiB"},
-      Fault{"wrong_cell", Status::crashed, "garbage: an answer to cell"},
-      Fault{"wrong_time", Status::crashed, "garbage: sample 0 is at t_s = 0.5; asked for 0"},
-      Fault{"too_many_samples", Status::crashed, "garbage: more samples than the 9 asked for"},
-      Fault{"too_few_samples", Status::crashed, "garbage: ended as ok with 2 of 9 samples"},
-      Fault{"body_missing", Status::crashed, "garbage: sample 0 has 0 bodies; the scene has 1"},
-      Fault{
+  const FaultyAnswer fault = GENERATE(
+      FaultyAnswer{"dies", Status::crashed, "killed by signal 11 (Segmentation fault): before the end: red  words"},
+      FaultyAnswer{"exits", Status::crashed, "exited with code 3"},
+      FaultyAnswer{"garbage", Status::crashed, "garbage: not a JSON object: Segmentation fault is what I would say"},
+      FaultyAnswer{"half_a_line", Status::crashed, "exited with code 0 in the middle of a line"},
+      FaultyAnswer{"endless_line", Status::crashed, "garbage: a line of more than 64 MiB"},
+      FaultyAnswer{"wrong_cell", Status::crashed, "garbage: an answer to cell"},
+      FaultyAnswer{"wrong_time", Status::crashed, "garbage: sample 0 is at t_s = 0.5; asked for 0"},
+      FaultyAnswer{"too_many_samples", Status::crashed, "garbage: more samples than the 9 asked for"},
+      FaultyAnswer{"too_few_samples", Status::crashed, "garbage: ended as ok with 2 of 9 samples"},
+      FaultyAnswer{"body_missing", Status::crashed, "garbage: sample 0 has 0 bodies; the scene has 1"},
+      FaultyAnswer{
           "bare_nan", Status::crashed,
           "garbage: not a JSON object: it holds a bare NaN, which JSON has not; numbers that are not finite are the strings"},
-      Fault{"steps_negative", Status::crashed, "garbage: \"steps_taken\" is negative: -3"},
-      Fault{"norm_two", Status::crashed,
-            "garbage: sample 0: the quaternion of body 0, [2, 0, 0, 0], has norm 2; a unit quaternion"},
-      Fault{"norm_two_later", Status::crashed, "garbage: sample 3: the quaternion of body 0, [2, 0, 0, 0], has norm 2"},
-      Fault{
+      FaultyAnswer{"steps_negative", Status::crashed, "garbage: \"steps_taken\" is negative: -3"},
+      FaultyAnswer{"norm_two", Status::crashed,
+                   "garbage: sample 0: the quaternion of body 0, [2, 0, 0, 0], has norm 2; a unit quaternion"},
+      FaultyAnswer{"norm_two_later", Status::crashed,
+                   "garbage: sample 3: the quaternion of body 0, [2, 0, 0, 0], has norm 2"},
+      FaultyAnswer{
           "other_scene", Status::crashed,
           "garbage: sample 0 is not the scene's initial state: body 0 has position_m [1.1, 0.2, 0.3] where the scene has "
           "[0.1, 0.2, 0.3]"},
-      Fault{"other_velocity", Status::crashed,
-            "garbage: sample 0 is not the scene's initial state: body 0 has velocity_m_per_s [3, 0, 0.5] where"},
-      Fault{"milliseconds", Status::crashed,
-            "garbage: sample 1 is at t_s = 250; asked for 0.25: is it in milliseconds?"},
-      Fault{"sample_indices", Status::crashed,
-            "garbage: sample 1 is at t_s = 1; asked for 0.25: is it the index of the sample?"},
-      Fault{"deep", Status::crashed, "garbage: nested deeper than 64 levels: {\"cell\":"},
-      Fault{"many_bodies", Status::crashed, "garbage: more than 65 bodies in a line"},
-      Fault{"many_unknown", Status::crashed, "garbage: sample 0 has 0 bodies; the scene has 1"},
-      Fault{"part_missing", Status::crashed, "garbage: a part of a sample is from body 1 on; expected was body 0"},
-      Fault{"part_unfinished", Status::crashed, "garbage: ended in the middle of a sample"},
-      Fault{"not_utf8", Status::crashed, "exited with code 5: caf\xEF\xBF\xBD"},
-      Fault{"refuses", Status::unsupported, "faulty has no springs"});
+      FaultyAnswer{"other_velocity", Status::crashed,
+                   "garbage: sample 0 is not the scene's initial state: body 0 has velocity_m_per_s [3, 0, 0.5] where"},
+      FaultyAnswer{"milliseconds", Status::crashed,
+                   "garbage: sample 1 is at t_s = 250; asked for 0.25: is it in milliseconds?"},
+      FaultyAnswer{"sample_indices", Status::crashed,
+                   "garbage: sample 1 is at t_s = 1; asked for 0.25: is it the index of the sample?"},
+      FaultyAnswer{"deep", Status::crashed, "garbage: nested deeper than 64 levels: {\"cell\":"},
+      FaultyAnswer{"many_bodies", Status::crashed, "garbage: more than 65 bodies in a line"},
+      FaultyAnswer{"many_unknown", Status::crashed, "garbage: sample 0 has 0 bodies; the scene has 1"},
+      FaultyAnswer{"part_missing", Status::crashed,
+                   "garbage: a part of a sample is from body 1 on; expected was body 0"},
+      FaultyAnswer{"part_unfinished", Status::crashed, "garbage: ended in the middle of a sample"},
+      FaultyAnswer{"not_utf8", Status::crashed, "exited with code 5: caf\xEF\xBF\xBD"},
+      FaultyAnswer{"refuses", Status::unsupported, "faulty has no springs"});
   CAPTURE(fault.method);
   Asked ask;
   const Recording recording = ask(fault.method);
@@ -98,15 +100,15 @@ TEST_CASE("each fault is named, and the worker answers again after it") {
 }
 
 TEST_CASE("times that cannot be are named") {
-  const Fault fault = GENERATE(
-      Fault{"busy_negative", Status::crashed, "garbage: busy_ns has -5; the nanoseconds of a run are positive"},
-      Fault{"busy_zero", Status::crashed,
-            "garbage: busy_ns has 0; the nanoseconds of a run are positive: is it in seconds"},
-      Fault{"busy_missing", Status::crashed, "garbage: busy_ns has 2 entries; asked for 3 repeats"},
-      Fault{"busy_too_long", Status::crashed,
-            "garbage: busy_ns of all repeats is 3e+10 ns, longer than the whole answer"},
-      Fault{"busy_seconds", Status::crashed,
-            "garbage: \"busy_ns\" is not an integer: 0.25; whole nanoseconds were expected"});
+  const FaultyAnswer fault = GENERATE(
+      FaultyAnswer{"busy_negative", Status::crashed, "garbage: busy_ns has -5; the nanoseconds of a run are positive"},
+      FaultyAnswer{"busy_zero", Status::crashed,
+                   "garbage: busy_ns has 0; the nanoseconds of a run are positive: is it in seconds"},
+      FaultyAnswer{"busy_missing", Status::crashed, "garbage: busy_ns has 2 entries; asked for 3 repeats"},
+      FaultyAnswer{"busy_too_long", Status::crashed,
+                   "garbage: busy_ns of all repeats is 3e+10 ns, longer than the whole answer"},
+      FaultyAnswer{"busy_seconds", Status::crashed,
+                   "garbage: \"busy_ns\" is not an integer: 0.25; whole nanoseconds were expected"});
   CAPTURE(fault.method);
   Asked ask;
   const Recording recording = ask(fault.method, 20, 3);
@@ -402,7 +404,7 @@ TEST_CASE("the timed pass gives one time a repeat and no samples") {
   CHECK(recording.outcome.busy_ns == std::vector<std::int64_t>{16000, 16000, 16000});
 }
 
-TEST_CASE("who answers hello is at the table, who does not says why") {
+TEST_CASE("a worker that answers hello is available, one that does not gives a reason") {
   Folder folder;
   std::ofstream(folder / "not_executable.py") << "#!/usr/bin/env python3\n";
   const auto found = find_workers({workers + "/sound.py", workers + "/exits_at_hello.py",

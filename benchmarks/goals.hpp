@@ -1,13 +1,11 @@
-// The goals of the project: works with a wanted error and a budget, as data (benchmarks/goals.toml), and what is
-// reached.
+// The goals of the project as data (benchmarks/goals.toml): a task, the error that is wanted and the budget for it.
 #pragma once
 
-#include <cmath>
 #include <limits>
 #include <string>
 #include <vector>
 
-#include "reports/report.hpp"
+#include "benchmarks/figures.hpp"
 
 namespace atwood {
 
@@ -34,6 +32,5 @@ struct Goal {
 std::vector<Goal> read_goals(const std::string& path);  // InputError
 // "16.7 ms", "40us": seconds. Throws InputError that begins with `what`.
 double parse_duration(const std::string& text, const std::string& what);
-std::string goals_text(const std::vector<GoalResult>& goals);
 
 }  // namespace atwood

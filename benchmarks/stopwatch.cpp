@@ -1,19 +1,17 @@
-#include "reports/command_line/stopwatch.hpp"
+#include "benchmarks/stopwatch.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "scene/files.hpp"
+#include "validation/metrics/order_statistics.hpp"
 
 namespace atwood {
 
-double median(std::vector<double> values) {
-  std::erase_if(values, [](double value) { return !std::isfinite(value); });
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  std::sort(values.begin(), values.end());
-  const std::size_t n = values.size();
-  return n % 2 == 1 ? values[n / 2] : (values[n / 2 - 1] + values[n / 2]) / 2;
+double median_time(std::vector<double> seconds) {
+  std::erase_if(seconds, [](double value) { return !std::isfinite(value); });
+  return seconds.empty() ? std::numeric_limits<double>::quiet_NaN() : metrics::median_in_place(seconds);
 }
 
 bool pinned(const std::string& method) { return method.find("threads") == std::string::npos; }
@@ -34,13 +32,13 @@ double Stopwatch::seconds(const Contender& contender) {
                                    contender.plan, repeats, limit_s_ * repeats)
                               .outcome;
   if (outcome.status != Status::ok || outcome.busy_ns.empty()) return std::numeric_limits<double>::quiet_NaN();
-  // Sampling may cost some evaluations more; half of them is another run, or a worker that is not well.
+  // Sampling may cost some evaluations more; half of them is another run, or a failing worker.
   const double counted = static_cast<double>(outcome.rate_evaluations);
   if (contender.evaluations > 0 && counted > 0 && counted < 0.5 * contender.evaluations)
     return std::numeric_limits<double>::quiet_NaN();
   std::vector<double> values;
   for (const std::int64_t ns : outcome.busy_ns) values.push_back(1e-9 * static_cast<double>(ns));
-  return median(values);
+  return median_time(values);
 }
 
 std::vector<std::vector<double>> Stopwatch::in_turns(const std::vector<Contender>& contenders, int rounds) {

@@ -1,16 +1,17 @@
-// Goals as a terminal shows them: what was asked, what is reached, who is next.
+// Goals as a terminal shows them: what was asked, what is reached, and the best of each side.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
-#include "reports/command_line/goals.hpp"
-#include "reports/render/text.hpp"
+#include "reports/report.hpp"
+#include "text.hpp"
 
 namespace atwood {
 namespace {
 
 std::string line(const char* who, const GoalEntrant& entrant) {
-  if (entrant.method.empty()) return fmt::format("    {:<10} nobody\n", who);
+  if (entrant.method.empty()) return fmt::format("    {:<10} none\n", who);
   std::string words = fmt::format("    {:<10} {}", who, entrant.method);
   if (entrant.steps > 0 && method_family(entrant.method) == entrant.method)
     words += fmt::format(", {} steps", entrant.steps);

@@ -12,7 +12,7 @@
 #include <string>
 #include <system_error>
 
-#include "reports/report.hpp"
+#include "validation/study/write_file.hpp"
 
 namespace atwood {
 namespace {

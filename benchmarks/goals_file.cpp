@@ -1,10 +1,11 @@
 // Goals as they are written down.
 #include <toml++/toml.h>
 
-#include <algorithm>
+#include <cmath>
 #include <set>
+#include <tuple>
 
-#include "reports/command_line/goals.hpp"
+#include "benchmarks/goals.hpp"
 #include "scene/files.hpp"
 #include "scene/input_file.hpp"
 

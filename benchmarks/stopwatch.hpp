@@ -1,5 +1,5 @@
-// Runs timed in turns: A B A B ..., each by its own worker, pinned unless it has threads, one at a time. What drifts on the machine (clock,
-// temperature, neighbours) then meets all of them alike.
+// Runs timed in turns: A B A B ..., each by its own worker, pinned unless it has threads, one at a time. What drifts on
+// the machine (clock rate, temperature, other load) then affects all of them alike.
 #pragma once
 
 #include <map>
@@ -42,6 +42,7 @@ class Stopwatch {
   std::map<std::pair<std::string, bool>, std::unique_ptr<WorkerClient>> clients_;  // by path and pinned or not
 };
 
-double median(std::vector<double> values);  // of the finite ones; NaN when there are none
+// The median of the finite ones; NaN when there are none.
+double median_time(std::vector<double> seconds);
 
 }  // namespace atwood

@@ -1,24 +1,23 @@
-// bench goals: every goal beside its rivals in one run. Accuracy first, by the store like any study; then those who are
-// accurate enough are timed in turns.
-#include "reports/command_line/goals.hpp"
+#include "benchmarks/goal_run.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 
-#include "reports/command_line/command_line.hpp"
-#include "reports/command_line/same_rate.hpp"
-#include "reports/command_line/stopwatch.hpp"
-#include "scene/files.hpp"
+#include "benchmarks/rates.hpp"
+#include "benchmarks/stopwatch.hpp"
+#include "validation/metrics/metrics.hpp"
+#include "validation/metrics/work_precision.hpp"
 #include "validation/study/process.hpp"
 
 namespace atwood {
 namespace {
 
 const double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t kTimed = 5;  // of each side, the quickest after one look
+constexpr std::size_t kTimed = 5;  // of each side, the quickest of a first timing
 constexpr int kRounds = 15;
 
 // `library`: a rival that evaluates the reference's rate; `same_rate`: ours on that rate.
@@ -112,10 +111,9 @@ std::vector<std::string> twins_beside_libraries(const Goal& goal) {
 
 class GoalRun {
  public:
-  GoalRun(const Place& place, const Options& options, const std::vector<Worker>& workers)
-      : place_(place), options_(options), workers_(workers), stopwatch_(options.cell_limit_s) {}
+  explicit GoalRun(const GoalSetup& setup)
+      : setup_(setup), workers_(setup.workers), stopwatch_(setup.study.cell_limit_s) {}
 
-  // Throws Interrupted.
   GoalResult run(const Goal& goal);
 
  private:
@@ -130,8 +128,7 @@ class GoalRun {
             candidate.entrant.evaluations};
   }
 
-  const Place& place_;
-  const Options& options_;
+  const GoalSetup& setup_;
   const std::vector<Worker>& workers_;
   Stopwatch stopwatch_;
 };
@@ -144,19 +141,18 @@ std::vector<Candidate> GoalRun::measured(const Goal& goal, const Scenario& scena
                                        {Side::rival, &goal.rivals},
                                        {Side::same_rate, &twins}}) {
     if (patterns->empty()) continue;
-    for (Cell& cell : plan_goal(goal, scenario, *patterns, workers_, place_.provenance.cpu)) {
+    for (Cell& cell : plan_goal(goal, scenario, *patterns, workers_, setup_.study.provenance.cpu)) {
       if (sides.emplace(cell.method + " " + std::to_string(cell.plan.steps), side).second)
         cells.push_back(std::move(cell));
     }
   }
-  StudyOptions how = study_options(place_, options_);
+  StudyOptions how = setup_.study;
   how.timing = false;
   how.cell_limit_s = std::max(how.cell_limit_s, goal.limit_s);
   how.truth_limit_s = std::max(how.truth_limit_s, 6 * goal.limit_s);
   how.purpose = "goals";
-  how.progress = progress_printer(options_);
   const StudyResult result = run_study(cells, workers_, how);
-  end_progress();
+  setup_.end_progress();
   if (result.interrupted) throw Interrupted{};
   std::vector<Candidate> candidates;
   std::set<std::string> failed;
@@ -192,14 +188,14 @@ void GoalRun::time(const Goal& goal, std::vector<Candidate>& candidates) {
     for (Candidate& c : candidates) {
       if (c.side == side && c.entrant.accurate) own.push_back(&c);
     }
-    if (own.empty()) {  // nobody is accurate: the one who comes nearest
+    if (own.empty()) {  // none is accurate: the most accurate one
       Candidate* nearest = nullptr;
       for (Candidate& c : candidates) {
         if (c.side == side && (nearest == nullptr || c.entrant.error < nearest->entrant.error)) nearest = &c;
       }
       if (nearest != nullptr) own.push_back(nearest);
     }
-    if (goal.budget_kind == "evaluations") {  // the fewest evaluations decide; their times are told beside
+    if (goal.budget_kind == "evaluations") {  // the fewest evaluations decide; their times are reported beside
       std::erase_if(own, [&](const Candidate* c) { return own.size() > 1 && !std::isfinite(c->entrant.evaluations); });
       std::sort(own.begin(), own.end(),
                 [](const Candidate* a, const Candidate* b) { return a->entrant.evaluations < b->entrant.evaluations; });
@@ -214,7 +210,7 @@ void GoalRun::time(const Goal& goal, std::vector<Candidate>& candidates) {
         return key(a) < key(b);
       });
     }
-    if (goal.limit_s > 0) {  // of runs that take minutes one look is enough
+    if (goal.limit_s > 0) {  // runs that take minutes are timed once
       for (Candidate* c : own) {
         c->times_s = {c->entrant.seconds};
         c->entrant.ns_per_step = 1e9 * c->entrant.seconds / static_cast<double>(c->entrant.steps);
@@ -237,7 +233,7 @@ void GoalRun::time(const Goal& goal, std::vector<Candidate>& candidates) {
     for (std::size_t i = 0; i < chosen.size(); ++i) chosen[i]->times_s.push_back(round[i]);
   }
   for (Candidate* c : chosen) {
-    c->entrant.seconds = median(c->times_s);
+    c->entrant.seconds = median_time(c->times_s);
     if (method_family(c->entrant.method) == c->entrant.method)
       c->entrant.ns_per_step = 1e9 * c->entrant.seconds / static_cast<double>(c->entrant.steps);
   }
@@ -252,10 +248,11 @@ const Candidate* best(const std::vector<Candidate>& candidates, Side side, const
 }
 
 std::string shortfall(const Goal& goal, const GoalEntrant& ours) {
-  if (ours.method.empty()) return "none of our candidates ran";
+  if (ours.method.empty()) return "none of our candidate methods ran";
   if (!ours.accurate) return fmt::format("the error is {:.3g} times too large", ours.error / goal.error);
   const double cost = cost_of(ours, goal.budget_kind);
-  if (!std::isfinite(cost)) return goal.budget_kind == "evaluations" ? "it counts no evaluations" : "it was not timed";
+  if (!std::isfinite(cost))
+    return goal.budget_kind == "evaluations" ? "the method counts no evaluations" : "the method was not timed";
   if (cost > goal.budget) return fmt::format("{:.3g} times over the budget", cost / goal.budget);
   return "";
 }
@@ -269,37 +266,22 @@ PairedRatio cost_ratio(const Candidate& rival, const Candidate& ours, const Goal
   return ratio;
 }
 
-// What was asked, and nothing found yet.
-GoalResult blank_result(const Goal& goal) {
-  GoalResult result;
-  result.id = goal.id;
-  result.title = goal.title;
-  result.scenario = goal.scenario;
-  result.metric = goal.metric;
-  result.wanted_error = goal.error;
-  result.budget_kind = goal.budget_kind;
-  result.budget = goal.budget;
-  result.ratio = result.ratio_low = result.ratio_high = kNone;
-  result.wanted_ratio = goal.times_faster;
-  return result;
-}
-
 GoalResult GoalRun::run(const Goal& asked) {
   Goal goal = asked;
   GoalResult result = blank_result(goal);
   for (const MetricInfo& metric : all_metrics()) {
     if (metric.name == goal.metric) result.unit = metric.unit;
   }
-  Scenario scenario = read_scene_argument(place_, goal.scenario);
+  Scenario scenario = setup_.scenario(goal.scenario);
   scenario.samples = goal.samples;
   if (!goal.steps.empty()) scenario.steps = goal.steps;
   std::vector<Cell> cells;
   cells.reserve(4096);  // candidates point at them
-  stopwatch_.allow(std::max(options_.cell_limit_s, goal.limit_s));
+  stopwatch_.allow(std::max(setup_.study.cell_limit_s, goal.limit_s));
   std::vector<Candidate> candidates = measured(goal, scenario, cells);
   if (goal.error_ratio > 0) ask_by_rivals(goal, candidates);
   result.wanted_error = goal.error;
-  if (!options_.no_timing) time(goal, candidates);
+  if (setup_.study.timing) time(goal, candidates);
   const Candidate* ours = best(candidates, Side::ours, goal.budget_kind);
   const Candidate* rival = best(candidates, Side::rival, goal.budget_kind);
   const Candidate* library = best(candidates, Side::library, goal.budget_kind);
@@ -331,162 +313,14 @@ GoalResult GoalRun::run(const Goal& asked) {
   }
   if (goal.times_faster > 0 && result.reached && !(result.ratio >= goal.times_faster)) {
     result.reached = false;
-    result.why = std::isfinite(result.ratio) ? fmt::format("it is {:.3g} times as fast", result.ratio)
-                                             : "there is no rival's time beside it";
+    result.why = std::isfinite(result.ratio) ? fmt::format("ours is {:.3g} times as fast as the rival", result.ratio)
+                                             : "no rival was timed";
   }
   return result;
-}
-
-// A figure of a benchmark, over `per`: nanoseconds a body, a pair.
-GoalResult judge_figure(const Goal& goal, const std::vector<BenchFigure>& figures) {
-  GoalResult result;
-  result.id = goal.id;
-  result.title = goal.title;
-  result.wanted_error = result.ratio = result.ratio_low = result.ratio_high = kNone;
-  result.budget_kind = "ns";
-  result.budget = goal.budget;
-  const auto entrant = [&](const std::vector<std::string>& names) {
-    GoalEntrant best{"", 0, kNone, 0, kNone, kNone, kNone, true};
-    for (const BenchFigure& figure : figures) {
-      if (std::none_of(names.begin(), names.end(),
-                       [&](const std::string& name) { return glob_match(name, figure.name); }))
-        continue;
-      const double ns = figure.ns_per_step_median / goal.per;
-      if (best.method.empty() || ns < best.ns_per_step) best.method = figure.name, best.ns_per_step = ns;
-    }
-    return best;
-  };
-  result.ours = entrant({goal.benchmark});
-  result.rival = entrant(goal.rival_benchmarks);
-  if (result.ours.method.empty()) result.why = "no benchmark of that name was run";
-  else if (result.ours.ns_per_step > goal.budget)
-    result.why = fmt::format("{:.3g} times over the budget", result.ours.ns_per_step / goal.budget);
-  result.reached = result.why.empty();
-  if (!result.ours.method.empty() && !result.rival.method.empty())
-    result.ratio = result.rival.ns_per_step / result.ours.ns_per_step;
-  return result;
-}
-
-// A figure of a table.
-GoalResult judge_table(const Goal& goal, const std::vector<BenchTable>& tables) {
-  GoalResult result = blank_result(goal);
-  result.metric = goal.column;
-  const auto table =
-      std::find_if(tables.begin(), tables.end(), [&](const BenchTable& t) { return t.id == goal.table; });
-  if (table == tables.end()) {
-    result.why = fmt::format("there is no table `{}`", goal.table);
-    return result;
-  }
-  const auto column = std::find(table->columns.begin(), table->columns.end(), goal.column) - table->columns.begin();
-  for (const auto& row : table->rows) {
-    if (!std::holds_alternative<std::string>(row.at(0)) || std::get<std::string>(row[0]) != goal.row ||
-        column >= std::ssize(row))
-      continue;
-    if (const auto* value = std::get_if<double>(&row[static_cast<std::size_t>(column)]);
-        value != nullptr && std::isfinite(*value)) {
-      result.ours = {goal.row, 0, *value, 0, kNone, kNone, kNone, *value <= goal.error};
-    }
-  }
-  result.why = result.ours.method.empty() ? fmt::format("no figure in `{}`, `{}`", goal.row, goal.column)
-               : result.ours.accurate     ? ""
-                                          : "it is above that";
-  result.reached = result.why.empty();
-  return result;
-}
-
-// A goal of the project whose scene this build does not have is not reached; in a file of the user's own it is a
-// mistake.
-GoalResult run_or_say_why(GoalRun& run, const Goal& goal, bool strict) {
-  try {
-    return run.run(goal);
-  } catch (const InputError& error) {
-    if (strict) throw;
-    GoalResult result = blank_result(goal);
-    result.why = error.what();
-    return result;
-  }
-}
-
-// Of the names that goals ask for, as Google Benchmark's filter.
-std::string benchmark_filter(const std::vector<Goal>& goals) {
-  std::string filter;
-  const auto add = [&](const std::string& glob) {
-    std::string pattern;
-    for (const char c : glob) {
-      if (c == '*') pattern += ".*";
-      else if (std::string(".+()[]{}^$|\\?").find(c) != std::string::npos) pattern += std::string("\\") + c;
-      else pattern += c;
-    }
-    filter += (filter.empty() ? "^" : "|^") + pattern;
-  };
-  for (const Goal& goal : goals) {
-    if (goal.benchmark.empty()) continue;
-    add(goal.benchmark);
-    for (const std::string& name : goal.rival_benchmarks) add(name);
-  }
-  return filter;
-}
-
-std::vector<Goal> chosen_goals(const Place& place, const Options& options) {
-  std::vector<Goal> goals =
-      read_goals(options.goals_file.empty() ? place.source_dir + "/benchmarks/goals.toml" : options.goals_file);
-  if (options.goals.empty()) return goals;
-  std::vector<std::string> ids;
-  for (const Goal& goal : goals) ids.push_back(goal.id);
-  for (const std::string& pattern : options.goals) {
-    if (std::any_of(ids.begin(), ids.end(), [&](const std::string& id) { return glob_match(pattern, id); })) continue;
-    std::string names;
-    for (const std::string& id : nearest(pattern, ids, 4)) names += (names.empty() ? "" : ", ") + id;
-    throw InputError(fmt::format("--goal {}: no goal of that id; nearest: {}", pattern, names));
-  }
-  std::erase_if(goals, [&](const Goal& goal) {
-    return std::none_of(options.goals.begin(), options.goals.end(),
-                        [&](const std::string& pattern) { return glob_match(pattern, goal.id); });
-  });
-  return goals;
 }
 
 }  // namespace
 
-int command_goals(const Place& place, const Options& options) {
-  const std::vector<Goal> goals = chosen_goals(place, options);
-  Options chosen = options;
-  chosen.with_same_rate = true;
-  const std::vector<Worker> workers = require_workers(place, chosen);
-  make_out_dir(options.out_dir);
-  const InterruptGuard guard;
-  GoalRun run(place, options, workers);
-  std::vector<GoalResult> results;
-  const std::string filter = benchmark_filter(goals);
-  const std::vector<BenchFigure> figures =
-      filter.empty() || options.no_timing ? std::vector<BenchFigure>{} : run_benchmarks(place, filter);
-  std::vector<BenchTable> tables;
-  try {
-    for (const Goal& goal : goals) {
-      fmt::print(stderr, "atwood: goal {}\n", goal.id);
-      if (goal.table == "broad-phases" && tables.empty()) tables = measure_broad_phases(place);
-      if (!goal.table.empty()) results.push_back(judge_table(goal, tables));
-      else if (!goal.benchmark.empty()) results.push_back(judge_figure(goal, figures));
-      else results.push_back(run_or_say_why(run, goal, !options.goals_file.empty()));
-    }
-  } catch (const Interrupted&) {
-    if (!results.empty()) fmt::print("{}", goals_text(results));
-    fmt::print(stderr, "atwood: interrupted; goals that were not measured yet are left out\n");
-    return 128 + interrupt_signal();
-  }
-  keep_bench(options.out_dir + "/bench.json", place.provenance, nullptr, &results);
-  if (options.json) {
-    ReportData data;
-    data.title = "Atwood: goals";
-    data.command = options.program;
-    data.program = shell_line(std::vector{options.words.front()});
-    data.provenance = place.provenance;
-    data.goals = results;
-    fmt::print("{}\n", render_json(data));
-  } else {
-    fmt::print("{}\n{}/bench.json; `atwood report` shows them\n", goals_text(results), options.out_dir);
-  }
-  return exit_pass;
-}
+GoalResult run_goal(const GoalSetup& setup, const Goal& goal) { return GoalRun(setup).run(goal); }
 
 }  // namespace atwood

@@ -1,0 +1,59 @@
+// What the benchmarks measure: times of steps and kernels, tables, goals.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "validation/metrics/order_statistics.hpp"
+
+namespace atwood {
+
+// A benchmark's time: of a step of a catalogue's scene, or of one call of a kernel.
+struct BenchFigure {
+  std::string scenario, method;  // empty: a kernel
+  std::int64_t steps = 0;
+  Estimate ns_per_step;        // the median over the repetitions and its interval by order statistics
+  double ns_per_step_p95 = 0;  // NaN of fewer than 20 repetitions
+  std::string name;
+};
+
+// A table of measured figures that stands for itself: broad phases side by side, what each engine steps within a frame.
+using TableCell = std::variant<double, std::string>;  // NaN: no figure
+struct BenchTable {
+  std::string id, title;
+  std::vector<std::string> columns;
+  std::vector<std::vector<TableCell>> rows;  // one cell a column
+  std::vector<std::string> notes;            // how to read it
+};
+
+// A goal of the project, measured beside its rivals in one run (benchmarks/goals.toml).
+struct GoalEntrant {
+  std::string method;  // empty: nobody
+  std::int64_t steps = 0;
+  double error = 0, bar = 0;            // NaN: the goal asks for no error
+  double seconds = 0, evaluations = 0;  // of the run; NaN: not timed, not counted
+  double ns_per_step = 0;
+  bool accurate = false;  // reaches the wanted error
+};
+struct GoalResult {
+  std::string id, title, scenario, metric, unit;
+  double wanted_error = 0;  // NaN: none
+  std::string budget_kind;  // "seconds", "evaluations", "ns_per_step", "ns" (a benchmark's figure), "" (none)
+  double budget = 0;
+  bool reached = false;
+  GoalEntrant ours, rival, uncounted;  // the best of each
+  double ratio = 0, ratio_low = 0,
+         ratio_high = 0;    // rival's cost over ours [95 %], where both reach the error; else NaN
+  std::string why;          // what is missing, in words; empty when reached
+  double wanted_ratio = 0;  // the rival's cost over ours that is asked for; 0: none
+  // Beside a library (odeint, ARKODE, CVODE): its best method and our best one, both on the reference's rate, and the
+  // ratio of their times. Methods empty, ratios NaN: no library is among the rivals, or one of the two misses the error.
+  GoalEntrant same_rate = {}, library = {};
+  double same_rate_ratio = std::numeric_limits<double>::quiet_NaN(), same_rate_low = same_rate_ratio,
+         same_rate_high = same_rate_ratio;
+};
+
+}  // namespace atwood

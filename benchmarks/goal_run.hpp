@@ -1,0 +1,35 @@
+// A goal beside its rivals in one run. Accuracy first, by the store like any study; then the methods that are accurate
+// enough are timed in turns.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "benchmarks/figures.hpp"
+#include "benchmarks/goals.hpp"
+#include "scene/scene.hpp"
+#include "validation/study/study.hpp"
+
+namespace atwood {
+
+struct GoalSetup {
+  const std::vector<Worker>& workers;
+  StudyOptions study;  // store, limits, progress; with `timing` false nothing is timed
+  std::function<Scenario(const std::string&)> scenario;  // of a catalogue id or a file; throws InputError
+  std::function<void()> end_progress = [] {};            // after each study
+};
+
+// Of a goal with a scenario. Throws Interrupted; InputError where the scene is not to be had.
+GoalResult run_goal(const GoalSetup& setup, const Goal& goal);
+
+// What was asked, and no result yet.
+GoalResult blank_result(const Goal& goal);
+// Of a goal with a `benchmark`: its figure over `per` (nanoseconds a body, a pair).
+GoalResult judge_figure(const Goal& goal, const std::vector<BenchFigure>& figures);
+// Of a goal with a `table`: one cell of it.
+GoalResult judge_table(const Goal& goal, const std::vector<BenchTable>& tables);
+// The names of the benchmarks that goals need, as Google Benchmark's filter; empty: none.
+std::string benchmark_filter(const std::vector<Goal>& goals);
+
+}  // namespace atwood

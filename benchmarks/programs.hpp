@@ -1,0 +1,23 @@
+// The benchmark programs, run as programs: Google Benchmark's, and the comparison of broad phases.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "benchmarks/figures.hpp"
+
+namespace atwood {
+
+// Paths of the executables atwood-bench-* in this folder, sorted.
+std::vector<std::string> benchmark_programs(const std::string& bin_dir);
+
+// Five repetitions of every benchmark whose name the filter (a regular expression; empty: all) matches, program after
+// program; `notice` is told each program's name. std::runtime_error where one fails.
+std::vector<BenchFigure> run_benchmarks(const std::string& bin_dir, const std::string& filter,
+                                        const std::function<void(const std::string&)>& notice);
+
+// The tables that atwood-broad-phases prints. InputError: it is not built.
+std::vector<BenchTable> measure_broad_phases(const std::string& bin_dir);
+
+}  // namespace atwood

@@ -1,0 +1,44 @@
+// The first two of a ranking, timed in turns.
+#pragma once
+
+#include <map>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "benchmarks/stopwatch.hpp"
+#include "validation/metrics/work_precision.hpp"
+#include "validation/row.hpp"
+
+namespace atwood {
+
+// The first two of a contest, timed in turns at their rungs. Where the second proves clearly quicker (the whole interval
+// of the ratio is under kClearlyQuicker), an error's contest is theirs in that order; nearer ones stay as the timed pass
+// has them, so that whoever asks the same store gets the same answer.
+constexpr double kClearlyQuicker = 0.8;
+class TurnTimes {
+ public:
+  TurnTimes(std::span<const Cell> cells, const std::vector<Worker>& workers, const std::vector<Row>& rows,
+            double limit_s)
+      : cells_(cells), workers_(workers), rows_(rows), stopwatch_(limit_s) {}
+
+  // Leaves a contest as it is where one of the two cannot be timed. Throws Interrupted.
+  void settle(Contest& contest, const std::string& scenario, bool of_error);
+
+ private:
+  struct Turns {
+    std::vector<double> first, second;
+  };
+  const Turns& measured(const Cell& a, const Cell& b, double a_s, double b_s);
+  Contender contender(const Cell& cell, double seconds) const;
+  const Cell* find_cell(const std::string& scenario, const Reached& reached) const;
+
+  std::span<const Cell> cells_;
+  const std::vector<Worker>& workers_;
+  const std::vector<Row>& rows_;
+  Stopwatch stopwatch_;
+  std::map<std::pair<const Cell*, const Cell*>, Turns> known_;
+};
+
+}  // namespace atwood

@@ -1,0 +1,37 @@
+// What went wrong, and whose part it is to change something: errors as values.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <variant>
+
+namespace atwood {
+
+// input: the words of the user (an id, a setting). scene: what the scene asks for contradicts itself or is out of range.
+// engine: the request is sound, and the engine does not provide it.
+enum class Blame : unsigned char { input, scene, engine };
+
+struct Fault {
+  Blame blame = Blame::engine;
+  std::string reason;  // a sentence that names what was found and what was expected
+};
+
+// A value, or why there is none.
+template <class T> class Result {
+ public:
+  Result(T value) : held_(std::in_place_index<0>, std::move(value)) {}  // NOLINT: meant to convert
+  Result(Fault fault) : held_(std::in_place_index<1>, std::move(fault)) {}
+
+  explicit operator bool() const { return held_.index() == 0; }
+  // Of a result that holds one; std::bad_variant_access otherwise.
+  const T& operator*() const { return std::get<0>(held_); }
+  T& operator*() { return std::get<0>(held_); }
+  const T* operator->() const { return &std::get<0>(held_); }
+  T* operator->() { return &std::get<0>(held_); }
+  const Fault& fault() const { return std::get<1>(held_); }
+
+ private:
+  std::variant<T, Fault> held_;
+};
+
+}  // namespace atwood

@@ -1,0 +1,160 @@
+// describe: a scene in words, a method with its claims and settings, or a metric's definition.
+#include <algorithm>
+#include <filesystem>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "reports/command_line/command_line.hpp"
+#include "reports/command_line/manual.hpp"
+#include "reports/command_line/method_words.hpp"
+#include "reports/command_line/program.hpp"
+#include "reports/command_line/scene_summary.hpp"
+#include "scene/files.hpp"
+
+namespace atwood {
+namespace fs = std::filesystem;
+using json = nlohmann::ordered_json;
+
+namespace {
+
+std::string join(const std::vector<std::string>& words, const char* between) {
+  return fmt::format("{}", fmt::join(words, between));
+}
+
+// The method that the words name, when they name one that an engine offers or could offer; no scene has `/` and no
+// file.
+bool names_method(const std::string& text) {
+  if (text.find('/') == std::string::npos || fs::exists(text) || text.ends_with(".toml") || text.ends_with(".json"))
+    return false;
+  try {
+    parse_method_id(text);
+    return true;
+  } catch (const std::invalid_argument& error) {
+    if (text.find('+') == std::string::npos) return false;  // a scene's file that is not there
+    throw InputError(fmt::format("describe {}: {}", text, error.what()));
+  }
+}
+
+void print_method(const MethodInfo& info, const Engine& engine, const std::string& asked) {
+  const auto width = static_cast<std::size_t>(std::clamp(terminal_width(), 60, 120));
+  fmt::print("{}{}\n  engine:  {} {}, {}\n  order:   {}\n{}", asked,
+             info.adaptive ? "  (takes a tolerance: [:rtol[,atol]])" : "", engine.name, engine.version, engine.scalar,
+             claims_words(info), wrapped(info.doc, 2, width));
+  if (!info.source.empty()) fmt::print("{}", wrapped("Source: " + info.source, 2, width));
+  if (!info.settings.empty()) fmt::print("  settings:\n");
+  fmt::print("{}", settings_text(info, width));
+}
+
+// What the words after the plus name; null: the method is named without any.
+const MethodInfo* response_of(const Engine& engine, const MethodId& id, const std::string& asked) {
+  if (id.response.empty()) return nullptr;
+  std::vector<std::string> known;
+  for (const auto& info : engine.responses) {
+    if (info.id == "+" + id.response) return &info;
+    known.push_back(info.id);
+  }
+  throw InputError(
+      fmt::format("describe {}: {} has no response `+{}`; expected {}", asked, engine.name, id.response,
+                  known.empty() ? "none: the engine resolves contacts itself" : "one of " + join(known, ", ")));
+}
+
+void print_response(const MethodInfo& info) {
+  const auto width = static_cast<std::size_t>(std::clamp(terminal_width(), 60, 120));
+  fmt::print("\n{}\n{}", info.id, wrapped(info.doc, 2, width));
+  if (!info.source.empty()) fmt::print("{}", wrapped("Source: " + info.source, 2, width));
+  fmt::print("  settings:\n");
+  fmt::print("{}", settings_text(info, width));
+}
+
+int describe_method(const Place& place, const Options& options) {
+  const MethodId id = parse_method_id(options.input);
+  const std::string base = id.engine + "/" + id.scheme;
+  std::vector<std::string> known;
+  std::string absent;
+  const std::vector<Worker> workers = require_workers(place, options);
+  for (const auto& worker : workers) {
+    if (worker.status != Status::ok) {
+      if (fs::path(worker.path).filename().string() == "atwood-" + id.engine)
+        absent = to_string(worker.status) + ": " + worker.reason;
+      continue;
+    }
+    for (const auto& info : worker.engine.methods) {
+      known.push_back(info.id);
+      if (info.id != base) continue;
+      const MethodInfo* response = response_of(worker.engine, id, options.input);
+      check_settings("describe ", options.input, workers);
+      if (options.evidence) {
+        const Scenario scenario =
+            read_scene_argument(place, options.scenarios.empty() ? "kepler-e0.6" : options.scenarios.front());
+        const Truth truth = truth_once(place.truth_worker, scenario, 1, 120);
+        if (truth.values.empty())
+          throw InputError(fmt::format("--program: no truth of `{}`: {}", scenario.id, truth.outcome.reason));
+        fmt::print("{}", evidence_program(id, info, worker.engine.version, scenario, truth));
+      } else if (options.json) {
+        json out = method_json(info);
+        if (response) out["response"] = method_json(*response);
+        fmt::print("{}\n", out.dump(2));
+      } else {
+        print_method(info, worker.engine, options.input);
+        if (response) print_response(*response);
+      }
+      return exit_pass;
+    }
+  }
+  if (!absent.empty())
+    throw InputError(fmt::format("describe {}: the engine {} is {}", options.input, id.engine, absent));
+  throw InputError(fmt::format("describe {}: no available engine provides `{}`; nearest: {}", options.input, base,
+                               join(nearest(base, known, 3), ", ")));
+}
+
+// The metric of this name, where no scene's file has it. Where no scene, method or metric has it and a metric comes
+// nearest, an InputError that says so.
+const MetricInfo* named_metric(const Place& place, const std::string& text) {
+  const fs::path in_catalogue = fs::path(place.source_dir) / "validation/scenarios" / (text + ".toml");
+  if (text.find('/') != std::string::npos || fs::exists(text) || fs::exists(in_catalogue)) return nullptr;
+  std::vector<std::string> names = file_stems(place.source_dir + "/validation/scenarios");
+  const auto scenes = static_cast<std::ptrdiff_t>(names.size());
+  for (const MetricInfo& metric : all_metrics()) {
+    if (metric.name == text) return &metric;
+    names.push_back(metric.name);
+  }
+  const std::string near = nearest(text, names, 1).front();
+  if (std::find(names.begin() + scenes, names.end(), near) != names.end() && !text.ends_with(".toml"))
+    throw InputError(fmt::format("describe {}: no scene, method or metric of that name; nearest: {}", text,
+                                 fmt::join(nearest(text, names, 3), ", ")));
+  return nullptr;
+}
+
+void describe_metric(const MetricInfo& metric, const Options& options) {
+  if (options.json) {
+    fmt::print("{}\n", json{{"name", metric.name}, {"unit", metric.unit}, {"definition", metric.definition}}.dump(2));
+    return;
+  }
+  const auto width = static_cast<std::size_t>(std::clamp(terminal_width(), 50, 110));
+  fmt::print("{} [{}]\n{}", metric.name, metric.unit == "1" ? "a ratio or a count, without unit" : metric.unit,
+             wrapped(metric.definition, 2, width));
+}
+
+}  // namespace
+
+int command_describe(const Place& place, const Options& options) {
+  if (names_method(options.input)) return describe_method(place, options);
+  if (const MetricInfo* metric = named_metric(place, options.input)) {
+    describe_metric(*metric, options);
+    return exit_pass;
+  }
+  if (options.evidence)
+    throw InputError(fmt::format("--program is about a library's method, as in arkode/erkstep/VERNER_8_5_6; found `{}`",
+                                 options.input));
+  const Scenario scenario = read_scene_argument(place, options.input);
+  note_shared_id(place, scenario);
+  if (options.json) {
+    fmt::print("{}\n", scenario_to_json(scenario));
+    return exit_pass;
+  }
+  fmt::print("{}", scene_summary(place, scenario, require_workers(place, options), terminal_width()));
+  return exit_pass;
+}
+
+}  // namespace atwood

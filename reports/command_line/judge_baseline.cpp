@@ -1,0 +1,162 @@
+// Rows against a baseline.
+#include <algorithm>
+#include <limits>
+#include <map>
+
+#include <fmt/format.h>
+
+#include "reports/command_line/verdicts.hpp"
+#include "scene/files.hpp"
+#include "validation/metrics/metrics.hpp"
+
+namespace atwood {
+namespace {
+
+using Kind = BaselineChange::Kind;
+
+// "atwood/dopri5:1e-8@quad" and "atwood/dopri5@quad": figures of a ladder of tolerances go by the id without one.
+std::string without_tolerance(const std::string& method) {
+  const std::size_t colon = method.find(':');
+  if (colon == std::string::npos) return method;
+  const std::size_t end = std::min(method.find_first_of("+@{", colon), method.size());
+  return method.substr(0, colon) + method.substr(end);
+}
+
+bool names_cell(const BaselineEntry& entry, const std::vector<CellName>& cells, bool with_ladders) {
+  return std::any_of(cells.begin(), cells.end(), [&](const CellName& cell) {
+    if (cell.scenario != entry.scenario) return false;
+    if (entry.steps == 0)
+      return with_ladders && (cell.method == entry.method || without_tolerance(cell.method) == entry.method);
+    return cell.method == entry.method && cell.steps == entry.steps;
+  });
+}
+
+// Inconclusive in the baseline, a number now: told, since nothing holds such a figure to anything.
+void tell_no_numbers(Judged& judged) {
+  const auto count = std::count_if(judged.changes.begin(), judged.changes.end(), [](const BaselineChange& c) {
+    return c.kind == Kind::added && c.text.starts_with("was not a number");
+  });
+  if (count > 0)
+    judged.notes.push_back(
+        fmt::format("{} figure{} not a number in the baseline and {} one now: counted as new, not compared.", count,
+                    count == 1 ? " was" : "s were", count == 1 ? "is" : "are"));
+}
+
+// Figures that only a filter of this call leaves without a cell are no loss.
+int leave_out_filtered(const Place& place, const Options& options, const Selection& selection, Baseline& baseline) {
+  if (options.scenarios.empty() && options.methods.empty() && options.steps.empty()) return 0;
+  std::vector<CellName> kept;
+  for (const Cell& cell : selection.cells)
+    kept.push_back({cell.scenario.id, cell.method, cell.claim, cell.plan.steps, false, false});
+  const std::vector<CellName> whole = unfiltered_cells(place, options, selection);
+  return static_cast<int>(std::erase_if(baseline.entries, [&](const BaselineEntry& entry) {
+    return !names_cell(entry, kept, options.steps.empty()) && names_cell(entry, whole, true);
+  }));
+}
+
+// One verdict a scenario and method: the figure that became worse most, or what is missing.
+std::vector<Verdict> baseline_verdicts(const Baseline& baseline, const std::vector<BaselineChange>& changes) {
+  struct Group {
+    const BaselineChange* worst = nullptr;
+    const BaselineChange* first = nullptr;
+    int count[5] = {};
+  };
+  std::map<std::pair<std::string, std::string>, Group> groups;
+  for (const BaselineChange& change : changes) {
+    if (change.kind == Kind::added) continue;
+    Group& group = groups[{change.scenario, change.method}];
+    if (group.first == nullptr || change.kind == Kind::missing) group.first = &change;
+    ++group.count[static_cast<int>(change.kind)];
+    if (change.kind == Kind::regression && (group.worst == nullptr || change.ratio > group.worst->ratio))
+      group.worst = &change;
+  }
+  std::vector<Verdict> verdicts;
+  for (const auto& [key, group] : groups) {
+    const int worse = group.count[static_cast<int>(Kind::regression)],
+              missing = group.count[static_cast<int>(Kind::missing)];
+    const BaselineChange& change = group.worst ? *group.worst : *group.first;
+    Verdict v;
+    v.of_baseline = true;
+    v.scenario = v.gate.scenario = key.first;
+    v.method = v.gate.method = key.second;
+    v.metric = v.gate.metric = group.worst ? change.metric : "baseline";
+    v.gate.reason = "No figure may be worse than in the baseline.";
+    v.gate.origin = baseline.path;
+    v.steps = group.worst ? change.steps : 0;
+    v.unit = group.worst ? change.unit : "";
+    v.value = group.worst ? change.now : std::numeric_limits<double>::quiet_NaN();
+    v.bar = group.worst ? change.bar : 0;
+    v.gate.kind = group.worst && change.metric.starts_with("order-") ? Gate::Kind::min : Gate::Kind::max;
+    v.allowed_low = v.gate.kind == Gate::Kind::min ? change.allowed : -std::numeric_limits<double>::infinity();
+    v.allowed_high = v.gate.kind == Gate::Kind::min ? std::numeric_limits<double>::infinity() : change.allowed;
+    v.margin = v.gate.kind == Gate::Kind::min ? v.value - v.allowed_low : v.allowed_high - std::abs(v.value);
+    v.judgement = worse > 0 ? Judgement::fail : missing > 0 ? Judgement::not_run : Judgement::pass;
+    v.rerun = change.rerun;
+    std::string text;
+    if (group.worst) text = fmt::format("worse than the baseline: {}", change.text);
+    if (worse > 1) text += fmt::format("; {} more figure{}", worse - 1, worse == 2 ? "" : "s");
+    if (missing > 0)
+      text += fmt::format("{}{} figure{} of the baseline not measured now", text.empty() ? "" : "; ", missing,
+                          missing == 1 ? "" : "s");
+    if (text.empty())
+      text = fmt::format("{} figures as they were, {} better", group.count[static_cast<int>(Kind::unchanged)],
+                         group.count[static_cast<int>(Kind::improvement)]);
+    v.text = text;
+    verdicts.push_back(v);
+  }
+  return verdicts;
+}
+
+Verdict nothing_compared(const Baseline& baseline, const std::string& why) {
+  Verdict v;
+  v.scenario = v.gate.scenario = v.method = v.gate.method = "*";
+  v.metric = v.gate.metric = "baseline";
+  v.gate.reason = "No figure may be worse than in the baseline.";
+  v.gate.origin = baseline.path;
+  v.judgement = Judgement::not_run;
+  v.value = v.allowed_high = std::numeric_limits<double>::quiet_NaN();
+  v.text = fmt::format("{}: {}", baseline.path, why);
+  return v;
+}
+
+}  // namespace
+
+// Each metric has one unit: a figure in another one, edited by hand, would be compared as if it were in the metric's.
+void require_units(const Baseline& baseline) {
+  std::map<std::string, std::string> units;
+  for (const MetricInfo& metric : all_metrics()) units[metric.name] = metric.unit;
+  for (const BaselineEntry& e : baseline.entries) {
+    const auto known = units.find(e.metric);
+    if (known != units.end() && known->second != e.unit)
+      throw InputError(fmt::format("{}: {} {} {}: the unit is `{}`; expected `{}`, the unit of this metric",
+                                   baseline.path, e.scenario, e.method, e.metric, e.unit, known->second));
+  }
+}
+
+void judge_baseline(const Place& place, const Options& options, const Selection& selection, Baseline baseline,
+                    const std::vector<Row>& rows, Judged& judged) {
+  judged.notes.insert(judged.notes.end(), baseline.notes.begin(), baseline.notes.end());
+  const bool empty = baseline.entries.empty();
+  if (const int left_out = leave_out_filtered(place, options, selection, baseline); left_out > 0)
+    judged.notes.push_back(
+        fmt::format("{} figure{} of the baseline left out by the filter.", left_out, left_out == 1 ? "" : "s"));
+  judged.changes = compare_baseline(baseline, rows);
+  if (!options.steps.empty())  // a part of a ladder has no figure of the whole: none was compared, and none is new
+    std::erase_if(judged.changes, [](const BaselineChange& c) { return c.kind == Kind::added && c.steps == 0; });
+  for (BaselineChange& change : judged.changes)
+    change.rerun = with_own_files(place, options, selection, change.scenario, change.rerun);
+  tell_no_numbers(judged);
+  const bool compared = std::any_of(judged.changes.begin(), judged.changes.end(), [](const BaselineChange& change) {
+    return change.kind != Kind::missing && change.kind != Kind::added;
+  });
+  const std::vector<Verdict> verdicts = baseline_verdicts(baseline, judged.changes);
+  judged.verdicts.insert(judged.verdicts.end(), verdicts.begin(), verdicts.end());
+  if (!compared)
+    judged.verdicts.push_back(nothing_compared(
+        baseline, empty ? "it holds no figure"
+                        : "none of its figures is of a cell that was measured here: nothing was compared"));
+  const std::vector<std::string> differing = environment_changes(baseline, rows);
+  judged.notes.insert(judged.notes.end(), differing.begin(), differing.end());
+}
+
+}  // namespace atwood

@@ -1,0 +1,106 @@
+// Which engines are available: each worker is started once and says hello.
+#include <algorithm>
+#include <filesystem>
+#include <map>
+
+#include "scene/files.hpp"
+#include "validation/study/content_hash.hpp"
+#include "validation/study/worker_client.hpp"
+#include "validation/study/worker_identity.hpp"
+
+namespace atwood {
+namespace {
+
+void identify(Worker& worker, pid_t process, FileHashes& hashes, Outcome& outcome) {
+  const WorkerIdentity identity = identify_worker(worker.command, worker.engine, process, hashes);
+  worker.build_id = identity.hash;
+  worker.unknown_code = printable(identity.unknown_code);
+  worker.code = mapped_code(process);
+  if (identity.error.empty()) return;
+  outcome.status = Status::crashed;
+  outcome.reason = printable(identity.error);
+}
+
+}  // namespace
+
+std::vector<Worker> find_workers(const std::vector<std::string>& paths) {
+  std::vector<std::vector<std::string>> commands;
+  for (const std::string& path : paths) commands.push_back({path});
+  return find_workers_by_argv(commands);
+}
+
+namespace {
+
+// The engine that an executable of ours is: .../atwood-dart is `dart`, built or not.
+std::string name_by_file(const std::string& path) {
+  const std::string file = std::filesystem::path(path).filename().string();
+  if (file == "atwood-engine") return "atwood";
+  return file.rfind("atwood-", 0) == 0 ? file.substr(7) : "";
+}
+
+// Two workers under one name: the first keeps it, for rows of two engines under one name could not be told apart. The same
+// command twice is one engine. `truth` is no engine's name.
+void refuse_taken_names(std::vector<Worker>& workers) {
+  std::map<std::string, const Worker*> holders;
+  for (Worker& worker : workers) {
+    const std::string& name = worker.engine.name;
+    if (worker.status != Status::ok) {
+      if (const std::string ours = name_by_file(worker.path); !ours.empty()) holders.try_emplace(ours, &worker);
+      continue;
+    }
+    const auto refuse = [&](const std::string& whose) {
+      worker.status = Status::crashed;
+      worker.reason = "at hello: garbage: it calls itself `" + name + "`, which is the name of " + whose +
+                      "; an engine needs a name of its own";
+    };
+    if (name == "truth" && name_by_file(worker.path) != name) {
+      refuse("the truth");
+      continue;
+    }
+    const auto [holder, fresh] = holders.try_emplace(name, &worker);
+    if (!fresh && holder->second->command != worker.command) refuse(holder->second->path);
+  }
+}
+
+}  // namespace
+
+std::vector<Worker> find_workers_by_argv(const std::vector<std::vector<std::string>>& commands) {
+  const BrokenPipeGuard guard;
+  FileHashes hashes;
+  std::vector<Worker> workers;
+  for (const std::vector<std::string>& command : commands) {
+    Worker& worker = workers.emplace_back();
+    worker.path = command.at(0);
+    worker.command = command;
+    worker.build_id = hashes.of(worker.path);  // a script is an executable too
+    Outcome outcome;
+    WorkerClient client(worker.command);
+    try {
+      worker.engine = client.hello(outcome);
+      if (outcome.status == Status::ok) identify(worker, client.process_id(), hashes, outcome);
+    } catch (const Interrupted&) {
+      outcome.status = Status::crashed;
+      outcome.reason = "interrupted";
+    }
+    worker.status = outcome.status;
+    worker.reason = outcome.reason;
+  }
+  refuse_taken_names(workers);
+  return workers;
+}
+
+Recording run_once(const Worker& worker, const std::string& method, const Scene& scene, const Plan& plan,
+                   double limit_s) {
+  const BrokenPipeGuard guard;
+  WorkerClient client(worker.command, false, worker.foreign);
+  return client.run(method, scene_to_json(scene), sampled_bodies(scene), plan, 0, limit_s);
+}
+
+ContactAnswer contacts_once(const Worker& worker, const Scene& scene, const ContactQuery& query, double limit_s,
+                            const std::string& test) {
+  const BrokenPipeGuard guard;
+  WorkerClient client(worker.command);
+  return client.contacts(scene_to_json(scene), scene.bodies.size(), query, limit_s, test);
+}
+
+}  // namespace atwood

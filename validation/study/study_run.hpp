@@ -1,0 +1,111 @@
+// A study while it runs: its plan, and what its threads share. Private to run_study.cpp and timed_pass.cpp.
+#pragma once
+
+#include <condition_variable>
+#include <exception>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "validation/study/campaigns.hpp"
+#include "validation/study/pose_sweep.hpp"
+#include "validation/study/progress.hpp"
+#include "validation/study/store.hpp"
+#include "validation/study/study.hpp"
+#include "validation/study/worker_client.hpp"
+
+namespace atwood {
+
+struct TruthWork {
+  enum class State { pending, running, ready };
+  std::string hash;
+  const Scenario* scenario = nullptr;
+  State state = State::pending;
+  bool reused = false;                 // known at the plan already
+  std::shared_ptr<const Truth> truth;  // null while it lies in the store
+};
+
+struct Todo {
+  const Cell* cell = nullptr;
+  std::optional<RunRecord> stored;  // then only the measuring is to be done
+};
+
+struct Ladder {
+  std::vector<Todo> todo;
+  std::size_t truth = 0;
+};
+
+// One run of a study. Threads take work under `mutex_`; everything below "the plan" is theirs.
+class StudyRun {
+ public:
+  StudyRun(const std::vector<Cell>& cells, const std::vector<Worker>& workers, const StudyOptions& options,
+           Store& store, const Campaigns& campaigns)
+      : cells_(cells), workers_(workers), options_(options), store_(store), campaigns_(campaigns),
+        progress_(0, options.progress) {}
+
+  void accuracy_pass();
+  void timed_pass();
+  int touched() const { return static_cast<int>(touched_.size()); }  // cells that there was work on
+  int failed_truths() const { return failed_truths_; }
+  std::vector<Reused> reused() const;
+
+ private:
+  struct Task {
+    enum class Kind { none, truth, ladder } kind = Kind::none;
+    std::size_t index = 0;
+  };
+
+  void plan_work();
+  void forget_damaged();
+  void plan_cell(const Cell& cell);
+  std::size_t truth_index(const Scenario& scenario);
+  bool is_known(const TruthWork& work);
+  RunRecord new_run(const Cell& cell) const;
+  bool loads_more(int worker, const WorkerClient& client);
+  Task next();
+  void work();
+  void solve_truth(TruthWork& work, WorkerClient& client);
+  void run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& clients);
+  void run_probe_cell(const Cell& cell, const Truth& truth, const std::string& truth_hash,
+                      std::map<int, WorkerClient>& clients);
+  void run_sweep_cell(const Cell& cell, const std::string& truth_hash, std::map<int, WorkerClient>& clients);
+  WorkerClient& client_of(const Cell& cell, std::map<int, WorkerClient>& clients) const;
+  std::shared_ptr<const Truth> truth_of(TruthWork& work);
+  MeasuredRecord measured(const Cell& cell, const Truth& truth, const std::string& hash,
+                          const Recording& recording) const;
+  std::vector<const Cell*> cells_to_time();
+
+  const std::vector<Cell>& cells_;
+  const std::vector<Worker>& workers_;
+  const StudyOptions& options_;
+  Store& store_;
+  const Campaigns& campaigns_;
+  Progress progress_;
+
+  // the plan
+  std::vector<TruthWork> truths_;
+  std::map<std::string, std::size_t> truth_by_scenario_, truth_by_hash_;
+  std::vector<Ladder> ladders_;
+  std::map<std::string, std::size_t> ladder_index_;
+  std::string truth_build_;
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<bool> taken_;  // of ladders_
+  std::exception_ptr failure_;
+  bool stop_ = false;
+  int failed_truths_ = 0;
+  std::set<int> told_to_load_more_;      // workers
+  std::set<const Cell*> touched_, ran_;  // ran_: those whose accuracy run is not the store's
+  PoseTruths pose_truths_{store_, options_.truth_worker};
+};
+
+inline double limit_of(const Cell& cell, const StudyOptions& options) {
+  return cell.limit_s > 0 ? cell.limit_s : options.cell_limit_s;
+}
+
+}  // namespace atwood

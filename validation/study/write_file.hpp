@@ -1,0 +1,12 @@
+// Files that are there whole or not at all.
+#pragma once
+
+#include <string>
+
+namespace atwood {
+
+// Writes to a temporary beside the target, fsyncs, renames: a full disk leaves no partial file. Throws
+// std::runtime_error with the system's words.
+void write_file(const std::string& path, const std::string& content);
+
+}  // namespace atwood
