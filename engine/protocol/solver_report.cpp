@@ -44,7 +44,7 @@ const std::array<SolverInfo, kIterativeSolvers>& solver_infos() {
        "largest change of an impulse in the last sweep over the largest impulse"},
       {"expanding-polytope",
        "the direction of least overlap of two convex shapes; converged: known to 64 roundings of their extent, or "
-       "every axis of two polyhedra tried; capped: found by Newton's method from many directions, and by nothing certified",
+       "every axis of two polyhedra tried; capped: found by Newton's method from many directions, not certified",
        "overlap along the direction found less the certified least, over the shapes' extent"},
       {"conservative-advancement",
        "the time of impact of two bodies; converged: a gap of the stated round-off, or a step below that of the time; "
