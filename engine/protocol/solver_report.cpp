@@ -28,7 +28,8 @@ const std::array<SolverInfo, kIterativeSolvers>& solver_infos() {
       {"contact-newton",
        "contact impulses of an island, by Newton's method on the contact law; converged: 1000 roundings of the largest "
        "impulse, 10000 where the impulses at hand serve as they are",
-       "largest violation of the contact law, as an impulse, over the largest impulse"},
+       "largest violation of the contact law, as an impulse, over the largest impulse, there or needed to stop a "
+       "point"},
       {"impact-queue",
        "impacts of a substep, one after another in the order of their times; capped: the limit of impacts a contact "
        "was reached",
@@ -50,8 +51,8 @@ const std::array<SolverInfo, kIterativeSolvers>& solver_infos() {
        "converged: 64 roundings",
        "what is left of the accelerations asked for, over those that the forces give, in the Delassus matrix's norm"},
       {"expanding-polytope",
-       "the direction of least overlap of two convex shapes; converged: eight roundings of their extent; capped: no "
-       "room for another point, or round-off left no closed polytope",
+       "the direction of least overlap of two convex shapes; converged: known to 64 roundings of their extent, or "
+       "every axis of two polyhedra tried; capped: found by Newton's method from many directions, not certified",
        "overlap along the direction found less the certified least, over the shapes' extent"},
       {"conservative-advancement",
        "the time of impact of two bodies; converged: a gap of the stated round-off, or a step below that of the time; "

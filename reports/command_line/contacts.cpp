@@ -104,6 +104,11 @@ int command_contacts(const Place& place, const Options& options) {
   for (const FoundTouch& t : answer.touches)
     table.row(pair(t.body_a, t.body_b) + "," + format_number(t.toi_s, digits) + joined(t.x_m, digits) +
               joined(t.normal, digits));
+  for (const auto& [solver, tally] : answer.outcome.solvers) {
+    if (tally.capped == 0) continue;
+    fmt::print(stderr, "atwood: {}: {} of {} solves ended above their tolerance, with a residual of up to {}\n", solver,
+               tally.capped, tally.solves(), format_double(tally.residual_max));
+  }
   return exit_pass;
 }
 

@@ -6,6 +6,18 @@
 
 namespace atwood {
 
+namespace {
+
+// What each solver of the engine solves and to which tolerance, or what its residual is relative to.
+std::string by_solver(const char* SolverInfo::*what) {
+  std::string text;
+  for (const SolverInfo& info : solver_infos())
+    text += (text.empty() ? " " : ". ") + std::string(info.name) + ": " + info.*what;
+  return text + ".";
+}
+
+}  // namespace
+
 const std::vector<MetricInfo>& all_metrics() {
   static const std::vector<MetricInfo> metrics = {
       {"status", "", "How the cell ended when it could not be measured; the reason says why."},
@@ -243,11 +255,14 @@ const std::vector<MetricInfo>& all_metrics() {
        "takes a fixed number of sweeps, which is the method, and counts as capped unless the last one changed almost "
        "nothing."},
       {"solver-residual-max", "1",
-       "Largest residual that a solve ended with, scaled as the reason says, for each solver its own way; of the run: "
-       "that of the solver where it is largest. Solves of a step that was refused and taken again are left out."},
+       "Largest residual that a solve ended with; the solver's name stands in `body`, its scale in the reason. Of the "
+       "run: that of the solver where it is largest. Solves of a step that was refused and taken again are left out. "
+       "Scales:" +
+           by_solver(&SolverInfo::residual)},
       {"solver-iterations-max", "1", "Most iterations of one solve; the solver's name stands in `body`."},
       {"solver-converged", "1",
-       "Solves whose residual fell to the solver's own tolerance; the solver's name stands in `body`."},
+       "Solves whose residual fell to the solver's own tolerance; the solver's name stands in `body`. Solvers:" +
+           by_solver(&SolverInfo::solves)},
       {"solver-stagnated", "1",
        "Solves whose residual stopped falling within a few roundings of its computation, above the solver's own "
        "tolerance; the solver's name stands in `body`."},

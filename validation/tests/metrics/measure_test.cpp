@@ -369,6 +369,20 @@ TEST_CASE("measure: every metric is defined once, with words") {
   }
 }
 
+TEST_CASE("measure: the solvers' tolerances and the scales of their residuals stand in the definitions") {
+  const auto definition = [](const std::string& metric) {
+    for (const MetricInfo& m : all_metrics())
+      if (m.name == metric) return m.definition;
+    return std::string();
+  };
+  for (const SolverInfo& solver : solver_infos()) {
+    INFO(solver.name);
+    const std::string name = solver.name;
+    CHECK(definition("solver-residual-max").find(name + ": " + solver.residual) != std::string::npos);
+    CHECK(definition("solver-converged").find(name + ": " + solver.solves) != std::string::npos);
+  }
+}
+
 TEST_CASE(
     "timing: one median for a step and for the run, its interval as a bar, a 95th percentile from 20 repeats on") {
   Outcome outcome;
