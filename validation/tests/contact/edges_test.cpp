@@ -362,31 +362,35 @@ TEST_CASE("the gap of two crossing edges has the derivatives that finite differe
     const auto a = event::edges_of<long double>(Box{{0.3, 0.4, 0.5}})[static_cast<std::size_t>(trial) % 12];
     const auto b = event::edges_of<long double>(Rectangle{{0.6, 0.7}})[static_cast<std::size_t>(trial) % 4];
     const event::Facet<long double> facet{1, b.middle_B, trial % 2 ? b.along_B : -b.along_B};
-    const auto seen = [&](long double t) {
-      event::Sight<long double> sight;
-      see_edge(event::edge_knob(a), mover[0].at(t), facet, mover[1].at(t), true, sight);
-      return sight;
+    const auto kinematics_at = [&](long double t) {
+      event::GapKinematics<long double> kinematics;
+      edge_kinematics(event::edge_feature(a), mover[0].at(t), facet, mover[1].at(t), true, kinematics);
+      return kinematics;
     };
-    const auto sight = seen(0);
+    const auto kinematics = kinematics_at(0);
     const Vector ea = mover[0].axis[trial % 12 / 4],
                  eb = b.along_B.x * mover[1].axis[0] + b.along_B.y * mover[1].axis[1];
     if (norm(cross(ea, eb)) < 0.2L) continue;  // its higher derivatives are large
     const long double h = 0x1p-11L;
     const auto first = [&](const auto& f) { return (1 / (12 * h)) * (f(-2 * h) - f(2 * h) + 8 * (f(h) - f(-h))); };
     INFO("trial " << trial);
-    CHECK(std::abs(static_cast<double>(first([&](long double t) { return seen(t).gap; }) - sight.rate)) < 1e-8);
-    CHECK(static_cast<double>(norm(first([&](long double t) { return seen(t).normal; }) - sight.normal_dot)) < 1e-8);
-    CHECK(static_cast<double>(norm(first([&](long double t) { return seen(t).x; }) - sight.x_dot)) < 1e-7);
+    CHECK(std::abs(static_cast<double>(first([&](long double t) { return kinematics_at(t).gap; }) - kinematics.rate)) <
+          1e-8);
+    CHECK(static_cast<double>(
+              norm(first([&](long double t) { return kinematics_at(t).normal; }) - kinematics.normal_dot)) < 1e-8);
+    CHECK(static_cast<double>(norm(first([&](long double t) { return kinematics_at(t).x; }) - kinematics.x_dot)) <
+          1e-7);
     // g'' = n . u' + n' . u, u' with the way of the geometric point.
     Vector u{}, u_dot{};
     for (int side = 0; side < 2; ++side) {
       const Mover& m = mover[side];
-      const Vector arm = sight.x - m.p, v = m.v + cross(m.w, arm), v_dot = m.a + cross(m.w, sight.x_dot - m.v);
+      const Vector arm = kinematics.x - m.p, v = m.v + cross(m.w, arm),
+                   v_dot = m.a + cross(m.w, kinematics.x_dot - m.v);
       u = side == 0 ? v : u - v;
       u_dot = side == 0 ? v_dot : u_dot - v_dot;
     }
-    const long double second = dot(sight.normal, u_dot) + dot(sight.normal_dot, u);
-    CHECK(std::abs(static_cast<double>(first([&](long double t) { return seen(t).rate; }) - second)) < 1e-7);
+    const long double second = dot(kinematics.normal, u_dot) + dot(kinematics.normal_dot, u);
+    CHECK(std::abs(static_cast<double>(first([&](long double t) { return kinematics_at(t).rate; }) - second)) < 1e-7);
   }
 }
 

@@ -209,10 +209,10 @@ TEST_CASE("slip that turns: against the hodograph taken in a million plain steps
     const Meeting m = any_meeting(any);
     const double mu = 0.25, e = 0.6;
     ImpactBody<double> a = side(m, 0), b = side(m, 1);
-    const V u0 = velocity_between(a, b);
+    const V u0 = relative_velocity(a, b);
     if (!(dot(u0, m.n) < 0)) continue;
     const Met met = meet(m, {e, mu, 0, Restitution::poisson});
-    const V slip_after = velocity_between(met.a, met.b) - dot(velocity_between(met.a, met.b), m.n) * m.n;
+    const V slip_after = relative_velocity(met.a, met.b) - dot(relative_velocity(met.a, met.b), m.n) * m.n;
     const V slip_before = u0 - dot(u0, m.n) * m.n;
     if (norm(slip_after) < 0.05 * norm(slip_before))
       continue;  // slips to the end: the plain steps need no case for stick
@@ -223,15 +223,15 @@ TEST_CASE("slip that turns: against the hodograph taken in a million plain steps
     const double dp = met.impulse.normal_N_s / steps;
     double p_compression = 0;
     const auto direction = [&](const ImpactBody<double>& x, const ImpactBody<double>& y) {
-      const V u = velocity_between(x, y), t = u - dot(u, m.n) * m.n;
+      const V u = relative_velocity(x, y), t = u - dot(u, m.n) * m.n;
       return m.n - (mu / norm(t)) * t;
     };
     double vn = dot(u0, m.n);
     for (int k = 0; k < steps; ++k) {
       ImpactBody<double> half_a = a, half_b = b;
-      push(half_a, half_b, direction(a, b), dp / 2);
-      push(a, b, direction(half_a, half_b), dp);
-      const double next = dot(velocity_between(a, b), m.n);
+      apply_impulse(half_a, half_b, direction(a, b), dp / 2);
+      apply_impulse(a, b, direction(half_a, half_b), dp);
+      const double next = dot(relative_velocity(a, b), m.n);
       if (vn < 0 && next >= 0) p_compression = dp * (k + vn / (vn - next));
       vn = next;
     }
