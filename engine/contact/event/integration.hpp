@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "contact/event/report.hpp"
-#include "integrators/stepper.hpp"
 #include "integrators/free_flight.hpp"
+#include "integrators/stepper.hpp"
 
 namespace atwood::event {
 
