@@ -43,12 +43,14 @@ TEST_CASE("A version goes with the contents, by swap and by copy") {
   CHECK(states.y.version == old_version);
 }
 
-TEST_CASE("A method's stages have no version, the run's own buffers have theirs") {
+TEST_CASE("A method's stages have no version, also in the buffer of its result") {
   StateBuffers<double> states = buffers();
   states.overwrite(states.y)[0] = 1;
   states.overwrite(states.y_probe)[0] = 1;
   const std::vector<double> stage(3, 1.0);
   CHECK(states.version_of(stage.data()) == 0);
   CHECK(states.version_of(states.y.data()) == states.y.version);
-  CHECK(states.version_of(states.y_probe.data()) == states.y_probe.version);
+  CHECK(states.version_of(states.y_probe.data()) == 0);
+  states.overwrite(states.y_new)[0] = 2;
+  CHECK(states.version_of(states.y_new.data()) == 0);
 }
