@@ -127,7 +127,7 @@ void answer_truth(TruthSolver solve, const wire::Request& request, Pipe& pipe) {
 }
 
 // ---- contacts -----------------------------------------------------------------------------------------------------
-// Who answers a request for contacts; empty where nobody does.
+// The function that answers a request for contacts; empty: the engine has none.
 struct ContactTest {
   const Engine& engine;
   const PairQueries& queries;

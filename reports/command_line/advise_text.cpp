@@ -88,7 +88,7 @@ std::string advice_text(const Advice& advice) {
     text += fmt::format("\n  margin     {}\n", margin);
     if (!advice.caution.empty()) text += fmt::format("  caution    {}\n", advice.caution);
     if (advice.next.method.empty()) {
-      text += "  runner-up  nobody else\n";
+      text += "  runner-up  none\n";
     } else {
       text += fmt::format("  runner-up  {}, {}: {} in {}", advice.next.method,
                           step_words(advice.next, advice.scenario.t_end_s),

@@ -71,7 +71,7 @@ void print_result(const Options& options, const Selection& selection, const Repo
              options.out_dir);
 }
 
-// A pipe that nobody reads would hang, a disk would be overwritten: only files, and what stands for the standard streams
+// A pipe without a reader would hang, a disk would be overwritten: only files, and what stands for the standard streams
 // or takes all (/dev/stdout, /dev/null).
 void require_ordinary(const std::string& file) {
   std::error_code error;

@@ -17,7 +17,7 @@
 namespace atwood {
 namespace {
 
-constexpr std::size_t kMany = 500;  // with more bodies nobody is asked anything
+constexpr std::size_t kMany = 500;  // with more bodies no engine is asked
 constexpr double kAskLimit_s = 5;
 
 double norm(const Real3& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
@@ -133,9 +133,9 @@ std::vector<std::string> laws_words(const Scene& scene) {
         scene.materials[static_cast<std::size_t>(law.b)].name, law.restitution, law.friction);
     if (law.rolling_friction_m > 0) line += fmt::format(", rolling friction {:.4g} m", law.rolling_friction_m);
     if (law.contact_law == ContactLaw::linear)
-      line += fmt::format("; gives way: {:.4g} N/m, {:.4g} N s/m", law.stiffness_N_per_m, law.damping_N_s_per_m);
+      line += fmt::format("; compliant: {:.4g} N/m, {:.4g} N s/m", law.stiffness_N_per_m, law.damping_N_s_per_m);
     if (law.contact_law == ContactLaw::hertz)
-      line += fmt::format("; gives way by Hertz's law, {:.4g} Pa", law.modulus_Pa);
+      line += fmt::format("; compliant by Hertz's law, {:.4g} Pa", law.modulus_Pa);
     words.push_back(line);
   }
   if (more > 0) words.push_back(fmt::format("and {} pairs of materials more", more));
@@ -326,7 +326,7 @@ std::string scene_summary(const Place& place, const Scenario& scenario, const st
     for (const std::string& refusal : answers.refuses) line("not in", refusal);
     line("truth", truth_answer(place, scenario));
   } else {
-    line("runs in", fmt::format("nobody was asked: {} bodies", scene.bodies.size()));
+    line("runs in", fmt::format("not asked of the engines: {} bodies", scene.bodies.size()));
     line("truth", truth_words(scenario.truth));
   }
   std::vector<std::string> warnings = scene_warnings(scenario);

@@ -136,7 +136,7 @@ void check_method(const std::string& who, const std::string& text, const std::ve
     if (worker.status == Status::ok) names += (names.empty() ? "" : ", ") + worker.engine.name;
     if (!is_named(worker, engine)) continue;
     there = true;
-    if (worker.status != Status::ok) offered = true;  // nobody can tell
+    if (worker.status != Status::ok) offered = true;  // unknown
     for (const MethodInfo& info : worker.engine.methods) offered = offered || glob_match(base, info.id);
     known.insert(known.end(), worker.engine.methods.begin(), worker.engine.methods.end());
   }
