@@ -25,7 +25,7 @@ struct Pose {
 struct Expected {
   double gap;
   V normal;  // from a to b
-  ManifoldType meeting;
+  ManifoldType type;
   std::vector<V> points;
   double tolerance = 2e-15;
 };

@@ -71,9 +71,9 @@ TEST_CASE("quantiles: definitions 7 and 1 of Hyndman and Fan, the median, none a
   CHECK(metrics::median_in_place(odd) == 3);
   CHECK(metrics::median_in_place(none) == 0);
   const auto first = [](int n) {
-    std::vector<double> x;
-    for (int i = n; i > 0; --i) x.push_back(i);
-    return x;
+    std::vector<double> down;
+    for (int i = n; i > 0; --i) down.push_back(i);
+    return down;
   };
   CHECK(metrics::nearest_rank(first(20), 0.95) == 19);
   CHECK(metrics::nearest_rank(first(21), 0.95) == 20);
