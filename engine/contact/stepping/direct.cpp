@@ -18,7 +18,7 @@ namespace atwood::stepping {
 namespace {
 
 // The cost of a direct solve is cubic in the number of points: with solver=auto, what moves with more points than this
-// is solved by sweeps. What at_rest is solved once; after that the warm start is the solution.
+// is solved by sweeps. What is at rest is solved once; after that the warm start is the solution.
 constexpr int kMaxPointsInMotion = 32;
 
 constexpr int kMaxNewtonIterations = 20, kFallbackSweeps = 8, kMaxStepHalvings = 6;

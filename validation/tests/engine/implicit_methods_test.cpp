@@ -251,7 +251,7 @@ TEST_CASE("a run carries how its implicit steps ended") {
   CHECK(run("rk4", kepler(0.6), {10, 400, 1}).outcome.solvers.empty());
 
   // Implicit Euler takes energy away until the orbit is as small as a step: Newton's method then finds no end of it.
-  const Recorded coarse = run("implicit-euler", kepler(0.6), {20, 240, 1});
+  const Recorded coarse = try_run("implicit-euler", kepler(0.6), {20, 240, 1});
   REQUIRE(coarse.outcome.status == Status::diverged);
   const SolveTally& unsolved = coarse.outcome.solvers.at("implicit-stages");
   CHECK(unsolved.capped == 1);
