@@ -127,9 +127,9 @@ int command_compare(const Place& place, const Options& options) {
       return row.scenario == scenario.id && row.metric.rfind("error-", 0) == 0;
     });
     if (judged) continue;
-    for (const std::string& line :
-         spread_lines(run_finest(selection.cells, scenario.id, data.rows, selection.workers, options.cell_limit_s)))
-      data.notes.push_back(scenario.id + ": " + line);
+    const auto runs = run_finest(selection.cells, scenario.id, data.rows, selection.workers, options.cell_limit_s);
+    if (scenario.truth.kind != TruthKind::none && runs.size() < 2) continue;  // its rows say why
+    for (const std::string& line : spread_lines(runs)) data.notes.push_back(scenario.id + ": " + line);
   }
   if (options.json) {
     fmt::print("{}\n", render_json(data));

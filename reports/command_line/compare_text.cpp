@@ -210,7 +210,7 @@ std::string compare_text(const ReportData& data, const Scenario& scenario, const
     // Nothing was measured against a truth: what there is to say is why.
     for (const WorkCurve& curve : work_curves(data.rows, scenario.id, "error-position-max"))
       text += fmt::format("  {}\n{}", curve.family, failed_lines(curve.failed));
-    return text + "  no run of this scenario has an error\n\n";
+    return text + "  no run of this scenario was measured\n\n";
   }
   const auto curves = work_curves(data.rows, scenario.id, metric);
   Letters letters;

@@ -31,7 +31,7 @@ bool names_method(const std::string& text) {
     parse_method_id(text);
     return true;
   } catch (const std::invalid_argument& error) {
-    if (text.find('+') == std::string::npos) return false;  // a scene's file that is not there
+    if (text.find_first_of("+@:{") == std::string::npos) return false;  // a scene's file that is not there
     throw InputError(fmt::format("describe {}: {}", text, error.what()));
   }
 }

@@ -140,7 +140,7 @@ InputError no_such_scene(const std::string& file) {
     if (entry->path().extension() == ".toml") beside.push_back((folder / entry->path().filename()).string());
   }
   std::sort(beside.begin(), beside.end());
-  return InputError(fmt::format("{}: No such file or directory{}", file,
+  return InputError(fmt::format("{}: no such file; expected a scenario file (TOML){}", file,
                                 beside.empty() ? "" : "; nearest: " + nearest(file, beside, 1).front()));
 }
 

@@ -92,7 +92,7 @@ std::vector<NamedRun> run_finest(const std::vector<Cell>& cells, const std::stri
 }
 
 std::vector<std::string> spread_lines(const std::vector<NamedRun>& runs, bool with_first) {
-  std::vector<std::string> lines{"no truth: spread between the engines, not an error"};
+  std::vector<std::string> lines{"no truth: differences between the engines' finest runs, which are not errors"};
   for (std::size_t i = 0; i < (with_first ? std::min<std::size_t>(1, runs.size()) : runs.size()); ++i) {
     for (std::size_t j = i + 1; j < runs.size(); ++j) {
       if (runs[i].run.values.size() != runs[j].run.values.size()) continue;
@@ -101,7 +101,7 @@ std::vector<std::string> spread_lines(const std::vector<NamedRun>& runs, bool wi
                                   far.t_s, far.velocity_m_per_s, runs[i].name, runs[j].name));
     }
   }
-  if (lines.size() == 1) lines.push_back("fewer than two runs of it ended well: nothing to compare");
+  if (lines.size() == 1) lines.push_back("fewer than two runs completed: there is nothing to compare");
   return lines;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <stdexcept>
 
 #include "contact/event/contact_forces.hpp"
 #include "contact/event/edge_candidates.hpp"
@@ -58,6 +59,14 @@ template <class S> bool evaluates_rates(EventRun<S>& run) {
   return run.integration.wrapped_calls > 0 && run.integration.wrapped_calls == run.bodies.model.system().evaluations;
 }
 
+// A stepper of an explicit scheme, which takes every model.
+template <class S> std::unique_ptr<Stepper<S>> required_stepper(RigidModel<S>& model, const std::string& scheme) {
+  std::string why;
+  auto stepper = make_stepper<S>(scheme, model, why, {});
+  if (stepper == nullptr) throw std::logic_error("+event needs atwood/" + scheme + ": " + why);
+  return stepper;
+}
+
 template <class S> void prepare_run(EventRun<S>& run, const MethodId& id, const Scene& scene) {
   const auto size = static_cast<std::size_t>(run.bodies.model.state_size());
   StateBuffers<S>& states = run.states;
@@ -101,13 +110,11 @@ template <class S> void prepare_run(EventRun<S>& run, const MethodId& id, const 
     run.integration.stepper.set_tolerance(run.integration.rtol, run.integration.atol);
   }
   if (!evaluates_rates(run)) {
-    std::string why;
-    run.integration.contact_stepper = make_stepper<S>(id.rtol ? "dopri5" : "rk4", run.bodies.model, why, {});
+    run.integration.contact_stepper = required_stepper(run.bodies.model, id.rtol ? "dopri5" : "rk4");
   }
   if (std::any_of(run.proximity.pairs.begin(), run.proximity.pairs.end(),
                   [](const ShapePair<S>& pair) { return pair.friction > S(0); })) {
-    std::string why;
-    run.integration.fine_stepper = make_stepper<S>("dop853", run.bodies.model, why, {});
+    run.integration.fine_stepper = required_stepper(run.bodies.model, "dop853");
   }
 }
 
