@@ -11,6 +11,7 @@
 #include "contact/event/edge_candidates.hpp"
 #include "contact/event/painleve.hpp"
 #include "contact/event/projection.hpp"
+#include "contact/event/surface_boundaries.hpp"
 
 namespace atwood::event {
 
@@ -94,6 +95,19 @@ template <class S> bool solve_impacts(ImpactProblem<S>& problem) {
                                 count);  // what ever smaller impacts have left
 }
 
+// False: a vertex approaches a face on whose boundary it leaves the face, within round-off. Whether it strikes is not
+// decided there; the run ends.
+template <class S> bool refuse_leaving_vertices(EventRun<S>& run, S t_s) {
+  for (const ImpactPoint<S>& point : run.impacts.points) {
+    const Candidate<S>& candidate = run.proximity.candidates[point.candidate];
+    if (candidate.in_contact || !(point.kinematics.rate < -run.bodies.approach_round_off())) continue;
+    if (leaves_face(run.bodies, run.proximity, candidate))
+      return refuse_at(run.report, static_cast<double>(t_s),
+                       "a vertex leaves a face over its boundary while it approaches the face, within round-off");
+  }
+  return true;
+}
+
 template <class S>
 void restore_poses(Bodies<S>& bodies, const Proximity<S>& proximity, const Impacts<S>& impacts,
                    const StateBuffers<S>& states) {
@@ -130,6 +144,7 @@ template <class S> bool resolve_impacts(EventRun<S>& run, S t_s) {
   add_crossing_edges(run);
   find_impact_points(run.bodies, run.proximity, run.impacts, run.states);
   if (!refuse_parallel_edges(run, t_s)) return false;
+  if (!refuse_leaving_vertices(run, t_s)) return false;
   ImpactProblem<S> problem{run.bodies,  run.proximity, run.impacts,
                            run.options, run.report,    run.bodies.approach_round_off()};
   for (const ImpactPoint<S>& point : run.impacts.points) run.proximity.pairs[point.pair].last_bounce = false;

@@ -9,6 +9,10 @@ namespace atwood::event {
 template <class S> bool has_boundary(const Proximity<S>& proximity, const Contact<S>& contact);
 // The distance [m] of a contact's feature from the boundary of its facet; negative outside. From bodies.poses.
 template <class S> S depth_inside_facet(const Bodies<S>& bodies, const Proximity<S>& proximity, Contact<S>& contact);
+// True if the feature of a pair of boxes or rectangles is over a face, within round-off of its boundary, and moves out
+// over it: it leaves the face at this instant and cannot strike it. From bodies.poses.
+template <class S>
+bool leaves_face(const Bodies<S>& bodies, const Proximity<S>& proximity, const Candidate<S>& candidate);
 // Sets the facet that a contact moves on to, or marks it as left (Contact::left_facet). False: no contact is known
 // there; report.outcome says why.
 template <class S> bool change_facet(EventRun<S>& run, Contact<S>& contact);
