@@ -143,8 +143,8 @@ struct Calls {
   double seconds = 0, kept = 0, touching = 0;
 };
 
-// The mean over eight calls, of the quickest eight (which nobody interrupted), after two that warm up: a phase may rest
-// on what it kept for some calls and pay for it in others. Kept and touching pairs are of the last call.
+// Mean of the fastest eight consecutive calls, least disturbed by other processes, after two for warm-up: a phase may
+// reuse cached results for some calls and pay for it in others. Kept and touching pairs are of the last call.
 Calls timed(const Kind& kind, Crowd crowd, double shake_m, double fall_m, Team* team) {
   const auto phase = kind.make(team);
   std::vector<BodyPair> pairs;

@@ -31,7 +31,7 @@ struct BenchTable {
 
 // A goal of the project, measured beside its rivals in one run (benchmarks/goals.toml).
 struct GoalEntrant {
-  std::string method;  // empty: nobody
+  std::string method;  // empty: none
   std::int64_t steps = 0;
   double error = 0, bar = 0;            // NaN: the goal asks for no error
   double seconds = 0, evaluations = 0;  // of the run; NaN: not timed, not counted

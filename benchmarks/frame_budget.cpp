@@ -19,7 +19,7 @@ namespace atwood {
 namespace {
 
 constexpr int kFramesPerSecond = 60;
-constexpr int kSettlingFrames = 90, kMeasuredFrames = 60;  // 1.5 s to fall and come to rest, one second to look at
+constexpr int kSettlingFrames = 90, kMeasuredFrames = 60;  // 1.5 s to fall and come to rest, one second to measure
 constexpr std::array<double, 2> kBudgets_ms{16.7, 40};
 constexpr int kFewestBodies = 16, kMostBodies = 64000;
 constexpr double kCloseness = 1.08;  // the answer is found when the next larger N tried is at most so much larger

@@ -13,7 +13,7 @@ namespace atwood {
 std::vector<std::string> benchmark_programs(const std::string& bin_dir);
 
 // Five repetitions of every benchmark whose name the filter (a regular expression; empty: all) matches, program after
-// program; `notice` is told each program's name. std::runtime_error where one fails.
+// program; `notice` is called with each program's name. std::runtime_error where one fails.
 std::vector<BenchFigure> run_benchmarks(const std::string& bin_dir, const std::string& filter,
                                         const std::function<void(const std::string&)>& notice);
 

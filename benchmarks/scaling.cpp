@@ -53,7 +53,7 @@ void free_flight(benchmark::State& state, const std::string& family, const std::
   const auto prepared = prepare<double>(id, scene);
   bytes = bytes_in_use() - bytes;
   const Engine engine = atwood_engine();
-  double total_ns = 0, runs = 0;  // short runs, so that the quickest is of a thread that nobody interrupted
+  double total_ns = 0, runs = 0;  // short runs, so that the quickest is of a thread that was not preempted
   for (auto _ : state) {
     const Outcome outcome = engine.run(id, scene, plan, {}, 1);
     if (outcome.status != Status::ok) return state.SkipWithError(outcome.reason.c_str());

@@ -15,7 +15,7 @@ namespace atwood {
 
 // The first two of a contest, timed in turns at their rungs. Where the second proves clearly quicker (the whole interval
 // of the ratio is under kClearlyQuicker), an error's contest is theirs in that order; nearer ones stay as the timed pass
-// has them, so that whoever asks the same store gets the same answer.
+// has them, so that results from one store are reproducible.
 constexpr double kClearlyQuicker = 0.8;
 class TurnTimes {
  public:

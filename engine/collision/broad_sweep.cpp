@@ -53,8 +53,8 @@ template <class S> class Sweep final : public BroadPhase<S> {
     int widest = 0;
     double most = -1;
     for (int k = 0; k < 3; ++k) {
-      const double spread = count > 0 ? squares[k] - sum[k] * sum[k] / count : 0;
-      if (spread > most) most = spread, widest = k;
+      const double variance = count > 0 ? squares[k] - sum[k] * sum[k] / count : 0;
+      if (variance > most) most = variance, widest = k;
     }
     return widest;
   }

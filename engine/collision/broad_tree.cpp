@@ -3,7 +3,7 @@
 // fat box and sphere only tests the candidates; if a few have left theirs, the tree is queried for those; if many, for
 // all.
 // Source: Catto, Dynamic bounding volume hierarchies (2019), for the fat boxes. The tree is refitted in place, and
-// rebuilt by splits at medians when a search visits half as many nodes again as it did just after the last rebuild.
+// rebuilt by splits at medians when a search visits 1.5 times as many nodes as it did just after the last rebuild.
 #include "collision/broad_kinds.hpp"
 
 namespace atwood::broad {
@@ -87,6 +87,7 @@ template <class S> class Tree final : public BroadPhase<S> {
     nodes_.clear();
   }
 
+  // Lists items outside their fat volume; `fresh` is set if some item began or ceased to move.
   void find_escaped(Items<S> items, bool& fresh) {
     escaped_.clear();
     for (std::size_t i = 0; i < items.size(); ++i) {

@@ -123,8 +123,8 @@ template <class S> S time_to_close(S gap, S closing, S max_s, S round_off) {
 // With v that of a relative to b and unit n from a to b, after a time h the parts are at least
 //   f(h) = gap - h v.n - [s_a(n + h n x w_a) - s_a(n)] - [s_b(-n - h n x w_b) - s_b(-n)] - h^2/2 (bend_a + bend_b)
 // apart along n: a point r goes along n by h n.(w x r) = h (n x w).r and, from there on its circle, by |w| |n x w| |r|
-// h^2/2 at most. f is concave: positive at both ends of an interval it is positive between, and the root of a chord
-// lies before its own. A second bound: no rotation takes a part beyond the region swept by its full turn, so
+// h^2/2 at most. f is concave, so it is positive on an interval if it is at both ends, and a chord's root is a lower
+// bound on its root. A second bound: no rotation takes a part beyond the region swept by its full turn, so
 // gap - h v.n less what the full turns add holds for all h.
 template <class S, class PartA, class PartB>
 S contact_free_time(S gap, const Vec3<S>& n, const Vec3<S>& v_W, const PartA& a, const PartB& b, S max_s, S round_off) {

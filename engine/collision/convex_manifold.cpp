@@ -101,8 +101,7 @@ void outline(const PlacedPiece<S>& body, const Feature<S>& feature, const Vec3<S
   } else if (feature.kind == Feature<S>::edge) {
     add_side(body, outwards, out);
   } else if (feature.kind == Feature<S>::disc) {
-    // Within the cap whatever the tilt: by the body's own axes, for what is left of a hair's tilt off the normal is
-    // round-off.
+    // Rim points start along the projected normal; along the body's x axis where the tilt is round-off.
     const Vec3<S> d = turned_back(body.place, outwards), tilt{d.x, d.y, S(0)};
     const bool level = norm(tilt) <= S(64) * real::epsilon<S>();
     const Vec3<S> u = level ? body.place.axis_W[0] : turned(body.place, unit_vector(tilt)),
@@ -145,8 +144,8 @@ void clip_to_polygon(Polygon<S>& polygon, const Polygon<S>& face, const Vec3<S>&
   }
 }
 
-// Seen along `way`, the cap's normal but for a hair: corners within the rim, places where edges cross it, and points of
-// the rim within the polygon.
+// Clips along `way` (nearly the cap's normal): vertices inside the rim, intersections of edges with the rim, and rim
+// points inside the polygon.
 template <class S>
 void clip_to_disc(Polygon<S>& polygon, const PlacedPiece<S>& body, const Feature<S>& disc, const Vec3<S>& way,
                   Polygon<S>& scratch) {

@@ -8,7 +8,8 @@ namespace atwood {
 
 // In A's axes; points whose surfaces are more than `margin` apart are left out. A face in contact: the other's face,
 // edge or disc is clipped to it (Sutherland, Hodgman 1974). Parallel edges: the ends of their common stretch. Otherwise
-// the nearest features' point; none if features.gap is infinite (a normal that is not theirs) and nothing overlaps.
+// the nearest features' point; none if features.gap is infinite (the normal was given, not computed) and nothing
+// overlaps.
 template <class S>
 void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a,
                     const NearestFeatures<S>& features, S margin, Manifold<S>& manifold);

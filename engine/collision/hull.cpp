@@ -35,7 +35,7 @@ double extent(const std::vector<Real3>& points) {
   return size;
 }
 
-// Points on one plane, line or place: the outline seen from both sides (Andrew's monotone chain).
+// Coplanar, collinear or coincident points: the outline seen from both sides (Andrew's monotone chain).
 Loops flat_outline(const std::vector<Real3>& points) {
   const auto farthest = [&](auto measure) {
     int best = 0;

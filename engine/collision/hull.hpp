@@ -32,7 +32,7 @@ template <class S> struct Hull {
   S bounding_radius{};  // about the body's origin
 };
 
-// The hull of `points`, exact but for this: triangles within round-off of one plane are one face.
+// The hull of `points`, computed exactly, except that triangles within round-off of one plane are one face.
 template <class S> Hull<S> make_hull(const std::vector<Real3>& points);
 template <class S> std::shared_ptr<const Hull<S>> make_hull(const Convex& convex) {
   return std::make_shared<const Hull<S>>(make_hull<S>(convex.points_m));

@@ -1,4 +1,4 @@
-// What the tests of meshes share: traversals of the tree, closest points on triangles, and the normals that belong to a
+// Queries on triangle meshes: traversals of the tree, closest points on triangles, and the normals that belong to a
 // triangle's Voronoi regions.
 #pragma once
 
@@ -204,7 +204,8 @@ template <class S> ConvexPiece<S> placed_piece(const TriangleMesh<S>& mesh, int 
                         placed(place, mesh.points[triangle.corner[2]]), turned(place, triangle.normal));
 }
 
-// Calls visit(t, u) for the triangles in leaves that are reached while wanted(box of a, box of b in A's axes) holds.
+// Calls visit(t, u) for the triangles in leaves that are reached while should_descend(box of a, box of b in A's axes)
+// holds.
 template <class S, class Wanted, class Visit>
 void each_pair_of_triangles(const TriangleMesh<S>& a, const TriangleMesh<S>& b, const Placement<S>& b_in_a,
                             const Wanted& should_descend, const Visit& visit) {

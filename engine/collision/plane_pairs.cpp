@@ -95,8 +95,8 @@ SurfacePoint<S> rim(const Tilt<S>& tilt, const Posed<S>& b, S disc, const Vec3<S
           tilt.center + along * tilt.cosine + b.shape.radius * radial_rise, id};
 }
 
-// A disc that faces the plane: four points of its rim a quarter apart, fixed in the body, of which the one nearest to
-// the deepest point gives way to it. So the depth is exact and the others stay where they are from step to step.
+// A disc that faces the plane: four points of its rim a quarter apart, fixed in the body; the nearest of them is
+// replaced by the deepest point, so the depth is exact and the other three stay fixed on the body.
 template <class S>
 void disc_contacts(const Posed<S>& plane, const Tilt<S>& tilt, const Posed<S>& b, S disc, S margin, Manifold<S>& m) {
   const Vec3<S>* axis = b.place.axis_W;

@@ -98,12 +98,12 @@ template <class S> bool coplanar_triangles_meet(const Corners<S>& p, const Corne
     for (const Corners<S>* t : {&p, &q})
       if (orient2d(dropped((*t)[0], k), dropped((*t)[1], k), dropped((*t)[2], k)) != 0) axis = k;
   if (axis < 0) {
-    const auto spread = [&](auto of) {
+    const auto extent = [&](auto of) {
       const auto [low, high] = std::minmax({of(p[0]), of(p[1]), of(p[2]), of(q[0]), of(q[1]), of(q[2])});
       return high - low;
     };
-    const S x = spread([](const Vec3<S>&v) { return v.x; }), y = spread([](const Vec3<S>&v) { return v.y; }),
-            z = spread([](const Vec3<S>&v) { return v.z; });
+    const S x = extent([](const Vec3<S>&v) { return v.x; }), y = extent([](const Vec3<S>&v) { return v.y; }),
+            z = extent([](const Vec3<S>&v) { return v.z; });
     axis = x <= y && x <= z ? 0 : y <= z ? 1 : 2;
   }
   std::array<Flat<S>, 3> u, v;

@@ -137,8 +137,8 @@ template <class S> void add_adjacency(const Source& source, TriangleMesh<S>& mes
   mesh.first_neighbour.push_back(static_cast<int>(mesh.neighbour_points.size()));
 }
 
-// Whether a closed mesh bounds a convex solid. Edges that are not concave are needed and for one surface in one piece
-// enough; of several pieces the points decide, and of very many triangles nothing is claimed.
+// True if a closed mesh bounds a convex solid: no concave edge is necessary, and sufficient for one connected surface;
+// for the case of several, all vertices are tested. False for more than kMost triangles, without a test.
 template <class S> bool is_convex(const Source& source, const TriangleMesh<S>& mesh) {
   constexpr std::size_t kMost = 4096;
   if (!mesh.closed || mesh.triangles.size() > kMost) return false;

@@ -12,8 +12,8 @@ namespace atwood {
 const std::vector<MethodInfo>& contact_responses();
 const MethodInfo* find_response(const std::string& name);  // "impulse"; null: there is none
 
-// An id's overrides are told apart by name: those that its response knows, merged over the response's defaults. A
-// name that both know ("threads") goes to both. A value that the response does not take is the input's fault.
+// An id's overrides that name settings of its response, merged over the defaults; an override that response and
+// integrator both declare ("threads") applies to both. Fault (input): a value outside its range.
 Result<Settings> response_settings(const MethodId& id);
 // The same id with the overrides that are the integrator's.
 MethodId integrator_part(const MethodId& id);

@@ -9,12 +9,12 @@
 namespace atwood {
 namespace {
 
-constexpr int kLeafBodies = 32;             // at most, where the curve tells them apart
+constexpr int kLeafBodies = 32;             // at most, unless their keys are equal
 constexpr int kLevels = 21;                 // bits of each coordinate in a key
 constexpr int kDigitBits = 8, kDigits = 8;  // of the sort: 64 bits
 
 // The 21 low bits of x, two zeros after each.
-std::uint64_t spread(std::uint64_t x) {
+std::uint64_t interleave_bits(std::uint64_t x) {
   x = (x | x << 32) & 0x001f00000000ffffu;
   x = (x | x << 16) & 0x001f0000ff0000ffu;
   x = (x | x << 8) & 0x100f00f00f00f00fu;
@@ -22,7 +22,7 @@ std::uint64_t spread(std::uint64_t x) {
   return (x | x << 2) & 0x1249249249249249u;
 }
 
-// Where x stands in [low, low + side], in 2^21 parts; what is not a number stands at the start.
+// Where x stands in [low, low + side], in 2^21 parts; NaN gives 0.
 template <class S> std::uint64_t part_of(S x, S low, S parts_per_m) {
   constexpr std::int64_t last = (std::int64_t(1) << kLevels) - 1;
   const S part = (x - low) * parts_per_m;
@@ -72,7 +72,8 @@ template <class S> void GravityTree<S>::sort_bodies(const PointMasses<S>& bodies
   const S parts_per_m = side > S(0) ? S(1 << kLevels) / side : S(0);
   for (int i = 0; i < count_; ++i) {
     std::uint64_t key = 0;
-    for (int axis = 0; axis < 3; ++axis) key |= spread(part_of(at[axis][i], all.low[axis], parts_per_m)) << axis;
+    for (int axis = 0; axis < 3; ++axis)
+      key |= interleave_bits(part_of(at[axis][i], all.low[axis], parts_per_m)) << axis;
     key_[i] = key;
     order_[i] = i;
   }

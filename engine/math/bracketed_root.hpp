@@ -7,12 +7,12 @@ namespace atwood {
 template <class S> struct BracketedRoot {
   S low{}, high{};
   int evaluations = 0;
-  bool converged = false;  // as narrow as was asked, or no number lies between low and high
+  bool converged = false;  // narrowed to the requested width, or no number lies between low and high
 };
 
 // Bisection, for functions that may jump. `left_of_root(x)` is true below the root and false from it on; the caller
-// knows that it lies in [low, high]. Converged when high - low <= relative * high; `relative` 0 asks for all digits.
-// Not converged after `most` evaluations.
+// guarantees that it lies in [low, high]. Converged when high - low <= relative * high; `relative` 0 asks for all
+// digits. Not converged after `most` evaluations.
 template <class S, class Predicate>
 BracketedRoot<S> bisect(const Predicate& left_of_root, S low, S high, S relative, int most) {
   BracketedRoot<S> root{low, high};

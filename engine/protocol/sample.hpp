@@ -1,4 +1,4 @@
-// The currency of every room: what a run is asked for and what it answers. Compute narrow, record wide: samples widen
+// Types shared by all folders: the plan of a run and its samples. Compute narrow, record wide: samples widen
 // without loss from float up to quad, so nothing downstream is a template over the scalar.
 #pragma once
 
@@ -44,7 +44,7 @@ struct BodySample {
 };
 
 // A contact that carries force at a sample's instant: the mean over the step that ends there, or the force itself where
-// the method knows it.
+// the method provides it.
 struct ContactSample {
   int body_a = 0, body_b = 0;             // a < b
   std::array<double, 3> x_m{}, normal{};  // unit, from a to b
@@ -60,7 +60,7 @@ inline bool operator==(const ContactSample& a, const ContactSample& b) {  // not
 struct Sample {
   Wide t_s = 0;
   std::vector<BodySample> bodies;            // in the order of Scene::bodies, fixed ones included
-  std::vector<ContactSample> contacts = {};  // of methods and engines that tell; one entry a contact point
+  std::vector<ContactSample> contacts = {};  // of methods and engines that report contacts; one entry a contact point
 };
 
 enum class EventKind { impact, rest, slip, stick, roll, separate };
@@ -81,14 +81,14 @@ struct Outcome {
   std::int64_t steps_taken = 0;
   std::int64_t rate_evaluations = 0;
   std::vector<std::int64_t> busy_ns;  // timing pass: one per repeat, the stepping alone (no start-up, no sampling)
-  std::map<std::string, SolveTally> solvers = {};  // by name: how their solves ended; empty: none, or not told
+  std::map<std::string, SolveTally> solvers = {};  // by name: how their solves ended; empty: none, or not reported
 };
 
 // A pass of its own, apart from accuracy and timing: one clock reading a step, and one a phase where the engine has
 // phases.
 struct Profile {
   std::vector<std::int64_t> step_ns;             // one a step of the plan
-  std::map<std::string, std::int64_t> phase_ns;  // "broad", "narrow", "solve", "integrate"; empty: not told
+  std::map<std::string, std::int64_t> phase_ns;  // "broad", "narrow", "solve", "integrate"; empty: not reported
 };
 
 // Where samples and events go. Both empty in the timed pass.

@@ -1,5 +1,5 @@
-// The settings of a method: name, type, range or choices, unit, meaning and default, declared in one table. Whoever reads
-// a method's id checks its settings against that table: nothing has to run for it.
+// The settings of a method: name, type, range or choices, unit, meaning and default, declared in one table. Ids
+// are checked against that table without running anything.
 #pragma once
 
 #include <cstdint>

@@ -69,7 +69,7 @@ template <class S> Quat<S> alignment(int a, const Vec3<S>& L) {
   return about_a * about_c;
 }
 
-// Where on its curve the motion stands: elliptic functions, the argument they belong to in [-K, K], the integral above.
+// Phase of the motion: elliptic functions, the argument they belong to in [-K, K], the integral above.
 template <class S> struct Phase { S sn, cn, dn, u, integral; };
 
 template <class S> S quarter_integral(S N, S sn, S cn, S dn) {

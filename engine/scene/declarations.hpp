@@ -20,7 +20,7 @@ template <class V> struct Alternative {
   std::function<Value(Form)> schema;
 };
 
-// A body as it is written: what follows from other keys is told apart from what was given.
+// A body as it is written: what follows from other keys is kept apart from what was given.
 struct BodyDraft : Body {
   std::optional<double> density_kg_per_m3;
   std::optional<Real33> inertia;

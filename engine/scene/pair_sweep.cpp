@@ -26,8 +26,8 @@ struct Draw {
   SplitMix64 random;
   double between(double low, double high) { return low + (high - low) * random.next_unit(); }
   double decades(double low, double high) { return std::pow(10, between(low, high)); }
-  int below(int n) { return static_cast<int>(random.next() % static_cast<std::uint64_t>(n)); }
-  double sign() { return below(2) == 0 ? 1 : -1; }
+  int uniform_below(int n) { return static_cast<int>(random.next() % static_cast<std::uint64_t>(n)); }
+  double sign() { return uniform_below(2) == 0 ? 1 : -1; }
   Real3 direction() {  // uniform on the sphere, by rejection
     for (;;) {
       const Real3 v{between(-1, 1), between(-1, 1), between(-1, 1)};
@@ -48,7 +48,7 @@ struct Draw {
 // Half extents about `size`: three in five plain, one a slab, one a needle.
 Real3 extents(Draw& draw, double size) {
   Real3 h{size * draw.decades(-0.5, 0.5), size * draw.decades(-0.5, 0.5), size * draw.decades(-0.5, 0.5)};
-  const int kind = draw.below(5), axis = draw.below(3);
+  const int kind = draw.uniform_below(5), axis = draw.uniform_below(3);
   for (int i = 0; i < 3; ++i)
     if ((kind == 0 && i == axis) || (kind == 1 && i != axis)) h[static_cast<std::size_t>(i)] *= 1e-3;
   return h;
@@ -63,7 +63,7 @@ Shape make_shape(const std::string& name, Draw& draw, double size) {
   if (name == "cylinder") return Cylinder{size * draw.decades(-1, 0.5), size * draw.decades(-1, 0.5)};
   if (name == "compound") {
     Compound compound;
-    for (int parts = 2 + draw.below(3); parts > 0; --parts) {
+    for (int parts = 2 + draw.uniform_below(3); parts > 0; --parts) {
       const Real3 h = extents(draw, size), d = draw.direction();
       compound.boxes.push_back({h, {2 * size * d[0], 2 * size * d[1], 2 * size * d[2]}, draw.attitude()});
     }
@@ -76,7 +76,7 @@ Shape make_shape(const std::string& name, Draw& draw, double size) {
   };
   if (name == "convex") {
     Convex convex;
-    for (int points = 4 + draw.below(13); points > 0; --points) convex.points_m.push_back(point());
+    for (int points = 4 + draw.uniform_below(13); points > 0; --points) convex.points_m.push_back(point());
     return convex;
   }
   if (name == "triangle") return Mesh{"", {point(), point(), point()}, {{0, 1, 2}}};
@@ -182,7 +182,7 @@ Body make_body(const std::string& name, const std::string& shape, Draw& draw, do
 }
 
 double gap(Draw& draw, double size) {
-  const int kind = draw.below(20);
+  const int kind = draw.uniform_below(20);
   if (kind < 2) return -size * draw.between(0.5, 1.5);  // deep inside
   return (kind < 11 ? 1 : -1) * size * draw.decades(-8, 0);
 }
@@ -194,10 +194,10 @@ void set_apart(Body& a, Body& b, double g, Draw& draw) {
     return;
   }
   Real3 n = draw.direction();
-  const int choice = draw.below(10);
+  const int choice = draw.uniform_below(10);
   if (const Body& owner = choice < 2 ? a : b; choice < 4 && has_faces(owner)) {
     Real3 axis{};
-    axis[static_cast<std::size_t>(draw.below(3))] = draw.sign();
+    axis[static_cast<std::size_t>(draw.uniform_below(3))] = draw.sign();
     n = turn(owner.orientation_wxyz, axis, false);
   }
   const Real3 on_a = plus(a.position_m, 1, support(a, n, draw));
@@ -212,7 +212,7 @@ void start_earlier(Body& body, double t_s, double speed, Draw& draw) {
   body.velocity_m_per_s = {speed * d[0], speed * d[1], speed * d[2]};
   body.position_m = plus(body.position_m, -t_s, body.velocity_m_per_s);
   const Real3 axis = draw.direction();
-  const double rate = draw.below(3) == 0 ? 0 : draw.decades(-1, 1);
+  const double rate = draw.uniform_below(3) == 0 ? 0 : draw.decades(-1, 1);
   body.angular_velocity_body_rad_per_s = {rate * axis[0], rate * axis[1], rate * axis[2]};
 }
 

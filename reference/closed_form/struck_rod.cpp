@@ -202,11 +202,12 @@ ImpactResult<S> resolve_impact(const Pair<S>& pair, const ContactPoint<S>& conta
     const Vec<S> moment = cross(r, impulse);
     return Vec<S>{moment[0] / pair.moment[0], moment[1] / pair.moment[1], moment[2] / pair.moment[2]};
   };
-  // Change of the surfaces' relative velocity (ball minus rod) along `seen` by a unit impulse on the ball along `given`.
-  const auto inverse_mass = [&](const Vec<S>& seen, const Vec<S>& given) {
-    const S aside = dot(seen, given) - dot(seen, n) * dot(given, n);
-    return dot(seen, given) * (pair.inverse_rod + pair.inverse_ball) + pair.ball_inverse_mass_spin * aside +
-           dot(seen, cross(turned_by(given), r));
+  // Change of the surfaces' relative velocity (ball minus rod) along `measured` by a unit impulse on the ball
+  // along `given`.
+  const auto inverse_mass = [&](const Vec<S>& measured, const Vec<S>& given) {
+    const S aside = dot(measured, given) - dot(measured, n) * dot(given, n);
+    return dot(measured, given) * (pair.inverse_rod + pair.inverse_ball) + pair.ball_inverse_mass_spin * aside +
+           dot(measured, cross(turned_by(given), r));
   };
   const Vec<S> sliding = u - dot(u, n) * n, lean = r - dot(r, n) * n;
   const bool slides = norm(sliding) > round_off_tolerance<S>() * norm(u);

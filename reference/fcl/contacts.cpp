@@ -95,8 +95,8 @@ void ask(const Scene& scene, int i, int j, ContactAnswer& answer) {
       fcl::collide(a.get(), b.get(), request, result);
       for (std::size_t k = 0; k < result.numContacts(); ++k) {
         const auto& c = result.getContact(k);
-        // Contacts are told in the order of FCL's own tables of shapes: a mesh first. Spheres against triangles tell
-        // depths below zero.
+        // FCL reports contacts in the order of its tables of shapes: a mesh first; for spheres against triangles it
+        // reports negative depths.
         const double sign = c.o1 == a->collisionGeometry().get() ? 1 : -1;
         answer.contacts.push_back({i, j, wide(c.pos), wide(sign * c.normal), std::fabs(c.penetration_depth)});
       }

@@ -174,13 +174,13 @@ Real stay_along_faces(const Part& p, const Part& q, const Vector& from_p_to_q, c
   return longest;
 }
 
-struct Look {
+struct GapBounds {
   bool touching = false;
   Real speed = 0, floor_m = 0, stay_s = 0;
 };
 
 // All pairs of parts at one time.
-Look look(const Body& a, const Body& b, Real t_s, Real most_s) {
+GapBounds gap_bounds(const Body& a, const Body& b, Real t_s, Real most_s) {
   const auto spin_of = [](const Body& body) {
     const Place place = place_at(body, 0);
     const bool still = std::holds_alternative<Sphere>(body.shape) || std::holds_alternative<Plane>(body.shape);
@@ -190,7 +190,7 @@ Look look(const Body& a, const Body& b, Real t_s, Real most_s) {
   const Place place_a = place_at(a, t_s), place_b = place_at(b, t_s);
   const auto of_a = parts_of(a.shape, place_a), of_b = parts_of(b.shape, place_b);
   const Real reach = norm(place_a.p_W) + norm(place_b.p_W);
-  Look found{false, 0, 0, most_s};
+  GapBounds found{false, 0, 0, most_s};
   for (const Part& p : of_a)
     for (const Part& q : of_b) {
       const bool pieces = !p.piece.empty() && !q.piece.empty();
@@ -220,7 +220,7 @@ std::optional<FirstTouch> advance(const Body& a, const Body& b, Real t_end_s, Re
   Real t_s = 0;
   constexpr int kMost = 20000;
   for (int i = 0; i < kMost; ++i) {
-    const Look now = look(a, b, t_s, t_end_s - t_s);
+    const GapBounds now = gap_bounds(a, b, t_s, t_end_s - t_s);
     if (now.touching) return at(a, b, t_s, now.speed > 0 ? 2 * now.floor_m / now.speed + 4 * kUnit * t_s : 0);
     if (t_s + now.stay_s >= t_end_s) {
       const bool touches = separation(a.shape, place_at(a, t_end_s), b.shape, place_at(b, t_end_s)).gap_m <= given_m;

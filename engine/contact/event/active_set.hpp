@@ -37,8 +37,8 @@ template <class S> struct Contact {
   int last_triangle = 0;  // of a mesh: where the search for the triangle below begins
   FrictionMode mode = FrictionMode::frictionless;
   RollingMode rolling = RollingMode::free;
-  bool active = false;         // has a normal force; else it touches, and other contacts hold the bodies
-  bool left_facet = false;     // is beyond the boundary of its facet: no contact any more
+  bool active = false;         // transmits a normal force; otherwise it touches without one
+  bool left_facet = false;     // has left its facet; the contact is to be removed
   bool at_cone_limit = false;  // in mode slip, its friction on the cone, but other contacts keep it from moving
   bool slip_onset = false;     // slip grows from zero within the step: keeps slip_direction throughout
   bool reached_cone = false, reached_rolling_bound = false;  // set by an event: friction, rolling couple at its bound
@@ -80,10 +80,10 @@ template <class S> struct ActiveSet {
   bool starts = true;                // the run begins: impacts come before contacts
   std::uint64_t mode_key = 0;        // of the contacts and modes that `decoupled` is known for
   bool bound_approached = false;     // in the present trial step a force came within a tenth of its bound
-  S separation_acceleration{};       // [m/s^2] a normal acceleration below it is zero as far as forces are known
-  int inconsistent = -1;             // a pair for which Coulomb's law has no contact force (painleve.hpp); -1: none
-  S last_painleve_s = S(-1);         // the last impact without approach,
-  int painleve_impacts = 0;          // and how many there were before at that instant
+  S separation_acceleration{};       // [m/s^2] normal accelerations below it are round-off
+  int inconsistent = -1;      // index of the pair without a contact force by Coulomb's law (painleve.hpp); -1: none
+  S last_painleve_s = S(-1);  // time [s] of the last impact without collision; -1: none
+  int painleve_impacts = 0;   // how many there were before at that instant
 
   // Working memory.
   std::vector<Contact<S>> previous, kept;

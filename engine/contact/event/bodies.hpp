@@ -33,7 +33,7 @@ template <class S> struct Bodies {
   S length_scale{};                      // [m] largest coordinate or size so far: round-off of gaps is relative to it
   S speed_scale{};                       // [m/s] largest speed of any body's points so far
 
-  // Below these a gap, an approach or a slip cannot be told from zero.
+  // Bounds below which a gap, an approach or a slip is round-off.
   S gap_round_off() const { return S(64) * real::epsilon<S>() * length_scale; }
   S approach_round_off() const { return S(256) * real::epsilon<S>() * speed_scale; }
   S slip_round_off() const { return S(4096) * real::epsilon<S>() * speed_scale; }

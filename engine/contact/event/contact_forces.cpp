@@ -31,7 +31,8 @@ template <class S> Vec3<S> angular_of(const Bodies<S>& bodies, int body, const S
   return turned(bodies.poses[body], load3(dydt + bodies.model.offset(body) + kAtBodyRate));
 }
 
-// Is some force within a tenth of its bound, or of vanishing?
+// Raises contact.largest_N, and sets active.bound_approached if the normal force, friction or couple is within a tenth
+// of its bound.
 template <class S> void monitor_bounds(const Proximity<S>& proximity, ActiveSet<S>& active, Contact<S>& contact) {
   const ShapePair<S>& pair = proximity.pairs[proximity.candidates[contact.candidate].pair];
   contact.largest_N = real::max(contact.largest_N, contact.normal_N);
@@ -43,8 +44,8 @@ template <class S> void monitor_bounds(const Proximity<S>& proximity, ActiveSet<
 }
 
 // How several sticking contacts share friction does not affect the motion as long as all stick, but decides which one
-// slips first. In proportion to their normal forces, contacts under a pull through the middle of the pressure reach
-// their cones together.
+// slips first. In proportion to their normal forces, contacts reach their cones together when the tangential load acts
+// at the centre of pressure.
 template <class S>
 void distribute_friction_by_normal_force(const Bodies<S>& bodies, const Proximity<S>& proximity,
                                          const ActiveSet<S>& active, ConstraintSystem<S>& constraints) {
@@ -59,7 +60,7 @@ void distribute_friction_by_normal_force(const Bodies<S>& bodies, const Proximit
     sum_N += force[0];
     near_edge = near_edge || !(force[1] * force[1] + force[2] * force[2] < bound * bound);
   }
-  if (sticking < 2 || !near_edge || !(sum_N > S(0))) return;  // far from their cones, any distribution will do
+  if (sticking < 2 || !near_edge || !(sum_N > S(0))) return;  // far from their cones the distribution does not matter
   assemble_delassus(bodies, active, constraints);
   S largest = S(0);  // weights make up for the different diagonals of contacts at different points
   for (int i = 0; i < constraints.row_count; ++i) largest = real::max(largest, constraints.diagonal[i]);
@@ -193,6 +194,7 @@ void add_coupled_forces(Bodies<S>& bodies, const Proximity<S>& proximity, Active
   }
 }
 
+// Callbacks of System; `context` is the EventRun.
 template <class S> void rate_with_contacts(void* context, S t_s, const S* y, S* dydt) {
   EventRun<S>& run = *static_cast<EventRun<S>*>(context);
   ++run.integration.wrapped_calls;

@@ -5,16 +5,17 @@
 
 namespace atwood::event {
 
-// The model's rates become those with contact forces.
+// Redirects System::rate_of and the projections of the model to this run, which must outlive them. Once a run.
 template <class S> void install_contact_forces(EventRun<S>& run);
-// Solves for the forces of the active contacts at y and adds their accelerations to the rates dydt. Singular: unsets
-// constraints.solvable.
+// Solves for the forces of the active contacts at y and adds their accelerations to the rates dydt. Sets
+// constraints.solvable = false if a matrix is singular. Changes the contacts' forces, kinematics and Delassus range,
+// and active.bound_approached.
 template <class S>
 void add_contact_forces(Bodies<S>& bodies, const Proximity<S>& proximity, ActiveSet<S>& active,
                         ConstraintSystem<S>& constraints, const S* y, std::uint64_t version, S* dydt);
 // The rates at states.y with contact forces, into states.dydt. Not counted as an evaluation of the method's.
 template <class S> void evaluate_rates(EventRun<S>& run, S t_s);
-// The next solution starts from the last forces.
+// Copies each contact's forces to its warm-start values.
 template <class S> void store_warm_start(ActiveSet<S>& active);
 // Relative acceleration of the bodies at a contact point, its normal part g'', and the relative angular acceleration;
 // with all forces in dydt, from bodies.poses.

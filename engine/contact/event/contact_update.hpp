@@ -11,7 +11,7 @@ namespace atwood::event {
 template <class S>
 void maintain_contacts(Bodies<S>& bodies, Proximity<S>& proximity, ActiveSet<S>& active,
                        ConstraintSystem<S>& constraints, StateBuffers<S>& states, bool slip_is_resolved);
-// Puts a contact, and those of its pair that stand on the friction cone as well, into mode slip.
+// Sets mode slip for a contact and for the other contacts of its pair that are on the friction cone.
 template <class S> void release_friction(const Proximity<S>& proximity, ActiveSet<S>& active, Contact<S>& first);
 
 }  // namespace atwood::event

@@ -49,7 +49,8 @@ template <class S> void find_drag_bodies(EventRun<S>& run, const Scene& scene) {
   }
 }
 
-// Methods that split forces or expand them in series never ask for the rates that contact forces are added to.
+// A method that splits forces or expands them in series never evaluates rates, which contact forces are added to. Takes
+// a trial step to find out; overwrites states.y and y_new, and the counts of calls.
 template <class S> bool evaluates_rates(EventRun<S>& run) {
   run.bodies.model.initial_state(run.states.overwrite(run.states.y));
   run.bodies.model.select_interval(S(0), S(0));
@@ -67,6 +68,8 @@ template <class S> std::unique_ptr<Stepper<S>> required_stepper(RigidModel<S>& m
   return stepper;
 }
 
+// Once a run: sets sizes of all vectors, poses, candidates, edges, drag bodies and inverse inertias; adds contact
+// forces to the rates; sets tolerances and the steppers for contacts and for slip.
 template <class S> void prepare_run(EventRun<S>& run, const MethodId& id, const Scene& scene) {
   const auto size = static_cast<std::size_t>(run.bodies.model.state_size());
   StateBuffers<S>& states = run.states;
@@ -118,6 +121,7 @@ template <class S> void prepare_run(EventRun<S>& run, const MethodId& id, const 
   }
 }
 
+// Back to the initial state: what earlier runs left is cleared, so that repeats give the same bits.
 template <class S> void restart(EventRun<S>& run, const Plan& plan) {
   run.report.outcome = {};
   run.active.contacts.clear();

@@ -16,6 +16,7 @@ namespace atwood::event {
 
 namespace {
 
+// v, scaled down to the length `most` if it is longer.
 template <class S> Vec3<S> shortened(const Vec3<S>& v, S most) {
   const S length = norm(v);
   return length > most ? (most / length) * v : v;

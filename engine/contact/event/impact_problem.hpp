@@ -41,9 +41,10 @@ template <class S> int end_of_pair(const Impacts<S>& impacts, int first) {
 }
 
 template <class S> ImpactLaw<S> law_of(const Proximity<S>& proximity, const EventOptions& options, int pair);
-// One point of impact.
+// Applies the impact law at one point: changes both bodies' velocities and the point's impulses.
 template <class S> void collide_point(ImpactProblem<S>& problem, ImpactPoint<S>& point);
-// Several points of one pair that move alike, as one point. False: they do not; nothing has changed.
+// Several points of one pair that have the same normal velocity and response, as one point. False: they have not;
+// nothing has changed.
 template <class S> bool collide_as_one_point(ImpactProblem<S>& problem, int first, int count);
 // Points [first, first + count) as one complementarity problem. False: the run ends; report.outcome says why.
 template <class S> bool collide_simultaneously(ImpactProblem<S>& problem, int first, int count);

@@ -25,7 +25,7 @@ template <class S> struct Integration {
   explicit Integration(Stepper<S>& of_stepper) : stepper(of_stepper) {}
 
   Stepper<S>& stepper;
-  std::unique_ptr<Stepper<S>> contact_stepper;  // for lasting contacts, where the method never asks for rates
+  std::unique_ptr<Stepper<S>> contact_stepper;  // for lasting contacts, where the method never evaluates rates
   std::unique_ptr<Stepper<S>> fine_stepper;     // of order 8, for slip that turns as it ends
   bool use_fine_stepper = false;                // in the present piece
   FreeFlight<S>* free_flight = nullptr;         // the stepper's equal steps, bit for bit, without contacts; may be null

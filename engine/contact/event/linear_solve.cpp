@@ -121,7 +121,7 @@ template <class S> S residual(const Bodies<S>& bodies, const ActiveSet<S>& activ
 //   (A + e D) (x_(k+1) - x_k) = right - A x_k,   D the weighted diagonal
 // converges by a factor of about e per iteration on the range of A and leaves the part of the start in its null space
 // unchanged, up to round-off of about eps / e. With e = eps^(1/3) three iterations are enough for a well conditioned A,
-// and that noise is eps^(2/3). Factors of an earlier A serve as long as they are near enough; where the start is the
+// and that noise is eps^(2/3). Factors of an earlier A are reused while they are near enough; where the start is the
 // solution, they are not used.
 template <class S>
 Convergence solve_rows(const Bodies<S>& bodies, const ActiveSet<S>& active, ConstraintSystem<S>& constraints,

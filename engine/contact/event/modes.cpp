@@ -13,6 +13,7 @@ namespace atwood::event {
 
 namespace {
 
+// The part of v perpendicular to n.
 template <class S> Vec3<S> across(const Vec3<S>& v, const Vec3<S>& n) { return v - dot(v, n) * n; }
 
 }  // namespace
@@ -73,7 +74,8 @@ namespace {
 
 constexpr int kMaxModeIterations = 12;
 
-// Releases contacts that pull, else lets those beyond their cone slip. True: something changed.
+// Deactivates contacts with a tensile normal force, or none. If there are none of these, changes contacts beyond their
+// friction cone to slip, and those beyond the rolling bound to roll. True: some contact changed.
 template <class S> bool release_violated(const Proximity<S>& proximity, ActiveSet<S>& active, S tiny_N) {
   bool changed = false;
   for (Contact<S>& contact : active.contacts) {
@@ -100,15 +102,15 @@ template <class S> bool release_violated(const Proximity<S>& proximity, ActiveSe
   return changed;
 }
 
-// The onset must be along `direction`, opposed to friction; or zero, then other contacts hold it at its cone's limit.
+// True if the acceleration `onset` points along `direction`, or is zero; at_cone_limit is set if it is zero.
 template <class S> bool accelerates_along(const Vec3<S>& onset, const Vec3<S>& direction, S tiny, bool& at_cone_limit) {
   const S along = dot(onset, direction), aside = norm(onset - along * direction);
   at_cone_limit = !(norm(onset) > tiny);
   return at_cone_limit || (along > S(0) && aside <= real::sqrt(real::epsilon<S>()) * along + tiny);
 }
 
-// Do released contacts separate, and slip along their direction? `reactivated`: some do not separate; they are active
-// again, and forces must be solved for once more.
+// True if inactive contacts separate and slipping ones accelerate along their slip direction. Changes at_cone_limit;
+// reactivates contacts that do not separate (`reactivated`, returns true: solve again).
 template <class S>
 bool released_consistent(const Bodies<S>& bodies, const Proximity<S>& proximity, ActiveSet<S>& active,
                          const StateBuffers<S>& states, S tiny_acceleration, bool& reactivated) {

@@ -91,7 +91,7 @@ bool indeterminate(const Bodies<S>& bodies, const Proximity<S>& proximity, const
   return together && friction_presses<S>(bodies, proximity, active, constraints, nullptr);
 }
 
-// The pair whose contacts go on closing with all forces in states.dydt; -1: none.
+// The pair whose contacts still approach with all forces in states.dydt; -1: none.
 template <class S>
 int inconsistent_pair(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active,
                       const StateBuffers<S>& states, S tiny_acceleration, S tiny_N) {

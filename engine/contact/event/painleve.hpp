@@ -5,9 +5,9 @@
 
 namespace atwood::event {
 
-// Are the forces that were found the only ones? False: others obey the laws as well, and the run ends; report.outcome
-// says so. Where none obey them, active.inconsistent is the pair that impact_without_collision() takes. Below
-// tiny_acceleration [m/s^2] and tiny_N values are round-off.
+// True if the forces found are the only solution. False: there are several; the run ends. If there is no solution, sets
+// active.inconsistent to the pair, for impact_without_collision(), and returns true. Below tiny_acceleration [m/s^2]
+// and tiny_N values are round-off.
 template <class S> bool check_forces(EventRun<S>& run, S t_s, S tiny_acceleration, S tiny_N);
 // The impact without collision of active.inconsistent, with all impacts that follow. False: it has no answer, and the
 // run ends.

@@ -46,7 +46,7 @@ template <class S> struct Candidate {
 };
 
 // A body with vertices, sphere ends or circles that may stand on another's rectangle, flat mesh or box. Its candidates
-// know faces only, so the run is refused where it overlaps the surface's boundary.
+// have contacts with faces only, so the run is refused where it overlaps the surface's boundary.
 template <class S> struct FaceBoundary {
   int pair = 0, feature_body = 0, surface_body = 0;
   Geometry<S> feature, surface;

@@ -1,4 +1,4 @@
-// What a run tells its caller.
+// Observer and outcome of a run.
 #pragma once
 
 #include "protocol/method.hpp"

@@ -1,15 +1,29 @@
 // A run of `+event`: free flight by the method, impacts located on its numerical flow, and between them lasting
 // contacts whose forces follow from their geometry and Coulomb's law.
 //
-//   part          owner of                                         changed by
-//   bodies        poses, inertias, scales of round-off             kinematics.cpp, constraints.cpp, impacts
-//   proximity     pairs, candidates, their gaps                    near_phase.cpp, active_set.cpp
-//   active        lasting contacts, their modes and forces         active_set.cpp, contact_forces.cpp, step.cpp
-//   constraints   linear system of the contacts, its factors       constraints.cpp, linear_solve.cpp
-//   impacts       impacts of the present instant                   impacts.cpp
-//   states        state vectors and their versions                 step.cpp, projection.cpp, impacts.cpp
-//   integration   the method, error control                        step.cpp
-//   report        observer and outcome                             whoever ends the run
+//   part        owner of                                    changed by
+//   options     settings of the law of impact               event.cpp
+//   bodies      poses, inertias, scales of round-off        kinematics.cpp, constraints.cpp, active_set.cpp,
+//                                                           candidates.cpp, step.cpp, event.cpp, impacts
+//   proximity   pairs, candidates, their gaps               near_phase.cpp, active_set.cpp, candidates.cpp,
+//                                                           edge_candidates.cpp, contact_update.cpp,
+//                                                           surface_boundaries.cpp, step.cpp, event.cpp, impacts,
+//                                                           bounces.cpp
+//   active      lasting contacts, their modes and forces    active_set.cpp, contact_forces.cpp, constraints.cpp,
+//                                                           modes.cpp, gauss_seidel.cpp, contact_update.cpp,
+//                                                           slip_step.cpp, step.cpp, event.cpp, impacts, painleve.cpp,
+//                                                           surface_boundaries.cpp, edge_candidates.cpp
+//   constraints linear system of the contacts, its factors  constraints.cpp, linear_solve.cpp, modes.cpp,
+//                                                           gauss_seidel.cpp, contact_forces.cpp, active_set.cpp,
+//                                                           projection.cpp, painleve.cpp
+//   impacts     impacts of the present instant              impacts.cpp, impact_problem.cpp, edge_candidates.cpp
+//   states      state vectors, their versions, rates        step.cpp, event.cpp, event_location.cpp, projection.cpp,
+//                                                           impacts.cpp, active_set.cpp, contact_forces.cpp,
+//                                                           slip_step.cpp
+//   integration the method, error control                   step.cpp, slip_step.cpp, contact_forces.cpp, event.cpp
+//   drag_bodies bodies under quadratic drag                 event.cpp
+//   report      observer and outcome                        the functions of report.hpp, event.cpp; impacts,
+//                                                           near_phase.cpp and edge_candidates.cpp set the outcome
 #pragma once
 
 #include <vector>

@@ -18,7 +18,7 @@ struct SlipTurning {
 };
 
 // Velocity [m/s] by which a body's frame turns in within_s under an angular acceleration that is not along its spin:
-// the stages of a method know such spins to second order in the step only, and the slip with them.
+// stages of a method approximate such rotation only to second order in the step, and so the slip.
 template <class S> S frame_turning(const Bodies<S>& bodies, const StateBuffers<S>& states, int body, S within_s) {
   if (!bodies.moves[body] || !bodies.model.rotates(body)) return S(0);
   const Vec3<S> alpha = turned(bodies.poses[body], load3(states.dydt.data() + bodies.model.offset(body) + kAtBodyRate));

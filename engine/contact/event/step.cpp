@@ -105,6 +105,8 @@ template <class S> bool renew_active_set(EventRun<S>& run, S t_s) {
   return run.active.inconsistent < 0 || impact_without_collision(run, t_s);
 }
 
+// Impacts, or the change of contact mode that the crossing stands for, at states.y. Changes velocities in states.y, and
+// the active set. False: the run ends.
 template <class S> bool handle_event(EventRun<S>& run, const Crossing<S>& crossing, S t_s) {
   if (crossing.function == Switch::gap) return resolve_impacts(run, t_s);
   if (crossing.function == Switch::zero_wind) return true;
@@ -131,7 +133,8 @@ template <class S> bool handle_event(EventRun<S>& run, const Crossing<S>& crossi
   return renew_active_set(run, t_s);
 }
 
-// The equations of motion have changed, or the run begins: which bodies move, what touches, which contacts are active.
+// After a change of the equations of motion, and at the start: finds which bodies move, near pairs, impacts at t_s, and
+// the active set. False: the run ends.
 template <class S> bool restart_contacts(EventRun<S>& run, S t_s) {
   std::fill(run.bodies.moves.begin(), run.bodies.moves.end(), static_cast<unsigned char>(0));
   for (const int body : run.bodies.model.moving()) run.bodies.moves[body] = 1;
@@ -156,7 +159,8 @@ template <class S> bool restart_contacts(EventRun<S>& run, S t_s) {
   return renew_active_set(run, t_s);
 }
 
-// The first crossing within the trial step that `flow` was taken for. False: the run ends.
+// The first crossing within the trial step that `flow` was taken for. Changes proximity.near and candidates' gaps, and
+// states.y_probe. False: the run ends.
 template <class S> bool locate_event(Flow<S>& flow, Crossing<S>& first) {
   EventRun<S>& run = flow.run;
   if (!find_near(run.bodies, run.proximity, run.states, run.report, flow.h_s)) return false;
@@ -167,8 +171,8 @@ template <class S> bool locate_event(Flow<S>& flow, Crossing<S>& first) {
   return flow.ok && stays_clear_of_boundaries(flow, first);
 }
 
-// `reached` becomes the present state. Changes states, scales of round-off, and the contacts' constraints and
-// directions.
+// `reached` becomes the present state; `reached` then holds the former state. Changes states, scales of round-off, and
+// the contacts' constraints and directions.
 template <class S> void advance_to(EventRun<S>& run, State<S>& reached) {
   run.states.y.swap(reached);
   update_speed_scale(run.bodies, run.states.y.data());

@@ -16,8 +16,8 @@ namespace {
 
 template <class S> S component(const Vec3<S>& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
 
-// The largest distance of c from the boundary of the triangles in the facet's plane, whose common edges are no
-// boundary. If c is inside one, its distance is returned and `over` is that triangle; the search begins at `over`.
+// Depth of c inside the face formed by the coplanar triangles: the largest depth in any of them; negative outside. Sets
+// `over` to that triangle, and tries `over` first: if c is inside it, its depth is returned.
 template <class S>
 S depth_inside_face(const std::vector<Triangle<S>>& mesh, const Facet<S>& facet, const Vec3<S>& c, S tiny, int& over) {
   const int count = static_cast<int>(mesh.size());
@@ -63,6 +63,7 @@ template <class S> bool same_facet(const Facet<S>& a, const Facet<S>& b) {
          norm(a.direction_B - b.direction_B) == S(0);
 }
 
+// True for unrounded pairs and features off the body's origin, whose contacts are with faces only.
 template <class S> bool meets_faces_only(const Surface<S>& surface, const ContactFeature<S>& feature) {
   return surface.radius + feature.radius == S(0) || !feature.centered;  // the condition of facet_below()
 }
@@ -180,7 +181,7 @@ bool clear_of_boundary(const Bodies<S>& bodies, const Proximity<S>& proximity, c
   const Placement<S> feature = placed(bodies, boundary.feature_body, y),
                      sheet = placed(bodies, boundary.surface_body, y);
   if (norm(feature.p_W - sheet.p_W) > pair.bounding_radii) return true;
-  // The distance between shapes comes from an iteration that does not converge to the last place.
+  // separation() is iterative: allow eps^0.6 of the pair's size.
   const S iterated = S(std::pow(static_cast<double>(real::epsilon<S>()), 0.6));
   const S tolerance = S(64) * bodies.gap_round_off() + iterated * pair.bounding_radii;
   return separation(boundary.feature, feature, boundary.surface, sheet).gap >=

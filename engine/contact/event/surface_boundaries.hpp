@@ -10,18 +10,18 @@ template <class S> bool has_boundary(const Proximity<S>& proximity, const Contac
 // The distance [m] of a contact's feature from the boundary of its facet; negative outside. From bodies.poses.
 template <class S> S depth_inside_facet(const Bodies<S>& bodies, const Proximity<S>& proximity, Contact<S>& contact);
 // True if the feature of a pair of boxes or rectangles is over a face, within round-off of its boundary, and moves out
-// over it: it leaves the face at this instant and cannot strike it. From bodies.poses.
+// over it: it leaves the face at this instant. From bodies.poses.
 template <class S>
 bool leaves_face(const Bodies<S>& bodies, const Proximity<S>& proximity, const Candidate<S>& candidate);
-// Sets the facet that a contact moves on to, or marks it as left (Contact::left_facet). False: no contact is known
-// there; report.outcome says why.
+// Sets the facet that a contact moves on to, or marks the contact as having left its facet (Contact::left_facet).
+// False: no contact is known there; report.outcome says why.
 template <class S> bool change_facet(EventRun<S>& run, Contact<S>& contact);
 // The deepest gap at which a pair is held in the state y: 0, or below for bodies that overlap at the start, and by the
 // drift of lasting contacts within a step.
 template <class S>
 S held_gap_of_pair(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active, int pair,
                    const S* y);
-// Do the two bodies overlap in the state y nowhere but in their contacts?
+// In the state y: true unless the bodies overlap beyond the depth of their contacts.
 template <class S>
 bool clear_of_boundary(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active,
                        const FaceBoundary<S>& boundary, const S* y);
@@ -29,7 +29,7 @@ bool clear_of_boundary(const Bodies<S>& bodies, const Proximity<S>& proximity, c
 template <class S>
 bool clear_of_boundaries(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active,
                          Report& report, const S* y);
-// May a body cross a boundary between the states y and y_end unseen at both?
+// May a body cross a boundary between the states y and y_end although it is clear at both?
 template <class S>
 bool may_cross_boundary(const Bodies<S>& bodies, const Proximity<S>& proximity, const S* y, const S* y_end);
 

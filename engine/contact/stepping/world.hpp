@@ -259,8 +259,8 @@ template <class S> bool step(World<S>& world, S t_s, S h_s);
 template <class S> Row<S> inverse_inertia(const MassProperties<S>& mass, const Quat<S>& q_WB);
 
 // ---- candidate_pairs.cpp
-// Sets the pairs that may touch within the coming step of h_s and lays out the sphere contacts, unless the pairs at
-// hand are still valid. Sets the bodies' motion bounds.
+// Sets the pairs that may touch within the coming step of h_s and lays out the sphere contacts, unless the current
+// pairs are still valid. Sets the bodies' motion bounds.
 template <class S> void update_candidate_pairs(World<S>& world, S h_s);
 
 // ---- narrow_phase.cpp
@@ -311,7 +311,7 @@ template <class S> void update_effective_masses_of(World<S>& world, ManifoldBatc
 // ---- direct.cpp
 // Solves all contacts island by island with Newton's method: changes velocities and impulses. False: there are too many
 // points, and the sweeps are to solve them; with solver=direct `points_beyond_limit` is set. `at_rest`: nothing moves
-// faster than a substep's fall.
+// faster than gravity accelerates it in a substep.
 template <class S> bool solve_directly(World<S>& world, bool at_rest);
 
 // ---- contact_report.cpp: changes no motion

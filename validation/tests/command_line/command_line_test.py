@@ -74,7 +74,7 @@ class Inspecting(Case):
         told = json.loads(self.expect(self.run_in("describe", "atwood/rk4+penalty", "--json"), 0).stdout)
         self.assertEqual(told["response"]["id"], "+penalty")
         self.expect(self.run_in("describe", "atwood/rk4+bounce"), 2, "atwood/rk4+bounce", "+impulse, +event, +penalty")
-        self.expect(self.run_in("describe", "ode/default+impulse"), 2, "the engine's own affair")
+        self.expect(self.run_in("describe", "ode/default+impulse"), 2, "the engine resolves contacts itself")
 
     def test_no_ansi_off_a_terminal(self):
         for words in (["list"], ["doctor"], ["run", *SMALL]):
