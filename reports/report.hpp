@@ -65,7 +65,7 @@ struct CellEnding {
   Status status = Status::ok;
   std::string reason = {};
   bool there = true;   // false: the store does not have it
-  bool fails = false;  // crashed, hung, sent garbage; or blew up where that is not allowed
+  bool fails = false;  // crashed, hung, sent an invalid answer; or blew up where that is not allowed
 };
 
 // A truth that does not cover its scene: nothing that needs one is measured there.

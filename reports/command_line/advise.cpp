@@ -23,7 +23,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr double kLeastLimit_s = 0.05;  // of a run, however short the search
-constexpr int kMostAtOnce = 4;          // methods between two looks at the clock
+constexpr int kMostAtOnce = 4;          // methods between two checks of the time
 
 class Search {
  public:
@@ -221,7 +221,7 @@ void Search::tell_losers(const std::vector<WorkCurve>& all, const Contest& conte
   const bool by_error = advice_.wanted_error > 0;
   for (std::size_t i = 2; i < contest.ranked.size(); ++i) {
     const Reached& reached = contest.ranked[i];
-    tell(by_error ? "dearer" : "less accurate within the budget",
+    tell(by_error ? "more expensive" : "less accurate within the budget",
          fmt::format("{} ({})", reached.family,
                      by_error ? time_words(reached.cost) : fmt::format("{:.2g}", reached.error)));
   }

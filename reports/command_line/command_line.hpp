@@ -1,6 +1,7 @@
 // The commands. Each takes parsed options and returns an exit code:
-// 0 pass; 1 a gate is fail, unverifiable or not_run; 2 input or usage; 3 a cell crashed, hung or sent garbage;
-// 4 no baseline; 5 input/output or internal; 130 and 143 interrupted. Data goes to stdout, everything else to stderr.
+// 0 pass; 1 a gate is fail, unverifiable or not_run; 2 input or usage; 3 a cell crashed, hung or sent an invalid
+// answer; 4 no baseline; 5 input/output or internal; 130 and 143 interrupted. Data goes to stdout, everything
+// else to stderr.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +18,7 @@
 
 namespace atwood {
 
-// A foreign engine that was started and crashed, hung or sent garbage at hello: exit_cell.
+// A foreign engine that was started and crashed, hung or sent an invalid answer at hello: exit_cell.
 struct WorkerFailure : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -39,9 +40,9 @@ struct Options {
   std::vector<std::string> limits;  // check: METRIC=VALUE
   std::string input;                // the positional argument of trace, describe, check, list, schema, bench
   std::optional<std::int64_t> samples;
-  int jobs = 0;  // 0: one a core
+  int jobs = 0;  // 0: one per core
   double cell_limit_s = 20;
-  bool limit_given = false;  // by --limit: it then goes before the limits of a study's blocks
+  bool limit_given = false;  // by --limit: it then overrides the limits of a study's blocks
   bool no_timing = false, json = false, events = false;
   bool fresh = false, reuse = false;  // run: nothing of the store; the last completed campaign's cells
   bool check_store = false;           // doctor

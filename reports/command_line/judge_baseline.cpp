@@ -31,7 +31,7 @@ bool names_cell(const BaselineEntry& entry, const std::vector<CellName>& cells, 
   });
 }
 
-// Inconclusive in the baseline, a number now: told, since nothing holds such a figure to anything.
+// Inconclusive in the baseline, a number now; reported, because no gate covers it.
 void tell_no_numbers(Judged& judged) {
   const auto count = std::count_if(judged.changes.begin(), judged.changes.end(), [](const BaselineChange& c) {
     return c.kind == Kind::added && c.text.starts_with("was not a number");

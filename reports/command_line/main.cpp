@@ -42,7 +42,7 @@ struct Parser {
   }
   void counts(CLI::App* sub, const char* what) {
     auto* steps = sub->add_option("--steps", options.steps, what)->expected(1)->take_all();
-    sub->add_option("--hz", options.hz, "The same as steps a second: counts of t_end times this")
+    sub->add_option("--hz", options.hz, "Steps per second: the step count is t_end_s times HZ")
         ->expected(1)
         ->take_all()
         ->excludes(steps);
@@ -61,15 +61,16 @@ struct Parser {
         ->capture_default_str();
   }
   void shown_progress(CLI::App* sub) {
-    sub->add_flag("--progress", options.progress, "Progress lines also where standard error is no terminal");
+    sub->add_flag("--progress", options.progress, "Show progress even if standard error is not a terminal");
   }
   void running(CLI::App* sub) {
     narrowing(sub);
-    sub->add_option("-j,--jobs", options.jobs, "Workers at once (one a core unless given)");
-    sub->add_option("--limit", options.cell_limit_s,
-                    "Seconds a cell may take; overrides a `limit` of the study. The truth of a scene may take six\n"
-                    "times as long (without --limit: 120 s)")
-        ->capture_default_str();
+    sub->add_option("-j,--jobs", options.jobs, "Cells run at once (default: one per core)");
+    sub->add_option(
+        "--limit", options.cell_limit_s,
+        fmt::format("Seconds allowed for a cell ({:g}); overrides a `limit` of the study. A truth gets six\n"
+                    "times that, or 120 without --limit",
+                    options.cell_limit_s));
     auto* fresh = sub->add_flag("--fresh", options.fresh, "Ignore what the store holds: run everything again");
     sub->add_flag("--reuse", options.reuse,
                   "Take the last completed run's cells also of engines whose code is not fully known (measured again\n"
@@ -165,7 +166,7 @@ void declare_commands(Parser& p) {
       ->expected(1)
       ->take_all();
   compare->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
-  compare->add_option("-j,--jobs", o.jobs, "Workers at once");
+  compare->add_option("-j,--jobs", o.jobs, "Cells run at once (default: one per core)");
   compare->add_option("--limit", o.cell_limit_s, "Seconds a cell may take; a truth six times that")
       ->capture_default_str();
   compare->add_flag("--no-timing", o.no_timing, "Skip the timed pass");
@@ -195,7 +196,7 @@ void declare_commands(Parser& p) {
   advise->add_option("--time", o.search_s, "Seconds after which no further method is begun")->capture_default_str();
   p.shown_progress(advise);
   advise->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
-  advise->add_option("-j,--jobs", o.jobs, "Workers at once (one a core unless given)");
+  advise->add_option("-j,--jobs", o.jobs, "Cells run at once (default: one per core)");
   advise->add_option("--limit", o.cell_limit_s, "Seconds a run may take; a truth six times that")
       ->capture_default_str();
 
@@ -213,7 +214,7 @@ void declare_commands(Parser& p) {
                    "reference/rivals/tuned.json when they are built");
   tune->add_flag("--no-timing", o.no_timing, "Compare at equal steps instead of equal time");
   tune->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
-  tune->add_option("-j,--jobs", o.jobs, "Workers at once");
+  tune->add_option("-j,--jobs", o.jobs, "Cells run at once (default: one per core)");
   tune->add_option("--limit", o.cell_limit_s, "Seconds a run may take")->capture_default_str();
   p.shown_progress(tune);
 
@@ -253,7 +254,7 @@ void declare_commands(Parser& p) {
       ->expected(1)
       ->take_all();
   bench->add_option("--limit", o.cell_limit_s, "goals, frame-budget: seconds a run may take")->capture_default_str();
-  bench->add_option("-j,--jobs", o.jobs, "goals: workers at once in the accuracy pass");
+  bench->add_option("-j,--jobs", o.jobs, "goals: cells run at once in the accuracy pass");
   bench->add_flag("--no-timing", o.no_timing, "goals: errors and evaluations only");
   bench->add_option("--out", o.out_dir, "Where the figures go")->capture_default_str();
 
@@ -313,7 +314,7 @@ int run(int argc, char** argv) {
   parser.app.set_version_flag("--version", "atwood 0.1.0");
   parser.app.footer(
       "Exit codes: 0 pass; 1 a gate failed, is unverifiable or was not run; 2 input or usage; 3 a cell crashed, hung\n"
-      "or sent garbage; 4 no baseline; 5 input/output or internal; 130, 143 interrupted.");
+      "or sent an invalid answer; 4 no baseline; 5 input/output or internal; 130, 143 interrupted.");
   parser.app.formatter_fn(
       [](const CLI::App* app, const std::string&, CLI::AppFormatMode) { return help_text(*app, terminal_width()); });
   declare_commands(parser);

@@ -142,7 +142,7 @@ std::string help_text(const CLI::App& app, int columns) {
     for (const CLI::App* sub : commands_of(app)) text += entry(sub->get_name(), sub->get_description(), 14, width);
     text += "\n";
   }
-  section("Words:\n", true, 26);
+  section("Arguments:\n", true, 26);
   section("Options:\n", false, 26);
   if (app.get_parent() == nullptr)
     text += wrapped("`atwood help COMMAND` shows a command's options, `atwood help --man` the manual page.", 0, width);

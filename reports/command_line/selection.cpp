@@ -239,7 +239,7 @@ void require_answers(const std::vector<Worker>& workers, const Study& study) {
   }
 }
 
-// What a study's blocks name, without the questions that take several runs.
+// What a study's blocks name, without the probes.
 std::vector<std::string> scenarios_of(const Study& study) {
   std::vector<std::string> names;
   std::set<std::string> seen;

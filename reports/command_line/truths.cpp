@@ -73,8 +73,9 @@ std::vector<RefusedTruth> refused_truths(const Place& place, const std::vector<S
     if (found != scenarios.end()) {
       one.truth = kind_words(found->truth);
       if (row.status == Status::unsupported)
-        one.remedy = try_truths && refused.size() < 3 ? other_truths(place, *found, 5)
-                                                      : "`atwood trace SCENE --method truth` tells what covers it.";
+        one.remedy = try_truths && refused.size() < 3
+                         ? other_truths(place, *found, 5)
+                         : "`atwood trace SCENE --method truth` shows which truths cover it.";
     }
     refused.push_back(one);
   }

@@ -23,7 +23,7 @@ struct CellName {
   std::string scenario, method, claim;
   std::int64_t steps = 0;
   bool probe = false;
-  bool absent = false;  // a glob over an engine that is not built: nobody knows its methods
+  bool absent = false;  // a glob over an engine that is not built: its methods are unknown
 };
 // The cells that this selection would have without --scenario, --method and --steps (scenes of the user's own stay).
 std::vector<CellName> unfiltered_cells(const Place& place, const Options& options, const Selection& selection);

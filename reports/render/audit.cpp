@@ -77,7 +77,7 @@ AuditProblem problem(const std::string& scenario, double claimed, const Figures&
   made.reason = chosen->reason;
   if (made.verdict == AuditVerdict::inconclusive && std::isfinite(made.order))
     made.reason = (made.order < kRoundOff        ? "round-off that grows with the steps; "
-                   : made.quantity == "velocity" ? "position tells nothing; velocity: "
+                   : made.quantity == "velocity" ? "the position error is inconclusive; by velocity: "
                                                  : "between whole orders; ") +
                   made.reason;
   return made;
@@ -88,7 +88,7 @@ AuditVerdict overall(const std::vector<AuditProblem>& problems) {
     return std::count_if(problems.begin(), problems.end(), [&](const AuditProblem& p) { return p.verdict == verdict; });
   };
   if (count(AuditVerdict::lower) > 0) return AuditVerdict::lower;
-  // One problem above may be luck with its instant; two, or the only one that tells, are a finding.
+  // One problem above may be coincidence; two, or the only one that tells, are a finding.
   const auto higher = count(AuditVerdict::higher), as_claimed = count(AuditVerdict::as_claimed);
   if (higher >= 2 || (higher == 1 && as_claimed == 0)) return AuditVerdict::higher;
   if (as_claimed > 0) return AuditVerdict::as_claimed;

@@ -33,7 +33,7 @@ void apply_id(Settings& settings, const MethodId& id) {
   if (!id.scalar.empty()) set("scalar", id.scalar);
 }
 
-// Nobody's, where no engine of the report lists the method: a run that was recorded elsewhere.
+// No engine, where none of the report's lists the method: a run that was recorded elsewhere.
 RanMethod find_method(const std::vector<Engine>& engines, const std::string& text) {
   RanMethod made;
   made.id = text;

@@ -26,16 +26,16 @@ std::string figure(double value, int digits = 5);   // general format; "nan", "i
 std::string time_words(double seconds);             // "312 ns", "12.3 us", "1.2 ms", "3.4 s"; "-" when not finite
 std::string cost_words(double cost, Cost kind);     // a time, or a count of evaluations
 std::string norm_words(const std::string& metric);  // "error-position-max": "position, largest over the run"
-// A fitted order with the half-width of its 95 % interval: "3.98", or why it is none. Wider than +- 0.2 it is told from
-// no neighbour, and an error that stays where it is has no order; one that grows as h shrinks has a negative one.
+// A fitted order with the half-width of its 95 % interval: "3.98", or why it is none. Wider than +- 0.2 it cannot
+// be distinguished from the next order, and an error that stays where it is has no order; one that grows as h shrinks
+// has a negative one.
 std::string order_words(double order, double half_width);
 std::string rung_words(const std::string& method, std::int64_t steps);  // "960 steps", "tol 1e-8"
 std::string truth_words(const TruthSpec& truth);
 std::string allowed_words(const Verdict& verdict);   // "[3.9, 4.2]", "<= 1e-12", ">= 2"
 std::string measured_words(const Verdict& verdict);  // value, with its bar where that matters; "-" when not run
 
-// Where a gate stands. A gate of the project is named from the project's root: where that lies on a disk tells no
-// reader.
+// Where a gate stands. Gates of the project are shown relative to its root.
 std::string origin_words(const std::string& origin);
 
 struct JudgementCounts {

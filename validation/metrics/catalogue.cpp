@@ -60,16 +60,17 @@ const std::vector<MetricInfo>& all_metrics() {
       {"size-velocity", "m/s", "Largest speed along the true motion."},
       {"size-body-rate", "rad/s", "Largest angular speed along the true motion."},
       {"condition", "1",
-       "Growth over the run of a perturbation relative to each initial vector's own size: what amplifies round-off."},
+       "Condition number of the flow: growth over the run of an initial perturbation relative to each vector's own "
+       "size, in units of the trajectory's size."},
       {"energy-scale", "J",
        "E_scale, one a scene for all methods and steps: max of kinetic + |V - V0| over the truth's samples, or, "
        "without a truth, over a run of the reference whose energy has converged under refinement (the reason says which)."},
       {"energy-max", "1", "Largest |E - E0| / E_scale."},
       {"energy-drift", "1/s",
-       "Slope of (E - E0) / E_scale, an oscillation of any shape fitted beside it and the median of pair slopes taken "
-       "of the rest; bar = 95 % corrected for autocorrelation, or, where the residual is not stationary, the range of "
-       "the slopes of the run's halves and of its mean slopes; NaN: round-off dominates, and one run is a single sample "
-       "of it; positive: the energy grows."},
+       "Slope of (E - E0) / E_scale by Theil and Sen, after an oscillation of any shape is fitted and removed. "
+       "Positive: the energy grows. Bar: 95 %, corrected for autocorrelation; if the residual is not stationary, the "
+       "range of the slopes of the run's halves and of its mean slopes. NaN: round-off dominates, and one run is a "
+       "single sample of it."},
       {"energy-oscillation", "1", "Half the range of (E - E0) / E_scale about its drift."},
       {"energy-change-max", "J", "Largest |E - E0|, of scenes without E_scale."},
       {"energy-change-drift", "W", "energy-drift of scenes without E_scale: slope of E - E0."},
@@ -100,8 +101,8 @@ const std::vector<MetricInfo>& all_metrics() {
       {"growth-exponent-round-off-energy", "1",
        "Ensemble of 96 runs perturbed in the last place, beside wider arithmetic: exponent of the law that the root "
        "mean square of round-off in energy grows by (reason: its name; Brouwer's: t^1/2); bar = 95 % by bootstrap over "
-       "runs; NaN: inconclusive. Where the method's own energy error oscillates far above round-off, that oscillation "
-       "shifted in phase joins."},
+       "runs; NaN: inconclusive. If the method's energy error oscillates far above round-off, phase shifts of "
+       "that oscillation are included."},
       {"growth-exponent-round-off-position", "1",
        "The same of round-off in position (Brouwer's law of the phase: t^3/2)."},
       {"growth-exponent-round-off-attitude", "1", "The same of round-off in attitude."},
@@ -119,8 +120,8 @@ const std::vector<MetricInfo>& all_metrics() {
       {"reversal-error-body-rate", "rad/s",
        "Norm of the body rate's difference from the start after the run there and back; the worst body."},
       {"reversal-over-round-off", "1",
-       "The reversal error over what round-off leaves there and back, u sqrt(steps) size condition; the largest of its "
-       "kinds."},
+       "The reversal error divided by the expected round-off of both passes, u sqrt(steps) size condition; the largest "
+       "of its kinds."},
       {"symplecticity-defect", "1",
        "Frobenius norm of M^T J M - J, M the end's derivatives by the start in scaled canonical variables; bar: from "
        "the difference step."},
@@ -133,15 +134,15 @@ const std::vector<MetricInfo>& all_metrics() {
       {"lyapunov-exponent", "1/s",
        "Mean exponential rate at which two neighbouring runs separate, their distance reset after each sample (Benettin "
        "et al. 1980); bar = 95 % from means of ten blocks."},
-      {"tolerance-ratio", "1", "error-position-max over size-position and over the relative tolerance asked for."},
+      {"tolerance-ratio", "1", "error-position-max over size-position and over the relative tolerance of the run."},
       {"tolerance-exponent", "1",
        "Slope of log error-position-max on log rtol, tolerances within 30 x the floor left out; 1: proportional; bar = "
        "95 %; NaN: inconclusive."},
       {"gci-position", "m",
-       "Grid convergence index of the last position from the finest three usable steps, 1.25 |x2 - x1| / (r^p - 1): "
-       "the band about the finest value, no truth used; the worst body; the reason says whether the order of the next "
-       "coarser three, and the formal one where it is known, agree: three steps alone do not test the asymptotic "
-       "range."},
+       "Grid convergence index of the worst body's last position from the finest three usable steps, "
+       "1.25 |x2 - x1| / (r^p - 1): the band about the finest value. No truth is used. The reason says whether the "
+       "order of the next coarser three, and the formal one where it is known, agree. Three steps alone do not test "
+       "the asymptotic range."},
       {"richardson-order-position", "1",
        "Order p that the differences between those three steps show; negative: they grow as h shrinks."},
       {"gci-effectivity", "1",
@@ -200,9 +201,11 @@ const std::vector<MetricInfo>& all_metrics() {
        "Largest mu f_n |u_t| + f_t . u_t over the largest mu f_n times the largest speed of slip or of a touching body "
        "(u_t: slip of b on a): 0 where friction has its full size and opposes the slip; no row where nothing moves."},
       {"contact-misses", "1",
-       "Poses of a sweep that overlap by more than round-off of their places and where the engine finds no contact."},
+       "Poses of a sweep that overlap by more than round-off of their positions and where the engine finds no "
+       "contact."},
       {"contact-false-hits", "1",
-       "Poses of a sweep that are apart by more than round-off of their places and where the engine finds a contact."},
+       "Poses of a sweep that are apart by more than round-off of their positions and where the engine finds a "
+       "contact."},
       {"touch-misses", "1", "Swept poses that touch within a second and where the engine finds no touch."},
       {"touch-false-hits", "1", "Swept poses that never touch within a second and where the engine finds a touch."},
       {"contact-depth-error-median", "1",
@@ -243,8 +246,9 @@ const std::vector<MetricInfo>& all_metrics() {
       {"penetration-relative", "1",
        "Deepest overlap over the samples in units of the smaller body: its radius or least half extent."},
       {"step-time", "s",
-       "Time of one step: median over the repeats of the timed pass, which observes nothing. Its bar is the farther end of "
-       "the median's 95 % interval by order statistics (of fewer than six repeats their range; unknown of one)."},
+       "Time of one step: median over the repeats of the timed pass, which records no samples. Bar: distance to the "
+       "farther end of the median's 95 % interval by order statistics; with fewer than six repeats their range; with "
+       "one, unknown."},
       {"step-time-p95", "s",
        "Time of one step: 95th percentile over the repeats of the timed pass, from 20 repeats on."},
       {"run-time", "s",
@@ -252,8 +256,8 @@ const std::vector<MetricInfo>& all_metrics() {
       {"solver-capped", "1",
        "Solves that ended without reaching their tolerance or round-off: at the iteration limit, or because the "
        "iteration diverged. Of the run: of all its solvers; with a solver's name in `body`: of that one. contact-sweeps "
-       "takes a fixed number of sweeps, which is the method, and counts as capped unless the last one changed almost "
-       "nothing."},
+       "always takes a fixed number of sweeps, so most of its solves count as capped: all but those whose last sweep "
+       "changed almost nothing."},
       {"solver-residual-max", "1",
        "Largest residual that a solve ended with; the solver's name stands in `body`, its scale in the reason. Of the "
        "run: that of the solver where it is largest. Solves of a step that was refused and taken again are left out. "

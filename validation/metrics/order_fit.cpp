@@ -125,7 +125,8 @@ OrderFit fit_order(std::span<const double> h_s, std::span<const double> error, s
   }
   const double half_width = (interval.high - interval.low) / 2;
   if (!(half_width <= kWidest)) {
-    fit.reason = "the finest rungs scatter: a half-width of " + format_measure(half_width, 0, 2) + " tells no order";
+    fit.reason = "the finest rungs scatter: a half-width of " + format_measure(half_width, 0, 2) +
+                 " is too wide to determine an order";
     return fit;
   }
   fit.order = (interval.low + interval.high) / 2;

@@ -16,7 +16,7 @@ namespace metrics {
 double median_in_place(std::vector<double>& x);
 
 // The quantile p in (0, 1] by nearest rank: the smallest value that at least the share p of x does not exceed. NaN of
-// none. Whoever reports the 95th percentile needs 20 values: of fewer it is the largest.
+// none. A 95th percentile needs 20 values: of fewer it is the largest.
 double nearest_rank(std::vector<double> x, double p);
 constexpr std::size_t kFewestForP95 = 20;
 

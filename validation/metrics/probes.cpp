@@ -30,7 +30,7 @@ const std::vector<ProbeInfo>& all_probes() {
       {Probe::touch_sweep, "touch-sweep",
        "First touches of seeded motions, `steps` of them a pair of shapes, against the exact ones: misses, time."},
       {Probe::contact_tables, "contact-tables",
-       "Contacts of the cases in the folder `geometry` beside the scenario, whose answers are known by hand."}};
+       "Contacts of the cases in the folder `geometry` beside the scenario, whose answers are derived by hand."}};
   return probes;
 }
 

@@ -83,7 +83,7 @@ struct StableRange {
 };
 StableRange stable_range(const WorkCurve& curve);
 
-// ---- who wins -----------------------------------------------------------------------------------------------------
+// ---- cheapest method per error -------------------------------------------------------------------------------------
 // With its 95 % interval
 struct TimedRatio {
   double value = 1, low = 1, high = 1;

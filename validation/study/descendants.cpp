@@ -24,7 +24,7 @@ namespace atwood {
 namespace {
 
 constexpr std::size_t kLongestFile = std::size_t{4} << 20;
-constexpr int kRounds = 200;  // who forks as fast as it is killed is left after this many
+constexpr int kRounds = 200;  // a process that forks as fast as it is killed is given up after this many
 
 struct LiveWorkers {
   std::mutex mutex;
@@ -98,8 +98,8 @@ void kill_if_still(const Stat& seen) {
   close(handle);
 }
 
-// Orphans of workers among our children. What this program starts by other means stays in its session, which nobody who
-// left it can enter again.
+// Orphans of workers among our children. What this program starts by other means stays in its session, which a
+// process cannot rejoin.
 bool adopted(const Stat& stat) {
   return stat.parent == getpid() && stat.session != getsid(0) && !live().pids.contains(stat.pid);
 }

@@ -26,7 +26,7 @@ struct StudyCells {
   std::string claim = {};                    // a class of motion: only methods that claim an order in it
   double least_order = 0, most_order = 1e9;  // ... and that order within these
   std::vector<std::string> except = {};      // globs over base ids: left out of what `methods` takes in
-  Probe probe = Probe::none;                 // a question that takes several runs
+  Probe probe = Probe::none;                 // several runs of a cell made for one figure
   double limit_s = 0;                        // seconds that a cell may take; 0: StudyOptions says
   std::vector<Status> allow = {};            // `diverged`, `not finite`: endings that do not fail the run
   std::string allow_reason = {};             // why; required with `allow`
@@ -68,7 +68,7 @@ struct Cell {
   std::string accuracy_hash, timing_hash, settings_hash;
   Status absent = Status::not_built;  // worker -1: why there is none
   std::string absent_reason;
-  Probe probe = Probe::none;       // a question of several runs instead of one run, measured
+  Probe probe = Probe::none;       // several runs made for one figure, instead of one run, measured
   double limit_s = 0;              // seconds it may take; 0: StudyOptions says
   std::string pattern = {};        // what the study calls its method: an id, or a glob that it came of
   std::vector<Status> allow = {};  // endings that do not fail the run (StudyCells::allow)
