@@ -341,7 +341,7 @@ class Goals(Case):
         self.assertLess(hard["uncounted"]["error"], hard["ours"]["error"])
         self.assertIsNone(hard["rival"])
         self.assertTrue(kept["reached"])
-        result = self.expect(self.run_in(*words), 0, "reached      An easy one", "NOT REACHED  hard", "2 of 3 goals reached", "nobody", "atwood/rk4, 120 steps")
+        result = self.expect(self.run_in(*words), 0, "reached      An easy one", "NOT REACHED  hard", "2 of 3 goals reached", "rival      none", "atwood/rk4, 120 steps")
         self.assertNotIn("\x1b", result.stdout)
         # The report of a run shows them.
         self.expect(self.run_in("run", *SMALL, "-o", "json:r.json"), 0)
