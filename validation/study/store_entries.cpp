@@ -212,11 +212,14 @@ void StoreDatabase::insert_measured(const std::string& key, const std::string& c
 
 std::vector<Row> StoreDatabase::select_rows(const std::string& key, std::int64_t count, std::int64_t expected) {
   SQLite::Statement& select =
-      prepared(std::string("SELECT ") + kRowColumns + " FROM rows WHERE key=? ORDER BY ordinal");
+      prepared(std::string("SELECT ") + kRowColumns + ", key FROM rows WHERE key=? ORDER BY ordinal");
   select.bind(1, key);
   std::vector<Row> rows;
   ValueChecksum checksum;
   while (select.executeStep()) {
+    // A search of the key's range takes in a row in its midst whose own key has changed to a smaller one.
+    if (select.getColumn(kRowColumnCount).getString() != key)
+      throw StoreDamage("store " + path + ": the key of a row has changed");
     for (int i = 0; i < kRowColumnCount; ++i) checksum.add(select.getColumn(i));
     const auto optional = [&](int i) {
       return select.getColumn(i).isNull() ? std::nullopt : std::optional(select.getColumn(i).getDouble());

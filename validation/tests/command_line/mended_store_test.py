@@ -47,7 +47,7 @@ class Damage(Case):
             self.assertNotIn("runs again", second)
             self.assertIn("nothing to do", second)
             self.ask("report", *run[1:-1])
-        self.assertGreater(mended, 5)
+        self.assertGreater(mended, 15)  # of 18 rows; the rest are refused
 
 
 class Template(Case):
@@ -57,7 +57,11 @@ class Template(Case):
         with open(self.path("worker.py"), "w") as file:
             file.write(text.replace("import hashlib,", "import gain, hashlib,", 1))
         os.chmod(self.path("worker.py"), 0o755)
-        gain = lambda value: open(self.path("gain.py"), "w").write(f"GAIN = {value}\n")  # noqa: E731
+
+        def gain(value):
+            with open(self.path("gain.py"), "w") as file:
+                file.write(f"GAIN = {value}\n")
+
         run = ["run", *SCENARIO, "--engine", "./worker.py", "--no-timing"]
         gain("1.0")
         first = self.ask(*run).stderr
