@@ -10,12 +10,6 @@
 #include "validation/gates/gates.hpp"
 
 namespace atwood {
-namespace {
-
-const double kNone = std::numeric_limits<double>::quiet_NaN();
-
-}  // namespace
-
 GoalResult blank_result(const Goal& goal) {
   GoalResult result;
   result.id = goal.id;
@@ -25,7 +19,7 @@ GoalResult blank_result(const Goal& goal) {
   result.wanted_error = goal.error;
   result.budget_kind = goal.budget_kind;
   result.budget = goal.budget;
-  result.ratio = result.ratio_low = result.ratio_high = kNone;
+  result.ratio = result.ratio_low = result.ratio_high = kNotMeasured;
   result.wanted_ratio = goal.times_faster;
   return result;
 }
@@ -34,11 +28,11 @@ GoalResult judge_figure(const Goal& goal, const std::vector<BenchFigure>& figure
   GoalResult result;
   result.id = goal.id;
   result.title = goal.title;
-  result.wanted_error = result.ratio = result.ratio_low = result.ratio_high = kNone;
+  result.wanted_error = result.ratio = result.ratio_low = result.ratio_high = kNotMeasured;
   result.budget_kind = "ns";
   result.budget = goal.budget;
   const auto entrant = [&](const std::vector<std::string>& names) {
-    GoalEntrant best{"", 0, kNone, 0, kNone, kNone, kNone, true};
+    GoalEntrant best{"", 0, kNotMeasured, 0, kNotMeasured, kNotMeasured, kNotMeasured, true};
     for (const BenchFigure& figure : figures) {
       if (std::none_of(names.begin(), names.end(),
                        [&](const std::string& name) { return glob_match(name, figure.name); }))
@@ -75,7 +69,7 @@ GoalResult judge_table(const Goal& goal, const std::vector<BenchTable>& tables) 
       continue;
     if (const auto* value = std::get_if<double>(&row[static_cast<std::size_t>(column)]);
         value != nullptr && std::isfinite(*value)) {
-      result.ours = {goal.row, 0, *value, 0, kNone, kNone, kNone, *value <= goal.error};
+      result.ours = {goal.row, 0, *value, 0, kNotMeasured, kNotMeasured, kNotMeasured, *value <= goal.error};
     }
   }
   result.why = result.ours.method.empty() ? fmt::format("no figure in `{}`, `{}`", goal.row, goal.column)

@@ -16,9 +16,7 @@
 namespace atwood {
 namespace {
 
-const double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kTimed = 5;  // of each side, the quickest of a first timing
-constexpr int kRounds = 15;
 
 // `library`: a rival that evaluates the reference's rate; `same_rate`: ours on that rate.
 enum class Side { ours, rival, uncounted, library, same_rate };
@@ -65,7 +63,7 @@ std::vector<Cell> plan_goal(const Goal& goal, const Scenario& scenario, const st
 }
 
 GoalEntrant entrant_of(const Cell& cell, const std::vector<Row>& rows, const Goal& goal) {
-  GoalEntrant entrant{cell.method, cell.plan.steps, kNone, 0, kNone, kNone, kNone, false};
+  GoalEntrant entrant{cell.method, cell.plan.steps, kNotMeasured, 0, kNotMeasured, kNotMeasured, kNotMeasured, false};
   for (const Row& row : rows) {
     if (row.method != cell.method || row.steps != cell.plan.steps || !row.body.empty() || row.t_s ||
         row.status != Status::ok)
@@ -173,7 +171,7 @@ std::vector<Candidate> GoalRun::measured(const Goal& goal, const Scenario& scena
 
 // Half the error of the most accurate rival: what that is, is known when all have run. Rivals then count as they are.
 void ask_by_rivals(Goal& goal, std::vector<Candidate>& candidates) {
-  double least = kNone;
+  double least = kNotMeasured;
   for (const Candidate& c : candidates) {
     if (is_rival(c.side) && !(c.entrant.error >= least)) least = c.entrant.error;
   }
@@ -217,7 +215,7 @@ void GoalRun::time(const Goal& goal, std::vector<Candidate>& candidates) {
       }
       continue;
     }
-    for (Candidate* c : own) c->entrant.seconds = kNone;
+    for (Candidate* c : own) c->entrant.seconds = kNotMeasured;
     if (own.size() > kTimed) own.resize(kTimed);
     chosen.insert(chosen.end(), own.begin(), own.end());
   }

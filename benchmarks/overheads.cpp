@@ -15,7 +15,6 @@ namespace atwood {
 namespace {
 
 constexpr std::array kRepeats{1, 2, 4, 8};
-constexpr int kRounds = 15;
 constexpr double kBestRun_s = 1e-3;  // long enough for the clock, short enough for many turns
 constexpr std::size_t kMostFamilies = 8;
 

@@ -26,6 +26,8 @@ struct Contender {
 // A method that names its threads is not pinned: they would share one processor.
 bool pinned(const std::string& method);
 
+inline constexpr int kRounds = 15;  // in turns, where a figure needs an interval
+
 class Stopwatch {
  public:
   explicit Stopwatch(double limit_s) : limit_s_(limit_s) {}

@@ -7,11 +7,11 @@
 namespace atwood {
 namespace {
 
-double length(const Real3& v) { return std::hypot(v[0], v[1], v[2]); }
+double hypot3(const Real3& v) { return std::hypot(v[0], v[1], v[2]); }
 
 double farthest(const std::vector<Real3>& points) {
   double radius = 0;
-  for (const Real3& point : points) radius = std::max(radius, length(point));
+  for (const Real3& point : points) radius = std::max(radius, hypot3(point));
   return radius;
 }
 
@@ -20,7 +20,7 @@ struct BoundingRadius {
   double operator()(const Sphere& s) const { return s.radius_m; }
   double operator()(const Plane&) const { return std::numeric_limits<double>::infinity(); }
   double operator()(const Rectangle& s) const { return std::hypot(s.half_extents_m[0], s.half_extents_m[1]); }
-  double operator()(const Box& s) const { return length(s.half_extents_m); }
+  double operator()(const Box& s) const { return hypot3(s.half_extents_m); }
   double operator()(const Capsule& s) const { return s.radius_m + s.half_length_m; }
   double operator()(const Cylinder& s) const { return std::hypot(s.radius_m, s.half_length_m); }
   double operator()(const Convex& s) const { return farthest(s.points_m); }
@@ -28,7 +28,7 @@ struct BoundingRadius {
   double operator()(const Compound& s) const {
     double radius = 0;
     for (const auto& part : s.boxes)
-      radius = std::max(radius, length(part.position_body_m) + length(part.half_extents_m));
+      radius = std::max(radius, hypot3(part.position_body_m) + hypot3(part.half_extents_m));
     return radius;
   }
 };

@@ -25,10 +25,10 @@ using Clock = std::chrono::steady_clock;
 constexpr double kLeastLimit_s = 0.05;  // of a run, however short the search
 constexpr int kMostAtOnce = 4;          // methods between two checks of the time
 
-class Search {
+class AdviceSearch {
  public:
-  Search(const Place& place, const Options& options, const std::vector<Worker>& workers, Scenario scenario,
-         Clock::time_point start, Advice& advice)
+  AdviceSearch(const Place& place, const Options& options, const std::vector<Worker>& workers, Scenario scenario,
+               Clock::time_point start, Advice& advice)
       : place_(place), options_(options), workers_(workers), scenario_(std::move(scenario)), start_(start),
         advice_(advice) {
     lengthen_ladder(scenario_);
@@ -62,7 +62,7 @@ class Search {
 // The ladders that `compare` runs: the scenario's own steps and their halves, and tolerances where a method takes them.
 // Every tolerance is a ladder of its own to a study, so that the loosest is run first: where it takes long, the tighter
 // ones would take the time of the others.
-bool Search::run_some(const std::vector<std::string>& ids) {
+bool AdviceSearch::run_some(const std::vector<std::string>& ids) {
   std::vector<std::string> notes, tight;
   std::set<std::string> families;
   std::vector<std::string> loose = with_tolerances(ids, workers_, notes);
@@ -85,7 +85,7 @@ bool Search::run_some(const std::vector<std::string>& ids) {
   return tight.empty() || truth_failed_ || run_cells(tight);
 }
 
-bool Search::run_cells(const std::vector<std::string>& ids) {
+bool AdviceSearch::run_cells(const std::vector<std::string>& ids) {
   StudyCells block;
   block.scenarios = {"*"};
   block.methods = ids;
@@ -107,12 +107,12 @@ bool Search::run_cells(const std::vector<std::string>& ids) {
   return !result.interrupted;
 }
 
-bool Search::over() const {
+bool AdviceSearch::over() const {
   return !cells_.empty() && std::chrono::duration<double>(Clock::now() - start_).count() >= options_.search_s;
 }
 
 // An engine that steps no contacts refuses by every method of it: one is asked. Empty: it may compete.
-std::string Search::refusal(const std::string& engine) const {
+std::string AdviceSearch::refusal(const std::string& engine) const {
   if (!advice_.motion.contacts || !engines_run_.contains(engine)) return "";
   std::string reason;
   for (const Row& row : rows_) {
@@ -124,7 +124,7 @@ std::string Search::refusal(const std::string& engine) const {
 }
 
 // Some method of the engine has run, well or badly. That one is unsupported takes no time.
-bool Search::had_turn(const std::string& engine) const {
+bool AdviceSearch::had_turn(const std::string& engine) const {
   return std::any_of(rows_.begin(), rows_.end(), [&](const Row& row) {
     return row.metric == "status" && row.status != Status::unsupported && engine_of(row.method) == engine;
   });
@@ -132,7 +132,7 @@ bool Search::had_turn(const std::string& engine) const {
 
 // Every engine's first method that it supports is tried, whatever the time. A ladder takes at most about three limits (its rungs double,
 // and the first that hangs ends it), so that with a limit of an engine's share of the time they end within twice of it.
-bool Search::run(const Candidates& candidates) {
+bool AdviceSearch::run(const Candidates& candidates) {
   const std::vector<std::string>& ids = candidates.ids;
   const std::size_t jobs = static_cast<std::size_t>(std::clamp(study_options(place_, options_).jobs, 1, kMostAtOnce));
   run_limit_s_ = std::min(options_.cell_limit_s,
@@ -213,7 +213,7 @@ std::string no_coarser_words(const std::vector<WorkCurve>& all, const AdviceRung
 }
 
 // Who ran and is not recommended, and why.
-void Search::tell_losers(const std::vector<WorkCurve>& all, const Contest& contest) {
+void AdviceSearch::tell_losers(const std::vector<WorkCurve>& all, const Contest& contest) {
   std::map<std::string, std::string> reasons;
   const auto tell = [&](const std::string& reason, const std::string& family) {
     reasons[reason] += (reasons[reason].empty() ? "" : ", ") + family;
@@ -249,7 +249,7 @@ void Search::tell_losers(const std::vector<WorkCurve>& all, const Contest& conte
   advice_.left_out.insert(advice_.left_out.begin(), told.begin(), told.end());
 }
 
-bool Search::decide() {
+bool AdviceSearch::decide() {
   std::vector<std::string> notes;
   const std::vector<Row> rows = without_idle_halves(rows_, options_.methods, notes);
   const std::vector<WorkCurve> all = work_curves(rows, scenario_.id, advice_.metric);
@@ -333,7 +333,7 @@ int command_advise(const Place& place, const Options& options) {
   make_out_dir(options.out_dir);
   const auto interrupted = [] { return 128 + std::max(interrupt_signal(), 2); };
 
-  std::optional<Search> search;
+  std::optional<AdviceSearch> search;
   advice.truth = truth_words(advice.scenario.truth);
   if (advice.scenario.truth.kind != TruthKind::none) {
     search.emplace(place, options, workers, advice.scenario, start, advice);

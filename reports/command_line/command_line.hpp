@@ -149,4 +149,6 @@ int command_bench(const Place&, const Options&);
 int command_tune(const Place&, const Options&);
 int command_report(const Place&, const Options&);
 
+std::string join(const std::vector<std::string>& words, const char* between);
+
 }  // namespace atwood

@@ -42,12 +42,10 @@ std::vector<const CLI::App*> commands_of(const CLI::App& app) {
   return app.get_subcommands([](const CLI::App* sub) { return !sub->get_group().empty(); });
 }
 
-std::string join(const std::vector<std::string>& words) { return fmt::format("{}", fmt::join(words, " ")); }
-
 std::string command_names(const CLI::App& app) {
   std::vector<std::string> names;
   for (const CLI::App* sub : commands_of(app)) names.push_back(sub->get_name());
-  return join(names);
+  return join(names, " ");
 }
 
 // "--scenario=SCENE ...", and the value of words without an option as "=STUDY".
@@ -58,14 +56,14 @@ std::string values_of(const CLI::App& command) {
     if (option.names.empty()) values.push_back("=" + option.value);
     for (const std::string& name : option.names) values.push_back(name + "=" + option.value);
   }
-  return join(values);
+  return join(values, " ");
 }
 
 std::string option_words(const CLI::App& command) {
   std::vector<std::string> words;
   for (const OptionWords& option : options_of(command))
     words.insert(words.end(), option.names.begin(), option.names.end());
-  return join(words);
+  return join(words, " ");
 }
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
@@ -91,7 +89,7 @@ std::string source_cases(const CLI::App& app) {
       if (kind == "commands") words.push_back(command_names(app));
       else asked += fmt::format(" $(\"$program\" list {} --names 2>/dev/null)", kind);
     }
-    text += fmt::format("    '{}') candidates=\"{}{}\" files={} ;;\n", name, join(words), asked, source.files ? 1 : 0);
+    text += fmt::format("    '{}') candidates=\"{}{}\" files={} ;;\n", name, join(words, " "), asked, source.files ? 1 : 0);
   }
   return text;
 }
@@ -171,7 +169,7 @@ std::string fish_values(const std::string& name, const CLI::App& app) {
   std::vector<std::string> words = known->second.words;
   for (const std::string& kind : known->second.kinds)
     words.push_back(kind == "commands" ? command_names(app) : fmt::format("(__atwood_list {})", kind));
-  const std::string given = words.empty() ? "" : " -a " + in_fish(join(words));
+  const std::string given = words.empty() ? "" : " -a " + in_fish(join(words, " "));
   return (known->second.files ? "-r -F" : "-x") + given;
 }
 

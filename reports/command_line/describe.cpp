@@ -18,10 +18,6 @@ using json = nlohmann::ordered_json;
 
 namespace {
 
-std::string join(const std::vector<std::string>& words, const char* between) {
-  return fmt::format("{}", fmt::join(words, between));
-}
-
 // The method that the words name, when they name one that an engine offers or could offer; no scene has `/` and no
 // file.
 bool names_method(const std::string& text) {

@@ -16,10 +16,6 @@ using json = nlohmann::ordered_json;
 
 namespace {
 
-std::string join(const std::vector<std::string>& words, const char* between) {
-  return fmt::format("{}", fmt::join(words, between));
-}
-
 std::string worker_line(const Worker& worker) {
   const std::string name = fs::path(worker.path).filename().string();
   if (worker.status != Status::ok) return fmt::format("{:<18} {}: {}", name, to_string(worker.status), worker.reason);

@@ -15,8 +15,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-bool has_glob(const std::string& text) { return text.find_first_of("*?") != std::string::npos; }
-
 std::vector<CellName> names_of(const std::vector<Cell>& cells) {
   std::vector<CellName> names;
   for (const Cell& cell : cells)

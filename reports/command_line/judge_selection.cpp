@@ -26,8 +26,6 @@ namespace {
 
 using CellKey = std::tuple<std::string, std::string, std::int64_t>;
 
-bool has_glob(const std::string& text) { return text.find_first_of("*?") != std::string::npos; }
-
 std::vector<Claim> claims_of(const Selection& selection) {
   std::set<std::tuple<std::string, std::string, std::string, double>> claimed;
   for (const Cell& cell : selection.cells)

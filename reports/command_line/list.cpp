@@ -16,10 +16,6 @@ using json = nlohmann::ordered_json;
 
 namespace {
 
-std::string join(const std::vector<std::string>& words, const char* between) {
-  return fmt::format("{}", fmt::join(words, between));
-}
-
 json gate_json(const Gate& gate) {
   json out = {{"scenario", gate.scenario}, {"method", gate.method}, {"metric", gate.metric}};
   if (gate.steps) out["steps"] = *gate.steps;

@@ -245,4 +245,8 @@ bool use_colour(int fd) {
   return is_terminal(fd) && !(no_colour && *no_colour) && environment_or("TERM", "") != "dumb";
 }
 
+std::string join(const std::vector<std::string>& words, const char* between) {
+  return fmt::format("{}", fmt::join(words, between));
+}
+
 }  // namespace atwood

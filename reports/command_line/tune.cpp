@@ -34,10 +34,10 @@ constexpr double kSame = 0.01;  // a setting whose removal costs less is not kep
 using Runs =
     std::map<std::pair<std::string, std::int64_t>, std::map<std::string, Row>>;  // method and steps: metric, row
 
-class Search {
+class SettingSearch {
  public:
-  Search(const Place& place, const Options& options, const std::vector<Worker>& workers, TuneRanges ranges,
-         rivals::SceneClass scene_class)
+  SettingSearch(const Place& place, const Options& options, const std::vector<Worker>& workers, TuneRanges ranges,
+                rivals::SceneClass scene_class)
       : place_(place), options_(options), workers_(workers), ranges_(std::move(ranges)), class_(scene_class) {}
 
   void choose_scenes(std::vector<Scenario> catalogue);
@@ -101,15 +101,15 @@ std::string words_of(const Settings& changes) {
   return text.substr(text.find('{') + 1, text.size() - text.find('{') - 2);
 }
 
-std::string Search::id_of(const Settings& changes) const {
+std::string SettingSearch::id_of(const Settings& changes) const {
   MethodId id = parse_method_id(ranges_.base);
   id.overrides = changes;
   return to_string(id);
 }
 
 // Each method at each multiple of the coarsest rung (`near`: at it and at the next counts that the samples allow).
-std::vector<Row> Search::measure(const std::vector<Scenario>& scenes, const std::vector<std::string>& methods,
-                                 const std::vector<std::int64_t>& factors, bool near) const {
+std::vector<Row> SettingSearch::measure(const std::vector<Scenario>& scenes, const std::vector<std::string>& methods,
+                                        const std::vector<std::int64_t>& factors, bool near) const {
   std::vector<Cell> cells;
   for (const Scenario& scenario : scenes) {
     StudyCells block;
@@ -133,7 +133,7 @@ std::vector<Row> Search::measure(const std::vector<Scenario>& scenes, const std:
 
 // Scenes of the class in an order that the seed shuffles, those that the default runs, quickly and with a figure, until
 // there are enough; every other one is held out.
-void Search::choose_scenes(std::vector<Scenario> catalogue) {
+void SettingSearch::choose_scenes(std::vector<Scenario> catalogue) {
   std::erase_if(catalogue, [&](const Scenario& s) {
     const bool geometry = std::find(s.tags.begin(), s.tags.end(), "geometry") != s.tags.end();
     return geometry || !s.scene.problem.empty() || s.scene.bodies.size() > 1100 ||
@@ -161,7 +161,7 @@ void Search::choose_scenes(std::vector<Scenario> catalogue) {
   }
 }
 
-bool Search::suits(const Scenario& scenario, const std::map<std::string, Runs>& all) const {
+bool SettingSearch::suits(const Scenario& scenario, const std::map<std::string, Runs>& all) const {
   const auto runs = all.find(scenario.id);
   const std::int64_t n = scenario.steps.front();
   if (runs == all.end() || !trouble_of(runs->second, id_of({}), n).empty()) return false;
@@ -170,7 +170,7 @@ bool Search::suits(const Scenario& scenario, const std::map<std::string, Runs>& 
                      [&](const std::string& metric) { return row_of(runs->second, id_of({}), n, metric) != nullptr; });
 }
 
-Search::Trial Search::judged(const Settings& changes, const std::map<std::string, Runs>& all) const {
+SettingSearch::Trial SettingSearch::judged(const Settings& changes, const std::map<std::string, Runs>& all) const {
   Trial trial{changes, 0, ""};
   const std::string base = id_of({}), method = id_of(changes);
   std::vector<TuneFigure> figures;
@@ -220,8 +220,8 @@ double median_ratio(const Runs& runs, const std::string& method, const std::stri
 }
 
 // Medians over four runs at nearly the same step, and at equal time: the default's figure is what its ladder gives there.
-std::vector<TuneEvidence> Search::beside_default(const std::vector<Scenario>& scenes, const Settings& changes,
-                                                 bool held_out) const {
+std::vector<TuneEvidence> SettingSearch::beside_default(const std::vector<Scenario>& scenes, const Settings& changes,
+                                                        bool held_out) const {
   const std::string base = id_of({}), method = id_of(changes);
   const auto near = by_scene(measure(scenes, {base, method}, {0, 1, 2, 3}, true));
   const auto ladder = by_scene(measure(scenes, {base}, {1, 2, 4}, false));
@@ -263,7 +263,7 @@ std::vector<TuneEvidence> Search::beside_default(const std::vector<Scenario>& sc
 }
 
 // Without the changes that do nothing for it: each is taken back alone, in the order of names, where the score stays.
-Search::Trial Search::pruned(Trial trial, const std::vector<Row>& known) const {
+SettingSearch::Trial SettingSearch::pruned(Trial trial, const std::vector<Row>& known) const {
   const Settings all = trial.changes;
   for (const auto& [name, value] : all) {
     if (trial.changes.size() == 1) break;
@@ -288,7 +288,7 @@ std::string worse_words(const TuneEvidence& e) {
                                    : fmt::format("a run of {} failed", e.scenario);
 }
 
-TuneResult Search::run() {
+TuneResult SettingSearch::run() {
   TuneResult result;
   result.engine = ranges_.engine;
   result.scene_class = rivals::to_string(class_);
@@ -364,7 +364,7 @@ TuneResult Search::run() {
 
 TuneResult tune(const Place& place, const Options& options, const std::vector<Worker>& workers,
                 const TuneRanges& ranges, rivals::SceneClass scene_class, std::vector<Scenario> catalogue) {
-  Search search(place, options, workers, ranges, scene_class);
+  SettingSearch search(place, options, workers, ranges, scene_class);
   search.choose_scenes(std::move(catalogue));
   return search.run();
 }

@@ -9,27 +9,27 @@
 namespace atwood {
 namespace {
 
-std::string cell(const std::string& text) { return escape_markdown_cell(text); }
-
 std::string mark(const Reached& reached) {
   return std::string(reached.coarsest ? " <" : "") + (reached.at_bar ? " *" : "");
 }
 
 // Another one's cost over the winner's.
 std::string times(const Reached* other, const Reached& best) {
-  return other == nullptr ? "- | -" : fmt::format("{} | {:.2f}", cell(other->family), other->cost / best.cost);
+  return other == nullptr ? "- | -"
+                          : fmt::format("{} | {:.2f}", escape_markdown_cell(other->family), other->cost / best.cost);
 }
 
 std::string runner_up(const Contest& contest) {
   if (contest.ranked.size() < 2) return "alone | -";
   if (!contest.to_next) return times(&contest.ranked[1], contest.ranked[0]);
-  return fmt::format("{} | {:.2f} [{:.2f}, {:.2f}]", cell(contest.ranked[1].family), contest.to_next->value,
-                     contest.to_next->low, contest.to_next->high);
+  return fmt::format("{} | {:.2f} [{:.2f}, {:.2f}]", escape_markdown_cell(contest.ranked[1].family),
+                     contest.to_next->value, contest.to_next->low, contest.to_next->high);
 }
 
 std::string error_words(const Reached* reached) {
-  return reached == nullptr ? "- | -"
-                            : fmt::format("{} | {:.2g}{}", cell(reached->family), reached->error, mark(*reached));
+  return reached == nullptr
+             ? "- | -"
+             : fmt::format("{} | {:.2g}{}", escape_markdown_cell(reached->family), reached->error, mark(*reached));
 }
 
 // Levels that our engine leads, and that another one leads.
@@ -43,8 +43,8 @@ std::string summary_line(const Dominance& table) {
     }
     return level > 0 ? fmt::format("{:.0e}", level) : std::string("-");
   };
-  return fmt::format("| {} | {} | {} | {} | {} | {} |\n", cell(table.scenario), cell(norm_words(table.metric)), ours,
-                     theirs, finest(true), finest(false));
+  return fmt::format("| {} | {} | {} | {} | {} | {} |\n", escape_markdown_cell(table.scenario),
+                     escape_markdown_cell(norm_words(table.metric)), ours, theirs, finest(true), finest(false));
 }
 
 std::string table_section(const Dominance& table) {
@@ -57,7 +57,7 @@ std::string table_section(const Dominance& table) {
         "--- | ---: | --- | ---: |\n";
   for (const Contest& contest : table.by_error) {
     const Reached& best = contest.ranked[0];
-    out += fmt::format("| {:.0e} | {} | {} | {}{} | {} | {} |\n", contest.asked, cell(best.family),
+    out += fmt::format("| {:.0e} | {} | {} | {}{} | {} | {} |\n", contest.asked, escape_markdown_cell(best.family),
                        rung_words(best.method, best.steps), cost_words(best.cost, table.cost), mark(best),
                        runner_up(contest), times(best_rival(contest, engine_of(best.family)), best));
   }
@@ -68,7 +68,7 @@ std::string table_section(const Dominance& table) {
   for (const Contest& contest : table.by_budget) {
     const Reached& best = contest.ranked[0];
     out += fmt::format("| {} | {} | {:.2g}{} | {} | {} | {} |\n", cost_words(contest.asked, table.cost),
-                       cell(best.family), best.error, mark(best), rung_words(best.method, best.steps),
+                       escape_markdown_cell(best.family), best.error, mark(best), rung_words(best.method, best.steps),
                        error_words(contest.ranked.size() < 2 ? nullptr : &contest.ranked[1]),
                        error_words(best_rival(contest, engine_of(best.family))));
   }
@@ -77,7 +77,8 @@ std::string table_section(const Dominance& table) {
 
 std::string entrant_words(const GoalEntrant& entrant) {
   if (entrant.method.empty()) return "-";
-  std::string words = cell(entrant.method) + (method_family(entrant.method) == entrant.method && entrant.steps > 0
+  std::string words =
+      escape_markdown_cell(entrant.method) + (method_family(entrant.method) == entrant.method && entrant.steps > 0
                                                   ? fmt::format(", {} steps", entrant.steps)
                                                   : "");
   if (std::isfinite(entrant.error)) words += ": " + format_measure(entrant.error, entrant.bar, 2);
@@ -127,8 +128,8 @@ std::string dominance_section(const std::vector<Dominance>& tables) {
 static std::string ratio_words(const GoalResult& goal) {
   const std::string native = std::isfinite(goal.ratio) ? fmt::format("{:.3g}", goal.ratio) : "-";
   if (!std::isfinite(goal.same_rate_ratio)) return native;
-  return fmt::format("{:.3g} at the same rate ({}); native {}", goal.same_rate_ratio, cell(goal.library.method),
-                     native);
+  return fmt::format("{:.3g} at the same rate ({}); native {}", goal.same_rate_ratio,
+                     escape_markdown_cell(goal.library.method), native);
 }
 
 std::string goals_section(const std::vector<GoalResult>& goals) {
@@ -138,9 +139,10 @@ std::string goals_section(const std::vector<GoalResult>& goals) {
       "the error.\n\n"
       "| goal | asked | | ours | best rival | ratio |\n| --- | --- | --- | --- | --- | ---: |\n";
   for (const GoalResult& goal : goals) {
-    out += fmt::format("| {} | {} | {} | {}{} | {} | {} |\n", cell(goal.title), cell(goal_words(goal)),
-                       goal.reached ? "reached" : "**not reached**", entrant_words(goal.ours),
-                       goal.why.empty() ? "" : "; " + cell(goal.why), entrant_words(goal.rival), ratio_words(goal));
+    out += fmt::format("| {} | {} | {} | {}{} | {} | {} |\n", escape_markdown_cell(goal.title),
+                       escape_markdown_cell(goal_words(goal)), goal.reached ? "reached" : "**not reached**",
+                       entrant_words(goal.ours), goal.why.empty() ? "" : "; " + escape_markdown_cell(goal.why),
+                       entrant_words(goal.rival), ratio_words(goal));
   }
   return out + "\n";
 }

@@ -176,12 +176,6 @@ double times_worse(const std::string& metric, double before, double now) {
   return below > 0 ? above / below : kInfinity;
 }
 
-std::string number(double x) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", x);
-  return text;
-}
-
 BaselineChange change_of(const Key& key, BaselineChange::Kind kind, double before, double now, double bar,
                          const std::string& unit) {
   BaselineChange change;
@@ -220,11 +214,11 @@ BaselineChange compare(const Key& key, const Entry& before, const Entry& now, bo
   if (nan_now && !nan_before) change.kind = Kind::regression;
   else if (!nan_now && worse > tolerance) change.kind = Kind::regression;
   else if (!nan_now && -worse > tolerance) change.kind = Kind::improvement;
-  change.text = number(before.value) + " -> " + number(now.value) + (before.unit == "1" ? "" : " " + before.unit) +
-                ", tolerance " + number(tolerance);
+  change.text = six_digits(before.value) + " -> " + six_digits(now.value) +
+                (before.unit == "1" ? "" : " " + before.unit) + ", tolerance " + six_digits(tolerance);
   if (bar_before < before.bar)
-    change.text += "; of the baseline's bar of " + number(before.bar) + " only " + number(bar_before) +
-                   " counts: today's is " + number(now.bar);
+    change.text += "; of the baseline's bar of " + six_digits(before.bar) + " only " + six_digits(bar_before) +
+                   " counts: today's is " + six_digits(now.bar);
   if (timing(key.metric) && !timings_judged && change.kind != Kind::unchanged) {
     change.text += "; advisory: another machine";
     change.kind = Kind::unchanged;

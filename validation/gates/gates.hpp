@@ -61,6 +61,8 @@ std::string to_string(Judgement judgement);
 
 // Does the shell-like pattern (* ? and literal text) match the whole of `text`?
 bool glob_match(const std::string& pattern, const std::string& text);
+// Does the text hold a character of a pattern?
+bool has_glob(const std::string& text);
 
 // ---- baselines: sorted, one metric a line, no timestamps, the environment in a file beside ------------------
 // Of PATH and PATH.env
@@ -101,5 +103,7 @@ std::vector<BaselineChange> compare_baseline(const Baseline& baseline, std::span
 // What is another now than then, or is not in the .env: processor and its features, mathematics library, compiler, flags,
 // versions of the engines. A sentence each; none where there is no .env.
 std::vector<std::string> environment_changes(const Baseline& baseline, std::span<const Row> rows);
+
+std::string six_digits(double value);  // as messages print figures: "%.6g"
 
 }  // namespace atwood

@@ -20,12 +20,6 @@ bool is_order(const std::string& metric) { return metric.starts_with("order-"); 
 // NaN fails.
 bool inconclusive(const Row& row) { return std::isnan(row.value) && row.reason.starts_with("inconclusive"); }
 
-std::string number(double x) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", x);
-  return text;
-}
-
 bool matches_cell(const Gate& gate, const Row& row) {
   return row.body.empty() && !row.t_s && glob_match(gate.scenario, row.scenario) &&
          glob_match(gate.method, row.method) && (!gate.steps || row.steps == *gate.steps);
@@ -50,8 +44,9 @@ Verdict verdict_of(const Gate& gate, const Row& row) {
 }
 
 std::string allowed_text(const Verdict& v) {
-  if (v.gate.kind == Gate::Kind::within) return "[" + number(v.allowed_low) + ", " + number(v.allowed_high) + "]";
-  return v.gate.kind == Gate::Kind::min ? ">= " + number(v.allowed_low) : "<= " + number(v.allowed_high);
+  if (v.gate.kind == Gate::Kind::within)
+    return "[" + six_digits(v.allowed_low) + ", " + six_digits(v.allowed_high) + "]";
+  return v.gate.kind == Gate::Kind::min ? ">= " + six_digits(v.allowed_low) : "<= " + six_digits(v.allowed_high);
 }
 
 // Sets the judgement, margin (distance of the value from the nearest edge, negative outside) and words.
@@ -64,14 +59,14 @@ void conclude(Verdict& v, double low, double high, const std::string& measured, 
   if (v.judgement == Judgement::unverifiable && std::isnan(v.bar))
     text += ", allowed " + allowed_text(v) + ": a single repeat has no interval";
   else if (v.judgement == Judgement::unverifiable && note.empty())
-    text += ", allowed " + allowed_text(v) + ": the bar reaches across the edge, margin " + number(v.margin);
-  else text += ", allowed " + allowed_text(v) + ", margin " + number(v.margin);
+    text += ", allowed " + allowed_text(v) + ": the bar reaches across the edge, margin " + six_digits(v.margin);
+  else text += ", allowed " + allowed_text(v) + ", margin " + six_digits(v.margin);
   v.text = note.empty() ? text : text + " (" + note + ")";
 }
 
 std::string measured_text(const Verdict& v) {
-  std::string text = number(v.value);
-  if (v.bar > 0) text += " +/- " + number(v.bar);
+  std::string text = six_digits(v.value);
+  if (v.bar > 0) text += " +/- " + six_digits(v.bar);
   return v.unit.empty() || v.unit == "1" ? text : text + " " + v.unit;
 }
 
@@ -96,7 +91,7 @@ void judge_ratio(Verdict& v, const Row& row, std::span<const Row> rows) {
     return;
   }
   const double mine = std::fabs(row.value), theirs = std::fabs(other->value);
-  const std::string measured = measured_text(v) + " against " + number(other->value) + " of " + v.gate.ratio_to;
+  const std::string measured = measured_text(v) + " against " + six_digits(other->value) + " of " + v.gate.ratio_to;
   if (!(theirs > 3 * other->truth_bar)) {  // also NaN and 0: no ratio is made of a value within three bars of nothing
     v.judgement = std::isnan(theirs) ? Judgement::fail : Judgement::unverifiable;
     v.text = "measured " + measured + ": no ratio is made of a value under three bars";
@@ -108,7 +103,7 @@ void judge_ratio(Verdict& v, const Row& row, std::span<const Row> rows) {
   v.value = mine / theirs;
   v.bar = (high - low) / 2;
   v.unit = "1";
-  conclude(v, low, high, "ratio " + number(v.value) + " (" + measured + ")", "");
+  conclude(v, low, high, "ratio " + six_digits(v.value) + " (" + measured + ")", "");
 }
 
 Verdict judge_row(const Gate& gate, const Row& row, std::span<const Row> rows) {
@@ -277,5 +272,13 @@ bool glob_match(const std::string& pattern, const std::string& text) {
   while (p < pattern.size() && pattern[p] == '*') ++p;
   return p == pattern.size();
 }
+
+std::string six_digits(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", value);
+  return text;
+}
+
+bool has_glob(const std::string& text) { return text.find_first_of("*?") != std::string::npos; }
 
 }  // namespace atwood

@@ -17,8 +17,6 @@ namespace {
 
 constexpr std::size_t kLongestName = 200;  // of what messages repeat
 
-bool has_glob(const std::string& text) { return text.find_first_of("*?") != std::string::npos; }
-
 std::string base_id(const MethodId& id) { return id.scheme.empty() ? id.engine : id.engine + "/" + id.scheme; }
 
 bool scenario_matches(const std::vector<std::string>& patterns, const Scenario& scenario) {

@@ -48,7 +48,8 @@ def main():
         entries = json.load(file)
     chosen = {}
     for entry in entries:
-        path = os.path.relpath(entry["file"], root)
+        # Files that are compiled several at a time are named by a file of the build tree, in a folder of the same name.
+        path = os.path.relpath(entry["file"], build if entry["file"].startswith(build + os.sep) else root)
         if any(path.startswith(folder + "/") for folder in folders) and not path.startswith("validation/tests/"):
             chosen.setdefault(entry["file"], entry)
     if not chosen:
