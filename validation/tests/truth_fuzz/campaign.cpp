@@ -183,6 +183,7 @@ int main(int argc, char** argv) {
       const Judged judged = try_scene(kind, scenario);
       fmt::print("{}\n{}: {} ({:.3g} bars) {}\n", scenario_to_json(scenario), pair,
                  kResults[static_cast<int>(judged.result)], judged.worst, judged.reason);
+      held = held && judged.result != Result::breach;
     } else {
       held = campaign(kind, settings) && held;
     }
