@@ -161,13 +161,15 @@ int command_trace(const Place& place, const Options& options) {
   check_settings("--method ", method, workers);
   require_frames(scenario, worker, steps, samples);
   const MethodId id = parse_method_id(method);
-  const Recording run = run_once(worker, method, scenario.scene,
-                                 {scenario.t_end_s, steps, samples, scenario.frame_ends_s}, options.cell_limit_s);
+  Recording run = run_once(worker, method, scenario.scene, {scenario.t_end_s, steps, samples, scenario.frame_ends_s},
+                           options.cell_limit_s);
   const int digits = digits_of(id.scalar.empty() ? worker.engine.scalar : id.scalar);
   if (run.outcome.status != Status::unsupported) {
     if (options.events) print_events(scenario.scene, run.events, nullptr, digits, options.json);
     else print_motion(scenario.scene, run.values, nullptr, digits, options.json);
   }
+  if (std::string words = not_finite_words(run, scenario.scene); run.outcome.status == Status::ok && !words.empty())
+    run.outcome = {Status::not_finite, std::move(words), 0, 0, {}};
   return status_exit(run.outcome);
 }
 
