@@ -5,6 +5,7 @@
 #include "integrators/adaptive.hpp"
 #include "integrators/catalogue.hpp"
 #include "math/scalar.hpp"
+#include "protocol/printed_setting.hpp"
 #include "stepping/stepping.hpp"
 
 namespace atwood {
@@ -132,11 +133,19 @@ bool takes_a_bare_rate(const std::string& scheme) {
   return static_cast<bool>(make_stepper(scheme, system));
 }
 
+MethodInfo described(const MethodInfo& info) {
+  MethodInfo made = info;
+  made.id = std::string(kName) + info.id.substr(info.id.find('/'));
+  made.doc = info.id + " on the reference's rate, as libraries evaluate it. " + info.doc;
+  for (const char* of_the_model : {"gravity", "opening", "threads"})
+    made.settings.erase(of_the_model), made.rules.erase(of_the_model);
+  declare_settings(made, {printed("rate", std::string("the reference's")), stepping::rate_repeats_setting(),
+                          printed("quaternion_normalised", false)});
+  return made;
+}
+
 Outcome run(const MethodId& asked, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
   MethodId id = asked;
-  int rate_repeats = 1;
-  if (const std::string why = stepping::take_rate_repeats(id, rate_repeats); !why.empty())
-    return stepping::refusal(why);
   const MethodInfo* info = find_integrator(id.scheme);
   if (info != nullptr && !takes_a_bare_rate(id.scheme))
     return stepping::refusal(info->id + " needs more than a rate: it is not offered at the reference's");
@@ -145,8 +154,10 @@ Outcome run(const MethodId& asked, const Scene& scene, const Plan& plan, const O
     return stepping::refusal(asked.engine + "/" + id.scheme + " takes equal steps, no tolerance");
   if (id.rtol && !(*id.rtol > 0)) return stepping::refusal("a tolerance must be above 0");
   if (!id.response.empty()) return stepping::refusal(std::string(kName) + " has no contacts: no +" + id.response);
-  const Result<Settings> settings = merged_settings(*info, id.overrides);
+  const Result<Settings> settings = merged_settings(described(*info), id.overrides);
   if (!settings) return stepping::refusal(settings.fault().reason);
+  const int rate_repeats = stepping::rate_repeats(*settings);
+  id.overrides.erase("rate_repeats");
   const StepLimits limits = limits_of(*settings);
   if (id.scalar == "long-double") return run_in<long double>(id, scene, plan, observer, repeats, rate_repeats, limits);
   if (!id.scalar.empty() && id.scalar != "double")
@@ -165,15 +176,7 @@ Engine same_rate_engine() {
   for (const MethodInfo& info : integrator_catalogue()) {
     const std::string scheme = info.id.substr(own.size());
     if (!takes_a_bare_rate(scheme)) continue;
-    MethodInfo made = info;
-    made.id = std::string(kName) + "/" + scheme;
-    made.doc = info.id + " on the reference's rate, as libraries evaluate it. " + info.doc;
-    for (const char* of_the_model : {"gravity", "opening", "threads"})
-      made.settings.erase(of_the_model), made.rules.erase(of_the_model);
-    made.settings["rate"] = std::string("the reference's");
-    made.settings["rate_repeats"] = std::int64_t(1);
-    made.settings["quaternion_normalised"] = false;
-    engine.methods.push_back(made);
+    engine.methods.push_back(described(info));
   }
   engine.run = run;
   return engine;

@@ -21,7 +21,10 @@ MethodInfo fixed_step(const std::string& scheme, std::map<std::string, double> c
   MethodInfo info{"atwood/" + scheme, doc, source, std::move(claims), false, {}};
   declare_settings(
       info,
-      {{"scalar", std::string("double"), {{}, "Type of the state's numbers; another one stands behind @ in the id."}},
+      {{"scalar",
+        std::string("double"),
+        {one_of({"float", "double", "long-double", "quad"}),
+         "Type of the state's numbers; another one stands behind @ in the id."}},
        {"compensated", false, {{}, "Compensated summation of the state: the round-off of each step enters the next."}},
        {"gravity",
         std::string("auto"),
@@ -36,7 +39,9 @@ MethodInfo fixed_step(const std::string& scheme, std::map<std::string, double> c
 }
 
 Setting atol_over_rtol() {
-  return {"atol_over_rtol", 0.01, {above(0), "Absolute over relative tolerance, where the id names the latter alone."}};
+  return {"atol_over_rtol",
+          0.01,
+          {between(1e-20, 1e20), "Absolute over relative tolerance, where the id names the latter alone."}};
 }
 
 MethodInfo with_tolerance(const std::string& scheme, std::map<std::string, double> claims, const std::string& doc,
@@ -46,10 +51,10 @@ MethodInfo with_tolerance(const std::string& scheme, std::map<std::string, doubl
   const StepLimits limits;
   declare_settings(
       info, {atol_over_rtol(),
-             {"safety", limits.safety, {above(0), "Factor on the step that the error estimate allows."}},
-             {"beta", limits.beta, {at_least(0), "Exponent of the last step's error in the PI step control."}},
-             {"least_factor", limits.least, {strictly_between(0, 1), "Least ratio of a step to the one before."}},
-             {"most_factor", limits.most, {above(1), "Largest ratio of a step to the one before."}}});
+             {"safety", limits.safety, {between(0.01, 1), "Factor on the step that the error estimate allows."}},
+             {"beta", limits.beta, {between(0, 1), "Exponent of the last step's error in the PI step control."}},
+             {"least_factor", limits.least, {{1e-3, 1, false, true}, "Least ratio of a step to the one before."}},
+             {"most_factor", limits.most, {{1, 1000, true, false}, "Largest ratio of a step to the one before."}}});
   return info;
 }
 
