@@ -124,7 +124,7 @@ Recording read_trace(CsvReader& file, const Columns& columns, const std::string&
   }
   if (run.values.size() < 2)
     throw InputError(fmt::format("{}: found {} instants; expected at least two", path, run.values.size()));
-  complete(number + 1);
+  complete(file.line() + 1);
   return run;
 }
 
