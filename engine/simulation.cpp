@@ -8,13 +8,12 @@
 #include "contact/penalty.hpp"
 #include "contact/stepping/run.hpp"
 #include "integrators/catalogue.hpp"
+#include "protocol/refusal.hpp"
 #include "scene/contact_laws.hpp"
 #include "smooth/run.hpp"
 
 namespace atwood {
 namespace {
-
-Outcome refuse(const std::string& reason) { return {Status::unsupported, reason, 0, 0, {}}; }
 
 std::string method_fault(const MethodId& id) {
   const MethodInfo* info = find_integrator(id.scheme);
@@ -31,21 +30,21 @@ Outcome run_in_contact(const MethodId& id, const Scene& scene, const Plan& plan,
                        int repeats) {
   const auto is_compliant = [](const PairLaw& law) { return law.contact_law != ContactLaw::rigid; };
   if (id.response.empty())
-    return refuse("atwood/" + id.scheme + " has no contact response; use +impulse, +event or +penalty");
+    return refused("atwood/" + id.scheme + " has no contact response; use +impulse, +event or +penalty");
   if (id.response != "penalty" && std::ranges::any_of(laws_in_play(scene), is_compliant))
-    return refuse("the scene has compliant contact laws: use +penalty");
+    return refused("the scene has compliant contact laws: use +penalty");
   return run_with_contacts(id, scene, plan, observer, repeats);
 }
 
 Outcome run(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
-  if (const std::string fault = method_fault(integrator_part(id)); !fault.empty()) return refuse(fault);
+  if (const std::string fault = method_fault(integrator_part(id)); !fault.empty()) return refused(fault);
   if (contacts_possible(scene)) return run_in_contact(id, scene, plan, observer, repeats);
   const MethodId smooth = integrator_part(id);  // a response's settings have no effect without contacts
   if (id.scalar.empty() || id.scalar == "double") return run_smooth<double>(smooth, scene, plan, observer, repeats);
   if (id.scalar == "float") return run_smooth<float>(smooth, scene, plan, observer, repeats);
   if (id.scalar == "long-double") return run_smooth<long double>(smooth, scene, plan, observer, repeats);
   if (id.scalar == "quad") return run_smooth<Quad>(smooth, scene, plan, observer, repeats);
-  return refuse("atwood does not compute in `" + id.scalar + "`; use float, double, long-double or quad");
+  return refused("atwood does not compute in `" + id.scalar + "`; use float, double, long-double or quad");
 }
 
 }  // namespace
@@ -69,7 +68,7 @@ Outcome run_with_contacts(const MethodId& id, const Scene& scene, const Plan& pl
   if (id.response == "impulse") return run_impulse(id, scene, plan, observer, repeats);
   if (id.response == "event") return run_event(id, scene, plan, observer, repeats);
   if (id.response == "penalty") return run_with_penalty(id, scene, plan, observer, repeats);
-  return refuse("atwood has no contact response `+" + id.response + "`; it has +impulse, +event and +penalty");
+  return refused("atwood has no contact response `+" + id.response + "`; it has +impulse, +event and +penalty");
 }
 
 }  // namespace atwood

@@ -67,14 +67,13 @@ std::vector<MethodInfo> make_responses() {
       "Cundall and Strack, Geotechnique 29 (1979) 47; Hunt and Crossley, J. Appl. Mech. 42 (1975) 440; "
       "Schwager and Poeschel, Granular Matter 9 (2007) 465";
   declare_settings(
-      penalty, {{"overlap",
-                 1e-3,
-                 {strictly_between(0, 1), "Depth of an impact at impact_speed_m_per_s, over the smaller body."}},
-                {"impact_speed_m_per_s",
-                 0.0,
-                 {at_least(0), "Speed of the impact that sets the stiffness; 0: the scene's own.", "m/s"}},
-                {"damping_ratio", 0.0, {at_least(0), "Damping over critical damping; 0: by the pair's restitution."}},
-                {"tangential_ratio", 2.0 / 7, {at_least(0), "Tangential over normal stiffness."}}});
+      penalty,
+      {{"overlap", 1e-3, {between(1e-9, 0.5), "Depth of an impact at impact_speed_m_per_s, over the smaller body."}},
+       {"impact_speed_m_per_s",
+        0.0,
+        {between(0, 1e6), "Speed of the impact that sets the stiffness; 0: the scene's own.", "m/s"}},
+       {"damping_ratio", 0.0, {between(0, 100), "Damping over critical damping; 0: by the pair's restitution."}},
+       {"tangential_ratio", 2.0 / 7, {between(0, 100), "Tangential over normal stiffness."}}});
   return {impulse, event, penalty};
 }
 

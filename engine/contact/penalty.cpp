@@ -5,14 +5,13 @@
 #include "contact/options.hpp"
 #include "contact/penalty_force.hpp"
 #include "math/bracketed_root.hpp"
+#include "protocol/refusal.hpp"
 #include "scene/contact_laws.hpp"
 #include "smooth/run.hpp"
 
 namespace atwood {
 
 namespace {
-
-Outcome unsupported(const std::string& reason) { return {Status::unsupported, reason, 0, 0, {}}; }
 
 // Is x'' = -w^2 x - 2 z w x' stable in equal steps of h_s: bounded after 400 of them? Works for multistep methods, too,
 // which have no amplification factor of one step. A motion damped to zero, where an implicit solve ends in round-off,
@@ -77,26 +76,31 @@ std::string names_instants(const Scene& scene) {
 template <class S>
 Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
   const Result<Settings> settings = response_settings(id);
-  if (!settings) return unsupported(settings.fault().reason);
+  if (!settings) return refused(settings.fault());
   PenaltyOptions options;
   options.overlap = std::get<double>(settings->at("overlap"));
   options.impact_speed_m_per_s = std::get<double>(settings->at("impact_speed_m_per_s"));
   options.damping_ratio = std::get<double>(settings->at("damping_ratio"));
   options.tangential_ratio = std::get<double>(settings->at("tangential_ratio"));
-  if (const std::string why = names_instants(scene); !why.empty()) return unsupported(why);
+  if (const std::string why = names_instants(scene); !why.empty()) return refused(why);
   auto force = std::make_unique<PenaltyForce<S>>(scene, options);
-  if (!force->refusal().empty()) return unsupported(force->refusal());
+  if (!force->refusal().empty()) return refused(force->refusal());
   const auto stiffest = force->stiffest();
   if (!(stiffest.angular_frequency_rad_per_s > 0))
-    return unsupported(
+    return refused(
         "+penalty takes its stiffness from the largest speed, here 0: set +penalty{impact_speed_m_per_s=...}");
+  const SolveTally& overlap_solves = force->overlap_solves();  // the model owns the force from here on
   Simulation<S> simulation = prepare<S>(integrator_part(id), scene, std::move(force), "contact forces");
   if (simulation.outcome.status == Status::ok && !id.rtol && plan.steps > 0) {
     const double h_s = plan.t_end_s / static_cast<double>(plan.steps);
     const std::string fault = too_long_a_step(id, stiffest.angular_frequency_rad_per_s, stiffest.damping_ratio, h_s);
-    if (!fault.empty()) return unsupported(fault);
+    if (!fault.empty()) return refused(fault);
   }
-  return run_prepared(simulation, integrator_part(id), plan, observer, repeats);
+  const bool prepared = simulation.outcome.status == Status::ok;
+  Outcome outcome = run_prepared(simulation, integrator_part(id), plan, observer, repeats);
+  const auto solver = static_cast<std::size_t>(IterativeSolver::expanding_polytope);
+  if (prepared && overlap_solves.solves() > 0) outcome.solvers[solver_infos()[solver].name].add(overlap_solves);
+  return outcome;
 }
 
 }  // namespace
@@ -106,7 +110,7 @@ Outcome run_with_penalty(const MethodId& id, const Scene& scene, const Plan& pla
   if (id.scalar == "float") return run_in<float>(id, scene, plan, observer, repeats);
   if (id.scalar.empty() || id.scalar == "double") return run_in<double>(id, scene, plan, observer, repeats);
   if (id.scalar == "long-double") return run_in<long double>(id, scene, plan, observer, repeats);
-  return unsupported("atwood's contacts run in float, double and long-double, not in " + id.scalar);
+  return refused("atwood's contacts run in float, double and long-double, not in " + id.scalar);
 }
 
 }  // namespace atwood

@@ -32,10 +32,10 @@ std::vector<Setting> setting_table() {
       {"warm_start", standard.warm_start, {{}, "The sweeps begin with the impulses of the substep before."}},
       {"threads", std::int64_t(standard.threads), {between(1, 256), "Threads that share a step."}},
       {"sleeping", standard.sleeping, {{}, "Islands at rest stand still, unsolved, until a body comes near."}},
-      {"sleep_after_s", standard.sleep_after_s, {at_least(0), "Time at rest after which an island sleeps.", "s"}},
+      {"sleep_after_s", standard.sleep_after_s, {between(0, 1e9), "Time at rest after which an island sleeps.", "s"}},
       {"sleep_below_m_per_s",
        standard.sleep_below_m_per_s,
-       {above(0), "Speed of its fastest point below which an island counts as at rest.", "m/s"}}};
+       {{0, 1e6, true, false}, "Speed of its fastest point below which an island counts as at rest.", "m/s"}}};
 }
 
 int substeps_of(const Options& options, double h_s) {

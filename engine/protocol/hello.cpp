@@ -1,5 +1,6 @@
 // The description of a worker (hello): written by serve(), read and checked by the program that starts it.
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include "protocol/json_lines.hpp"
@@ -14,7 +15,8 @@ constexpr std::size_t kLongestFingerprint = 1024, kMostFiles = 1000, kLongestPat
 Json to_json(const Settings& settings) {
   Json json = Json::object();
   for (const auto& [key, value] : settings) {
-    std::visit([&, &name = key](const auto& v) { json[name] = v; }, value);
+    if (const auto* real = std::get_if<double>(&value)) json[key] = json_number(*real);
+    else std::visit([&, &name = key](const auto& v) { json[name] = v; }, value);
   }
   return json;
 }
@@ -32,7 +34,7 @@ Settings read_settings(const Json& json) {
 }
 
 // "setting_rules": {"substeps": {"doc": "...", "unit": "", "least": 0, "most": 1000}}; a bound that is absent is none.
-Json to_json(const SettingRules& rules) {
+Json to_json(const SettingRules& rules, const Settings& settings) {
   Json json = Json::object();
   for (const auto& [name, rule] : rules) {
     Json each = {{"doc", rule.doc}, {"unit", rule.unit}};
@@ -40,34 +42,101 @@ Json to_json(const SettingRules& rules) {
     if (std::isfinite(rule.range.most)) each["most"] = rule.range.most;
     if (rule.range.least_excluded) each["least_excluded"] = true;
     if (rule.range.most_excluded) each["most_excluded"] = true;
-    if (!rule.range.choices.empty()) each["choices"] = rule.range.choices;
+    const bool flag = std::holds_alternative<bool>(settings.at(name));
+    for (const std::string& choice : rule.range.choices)
+      each["choices"].push_back(flag ? Json(choice == "true") : Json(choice));
     json[name] = std::move(each);
   }
   return json;
 }
 
-SettingRules read_rules(const Json& json) {
-  if (!json.is_object()) throw Garbage("\"setting_rules\" is not an object");
-  SettingRules rules;
-  for (const auto& [name, each] : json.items()) {
-    if (!each.is_object()) throw Garbage("the rule of the setting `" + cut(name) + "` is not an object");
-    SettingRule& rule = rules[name];
-    rule.doc = text_or(each, "doc", "");
-    rule.unit = text_or(each, "unit", "");
-    for (const auto& [key, bound] : {std::pair{"least", &rule.range.least}, {"most", &rule.range.most}}) {
-      if (!each.contains(key)) continue;
-      if (!each[key].is_number()) throw Garbage("the rule of the setting `" + cut(name) + "`: a bound is no number");
-      *bound = each[key].get<double>();
-    }
-    for (const auto& [key, flag] :
-         {std::pair{"least_excluded", &rule.range.least_excluded}, {"most_excluded", &rule.range.most_excluded}})
-      if (each.contains(key)) *flag = each[key].is_boolean() && each[key].get<bool>();
-    if (!each.contains("choices")) continue;
-    if (!each["choices"].is_array()) throw Garbage("the rule of the setting `" + cut(name) + "`: choices are no list");
-    for (const Json& choice : each["choices"]) rule.range.choices.push_back(text(choice, "choices"));
+// The rules of a method's settings: each names a setting and fits its type, and the default is in the range.
+class RuleReader {
+ public:
+  explicit RuleReader(MethodInfo& method) : method_(method) {}
+
+  void read(const Json& json) {
+    if (!json.is_object()) throw Garbage("\"setting_rules\" of `" + cut(method_.id) + "` is not an object");
+    for (const auto& [name, each] : json.items()) read_rule(name, each);
   }
-  return rules;
-}
+
+ private:
+  void read_rule(const std::string& name, const Json& json) {
+    where_ = "method `" + cut(method_.id) + "`, the rule of the setting `" + cut(name) + "`: ";
+    if (!json.is_object()) throw Garbage(where_ + "found " + excerpt(json) + "; expected an object");
+    const auto setting = method_.settings.find(name);
+    if (setting == method_.settings.end()) throw Garbage(where_ + "\"settings\" has no such setting");
+    SettingRule rule;
+    for (const auto& [key, value] : json.items()) read_member(rule, key, value);
+    check_range(rule.range, json, setting->second);
+    const Result<SettingValue> standard =
+        checked_value(cut(method_.id), cut(name), setting->second, &rule, setting->second);
+    if (!standard) throw Garbage(where_ + "the default is outside the range: " + standard.fault().reason);
+    method_.rules[name] = std::move(rule);
+  }
+
+  void read_member(SettingRule& rule, const std::string& key, const Json& value) const {
+    SettingRange& range = rule.range;
+    if (key == "doc") rule.doc = text(value, "doc");
+    else if (key == "unit") rule.unit = text(value, "unit");
+    else if (key == "least" || key == "most") (key == "least" ? range.least : range.most) = bound(key, value);
+    else if (key == "least_excluded" || key == "most_excluded")
+      (key == "least_excluded" ? range.least_excluded : range.most_excluded) = flag(key, value);
+    else if (key == "choices") range.choices = choices(value);
+    else
+      throw Garbage(where_ + "unknown key \"" + cut(key) +
+                    "\"; expected doc, unit, least, most, least_excluded, most_excluded or choices");
+  }
+
+  double bound(const std::string& key, const Json& value) const {
+    if (!value.is_number()) throw Garbage(where_ + "\"" + key + "\" is " + excerpt(value) + "; expected a number");
+    return value.get<double>();
+  }
+  bool flag(const std::string& key, const Json& value) const {
+    if (!value.is_boolean())
+      throw Garbage(where_ + "\"" + key + "\" is " + excerpt(value) + "; expected true or false");
+    return value.get<bool>();
+  }
+  std::vector<std::string> choices(const Json& value) const {
+    if (!value.is_array() || value.empty())
+      throw Garbage(where_ + "\"choices\" is " + excerpt(value) + "; expected a list of values");
+    std::vector<std::string> all;
+    for (const Json& choice : value) {
+      if (!choice.is_string() && !choice.is_boolean())
+        throw Garbage(where_ + "found the choice " + excerpt(choice) + "; expected a word, or true or false");
+      all.push_back(choice.is_boolean() ? value_words(choice.get<bool>()) : text(choice, "choices"));
+    }
+    return all;
+  }
+
+  void check_range(const SettingRange& range, const Json& json, SettingValue& standard) const {
+    const bool bounded = json.contains("least") || json.contains("most");
+    if ((range.least_excluded && !json.contains("least")) || (range.most_excluded && !json.contains("most")))
+      throw Garbage(where_ + "found a bound that is excluded and not given");
+    if (bounded) read_infinity(standard);
+    const bool number = std::holds_alternative<std::int64_t>(standard) || std::holds_alternative<double>(standard);
+    if (bounded && !number) throw Garbage(where_ + "found bounds of " + range_words(standard, {}));
+    if (range.least > range.most || (range.least == range.most && (range.least_excluded || range.most_excluded)))
+      throw Garbage(where_ + "no number lies in it: \"least\" is " + value_words(range.least) + ", \"most\" " +
+                    value_words(range.most));
+    if (!json.contains("choices")) return;
+    if (number) throw Garbage(where_ + "found choices of " + range_words(standard, {}));
+    const bool is_flag = std::holds_alternative<bool>(standard);
+    for (const Json& choice : json["choices"])
+      if (choice.is_boolean() != is_flag)
+        throw Garbage(where_ + "found the choice " + excerpt(choice) + "; expected " + range_words(standard, {}));
+  }
+
+  // JSON has no infinity: a default "inf" beside bounds is a number.
+  static void read_infinity(SettingValue& standard) {
+    const auto* word = std::get_if<std::string>(&standard);
+    if (word == nullptr || (*word != "inf" && *word != "-inf")) return;
+    standard = *word == "inf" ? std::numeric_limits<double>::infinity() : -std::numeric_limits<double>::infinity();
+  }
+
+  MethodInfo& method_;
+  std::string where_;
+};
 
 Json describe(const std::vector<MethodInfo>& methods) {
   Json list = Json::array();
@@ -80,7 +149,7 @@ Json describe(const std::vector<MethodInfo>& methods) {
                     {"source", method.source},
                     {"claims", claims},
                     {"adaptive", method.adaptive}});
-    if (!method.rules.empty()) list.back()["setting_rules"] = to_json(method.rules);
+    if (!method.rules.empty()) list.back()["setting_rules"] = to_json(method.rules, method.settings);
   }
   return list;
 }
@@ -92,7 +161,7 @@ MethodInfo read_method(const Json& each) {
   method.doc = text_or(each, "doc", "");
   method.source = text_or(each, "source", "");
   if (each.contains("settings")) method.settings = read_settings(each["settings"]);
-  if (each.contains("setting_rules")) method.rules = read_rules(each["setting_rules"]);
+  if (each.contains("setting_rules")) RuleReader(method).read(each["setting_rules"]);
   if (each.contains("adaptive")) method.adaptive = each["adaptive"].is_boolean() && each["adaptive"].get<bool>();
   if (each.contains("claims") && each["claims"].is_object()) {
     for (const auto& [motion, order] : each["claims"].items()) {

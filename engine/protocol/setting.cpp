@@ -1,8 +1,10 @@
 #include "protocol/setting.hpp"
 
+#include <algorithm>
 #include <array>
 
 #include "protocol/method.hpp"
+#include "protocol/printed_setting.hpp"
 #include "scene/files.hpp"
 
 namespace atwood {
@@ -29,9 +31,23 @@ std::string bounds_words(const SettingRange& range) {
   std::string words;
   if (least) words += (range.least_excluded ? " above " : " of at least ") + number_words(range.least);
   if (most)
-    words += (least ? " and" : "") + std::string(range.most_excluded ? " below " : " of at most ") +
+    words += (least ? " and" : "") +
+             std::string(range.most_excluded ? " below "
+                         : least             ? " at most "
+                                             : " of at most ") +
              number_words(range.most);
   return words;
+}
+
+// "one of a, b, c": what an id can set.
+std::string changeable(const MethodInfo& info) {
+  std::string names;
+  for (const auto& [name, standard] : info.settings) {
+    const auto rule = info.rules.find(name);
+    const bool printed_alone = name == "scalar" || (rule != info.rules.end() && is_printed(rule->second));
+    if (!printed_alone) names += (names.empty() ? "" : ", ") + name;
+  }
+  return names.empty() ? "none: it has no settings" : "one of " + names;
 }
 
 }  // namespace
@@ -45,13 +61,14 @@ SettingRange above(double least) { return {.least = least, .least_excluded = tru
 SettingRange one_of(std::vector<std::string> choices) { return {.choices = std::move(choices)}; }
 
 std::string range_words(const SettingValue& standard, const SettingRange& range) {
-  if (std::holds_alternative<std::string>(standard) && !range.choices.empty()) {
+  if (!range.choices.empty()) {
     std::string words = range.choices.front();
     for (std::size_t i = 1; i < range.choices.size(); ++i)
       words += (i + 1 == range.choices.size() ? " or " : ", ") + range.choices[i];
     return words;
   }
   const bool number = std::holds_alternative<std::int64_t>(standard) || std::holds_alternative<double>(standard);
+  if (number && range.least == range.most) return number_words(range.least);
   return kKinds[standard.index()] + (number ? bounds_words(range) : "");
 }
 
@@ -76,11 +93,9 @@ Result<SettingValue> checked_value(const std::string& owner, const std::string& 
   if (const auto* integer = std::get_if<std::int64_t>(&taken); integer && !inside(static_cast<double>(*integer), range))
     return fault();
   if (const auto* real = std::get_if<double>(&taken); real && !inside(*real, range)) return fault();
-  if (const auto* word = std::get_if<std::string>(&taken); word != nullptr && !range.choices.empty()) {
-    bool found = false;
-    for (const std::string& choice : range.choices) found = found || choice == *word;
-    if (!found) return fault();
-  }
+  if (!range.choices.empty() &&
+      std::find(range.choices.begin(), range.choices.end(), value_words(taken)) == range.choices.end())
+    return fault();
   return taken;
 }
 
@@ -95,7 +110,8 @@ Result<Settings> merged_settings(const MethodInfo& info, const Settings& overrid
   Settings merged = info.settings;
   for (const auto& [name, value] : overrides) {
     const auto known = merged.find(name);
-    if (known == merged.end()) return Fault{Blame::input, info.id + " has no setting `" + name + "`"};
+    if (known == merged.end())
+      return Fault{Blame::input, info.id + " has no setting `" + name + "`; expected " + changeable(info)};
     if (name == "scalar")
       return Fault{Blame::input, info.id + ": `scalar` is not set in braces; expected it behind @, as in " + info.id +
                                      "@" + value_words(value)};

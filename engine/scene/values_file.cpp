@@ -1,6 +1,7 @@
 // The head of a table of published values: what it must hold to be a truth. Its numbers are read where they are used.
 #include <algorithm>
 
+#include "scene/csv.hpp"
 #include "scene/declarations.hpp"
 #include "scene/input_file.hpp"
 
@@ -11,51 +12,27 @@ const std::vector<std::string> kPosition = {"px_m", "py_m", "pz_m"}, kOrientatio
                                kVelocity = {"vx_m_per_s", "vy_m_per_s", "vz_m_per_s"},
                                kSpin = {"wx_rad_per_s", "wy_rad_per_s", "wz_rad_per_s"};
 
-struct Line {
-  int number = 0;
-  std::vector<std::string> cells;
-};
-
-// Lines of cells, without empty ones and those that begin with #.
-std::vector<Line> first_lines(const std::string& text, std::size_t count) {
-  std::vector<Line> lines;
-  int number = 0;
-  for (std::size_t at = 0; at < text.size() && lines.size() < count;) {
-    const std::size_t end = std::min(text.find('\n', at), text.size());
-    ++number;
-    if (const std::string line = text.substr(at, end - at); !line.empty() && line != "\r" && line[0] != '#') {
-      Line& kept = lines.emplace_back(Line{number, {""}});
-      for (const char c : line) {
-        if (c == ',') kept.cells.emplace_back();
-        else if (c != '\r' && c != ' ') kept.cells.back() += c;
-      }
-    }
-    at = end + 1;
-  }
-  return lines;
-}
-
 }  // namespace
 
 void check_values_file(Reading& r, const Value& file, const Scenario& scenario) {
   const std::string& path = scenario.truth.file;
-  const std::vector<Line> lines = first_lines(read_input_file(path, "a table of values (CSV)", largest::kTable), 2);
+  CsvReader table(read_input_file(path, "a table of values (CSV)", largest::kTable));
   const auto refuse = [&](int line, const std::string& what) {
     throw InputError(path + ":" + std::to_string(line) + ":1: " + what + " (`file` in [truth] of " + r.name + ":" +
                      std::to_string(file.place.line) + ")");
   };
-  if (lines.empty()) refuse(1, "found no header; expected the columns t_s, body, px_m, px_m_bar, ...");
-  const std::vector<std::string>& names = lines[0].cells;
+  std::vector<std::string> names, first_row;
+  if (!table.next(names)) refuse(1, "found no header; expected the columns t_s, body, px_m, px_m_bar, ...");
+  const int header = table.line();
   const auto has = [&](const std::string& name) { return std::find(names.begin(), names.end(), name) != names.end(); };
   const auto require = [&](const std::string& name, const std::string& why) {
-    if (!has(name))
-      refuse(lines[0].number, "found no column `" + name + "`; expected it" + why + did_you_mean(name, names));
+    if (!has(name)) refuse(header, "found no column `" + name + "`; expected it" + why + did_you_mean(name, names));
   };
   const auto require_any = [&](const std::vector<std::string>& group) {
     if (std::none_of(group.begin(), group.end(), has))
-      refuse(lines[0].number, "found none of the columns " + listed(group) +
-                                  "; expected those that change, each with its bar: what a table leaves out counts as "
-                                  "known and constant");
+      refuse(header, "found none of the columns " + listed(group) +
+                         "; expected those that change, each with its bar: what a table leaves out counts as "
+                         "known and constant");
   };
   for (const char* name : {"t_s", "body"}) require(name, " in a table of values");
   require_any(kPosition);
@@ -68,8 +45,8 @@ void check_values_file(Reading& r, const Value& file, const Scenario& scenario) 
       if (has(name)) require(name + "_bar", ": the half-width of `" + name + "`");
   for (std::size_t i = 0; i < names.size(); ++i)
     if (std::count(names.begin(), names.end(), names[i]) > 1)
-      refuse(lines[0].number, "found the column `" + names[i] + "` twice; expected each once");
-  if (lines.size() < 2) refuse(lines[0].number, "found no row under the header; expected one a body and instant");
+      refuse(header, "found the column `" + names[i] + "` twice; expected each once");
+  if (!table.next(first_row)) refuse(header, "found no row under the header; expected one a body and instant");
 }
 
 }  // namespace atwood

@@ -1,11 +1,10 @@
 #include <type_traits>
 
+#include "protocol/refusal.hpp"
 #include "smooth/run.hpp"
 
 namespace atwood {
 namespace {
-
-Outcome refuse(const std::string& reason) { return {Status::unsupported, reason, 0, 0, {}}; }
 
 // How rates are computed, from a method's settings.
 Result<ModelOptions> model_options(const MethodId& id) {
@@ -31,25 +30,25 @@ Simulation<S> prepare(const MethodId& id, const Scene& scene, std::unique_ptr<St
   Simulation<S> simulation;
   const Result<ModelOptions> options = model_options(id);
   if (!options) {
-    simulation.outcome = refuse(options.fault().reason);
+    simulation.outcome = refused(options.fault());
     return simulation;
   }
   simulation.model = std::make_unique<RigidModel<S>>(scene, *options);
   RigidModel<S>& model = *simulation.model;
   if (!model.unsupported().empty()) {
-    simulation.outcome = refuse(model.unsupported());
+    simulation.outcome = refused(model.unsupported());
     return simulation;
   }
   if (added != nullptr) {
     simulation.stateful_force = added.get();
     model.add_term(std::move(added), what);
   }
-  std::string why;
-  simulation.stepper = make_stepper<S>(id.scheme, model, why, id.overrides);
-  if (simulation.stepper == nullptr) {
-    simulation.outcome = refuse(why);
+  Result<std::unique_ptr<Stepper<S>>> stepper = make_stepper(id.scheme, model, id.overrides);
+  if (!stepper) {
+    simulation.outcome = refused(stepper.fault());
     return simulation;
   }
+  simulation.stepper = std::move(*stepper);
   simulation.free_flight = make_free_flight(model, simulation.stepper->weights());
   simulation.y.resize(model.state_size());
   simulation.y_new.resize(model.state_size());

@@ -5,6 +5,7 @@
 #include <type_traits>
 
 #include "integrators/adaptive.hpp"
+#include "protocol/refusal.hpp"
 
 namespace atwood {
 namespace {
@@ -179,8 +180,6 @@ template <class S> void march_adaptively(Run<S>& run, const Tolerance<S>& tolera
   run.observe_state(run.plan.samples, s.y.data());
 }
 
-Outcome refuse(const std::string& reason) { return {Status::unsupported, reason, 0, 0, {}}; }
-
 std::string plan_fault(const MethodId& id, const Plan& plan) {
   if (!(plan.t_end_s > 0) || plan.steps < 1 || plan.samples < 1)
     return "a run needs t_end_s, steps and samples above 0";
@@ -212,7 +211,7 @@ Outcome run_smooth(const MethodId& id, const Scene& scene, const Plan& plan, con
 template <class S>
 Outcome run_prepared(Simulation<S>& simulation, const MethodId& id, const Plan& plan, const Observer& observer,
                      int repeats) {
-  if (const std::string fault = plan_fault(id, plan); !fault.empty()) return refuse(fault);
+  if (const std::string fault = plan_fault(id, plan); !fault.empty()) return refused(fault);
   if (simulation.outcome.status != Status::ok) return simulation.outcome;
   std::vector<S> inside_y(simulation.y.size());
   Run<S> run{simulation, plan, repeats > 0 ? nullptr : &observer, {}, {}, {}};

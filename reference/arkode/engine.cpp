@@ -2,6 +2,7 @@
 
 #include "arkode/arkode.hpp"
 #include "arkode/solver.hpp"
+#include "protocol/printed_setting.hpp"
 #include "sundials/sundials.hpp"
 
 namespace atwood {
@@ -15,33 +16,44 @@ bool is_implicit(const Scheme& scheme) {
   return scheme.module == Module::arkstep_implicit || scheme.module == Module::arkstep_imex;
 }
 
-Settings settings(const Scheme& scheme) {
-  Settings all;
-  if (!scheme.explicit_table.empty()) all["explicit_table"] = scheme.explicit_table;
-  if (!scheme.implicit_table.empty()) all["implicit_table"] = scheme.implicit_table;
-  all["module"] = std::string(scheme.module == Module::erkstep ? "ERKStep" : "ARKStep");
-  all["table_order"] = std::int64_t(scheme.q);
-  all["table_embedding_order"] = std::int64_t(scheme.p);
-  all["table_stages"] = std::int64_t(scheme.stages);
-  all["table_order_by_its_coefficients"] = std::int64_t(scheme.checked_order);  // the library's check ends at 6
-  all["table_last_node_is_one"] = scheme.last_node_is_one;
-  all["table_first_same_as_last"] = scheme.first_same_as_last;
-  all["max_steps"] = std::int64_t(2000000);
-  all["rate"] = std::string("the reference's");
-  all["rate_repeats"] = std::int64_t(1);
-  all["sampling"] = std::string("whole steps (equal steps), stop time at each sample (tolerance); no interpolation");
-  all["adaptivity"] = std::string("ARKODE's default controller, with a tolerance alone");
+std::vector<Setting> settings(const Scheme& scheme) {
+  std::vector<Setting> all;
+  if (!scheme.explicit_table.empty()) all.push_back(printed("explicit_table", scheme.explicit_table));
+  if (!scheme.implicit_table.empty()) all.push_back(printed("implicit_table", scheme.implicit_table));
+  for (const Setting& setting :
+       {printed("module", std::string(scheme.module == Module::erkstep ? "ERKStep" : "ARKStep")),
+        printed("table_order", std::int64_t(scheme.q)), printed("table_embedding_order", std::int64_t(scheme.p)),
+        printed("table_stages", std::int64_t(scheme.stages)),
+        printed("table_order_by_its_coefficients", std::int64_t(scheme.checked_order),
+                "The library's check ends at 6."),
+        printed("table_last_node_is_one", scheme.last_node_is_one),
+        printed("table_first_same_as_last", scheme.first_same_as_last),
+        Setting{"max_steps", std::int64_t(2000000), {between(1, 1e12), "Most steps of a run."}},
+        printed("rate", std::string("the reference's")), stepping::rate_repeats_setting(),
+        printed("sampling",
+                std::string("whole steps (equal steps), stop time at each sample (tolerance); no interpolation")),
+        printed("adaptivity", std::string("ARKODE's default controller, with a tolerance alone"))})
+    all.push_back(setting);
   if (!is_implicit(scheme)) return all;
-  all["nonlinear_solver"] = std::string("Newton");
-  all["nonlinear_coefficient"] = 0.1;
-  all["nonlinear_iterations"] = std::string("20 at equal steps; ARKODE's default (3) otherwise");
-  all["nonlinear_crdown"] = 0.3;
-  all["nonlinear_weights"] = std::string("rtol 1e-13, atol 1e-15 at equal steps; the asked tolerance otherwise");
-  all["newton_matrix"] = std::string("set up every step at equal steps; ARKODE's default otherwise");
-  all["linear_solver"] = std::string("dense, difference-quotient Jacobian");
-  all["predictor"] = std::string("trivial");
+  for (const Setting& setting :
+       {printed("nonlinear_solver", std::string("Newton")),
+        Setting{"nonlinear_coefficient", 0.1, {{0, 1, true, false}, "Factor of the nonlinear solver's stopping test."}},
+        Setting{
+            "nonlinear_iterations",
+            std::int64_t(0),
+            {between(0, 1000), "Most iterations of a solve; 0: 20 at equal steps, ARKODE's default (3) otherwise."}},
+        Setting{"nonlinear_crdown",
+                0.3,
+                {{0, 1, true, false}, "How fast the estimated rate of convergence forgets the last solve's."}},
+        printed("nonlinear_weights",
+                std::string("rtol 1e-13, atol 1e-15 at equal steps; the asked tolerance otherwise")),
+        printed("newton_matrix", std::string("set up every step at equal steps; ARKODE's default otherwise")),
+        printed("linear_solver", std::string("dense, difference-quotient Jacobian")),
+        printed("predictor", std::string("trivial"))})
+    all.push_back(setting);
   if (scheme.module == Module::arkstep_imex)
-    all["split"] = std::string("positions (bare problem: even components) explicit, velocities (odd) implicit");
+    all.push_back(
+        printed("split", std::string("positions (bare problem: even components) explicit, velocities (odd) implicit")));
   return all;
 }
 
@@ -68,7 +80,7 @@ MethodInfo info(const Scheme& scheme) {
       "Reynolds, Gardner, Woodward and Chinomona, ARKODE, ACM Trans. Math. Softw. 49 (2023) 19; order: the table's q";
   made.adaptive = scheme.p > 0;
   for (const char* motion : {"point-mass", "velocity-dependent", "rotation"}) made.claimed_order[motion] = scheme.q;
-  made.settings = settings(scheme);
+  declare_settings(made, settings(scheme));
   return made;
 }
 
@@ -87,27 +99,18 @@ std::string read_options(const MethodId& id, arkode::Options& options) {
     return "arkode: the table " + found->name + " has no embedded method: expected equal steps without a tolerance";
   options.rtol = id.rtol.value_or(arkode::kFixedRtol);
   options.atol = id.atol.value_or(options.by_tolerance ? options.rtol / 100 : arkode::kFixedAtol);
-  for (const auto& [key, value] : id.overrides) {
-    const auto* number = std::get_if<std::int64_t>(&value);
-    const auto* real = std::get_if<double>(&value);
-    if (key == "max_steps" && number && *number >= 1) options.max_steps = *number;
-    else if (key == "nonlinear_iterations" && is_implicit(*found) && number && *number >= 1)
-      options.nonlinear_iterations = static_cast<int>(*number);
-    else if (key == "nonlinear_coefficient" && is_implicit(*found) && real && *real > 0)
-      options.nonlinear_coefficient = *real;
-    else if (key == "nonlinear_crdown" && is_implicit(*found) && real && *real > 0) options.nonlinear_crdown = *real;
-    else
-      return "arkode does not accept this value of the setting `" + key + "`, or does not have it; expected max_steps" +
-             (is_implicit(*found) ? ", nonlinear_iterations, nonlinear_coefficient, nonlinear_crdown" : "");
-  }
+  const Result<Settings> settings = merged_settings(info(*found), id.overrides);
+  if (!settings) return settings.fault().reason;
+  options.max_steps = std::get<std::int64_t>(settings->at("max_steps"));
+  options.rate_repeats = stepping::rate_repeats(*settings);
+  if (!is_implicit(*found)) return "";
+  options.nonlinear_iterations = static_cast<int>(std::get<std::int64_t>(settings->at("nonlinear_iterations")));
+  options.nonlinear_coefficient = std::get<double>(settings->at("nonlinear_coefficient"));
+  options.nonlinear_crdown = std::get<double>(settings->at("nonlinear_crdown"));
   return "";
 }
 
-Outcome run_method(const MethodId& asked, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
-  MethodId id = asked;
-  int rate_repeats = 1;
-  if (const std::string why = stepping::take_rate_repeats(id, rate_repeats); !why.empty())
-    return stepping::refusal(why);
+Outcome run_method(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
   arkode::Options options;
   if (const std::string why = read_options(id, options); !why.empty()) return stepping::refusal(why);
   return stepping::run<double>(
@@ -115,7 +118,7 @@ Outcome run_method(const MethodId& asked, const Scene& scene, const Plan& plan, 
       [&](const stepping::Equations<double>& equations, const std::vector<double>& y, double h_s) {
         return arkode::make_solver(options, equations, y, h_s);
       },
-      rate_repeats);
+      options.rate_repeats);
 }
 
 }  // namespace

@@ -13,10 +13,10 @@ struct Options {
   double rtol = 1e-10, atol = 1e-12;
   std::int64_t max_steps = 2000000;  // of a whole run
   double nonlinear_coefficient =
-      0.1;                       // Newton's iteration stops when the weighted norm of its correction is below this
-  int nonlinear_iterations = 0;  // 0: 20 at equal steps, ARKODE's default (3) otherwise
-  double nonlinear_crdown =
-      0;  // 0: ARKODE's default (0.3); the factor by which a stage's rate of convergence is remembered
+      0.1;                        // Newton's iteration stops when the weighted norm of its correction is below this
+  int nonlinear_iterations = 0;   // 0: 20 at equal steps, ARKODE's default (3) otherwise
+  double nonlinear_crdown = 0.3;  // ARKODE's default; the factor by which a stage's rate of convergence is remembered
+  int rate_repeats = 1;           // how often each rate is evaluated
 };
 
 // The weights of Newton's stopping test at fixed steps: corrections smaller than a part in 1e14 of the state end it,

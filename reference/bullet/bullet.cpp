@@ -19,17 +19,15 @@ Engine bullet_engine() {
       {"default",
        "Bullet's rigid bodies as a program gets them that sets nothing: symplectic Euler, implicit gyroscopic "
        "term, sequential impulses with speculative contacts. Only sleeping is off and the pair's law is the "
-       "scene's.",
-       bullet::default_settings()},
+       "scene's."},
       {"tuned",
        "Bullet with the settings that `atwood tune` found for the class of the scene (free flight, bounce, friction, stack, "
        "heap): the default's where none were better on scenes held out.",
-       bullet::default_settings(),
+       {},
        {},
        false,
        true}};
-  rival.fixed = bullet::fixed_settings();
-  rival.check = bullet::check_settings;
+  rival.settings = bullet::settings();
   rival.refusal = [](const Scene& scene, const Settings&) { return bullet::refusal(scene); };
   rival.make = bullet::make_world;
   Engine engine = rivals::engine_of(rival);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bullet/shapes.hpp"
+#include "protocol/printed_setting.hpp"
 #include "rivals/vector.hpp"
 
 #ifdef BT_USE_DOUBLE_PRECISION
@@ -57,7 +58,7 @@ bool smooth_inner_edge(btManifoldPoint& point, const btCollisionObjectWrapper* a
 }
 
 int gyroscopic_flag(const Settings& settings) {
-  const auto word = rivals::choice(settings, "gyroscopic", {"implicit-body", "implicit-world", "explicit", "off"});
+  const auto word = rivals::word(settings, "gyroscopic");
   if (word == "implicit-body") return BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY;
   if (word == "implicit-world") return BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_WORLD;
   return word == "explicit" ? BT_ENABLE_GYROSCOPIC_FORCE_EXPLICIT : 0;
@@ -148,7 +149,7 @@ class BulletWorld : public rivals::World {
     using namespace rivals;
     const auto value = [this](const char* name) { return narrow(number(settings_, name)); };
     btContactSolverInfo& info = world_.getSolverInfo();
-    info.m_numIterations = static_cast<int>(count(settings_, "iterations", 1));
+    info.m_numIterations = static_cast<int>(count(settings_, "iterations"));
     info.m_erp = info.m_erp2 = value("erp");
     info.m_globalCfm = value("cfm");
     info.m_frictionERP = value("friction_erp");
@@ -166,7 +167,7 @@ class BulletWorld : public rivals::World {
     info.m_solverMode =
         bit("simd", SOLVER_SIMD) | bit("warm_starting", SOLVER_USE_WARMSTARTING) |
         bit("randomized_order", SOLVER_RANDMIZE_ORDER) |
-        (count(settings_, "friction_directions", 1) == 2 ? SOLVER_USE_2_FRICTION_DIRECTIONS : 0) |
+        (count(settings_, "friction_directions") == 2 ? SOLVER_USE_2_FRICTION_DIRECTIONS : 0) |
         (flag(settings_, "friction_along_slip") ? 0 : SOLVER_DISABLE_VELOCITY_DEPENDENT_FRICTION_DIRECTION);
   }
 
@@ -254,59 +255,55 @@ class BulletWorld : public rivals::World {
 
 // What btContactSolverInfo and btRigidBodyConstructionInfo hold when nothing is set, but for sleeping, which fairness
 // turns off (damping is 0 in Bullet anyway).
-Settings default_settings() {
-  return {{"scalar", std::string(sizeof(btScalar) == 8 ? "double" : "float")},
-          {"step", std::string("stepSimulation(h, 0)")},
-          {"solver", std::string("sequential-impulse")},
-          {"pair_law", std::string("the scene's, by combined-coefficient callbacks")},
-          {"forces", std::string("all but uniform gravity: evaluated by the adapter once a step, at its beginning")},
-          {"continuous_collision", false},
-          {"substeps", std::int64_t{1}},
-          {"iterations", std::int64_t{10}},
-          {"erp", 0.2},
-          {"cfm", 0.0},
-          {"friction_erp", 0.2},
-          {"friction_cfm", 0.0},
-          {"sor", 1.0},
-          {"max_error_reduction", 20.0},
-          {"split_impulse", true},
-          {"split_impulse_penetration_threshold_m", -0.04},
-          {"split_impulse_turn_erp", 0.1},
-          {"linear_slop_m", 0.0},
-          {"restitution_velocity_threshold_m_per_s", 0.2},
-          {"least_squares_residual_threshold", 0.0},
-          {"contact_processing_threshold_m", 1e18},
-          {"contact_breaking_threshold_m", 0.02},
-          {"collision_margin_m", 0.04},
-          {"hull_margin_m", 0.04},
-          {"smooth_inner_edges", false},
-          {"rectangle", std::string("a box without thickness")},
-          {"rolling_friction",
-           std::string("Bullet's: torque impulse up to coefficient x load impulse, by two axes; the load "
-                       "counts up to 1 N s a step")},
-          {"gyroscopic", std::string("implicit-body")},
-          {"linear_damping", 0.0},
-          {"angular_damping", 0.0},
-          {"sleeping", false},
-          {"warm_starting", true},
-          {"warm_starting_factor", 0.85},
-          {"friction_directions", std::int64_t{1}},
-          {"friction_along_slip", true},
-          {"randomized_order", false},
-          {"simd", true}};
-}
-
-std::set<std::string> fixed_settings() {
-  return {"scalar", "step", "solver", "pair_law", "forces", "continuous_collision", "rectangle", "rolling_friction"};
-}
-
-void check_settings(const Settings& settings) {
-  gyroscopic_flag(settings);
-  rivals::count(settings, "iterations", 1);
-  rivals::count(settings, "substeps", 1);
-  if (rivals::count(settings, "friction_directions", 1) > 2) {
-    throw std::invalid_argument("setting `friction_directions` is 1 or 2");
-  }
+std::vector<Setting> settings() {
+  const std::string own = sizeof(btScalar) == 8 ? "double" : "float";
+  return {
+      printed("scalar", own, "Type of the engine's numbers."),
+      printed("step", std::string("stepSimulation(h, 0)")),
+      printed("solver", std::string("sequential-impulse")),
+      printed("pair_law", std::string("the scene's, by combined-coefficient callbacks")),
+      printed("forces", std::string("all but uniform gravity: evaluated by the adapter once a step, at its beginning")),
+      printed("continuous_collision", false),
+      printed("rectangle", std::string("a box without thickness")),
+      printed("rolling_friction", std::string("Bullet's: torque impulse up to coefficient x load impulse, by two axes; "
+                                              "the load counts up to 1 N s a step")),
+      rivals::substeps_setting(),
+      {"iterations", std::int64_t{10}, {between(1, 100000), "Sweeps of the sequential impulses in a step."}},
+      {"erp", 0.2, {between(0, 1), "Share of an overlap that a step takes away."}},
+      {"cfm", 0.0, {between(0, 1000), "Softness of contacts (constraint force mixing)."}},
+      {"friction_erp", 0.2, {between(0, 1), "Share of a friction anchor's error that a step takes away."}},
+      {"friction_cfm", 0.0, {between(0, 1000), "Softness of friction."}},
+      {"sor", 1.0, {{0, 2, true, false}, "Over-relaxation of the sweeps."}},
+      {"max_error_reduction", 20.0, {between(0, 1e6), "m_maxErrorReduction of btContactSolverInfo."}},
+      {"split_impulse", true, {{}, "Overlap is removed in positions alone."}},
+      {"split_impulse_penetration_threshold_m",
+       -0.04,
+       {between(-1000, 1000), "Gap below which overlap is removed in positions; above it, by velocity.", "m"}},
+      {"split_impulse_turn_erp", 0.1, {between(0, 1), "Share of the split impulse that turns bodies."}},
+      {"linear_slop_m", 0.0, {between(0, 1000), "Overlap that is left alone.", "m"}},
+      {"restitution_velocity_threshold_m_per_s",
+       0.2,
+       {between(0, 1e6), "Approaches slower than this do not bounce.", "m/s"}},
+      {"least_squares_residual_threshold", 0.0, {between(0, 1e6), "Residual at which the sweeps end; 0: never."}},
+      {"contact_processing_threshold_m",
+       1e18,
+       {between(0, 1e18), "Gap up to which a contact enters the solver; 0: none before it touches.", "m"}},
+      {"contact_breaking_threshold_m", 0.02, {between(0, 1000), "Drift up to which a contact point is kept.", "m"}},
+      {"collision_margin_m", 0.04, {between(0, 1000), "Margin of shapes but hulls.", "m"}},
+      {"hull_margin_m", 0.04, {between(0, 1000), "Margin of convex hulls.", "m"}},
+      {"smooth_inner_edges", false, {{}, "Normals at the inner edges of a mesh are those of its faces."}},
+      {"gyroscopic",
+       std::string("implicit-body"),
+       {one_of({"implicit-body", "implicit-world", "explicit", "off"}), "How the gyroscopic term is stepped."}},
+      {"linear_damping", 0.0, {between(0, 1), "Share of the velocity lost in a second."}},
+      {"angular_damping", 0.0, {between(0, 1), "Share of the angular velocity lost in a second."}},
+      {"sleeping", false, {{}, "Slow bodies are deactivated."}},
+      {"warm_starting", true, {{}, "The sweeps start from the last step's impulses."}},
+      {"warm_starting_factor", 0.85, {between(0, 1), "Share of the last step's impulses that they start from."}},
+      {"friction_directions", std::int64_t{1}, {between(1, 2), "Axes of the friction pyramid."}},
+      {"friction_along_slip", true, {{}, "The first of them is along the slip."}},
+      {"randomized_order", false, {{}, "The order of the contacts changes from sweep to sweep."}},
+      {"simd", true, {{}, "The solver uses vector instructions."}}};
 }
 
 std::string refusal(const Scene& scene) {

@@ -7,18 +7,15 @@
 #pragma once
 
 #include <memory>
-#include <set>
 #include <string>
+#include <vector>
 
 #include "protocol/method.hpp"
 #include "rivals/world.hpp"
 
 namespace atwood::bullet {
 
-Settings default_settings();
-std::set<std::string> fixed_settings();
-// Throws std::invalid_argument on a value out of range.
-void check_settings(const Settings& settings);
+std::vector<Setting> settings();
 
 // What Bullet can't hold beyond what every adapter refuses; empty when it can.
 std::string refusal(const Scene& scene);

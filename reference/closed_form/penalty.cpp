@@ -11,16 +11,18 @@
 //   d' = v cos a,  t = 4 d_m / (5 v) int_0^a sin^(-1/5)
 //   and separation is the time reversal of the approach.
 #include "closed_form/gauss.hpp"
+#include "closed_form/hertz_phase.hpp"
 #include "closed_form/solution.hpp"
 
 namespace atwood::closed_form {
 
 namespace {
 
-inline Narrow fifth_root(Narrow x) { return std::pow(x, Narrow(1) / 5); }
-inline Wide fifth_root(Wide x) { return powq(x, Wide(1) / 5); }
-
-template <class S> struct Overlap { S d{}, rate{}; };  // overlap and its rate
+// Overlap and its rate. Not `converged`: Newton's method for the phase of a Hertz contact did not.
+template <class S> struct Overlap {
+  S d{}, rate{};
+  bool converged = true;
+};
 
 template <class S> struct Law {
   S m{}, v{};
@@ -63,18 +65,9 @@ template <class S> struct Law {
     }
     const bool out = t > duration / 2;
     const S since = out ? duration - t : t;
-    // Newton; dt/da = 4 d_m / (5 v) sin(a)^(-1/5). To first order d = v t, so a = (v t / d_m)^(5/4).
-    const S first = v * since / max_overlap;
-    S a = first < 1 ? first * sqrt(sqrt(first)) : pi<S>() / 2;
-    for (int k_newton = 0; k_newton < 40; ++k_newton) {
-      if (a <= 0) break;
-      const S change = (since - time_of(a)) * 5 * v / (4 * max_overlap) * fifth_root(sin(a));
-      a = a + change;
-      if (a > pi<S>() / 2) a = pi<S>() / 2;
-      if (magnitude(change) <= 4 * unit_round_off<S>() * a) break;
-    }
+    const auto [a, converged] = hertz_phase(since, v, max_overlap, [this](S phase) { return time_of(phase); });
     const S y = fifth_root(sin(a)), y2 = y * y;
-    return {max_overlap * y2 * y2, (out ? -1 : 1) * v * cos(a)};
+    return {max_overlap * y2 * y2, (out ? -1 : 1) * v * cos(a), converged};
   }
 };
 
@@ -206,12 +199,14 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
   const S t_end = scenario.t_end_s, touch = law.v > 0 ? way.gap / law.v : 2 * t_end;
   if (law.v > 0) law.prepare();
   // The deviation of the overlap from v (t - touch) is shared by the bodies in inverse proportion to their masses.
+  bool converged = true;  // the overlap at every time so far
   const auto fly = [&](int at, S t) {
     const Pose<S>& start = at == pair.a ? start_a : start_b;
     const Rotation<S> spin = turning_of[at == pair.a ? 0 : 1].at(t);
     Pose<S> now{start.p_WB + t * start.v_WB, start.v_WB, spin.w, spin.q};
     if (!(t > touch)) return now;
     const Overlap<S> overlap = law.at(t - touch);
+    converged = converged && overlap.converged;
     const S share = (at == pair.a ? 1 : -1) * law.m / S(scene.bodies[at].mass_kg);
     now.p_WB = now.p_WB + (share * (overlap.d - law.v * (t - touch))) * way.n;
     now.v_WB = now.v_WB + (share * (overlap.rate - law.v)) * way.n;
@@ -222,11 +217,17 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
     for (const Body& body : scene.bodies) poses.push_back(initial_pose<S>(body));
     for (const int at : {pair.a, pair.b})
       if (!scene.bodies[at].fixed && t > 0) poses[at] = fly(at, t);
+    if (converged) continue;
+    motion.undecided = "Newton's method for the overlap did not converge";
+    motion.end_s = t;
+    motion.poses.pop_back();
+    break;
   }
-  if (touch > t_end) return motion;
+  const S end = converged ? t_end : motion.end_s;
+  if (touch > end) return motion;
   const Vec<S> arm = S(std::get<Sphere>(a.shape).radius_m) * way.n;
   const Vec<S> begins = fly(pair.a, touch).p_WB + arm, ends = fly(pair.a, touch + law.duration).p_WB + arm;
-  append_events(pair, law, way, touch, t_end, {begins, ends}, motion);
+  append_events(pair, law, way, touch, end, {begins, ends}, motion);
   return motion;
 }
 

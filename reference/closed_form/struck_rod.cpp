@@ -9,6 +9,7 @@
 // the normal impulse J: T' = -mu sign u_t during slip; from u_t = 0 on stick, T' = -K_tn / K_tt, if mu >= |K_tn / K_tt|,
 // otherwise slip in the direction that K_tn gives. It ends, by Newton's law, at u_n = -e u_n(0).
 #include "closed_form/obstacles.hpp"
+#include "protocol/fault.hpp"
 
 namespace atwood::closed_form {
 
@@ -97,8 +98,9 @@ ContactPoint<S> contact_with_capsule(const Capsule& capsule, const Vec<S>& d, co
   return made;
 }
 
+// A ball that may hit an edge is refused.
 template <class S>
-ContactPoint<S> contact_with_box(const Box& box, const Vec<S>& d, const Vec<S>& u, S radius, std::string& refusal) {
+Result<ContactPoint<S>> contact_with_box(const Box& box, const Vec<S>& d, const Vec<S>& u, S radius) {
   ContactPoint<S> made;
   bool near_edge = false;
   S t_edge{};
@@ -121,7 +123,7 @@ ContactPoint<S> contact_with_box(const Box& box, const Vec<S>& d, const Vec<S>& 
     made.r_B = p - (radius * side) * Vec<S>{S(k == 0), S(k == 1), S(k == 2)};
   }
   if (near_edge && (!made.happens || t_edge <= made.t))
-    refusal = "the ball may hit an edge of the box, which is not covered";
+    return Fault{Blame::engine, "the ball may hit an edge of the box, which is not covered"};
   return made;
 }
 
@@ -280,9 +282,14 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
     motion.refusal = "the rod and the ball overlap at the start";
     return motion;
   }
-  ContactPoint<S> contact = box != nullptr ? contact_with_box(*box, d, u, pair.radius, motion.refusal)
-                                           : contact_with_capsule(std::get<Capsule>(rod.shape), d, u, pair.radius);
-  if (!motion.refusal.empty()) return motion;
+  const Result<ContactPoint<S>> found = box != nullptr
+                                            ? contact_with_box(*box, d, u, pair.radius)
+                                            : contact_with_capsule(std::get<Capsule>(rod.shape), d, u, pair.radius);
+  if (!found) {
+    motion.refusal = found.fault().reason;
+    return motion;
+  }
+  ContactPoint<S> contact = *found;
   contact.happens = contact.happens && contact.t <= t_end;
   ImpactResult<S> result;
   if (contact.happens) {

@@ -5,17 +5,11 @@
 #include "cvode/compliant_contacts.hpp"
 #include "cvode/contacts.hpp"
 #include "dynamics/rates.hpp"
+#include "protocol/refusal.hpp"
 
 namespace atwood::cvode {
 
 namespace {
-
-Outcome refusal(std::string reason) {
-  Outcome made;
-  made.status = Status::unsupported;
-  made.reason = std::move(reason);
-  return made;
-}
 
 std::vector<Wide> widened(const std::vector<double>& y) { return {y.begin(), y.end()}; }
 
@@ -184,13 +178,13 @@ struct Integration {
 
 Outcome run(const Scene& scene, double t_end_s, std::int64_t samples, const Options& options, const Observer& observer,
             Record* record, std::chrono::nanoseconds* busy) {
-  if (const std::string why = dynamics::unsupported(scene); !why.empty()) return refusal("CVODE: " + why);
+  if (const std::string why = dynamics::unsupported(scene); !why.empty()) return refused("CVODE: " + why);
   if (!(t_end_s > 0) || samples < 1)
-    return refusal("CVODE: expected t_end_s > 0 and at least 1 sample; found t_end_s = " + format_double(t_end_s) +
+    return refused("CVODE: expected t_end_s > 0 and at least 1 sample; found t_end_s = " + format_double(t_end_s) +
                    ", " + std::to_string(samples) + " samples");
   Integration integration(scene, t_end_s, samples, options, observer, record);
   for (const std::string& why : {integration.contacts.failure(), integration.compliant.failure()})
-    if (!why.empty()) return refusal(why);
+    if (!why.empty()) return refused(why);
   if (integration.equations.size() == 0) {  // nothing moves
     while (integration.sampled <= samples) integration.take_sample(integration.y);
     return {};

@@ -150,7 +150,7 @@ constraint::BoxedLcpSolverPtr lcp_solver(const Settings& settings, const std::st
   if (name == "none") return nullptr;
   if (name == "dantzig") return std::make_shared<constraint::DantzigBoxedLcpSolver>();
   auto pgs = std::make_shared<constraint::PgsBoxedLcpSolver>();
-  pgs->setOption({static_cast<int>(rivals::count(settings, "pgs_iterations", 1)),
+  pgs->setOption({static_cast<int>(rivals::count(settings, "pgs_iterations")),
                   rivals::number(settings, "pgs_tolerance"), rivals::number(settings, "pgs_relative_tolerance"), 1e-9,
                   false});
   return pgs;
@@ -173,7 +173,7 @@ class DartWorld : public rivals::World {
     if (std::get<std::string>(settings.at("collision_detector")) != "fcl")
       solver->setCollisionDetector(detector_of(settings));
     solver->getCollisionOption().collisionFilter = std::make_shared<ScenePairFilter>(scene_, skeletons_, owners_);
-    const auto room = static_cast<std::size_t>(rivals::count(settings, "contacts_per_body", 1)) * scene.bodies.size();
+    const auto room = static_cast<std::size_t>(rivals::count(settings, "contacts_per_body")) * scene.bodies.size();
     solver->getCollisionOption().maxNumContacts = std::max<std::size_t>(1000, room);
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) add(static_cast<int>(i));
   }

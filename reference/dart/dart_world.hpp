@@ -17,8 +17,8 @@
 #pragma once
 
 #include <memory>
-#include <set>
 #include <string>
+#include <vector>
 
 #include "protocol/method.hpp"
 #include "rivals/world.hpp"
@@ -26,10 +26,9 @@
 namespace atwood::dartsim {
 
 std::string version();
-Settings default_settings();
-Settings tuned_settings();
-std::set<std::string> fixed_settings();
-void check_settings(const Settings& settings);  // throws std::invalid_argument
+std::vector<Setting> settings();
+Settings tuned_changes();
+std::string contradiction(const Settings& settings);  // of values that are each in range; empty: none
 
 // Why DART cannot represent the scene, beyond the refusals of every adapter; empty when it can.
 std::string refusal(const Scene& scene, const Settings& settings);

@@ -16,14 +16,13 @@ Engine dart_engine() {
                     "over meshes, takes a "
                     "plane for a thin upright box of 1000 m. Here it is ODE's, in double. Semi-implicit Euler; "
                     "contacts by Dantzig's method "
-                    "on a boxed complementarity problem; friction a pyramid along the world's x and y.",
-                    dartsim::default_settings()},
+                    "on a boxed complementarity problem; friction a pyramid along the world's x and y."},
                    {"tuned",
                     "DART with the friction pyramid turned along the slip and the least softness of contacts that it "
                     "admits (cfm 1e-9).",
-                    dartsim::tuned_settings()}};
-  rival.fixed = dartsim::fixed_settings();
-  rival.check = dartsim::check_settings;
+                    dartsim::tuned_changes()}};
+  rival.settings = dartsim::settings();
+  rival.contradiction = dartsim::contradiction;
   rival.refusal = dartsim::refusal;
   rival.make = dartsim::make_world;
   rival.diagnostics = dartsim::diagnostics_since_last_call;

@@ -1,91 +1,64 @@
 // The settings of DART's adapter: defaults, the tuned preset, their checks; and what DART cannot represent.
-#include <stdexcept>
-
 #include "dart/dart_world.hpp"
 #include "dart/shapes.hpp"
 #include "dart/surfaces.hpp"
+#include "protocol/printed_setting.hpp"
 
 namespace atwood::dartsim {
 
 // The defaults of World::create, ConstraintSolver and ContactConstraint; contacts_per_body only raises World's limit of
 // 1000 contacts.
-Settings default_settings() {
-  return {{"scalar", std::string("double")},
-          {"step", std::string("World::step")},
-          {"pair_law", std::string("the scene's: a shape for each material that a body can meet, where laws differ")},
-          {"friction_model", std::string("pyramid of two axes, mu times the normal force")},
-          {"forces", std::string("all but uniform gravity: evaluated by the adapter once a step, at its beginning")},
-          {"gyroscopic", std::string("explicit: always on")},
-          {"split_impulse", std::string("none: DART 6.12 has none for rigid bodies")},
-          {"slip_compliance", std::string("none")},
-          {"bouncing_velocity_m_per_s", 0.1},
-          {"max_bouncing_velocity_m_per_s", 100.0},
-          {"sleeping", std::string("none: DART 6.12 has none")},
-          {"rectangle", std::string("a box of the least thickness")},
-          {"linear_damping", 0.0},
-          {"angular_damping", 0.0},
-          {"substeps", std::int64_t{1}},
-          {"collision_detector", std::string("ode")},
-          {"contacts_per_body", std::int64_t{16}},
-          {"lcp_solver", std::string("dantzig")},
-          {"secondary_lcp_solver", std::string("pgs")},
-          {"pgs_iterations", std::int64_t{30}},
-          {"pgs_tolerance", 1e-6},
-          {"pgs_relative_tolerance", 1e-3},
-          {"error_allowance_m", 0.0},
-          {"erp", 0.01},
-          {"max_erv_m_per_s", 1e-3},
-          {"cfm", 1e-5},
-          {"friction_direction", std::string("engine")}};
+std::vector<Setting> settings() {
+  return {
+      printed("scalar", std::string("double"), "Type of the engine's numbers."),
+      printed("step", std::string("World::step")),
+      printed("pair_law",
+              std::string("the scene's: a shape for each material that a body can meet, where laws differ")),
+      printed("friction_model", std::string("pyramid of two axes, mu times the normal force")),
+      printed("forces", std::string("all but uniform gravity: evaluated by the adapter once a step, at its beginning")),
+      printed("gyroscopic", std::string("explicit: always on")),
+      printed("split_impulse", std::string("none: DART 6.12 has none for rigid bodies")),
+      printed("slip_compliance", std::string("none")),
+      printed("bouncing_velocity_m_per_s", 0.1, "Approaches slower than this do not bounce."),
+      printed("max_bouncing_velocity_m_per_s", 100.0, "Largest velocity after a bounce."),
+      printed("sleeping", std::string("none: DART 6.12 has none")),
+      printed("rectangle", std::string("a box of the least thickness")),
+      printed("linear_damping", 0.0),
+      printed("angular_damping", 0.0),
+      rivals::substeps_setting(),
+      {"collision_detector",
+       std::string("ode"),
+       {one_of({"ode", "fcl", "dart"}), "Which of DART's collision detectors finds the contacts."}},
+      {"contacts_per_body",
+       std::int64_t{16},
+       {between(1, 10000), "Contact points for which there is room, beyond 1000."}},
+      {"lcp_solver", std::string("dantzig"), {one_of({"dantzig", "pgs"}), "Solver of the contact problem."}},
+      {"secondary_lcp_solver",
+       std::string("pgs"),
+       {one_of({"dantzig", "pgs", "none"}), "Solver where the first one fails."}},
+      {"pgs_iterations", std::int64_t{30}, {between(1, 100000), "Most sweeps of projected Gauss-Seidel."}},
+      {"pgs_tolerance", 1e-6, {between(0, 1), "Change of an impulse at which the sweeps end."}},
+      {"pgs_relative_tolerance", 1e-3, {between(0, 1), "The same, relative to the impulse."}},
+      {"error_allowance_m", 0.0, {between(0, 1000), "Overlap that is left alone.", "m"}},
+      {"erp", 0.01, {between(0, 1), "Share of an overlap that a step takes away."}},
+      {"max_erv_m_per_s", 1e-3, {between(0, 1e6), "Largest velocity that removes overlap.", "m/s"}},
+      {"cfm", 1e-5, {between(1e-9, 1), "Softness of contacts (constraint force mixing); DART's own least is 1e-9."}},
+      {"friction_direction",
+       std::string("engine"),
+       {one_of({"engine", "slip"}),
+        "First axis of the friction pyramid: the engine's choice, or along the slip (collision_detector=ode alone)."}}};
 }
 
-Settings tuned_settings() {
-  Settings tuned = default_settings();
-  tuned["erp"] = 0.0;  // recovery of penetration by velocity leaves a separation speed after an impact
-  tuned["cfm"] = 1e-9;
-  tuned["friction_direction"] = std::string("slip");
-  return tuned;
+Settings tuned_changes() {
+  return {{"erp", 0.0},  // recovery of penetration by velocity leaves a separation speed after an impact
+          {"cfm", 1e-9},
+          {"friction_direction", std::string("slip")}};
 }
 
-std::set<std::string> fixed_settings() {
-  return {"scalar",
-          "step",
-          "pair_law",
-          "friction_model",
-          "forces",
-          "gyroscopic",
-          "split_impulse",
-          "slip_compliance",
-          "bouncing_velocity_m_per_s",
-          "max_bouncing_velocity_m_per_s",
-          "sleeping",
-          "rectangle",
-          "linear_damping",
-          "angular_damping"};
-}
-
-void check_settings(const Settings& settings) {
-  const std::string detector = rivals::choice(settings, "collision_detector", {"ode", "fcl", "dart"});
-  const std::string direction = rivals::choice(settings, "friction_direction", {"engine", "slip"});
-  if (direction == "slip" && detector != "ode") {
-    throw std::invalid_argument("setting `friction_direction`: slip requires collision_detector = \"ode\"");
-  }
-  rivals::choice(settings, "lcp_solver", {"dantzig", "pgs"});
-  rivals::choice(settings, "secondary_lcp_solver", {"dantzig", "pgs", "none"});
-  rivals::count(settings, "pgs_iterations", 1);
-  rivals::count(settings, "contacts_per_body", 1);
-  const auto at_least = [&](const char* name, double least) {
-    if (!(rivals::number(settings, name) >= least)) {
-      throw std::invalid_argument(std::string("setting `") + name + "`: expected a number of at least " +
-                                  (least > 0 ? "1e-9" : "0"));
-    }
-  };
-  for (const char* name : {"error_allowance_m", "erp", "max_erv_m_per_s", "pgs_tolerance", "pgs_relative_tolerance"}) {
-    at_least(name, 0);
-  }
-  at_least("cfm", 1e-9);  // DART's own bound
-  if (!(rivals::number(settings, "erp") <= 1))
-    throw std::invalid_argument("setting `erp`: expected a number of at most 1");
+std::string contradiction(const Settings& settings) {
+  if (rivals::word(settings, "friction_direction") == "slip" && rivals::word(settings, "collision_detector") != "ode")
+    return "setting `friction_direction`: slip requires collision_detector = \"ode\"";
+  return "";
 }
 
 std::string refusal(const Scene& scene, const Settings& settings) {

@@ -25,6 +25,7 @@ template <class S> constexpr double kAlwaysSummedFlight = is_wide<S> ? 1e-12 : 1
 constexpr double kRestTimeTolerance = 1e-24;
 // In units of the gap's round-off: the next impact of a lower flight could not be located.
 template <class S> constexpr double kMinHeightInRoundOff = is_wide<S> ? 1e3 : 4;
+constexpr int kMostTries = 100;            // of the search for a touch
 constexpr double kPassageDistance = 1e-3;  // of the pair's size: a closest approach with a larger gap is no passage
 
 template <class S> S position_magnitude(const Scene& scene, const dynamics::Layout& layout, int body, const S* y) {
@@ -177,7 +178,8 @@ template <class S> void Impacts<S>::check_held(const S* y) {
 // The root of the gap g with g(high) < 0 and g > 0 before it. Newton's method, started at the root of the parabola through
 // g(0), g'(0), g(high); an iterate outside the bracket is replaced by the bracket's middle.
 template <class S>
-S Impacts<S>::locate(const Pair& pair, const S* before, S high, S gap_high, const StateAt& state_at) const {
+typename Impacts<S>::Touch Impacts<S>::locate(const Pair& pair, const S* before, S high, S gap_high,
+                                              const StateAt& state_at) const {
   const Gap<S> start = gap(scene_, dynamics_.layout(), pair, before);
   S low = 0;
   const S half_acceleration = (gap_high - start.gap_m - start.rate_m_per_s * high) / (high * high);
@@ -190,21 +192,25 @@ S Impacts<S>::locate(const Pair& pair, const S* before, S high, S gap_high, cons
                                  : -(start.rate_m_per_s + root) / (2 * half_acceleration);
   }
   const S tolerance = gap_tolerance(pair, before) * S(is_wide<S> ? 1e-5 : 1e-2);
-  for (int tries = 0; tries < 100; ++tries) {
+  for (int tries = 0; tries < kMostTries; ++tries) {
     if (!(tau > low && tau <= high)) tau = low + (high - low) / 2;
     const std::vector<S> state = state_at(tau);
     const Gap<S> now = gap(scene_, dynamics_.layout(), pair, state.data());
-    if (magnitude(now.gap_m) <= tolerance || high - low <= tolerance * S(1e-3) * high) return tau;
+    const bool within_round_off =
+        magnitude(now.gap_m) <= std::max(gap_tolerance(pair, before), gap_tolerance(pair, state.data()));
+    if (magnitude(now.gap_m) <= tolerance || high - low <= tolerance * S(1e-3) * high)
+      return {tau, pair, within_round_off};
     if (now.gap_m > 0) low = tau;
     else high = tau;
+    if (tries + 1 == kMostTries) return {tau, pair, within_round_off};
     tau = now.rate_m_per_s < 0 ? tau - now.gap_m / now.rate_m_per_s : S(-1);
   }
-  return tau;
+  return {tau, pair, false};
 }
 
 template <class S>
-std::optional<S> Impacts<S>::find_touch(const Pair& pair, const S* before, const S* after, S taken,
-                                        const StateAt& state_at) const {
+std::optional<typename Impacts<S>::Touch> Impacts<S>::find_touch(const Pair& pair, const S* before, const S* after,
+                                                                 S taken, const StateAt& state_at) const {
   const Gap<S> first = gap(scene_, dynamics_.layout(), pair, before);
   const Gap<S> last = gap(scene_, dynamics_.layout(), pair, after);
   const S round_off = std::max(gap_tolerance(pair, before), gap_tolerance(pair, after));
@@ -212,6 +218,7 @@ std::optional<S> Impacts<S>::find_touch(const Pair& pair, const S* before, const
     return locate(pair, before, taken, last.gap_m, state_at);
   const std::optional<Passage> passage = closest_approach(pair, before, after, taken, state_at);
   if (!passage) return std::nullopt;
+  if (!passage->located) return Touch{passage->tau, pair, false};
   const Gap<S> least = gap(scene_, dynamics_.layout(), pair, passage->y.data());
   if (least.gap_m >= -round_off) return std::nullopt;
   return locate(pair, before, passage->tau, least.gap_m, state_at);
@@ -247,16 +254,28 @@ std::optional<typename Impacts<S>::Passage> Impacts<S>::closest_approach(const P
     if (now.rate_m_per_s < 0) low = found.tau;
     else high = found.tau;
   }
+  found.located = false;
   return found;
 }
 
 template <class S>
-std::optional<S> Impacts<S>::first_touch(const S* before, const S* after, S taken, const StateAt& state_at) const {
-  std::optional<S> first;
-  for (const Pair& pair : pairs_)
-    if (const std::optional<S> at = find_touch(pair, before, after, taken, state_at); at && (!first || *at < *first))
-      first = at;
+std::optional<typename Impacts<S>::Touch> Impacts<S>::first_touch(const S* before, const S* after, S taken,
+                                                                  const StateAt& state_at) const {
+  std::optional<Touch> first;
+  for (const Pair& pair : pairs_) {
+    const std::optional<Touch> at = find_touch(pair, before, after, taken, state_at);
+    if (at && !at->located) return at;
+    if (at && (!first || at->tau < first->tau)) first = at;
+  }
   return first;
+}
+
+template <class S> void Impacts<S>::check_located(S t, const Pair& pair, bool located) {
+  if (located || !failure_.empty()) return;
+  failure_ = "the search for the instant at which `" + scene_.bodies[pair.a].name + "` and `" +
+             scene_.bodies[pair.b].name +
+             "` touch did not converge in the step from t = " + format_double(static_cast<double>(t)) + " s";
+  valid_until_failure_ = true;
 }
 
 template <class S>

@@ -38,25 +38,35 @@ template <class S> class Impacts {
   // The first time in (0, taken] after `before` at which a pair touches, if any. `after` is the state at `taken`, and
   // state_at(tau) integrates from `before` to tau.
   using StateAt = std::function<std::vector<S>(S tau)>;
-  std::optional<S> first_touch(const S* before, const S* after, S taken, const StateAt& state_at) const;
-  // Closest approaches without contact in the step, up to `until`: time and state.
+  // Not `located`: the iteration ended before the gap was within its round-off; the motion is known up to `before` only.
+  struct Touch {
+    S tau{};
+    Pair pair;
+    bool located = true;
+  };
+  std::optional<Touch> first_touch(const S* before, const S* after, S taken, const StateAt& state_at) const;
+  // Closest approaches without contact in the step, up to `until`: time and state. Not `located`, as above.
   struct Passage {
     S tau{};
     Pair pair;
     std::vector<S> y;
+    bool located = true;
   };
   std::vector<Passage> passages(const S* before, const S* after, S taken, S until, const StateAt& state_at) const;
+
+  // Fills failure() where a touch or a passage of the step from t was not located.
+  void check_located(S t, const Pair& pair, bool located);
 
   // Fills failure() when a ball has left the plane it rests on.
   void check_held(const S* y);
 
  private:
-  std::optional<S> find_touch(const Pair& pair, const S* before, const S* after, S taken,
-                              const StateAt& state_at) const;
+  std::optional<Touch> find_touch(const Pair& pair, const S* before, const S* after, S taken,
+                                  const StateAt& state_at) const;
   // The closest approach inside the step, if the gap's rate changes its sign there.
   std::optional<Passage> closest_approach(const Pair& pair, const S* before, const S* after, S taken,
                                           const StateAt& state_at) const;
-  S locate(const Pair& pair, const S* before, S high, S gap_high, const StateAt& state_at) const;
+  Touch locate(const Pair& pair, const S* before, S high, S gap_high, const StateAt& state_at) const;
   S gap_tolerance(const Pair& pair, const S* y) const;  // round-off of the gap [m]
   S speed_tolerance(const Pair& pair) const;            // round-off of the gap's rate [m/s]
   void update_fastest(const S* y);

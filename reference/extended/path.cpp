@@ -1,6 +1,7 @@
 #include "extended/path.hpp"
 
 #include <optional>
+#include <type_traits>
 
 #include "dynamics/arithmetic.hpp"
 
@@ -10,6 +11,8 @@ namespace {
 
 using dynamics::operator-;
 using dynamics::Triple;
+
+template <class S> constexpr double kRoundOff = std::is_same_v<S, Wide> ? 0x1p-112 : 0x1p-52;
 
 // The second derivative of quadratic drag |u| u jumps at zero relative wind, u = 0, which a ball thrown straight up in
 // still air reaches at its apex. Steps are cut there, so that the motion is smooth within each.
@@ -24,16 +27,22 @@ template <class S> class ZeroWindCrossings {
   }
   bool any() const { return !winds_.empty(); }
 
-  // First time in (0, taken) at which a relative velocity u is orthogonal to its value at the start of the step.
+  // First time in (0, taken) at which a relative velocity u is orthogonal to its value at the start of the step. Not
+  // `located`: the search ended before the projection was within its round-off.
+  struct Zero {
+    S tau{};
+    bool located = true;
+  };
   template <class StateAt>
-  std::optional<S> first(const S* before, const S* after, S taken, const StateAt& state_at) const {
-    std::optional<S> found;
+  std::optional<Zero> first(const S* before, const S* after, S taken, const StateAt& state_at) const {
+    std::optional<Zero> found;
     for (const Wind& wind : winds_) {
       const Triple<S> u0 = relative(wind, before), u1 = relative(wind, after);
       const S start = dynamics::dot(u0, u0), end = dynamics::dot(u0, u1);
       if (!(end < 0) || start < S(1e-30) * dynamics::dot(u1, u1)) continue;
-      const S tau = locate(wind, u0, taken, state_at);
-      if (tau < taken && (!found || tau < *found)) found = tau;
+      const Zero zero = locate(wind, u0, taken, state_at);
+      if (!zero.located) return zero;
+      if (zero.tau < taken && (!found || zero.tau < found->tau)) found = zero;
     }
     return found;
   }
@@ -48,8 +57,12 @@ template <class S> class ZeroWindCrossings {
 
   // Root of u . u0 by the secant method in a bracket. The iterates start on the left: drag decreases towards the root, so
   // that they stay on that side, and no trial step has to cross the kink.
-  template <class StateAt> static S locate(const Wind& wind, const Triple<S>& u0, S taken, const StateAt& state_at) {
-    const auto projection = [&](S tau) { return dynamics::dot(u0, relative(wind, state_at(tau).data())); };
+  template <class StateAt> static Zero locate(const Wind& wind, const Triple<S>& u0, S taken, const StateAt& state_at) {
+    Triple<S> u = u0;
+    const auto projection = [&](S tau) {
+      u = relative(wind, state_at(tau).data());
+      return dynamics::dot(u0, u);
+    };
     const S size = dynamics::dot(u0, u0);
     S low = 0, high = taken, low_value = size, tau = taken / 1024, value = projection(tau);
     S previous = 0, previous_value = low_value;
@@ -64,7 +77,9 @@ template <class S> class ZeroWindCrossings {
       tau = next;
       value = projection(tau);
     }
-    return tau;
+    // u is a difference of velocities, which has their round-off.
+    const S square = size + dynamics::dot(u, u) + dynamics::dot(wind.wind, wind.wind);
+    return {tau, dynamics::magnitude(value) <= S(64) * S(kRoundOff<S>) * dynamics::sqrt(size * square)};
   }
 
   std::vector<Wind> winds_;
@@ -139,18 +154,29 @@ template <class S> struct PathIntegration {
     };
     if (zero_wind.any())
       if (const auto tau = zero_wind.first(before.data(), y.data(), taken, state_at)) {
-        y = state_at(*tau);
-        taken = *tau;
+        if (!failed() && !tau->located) {
+          path.valid_until_failure = true;
+          path.failure =
+              "the instant at which the relative wind of a body is zero was not located in the step from t = " +
+              format_double(static_cast<double>(t)) + " s";
+        }
+        if (failed()) return false;
+        y = state_at(tau->tau);
+        taken = tau->tau;
         if (failed()) return false;
       }
     if (impacts.any()) {
-      const auto tau = impacts.first_touch(before.data(), y.data(), taken, state_at);
-      for (auto& passage : impacts.passages(before.data(), y.data(), taken, tau ? *tau : taken, state_at))
-        log_state(t + passage.tau, passage.y, -1, passage.pair);
+      const auto touch = impacts.first_touch(before.data(), y.data(), taken, state_at);
+      if (touch) impacts.check_located(t, touch->pair, touch->located);
       if (failed()) return false;
-      if (tau) {
-        y = state_at(*tau);
-        t += *tau;
+      for (auto& passage : impacts.passages(before.data(), y.data(), taken, touch ? touch->tau : taken, state_at)) {
+        impacts.check_located(t, passage.pair, passage.located);
+        log_state(t + passage.tau, passage.y, -1, passage.pair);
+      }
+      if (failed()) return false;
+      if (touch) {
+        y = state_at(touch->tau);
+        t += touch->tau;
         resolve_contacts();
         return !failed();
       }

@@ -1,6 +1,7 @@
 #include "ida/ida.hpp"
 
 #include "ida/solver.hpp"
+#include "protocol/printed_setting.hpp"
 #include "sundials/sundials.hpp"
 
 namespace atwood {
@@ -13,14 +14,14 @@ MethodInfo info() {
   made.doc = "IDA's backward differentiation formulas of order 1 to 5, variable step and order, on y' - f(t, y) = 0.";
   made.source = "Hindmarsh et al., SUNDIALS, ACM Trans. Math. Softw. 31 (2005) 363";
   made.adaptive = true;
-  made.settings["rtol"] = 1e-10;
-  made.settings["atol"] = std::string("rtol / 100");
-  made.settings["max_order"] = std::int64_t(5);
-  made.settings["max_steps"] = std::int64_t(2000000);
-  made.settings["nonlinear_solver"] = std::string("Newton");
-  made.settings["linear_solver"] = std::string("dense, difference-quotient Jacobian");
-  made.settings["first_derivative"] = std::string("f(0, y0), exact");
-  made.settings["sampling"] = std::string("stop time at each sample; no interpolation");
+  declare_settings(made, {printed("rtol", 1e-10, "Relative tolerance where the id has none."),
+                          printed("atol", std::string("rtol / 100")),
+                          {"max_order", std::int64_t(5), {between(1, 5), "Highest order."}},
+                          {"max_steps", std::int64_t(2000000), {between(1, 1e12), "Most steps of a run."}},
+                          printed("nonlinear_solver", std::string("Newton")),
+                          printed("linear_solver", std::string("dense, difference-quotient Jacobian")),
+                          printed("first_derivative", std::string("f(0, y0), exact")),
+                          printed("sampling", std::string("stop time at each sample; no interpolation"))});
   return made;
 }
 
@@ -30,14 +31,10 @@ std::string read_options(const MethodId& id, ida::Options& options) {
   if (!id.response.empty()) return "ida does not support contacts; found +" + id.response;
   options.rtol = id.rtol.value_or(1e-10);
   options.atol = id.atol.value_or(options.rtol / 100);
-  for (const auto& [key, value] : id.overrides) {
-    const auto* number = std::get_if<std::int64_t>(&value);
-    if (key == "max_order" && number && *number >= 1 && *number <= 5) options.max_order = static_cast<int>(*number);
-    else if (key == "max_steps" && number && *number >= 1) options.max_steps = *number;
-    else
-      return "ida does not accept this value of the setting `" + key +
-             "`, or does not have it; expected max_order (1 to 5) or max_steps";
-  }
+  const Result<Settings> settings = merged_settings(info(), id.overrides);
+  if (!settings) return settings.fault().reason;
+  options.max_order = static_cast<int>(std::get<std::int64_t>(settings->at("max_order")));
+  options.max_steps = std::get<std::int64_t>(settings->at("max_steps"));
   return "";
 }
 

@@ -81,9 +81,9 @@ class Writer {
         "iterations=\"{}\" tolerance=\"{}\" noslip_iterations=\"{}\" noslip_tolerance=\"{}\" impratio=\"{}\" "
         "mpr_iterations=\"{}\" mpr_tolerance=\"{}\">\n",
         text(scene_.gravity_m_per_s2), word("integrator"), word("cone"), word("solver"), word("jacobian"),
-        order_ ? "all" : "predefined", rivals::count(settings_, "iterations", 1), number("tolerance"),
-        rivals::count(settings_, "noslip_iterations", 0), number("noslip_tolerance"), number("impratio"),
-        rivals::count(settings_, "mpr_iterations", 1), number("mpr_tolerance"));
+        order_ ? "all" : "predefined", rivals::count(settings_, "iterations"), number("tolerance"),
+        rivals::count(settings_, "noslip_iterations"), number("noslip_tolerance"), number("impratio"),
+        rivals::count(settings_, "mpr_iterations"), number("mpr_tolerance"));
     out("<flag warmstart=\"{}\" refsafe=\"{}\" multiccd=\"{}\"/>\n</option>\n", on("warm_start"), on("refsafe"),
         on("multiccd"));
   }
@@ -226,7 +226,7 @@ std::int64_t room_for_contacts(const Scene& scene, const Settings& settings) {
   const double v = 6.0 * static_cast<double>(scene.bodies.size()), numbers = 2.0e9 / 8;
   const double most_rows = std::sqrt(v * v + 2 * numbers / 3) - v;
   const auto most = static_cast<std::int64_t>(most_rows / rows);
-  const std::int64_t wanted = std::max<std::int64_t>(100, rivals::count(settings, "contacts_per_body", 1) * bodies);
+  const std::int64_t wanted = std::max<std::int64_t>(100, rivals::count(settings, "contacts_per_body") * bodies);
   return most < 2 * bodies ? 0 : std::min(wanted, most);
 }
 

@@ -6,14 +6,6 @@
 #include "rivals/rival.hpp"
 
 namespace atwood {
-namespace {
-
-Settings with_integrator(Settings settings, const char* integrator) {
-  settings["integrator"] = std::string(integrator);
-  return settings;
-}
-
-}  // namespace
 
 Engine mujoco_engine() {
   rivals::Rival rival;
@@ -26,21 +18,20 @@ Engine mujoco_engine() {
       {"default",
        "MuJoCo as its options are when nothing is set: semi-implicit Euler, soft contacts by a convex problem that "
        "Newton's "
-       "method solves, a pyramid for friction's cone. No restitution: scenes that ask for some are refused.",
-       mujoco::default_settings()},
+       "method solves, a pyramid for friction's cone. No restitution: scenes that ask for some are refused."},
       {"tuned",
        "MuJoCo with its Runge-Kutta method of order 4, the elliptic cone, friction a hundred times stiffer than the "
        "normal "
        "(impratio), stiffer contacts and a tighter solver.",
-       mujoco::tuned_settings()},
+       mujoco::tuned_changes()},
       {"rk4",
        "MuJoCo with its Runge-Kutta method of order 4, all else as in default. Forces that the adapter evaluates stay "
        "constant over the step.",
-       with_integrator(mujoco::default_settings(), "RK4")},
-      {"implicit", "MuJoCo with its integrator that is implicit in velocity, all else as in default.",
-       with_integrator(mujoco::default_settings(), "implicit")}};
-  rival.fixed = mujoco::fixed_settings();
-  rival.check = mujoco::check_settings;
+       {{"integrator", std::string("RK4")}}},
+      {"implicit",
+       "MuJoCo with its integrator that is implicit in velocity, all else as in default.",
+       {{"integrator", std::string("implicit")}}}};
+  rival.settings = mujoco::settings();
   rival.refusal = mujoco::refusal;
   rival.make = mujoco::make_world;
   rival.diagnostics = mujoco::diagnostics_since_last_call;

@@ -7,6 +7,7 @@
 
 #include "mujoco/model.hpp"
 #include "mujoco/pair_laws.hpp"
+#include "protocol/printed_setting.hpp"
 #include "rivals/vector.hpp"
 
 static_assert(sizeof(mjtNum) == 8, "the adapter is for MuJoCo in double precision");
@@ -143,69 +144,52 @@ std::string refused_shape(const Body& body) {
 }  // namespace
 
 // mj_defaultOption and the compiler's defaults for geoms. Friction with condim 3; 1 where the pair has none.
-Settings default_settings() {
-  return {{"scalar", std::string("double")},
-          {"step", std::string("mj_step")},
-          {"pair_law", std::string("the scene's: by geom priorities, or pair by pair where these can't say it")},
-          {"restitution", std::string("none: MuJoCo has no coefficient; scenes that ask for one are refused")},
-          {"spinning_friction", std::string("MuJoCo's least, 1e-5, where rolling friction is asked for; else none")},
-          {"forces", std::string("all but uniform gravity: evaluated by the adapter once a step, at its beginning")},
-          {"sleeping", std::string("none: MuJoCo 2.2 has none")},
-          {"linear_damping", 0.0},
-          {"angular_damping", 0.0},
-          {"substeps", std::int64_t{1}},
-          {"integrator", std::string("Euler")},
-          {"solver", std::string("Newton")},
-          {"iterations", std::int64_t{100}},
-          {"tolerance", 1e-8},
-          {"noslip_iterations", std::int64_t{0}},
-          {"noslip_tolerance", 1e-6},
-          {"cone", std::string("pyramidal")},
-          {"impratio", 1.0},
-          {"jacobian", std::string("auto")},
-          {"warm_start", true},
-          {"refsafe", true},
-          {"multiccd", false},
-          {"mpr_iterations", std::int64_t{50}},
-          {"mpr_tolerance", 1e-6},
-          {"solref_time_constant_s", 0.02},
-          {"solref_damping_ratio", 1.0},
-          {"solimp_least", 0.9},
-          {"solimp_most", 0.95},
-          {"solimp_width_m", 0.001},
-          {"solimp_midpoint", 0.5},
-          {"solimp_power", 2.0},
-          {"margin_m", 0.0},
-          {"gap_m", 0.0},
-          {"contacts_per_body", std::int64_t{8}}};
+std::vector<Setting> settings() {
+  return {
+      printed("scalar", std::string("double"), "Type of the engine's numbers."),
+      printed("step", std::string("mj_step")),
+      printed("pair_law", std::string("the scene's: by geom priorities, or pair by pair where these can't say it")),
+      printed("restitution", std::string("none: MuJoCo has no coefficient; scenes that ask for one are refused")),
+      printed("spinning_friction", std::string("MuJoCo's least, 1e-5, where rolling friction is asked for; else none")),
+      printed("forces", std::string("all but uniform gravity: evaluated by the adapter once a step, at its beginning")),
+      printed("sleeping", std::string("none: MuJoCo 2.2 has none")),
+      printed("linear_damping", 0.0),
+      printed("angular_damping", 0.0),
+      rivals::substeps_setting(),
+      {"integrator", std::string("Euler"), {one_of({"Euler", "RK4", "implicit"}), "Integrator of a step."}},
+      {"solver", std::string("Newton"), {one_of({"PGS", "CG", "Newton"}), "Solver of the convex contact problem."}},
+      {"iterations", std::int64_t{100}, {between(1, 100000), "Most iterations of the solver."}},
+      {"tolerance", 1e-8, {between(0, 1), "Improvement, scaled by MuJoCo, at which the solver ends."}},
+      {"noslip_iterations", std::int64_t{0}, {between(0, 100000), "Iterations of the no-slip solver after it."}},
+      {"noslip_tolerance", 1e-6, {between(0, 1), "Improvement at which the no-slip solver ends."}},
+      {"cone", std::string("pyramidal"), {one_of({"pyramidal", "elliptic"}), "Model of the friction cone."}},
+      {"impratio", 1.0, {{0, 1e6, true, false}, "Stiffness of friction over that of normal forces."}},
+      {"jacobian", std::string("auto"), {one_of({"dense", "sparse", "auto"}), "Storage of the contact Jacobian."}},
+      {"warm_start", true, {{}, "The solver starts from the last step's accelerations."}},
+      {"refsafe", true, {{}, "The contact's time constant is at least two steps."}},
+      {"multiccd", false, {{}, "Several contact points of a convex pair."}},
+      {"mpr_iterations", std::int64_t{50}, {between(1, 100000), "Most iterations of convex collision."}},
+      {"mpr_tolerance", 1e-6, {between(0, 1), "Tolerance of convex collision."}},
+      {"solref_time_constant_s", 0.02, {{0, 1000, true, false}, "Time constant of a contact (solref).", "s"}},
+      {"solref_damping_ratio", 1.0, {{0, 1000, true, false}, "Damping over critical damping of a contact (solref)."}},
+      {"solimp_least", 0.9, {between(0, 1), "Impedance at no overlap (solimp)."}},
+      {"solimp_most", 0.95, {between(0, 1), "Impedance at overlaps beyond the width (solimp)."}},
+      {"solimp_width_m", 0.001, {between(0, 1000), "Overlap over which the impedance rises (solimp).", "m"}},
+      {"solimp_midpoint", 0.5, {between(0, 1), "Where it rises steepest, over the width (solimp)."}},
+      {"solimp_power", 2.0, {between(1, 1000), "Power of its rise (solimp)."}},
+      {"margin_m", 0.0, {between(0, 1000), "Gap up to which a contact is detected.", "m"}},
+      {"gap_m", 0.0, {between(0, 1000), "Part of the margin in which a contact has no force.", "m"}},
+      {"contacts_per_body", std::int64_t{8}, {between(1, 10000), "Contact points for which there is room."}}};
 }
 
-Settings tuned_settings() {
-  Settings tuned = default_settings();
-  tuned["integrator"] = std::string("RK4");
-  tuned["cone"] = std::string("elliptic");
-  tuned["impratio"] = 100.0;  // a stiffer friction creeps less
-  tuned["tolerance"] = 1e-10;
-  tuned["solref_time_constant_s"] = 0.01;  // MuJoCo itself raises it to two steps (refsafe)
-  tuned["solimp_least"] = 0.99;            // a stiffer contact: less overlap at rest
-  tuned["solimp_most"] = 0.999;
-  return tuned;
-}
-
-std::set<std::string> fixed_settings() {
-  return {"scalar", "step",     "pair_law",       "restitution",    "spinning_friction",
-          "forces", "sleeping", "linear_damping", "angular_damping"};
-}
-
-void check_settings(const Settings& settings) {
-  rivals::choice(settings, "integrator", {"Euler", "RK4", "implicit"});
-  rivals::choice(settings, "solver", {"PGS", "CG", "Newton"});
-  rivals::choice(settings, "cone", {"pyramidal", "elliptic"});
-  rivals::choice(settings, "jacobian", {"dense", "sparse", "auto"});
-  rivals::count(settings, "iterations", 1);
-  rivals::count(settings, "noslip_iterations", 0);
-  rivals::count(settings, "mpr_iterations", 1);
-  rivals::count(settings, "contacts_per_body", 1);
+Settings tuned_changes() {
+  return {{"integrator", std::string("RK4")},
+          {"cone", std::string("elliptic")},
+          {"impratio", 100.0},  // a stiffer friction creeps less
+          {"tolerance", 1e-10},
+          {"solref_time_constant_s", 0.01},  // MuJoCo itself raises it to two steps (refsafe)
+          {"solimp_least", 0.99},            // a stiffer contact: less overlap at rest
+          {"solimp_most", 0.999}};
 }
 
 std::string refusal(const Scene& scene, const Settings& settings) {

@@ -6,18 +6,16 @@
 #pragma once
 
 #include <memory>
-#include <set>
 #include <string>
+#include <vector>
 
 #include "protocol/method.hpp"
 #include "rivals/world.hpp"
 
 namespace atwood::mujoco {
 
-Settings default_settings();
-Settings tuned_settings();
-std::set<std::string> fixed_settings();
-void check_settings(const Settings& settings);  // throws std::invalid_argument
+std::vector<Setting> settings();
+Settings tuned_changes();
 
 // Why MuJoCo cannot represent the scene, beyond the refusals of every adapter; empty when it can.
 std::string refusal(const Scene& scene, const Settings& settings);

@@ -15,17 +15,15 @@ Engine ode_engine() {
   rival.presets = {
       {"default",
        "ODE as dWorldCreate makes it, stepped by dWorldStep: symplectic Euler, contacts by a linear complementarity "
-       "problem. Friction is a coefficient and the pair's law is the scene's.",
-       ode::default_settings()},
+       "problem. Friction is a coefficient and the pair's law is the scene's."},
       {"tuned",
        "ODE with the settings that `atwood tune` found for the class of the scene (free flight, bounce, friction, stack, "
        "heap): the default's where none were better on scenes held out.",
-       ode::default_settings(),
+       {},
        {},
        false,
        true}};
-  rival.fixed = ode::fixed_settings();
-  rival.check = ode::check_settings;
+  rival.settings = ode::settings();
   rival.refusal = [](const Scene& scene, const Settings&) { return ode::refusal(scene); };
   rival.make = ode::make_world;
   rival.diagnostics = ode::diagnostics_since_last_call;

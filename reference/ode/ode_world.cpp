@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "ode/shapes.hpp"
+#include "protocol/printed_setting.hpp"
 #include "rivals/vector.hpp"
 
 static_assert(sizeof(dReal) == 8, "the adapter is for ODE in double precision");
@@ -66,10 +67,10 @@ class OdeWorld : public rivals::World {
  public:
   OdeWorld(const Scene& scene, const Settings& settings, bool observe) : scene_(scene), observe_(observe) {
     start_library();
-    quick_ = rivals::choice(settings, "step", {"dWorldStep", "dWorldQuickStep"}) == "dWorldQuickStep";
-    along_slip_ = rivals::choice(settings, "friction_direction", {"engine", "slip"}) == "slip";
+    quick_ = rivals::word(settings, "step") == "dWorldQuickStep";
+    along_slip_ = rivals::word(settings, "friction_direction") == "slip";
     bounce_velocity_m_per_s_ = rivals::number(settings, "bounce_velocity_m_per_s");
-    most_contacts_ = static_cast<int>(rivals::count(settings, "max_contacts", 1));
+    most_contacts_ = static_cast<int>(rivals::count(settings, "max_contacts"));
     world_ = dWorldCreate();
     space_ = dHashSpaceCreate(nullptr);
     contacts_ = dJointGroupCreate(0);
@@ -77,7 +78,7 @@ class OdeWorld : public rivals::World {
     dWorldSetGravity(world_, g[0], g[1], g[2]);
     dWorldSetERP(world_, rivals::number(settings, "erp"));
     dWorldSetCFM(world_, rivals::number(settings, "cfm"));
-    dWorldSetQuickStepNumIterations(world_, static_cast<int>(rivals::count(settings, "iterations", 1)));
+    dWorldSetQuickStepNumIterations(world_, static_cast<int>(rivals::count(settings, "iterations")));
     dWorldSetQuickStepW(world_, rivals::number(settings, "sor"));
     dWorldSetContactMaxCorrectingVel(world_, rivals::number(settings, "contact_max_correcting_velocity_m_per_s"));
     dWorldSetContactSurfaceLayer(world_, rivals::number(settings, "contact_surface_layer_m"));
@@ -261,44 +262,37 @@ class OdeWorld : public rivals::World {
 
 // The defaults of dWorldCreate, without auto-disable and damping (ODE's defaults), and with friction as a coefficient (mu
 // would be a force). ODE has no default for a contact's bounce_vel, which is set to 0.
-Settings default_settings() {
-  return {{"scalar", std::string("double")},
-          {"pair_law", std::string("the scene's, in every contact's surface")},
-          {"friction_model", std::string("pyramid, mu times the normal force (dContactApprox1)")},
-          {"forces", std::string("all but uniform gravity: evaluated by the adapter once a step, at its beginning")},
-          {"space", std::string("dHashSpace")},
-          {"rectangle", std::string("a box of the least thickness")},
-          {"rolling_friction", std::string("torque up to coefficient x load (dContactRolling), by two axes")},
-          {"substeps", std::int64_t{1}},
-          {"step", std::string("dWorldStep")},
-          {"iterations", std::int64_t{20}},
-          {"sor", 1.3},
-          {"erp", 0.2},
-          {"cfm", 1e-10},
-          {"contact_max_correcting_velocity_m_per_s", dInfinity},
-          {"contact_surface_layer_m", 0.0},
-          {"bounce_velocity_m_per_s", 0.0},
-          {"friction_direction", std::string("engine")},
-          {"max_contacts", std::int64_t{8}},
-          {"gyroscopic", true},
-          {"finite_rotation", false},
-          {"auto_disable", false},
-          {"linear_damping", 0.0},
-          {"angular_damping", 0.0}};
-}
-
-std::set<std::string> fixed_settings() {
-  return {"scalar", "pair_law", "friction_model", "forces", "space", "rectangle", "rolling_friction"};
-}
-
-void check_settings(const Settings& settings) {
-  rivals::choice(settings, "step", {"dWorldStep", "dWorldQuickStep"});
-  rivals::choice(settings, "friction_direction", {"engine", "slip"});
-  rivals::count(settings, "iterations", 1);
-  rivals::count(settings, "substeps", 1);
-  if (rivals::count(settings, "max_contacts", 1) > kMostContacts) {
-    throw std::invalid_argument("setting `max_contacts`: expected at most " + std::to_string(kMostContacts));
-  }
+std::vector<Setting> settings() {
+  return {
+      printed("scalar", std::string("double"), "Type of the engine's numbers."),
+      printed("pair_law", std::string("the scene's, in every contact's surface")),
+      printed("friction_model", std::string("pyramid, mu times the normal force (dContactApprox1)")),
+      printed("forces", std::string("all but uniform gravity: evaluated by the adapter once a step, at its beginning")),
+      printed("space", std::string("dHashSpace")),
+      printed("rectangle", std::string("a box of the least thickness")),
+      printed("rolling_friction", std::string("torque up to coefficient x load (dContactRolling), by two axes")),
+      rivals::substeps_setting(),
+      {"step",
+       std::string("dWorldStep"),
+       {one_of({"dWorldStep", "dWorldQuickStep"}), "Direct solver of the contact problem, or sweeps."}},
+      {"iterations", std::int64_t{20}, {between(1, 100000), "Sweeps of dWorldQuickStep in a step."}},
+      {"sor", 1.3, {{0, 2, true, false}, "Over-relaxation of dWorldQuickStep's sweeps."}},
+      {"erp", 0.2, {between(0, 1), "Share of an overlap that a step takes away."}},
+      {"cfm", 1e-10, {between(0, 1000), "Softness of contacts (constraint force mixing)."}},
+      {"contact_max_correcting_velocity_m_per_s",
+       dInfinity,
+       {at_least(0), "Largest velocity that removes overlap.", "m/s"}},
+      {"contact_surface_layer_m", 0.0, {between(0, 1000), "Overlap that is left alone.", "m"}},
+      {"bounce_velocity_m_per_s", 0.0, {between(0, 1e6), "Approaches slower than this do not bounce.", "m/s"}},
+      {"friction_direction",
+       std::string("engine"),
+       {one_of({"engine", "slip"}), "First axis of the friction pyramid: the engine's choice, or along the slip."}},
+      {"max_contacts", std::int64_t{8}, {between(1, kMostContacts), "Most contact points of a pair."}},
+      {"gyroscopic", true, {{}, "The gyroscopic term acts."}},
+      {"finite_rotation", false, {{}, "Attitudes move by rotations of finite angle."}},
+      {"auto_disable", false, {{}, "Slow bodies are disabled."}},
+      {"linear_damping", 0.0, {between(0, 1), "Share of the velocity lost in a step."}},
+      {"angular_damping", 0.0, {between(0, 1), "Share of the angular velocity lost in a step."}}};
 }
 
 std::string refusal(const Scene& scene) {

@@ -8,17 +8,15 @@
 #pragma once
 
 #include <memory>
-#include <set>
 #include <string>
+#include <vector>
 
 #include "protocol/method.hpp"
 #include "rivals/world.hpp"
 
 namespace atwood::ode {
 
-Settings default_settings();
-std::set<std::string> fixed_settings();
-void check_settings(const Settings& settings);  // throws std::invalid_argument
+std::vector<Setting> settings();
 
 // Why ODE cannot represent the scene, beyond the refusals of every adapter; empty when it can.
 std::string refusal(const Scene& scene);

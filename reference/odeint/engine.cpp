@@ -3,6 +3,7 @@
 
 #include "odeint/catalogue.hpp"
 #include "odeint/odeint.hpp"
+#include "protocol/printed_setting.hpp"
 
 namespace atwood {
 
@@ -25,21 +26,19 @@ const std::vector<Entry>& entries() {
   return all;
 }
 
-Settings settings(const Entry& entry) {
-  Settings all;
-  all["stepper"] = entry.type;
-  all["claim"] = entry.claim;
-  if (entry.has_in_place) all["in_place"] = false;
-  all["rate"] = std::string("the reference's");
-  all["rate_repeats"] = std::int64_t(1);
-  if (entry.has_epsilon) all["epsilon"] = 1e-6;
-  if (entry.by_tolerance) all["rtol"] = 1e-8;
-  if (entry.by_tolerance) all["atol"] = std::string("rtol / 100");
-  all["sampling"] = std::string(entry.form == Entry::Form::dense ? "odeint's own dense output"
-                                : entry.by_tolerance ? "the last step before a sample is cut; no interpolation"
-                                                     : "whole steps");
+std::vector<Setting> settings(const Entry& entry) {
+  std::vector<Setting> all{printed("stepper", entry.type), printed("claim", entry.claim),
+                           printed("rate", std::string("the reference's")), stepping::rate_repeats_setting()};
+  if (entry.has_in_place) all.push_back({"in_place", false, {{}, "The step replaces its argument: do_step(x)."}});
+  if (entry.has_epsilon) all.push_back({"epsilon", 1e-6, {{0, 1, true, false}, "Newton's stopping tolerance."}});
+  if (entry.by_tolerance) all.push_back(printed("rtol", 1e-8, "Relative tolerance where the id has none."));
+  if (entry.by_tolerance) all.push_back(printed("atol", std::string("rtol / 100")));
+  all.push_back(
+      printed("sampling", std::string(entry.form == Entry::Form::dense ? "odeint's own dense output"
+                                      : entry.by_tolerance ? "the last step before a sample is cut; no interpolation"
+                                                           : "whole steps")));
   const bool solves = entry.type.find("rosenbrock") != std::string::npos || entry.has_epsilon;
-  if (solves) all["jacobian"] = std::string("differences of order 4 in long double");
+  if (solves) all.push_back(printed("jacobian", std::string("differences of order 4 in long double")));
   return all;
 }
 
@@ -55,11 +54,11 @@ MethodInfo info(const Entry& entry) {
     if (entry.form != Entry::Form::symplectic && entry.form != Entry::Form::verlet)
       made.claimed_order["rotation"] = entry.order;
   }
-  made.settings = settings(entry);
+  declare_settings(made, settings(entry));
   return made;
 }
 
-std::string read_choice(const MethodId& id, const Entry& entry, Choice& choice) {
+std::string read_choice(const MethodId& id, const Entry& entry, const Settings& settings, Choice& choice) {
   if (!id.scalar.empty() && id.scalar != "double" && id.scalar != "long-double")
     return "odeint runs here in double and long-double, not " + id.scalar;
   if (!id.response.empty()) return "odeint has no contacts: no +" + id.response;
@@ -67,38 +66,27 @@ std::string read_choice(const MethodId& id, const Entry& entry, Choice& choice) 
     return "odeint's " + entry.name + " has no error control: it takes equal steps, no tolerance";
   choice.rtol = id.rtol.value_or(1e-8);
   choice.atol = id.atol.value_or(choice.rtol / 100);
-  for (const auto& [key, value] : id.overrides) {
-    const auto* flag = std::get_if<bool>(&value);
-    const auto* real = std::get_if<double>(&value);
-    if (key == "in_place" && entry.has_in_place && flag) choice.in_place = *flag;
-    else if (key == "epsilon" && entry.has_epsilon && real && *real > 0) choice.epsilon = *real;
-    else
-      return "odeint's " + entry.name + " has no setting `" + key + "` of that value; it has " +
-             (entry.has_in_place  ? "in_place"
-              : entry.has_epsilon ? "epsilon"
-                                  : "none");
-  }
+  if (entry.has_in_place) choice.in_place = std::get<bool>(settings.at("in_place"));
+  if (entry.has_epsilon) choice.epsilon = std::get<double>(settings.at("epsilon"));
   return "";
 }
 
-Outcome run_method(const MethodId& asked, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
-  MethodId id = asked;
-  int rate_repeats = 1;
-  if (const std::string why = stepping::take_rate_repeats(id, rate_repeats); !why.empty())
-    return stepping::refusal(why);
+Outcome run_method(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
   const auto found =
       std::find_if(entries().begin(), entries().end(), [&](const Entry& entry) { return entry.name == id.scheme; });
   if (found == entries().end())
     return stepping::refusal("odeint has no stepper `" + id.scheme + "`; `atwood list methods` shows them");
+  const Result<Settings> settings = merged_settings(info(*found), id.overrides);
+  if (!settings) return stepping::refusal(settings.fault().reason);
   Choice choice;
-  if (const std::string why = read_choice(id, *found, choice); !why.empty()) return stepping::refusal(why);
+  if (const std::string why = read_choice(id, *found, *settings, choice); !why.empty()) return stepping::refusal(why);
   const auto with = [&]<class S>(odeint::Make<S> make) {
     return stepping::run<S>(
         "odeint", scene, plan, observer, repeats, found->by_tolerance,
         [&](const stepping::Equations<S>& equations, const std::vector<S>& y, S h_s) {
           return make(equations, y, h_s, choice);
         },
-        rate_repeats);
+        stepping::rate_repeats(*settings));
   };
   return id.scalar == "long-double" ? with(found->in_long_double) : with(found->in_double);
 }

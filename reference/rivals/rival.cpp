@@ -3,18 +3,13 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "protocol/printed_setting.hpp"
+#include "protocol/refusal.hpp"
 #include "rivals/scene_class.hpp"
 #include "rivals/tuned.hpp"
 
 namespace atwood::rivals {
 namespace {
-
-Outcome unsupported(const std::string& reason) {
-  Outcome outcome;
-  outcome.status = Status::unsupported;
-  outcome.reason = reason;
-  return outcome;
-}
 
 std::string schemes(const Rival& rival) {
   std::string text;
@@ -22,37 +17,66 @@ std::string schemes(const Rival& rival) {
   return text;
 }
 
+MethodInfo described(const Rival& rival, const Preset& preset) {
+  MethodInfo info;
+  info.id = rival.name + "/" + preset.scheme;
+  info.doc = preset.doc;
+  info.source = rival.source;
+  info.claimed_order = preset.claimed_order;
+  info.adaptive = preset.adaptive;
+  declare_settings(info, rival.settings);
+  for (const auto& [name, value] : preset.changes) {
+    if (is_printed(info.rules.at(name))) declare_settings(info, {printed(name, value, info.rules.at(name).doc)});
+    info.settings.at(name) = value;
+  }
+  for (const SceneClass each : all_scene_classes())
+    if (preset.by_class)
+      declare_settings(info, {printed("class_" + to_string(each), tuned_words(rival.name, each),
+                                      "Changes of the defaults in scenes of this class.")});
+  return info;
+}
+
+// The preset's settings, changed by the class of the scene, then by the id.
+Result<Settings> settings_of(const Rival& rival, const Preset& preset, const MethodId& id, const Scene& scene) {
+  MethodInfo info = described(rival, preset);
+  if (preset.by_class) {
+    const Result<Settings> of_class = merged_settings(info, tuned_changes(rival.name, scene_class(scene)));
+    if (!of_class) return of_class.fault();
+    info.settings = *of_class;
+  }
+  Settings overrides = id.overrides;
+  if (preset.adaptive && id.rtol) overrides["accuracy"] = *id.rtol;
+  Result<Settings> settings = merged_settings(info, overrides);
+  if (!settings) return settings;
+  if (preset.adaptive && id.rtol) settings->at("steps") = std::string("chosen");
+  const std::string wrong = rival.contradiction ? rival.contradiction(*settings) : "";
+  if (!wrong.empty()) return Fault{Blame::input, info.id + ": " + wrong};
+  return settings;
+}
+
 Outcome run(const Rival& rival, const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer,
             int repeats) {
   const auto preset =
       std::find_if(rival.presets.begin(), rival.presets.end(), [&](const Preset& p) { return p.scheme == id.scheme; });
   if (id.engine != rival.name || preset == rival.presets.end()) {
-    return unsupported(rival.name + " offers " + schemes(rival) + ", not " + id.engine + "/" + id.scheme);
+    return refused(rival.name + " offers " + schemes(rival) + ", not " + id.engine + "/" + id.scheme);
   }
   MethodId plain = id;
   if (preset->adaptive) plain.rtol.reset(), plain.atol.reset();
   if (const auto reason = refusal(rival.name, plain, rival.scalar, scene, rival.compliant); !reason.empty())
-    return unsupported(reason);
+    return refused(reason);
+  const Result<Settings> settings = settings_of(rival, *preset, id, scene);
+  if (!settings) return refused(settings.fault());
   try {
-    Settings of_class = preset->settings;
-    if (preset->by_class)
-      of_class = with_overrides(of_class, tuned_changes(rival.name, scene_class(scene)), rival.fixed);
-    Settings settings = with_overrides(of_class, id.overrides, rival.fixed);
-    if (preset->adaptive && id.rtol) {
-      settings["accuracy"] = *id.rtol;
-      settings["steps"] = std::string("chosen");
-    }
-    const std::int64_t substeps = count(settings, "substeps", 1);
-    rival.check(settings);
-    if (const auto reason = rival.refusal(scene, settings); !reason.empty()) return unsupported(reason);
-    const auto make = [&](const Scene& s, bool observe) { return rival.make(s, settings, observe); };
+    if (const auto reason = rival.refusal(scene, *settings); !reason.empty()) return refused(reason);
+    const auto make = [&](const Scene& s, bool observe) { return rival.make(s, *settings, observe); };
     if (rival.diagnostics) rival.diagnostics();
-    Outcome outcome = run_world(make, scene, plan, observer, repeats, substeps);
+    Outcome outcome = run_world(make, scene, plan, observer, repeats, count(*settings, "substeps"));
     const std::string diagnostics = rival.diagnostics ? rival.diagnostics() : "";
     if (!diagnostics.empty()) outcome.reason += (outcome.reason.empty() ? "" : "; ") + diagnostics;
     return outcome;
   } catch (const std::invalid_argument& error) {
-    return unsupported(rival.name + ": " + error.what());
+    return refused(rival.name + ": " + error.what());
   }
 }
 
@@ -63,18 +87,7 @@ Engine engine_of(const Rival& rival) {
   engine.name = rival.name;
   engine.version = rival.version;
   engine.scalar = rival.scalar;
-  for (const auto& preset : rival.presets) {
-    MethodInfo info;
-    info.id = rival.name + "/" + preset.scheme;
-    info.doc = preset.doc;
-    info.source = rival.source;
-    info.claimed_order = preset.claimed_order;
-    info.adaptive = preset.adaptive;
-    info.settings = preset.settings;
-    for (const SceneClass each : all_scene_classes())
-      if (preset.by_class) info.settings["class_" + to_string(each)] = tuned_words(rival.name, each);
-    engine.methods.push_back(info);
-  }
+  for (const auto& preset : rival.presets) engine.methods.push_back(described(rival, preset));
   engine.run = [rival](const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer,
                        int repeats) { return run(rival, id, scene, plan, observer, repeats); };
   engine.frames = true;

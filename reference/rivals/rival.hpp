@@ -4,7 +4,6 @@
 
 #include <functional>
 #include <memory>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -15,9 +14,9 @@ namespace atwood::rivals {
 
 struct Preset {
   std::string scheme, doc;
-  Settings settings;  // all of them, as printed
+  Settings changes = {};  // of the rival's settings; one that is printed alone may change here too
   std::map<std::string, double> claimed_order = {};
-  bool adaptive = false;  // accepts a tolerance: its settings have "accuracy", and "steps" becomes "chosen"
+  bool adaptive = false;  // accepts a tolerance, which is its setting "accuracy"; "steps" becomes "chosen"
   bool by_class =
       false;  // the tuned settings of the scene's class (tuned.hpp) are applied before the caller's overrides;
               // printed as "class_bounce" and so on
@@ -25,11 +24,11 @@ struct Preset {
 
 struct Rival {
   std::string name, version, scalar, source;
+  std::vector<Setting> settings;  // all of them, with defaults, ranges and meanings; one is "substeps"
   std::vector<Preset> presets;
-  std::set<std::string> fixed;  // settings that are printed and cannot be changed
-  bool compliant = false;       // has compliant contacts; `refusal` says which are not covered
-  // Throws std::invalid_argument on a value out of range.
-  std::function<void(const Settings&)> check;
+  bool compliant = false;  // has compliant contacts; `refusal` says which are not covered
+  // What is wrong with settings that are each in range; empty: nothing. May be absent.
+  std::function<std::string(const Settings&)> contradiction = {};
   // Why the engine cannot represent the scene, beyond the refusals of every adapter; empty when it can.
   std::function<std::string(const Scene&, const Settings&)> refusal;
   // Throws std::invalid_argument where the engine itself refuses the scene.
@@ -38,7 +37,6 @@ struct Rival {
   std::function<std::string()> diagnostics = {};
 };
 
-// The settings of each preset must have "substeps".
 Engine engine_of(const Rival& rival);
 
 }  // namespace atwood::rivals

@@ -14,19 +14,6 @@ constexpr const char* kShapeNames[] = {"none",    "sphere",   "plane",  "rectang
                                        "capsule", "cylinder", "convex", "mesh",      "compound"};
 static_assert(std::size(kShapeNames) == std::variant_size_v<Shape>);
 
-const char* type_name(const SettingValue& value) {
-  static constexpr const char* kNames[] = {"true or false", "a whole number", "a number", "a word"};
-  return kNames[value.index()];
-}
-
-std::string listing(const Settings& settings, const std::set<std::string>& fixed) {
-  std::string text;
-  for (const auto& [name, value] : settings) {
-    if (!fixed.count(name)) text += (text.empty() ? "" : ", ") + name;
-  }
-  return text;
-}
-
 }  // namespace
 
 const char* shape_name(const Shape& shape) { return kShapeNames[shape.index()]; }
@@ -62,44 +49,18 @@ bool shapes_matter(const Scene& scene) {
   return shaped > 1 && std::any_of(scene.bodies.begin(), scene.bodies.end(), moves);
 }
 
-Settings with_overrides(const Settings& preset, const Settings& overrides, const std::set<std::string>& fixed) {
-  Settings merged = preset;
-  for (const auto& [name, value] : overrides) {
-    const auto known = merged.find(name);
-    if (known == merged.end() || fixed.count(name)) {
-      throw std::invalid_argument((known == merged.end() ? "no setting `" : "this setting cannot be changed: `") +
-                                  name + "`; expected one of " + listing(preset, fixed));
-    }
-    SettingValue given = value;
-    if (std::holds_alternative<double>(known->second) && std::holds_alternative<std::int64_t>(given)) {
-      given = static_cast<double>(std::get<std::int64_t>(given));
-    }
-    if (given.index() != known->second.index()) {
-      throw std::invalid_argument("setting `" + name + "`: expected " + type_name(known->second) + "; found " +
-                                  type_name(given));
-    }
-    known->second = given;
-  }
-  return merged;
+Setting substeps_setting() {
+  return {"substeps", std::int64_t{1}, {between(1, 1000), "Inner steps of a step, all of one length."}};
 }
 
 bool flag(const Settings& settings, const std::string& name) { return std::get<bool>(settings.at(name)); }
 double number(const Settings& settings, const std::string& name) { return std::get<double>(settings.at(name)); }
 
-std::int64_t count(const Settings& settings, const std::string& name, std::int64_t at_least) {
-  const auto value = std::get<std::int64_t>(settings.at(name));
-  if (value < at_least)
-    throw std::invalid_argument("setting `" + name + "`: expected at least " + std::to_string(at_least) + "; found " +
-                                std::to_string(value));
-  return value;
+std::int64_t count(const Settings& settings, const std::string& name) {
+  return std::get<std::int64_t>(settings.at(name));
 }
-
-std::string choice(const Settings& settings, const std::string& name, const std::vector<std::string>& allowed) {
-  const auto& value = std::get<std::string>(settings.at(name));
-  if (std::find(allowed.begin(), allowed.end(), value) != allowed.end()) return value;
-  std::string text;
-  for (const auto& word : allowed) text += (text.empty() ? "" : ", ") + word;
-  throw std::invalid_argument("setting `" + name + "`: expected one of " + text + "; found `" + value + "`");
+const std::string& word(const Settings& settings, const std::string& name) {
+  return std::get<std::string>(settings.at(name));
 }
 
 // By hand, for it decides figures: Eigen's Quaternion(m) differs in last digits for six of seven random rotations.

@@ -4,8 +4,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "protocol/sample.hpp"
-
 extern const char* const atwood_tuned_json;
 
 namespace atwood::rivals {
@@ -16,13 +14,6 @@ SettingValue value_of(const nlohmann::json& value) {
   if (value.is_number_integer()) return value.get<std::int64_t>();
   if (value.is_number()) return value.get<double>();
   return value.get<std::string>();
-}
-
-std::string text_of(const SettingValue& value) {
-  if (const auto* flag = std::get_if<bool>(&value)) return *flag ? "true" : "false";
-  if (const auto* whole = std::get_if<std::int64_t>(&value)) return std::to_string(*whole);
-  if (const auto* real = std::get_if<double>(&value)) return format_double(*real);
-  return std::get<std::string>(value);
 }
 
 }  // namespace
@@ -41,7 +32,7 @@ Settings tuned_changes(const std::string& engine, SceneClass scene_class) {
 std::string tuned_words(const std::string& engine, SceneClass scene_class) {
   std::string words;
   for (const auto& [name, value] : tuned_changes(engine, scene_class))
-    words += (words.empty() ? "" : ", ") + name + "=" + text_of(value);
+    words += (words.empty() ? "" : ", ") + name + "=" + value_words(value);
   return words.empty() ? "the default" : words;
 }
 

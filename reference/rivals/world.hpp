@@ -3,7 +3,6 @@
 
 #include <functional>
 #include <memory>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -57,15 +56,13 @@ std::string refusal(const std::string& engine, const MethodId& id, const std::st
 // Whether shapes have an effect: two bodies have one, and at least one of them is mobile.
 bool shapes_matter(const Scene& scene);
 
-// The preset with a method's overrides; integers become doubles where the preset has a double. Throws
-// std::invalid_argument for an unknown or fixed setting (with a list of the known ones) and for a wrong type.
-Settings with_overrides(const Settings& preset, const Settings& overrides, const std::set<std::string>& fixed);
+Setting substeps_setting();  // of every rival: inner steps of a step
 
+// Settings of the type that the name has; std::bad_variant_access for another type.
 bool flag(const Settings& settings, const std::string& name);
 double number(const Settings& settings, const std::string& name);
-std::int64_t count(const Settings& settings, const std::string& name, std::int64_t at_least);
-// Throws std::invalid_argument unless the value is one of `allowed`.
-std::string choice(const Settings& settings, const std::string& name, const std::vector<std::string>& allowed);
+std::int64_t count(const Settings& settings, const std::string& name);
+const std::string& word(const Settings& settings, const std::string& name);
 
 // Principal axes of a symmetric inertia: I_B = R_BP diag(moments) R_BP^T. Diagonal input gives the identity.
 struct PrincipalAxes {

@@ -11,24 +11,20 @@ Engine simbody_engine() {
   rival.version = simbody::version();
   rival.scalar = "double";
   rival.source = "Sherman, Seth and Delp 2011, Simbody: multibody dynamics for biomedical research; Simbody 3.7";
-  Settings tuned = simbody::settings_of("RungeKuttaMerson", 1e-10);
-  tuned["steps"] = std::string("chosen");
   rival.presets = {
       {"default",
        "Simbody's Runge-Kutta-Merson in steps of fixed size: it pays for the error estimate and takes the step "
-       "whatever that says.",
-       simbody::settings_of("RungeKuttaMerson", 1e-3)},
+       "whatever that says."},
       {"tuned",
        "Runge-Kutta-Merson that chooses its steps at an accuracy of 1e-10, whatever the plan's; N is the first guess.",
-       tuned},
+       {{"accuracy", 1e-10}, {"steps", std::string("chosen")}}},
       {"rk-merson",
        "Runge-Kutta-Merson; with a tolerance, which is Simbody's accuracy, it chooses its steps.",
-       simbody::settings_of("RungeKuttaMerson", 1e-3),
+       {},
        {},
        true}};
-  rival.fixed = simbody::fixed_settings();
+  rival.settings = simbody::settings();
   rival.compliant = true;
-  rival.check = simbody::check_settings;
   rival.refusal = [](const Scene& scene, const Settings&) { return simbody::refusal(scene); };
   rival.make = simbody::make_world;
   rival.diagnostics = simbody::diagnostics_since_last_call;

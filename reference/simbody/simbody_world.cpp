@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "protocol/printed_setting.hpp"
 #include "rivals/vector.hpp"
 
 static_assert(sizeof(SimTK::Real) == 8, "the adapter is for Simbody in double precision");
@@ -19,36 +20,34 @@ using rivals::Wrench;
 
 std::string first_complaint;
 
-// The law of the pairs that can touch, if it is the same for all of them and Simbody has it; `why` otherwise.
-const PairLaw* one_law(const Scene& scene, std::string& why) {
+// The law of the pairs that can touch, null where none can; the fault of the engine where it is not the same for all of
+// them, or not one that Simbody has.
+Result<const PairLaw*> one_law(const Scene& scene) {
+  const auto refused = [](const std::string& reason) { return Fault{Blame::engine, reason}; };
   const PairLaw* one = nullptr;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     for (std::size_t a = 0; a < b; ++a) {
       const Body &first = scene.bodies[a], &second = scene.bodies[b];
       if (!rivals::has_shape(first) || !rivals::has_shape(second) || (first.fixed && second.fixed)) continue;
-      const PairLaw& law = pair_law(scene, static_cast<int>(a), static_cast<int>(b));
-      if (law.contact_law == ContactLaw::rigid) {
-        why =
-            "Simbody has no contact with the pair's restitution and friction that a program can use: its rigid "
-            "contacts are "
-            "experimental and trace every step on standard output; its compliant ones have a stiffness and a "
-            "dissipation "
-            "(scenes with contact_law = \"hertz\")";
-      } else if (law.contact_law == ContactLaw::linear) {
-        why = "Simbody's compliant contacts have Hertz's law; found contact_law = \"linear\"";
-      } else if (law.friction != 0 || law.rolling_friction_m != 0) {
-        why = "Simbody's compliant contacts creep under friction: expected friction = 0";
-      } else if (one && (one->modulus_Pa != law.modulus_Pa || one->damping_s_per_m != law.damping_s_per_m)) {
-        why =
-            "Simbody mixes the stiffness of materials by a rule of its own: pairs of different modulus or damping are "
-            "not realised";
-      }
-      for (const Body* body : {&first, &second}) {
+      for (const Body* body : {&second, &first}) {
         if (!std::holds_alternative<Sphere>(body->shape) && !std::holds_alternative<Plane>(body->shape))
-          why = "Simbody's Hertz contact is one of spheres and half-spaces, not of `" + body->name + "`, a " +
-                rivals::shape_name(body->shape);
+          return refused("Simbody's Hertz contact is one of spheres and half-spaces, not of `" + body->name + "`, a " +
+                         rivals::shape_name(body->shape));
       }
-      if (!why.empty()) return nullptr;
+      const PairLaw& law = pair_law(scene, static_cast<int>(a), static_cast<int>(b));
+      if (law.contact_law == ContactLaw::rigid)
+        return refused(
+            "Simbody has no contact with the pair's restitution and friction that a program can use: its rigid "
+            "contacts are experimental and trace every step on standard output; its compliant ones have a stiffness "
+            "and a dissipation (scenes with contact_law = \"hertz\")");
+      if (law.contact_law == ContactLaw::linear)
+        return refused("Simbody's compliant contacts have Hertz's law; found contact_law = \"linear\"");
+      if (law.friction != 0 || law.rolling_friction_m != 0)
+        return refused("Simbody's compliant contacts creep under friction: expected friction = 0");
+      if (one && (one->modulus_Pa != law.modulus_Pa || one->damping_s_per_m != law.damping_s_per_m))
+        return refused(
+            "Simbody mixes the stiffness of materials by a rule of its own: pairs of different modulus or damping are "
+            "not realised");
       one = &law;
     }
   }
@@ -113,9 +112,8 @@ class SimbodyWorld : public rivals::World {
   SimbodyWorld(const Scene& scene, const Settings& settings)
       : scene_(scene), settings_(settings), matter_(system_), forces_(system_),
         gravity_(forces_, matter_, vec3(scene.gravity_m_per_s2)) {
-    chooses_ = rivals::choice(settings, "steps", {"fixed", "chosen"}) == "chosen";
-    std::string why;
-    law_ = one_law(scene, why);
+    chooses_ = rivals::word(settings, "steps") == "chosen";
+    if (const auto law = one_law(scene)) law_ = *law;
     if (law_) {
       tracker_ = std::make_unique<SimTK::ContactTrackerSubsystem>(system_);
       contacts_ = std::make_unique<SimTK::CompliantContactSubsystem>(system_, *tracker_);
@@ -274,45 +272,32 @@ std::string version() {
   return std::to_string(major) + "." + std::to_string(minor) + (patch > 0 ? "." + std::to_string(patch) : "");
 }
 
-Settings settings_of(const std::string& integrator, double accuracy) {
-  return {{"scalar", std::string("double")},
-          {"step", std::string("Integrator::stepTo")},
-          {"pair_law",
-           std::string("hertz between spheres and planes: CompliantContactSubsystem, dissipation 2/3 of the damping; "
-                       "others are refused")},
-          {"forces", std::string("all but uniform gravity: by the adapter as a Force::Custom, at every rate call")},
-          {"attitude", std::string("a quaternion")},
-          {"sleeping", std::string("none: Simbody has none")},
-          {"linear_damping", 0.0},
-          {"angular_damping", 0.0},
-          {"substeps", std::int64_t{1}},
-          {"integrator", integrator},
-          {"steps", std::string("fixed")},
-          {"longest_step", std::string("chosen steps where bodies can touch: the plan's; else none is set")},
-          {"accuracy", accuracy},
-          {"constraint_tolerance", 1e-10},
-          {"project_every_step", false}};
-}
-
-std::set<std::string> fixed_settings() {
-  return {"scalar",   "step",           "pair_law",        "forces", "attitude",
-          "sleeping", "linear_damping", "angular_damping", "steps",  "longest_step"};
-}
-
-void check_settings(const Settings& settings) {
-  rivals::choice(settings, "integrator",
-                 {"RungeKuttaMerson", "RungeKuttaFeldberg", "RungeKutta3", "Verlet", "SemiExplicitEuler2"});
-  for (const char* name : {"accuracy", "constraint_tolerance"}) {
-    const double value = rivals::number(settings, name);
-    if (!(value > 0 && value < 1))
-      throw std::invalid_argument(std::string("setting `") + name + "` lies between 0 and 1");
-  }
+std::vector<Setting> settings() {
+  return {
+      printed("scalar", std::string("double"), "Type of the engine's numbers."),
+      printed("step", std::string("Integrator::stepTo")),
+      printed("pair_law", std::string("hertz between spheres and planes: CompliantContactSubsystem, dissipation 2/3 of "
+                                      "the damping; others are refused")),
+      printed("forces", std::string("all but uniform gravity: by the adapter as a Force::Custom, at every rate call")),
+      printed("attitude", std::string("a quaternion")),
+      printed("sleeping", std::string("none: Simbody has none")),
+      printed("linear_damping", 0.0),
+      printed("angular_damping", 0.0),
+      printed("steps", std::string("fixed"), "Of the plan's length, or chosen by the accuracy."),
+      printed("longest_step", std::string("chosen steps where bodies can touch: the plan's; else none is set")),
+      rivals::substeps_setting(),
+      {"integrator",
+       std::string("RungeKuttaMerson"),
+       {one_of({"RungeKuttaMerson", "RungeKuttaFeldberg", "RungeKutta3", "Verlet", "SemiExplicitEuler2"}),
+        "Which of Simbody's integrators steps."}},
+      {"accuracy", 1e-3, {strictly_between(0, 1), "Simbody's accuracy: relative error of a step."}},
+      {"constraint_tolerance", 1e-10, {strictly_between(0, 1), "Error of constraints at which a step projects."}},
+      {"project_every_step", false, {{}, "Every step ends with a projection onto the constraints."}}};
 }
 
 std::string refusal(const Scene& scene) {
-  std::string why;
-  one_law(scene, why);
-  return why;
+  const auto law = one_law(scene);
+  return law ? "" : law.fault().reason;
 }
 
 std::string diagnostics_since_last_call() {

@@ -12,8 +12,8 @@
 #pragma once
 
 #include <memory>
-#include <set>
 #include <string>
+#include <vector>
 
 #include "protocol/method.hpp"
 #include "rivals/world.hpp"
@@ -21,9 +21,7 @@
 namespace atwood::simbody {
 
 std::string version();
-Settings settings_of(const std::string& integrator, double accuracy);
-std::set<std::string> fixed_settings();
-void check_settings(const Settings& settings);  // throws std::invalid_argument
+std::vector<Setting> settings();
 std::string refusal(const Scene& scene);
 
 // Messages of exceptions that Simbody threw since the last call; empty: none.

@@ -4,6 +4,8 @@
 
 #include "dynamics/contacts.hpp"
 #include "dynamics/rates.hpp"
+#include "protocol/refusal.hpp"
+#include "protocol/timed_passes.hpp"
 #include "stepping/stepping.hpp"
 
 namespace atwood::stepping {
@@ -161,22 +163,13 @@ bool accelerations_depend_on_time(const Scene& scene) {
                      [](const Force& force) { return std::holds_alternative<Drive>(force); });
 }
 
-Outcome refusal(const std::string& reason) {
-  Outcome made;
-  made.status = Status::unsupported;
-  made.reason = reason;
-  return made;
-}
+Outcome refusal(const std::string& reason) { return refused(reason); }
 
-std::string take_rate_repeats(MethodId& id, int& rate_repeats) {
-  const auto found = id.overrides.find("rate_repeats");
-  if (found == id.overrides.end()) return "";
-  const auto* count = std::get_if<std::int64_t>(&found->second);
-  if (count == nullptr || *count < 1 || *count > 1000)
-    return id.engine + ": rate_repeats is a whole number from 1 to 1000";
-  rate_repeats = static_cast<int>(*count);
-  id.overrides.erase(found);
-  return "";
+Setting rate_repeats_setting() {
+  return {"rate_repeats", std::int64_t(1), {between(1, 1000), "How often each rate is evaluated; it counts once."}};
+}
+int rate_repeats(const Settings& settings) {
+  return static_cast<int>(std::get<std::int64_t>(settings.at("rate_repeats")));
 }
 
 template <class S>
@@ -190,18 +183,11 @@ Outcome run(const std::string& engine, const Scene& scene, const Plan& plan, con
     Integration<S> integration(scene, plan, observer, by_tolerance, rate_repeats);
     return run_once(engine, integration, make, nullptr);
   }
-  Outcome outcome;
-  std::vector<std::int64_t> busy_ns;
   const Observer no_observer;
-  for (int k = 0; k <= repeats; ++k) {  // the first run is a warm-up and is not timed
+  return timed_passes(repeats, [&](std::chrono::nanoseconds& busy) {
     Integration<S> integration(scene, plan, no_observer, by_tolerance, rate_repeats);
-    std::chrono::nanoseconds busy{};
-    outcome = run_once(engine, integration, make, &busy);
-    if (outcome.status != Status::ok) break;
-    if (k > 0) busy_ns.push_back(busy.count());
-  }
-  outcome.busy_ns = busy_ns;
-  return outcome;
+    return run_once(engine, integration, make, &busy);
+  });
 }
 
 template Outcome run(const std::string&, const Scene&, const Plan&, const Observer&, int, bool, const Maker<double>&,

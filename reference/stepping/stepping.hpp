@@ -56,9 +56,8 @@ template <class S>
 Outcome run(const std::string& engine, const Scene& scene, const Plan& plan, const Observer& observer, int repeats,
             bool by_tolerance, const Maker<S>& make, int rate_repeats = 1);
 
-// The setting `rate_repeats` of a method id, taken out of it; `rate_repeats` stays as it is unless given. Answers what was
-// expected when it is not a whole number from 1 to 1000, and empty otherwise.
-std::string take_rate_repeats(MethodId& id, int& rate_repeats);
+Setting rate_repeats_setting();
+int rate_repeats(const Settings& settings);  // its value among checked settings
 
 Outcome refusal(const std::string& reason);
 

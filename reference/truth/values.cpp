@@ -1,9 +1,9 @@
 #include <cmath>
 #include <map>
-#include <sstream>
 #include <stdexcept>
 
 #include "dynamics/state.hpp"
+#include "scene/csv.hpp"
 #include "scene/input_file.hpp"
 #include "truth/truth.hpp"
 
@@ -22,15 +22,6 @@ Wide& component(BodySample& body, int column) {
   return column < 10 ? body.v_m_per_s[column - 7] : body.w_rad_per_s[column - 10];
 }
 
-std::vector<std::string> split(const std::string& line) {
-  std::vector<std::string> cells(1);
-  for (const char c : line) {
-    if (c == ',') cells.emplace_back();
-    else if (c != '\r' && c != ' ') cells.back() += c;
-  }
-  return cells;
-}
-
 struct Table {
   std::string source;
   std::map<std::string, std::size_t> at;  // column name -> index
@@ -38,26 +29,20 @@ struct Table {
 };
 
 Table read_table(const std::string& path) {
-  std::istringstream file(read_input_file(path, "a table of values (CSV)", largest::kTable));
+  CsvReader file(read_input_file(path, "a table of values (CSV)", largest::kTable));
   Table made;
-  std::string line;
-  while (std::getline(file, line)) {
-    if (line.empty() || line == "\r") continue;
-    if (line[0] == '#') {
-      const std::string mark = "# source: ";
-      if (made.source.empty() && line.rfind(mark, 0) == 0) made.source = line.substr(mark.size());
-      continue;
-    }
-    std::vector<std::string> cells = split(line);
-    if (made.at.empty()) {
-      for (std::size_t k = 0; k < cells.size(); ++k) made.at[cells[k]] = k;
-      continue;
-    }
+  std::vector<std::string> cells;
+  if (file.next(cells))
+    for (std::size_t k = 0; k < cells.size(); ++k) made.at[cells[k]] = k;
+  while (file.next(cells)) {
     if (cells.size() != made.at.size())
       throw std::runtime_error("`" + path + "`: a row of " + std::to_string(cells.size()) + " cells under " +
                                std::to_string(made.at.size()) + " columns");
     made.rows.push_back(std::move(cells));
   }
+  const std::string mark = "# source: ";
+  for (const std::string& comment : file.comments())
+    if (made.source.empty() && comment.starts_with(mark)) made.source = comment.substr(mark.size());
   if (!made.at.contains("t_s") || !made.at.contains("body"))
     throw std::runtime_error("`" + path + "` has no columns t_s and body");
   for (const char* column : columns)

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <sstream>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -12,6 +11,7 @@
 #include "reports/command_line/command_line.hpp"
 #include "reports/command_line/spread.hpp"
 #include "reports/command_line/verdicts.hpp"
+#include "scene/csv.hpp"
 #include "scene/files.hpp"
 #include "scene/input_file.hpp"
 #include "scene/printable.hpp"
@@ -20,20 +20,6 @@
 namespace atwood {
 
 namespace {
-
-// A CSV line's fields; quotes as in RFC 4180, no line breaks inside fields.
-std::vector<std::string> fields_of(const std::string& line) {
-  std::vector<std::string> fields(1);
-  bool quoted = false;
-  for (std::size_t i = 0; i < line.size(); ++i) {
-    const char c = line[i];
-    if (c == '"' && quoted && i + 1 < line.size() && line[i + 1] == '"') fields.back() += line[++i];
-    else if (c == '"') quoted = !quoted;
-    else if (c == ',' && !quoted) fields.emplace_back();
-    else if (c != '\r') fields.back() += c;
-  }
-  return fields;
-}
 
 struct Columns {
   std::map<std::string, std::size_t> at;
@@ -59,9 +45,8 @@ constexpr std::array<const char*, 4> kQNames{"qw", "qx", "qy", "qz"};
 constexpr std::array<const char*, 3> kVNames{"vx_m_per_s", "vy_m_per_s", "vz_m_per_s"};
 constexpr std::array<const char*, 3> kWNames{"wx_rad_per_s", "wy_rad_per_s", "wz_rad_per_s"};
 
-Columns read_header(const std::string& line, const std::string& path) {
+Columns read_header(const std::vector<std::string>& names, const std::string& path) {
   Columns columns;
-  const auto names = fields_of(line);
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (!columns.at.emplace(names[i], i).second)
       throw InputError(fmt::format("{}:1:{}: column `{}` appears twice", path, i + 1, names[i]));
@@ -85,11 +70,7 @@ Columns read_header(const std::string& line, const std::string& path) {
 }
 
 // Rows may come in any order within one instant; instants must rise and be the same for every body.
-Recording read_trace(std::istream& file, const std::string& path, const Scene& scene) {
-  std::string line;
-  if (!std::getline(file, line))
-    throw InputError(fmt::format("{}:1:1: found an empty file; expected a header line", path));
-  const Columns columns = read_header(line, path);
+Recording read_trace(CsvReader& file, const Columns& columns, const std::string& path, const Scene& scene) {
   std::map<std::string, std::size_t> index;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) index[scene.bodies[i].name] = i;
 
@@ -103,11 +84,9 @@ Recording read_trace(std::istream& file, const std::string& path, const Scene& s
       }
     }
   };
-  int number = 1;
-  while (std::getline(file, line)) {
-    ++number;
-    if (line.empty() || line == "\r") continue;
-    const auto fields = fields_of(line);
+  std::vector<std::string> fields;
+  while (file.next(fields)) {
+    const int number = file.line();
     const std::string where = fmt::format("{}:{}", path, number);
     if (fields.size() != columns.at.size()) {
       throw InputError(
@@ -146,7 +125,7 @@ Recording read_trace(std::istream& file, const std::string& path, const Scene& s
   }
   if (run.values.size() < 2)
     throw InputError(fmt::format("{}: found {} instants; expected at least two", path, run.values.size()));
-  complete(number + 1);
+  complete(file.line() + 1);
   return run;
 }
 
@@ -234,12 +213,11 @@ int command_check(const Place& place, const Options& options) {
   require_outputs_make_sense(options);
   Scenario scenario = read_scene_argument(place, options.scenarios.front());
   require_own_id(place, scenario);
-  std::istringstream file(read_input_file(options.input, "a trace (CSV)", largest::kTrace));
-  std::string header;
-  std::getline(file, header);
-  file.clear();
-  file.seekg(0);
-  Recording run = read_trace(file, options.input, scenario.scene);
+  CsvReader file(read_input_file(options.input, "a trace (CSV)", largest::kTrace));
+  std::vector<std::string> header;
+  if (!file.next(header))
+    throw InputError(fmt::format("{}:1:1: found an empty file; expected a header line", options.input));
+  Recording run = read_trace(file, read_header(header, options.input), options.input, scenario.scene);
   require_even(run, options.input);
   const std::vector<Gate> limits = limits_as_gates(options, scenario);
   const std::string not_finite = not_finite_words(run, scenario.scene);
@@ -259,8 +237,7 @@ int command_check(const Place& place, const Options& options) {
   }
 
   auto rows = measure(scenario, truth, run);
-  const auto columns = fields_of(header);
-  auto lacks = [&](const char* name) { return std::find(columns.begin(), columns.end(), name) == columns.end(); };
+  auto lacks = [&](const char* name) { return std::find(header.begin(), header.end(), name) == header.end(); };
   std::erase_if(rows, [&](const Row& row) {  // what was not recorded is not judged
     const bool of_attitude = row.metric.find("attitude") != std::string::npos;
     const bool of_rate = row.metric.find("body-rate") != std::string::npos || row.metric.find("energy") == 0 ||

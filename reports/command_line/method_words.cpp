@@ -1,6 +1,7 @@
 #include "reports/command_line/method_words.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <set>
 
@@ -14,6 +15,8 @@ namespace fs = std::filesystem;
 using json = nlohmann::ordered_json;
 
 json json_of(const SettingValue& value) {
+  if (const auto* real = std::get_if<double>(&value); real != nullptr && !std::isfinite(*real))
+    return format_double(*real);  // JSON has no infinity
   return std::visit([](const auto& v) { return json(v); }, value);
 }
 

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "reports/command_line/method_words.hpp"
 #include "reports/command_line/tune.hpp"
 #include "scene/files.hpp"
 
@@ -22,10 +23,6 @@ double rounded_ratio(double ratio) {
   if (!(ratio > 0) || !std::isfinite(ratio)) return 1;
   const double quarters = std::floor(4 * std::log2(ratio));
   return quarters < 1 ? 1 : std::exp2(quarters / 4);
-}
-
-json json_of(const SettingValue& value) {
-  return std::visit([](const auto& v) { return json(v); }, value);
 }
 
 }  // namespace

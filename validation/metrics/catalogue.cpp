@@ -261,6 +261,7 @@ const std::vector<MetricInfo>& all_metrics() {
       {"solver-residual-max", "1",
        "Largest residual that a solve ended with; the solver's name stands in `body`, its scale in the reason. Of the "
        "run: that of the solver where it is largest. Solves of a step that was refused and taken again are left out. "
+       "contact-sweeps is measured in the last substep of each step. "
        "Scales:" +
            by_solver(&SolverInfo::residual)},
       {"solver-iterations-max", "1", "Most iterations of one solve; the solver's name stands in `body`."},

@@ -1,6 +1,6 @@
 // Settings in methods' ids: unknown names and values that are not allowed. What an engine declares of its settings (type,
-// range, choices; our own declares them all) decides at once. Settings that an engine lists without a rule are judged by
-// the engine itself in a small scene: where it refuses a method with its settings and runs it without them, the settings
+// range, choices; the engines of this tree declare them all) decides at once. Settings that an engine lists without a rule,
+// and several settings of one id, which may contradict one another, are judged by the engine itself in a small scene: where it refuses a method with its settings and runs it without them, the settings
 // are at fault, and its reason is the message.
 #include <algorithm>
 #include <filesystem>
@@ -71,7 +71,9 @@ class Judge {
       const MethodInfo* response = id.response.empty() ? nullptr : find(worker.engine.responses, "+" + id.response);
       if (const std::string unknown = unknown_name(id, *info, response); !unknown.empty()) return unknown;
       if (const std::string value = wrong_value(id, *info, response); !value.empty()) return value;
-      return has_rules(id, *info, response) ? "" : refused_value(i, id);
+      // Values that are each in range may contradict one another; our own engine has no such settings.
+      const bool may_contradict = id.overrides.size() > 1 && id.engine != "atwood";
+      return has_rules(id, *info, response) && !may_contradict ? "" : refused_value(i, id);
     }
     return "";
   }

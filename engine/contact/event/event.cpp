@@ -8,14 +8,14 @@
 #include "contact/event/edge_candidates.hpp"
 #include "contact/event/step.hpp"
 #include "contact/options.hpp"
+#include "protocol/refusal.hpp"
+#include "protocol/timed_passes.hpp"
 #include "smooth/run.hpp"
 
 namespace atwood {
 
 namespace event {
 namespace {
-
-Outcome unsupported(const std::string& reason) { return {Status::unsupported, reason, 0, 0, {}}; }
 
 // The scene's convention for simultaneous impacts, if it names one, overrides the setting's default.
 Result<EventOptions> with_convention(const MethodId& id, const Scene& scene, EventOptions options) {
@@ -62,10 +62,9 @@ template <class S> bool evaluates_rates(EventRun<S>& run) {
 
 // A stepper of an explicit scheme, which takes every model.
 template <class S> std::unique_ptr<Stepper<S>> required_stepper(RigidModel<S>& model, const std::string& scheme) {
-  std::string why;
-  auto stepper = make_stepper<S>(scheme, model, why, {});
-  if (stepper == nullptr) throw std::logic_error("+event needs atwood/" + scheme + ": " + why);
-  return stepper;
+  auto stepper = make_stepper<S>(scheme, model);
+  if (!stepper) throw std::logic_error("+event needs atwood/" + scheme + ": " + stepper.fault().reason);
+  return std::move(*stepper);
 }
 
 template <class S> void size_states(const Bodies<S>& bodies, StateBuffers<S>& states) {
@@ -233,7 +232,7 @@ template <class S> Outcome run_once(EventRun<S>& run, const Plan& plan, const Ob
 template <class S>
 Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
   const Result<EventOptions> options = read_options(id, scene);
-  if (!options) return unsupported(options.fault().reason);
+  if (!options) return refused(options.fault());
   Simulation<S> simulation = prepare<S>(integrator_part(id), scene);
   if (simulation.outcome.status != Status::ok) return simulation.outcome;
   EventRun<S> run(*simulation.model, *simulation.stepper);
@@ -243,15 +242,7 @@ Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const O
   if (repeats <= 0) return run_once(run, plan, observer);
 
   const Observer no_observer;
-  Outcome outcome = run_once(run, plan, no_observer);  // warm-up
-  for (int i = 0; i < repeats && outcome.status == Status::ok; ++i) {
-    const auto start = std::chrono::steady_clock::now();
-    const Outcome timed = run_once(run, plan, no_observer);
-    const auto busy = std::chrono::steady_clock::now() - start;
-    outcome.busy_ns.push_back(std::chrono::duration_cast<std::chrono::nanoseconds>(busy).count());
-    if (timed.status != Status::ok) outcome = timed;
-  }
-  return outcome;
+  return timed_passes(repeats, whole_pass([&] { return run_once(run, plan, no_observer); }));
 }
 
 }  // namespace
@@ -261,7 +252,7 @@ Outcome run_event(const MethodId& id, const Scene& scene, const Plan& plan, cons
   if (id.scalar == "float") return event::run_in<float>(id, scene, plan, observer, repeats);
   if (id.scalar.empty() || id.scalar == "double") return event::run_in<double>(id, scene, plan, observer, repeats);
   if (id.scalar == "long-double") return event::run_in<long double>(id, scene, plan, observer, repeats);
-  return event::unsupported("atwood's contacts run in float, double and long-double, not in " + id.scalar);
+  return refused("atwood's contacts run in float, double and long-double, not in " + id.scalar);
 }
 
 }  // namespace atwood

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 
+#include "contact/stepping/batch_layout.hpp"
 #include "contact/stepping/contact_points.hpp"
 
 namespace atwood::stepping {
@@ -168,19 +169,8 @@ template <class S>
 void build_batches(World<S>& world, std::vector<CandidatePair>& pairs, const std::vector<int>& colour, int colours,
                    SpherePartner partner) {
   std::vector<int>&count = world.scratch.count, &next_slot = world.scratch.next_slot;
-  count.assign(static_cast<std::size_t>(colours), 0);
-  next_slot.assign(static_cast<std::size_t>(colours), 0);
-  for (const int c : colour)
-    if (c >= 0) ++count[c];
   auto& batches = world.sphere_contacts.batches;
-  for (int c = 0; c < colours; ++c) {
-    if (count[c] == 0) continue;
-    const int first = static_cast<int>(batches.size());
-    next_slot[c] = first * kLaneCount;
-    batches.resize(batches.size() + static_cast<std::size_t>((count[c] + kLaneCount - 1) / kLaneCount),
-                   empty_batch(world));
-    world.sphere_contacts.colours.push_back({first, static_cast<int>(batches.size()), partner});
-  }
+  append_batches(world.sphere_contacts, colour, colours, partner, empty_batch(world), count, next_slot);
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     if (colour[i] < 0) continue;
     const int slot = pairs[i].slot = next_slot[colour[i]]++;

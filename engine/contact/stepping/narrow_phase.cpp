@@ -2,6 +2,7 @@
 // transfers to them the impulses of the last step, and lays them out by colour.
 #include <algorithm>
 
+#include "contact/stepping/batch_layout.hpp"
 #include "contact/stepping/contact_points.hpp"
 #include "math/so3.hpp"
 
@@ -216,19 +217,9 @@ template <class S> void build_batches(World<S>& world) {
     const int assigned = colouring.assign(manifold.a, manifold.b, bodies.moves[manifold.b] != 0);
     colour.push_back(assigned < kColourCount ? 2 * assigned + (manifold.geometry.count > 2 ? 1 : 0) : colours++);
   }
-  count.assign(static_cast<std::size_t>(colours), 0);
-  next_slot.assign(static_cast<std::size_t>(colours), 0);
-  for (const int c : colour) ++count[c];
-  auto& batches = world.manifold_contacts.batches;
   world.manifold_contacts.clear();
-  for (int c = 0; c < colours; ++c) {
-    if (count[c] == 0) continue;
-    const int first = static_cast<int>(batches.size());
-    next_slot[c] = first * kLaneCount;
-    batches.resize(batches.size() + static_cast<std::size_t>((count[c] + kLaneCount - 1) / kLaneCount),
-                   empty_batch(world));
-    world.manifold_contacts.colours.push_back({first, static_cast<int>(batches.size()), SpherePartner::moving_sphere});
-  }
+  append_batches(world.manifold_contacts, colour, colours, SpherePartner::moving_sphere, empty_batch(world), count,
+                 next_slot);
   for (std::size_t i = 0; i < colour.size(); ++i)
     set_manifold_contact(world, static_cast<int>(i), next_slot[colour[i]]++);
 }

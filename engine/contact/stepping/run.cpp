@@ -5,6 +5,8 @@
 
 #include "contact/options.hpp"
 #include "contact/stepping/contact_points.hpp"
+#include "protocol/refusal.hpp"
+#include "protocol/timed_passes.hpp"
 #include "scene/contact_laws.hpp"
 #include "smooth/run.hpp"
 
@@ -12,8 +14,6 @@ namespace atwood {
 namespace {
 
 using namespace stepping;
-
-Outcome unsupported(const std::string& reason) { return {Status::unsupported, reason, 0, 0, {}}; }
 
 // Impacts with restitution are resolved one after another, contacts without it are solved together. A scene that names
 // a convention for simultaneous impacts is refused where one of its pairs follows the other convention. Returns the
@@ -174,8 +174,8 @@ template <class S> Outcome run_once(World<S>& world, const Plan& plan, const Obs
       world.profile->step_ns.push_back(std::chrono::duration_cast<std::chrono::nanoseconds>(busy).count());
     }
     if (world.points_beyond_limit > 0)
-      return unsupported("+impulse{solver=direct}: an island has " + std::to_string(world.points_beyond_limit) +
-                         " contact points, direct_points is " + std::to_string(world.options.direct_points));
+      return refused("+impulse{solver=direct}: an island has " + std::to_string(world.points_beyond_limit) +
+                     " contact points, direct_points is " + std::to_string(world.options.direct_points));
     outcome.steps_taken = n + 1;
     if ((n + 1) % stride != 0) continue;
     store_bodies(world);
@@ -191,12 +191,12 @@ template <class S> Outcome run_once(World<S>& world, const Plan& plan, const Obs
 template <class S>
 Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
   const Result<Settings> settings = response_settings(id);
-  if (!settings) return unsupported(settings.fault().reason);
+  if (!settings) return refused(settings.fault());
   const Options options = options_of(*settings);
-  if (id.rtol) return unsupported("+impulse takes equal steps, no tolerance");
-  if (const std::string why = refusal(scene); !why.empty()) return unsupported(why);
+  if (id.rtol) return refused("+impulse takes equal steps, no tolerance");
+  if (const std::string why = refusal(scene); !why.empty()) return refused(why);
   if (options.sleeping && !scene.forces.empty())
-    return unsupported(
+    return refused(
         "+impulse{sleeping=true}: only gravity and contacts may act, for a change of a force would not wake a body");
   Simulation<S> simulation = prepare<S>(integrator_part(id), scene);
   if (simulation.outcome.status != Status::ok) return simulation.outcome;
@@ -208,15 +208,7 @@ Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const O
   if (repeats <= 0) return run_once(world, plan, observer);
 
   const Observer no_observer;
-  Outcome outcome = run_once(world, plan, no_observer);  // warm-up
-  for (int i = 0; i < repeats && outcome.status == Status::ok; ++i) {
-    const auto start = std::chrono::steady_clock::now();
-    const Outcome timed = run_once(world, plan, no_observer);
-    const auto busy = std::chrono::steady_clock::now() - start;
-    outcome.busy_ns.push_back(std::chrono::duration_cast<std::chrono::nanoseconds>(busy).count());
-    if (timed.status != Status::ok) outcome = timed;
-  }
-  return outcome;
+  return timed_passes(repeats, whole_pass([&] { return run_once(world, plan, no_observer); }));
 }
 
 }  // namespace
@@ -224,7 +216,7 @@ Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const O
 Outcome run_impulse(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
   if (id.scalar == "float") return run_in<float>(id, scene, plan, observer, repeats);
   if (id.scalar.empty() || id.scalar == "double") return run_in<double>(id, scene, plan, observer, repeats);
-  return unsupported("atwood's +impulse runs in float and double, not in " + id.scalar);
+  return refused("atwood's +impulse runs in float and double, not in " + id.scalar);
 }
 
 }  // namespace atwood

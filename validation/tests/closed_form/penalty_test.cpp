@@ -1,6 +1,7 @@
 // Compliant contacts, against Runge-Kutta steps on the law as stated in the scene format.
 #include <catch2/catch.hpp>
 
+#include "closed_form/hertz_phase.hpp"
 #include "scene/files.hpp"
 #include "scenes.hpp"
 
@@ -123,4 +124,17 @@ TEST_CASE("Contacts that penalty has no closed form for are refused") {
   given = catalogued("head-on");
   given.truth.solution = "penalty";
   CHECK_THAT(closed_form_truth(given, 60).outcome.reason, Catch::Contains("rigid"));
+}
+
+TEST_CASE("Newton's method for the phase of a Hertz contact says whether it converged") {
+  using closed_form::hertz_phase;
+  // dt/da of this clock is that of the contact to a factor: 4 d_m / (5 v) = 1.
+  const auto clock = [](long double a) { return a; };
+  const auto met = hertz_phase<long double>(0.25L, 0.8L, 1.0L, [](long double a) { return std::pow(a, 0.8L) / 0.8L; });
+  CHECK(met.converged);
+  CHECK(static_cast<double>(met.a) == Approx(std::pow(0.2, 1.25)).epsilon(1e-15));
+  CHECK(hertz_phase<long double>(0.25L, 0.8L, 1.0L, clock).converged);
+  // A clock that never shows the time, and one that is not a number.
+  CHECK_FALSE(hertz_phase<long double>(0.25L, 0.8L, 1.0L, [](long double) { return 0.3L; }).converged);
+  CHECK_FALSE(hertz_phase<long double>(0.25L, 0.8L, 1.0L, [](long double) { return std::nanl(""); }).converged);
 }

@@ -237,11 +237,15 @@ class Settings(Case):
                               ("atwood/symplectic-euler+impulse{substeps=-1}", "+impulse", "`substeps` is `-1`; expected a whole number from 0 to 1000"),
                               ("atwood/symplectic-euler+impulse{substeps=1e9}", "+impulse", "`substeps`", "a whole number"),
                               ("atwood/symplectic-euler+impulse{broad_phase=octree}", "+impulse: `broad_phase` is `octree`; expected "),
-                              ("atwood/rk4+penalty{overlap=2}", "+penalty", "`overlap` is `2`; expected a number above 0 and below 1"),
+                              ("atwood/rk4+penalty{overlap=2}", "+penalty", "`overlap` is `2`; expected a number from 1e-09 to 0.5"),
                               ("atwood/gbs+event{columns=1}", "`columns` is `1`; expected a whole number from 2 to "),
                               ("atwood/rk4{gravity=twice}", "atwood/rk4: `gravity` is `twice`; expected auto, direct or tree"),
-                              ("cvode/adams{max_order=13}", "max_order (1 to 12)"),
-                              ("ode/default{step=leap}", "dWorldStep, dWorldQuickStep"),
+                              ("cvode/adams{max_order=13}", "`max_order` is `13`; expected a whole number from 1 to 12"),
+                              ("ode/default{step=leap}", "`step` is `leap`; expected dWorldStep or dWorldQuickStep"),
+                              ("ode/default{space=tree}", "`space` is `tree`; expected dHashSpace"),
+                              ("atwood/rk4+penalty{overlap=1e-300}", "`overlap` is `1e-300`; expected a number from 1e-09 to 0.5"),
+                              ("atwood/rk4+penalty{impact_speed_m_per_s=1e308}", "a number from 0 to 1e+06"),
+                              ("atwood/dopri5:1e-6{safety=1e308}", "`safety` is `1e+308`; expected a number from 0.01 to 1"),
                               ("bullet64/default{erp=foo}", "`erp`", "a number")):
             self.expect(self.run_in("trace", "bounce-e0.8", "--method", method), 2, method, *told)
             if "foo" not in method: continue

@@ -1,5 +1,6 @@
 """Foreign engines whose answers cannot be true: quaternions of any norm, absurd sizes, no answer at hello."""
 import csv
+import json
 import os
 import subprocess
 import sys
@@ -89,6 +90,14 @@ class Foreign(Case):
             self.assertIn("at hello: ", words)
         self.run_engine(self.path("plain", "#!/bin/sh\n", 0o644), 2)
         self.run_engine(os.path.join(self.folder.name, "missing"), 2)
+
+    def test_a_rule_that_contradicts_itself_is_garbage(self):
+        hello = {"engine": "mine", "methods": [{"id": "mine/a", "doc": "none", "settings": {"n": 1},
+                                                "setting_rules": {"n": {"least": 5, "most": 2}}}]}
+        text = f"#!/bin/sh\nread line\necho '{json.dumps(hello)}'\n"
+        _, words = self.run_engine(self.path("contradicts", text, 0o755), 3)
+        self.assertIn("mine/a", words)
+        self.assertIn("the rule of the setting `n`: no number lies in it: \"least\" is 5, \"most\" 2", words)
 
     def test_a_refusal_is_told_with_its_reason(self):
         refuses = self.path("refuses.py", """#!/usr/bin/env python3

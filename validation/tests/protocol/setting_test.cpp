@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "protocol/method.hpp"
+#include "protocol/printed_setting.hpp"
 
 using namespace atwood;
 
@@ -18,7 +19,10 @@ MethodInfo demo() {
                           {"speed", 1.0, {at_least(0), "Speed.", "m/s"}},
                           {"beta", 1.0, {above(0), "Exponent."}},
                           {"law", std::string("newton"), {one_of({"newton", "poisson", "stronge"}), "Law."}},
-                          {"warm", true, {{}, "Warm start."}}});
+                          {"warm", true, {{}, "Warm start."}},
+                          printed("solver", std::string("newton")),
+                          printed("sleeping", false),
+                          printed("damping", 0.0)});
   return info;
 }
 
@@ -38,7 +42,7 @@ TEST_CASE("settings: a value of the declared type and range replaces the default
   CHECK(std::get<std::int64_t>(merged->at("substeps")) == 1000);
   CHECK(std::get<double>(merged->at("speed")) == 0);  // a whole number where a real one is taken
   CHECK(std::get<std::string>(merged->at("law")) == "newton");
-  CHECK(merged->size() == 8);
+  CHECK(merged->size() == 11);
   CHECK(reason({{"unruled", -1e300}}).empty());
   CHECK(reason({{"overlap", std::nextafter(1.0, 0.0)}}).empty());
 }
@@ -54,7 +58,12 @@ TEST_CASE("settings: a refusal names the setting, what was found and what is exp
   CHECK(reason({{"law", std::string("newtn")}}) == "demo/a: `law` is `newtn`; expected newton, poisson or stronge");
   CHECK(reason({{"warm", std::int64_t(1)}}) == "demo/a: `warm` is `1`; expected true or false");
   CHECK(reason({{"unruled", std::string("x")}}) == "demo/a: `unruled` is `x`; expected a number");
-  CHECK(reason({{"bounce", 1.0}}) == "demo/a has no setting `bounce`");
+  CHECK(reason({{"bounce", 1.0}}) ==
+        "demo/a has no setting `bounce`; expected one of beta, law, overlap, speed, substeps, unruled, warm");
+  CHECK(reason({{"solver", std::string("lu")}}) == "demo/a: `solver` is `lu`; expected newton");
+  CHECK(reason({{"sleeping", true}}) == "demo/a: `sleeping` is `true`; expected false");
+  CHECK(reason({{"damping", 0.5}}) == "demo/a: `damping` is `0.5`; expected 0");
+  CHECK(reason({{"damping", 0.0}, {"sleeping", false}}).empty());
   CHECK(reason({{"scalar", std::string("float")}}) ==
         "demo/a: `scalar` is not set in braces; expected it behind @, as in demo/a@float");
 }

@@ -6,6 +6,7 @@
 #include <limits>
 #include <random>
 
+#include "protocol/printed_setting.hpp"
 #include "protocol/wire.hpp"
 
 using namespace atwood;
@@ -180,9 +181,14 @@ TEST_CASE("hello carries what each setting takes and means; a rule of another fo
   engine.methods.push_back({"demo/a", "doc", "source", {}, false, {}});
   declare_settings(engine.methods[0], {{"n", std::int64_t(1), {between(0, 9), "A count."}},
                                        {"x", 0.5, {strictly_between(0, 1), "A share.", "m"}},
-                                       {"law", std::string("a"), {one_of({"a", "b"}), "A law."}}});
+                                       {"law", std::string("a"), {one_of({"a", "b"}), "A law."}},
+                                       {"speed", std::numeric_limits<double>::infinity(), {at_least(0), "A bound."}},
+                                       printed("sleeping", false),
+                                       printed("step", std::string("whole, one")),
+                                       printed("damping", 0.0)});
   const MethodInfo back = wire::read_hello(wire::hello_line(engine)).methods.at(0);
-  REQUIRE(back.rules.size() == 3);
+  REQUIRE(back.rules.size() == 7);
+  CHECK(back.settings == engine.methods[0].settings);  // JSON has no infinity: it crosses as a text
   for (const auto& [name, rule] : engine.methods[0].rules) {
     const SettingRule& read = back.rules.at(name);
     CHECK(read.doc == rule.doc);
@@ -195,10 +201,35 @@ TEST_CASE("hello carries what each setting takes and means; a rule of another fo
   }
   const auto hello = [](const std::string& rules) {
     return R"({"engine":"demo","version":"1","scalar":"double","methods":[{"id":"demo/a","setting_rules":)" + rules +
-           "}]}";
+           R"(,"settings":{"n":1,"x":0.5,"law":"a","flag":true}}]})";
   };
-  for (const char* wrong : {"1", R"({"n":1})", R"({"n":{"least":"0"}})", R"({"n":{"choices":"a"}})"})
-    CHECK_THROWS_AS(wire::read_hello(hello(wrong)), wire::Garbage);
+  CHECK(wire::read_hello(hello(R"({"n":{"least":1,"most":1}})")).methods.at(0).rules.size() == 1);
+  const std::pair<const char*, const char*> faults[] = {
+      {"1", "not an object"},
+      {R"({"n":1})", "expected an object"},
+      {R"({"m":{"least":0}})", "no such setting"},
+      {R"({"n":{"least":"0"}})", "expected a number"},
+      {R"({"n":{"minimum":0}})", "unknown key \"minimum\""},
+      {R"({"n":{"least":2,"most":0}})", "no number lies in it"},
+      {R"({"x":{"least":0.5,"most":0.5,"most_excluded":true}})", "no number lies in it"},
+      {R"({"n":{"least":2}})", "`n` is `1`; expected a whole number of at least 2"},
+      {R"({"x":{"least":0.5,"least_excluded":true}})", "the default is outside the range"},
+      {R"({"x":{"least":0,"least_excluded":1}})", "expected true or false"},
+      {R"({"x":{"least_excluded":true}})", "excluded and not given"},
+      {R"({"n":{"choices":"a"}})", "expected a list of values"},
+      {R"({"law":{"choices":[]}})", "expected a list of values"},
+      {R"({"n":{"choices":["a"]}})", "found choices of a whole number"},
+      {R"({"law":{"choices":[1]}})", "found the choice 1"},
+      {R"({"law":{"choices":[true]}})", "found the choice true; expected a word"},
+      {R"({"flag":{"choices":["a"]}})", "expected true or false"},
+      {R"({"law":{"choices":["b","c"]}})", "`law` is `a`; expected b or c"},
+      {R"({"law":{"least":0}})", "found bounds of a word"},
+      {R"({"flag":{"most":1}})", "found bounds of true or false"}};
+  for (const auto& [rules, told] : faults) {
+    INFO(rules);
+    CHECK_THROWS_WITH(wire::read_hello(hello(rules)), Catch::Contains(told) && Catch::Contains("demo/a"));
+    CHECK_THROWS_AS(wire::read_hello(hello(rules)), wire::Garbage);
+  }
 }
 
 TEST_CASE("recorded frames cross the pipe; a step is its share of its frame, never a sum") {
@@ -456,6 +487,7 @@ TEST_CASE("mutated lines are read or refused as garbage, nothing else") {
   engine.fingerprint = "f";
   engine.files = {"a"};
   engine.methods.push_back({"demo/a", "doc", "source", {{"rotation", 4.0}}, true, {{"flag", true}, {"x", 1.0}}});
+  declare_settings(engine.methods[0], {{"x", 1.0, {between(0, 2), "A share."}}, printed("flag", true)});
   Sample sample = wide_sample();
   sample.contacts = {{0, 1, {0.1, 2, 3}, {0, 0, 1}, -1e-9, 9.8, {0.5, -0.25, 0}}};
   wire::Request request;

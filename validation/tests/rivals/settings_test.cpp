@@ -1,6 +1,9 @@
 // What an engine says of itself, what it takes, what it refuses.
 #include <catch2/catch.hpp>
 
+#include <cmath>
+
+#include "rivals/tuned.hpp"
 #include "under_test.hpp"
 
 namespace atwood::test {
@@ -115,6 +118,43 @@ TEST_CASE("what it doesn't know it refuses by name") {
   Scene potential = free_box_complex();
   potential.forces.push_back(Potential{{0}, "moon", {}});
   CHECK_THAT(refusal_of(plain, potential), Catch::Contains("moon"));
+}
+
+TEST_CASE("every setting is declared with what it takes and means, and the tuned presets are in range") {
+  const Engine engine = engine_under_test();
+  for (const MethodInfo& info : engine.methods) {
+    for (const auto& [name, standard] : info.settings) {
+      INFO(info.id << " " << name);
+      REQUIRE(info.rules.count(name) == 1);
+      const SettingRule& rule = info.rules.at(name);
+      CHECK_FALSE(rule.doc.empty());
+      CHECK(checked_value(info.id, name, standard, &rule, standard));
+      const bool flag = std::holds_alternative<bool>(standard);
+      const bool bounded = std::isfinite(rule.range.least) || std::isfinite(rule.range.most);
+      CHECK((flag || bounded || !rule.range.choices.empty()));
+    }
+    for (const rivals::SceneClass each : rivals::all_scene_classes())
+      CHECK(merged_settings(info, rivals::tuned_changes(engine.name, each)));
+  }
+}
+
+TEST_CASE("a value outside its range is refused with the range, and nothing runs") {
+  const Engine engine = engine_under_test();
+  const auto why = [&](const char* name, const SettingValue& value) {
+    return refusal_of(method(engine, "default", {{name, value}}), free_box_complex());
+  };
+  const std::string who = engine.name + "/default: ";
+  CHECK(why("substeps", std::int64_t{1001}) == who + "`substeps` is `1001`; expected a whole number from 1 to 1000");
+  CHECK_THAT(why("step", std::string("leap")), Catch::StartsWith(who + "`step` is `leap`; expected "));
+  CHECK_THAT(why("pair_law", std::string("mine")),
+             Catch::StartsWith(who + "`pair_law` is `mine`; expected the scene's"));
+  if (engine.name == "mujoco") {
+    CHECK(why("cone", std::string("round")) == who + "`cone` is `round`; expected pyramidal or elliptic");
+    CHECK(why("impratio", 0.0) == who + "`impratio` is `0`; expected a number above 0 and at most 1e+06");
+  } else {
+    CHECK(why("erp", 1.5) == who + "`erp` is `1.5`; expected a number from 0 to 1");
+    CHECK_THAT(why("cfm", -1.0), Catch::StartsWith(who + "`cfm` is `-1`; expected a number from "));
+  }
 }
 
 TEST_CASE("a state that is not a number ends the run as such") {

@@ -1,0 +1,19 @@
+// The outcome of a run that is refused before its first step.
+#pragma once
+
+#include <string>
+
+#include "protocol/fault.hpp"
+#include "protocol/sample.hpp"
+
+namespace atwood {
+
+inline Outcome refused(const std::string& reason) {
+  Outcome outcome;
+  outcome.status = Status::unsupported;
+  outcome.reason = reason;
+  return outcome;
+}
+inline Outcome refused(const Fault& fault) { return refused(fault.reason); }
+
+}  // namespace atwood

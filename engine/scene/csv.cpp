@@ -1,0 +1,51 @@
+#include "scene/csv.hpp"
+
+#include <algorithm>
+#include <string_view>
+
+namespace atwood {
+namespace {
+
+// Characters of `line` up to the next comma outside quotes go to `cell`; `line` begins behind that comma. False: the line
+// has ended.
+bool take_cell(std::string_view& line, std::string& cell) {
+  bool quoted = false;
+  std::size_t kept = 0;  // of the cell, that spaces at its end do not belong to
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const char c = line[i];
+    if (c == ',' && !quoted) {
+      cell.resize(kept);
+      line.remove_prefix(i + 1);
+      return true;
+    }
+    if (c == '"' && quoted && i + 1 < line.size() && line[i + 1] == '"') cell += line[++i];
+    else if (c == '"') quoted = !quoted;
+    else if (quoted || c != ' ' || !cell.empty()) cell += c;
+    if (quoted || c != ' ') kept = cell.size();
+  }
+  cell.resize(kept);
+  return false;
+}
+
+}  // namespace
+
+bool CsvReader::next(std::vector<std::string>& cells) {
+  cells.clear();
+  while (at_ < text_.size()) {
+    const std::size_t end = std::min(text_.find('\n', at_), text_.size());
+    std::string_view line = std::string_view(text_).substr(at_, end - at_);
+    at_ = end + 1;
+    ++line_;
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    if (line.empty()) continue;
+    if (line.front() == '#') {
+      comments_.emplace_back(line);
+      continue;
+    }
+    for (bool more = true; more;) more = take_cell(line, cells.emplace_back());
+    return true;
+  }
+  return false;
+}
+
+}  // namespace atwood

@@ -1,0 +1,27 @@
+// Reading of comma-separated tables: quotes as in RFC 4180, no line breaks inside cells.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace atwood {
+
+// The lines of a table, one after another. Empty lines are left out, and so are comments, which begin with #. Spaces
+// around a cell do not count unless they stand in quotes.
+class CsvReader {
+ public:
+  explicit CsvReader(std::string text) : text_(std::move(text)) {}
+
+  bool next(std::vector<std::string>& cells);  // false: the table has ended, and `cells` is empty
+  int line() const { return line_; }           // of the last cells, from 1
+  const std::vector<std::string>& comments() const { return comments_; }  // up to here, with their #
+
+ private:
+  std::string text_;
+  std::size_t at_ = 0;
+  int line_ = 0;
+  std::vector<std::string> comments_;
+};
+
+}  // namespace atwood
