@@ -12,15 +12,15 @@ namespace {
 
 constexpr const char* kName = "atwood-same-rate";
 
-// The model is there for its number of unknowns, the same as the reference's: its system gets the given rate, and nothing
-// of its own is left in it. Steppers that see a system alone step that.
+// Replaces the rate of the model's system by the given one. The model only supplies the number of unknowns, which is
+// the reference's; steppers that use nothing but the system then step the given equations.
 template <class S> void give_rate(RigidModel<S>& model, const stepping::Equations<S>& equations) {
   System<S>& system = model.system();
   const std::int64_t epoch = system.epoch;
   system = {};
   system.epoch = epoch + 1;
   system.size = equations.size;
-  system.context = const_cast<stepping::Equations<S>*>(&equations);  // the rate is called, nothing is changed
+  system.context = const_cast<stepping::Equations<S>*>(&equations);  // the rate is only called
   system.rate_of = [](void* context, S t_s, const S* y, S* dydt) {
     static_cast<const stepping::Equations<S>*>(context)->rate(t_s, y, dydt);
   };
@@ -30,7 +30,7 @@ struct Tolerance {
   double rtol = 0, atol = 0;
 };
 
-// A stepper of ours as the loop of reference/stepping calls any library's.
+// Our stepper behind the interface by which reference/stepping calls those of libraries.
 template <class S> class Joined : public stepping::Stepper<S> {
  public:
   Joined(const MethodId& id, const Scene& scene, const stepping::Equations<S>& equations, S h_s,
@@ -52,7 +52,7 @@ template <class S> class Joined : public stepping::Stepper<S> {
     y.swap(y_new_);
   }
 
-  // As the engine's own adaptive run (smooth/run.cpp), which has dense output besides: the last step before `to_s` is cut.
+  // The engine's adaptive run (smooth/run.cpp) without dense output: the last step is shortened to end at `to_s`.
   std::int64_t advance(S t_s, S to_s, std::vector<S>& y) override {
     std::int64_t steps = 0;
     bool unsolved = false;
@@ -63,7 +63,7 @@ template <class S> class Joined : public stepping::Stepper<S> {
         if (unsolved) fail_unsolved(t_s);
         throw stepping::Failure(Status::diverged, "the step size fell to nothing at t = " + at(t_s));
       }
-      if (!stepper_->step(t_s, step_s, y.data(), y_new_.data())) {  // a shorter step's equations may have a solution
+      if (!stepper_->step(t_s, step_s, y.data(), y_new_.data())) {  // a shorter step's equations may converge
         guess_s_ = step_s / S(4);
         unsolved = true;
         continue;
@@ -74,7 +74,7 @@ template <class S> class Joined : public stepping::Stepper<S> {
         guess_s_ = next_s;
         continue;
       }
-      guess_s_ = last ? real::max(guess_s_, next_s) : next_s;  // a step cut short says nothing against the guess
+      guess_s_ = last ? real::max(guess_s_, next_s) : next_s;  // a shortened last step does not reduce the guess
       y.swap(y_new_);
       t_s = last ? to_s : t_s + step_s;
       ++steps;
@@ -125,8 +125,8 @@ Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const O
       rate_repeats);
 }
 
-// Methods that step a bare system of equations. Of those that do, Radau 15, generalised alpha and Taylor read the model
-// besides: which unknowns are positions, or a power series.
+// Whether the method steps a bare system of equations. Radau 15, generalised alpha and Taylor do, but also use the
+// model (which unknowns are positions, power series), so they are excluded here.
 bool takes_a_bare_rate(const std::string& scheme) {
   for (const char* other : {"radau15", "ias15", "generalised-alpha", "generalized-alpha", "taylor"})
     if (scheme == other) return false;
