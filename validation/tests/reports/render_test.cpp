@@ -59,7 +59,7 @@ std::size_t points(const std::string& line) {
 
 }  // namespace
 
-TEST_CASE("golden documents") {
+TEST_CASE("every document of a report equals its golden file") {
   const ReportData data = small_report();
   check_golden("rows.csv", render_csv(data.rows));
   check_golden("report.json", render_json(data));

@@ -283,7 +283,7 @@ void add_contacts(ReportData& data) {
   add("atwood/symplectic-euler+impulse{solver=direct}", "", 1e-9);
 }
 
-// A ball that bounces and comes to rest: the end tells nobody apart, one engine does not report all impacts and is not
+// A ball that bounces and comes to rest: the end does not distinguish methods, one engine does not report all impacts and is not
 // timed where its runs are long, and one order is too wide to be one, another none.
 void add_bounces(ReportData& data) {
   Row row;
