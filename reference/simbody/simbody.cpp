@@ -15,11 +15,11 @@ Engine simbody_engine() {
   tuned["steps"] = std::string("chosen");
   rival.presets = {
       {"default",
-       "Simbody's Runge-Kutta-Merson in steps of fixed size: it pays for the error estimate and takes the step "
-       "whatever that says.",
+       "Simbody's Runge-Kutta-Merson in steps of fixed size: the error estimate is computed, and every step is "
+       "accepted.",
        simbody::settings_of("RungeKuttaMerson", 1e-3)},
       {"tuned",
-       "Runge-Kutta-Merson that chooses its steps at an accuracy of 1e-10, whatever the plan's; N is the first guess.",
+       "Runge-Kutta-Merson that chooses its steps at an accuracy of 1e-10; the plan's step count only sets the first step.",
        tuned},
       {"rk-merson",
        "Runge-Kutta-Merson; with a tolerance, which is Simbody's accuracy, it chooses its steps.",
