@@ -13,6 +13,11 @@ namespace atwood {
 namespace fs = std::filesystem;
 using json = nlohmann::ordered_json;
 
+std::string without_id(const std::invalid_argument& error, const std::string& id) {
+  const std::string text = error.what(), prefix = "method `" + id + "`: ";
+  return text.starts_with(prefix) ? text.substr(prefix.size()) : text;
+}
+
 json json_of(const SettingValue& value) {
   return std::visit([](const auto& v) { return json(v); }, value);
 }

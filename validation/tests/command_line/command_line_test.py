@@ -85,7 +85,7 @@ class Inspecting(Case):
         for words in ([], ["frobnicate"], ["run", "--frobnicate"], ["trace"], ["list", "everything"], ["describe", "no-such-scene"],
                       ["run", "--scenario", "no-such-*"], ["run", "--method", "atwood/rk5"], ["run", "--method", "bulet64/default"], ["run", "--method", "atwood"],
                       ["run", *SMALL[:-3], "--steps", "7"], ["run", *SMALL, "-o", "pdf:x"], ["run", "no-such-study.toml"], ["run", "no-such-study"],
-                      ["run", "--engine", "/no/such/engine"], ["trace", "kepler-e0.6", "--method", "nobody/rk4"]):
+                      ["run", "--engine", "/no/such/engine"], ["trace", "kepler-e0.6", "--method", "unknown/rk4"]):
             self.expect(self.run_in(*words), 2)
 
 
@@ -158,7 +158,7 @@ class Comparing(Case):
         self.assertTrue(os.path.exists(self.path("mine.html")))
         self.assertFalse(os.path.exists(self.path("atwood-out/compare.html")))
         with open(self.path("mine.md")) as file:
-            self.assertIn("Who is cheapest", file.read())
+            self.assertIn("Cheapest method for an error", file.read())
 
     def test_a_last_word_names_a_method(self):
         result = self.run_in("compare", "odeint/dopri5", "atwood/rk4", "--scenario", "kepler-e0", "--no-timing")
@@ -408,7 +408,7 @@ class Advising(Case):
         self.assertGreater(advice["advice"]["bar"], 0)
         self.assertIn("+event", advice["advice"]["method"])
 
-    def test_what_nobody_reaches_is_said(self):
+    def test_an_error_that_no_method_reaches_is_reported(self):
         self.expect(self.run_in("advise", "kepler-e0", "--error", "1e-25"), 1, "nothing that was tried", "did not reach the error")
 
     def test_slips_of_the_pen(self):
@@ -652,7 +652,7 @@ class OddEngines(Case):
 
     def test_will_not_start(self):
         path = self.path("dead.py", "#!/usr/bin/env python3\nraise SystemExit(1)\n", 0o755)
-        self.expect(self.run_in("run", "--engine", path, "--scenario", "ballistic"), 3, "dead.py", "at hello")
+        self.expect(self.run_in("run", "--engine", path, "--scenario", "ballistic"), 3, "dead.py", "answering `hello`")
         path = self.path("plain.txt", "no program\n")
         self.expect(self.run_in("run", "--engine", path, "--scenario", "ballistic"), 2, "not executable")
 

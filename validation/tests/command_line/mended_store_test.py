@@ -57,7 +57,11 @@ class Template(Case):
         with open(self.path("worker.py"), "w") as file:
             file.write(text.replace("import hashlib,", "import gain, hashlib,", 1))
         os.chmod(self.path("worker.py"), 0o755)
-        gain = lambda value: open(self.path("gain.py"), "w").write(f"GAIN = {value}\n")  # noqa: E731
+
+        def gain(value):
+            with open(self.path("gain.py"), "w") as module:
+                module.write(f"GAIN = {value}\n")
+
         run = ["run", *SCENARIO, "--engine", "./worker.py", "--no-timing"]
         gain("1.0")
         first = self.ask(*run).stderr

@@ -188,7 +188,7 @@ class Truths(Verdicts):
         words = ["run", "--scenario", path, "--method", "atwood/symplectic-euler+impulse", "--no-timing"]
         result = self.expect(self.run_in(*words, "-o", "md:r.md", "-o", "json:r.json"), 0, "no truth", "not covered by the extended truth")
         self.assertEqual(result.stdout.count("not covered by the extended truth"), 1)
-        self.assertIn("truth refuses", open(self.path("r.md")).read())
+        self.assertIn("Scenes without a truth", open(self.path("r.md")).read())
         refused = json.load(open(self.path("r.json")))["refused_truths"]
         self.assertEqual([r["scenario"] for r in refused], ["mine"])
         self.assertIn("none", refused[0]["remedy"])
