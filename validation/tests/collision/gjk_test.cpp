@@ -418,7 +418,7 @@ TEST_CASE("a hull of a box's corners is that box; a hull of many points on a sph
   CHECK(s.gap > -2.5);
 }
 
-TEST_CASE("inputs that break others: coincident, flat, needles, tiny, huge, touching exactly") {
+TEST_CASE("degenerate inputs: coincident, flat, needles, tiny, huge, touching exactly") {
   const auto finite = [](const Separation<double>& s) {
     return std::isfinite(s.gap) && std::abs(norm(s.normal_W) - 1) < 1e-12 && std::isfinite(norm(s.on_a_W)) &&
            std::isfinite(norm(s.on_b_W));

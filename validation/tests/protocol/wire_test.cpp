@@ -174,7 +174,7 @@ TEST_CASE("hello carries every setting with its type") {
   CHECK(back.methods[0].settings == engine.methods[0].settings);
 }
 
-TEST_CASE("hello carries what each setting takes and means; a rule of another form is garbage") {
+TEST_CASE("hello carries range and meaning of each setting; a rule of another form is refused") {
   Engine engine;
   engine.name = "demo";
   engine.methods.push_back({"demo/a", "doc", "source", {}, false, {}});
@@ -255,7 +255,7 @@ TEST_CASE("requests read back, and bad ones are refused with their cell") {
   }
 }
 
-TEST_CASE("answers that are not the protocol are garbage, not a crash") {
+TEST_CASE("answers that violate the protocol are refused, without a crash") {
   for (const char* line :
        {"", "hello", "{\"cell\":1", "null", R"({"cell":"x"})", R"({"cell":1})", R"({"cell":1,"t_s":0})",
         R"({"cell":1,"t_s":0,"bodies":[[1,2,3]]})", R"({"cell":1,"t_s":0,"bodies":[[0,0,0,1,0,0,0,0,0,0,0,0,null]]})",
@@ -448,7 +448,7 @@ TEST_CASE("hello is taken from engines that speak the protocol under a usable na
 }
 
 // Bytes flipped, cut out, doubled and put in from a list of what JSON is made of.
-TEST_CASE("mutated lines are read or refused as garbage, nothing else") {
+TEST_CASE("mutated lines are read or refused, and nothing else happens") {
   Event event;
   event.body_b = 1;
   Engine engine;

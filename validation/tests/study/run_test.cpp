@@ -187,8 +187,8 @@ TEST_CASE("a new rung runs alone, and a changed engine runs its cells again and 
 TEST_CASE("cells that fail are rows with a reason, counted, and found again") {
   Lab lab;
   lab.options.cell_limit_s = 1;
-  const auto cells =
-      lab.cells({"faulty/dies", "faulty/refuses", "faulty/nan_late", "faulty/hangs", "nobody/x"}, {free_flight("one")});
+  const auto cells = lab.cells({"faulty/dies", "faulty/refuses", "faulty/nan_late", "faulty/hangs", "unknown/x"},
+                               {free_flight("one")});
   const StudyResult result = lab.run(cells);
   const auto status = [&](const std::string& method, std::int64_t steps) {
     const Row* row = find_row(result, method, steps, "status");
@@ -200,7 +200,7 @@ TEST_CASE("cells that fail are rows with a reason, counted, and found again") {
   CHECK_THAT(status("faulty/nan_late", 16), Catch::StartsWith("not finite"));
   CHECK(status("faulty/hangs", 8) == "timeout: no answer within 1 s");
   CHECK_THAT(status("faulty/hangs", 16), Catch::StartsWith("timeout: not tried: 8 steps"));
-  CHECK(status("nobody/x", 8) == "not built: no available engine provides nobody/x");
+  CHECK(status("unknown/x", 8) == "not built: no available engine provides unknown/x");
   CHECK(result.failed_cells == 8);  // dies and hangs, four rungs each
   CHECK_FALSE(find_row(result, "faulty/dies", 8, "step-time"));
   const StudyResult again = lab.run(cells);

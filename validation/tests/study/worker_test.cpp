@@ -55,38 +55,40 @@ TEST_CASE("each fault is named, and the worker answers again after it") {
   const FaultyAnswer fault = GENERATE(
       FaultyAnswer{"dies", Status::crashed, "killed by signal 11 (Segmentation fault): before the end: red  words"},
       FaultyAnswer{"exits", Status::crashed, "exited with code 3"},
-      FaultyAnswer{"garbage", Status::crashed, "garbage: not a JSON object: Segmentation fault is what I would say"},
+      FaultyAnswer{"garbage", Status::crashed,
+                   "invalid answer: not a JSON object: Segmentation fault is what I would say"},
       FaultyAnswer{"half_a_line", Status::crashed, "exited with code 0 in the middle of a line"},
-      FaultyAnswer{"endless_line", Status::crashed, "garbage: a line of more than 64 MiB"},
-      FaultyAnswer{"wrong_cell", Status::crashed, "garbage: an answer to cell"},
-      FaultyAnswer{"wrong_time", Status::crashed, "garbage: sample 0 is at t_s = 0.5; asked for 0"},
-      FaultyAnswer{"too_many_samples", Status::crashed, "garbage: more samples than the 9 asked for"},
-      FaultyAnswer{"too_few_samples", Status::crashed, "garbage: ended as ok with 2 of 9 samples"},
-      FaultyAnswer{"body_missing", Status::crashed, "garbage: sample 0 has 0 bodies; the scene has 1"},
+      FaultyAnswer{"endless_line", Status::crashed, "invalid answer: a line of more than 64 MiB"},
+      FaultyAnswer{"wrong_cell", Status::crashed, "invalid answer: an answer to cell"},
+      FaultyAnswer{"wrong_time", Status::crashed, "invalid answer: sample 0 is at t_s = 0.5; asked for 0"},
+      FaultyAnswer{"too_many_samples", Status::crashed, "invalid answer: more samples than the 9 asked for"},
+      FaultyAnswer{"too_few_samples", Status::crashed, "invalid answer: ended as ok with 2 of 9 samples"},
+      FaultyAnswer{"body_missing", Status::crashed, "invalid answer: sample 0 has 0 bodies; the scene has 1"},
       FaultyAnswer{
           "bare_nan", Status::crashed,
-          "garbage: not a JSON object: it holds a bare NaN, which JSON has not; numbers that are not finite are the strings"},
-      FaultyAnswer{"steps_negative", Status::crashed, "garbage: \"steps_taken\" is negative: -3"},
+          "invalid answer: not a JSON object: it holds a bare NaN, which JSON has not; numbers that are not finite are the strings"},
+      FaultyAnswer{"steps_negative", Status::crashed, "invalid answer: \"steps_taken\" is negative: -3"},
       FaultyAnswer{"norm_two", Status::crashed,
-                   "garbage: sample 0: the quaternion of body 0, [2, 0, 0, 0], has norm 2; a unit quaternion"},
+                   "invalid answer: sample 0: the quaternion of body 0, [2, 0, 0, 0], has norm 2; a unit quaternion"},
       FaultyAnswer{"norm_two_later", Status::crashed,
-                   "garbage: sample 3: the quaternion of body 0, [2, 0, 0, 0], has norm 2"},
+                   "invalid answer: sample 3: the quaternion of body 0, [2, 0, 0, 0], has norm 2"},
       FaultyAnswer{
           "other_scene", Status::crashed,
-          "garbage: sample 0 is not the scene's initial state: body 0 has position_m [1.1, 0.2, 0.3] where the scene has "
+          "invalid answer: sample 0 is not the scene's initial state: body 0 has position_m [1.1, 0.2, 0.3] where the scene has "
           "[0.1, 0.2, 0.3]"},
-      FaultyAnswer{"other_velocity", Status::crashed,
-                   "garbage: sample 0 is not the scene's initial state: body 0 has velocity_m_per_s [3, 0, 0.5] where"},
+      FaultyAnswer{
+          "other_velocity", Status::crashed,
+          "invalid answer: sample 0 is not the scene's initial state: body 0 has velocity_m_per_s [3, 0, 0.5] where"},
       FaultyAnswer{"milliseconds", Status::crashed,
-                   "garbage: sample 1 is at t_s = 250; asked for 0.25: is it in milliseconds?"},
+                   "invalid answer: sample 1 is at t_s = 250; asked for 0.25: is it in milliseconds?"},
       FaultyAnswer{"sample_indices", Status::crashed,
-                   "garbage: sample 1 is at t_s = 1; asked for 0.25: is it the index of the sample?"},
-      FaultyAnswer{"deep", Status::crashed, "garbage: nested deeper than 64 levels: {\"cell\":"},
-      FaultyAnswer{"many_bodies", Status::crashed, "garbage: more than 65 bodies in a line"},
-      FaultyAnswer{"many_unknown", Status::crashed, "garbage: sample 0 has 0 bodies; the scene has 1"},
+                   "invalid answer: sample 1 is at t_s = 1; asked for 0.25: is it the index of the sample?"},
+      FaultyAnswer{"deep", Status::crashed, "invalid answer: nested deeper than 64 levels: {\"cell\":"},
+      FaultyAnswer{"many_bodies", Status::crashed, "invalid answer: more than 65 bodies in a line"},
+      FaultyAnswer{"many_unknown", Status::crashed, "invalid answer: sample 0 has 0 bodies; the scene has 1"},
       FaultyAnswer{"part_missing", Status::crashed,
-                   "garbage: a part of a sample is from body 1 on; expected was body 0"},
-      FaultyAnswer{"part_unfinished", Status::crashed, "garbage: ended in the middle of a sample"},
+                   "invalid answer: a part of a sample is from body 1 on; expected was body 0"},
+      FaultyAnswer{"part_unfinished", Status::crashed, "invalid answer: ended in the middle of a sample"},
       FaultyAnswer{"not_utf8", Status::crashed, "exited with code 5: caf\xEF\xBF\xBD"},
       FaultyAnswer{"refuses", Status::unsupported, "faulty has no springs"});
   CAPTURE(fault.method);
@@ -101,14 +103,15 @@ TEST_CASE("each fault is named, and the worker answers again after it") {
 
 TEST_CASE("times that cannot be are named") {
   const FaultyAnswer fault = GENERATE(
-      FaultyAnswer{"busy_negative", Status::crashed, "garbage: busy_ns has -5; the nanoseconds of a run are positive"},
+      FaultyAnswer{"busy_negative", Status::crashed,
+                   "invalid answer: busy_ns has -5; the nanoseconds of a run are positive"},
       FaultyAnswer{"busy_zero", Status::crashed,
-                   "garbage: busy_ns has 0; the nanoseconds of a run are positive: is it in seconds"},
-      FaultyAnswer{"busy_missing", Status::crashed, "garbage: busy_ns has 2 entries; asked for 3 repeats"},
+                   "invalid answer: busy_ns has 0; the nanoseconds of a run are positive: is it in seconds"},
+      FaultyAnswer{"busy_missing", Status::crashed, "invalid answer: busy_ns has 2 entries; asked for 3 repeats"},
       FaultyAnswer{"busy_too_long", Status::crashed,
-                   "garbage: busy_ns of all repeats is 3e+10 ns, longer than the whole answer"},
+                   "invalid answer: busy_ns of all repeats is 3e+10 ns, longer than the whole answer"},
       FaultyAnswer{"busy_seconds", Status::crashed,
-                   "garbage: \"busy_ns\" is not an integer: 0.25; whole nanoseconds were expected"});
+                   "invalid answer: \"busy_ns\" is not an integer: 0.25; whole nanoseconds were expected"});
   CAPTURE(fault.method);
   Asked ask;
   const Recording recording = ask(fault.method, 20, 3);
@@ -199,7 +202,7 @@ TEST_CASE("an answer before its question is refused by name") {
   unsetenv("EARLY_LOG");
   const Recording next = ask("well");
   CHECK(next.outcome.status == Status::crashed);
-  CHECK_THAT(next.outcome.reason, Catch::StartsWith("garbage: an answer before the question was sent: {\"cell\":"));
+  CHECK_THAT(next.outcome.reason, Catch::StartsWith("invalid answer: it came before the request was sent: {\"cell\":"));
   CHECK(ask("well").outcome.status == Status::ok);
 }
 
@@ -249,7 +252,7 @@ TEST_CASE("nothing is signalled by the number of a worker that was buried") {
   CHECK_FALSE(process.killed_from_outside());
 }
 
-TEST_CASE("processes that come and go while descendants are looked for disturb nobody") {
+TEST_CASE("processes that start and end during the search for descendants disturb no worker") {
   std::vector<std::thread> threads;
   for (int t = 0; t < 4; ++t)
     threads.emplace_back([] {
@@ -259,10 +262,10 @@ TEST_CASE("processes that come and go while descendants are looked for disturb n
       }
     });
   for (std::thread& thread : threads) thread.join();
-  CHECK(waitpid(-1, nullptr, WNOHANG) == -1);  // nobody was left unburied
+  CHECK(waitpid(-1, nullptr, WNOHANG) == -1);  // no zombie is left
 }
 
-TEST_CASE("a signal that nobody saw outlives its guard; one that was seen is forgotten") {
+TEST_CASE("a signal that was not read stays recorded after its guard; one that was read is cleared") {
   {
     const InterruptGuard guard;
     raise(SIGTERM);
@@ -290,8 +293,8 @@ TEST_CASE("two engines of one name, and names that are taken, are refused") {
     CAPTURE(name);
     const auto refused = find_workers({engine("named", R"({"engine":")" + name + R"(","methods":[]})")});
     CHECK(refused[0].status == Status::crashed);
-    CHECK_THAT(refused[0].reason,
-               Catch::StartsWith("at hello: garbage: the name of the engine is `") && Catch::Contains("lower-case"));
+    CHECK_THAT(refused[0].reason, Catch::StartsWith("answering `hello`: invalid answer: the name of the engine is `") &&
+                                      Catch::Contains("lower-case"));
   }
   for (const std::string order : {"\"nan\"", "\"inf\"", "0", "-2"}) {
     CAPTURE(order);
@@ -415,9 +418,10 @@ TEST_CASE("a worker that answers hello is available, one that does not gives a r
   CHECK(found[0].engine.methods.size() == 2);
   CHECK(found[0].build_id.size() == 32);
   CHECK(found[1].status == Status::crashed);
-  CHECK(found[1].reason == "at hello: exited with code 1: no licence file");
+  CHECK(found[1].reason == "answering `hello`: exited with code 1: no licence file");
   CHECK(found[2].status == Status::crashed);
-  CHECK_THAT(found[2].reason, Catch::StartsWith("at hello: garbage: not a JSON object: hello to you too"));
+  CHECK_THAT(found[2].reason,
+             Catch::StartsWith("answering `hello`: invalid answer: not a JSON object: hello to you too"));
   CHECK(found[3].status == Status::not_built);
   CHECK_THAT(found[3].reason, Catch::Contains("No such file"));
   CHECK(found[4].status == Status::not_built);
