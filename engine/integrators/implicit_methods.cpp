@@ -9,8 +9,8 @@ namespace {
 
 const std::string solved_how =
     " Stage equations are solved to the round-off of the scalar, by sweeps where they contract fast, else by "
-    "simplified Newton iteration on the same equations: its Jacobian, by differences, affects only the convergence, so the "
-    "solver has no tolerance that could enter the order.";
+    "simplified Newton iteration on the same equations: its Jacobian, by differences, affects only the convergence, so "
+    "the solver has no tolerance that could enter the order.";
 const std::string gauss_attitude =
     " A rotating body's quaternion is integrated as four numbers, q' = 1/2 q (0, w), beside Euler's equations in "
     "body axes; its length is a quadratic invariant, which the method keeps to round-off with no projection.";

@@ -19,7 +19,8 @@ Engine simbody_engine() {
        "accepted.",
        simbody::settings_of("RungeKuttaMerson", 1e-3)},
       {"tuned",
-       "Runge-Kutta-Merson that chooses its steps at an accuracy of 1e-10; the plan's step count only sets the first step.",
+       "Runge-Kutta-Merson that chooses its steps at an accuracy of 1e-10; the plan's step count only sets the first "
+       "step.",
        tuned},
       {"rk-merson",
        "Runge-Kutta-Merson; with a tolerance, which is Simbody's accuracy, it chooses its steps.",

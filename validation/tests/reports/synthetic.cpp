@@ -283,8 +283,8 @@ void add_contacts(ReportData& data) {
   add("atwood/symplectic-euler+impulse{solver=direct}", "", 1e-9);
 }
 
-// A ball that bounces and comes to rest: the end does not distinguish methods, one engine does not report all impacts and is not
-// timed where its runs are long, and one order is too wide to be one, another none.
+// A ball that bounces and comes to rest: errors at the end do not distinguish methods, one engine does not report all
+// impacts and is not timed where its runs are long, one order has too wide an interval, and another is inconclusive.
 void add_bounces(ReportData& data) {
   Row row;
   row.scenario = "drop";

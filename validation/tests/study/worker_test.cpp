@@ -66,7 +66,8 @@ TEST_CASE("each fault is named, and the worker answers again after it") {
       FaultyAnswer{"body_missing", Status::crashed, "invalid answer: sample 0 has 0 bodies; the scene has 1"},
       FaultyAnswer{
           "bare_nan", Status::crashed,
-          "invalid answer: not a JSON object: it holds a bare NaN, which JSON has not; numbers that are not finite are the strings"},
+          "invalid answer: not a JSON object: it holds a bare NaN, which JSON has not; numbers that are not finite are "
+          "the strings"},
       FaultyAnswer{"steps_negative", Status::crashed, "invalid answer: \"steps_taken\" is negative: -3"},
       FaultyAnswer{"norm_two", Status::crashed,
                    "invalid answer: sample 0: the quaternion of body 0, [2, 0, 0, 0], has norm 2; a unit quaternion"},
@@ -74,8 +75,8 @@ TEST_CASE("each fault is named, and the worker answers again after it") {
                    "invalid answer: sample 3: the quaternion of body 0, [2, 0, 0, 0], has norm 2"},
       FaultyAnswer{
           "other_scene", Status::crashed,
-          "invalid answer: sample 0 is not the scene's initial state: body 0 has position_m [1.1, 0.2, 0.3] where the scene has "
-          "[0.1, 0.2, 0.3]"},
+          "invalid answer: sample 0 is not the scene's initial state: body 0 has position_m [1.1, 0.2, 0.3] where the "
+          "scene has [0.1, 0.2, 0.3]"},
       FaultyAnswer{
           "other_velocity", Status::crashed,
           "invalid answer: sample 0 is not the scene's initial state: body 0 has velocity_m_per_s [3, 0, 0.5] where"},
