@@ -56,7 +56,9 @@ bool has_rival(const Gate& gate, const std::vector<CellName>& cells) {
 }
 
 std::string nearest_words(const std::string& word, const std::set<std::string>& known) {
-  return nearest_hint(word, std::vector<std::string>(known.begin(), known.end()), 3);
+  const std::string hint = nearest_hint(word, std::vector<std::string>(known.begin(), known.end()), 3);
+  return !hint.empty() || known.empty() || known.size() > 4 ? hint
+                                                            : fmt::format("; the study has {}", fmt::join(known, ", "));
 }
 
 // Which part of the gate matches nothing: the scenario, the method on it, the count of steps, the claim.

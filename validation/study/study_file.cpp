@@ -169,7 +169,7 @@ struct StudyFile {
       std::error_code error;
       if (full.filename().string().find_first_of("*?") == std::string::npos) {
         if (!fs::exists(full, error))
-          refuse(at, "study `" + id + "`: scenarios: no file `" + name + "` relative to the study's folder " +
+          refuse(at, "study `" + id + "`: scenarios: found no file `" + name + "`, relative to the study's folder " +
                          fs::path(path).parent_path().string() + nearest_file(full, name));
         found.push_back(full.string());
         continue;

@@ -255,7 +255,7 @@ class Settings(Case):
 
     def test_what_a_study_names_is_there(self):
         study = "id = 'mine'\n[[cells]]\nscenarios = ['kepler-e0.6']\nsteps = [960]\nmethods = ['%s']\n"
-        for method, told in (("atwood/rk5", "atwood has no `rk5`"), ("bulet64/default", "no engine `bulet64`"), ("atwood/rx*", "no method of atwood")):
+        for method, told in (("atwood/rk5", "atwood has no method `rk5`"), ("bulet64/default", "no engine `bulet64`"), ("atwood/rx*", "no method of atwood")):
             self.expect(self.run_in("run", self.path("study.toml", study % method)), 2, "study `mine`", told)
         self.expect(self.run_in("run", self.path("study.toml", study % "atwood/rk4'\n, 'atwood/leapfrog"), "--no-timing", "--tolerances", self.path("none.toml", GATE)), 0)
         for other in ("mine.toml", "kepler-f*", "tag:smoth"):
@@ -282,7 +282,7 @@ class Settings(Case):
 
     def test_words(self):
         for steps in ("0", "-60", "7"):
-            words = "a positive multiple of 60" if steps == "7" else f"--steps: found `{steps}`; expected a whole number of steps from 1"
+            words = "a multiple of the 60 samples" if steps == "7" else f"--steps: found `{steps}`; expected a whole number of steps from 1"
             self.expect(self.run_in("run", *SMALL[:-2], steps, "--no-timing"), 2, words)
             self.expect(self.run_in("trace", "kepler-e0.6", "--method", "atwood/rk4", "--steps", steps), 2, words)
         self.expect(self.run_in("contacts", "bounce-e0.8", "--engine", "mujoco"), 2, "mujoco answers no questions about contacts", "bullet64")
